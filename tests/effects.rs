@@ -77,7 +77,7 @@ fn world_of(declared: &[Effect]) -> World {
     if has(Effect::Wells) {
         world.insert_resource(wells());
     }
-    let mut own: Vec<Box<dyn Law<f64>>> = Vec::new();
+    let mut own: Vec<Box<dyn Law>> = Vec::new();
     if has(Effect::Wells) {
         own.push(Box::new(wells()));
     }

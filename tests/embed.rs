@@ -193,9 +193,9 @@ fn a_tick_of_negative_or_infinite_length_is_refused() {
         world.insert_resource(TimeStep(step));
         assert!(panic_of(|| stepper.tick(&mut world)).contains(cure));
         assert_eq!(world.resource::<StepClock>().ticks(), 0);
-        let said = panic_of(|| drop(Bare::<f64>::new(Method::default(), step)));
+        let said = panic_of(|| drop(Bare::new(Method::default(), step)));
         assert!(said.contains(&format!("{step} s")), "{said}");
-        let mut bare = Bare::<f64>::new(Method::default(), 0.01);
+        let mut bare = Bare::new(Method::default(), 0.01);
         assert!(panic_of(|| bare.set_step(step)).contains(&format!("{step} s")));
     }
 }

@@ -32,13 +32,13 @@ impl Start {
     }
 }
 
-type Formulas<T> = Box<dyn Fn(EvaluationTime<f64>, BodyState<f64>) -> T + Send + Sync>;
+type Formulas<T> = Box<dyn Fn(EvaluationTime, BodyState) -> T + Send + Sync>;
 
 /// A law of a formula, by default of places alone, of whose derivatives solvers are told nothing.
 pub struct Formula {
     name: &'static str,
     acceleration: Formulas<DVec3>,
-    jacobians: Formulas<Jacobians<f64>>,
+    jacobians: Formulas<Jacobians>,
     of_velocity: bool,
     jumps: Vec<f64>,
 }
@@ -46,16 +46,13 @@ pub struct Formula {
 impl Formula {
     pub fn new(
         name: &'static str,
-        acceleration: impl Fn(EvaluationTime<f64>, BodyState<f64>) -> DVec3 + Send + Sync + 'static,
+        acceleration: impl Fn(EvaluationTime, BodyState) -> DVec3 + Send + Sync + 'static,
     ) -> Self {
         let (acceleration, jacobians) = (Box::new(acceleration), Box::new(|_, _| Jacobians::zero()));
         Self { name, acceleration, jacobians, of_velocity: false, jumps: Vec::new() }
     }
 
-    pub fn with_jacobians(
-        self,
-        jacobians: impl Fn(BodyState<f64>) -> Jacobians<f64> + Send + Sync + 'static,
-    ) -> Self {
+    pub fn with_jacobians(self, jacobians: impl Fn(BodyState) -> Jacobians + Send + Sync + 'static) -> Self {
         Self { jacobians: Box::new(move |_, body| jacobians(body)), ..self }
     }
 
@@ -64,7 +61,7 @@ impl Formula {
     }
 
     /// Its acceleration at a time, s.
-    pub fn at(&self, time: f64, body: BodyState<f64>) -> DVec3 {
+    pub fn at(&self, time: f64, body: BodyState) -> DVec3 {
         (self.acceleration)(EvaluationTime { time, within_step: time }, body)
     }
 
@@ -80,14 +77,14 @@ impl std::fmt::Debug for Formula {
     }
 }
 
-impl Law<f64> for Formula {
+impl Law for Formula {
     fn name(&self) -> &'static str {
         self.name
     }
-    fn acceleration(&self, at: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
+    fn acceleration(&self, at: EvaluationTime, body: BodyState) -> DVec3 {
         (self.acceleration)(at, body)
     }
-    fn jacobians(&self, at: EvaluationTime<f64>, body: BodyState<f64>) -> Jacobians<f64> {
+    fn jacobians(&self, at: EvaluationTime, body: BodyState) -> Jacobians {
         (self.jacobians)(at, body)
     }
     fn depends_on_velocity(&self) -> bool {
@@ -159,7 +156,7 @@ impl Environment {
     }
 
     /// The same without entities.
-    pub fn bare(&self, method: Method, step: f64) -> Bare<f64> {
+    pub fn bare(&self, method: Method, step: f64) -> Bare {
         let mut bare = Bare::new(method, step).with_substeps(self.substeps.unwrap_or(1));
         if let Some(gravity) = self.gravity {
             bare = bare.with_law(gravity);

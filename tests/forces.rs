@@ -123,11 +123,11 @@ fn in_every_shipped_scene_the_forces_shown_are_those_that_act() {
 
 /// Anything but a law of this program: `a = (0.1 y, -0.2 x, 0.3 vz) + (0, 0, t)`.
 fn embedded() -> Box<Formula> {
-    let acceleration = |at: EvaluationTime<f64>, body: BodyState<f64>| {
+    let acceleration = |at: EvaluationTime, body: BodyState| {
         let (x, v) = (body.position, body.velocity);
         DVec3::new(0.1 * x.y, -0.2 * x.x, 0.3 * v.z + at.time)
     };
-    let jacobians = |_: BodyState<f64>| {
+    let jacobians = |_: BodyState| {
         let position = glam::DMat3::from_cols(DVec3::Y * -0.2, DVec3::X * 0.1, DVec3::ZERO);
         Jacobians { position, velocity: glam::DMat3::from_diagonal(DVec3::Z * 0.3) }
     };

@@ -103,7 +103,7 @@ impl Lab {
         self.spawn(Start { x: Vector::Y * 10.0, v: velocity, w: inverse_mass })
     }
 
-    pub fn spring<T: Which>(&mut self, ends: [T; 2], elastic: Elastic<f64>) -> Entity {
+    pub fn spring<T: Which>(&mut self, ends: [T; 2], elastic: Elastic) -> Entity {
         let ends = ends.map(|end| end.of(self));
         let spring = self.world.spawn(Spring { ends, elastic }).id();
         self.springs.push(spring);

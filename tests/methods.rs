@@ -21,7 +21,6 @@ mod worlds;
 
 use glam::DVec3;
 use motion::methods::Integrator;
-use motion::real::Real;
 use motion::{Claims, Method};
 
 use motion::arrays::Bare;
@@ -35,34 +34,16 @@ pub struct Stepper {
     name: &'static str,
     /// Whose promises it is held to.
     method: Method,
-    double: fn(&mut Bare<f64>),
-    single: fn(&mut Bare<f32>),
-}
-
-/// `f64` or `f32`.
-trait Precision: Real {
-    fn tick(stepper: &Stepper, bare: &mut Bare<Self>);
-}
-
-impl Precision for f64 {
-    fn tick(stepper: &Stepper, bare: &mut Bare<Self>) {
-        (stepper.double)(bare);
-    }
-}
-
-impl Precision for f32 {
-    fn tick(stepper: &Stepper, bare: &mut Bare<Self>) {
-        (stepper.single)(bare);
-    }
+    tick: fn(&mut Bare),
 }
 
 impl Stepper {
     const fn real(method: Method) -> Self {
-        Self { name: method.name(), method, double: Bare::<f64>::tick, single: Bare::<f32>::tick }
+        Self { name: method.name(), method, tick: Bare::tick }
     }
 
     const fn of<M: Integrator>(name: &'static str) -> Self {
-        Self { name, method: M::METHOD, double: Bare::tick_with::<M>, single: Bare::tick_with::<M> }
+        Self { name, method: M::METHOD, tick: Bare::tick_with::<M> }
     }
 
     fn all() -> impl Iterator<Item = Self> {
@@ -73,13 +54,13 @@ impl Stepper {
         self.method.claims()
     }
 
-    fn bare<T: Real>(&self, step: T) -> Bare<T> {
+    fn bare(&self, step: f64) -> Bare {
         Bare::new(self.method, step)
     }
 
-    fn run<T: Precision>(&self, bare: &mut Bare<T>, ticks: u32) {
+    fn run(&self, bare: &mut Bare, ticks: u32) {
         for _ in 0..ticks {
-            T::tick(self, bare);
+            (self.tick)(bare);
         }
     }
 }
@@ -104,15 +85,11 @@ fn all_pass(check: fn(&Stepper) -> Check) {
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
 }
 
-fn position<T: Real>(bare: &Bare<T>, body: usize) -> DVec3 {
-    DVec3::from_array(bare.positions[body].map(Real::to_f64))
+fn position(bare: &Bare, body: usize) -> DVec3 {
+    DVec3::from_array(bare.positions[body])
 }
 
-fn velocity<T: Real>(bare: &Bare<T>, body: usize) -> DVec3 {
-    let [x, y, z, _] = bare.bodies[body].map(Real::to_f64);
+fn velocity(bare: &Bare, body: usize) -> DVec3 {
+    let [x, y, z, _] = bare.bodies[body];
     DVec3::new(x, y, z)
-}
-
-fn numbers<T: Real>(vector: DVec3) -> [T; 3] {
-    vector.to_array().map(T::of)
 }

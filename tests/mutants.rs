@@ -19,8 +19,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         mistake: "clamped damping without its clamp",
         file: "crates/motion/src/laws/damping.rs",
-        from: "let factor = if q > T::ONE { stopped }",
-        to: "let factor = if q > T::MAX { stopped }",
+        from: "let factor = if q > 1.0 { 0.0 }",
+        to: "let factor = if q > f64::MAX { 0.0 }",
         killed_by: "damping::strong_damping_flips_the_tutorial_stops_clamped_and_decays_exactly",
     },
     Mutant {
@@ -33,8 +33,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         mistake: "the force of a spring on its second end rounded otherwise",
         file: "crates/motion/src/groups/pull.rs",
-        from: "T::Lanes::of(simd, forces[b]) - pull;",
-        to: "T::Lanes::of(simd, forces[b]) - pull * T::Lanes::splat(simd, T::of(1.0 + 1e-12));",
+        from: "f64x4::simd_from(simd, forces[b]) - pull;",
+        to: "f64x4::simd_from(simd, forces[b]) - pull * f64x4::splat(simd, 1.0 + 1e-12);",
         killed_by: "groups::conserved::springs_and_mutual_gravity_keep_momentum_to_rounding_under_every_method",
     },
     Mutant {
@@ -60,8 +60,8 @@ pub const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         mistake: "a comparison that lets pass what is not a number",
-        file: "crates/motion/src/real.rs",
-        from: "self.bitcast::<$bytes<S>>().simd_eq(0).all_true()",
+        file: "crates/motion/src/simd.rs",
+        from: "self.bitcast::<u8x32<S>>().simd_eq(0).all_true()",
         to: "!(self.simd_lt(0.0) | self.simd_gt(0.0)).any_true()",
         killed_by: "quarantine::a_non_finite_push_freezes_its_body_and_no_other",
     },

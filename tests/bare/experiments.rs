@@ -14,7 +14,7 @@ const GRAVITY: DVec3 = DVec3::new(0.5, -3.0, 0.0);
 const DAMPING: Damping = Damping { model: DampingModel::Clamped, rate: 0.7 };
 
 /// The experiment after that tick, in both.
-fn experiment(tick: u32, twin: &mut Simulation, bare: &mut Bare<f64>) {
+fn experiment(tick: u32, twin: &mut Simulation, bare: &mut Bare) {
     let row = bare.bodies.iter().rposition(|body| body[3] > 0.0).unwrap();
     let body = twin.bodies[bare.states().nth(row).unwrap().0.0 as usize];
     let request = match tick {
@@ -57,7 +57,7 @@ fn experiments_do_what_requests_do() {
     for name in ["projectile", "ship", "third_law", "rope", "orbit", "terminal_speed"] {
         for method in Method::ALL {
             let mut twin = twin(scene::load(name).unwrap(), method, 2);
-            let mut bare = arrays::<f64>(&mut twin);
+            let mut bare = arrays(&mut twin);
             for tick in 0..24 {
                 run(&mut bare, 1);
                 twin.tick();
@@ -79,11 +79,11 @@ fn another_method_goes_on_from_where_the_last_one_was() {
             (Method::PositionVerlet, Method::ImplicitEuler),
         ] {
             let mut twin = twin(scene::load(name).unwrap(), from, 1);
-            let mut bare = arrays::<f64>(&mut twin);
+            let mut bare = arrays(&mut twin);
             run(&mut bare, 7);
             twin.run(7);
             // Taken in by the arrays while it is still half a step behind.
-            let mut newer = arrays_by::<f64>(&mut twin, to);
+            let mut newer = arrays_by(&mut twin, to);
             bare.set_method(to);
             twin.set_method(to);
             for bare in [&mut bare, &mut newer] {

@@ -5,7 +5,7 @@ use motion::arrays::Bare;
 use motion::{Evaluations, Method, Quarantine};
 use scene::{Scene, shipped};
 
-use super::{States, arrays, run, states, twin};
+use super::{arrays, run, states, twin};
 use crate::harness::all_bits;
 
 fn scenes() -> impl Iterator<Item = Scene> {
@@ -23,7 +23,7 @@ fn runs(scene: &Scene) -> (u32, Vec<(Method, u32)>) {
 
 /// What a run in arrays has in common with that in a world that was `run` for as many ticks: everything, or that
 /// they failed.
-fn compare(bare: &Bare<f64>, twin: &mut Simulation, run: impl FnOnce(&mut Simulation)) -> Result<(), String> {
+fn compare(bare: &Bare, twin: &mut Simulation, run: impl FnOnce(&mut Simulation)) -> Result<(), String> {
     let frozen = |twin: &Simulation| twin.world.resource::<Quarantine>().records().len();
     let before = frozen(twin);
     run(twin);
@@ -44,7 +44,7 @@ fn every_scene_has_the_bits_of_its_world() {
         let (ticks, runs) = runs(&scene);
         for (method, substeps) in runs {
             let mut twin = twin(scene.clone(), method, substeps);
-            let mut bare = arrays::<f64>(&mut twin);
+            let mut bare = arrays(&mut twin);
             assert_eq!(all_bits(states(&bare)), all_bits(twin.states()), "{} at the start", scene.name);
             run(&mut bare, ticks);
             let mut outcome = compare(&bare, &mut twin, |twin| twin.run(ticks.into()));
@@ -71,55 +71,10 @@ fn a_scene_goes_on_in_plain_arrays_from_where_it_is() {
         for method in Method::ALL {
             let mut twin = twin(scene.clone(), method, 1);
             twin.run(17);
-            let mut bare = arrays::<f64>(&mut twin);
+            let mut bare = arrays(&mut twin);
             run(&mut bare, 20);
             let outcome = compare(&bare, &mut twin, |twin| twin.run(20));
             assert_eq!(outcome, Ok(()), "{} by {method:?}", scene.name);
         }
     }
 }
-
-/// Largest distance between positions, m, relative to one more than the largest coordinate.
-fn distance(states: &States, exact: &States) -> f64 {
-    let size = exact.iter().fold(1.0, |size, (_, x, _)| size + x.abs().max_element());
-    let pairs = states.iter().zip(exact);
-    pairs.fold(0.0_f64, |worst, ((_, x, _), (_, exact, _))| worst.max(x.distance(*exact) / size))
-}
-
-#[test]
-fn scenes_in_single_precision_are_near_those_in_double_precision() {
-    let mut failures = Vec::new();
-    for scene in scenes().filter(|scene| scene.bodies.len() < 1000) {
-        for method in Method::ALL {
-            // A method that blows springs up blows up roundings as well.
-            let springs = !scene.springs.is_empty() || !scene.soft_bodies.is_empty();
-            if springs && method == Method::ExplicitEuler {
-                continue;
-            }
-            let mut twin = twin(scene.clone(), method, scene.substeps.max(2));
-            let mut exact = arrays::<f64>(&mut twin);
-            let (mut plain, mut compensated) =
-                (arrays::<f32>(&mut twin), arrays::<f32>(&mut twin).compensated());
-            run(&mut exact, 60);
-            if exact.has_failed() {
-                continue;
-            }
-            run(&mut plain, 60);
-            run(&mut compensated, 60);
-            let exact = states(&exact);
-            for (way, bare) in [("plain", &plain), ("compensated", &compensated)] {
-                let error = distance(&states(bare), &exact);
-                let what = format!("{} by {method:?}, {way}: {error:e}", scene.name);
-                if bare.has_failed() || error.is_nan() || error > NEAR || bare.newton().1 > 0 {
-                    failures.push(format!("{what}, {:?}", bare.newton()));
-                }
-                let moves = exact.iter().any(|(_, _, v)| v.length() > 0.1);
-                assert!(!moves || error > 0.0, "{what}: not single precision");
-            }
-        }
-    }
-    assert!(failures.is_empty(), "{}", failures.join("\n"));
-}
-
-/// What single precision may be off by after 60 ticks, relative to the size of a scene.
-const NEAR: f64 = 2e-5;

@@ -28,13 +28,22 @@ fn difference(name: &str, method: Method) -> f64 {
 
 #[test]
 fn loops_over_laws_of_single_bodies_give_the_bits_of_the_program() {
-    for name in ["free_fall", "terminal_fall", "kepler", "duffing"] {
+    for name in ["free_fall", "terminal_fall", "quadratic_drag", "kepler", "five_wells", "duffing"] {
         for method in Method::ALL {
             let off = difference(name, method);
             // An implicit step is solved to the same tolerance, by another inverse.
             let allowed = if method == Method::ImplicitEuler { 1e-9 } else { 0.0 };
             assert!(off <= allowed, "{name} by {method:?}: {off}");
         }
+    }
+}
+
+#[test]
+fn a_loop_over_an_engine_does_what_the_program_does() {
+    for method in Method::ALL {
+        let off = difference("engine", method);
+        // Times of evaluations are summed up otherwise.
+        assert!(off <= 1e-12, "{method:?}: {off}");
     }
 }
 

@@ -22,7 +22,7 @@ fn studied(scene: &str) -> Drive {
 
 /// What was found, without what was timed.
 fn found(study: &Study) -> Study {
-    let timeless = |cell: &Cell| Cell { time: None, arrays_time: None, ..cell.clone() };
+    let timeless = |cell: &Cell| Cell { time: None, arithmetic_time: None, ..cell.clone() };
     Study { cells: study.cells.iter().map(timeless).collect(), ..study.clone() }
 }
 

@@ -16,7 +16,7 @@ use crate::harness::scene_of;
 struct System {
     masses: Vec<Option<f64>>,
     sources: Vec<f64>,
-    springs: Vec<([usize; 2], Elastic<f64>)>,
+    springs: Vec<([usize; 2], Elastic)>,
     gravity: DVec3,
     attraction: f64,
     damping: f64,

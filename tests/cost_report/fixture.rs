@@ -142,9 +142,7 @@ fn cell(motion: &Motion, setting: Setting, scales: (f64, f64)) -> Cell {
         outcome: if blown_up { Outcome::Failed(Failure::BlewUp) } else { Outcome::Finished(errors) },
         counts: Counts { accelerations: steps as u64 * u64::from(method.claims().evaluations), solver: 0 },
         time: (precision == Precision::F64).then(|| time(method, substeps)),
-        arrays_time: Some(time(method, substeps)),
-        arithmetic_time: None,
-        bytes_per_body_step: Some(if precision == Precision::F64 { 96.0 } else { 48.0 }),
+        arithmetic_time: (precision != Precision::F64).then(|| time(method, substeps)),
         instructions_per_tick: None,
     }
 }
@@ -273,6 +271,7 @@ pub fn report(studies: Vec<Study>) -> Report {
         machine: Machine {
             processor: word("A <processor> & more"),
             cores: 2,
+            caches: vec![32 << 10, 512 << 10],
             system: word("Linux, x86_64"),
             instructions: word("AVX2"),
             version: word("0.1.0"),

@@ -15,10 +15,10 @@ use crate::environment::Start;
 use crate::harness::Lab;
 
 /// No laws of single bodies.
-const NONE: LawsOf<'_, f64> = &|_| Vec::new();
+const NONE: LawsOf<'_> = &|_| Vec::new();
 
-fn arrays(world: &mut World, method: Method) -> Bare<f64> {
-    Bare::<f64>::of_world(world, method, NONE, Vec::new()).unwrap()
+fn arrays(world: &mut World, method: Method) -> Bare {
+    Bare::of_world(world, method, NONE, Vec::new()).unwrap()
 }
 
 fn gravity(world: &mut World) {
@@ -217,7 +217,7 @@ fn the_books_of_a_birth_within_a_tick_close() {
 fn arrays_go_back_to_a_state_with_the_particles_of_then() {
     let (mut lab, _) = fountain(20, 50.0, 0.3, Method::VelocityVerlet, 1.0 / 30.0, gravity);
     let mut bare = arrays(&mut lab.world, Method::VelocityVerlet);
-    let flies = |bare: &mut Bare<f64>, ticks: u32| {
+    let flies = |bare: &mut Bare, ticks: u32| {
         (0..ticks).for_each(|_| bare.tick());
         bare.states().collect::<Vec<_>>()
     };

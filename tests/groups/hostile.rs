@@ -28,8 +28,7 @@ fn engine() -> OwnLaws {
 
 /// A law that gives no number from a time on.
 fn broken_from(time: f64) -> OwnLaws {
-    let number =
-        move |at: EvaluationTime<f64>, _| if at.within_step < time { DVec3::ZERO } else { DVec3::NAN };
+    let number = move |at: EvaluationTime, _| if at.within_step < time { DVec3::ZERO } else { DVec3::NAN };
     OwnLaws::new(vec![Box::new(Formula::new("broken", number).jumping_at(time))])
 }
 

@@ -13,7 +13,7 @@ pub const H: f64 = 1.0 / 60.0;
 /// Position and velocity.
 pub type State = (DVec3, DVec3);
 
-pub const fn elastic(stiffness: f64, rest_length: f64) -> Elastic<f64> {
+pub const fn elastic(stiffness: f64, rest_length: f64) -> Elastic {
     Elastic { stiffness, damping: 0.0, rest_length }
 }
 
@@ -21,7 +21,7 @@ pub const fn elastic(stiffness: f64, rest_length: f64) -> Elastic<f64> {
 #[derive(Clone, Debug, Default)]
 pub struct Net {
     pub bodies: Vec<Start>,
-    pub springs: Vec<([usize; 2], Elastic<f64>)>,
+    pub springs: Vec<([usize; 2], Elastic)>,
 }
 
 impl Net {
@@ -31,7 +31,7 @@ impl Net {
     }
 
     /// Two bodies on a spring.
-    pub fn pair(a: Start, b: Start, spring: Elastic<f64>) -> Self {
+    pub fn pair(a: Start, b: Start, spring: Elastic) -> Self {
         Self { bodies: vec![a, b], springs: vec![([0, 1], spring)] }
     }
 
@@ -51,7 +51,7 @@ impl Net {
     /// The same as one soft body.
     pub fn soft(&self, triangles: &[[u32; 3]], around: &Environment, method: Method, h: f64) -> Lab {
         let mut lab = Self::free(&self.bodies[..]).lab(around, method, h);
-        let link = |(ends, elastic): &([usize; 2], Elastic<f64>)| Link {
+        let link = |(ends, elastic): &([usize; 2], Elastic)| Link {
             ends: ends.map(|end| u32::try_from(end).unwrap()),
             elastic: *elastic,
         };

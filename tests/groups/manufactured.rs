@@ -75,7 +75,7 @@ pub fn manufactured(everything: bool) -> Problem {
     let drag = everything.then_some(DRAG);
     let own: fn(usize) -> Option<OwnLaws> = if everything {
         |body| {
-            let laws: [Box<dyn Law<f64>>; 2] = [Box::new(engine(body)), driven(body, true)];
+            let laws: [Box<dyn Law>; 2] = [Box::new(engine(body)), driven(body, true)];
             (body < 3).then(|| OwnLaws::new(laws.into()))
         }
     } else {

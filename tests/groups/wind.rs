@@ -171,7 +171,7 @@ fn air(net: &Net, triangles: &[[u32; 3]], drag: Drag, wind: Wind, time: f64, sta
             .collect();
         let mass = shares.iter().sum::<f64>() * 3.0 / shares.len() as f64;
         let normal = (b.0 - a.0).cross(c.0 - a.0).normalize();
-        let u = (a.1 + b.1 + c.1) / 3.0 - wind.at::<f64>(time, (a.0 + b.0 + c.0) / 3.0);
+        let u = (a.1 + b.1 + c.1) / 3.0 - wind.at(time, (a.0 + b.0 + c.0) / 3.0);
         let force = normal * (-mass * (drag.linear + drag.quadratic * u.length()) * u.dot(normal) / 3.0);
         corners.iter().for_each(|i| forces[*i as usize] += force);
     }
@@ -228,7 +228,7 @@ fn gusts_are_carried_along_by_the_wind() {
     let mut dice = Dice(2);
     for _ in 0..100 {
         let (x, t, later) = (dice.vector() * 20.0, dice.number() * 10.0, dice.number() * 5.0);
-        let (here, there) = (GUSTS.at::<f64>(t, x), GUSTS.at::<f64>(t + later, x + GUSTS.velocity * later));
+        let (here, there) = (GUSTS.at(t, x), GUSTS.at(t + later, x + GUSTS.velocity * later));
         assert!(here.distance(there) <= 1e-11, "{here} {there}");
         // Across the wind, and never more than their strength: sin p and sin 2p / 2.
         let gust = here - GUSTS.velocity;
@@ -257,14 +257,14 @@ fn gusts_are_carried_along_by_the_wind() {
 fn steady_linear_wind_is_an_affine_law_and_carries_points_along() {
     let (velocity, c) = (DVec3::new(3.0, -1.0, 0.5), 0.8);
     let drag = Drag { wind: Some(wind(velocity)), ..Drag::new(c, 0.0) };
-    let affine = Law::<f64>::affine(&drag);
+    let affine = Law::affine(&drag);
     assert_eq!(affine, Some(Affine { constant: velocity * c, rate: c }));
     let gusty = Drag { wind: Some(GUSTS), ..drag };
-    assert_eq!(Law::<f64>::affine(&gusty), None);
-    assert_eq!(Law::<f64>::affine(&Drag { quadratic: 0.1, ..drag }), None);
+    assert_eq!(Law::affine(&gusty), None);
+    assert_eq!(Law::affine(&Drag { quadratic: 0.1, ..drag }), None);
     let state = BodyState { position: DVec3::ONE, velocity: DVec3::Y, inverse_mass: 1.0 };
     let at = EvaluationTime { time: 0.0, within_step: 0.0 };
-    let a = Law::<f64>::acceleration(&drag, at, state);
+    let a = Law::acceleration(&drag, at, state);
     assert!(a.distance((velocity - DVec3::Y) * c) <= 1e-15);
     let v0 = DVec3::new(-1.0, 2.0, 0.0);
     let around = Environment { drag: Some(drag), ..Environment::default() };

@@ -14,14 +14,14 @@ struct Harmonic {
 
 const W2: f64 = 9.0;
 
-impl Law<f64> for Harmonic {
+impl Law for Harmonic {
     fn name(&self) -> &'static str {
         "harmonic"
     }
-    fn acceleration(&self, _: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
+    fn acceleration(&self, _: EvaluationTime, body: BodyState) -> DVec3 {
         body.position * -W2
     }
-    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
+    fn jacobians(&self, _: EvaluationTime, _: BodyState) -> Jacobians {
         Jacobians { position: glam::DMat3::IDENTITY * -W2, ..Jacobians::zero() }
     }
     fn depends_on_velocity(&self) -> bool {
@@ -30,7 +30,7 @@ impl Law<f64> for Harmonic {
     fn has_potential(&self) -> bool {
         self.stated.is_some()
     }
-    fn potential_energy(&self, body: BodyState<f64>) -> f64 {
+    fn potential_energy(&self, body: BodyState) -> f64 {
         self.stated.unwrap_or(0.0) * W2 * body.position.dot(body.position) / (2.0 * body.inverse_mass)
     }
 }

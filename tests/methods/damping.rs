@@ -3,7 +3,7 @@
 use motion::{Damping, DampingModel, Method};
 
 use super::fingerprint::{last_stable, yoshida_steps};
-use super::{Check, SKEW, Stepper, all_pass, numbers, position, velocity, within};
+use super::{Check, SKEW, Stepper, all_pass, position, velocity, within};
 use crate::environment::engine;
 use motion::arrays::Bare;
 
@@ -50,7 +50,7 @@ fn limits_under_drag_are_those_of_the_stability_functions() {
     }
 }
 
-fn damped(stepper: &Stepper, model: DampingModel, q: f64) -> Bare<f64> {
+fn damped(stepper: &Stepper, model: DampingModel, q: f64) -> Bare {
     stepper.bare(H).with_damping(Damping { model, rate: q / H })
 }
 
@@ -58,7 +58,7 @@ fn damped(stepper: &Stepper, model: DampingModel, q: f64) -> Bare<f64> {
 pub fn check_decay(stepper: &Stepper) -> Check {
     for q in [1e-3, 0.1, 0.5, 1.0, 1.5, 2.5, 30.0] {
         let mut bare = damped(stepper, DampingModel::Exact, q);
-        bare.add([0.0; 3], numbers(SKEW), 0.5);
+        bare.add([0.0; 3], SKEW.to_array(), 0.5);
         stepper.run(&mut bare, 1);
         let before = velocity(&bare, 0);
         stepper.run(&mut bare, 1);
@@ -82,7 +82,7 @@ fn exact_damping_diverges_above_the_limit_and_not_below() {
     for stepper in Stepper::all().filter(|stepper| limit(stepper.method).is_finite()) {
         for (part, grows) in [(0.97, false), (1.03, true)] {
             let mut bare = damped(&stepper, DampingModel::Exact, part * limit(stepper.method));
-            bare.add([0.0; 3], numbers(SKEW), 0.5);
+            bare.add([0.0; 3], SKEW.to_array(), 0.5);
             stepper.run(&mut bare, 500);
             assert_eq!(velocity(&bare, 0).length() >= 1.0, grows, "{} {part}", stepper.name);
         }
@@ -149,7 +149,7 @@ pub fn check_multipliers(stepper: &Stepper) -> Check {
         (DampingModel::Clamped, 1.5, 1),
     ] {
         let mut bare = damped(stepper, model, q).with_substeps(substeps);
-        bare.add([0.0; 3], numbers(SKEW), 0.5);
+        bare.add([0.0; 3], SKEW.to_array(), 0.5);
         stepper.run(&mut bare, 1);
         let parts = if euler { f64::from(substeps) } else { 1.0 };
         let factor = 1.0 - q / parts;
@@ -190,7 +190,7 @@ fn errors_of_the_models_at_four_rates() {
         let stepper = Stepper::real(Method::SemiImplicitEuler);
         let mut bare =
             stepper.bare(1.0 / hz).with_damping(Damping { model, rate }).with_law(engine([SKEW * a]));
-        bare.add([0.0; 3], numbers(SKEW * v), 1.0);
+        bare.add([0.0; 3], (SKEW * v).to_array(), 1.0);
         stepper.run(&mut bare, (2.0 * hz).round() as u32);
         (position(&bare, 0).dot(SKEW), velocity(&bare, 0).dot(SKEW))
     };

@@ -1,7 +1,6 @@
 //! Laws of the test problems.
 
 use glam::{DMat3, DVec3};
-use motion::real::{Real, RealMatrix};
 use motion::{BodyState, EvaluationTime, Jacobians, Law};
 
 use crate::environment::Formula;
@@ -10,16 +9,16 @@ use crate::environment::Formula;
 #[derive(Debug)]
 pub struct Spring(pub f64);
 
-impl<T: Real> Law<T> for Spring {
+impl Law for Spring {
     fn name(&self) -> &'static str {
         "spring"
     }
-    fn acceleration(&self, _: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
-        body.position * (T::of(-self.0) * body.inverse_mass)
+    fn acceleration(&self, _: EvaluationTime, body: BodyState) -> DVec3 {
+        body.position * (-self.0 * body.inverse_mass)
     }
-    fn jacobians(&self, _: EvaluationTime<T>, body: BodyState<T>) -> Jacobians<T> {
-        let stiffness = T::of(-self.0) * body.inverse_mass;
-        Jacobians { position: T::Matrix::IDENTITY * stiffness, ..Jacobians::zero() }
+    fn jacobians(&self, _: EvaluationTime, body: BodyState) -> Jacobians {
+        let stiffness = -self.0 * body.inverse_mass;
+        Jacobians { position: DMat3::IDENTITY * stiffness, ..Jacobians::zero() }
     }
     fn depends_on_velocity(&self) -> bool {
         false
@@ -29,9 +28,8 @@ impl<T: Real> Law<T> for Spring {
 /// `a = -w² x - 2 damping w v`.
 pub fn damped(w: f64, damping: f64) -> Formula {
     let (of_position, of_velocity) = (-w * w, -2.0 * damping * w);
-    let acceleration =
-        move |_, body: BodyState<f64>| body.position * of_position + body.velocity * of_velocity;
-    let jacobians = move |_: BodyState<f64>| Jacobians {
+    let acceleration = move |_, body: BodyState| body.position * of_position + body.velocity * of_velocity;
+    let jacobians = move |_: BodyState| Jacobians {
         position: DMat3::IDENTITY * of_position,
         velocity: DMat3::IDENTITY * of_velocity,
     };
@@ -41,10 +39,10 @@ pub fn damped(w: f64, damping: f64) -> Formula {
 /// The hardening spring of Duffing, `a = -x - 2 |x|² x`.
 pub fn duffing() -> Formula {
     let stiffness = |x: DVec3| 1.0 + 2.0 * x.length_squared();
-    let acceleration = move |_, body: BodyState<f64>| -(body.position * stiffness(body.position));
-    let jacobians = move |body: BodyState<f64>| {
+    let acceleration = move |_, body: BodyState| -(body.position * stiffness(body.position));
+    let jacobians = move |body: BodyState| {
         let x = body.position;
-        let position = -(DMat3::IDENTITY * stiffness(x) + <DMat3 as RealMatrix<f64>>::outer(x, x) * 4.0);
+        let position = -(DMat3::IDENTITY * stiffness(x) + DMat3::from_cols(x * x.x, x * x.y, x * x.z) * 4.0);
         Jacobians { position, ..Jacobians::zero() }
     };
     Formula::new("duffing", acceleration).with_jacobians(jacobians)

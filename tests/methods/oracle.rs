@@ -7,7 +7,7 @@ use motion::Method;
 use super::fingerprint::{Matrix, exact, yoshida_sixth};
 use super::laws::Spring;
 use super::problems::ACROSS;
-use super::{Check, SKEW, Stepper, all_pass, numbers, position, velocity, within};
+use super::{Check, SKEW, Stepper, all_pass, position, velocity, within};
 
 /// Modulus and angle of R(-i z), the factor of `w x + i v`, for the methods that have one.
 fn factor(method: Method, z: f64) -> Option<(f64, f64)> {
@@ -68,7 +68,7 @@ pub(super) fn check(stepper: &Stepper) -> Check {
     for z in [0.05, 0.15, coarse] {
         let start = [SKEW, ACROSS * 0.7];
         let mut bare = stepper.bare(z / 2.0).with_law(Spring(8.0));
-        bare.add(numbers(start[0] / 2.0), numbers(start[1]), 0.5);
+        bare.add((start[0] / 2.0).to_array(), (start[1]).to_array(), 0.5);
         stepper.run(&mut bare, 10_000);
         let exact = image(after(stepper.method, z, 10_000), start);
         let got = [position(&bare, 0) * 2.0, velocity(&bare, 0)];

@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::{BodyState, Drag, Gravity, Law, Well, Wells};
 
 use super::laws::{self, Spring};
-use super::{SKEW, Stepper, numbers};
+use super::{SKEW, Stepper};
 use crate::environment::{Formula, engine, pull};
 use motion::arrays::Bare;
 
@@ -19,7 +19,7 @@ pub struct Problem {
     pub name: &'static str,
     pub span: f64,
     pub inverse_mass: f64,
-    pub laws: Box<dyn Fn(Bare<f64>) -> Bare<f64>>,
+    pub laws: Box<dyn Fn(Bare) -> Bare>,
     pub exact: Box<dyn Fn(f64) -> State>,
     /// Whether a law depends on the velocity.
     pub velocity_laws: bool,
@@ -34,7 +34,7 @@ impl Problem {
     pub fn new(
         name: &'static str,
         span: f64,
-        laws: impl Fn(Bare<f64>) -> Bare<f64> + 'static,
+        laws: impl Fn(Bare) -> Bare + 'static,
         exact: impl Fn(f64) -> State + 'static,
     ) -> Self {
         Self {
@@ -58,10 +58,10 @@ impl Problem {
     }
 
     /// The body at its start, with a tick of `step` seconds.
-    pub fn bare(&self, stepper: &Stepper, step: f64) -> Bare<f64> {
+    pub fn bare(&self, stepper: &Stepper, step: f64) -> Bare {
         let mut bare = (self.laws)(stepper.bare(step));
         let (x, v) = (self.exact)(0.0);
-        bare.add(numbers(x), numbers(v), self.inverse_mass);
+        bare.add(x.to_array(), v.to_array(), self.inverse_mass);
         bare
     }
 }
@@ -289,7 +289,7 @@ fn path(t: f64) -> [DVec3; 3] {
 
 /// S16: every local law at once, and what drives a body along [`path`] against them, `x*'' - F(x*, x*')`.
 pub fn manufactured(name: &'static str, drag: Option<Drag>) -> Problem {
-    let laws = move |bare: Bare<f64>| {
+    let laws = move |bare: Bare| {
         let wells = Wells(vec![
             Well { position: DVec3::new(0.5, -0.3, 2.0), strength: 1.5, softening: 0.2 },
             Well { position: DVec3::new(-2.0, 0.4, 0.0), strength: -0.7, softening: 0.0 },

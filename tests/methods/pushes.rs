@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::{BLOCK_BODIES, BodyBlock, Drag, Gravity, Law, Method, Well, Wells};
 
 use super::problems::sun;
-use super::{Check, SKEW, Stepper, all_pass, numbers, position, velocity, within};
+use super::{Check, SKEW, Stepper, all_pass, position, velocity, within};
 use crate::environment::{engine, pull};
 use motion::arrays::Bare;
 
@@ -20,7 +20,7 @@ pub fn check_push(stepper: &Stepper) -> Check {
         }
         let pushed = bare.add([0.0; 3], [0.0; 3], w);
         let left = bare.add([0.0; 3], [0.0; 3], w);
-        bare.push(pushed, numbers(force));
+        bare.push(pushed, force.to_array());
         let gained = force * (w * H);
         for tick in 1..=3 {
             stepper.run(&mut bare, 1);
@@ -47,7 +47,7 @@ fn a_push_moves_by_half_its_impulse_in_its_tick() {
         for substeps in [1, 3, 8] {
             let mut bare = stepper.bare(H).with_substeps(substeps);
             bare.add([0.0; 3], [0.0; 3], 0.5);
-            bare.push(0, numbers(SKEW * 100.0));
+            bare.push(0, (SKEW * 100.0).to_array());
             stepper.run(&mut bare, 1);
             let expected = SKEW * (100.0 * 0.5 * H * H / 2.0);
             let bound = 4.0 * f64::from(substeps) * f64::EPSILON * expected.length();
@@ -81,12 +81,12 @@ pub fn check_toggles(stepper: &Stepper) -> Check {
     let start = (DVec3::new(3.0, -2.0, 0.0), DVec3::new(1.0, 12.0, 0.5));
     let mut bare = stepper.bare(H);
     bare.set_laws(vec![Box::new(Gravity::EARTH)]);
-    bare.add(numbers(start.0), numbers(start.1), 0.5);
+    bare.add(start.0.to_array(), start.1.to_array(), 0.5);
     let (mut x, mut v) = start;
     for step in 0..150 {
         if step == 37 || step == 91 {
             let laws = gravity_of_step(step).map(pull);
-            bare.set_laws(laws.into_iter().map(|law| Box::new(law) as Box<dyn Law<f64>>).collect());
+            bare.set_laws(laws.into_iter().map(|law| Box::new(law) as Box<dyn Law>).collect());
         }
         let a = gravity_of_step(step).unwrap_or(DVec3::ZERO);
         (x, v) = uniform_step(stepper.method, x, v, a);
@@ -112,7 +112,7 @@ fn gravity_that_is_switched_is_a_parabola_in_pieces() {
 #[test]
 fn laws_that_change_leave_nothing_behind() {
     for stepper in Stepper::all().filter(|stepper| stepper.method != Method::PositionVerlet) {
-        let laws = || -> Vec<Box<dyn Law<f64>>> { vec![Box::new(sun())] };
+        let laws = || -> Vec<Box<dyn Law>> { vec![Box::new(sun())] };
         let mut changed = stepper.bare(H);
         changed.set_laws(vec![Box::new(Wells(vec![Well { position: SKEW, strength: 5.0, softening: 0.1 }]))]);
         changed.add([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 0.5);
@@ -130,11 +130,11 @@ fn laws_that_change_leave_nothing_behind() {
 }
 
 /// Bodies of every mass fall alike, and one of infinite mass stays where it is, under a law that says so.
-pub fn check_gravity(gravity: fn(Bare<f64>) -> Bare<f64>) -> Check {
+pub fn check_gravity(gravity: fn(Bare) -> Bare) -> Check {
     for stepper in Stepper::all() {
         let mut bare = gravity(stepper.bare(H));
         for w in [1e-3, 0.5, 1.0, 7.0] {
-            bare.add(numbers(SKEW), [1.0, 2.0, 3.0], w);
+            bare.add(SKEW.to_array(), [1.0, 2.0, 3.0], w);
         }
         stepper.run(&mut bare, 60);
         for body in 1..4 {
@@ -152,7 +152,7 @@ fn bodies_of_every_mass_fall_alike() {
 }
 
 /// A law adds nothing to the rows of inverse mass 0, whatever lies next to them.
-pub fn check_passes_over(law: &dyn Law<f64>) -> Check {
+pub fn check_passes_over(law: &dyn Law) -> Check {
     let at = motion::EvaluationTime { time: 0.5, within_step: 0.5 };
     let axes = |numbers: [f64; 3]| numbers.map(|number| [number; BLOCK_BODIES]);
     let (positions, velocities, mut sum) = (axes([1.0, 2.0, 3.0]), axes([1.0; 3]), axes([0.5; 3]));
@@ -168,7 +168,7 @@ pub fn check_passes_over(law: &dyn Law<f64>) -> Check {
 
 #[test]
 fn laws_pass_over_immovable_bodies() {
-    let laws: [&dyn Law<f64>; 4] = [&Gravity::EARTH, &Drag::new(0.4, 0.1), &sun(), &engine([SKEW])];
+    let laws: [&dyn Law; 4] = [&Gravity::EARTH, &Drag::new(0.4, 0.1), &sun(), &engine([SKEW])];
     for law in laws {
         check_passes_over(law).unwrap();
     }
@@ -179,7 +179,7 @@ fn laws_pass_over_immovable_bodies() {
 fn an_immovable_body_moves_uniformly() {
     for stepper in Stepper::all() {
         let mut bare = stepper.bare(0.25).with_law(Gravity::EARTH).with_law(sun());
-        bare.add(numbers(SKEW), [0.0; 3], 0.0);
+        bare.add(SKEW.to_array(), [0.0; 3], 0.0);
         bare.add([8.0, 0.0, 0.0], [1.0, 2.0, -0.5], 0.0);
         bare.push(0, [1e38, 0.0, 0.0]);
         stepper.run(&mut bare, 8);

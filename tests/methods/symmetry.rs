@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::{Curve, Damping, DampingModel, Drag, Gravity, Thrust};
 
 use super::problems::sun;
-use super::{Stepper, numbers, position, velocity};
+use super::{Stepper, position, velocity};
 use crate::environment::pull;
 use motion::arrays::Bare;
 
@@ -32,8 +32,8 @@ fn axes_are_independent_and_alike() {
                     .with_law(Thrust::new(curve, 0.0, 0.7))
                     .with_damping(Damping { model, rate: 0.4 });
                 bare.add(
-                    numbers(turn(DVec3::new(1.0, -7.0, 0.3))),
-                    numbers(turn(DVec3::new(0.1, 5.0, -2.0))),
+                    (turn(DVec3::new(1.0, -7.0, 0.3))).to_array(),
+                    (turn(DVec3::new(0.1, 5.0, -2.0))).to_array(),
                     0.3,
                 );
                 stepper.run(&mut bare, 60);
@@ -54,7 +54,7 @@ fn orbiter(i: usize) -> ([f64; 3], [f64; 3], f64) {
 #[test]
 fn a_body_moves_as_it_does_alone() {
     for stepper in Stepper::all() {
-        let scene = || -> Bare<f64> {
+        let scene = || -> Bare {
             let drag = Drag::new(0.1, 0.2);
             let damping = Damping { model: DampingModel::Exact, rate: 0.2 };
             stepper.bare(H).with_law(sun()).with_law(drag).with_damping(damping).with_substeps(2)

@@ -16,7 +16,6 @@ use glam::DVec3;
 use motion::arrays::Bare;
 use motion::{Curve, Method, OwnLaws, Thrust};
 
-use super::numbers;
 use crate::dice::Dice;
 use crate::environment::{Environment, Start, wells};
 use crate::harness::{Bits, Lab, bits};
@@ -66,11 +65,11 @@ fn crowd_with_engines(scene: &Environment, method: Method) -> Lab {
     lab
 }
 
-fn add(bare: &mut Bare<f64>, start: Start) -> usize {
-    bare.add(numbers(start.x), numbers(start.v), start.w)
+fn add(bare: &mut Bare, start: Start) -> usize {
+    bare.add(start.x.to_array(), start.v.to_array(), start.w)
 }
 
-fn bare_bits(bare: &Bare<f64>, body: usize) -> Bits {
+fn bare_bits(bare: &Bare, body: usize) -> Bits {
     bits(super::position(bare, body), super::velocity(bare, body))
 }
 

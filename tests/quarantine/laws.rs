@@ -79,7 +79,7 @@ fn a_resource_that_is_not_a_number_is_named_by_every_body_that_it_breaks() {
 }
 
 /// Every way in which a spring is not a number.
-fn broken(elastic: Elastic<f64>) -> [Elastic<f64>; 4] {
+fn broken(elastic: Elastic) -> [Elastic; 4] {
     [
         Elastic { stiffness: f64::NAN, ..elastic },
         Elastic { damping: f64::NAN, ..elastic },

@@ -49,7 +49,7 @@ fn drag_at_1e20_m_s_freezes_under_explicit_methods_and_slows_down_under_the_impl
 fn masses_over_seventy_six_powers_of_ten_are_pushed_alike() {
     for method in Method::ALL {
         for w in [1e-38, 1e38, 1e-310, f64::MIN_POSITIVE, 1e300] {
-            let mut bare = Bare::<f64>::new(method, H).with_law(Gravity::EARTH);
+            let mut bare = Bare::new(method, H).with_law(Gravity::EARTH);
             bare.add([0.0; 3], [0.0; 3], w);
             bare.push(0, [1e-3 / w.max(1e-300), 0.0, 0.0]);
             bare.tick();
@@ -59,12 +59,6 @@ fn masses_over_seventy_six_powers_of_ten_are_pushed_alike() {
             assert!((v[0] - expected).abs() <= 1e-13 * expected, "{method:?} {w:e}: {v:?}");
             assert!(v[1] < 0.0 && !bare.has_failed(), "{method:?} {w:e}");
         }
-        for w in [1e-38_f32, 1e38, 1e-42] {
-            let mut bare = Bare::<f32>::new(method, 1.0 / 128.0).with_law(Gravity::EARTH);
-            bare.add([0.0; 3], [0.0; 3], w);
-            (0..128).for_each(|_| bare.tick());
-            assert!(!bare.has_failed() && bare.bodies[0][1] < -9.0, "{method:?} {w:e}");
-        }
     }
 }
 
@@ -72,18 +66,10 @@ fn masses_over_seventy_six_powers_of_ten_are_pushed_alike() {
 #[test]
 fn springs_over_any_distance_leave_numbers_and_momentum() {
     for method in Method::ALL {
-        for (distance, single) in [(1e-23, true), (2e19, true), (1e-170, false), (2e160, false)] {
+        for distance in [1e-23, 2e19, 1e-170, 2e160] {
             let [a, b] = [-0.5, 0.5].map(|side| Start::of(1.0, DVec3::X * (side * distance), DVec3::ZERO));
             let mut lab = Net::pair(a, b, elastic(10.0, 1.0)).lab(&Environment::default(), method, H);
             let what = format!("{method:?}, {distance:e}");
-            if single {
-                let mut bare =
-                    Bare::<f32>::of_world(&mut lab.world, method, &|_| Vec::new(), Vec::new()).unwrap();
-                (0..60).for_each(|_| bare.tick());
-                assert!(bare.bodies.iter().flatten().all(|number| number.is_finite()), "{what}");
-                let [a, b] = [bare.bodies[0][0], bare.bodies[1][0]];
-                assert!((a + b).abs() <= 1e-5 * (a.abs() + b.abs()), "{what}: {a} {b}");
-            }
             assert!(lab.run(60).records().is_empty(), "{what}");
             let (sum, speed) = (lab.totals(), lab.v(0).length());
             assert!(sum.momentum.length() <= 1e-13 * speed, "{what}: {}", sum.momentum);

@@ -27,7 +27,7 @@ fn is_dyadic(method: Method) -> bool {
 fn ten_minutes_of_free_fall_are_exact_to_the_scheme() {
     let (h, n) = (1.0 / 64.0, 38_400);
     for method in Method::ALL {
-        let mut bare = Bare::<f64>::new(method, h).with_law(pull(DVec3::Y * -9.75));
+        let mut bare = Bare::new(method, h).with_law(pull(DVec3::Y * -9.75));
         bare.add([0.0, 10.25, 0.0], [1.5, 100.75, 0.0], 0.1);
         (0..n).for_each(|_| bare.tick());
         let exact = closed_form(method, i128::from(n), [41, 403, -39]) as f64 / 2.0_f64.powi(15);

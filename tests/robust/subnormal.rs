@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 use motion::arrays::Bare;
-use motion::real::Real;
 use motion::{Damping, DampingModel, DampingRate, Drag, Elastic, Method, SpeedLimit};
 
 use crate::groups::lab::{Environment, Lab, Net, Start};
@@ -24,34 +23,30 @@ fn brakes() -> impl Iterator<Item = Brake> {
     models.chain([Brake::Drag(0.4, 0.0), Brake::Drag(0.4, 1e-3)])
 }
 
-/// A few bodies that slow down for 2,000 s; some start below what single precision keeps.
-fn slowed<T: Real>(method: Method, brake: Brake, tick: fn(&mut Bare<T>)) -> Bare<T> {
-    let mut bare = Bare::<T>::new(method, T::of(STEP));
+/// A few bodies that slow down for 2,000 s; some start close to nothing.
+fn slowed(method: Method, brake: Brake) -> Bare {
+    let mut bare = Bare::new(method, STEP);
     bare = match brake {
         Brake::Model(model) => bare.with_damping(Damping { model, rate: 0.4 }),
         Brake::Drag(linear, quadratic) => bare.with_law(Drag::new(linear, quadratic)),
     };
     for i in 0..5 {
-        let speed = [1.0, -20.0, 1e-3, 1e-29, 1e-33][i];
-        bare.add(
-            [T::ZERO; 3],
-            [T::of(speed), T::of(-0.3 * speed), T::of(1e-34)],
-            T::of([1.0, 10.0, 0.0][i % 3]),
-        );
+        let speed = [1.0, -20.0, 1e-3, 1e-289, 1e-303][i];
+        bare.add([0.0; 3], [speed, -0.3 * speed, 1e-304], [1.0, 10.0, 0.0][i % 3]);
     }
-    (0..TICKS).for_each(|_| tick(&mut bare));
+    (0..TICKS).for_each(|_| bare.tick());
     bare
 }
 
-fn has_none<T: Real>(method: Method, tick: fn(&mut Bare<T>), is_subnormal: fn(T) -> bool) {
+fn has_none(method: Method) {
     for brake in brakes() {
-        let bare = slowed(method, brake, tick);
+        let bare = slowed(method, brake);
         let what = format!("{method:?}, {brake:?}");
         assert!(!bare.has_failed(), "{what}");
         for (row, (x, body)) in bare.positions.iter().zip(&bare.bodies).enumerate() {
-            assert!(!x.iter().chain(body).any(|number| is_subnormal(*number)), "{what}: {x:?} {body:?}");
+            assert!(!x.iter().chain(body).any(|number| number.is_subnormal()), "{what}: {x:?} {body:?}");
             // Nothing ever slows an immovable body but the multipliers.
-            let rests = body[..3] == [T::ZERO; 3];
+            let rests = body[..3] == [0.0; 3];
             assert!(rests || row == 2, "{what}: row {row} still moves at {:?}", &body[..3]);
         }
     }
@@ -60,8 +55,7 @@ fn has_none<T: Real>(method: Method, tick: fn(&mut Bare<T>), is_subnormal: fn(T)
 #[test]
 fn no_state_is_subnormal_after_2000_s_of_damping_in_any_method() {
     for method in Method::ALL {
-        has_none(method, Bare::<f64>::tick, f64::is_subnormal);
-        has_none(method, Bare::<f32>::tick, f32::is_subnormal);
+        has_none(method);
     }
 }
 
@@ -86,18 +80,12 @@ fn no_state_of_a_group_is_subnormal_after_2000_s_of_damping() {
     for method in Method::ALL {
         for model in DampingModel::ALL {
             let mut lab = chain(model, method);
-            let arrays = Bare::<f32>::of_world(&mut lab.world, method, &|_| Vec::new(), Vec::new());
-            let mut single = arrays.unwrap();
             for (x, v) in lab.run(40_000).states() {
                 let numbers = x.to_array().into_iter().chain(v.to_array());
                 let what = format!("{method:?}, {model:?}: {x:?} {v:?}");
                 assert!(!numbers.into_iter().any(f64::is_subnormal), "{what}");
                 assert!(v.length() < 1e-12, "{what}");
             }
-            (0..4_000).for_each(|_| single.tick());
-            let numbers = single.positions.iter().flatten().chain(single.bodies.iter().flatten());
-            let subnormal = numbers.copied().any(f32::is_subnormal);
-            assert!(!single.has_failed() && !subnormal, "{method:?}, {model:?}");
         }
     }
 }

@@ -28,7 +28,6 @@ mod timing;
 mod truth;
 
 pub(crate) use record::method_name;
-pub(crate) use runner::laws_of_bodies;
 pub(crate) use truth::larger;
 
 pub use bench::Bench;

@@ -10,7 +10,7 @@ use std::hint::black_box;
 
 use bevy_ecs::prelude::*;
 use common::{Contestant, compare};
-use motion::units::{Scalar, Vector};
+use motion::units::Vector;
 use motion::{
     BodyState, Drag, EvaluationTime, Jacobians, Law, Laws, Method, PhysicsBody, Stepper, TimeStep, Transform,
     Well, Wells,
@@ -23,15 +23,15 @@ const SIZES: [usize; 2] = [1_000, 100_000];
 #[derive(Debug)]
 struct Stiffening;
 
-impl Law<Scalar> for Stiffening {
+impl Law for Stiffening {
     fn name(&self) -> &'static str {
         "stiffening"
     }
-    fn acceleration(&self, _: EvaluationTime<Scalar>, body: BodyState<Scalar>) -> Vector {
+    fn acceleration(&self, _: EvaluationTime, body: BodyState) -> Vector {
         let x = body.position;
         x * -(1e-3 + 1e-9 * x.dot(x))
     }
-    fn jacobians(&self, _: EvaluationTime<Scalar>, _: BodyState<Scalar>) -> Jacobians<Scalar> {
+    fn jacobians(&self, _: EvaluationTime, _: BodyState) -> Jacobians {
         Jacobians { position: glam::DMat3::IDENTITY * -1e-3, ..Jacobians::zero() }
     }
     fn depends_on_velocity(&self) -> bool {

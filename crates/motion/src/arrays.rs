@@ -10,11 +10,10 @@ mod state;
 mod tick;
 
 use crate::groups::Scratch;
-use crate::kernels::{StepStatistics, add_compensated};
+use crate::kernels::StepStatistics;
 use crate::laws::damping::Damping;
 use crate::laws::{Gravity, Law};
 use crate::methods::table::Method;
-use crate::real::Real;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::StableId;
 use crate::state::method_state::CachedAcceleration;
@@ -28,62 +27,58 @@ use groups::ArrayGroup;
 pub use of_world::{LawsOf, NotForArrays};
 pub use state::BareState;
 
-/// Bodies in plain arrays, f64 or f32, integrated by the same kernels as those of a world.
+/// Bodies in plain arrays, integrated by the same kernels as those of a world.
 ///
 /// ```
 /// use motion::{Gravity, Method};
 /// use motion::arrays::Bare;
 ///
-/// let mut ball = Bare::<f32>::new(Method::RungeKutta4, 1.0 / 64.0).with_law(Gravity::EARTH);
+/// let mut ball = Bare::new(Method::RungeKutta4, 1.0 / 64.0).with_law(Gravity::EARTH);
 /// ball.add([0.0, 10.0, 0.0], [1.0, 0.0, 0.0], 1.0);
 /// for _ in 0..64 {
 ///     ball.tick();
 /// }
-/// assert!((ball.positions[0][1] - (10.0 - 4.9)).abs() < 1e-5);
+/// assert!((ball.positions[0][1] - (10.0 - 4.9)).abs() < 1e-12);
 /// ```
 ///
 /// [`Bare::of_world`] copies a whole world, with the options of single bodies and everything that acts between them.
 #[derive(Debug)]
-pub struct Bare<T: Real> {
+pub struct Bare {
     /// Position of every body, m.
-    pub positions: Vec<[T; 3]>,
+    pub positions: Vec<[f64; 3]>,
     /// Velocity, m/s, and inverse mass, 1/kg, of every body. Bodies of a world that are immovable and at rest are not
     /// integrated: set velocities by [`Bare::set_velocity`].
-    pub bodies: Vec<[T; 4]>,
+    pub bodies: Vec<[f64; 4]>,
     /// Ids of the bodies of a world, ascending.
     ids: Vec<StableId>,
-    forces: Vec<[T; 3]>,
+    forces: Vec<[f64; 3]>,
     /// Rows that were pushed, in the form that kernels take.
     pushed: Vec<(usize, usize)>,
     method: Method,
     /// Length of a tick, s.
     step: Scalar,
     substeps: u32,
-    resources: Resources<T>,
-    individuals: Individuals<T>,
+    resources: Resources,
+    individuals: Individuals,
     sources: Vec<Source>,
-    groups: Vec<ArrayGroup<T>>,
-    scratch: Scratch<T>,
+    groups: Vec<ArrayGroup>,
+    scratch: Scratch,
     clock: StepClock,
-    last_steps: Vec<T>,
-    residues: Option<Residues<T>>,
-    cached: Vec<CachedAcceleration<T>>,
+    last_steps: Vec<f64>,
+    cached: Vec<CachedAcceleration>,
     statistics: StepStatistics,
     refused: Vec<usize>,
     has_failed: bool,
 }
 
-/// The rounding errors of positions, m, and of velocities, m/s.
-type Residues<T> = [Vec<[T; 3]>; 2];
-
-impl<T: Real> Bare<T> {
+impl Bare {
     /// Makes arrays without bodies, to be integrated by `method` in ticks of `step` seconds.
     ///
     /// # Panics
     /// If `step` is negative or not finite.
     #[must_use]
-    pub fn new(method: Method, step: T) -> Self {
-        TimeStep(step.to_f64()).check();
+    pub fn new(method: Method, step: f64) -> Self {
+        TimeStep(step).check();
         Self {
             positions: Vec::new(),
             bodies: Vec::new(),
@@ -91,7 +86,7 @@ impl<T: Real> Bare<T> {
             forces: Vec::new(),
             pushed: Vec::new(),
             method,
-            step: step.to_f64(),
+            step,
             substeps: 1,
             resources: Resources::default(),
             individuals: Individuals::default(),
@@ -100,7 +95,6 @@ impl<T: Real> Bare<T> {
             scratch: Scratch::default(),
             clock: StepClock::default(),
             last_steps: Vec::new(),
-            residues: None,
             cached: Vec::new(),
             statistics: StepStatistics::default(),
             refused: Vec::new(),
@@ -110,7 +104,7 @@ impl<T: Real> Bare<T> {
 
     /// Adds a law that acts on every body.
     #[must_use]
-    pub fn with_law(mut self, law: impl Law<T>) -> Self {
+    pub fn with_law(mut self, law: impl Law) -> Self {
         self.resources.laws.push(Box::new(law));
         self
     }
@@ -122,8 +116,7 @@ impl<T: Real> Bare<T> {
         self
     }
 
-    /// Sets the range of states: a row that would leave it is refused. In f32 no bound is above the largest number of
-    /// f32.
+    /// Sets the range of states: a row that would leave it is refused.
     #[must_use]
     pub const fn with_range(mut self, range: Range) -> Self {
         self.resources.range = Some(range);
@@ -139,18 +132,17 @@ impl<T: Real> Bare<T> {
 
     /// Adds a body at `position`, m, moving at `velocity`, m/s; returns its row. An `inverse_mass`, 1/kg, of 0 is
     /// immovable.
-    pub fn add(&mut self, position: [T; 3], velocity: [T; 3], inverse_mass: T) -> usize {
+    pub fn add(&mut self, position: [f64; 3], velocity: [f64; 3], inverse_mass: f64) -> usize {
         let [x, y, z] = velocity;
         self.positions.push(position);
         self.bodies.push([x, y, z, inverse_mass]);
-        self.residues.iter_mut().flatten().for_each(|residues| residues.push([T::ZERO; 3]));
         self.individuals.add();
         self.bodies.len() - 1
     }
 
     /// Pushes a body with `newtons` during the next tick; pushes of a tick add up.
-    pub fn push(&mut self, body: usize, newtons: [T; 3]) {
-        self.forces.resize(self.bodies.len(), [T::ZERO; 3]);
+    pub fn push(&mut self, body: usize, newtons: [f64; 3]) {
+        self.forces.resize(self.bodies.len(), [0.0; 3]);
         self.forces[body].iter_mut().zip(newtons).for_each(|(sum, newtons)| *sum += newtons);
         if let Err(place) = self.pushed.binary_search(&(0, body)) {
             self.pushed.insert(place, (0, body));
@@ -167,45 +159,33 @@ impl<T: Real> Bare<T> {
     /// Bodies without an id come last, as [`u32::MAX`].
     pub fn states(&self) -> impl Iterator<Item = (StableId, Vector, Vector)> + '_ {
         let rows = self.positions.iter().zip(&self.bodies);
-        self.ids.iter().zip(rows).map(|(id, (x, [a, b, c, _]))| {
-            (*id, Vector::from_array(x.map(T::to_f64)), Vector::from_array([*a, *b, *c].map(T::to_f64)))
-        })
+        self.ids
+            .iter()
+            .zip(rows)
+            .map(|(id, (x, [a, b, c, _]))| (*id, Vector::from_array(*x), Vector::from_array([*a, *b, *c])))
     }
 
     /// Sets the present velocity of a body, m/s. Restarts position Verlet.
-    pub fn set_velocity(&mut self, body: usize, velocity: [T; 3]) {
+    pub fn set_velocity(&mut self, body: usize, velocity: [f64; 3]) {
         self.bodies[body][..3].copy_from_slice(&velocity);
         if let Some(last) = self.last_steps.get_mut(body) {
-            *last = T::ZERO;
-        }
-        if let Some([_, v]) = &mut self.residues {
-            v[body] = [T::ZERO; 3];
+            *last = 0.0;
         }
         self.individuals.outdated = true;
     }
 
     /// Applies an impulse J, N s, to a body: `v += J w`.
-    pub fn give_impulse(&mut self, body: usize, impulse: [T; 3]) {
+    pub fn give_impulse(&mut self, body: usize, impulse: [f64; 3]) {
         let w = self.bodies[body][3];
-        for (axis, impulse) in impulse.into_iter().enumerate().filter(|_| w > T::ZERO) {
-            let (v, more) = (&mut self.bodies[body][axis], impulse * w);
-            match &mut self.residues {
-                None => *v += more,
-                Some([_, residues]) => {
-                    let residue = &mut residues[body][axis];
-                    (*v, *residue) = add_compensated((*v, *residue), (more, T::ZERO));
-                }
-            }
+        for (axis, impulse) in impulse.into_iter().enumerate().filter(|_| w > 0.0) {
+            self.bodies[body][axis] += impulse * w;
         }
     }
 
     /// Reverses every velocity.
     pub fn reverse_velocities(&mut self) {
         for body in &mut self.bodies {
-            body[..3].iter_mut().for_each(|v| *v = T::ZERO - *v);
-        }
-        if let Some([_, residues]) = &mut self.residues {
-            residues.as_flattened_mut().iter_mut().for_each(|v| *v = -*v);
+            body[..3].iter_mut().for_each(|v| *v = 0.0 - *v);
         }
         self.last_steps.iter_mut().for_each(|step| *step = -*step);
     }
@@ -214,9 +194,9 @@ impl<T: Real> Bare<T> {
     ///
     /// # Panics
     /// If it is negative or not finite.
-    pub fn set_step(&mut self, step: T) {
-        TimeStep(step.to_f64()).check();
-        self.step = step.to_f64();
+    pub fn set_step(&mut self, step: f64) {
+        TimeStep(step).check();
+        self.step = step;
     }
 
     /// Gravity, if it was declared.
@@ -225,11 +205,10 @@ impl<T: Real> Bare<T> {
         self.resources.gravity
     }
 
-    /// Simulated time, s; for a world, since the scene began. Computed in f64 and rounded once, as are all times that
-    /// laws see.
+    /// Simulated time, s; for a world, since the scene began.
     #[must_use]
-    pub fn time(&self) -> T {
-        T::of(self.clock.scene_seconds())
+    pub fn time(&self) -> f64 {
+        self.clock.scene_seconds()
     }
 
     /// Evaluations of the acceleration of one body by all laws so far, as [`Evaluations`](crate::Evaluations) counts
@@ -263,23 +242,6 @@ impl<T: Real> Bare<T> {
     #[must_use]
     pub const fn has_failed(&self) -> bool {
         self.has_failed
-    }
-
-    /// Bytes per body that a tick reads and writes: position, velocity, inverse mass and method state. Options,
-    /// springs and arrays of stages are not counted.
-    #[must_use]
-    pub const fn bytes_per_body(&self) -> usize {
-        let mut bytes = size_of::<[T; 3]>() + size_of::<[T; 4]>();
-        if !self.last_steps.is_empty() {
-            bytes += size_of::<T>();
-        }
-        if !self.cached.is_empty() {
-            bytes += size_of::<CachedAcceleration<T>>();
-        }
-        if self.residues.is_some() {
-            bytes += 2 * size_of::<[T; 3]>();
-        }
-        bytes
     }
 
     fn forget_accelerations(&mut self) {

@@ -48,15 +48,15 @@ pub struct Groups {
     /// The places of the rows of groups in the tables, by table and row.
     runs: Vec<TableRun>,
     /// The rows of all groups, one group after the other.
-    x: RowArray<Scalar>,
-    v: RowArray<Scalar>,
+    x: RowArray,
+    v: RowArray,
     w: Vec<Scalar>,
     last: Vec<Scalar>,
     /// Rows of each group that the running system has found.
     seen: Vec<usize>,
     /// Group, row and force, N, of every pushed row.
-    pushes: Vec<(usize, usize, Row<Scalar>)>,
-    scratch: Scratch<Scalar>,
+    pushes: Vec<(usize, usize, Row)>,
+    scratch: Scratch,
 }
 
 /// One group.
@@ -64,7 +64,7 @@ pub struct Groups {
 pub(crate) struct Group {
     /// Its first row among the rows of all groups.
     first: usize,
-    pub coupling: Coupling<Scalar>,
+    pub coupling: Coupling,
     /// Its bodies by row, movable ones first, then anchors, each in the order of stable ids.
     pub bodies: Vec<Entity>,
     /// Rows whose options change them.
@@ -73,7 +73,7 @@ pub(crate) struct Group {
     with_laws: Vec<u32>,
     /// Its own number of substeps.
     pub substeps: Option<u32>,
-    cache: GroupCache<Scalar>,
+    cache: GroupCache,
     /// How many threads share its springs, if it is large, and their shares; made in the first tick.
     shares: (usize, Vec<Share>),
 }
@@ -159,7 +159,7 @@ impl Groups {
 }
 
 /// The states of bodies; one that is gone counts as immovable at the origin.
-pub(crate) fn states_of(world: &World, bodies: &[Entity]) -> Vec<BodyState<Scalar>> {
+pub(crate) fn states_of(world: &World, bodies: &[Entity]) -> Vec<BodyState> {
     let state = |body: &Entity| {
         let PhysicsBody { velocity, inverse_mass } =
             world.get(*body).copied().unwrap_or(PhysicsBody::IMMOVABLE);

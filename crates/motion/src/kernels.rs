@@ -13,7 +13,7 @@ mod affine;
 mod block;
 mod block_field;
 mod blocks;
-mod compensated;
+
 mod drive;
 pub(crate) mod evaluations;
 mod field;
@@ -22,6 +22,7 @@ mod method_state;
 mod options;
 pub(crate) mod record;
 
+use crate::units::Vector;
 use std::ops::Range;
 
 use smallvec::SmallVec;
@@ -32,12 +33,11 @@ use crate::laws::damping::{Damping, Decay};
 use crate::laws::tick_times::{Segment, Segments, TickTimes};
 use crate::laws::{Affine, Law};
 use crate::methods::{Integrator, Traits};
-use crate::real::Real;
 use crate::state::range::{Bounds, Breach};
 use crate::units::Scalar;
 
 pub(crate) use block::Block;
-pub(crate) use compensated::add_compensated;
+
 pub(crate) use drive::{TickField, drive};
 pub(crate) use field::restrain;
 pub(crate) use method_state::MethodStateRows;
@@ -46,40 +46,40 @@ pub(crate) use options::{BodyOptions, OfRows, RowOptions};
 /// Rows of a block, computed together before the first of them is stored.
 pub(crate) const BLOCK: usize = 4;
 
-type Row<T> = [T; 4];
+type Row = [f64; 4];
 
 /// The numbers of an environment that a kernel needs for a tick of one method.
 #[derive(Clone, Copy)]
-pub(crate) struct Terms<'a, T: Real> {
+pub(crate) struct Terms<'a> {
     /// Acceleration by the constant laws, m/s².
-    pub gravity: T::Vector,
+    pub gravity: Vector,
     /// Rate of linear drag of the laws, 1/s.
-    pub drag: T,
+    pub drag: f64,
     /// Total rate of linear drag, 1/s: includes exact damping where the method has damping around its ticks.
-    pub rate: T,
+    pub rate: f64,
     /// Damping, for segments of other lengths.
     pub damping: Option<Damping>,
     /// The factors of damping: of a substep if the method damps inside its steps, otherwise of the tick.
-    pub decay: Decay<T>,
+    pub decay: Decay,
     /// Laws that are called.
-    pub laws: &'a [&'a dyn Law<T>],
+    pub laws: &'a [&'a dyn Law],
     /// Changes whenever one of these laws changes.
     pub epoch: u64,
     /// The times of the tick.
     pub times: TickTimes,
     /// Bounds of the states that are stored.
-    pub bounds: Bounds<T>,
+    pub bounds: Bounds,
     /// The constants of the method.
     pub traits: Traits,
 }
 
-impl<'a, T: Real> Terms<'a, T> {
+impl<'a> Terms<'a> {
     /// The terms of a tick of a method, without bounds.
     pub fn new(
         traits: Traits,
-        affine: Affine<T>,
+        affine: Affine,
         damping: Option<Damping>,
-        laws: &'a [&'a dyn Law<T>],
+        laws: &'a [&'a dyn Law],
         epoch: u64,
         times: TickTimes,
     ) -> Self {
@@ -102,7 +102,7 @@ impl<'a, T: Real> Terms<'a, T> {
 
     /// The same terms with `bounds`.
     #[must_use]
-    pub const fn within(mut self, bounds: Bounds<T>) -> Self {
+    pub const fn within(mut self, bounds: Bounds) -> Self {
         self.bounds = bounds;
         self
     }
@@ -115,13 +115,13 @@ impl<'a, T: Real> Terms<'a, T> {
             None => (Decay::none(self.times.substep()), self.drag),
             Some(damping) if self.traits.damps_inside => (damping.factors(self.times.substep()), self.drag),
             Some(damping) => {
-                let (decay, rate) = damping.factors_around_tick(T::of(self.times.tick));
+                let (decay, rate) = damping.factors_around_tick(self.times.tick);
                 (decay, self.drag + rate)
             }
         };
         if !self.traits.passes_time {
             self.times.substeps = 1;
-            self.decay = Decay::none(T::of(self.times.tick));
+            self.decay = Decay::none(self.times.tick);
         }
         self
     }
@@ -135,7 +135,7 @@ impl<'a, T: Real> Terms<'a, T> {
     /// Evaluations per body in a tick in which no law is called.
     pub fn evaluations(&self) -> u64 {
         let claims = self.traits.method.claims();
-        let of_a_step = match self.rate == T::ZERO {
+        let of_a_step = match self.rate == 0.0 {
             true => claims.evaluations,
             false => claims.evaluations_with_velocity_laws,
         };
@@ -144,11 +144,11 @@ impl<'a, T: Real> Terms<'a, T> {
 
     /// Whether velocities decay by linear drag and by damping in the same step: only the kernel of blocks does that.
     pub fn drags_and_damps(&self) -> bool {
-        self.rate != T::ZERO && self.damping.is_some() && self.traits.damps_inside
+        self.rate != 0.0 && self.damping.is_some() && self.traits.damps_inside
     }
 
     /// The factors of damping in a segment; those around a tick are the same in every segment.
-    fn decay_in(&self, segment: Segment<T>) -> Decay<T> {
+    fn decay_in(&self, segment: Segment) -> Decay {
         if !self.traits.damps_inside || segment.length == self.times.substep() {
             return self.decay;
         }
@@ -156,12 +156,12 @@ impl<'a, T: Real> Terms<'a, T> {
     }
 
     /// The segments of the tick for a body with these own laws.
-    fn segments(&self, own: &[Box<dyn Law<T>>]) -> Segments {
+    fn segments(&self, own: &[Box<dyn Law>]) -> Segments {
         let discontinuities = self.laws.iter().flat_map(|law| law.discontinuities());
         self.times.segments(&mut discontinuities.chain(own.iter().flat_map(|law| law.discontinuities())))
     }
 
-    fn calls_with_velocity(&self, own: &[Box<dyn Law<T>>]) -> bool {
+    fn calls_with_velocity(&self, own: &[Box<dyn Law>]) -> bool {
         self.laws.iter().any(|law| law.depends_on_velocity())
             || own.iter().any(|law| law.depends_on_velocity())
     }
@@ -211,50 +211,40 @@ impl StepStatistics {
 }
 
 /// Bodies that are integrated together: the rows of a table or of plain arrays, or a single body.
-pub(crate) struct Batch<'a, T: Real> {
+pub(crate) struct Batch<'a> {
     /// x, y, z of every body.
-    pub positions: &'a mut [[T; 3]],
+    pub positions: &'a mut [[f64; 3]],
     /// (velocity, inverse mass) of every body.
-    pub bodies: &'a mut [Row<T>],
+    pub bodies: &'a mut [Row],
     /// The applied forces, if any body is pushed.
-    pub applied: Option<Applied<'a, T>>,
+    pub applied: Option<Applied<'a>>,
     /// What the method keeps of every body.
-    pub method_state: MethodStateRows<'a, T>,
-    /// The rounding errors of positions, m, and velocities, m/s, if sums are compensated. In f32 only.
-    pub residues: Option<[&'a mut [[T; 3]]; 2]>,
+    pub method_state: MethodStateRows<'a>,
 }
 
-impl<'a, T: Real> Batch<'a, T> {
+impl<'a> Batch<'a> {
     /// Some of the rows.
-    pub fn part(&mut self, rows: Range<usize>) -> Batch<'_, T> {
+    pub fn part(&mut self, rows: Range<usize>) -> Batch<'_> {
         Batch {
             positions: &mut self.positions[rows.clone()],
             bodies: &mut self.bodies[rows.clone()],
             applied: self.applied.map(|applied| applied.part(rows.clone())),
-            residues: self.residues.as_mut().map(|both| both.each_mut().map(|all| &mut all[rows.clone()])),
             method_state: self.method_state.part(rows),
         }
     }
 
     /// Splits the first `rows` off.
     pub fn split_at(self, rows: usize) -> (Self, Self) {
-        let Self { positions, bodies, applied, method_state, residues } = self;
+        let Self { positions, bodies, applied, method_state } = self;
         let of_rows = |rows| applied.map(|applied| applied.part(rows));
         let applied = (of_rows(0..rows), of_rows(rows..bodies.len()));
         let (positions, bodies) = (positions.split_at_mut(rows), bodies.split_at_mut(rows));
         let method_state = method_state.split_at(rows);
-        let residues = residues.map(|[x, v]| (x.split_at_mut(rows), v.split_at_mut(rows)));
-        let residues = residues.map(|(x, v)| ([x.0, v.0], [x.1, v.1])).unzip();
-        let batch = |positions, bodies, applied, method_state, residues| Self {
-            positions,
-            bodies,
-            applied,
-            method_state,
-            residues,
-        };
+        let batch =
+            |positions, bodies, applied, method_state| Self { positions, bodies, applied, method_state };
         (
-            batch(positions.0, bodies.0, applied.0, method_state.0, residues.0),
-            batch(positions.1, bodies.1, applied.1, method_state.1, residues.1),
+            batch(positions.0, bodies.0, applied.0, method_state.0),
+            batch(positions.1, bodies.1, applied.1, method_state.1),
         )
     }
 }
@@ -262,16 +252,16 @@ impl<'a, T: Real> Batch<'a, T> {
 /// The applied forces of a batch and the rows that are pushed; the forces of all other rows are zero and are not
 /// read.
 #[derive(Clone, Copy)]
-pub(crate) struct Applied<'a, T> {
+pub(crate) struct Applied<'a> {
     /// The force on every body, N.
-    pub forces: &'a [[T; 3]],
+    pub forces: &'a [[f64; 3]],
     /// Table and row of the pushed bodies, rows ascending.
     pub rows: &'a [(usize, usize)],
     /// The row of the table at which the batch begins.
     pub offset: usize,
 }
 
-impl<T> Applied<'_, T> {
+impl Applied<'_> {
     /// The forces of some rows.
     pub fn part(&self, rows: Range<usize>) -> Self {
         let before = |pushed: &[(usize, usize)], row: usize| {
@@ -293,31 +283,31 @@ pub(crate) type Refuse<'a> = &'a mut dyn FnMut(usize, Breach);
 
 /// A method compiled for batches of bodies. The code around it is compiled once for all methods.
 #[derive(Clone, Copy)]
-pub(crate) struct Kernel<T: Real> {
+pub(crate) struct Kernel {
     pub traits: Traits,
     /// Integrates a tick of some rows of a batch, one by one where they have options.
     pub integrate: fn(
-        &Terms<'_, T>,
-        &mut Batch<'_, T>,
+        &Terms<'_>,
+        &mut Batch<'_>,
         Range<usize>,
-        Option<&dyn RowOptions<T>>,
+        Option<&dyn RowOptions>,
         &mut StepStatistics,
         Refuse<'_>,
     ),
 }
 
-impl<T: Real> Kernel<T> {
+impl Kernel {
     /// The kernel of `M`.
     pub const fn of<M: Integrator>() -> Self {
-        Self { traits: Traits::of::<M>(), integrate: integrate_batch::<T, M> }
+        Self { traits: Traits::of::<M>(), integrate: integrate_batch::<M> }
     }
 
     /// Integrates a tick of one row with these options, or says why it was refused.
     pub fn integrate_row(
         self,
-        terms: &Terms<'_, T>,
-        options: BodyOptions<'_, T>,
-        batch: &mut Batch<'_, T>,
+        terms: &Terms<'_>,
+        options: BodyOptions<'_>,
+        batch: &mut Batch<'_>,
         row: usize,
         statistics: &mut StepStatistics,
     ) -> Result<(), Breach> {
@@ -329,11 +319,11 @@ impl<T: Real> Kernel<T> {
 }
 
 /// Integrates a tick of some rows of a batch, one by one where they have options.
-fn integrate_batch<T: Real, M: Integrator>(
-    terms: &Terms<'_, T>,
-    batch: &mut Batch<'_, T>,
+fn integrate_batch<M: Integrator>(
+    terms: &Terms<'_>,
+    batch: &mut Batch<'_>,
     rows: Range<usize>,
-    options: Option<&dyn RowOptions<T>>,
+    options: Option<&dyn RowOptions>,
     statistics: &mut StepStatistics,
     refuse: Refuse<'_>,
 ) {
@@ -346,25 +336,25 @@ fn integrate_batch<T: Real, M: Integrator>(
                 own.times.substeps = substeps;
             }
             let own = own.damped(options.damping(terms.damping));
-            blocks::run::<T, M>(&own, &options, batch, row..row + 1, statistics, refuse);
+            blocks::run::<M>(&own, &options, batch, row..row + 1, statistics, refuse);
         }
         return;
     }
     let Terms { laws, decay, times, .. } = terms;
     if !laws.is_empty() || terms.drags_and_damps() || !M::PASSES_TIME {
-        blocks::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, statistics, refuse);
+        blocks::run::<M>(terms, &BodyOptions::NONE, batch, rows, statistics, refuse);
         return;
     }
     // The affine kernel does not know the first and the last substep, where factors around a tick act.
     let factors = decay.before_move.is_some() || decay.after_move.is_some();
     let around = !M::DAMPS_INSIDE && times.substeps > 1 && factors;
-    let in_registers = !around && batch.residues.is_none() && statistics.record.is_none();
+    let in_registers = !around && statistics.record.is_none();
     let start = rows.start;
     let refuse_part = &mut |row, breach| refuse(start + row, breach);
-    if !in_registers || !affine::run::<T, M>(terms, &mut batch.part(rows.clone()), refuse_part) {
+    if !in_registers || !affine::run::<M>(terms, &mut batch.part(rows.clone()), refuse_part) {
         // To the same bits. Its counts are dropped: evaluations without called laws are counted elsewhere.
         let mut uncounted = StepStatistics { record: statistics.record.take(), ..StepStatistics::default() };
-        blocks::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, &mut uncounted, refuse);
+        blocks::run::<M>(terms, &BodyOptions::NONE, batch, rows, &mut uncounted, refuse);
         statistics.record = uncounted.record;
     }
 }

@@ -18,6 +18,8 @@ pub(crate) mod tick_times;
 mod wells;
 mod wind;
 
+use crate::units::Vector;
+use glam::DMat3;
 use std::fmt::Debug;
 
 use bevy_ecs::prelude::*;
@@ -34,8 +36,7 @@ pub use wells::{Well, Wells};
 pub(crate) use wind::Air;
 pub use wind::Wind;
 
-use crate::real::{Real, RealMatrix, RealVector, vectorize};
-use crate::units::Scalar;
+use crate::simd::vectorize;
 
 /// The laws of every body that are resources of a world, in the order in which they are summed: name, type, part that can
 /// be switched off alone, formula. A new law is a line here.
@@ -68,55 +69,55 @@ pub(crate) use with_laws_of_tests;
 
 /// The time at which a law is evaluated, and the side of a discontinuity on which it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EvaluationTime<T> {
+pub struct EvaluationTime {
     /// Time of the evaluation, s.
-    pub time: T,
+    pub time: f64,
     /// Side of a discontinuity: a time strictly within the step, s. A law that jumps compares this time with the jump,
     /// because `time` may be the jump itself, or lie outside the step.
-    pub within_step: T,
+    pub within_step: f64,
 }
 
 /// The state of a body at which a law is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BodyState<T: Real> {
+pub struct BodyState {
     /// Position, m.
-    pub position: T::Vector,
+    pub position: Vector,
     /// Velocity, m/s.
-    pub velocity: T::Vector,
+    pub velocity: Vector,
     /// Reciprocal of the mass, 1/kg, above 0: laws are not evaluated for immovable bodies.
-    pub inverse_mass: T,
+    pub inverse_mass: f64,
 }
 
 /// Derivatives of an acceleration a by position and velocity, for implicit methods.
 #[derive(Clone, Copy, Debug)]
-pub struct Jacobians<T: Real> {
+pub struct Jacobians {
     /// Derivative of a by position, 1/s²; column j is the derivative by coordinate j.
-    pub position: T::Matrix,
+    pub position: DMat3,
     /// Derivative of a by velocity, 1/s.
-    pub velocity: T::Matrix,
+    pub velocity: DMat3,
 }
 
-impl<T: Real> Jacobians<T> {
+impl Jacobians {
     /// The Jacobians of a law that depends on time alone.
     #[must_use]
     pub fn zero() -> Self {
-        Self { position: T::Matrix::ZERO, velocity: T::Matrix::ZERO }
+        Self { position: DMat3::ZERO, velocity: DMat3::ZERO }
     }
 }
 
 /// An affine law: `a = constant - rate v`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Affine<T: Real> {
+pub struct Affine {
     /// The constant acceleration, m/s².
-    pub constant: T::Vector,
+    pub constant: Vector,
     /// The rate of linear drag, 1/s.
-    pub rate: T,
+    pub rate: f64,
 }
 
-impl<T: Real> Affine<T> {
+impl Affine {
     /// Sums those of `laws` that are affine.
-    pub(crate) fn sum<'a>(laws: impl Iterator<Item = &'a dyn Law<T>>) -> Self {
-        let zero = Self { constant: T::Vector::ZERO, rate: T::ZERO };
+    pub(crate) fn sum<'a>(laws: impl Iterator<Item = &'a dyn Law>) -> Self {
+        let zero = Self { constant: Vector::ZERO, rate: 0.0 };
         laws.filter_map(|law| law.affine())
             .fold(zero, |sum, law| Self { constant: sum.constant + law.constant, rate: sum.rate + law.rate })
     }
@@ -125,25 +126,26 @@ impl<T: Real> Affine<T> {
 /// A law: the acceleration of one body as a function of its own state and the time.
 ///
 /// ```
-/// use motion::{BodyState, Jacobians, Law, EvaluationTime};
-/// use motion::real::{Real, RealMatrix};
+/// use glam::DMat3;
+/// use motion::{BodyState, EvaluationTime, Jacobians, Law};
+/// use motion::units::Vector;
 ///
 /// /// A spring to the origin: `a = -w² x`.
 /// #[derive(Debug)]
 /// struct Harmonic { w: f64 }
 ///
-/// impl<T: Real> Law<T> for Harmonic {
+/// impl Law for Harmonic {
 ///     fn name(&self) -> &'static str { "harmonic" }
-///     fn acceleration(&self, _: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
-///         body.position * T::of(-self.w * self.w)
+///     fn acceleration(&self, _: EvaluationTime, body: BodyState) -> Vector {
+///         body.position * (-self.w * self.w)
 ///     }
-///     fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
-///         Jacobians { position: T::Matrix::IDENTITY * T::of(-self.w * self.w), ..Jacobians::zero() }
+///     fn jacobians(&self, _: EvaluationTime, _: BodyState) -> Jacobians {
+///         Jacobians { position: DMat3::IDENTITY * (-self.w * self.w), ..Jacobians::zero() }
 ///     }
 ///     fn depends_on_velocity(&self) -> bool { false }
 /// }
 /// ```
-pub trait Law<T: Real>: Debug + Send + Sync + 'static {
+pub trait Law: Debug + Send + Sync + 'static {
     /// Name of the law in summaries, plans and receipts.
     fn name(&self) -> &'static str;
 
@@ -153,17 +155,17 @@ pub trait Law<T: Real>: Debug + Send + Sync + 'static {
     }
 
     /// Acceleration of `body` at the time `at`, m/s².
-    fn acceleration(&self, at: EvaluationTime<T>, body: BodyState<T>) -> T::Vector;
+    fn acceleration(&self, at: EvaluationTime, body: BodyState) -> Vector;
 
     /// Derivatives of [`Law::acceleration`] by position and velocity.
-    fn jacobians(&self, at: EvaluationTime<T>, body: BodyState<T>) -> Jacobians<T>;
+    fn jacobians(&self, at: EvaluationTime, body: BodyState) -> Jacobians;
 
     /// Whether the acceleration depends on the velocity. Some methods then take more evaluations or lose an order.
     fn depends_on_velocity(&self) -> bool;
 
     /// The law as a constant and linear drag, if it is no more than that. An affine law is summed once per tick and is
     /// never called.
-    fn affine(&self) -> Option<Affine<T>> {
+    fn affine(&self) -> Option<Affine> {
         None
     }
 
@@ -179,15 +181,15 @@ pub trait Law<T: Real>: Debug + Send + Sync + 'static {
     }
 
     /// Potential energy of `body`, J, for a law with [`Law::has_potential`].
-    fn potential_energy(&self, body: BodyState<T>) -> T {
+    fn potential_energy(&self, body: BodyState) -> f64 {
         let _ = body;
-        T::ZERO
+        0.0
     }
 
     /// Adds the accelerations of a block of bodies to `sum`, m/s². Bodies of inverse mass 0 are skipped.
     ///
     /// There is one call per block and stage. A law may override this with something faster that gives the same bits.
-    fn accelerate(&self, at: EvaluationTime<T>, bodies: &BodyBlock<'_, T>, sum: &mut Axes<T>) {
+    fn accelerate(&self, at: EvaluationTime, bodies: &BodyBlock<'_>, sum: &mut Axes) {
         bodies.add_each(
             sum,
             #[inline(always)]
@@ -200,28 +202,28 @@ pub trait Law<T: Real>: Debug + Send + Sync + 'static {
 pub const BLOCK_BODIES: usize = 32;
 
 /// x, y and z of the bodies of a block, as structures of arrays.
-pub type Axes<T> = [[T; BLOCK_BODIES]; 3];
+pub type Axes = [[f64; BLOCK_BODIES]; 3];
 
 /// The states of a block of bodies at which a law is evaluated.
 #[derive(Clone, Copy, Debug)]
-pub struct BodyBlock<'a, T> {
+pub struct BodyBlock<'a> {
     /// Positions, m.
-    pub positions: &'a Axes<T>,
+    pub positions: &'a Axes,
     /// Velocities, m/s.
-    pub velocities: &'a Axes<T>,
+    pub velocities: &'a Axes,
     /// Reciprocals of the masses, 1/kg.
-    pub inverse_masses: &'a [T; BLOCK_BODIES],
+    pub inverse_masses: &'a [f64; BLOCK_BODIES],
 }
 
-impl<T: Real> BodyBlock<'_, T> {
+impl BodyBlock<'_> {
     /// The state of body number `k`.
     #[must_use]
     #[inline(always)]
-    pub fn body(&self, k: usize) -> BodyState<T> {
+    pub fn body(&self, k: usize) -> BodyState {
         let Self { positions: [x, y, z], velocities: [a, b, c], inverse_masses } = self;
         BodyState {
-            position: T::Vector::from_array([x[k], y[k], z[k]]),
-            velocity: T::Vector::from_array([a[k], b[k], c[k]]),
+            position: Vector::from_array([x[k], y[k], z[k]]),
+            velocity: Vector::from_array([a[k], b[k], c[k]]),
             inverse_mass: inverse_masses[k],
         }
     }
@@ -229,15 +231,15 @@ impl<T: Real> BodyBlock<'_, T> {
     /// Adds `acceleration` of every body whose inverse mass is above 0 to `sum`, with vector instructions if it is
     /// arithmetic without branches.
     #[inline(always)]
-    pub fn add_each(&self, sum: &mut Axes<T>, acceleration: impl Fn(BodyState<T>) -> T::Vector) {
+    pub fn add_each(&self, sum: &mut Axes, acceleration: impl Fn(BodyState) -> Vector) {
         let added = vectorize(
             #[inline(always)]
             || {
                 // Without branches: one comparison of vectors.
-                let all_move = self.inverse_masses.iter().fold(true, |all, w| all & (*w > T::ZERO));
+                let all_move = self.inverse_masses.iter().fold(true, |all, w| all & (*w > 0.0));
                 if all_move {
                     // Not into `sum` itself: the compiler would have to assume that it overlaps with the states.
-                    let mut all = [[T::ZERO; BLOCK_BODIES]; 3];
+                    let mut all = [[0.0; BLOCK_BODIES]; 3];
                     #[expect(clippy::needless_range_loop, reason = "one number for many arrays")]
                     for k in 0..BLOCK_BODIES {
                         let [x, y, z] = acceleration(self.body(k)).to_array();
@@ -251,7 +253,7 @@ impl<T: Real> BodyBlock<'_, T> {
             },
         );
         if !added {
-            for k in (0..BLOCK_BODIES).filter(|k| self.inverse_masses[*k] > T::ZERO) {
+            for k in (0..BLOCK_BODIES).filter(|k| self.inverse_masses[*k] > 0.0) {
                 let a = acceleration(self.body(k)).to_array();
                 (0..3).for_each(|axis| sum[axis][k] += a[axis]);
             }
@@ -261,11 +263,11 @@ impl<T: Real> BodyBlock<'_, T> {
 
 /// Your own laws for every body, added to those of this crate.
 #[derive(Resource, Debug, Default)]
-pub struct Laws(pub Vec<Box<dyn Law<Scalar>>>);
+pub struct Laws(pub Vec<Box<dyn Law>>);
 
 /// The laws of every body, in the order in which they are summed. This includes gravity that is not [on](Gravity::on),
 /// but no law that was [switched](crate::effects::switch()) off.
-pub fn laws(world: &World) -> impl Iterator<Item = &dyn Law<Scalar>> {
+pub fn laws(world: &World) -> impl Iterator<Item = &dyn Law> {
     let gravity = world.get_resource::<Gravity>();
     Declared::of(world).on_body(gravity, false, &[])
 }

@@ -37,8 +37,9 @@ mod kernels;
 mod laws;
 pub mod methods;
 mod observe;
-pub mod real;
+
 mod schedule;
+mod simd;
 pub mod snapshot;
 mod state;
 mod tick;

@@ -2,10 +2,9 @@
 //!
 //! A method is a function from a state to the state one step later. It knows neither the number of bodies nor their
 //! layout in memory: it asks a [`Field`] for accelerations and computes in the field's [`Space`], which is a block of
-//! bodies in registers, in f64 or f32, or a single number in a test.
+//! bodies in registers, or a single number in a test.
 //!
-//! Methods change a state only by adding increments to it, so that other numbers in the same register stay unchanged
-//! and a compensated sum can replace a plain one.
+//! Methods change a state only by adding increments to it, so that other numbers in the same register stay unchanged.
 
 pub(crate) mod euler;
 mod implicit_euler;
@@ -26,32 +25,29 @@ pub use verlet::{PositionVerlet, VelocityVerlet};
 pub use yoshida::Yoshida4;
 
 use crate::methods::table::Method;
-use crate::real::Real;
 
 /// The vector space of positions, velocities and accelerations.
-pub trait Space<T>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<T, Output = Self> {}
+pub trait Space: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> {}
 
-impl<T, X: Copy + Add<Output = X> + Sub<Output = X> + Mul<T, Output = X>> Space<T> for X {}
+impl<X: Copy + Add<Output = X> + Sub<Output = X> + Mul<f64, Output = X>> Space for X {}
 
 /// The accelerations of one step, as a method sees them.
 pub trait Field {
-    /// The number type.
-    type Real: Real;
     /// The vector space of positions, velocities and accelerations.
-    type Space: Space<Self::Real>;
+    type Space: Space;
 
     /// Length h of the step, s, above 0.
-    fn step(&self) -> Self::Real;
+    fn step(&self) -> f64;
 
     /// Acceleration by the laws in the state (`x`, `v`) at the fraction `part` of the step: 0 is its start, 1 its end.
-    fn laws(&mut self, part: Self::Real, x: Self::Space, v: Self::Space) -> Self::Space;
+    fn laws(&mut self, part: f64, x: Self::Space, v: Self::Space) -> Self::Space;
 
     /// Acceleration by the applied forces, constant over the step.
     fn applied(&self) -> Self::Space;
 
     /// Acceleration by laws and applied forces.
     #[inline(always)]
-    fn acceleration(&mut self, part: Self::Real, x: Self::Space, v: Self::Space) -> Self::Space {
+    fn acceleration(&mut self, part: f64, x: Self::Space, v: Self::Space) -> Self::Space {
         let a = self.laws(part, x, v);
         self.plus_applied(a)
     }
@@ -79,7 +75,7 @@ pub trait Field {
     /// [`Field::kick`] by [`Field::acceleration`] at the start of the step.
     #[inline(always)]
     fn kick_from(&mut self, x: Self::Space, v: Self::Space) -> Self::Space {
-        let a = self.acceleration(Self::Real::ZERO, x, v);
+        let a = self.acceleration(0.0, x, v);
         self.kick(v, a)
     }
 
@@ -108,15 +104,18 @@ pub trait Field {
 
 /// A field whose implicit steps are solved by Newton's method; see [`newton_velocity`].
 pub trait NewtonField: Field {
+    /// Distance from 1 to the next larger number.
+    const EPSILON: f64 = f64::EPSILON;
+
     /// The rate c, 1/s, if every law is affine, `a = constant - c v`: an implicit step then has a closed form.
-    fn linear_rate(&self) -> Option<Self::Real>;
+    fn linear_rate(&self) -> Option<f64>;
 
     /// Solves `(I - h da/dv - h² da/dx) d = residual` for d, with the derivatives of the laws in the state (`x`, `v`)
     /// at the end of the step.
     fn correction(&mut self, x: Self::Space, v: Self::Space, residual: Self::Space) -> Self::Space;
 
     /// Largest magnitude among the components of a velocity or acceleration.
-    fn size(&self, v: Self::Space) -> Self::Real;
+    fn size(&self, v: Self::Space) -> f64;
 
     /// Records the result of a solve.
     fn report(&mut self, newton: Newton);
@@ -126,7 +125,7 @@ pub trait NewtonField: Field {
 #[derive(Clone, Copy, Debug)]
 pub struct StepState<F: Field> {
     /// Length of the last step, s: 0 if there was none, negative if velocities were reversed since.
-    pub last_step: F::Real,
+    pub last_step: f64,
     /// Cached acceleration by the laws at the start of this step, if the last step computed it.
     pub start: Option<F::Space>,
 }
@@ -134,7 +133,7 @@ pub struct StepState<F: Field> {
 impl<F: Field> Default for StepState<F> {
     /// The method state at a start, without a last step.
     fn default() -> Self {
-        Self { last_step: F::Real::ZERO, start: None }
+        Self { last_step: 0.0, start: None }
     }
 }
 

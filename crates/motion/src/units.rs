@@ -6,3 +6,8 @@ pub type Scalar = f64;
 pub type Vector = glam::DVec3;
 /// Rotation of a body, for drawing and picking only: the physics never reads it.
 pub type Rotation = glam::DQuat;
+
+/// The matrix `a b^T`.
+pub(crate) fn outer(a: Vector, b: Vector) -> glam::DMat3 {
+    glam::DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}

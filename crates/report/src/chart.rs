@@ -148,16 +148,27 @@ impl Chart {
         }
     }
 
-    /// A vertical line with words along its top; one that lies beyond the axis stands at the edge.
-    pub(crate) fn upright(&mut self, x: f64, words: &str) {
-        let [_, top, _, bottom] = self.frame();
+    /// The budget: a vertical line with words along its top; one that lies beyond the axis stands at the edge.
+    pub(crate) fn budget(&mut self, x: f64, words: &str) {
         let beyond = !self.x.holds(x);
         let (x, _) = self.at((x, 1.0));
-        let x = if beyond { x - 1.5 } else { x };
-        self.under.push(Shape::line([(x, top), (x, bottom)]).class("budget").stroke(BUDGET));
-        let words_at = Shape::words(words).class("budget-text").fill(RED).anchored(Anchor::End).upward();
-        self.under.push(words_at.at(x - 6.0, top + 8.0));
-        self.taken.push([x - 20.0, top, x + 2.0, top + 8.0 + width_of(words)]);
+        let words_of = Shape::words(words).class("budget-text").fill(RED);
+        self.upright(if beyond { x - 1.5 } else { x }, ("budget", BUDGET), words_of, width_of(words));
+    }
+
+    /// A vertical line with words along its top, such as the size of a cache; none beyond the axis.
+    pub(crate) fn limit(&mut self, x: f64, words: &str) {
+        if self.x.holds(x) {
+            let (x, _) = self.at((x, 1.0));
+            self.upright(x, ("floor", FLOOR), Shape::soft_words(words), width_of(words));
+        }
+    }
+
+    fn upright(&mut self, x: f64, (class, stroke): (&str, Stroke), words: Shape, long: f64) {
+        let [_, top, _, bottom] = self.frame();
+        self.under.push(Shape::line([(x, top), (x, bottom)]).class(class).stroke(stroke));
+        self.under.push(words.anchored(Anchor::End).upward().at(x - 6.0, top + 8.0));
+        self.taken.push([x - 20.0, top, x + 2.0, top + 8.0 + long]);
     }
 
     /// A horizontal line with words above its right end, or its left one; where something is there already, below it or

@@ -8,8 +8,8 @@ use super::tables::outcome;
 /// The columns of `cells.csv`, one row per cell: lengths in m, times as their names say, empty where nothing was
 /// measured.
 pub const CELLS_HEADER: &str = "subject,method,substeps,precision,step_s,relative_error,position_error_m,\
-    velocity_error_m_s,outcome,evaluations_per_body_s,ns_per_body_step,arrays_ns_per_body_step,real_time_factor,\
-    yardsticks,bytes_per_body_step,instructions_per_tick,timed_bodies,position_rms_m,arithmetic_ns_per_body_step";
+    velocity_error_m_s,outcome,evaluations_per_body_s,ns_per_body_step,real_time_factor,\
+    yardsticks,instructions_per_tick,timed_bodies,position_rms_m,arithmetic_ns_per_body_step";
 
 const DRIFT_HEADER: &str = "subject,method,substeps,precision,long,time_s,relative_residual";
 
@@ -40,10 +40,8 @@ pub(crate) fn cells(report: &Report) -> String {
             outcome(cell),
             plain(study.cost(cell, Cost::Evaluations)),
             time(|time| time.ns_per_body_step),
-            plain(cell.arrays_time.as_ref().map(|time| time.ns_per_body_step)),
             time(|time| time.real_time_factor),
             time(|time| time.yardsticks),
-            plain(cell.bytes_per_body_step),
             plain(cell.instructions_per_tick),
             study.size().to_string(),
             plain(cell.errors().map(|errors| errors.position_rms_m)),

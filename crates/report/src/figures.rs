@@ -3,10 +3,11 @@
 mod cost;
 mod curves;
 mod drift;
+mod growth;
 mod precision;
 mod step;
 
-use lab::cost::{Accuracy, Cost, Study};
+use lab::cost::{Accuracy, Cost, Machine, Study};
 
 use self::curves::curves;
 use super::chart::Drawing;
@@ -22,6 +23,8 @@ pub(crate) enum Kind {
     Precision,
     /// Energy over time; whether of the long runs.
     Drift(bool),
+    /// Time of a step per body against the number of bodies.
+    Growth,
 }
 
 impl Kind {
@@ -33,6 +36,7 @@ impl Kind {
                 format!("error-cost-{}-{}", cost_name(cost), accuracy_name(accuracy))
             }
             Self::Precision => "precision".to_owned(),
+            Self::Growth => "growth".to_owned(),
             Self::Drift(long) => format!("energy-{}", if long { "long" } else { "short" }),
         }
     }
@@ -48,7 +52,7 @@ pub(crate) fn costs(study: &Study) -> Vec<Cost> {
 }
 
 /// All figures of a study that have anything to show.
-pub(crate) fn figures(study: &Study) -> Vec<(Kind, Drawing)> {
+pub(crate) fn figures(study: &Study, machine: &Machine) -> Vec<(Kind, Drawing)> {
     let mut kinds = Vec::new();
     if curves(study).next().is_some() {
         kinds.extend(ACCURACIES.map(Kind::Step));
@@ -56,11 +60,12 @@ pub(crate) fn figures(study: &Study) -> Vec<(Kind, Drawing)> {
             kinds.extend(ACCURACIES.map(|accuracy| Kind::Cost(accuracy, cost)));
         }
     }
-    kinds.extend([Kind::Precision, Kind::Drift(false), Kind::Drift(true)]);
+    kinds.extend([Kind::Growth, Kind::Precision, Kind::Drift(false), Kind::Drift(true)]);
     let drawing = |kind| match kind {
         Kind::Step(accuracy) => Some(step::figure(study, accuracy)),
         Kind::Cost(accuracy, cost) => Some(cost::figure(study, accuracy, cost)),
         Kind::Precision => precision::figure(study),
+        Kind::Growth => growth::figure(study, machine),
         Kind::Drift(long) => drift::figure(study, long),
     };
     kinds.into_iter().filter_map(|kind| Some((kind, drawing(kind)?))).collect()

@@ -65,6 +65,8 @@ fn summary(report: &Report) -> String {
 /// Figures by their names without an ending.
 fn drawn(report: &Report) -> impl Iterator<Item = (String, Drawing)> {
     report.studies.iter().zip(slugs(&report.studies)).flat_map(|(study, slug)| {
-        figures(study).into_iter().map(move |(kind, drawing)| (format!("{slug}-{}", kind.name()), drawing))
+        figures(study, &report.machine)
+            .into_iter()
+            .map(move |(kind, drawing)| (format!("{slug}-{}", kind.name()), drawing))
     })
 }

@@ -1,13 +1,13 @@
 //! The report as one page that needs nothing beside it: the answers first, then figures, then every number.
 
-use lab::cost::{Cost, Report, Study};
+use lab::cost::{Cost, Machine, Report, Study};
 
 use super::chart::{Drawing, dark_rules};
 use super::escape::html;
 use super::figures::{ACCURACIES, Kind, accuracy_name, cost_name, costs, figures};
 use super::numbers::number;
 use super::table::Table;
-use super::tables::{cheapest, equal, every_run, failed, of_methods, on_arrays, phases, ranking, rates};
+use super::tables::{by_precision, cheapest, equal, every_run, failed, of_methods, phases, ranking, rates};
 use super::words::{bodies, evaluations, headline, setting, words};
 
 const STYLE: &str = include_str!("page.css");
@@ -62,8 +62,12 @@ pub(crate) fn page(report: &Report) -> String {
         "<p class=\"warning\">The run was cut short: some planned settings are missing.</p>"
     };
     let header = incomplete.to_owned() + &contents(report, &slugs);
-    let sections: String =
-        report.studies.iter().zip(&slugs).map(|(study, slug)| section(study, slug)).collect();
+    let sections: String = report
+        .studies
+        .iter()
+        .zip(&slugs)
+        .map(|(study, slug)| section(study, slug, &report.machine))
+        .collect();
     document(&title, lead, &rules, &header, &sections, &machine(report))
 }
 
@@ -82,8 +86,8 @@ fn contents(report: &Report, slugs: &[String]) -> String {
     format!("<nav><ol>\n{}</ol></nav>\n", rows.collect::<String>())
 }
 
-fn section(study: &Study, slug: &str) -> String {
-    let figures = figures(study);
+fn section(study: &Study, slug: &str, machine: &Machine) -> String {
+    let figures = figures(study, machine);
     let words = words(study);
     let sentences = words.iter().skip(1).map(|sentence| format!("<p>{}</p>\n", html(sentence)));
     [
@@ -96,7 +100,8 @@ fn section(study: &Study, slug: &str) -> String {
         sentences.collect(),
         titled(&cheapest(study)),
         titled(&ranking(study)),
-        folded(&on_arrays(study)),
+        shown_of(&figures, |kind| *kind == Kind::Growth),
+        folded(&by_precision(study)),
         selected(study, slug, &figures),
         titled(&of_methods(study)),
         titled(&phases(study)),
@@ -141,6 +146,11 @@ fn shown((kind, drawing): &(Kind, Drawing)) -> String {
             "precision".to_owned(),
             "The same steps in double and in single precision. Where a dashed line turns up, smaller steps make it worse: \
              each adds a rounding.",
+        ),
+        Kind::Growth => (
+            "growth".to_owned(),
+            "The time of a step per body, of independent copies of the problem. A few bodies share the fixed cost of a tick; many \
+             no longer fit into a cache, whose sizes are marked in bodies of 56 bytes.",
         ),
         Kind::Drift(_) => (
             "drift".to_owned(),
@@ -242,7 +252,7 @@ fn machine(report: &Report) -> String {
         rows.iter().map(|(name, value)| format!("<dt>{name}</dt><dd>{}</dd>\n", html(value))).collect();
     format!(
         "<footer>\n<h2>Measured on</h2>\n<dl>\n{rows}</dl>\n<p>Error and time are measured in runs of their own: the one \
-         is compared with the truth at eight times and looks at no clock, the other is timed in thread CPU time, block by \
+         is compared with the truth after every tick and looks at no clock, the other is timed in thread CPU time, block by \
          block, the least of several, in turns with a fixed yardstick. Relative errors are the largest over bodies and \
          times of the distances in position and velocity together, each in units of the motion's own scale; a run that \
          blew up, was quarantined or did not converge is a cross and never a point.</p>\n</footer>\n"

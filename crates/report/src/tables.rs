@@ -20,7 +20,7 @@ pub fn tables(study: &Study) -> Vec<Table> {
         equal(study),
         failed(study),
         front(study),
-        on_arrays(study),
+        by_precision(study),
     ];
     tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
 }
@@ -133,8 +133,8 @@ pub(crate) fn ranking(study: &Study) -> Table {
     Table::numbers("Time of a step", header, places.iter().enumerate().map(row))
 }
 
-/// Times on plain arrays, by method and precision.
-pub(crate) fn on_arrays(study: &Study) -> Table {
+/// Times of the arithmetic alone, by method and precision.
+pub(crate) fn by_precision(study: &Study) -> Table {
     let row = |of: &TickTime| {
         vec![
             of.method.claims().title.to_owned(),
@@ -143,11 +143,12 @@ pub(crate) fn on_arrays(study: &Study) -> Table {
             duration(of.ns_per_body_step, 2),
         ]
     };
-    let rows = study.tick_times.iter().filter(|of| of.host == Host::Arrays).map(row);
+    let single = |method| methods(study, Precision::F32).contains(&method);
+    let alone = study.tick_times.iter().filter(|of| of.host == Host::Arithmetic && single(of.method));
     Table::numbers(
-        "On plain arrays",
+        "By precision: the arithmetic alone",
         ["method", "precision", "line: fixed per tick", "line: per body per step"],
-        rows,
+        alone.map(row),
     )
 }
 
@@ -322,8 +323,8 @@ pub(crate) fn every_run(study: &Study) -> Table {
             or_none(cell.errors(), |errors| length(errors.position_rms_m, 2)),
             or_none(study.cost(cell, Cost::Evaluations), |cost| number(cost, 3)),
             nanoseconds(Host::World),
-            nanoseconds(Host::Arrays),
-            or_none(cell.time.or(cell.arrays_time), |time| number(time.real_time_factor, 2)),
+            nanoseconds(Host::Arithmetic),
+            or_none(cell.time_in(setting.precision.host()), |time| number(time.real_time_factor, 2)),
         ]
     };
     let header = [
@@ -336,7 +337,7 @@ pub(crate) fn every_run(study: &Study) -> Table {
         "rms",
         "evaluations per body per s",
         "per body per step",
-        "on arrays",
+        "the arithmetic alone",
         "times real time",
     ];
     Table::numbers("Every run in numbers", header, cells.into_iter().map(row))

@@ -10,7 +10,6 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use motion::effects::Effect;
-use motion::real::Real;
 use motion::{
     AxisLocks, Damping, DampingModel, Gravity, Law, Method, MutualGravity, Range, Thrust, Well, Wells,
     WorldLaws,
@@ -211,11 +210,11 @@ pub struct OwnLawsSpec {
 }
 
 impl OwnLawsSpec {
-    /// The laws themselves, in the precision that they are to be evaluated in.
+    /// The laws themselves.
     #[must_use]
-    pub fn laws<T: Real>(&self) -> Vec<Box<dyn Law<T>>> {
-        let wells = (!self.wells.is_empty()).then(|| Box::new(Wells(self.wells.clone())) as Box<dyn Law<T>>);
-        let thrusts = self.thrusts.iter().map(|thrust| Box::new(thrust.clone()) as Box<dyn Law<T>>);
+    pub fn laws(&self) -> Vec<Box<dyn Law>> {
+        let wells = (!self.wells.is_empty()).then(|| Box::new(Wells(self.wells.clone())) as Box<dyn Law>);
+        let thrusts = self.thrusts.iter().map(|thrust| Box::new(thrust.clone()) as Box<dyn Law>);
         wells.into_iter().chain(thrusts).collect()
     }
 }

@@ -53,12 +53,11 @@ macro_rules! broken {
                 }
 
                 fn mutant(name: &'static str, killer: Checked) -> (Stepper, Checked) {
-                    let double = |bare: &mut Bare<f64>| {
+                    let tick = |bare: &mut Bare| {
                         $mistake::chosen().set(Some($mistake::$name));
                         bare.tick_with::<$kind>();
                     };
-                    let single = |_: &mut Bare<f32>| panic!("survived in double precision");
-                    (Stepper { name, method: Method::$method, double, single }, killer)
+                    (Stepper { name, method: Method::$method, tick }, killer)
                 }
             }
         )*

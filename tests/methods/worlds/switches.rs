@@ -72,7 +72,7 @@ fn errors(from: Method, to: Method, steps: u32) -> [f64; 2] {
     const FINE: u32 = 512;
     let scene = Environment::orbiting();
     let (mut lab, [_, (x, v)]) = switched(&scene, [from, to], 1.0 / f64::from(steps), u64::from(steps / 4));
-    let mut exact: Bare<f64> = scene.bare(Method::RungeKutta4, 0.125 / f64::from(FINE));
+    let mut exact: Bare = scene.bare(Method::RungeKutta4, 0.125 / f64::from(FINE));
     add(&mut exact, Start { x, v, w: START.w });
     let mut largest = [0.0_f64; 2];
     for _ in 0..8 {

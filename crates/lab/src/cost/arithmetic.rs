@@ -1,7 +1,10 @@
 //! The arithmetic alone: the problems of single bodies in loops over plain arrays.
 //!
 //! The methods are those of the program, and so is their arithmetic, but here the compiler sees the law: nothing is called,
-//! copied or checked. The time of such a loop is the price of the method; what the program takes longer is its own.
+//! copied or checked. The time of such a loop is the price of the method; what the program takes longer is its own. The
+//! same loops run in single precision, which the program itself has not.
+
+mod numbers;
 
 use glam::{DMat3, DVec3};
 use motion::Method;
@@ -11,11 +14,12 @@ use motion::methods::{
     Yoshida4, newton_velocity,
 };
 
-use super::problem::State;
-use super::record::{Counts, Failure, Setting};
+use super::record::{Counts, Failure, Precision, Setting};
 use super::runner::{Runner, Sample};
 use super::subject::Subject;
 use crate::run::movable;
+pub(crate) use numbers::Vector;
+use numbers::{Compensated, LoopSpace, Single};
 
 /// The acceleration of one body, m/s², as a person would write it for one problem.
 pub(crate) trait Formula: Copy + Send + 'static {
@@ -24,7 +28,7 @@ pub(crate) trait Formula: Copy + Send + 'static {
     /// Whether it depends on the velocity.
     const DEPENDS_ON_VELOCITY: bool = false;
 
-    fn acceleration(self, x: DVec3, v: DVec3) -> DVec3;
+    fn acceleration<V: Vector>(self, t: f64, x: V, v: V) -> V;
 
     /// The rate c, 1/s, of an acceleration `constant - c v`.
     fn linear_rate(self) -> Option<f64> {
@@ -39,14 +43,18 @@ pub(crate) trait Formula: Copy + Send + 'static {
 }
 
 /// The field of one body under a formula.
-struct OneBody<F> {
+struct OneBody<F, S> {
     formula: F,
+    /// Time at the start of the step, s.
+    start: f64,
     h: f64,
+    counts: Counts,
+    unconverged: u64,
+    space: std::marker::PhantomData<S>,
 }
 
-impl<F: Formula> Field for OneBody<F> {
-    type Real = f64;
-    type Space = DVec3;
+impl<F: Formula, S: LoopSpace> Field for OneBody<F, S> {
+    type Space = S;
 
     #[inline(always)]
     fn step(&self) -> f64 {
@@ -54,17 +62,18 @@ impl<F: Formula> Field for OneBody<F> {
     }
 
     #[inline(always)]
-    fn laws(&mut self, _: f64, x: DVec3, v: DVec3) -> DVec3 {
-        self.formula.acceleration(x, v)
+    fn laws(&mut self, part: f64, x: S, v: S) -> S {
+        self.counts.accelerations += 1;
+        S::of(self.formula.acceleration(self.start + part * self.h, x.seen(), v.seen()))
     }
 
     #[inline(always)]
-    fn applied(&self) -> DVec3 {
-        DVec3::ZERO
+    fn applied(&self) -> S {
+        S::default()
     }
 
     #[inline(always)]
-    fn plus_applied(&self, a: DVec3) -> DVec3 {
+    fn plus_applied(&self, a: S) -> S {
         a
     }
 
@@ -79,41 +88,53 @@ impl<F: Formula> Field for OneBody<F> {
     }
 
     #[inline(always)]
-    fn implicit_velocity(&mut self, x: DVec3, v: DVec3) -> DVec3 {
+    fn implicit_velocity(&mut self, x: S, v: S) -> S {
         newton_velocity(self, x, v)
     }
 }
 
-impl<F: Formula> NewtonField for OneBody<F> {
+impl<F: Formula, S: LoopSpace> NewtonField for OneBody<F, S> {
+    const EPSILON: f64 =
+        if size_of::<<S::Seen as Vector>::Number>() == 4 { f32::EPSILON as f64 } else { f64::EPSILON };
+
     fn linear_rate(&self) -> Option<f64> {
         self.formula.linear_rate()
     }
 
-    fn correction(&mut self, x: DVec3, v: DVec3, residual: DVec3) -> DVec3 {
+    fn correction(&mut self, x: S, v: S, residual: S) -> S {
+        let [x, v, residual] = [x, v, residual].map(|vector| vector.seen().to_double());
         let [by_x, by_v] = self.formula.jacobians(x, v);
-        (DMat3::IDENTITY - by_v * self.h - by_x * (self.h * self.h)).inverse() * residual
+        let correction = (DMat3::IDENTITY - by_v * self.h - by_x * (self.h * self.h)).inverse() * residual;
+        S::of(<S::Seen as Vector>::of(correction))
     }
 
-    fn size(&self, v: DVec3) -> f64 {
-        v.abs().max_element()
+    fn size(&self, v: S) -> f64 {
+        v.seen().to_double().abs().max_element()
     }
 
-    fn report(&mut self, _: Newton) {}
+    fn report(&mut self, Newton { iterations, converged }: Newton) {
+        self.counts.solver += u64::from(iterations);
+        self.unconverged += u64::from(!converged);
+    }
 }
 
 /// Bodies in arrays, one for each coordinate.
-struct Loop<F> {
+struct Loop<F, S: LoopSpace> {
     formula: F,
     method: Method,
     h: f64,
+    substeps: u32,
     ids: Vec<u32>,
-    x: [Vec<f64>; 3],
-    v: [Vec<f64>; 3],
+    x: S::Columns,
+    v: S::Columns,
     /// The last accelerations, if the method has computed them.
-    a: [Vec<f64>; 3],
+    a: S::Columns,
     has_a: bool,
     /// Length of the last step, s; 0 at the start.
     last_step: f64,
+    steps: u64,
+    counts: Counts,
+    unconverged: u64,
 }
 
 /// Makes the run of a subject in a loop.
@@ -121,77 +142,85 @@ pub(crate) type MakeLoop = fn(&Subject, Setting) -> Box<dyn Runner>;
 
 /// The run of `subject` in a loop with a formula.
 pub(crate) fn run<F: Formula + Default>(subject: &Subject, setting: Setting) -> Box<dyn Runner> {
-    let bodies: Vec<_> = movable(&subject.scene).collect();
-    let column = |number: &dyn Fn(State) -> f64| -> Vec<f64> {
-        bodies.iter().map(|(_, body)| number((body.position, body.velocity))).collect()
-    };
-    let (x, v) = ([0, 1, 2].map(|i| column(&|(x, _)| x[i])), [0, 1, 2].map(|i| column(&|(_, v)| v[i])));
-    Box::new(Loop {
-        formula: F::default(),
-        method: setting.method,
-        h: 1.0 / (subject.scene.step_hz * f64::from(setting.substeps)),
-        ids: bodies.iter().map(|(id, _)| *id).collect(),
-        a: [0, 1, 2].map(|_| vec![0.0; bodies.len()]),
-        x,
-        v,
-        has_a: false,
-        last_step: 0.0,
-    })
-}
-
-/// One number of every body, by axis.
-struct Columns<'a>([&'a mut [f64]; 3]);
-
-impl<'a> Columns<'a> {
-    /// Cut to `n`, so that the compiler knows that they are equally long.
-    fn of(columns: &'a mut [Vec<f64>; 3], n: usize) -> Self {
-        Self(columns.each_mut().map(|column| &mut column[..n]))
-    }
-
-    #[inline(always)]
-    fn get(&self, i: usize) -> DVec3 {
-        DVec3::new(self.0[0][i], self.0[1][i], self.0[2][i])
-    }
-
-    #[inline(always)]
-    fn set(&mut self, i: usize, to: DVec3) {
-        (self.0[0][i], self.0[1][i], self.0[2][i]) = (to.x, to.y, to.z);
+    match setting.precision {
+        Precision::F64 => Box::new(Loop::<F, DVec3>::new(subject, setting)),
+        Precision::F32 => Box::new(Loop::<F, Single>::new(subject, setting)),
+        Precision::CompensatedF32 => Box::new(Loop::<F, Compensated>::new(subject, setting)),
     }
 }
 
-impl<F: Formula> Loop<F> {
+impl<F: Formula + Default, S: LoopSpace> Loop<F, S> {
+    fn new(subject: &Subject, setting: Setting) -> Self {
+        let mut new = Self {
+            formula: F::default(),
+            method: setting.method,
+            h: 1.0 / (subject.scene.step_hz * f64::from(setting.substeps)),
+            substeps: setting.substeps,
+            ids: Vec::new(),
+            x: S::Columns::default(),
+            v: S::Columns::default(),
+            a: S::Columns::default(),
+            has_a: false,
+            last_step: 0.0,
+            steps: 0,
+            counts: Counts::default(),
+            unconverged: 0,
+        };
+        for (id, body) in movable(&subject.scene) {
+            let space = |vector| S::of(<S::Seen as Vector>::of(vector));
+            new.ids.push(id);
+            space(body.position).push(&mut new.x);
+            space(body.velocity).push(&mut new.v);
+            S::default().push(&mut new.a);
+        }
+        new
+    }
+}
+
+impl<F: Formula, S: LoopSpace> Loop<F, S> {
     fn step<M: Integrator>(&mut self) {
         let caches =
             M::STATE == MethodStateKind::LastAcceleration && !F::DEPENDS_ON_VELOCITY && !F::IS_CONSTANT;
-        match (caches, self.has_a) {
-            (true, true) => self.step_each::<M, true, true>(),
-            (true, false) => self.step_each::<M, true, false>(),
-            (false, _) => self.step_each::<M, false, false>(),
+        for _ in 0..self.substeps {
+            match (caches, self.has_a) {
+                (true, true) => self.step_each::<M, true, true>(),
+                (true, false) => self.step_each::<M, true, false>(),
+                (false, _) => self.step_each::<M, false, false>(),
+            }
+            (self.has_a, self.last_step) = (caches, self.h);
+            self.steps += 1;
         }
-        (self.has_a, self.last_step) = (caches, self.h);
     }
 
     /// A step of every body. Whether accelerations are cached, and known, is no branch of the loop: it would keep the
     /// compiler from vector instructions.
     fn step_each<M: Integrator, const CACHES: bool, const KNOWN: bool>(&mut self) {
         let (n, last_step) = (self.ids.len(), self.last_step);
-        let mut field = OneBody { formula: self.formula, h: self.h };
-        let (mut x, mut v) = (Columns::of(&mut self.x, n), Columns::of(&mut self.v, n));
-        let mut a = Columns::of(&mut self.a, n);
+        let mut field = OneBody {
+            formula: self.formula,
+            start: self.steps as f64 * self.h,
+            h: self.h,
+            counts: self.counts,
+            unconverged: self.unconverged,
+            space: std::marker::PhantomData,
+        };
+        let (mut x, mut v, mut a) =
+            (S::rows(&mut self.x, n), S::rows(&mut self.v, n), S::rows(&mut self.a, n));
         for i in 0..n {
-            let start = if KNOWN { Some(a.get(i)) } else { None };
+            let start = if KNOWN { Some(S::get(&a, i)) } else { None };
             let mut state = StepState { last_step, start };
-            let (to, velocity) = M::step(&mut field, x.get(i), v.get(i), &mut state);
-            x.set(i, to);
-            v.set(i, velocity);
+            let (to, velocity) = M::step(&mut field, S::get(&x, i), S::get(&v, i), &mut state);
+            to.set(&mut x, i);
+            velocity.set(&mut v, i);
             if CACHES {
-                a.set(i, state.start.unwrap_or_default());
+                state.start.unwrap_or_default().set(&mut a, i);
             }
         }
+        (self.counts, self.unconverged) = (field.counts, field.unconverged);
     }
 }
 
-impl<F: Formula> Runner for Loop<F> {
+impl<F: Formula, S: LoopSpace> Runner for Loop<F, S> {
     fn tick(&mut self) {
         match self.method {
             Method::ExplicitEuler => self.step::<ExplicitEuler>(),
@@ -207,16 +236,17 @@ impl<F: Formula> Runner for Loop<F> {
     }
 
     fn states(&mut self) -> Vec<Sample> {
-        let vector = |[x, y, z]: &[Vec<f64>; 3], i: usize| DVec3::new(x[i], y[i], z[i]);
-        self.ids.iter().enumerate().map(|(i, id)| (*id, vector(&self.x, i), vector(&self.v, i))).collect()
+        let n = self.ids.len();
+        let (x, v) = (S::rows(&mut self.x, n), S::rows(&mut self.v, n));
+        let seen = |state: S| state.seen().to_double();
+        self.ids.iter().enumerate().map(|(i, id)| (*id, seen(S::get(&x, i)), seen(S::get(&v, i)))).collect()
     }
 
-    /// Not counted: it is timed alone.
     fn counts(&mut self) -> Counts {
-        Counts::default()
+        self.counts
     }
 
     fn failure(&mut self) -> Option<Failure> {
-        None
+        (self.unconverged > 0).then_some(Failure::Unconverged { steps: self.unconverged })
     }
 }

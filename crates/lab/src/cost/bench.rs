@@ -114,7 +114,7 @@ impl Bench {
             },
             position_scale_m: 1.0,
             velocity_scale_m_s: 1.0,
-            cells: plan.settings(rungs).into_iter().map(Cell::open).collect(),
+            cells: plan.settings(&subject, rungs).into_iter().map(Cell::open).collect(),
             timed_bodies: None,
             tick_times: Vec::new(),
             drifts: Vec::new(),
@@ -323,7 +323,6 @@ impl Bench {
                     let cell = &mut self.study.cells[cell];
                     cell.outcome = outcome;
                     cell.counts = runner.counts();
-                    cell.bytes_per_body_step = runner.bytes_per_body();
                 }
             }
             (_, Going::Reference(_)) => {}

@@ -10,6 +10,7 @@ impl Machine {
         Self {
             processor: processor(),
             cores: available_parallelism().map_or(1, usize::from),
+            caches: caches(),
             system: format!("{} on {}", std::env::consts::OS, std::env::consts::ARCH),
             instructions: instructions().to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -25,12 +26,24 @@ fn processor() -> String {
     name.map_or_else(|| "an unnamed processor".to_owned(), |(_, name)| name.trim().to_owned())
 }
 
+/// Sizes of the caches of data, by level, bytes.
+fn caches() -> Vec<u64> {
+    let of = |index: u32| {
+        let read = |name: &str| {
+            std::fs::read_to_string(format!("/sys/devices/system/cpu/cpu0/cache/index{index}/{name}")).ok()
+        };
+        let kibibytes = read("size")?.trim().strip_suffix('K')?.parse::<u64>().ok()?;
+        (read("type")?.trim() != "Instruction").then_some(kibibytes << 10)
+    };
+    (0..8).filter_map(of).collect()
+}
+
 /// Vector instructions that the kernels take here.
 fn instructions() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {
         if std::arch::is_x86_feature_detected!("avx2") {
-            return "AVX2 for f64, SSE4.2 for f32";
+            return "AVX2";
         }
         "those of every x86-64"
     }

@@ -35,7 +35,7 @@ const LONG: &str = "more would have taken too long for this plan";
 pub struct Plan {
     /// Methods of f64.
     pub methods: Vec<Method>,
-    /// Methods of single precision, plain and compensated; of no use beyond `methods`.
+    /// Methods of single precision, plain and compensated, in the loops of problems; of no use beyond `methods`.
     pub single: Vec<Method>,
     /// Substeps that are tried: those within the subject's own range; ascending.
     pub rungs: Vec<u32>,
@@ -145,7 +145,7 @@ impl Plan {
         let reference = work(self.reference(rungs));
         // First beside one of half its substeps, then once per batch.
         let references = if subject.exact().is_some() { 0.0 } else { (1.5 + batches) * reference };
-        self.settings(rungs).into_iter().map(work).sum::<f64>() + references
+        self.settings(subject, rungs).into_iter().map(work).sum::<f64>() + references
     }
 
     /// The reference for these rungs.
@@ -163,7 +163,7 @@ impl Plan {
             .unwrap_or(usize::MAX);
         let most = if subject.exact().is_some() { 1 } else { most.max(1) };
         let (mut batches, mut first, mut sum) = (Vec::new(), 0, 0.0);
-        let works: Vec<_> = self.settings(rungs).into_iter().map(work).collect();
+        let works: Vec<_> = self.settings(subject, rungs).into_iter().map(work).collect();
         for (at, work) in works.iter().enumerate() {
             sum += work;
             if sum >= enough || at + 1 - first >= most || at + 1 == works.len() {
@@ -186,12 +186,12 @@ impl Plan {
     }
 
     /// Every setting, coarse ones first.
-    pub(crate) fn settings(&self, rungs: &[u32]) -> Vec<Setting> {
+    pub(crate) fn settings(&self, subject: &Subject, rungs: &[u32]) -> Vec<Setting> {
         let mut settings = Vec::new();
         for &substeps in rungs {
             for &method in &self.methods {
-                let precisions =
-                    if self.single.contains(&method) { &Precision::ALL[..] } else { &[Precision::F64] };
+                let single = self.single.contains(&method) && subject.in_loop().is_some();
+                let precisions = if single { &Precision::ALL[..] } else { &[Precision::F64] };
                 settings.extend(precisions.iter().map(|precision| Setting {
                     method,
                     substeps,

@@ -3,10 +3,10 @@
 use std::f64::consts::TAU;
 
 use glam::{DMat3, DVec3};
-use motion::real::{Real, RealMatrix as _, RealVector as _};
 use motion::{BodyState, EvaluationTime, Jacobians, Law};
+use num_traits::Float as _;
 
-use super::arithmetic::{self, Formula, MakeLoop};
+use super::arithmetic::{self, Formula, MakeLoop, Vector};
 use super::exact::{eccentric_anomaly, jacobi};
 
 /// Position, m, and velocity, m/s.
@@ -42,28 +42,18 @@ pub struct Problem {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Duffing;
 
-impl<T: Real> Law<T> for Duffing {
+impl Law for Duffing {
     fn name(&self) -> &'static str {
         "duffing"
     }
 
-    fn acceleration(&self, _: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
-        let part = |x: T| -(x + T::of(2.0) * x * x * x);
-        T::Vector::from_array(body.position.to_array().map(part))
+    fn acceleration(&self, at: EvaluationTime, body: BodyState) -> DVec3 {
+        Formula::acceleration(*self, at.time, body.position, body.velocity)
     }
 
-    fn jacobians(&self, _: EvaluationTime<T>, body: BodyState<T>) -> Jacobians<T> {
-        let [x, y, z] = body.position.to_array().map(|x| -(T::ONE + T::of(6.0) * x * x));
-        let column = |parts| T::Vector::from_array(parts);
-        let zero = T::ZERO;
-        Jacobians {
-            position: T::Matrix::from_columns([
-                column([x, zero, zero]),
-                column([zero, y, zero]),
-                column([zero, zero, z]),
-            ]),
-            ..Jacobians::zero()
-        }
+    fn jacobians(&self, _: EvaluationTime, body: BodyState) -> Jacobians {
+        let [position, velocity] = Formula::jacobians(*self, body.position, body.velocity);
+        Jacobians { position, velocity }
     }
 
     fn depends_on_velocity(&self) -> bool {
@@ -74,27 +64,25 @@ impl<T: Real> Law<T> for Duffing {
         true
     }
 
-    fn potential_energy(&self, body: BodyState<T>) -> T {
-        let part = |x: T| T::of(0.5) * x * x * (T::ONE + x * x);
-        let energy: T = body.position.to_array().into_iter().map(part).sum();
-        energy * (T::ONE / body.inverse_mass)
+    fn potential_energy(&self, body: BodyState) -> f64 {
+        let part = |x: f64| 0.5 * x * x * (1.0 + x * x);
+        let energy: f64 = body.position.to_array().into_iter().map(part).sum();
+        energy * (1.0 / body.inverse_mass)
     }
 }
 
 impl Formula for Duffing {
-    fn acceleration(self, x: DVec3, v: DVec3) -> DVec3 {
-        Law::<f64>::acceleration(&self, START, BodyState { position: x, velocity: v, inverse_mass: 1.0 })
+    #[inline(always)]
+    fn acceleration<V: Vector>(self, _: f64, x: V, _: V) -> V {
+        let two = V::number(2.0);
+        x.map(|x| -(x + two * x * x * x))
     }
 
-    fn jacobians(self, x: DVec3, v: DVec3) -> [DMat3; 2] {
-        let body = BodyState { position: x, velocity: v, inverse_mass: 1.0 };
-        let Jacobians { position, velocity } = Law::<f64>::jacobians(&self, START, body);
-        [position, velocity]
+    fn jacobians(self, x: DVec3, _: DVec3) -> [DMat3; 2] {
+        let slope = |x: f64| -(1.0 + 6.0 * x * x);
+        [DMat3::from_diagonal(DVec3::from_array(x.to_array().map(slope))), DMat3::ZERO]
     }
 }
-
-/// A time of evaluation, for a law that does not depend on it.
-const START: EvaluationTime<f64> = EvaluationTime { time: 0.0, within_step: 0.0 };
 
 /// Gravity g, m/s².
 #[derive(Clone, Copy)]
@@ -109,8 +97,9 @@ impl Default for Fall {
 impl Formula for Fall {
     const IS_CONSTANT: bool = true;
 
-    fn acceleration(self, _: DVec3, _: DVec3) -> DVec3 {
-        self.0
+    #[inline(always)]
+    fn acceleration<V: Vector>(self, _: f64, _: V, _: V) -> V {
+        V::of(self.0)
     }
 
     fn linear_rate(self) -> Option<f64> {
@@ -131,8 +120,9 @@ impl Default for TerminalFall {
 impl Formula for TerminalFall {
     const DEPENDS_ON_VELOCITY: bool = true;
 
-    fn acceleration(self, _: DVec3, v: DVec3) -> DVec3 {
-        self.0 - v * self.1
+    #[inline(always)]
+    fn acceleration<V: Vector>(self, _: f64, _: V, v: V) -> V {
+        V::of(self.0) - v * self.1
     }
 
     fn linear_rate(self) -> Option<f64> {
@@ -151,7 +141,8 @@ impl Default for Spring {
 }
 
 impl Formula for Spring {
-    fn acceleration(self, x: DVec3, _: DVec3) -> DVec3 {
+    #[inline(always)]
+    fn acceleration<V: Vector>(self, _: f64, x: V, _: V) -> V {
         x * -self.0
     }
 
@@ -173,8 +164,9 @@ impl Default for DampedSpring {
 impl Formula for DampedSpring {
     const DEPENDS_ON_VELOCITY: bool = true;
 
-    fn acceleration(self, x: DVec3, v: DVec3) -> DVec3 {
-        self.0.acceleration(x, v) - v * self.1
+    #[inline(always)]
+    fn acceleration<V: Vector>(self, t: f64, x: V, v: V) -> V {
+        self.0.acceleration(t, x, v) - v * self.1
     }
 
     fn jacobians(self, x: DVec3, v: DVec3) -> [DMat3; 2] {
@@ -195,16 +187,16 @@ impl Default for Orbit {
 
 impl Orbit {
     #[inline(always)]
-    fn inverse(self, x: DVec3) -> f64 {
-        1.0 / (x.dot(x) + self.1).sqrt()
+    fn inverse<V: Vector>(self, x: V) -> V::Number {
+        (x.dot(x) + V::number(self.1)).sqrt().recip()
     }
 }
 
 impl Formula for Orbit {
     #[inline(always)]
-    fn acceleration(self, x: DVec3, _: DVec3) -> DVec3 {
+    fn acceleration<V: Vector>(self, _: f64, x: V, _: V) -> V {
         let inverse = self.inverse(x);
-        x * -(self.0 * inverse * inverse * inverse)
+        x.times(-(V::number(self.0) * inverse * inverse * inverse))
     }
 
     fn jacobians(self, x: DVec3, _: DVec3) -> [DMat3; 2] {
@@ -227,8 +219,9 @@ impl Default for Pendulum {
 
 impl Formula for Pendulum {
     #[inline(always)]
-    fn acceleration(self, x: DVec3, _: DVec3) -> DVec3 {
-        self.0 - x * (self.1 * (1.0 - self.2 * (1.0 / x.dot(x).sqrt())))
+    fn acceleration<V: Vector>(self, _: f64, x: V, _: V) -> V {
+        let stretch = V::number(1.0) - V::number(self.2) * x.dot(x).sqrt().recip();
+        V::of(self.0) - x.times(V::number(self.1) * stretch)
     }
 
     fn jacobians(self, x: DVec3, _: DVec3) -> [DMat3; 2] {
@@ -240,6 +233,76 @@ impl Formula for Pendulum {
     }
 }
 
+/// Gravity, m/s², and quadratic drag k, 1/m.
+#[derive(Clone, Copy)]
+struct QuadraticDrag(DVec3, f64);
+
+impl Default for QuadraticDrag {
+    fn default() -> Self {
+        Self(DVec3::NEG_Y * FALL, QUADRATIC_DRAG)
+    }
+}
+
+impl Formula for QuadraticDrag {
+    const DEPENDS_ON_VELOCITY: bool = true;
+
+    #[inline(always)]
+    fn acceleration<V: Vector>(self, _: f64, _: V, v: V) -> V {
+        V::of(self.0) + v.times(-(V::number(self.1) * v.dot(v).sqrt()))
+    }
+
+    fn jacobians(self, _: DVec3, v: DVec3) -> [DMat3; 2] {
+        let speed = v.length();
+        let along = DMat3::from_cols(v * v.x, v * v.y, v * v.z) * (1.0 / speed.max(f64::MIN_POSITIVE));
+        [DMat3::ZERO, (DMat3::IDENTITY * speed + along) * -self.1]
+    }
+}
+
+/// The places of wells, m, mu, m³/s², and the square of their softening, m².
+#[derive(Clone, Copy)]
+struct Cluster([DVec3; 5], f64, f64);
+
+impl Default for Cluster {
+    fn default() -> Self {
+        Self(WELLS, 1.0, 0.01)
+    }
+}
+
+impl Formula for Cluster {
+    #[inline(always)]
+    fn acceleration<V: Vector>(self, _: f64, x: V, _: V) -> V {
+        let mut sum = V::of(DVec3::ZERO);
+        for well in self.0 {
+            let r = x - V::of(well);
+            let inverse = (r.dot(r) + V::number(self.2)).sqrt().recip();
+            sum = sum + r.times(-(V::number(self.1) * inverse * inverse * inverse));
+        }
+        sum
+    }
+
+    fn jacobians(self, x: DVec3, _: DVec3) -> [DMat3; 2] {
+        let of_well = |well: DVec3| Orbit(self.1, self.2).jacobians(x - well, DVec3::ZERO)[0];
+        [self.0.map(of_well).into_iter().fold(DMat3::ZERO, |sum, by_x| sum + by_x), DMat3::ZERO]
+    }
+}
+
+/// Force per mass at the start, m/s², and its growth, m/s³.
+#[derive(Clone, Copy)]
+struct Engine(DVec3, DVec3);
+
+impl Default for Engine {
+    fn default() -> Self {
+        Self(DVec3::new(0.0, ENGINE, 0.0), DVec3::new(ENGINE_GROWTH, 0.0, 0.0))
+    }
+}
+
+impl Formula for Engine {
+    #[inline(always)]
+    fn acceleration<V: Vector>(self, t: f64, _: V, _: V) -> V {
+        V::of(self.0 + self.1 * t)
+    }
+}
+
 /// Eccentricity of the orbit.
 const ECCENTRICITY: f64 = 0.6;
 /// Angular frequency of the oscillators, rad/s, and decay rate of the damped one, 1/s: a fifth of critical.
@@ -248,9 +311,21 @@ const DECAY: f64 = 2.0 * 0.2 * FREQUENCY;
 /// Falling: gravity, m/s², and drag, 1/s.
 const FALL: f64 = 9.8;
 const DRAG: f64 = 0.4;
+const QUADRATIC_DRAG: f64 = 0.05;
+/// Force of the engine on 1 kg, N, and its growth, N/s.
+const ENGINE: f64 = 10.0;
+const ENGINE_GROWTH: f64 = 1.5;
+/// Five wells around the origin, m.
+const WELLS: [DVec3; 5] = [
+    DVec3::new(0.0, 0.0, 0.0),
+    DVec3::new(1.0, 0.5, 0.0),
+    DVec3::new(-1.0, 0.0, 0.5),
+    DVec3::new(0.0, -1.0, -0.5),
+    DVec3::new(0.5, 1.0, 0.0),
+];
 
 /// Every problem.
-pub const PROBLEMS: [Problem; 8] = [
+pub const PROBLEMS: [Problem; 11] = [
     Problem {
         name: "free_fall",
         description: "A throw in uniform gravity, 2 s: what a constant force costs each method",
@@ -277,6 +352,36 @@ pub const PROBLEMS: [Problem; 8] = [
         period: None,
         ladder: (1, 1024),
         in_loop: Some(arithmetic::run::<TerminalFall>),
+    },
+    Problem {
+        name: "quadratic_drag",
+        description: "A fall against quadratic drag towards its terminal speed, 8 s",
+        scene: || {
+            let laws = "gravity: (acceleration_m_s2: (0, -9.8, 0)), drag: (quadratic_per_m: 0.05),";
+            one_body(1.0, laws, "position_m: (0, 0, 0)", "")
+        },
+        ticks: 8,
+        law: None,
+        exact: Some((quadratic_drag, "v = v_t tanh(t / tau), tau = v_t / g")),
+        period: None,
+        ladder: (1, 1024),
+        in_loop: Some(arithmetic::run::<QuadraticDrag>),
+    },
+    Problem {
+        name: "engine",
+        description: "An engine whose force grows, 8 s",
+        scene: || {
+            let thrusts = format!(
+                "thrusts: [(body: \"body\", curve: polynomial([(0, {ENGINE:?}, 0), ({ENGINE_GROWTH:?}, 0, 0)]))],"
+            );
+            one_body(1.0, &thrusts, "velocity_m_s: (3, 0, 0)", "")
+        },
+        ticks: 8,
+        law: None,
+        exact: Some((engine, "x = x0 + v0 t + a t² / 2 + b t³ / 6")),
+        period: None,
+        ladder: (1, 256),
+        in_loop: Some(arithmetic::run::<Engine>),
     },
     Problem {
         name: "harmonic_oscillator",
@@ -320,6 +425,28 @@ pub const PROBLEMS: [Problem; 8] = [
         period: Some(TAU),
         ladder: (16, 8192),
         in_loop: Some(arithmetic::run::<Orbit>),
+    },
+    Problem {
+        name: "five_wells",
+        description: "An orbit around five wells, 20 s",
+        scene: || {
+            let well = |DVec3 { x, y, z }: &DVec3| {
+                format!("(position_m: ({x:?}, {y:?}, {z:?}), strength_m3_s2: 1, softening_m: 0.1)")
+            };
+            let wells = WELLS.iter().map(well).collect::<Vec<_>>().join(", ");
+            one_body(
+                3.2,
+                &format!("wells: [{wells}],"),
+                "position_m: (4, 0, 0), velocity_m_s: (0, 1.1, 0)",
+                "",
+            )
+        },
+        ticks: 64,
+        law: None,
+        exact: None,
+        period: None,
+        ladder: (1, 256),
+        in_loop: Some(arithmetic::run::<Cluster>),
     },
     Problem {
         name: "duffing",
@@ -393,6 +520,18 @@ fn terminal_fall(t: f64) -> Vec<State> {
     let (v0, end) = (DVec3::new(3.0, 10.0, 0.0), DVec3::NEG_Y * (FALL / DRAG));
     let left = v0 - end;
     vec![(end * t - left * ((-DRAG * t).exp_m1() / DRAG), end + left * (-DRAG * t).exp())]
+}
+
+fn quadratic_drag(t: f64) -> Vec<State> {
+    let terminal = (FALL / QUADRATIC_DRAG).sqrt();
+    let tau = terminal / FALL;
+    let (x, v) = (-terminal * tau * (t / tau).cosh().ln(), -terminal * (t / tau).tanh());
+    vec![(DVec3::Y * x, DVec3::Y * v)]
+}
+
+fn engine(t: f64) -> Vec<State> {
+    let (v0, a, b) = (DVec3::X * 3.0, DVec3::Y * ENGINE, DVec3::X * ENGINE_GROWTH);
+    vec![(v0 * t + a * (t * t / 2.0) + b * (t * t * t / 6.0), v0 + a * t + b * (t * t / 2.0))]
 }
 
 fn oscillator(t: f64) -> Vec<State> {

@@ -6,7 +6,7 @@ use motion::Method;
 
 use super::record::{Cell, Host, Precision, Setting, Study, TickTime, Time, TimedTick};
 
-const HOSTS: [Host; 3] = [Host::World, Host::Arrays, Host::Arithmetic];
+const HOSTS: [Host; 2] = [Host::World, Host::Arithmetic];
 
 /// Part by which a time may differ by chance: how far the median of the rounds lies above the least.
 fn spread(quartiles: [f64; 3]) -> f64 {
@@ -166,7 +166,7 @@ impl Study {
         let times = |cell: &Cell, host| cell.errors().and_then(|_| self.time_at_size(cell, host));
         let times: Vec<_> = self.cells.iter().map(|cell| HOSTS.map(|host| times(cell, host))).collect();
         for (cell, times) in self.cells.iter_mut().zip(times) {
-            [cell.time, cell.arrays_time, cell.arithmetic_time] = times;
+            [cell.time, cell.arithmetic_time] = times;
         }
     }
 

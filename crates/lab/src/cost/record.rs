@@ -11,9 +11,10 @@ use serde::{Deserialize, Serialize};
 pub enum Precision {
     /// Double precision, as the program simulates.
     F64,
-    /// Single precision.
+    /// Single precision, in a loop over arrays.
     F32,
-    /// Single precision with compensated sums (Kahan 1965).
+    /// Single precision with compensated sums (Kahan 1965): the rounding errors of positions and velocities are stored and
+    /// added with the next increment.
     CompensatedF32,
 }
 
@@ -30,11 +31,11 @@ impl Precision {
         }
     }
 
-    /// What errors and costs of it are measured in: the program's own world, and plain arrays for what it has not.
-    pub(crate) const fn host(self) -> Host {
+    /// What errors and costs of it are measured in: the program simulates in double precision alone.
+    pub const fn host(self) -> Host {
         match self {
             Self::F64 => Host::World,
-            Self::F32 | Self::CompensatedF32 => Host::Arrays,
+            Self::F32 | Self::CompensatedF32 => Host::Arithmetic,
         }
     }
 }
@@ -159,9 +160,7 @@ pub struct Time {
 pub enum Host {
     /// The world of entities, as in the program; f64.
     World,
-    /// The same kernels on plain arrays.
-    Arrays,
-    /// A loop over plain arrays of the same arithmetic, without this program: the price of the method alone; f64.
+    /// A loop over plain arrays of the same arithmetic, without this program: the price of the method alone.
     Arithmetic,
 }
 
@@ -173,7 +172,7 @@ pub struct TickTime {
     pub method: Method,
     /// Number type.
     pub precision: Precision,
-    /// World or arrays.
+    /// World or loop.
     pub host: Host,
     /// Cost of a tick however few bodies and steps it has, ns.
     pub fixed_ns: f64,
@@ -210,14 +209,10 @@ pub struct Cell {
     pub counts: Counts,
     /// Time in the world of entities, of f64; `None` if not measured (yet).
     pub time: Option<Time>,
-    /// Time of the same kernels on plain arrays: comparable between precisions.
-    pub arrays_time: Option<Time>,
-    /// Time of the arithmetic alone, of f64: a loop over arrays in which the compiler sees the law; only for problems of
-    /// single bodies.
+    /// Time of the arithmetic alone: a loop over arrays in which the compiler sees the law; only for problems of single
+    /// bodies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arithmetic_time: Option<Time>,
-    /// Bytes of state that a step of a body reads or writes on plain arrays.
-    pub bytes_per_body_step: Option<f64>,
     /// Instructions of a tick of [`Study::size`] bodies, by callgrind.
     pub instructions_per_tick: Option<f64>,
 }
@@ -230,9 +225,7 @@ impl Cell {
             outcome: Outcome::Failed(Failure::NotRun),
             counts: Counts { accelerations: 0, solver: 0 },
             time: None,
-            arrays_time: None,
             arithmetic_time: None,
-            bytes_per_body_step: None,
             instructions_per_tick: None,
         }
     }
@@ -242,11 +235,10 @@ impl Cell {
         self.outcome != Outcome::Failed(Failure::NotRun)
     }
 
-    /// Its time in the world, on arrays, or of the arithmetic alone.
+    /// Its time in the world, or of the arithmetic alone.
     pub const fn time_in(&self, host: Host) -> Option<Time> {
         match host {
             Host::World => self.time,
-            Host::Arrays => self.arrays_time,
             Host::Arithmetic => self.arithmetic_time,
         }
     }
@@ -394,6 +386,9 @@ pub struct Machine {
     pub processor: String,
     /// Its cores that this program may use.
     pub cores: usize,
+    /// Bytes of its caches of data, the nearest first; empty where the system does not tell.
+    #[serde(default)]
+    pub caches: Vec<u64>,
     /// Operating system and architecture.
     pub system: String,
     /// Vector instructions that the kernels use.
@@ -420,7 +415,7 @@ pub struct Report {
 }
 
 /// [`Report::format`] of this program.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 pub(crate) mod method_name {
     use motion::Method;

@@ -1,20 +1,16 @@
-//! Things that run a subject: its world of entities, or plain arrays.
+//! Things that run a subject: its world of entities, or a loop over arrays.
 //!
 //! Tests put runs of their own behind the same trait: a slow one and a broken one.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use history::Simulation;
-use motion::arrays::{Bare, NotForArrays};
 use motion::groups::Groups;
-use motion::real::Real;
 use motion::{Evaluations, Law, Laws, Quarantine};
-use scene::Scene;
 
-use super::record::{Counts, Failure, Host, Precision, Setting};
+use super::record::{Counts, Failure, Host, Setting};
 use super::subject::Subject;
 
 /// Stable id, position, m, and velocity, m/s.
@@ -30,10 +26,6 @@ pub trait Runner {
     fn counts(&mut self) -> Counts;
     /// Why it is no point, if it is none; non-finite states and large errors are looked for by who asks.
     fn failure(&mut self) -> Option<Failure>;
-    /// Bytes of state that a step of a body reads or writes, where that is known.
-    fn bytes_per_body(&self) -> Option<f64> {
-        None
-    }
 }
 
 /// Makes the run of a setting, or says why there is none.
@@ -49,7 +41,6 @@ pub fn make(subject: &Subject, setting: Setting, host: Host) -> Result<Box<dyn R
     }
     match host {
         Host::World => Ok(Box::new(subject.run(setting))),
-        Host::Arrays => in_arrays(subject, setting),
         Host::Arithmetic => {
             let why = || Failure::Unsolvable { why: "no loop was written for it".to_owned() };
             subject.in_loop().map(|make| make(subject, setting)).ok_or_else(why)
@@ -70,9 +61,9 @@ impl Subject {
     }
 
     /// The laws that no scene file can declare.
-    fn laws<T: Real>(&self) -> Vec<Box<dyn Law<T>>> {
+    fn laws(&self) -> Vec<Box<dyn Law>> {
         let law = self.problem.and_then(|problem| problem.law);
-        law.map(|law| Box::new(law) as Box<dyn Law<T>>).into_iter().collect()
+        law.map(|law| Box::new(law) as Box<dyn Law>).into_iter().collect()
     }
 }
 
@@ -103,71 +94,7 @@ impl Runner for Simulation {
     }
 }
 
-/// A run of `subject` from its start in plain arrays: f64, f32 and compensated f32 by the same kernels.
-fn in_arrays(subject: &Subject, setting: Setting) -> Result<Box<dyn Runner>, Failure> {
-    let Setting { method, precision, .. } = setting;
-    let refused = |error: NotForArrays| Failure::Unsolvable { why: error.to_string() };
-    let mut run = subject.run(setting);
-    let solves = mean_group(&run);
-    if precision == Precision::F64 {
-        let own = laws_of_bodies(&subject.scene, &run);
-        let bare = Bare::<f64>::of_world(&mut run.world, method, &own, subject.laws()).map_err(refused)?;
-        return Ok(Box::new(ArraysRunner { bare, tick: Bare::<f64>::tick, solves }));
-    }
-    let own = laws_of_bodies(&subject.scene, &run);
-    let bare = Bare::<f32>::of_world(&mut run.world, method, &own, subject.laws()).map_err(refused)?;
-    let bare = if precision == Precision::CompensatedF32 { bare.compensated() } else { bare };
-    Ok(Box::new(ArraysRunner { bare, tick: Bare::<f32>::tick, solves }))
-}
-
 /// Bodies of a group in the mean: an iteration of a solver is of one group.
 fn mean_group(run: &Simulation) -> u64 {
     run.world.get_resource::<Groups>().map_or(0, |groups| groups.bodies() as u64 / groups.len().max(1) as u64)
-}
-
-/// Laws of single bodies of a run of `scene`, in the precision of the arrays.
-pub(crate) fn laws_of_bodies<'a, T: Real>(
-    scene: &'a Scene,
-    run: &Simulation,
-) -> impl Fn(Entity) -> Vec<Box<dyn Law<T>>> + use<'a, T> {
-    let ids: HashMap<_, u32> = run.bodies.iter().copied().zip(0..).collect();
-    move |body| {
-        let spec = ids.get(&body).and_then(|id| scene.own_laws.get(id));
-        spec.map_or_else(Vec::new, scene::OwnLawsSpec::laws)
-    }
-}
-
-struct ArraysRunner<T: Real> {
-    bare: Bare<T>,
-    /// [`Bare`] has one for each number type that it is compiled for.
-    tick: fn(&mut Bare<T>),
-    solves: u64,
-}
-
-impl<T: Real> Runner for ArraysRunner<T> {
-    fn tick(&mut self) {
-        (self.tick)(&mut self.bare);
-    }
-
-    fn states(&mut self) -> Vec<Sample> {
-        self.bare.states().map(|(id, x, v)| (id.0, x, v)).collect()
-    }
-
-    fn counts(&mut self) -> Counts {
-        let solver = self.bare.newton().0 + self.bare.cg_iterations() * self.solves;
-        Counts { accelerations: self.bare.evaluations(), solver }
-    }
-
-    fn failure(&mut self) -> Option<Failure> {
-        let (_, steps) = self.bare.newton();
-        if self.bare.has_failed() {
-            Some(Failure::BlewUp)
-        } else {
-            (steps > 0).then_some(Failure::Unconverged { steps })
-        }
-    }
-
-    fn bytes_per_body(&self) -> Option<f64> {
-        Some(self.bare.bytes_per_body() as f64)
-    }
 }

@@ -104,6 +104,8 @@ impl Subject {
         let count = u32::try_from(scene.bodies.len()).unwrap_or(u32::MAX);
         for copy in 1..copies {
             scene.bodies.extend_from_within(..count as usize);
+            let laws = self.scene.own_laws.iter();
+            scene.own_laws.extend(laws.map(|(id, laws)| (id + copy * count, laws.clone())));
             let springs = self.scene.springs.iter().cloned();
             scene.springs.extend(springs.map(|mut spring| {
                 spring.ends = spring.ends.map(|end| end + copy * count);

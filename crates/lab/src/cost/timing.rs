@@ -37,17 +37,15 @@ impl Timings {
             if problem { plan.copies(bodies).into_iter().map(Some).collect() } else { vec![None] };
         let mut list = Vec::new();
         for copies in sizes {
-            for (cell, Setting { method, substeps, precision }) in
+            for (cell, Setting { substeps, precision, .. }) in
                 study.cells.iter().map(|cell| cell.setting).enumerate()
             {
                 if problem && substeps != middle {
                     continue;
                 }
-                let arrays = plan.single.contains(&method);
                 let world = (precision == Precision::F64).then_some(Host::World);
-                let alone = problem && precision == Precision::F64 && subject.in_loop().is_some();
-                let hosts = world.into_iter().chain(arrays.then_some(Host::Arrays));
-                let hosts = hosts.chain(alone.then_some(Host::Arithmetic));
+                let alone = subject.in_loop().map(|_| Host::Arithmetic);
+                let hosts = world.into_iter().chain(alone);
                 list.extend(hosts.map(|host| Timing { cell, host, copies, trial: Trial::default() }));
             }
         }
@@ -148,7 +146,6 @@ impl Timings {
         };
         match host {
             Host::World => study.cells[*cell].time = Some(time),
-            Host::Arrays => study.cells[*cell].arrays_time = Some(time),
             Host::Arithmetic => study.cells[*cell].arithmetic_time = Some(time),
         }
         study.fit_substeps(setting, *host);

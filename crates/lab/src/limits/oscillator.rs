@@ -1,7 +1,8 @@
 //! One oscillator, `x'' = -x - 2 zeta x'`, run by the real methods.
 
+use glam::DMat3;
 use motion::arrays::Bare;
-use motion::real::{Real, RealMatrix as _};
+use motion::units::Vector;
 use motion::{BodyState, Damping, EvaluationTime, Jacobians, Law, Method};
 
 use super::limit::{Criterion, Limit, largest_stable};
@@ -23,18 +24,17 @@ struct Spring {
     rate: f64,
 }
 
-impl<T: Real> Law<T> for Spring {
+impl Law for Spring {
     fn name(&self) -> &'static str {
         "spring"
     }
 
-    fn acceleration(&self, _: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
-        body.position * T::of(-self.k) + body.velocity * T::of(-self.rate)
+    fn acceleration(&self, _: EvaluationTime, body: BodyState) -> Vector {
+        body.position * -self.k + body.velocity * -self.rate
     }
 
-    fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
-        let identity = T::Matrix::IDENTITY;
-        Jacobians { position: identity * T::of(-self.k), velocity: identity * T::of(-self.rate) }
+    fn jacobians(&self, _: EvaluationTime, _: BodyState) -> Jacobians {
+        Jacobians { position: DMat3::IDENTITY * -self.k, velocity: DMat3::IDENTITY * -self.rate }
     }
 
     fn depends_on_velocity(&self) -> bool {
@@ -52,7 +52,7 @@ const TICKS_OF_ORDER_2: u32 = 40_000;
 
 impl Oscillator {
     /// The oscillator with stiffness `k`, in plain arrays, with ticks of `h` seconds.
-    fn bare(&self, k: f64, h: f64) -> Bare<f64> {
+    fn bare(&self, k: f64, h: f64) -> Bare {
         let rate = 2.0 * self.damped.ratio * k.sqrt();
         match self.damped.model {
             None => Bare::new(self.method, h).with_law(Spring { k, rate }),

@@ -1,20 +1,22 @@
-//! What a row is run in: a world of entities, or plain arrays of single precision.
+//! What a row is run in: a world of entities, whose states may be rounded to single precision.
 
 use std::collections::VecDeque;
 
 use history::{Input, Simulation};
-use motion::arrays::Bare;
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
 use motion::units::Vector;
-use motion::{Damping, DampingModel, Evaluations, Gravity, Quarantine, Request, StableId, TimeStep};
+use motion::{Damping, DampingModel, Evaluations, PhysicsBody, Quarantine, Request, TimeStep, Transform};
 use scene::{Action, Names, Scene, Step, SurvivalRow, When};
 
-use crate::cost::{Sample, laws_of_bodies};
+use crate::cost::Sample;
 
 /// A run on its way.
 pub(super) struct Host {
-    engine: Engine,
+    simulation: Box<Simulation>,
+    ledger: Option<Box<Ledger>>,
+    /// Whether positions and velocities are rounded to single precision at the start and after every tick.
+    single: bool,
     script: VecDeque<(When, Input)>,
     lengths: scene::Lengths,
     names: Names,
@@ -23,35 +25,25 @@ pub(super) struct Host {
     clock: StepClock,
 }
 
-enum Engine {
-    World { simulation: Box<Simulation>, ledger: Option<Box<Ledger>> },
-    Single(Box<Bare<f32>>),
-}
-
 impl Host {
-    /// The start of `scene`, which is that of `row`; in single precision where the row says so.
-    ///
-    /// # Errors
-    /// What keeps a world out of plain arrays.
-    pub fn new(scene: &Scene, row: &SurvivalRow, with_ledger: bool) -> Result<Self, String> {
-        let mut simulation = Simulation::new(scene.clone());
-        let engine = if row.single {
-            let laws = laws_of_bodies::<f32>(scene, &simulation);
-            let bare = Bare::<f32>::of_world(&mut simulation.world, scene.method, &laws, Vec::new());
-            Engine::Single(Box::new(bare.map_err(|error| error.to_string())?))
-        } else {
-            let ledger = with_ledger.then(|| Box::new(Ledger::open(&mut simulation.world)));
-            Engine::World { simulation: Box::new(simulation), ledger }
-        };
+    /// The start of `scene`, which is that of `row`.
+    pub fn new(scene: &Scene, row: &SurvivalRow, with_ledger: bool) -> Self {
+        let mut simulation = Box::new(Simulation::new(scene.clone()));
+        if row.single {
+            round(&mut simulation);
+        }
+        let ledger = with_ledger.then(|| Box::new(Ledger::open(&mut simulation.world)));
         let script = row.script.iter().filter_map(|step| Some((step.when, input(step, scene)?))).collect();
-        Ok(Self {
-            engine,
+        Self {
+            simulation,
+            ledger,
+            single: row.single,
             script,
             lengths: row.lengths(),
             names: scene.names.clone(),
             length: 1.0 / scene.step_hz,
             clock: StepClock::default(),
-        })
+        }
     }
 
     /// Ticks so far.
@@ -69,26 +61,17 @@ impl Host {
         {
             inputs.push(input);
         }
-        let changed = length.to_bits() != self.length.to_bits();
-        match &mut self.engine {
-            Engine::World { simulation, ledger } => {
-                if changed {
-                    simulation.world.insert_resource(TimeStep(length));
-                }
-                simulation.give(inputs);
-                match ledger {
-                    Some(ledger) => ledger.tick(&mut simulation.stepper, &mut simulation.world),
-                    None => simulation.tick(),
-                }
-            }
-            Engine::Single(bare) => {
-                if changed {
-                    // Rounding is what is looked at.
-                    bare.set_step(length as f32);
-                }
-                inputs.into_iter().for_each(|input| act(bare, input));
-                bare.tick();
-            }
+        let Self { simulation, ledger, .. } = self;
+        if length.to_bits() != self.length.to_bits() {
+            simulation.world.insert_resource(TimeStep(length));
+        }
+        simulation.give(inputs);
+        match ledger {
+            Some(ledger) => ledger.tick(&mut simulation.stepper, &mut simulation.world),
+            None => simulation.tick(),
+        }
+        if self.single {
+            round(simulation);
         }
         self.length = length;
         self.clock.count(length);
@@ -96,52 +79,35 @@ impl Host {
 
     /// Stable id, position and velocity of every body with physics.
     pub fn states(&mut self) -> Vec<Sample> {
-        match &mut self.engine {
-            Engine::World { simulation, .. } => simulation.states().collect(),
-            Engine::Single(bare) => bare.states().map(|(id, x, v)| (id.0, x, v)).collect(),
-        }
+        self.simulation.states().collect()
     }
 
     /// The books, where they are kept.
     pub fn ledger(&self) -> Option<&Ledger> {
-        match &self.engine {
-            Engine::World { ledger, .. } => ledger.as_deref(),
-            Engine::Single(_) => None,
-        }
+        self.ledger.as_deref()
     }
 
     /// What turned non-finite, if something did.
     pub fn failure(&self) -> Option<String> {
-        match &self.engine {
-            Engine::World { simulation, .. } => {
-                let record = simulation.world.resource::<Quarantine>().records().first()?;
-                let id = record.id.map_or(u32::MAX, |id| id.0);
-                Some(format!("{}: {} in tick {}", self.name(id), record.cause.what(), record.tick))
-            }
-            Engine::Single(bare) => bare.has_failed().then(|| {
-                let row = bare.refused().first().copied().unwrap_or_default();
-                let id = bare.states().nth(row).map_or(u32::MAX, |(id, ..)| id.0);
-                format!(
-                    "{}: position or velocity would turn non-finite in tick {}",
-                    self.name(id),
-                    self.clock.ticks()
-                )
-            }),
-        }
+        let record = self.simulation.world.resource::<Quarantine>().records().first()?;
+        let id = record.id.map_or(u32::MAX, |id| id.0);
+        let name = self.names.get(id).map_or_else(|| "a body".to_owned(), std::borrow::Cow::into_owned);
+        Some(format!("{name}: {} in tick {}", record.cause.what(), record.tick))
     }
 
     /// Implicit steps that were taken as the last iteration left them.
     pub fn unconverged(&self) -> u64 {
-        match &self.engine {
-            Engine::World { simulation, .. } => {
-                simulation.world.resource::<Evaluations>().unconverged_steps()
-            }
-            Engine::Single(bare) => bare.newton().1,
-        }
+        self.simulation.world.resource::<Evaluations>().unconverged_steps()
     }
+}
 
-    fn name(&self, id: u32) -> String {
-        self.names.get(id).map_or_else(|| "a body".to_owned(), std::borrow::Cow::into_owned)
+/// Rounds every position and velocity to single precision. One beyond its range becomes infinite.
+fn round(simulation: &mut Simulation) {
+    let single = |vector: Vector| vector.as_vec3().as_dvec3();
+    let world = &mut simulation.world;
+    for (mut transform, mut body) in world.query::<(&mut Transform, &mut PhysicsBody)>().iter_mut(world) {
+        transform.position = single(transform.position);
+        body.velocity = single(body.velocity);
     }
 }
 
@@ -163,26 +129,4 @@ fn input(step: &Step, scene: &Scene) -> Option<Input> {
         Action::SwitchEffect(effect, on) => Request::Switch(*effect, *on),
         _ => return None,
     }))
-}
-
-/// Does to arrays what an input does to a world; rows in single precision ask for nothing else.
-fn act(bare: &mut Bare<f32>, input: Input) {
-    let mut change = |body, to: Vector, change: fn(&mut Bare<f32>, usize, [f32; 3])| {
-        if let Some(row) = bare.row_of(StableId(body)) {
-            // Rounding is what is looked at.
-            change(bare, row, to.to_array().map(|part| part as f32));
-        }
-    };
-    match input {
-        Input::Push(body, newtons) => change(body, newtons, Bare::push),
-        Input::Request(Request::Impulse(body, impulse)) => change(body, impulse, Bare::give_impulse),
-        Input::Request(Request::SetVelocity(body, velocity)) => change(body, velocity, Bare::set_velocity),
-        Input::Request(Request::SetGravity(acceleration)) => {
-            let on = bare.gravity().is_none_or(|gravity| gravity.on);
-            bare.set_gravity(Some(Gravity { acceleration, on }));
-        }
-        Input::Request(Request::SetDamping(damping)) => bare.set_damping(Some(damping)),
-        Input::Request(Request::ReverseVelocities) => bare.reverse_velocities(),
-        Input::Request(_) => {}
-    }
 }

@@ -24,8 +24,8 @@ pub struct Survey {
     matrix: Matrix,
     jobs: VecDeque<Job>,
     current: Option<(Job, Going)>,
-    /// What the row, or the cell, that is being run is compared with, or why there is none.
-    target: Result<Rc<Target>, String>,
+    /// What the row, or the cell, that is being run is compared with.
+    target: Option<Rc<Target>>,
     done: f64,
     total: f64,
 }
@@ -83,7 +83,7 @@ impl Survey {
             matrix: Matrix { format: FORMAT, rows: open },
             jobs,
             current: None,
-            target: Err(String::new()),
+            target: None,
             done: 0.0,
             total: 0.0,
         };
@@ -148,15 +148,11 @@ impl Survey {
         let scene = &self.scenes[*at];
         let target = |run| Going::Target(Box::new(run));
         let begun = match job.what {
-            What::Reference => {
-                Targeting::reference(scene, row).map(target).map_err(|why| self.target = Err(why))
-            }
-            What::Origin => {
-                Targeting::origin(scene, row, job.method).map(target).map_err(|why| self.target = Err(why))
-            }
+            What::Reference => Ok(target(Targeting::reference(scene, row))),
+            What::Origin => Ok(target(Targeting::origin(scene, row, job.method))),
             What::Cell => {
                 let is_compared = matches!(row.measure, Measure::Reference | Measure::Origin);
-                let run = Running::new(scene, row, job.method, is_compared.then(|| self.target.clone()));
+                let run = Running::new(scene, row, job.method, self.target.clone().filter(|_| is_compared));
                 let cells = &mut self.matrix.rows[job.row].cells;
                 run.map(|run| Going::Cell(Box::new(run))).map_err(|cell| cells.push(cell))
             }
@@ -170,7 +166,7 @@ impl Survey {
 
     fn finish(&mut self, job: Job, going: Going) {
         match going {
-            Going::Target(run) => self.target = Ok(Rc::new(run.finish())),
+            Going::Target(run) => self.target = Some(Rc::new(run.finish())),
             Going::Cell(run) => self.matrix.rows[job.row].cells.push(run.finish()),
         }
         self.done += self.weight(job);

@@ -20,26 +20,26 @@ pub(super) struct Targeting {
 
 impl Targeting {
     /// The fine run of a row.
-    pub fn reference(scene: &Scene, row: &SurvivalRow) -> Result<Self, String> {
+    pub fn reference(scene: &Scene, row: &SurvivalRow) -> Self {
         let mut fine = row.scene(scene).damped_by_law();
         (fine.method, fine.substeps) = (REFERENCE_METHOD, row.reference_substeps);
         Self::new(&fine, row)
     }
 
     /// The same method at the origin.
-    pub fn origin(scene: &Scene, row: &SurvivalRow, method: Method) -> Result<Self, String> {
+    pub fn origin(scene: &Scene, row: &SurvivalRow, method: Method) -> Self {
         let row = SurvivalRow { offset: motion::units::Vector::ZERO, ..row.clone() };
         let mut there = row.scene(scene);
         there.method = method;
         Self::new(&there, &row)
     }
 
-    fn new(scene: &Scene, row: &SurvivalRow) -> Result<Self, String> {
+    fn new(scene: &Scene, row: &SurvivalRow) -> Self {
         let row = SurvivalRow { single: false, ..row.clone() };
-        let mut host = Host::new(scene, &row, false)?;
+        let mut host = Host::new(scene, &row, false);
         let gauge = Gauge::new(scene, &row, None);
         let target = Target::new(&mut host);
-        Ok(Self { host, gauge, target })
+        Self { host, gauge, target }
     }
 
     /// Simulates one tick; whether it was the last: one in which something turned non-finite is.
@@ -86,21 +86,19 @@ impl Running {
     /// The start of `row` of `scene` by `method`; `target` is what it is compared with, if it is.
     ///
     /// # Errors
-    /// Why the method is refused, or cannot be compared, as the cell that it is then.
+    /// Why the method is refused, as the cell that it is then.
     pub fn new(
         scene: &Scene,
         row: &SurvivalRow,
         method: Method,
-        target: Option<Result<Rc<Target>, String>>,
+        target: Option<Rc<Target>>,
     ) -> Result<Self, Cell> {
-        let refused = |why: String| refused(method, why);
         if let Some(why) = unsolvable(method, scene.mutual_gravity.is_some()) {
-            return Err(refused(why.to_string()));
+            return Err(refused(method, why.to_string()));
         }
-        let target = target.transpose().map_err(refused)?;
         let mut own = row.scene(scene);
         own.method = method;
-        let host = Host::new(&own, row, row.measure == Measure::Energy).map_err(refused)?;
+        let host = Host::new(&own, row, row.measure == Measure::Energy);
         Ok(Self {
             row: row.clone(),
             method,

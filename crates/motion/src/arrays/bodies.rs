@@ -5,7 +5,6 @@ use std::ops::Range;
 use crate::kernels::{BodyOptions, RowOptions};
 use crate::laws::Law;
 use crate::methods::table::Method;
-use crate::real::Real;
 use crate::units::Scalar;
 
 /// How a row is integrated.
@@ -25,14 +24,14 @@ pub(super) struct Kind {
 
 /// The options of a body.
 #[derive(Debug)]
-pub(super) struct OwnOptions<T: Real> {
+pub(super) struct OwnOptions {
     /// Without its laws.
-    pub options: BodyOptions<'static, T>,
-    pub laws: Vec<Box<dyn Law<T>>>,
+    pub options: BodyOptions<'static>,
+    pub laws: Vec<Box<dyn Law>>,
 }
 
-impl<T: Real> OwnOptions<T> {
-    pub fn options(&self) -> BodyOptions<'_, T> {
+impl OwnOptions {
+    pub fn options(&self) -> BodyOptions<'_> {
         BodyOptions { laws: &self.laws, ..self.options }
     }
 }
@@ -49,22 +48,22 @@ pub(super) struct Run {
 
 /// How all rows are integrated.
 #[derive(Debug)]
-pub(super) struct Individuals<T: Real> {
+pub(super) struct Individuals {
     /// The kind of every row of a world; empty if all bodies are alike.
     pub kinds: Vec<Kind>,
-    pub own_options: Vec<OwnOptions<T>>,
+    pub own_options: Vec<OwnOptions>,
     pub runs: Vec<Run>,
     /// Whether the runs must be found again: a row may have come to rest, or started to move.
     pub outdated: bool,
 }
 
-impl<T: Real> Default for Individuals<T> {
+impl Default for Individuals {
     fn default() -> Self {
         Self { kinds: Vec::new(), own_options: Vec::new(), runs: Vec::new(), outdated: true }
     }
 }
 
-impl<T: Real> Individuals<T> {
+impl Individuals {
     /// Adds a body without options.
     pub fn add(&mut self) {
         if !self.kinds.is_empty() {
@@ -74,10 +73,10 @@ impl<T: Real> Individuals<T> {
     }
 
     /// Finds the runs. Skips bodies of a world that are immovable and at rest.
-    pub fn plan(&mut self, bodies: &[[T; 4]]) {
+    pub fn plan(&mut self, bodies: &[[f64; 4]]) {
         if self.kinds.is_empty() {
             if self.runs.first().is_none_or(|run| run.rows.len() != bodies.len()) {
-                let movable = bodies.iter().filter(|body| body[3] > T::ZERO).count() as u64;
+                let movable = bodies.iter().filter(|body| body[3] > 0.0).count() as u64;
                 self.runs = vec![Run { rows: 0..bodies.len(), movable, ..Run::default() }];
             }
             return;
@@ -87,10 +86,10 @@ impl<T: Real> Individuals<T> {
         }
         self.runs.clear();
         for (row, (kind, [x, y, z, w])) in self.kinds.iter().zip(bodies).enumerate() {
-            if kind.apart || w.is_at_most(T::ZERO) && [*x, *y, *z] == [T::ZERO; 3] {
+            if kind.apart || *w <= 0.0 && [*x, *y, *z] == [0.0; 3] {
                 continue;
             }
-            let movable = u64::from(*w > T::ZERO);
+            let movable = u64::from(*w > 0.0);
             let continues = |run: &Run| {
                 let own = run.kind.own.map(|first| first + run.rows.len());
                 run.rows.end == row && kind.born.is_none() && *kind == Kind { own, ..run.kind }
@@ -114,16 +113,16 @@ impl<T: Real> Individuals<T> {
     }
 }
 
-impl<T: Real> RowOptions<T> for Individuals<T> {
-    fn row(&self, row: usize) -> BodyOptions<'_, T> {
+impl RowOptions for Individuals {
+    fn row(&self, row: usize) -> BodyOptions<'_> {
         let Kind { gravity_off, own, .. } = self.kinds[row];
         own.map_or(BodyOptions { gravity_off, ..BodyOptions::NONE }, |own| self.own_options[own].options())
     }
 }
 
 /// The options of the rows of a run.
-impl<T: Real> RowOptions<T> for &[OwnOptions<T>] {
-    fn row(&self, row: usize) -> BodyOptions<'_, T> {
+impl RowOptions for &[OwnOptions] {
+    fn row(&self, row: usize) -> BodyOptions<'_> {
         self[row].options()
     }
 }

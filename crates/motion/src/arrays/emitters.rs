@@ -4,7 +4,6 @@ use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
 
 use super::Bare;
-use crate::real::Real;
 use crate::state::components::Quarantined;
 use crate::state::emitter::{Emission, Emitter, Tick};
 use crate::state::method_state::CachedAcceleration;
@@ -21,7 +20,7 @@ pub(super) struct Source {
     rows: Vec<Option<usize>>,
 }
 
-impl<T: Real> Bare<T> {
+impl Bare {
     /// Copies the emitters of a world, whose bodies have these `rows`.
     pub(super) fn add_sources(&mut self, world: &mut World, rows: &EntityHashMap<usize>) {
         let mut emitters = world.query::<(Option<&Emitter>, Option<&Off<Emitter>>, &Emission)>();
@@ -40,18 +39,16 @@ impl<T: Real> Bare<T> {
     /// Applies the births and deaths of the coming tick.
     pub(super) fn emit(&mut self) {
         let tick = Tick::next(self.clock, self.step);
-        let Self { sources, individuals, positions, bodies, last_steps, cached, residues, .. } = self;
+        let Self { sources, individuals, positions, bodies, last_steps, cached, .. } = self;
         for Source { emitter, emission, is_on, rows } in sources {
             emission.advance(emitter, *is_on, tick, |slot, born| {
                 let Some(row) = rows[slot] else { return };
-                let numbers = |vector: Vector| vector.to_array().map(T::of);
-                let [x, y, z] = numbers(born.map_or(Vector::ZERO, |_| emitter.launches[slot]));
-                positions[row] = numbers(emitter.position);
-                bodies[row] = [x, y, z, T::of(emitter.inverse_mass)];
+                let [x, y, z] = born.map_or(Vector::ZERO, |_| emitter.launches[slot]).to_array();
+                positions[row] = emitter.position.to_array();
+                bodies[row] = [x, y, z, emitter.inverse_mass];
                 // Nothing is left of an earlier life.
-                last_steps.get_mut(row).into_iter().for_each(|step| *step = T::ZERO);
+                last_steps.get_mut(row).into_iter().for_each(|step| *step = 0.0);
                 cached.get_mut(row).into_iter().for_each(|cached| *cached = CachedAcceleration::default());
-                residues.iter_mut().flatten().for_each(|residues| residues[row] = [T::ZERO; 3]);
                 let kind = &mut individuals.kinds[row];
                 (kind.born, kind.apart) = (born, born.is_none());
                 individuals.outdated = true;

@@ -1,4 +1,4 @@
-//! The methods that run kernels: not generic, so that kernels are compiled in this crate, with its optimization.
+//! The functions of arrays that run kernels.
 
 use bevy_ecs::prelude::*;
 
@@ -11,114 +11,97 @@ use crate::laws::{Gravity, Law};
 use crate::methods::table::Method;
 use crate::methods::{Synchronize, with_method};
 
-macro_rules! entry_points {
-    ($($t:ty)*) => {$(
-        impl Bare<$t> {
-            /// Copies every body of `world`, with its method (`method` for those without their own), its options, and
-            /// everything that acts on and between bodies, for ticks of its [`TimeStep`](crate::TimeStep) from its
-            /// clock's time on. Outdated groups of the world are compiled again; otherwise it does not change. Rows
-            /// are in the order of [`StableId`](crate::StableId).
-            ///
-            /// Boxed laws have one precision: `laws` returns those of a body with [`OwnLaws`](crate::OwnLaws), in
-            /// their order, and `shared` are those of [`Laws`](crate::Laws). Emitters continue as they are, on or
-            /// off.
-            ///
-            /// A body whose velocity is half a step behind, because position Verlet integrated it, is synchronized if
-            /// it has another method here, as by [`Bare::set_method`]. In f64 the ticks are those of
-            /// [`Stepper`](crate::Stepper) to the last bit.
-            ///
-            /// # Errors
-            /// If the world has no time step.
-            pub fn of_world(
-                world: &mut World,
-                method: Method,
-                laws: LawsOf<'_, $t>,
-                shared: Vec<Box<dyn Law<$t>>>,
-            ) -> Result<Self, NotForArrays> {
-                let mut bare = Self::gathered(world, method, laws, shared)?;
-                bare.leave_those(|method| method != Method::PositionVerlet);
-                Ok(bare)
-            }
+impl Bare {
+    /// Copies every body of `world`, with its method (`method` for those without their own), its options, and
+    /// everything that acts on and between bodies, for ticks of its [`TimeStep`](crate::TimeStep) from its
+    /// clock's time on. Outdated groups of the world are compiled again; otherwise it does not change. Rows
+    /// are in the order of [`StableId`](crate::StableId).
+    ///
+    /// `laws` returns those of a body with [`OwnLaws`](crate::OwnLaws), in
+    /// their order, and `shared` are those of [`Laws`](crate::Laws). Emitters continue as they are, on or
+    /// off.
+    ///
+    /// A body whose velocity is half a step behind, because position Verlet integrated it, is synchronized if
+    /// it has another method here, as by [`Bare::set_method`]. The ticks are those of
+    /// [`Stepper`](crate::Stepper) to the last bit.
+    ///
+    /// # Errors
+    /// If the world has no time step.
+    pub fn of_world(
+        world: &mut World,
+        method: Method,
+        laws: LawsOf<'_>,
+        shared: Vec<Box<dyn Law>>,
+    ) -> Result<Self, NotForArrays> {
+        let mut bare = Self::gathered(world, method, laws, shared)?;
+        bare.leave_those(|method| method != Method::PositionVerlet);
+        Ok(bare)
+    }
 
-            /// Integrates a tick. Does nothing if the tick has no length.
-            pub fn tick(&mut self) {
-                if !self.begin_tick() {
-                    return;
-                }
-                for group in 0..self.groups.len() {
-                    let kernel = with_method!(self.method_of_group(group), M => GroupKernel::of::<M>());
-                    self.tick_group(group, kernel);
-                }
-                for run in 0..self.individuals.runs.len() {
-                    let kernel = with_method!(self.method_of_run(run), M => Kernel::of::<M>());
-                    self.tick_rows(run, kernel);
-                }
-                self.end_tick();
-            }
+    /// Integrates a tick. Does nothing if the tick has no length.
+    pub fn tick(&mut self) {
+        if !self.begin_tick() {
+            return;
+        }
+        for group in 0..self.groups.len() {
+            let kernel = with_method!(self.method_of_group(group), M => GroupKernel::of::<M>());
+            self.tick_group(group, kernel);
+        }
+        for run in 0..self.individuals.runs.len() {
+            let kernel = with_method!(self.method_of_run(run), M => Kernel::of::<M>());
+            self.tick_rows(run, kernel);
+        }
+        self.end_tick();
+    }
 
-            /// Drops the method state and synchronizes velocities with positions, so that any method can continue.
-            pub fn leave(&mut self) {
-                self.leave_those(|_| true);
-                self.last_steps.clear();
-                self.forget_accelerations();
-            }
+    /// Drops the method state and synchronizes velocities with positions, so that any method can continue.
+    pub fn leave(&mut self) {
+        self.leave_those(|_| true);
+        self.last_steps.clear();
+        self.forget_accelerations();
+    }
 
-            /// Synchronizes velocities that are half a step behind for bodies of some methods.
-            fn leave_those(&mut self, which: impl Fn(Method) -> bool) {
-                self.individuals.plan(&self.bodies);
-                for group in 0..self.groups.len() {
-                    if which(self.method_of_group(group)) && self.is_half_a_step_behind(self.groups[group].members()) {
-                        self.tick_group(group, GroupKernel::of::<Synchronize>());
-                    }
-                }
-                // Not compensated: this is no increment of a step.
-                let residues = self.residues.take();
-                for run in 0..self.individuals.runs.len() {
-                    if which(self.method_of_run(run)) && self.is_half_a_step_behind(self.individuals.runs[run].rows.clone()) {
-                        self.tick_rows(run, Kernel::of::<Synchronize>());
-                    }
-                }
-                self.residues = residues;
-                self.has_failed |= !self.refused.is_empty();
-            }
-
-            /// Sets the method of every body without its own. Restarts the methods, from synchronized velocities.
-            pub fn set_method(&mut self, method: Method) {
-                self.leave();
-                self.method = method;
-            }
-
-            /// Replaces the laws of every body that are [`Laws`](crate::Laws) in a world. Restarts the methods.
-            pub fn set_laws(&mut self, laws: Vec<Box<dyn Law<$t>>>) {
-                // The method state belongs to the old laws.
-                self.leave();
-                self.resources.laws = laws;
-            }
-
-            /// Sets or removes gravity. Restarts the methods.
-            pub fn set_gravity(&mut self, gravity: Option<Gravity>) {
-                self.leave();
-                self.resources.gravity = gravity;
-            }
-
-            /// Sets or removes damping. Restarts the methods.
-            pub fn set_damping(&mut self, damping: Option<Damping>) {
-                self.leave();
-                self.resources.damping = damping;
+    /// Synchronizes velocities that are half a step behind for bodies of some methods.
+    fn leave_those(&mut self, which: impl Fn(Method) -> bool) {
+        self.individuals.plan(&self.bodies);
+        for group in 0..self.groups.len() {
+            if which(self.method_of_group(group)) && self.is_half_a_step_behind(self.groups[group].members())
+            {
+                self.tick_group(group, GroupKernel::of::<Synchronize>());
             }
         }
-    )*};
-}
+        for run in 0..self.individuals.runs.len() {
+            if which(self.method_of_run(run))
+                && self.is_half_a_step_behind(self.individuals.runs[run].rows.clone())
+            {
+                self.tick_rows(run, Kernel::of::<Synchronize>());
+            }
+        }
+        self.has_failed |= !self.refused.is_empty();
+    }
 
-entry_points!(f64 f32);
+    /// Sets the method of every body without its own. Restarts the methods, from synchronized velocities.
+    pub fn set_method(&mut self, method: Method) {
+        self.leave();
+        self.method = method;
+    }
 
-impl Bare<f32> {
-    /// Switches to compensated sums: the rounding errors of positions and velocities are stored and added with the
-    /// next increment (Kahan 1965). Laws are evaluated at the sums, in single precision.
-    #[must_use]
-    pub fn compensated(mut self) -> Self {
-        let zero = vec![[0.0; 3]; self.bodies.len()];
-        self.residues = Some([zero.clone(), zero]);
-        self
+    /// Replaces the laws of every body that are [`Laws`](crate::Laws) in a world. Restarts the methods.
+    pub fn set_laws(&mut self, laws: Vec<Box<dyn Law>>) {
+        // The method state belongs to the old laws.
+        self.leave();
+        self.resources.laws = laws;
+    }
+
+    /// Sets or removes gravity. Restarts the methods.
+    pub fn set_gravity(&mut self, gravity: Option<Gravity>) {
+        self.leave();
+        self.resources.gravity = gravity;
+    }
+
+    /// Sets or removes damping. Restarts the methods.
+    pub fn set_damping(&mut self, damping: Option<Damping>) {
+        self.leave();
+        self.resources.damping = damping;
     }
 }

@@ -12,12 +12,10 @@ use crate::groups::{Group, Groups, update_groups};
 use crate::kernels::{BodyOptions, RowOptions as _};
 use crate::laws::{Gravity, Law, WorldLaws};
 use crate::methods::table::Method;
-use crate::real::Real;
 use crate::state::clock::TimeStep;
 use crate::state::components::StableId;
 use crate::state::substeps::Substeps;
 use crate::tick::columns::{ObservedColumns, ObservedColumnsItem};
-use crate::units::Vector;
 
 /// Why a world cannot be copied into plain arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,21 +34,21 @@ impl fmt::Display for NotForArrays {
 
 impl std::error::Error for NotForArrays {}
 
-/// Laws of single bodies in the precision of the arrays.
-pub type LawsOf<'a, T> = &'a dyn Fn(Entity) -> Vec<Box<dyn Law<T>>>;
+/// Laws of single bodies.
+pub type LawsOf<'a> = &'a dyn Fn(Entity) -> Vec<Box<dyn Law>>;
 
-impl<T: Real> Bare<T> {
+impl Bare {
     /// Copies the bodies, their options and what acts on them; `last_steps` are those of the world, whatever the
     /// methods are.
     pub(super) fn gathered(
         world: &mut World,
         method: Method,
-        laws: LawsOf<'_, T>,
-        shared: Vec<Box<dyn Law<T>>>,
+        laws: LawsOf<'_>,
+        shared: Vec<Box<dyn Law>>,
     ) -> Result<Self, NotForArrays> {
         let TimeStep(step) = *world.get_resource().ok_or(NotForArrays::NoTimeStep)?;
         update_groups(world, true);
-        let mut bare = Self::new(method, T::ONE);
+        let mut bare = Self::new(method, 1.0);
         bare.step = step;
         bare.substeps = Substeps::count(world.get_resource());
         bare.clock = world.get_resource().copied().unwrap_or_default();
@@ -71,20 +69,19 @@ impl<T: Real> Bare<T> {
     }
 
     /// Adds every body; returns their rows.
-    fn add_bodies(&mut self, world: &mut World, laws: LawsOf<'_, T>) -> EntityHashMap<usize> {
+    fn add_bodies(&mut self, world: &mut World, laws: LawsOf<'_>) -> EntityHashMap<usize> {
         let mut bodies = world.query::<ObservedColumns>();
         let world = &*world;
         let mut all: Vec<_> = bodies.iter(world).collect();
         all.sort_unstable_by_key(ObservedColumnsItem::key);
         let mut rows = EntityHashMap::default();
         for row in &all {
-            let numbers = |vector: Vector| vector.to_array().map(T::of);
-            let [a, b, c] = numbers(row.body.velocity);
+            let [a, b, c] = row.body.velocity.to_array();
             rows.insert(row.entity, self.bodies.len());
-            self.positions.push(numbers(row.transform.position));
-            self.bodies.push([a, b, c, T::of(row.body.inverse_mass)]);
+            self.positions.push(row.transform.position.to_array());
+            self.bodies.push([a, b, c, row.body.inverse_mass]);
             self.ids.push(StableId(row.key().0));
-            self.last_steps.push(T::of(row.last_step.map_or(0.0, |last| last.0)));
+            self.last_steps.push(row.last_step.map_or(0.0, |last| last.0));
             let options = row.options.options();
             let BodyOptions { gravity_off, substeps, .. } = options;
             let has_laws = row.options.laws.is_some();
@@ -103,7 +100,7 @@ impl<T: Real> Bare<T> {
                 born: None,
             });
         }
-        if self.last_steps.iter().all(|step| *step == T::ZERO) {
+        if self.last_steps.iter().all(|step| *step == 0.0) {
             self.last_steps.clear();
         }
         rows
@@ -113,14 +110,14 @@ impl<T: Real> Bare<T> {
         for Group { coupling, bodies, substeps, .. } in &groups.list {
             let rows: Vec<_> = bodies.iter().filter_map(|body| rows.get(body).copied()).collect();
             let movable = || (0..).zip(&rows[..coupling.movable]);
-            let rows_that = |has: &dyn Fn(BodyOptions<'_, T>) -> bool| {
+            let rows_that = |has: &dyn Fn(BodyOptions<'_>) -> bool| {
                 let such = movable().filter(|(_, row)| has(self.individuals.row(**row)));
                 such.map(|(own, _)| own).collect()
             };
             let with_options = rows_that(&|options| options.changes_row());
             let with_laws = rows_that(&|options| !options.laws.is_empty());
             let method = rows.first().and_then(|row| self.individuals.kinds[*row].method);
-            let coupling = coupling.at::<T>();
+            let coupling = coupling.clone();
             self.groups.push(ArrayGroup {
                 coupling,
                 rows,

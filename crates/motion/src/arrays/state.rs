@@ -1,31 +1,28 @@
 //! Saved states of arrays.
 
-use super::{Bare, Residues};
-use crate::real::Real;
+use super::Bare;
 use crate::state::clock::StepClock;
 use crate::state::emitter::Emission;
 
 /// A saved state of a [`Bare`].
 #[derive(Clone, Debug)]
-pub struct BareState<T> {
-    positions: Vec<[T; 3]>,
-    bodies: Vec<[T; 4]>,
-    last_steps: Vec<T>,
-    residues: Option<Residues<T>>,
+pub struct BareState {
+    positions: Vec<[f64; 3]>,
+    bodies: Vec<[f64; 4]>,
+    last_steps: Vec<f64>,
     emissions: Vec<Emission>,
     clock: StepClock,
 }
 
-impl<T: Real> Bare<T> {
+impl Bare {
     /// Saves the state.
     #[must_use]
-    pub fn save(&self) -> BareState<T> {
-        let Self { positions, bodies, last_steps, residues, sources, clock, .. } = self;
+    pub fn save(&self) -> BareState {
+        let Self { positions, bodies, last_steps, sources, clock, .. } = self;
         BareState {
             positions: positions.clone(),
             bodies: bodies.clone(),
             last_steps: last_steps.clone(),
-            residues: residues.clone(),
             emissions: sources.iter().map(|source| source.emission.clone()).collect(),
             clock: *clock,
         }
@@ -35,11 +32,10 @@ impl<T: Real> Bare<T> {
     ///
     /// # Panics
     /// If bodies were added since.
-    pub fn restore(&mut self, state: &BareState<T>) {
+    pub fn restore(&mut self, state: &BareState) {
         self.positions.copy_from_slice(&state.positions);
         self.bodies.copy_from_slice(&state.bodies);
         self.last_steps.clone_from(&state.last_steps);
-        self.residues.clone_from(&state.residues);
         let sources = self.sources.iter_mut().zip(&state.emissions);
         sources.for_each(|(source, emission)| source.emission.clone_from(emission));
         self.update_living();

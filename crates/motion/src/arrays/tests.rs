@@ -28,7 +28,7 @@ fn a_law_in_the_list_acts_is_counted_copied_switched_and_diagnosed() {
     let position = |world: &World| world.get::<Transform>(body).expect("it is there").position;
     let velocity = |world: &World| world.get::<PhysicsBody>(body).expect("it is there").velocity;
     let mut arrays =
-        Bare::<f64>::of_world(&mut world, method, &|_| Vec::new(), Vec::new()).expect("it has a time step");
+        Bare::of_world(&mut world, method, &|_| Vec::new(), Vec::new()).expect("it has a time step");
 
     // A circle of radius v / w, once around in 2 pi / w.
     for _ in 0..TICKS / 2 {

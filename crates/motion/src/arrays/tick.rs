@@ -6,18 +6,16 @@ use crate::kernels::{Applied, Batch, Kernel, MethodStateRows, RowOptions, StepSt
 use crate::laws::tick_times::TickTimes;
 use crate::methods::table::Method;
 use crate::methods::{Integrator, MethodStateKind};
-use crate::real::Real;
 use crate::state::method_state::CachedAcceleration;
 
-impl<T: Real> Bare<T> {
+impl Bare {
     /// Integrates a tick of every body by any method, such as one of your own. Does nothing if the tick has no
     /// length.
     ///
     /// # Panics
-    /// If bodies act on each other or sums are compensated: that is for the methods of the table only.
+    /// If bodies act on each other: that is for the methods of the table only.
     pub fn tick_with<M: Integrator>(&mut self) {
-        let plain = self.groups.is_empty() && self.residues.is_none();
-        assert!(plain, "groups and compensated sums are for the methods of the table only");
+        assert!(self.groups.is_empty(), "groups are for the methods of the table only");
         if self.begin_tick() {
             for run in 0..self.individuals.runs.len() {
                 self.tick_rows(run, Kernel::of::<M>());
@@ -33,7 +31,7 @@ impl<T: Real> Bare<T> {
             self.emit();
         }
         self.individuals.plan(&self.bodies);
-        self.forces.resize(self.bodies.len(), [T::ZERO; 3]);
+        self.forces.resize(self.bodies.len(), [0.0; 3]);
         self.step != 0.0
     }
 
@@ -41,7 +39,7 @@ impl<T: Real> Bare<T> {
         self.clock.count(self.step);
         self.individuals.end_births();
         for (_, row) in self.pushed.drain(..) {
-            self.forces[row] = [T::ZERO; 3];
+            self.forces[row] = [0.0; 3];
         }
         self.has_failed |= !self.refused.is_empty();
     }
@@ -52,7 +50,7 @@ impl<T: Real> Bare<T> {
 
     /// Whether the velocity of one of these rows is half a step behind.
     pub(super) fn is_half_a_step_behind(&self, rows: impl IntoIterator<Item = usize>) -> bool {
-        rows.into_iter().any(|row| self.last_steps.get(row).is_some_and(|step| *step != T::ZERO))
+        rows.into_iter().any(|row| self.last_steps.get(row).is_some_and(|step| *step != 0.0))
     }
 
     pub(super) fn times(&self, substeps: u32) -> TickTimes {
@@ -60,9 +58,8 @@ impl<T: Real> Bare<T> {
     }
 
     /// Integrates a tick of `kernel` for the rows of a run.
-    pub(super) fn tick_rows(&mut self, run: usize, kernel: Kernel<T>) {
+    pub(super) fn tick_rows(&mut self, run: usize, kernel: Kernel) {
         let mut times = self.times(self.substeps);
-        let residues = self.residues.as_mut();
         let Self { positions, bodies, forces, pushed, resources, individuals, statistics, refused, .. } =
             self;
         let Run { rows, kind: Kind { gravity_off, own, born, .. }, movable } = individuals.runs[run].clone();
@@ -75,7 +72,7 @@ impl<T: Real> Bare<T> {
         if !gravity_off {
             terms.gravity += environment.free_fall();
         }
-        forces.resize(bodies.len(), [T::ZERO; 3]);
+        forces.resize(bodies.len(), [0.0; 3]);
         let calls = !called.is_empty() || own.is_some();
         let mut method_state =
             method_state(kernel.traits.state, &mut self.last_steps, &mut self.cached, bodies.len(), calls);
@@ -85,10 +82,9 @@ impl<T: Real> Bare<T> {
             bodies: &mut bodies[rows.clone()],
             applied: (!applied.rows.is_empty()).then_some(applied),
             method_state: method_state.part(rows.clone()),
-            residues: residues.map(|both| both.each_mut().map(|all| &mut all[rows.clone()])),
         };
         let options = own.map(|first| &individuals.own_options[first..]);
-        let options = options.as_ref().map(|options| options as &dyn RowOptions<T>);
+        let options = options.as_ref().map(|options| options as &dyn RowOptions);
         let mut counted = StepStatistics::default();
         let refuse = &mut |row, _| refused.push(rows.start + row);
         let all = 0..rows.len();
@@ -102,16 +98,16 @@ impl<T: Real> Bare<T> {
 }
 
 /// The method state of all rows; `calls` tells whether laws are called.
-fn method_state<'a, T: Real>(
+fn method_state<'a>(
     state: MethodStateKind,
-    last_steps: &'a mut Vec<T>,
-    cached: &'a mut Vec<CachedAcceleration<T>>,
+    last_steps: &'a mut Vec<f64>,
+    cached: &'a mut Vec<CachedAcceleration>,
     rows: usize,
     calls: bool,
-) -> MethodStateRows<'a, T> {
+) -> MethodStateRows<'a> {
     match state {
         MethodStateKind::LastStep => {
-            last_steps.resize(rows, T::ZERO);
+            last_steps.resize(rows, 0.0);
             MethodStateRows::LastStep(last_steps)
         }
         MethodStateKind::LastAcceleration if calls => {

@@ -2,62 +2,47 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use crate::real::Real;
-
-/// The number of arrays in a step: position, velocity, velocity as an increment, applied acceleration, the cached
-/// acceleration, and those that the step makes. Yoshida 4 under laws of the velocity makes six.
-pub(crate) const SLOTS: usize = 15;
+/// The number of arrays in a step: position, velocity, applied acceleration, the cached acceleration, and those that the step makes. Yoshida 4 under laws of the velocity makes six.
+pub(crate) const SLOTS: usize = 14;
 /// The positions at the start of the step.
 pub(crate) const POSITION: usize = 0;
 /// The velocities at the start of the step.
 pub(crate) const VELOCITY: usize = 1;
-/// The velocities at the start of the step as an increment: what a factor changes of them, where sums are
-/// compensated.
-pub(crate) const CHANGE: usize = 2;
 /// The accelerations by applied forces.
-pub(crate) const APPLIED: usize = 3;
+pub(crate) const APPLIED: usize = 2;
 /// The accelerations at the end of the previous step.
-pub(crate) const CACHED: usize = 4;
+pub(crate) const CACHED: usize = 3;
 /// The first array that a step makes.
-pub(crate) const FIRST: usize = 5;
+pub(crate) const FIRST: usize = 4;
 
 /// Positions, velocities or accelerations of all bodies of a group, as factors of arrays.
 ///
 /// A method over this space computes the factors only; no array is read before a law needs a state or the step ends.
 /// Each stage then costs one pass over the arrays, however many terms it has.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Combination<T> {
-    pub factors: [T; SLOTS],
+pub(crate) struct Combination {
+    pub factors: [f64; SLOTS],
 }
 
-impl<T: Real> Combination<T> {
+impl Combination {
     /// The zero of the space.
-    pub const ZERO: Self = Self { factors: [T::ZERO; SLOTS] };
+    pub const ZERO: Self = Self { factors: [0.0; SLOTS] };
 
     /// The array `slot` itself.
     pub fn of(slot: usize) -> Self {
         let mut unit = Self::ZERO;
-        unit.factors[slot] = T::ONE;
+        unit.factors[slot] = 1.0;
         unit
-    }
-
-    /// The combination times a factor, given as the factor minus 1: the velocities at the start of the step stay a
-    /// separate term.
-    pub fn changed(self, change: T) -> Self {
-        let mut more = self * change;
-        more.factors[CHANGE] += more.factors[VELOCITY];
-        more.factors[VELOCITY] = T::ZERO;
-        self + more
     }
 
     /// The slot, if the combination is a single array.
     pub fn slot(&self) -> Option<usize> {
-        let slot = self.factors.iter().position(|factor| *factor != T::ZERO)?;
+        let slot = self.factors.iter().position(|factor| *factor != 0.0)?;
         (*self == Self::of(slot)).then_some(slot)
     }
 }
 
-impl<T: Real> Add for Combination<T> {
+impl Add for Combination {
     type Output = Self;
 
     fn add(mut self, other: Self) -> Self {
@@ -68,25 +53,25 @@ impl<T: Real> Add for Combination<T> {
     }
 }
 
-impl<T: Real> Sub for Combination<T> {
+impl Sub for Combination {
     type Output = Self;
 
     fn sub(mut self, other: Self) -> Self {
         for (factor, other) in self.factors.iter_mut().zip(other.factors) {
-            *factor = *factor - other;
+            *factor -= other;
         }
         self
     }
 }
 
-impl<T: Real> Mul<T> for Combination<T> {
+impl Mul<f64> for Combination {
     type Output = Self;
 
-    fn mul(mut self, by: T) -> Self {
+    fn mul(mut self, by: f64) -> Self {
         // An array with factor 0 keeps it, also under infinite factors.
         let finite = by.is_finite();
         for factor in &mut self.factors {
-            *factor = if finite || *factor != T::ZERO { *factor * by } else { T::ZERO };
+            *factor = if finite || *factor != 0.0 { *factor * by } else { 0.0 };
         }
         self
     }

@@ -61,7 +61,7 @@ pub(crate) fn update_groups(world: &mut World, may_be_new: bool) {
 }
 
 /// A coupling and its bodies by row.
-type Coupled = (Coupling<Scalar>, Vec<Entity>);
+type Coupled = (Coupling, Vec<Entity>);
 
 /// The couplings that the groups of `world` will have; `None` if they are not outdated. Leaves the groups as they are, so
 /// that observing changes nothing.
@@ -76,7 +76,7 @@ pub(crate) fn coming_couplings(world: &mut World) -> Option<Vec<Coupled>> {
 pub(crate) fn couplings<'a>(
     world: &'a World,
     coming: Option<&'a [Coupled]>,
-) -> impl Iterator<Item = (&'a Coupling<Scalar>, &'a [Entity])> {
+) -> impl Iterator<Item = (&'a Coupling, &'a [Entity])> {
     let made = world.get_resource::<Groups>().filter(|_| coming.is_none());
     let made = made.into_iter().flat_map(|groups| &groups.list);
     let made = made.map(|group| (&group.coupling, &group.bodies[..]));
@@ -96,9 +96,9 @@ struct Node {
 #[derive(Default)]
 struct Graph {
     nodes: Vec<Node>,
-    springs: Springs<Scalar>,
+    springs: Springs,
     /// Triangles in air; their masses are computed later, from those that are left.
-    sheets: Vec<SheetRow<Scalar>>,
+    sheets: Vec<SheetRow>,
 }
 
 /// Compiles the groups.
@@ -165,7 +165,7 @@ impl Graph {
             })
             .collect();
         // Two springs that are equal in all of this are interchangeable.
-        let bits = |Elastic { stiffness, damping, rest_length }: &Elastic<Scalar>| {
+        let bits = |Elastic { stiffness, damping, rest_length }: &Elastic| {
             [stiffness, damping, rest_length].map(|number| number.to_bits())
         };
         springs.sort_unstable_by_key(|SpringRow { ends: [a, b], elastic }| {
@@ -194,7 +194,7 @@ impl Graph {
         graph
     }
 
-    fn add_spring(&mut self, spring: SpringRow<Scalar>) {
+    fn add_spring(&mut self, spring: SpringRow) {
         if spring.ends[0] != spring.ends[1] {
             self.springs.push(spring);
         }

@@ -1,12 +1,11 @@
 //! The direct sum of mutual gravity, four bodies at a time, on all threads.
 
-use fearless_simd::{Fallback, Simd, prelude::*};
+use fearless_simd::{Fallback, Simd, f64x4, prelude::*};
 
 use super::rows::Row;
 use crate::laws::MutualGravity;
 #[cfg(target_arch = "x86_64")]
-use crate::real::LEVEL;
-use crate::real::{Lanes as _, Real};
+use crate::simd::{LEVEL, Lanes as _};
 use crate::state::threads::Threads;
 
 /// Bodies whose forces are summed at once.
@@ -21,22 +20,22 @@ const SHARED_FROM: usize = 1 << 17;
 /// order, whatever is computed at once and by which thread. The factors of a force are multiplied in the same order both
 /// times, so that action and reaction have the same bits.
 #[derive(Clone, Copy)]
-pub(super) struct DirectSum<'a, T> {
+pub(super) struct DirectSum<'a> {
     pub law: &'a MutualGravity,
-    pub x: &'a [Row<T>],
+    pub x: &'a [Row],
     /// Masses, kg, of every row.
-    pub masses: &'a [T],
+    pub masses: &'a [f64],
 }
 
-impl<T: Real> DirectSum<'_, T> {
+impl DirectSum<'_> {
     /// Adds the forces on the first rows to `forces`, N.
-    pub fn attract(self, threads: Option<&Threads>, forces: &mut [Row<T>]) {
+    pub fn attract(self, threads: Option<&Threads>, forces: &mut [Row]) {
         let threads = threads.filter(|_| forces.len() * self.x.len() >= SHARED_FROM);
         Threads::share(threads, forces, |first, forces| self.attract_from(first, forces));
     }
 
     /// Adds the forces on the rows from `first` on.
-    fn attract_from(self, first: usize, forces: &mut [Row<T>]) {
+    fn attract_from(self, first: usize, forces: &mut [Row]) {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = LEVEL.as_avx2() {
             return simd.vectorize(
@@ -49,7 +48,7 @@ impl<T: Real> DirectSum<'_, T> {
     }
 
     #[inline(always)]
-    fn attract_with<S: Simd>(self, simd: S, first: usize, forces: &mut [Row<T>]) {
+    fn attract_with<S: Simd>(self, simd: S, first: usize, forces: &mut [Row]) {
         let mut start = first;
         for forces in forces.chunks_mut(AT_ONCE) {
             let end = start + forces.len();
@@ -58,14 +57,15 @@ impl<T: Real> DirectSum<'_, T> {
                 four.add(source, four.masses(source, true));
             }
             for source in start..end {
-                let (before, after) = (four.masses(source, true).row(), four.masses(source, false).row());
+                let (before, after): ([f64; 4], [f64; 4]) =
+                    (four.masses(source, true).into(), four.masses(source, false).into());
                 let masses = std::array::from_fn(|k| if source < start + k { before[k] } else { after[k] });
-                four.add(source, T::Lanes::of(simd, masses));
+                four.add(source, f64x4::simd_from(simd, masses));
             }
             for source in end..self.x.len() {
                 four.add(source, four.masses(source, false));
             }
-            let columns = four.forces.map(T::Lanes::row);
+            let columns = four.forces.map(<[f64; 4]>::from);
             for (k, force) in forces.iter_mut().enumerate() {
                 (0..3).for_each(|axis| force[axis] = columns[axis][k]);
             }
@@ -75,55 +75,55 @@ impl<T: Real> DirectSum<'_, T> {
 }
 
 /// Four rows, as columns. If they are fewer, the others are like the last one.
-struct Four<'a, T: Real, S: Simd> {
+struct Four<'a, S: Simd> {
     simd: S,
-    all: DirectSum<'a, T>,
-    x: [T::Lanes<S>; 3],
-    masses: T::Lanes<S>,
+    all: DirectSum<'a>,
+    x: [f64x4<S>; 3],
+    masses: f64x4<S>,
     /// G, m³/(kg s²).
-    constant: T::Lanes<S>,
+    constant: f64x4<S>,
     /// Square of the softening, m².
-    softened: T::Lanes<S>,
-    forces: [T::Lanes<S>; 3],
+    softened: f64x4<S>,
+    forces: [f64x4<S>; 3],
 }
 
-impl<'a, T: Real, S: Simd> Four<'a, T, S> {
+impl<'a, S: Simd> Four<'a, S> {
     /// The rows from `start` on, on which `forces` act already.
     #[inline(always)]
-    fn of(simd: S, all: DirectSum<'a, T>, start: usize, forces: &[Row<T>]) -> Self {
+    fn of(simd: S, all: DirectSum<'a>, start: usize, forces: &[Row]) -> Self {
         let own = |k: usize| k.min(forces.len() - 1);
         let column =
-            |number: &dyn Fn(usize) -> T| T::Lanes::of(simd, std::array::from_fn(|k| number(own(k))));
-        let softening = T::of(all.law.softening);
+            |number: &dyn Fn(usize) -> f64| f64x4::simd_from(simd, std::array::from_fn(|k| number(own(k))));
+        let softening = all.law.softening;
         Self {
             simd,
             all,
             x: std::array::from_fn(|axis| column(&|k| all.x[start + k][axis])),
             masses: column(&|k| all.masses[start + k]),
-            constant: T::Lanes::splat(simd, T::of(all.law.constant)),
-            softened: T::Lanes::splat(simd, softening * softening),
+            constant: f64x4::splat(simd, all.law.constant),
+            softened: f64x4::splat(simd, softening * softening),
             forces: std::array::from_fn(|axis| column(&|k| forces[k][axis])),
         }
     }
 
     /// G, the mass of the earlier body and that of the later one; the source may be `earlier`.
     #[inline(always)]
-    fn masses(&self, source: usize, earlier: bool) -> T::Lanes<S> {
-        let mass = T::Lanes::splat(self.simd, self.all.masses[source]);
+    fn masses(&self, source: usize, earlier: bool) -> f64x4<S> {
+        let mass = f64x4::splat(self.simd, self.all.masses[source]);
         if earlier { self.constant * mass * self.masses } else { self.constant * self.masses * mass }
     }
 
     /// Adds the forces of a source; `masses` are the products of G and the two masses.
     #[inline(always)]
-    fn add(&mut self, source: usize, masses: T::Lanes<S>) {
-        let splat = |number: T| T::Lanes::splat(self.simd, number);
+    fn add(&mut self, source: usize, masses: f64x4<S>) {
+        let splat = |number: f64| f64x4::splat(self.simd, number);
         let [x, y, z, _] = self.all.x[source];
         let [x, y, z] = [splat(x) - self.x[0], splat(y) - self.x[1], splat(z) - self.x[2]];
         let squared = x * x + y * y + z * z;
-        let inverse = splat(T::ONE) / (squared + self.softened).sqrt();
+        let inverse = splat(1.0) / (squared + self.softened).sqrt();
         let factor = masses * inverse * inverse * inverse;
         // Bodies at the same position, as a body and itself are, do not attract each other.
-        let apart = squared.simd_gt(splat(T::ZERO));
+        let apart = squared.simd_gt(splat(0.0));
         self.forces[0] += (x * factor).only(apart);
         self.forces[1] += (y * factor).only(apart);
         self.forces[2] += (z * factor).only(apart);

@@ -23,18 +23,17 @@ use crate::laws::damping::Decay;
 use crate::laws::tick_times::Segment;
 use crate::laws::{Declared, Law};
 use crate::methods::{Field, Integrator, MethodStateKind, StepState, Traits};
-use crate::real::Real;
 use crate::state::range::Bounds;
 use crate::state::threads::Threads;
 use crate::tick::environment::Environment;
 
 /// The environment of groups.
 #[derive(Clone, Copy)]
-pub(crate) struct GroupEnvironment<'a, T: Real> {
+pub(crate) struct GroupEnvironment<'a> {
     /// The environment of every body.
-    pub shared: Environment<'a, T>,
+    pub shared: Environment<'a>,
     /// Its terms without gravity and drag, which do not act on all rows.
-    pub terms: Terms<'a, T>,
+    pub terms: Terms<'a>,
     /// How implicit steps are solved.
     pub solver: Solver,
     /// Names of the laws that are summed before a tick, with exact damping, without gravity.
@@ -43,12 +42,12 @@ pub(crate) struct GroupEnvironment<'a, T: Real> {
     pub threads: Option<&'a Threads>,
 }
 
-impl<'a, T: Real> GroupEnvironment<'a, T> {
+impl<'a> GroupEnvironment<'a> {
     /// The environment of ticks of `method`; `called` are all called laws, drag included.
     pub fn new(
         method: Traits,
-        shared: Environment<'a, T>,
-        called: &'a [&'a dyn Law<T>],
+        shared: Environment<'a>,
+        called: &'a [&'a dyn Law],
         solver: Solver,
         summed: &'a [&'static str],
         threads: Option<&'a Threads>,
@@ -59,41 +58,39 @@ impl<'a, T: Real> GroupEnvironment<'a, T> {
 }
 
 /// The rows of a group.
-pub(crate) struct GroupRows<'a, T: Real> {
+pub(crate) struct GroupRows<'a> {
     /// Positions, m; after the tick, those of its end.
-    pub x: &'a mut [Row<T>],
+    pub x: &'a mut [Row],
     /// Velocities, m/s.
-    pub v: &'a mut [Row<T>],
-    /// Rounding errors of both, m and m/s, where sums are compensated.
-    pub residues: Option<[&'a mut [Row<T>]; 2]>,
+    pub v: &'a mut [Row],
     /// Inverse masses, 1/kg.
-    pub w: &'a [T],
+    pub w: &'a [f64],
     /// Lengths of the last steps of the movable rows, s, for a method that keeps them.
-    pub last: &'a mut [T],
+    pub last: &'a mut [f64],
     /// Rows whose options change them, ascending.
     pub with_options: &'a [u32],
     /// Rows with own laws, ascending.
     pub with_laws: &'a [u32],
     /// The cached accelerations, if the tick may use them.
-    pub cache: Option<&'a mut GroupCache<T>>,
+    pub cache: Option<&'a mut GroupCache>,
     /// The parts of threads in the forces of springs, if it is worth it.
     pub shares: &'a [Share],
 }
 
 /// Arrays of a step, reused for all groups and ticks.
 #[derive(Debug, Default)]
-pub(crate) struct Scratch<T: Real> {
-    slots: [RowArray<T>; SLOTS],
-    stage: [RowArray<T>; 2],
-    classes: Classes<T>,
-    workspace: Workspace<T>,
+pub(crate) struct Scratch {
+    slots: [RowArray; SLOTS],
+    stage: [RowArray; 2],
+    classes: Classes,
+    workspace: Workspace,
     /// Masses of all rows as sources of gravity, kg, if they attract each other.
-    masses: Vec<T>,
+    masses: Vec<f64>,
     /// Pushed rows and their forces, N.
-    pub pushes: Vec<(usize, Row<T>)>,
+    pub pushes: Vec<(usize, Row)>,
 }
 
-impl<T: Real> Scratch<T> {
+impl Scratch {
     /// Bytes of the arrays of rows.
     pub fn bytes(&self) -> usize {
         self.slots.iter().chain(&self.stage).map(|array| size_of_val(&**array)).sum()
@@ -101,14 +98,14 @@ impl<T: Real> Scratch<T> {
 }
 
 /// The field of one group in one tick.
-pub(crate) struct GroupField<'a, T: Real> {
-    coupling: &'a Coupling<T>,
-    environment: &'a GroupEnvironment<'a, T>,
-    rows: GroupRows<'a, T>,
-    options: &'a dyn RowOptions<T>,
-    scratch: &'a mut Scratch<T>,
+pub(crate) struct GroupField<'a> {
+    coupling: &'a Coupling,
+    environment: &'a GroupEnvironment<'a>,
+    rows: GroupRows<'a>,
+    options: &'a dyn RowOptions,
+    scratch: &'a mut Scratch,
     statistics: &'a mut StepStatistics,
-    segment: Segment<T>,
+    segment: Segment,
     /// The next free array.
     next: usize,
     pushed: bool,
@@ -134,32 +131,32 @@ pub(crate) enum Watch {
 
 /// A method compiled for groups.
 #[derive(Clone, Copy)]
-pub(crate) struct GroupKernel<T: Real> {
+pub(crate) struct GroupKernel {
     /// The method for a body that is left alone.
-    pub single: Kernel<T>,
+    pub single: Kernel,
     /// Integrates a tick. Fails if a row is not finite or not in range, with those rows that were first, ascending, if
     /// they were searched for.
-    pub tick: fn(GroupField<'_, T>, Watch) -> Result<(), Vec<usize>>,
+    pub tick: fn(GroupField<'_>, Watch) -> Result<(), Vec<usize>>,
 }
 
-impl<T: Real> GroupKernel<T> {
+impl GroupKernel {
     /// The kernel of `M`.
     pub const fn of<M: Integrator>() -> Self {
         Self { single: Kernel::of::<M>(), tick: |field, watch| field.tick::<M>(watch) }
     }
 }
 
-impl<'a, T: Real> GroupField<'a, T> {
+impl<'a> GroupField<'a> {
     pub fn new(
-        coupling: &'a Coupling<T>,
-        environment: &'a GroupEnvironment<'a, T>,
-        rows: GroupRows<'a, T>,
-        options: &'a dyn RowOptions<T>,
-        scratch: &'a mut Scratch<T>,
+        coupling: &'a Coupling,
+        environment: &'a GroupEnvironment<'a>,
+        rows: GroupRows<'a>,
+        options: &'a dyn RowOptions,
+        scratch: &'a mut Scratch,
         statistics: &'a mut StepStatistics,
     ) -> Self {
         let GroupEnvironment { terms, .. } = environment;
-        let [start, end] = terms.times.ends().map(T::of);
+        let [start, end] = terms.times.ends();
         let segment = Segment { start, end, length: terms.times.substep(), jump: false };
         Self {
             coupling,
@@ -217,13 +214,11 @@ impl<'a, T: Real> GroupField<'a, T> {
     fn outcome(self) -> Result<(), Vec<usize>> {
         let movable = self.coupling.movable;
         let Bounds { position, speed } = self.environment.terms.bounds;
-        let within = |row: &Row<T>, bound: T| {
-            row[0].abs().is_at_most(bound) & row[1].abs().is_at_most(bound) & row[2].abs().is_at_most(bound)
+        let within = |row: &Row, bound: f64| {
+            (row[0].abs() <= bound) & (row[1].abs() <= bound) & (row[2].abs() <= bound)
         };
         // An inverse mass of NaN is not above 0, so nothing would act on the row: it is checked here.
-        let holds = |x: &Row<T>, v: &Row<T>, w: T| {
-            within(x, position) & within(v, speed) & w.abs().is_at_most(T::MAX)
-        };
+        let holds = |x: &Row, v: &Row, w: f64| within(x, position) & within(v, speed) & (w.abs() <= f64::MAX);
         let GroupRows { x, v, w, .. } = self.rows;
         let all = AtomicBool::new(true);
         Threads::share_two(self.threads, &mut x[..movable], &mut v[..movable], |first, x, v| {
@@ -257,20 +252,20 @@ impl<'a, T: Real> GroupField<'a, T> {
     }
 
     /// The movable rows that are not finite.
-    pub(super) fn broken<'r>(&self, rows: &'r [Row<T>]) -> impl Iterator<Item = usize> + use<'r, T> {
+    pub(super) fn broken<'r>(&self, rows: &'r [Row]) -> impl Iterator<Item = usize> + use<'r> {
         let movable = rows[..self.coupling.movable].iter().enumerate();
         movable.filter(|(_, row)| !row[..3].iter().all(|part| part.is_finite())).map(|(row, _)| row)
     }
 }
 
 /// The state at the start of a step.
-fn start<T: Real>() -> (Combination<T>, Combination<T>) {
+fn start() -> (Combination, Combination) {
     (Combination::of(POSITION), Combination::of(VELOCITY))
 }
 
-impl<T: Real> TickField for GroupField<'_, T> {
+impl TickField for GroupField<'_> {
     /// By class, because bodies may have their own damping.
-    fn enter<M: Integrator>(&mut self, segment: Segment<T>, _: Decay<T>) {
+    fn enter<M: Integrator>(&mut self, segment: Segment, _: Decay) {
         self.segment = segment;
         if M::DAMPS_INSIDE {
             for class in &mut self.scratch.classes.list {
@@ -280,7 +275,7 @@ impl<T: Real> TickField for GroupField<'_, T> {
         }
     }
 
-    fn before_tick(&mut self, x: Combination<T>, v: Combination<T>) -> (Combination<T>, Combination<T>) {
+    fn before_tick(&mut self, x: Combination, v: Combination) -> (Combination, Combination) {
         let v = self.before_move(v);
         self.record_change(v, v, &|record, _, v, _| record.begin(v));
         self.finish_if_changed(x, v);
@@ -289,16 +284,16 @@ impl<T: Real> TickField for GroupField<'_, T> {
 
     fn after_step<M: Integrator>(
         &mut self,
-        x: Combination<T>,
-        v: Combination<T>,
+        x: Combination,
+        v: Combination,
         step_state: &mut StepState<Self>,
-    ) -> (Combination<T>, Combination<T>) {
+    ) -> (Combination, Combination) {
         self.finish(x, v);
         step_state.start = step_state.start.and_then(|start| self.keep(start));
         start()
     }
 
-    fn after_tick(&mut self, x: Combination<T>, v: Combination<T>) -> (Combination<T>, Combination<T>) {
+    fn after_tick(&mut self, x: Combination, v: Combination) -> (Combination, Combination) {
         self.record_change(v, v, &|record, _, v, _| record.end(v));
         let decayed = self.after_move(v);
         let v = self.limited(decayed);
@@ -307,19 +302,18 @@ impl<T: Real> TickField for GroupField<'_, T> {
     }
 }
 
-impl<T: Real> Field for GroupField<'_, T> {
-    type Real = T;
-    type Space = Combination<T>;
+impl Field for GroupField<'_> {
+    type Space = Combination;
 
-    fn step(&self) -> T {
+    fn step(&self) -> f64 {
         self.segment.length
     }
 
-    fn laws(&mut self, part: T, x: Combination<T>, v: Combination<T>) -> Combination<T> {
+    fn laws(&mut self, part: f64, x: Combination, v: Combination) -> Combination {
         Combination::of(self.accelerate(self.segment.evaluation_time(part), x, v))
     }
 
-    fn applied(&self) -> Combination<T> {
+    fn applied(&self) -> Combination {
         if self.pushed { Combination::of(APPLIED) } else { Combination::ZERO }
     }
 
@@ -327,19 +321,19 @@ impl<T: Real> Field for GroupField<'_, T> {
         let own =
             |row: &u32| self.options.row(*row as usize).laws.iter().any(|law| law.depends_on_velocity());
         self.coupling.depends_on_velocity(self.environment.shared.laws.drag.is_some())
-            || self.scratch.classes.list.iter().any(|class| class.rate != T::ZERO)
+            || self.scratch.classes.list.iter().any(|class| class.rate != 0.0)
             || self.environment.terms.laws.iter().any(|law| law.depends_on_velocity())
             || self.rows.with_laws.iter().any(own)
     }
 
-    fn kick(&mut self, v: Combination<T>, a: Combination<T>) -> Combination<T> {
+    fn kick(&mut self, v: Combination, a: Combination) -> Combination {
         let kicked = match self.scratch.classes.uniform() {
             Some(Class { decay, .. }) if self.anchors_rest || decay.keep.is_none() => {
-                self.times(v, decay.keep) + a * decay.gain
+                decay.keep.map_or(v, |keep| v * keep) + a * decay.gain
             }
             _ => {
                 // Both by class: own damping also changes the gain.
-                let kept = self.each_velocity(v, |class| class.decay.keep);
+                let kept = self.each_row(v, |class| class.decay.keep);
                 let gained = self.each_row(a, |class| Some(class.decay.gain));
                 kept + gained
             }
@@ -348,27 +342,27 @@ impl<T: Real> Field for GroupField<'_, T> {
         kicked
     }
 
-    fn before_move(&mut self, v: Combination<T>) -> Combination<T> {
+    fn before_move(&mut self, v: Combination) -> Combination {
         let decayed = self.decayed(v, |decay| decay.before_move);
         self.record_change(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
         self.limited(decayed)
     }
 
-    fn after_move(&mut self, v: Combination<T>) -> Combination<T> {
+    fn after_move(&mut self, v: Combination) -> Combination {
         let decayed = self.decayed(v, |decay| decay.after_move);
         self.record_change(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
         decayed
     }
 
-    fn laws_before_jump(&mut self, x: Combination<T>, v: Combination<T>) -> Option<Combination<T>> {
+    fn laws_before_jump(&mut self, x: Combination, v: Combination) -> Option<Combination> {
         let segment = self.segment;
         segment.jump.then(|| Combination::of(self.accelerate(segment.before(), x, v)))
     }
 
-    fn implicit_velocity(&mut self, x: Combination<T>, v: Combination<T>) -> Combination<T> {
+    fn implicit_velocity(&mut self, x: Combination, v: Combination) -> Combination {
         debug_assert!(x.slot() == Some(POSITION), "an implicit step begins where the step does");
         let solved = self.solve(v);
-        let h = self.step().to_f64();
+        let h = self.step();
         self.record_change(v, solved, &|record, _, from, to| record.kick(h, from, to));
         solved
     }

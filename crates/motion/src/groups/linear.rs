@@ -36,7 +36,7 @@ struct Stiff {
 /// Springs are linearized on the fly: a list of them would take more memory than the rest of a large world.
 #[derive(Clone, Debug)]
 pub(crate) struct LinearGroup<'a> {
-    coupling: &'a Coupling<Scalar>,
+    coupling: &'a Coupling,
     /// Positions by row, m.
     at: Vec<DVec3>,
     /// Square roots of inverse masses by row and axis, 0 where it cannot move.
@@ -65,7 +65,7 @@ pub(crate) enum Contributor {
 
 impl<'a> LinearGroup<'a> {
     /// The linear system of a group, whose `bodies` are given by row.
-    pub fn of(world: &'a World, coupling: &'a Coupling<Scalar>, bodies: &[Entity]) -> Self {
+    pub fn of(world: &'a World, coupling: &'a Coupling, bodies: &[Entity]) -> Self {
         let threads = Threads::for_rows(world.get_resource(), coupling.rows);
         let states = states_of(world, bodies);
         let movable = coupling.movable;
@@ -98,24 +98,24 @@ impl<'a> LinearGroup<'a> {
         group
     }
 
-    fn add_drag(&mut self, drag: &Drag, time: Scalar, states: &[BodyState<Scalar>]) {
+    fn add_drag(&mut self, drag: &Drag, time: Scalar, states: &[BodyState]) {
         let coupling = self.coupling;
         let rows = states.iter().map(|state| (row_of(state.position), row_of(state.velocity)));
         let (x, v): (Vec<_>, Vec<_>) = rows.unzip();
         let air = drag.wind.map(|wind| wind.air(time));
         for SheetRow { corners, mass } in &coupling.sheets {
             if let Some((u, n)) = in_air(air.as_ref(), *corners, &x, &v) {
-                let strength = mass * rate_along::<Scalar>(drag, u, n) / 9.0;
+                let strength = mass * rate_along(drag, u, n) / 9.0;
                 self.sheets.push((corners.map(|corner| corner as usize), n, strength));
             }
         }
         let at = EvaluationTime { time, within_step: time };
-        let single = |(row, state): (usize, &BodyState<Scalar>)| {
+        let single = |(row, state): (usize, &BodyState)| {
             let in_sheet = u32::try_from(row).is_ok_and(|row| coupling.in_sheets.binary_search(&row).is_ok());
             if in_sheet || state.inverse_mass <= 0.0 {
                 return DMat3::ZERO;
             }
-            -Law::<Scalar>::jacobians(drag, at, *state).velocity
+            -Law::jacobians(drag, at, *state).velocity
         };
         self.drag = states[..coupling.movable].iter().enumerate().map(single).collect();
     }
@@ -178,7 +178,7 @@ impl<'a> LinearGroup<'a> {
                 *sum = (DVec3::from_array(*sum) + force).to_array();
             }
         };
-        let pull = |spring: SpringRow<Scalar>, first: usize, rows: &mut [[Scalar; 3]]| {
+        let pull = |spring: SpringRow, first: usize, rows: &mut [[Scalar; 3]]| {
             let spring = Stiff::of(&spring, &self.at);
             let [a, b] = spring.ends;
             let d = scaled[b] - scaled[a];
@@ -337,7 +337,7 @@ impl<'a> LinearGroup<'a> {
 
 impl Stiff {
     #[inline(always)]
-    fn of(SpringRow { ends, elastic }: &SpringRow<Scalar>, at: &[DVec3]) -> Self {
+    fn of(SpringRow { ends, elastic }: &SpringRow, at: &[DVec3]) -> Self {
         let ends = ends.map(|end| end as usize);
         let d = at[ends[1]] - at[ends[0]];
         let (n, taut) = axis(d, elastic.rest_length);

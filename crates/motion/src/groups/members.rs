@@ -7,7 +7,6 @@ use crate::state::components::{Force, PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::Grouped;
 use crate::state::method_state::LastStep;
 use crate::tick::columns::OptionColumns;
-use crate::units::Scalar;
 
 /// The bodies of a system that move in groups.
 pub(super) type Members<'w, 's> = Query<
@@ -26,8 +25,8 @@ pub(super) struct ByRow<'a, 'w, 's> {
     pub options: &'a MemberOptions<'w, 's>,
 }
 
-impl RowOptions<Scalar> for ByRow<'_, '_, '_> {
-    fn row(&self, row: usize) -> BodyOptions<'_, Scalar> {
+impl RowOptions for ByRow<'_, '_, '_> {
+    fn row(&self, row: usize) -> BodyOptions<'_> {
         self.options.get(self.bodies[row]).map_or(BodyOptions::NONE, |columns| columns.options())
     }
 }

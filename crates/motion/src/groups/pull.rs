@@ -1,13 +1,13 @@
 //! The forces of springs, four at a time.
 
+use crate::units::Vector;
 use std::ops::Range;
 
-use fearless_simd::{Fallback, Simd, prelude::*};
+use fearless_simd::{Fallback, Simd, f64x4, prelude::*};
 
 use super::rows::Row;
 #[cfg(target_arch = "x86_64")]
-use crate::real::LEVEL;
-use crate::real::{Lanes as _, Real, RealVector as _};
+use crate::simd::{LEVEL, Lanes as _};
 use crate::state::springs::Elastic;
 use crate::state::threads::Threads;
 
@@ -16,17 +16,17 @@ const AT_ONCE: usize = 4;
 
 /// A spring between two rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SpringRow<T> {
+pub(crate) struct SpringRow {
     pub ends: [u32; 2],
-    pub elastic: Elastic<T>,
+    pub elastic: Elastic,
 }
 
-impl<T: Real> SpringRow<T> {
+impl SpringRow {
     /// Force on the first end, N, for ends at `x` with velocities `v`: to the same bits as [`Springs::pull`].
-    pub fn force(&self, x: [Row<T>; 2], v: [Row<T>; 2]) -> Row<T> {
+    pub fn force(&self, x: [Row; 2], v: [Row; 2]) -> Row {
         let mut one = Springs::default();
         one.push(Self { ends: [0, 1], ..*self });
-        let mut forces = [[T::ZERO; 4]; 2];
+        let mut forces = [[0.0; 4]; 2];
         one.pull(None, &x, &v, &mut forces);
         forces[0]
     }
@@ -34,28 +34,28 @@ impl<T: Real> SpringRow<T> {
 
 /// Four springs. Those that fill up the last block join row 0 to itself, without stiffness.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Block<T> {
+struct Block {
     ends: [[u32; AT_ONCE]; 2],
-    stiffness: [T; AT_ONCE],
-    damping: [T; AT_ONCE],
-    rest_length: [T; AT_ONCE],
+    stiffness: [f64; AT_ONCE],
+    damping: [f64; AT_ONCE],
+    rest_length: [f64; AT_ONCE],
 }
 
 /// The direction of a spring whose second end is at `d` from the first, and its stiffness across that direction as a
 /// fraction of its stiffness, which is negative for a spring shorter than at rest. A spring without a length pulls alike
 /// in all directions if its rest length is 0, and is skipped if not.
-pub(super) fn axis<T: Real>(d: T::Vector, rest_length: T) -> (T::Vector, T) {
+pub(super) fn axis(d: Vector, rest_length: f64) -> (Vector, f64) {
     let length = d.dot(d).sqrt();
-    if length > T::ZERO {
-        (d * (T::ONE / length), T::ONE - rest_length / length)
+    if length > 0.0 {
+        (d * (1.0 / length), 1.0 - rest_length / length)
     } else {
-        (T::Vector::ZERO, if rest_length == T::ZERO { T::ONE } else { T::ZERO })
+        (Vector::ZERO, if rest_length == 0.0 { 1.0 } else { 0.0 })
     }
 }
 
 /// A number, or 0 if it is negative or NaN.
-pub(super) fn positive<T: Real>(x: T) -> T {
-    if x > T::ZERO { x } else { T::ZERO }
+pub(super) fn positive(x: f64) -> f64 {
+    if x > 0.0 { x } else { 0.0 }
 }
 
 /// The part of one thread in the forces of springs: forces on some rows, of every spring that ends there, in the order of
@@ -109,13 +109,13 @@ pub(super) fn own_row<R>(rows: &mut [R], first: usize, row: usize) -> Option<&mu
 
 /// Springs, in the order in which their forces are summed.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Springs<T> {
-    blocks: Vec<Block<T>>,
+pub(crate) struct Springs {
+    blocks: Vec<Block>,
     len: usize,
     damped: bool,
 }
 
-impl<T: Real> Springs<T> {
+impl Springs {
     /// No springs, with capacity for `springs`.
     pub fn with_room(springs: usize) -> Self {
         Self { blocks: Vec::with_capacity(springs.div_ceil(AT_ONCE)), len: 0, damped: false }
@@ -130,10 +130,10 @@ impl<T: Real> Springs<T> {
         }
     }
 
-    pub fn push(&mut self, spring: SpringRow<T>) {
+    pub fn push(&mut self, spring: SpringRow) {
         let at = self.len % AT_ONCE;
         if at == 0 {
-            let zero = [T::ZERO; AT_ONCE];
+            let zero = [0.0; AT_ONCE];
             let ends = [[0; AT_ONCE]; 2];
             self.blocks.push(Block { ends, stiffness: zero, damping: zero, rest_length: zero });
         }
@@ -142,20 +142,9 @@ impl<T: Real> Springs<T> {
             (block.ends[0][at], block.ends[1][at]) = (spring.ends[0], spring.ends[1]);
             (block.stiffness[at], block.damping[at], block.rest_length[at]) =
                 (stiffness, damping, rest_length);
-            self.damped |= damping != T::ZERO;
+            self.damped |= damping != 0.0;
         }
         self.len += 1;
-    }
-
-    /// The same springs in another precision.
-    pub fn at<U: Real>(&self) -> Springs<U> {
-        let mut springs = Springs::default();
-        let number = |number: T| U::of(number.to_f64());
-        for SpringRow { ends, elastic: Elastic { stiffness, damping, rest_length } } in self.iter() {
-            let [stiffness, damping, rest_length] = [stiffness, damping, rest_length].map(number);
-            springs.push(SpringRow { ends, elastic: Elastic { stiffness, damping, rest_length } });
-        }
-        springs
     }
 
     /// The shares of `count` threads in the forces on `rows` rows, each with about as many ends of springs.
@@ -196,7 +185,7 @@ impl<T: Real> Springs<T> {
 
     /// Allocated bytes.
     pub const fn bytes(&self) -> usize {
-        self.blocks.capacity() * size_of::<Block<T>>()
+        self.blocks.capacity() * size_of::<Block>()
     }
 
     /// Whether a spring has damping.
@@ -204,23 +193,23 @@ impl<T: Real> Springs<T> {
         self.damped
     }
 
-    pub fn iter(&self) -> impl Iterator<Item = SpringRow<T>> + '_ {
+    pub fn iter(&self) -> impl Iterator<Item = SpringRow> + '_ {
         self.iter_from(0)
     }
 
     /// The springs from number `first` on.
-    pub fn iter_from(&self, first: usize) -> impl Iterator<Item = SpringRow<T>> + '_ {
+    pub fn iter_from(&self, first: usize) -> impl Iterator<Item = SpringRow> + '_ {
         let blocks = self.blocks[first / AT_ONCE..].iter().flat_map(Block::springs);
         blocks.skip(first % AT_ONCE).take(self.len - first)
     }
 
     /// The springs of a share, and those that fill up the last block.
-    pub fn of(&self, share: &Share) -> impl Iterator<Item = SpringRow<T>> {
+    pub fn of(&self, share: &Share) -> impl Iterator<Item = SpringRow> {
         share.blocks.iter().flat_map(|blocks| &self.blocks[blocks.clone()]).flat_map(Block::springs)
     }
 
     /// Adds the forces in the state (`x`, `v`) to `forces`, N. Velocities are read only if springs have damping.
-    pub fn pull(&self, shares: Shares<'_>, x: &[Row<T>], v: &[Row<T>], forces: &mut [Row<T>]) {
+    pub fn pull(&self, shares: Shares<'_>, x: &[Row], v: &[Row], forces: &mut [Row]) {
         match shares {
             Some((threads, shares)) => Share::each(threads, shares, forces, |share, forces| {
                 for blocks in &share.blocks {
@@ -234,10 +223,10 @@ impl<T: Real> Springs<T> {
     /// Adds the forces of some blocks, on the rows from `first` on alone if they are `SHARED`.
     fn pull_blocks<const SHARED: bool>(
         &self,
-        blocks: &[Block<T>],
-        state: (&[Row<T>], &[Row<T>]),
+        blocks: &[Block],
+        state: (&[Row], &[Row]),
         first: usize,
-        forces: &mut [Row<T>],
+        forces: &mut [Row],
     ) {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = LEVEL.as_avx2() {
@@ -254,10 +243,10 @@ impl<T: Real> Springs<T> {
     fn pull_with<S: Simd, const SHARED: bool>(
         &self,
         simd: S,
-        blocks: &[Block<T>],
-        (x, v): (&[Row<T>], &[Row<T>]),
+        blocks: &[Block],
+        (x, v): (&[Row], &[Row]),
         first: usize,
-        forces: &mut [Row<T>],
+        forces: &mut [Row],
     ) {
         if self.damped {
             blocks.iter().for_each(
@@ -273,8 +262,8 @@ impl<T: Real> Springs<T> {
     }
 }
 
-impl<T: Real> Block<T> {
-    fn springs(&self) -> [SpringRow<T>; AT_ONCE] {
+impl Block {
+    fn springs(&self) -> [SpringRow; AT_ONCE] {
         let Self { ends: [a, b], stiffness, damping, rest_length } = *self;
         std::array::from_fn(|i| SpringRow {
             ends: [a[i], b[i]],
@@ -286,19 +275,19 @@ impl<T: Real> Block<T> {
     fn pull<S: Simd, const DAMPED: bool, const SHARED: bool>(
         &self,
         simd: S,
-        x: &[Row<T>],
-        v: &[Row<T>],
+        x: &[Row],
+        v: &[Row],
         first: usize,
-        forces: &mut [Row<T>],
+        forces: &mut [Row],
     ) {
         let d = self.differences(simd, x);
         let [dx, dy, dz] = columns(d);
         let squared = dx * dx + dy * dy + dz * dz;
         // A spring without a length has no direction and no force: a plain reciprocal would give 0 times infinity.
-        let pulls = squared.simd_gt(T::Lanes::splat(simd, T::ZERO));
-        let inverse = (T::Lanes::splat(simd, T::ONE) / squared.sqrt()).only(pulls);
-        let of = |numbers: [T; AT_ONCE]| T::Lanes::of(simd, numbers);
-        let stretched = T::Lanes::splat(simd, T::ONE) - of(self.rest_length) * inverse;
+        let pulls = squared.simd_gt(f64x4::splat(simd, 0.0));
+        let inverse = (f64x4::splat(simd, 1.0) / squared.sqrt()).only(pulls);
+        let of = |numbers: [f64; AT_ONCE]| f64x4::simd_from(simd, numbers);
+        let stretched = f64x4::splat(simd, 1.0) - of(self.rest_length) * inverse;
         let mut tension = of(self.stiffness) * stretched;
         if DAMPED {
             let [ux, uy, uz] = columns(self.differences(simd, v));
@@ -306,21 +295,21 @@ impl<T: Real> Block<T> {
             // In this order: the square of the reciprocal of a very short length is infinite.
             tension += of(self.damping) * (rate * inverse) * inverse;
         }
-        let tension = tension.row();
+        let tension: [f64; AT_ONCE] = tension.into();
         for i in 0..AT_ONCE {
-            let pull = d[i] * T::Lanes::splat(simd, tension[i]);
+            let pull = d[i] * f64x4::splat(simd, tension[i]);
             let [a, b] = [self.ends[0][i] as usize, self.ends[1][i] as usize];
             if SHARED {
                 if let Some(force) = own_row(forces, first, a) {
-                    (T::Lanes::of(simd, *force) + pull).store_slice(force);
+                    (f64x4::simd_from(simd, *force) + pull).store_slice(force);
                 }
                 if let Some(force) = own_row(forces, first, b) {
-                    (T::Lanes::of(simd, *force) - pull).store_slice(force);
+                    (f64x4::simd_from(simd, *force) - pull).store_slice(force);
                 }
             } else {
-                let sum = T::Lanes::of(simd, forces[a]) + pull;
+                let sum = f64x4::simd_from(simd, forces[a]) + pull;
                 sum.store_slice(&mut forces[a]);
-                let sum = T::Lanes::of(simd, forces[b]) - pull;
+                let sum = f64x4::simd_from(simd, forces[b]) - pull;
                 sum.store_slice(&mut forces[b]);
             }
         }
@@ -328,11 +317,11 @@ impl<T: Real> Block<T> {
 
     /// Rows of the second ends minus rows of the first.
     #[inline(always)]
-    fn differences<S: Simd>(&self, simd: S, rows: &[Row<T>]) -> [T::Lanes<S>; AT_ONCE] {
-        let mut differences = [T::Lanes::splat(simd, T::ZERO); AT_ONCE];
+    fn differences<S: Simd>(&self, simd: S, rows: &[Row]) -> [f64x4<S>; AT_ONCE] {
+        let mut differences = [f64x4::splat(simd, 0.0); AT_ONCE];
         for (i, difference) in differences.iter_mut().enumerate() {
             let [a, b] = [self.ends[0][i] as usize, self.ends[1][i] as usize];
-            *difference = T::Lanes::of(simd, rows[b]) - T::Lanes::of(simd, rows[a]);
+            *difference = f64x4::simd_from(simd, rows[b]) - f64x4::simd_from(simd, rows[a]);
         }
         differences
     }
@@ -340,7 +329,7 @@ impl<T: Real> Block<T> {
 
 /// x, y and z of four rows.
 #[inline(always)]
-fn columns<T: Real, S: Simd, L: crate::real::Lanes<S, T>>([a, b, c, d]: [L; AT_ONCE]) -> [L; 3] {
+fn columns<S: Simd>([a, b, c, d]: [f64x4<S>; AT_ONCE]) -> [f64x4<S>; 3] {
     let (low, high) = (a.zip_low(c), b.zip_low(d));
     let z = a.zip_high(c).zip_low(b.zip_high(d));
     [low.zip_low(high), low.zip_high(high), z]

@@ -22,8 +22,8 @@ use crate::units::{Scalar, Vector};
 
 /// Repeats the tick of a group without the rows that failed.
 pub(super) struct Rescue<'a, 'w, 's, 'n> {
-    pub kernel: GroupKernel<Scalar>,
-    pub environment: &'a GroupEnvironment<'a, Scalar>,
+    pub kernel: GroupKernel,
+    pub environment: &'a GroupEnvironment<'a>,
     pub options: &'a MemberOptions<'w, 's>,
     pub output: &'a mut TickOutput<'n>,
 }
@@ -106,13 +106,13 @@ impl Rescue<'_, '_, '_, '_> {
     fn part(
         &self,
         group: &Group,
-        part: &Part<Scalar>,
-        pushes: &[(usize, Row<Scalar>)],
+        part: &Part,
+        pushes: &[(usize, Row)],
         before: &Before,
         after: &mut Before,
         statistics: &mut StepStatistics,
     ) -> Vec<(usize, Breach)> {
-        let pick = |rows: &[Row<Scalar>]| part.rows.iter().map(|row| rows[*row]).collect::<Vec<_>>();
+        let pick = |rows: &[Row]| part.rows.iter().map(|row| rows[*row]).collect::<Vec<_>>();
         let numbers = |from: &[Scalar]| part.rows.iter().map(|row| from[*row]).collect::<Vec<_>>();
         let pushes: Vec<_> = pushes
             .iter()
@@ -149,7 +149,6 @@ impl Rescue<'_, '_, '_, '_> {
                 let rows = GroupRows {
                     x: &mut state.0,
                     v: &mut state.1,
-                    residues: None,
                     w: &w,
                     last: &mut state.2[..movable],
                     with_options: &with_options,
@@ -192,16 +191,16 @@ impl Rescue<'_, '_, '_, '_> {
     /// Integrates a tick of a body without coupling.
     fn alone(
         &self,
-        options: BodyOptions<'_, Scalar>,
+        options: BodyOptions<'_>,
         force: [Scalar; 3],
         w: Scalar,
-        (x, v, last): &mut (Vec<Row<Scalar>>, Vec<Row<Scalar>>, Vec<Scalar>),
+        (x, v, last): &mut (Vec<Row>, Vec<Row>, Vec<Scalar>),
         statistics: &mut StepStatistics,
     ) -> Result<(), Breach> {
         let GroupEnvironment { shared, terms, .. } = self.environment;
         let none = Affine { constant: Vector::ZERO, rate: 0.0 };
-        let air = shared.laws.drag.and_then(Law::<Scalar>::affine).unwrap_or(none);
-        let mut terms: Terms<'_, Scalar> = *terms;
+        let air = shared.laws.drag.and_then(Law::affine).unwrap_or(none);
+        let mut terms: Terms<'_> = *terms;
         terms.gravity += air.constant + if options.gravity_off { Vector::ZERO } else { shared.free_fall() };
         terms.drag += air.rate;
         let terms = terms.damped(terms.damping);
@@ -214,8 +213,7 @@ impl Rescue<'_, '_, '_, '_> {
             _ => MethodStateRows::None,
         };
         let applied = Some(Applied { forces: &[force], rows: &[(0, 0)], offset: 0 });
-        let mut batch =
-            Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state, residues: None };
+        let mut batch = Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state };
         let outcome = self.kernel.single.integrate_row(&terms, options, &mut batch, 0, statistics);
         let ([a, b, c], [d, e, f, _]) = (positions[0], bodies[0]);
         (x[0], v[0]) = ([a, b, c, 0.0], [d, e, f, 0.0]);

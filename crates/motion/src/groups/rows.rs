@@ -5,14 +5,13 @@ use std::ops::{Deref, DerefMut};
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::real::Real;
-use crate::units::{Scalar, Vector};
+use crate::units::Vector;
 
 /// (x, y, z, 0).
-pub(crate) type Row<T> = [T; 4];
+pub(crate) type Row = [f64; 4];
 
 /// The row of a vector.
-pub(crate) fn row_of(v: Vector) -> Row<Scalar> {
+pub(crate) fn row_of(v: Vector) -> Row {
     [v.x, v.y, v.z, 0.0]
 }
 
@@ -22,16 +21,16 @@ pub(crate) fn row_of(v: Vector) -> Row<Scalar> {
 struct Line([u8; 64]);
 
 /// An array of rows of which none crosses a cache line: loads and stores of those take twice as long.
-pub(crate) struct RowArray<T> {
+#[derive(Default)]
+pub(crate) struct RowArray {
     lines: Vec<Line>,
     rows: usize,
-    of: std::marker::PhantomData<T>,
 }
 
-impl<T: Real> RowArray<T> {
+impl RowArray {
     /// Sets the length to `rows`; new rows have arbitrary content. Never frees memory.
     pub fn resize(&mut self, rows: usize) {
-        let lines = (rows * size_of::<Row<T>>()).div_ceil(size_of::<Line>());
+        let lines = (rows * size_of::<Row>()).div_ceil(size_of::<Line>());
         if lines > self.lines.len() {
             self.lines.resize(lines, Line([0; 64]));
         }
@@ -39,37 +38,31 @@ impl<T: Real> RowArray<T> {
     }
 
     /// Copies `rows`.
-    pub fn copy(&mut self, rows: &[Row<T>]) {
+    pub fn copy(&mut self, rows: &[Row]) {
         self.resize(rows.len());
         self.copy_from_slice(rows);
     }
 }
 
-impl<T> Default for RowArray<T> {
-    fn default() -> Self {
-        Self { lines: Vec::new(), rows: 0, of: std::marker::PhantomData }
-    }
-}
-
-impl<T: Real> Deref for RowArray<T> {
-    type Target = [Row<T>];
+impl Deref for RowArray {
+    type Target = [Row];
 
     #[inline(always)]
-    fn deref(&self) -> &[Row<T>] {
-        let numbers: &[T] = bytemuck::cast_slice(&self.lines);
+    fn deref(&self) -> &[Row] {
+        let numbers: &[f64] = bytemuck::cast_slice(&self.lines);
         &numbers.as_chunks().0[..self.rows]
     }
 }
 
-impl<T: Real> DerefMut for RowArray<T> {
+impl DerefMut for RowArray {
     #[inline(always)]
-    fn deref_mut(&mut self) -> &mut [Row<T>] {
-        let numbers: &mut [T] = bytemuck::cast_slice_mut(&mut self.lines);
+    fn deref_mut(&mut self) -> &mut [Row] {
+        let numbers: &mut [f64] = bytemuck::cast_slice_mut(&mut self.lines);
         &mut numbers.as_chunks_mut().0[..self.rows]
     }
 }
 
-impl<T: Real> fmt::Debug for RowArray<T> {
+impl fmt::Debug for RowArray {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_list().entries(self.iter()).finish()
     }

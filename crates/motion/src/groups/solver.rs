@@ -1,9 +1,9 @@
 //! Conjugate gradients over plain rows, and their settings.
 
+use crate::laws::damping::SNAP;
 use bevy_ecs::prelude::*;
 
 use super::rows::{Row, RowArray};
-use crate::real::Real;
 use crate::state::threads::Threads;
 
 /// How an implicit Euler step of bodies that are joined is solved (Baraff, Witkin 1998, eq. 6, in inverse-mass
@@ -35,7 +35,7 @@ pub struct Solver {
 }
 
 impl Default for Solver {
-    /// Linearized, to 1e-8, in at most 500 iterations. In single precision the tolerance is at least 1e-5.
+    /// Linearized, to 1e-8, in at most 500 iterations.
     fn default() -> Self {
         Self { tolerance: 1e-8, most_iterations: 500, newton_iterations: 0 }
     }
@@ -47,19 +47,19 @@ const MOST_DIRECTIONS: usize = 60;
 
 /// Arrays of an iteration for `A y = r`, reused for the next one.
 #[derive(Debug, Default)]
-pub(super) struct Gradients<T: Real> {
+pub(super) struct Gradients {
     /// The solution.
-    pub y: RowArray<T>,
+    pub y: RowArray,
     /// The right side, then the residual.
-    pub r: RowArray<T>,
+    pub r: RowArray,
     /// The direction.
-    p: RowArray<T>,
+    p: RowArray,
     /// The product with the direction; scratch space between two solves.
-    pub q: RowArray<T>,
+    pub q: RowArray,
     /// Directions of [`Gradients::solve_exact`] and their products of length 1.
-    directions: Vec<[RowArray<T>; 2]>,
+    directions: Vec<[RowArray; 2]>,
     /// Its solution and its residual.
-    whole: [RowArray<T>; 2],
+    whole: [RowArray; 2],
 }
 
 /// How a solve ended.
@@ -71,12 +71,12 @@ pub(super) struct Solved {
     pub is_finite: bool,
 }
 
-impl<T: Real> Gradients<T> {
+impl Gradients {
     /// Resizes the arrays to `rows`, all 0.
     pub fn fit(&mut self, rows: usize) {
         for array in [&mut self.y, &mut self.r, &mut self.p, &mut self.q] {
             array.resize(rows);
-            array.fill([T::ZERO; 4]);
+            array.fill([0.0; 4]);
         }
     }
 
@@ -87,21 +87,21 @@ impl<T: Real> Gradients<T> {
         solver: Solver,
         movable: usize,
         threads: Option<&Threads>,
-        mut multiply: impl FnMut(&[Row<T>], &mut [Row<T>]),
+        mut multiply: impl FnMut(&[Row], &mut [Row]),
     ) -> Solved {
-        let tolerance = solver.tolerance::<T>();
-        self.y.fill([T::ZERO; 4]);
+        let tolerance = solver.tolerance;
+        self.y.fill([0.0; 4]);
         self.p.copy(&self.r);
-        let dot = |a: &[Row<T>], b: &[Row<T>]| dot_shared(threads, &a[..movable], &b[..movable]);
+        let dot = |a: &[Row], b: &[Row]| dot_shared(threads, &a[..movable], &b[..movable]);
         let mut squared = dot(&self.r, &self.r);
         let is_finite = squared.is_finite();
         let enough = squared * tolerance * tolerance;
-        let (mut iterations, mut converged) = (0, squared == T::ZERO);
+        let (mut iterations, mut converged) = (0, squared == 0.0);
         while !converged && iterations < solver.most_iterations.max(1) {
             multiply(&self.p, &mut self.q);
             let curvature = dot(&self.p, &self.q);
             // Not finite, or lost to rounding.
-            if !(curvature > T::ZERO && curvature.is_finite()) {
+            if !(curvature > 0.0 && curvature.is_finite()) {
                 break;
             }
             let step = squared / curvature;
@@ -112,7 +112,7 @@ impl<T: Real> Gradients<T> {
             });
             iterations += 1;
             let left = dot(&self.r, &self.r);
-            converged = left.is_at_most(enough);
+            converged = left <= enough;
             let keep = left / squared;
             let r = &self.r;
             Threads::share(threads, &mut self.p[..movable], |first, p| {
@@ -123,7 +123,7 @@ impl<T: Real> Gradients<T> {
             squared = left;
         }
         // The square of a tiny number is 0: no tolerance is below that.
-        Solved { iterations, converged: converged || squared < T::SNAP, is_finite }
+        Solved { iterations, converged: converged || squared < SNAP, is_finite }
     }
 
     /// [`Gradients::solve`] for a matrix that need not be symmetric or definite: `multiply` multiplies by it if its first
@@ -134,14 +134,14 @@ impl<T: Real> Gradients<T> {
         solver: Solver,
         movable: usize,
         threads: Option<&Threads>,
-        mut multiply: impl FnMut(bool, &[Row<T>], &mut [Row<T>]),
+        mut multiply: impl FnMut(bool, &[Row], &mut [Row]),
     ) -> Solved {
         let [mut sum, mut left] = std::mem::take(&mut self.whole);
         let mut directions = std::mem::take(&mut self.directions);
         sum.resize(self.r.len());
-        sum.fill([T::ZERO; 4]);
+        sum.fill([0.0; 4]);
         left.copy(&self.r);
-        let tolerance = solver.tolerance::<T>();
+        let tolerance = solver.tolerance;
         let enough = dot(&left[..movable], &left[..movable]) * tolerance * tolerance;
         let mut all = Solved { iterations: 0, converged: false, is_finite: true };
         for number in 0..MOST_DIRECTIONS {
@@ -160,22 +160,22 @@ impl<T: Real> Gradients<T> {
             }
             let length = dot(q, q).sqrt();
             // Not finite, or lost to rounding.
-            if !(length > T::ZERO && length.is_finite()) {
+            if !(length > 0.0 && length.is_finite()) {
                 break;
             }
-            for part in [&mut *y, &mut *q].into_iter().flat_map(<[Row<T>]>::as_flattened_mut) {
-                *part = *part * (T::ONE / length);
+            for part in [&mut *y, &mut *q].into_iter().flat_map(<[Row]>::as_flattened_mut) {
+                *part *= 1.0 / length;
             }
             let share = dot(&left[..movable], q);
             advance(&mut sum[..movable], y, share);
             advance(&mut left[..movable], q, -share);
             let squared = dot(&left[..movable], &left[..movable]);
-            all.converged = squared.is_at_most(enough) || squared < T::SNAP;
+            all.converged = squared <= enough || squared < SNAP;
             if all.converged {
                 break;
             }
             if directions.len() == kept {
-                directions.push(<[RowArray<T>; 2]>::default());
+                directions.push(<[RowArray; 2]>::default());
             }
             let [direction, product] = &mut directions[kept];
             direction.copy(y);
@@ -188,30 +188,23 @@ impl<T: Real> Gradients<T> {
     }
 }
 
-impl Solver {
-    /// The tolerance in the precision of T.
-    fn tolerance<T: Real>(self) -> T {
-        T::of(self.tolerance.max(if T::WIDE { 0.0 } else { 1e-5 }))
-    }
-}
-
 /// Rows of which the products are summed first, so that the sum of all does not depend on the threads.
 const SUMMED_ROWS: usize = 4096;
 
 /// The sum of the products of two arrays.
-pub(super) fn dot<T: Real>(a: &[Row<T>], b: &[Row<T>]) -> T {
+pub(super) fn dot(a: &[Row], b: &[Row]) -> f64 {
     dot_shared(None, a, b)
 }
 
 /// [`dot`] on all threads, with the same bits.
-fn dot_shared<T: Real>(threads: Option<&Threads>, a: &[Row<T>], b: &[Row<T>]) -> T {
+fn dot_shared(threads: Option<&Threads>, a: &[Row], b: &[Row]) -> f64 {
     // Four sums, one per lane, always in the same order.
-    let add = |mut sums: [T; 4], part: [T; 4]| {
+    let add = |mut sums: [f64; 4], part: [f64; 4]| {
         (0..4).for_each(|lane| sums[lane] += part[lane]);
         sums
     };
     let sum_of = |first: usize| {
-        let mut sums = [T::ZERO; 4];
+        let mut sums = [0.0; 4];
         for (a, b) in a[first..].iter().zip(&b[first..]).take(SUMMED_ROWS) {
             (0..4).for_each(|lane| sums[lane] += a[lane] * b[lane]);
         }
@@ -219,21 +212,21 @@ fn dot_shared<T: Real>(threads: Option<&Threads>, a: &[Row<T>], b: &[Row<T>]) ->
     };
     let starts = (0..a.len()).step_by(SUMMED_ROWS);
     let [x, y, z, _] = match threads {
-        None => starts.map(sum_of).fold([T::ZERO; 4], add),
+        None => starts.map(sum_of).fold([0.0; 4], add),
         Some(_) => {
-            let mut parts = vec![[T::ZERO; 4]; starts.len()];
+            let mut parts = vec![[0.0; 4]; starts.len()];
             Threads::share(threads, &mut parts, |first, parts| {
                 let parts = parts.iter_mut().zip(first..);
                 parts.for_each(|(part, number)| *part = sum_of(number * SUMMED_ROWS));
             });
-            parts.into_iter().fold([T::ZERO; 4], add)
+            parts.into_iter().fold([0.0; 4], add)
         }
     };
     x + y + z
 }
 
 /// Adds `factor` times `by`.
-pub(super) fn advance<T: Real>(sum: &mut [Row<T>], by: &[Row<T>], factor: T) {
+pub(super) fn advance(sum: &mut [Row], by: &[Row], factor: f64) {
     for (sum, by) in sum.as_flattened_mut().iter_mut().zip(by.as_flattened()) {
         *sum += *by * factor;
     }

@@ -4,7 +4,6 @@ use std::collections::HashMap;
 
 use super::coupling::{Coupling, SheetRow};
 use super::pull::SpringRow;
-use crate::real::Real;
 use crate::units::Scalar;
 
 /// Disjoint sets of numbers that are joined two by two (Galler, Fischer 1964).
@@ -41,18 +40,18 @@ impl Sets {
 
 /// A connected component of a coupling.
 #[derive(Default)]
-pub(crate) struct Part<T> {
-    pub coupling: Coupling<T>,
+pub(crate) struct Part {
+    pub coupling: Coupling,
     /// Its rows, as rows of the whole.
     pub rows: Vec<usize>,
     /// The part's row numbers of anchors.
     held: HashMap<usize, usize>,
 }
 
-impl<T: Real> Coupling<T> {
+impl Coupling {
     /// The connected components, in the order of their lowest rows. If there is only one, its springs are moved and
     /// not copied: they are most of the memory of a large world.
-    pub(super) fn into_parts(mut self) -> Vec<Part<T>> {
+    pub(super) fn into_parts(mut self) -> Vec<Part> {
         let none = vec![false; self.rows];
         let mut sets = self.sets(&none);
         let is_connected = self.movable > 0 && (1..self.movable).all(|row| sets.of(row) == 0);
@@ -100,11 +99,11 @@ impl<T: Real> Coupling<T> {
 
     /// The connected components without the rows `removed`, in the order of their lowest rows. Springs and triangles are
     /// removed with their ends. A row that is left alone is a part of its own.
-    pub(super) fn parts(&self, removed: &[bool]) -> Vec<Part<T>> {
+    pub(super) fn parts(&self, removed: &[bool]) -> Vec<Part> {
         let moves = |row: u32| (row as usize) < self.movable;
         let lives = |rows: &[u32]| rows.iter().all(|row| !removed[*row as usize]);
         let mut sets = self.sets(removed);
-        let mut parts: Vec<Part<T>> = Vec::new();
+        let mut parts: Vec<Part> = Vec::new();
         let mut part_of = vec![usize::MAX; self.movable];
         // Row numbers of the part by rows of the whole.
         let mut numbers = vec![0; self.movable];
@@ -146,7 +145,7 @@ impl<T: Real> Coupling<T> {
     }
 }
 
-impl<T: Real> Coupling<T> {
+impl Coupling {
     /// A subset of `rows`, ascending, of which no two act on each other, chosen greedily from the lowest.
     pub(super) fn apart(&self, rows: &[usize]) -> Vec<usize> {
         if self.attracts {
@@ -173,16 +172,16 @@ impl<T: Real> Coupling<T> {
     }
 }
 
-impl<T: Real> Part<T> {
+impl Part {
     /// Adds an anchor; the movable rows must have been added before.
-    fn hold(&mut self, whole: &Coupling<T>, row: usize) {
+    fn hold(&mut self, whole: &Coupling, row: usize) {
         self.coupling.sources.push(whole.sources[row - whole.movable]);
         self.held.insert(row, self.rows.len());
         self.rows.push(row);
     }
 
     /// The part's number of a row of the whole, `number` being that of those that move.
-    fn row(&mut self, whole: &Coupling<T>, row: u32, number: &impl Fn(u32) -> u32) -> u32 {
+    fn row(&mut self, whole: &Coupling, row: u32, number: &impl Fn(u32) -> u32) -> u32 {
         if (row as usize) < whole.movable {
             return number(row);
         }
@@ -193,7 +192,7 @@ impl<T: Real> Part<T> {
         u32::try_from(found).unwrap_or(u32::MAX)
     }
 
-    fn finish(&mut self, whole: &Coupling<T>) {
+    fn finish(&mut self, whole: &Coupling) {
         self.coupling.attracts = whole.attracts;
         self.coupling.rows = self.rows.len();
         if !self.coupling.sheets.is_empty() {
@@ -204,7 +203,7 @@ impl<T: Real> Part<T> {
     }
 }
 
-impl Coupling<Scalar> {
+impl Coupling {
     /// Takes over the masses of movable rows, whose inverses are `w`, if they were written since it was compiled.
     pub(super) fn weigh(&mut self, w: &[Scalar]) {
         if !self.attracts && self.sheets.is_empty() {
@@ -222,7 +221,7 @@ impl Coupling<Scalar> {
     }
 }
 
-impl<T: Real> Coupling<T> {
+impl Coupling {
     /// Computes the masses of triangles: the mass of a point is shared by its triangles. An anchor counts as much as
     /// the movable corners.
     pub(super) fn finish(&mut self) {
@@ -235,12 +234,12 @@ impl<T: Real> Coupling<T> {
         in_sheets.sort_unstable();
         in_sheets.dedup();
         for sheet in sheets {
-            let (mut sum, mut corners) = (T::ZERO, 0);
+            let (mut sum, mut corners) = (0.0, 0);
             for row in sheet.corners.iter().filter(|row| moves(row)) {
-                sum += masses[*row as usize] / T::of(f64::from(triangles[*row as usize]));
+                sum += masses[*row as usize] / f64::from(triangles[*row as usize]);
                 corners += 1;
             }
-            sheet.mass = sum * T::of(3.0 / f64::from(corners.max(1)));
+            sheet.mass = sum * (3.0 / f64::from(corners.max(1)));
         }
     }
 }

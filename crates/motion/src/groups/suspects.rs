@@ -16,8 +16,8 @@ use crate::units::{Scalar, Vector};
 
 /// The rows of a group before the tick.
 pub(super) struct Before {
-    pub x: Vec<Row<Scalar>>,
-    pub v: Vec<Row<Scalar>>,
+    pub x: Vec<Row>,
+    pub v: Vec<Row>,
     pub w: Vec<Scalar>,
     pub last: Vec<Scalar>,
 }
@@ -25,12 +25,12 @@ pub(super) struct Before {
 /// The rows of a group before the tick, and everything that acts on them.
 pub(super) struct Suspects<'a, 'w, 's> {
     /// The springs of every row: the row at the other end, and the properties.
-    pub springs: Vec<Vec<(usize, Elastic<Scalar>)>>,
-    pub environment: &'a GroupEnvironment<'a, Scalar>,
+    pub springs: Vec<Vec<(usize, Elastic)>>,
+    pub environment: &'a GroupEnvironment<'a>,
     pub group: &'a Group,
     pub whole: ByRow<'a, 'w, 's>,
     /// Forces applied to rows, N.
-    pub pushes: &'a [(usize, Row<Scalar>)],
+    pub pushes: &'a [(usize, Row)],
     pub before: &'a Before,
 }
 
@@ -38,7 +38,7 @@ pub(super) struct Suspects<'a, 'w, 's> {
 const SYSTEM: &str = "integrate_groups";
 
 /// The springs of every row, for [`Suspects`].
-pub(super) fn springs_by_row(coupling: &Coupling<Scalar>) -> Vec<Vec<(usize, Elastic<Scalar>)>> {
+pub(super) fn springs_by_row(coupling: &Coupling) -> Vec<Vec<(usize, Elastic)>> {
     let mut of_row = vec![Vec::new(); coupling.rows];
     for SpringRow { ends, elastic } in coupling.springs.iter() {
         let [a, b] = ends.map(|end| end as usize);
@@ -133,7 +133,7 @@ impl Suspects<'_, '_, '_> {
     }
 
     /// Force of a spring between two rows, N.
-    fn tension(&self, row: usize, other: usize, elastic: &Elastic<Scalar>) -> Scalar {
+    fn tension(&self, row: usize, other: usize, elastic: &Elastic) -> Scalar {
         let Before { x, v, .. } = self.before;
         let d = vector(&x[other]) - vector(&x[row]);
         let u = vector(&v[other]) - vector(&v[row]);

@@ -17,7 +17,7 @@ use crate::state::range::Bounds;
 use crate::state::threads::Threads;
 use crate::tick::environment::{Environment, EnvironmentParam, TickOutput};
 use crate::tick::which::Which;
-use crate::units::{Scalar, Vector};
+use crate::units::Vector;
 
 /// The anchors of groups.
 type Anchors<'w, 's> = Query<'w, 's, (&'static Transform, &'static PhysicsBody), Without<Grouped>>;
@@ -37,7 +37,7 @@ struct GroupsParam<'w, 's> {
 /// Makes the system that integrates a tick of `kernel` for the groups of the bodies that `which` selects.
 pub(crate) fn integrate_groups(
     world: &mut World,
-    kernel: GroupKernel<Scalar>,
+    kernel: GroupKernel,
     which: &Which,
     name: String,
 ) -> BoxedSystem {
@@ -50,7 +50,7 @@ pub(crate) fn integrate_groups(
 }
 
 fn advance_groups(
-    kernel: GroupKernel<Scalar>,
+    kernel: GroupKernel,
     mut param: EnvironmentParam,
     mut output: TickOutput,
     groups: GroupsParam,
@@ -171,7 +171,7 @@ impl Groups {
     }
 
     /// The pushes on rows of a group.
-    fn pushes_of(&self, number: usize) -> &[(usize, usize, Row<Scalar>)] {
+    fn pushes_of(&self, number: usize) -> &[(usize, usize, Row)] {
         let start = self.pushes.partition_point(|(group, ..)| *group < number);
         let end = self.pushes.partition_point(|(group, ..)| *group <= number);
         &self.pushes[start..end]
@@ -219,7 +219,7 @@ impl Groups {
         &mut self,
         number: usize,
         anchors: &Anchors,
-        bounds: Bounds<Scalar>,
+        bounds: Bounds,
         changed: &mut CouplingChanged,
     ) -> bool {
         let mut holds = true;
@@ -239,9 +239,9 @@ impl Groups {
 
     fn tick(
         &mut self,
-        kernel: GroupKernel<Scalar>,
+        kernel: GroupKernel,
         number: usize,
-        environment: &GroupEnvironment<'_, Scalar>,
+        environment: &GroupEnvironment<'_>,
         options: &MemberOptions,
         statistics: &mut StepStatistics,
     ) -> Result<(), Vec<usize>> {
@@ -257,7 +257,6 @@ impl Groups {
         let rows = GroupRows {
             x: &mut self.x[rows.clone()],
             v: &mut self.v[rows.clone()],
-            residues: None,
             w: &self.w[rows],
             last: &mut self.last[movable],
             with_options: &group.with_options,

@@ -2,39 +2,35 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Simd, prelude::*};
+use fearless_simd::{Simd, f64x4, prelude::*};
 
 use super::field::{Constants, RowField, parts};
 use super::lanes::{Rows, each_row};
 use super::method_state::MethodStateRows;
 use super::{Applied, BLOCK, Batch, Refuse, Row, Terms};
 use crate::methods::{Integrator, MethodStateKind, StepState};
-use crate::real::{LEVEL, Lanes as _, Real};
+use crate::simd::{LEVEL, Lanes as _};
 use crate::state::range::{Bounds, Breach};
 
 /// The positions of a block and one number beyond: each row is loaded as four lanes, of which the last is not used.
-type Triples<T> = [T; 3 * BLOCK + 1];
+type Triples = [f64; 3 * BLOCK + 1];
 
 /// Rows that take all substeps before the next rows: they stay in the first-level cache.
 const STAY: usize = 32 * BLOCK;
 
-/// Integrates a tick; returns `false`, with nothing done, if the machine has no registers that hold a row of `T`.
+/// Integrates a tick; returns `false`, with nothing done, if the machine has no registers that hold a row of `f64`.
 #[must_use]
-pub(super) fn run<T: Real, M: Integrator>(
-    terms: &Terms<'_, T>,
-    batch: &mut Batch<'_, T>,
-    refuse: Refuse<'_>,
-) -> bool {
+pub(super) fn run<M: Integrator>(terms: &Terms<'_>, batch: &mut Batch<'_>, refuse: Refuse<'_>) -> bool {
     let (rows, substeps) = (batch.bodies.len(), terms.times.substeps);
     if substeps == 1 {
-        return step_all::<T, M>(terms, batch, 0..rows, refuse);
+        return step_all::<M>(terms, batch, 0..rows, refuse);
     }
     // Nothing here depends on time, so every substep is the same step. A row that one substep refuses keeps its
     // state, so the next ones refuse it as well; it is restored to its state before the tick. The range is checked
     // only at the end of the tick.
     let inner = terms.within(Bounds::FINITE);
     let mut refused: Vec<(usize, Breach)> = Vec::new();
-    let mut before = ([[T::ZERO; 3]; STAY], [[T::ZERO; 4]; STAY]);
+    let mut before = ([[0.0; 3]; STAY], [[0.0; 4]; STAY]);
     for start in (0..rows).step_by(STAY) {
         let rows = start..rows.min(start + STAY);
         before.0[..rows.len()].copy_from_slice(&batch.positions[rows.clone()]);
@@ -42,7 +38,7 @@ pub(super) fn run<T: Real, M: Integrator>(
         let first = refused.len();
         for _ in 0..substeps {
             let refuse = &mut |row, breach| refused.push((row, breach));
-            if !step_all::<T, M>(&inner, batch, rows.clone(), refuse) {
+            if !step_all::<M>(&inner, batch, rows.clone(), refuse) {
                 return false;
             }
         }
@@ -77,9 +73,9 @@ fn refuse_once(mut refused: Vec<(usize, Breach)>, refuse: Refuse<'_>) {
 
 /// A step of some rows.
 #[must_use]
-fn step_all<T: Real, M: Integrator>(
-    terms: &Terms<'_, T>,
-    batch: &mut Batch<'_, T>,
+fn step_all<M: Integrator>(
+    terms: &Terms<'_>,
+    batch: &mut Batch<'_>,
     rows: Range<usize>,
     refuse: Refuse<'_>,
 ) -> bool {
@@ -87,15 +83,15 @@ fn step_all<T: Real, M: Integrator>(
         return true;
     }
     let mut whole = batch.part(rows.clone());
-    if !step::<T, M>(terms, &mut whole, &mut |row, breach| refuse(rows.start + row, breach)) {
+    if !step::<M>(terms, &mut whole, &mut |row, breach| refuse(rows.start + row, breach)) {
         return false;
     }
     // A block is loaded one number beyond its last row, so the last block is copied, with a row beyond it.
     let rest = (rows.len() - 1) % BLOCK + 1;
     let last = rows.end - rest..rows.end;
-    let zero = [T::ZERO; 3];
-    let (mut positions, mut bodies) = ([zero; BLOCK + 1], [[T::ZERO; 4]; BLOCK + 1]);
-    let (mut forces, mut steps) = ([zero; BLOCK + 1], [T::ZERO; BLOCK + 1]);
+    let zero = [0.0; 3];
+    let (mut positions, mut bodies) = ([zero; BLOCK + 1], [[0.0; 4]; BLOCK + 1]);
+    let (mut forces, mut steps) = ([zero; BLOCK + 1], [0.0; BLOCK + 1]);
     positions[..rest].copy_from_slice(&batch.positions[last.clone()]);
     bodies[..rest].copy_from_slice(&batch.bodies[last.clone()]);
     let (mut pushed, mut count) = ([(0, 0); BLOCK], 0);
@@ -113,9 +109,8 @@ fn step_all<T: Real, M: Integrator>(
         method_state = MethodStateRows::LastStep(&mut steps);
     }
     let applied = (count > 0).then_some(Applied { forces: &forces, rows: &pushed[..count], offset: 0 });
-    let mut copy =
-        Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state, residues: None };
-    let done = step::<T, M>(terms, &mut copy, &mut |row, breach| refuse(last.start + row, breach));
+    let mut copy = Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state };
+    let done = step::<M>(terms, &mut copy, &mut |row, breach| refuse(last.start + row, breach));
     batch.positions[last.clone()].copy_from_slice(&positions[..rest]);
     batch.bodies[last.clone()].copy_from_slice(&bodies[..rest]);
     if let MethodStateRows::LastStep(all) = &mut batch.method_state {
@@ -124,51 +119,40 @@ fn step_all<T: Real, M: Integrator>(
     done
 }
 
-/// A step of every whole block that has a row beyond it.
-///
-/// Every instruction set is a copy of every method, so there is one per precision: on x86 AVX2 for f64, SSE4.2 for
-/// f32.
+/// A step of every whole block that has a row beyond it; on x86 with AVX2 alone, because every instruction set is a copy
+/// of every method.
 #[must_use]
-fn step<T: Real, M: Integrator>(terms: &Terms<'_, T>, batch: &mut Batch<'_, T>, refuse: Refuse<'_>) -> bool {
+fn step<M: Integrator>(terms: &Terms<'_>, batch: &mut Batch<'_>, refuse: Refuse<'_>) -> bool {
     #[cfg(target_arch = "x86_64")]
-    match (LEVEL.as_avx2(), LEVEL.as_sse4_2()) {
-        (Some(simd), _) if T::WIDE => simd.vectorize(
+    match LEVEL.as_avx2() {
+        Some(simd) => simd.vectorize(
             #[inline(always)]
-            || step_with::<T, M, _>(simd, terms, batch, refuse),
+            || step_with::<M, _>(simd, terms, batch, refuse),
         ),
-        (_, Some(simd)) if !T::WIDE => simd.vectorize(
-            #[inline(always)]
-            || step_with::<T, M, _>(simd, terms, batch, refuse),
-        ),
-        _ => return false,
+        None => return false,
     }
     #[cfg(not(target_arch = "x86_64"))]
     {
         let level = *LEVEL;
-        fearless_simd::dispatch!(level, simd => step_with::<T, M, _>(simd, terms, batch, refuse));
+        fearless_simd::dispatch!(level, simd => step_with::<M, _>(simd, terms, batch, refuse));
     }
     true
 }
 
 /// [`step`] with the instructions of `simd`.
 #[inline(always)]
-fn step_with<T: Real, M: Integrator, S: Simd>(
-    simd: S,
-    terms: &Terms<'_, T>,
-    batch: &mut Batch<'_, T>,
-    refuse: Refuse<'_>,
-) {
+fn step_with<M: Integrator, S: Simd>(simd: S, terms: &Terms<'_>, batch: &mut Batch<'_>, refuse: Refuse<'_>) {
     use parts::{AFTER, BEFORE, DRAG, KEEP};
     let rows = AffineKernel { simd, terms, batch, refuse };
     if !M::DAMPS_INSIDE {
         // Methods that save an evaluation under constant accelerations have a kernel for that.
-        let constant = M::STATE == MethodStateKind::LastAcceleration && terms.rate == T::ZERO;
+        let constant = M::STATE == MethodStateKind::LastAcceleration && terms.rate == 0.0;
         return if constant { rows.run::<M, 0>() } else { rows.run::<M, DRAG>() };
     }
     let decay = &terms.decay;
     if M::KICKS && decay.keep.is_some() {
         rows.run::<M, KEEP>();
-    } else if M::KICKS && terms.rate != T::ZERO {
+    } else if M::KICKS && terms.rate != 0.0 {
         rows.run::<M, DRAG>();
     } else if M::MOVES && decay.before_move.is_some() {
         rows.run::<M, BEFORE>();
@@ -179,14 +163,14 @@ fn step_with<T: Real, M: Integrator, S: Simd>(
     }
 }
 
-struct AffineKernel<'a, 't, 'r, T: Real, S> {
+struct AffineKernel<'a, 't, 'r, S> {
     simd: S,
-    terms: &'a Terms<'t, T>,
-    batch: &'a mut Batch<'r, T>,
+    terms: &'a Terms<'t>,
+    batch: &'a mut Batch<'r>,
     refuse: Refuse<'a>,
 }
 
-impl<T: Real, S: Simd> AffineKernel<'_, '_, '_, T, S> {
+impl<S: Simd> AffineKernel<'_, '_, '_, S> {
     #[inline(always)]
     fn run<M: Integrator, const PARTS: u8>(self) {
         let Self { simd, terms, batch: Batch { positions, bodies, applied, method_state, .. }, refuse } =
@@ -196,14 +180,14 @@ impl<T: Real, S: Simd> AffineKernel<'_, '_, '_, T, S> {
         let mut pushed = Pushed::new(*applied, bodies.len());
         let count = bodies.len().saturating_sub(1) / BLOCK;
         let (blocks, _) = bodies.as_chunks_mut::<BLOCK>();
-        let mut positions: &mut [T] = positions.as_flattened_mut();
+        let mut positions: &mut [f64] = positions.as_flattened_mut();
         let mut last = match method_state {
             MethodStateRows::LastStep(steps) => Some(steps.as_chunks_mut::<BLOCK>().0.iter_mut()),
             _ => None,
         };
         for (number, block) in blocks[..count].iter_mut().enumerate() {
             let start = number * BLOCK;
-            let x: &mut Triples<T> = positions.first_chunk_mut().expect("a whole block and a number");
+            let x: &mut Triples = positions.first_chunk_mut().expect("a whole block and a number");
             let steps = last.as_mut().and_then(Iterator::next);
             // A kernel without forces pays: adding zeros would lengthen every stage.
             let new = if pushed.touches(start) {
@@ -211,8 +195,8 @@ impl<T: Real, S: Simd> AffineKernel<'_, '_, '_, T, S> {
             } else {
                 step.block::<M, PARTS, false>(simd, x, block, None, steps)
             };
-            if !M::CHECKED || limit.is_of_numbers && is_finite::<T, M, S>(&new) {
-                store::<T, M, S>(&new, x, block);
+            if !M::CHECKED || limit.is_of_numbers && is_finite::<M, S>(&new) {
+                store::<M, S>(&new, x, block);
             } else {
                 let (x, rows) = (&mut x[..3 * BLOCK], (&new.0.rows(), &new.1.rows()));
                 commit_each(&limit.bounds, rows, x, block, start, refuse);
@@ -224,24 +208,24 @@ impl<T: Real, S: Simd> AffineKernel<'_, '_, '_, T, S> {
 
 /// A step of a block.
 #[derive(Clone, Copy)]
-struct StepOf<'a, 't, T: Real, S: Simd> {
-    constants: Constants<T, S>,
-    terms: &'a Terms<'t, T>,
+struct StepOf<'a, 't, S: Simd> {
+    constants: Constants<S>,
+    terms: &'a Terms<'t>,
 }
 
-type Block<T, S> = (Rows<T, S, BLOCK>, Rows<T, S, BLOCK>);
+type Block<S> = (Rows<S, BLOCK>, Rows<S, BLOCK>);
 
-impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
+impl<S: Simd> StepOf<'_, '_, S> {
     /// The new positions and rows, neither checked nor stored.
     #[inline(always)]
     fn block<M: Integrator, const PARTS: u8, const PUSHED: bool>(
         &self,
         simd: S,
-        x: &Triples<T>,
-        bodies: &[Row<T>; BLOCK],
-        forces: Option<&Triples<T>>,
-        mut last: Option<&mut [T; BLOCK]>,
-    ) -> Block<T, S> {
+        x: &Triples,
+        bodies: &[Row; BLOCK],
+        forces: Option<&Triples>,
+        mut last: Option<&mut [f64; BLOCK]>,
+    ) -> Block<S> {
         // In a `const`, so that it is compiled for position Verlet alone.
         if const { matches!(M::STATE, MethodStateKind::LastStep) }
             && let Some(last) = &mut last
@@ -249,11 +233,11 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
         {
             return self.one_by_one::<M, PARTS>(simd, x, bodies, forces, last);
         }
-        let mut applied = Rows::splat(T::Lanes::splat(simd, T::ZERO));
+        let mut applied = Rows::splat(f64x4::splat(simd, 0.0));
         if PUSHED && let Some(forces) = forces {
             applied = load_triples(simd, forces);
         }
-        let field = RowField::<_, _, BLOCK, PARTS, PUSHED>::new(self.constants, bodies, Some(&applied));
+        let field = RowField::<_, BLOCK, PARTS, PUSHED>::new(self.constants, bodies, Some(&applied));
         let (x, v) = (load_triples(simd, x), Rows::of(simd, bodies));
         self.run::<M, PARTS, PUSHED, BLOCK>(field, x, v, last)
     }
@@ -263,19 +247,19 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
     fn one_by_one<M: Integrator, const PARTS: u8>(
         &self,
         simd: S,
-        x: &Triples<T>,
-        bodies: &[Row<T>; BLOCK],
-        forces: Option<&Triples<T>>,
-        last: &mut [T; BLOCK],
-    ) -> Block<T, S> {
-        let zero = [T::ZERO; 3 * BLOCK + 1];
+        x: &Triples,
+        bodies: &[Row; BLOCK],
+        forces: Option<&Triples>,
+        last: &mut [f64; BLOCK],
+    ) -> Block<S> {
+        let zero = [0.0; 3 * BLOCK + 1];
         let (x, forces) = (load_triples(simd, x), load_triples(simd, forces.unwrap_or(&zero)));
         let (mut new_x, mut new_v) = (x, Rows::of(simd, bodies));
         each_row!(k in BLOCK {
             let body = [bodies[k]];
             let force = Rows([forces.0[k]]);
             let field =
-                RowField::<_, _, 1, PARTS, true>::new(self.constants, &body, Some(&force));
+                RowField::<_, 1, PARTS, true>::new(self.constants, &body, Some(&force));
             let (x, v) = (Rows([x.0[k]]), Rows::of(simd, &body));
             let mut step = [last[k]];
             let (x, v) = self.run::<M, PARTS, true, 1>(field, x, v, Some(&mut step));
@@ -291,11 +275,11 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
     #[inline(always)]
     fn run<M: Integrator, const PARTS: u8, const PUSHED: bool, const N: usize>(
         &self,
-        mut field: RowField<T, S, N, PARTS, PUSHED>,
-        mut x: Rows<T, S, N>,
-        mut v: Rows<T, S, N>,
-        last: Option<&mut [T; N]>,
-    ) -> (Rows<T, S, N>, Rows<T, S, N>) {
+        mut field: RowField<S, N, PARTS, PUSHED>,
+        mut x: Rows<S, N>,
+        mut v: Rows<S, N>,
+        last: Option<&mut [f64; N]>,
+    ) -> (Rows<S, N>, Rows<S, N>) {
         let Terms { decay, rate, .. } = self.terms;
         let mut step_state = StepState::default();
         if let (MethodStateKind::LastStep, Some(last)) = (M::STATE, &last) {
@@ -308,7 +292,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
         if !M::DAMPS_INSIDE {
             if decay.after_move.is_some() {
                 v = field.decay_after(v);
-            } else if *rate > T::ZERO {
+            } else if *rate > 0.0 {
                 v = field.constants.snap(v);
             }
         }
@@ -320,15 +304,15 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
 }
 
 /// Finds the pushed blocks in one pass over the rows.
-struct Pushed<'a, T> {
-    numbers: &'a [T],
+struct Pushed<'a> {
+    numbers: &'a [f64],
     rows: &'a [(usize, usize)],
     offset: usize,
     next: usize,
 }
 
-impl<'a, T: Real> Pushed<'a, T> {
-    fn new(applied: Option<Applied<'a, T>>, rows: usize) -> Self {
+impl<'a> Pushed<'a> {
+    fn new(applied: Option<Applied<'a>>, rows: usize) -> Self {
         let Applied { forces, rows: pushed, offset } =
             applied.unwrap_or(Applied { forces: &[], rows: &[], offset: 0 });
         assert!(pushed.is_empty() || forces.len() == rows, "a force for every body");
@@ -355,7 +339,7 @@ impl<'a, T: Real> Pushed<'a, T> {
 
     /// The forces of a block and one number beyond.
     #[inline(always)]
-    fn block(&self, start: usize) -> Triples<T> {
+    fn block(&self, start: usize) -> Triples {
         *self.numbers[3 * start..].first_chunk().expect("a row lies beyond the block")
     }
 }
@@ -365,25 +349,25 @@ fn first_row(rows: &[(usize, usize)], offset: usize) -> usize {
 }
 
 #[inline(always)]
-fn load_triples<T: Real, S: Simd>(simd: S, numbers: &Triples<T>) -> Rows<T, S, BLOCK> {
-    let mut rows = Rows::splat(T::Lanes::splat(simd, T::ZERO));
+fn load_triples<S: Simd>(simd: S, numbers: &Triples) -> Rows<S, BLOCK> {
+    let mut rows = Rows::splat(f64x4::splat(simd, 0.0));
     each_row!(k in BLOCK {
-        rows.0[k] = T::Lanes::from_slice(simd, &numbers[3 * k..3 * k + 4]);
+        rows.0[k] = f64x4::from_slice(simd, &numbers[3 * k..3 * k + 4]);
     });
     rows
 }
 
 /// The check of new rows.
-struct Limit<T> {
-    bounds: Bounds<T>,
+struct Limit {
+    bounds: Bounds,
     /// Whether it is enough that every number is finite.
     is_of_numbers: bool,
 }
 
-impl<T: Real> Limit<T> {
-    fn of<M: Integrator>(terms: &Terms<'_, T>) -> Self {
+impl Limit {
+    fn of<M: Integrator>(terms: &Terms<'_>) -> Self {
         // A factor after the move may enlarge the velocity after it entered the position.
-        let grows = terms.decay.after_move.is_some_and(|factor| !factor.whole.abs().is_at_most(T::ONE));
+        let grows = terms.decay.after_move.is_some_and(|factor| factor.abs() > 1.0 || factor.is_nan());
         let is_of_numbers = terms.bounds == Bounds::FINITE && !(M::MOVES_WITH_NEW_VELOCITY && grows);
         Self { bounds: terms.bounds, is_of_numbers }
     }
@@ -393,7 +377,7 @@ impl<T: Real> Limit<T> {
 /// numbers may overflow.
 #[expect(clippy::eq_op, reason = "x - x is 0 if x is finite and NaN otherwise")]
 #[inline(always)]
-fn is_finite<T: Real, M: Integrator, S: Simd>((x, v): &Block<T, S>) -> bool {
+fn is_finite<M: Integrator, S: Simd>((x, v): &Block<S>) -> bool {
     let [a, b, c, d] = x.0;
     let mut sum = (a + b) + (c + d);
     // If a step moves with its new velocity, a finite position proves a finite velocity.
@@ -406,17 +390,13 @@ fn is_finite<T: Real, M: Integrator, S: Simd>((x, v): &Block<T, S>) -> bool {
 
 /// Stores positions and rows.
 #[inline(always)]
-fn store<T: Real, M: Integrator, S: Simd>(
-    (new_x, new_v): &Block<T, S>,
-    x: &mut Triples<T>,
-    bodies: &mut [Row<T>; BLOCK],
-) {
+fn store<M: Integrator, S: Simd>((new_x, new_v): &Block<S>, x: &mut Triples, bodies: &mut [Row; BLOCK]) {
     if M::MOVES {
         // In this order: the last lane of a row is the first number of the next, which is stored after it.
         each_row!(k in BLOCK - 1 {
             new_x.0[k].store_slice(&mut x[3 * k..3 * k + 4]);
         });
-        let [a, b, c, _] = new_x.0[BLOCK - 1].row();
+        let [a, b, c, _] = new_x.0[BLOCK - 1].into();
         x[3 * BLOCK - 3..3 * BLOCK].copy_from_slice(&[a, b, c]);
     }
     each_row!(k in BLOCK {
@@ -426,11 +406,11 @@ fn store<T: Real, M: Integrator, S: Simd>(
 
 /// Checks and stores row by row.
 #[cold]
-fn commit_each<T: Real>(
-    bounds: &Bounds<T>,
-    (new_x, new_v): (&[Row<T>; BLOCK], &[Row<T>; BLOCK]),
-    x: &mut [T],
-    bodies: &mut [Row<T>; BLOCK],
+fn commit_each(
+    bounds: &Bounds,
+    (new_x, new_v): (&[Row; BLOCK], &[Row; BLOCK]),
+    x: &mut [f64],
+    bodies: &mut [Row; BLOCK],
     start: usize,
     refuse: Refuse<'_>,
 ) {
@@ -450,8 +430,8 @@ fn commit_each<T: Real>(
 
 /// Whether a row at `x` that was not stored is refused. A body that is immovable and at rest just stays as it is; so
 /// do the rows that fill up the last block.
-pub(super) fn is_missed<T: Real>(bounds: &Bounds<T>, x: &[T], row: &Row<T>) -> bool {
-    *row != [T::ZERO; 4] || x.iter().any(|part| !part.is_finite() || part.abs() > bounds.position)
+pub(super) fn is_missed(bounds: &Bounds, x: &[f64], row: &Row) -> bool {
+    *row != [0.0; 4] || x.iter().any(|part| !part.is_finite() || part.abs() > bounds.position)
 }
 
 #[cfg(test)]

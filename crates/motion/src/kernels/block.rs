@@ -7,18 +7,18 @@ use std::ops::{Add, Mul, Neg, Sub};
 use super::Row;
 use crate::laws::{Axes, BLOCK_BODIES};
 use crate::methods::Space;
-use crate::real::{Real, vectorize};
+use crate::simd::vectorize;
 
 /// x, y and z of `N` bodies.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(crate) struct Block<T, const N: usize>(pub [[T; N]; 3]);
+pub(crate) struct Block<const N: usize>(pub [[f64; N]; 3]);
 
-impl<T: Real, const N: usize> Block<T, N> {
-    pub const ZERO: Self = Self([[T::ZERO; N]; 3]);
+impl<const N: usize> Block<N> {
+    pub const ZERO: Self = Self([[0.0; N]; 3]);
 
     /// The first bodies from triples; the others are like the first one, so that no law sees a state that no body has.
-    pub fn of<const M: usize>(rows: &[[T; M]]) -> Self {
+    pub fn of<const M: usize>(rows: &[[f64; M]]) -> Self {
         let mut block = Self::ZERO;
         block.load(rows);
         block
@@ -26,9 +26,9 @@ impl<T: Real, const N: usize> Block<T, N> {
 
     /// [`Block::of`] into this block.
     #[inline(always)]
-    pub fn load<const M: usize>(&mut self, rows: &[[T; M]]) {
+    pub fn load<const M: usize>(&mut self, rows: &[[f64; M]]) {
         let [x, y, z] = &mut self.0;
-        if let Ok(rows) = <&[[T; M]; N]>::try_from(rows) {
+        if let Ok(rows) = <&[[f64; M]; N]>::try_from(rows) {
             for (k, row) in rows.iter().enumerate() {
                 (x[k], y[k], z[k]) = (row[0], row[1], row[2]);
             }
@@ -42,7 +42,7 @@ impl<T: Real, const N: usize> Block<T, N> {
 
     /// Stores the row of each body that `row` makes of its numbers.
     #[inline(always)]
-    pub fn store<const M: usize>(&self, rows: &mut [[T; M]], row: impl Fn([T; 3], usize) -> [T; M]) {
+    pub fn store<const M: usize>(&self, rows: &mut [[f64; M]], row: impl Fn([f64; 3], usize) -> [f64; M]) {
         let (chunks, rest) = rows.as_chunks_mut::<4>();
         let whole = 4 * chunks.len();
         for (chunk, rows) in chunks.iter_mut().enumerate().take(N / 4) {
@@ -58,38 +58,38 @@ impl<T: Real, const N: usize> Block<T, N> {
 
     /// The numbers of body `k`.
     #[inline(always)]
-    pub const fn body(&self, k: usize) -> [T; 3] {
+    pub const fn body(&self, k: usize) -> [f64; 3] {
         let [x, y, z] = &self.0;
         [x[k], y[k], z[k]]
     }
 
     /// All bodies as rows, the fourth number of which is 0.
-    pub fn rows(&self) -> [Row<T>; N] {
+    pub fn rows(&self) -> [Row; N] {
         std::array::from_fn(|k| {
             let [x, y, z] = self.body(k);
-            [x, y, z, T::ZERO]
+            [x, y, z, 0.0]
         })
     }
 
     /// The block as laws see it, if it has as many bodies as they take.
     #[inline(always)]
-    pub fn axes(&self) -> Option<&Axes<T>> {
+    pub fn axes(&self) -> Option<&Axes> {
         (&self.0 as &dyn Any).downcast_ref()
     }
 
     /// [`Block::axes`] to write to.
     #[inline(always)]
-    pub fn axes_mut(&mut self) -> Option<&mut Axes<T>> {
+    pub fn axes_mut(&mut self) -> Option<&mut Axes> {
         (&mut self.0 as &mut dyn Any).downcast_mut()
     }
 }
 
-/// Numbers that are computed before the first of them is stored: two vectors of f64, one of f32.
+/// Numbers that are computed before the first of them is stored: two vectors.
 const VECTORS: usize = 8;
 
 /// Sets every number to `number` of its axis and body.
 #[inline(always)]
-pub(super) fn fill<T: Real>(axes: &mut Axes<T>, number: impl Fn(usize, usize) -> T) {
+pub(super) fn fill(axes: &mut Axes, number: impl Fn(usize, usize) -> f64) {
     for (axis, numbers) in axes.iter_mut().enumerate() {
         for (chunk, places) in numbers.as_chunks_mut::<VECTORS>().0.iter_mut().enumerate() {
             // Not one by one: the compiler would have to assume that each place overlaps with what `number` reads.
@@ -102,43 +102,43 @@ pub(super) fn fill<T: Real>(axes: &mut Axes<T>, number: impl Fn(usize, usize) ->
 }
 
 /// A space whose elements are blocks of `N` bodies.
-pub(super) trait BlockSpace<T: Real, const N: usize>: Space<T> + Neg<Output = Self> {
+pub(super) trait BlockSpace<const N: usize>: Space + Neg<Output = Self> {
     /// Where elements are stored.
     type Memory: Copy;
 
     /// A new element, set by `write`.
-    fn load(memory: Self::Memory, write: impl FnOnce(&mut Block<T, N>)) -> Self;
+    fn load(memory: Self::Memory, write: impl FnOnce(&mut Block<N>)) -> Self;
 
     /// An element with the numbers of `block`.
     #[inline(always)]
-    fn of(memory: Self::Memory, block: &Block<T, N>) -> Self {
+    fn of(memory: Self::Memory, block: &Block<N>) -> Self {
         Self::load(memory, |new| *new = *block)
     }
 
     /// Calls `read` with the numbers of two elements.
-    fn read_both<R>(self, other: Self, read: impl FnOnce(&Block<T, N>, &Block<T, N>) -> R) -> R;
+    fn read_both<R>(self, other: Self, read: impl FnOnce(&Block<N>, &Block<N>) -> R) -> R;
 
     /// Calls `read` with the numbers.
     #[inline(always)]
-    fn read<R>(self, read: impl FnOnce(&Block<T, N>) -> R) -> R {
+    fn read<R>(self, read: impl FnOnce(&Block<N>) -> R) -> R {
         self.read_both(self, |block, _| read(block))
     }
 
     /// A new element, set by `write`, which also gets the numbers of two elements.
-    fn write(self, other: Self, write: impl FnOnce(&Block<T, N>, &Block<T, N>, &mut Block<T, N>)) -> Self;
+    fn write(self, other: Self, write: impl FnOnce(&Block<N>, &Block<N>, &mut Block<N>)) -> Self;
 
     /// Changes every number by `change`, which gets its axis and body.
-    fn map(self, change: impl Fn(usize, usize, T) -> T) -> Self;
+    fn map(self, change: impl Fn(usize, usize, f64) -> f64) -> Self;
 
     /// [`Self::map`] of the numbers of this element and of `other`.
-    fn zip(self, other: Self, change: impl Fn(usize, usize, [T; 2]) -> T) -> Self;
+    fn zip(self, other: Self, change: impl Fn(usize, usize, [f64; 2]) -> f64) -> Self;
 
     /// Frees the memory of all elements but `kept`, which move.
     fn recycle(memory: Self::Memory, kept: &mut [Self]);
 }
 
 /// The space of single bodies: in registers.
-impl<T: Real> BlockSpace<T, 1> for Block<T, 1> {
+impl BlockSpace<1> for Block<1> {
     type Memory = ();
 
     #[inline(always)]
@@ -161,13 +161,13 @@ impl<T: Real> BlockSpace<T, 1> for Block<T, 1> {
     }
 
     #[inline(always)]
-    fn map(mut self, change: impl Fn(usize, usize, T) -> T) -> Self {
+    fn map(mut self, change: impl Fn(usize, usize, f64) -> f64) -> Self {
         (0..3).for_each(|axis| self.0[axis][0] = change(axis, 0, self.0[axis][0]));
         self
     }
 
     #[inline(always)]
-    fn zip(self, other: Self, change: impl Fn(usize, usize, [T; 2]) -> T) -> Self {
+    fn zip(self, other: Self, change: impl Fn(usize, usize, [f64; 2]) -> f64) -> Self {
         self.map(|axis, k, number| change(axis, k, [number, other.0[axis][k]]))
     }
 
@@ -175,7 +175,7 @@ impl<T: Real> BlockSpace<T, 1> for Block<T, 1> {
     fn recycle((): (), _: &mut [Self]) {}
 }
 
-impl<T: Real> Add for Block<T, 1> {
+impl Add for Block<1> {
     type Output = Self;
 
     #[inline(always)]
@@ -184,7 +184,7 @@ impl<T: Real> Add for Block<T, 1> {
     }
 }
 
-impl<T: Real> Sub for Block<T, 1> {
+impl Sub for Block<1> {
     type Output = Self;
 
     #[inline(always)]
@@ -193,7 +193,7 @@ impl<T: Real> Sub for Block<T, 1> {
     }
 }
 
-impl<T: Real> Neg for Block<T, 1> {
+impl Neg for Block<1> {
     type Output = Self;
 
     #[inline(always)]
@@ -202,54 +202,49 @@ impl<T: Real> Neg for Block<T, 1> {
     }
 }
 
-impl<T: Real> Mul<T> for Block<T, 1> {
+impl Mul<f64> for Block<1> {
     type Output = Self;
 
     #[inline(always)]
-    fn mul(self, factor: T) -> Self {
+    fn mul(self, factor: f64) -> Self {
         self.map(|_, _, number| number * factor)
     }
 }
 
-type Full<T> = Block<T, BLOCK_BODIES>;
+type Full = Block<BLOCK_BODIES>;
 
 /// The memory of a step: one block after another. Each sum or law writes the next one, so that nothing is copied, and so
 /// that the arithmetic of blocks is compiled once for all methods.
 #[derive(Default)]
-pub(super) struct Slots<T: Real> {
-    blocks: RefCell<Vec<Full<T>>>,
+pub(super) struct Slots {
+    blocks: RefCell<Vec<Full>>,
     used: Cell<usize>,
 }
 
 /// A block of [`Slots`], times a factor.
 #[derive(Clone, Copy)]
-pub(super) struct Slot<'s, T: Real> {
-    slots: &'s Slots<T>,
+pub(super) struct Slot<'s> {
+    slots: &'s Slots,
     number: usize,
-    factor: T,
+    factor: f64,
 }
 
 thread_local! {
-    /// Slots of both precisions that are not in use, so that a tick allocates nothing.
-    static SPARE: RefCell<Vec<Box<dyn Any>>> = const { RefCell::new(Vec::new()) };
+    /// Slots that are not in use, so that a tick allocates nothing.
+    static SPARE: RefCell<Vec<Slots>> = const { RefCell::new(Vec::new()) };
 }
 
-impl<T: Real> Slots<T> {
+impl Slots {
     /// Calls `run` with slots that are kept for the next call on this thread.
     pub fn lend(run: impl FnOnce(&Self)) {
-        let mut slots = SPARE.with_borrow_mut(|spare| {
-            let found = spare.iter().position(|slots| slots.is::<Self>());
-            found.map_or_else(|| Box::<Self>::default() as Box<dyn Any>, |found| spare.swap_remove(found))
-        });
-        if let Some(slots) = slots.downcast_mut() {
-            run(slots);
-        }
+        let slots = SPARE.with_borrow_mut(Vec::pop).unwrap_or_default();
+        run(&slots);
         SPARE.with_borrow_mut(|spare| spare.push(slots));
     }
 
     /// A new element, set by `write`, which also gets all elements before it.
     #[inline(always)]
-    fn add(&self, write: impl FnOnce(&[Full<T>], &mut Full<T>)) -> Slot<'_, T> {
+    fn add(&self, write: impl FnOnce(&[Full], &mut Full)) -> Slot<'_> {
         let number = self.used.get();
         let blocks = &mut *self.blocks.borrow_mut();
         if number >= blocks.len() {
@@ -258,16 +253,12 @@ impl<T: Real> Slots<T> {
         let (before, next) = blocks.split_at_mut(number);
         write(before, &mut next[0]);
         self.used.set(number + 1);
-        Slot { slots: self, number, factor: T::ONE }
+        Slot { slots: self, number, factor: 1.0 }
     }
 
     /// `number` of every axis and body, which also gets the elements `a` and `b`.
     #[inline(always)]
-    fn fill(
-        &self,
-        [a, b]: [usize; 2],
-        number: impl Fn(usize, usize, &Full<T>, &Full<T>) -> T,
-    ) -> Slot<'_, T> {
+    fn fill(&self, [a, b]: [usize; 2], number: impl Fn(usize, usize, &Full, &Full) -> f64) -> Slot<'_> {
         self.add(
             #[inline(always)]
             |before, next| {
@@ -282,15 +273,15 @@ impl<T: Real> Slots<T> {
 }
 
 #[cold]
-fn grow<T: Real>(blocks: &mut Vec<Full<T>>) {
+fn grow(blocks: &mut Vec<Full>) {
     blocks.push(Block::ZERO);
 }
 
-impl<T: Real> Slot<'_, T> {
+impl Slot<'_> {
     /// The same element without a factor.
     #[inline(always)]
     fn plain(self) -> Self {
-        if self.factor == T::ONE { self } else { self.multiplied() }
+        if self.factor == 1.0 { self } else { self.multiplied() }
     }
 
     #[inline(never)]
@@ -303,7 +294,7 @@ impl<T: Real> Slot<'_, T> {
     #[inline(never)]
     fn sum(self, other: Self) -> Self {
         let (pair, p, q) = ([self.number, other.number], self.factor, other.factor);
-        if p == T::ONE {
+        if p == 1.0 {
             self.slots.fill(pair, |axis, k, a, b| a.0[axis][k] + b.0[axis][k] * q)
         } else {
             self.slots.fill(pair, |axis, k, a, b| a.0[axis][k] * p + b.0[axis][k] * q)
@@ -311,40 +302,40 @@ impl<T: Real> Slot<'_, T> {
     }
 }
 
-impl<'s, T: Real> BlockSpace<T, BLOCK_BODIES> for Slot<'s, T> {
-    type Memory = &'s Slots<T>;
+impl<'s> BlockSpace<BLOCK_BODIES> for Slot<'s> {
+    type Memory = &'s Slots;
 
     #[inline(always)]
-    fn load(memory: &'s Slots<T>, write: impl FnOnce(&mut Full<T>)) -> Self {
+    fn load(memory: &'s Slots, write: impl FnOnce(&mut Full)) -> Self {
         memory.add(|_, next| write(next))
     }
 
     #[inline(always)]
-    fn read_both<R>(self, other: Self, read: impl FnOnce(&Full<T>, &Full<T>) -> R) -> R {
+    fn read_both<R>(self, other: Self, read: impl FnOnce(&Full, &Full) -> R) -> R {
         let (a, b) = (self.plain(), other.plain());
         let blocks = self.slots.blocks.borrow();
         read(&blocks[a.number], &blocks[b.number])
     }
 
     #[inline(always)]
-    fn write(self, other: Self, write: impl FnOnce(&Full<T>, &Full<T>, &mut Full<T>)) -> Self {
+    fn write(self, other: Self, write: impl FnOnce(&Full, &Full, &mut Full)) -> Self {
         let (a, b) = (self.plain().number, other.plain().number);
         self.slots.add(|before, next| write(&before[a], &before[b], next))
     }
 
     #[inline(always)]
-    fn map(self, change: impl Fn(usize, usize, T) -> T) -> Self {
+    fn map(self, change: impl Fn(usize, usize, f64) -> f64) -> Self {
         let Self { slots, number, .. } = self.plain();
         slots.fill([number; 2], |axis, k, a, _| change(axis, k, a.0[axis][k]))
     }
 
     #[inline(always)]
-    fn zip(self, other: Self, change: impl Fn(usize, usize, [T; 2]) -> T) -> Self {
+    fn zip(self, other: Self, change: impl Fn(usize, usize, [f64; 2]) -> f64) -> Self {
         let (a, b) = (self.plain(), other.plain());
         self.slots.fill([a.number, b.number], |axis, k, a, b| change(axis, k, [a.0[axis][k], b.0[axis][k]]))
     }
 
-    fn recycle(memory: &'s Slots<T>, kept: &mut [Self]) {
+    fn recycle(memory: &'s Slots, kept: &mut [Self]) {
         kept.iter_mut().for_each(|slot| *slot = slot.plain());
         for place in 0..kept.len() {
             let from = kept[place].number;
@@ -365,7 +356,7 @@ impl<'s, T: Real> BlockSpace<T, BLOCK_BODIES> for Slot<'s, T> {
     }
 }
 
-impl<T: Real> Add for Slot<'_, T> {
+impl Add for Slot<'_> {
     type Output = Self;
 
     #[inline(always)]
@@ -374,7 +365,7 @@ impl<T: Real> Add for Slot<'_, T> {
     }
 }
 
-impl<T: Real> Sub for Slot<'_, T> {
+impl Sub for Slot<'_> {
     type Output = Self;
 
     #[inline(always)]
@@ -383,7 +374,7 @@ impl<T: Real> Sub for Slot<'_, T> {
     }
 }
 
-impl<T: Real> Neg for Slot<'_, T> {
+impl Neg for Slot<'_> {
     type Output = Self;
 
     #[inline(always)]
@@ -392,11 +383,11 @@ impl<T: Real> Neg for Slot<'_, T> {
     }
 }
 
-impl<T: Real> Mul<T> for Slot<'_, T> {
+impl Mul<f64> for Slot<'_> {
     type Output = Self;
 
     #[inline(always)]
-    fn mul(self, factor: T) -> Self {
+    fn mul(self, factor: f64) -> Self {
         Self { factor, ..self.plain() }
     }
 }

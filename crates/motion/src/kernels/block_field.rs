@@ -1,5 +1,8 @@
 //! The field of a block of bodies with laws that are called.
 
+use crate::laws::damping::SNAP;
+use crate::units::Vector;
+use glam::DMat3;
 use std::any::Any;
 
 use super::block::{Block, BlockSpace, fill};
@@ -10,32 +13,32 @@ use crate::laws::damping::Decay;
 use crate::laws::tick_times::Segment;
 use crate::laws::{BLOCK_BODIES, BodyBlock, BodyState, EvaluationTime, Law};
 use crate::methods::{Field, Integrator, Newton, NewtonField, StepState, newton_velocity};
-use crate::real::{Real, RealMatrix as _, RealVector as _, vectorize};
+use crate::simd::vectorize;
 
 /// The field of the `N` bodies of a block, whose states are elements of the space `X`.
-pub(super) struct BlockField<'a, T: Real, X: BlockSpace<T, N>, const N: usize> {
-    pub terms: &'a Terms<'a, T>,
-    pub options: &'a BodyOptions<'a, T>,
+pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
+    pub terms: &'a Terms<'a>,
+    pub options: &'a BodyOptions<'a>,
     /// Axes along which bodies can be accelerated.
     open: [bool; 3],
-    gravity: [T; 3],
-    decay: Decay<T>,
-    h: T,
-    segment: Option<Segment<T>>,
+    gravity: [f64; 3],
+    decay: Decay,
+    h: f64,
+    segment: Option<Segment>,
     /// Whether a law that is called depends on the velocity.
     calls_with_velocity: bool,
     /// Whether drag or a law that is called slows bodies.
     drags: bool,
     /// Magnitude below which velocities snap to 0.
-    least: T,
-    w: [T; N],
+    least: f64,
+    w: [f64; N],
     /// Whether every body can be accelerated along every axis.
     all_move: bool,
     /// Whether a force is applied to a body.
     pushed: bool,
-    applied: Block<T, N>,
+    applied: Block<N>,
     /// Sum of the called laws in the last evaluation.
-    pub called: Block<T, N>,
+    pub called: Block<N>,
     pub statistics: &'a mut StepStatistics,
     /// Movable bodies of the block, which are counted.
     movable: u64,
@@ -43,11 +46,11 @@ pub(super) struct BlockField<'a, T: Real, X: BlockSpace<T, N>, const N: usize> {
     pub memory: X::Memory,
 }
 
-impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
+impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     /// The field of blocks of bodies with the same options, before [`Self::enter_block`].
     pub fn new<M: Integrator>(
-        terms: &'a Terms<'a, T>,
-        options: &'a BodyOptions<'a, T>,
+        terms: &'a Terms<'a>,
+        options: &'a BodyOptions<'a>,
         statistics: &'a mut StepStatistics,
         memory: X::Memory,
     ) -> Self {
@@ -57,14 +60,14 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
             options,
             open: closed.map_or([true; 3], |closed| [!closed.x, !closed.y, !closed.z]),
             // Adding 0 turns -0 into 0: a row gets the same bits whether its block has a force or not.
-            gravity: terms.gravity.to_array().map(|g| g + T::ZERO),
+            gravity: terms.gravity.to_array().map(|g| g + 0.0),
             decay: terms.decay,
             h: terms.times.substep(),
             segment: None,
             calls_with_velocity: terms.calls_with_velocity(options.laws),
             drags: false,
-            least: T::ZERO,
-            w: [T::ZERO; N],
+            least: 0.0,
+            w: [0.0; N],
             all_move: false,
             pushed: false,
             applied: Block::ZERO,
@@ -77,24 +80,24 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
 
     /// Enters a block of `bodies`, (velocity, inverse mass) each, at most `N`, with the forces applied to them.
     #[inline(never)]
-    pub fn enter_block(&mut self, bodies: &[Row<T>], applied: Option<Applied<'_, T>>) {
+    pub fn enter_block(&mut self, bodies: &[Row], applied: Option<Applied<'_>>) {
         self.segment = None;
         self.h = self.terms.times.substep();
         // What precedes the tick snaps only where something linear slows.
-        self.drags = self.terms.rate > T::ZERO;
+        self.drags = self.terms.rate > 0.0;
         self.set_decay(self.terms.decay);
         self.drags |= self.calls_with_velocity;
         self.movable = vectorize(
             #[inline(always)]
             || {
                 load_inverse_masses(&mut self.w, bodies);
-                self.w.iter().fold(0_u64, |count, w| count + u64::from(*w > T::ZERO))
+                self.w.iter().fold(0_u64, |count, w| count + u64::from(*w > 0.0))
             },
         );
         let all = self.movable == N as u64;
         self.all_move = all && self.open == [true; 3];
         if bodies.len() < N {
-            self.movable = self.w[..bodies.len()].iter().filter(|w| **w > T::ZERO).count() as u64;
+            self.movable = self.w[..bodies.len()].iter().filter(|w| **w > 0.0).count() as u64;
         }
         if self.pushed {
             self.applied = Block::ZERO;
@@ -104,26 +107,26 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
             for row in rows.iter().map(|(_, row)| row - offset) {
                 self.pushed = true;
                 for (axis, force) in forces[row].iter().enumerate() {
-                    let is_open = self.open[axis] && self.w[row] > T::ZERO;
-                    self.applied.0[axis][row] = if is_open { *force * self.w[row] } else { T::ZERO };
+                    let is_open = self.open[axis] && self.w[row] > 0.0;
+                    self.applied.0[axis][row] = if is_open { *force * self.w[row] } else { 0.0 };
                 }
             }
         }
     }
 
-    fn set_decay(&mut self, decay: Decay<T>) {
+    fn set_decay(&mut self, decay: Decay) {
         self.decay = decay;
         let decays = decay.keep.is_some() || decay.before_move.is_some() || decay.after_move.is_some();
-        self.least = if decays || self.drags { T::SNAP } else { T::ZERO };
+        self.least = if decays || self.drags { SNAP } else { 0.0 };
     }
 
     /// Magnitude below which velocities snap to 0 after a kick.
-    fn least_after_kick(&self) -> T {
-        if self.decay.keep.is_some() || self.drags { self.least } else { T::ZERO }
+    fn least_after_kick(&self) -> f64 {
+        if self.decay.keep.is_some() || self.drags { self.least } else { 0.0 }
     }
 
     /// Enters a segment of the tick.
-    pub fn set_segment(&mut self, segment: Segment<T>, decay: Decay<T>) {
+    pub fn set_segment(&mut self, segment: Segment, decay: Decay) {
         self.h = segment.length;
         self.segment = Some(segment);
         self.set_decay(decay);
@@ -134,16 +137,16 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
         (self.terms.epoch, self.options.laws_version)
     }
 
-    pub const fn inverse_masses(&self) -> &[T; N] {
+    pub const fn inverse_masses(&self) -> &[f64; N] {
         &self.w
     }
 
     /// The inverse masses, and [`Self::called`] to write to.
-    pub const fn masses_and_called(&mut self) -> (&[T; N], &mut Block<T, N>) {
+    pub const fn masses_and_called(&mut self) -> (&[f64; N], &mut Block<N>) {
         (&self.w, &mut self.called)
     }
 
-    /// Sets velocities that decayed below [`Real::SNAP`] to 0.
+    /// Sets velocities that decayed below [`SNAP`] to 0.
     #[inline(never)]
     pub fn snap(&self, v: X) -> X {
         let least = self.least;
@@ -153,29 +156,34 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
     /// Every velocity changed by `change`, which gets its axis and body, itself and its acceleration by all laws from the
     /// sum of the called ones, `called`, and with `PUSHED` by the applied forces.
     #[inline(always)]
-    fn accelerated<const PUSHED: bool>(&self, called: &Block<T, N>, v: X, change: impl Fn(T, T) -> T) -> X {
+    fn accelerated<const PUSHED: bool>(
+        &self,
+        called: &Block<N>,
+        v: X,
+        change: impl Fn(f64, f64) -> f64,
+    ) -> X {
         let Self { gravity, open, w, applied, .. } = self;
         let (gravity, open, rate) = (*gravity, *open, self.terms.rate);
-        let laws = |axis: usize, k: usize, v: T| (gravity[axis] - v * rate) + called.0[axis][k];
+        let laws = |axis: usize, k: usize, v: f64| (gravity[axis] - v * rate) + called.0[axis][k];
         if self.all_move && !PUSHED {
             return v.map(|axis, k, v| change(v, laws(axis, k, v)));
         }
         v.map(|axis, k, v| {
             // A selection, not a factor: NaN times 0 would be NaN.
-            let a = if open[axis] & (w[k] > T::ZERO) { laws(axis, k, v) } else { T::ZERO };
+            let a = if open[axis] & (w[k] > 0.0) { laws(axis, k, v) } else { 0.0 };
             change(v, if PUSHED { a + applied.0[axis][k] } else { a })
         })
     }
 
     /// Acceleration by all laws, from the sum of the called ones.
     #[inline(never)]
-    pub fn laws_from(&self, called: &Block<T, N>, v: X) -> X {
+    pub fn laws_from(&self, called: &Block<N>, v: X) -> X {
         self.accelerated::<false>(called, v, |_, a| a)
     }
 
     /// The laws that are called: those of all bodies and those of these.
-    fn called_laws(&self) -> impl Iterator<Item = &'a dyn Law<T>> + Clone + use<'a, T, X, N> {
-        let own: &'a [Box<dyn Law<T>>] = self.options.laws;
+    fn called_laws(&self) -> impl Iterator<Item = &'a dyn Law> + Clone + use<'a, X, N> {
+        let own: &'a [Box<dyn Law>] = self.options.laws;
         self.terms.laws.iter().copied().chain(own.iter().map(|law| &**law))
     }
 
@@ -189,7 +197,7 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
 
     /// Sums the called laws at the time `at`.
     #[inline(never)]
-    fn call(&mut self, at: EvaluationTime<T>, x: X, v: X) {
+    fn call(&mut self, at: EvaluationTime, x: X, v: X) {
         self.count(self.movable);
         let laws = self.called_laws();
         let Self { w, called, .. } = self;
@@ -210,13 +218,13 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
     /// Acceleration by all laws at the time `at`, in one pass less, if there is one called law and nothing else but what
     /// accelerates all bodies. The bits are the same: what follows the constant terms is a sum of one number.
     #[inline(always)]
-    fn acceleration_by_one(&mut self, at: EvaluationTime<T>, x: X, v: X) -> Option<X> {
+    fn acceleration_by_one(&mut self, at: EvaluationTime, x: X, v: X) -> Option<X> {
         if N != BLOCK_BODIES {
             return None;
         }
         let mut laws = self.called_laws();
         let law = laws.next().filter(|_| laws.next().is_none() && self.all_move && !self.pushed)?;
-        let inverse_masses: &[T; BLOCK_BODIES] = (&self.w as &dyn Any).downcast_ref()?;
+        let inverse_masses: &[f64; BLOCK_BODIES] = (&self.w as &dyn Any).downcast_ref()?;
         let (gravity, rate) = (self.gravity, self.terms.rate);
         let a = x.write(v, |x, v, a| {
             if let (Some(positions), Some(velocities), Some(sum)) = (x.axes(), v.axes(), a.axes_mut()) {
@@ -232,16 +240,16 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
     }
 
     /// Sums the called laws of body `k` alone, and counts them.
-    fn call_one(&mut self, at: EvaluationTime<T>, k: usize, (x, v): (&Block<T, N>, &Block<T, N>)) {
-        self.count(u64::from(self.w[k] > T::ZERO));
-        (0..3).for_each(|axis| self.called.0[axis][k] = T::ZERO);
+    fn call_one(&mut self, at: EvaluationTime, k: usize, (x, v): (&Block<N>, &Block<N>)) {
+        self.count(u64::from(self.w[k] > 0.0));
+        (0..3).for_each(|axis| self.called.0[axis][k] = 0.0);
         add_one(self.called_laws(), at, k, (x, v, &self.w), &mut self.called);
     }
 
     /// Acceleration by all laws at the time `at`, where [`Self::called`] has the sum of the called laws of the bodies that
     /// are `known`. For the others they are called.
     #[inline(never)]
-    pub fn laws_known(&mut self, at: EvaluationTime<T>, (x, v): (X, X), known: &[bool; N]) -> X {
+    pub fn laws_known(&mut self, at: EvaluationTime, (x, v): (X, X), known: &[bool; N]) -> X {
         if known.contains(&false) {
             x.read_both(v, |x, v| (0..N).filter(|k| !known[*k]).for_each(|k| self.call_one(at, k, (x, v))));
         }
@@ -261,8 +269,8 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
         let mut block = v.read(|v| *v);
         for k in 0..N {
             let [x, y, z] = block.body(k);
-            let mut row = [x, y, z, T::ZERO];
-            restrain(&mut row, speed_limit.map(T::of), locks);
+            let mut row = [x, y, z, 0.0];
+            restrain(&mut row, speed_limit, locks);
             (0..3).for_each(|axis| block.0[axis][k] = row[axis]);
         }
         X::of(self.memory, &block)
@@ -293,12 +301,12 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
 
     #[cold]
     fn record_kick(&mut self, v: X, a: X, kicked: X) {
-        let h = self.h.to_f64();
+        let h = self.h;
         let Some(keep) = self.decay.keep else {
             self.record_change(v, kicked, &|record, _, from, to| record.kick(h, from, to));
             return;
         };
-        let q = h * (1.0 - keep.whole.to_f64()) / self.decay.gain.to_f64();
+        let q = h * (1.0 - keep) / self.decay.gain;
         let a = a.read(Block::rows);
         let damped = |record: &mut TickRecord, k: usize, from, to| {
             record.damped_kick(h, q, vector(&a[k]), from, to);
@@ -308,23 +316,23 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
 
     /// `v` times a factor of damping.
     #[inline(never)]
-    fn times(&self, v: X, factor: T) -> X {
+    fn times(&self, v: X, factor: f64) -> X {
         let least = self.least;
         v.map(|_, _, v| snapped(v * factor, least))
     }
 
-    fn evaluation_time(&self, part: T) -> EvaluationTime<T> {
+    fn evaluation_time(&self, part: f64) -> EvaluationTime {
         match self.segment {
             Some(segment) => segment.evaluation_time(part),
-            None => EvaluationTime { time: T::ZERO, within_step: T::ZERO },
+            None => EvaluationTime { time: 0.0, within_step: 0.0 },
         }
     }
 }
 
 /// Sets `w` to the inverse masses of `bodies`; the rest of the block is like its first body.
 #[inline(always)]
-fn load_inverse_masses<T: Real, const N: usize>(w: &mut [T; N], bodies: &[Row<T>]) {
-    if let Ok(bodies) = <&[Row<T>; N]>::try_from(bodies) {
+fn load_inverse_masses<const N: usize>(w: &mut [f64; N], bodies: &[Row]) {
+    if let Ok(bodies) = <&[Row; N]>::try_from(bodies) {
         (0..N).for_each(|k| w[k] = bodies[k][3]);
     } else {
         *w = [bodies[0][3]; N];
@@ -334,26 +342,26 @@ fn load_inverse_masses<T: Real, const N: usize>(w: &mut [T; N], bodies: &[Row<T>
 
 /// `number`, or 0 if its magnitude is below `least`.
 #[inline(always)]
-fn snapped<T: Real>(number: T, least: T) -> T {
+fn snapped(number: f64, least: f64) -> f64 {
     // Not "unless it is at least": NaN must stay, to be found.
-    if number.abs() < least { T::ZERO } else { number }
+    if number.abs() < least { 0.0 } else { number }
 }
 
 /// Body `k` of the states (`x`, `v`) and the inverse masses `w`.
-fn body_of<T: Real, const N: usize>(k: usize, x: &Block<T, N>, v: &Block<T, N>, w: &[T; N]) -> BodyState<T> {
-    let [position, velocity] = [x, v].map(|block| T::Vector::from_array(block.body(k)));
+fn body_of<const N: usize>(k: usize, x: &Block<N>, v: &Block<N>, w: &[f64; N]) -> BodyState {
+    let [position, velocity] = [x, v].map(|block| Vector::from_array(block.body(k)));
     BodyState { position, velocity, inverse_mass: w[k] }
 }
 
 /// Adds the accelerations of body `k` by `laws` to `sum`.
-fn add_one<'l, T: Real, const N: usize>(
-    laws: impl Iterator<Item = &'l dyn Law<T>>,
-    at: EvaluationTime<T>,
+fn add_one<'l, const N: usize>(
+    laws: impl Iterator<Item = &'l dyn Law>,
+    at: EvaluationTime,
     k: usize,
-    (x, v, w): (&Block<T, N>, &Block<T, N>, &[T; N]),
-    sum: &mut Block<T, N>,
+    (x, v, w): (&Block<N>, &Block<N>, &[f64; N]),
+    sum: &mut Block<N>,
 ) {
-    if w[k] > T::ZERO {
+    if w[k] > 0.0 {
         let body = body_of(k, x, v, w);
         for law in laws {
             let a = law.acceleration(at, body).to_array();
@@ -362,17 +370,16 @@ fn add_one<'l, T: Real, const N: usize>(
     }
 }
 
-impl<T: Real, X: BlockSpace<T, N>, const N: usize> Field for BlockField<'_, T, X, N> {
-    type Real = T;
+impl<X: BlockSpace<N>, const N: usize> Field for BlockField<'_, X, N> {
     type Space = X;
 
     #[inline(always)]
-    fn step(&self) -> T {
+    fn step(&self) -> f64 {
         self.h
     }
 
     #[inline(never)]
-    fn laws(&mut self, part: T, x: X, v: X) -> X {
+    fn laws(&mut self, part: f64, x: X, v: X) -> X {
         self.call(self.evaluation_time(part), x, v);
         self.laws_from(&self.called, v)
     }
@@ -389,7 +396,7 @@ impl<T: Real, X: BlockSpace<T, N>, const N: usize> Field for BlockField<'_, T, X
     }
 
     #[inline(never)]
-    fn acceleration(&mut self, part: T, x: X, v: X) -> X {
+    fn acceleration(&mut self, part: f64, x: X, v: X) -> X {
         let at = self.evaluation_time(part);
         if let Some(a) = self.acceleration_by_one(at, x, v) {
             return a;
@@ -404,12 +411,12 @@ impl<T: Real, X: BlockSpace<T, N>, const N: usize> Field for BlockField<'_, T, X
 
     #[inline(always)]
     fn depends_on_velocity(&self) -> bool {
-        self.terms.rate != T::ZERO || self.calls_with_velocity
+        self.terms.rate != 0.0 || self.calls_with_velocity
     }
 
     #[inline(always)]
     fn is_constant(&self) -> bool {
-        self.linear_rate() == Some(T::ZERO)
+        self.linear_rate() == Some(0.0)
     }
 
     #[inline(never)]
@@ -417,7 +424,7 @@ impl<T: Real, X: BlockSpace<T, N>, const N: usize> Field for BlockField<'_, T, X
         let Decay { keep, gain, .. } = self.decay;
         let least = self.least_after_kick();
         let kicked = match keep {
-            Some(keep) => v.zip(a, |_, _, [v, a]| snapped(v * keep.whole + a * gain, least)),
+            Some(keep) => v.zip(a, |_, _, [v, a]| snapped(v * keep + a * gain, least)),
             None => v.zip(a, |_, _, [v, a]| snapped(v + a * gain, least)),
         };
         if self.statistics.record.is_some() {
@@ -430,24 +437,24 @@ impl<T: Real, X: BlockSpace<T, N>, const N: usize> Field for BlockField<'_, T, X
     #[inline(never)]
     fn kick_from(&mut self, x: X, v: X) -> X {
         if self.pushed || self.decay.keep.is_some() || self.statistics.record.is_some() {
-            let a = self.acceleration(T::ZERO, x, v);
+            let a = self.acceleration(0.0, x, v);
             return self.kick(v, a);
         }
-        self.call(self.evaluation_time(T::ZERO), x, v);
+        self.call(self.evaluation_time(0.0), x, v);
         let (gain, least) = (self.decay.gain, self.least_after_kick());
         self.accelerated::<false>(&self.called, v, |v, a| snapped(v + a * gain, least))
     }
 
     #[inline(always)]
     fn before_move(&mut self, v: X) -> X {
-        let decayed = self.decay.before_move.map_or(v, |factor| self.times(v, factor.whole));
+        let decayed = self.decay.before_move.map_or(v, |factor| self.times(v, factor));
         self.record_change(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
         self.limited(decayed)
     }
 
     #[inline(always)]
     fn after_move(&mut self, v: X) -> X {
-        let decayed = self.decay.after_move.map_or(v, |factor| self.times(v, factor.whole));
+        let decayed = self.decay.after_move.map_or(v, |factor| self.times(v, factor));
         self.record_change(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
         decayed
     }
@@ -464,58 +471,57 @@ impl<T: Real, X: BlockSpace<T, N>, const N: usize> Field for BlockField<'_, T, X
     #[inline(always)]
     fn implicit_velocity(&mut self, x: X, v: X) -> X {
         let solved = newton_velocity(self, x, v);
-        let h = self.h.to_f64();
+        let h = self.h;
         self.record_change(v, solved, &|record, _, from, to| record.kick(h, from, to));
         solved
     }
 }
 
-impl<T: Real, X: BlockSpace<T, N>, const N: usize> NewtonField for BlockField<'_, T, X, N> {
+impl<X: BlockSpace<N>, const N: usize> NewtonField for BlockField<'_, X, N> {
     #[inline(always)]
-    fn linear_rate(&self) -> Option<T> {
+    fn linear_rate(&self) -> Option<f64> {
         (self.terms.laws.is_empty() && self.options.laws.is_empty()).then_some(self.terms.rate)
     }
 
     fn correction(&mut self, x: X, v: X, residual: X) -> X {
-        let (h, at, rate) = (self.h, self.evaluation_time(T::ONE), self.terms.rate);
+        let (h, at, rate) = (self.h, self.evaluation_time(1.0), self.terms.rate);
         let open = self.open;
         let (x, v, mut solved) = (x.read(|x| *x), v.read(|v| *v), residual.read(|r| *r));
-        for k in (0..N).filter(|k| !self.w[*k].is_at_most(T::ZERO)) {
+        let immovable = self.w.map(|w| w <= 0.0);
+        for k in (0..N).filter(|k| !immovable[*k]) {
             let body = body_of(k, &x, &v, &self.w);
-            let (mut by_x, mut by_v) = (T::Matrix::ZERO, T::Matrix::IDENTITY * -rate);
+            let (mut by_x, mut by_v) = (DMat3::ZERO, DMat3::IDENTITY * -rate);
             for law in self.called_laws() {
                 let jacobians = law.jacobians(at, body);
                 (by_x, by_v) = (by_x + jacobians.position, by_v + jacobians.velocity);
             }
             let slope = by_v * h + by_x * (h * h);
             let unit = |axis: usize| {
-                let mut unit = [T::ZERO; 3];
-                unit[axis] = T::ONE;
+                let mut unit = [0.0; 3];
+                unit[axis] = 1.0;
                 unit
             };
             let columns = [0, 1, 2].map(|axis| {
-                let column = slope.times(T::Vector::from_array(unit(axis))).to_array();
+                let column = (slope * Vector::from_array(unit(axis))).to_array();
                 let unit = unit(axis);
                 // Nothing accelerates along a closed axis, so no derivative is left there.
                 let entry = |row: usize| if open[row] { unit[row] - column[row] } else { unit[row] };
-                T::Vector::from_array([0, 1, 2].map(entry))
+                Vector::from_array([0, 1, 2].map(entry))
             });
-            let residual = T::Vector::from_array(solved.body(k));
-            let parts = T::Matrix::from_columns(columns).solve(residual).to_array();
+            let residual = Vector::from_array(solved.body(k));
+            let parts = solve(columns, residual).to_array();
             (0..3).for_each(|axis| solved.0[axis][k] = parts[axis]);
         }
         X::of(self.memory, &solved)
     }
 
     #[inline(always)]
-    fn size(&self, v: X) -> T {
-        let mut size = T::ZERO;
+    fn size(&self, v: X) -> f64 {
+        let mut size: f64 = 0.0;
         v.read(|v| {
             for part in (0..N).flat_map(|k| v.body(k)) {
                 // NaN stays.
-                if !part.abs().is_at_most(size) && size.is_at_most(size) {
-                    size = part.abs();
-                }
+                size = if part.abs() <= size || size.is_nan() { size } else { part.abs() };
             }
         });
         size
@@ -529,8 +535,15 @@ impl<T: Real, X: BlockSpace<T, N>, const N: usize> NewtonField for BlockField<'_
     }
 }
 
-impl<T: Real, X: BlockSpace<T, N>, const N: usize> TickField for BlockField<'_, T, X, N> {
-    fn enter<M: Integrator>(&mut self, segment: Segment<T>, decay: Decay<T>) {
+/// Solves the equations with these columns by Cramer's rule: the next Newton iteration corrects what it loses in an
+/// ill-conditioned matrix. The result is not finite if the matrix is singular.
+fn solve([x, y, z]: [Vector; 3], right: Vector) -> Vector {
+    let minors = Vector::new(y.cross(z).dot(right), z.cross(x).dot(right), x.cross(y).dot(right));
+    minors * (1.0 / x.dot(y.cross(z)))
+}
+
+impl<X: BlockSpace<N>, const N: usize> TickField for BlockField<'_, X, N> {
+    fn enter<M: Integrator>(&mut self, segment: Segment, decay: Decay) {
         self.set_segment(segment, decay);
     }
 

@@ -7,14 +7,13 @@ use std::ops::Range;
 use super::affine::is_missed;
 use super::block::{Block, BlockSpace, Slot, Slots};
 use super::block_field::BlockField;
-use super::compensated::drive_compensated;
 use super::drive::drive;
 use super::method_state::MethodStateRows;
 use super::{Batch, BodyOptions, Refuse, StepStatistics, Terms};
 use crate::laws::BLOCK_BODIES;
 use crate::laws::tick_times::Segments;
 use crate::methods::{Integrator, MethodStateKind, StepState};
-use crate::real::{Real, vectorize};
+use crate::simd::vectorize;
 use crate::state::method_state::CachedAcceleration;
 use crate::state::range::Bounds;
 
@@ -22,10 +21,10 @@ use crate::state::range::Bounds;
 const FEW: usize = 4;
 
 /// Integrates a tick of some rows.
-pub(super) fn run<T: Real, M: Integrator>(
-    terms: &Terms<'_, T>,
-    options: &BodyOptions<'_, T>,
-    batch: &mut Batch<'_, T>,
+pub(super) fn run<M: Integrator>(
+    terms: &Terms<'_>,
+    options: &BodyOptions<'_>,
+    batch: &mut Batch<'_>,
     rows: Range<usize>,
     statistics: &mut StepStatistics,
     refuse: Refuse<'_>,
@@ -33,22 +32,21 @@ pub(super) fn run<T: Real, M: Integrator>(
     statistics.calls.resize(terms.laws.len(), 0);
     let segments = terms.segments(options.laws);
     if M::SOLVES || rows.len() <= FEW {
-        let field = &mut BlockField::<T, Block<T, 1>, 1>::new::<M>(terms, options, statistics, ());
-        rows.for_each(|row| integrate::<T, M, _, 1>(field, &segments, batch, row..row + 1, refuse));
+        let field = &mut BlockField::<Block<1>, 1>::new::<M>(terms, options, statistics, ());
+        rows.for_each(|row| integrate::<M, _, 1>(field, &segments, batch, row..row + 1, refuse));
         return;
     }
     Slots::lend(|slots| {
-        let field =
-            &mut BlockField::<T, Slot<'_, T>, BLOCK_BODIES>::new::<M>(terms, options, statistics, slots);
-        run_blocks::<T, M>(field, &segments, batch, rows, refuse);
+        let field = &mut BlockField::<Slot<'_>, BLOCK_BODIES>::new::<M>(terms, options, statistics, slots);
+        run_blocks::<M>(field, &segments, batch, rows, refuse);
     });
 }
 
 /// Integrates a tick of some rows, block by block.
-fn run_blocks<T: Real, M: Integrator>(
-    field: &mut BlockField<'_, T, Slot<'_, T>, BLOCK_BODIES>,
+fn run_blocks<M: Integrator>(
+    field: &mut BlockField<'_, Slot<'_>, BLOCK_BODIES>,
     segments: &Segments,
-    batch: &mut Batch<'_, T>,
+    batch: &mut Batch<'_>,
     rows: Range<usize>,
     refuse: Refuse<'_>,
 ) {
@@ -62,24 +60,24 @@ fn run_blocks<T: Real, M: Integrator>(
         }
         start = rows.end;
         if rows.len() <= FEW {
-            run::<T, M>(field.terms, field.options, batch, rows, field.statistics, refuse);
+            run::<M>(field.terms, field.options, batch, rows, field.statistics, refuse);
         } else {
-            integrate::<T, M, _, BLOCK_BODIES>(field, segments, batch, rows, refuse);
+            integrate::<M, _, BLOCK_BODIES>(field, segments, batch, rows, refuse);
         }
     }
 }
 
 /// Integrates a tick of `rows`, at most `N`.
-fn integrate<T: Real, M: Integrator, X: BlockSpace<T, N>, const N: usize>(
-    field: &mut BlockField<'_, T, X, N>,
+fn integrate<M: Integrator, X: BlockSpace<N>, const N: usize>(
+    field: &mut BlockField<'_, X, N>,
     segments: &Segments,
-    batch: &mut Batch<'_, T>,
+    batch: &mut Batch<'_>,
     rows: Range<usize>,
     refuse: Refuse<'_>,
 ) {
     let (x, v) = load(field, batch, &rows);
     let mut method_state = batch.method_state.part(rows.clone());
-    let last_step = if M::STATE == MethodStateKind::LastStep { method_state.last_step() } else { T::ZERO };
+    let last_step = if M::STATE == MethodStateKind::LastStep { method_state.last_step() } else { 0.0 };
     let start = match (M::STATE, &method_state) {
         (MethodStateKind::LastAcceleration, MethodStateRows::LastAcceleration(cached)) => {
             recall(segments, cached, field, (x, v))
@@ -88,28 +86,20 @@ fn integrate<T: Real, M: Integrator, X: BlockSpace<T, N>, const N: usize>(
     };
     let mut step_state = StepState { last_step, start };
     let terms = field.terms;
-    // In f64 compensated kernels are not compiled.
-    let (x, v) = if !T::WIDE
-        && let Some(residues) = &mut batch.residues
-    {
-        let residues = residues.each_mut().map(|all| &mut all[rows.clone()]);
-        drive_compensated::<M, T, X, N>(field, terms, segments, (x, v), residues, &mut step_state)
-    } else {
-        drive::<M, _>(field, terms, segments, x, v, &mut step_state)
-    };
+    let (x, v) = drive::<M, _>(field, terms, segments, x, v, &mut step_state);
     if M::STATE != MethodStateKind::None {
         let called = step_state.start.is_some().then_some(&field.called);
         note(field, &mut method_state, step_state.last_step, called, x);
     }
     let w = field.inverse_masses();
-    x.read_both(v, |x, v| store::<T, N>(&terms.bounds, batch, rows, (x, v, w), refuse));
+    x.read_both(v, |x, v| store::<N>(&terms.bounds, batch, rows, (x, v, w), refuse));
 }
 
 /// Enters the block of `rows`. Returns their positions and velocities.
 #[inline(never)]
-fn load<T: Real, X: BlockSpace<T, N>, const N: usize>(
-    field: &mut BlockField<'_, T, X, N>,
-    batch: &Batch<'_, T>,
+fn load<X: BlockSpace<N>, const N: usize>(
+    field: &mut BlockField<'_, X, N>,
+    batch: &Batch<'_>,
     rows: &Range<usize>,
 ) -> (X, X) {
     let (positions, bodies) = (&batch.positions[rows.clone()], &batch.bodies[rows.clone()]);
@@ -127,11 +117,11 @@ fn load<T: Real, X: BlockSpace<T, N>, const N: usize>(
 
 /// Stores new states, or refuses them.
 #[inline(never)]
-fn store<T: Real, const N: usize>(
-    bounds: &Bounds<T>,
-    batch: &mut Batch<'_, T>,
+fn store<const N: usize>(
+    bounds: &Bounds,
+    batch: &mut Batch<'_>,
     rows: Range<usize>,
-    (x, v, w): (&Block<T, N>, &Block<T, N>, &[T; N]),
+    (x, v, w): (&Block<N>, &Block<N>, &[f64; N]),
     refuse: Refuse<'_>,
 ) {
     let stored = *bounds == Bounds::FINITE
@@ -167,22 +157,22 @@ fn store<T: Real, const N: usize>(
 /// Whether the sums of all numbers of each body are finite, which proves that each number is. `false` proves nothing.
 #[expect(clippy::eq_op, reason = "x - x is 0 if x is finite and NaN otherwise")]
 #[inline(always)]
-fn is_finite<T: Real, const N: usize>(x: &Block<T, N>, v: &Block<T, N>, w: &[T; N]) -> bool {
+fn is_finite<const N: usize>(x: &Block<N>, v: &Block<N>, w: &[f64; N]) -> bool {
     let mut sums = *w;
     for axis in x.0.iter().chain(&v.0) {
         sums.iter_mut().zip(axis).for_each(|(sum, number)| *sum += *number);
     }
     // Without branches: one comparison of vectors.
-    sums.iter().fold(true, |all, sum| all & (*sum - *sum == T::ZERO))
+    sums.iter().fold(true, |all, sum| all & (*sum - *sum == 0.0))
 }
 
 /// Stores what the next tick starts from: the accelerations `called`, if it can use them.
 #[inline(never)]
-fn note<T: Real, X: BlockSpace<T, N>, const N: usize>(
-    field: &BlockField<'_, T, X, N>,
-    method_state: &mut MethodStateRows<'_, T>,
-    last_step: T,
-    called: Option<&Block<T, N>>,
+fn note<X: BlockSpace<N>, const N: usize>(
+    field: &BlockField<'_, X, N>,
+    method_state: &mut MethodStateRows<'_>,
+    last_step: f64,
+    called: Option<&Block<N>>,
     x: X,
 ) {
     match (method_state, called) {
@@ -191,8 +181,7 @@ fn note<T: Real, X: BlockSpace<T, N>, const N: usize>(
             steps.iter_mut().filter(|step| step.is_finite()).for_each(|step| *step = last_step);
         }
         (MethodStateRows::LastAcceleration(cached), Some(called)) => {
-            let (time, laws, w) =
-                (T::of(field.terms.times.end), field.laws_version(), field.inverse_masses());
+            let (time, laws, w) = (field.terms.times.end, field.laws_version(), field.inverse_masses());
             x.read(|x| {
                 for (k, cached) in cached.iter_mut().enumerate() {
                     let ([x, y, z], acceleration) = (x.body(k), called.body(k));
@@ -208,15 +197,15 @@ fn note<T: Real, X: BlockSpace<T, N>, const N: usize>(
 /// The cached accelerations of bodies whose tick starts where their last one ended. Laws are called for the others,
 /// unless that is all of them.
 #[inline(never)]
-fn recall<T: Real, X: BlockSpace<T, N>, const N: usize>(
+fn recall<X: BlockSpace<N>, const N: usize>(
     segments: &Segments,
-    cached: &[CachedAcceleration<T>],
-    field: &mut BlockField<'_, T, X, N>,
+    cached: &[CachedAcceleration],
+    field: &mut BlockField<'_, X, N>,
     (x, v): (X, X),
 ) -> Option<X> {
     // What was evaluated before a jump is of no use after it.
     let first = segments.iter().next().filter(|first| !first.jump)?;
-    let (time, laws) = (T::of(field.terms.times.start), field.laws_version());
+    let (time, laws) = (field.terms.times.start, field.laws_version());
     let (w, called) = field.masses_and_called();
     let mut fits = [true; N];
     x.read(|x| {
@@ -231,5 +220,5 @@ fn recall<T: Real, X: BlockSpace<T, N>, const N: usize>(
         }
     });
     let some_fit = fits[..cached.len()].contains(&true);
-    some_fit.then(|| field.laws_known(first.evaluation_time(T::ZERO), (x, v), &fits))
+    some_fit.then(|| field.laws_known(first.evaluation_time(0.0), (x, v), &fits))
 }

@@ -8,7 +8,7 @@ use crate::methods::{Field, Integrator, StepState};
 /// A field that is driven through a tick segment by segment.
 pub(crate) trait TickField: Field + Sized {
     /// Enters the next segment of the tick, in which the damping of all bodies is `decay`.
-    fn enter<M: Integrator>(&mut self, segment: Segment<Self::Real>, decay: Decay<Self::Real>);
+    fn enter<M: Integrator>(&mut self, segment: Segment, decay: Decay);
 
     /// Frees memory of the last step: of all elements of the space but the state and what the method keeps.
     fn recycle(&mut self, x: &mut Self::Space, v: &mut Self::Space, step_state: &mut StepState<Self>) {
@@ -34,7 +34,7 @@ pub(crate) trait TickField: Field + Sized {
 #[inline(always)]
 pub(crate) fn drive<M: Integrator, F: TickField>(
     field: &mut F,
-    terms: &Terms<'_, F::Real>,
+    terms: &Terms<'_>,
     segments: &Segments,
     mut x: F::Space,
     mut v: F::Space,

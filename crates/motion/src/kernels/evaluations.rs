@@ -4,7 +4,6 @@ use bevy_ecs::prelude::*;
 
 use crate::kernels::{Counts, StepStatistics, count};
 use crate::laws::Law;
-use crate::units::Scalar;
 
 /// Evaluations since the world was made, as counted by the run.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
@@ -93,7 +92,7 @@ impl Evaluations {
     pub(crate) fn add(
         &mut self,
         statistics: &StepStatistics,
-        called: &[&dyn Law<Scalar>],
+        called: &[&dyn Law],
         affine: impl Iterator<Item = &'static str>,
     ) {
         if statistics.accelerations == 0 {

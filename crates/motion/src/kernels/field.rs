@@ -1,12 +1,13 @@
 //! The field of a block of bodies, in registers.
 
-use fearless_simd::{Simd, prelude::*};
+use crate::laws::damping::SNAP;
+use fearless_simd::{Simd, f64x4, prelude::*};
 
 use super::Terms;
 use super::lanes::{Rows, each_row};
-use crate::laws::damping::{Decay, Factor};
+use crate::laws::damping::Decay;
 use crate::methods::Field;
-use crate::real::{Lanes as _, Real, RealVector as _};
+use crate::simd::Lanes as _;
 use crate::state::components::AxisLocks;
 
 /// Parts of the arithmetic that a kernel is compiled with; parts that are left out cost nothing.
@@ -25,56 +26,56 @@ use parts::{AFTER, BEFORE, DRAG, KEEP};
 
 /// Numbers that are the same for every body of a batch, in registers: loaded once, because the compiler must assume
 /// that stores of rows change memory.
-pub(crate) struct Constants<T: Real, S: Simd> {
+pub(crate) struct Constants<S: Simd> {
     simd: S,
-    gravity: T::Lanes<S>,
-    rate: T::Lanes<S>,
-    keep: T::Lanes<S>,
-    before: T::Lanes<S>,
-    after: T::Lanes<S>,
-    immovable: T::Lanes<S>,
-    least: T::Lanes<S>,
-    gain: T,
-    h: T,
+    gravity: f64x4<S>,
+    rate: f64x4<S>,
+    keep: f64x4<S>,
+    before: f64x4<S>,
+    after: f64x4<S>,
+    immovable: f64x4<S>,
+    least: f64x4<S>,
+    gain: f64,
+    h: f64,
 }
 
-impl<T: Real, S: Simd> Clone for Constants<T, S> {
+impl<S: Simd> Clone for Constants<S> {
     #[inline(always)]
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<T: Real, S: Simd> Copy for Constants<T, S> {}
+impl<S: Simd> Copy for Constants<S> {}
 
-impl<T: Real, S: Simd> Constants<T, S> {
+impl<S: Simd> Constants<S> {
     #[inline(always)]
-    pub fn new(simd: S, terms: &Terms<'_, T>) -> Self {
-        let three = |number: T, fourth: T| T::Lanes::of(simd, [number, number, number, fourth]);
-        let factor = |factor: Option<Factor<T>>| three(factor.map_or(T::ONE, |factor| factor.whole), T::ONE);
+    pub fn new(simd: S, terms: &Terms<'_>) -> Self {
+        let three = |number: f64, fourth: f64| f64x4::simd_from(simd, [number, number, number, fourth]);
+        let factor = |factor: Option<f64>| three(factor.unwrap_or(1.0), 1.0);
         let [x, y, z] = terms.gravity.to_array();
         let Decay { keep, gain, before_move, after_move } = terms.decay;
         let decays = keep.is_some() || before_move.is_some() || after_move.is_some();
         Self {
             simd,
             // Adding 0 turns -0 into 0: a row gets the same bits whether its block has a force or not.
-            gravity: T::Lanes::of(simd, [x + T::ZERO, y + T::ZERO, z + T::ZERO, T::ZERO]),
-            rate: three(terms.rate, T::ZERO),
+            gravity: f64x4::simd_from(simd, [x + 0.0, y + 0.0, z + 0.0, 0.0]),
+            rate: three(terms.rate, 0.0),
             keep: factor(keep),
             before: factor(before_move),
             after: factor(after_move),
             // No inverse mass is above infinity, so the last lane, the inverse mass itself, is never accelerated.
-            immovable: three(T::ZERO, T::INFINITY),
+            immovable: three(0.0, f64::INFINITY),
             // No inverse mass is below 0, so the last lane is never snapped; neither are velocities that do not decay.
-            least: three(if decays || terms.rate > T::ZERO { T::SNAP } else { T::ZERO }, T::ZERO),
+            least: three(if decays || terms.rate > 0.0 { SNAP } else { 0.0 }, 0.0),
             gain,
             h: terms.times.substep(),
         }
     }
 
-    /// Sets velocities that decayed below [`Real::SNAP`] to 0.
+    /// Sets velocities that decayed below [`SNAP`] to 0.
     #[inline(always)]
-    pub fn snap<const N: usize>(&self, mut v: Rows<T, S, N>) -> Rows<T, S, N> {
+    pub fn snap<const N: usize>(&self, mut v: Rows<S, N>) -> Rows<S, N> {
         each_row!(k in N {
             // Not "unless it is at least": NaN must stay, to be found.
             v.0[k] = v.0[k].except(v.0[k].abs().simd_lt(self.least));
@@ -83,7 +84,7 @@ impl<T: Real, S: Simd> Constants<T, S> {
     }
 
     #[inline(always)]
-    fn times<const N: usize>(&self, mut v: Rows<T, S, N>, factor: T::Lanes<S>) -> Rows<T, S, N> {
+    fn times<const N: usize>(&self, mut v: Rows<S, N>, factor: f64x4<S>) -> Rows<S, N> {
         each_row!(k in N {
             v.0[k] *= factor;
         });
@@ -92,12 +93,13 @@ impl<T: Real, S: Simd> Constants<T, S> {
 }
 
 /// Applies a speed limit and axis locks to a row.
-pub(crate) fn restrain<T: Real>([x, y, z, _]: &mut [T; 4], limit: Option<T>, locks: Option<AxisLocks>) {
+pub(crate) fn restrain([x, y, z, _]: &mut [f64; 4], limit: Option<f64>, locks: Option<AxisLocks>) {
     if let Some(limit) = limit {
         // Not by the sum of squares, which overflows for speeds that are still finite.
-        let speed = x.hypot(*y).hypot(*z);
+        let speed = libm::hypot(libm::hypot(*x, *y), *z);
         // Not "if above": a limit of NaN must be found, not skipped.
-        if !speed.is_at_most(limit) {
+        let is_allowed = speed <= limit;
+        if !is_allowed {
             let factor = limit / speed;
             (*x, *y, *z) = (*x * factor, *y * factor, *z * factor);
         }
@@ -105,31 +107,31 @@ pub(crate) fn restrain<T: Real>([x, y, z, _]: &mut [T; 4], limit: Option<T>, loc
     if let Some(locks) = locks {
         for (v, locked) in [(x, locks.x), (y, locks.y), (z, locks.z)] {
             if locked {
-                *v = T::ZERO;
+                *v = 0.0;
             }
         }
     }
 }
 
 /// The field of the `N` bodies of a block in registers.
-pub(crate) struct RowField<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> {
-    pub constants: Constants<T, S>,
-    movable: [<T::Lanes<S> as SimdBase<S>>::Mask; N],
-    applied: Rows<T, S, N>,
+pub(crate) struct RowField<S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> {
+    pub constants: Constants<S>,
+    movable: [<f64x4<S> as SimdBase<S>>::Mask; N],
+    applied: Rows<S, N>,
 }
 
-impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> RowField<T, S, N, PARTS, PUSHED> {
+impl<S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> RowField<S, N, PARTS, PUSHED> {
     /// The field of `bodies`, (velocity, inverse mass) each, with `forces` if they are pushed.
     #[inline(always)]
-    pub fn new(constants: Constants<T, S>, bodies: &[[T; 4]; N], forces: Option<&Rows<T, S, N>>) -> Self {
+    pub fn new(constants: Constants<S>, bodies: &[[f64; 4]; N], forces: Option<&Rows<S, N>>) -> Self {
         let simd = constants.simd;
         let least = constants.immovable;
         // A selection, not a factor: NaN times 0 would be NaN.
         let mut movable = [least.simd_gt(least); N];
-        let mut applied = Rows::splat(T::Lanes::splat(simd, T::ZERO));
+        let mut applied = Rows::splat(f64x4::splat(simd, 0.0));
         each_row!(k in N {
             // From memory: broadcasting a lane of a register takes shuffles.
-            let w = T::Lanes::splat(simd, bodies[k][3]);
+            let w = f64x4::splat(simd, bodies[k][3]);
             movable[k] = w.simd_gt(least);
             if PUSHED && let Some(forces) = forces {
                 applied.0[k] = (forces.0[k] * w).only(movable[k]);
@@ -140,30 +142,27 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> RowF
 
     /// Applies the factor before the move.
     #[inline(always)]
-    pub fn decay_before(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
+    pub fn decay_before(&self, v: Rows<S, N>) -> Rows<S, N> {
         self.constants.times(v, self.constants.before)
     }
 
     /// Applies the factor after the move.
     #[inline(always)]
-    pub fn decay_after(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
+    pub fn decay_after(&self, v: Rows<S, N>) -> Rows<S, N> {
         self.constants.times(v, self.constants.after)
     }
 }
 
-impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Field
-    for RowField<T, S, N, PARTS, PUSHED>
-{
-    type Real = T;
-    type Space = Rows<T, S, N>;
+impl<S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Field for RowField<S, N, PARTS, PUSHED> {
+    type Space = Rows<S, N>;
 
     #[inline(always)]
-    fn step(&self) -> T {
+    fn step(&self) -> f64 {
         self.constants.h
     }
 
     #[inline(always)]
-    fn laws(&mut self, _: T, _: Self::Space, v: Self::Space) -> Self::Space {
+    fn laws(&mut self, _: f64, _: Self::Space, v: Self::Space) -> Self::Space {
         let mut a: Self::Space = Rows::splat(self.constants.gravity);
         each_row!(k in N {
             if PARTS & DRAG != 0 {
@@ -219,6 +218,6 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
     #[inline(always)]
     fn implicit_velocity(&mut self, x: Self::Space, v: Self::Space) -> Self::Space {
         let Constants { h, rate, .. } = self.constants;
-        v + self.acceleration(T::ONE, x, v) * (h / (T::ONE + rate.row()[0] * h))
+        v + self.acceleration(1.0, x, v) * (h / (1.0 + <[f64; 4]>::from(rate)[0] * h))
     }
 }

@@ -5,9 +5,7 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use fearless_simd::{Simd, prelude::*};
-
-use crate::real::{Lanes as _, Real};
+use fearless_simd::{Simd, f64x4, prelude::*};
 
 /// Repeats code for each row of a block of at most four. Not a loop: a loop is unrolled only after the compiler has
 /// decided to keep the rows in memory.
@@ -28,46 +26,46 @@ macro_rules! each_row {
 pub(crate) use each_row;
 
 /// The rows of `N` bodies, four lanes each: (x, y, z, anything) or (velocity, inverse mass).
-pub(crate) struct Rows<T: Real, S: Simd, const N: usize>(pub [T::Lanes<S>; N]);
+pub(crate) struct Rows<S: Simd, const N: usize>(pub [f64x4<S>; N]);
 
-impl<T: Real, S: Simd, const N: usize> Clone for Rows<T, S, N> {
+impl<S: Simd, const N: usize> Clone for Rows<S, N> {
     #[inline(always)]
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<T: Real, S: Simd, const N: usize> Copy for Rows<T, S, N> {}
+impl<S: Simd, const N: usize> Copy for Rows<S, N> {}
 
-impl<T: Real, S: Simd, const N: usize> Rows<T, S, N> {
+impl<S: Simd, const N: usize> Rows<S, N> {
     /// Loads `N` rows.
     #[inline(always)]
-    pub fn of(simd: S, rows: &[[T; 4]; N]) -> Self {
-        let mut lanes = [T::Lanes::splat(simd, T::ZERO); N];
+    pub fn of(simd: S, rows: &[[f64; 4]; N]) -> Self {
+        let mut lanes = [f64x4::splat(simd, 0.0); N];
         each_row!(k in N {
-            lanes[k] = T::Lanes::of(simd, rows[k]);
+            lanes[k] = f64x4::simd_from(simd, rows[k]);
         });
         Self(lanes)
     }
 
     /// The same in every row.
     #[inline(always)]
-    pub fn splat(lanes: T::Lanes<S>) -> Self {
+    pub fn splat(lanes: f64x4<S>) -> Self {
         Self([lanes; N])
     }
 
     /// The rows in memory.
     #[inline(always)]
-    pub fn rows(self) -> [[T; 4]; N] {
-        let mut rows = [[T::ZERO; 4]; N];
+    pub fn rows(self) -> [[f64; 4]; N] {
+        let mut rows = [[0.0; 4]; N];
         each_row!(k in N {
-            rows[k] = self.0[k].row();
+            rows[k] = self.0[k].into();
         });
         rows
     }
 }
 
-impl<T: Real, S: Simd, const N: usize> Add for Rows<T, S, N> {
+impl<S: Simd, const N: usize> Add for Rows<S, N> {
     type Output = Self;
 
     #[inline(always)]
@@ -79,7 +77,7 @@ impl<T: Real, S: Simd, const N: usize> Add for Rows<T, S, N> {
     }
 }
 
-impl<T: Real, S: Simd, const N: usize> Sub for Rows<T, S, N> {
+impl<S: Simd, const N: usize> Sub for Rows<S, N> {
     type Output = Self;
 
     #[inline(always)]
@@ -91,11 +89,11 @@ impl<T: Real, S: Simd, const N: usize> Sub for Rows<T, S, N> {
     }
 }
 
-impl<T: Real, S: Simd, const N: usize> Mul<T> for Rows<T, S, N> {
+impl<S: Simd, const N: usize> Mul<f64> for Rows<S, N> {
     type Output = Self;
 
     #[inline(always)]
-    fn mul(mut self, factor: T) -> Self {
+    fn mul(mut self, factor: f64) -> Self {
         each_row!(k in N {
             self.0[k] *= factor;
         });

@@ -1,29 +1,28 @@
 //! What methods keep of the rows of a batch from tick to tick.
 
-use crate::real::Real;
 use crate::state::method_state::CachedAcceleration;
 
 /// The column of a method's state.
-pub(crate) enum MethodStateRows<'a, T> {
+pub(crate) enum MethodStateRows<'a> {
     /// It keeps nothing.
     None,
     /// Length of the last step, s.
-    LastStep(&'a mut [T]),
+    LastStep(&'a mut [f64]),
     /// The cached acceleration.
-    LastAcceleration(&'a mut [CachedAcceleration<T>]),
+    LastAcceleration(&'a mut [CachedAcceleration]),
 }
 
-impl<T: Real> MethodStateRows<'_, T> {
+impl MethodStateRows<'_> {
     /// Length of the last step of the first row, s; 0 without such a column.
-    pub fn last_step(&self) -> T {
+    pub fn last_step(&self) -> f64 {
         match self {
-            Self::LastStep(steps) => steps.first().copied().unwrap_or(T::ZERO),
-            Self::None | Self::LastAcceleration(_) => T::ZERO,
+            Self::LastStep(steps) => steps.first().copied().unwrap_or(0.0),
+            Self::None | Self::LastAcceleration(_) => 0.0,
         }
     }
 
     /// Some of the rows.
-    pub fn part(&mut self, rows: std::ops::Range<usize>) -> MethodStateRows<'_, T> {
+    pub fn part(&mut self, rows: std::ops::Range<usize>) -> MethodStateRows<'_> {
         match self {
             Self::None => MethodStateRows::None,
             Self::LastStep(steps) => MethodStateRows::LastStep(&mut steps[rows]),

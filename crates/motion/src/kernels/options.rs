@@ -2,13 +2,12 @@
 
 use crate::laws::Law;
 use crate::laws::damping::Damping;
-use crate::real::Real;
 use crate::state::components::AxisLocks;
 use crate::units::Scalar;
 
 /// What a body has in addition to, or in place of, what acts on all bodies.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BodyOptions<'a, T: Real> {
+pub(crate) struct BodyOptions<'a> {
     pub gravity_off: bool,
     /// Its own rate of damping, 1/s.
     pub damping_rate: Option<Scalar>,
@@ -16,14 +15,14 @@ pub(crate) struct BodyOptions<'a, T: Real> {
     pub speed_limit: Option<Scalar>,
     pub locks: Option<AxisLocks>,
     /// Its own laws.
-    pub laws: &'a [Box<dyn Law<T>>],
+    pub laws: &'a [Box<dyn Law>],
     /// Changes whenever its own laws do.
     pub laws_version: u64,
     /// Its own number of substeps.
     pub substeps: Option<u32>,
 }
 
-impl<T: Real> BodyOptions<'_, T> {
+impl BodyOptions<'_> {
     /// The options of a body that has none.
     pub const NONE: Self = Self {
         gravity_off: false,
@@ -50,8 +49,8 @@ impl<T: Real> BodyOptions<'_, T> {
         self.gravity_off || self.damping_rate.is_some() || self.speed_limit.is_some() || self.locks.is_some()
     }
 
-    /// The same options without laws, in another precision.
-    pub const fn without_laws<U: Real>(&self) -> BodyOptions<'static, U> {
+    /// The same options without laws.
+    pub const fn without_laws(&self) -> BodyOptions<'static> {
         let Self { gravity_off, damping_rate, speed_limit, locks, substeps, .. } = *self;
         let none = BodyOptions::NONE;
         BodyOptions { gravity_off, damping_rate, speed_limit, locks, substeps, ..none }
@@ -59,25 +58,25 @@ impl<T: Real> BodyOptions<'_, T> {
 }
 
 /// Looks up the options of single rows.
-pub(crate) trait RowOptions<T: Real> {
-    fn row(&self, row: usize) -> BodyOptions<'_, T>;
+pub(crate) trait RowOptions {
+    fn row(&self, row: usize) -> BodyOptions<'_>;
 }
 
 /// The options of some rows of a whole.
-pub(crate) struct OfRows<'a, T: Real> {
-    pub whole: &'a dyn RowOptions<T>,
+pub(crate) struct OfRows<'a> {
+    pub whole: &'a dyn RowOptions,
     pub rows: &'a [usize],
 }
 
-impl<T: Real> RowOptions<T> for OfRows<'_, T> {
-    fn row(&self, row: usize) -> BodyOptions<'_, T> {
+impl RowOptions for OfRows<'_> {
+    fn row(&self, row: usize) -> BodyOptions<'_> {
         self.whole.row(self.rows[row])
     }
 }
 
 /// The same options on every row.
-impl<T: Real> RowOptions<T> for BodyOptions<'_, T> {
-    fn row(&self, _: usize) -> BodyOptions<'_, T> {
+impl RowOptions for BodyOptions<'_> {
+    fn row(&self, _: usize) -> BodyOptions<'_> {
         *self
     }
 }

@@ -5,7 +5,6 @@ use std::ops::Range;
 use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
 
-use crate::real::Real;
 use crate::units::{Scalar, Vector};
 
 /// A change of energy per mass, m²/s², and of velocity, m/s.
@@ -88,7 +87,7 @@ fn mean(q: Scalar) -> Scalar {
         let square = q * q;
         return 0.5 + q * (1.0 / 12.0 - square * (1.0 / 720.0 - square / 30_240.0));
     }
-    -1.0 / Real::exp_m1(-q) - 1.0 / q
+    -1.0 / libm::expm1(-q) - 1.0 / q
 }
 
 /// Adds the change of a velocity to the record of a row; compiled once and called by every method.
@@ -115,7 +114,7 @@ impl Recorder {
 
     /// Records the change of the velocities of the current rows; `note` gets the number of each row among them.
     #[cold]
-    pub fn note<T: Real>(&mut self, from: &[[T; 4]], to: &[[T; 4]], note: Note<'_>) {
+    pub fn note(&mut self, from: &[[f64; 4]], to: &[[f64; 4]], note: Note<'_>) {
         let rows = self.rows[self.block.clone()].iter_mut().zip(from.iter().zip(to)).enumerate();
         rows.for_each(|(k, (row, (from, to)))| note(row, k, vector(from), vector(to)));
     }
@@ -132,8 +131,8 @@ impl Recorder {
 }
 
 /// Velocity or acceleration of a row.
-pub(crate) fn vector<T: Real>([x, y, z, _]: &[T; 4]) -> Vector {
-    Vector::new(x.to_f64(), y.to_f64(), z.to_f64())
+pub(crate) fn vector([x, y, z, _]: &[f64; 4]) -> Vector {
+    Vector::new(*x, *y, *z)
 }
 
 /// The records of the running tick; `None` without a ledger.
@@ -164,7 +163,7 @@ mod tests {
         for q in [1e-9, 1e-3, 0.05, 0.0999, 0.1001, 0.7, 5.0, 60.0] {
             let parts = 200_000;
             let at = |i: i32| (f64::from(i) + 0.5) / f64::from(parts);
-            let f = |s: Scalar| Real::exp_m1(-q * s) / Real::exp_m1(-q);
+            let f = |s: Scalar| libm::expm1(-q * s) / libm::expm1(-q);
             let sum = (0..parts).map(|i| f(at(i))).sum::<Scalar>() / f64::from(parts);
             assert!((mean(q) - sum).abs() < 1e-8, "{q}: {} {sum}", mean(q));
         }

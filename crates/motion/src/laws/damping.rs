@@ -4,7 +4,6 @@ use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 
-use crate::real::Real;
 use crate::state::switched_off::OffResource;
 use crate::units::Scalar;
 
@@ -69,33 +68,28 @@ impl Damping {
     }
 
     /// The factors of a step of `h` seconds, for methods in which damping is part of the step.
-    pub(crate) fn factors<T: Real>(self, h: T) -> Decay<T> {
-        let q = T::of(self.rate) * h;
+    pub(crate) fn factors(self, h: f64) -> Decay {
+        let q = self.rate * h;
         match self.model {
-            DampingModel::Tutorial => {
-                let factor = Factor { whole: T::ONE - q, change: -q };
-                Decay { after_move: Some(factor), ..Decay::none(h) }
-            }
+            DampingModel::Tutorial => Decay { after_move: Some(1.0 - q), ..Decay::none(h) },
             DampingModel::Clamped => {
-                let stopped = Factor { whole: T::ZERO, change: -T::ONE };
-                let factor = if q > T::ONE { stopped } else { Factor { whole: T::ONE - q, change: -q } };
+                let factor = if q > 1.0 { 0.0 } else { 1.0 - q };
                 Decay { before_move: Some(factor), ..Decay::none(h) }
             }
             DampingModel::Exact => {
                 // (1 - e^-q) / q by expm1: the plain form loses every digit as q goes to 0.
-                let change = (-q).exp_m1();
-                let gain = if q == T::ZERO { h } else { h * (-change / q) };
-                Decay { keep: Some(Factor { whole: (-q).exp(), change }), gain, ..Decay::none(h) }
+                let gain = if q == 0.0 { h } else { h * (-libm::expm1(-q) / q) };
+                Decay { keep: Some(libm::exp(-q)), gain, ..Decay::none(h) }
             }
         }
     }
 
     /// The factors around a tick of `tick` seconds, and the rate of linear drag of the exact model, 1/s, for methods in
     /// which damping is not part of the step.
-    pub(crate) fn factors_around_tick<T: Real>(self, tick: T) -> (Decay<T>, T) {
+    pub(crate) fn factors_around_tick(self, tick: f64) -> (Decay, f64) {
         match self.model {
-            DampingModel::Exact => (Decay::none(tick), T::of(self.rate)),
-            DampingModel::Tutorial | DampingModel::Clamped => (self.factors(tick), T::ZERO),
+            DampingModel::Exact => (Decay::none(tick), self.rate),
+            DampingModel::Tutorial | DampingModel::Clamped => (self.factors(tick), 0.0),
         }
     }
 }
@@ -129,28 +123,23 @@ impl DampingRate {
     }
 }
 
-/// A factor by which velocities are multiplied.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Factor<T> {
-    /// The factor.
-    pub whole: T,
-    /// The factor minus 1, computed without cancellation.
-    pub change: T,
-}
+/// Magnitude below which a decaying velocity component snaps to zero, m/s. Without it damping would end in subnormal
+/// numbers and stay there, and arithmetic on those is many times slower.
+pub(crate) const SNAP: f64 = 1e-290;
 
 /// The factors of a step of h seconds, one form for every model: `v = v keep + a gain`, then `v *= before_move`, move,
 /// `v *= after_move`. A factor that is `None` is not applied.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Decay<T> {
-    pub keep: Option<Factor<T>>,
-    pub gain: T,
-    pub before_move: Option<Factor<T>>,
-    pub after_move: Option<Factor<T>>,
+pub(crate) struct Decay {
+    pub keep: Option<f64>,
+    pub gain: f64,
+    pub before_move: Option<f64>,
+    pub after_move: Option<f64>,
 }
 
-impl<T> Decay<T> {
+impl Decay {
     /// No damping over `h` seconds.
-    pub const fn none(h: T) -> Self {
+    pub const fn none(h: f64) -> Self {
         Self { keep: None, gain: h, before_move: None, after_move: None }
     }
 }
@@ -162,9 +151,9 @@ mod tests {
     #[test]
     fn exact_factors_solve_the_equation_at_every_step_size() {
         for q in [1e-300, 1e-12, 1e-3, 0.5, 30.0, 800.0] {
-            let decay = Damping { model: DampingModel::Exact, rate: q }.factors(1.0_f64);
-            let keep = decay.keep.expect("the exact model always decays").whole;
-            assert!((keep - Real::exp(-q)).abs() <= 2e-16);
+            let decay = Damping { model: DampingModel::Exact, rate: q }.factors(1.0);
+            let keep = decay.keep.expect("the exact model always decays");
+            assert!((keep - libm::exp(-q)).abs() <= 2e-16);
             // The fixed point of v = v keep + a gain is the terminal speed a / c.
             assert!((decay.gain * q + keep - 1.0).abs() <= 4e-16, "q = {q}");
         }

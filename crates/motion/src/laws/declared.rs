@@ -5,11 +5,9 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemParam;
 
 use super::{Gravity, Law, Laws, with_world_laws};
-use crate::real::Real;
-use crate::units::Scalar;
 
 /// A law that is a resource of a world.
-pub(crate) trait WorldLaw: Resource + Clone + Law<Scalar> {
+pub(crate) trait WorldLaw: Resource + Clone + Law {
     /// Whether its parameters are numbers that it can compute with.
     fn is_finite(&self) -> bool;
 
@@ -58,22 +56,22 @@ macro_rules! declare {
             }
 
             /// These laws and `more`.
-            pub(crate) fn and<'a, T: Real>(&'a self, more: &'a [Box<dyn Law<T>>]) -> Declared<'a, T> {
+            pub(crate) fn and<'a>(&'a self, more: &'a [Box<dyn Law>]) -> Declared<'a> {
                 Declared { $($law: self.$law.as_ref(),)* more }
             }
         }
 
         /// The laws of every body except gravity, in the order in which they are summed.
         #[derive(Clone, Copy)]
-        pub(crate) struct Declared<'a, T: Real = Scalar> {
+        pub(crate) struct Declared<'a> {
             $(pub $law: Option<&'a super::$Law>,)*
-            pub more: &'a [Box<dyn Law<T>>],
+            pub more: &'a [Box<dyn Law>],
         }
 
-        impl<'a, T: Real> Declared<'a, T> {
+        impl<'a> Declared<'a> {
             /// The laws that are resources, with the names of the resources.
-            pub fn resources(self) -> impl Iterator<Item = (&'static str, &'a dyn Law<T>)> {
-                let laws = [$(self.$law.map(|law| (stringify!($Law), law as &dyn Law<T>)),)*];
+            pub fn resources(self) -> impl Iterator<Item = (&'static str, &'a dyn Law)> {
+                let laws = [$(self.$law.map(|law| (stringify!($Law), law as &dyn Law)),)*];
                 laws.into_iter().flatten()
             }
 
@@ -132,28 +130,28 @@ impl<'a> Declared<'a> {
         self,
         gravity: Option<&'a Gravity>,
         in_sheet: bool,
-        own: &'a [Box<dyn Law<Scalar>>],
-    ) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
-        let gravity = gravity.map(|gravity| gravity as &dyn Law<Scalar>);
+        own: &'a [Box<dyn Law>],
+    ) -> impl Iterator<Item = &'a dyn Law> {
+        let gravity = gravity.map(|gravity| gravity as &dyn Law);
         let drag = self.drag.filter(|_| !in_sheet);
         let own = own.iter().map(|law| &**law);
         gravity.into_iter().chain(Self { drag, ..self }.all()).chain(own)
     }
 }
 
-impl<'a, T: Real> Declared<'a, T> {
+impl<'a> Declared<'a> {
     /// Every law.
-    pub fn all(self) -> impl Iterator<Item = &'a dyn Law<T>> {
+    pub fn all(self) -> impl Iterator<Item = &'a dyn Law> {
         self.resources().map(|(_, law)| law).chain(self.more.iter().map(|law| &**law))
     }
 
     /// The laws that are summed before a tick.
-    pub fn affine(self) -> impl Iterator<Item = &'a dyn Law<T>> {
+    pub fn affine(self) -> impl Iterator<Item = &'a dyn Law> {
         self.all().filter(|law| law.affine().is_some())
     }
 
     /// The laws that have to be called.
-    pub fn called(self) -> impl Iterator<Item = &'a dyn Law<T>> {
+    pub fn called(self) -> impl Iterator<Item = &'a dyn Law> {
         self.all().filter(|law| law.affine().is_none())
     }
 }

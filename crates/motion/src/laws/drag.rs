@@ -1,10 +1,10 @@
 //! Linear and quadratic drag.
 
 use bevy_ecs::prelude::*;
+use glam::DMat3;
 
 use super::{Affine, Axes, BodyBlock, BodyState, EvaluationTime, Jacobians, Law, Wind, WorldLaw};
-use crate::real::{Real, RealMatrix, RealVector};
-use crate::units::{Scalar, Vector};
+use crate::units::{Scalar, Vector, outer};
 
 /// Drag of a fluid: `a = -c u - k |u| u`, where u is the velocity relative to the fluid. The fluid is at rest unless
 /// there is wind. The linear term is Stokes' law for slow motion, the quadratic term Newton's for fast motion; both are
@@ -30,18 +30,18 @@ impl Drag {
 
     /// `c + k |u|`, 1/s, at the velocity `u` relative to the fluid, m/s.
     #[inline(always)]
-    pub(crate) fn rate<T: Real>(&self, u: T::Vector) -> T {
-        T::of(self.linear) + T::of(self.quadratic) * u.dot(u).sqrt()
+    pub(crate) fn rate(&self, u: Vector) -> f64 {
+        self.linear + self.quadratic * u.dot(u).sqrt()
     }
 
     /// The acceleration at the velocity `u` relative to the fluid, m/s².
     #[inline(always)]
-    fn resistance<T: Real>(&self, u: T::Vector) -> T::Vector {
+    fn resistance(&self, u: Vector) -> Vector {
         -(u * self.rate(u))
     }
 
     /// Velocity relative to the fluid, m/s.
-    pub(crate) fn against<T: Real>(&self, time: T, body: BodyState<T>) -> T::Vector {
+    pub(crate) fn against(&self, time: f64, body: BodyState) -> Vector {
         match &self.wind {
             Some(wind) => body.velocity - wind.at(time, body.position),
             None => body.velocity,
@@ -57,7 +57,7 @@ impl WorldLaw for Drag {
     }
 }
 
-impl<T: Real> Law<T> for Drag {
+impl Law for Drag {
     fn name(&self) -> &'static str {
         "drag"
     }
@@ -73,40 +73,40 @@ impl<T: Real> Law<T> for Drag {
         text
     }
 
-    fn acceleration(&self, at: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
-        self.resistance::<T>(self.against(at.time, body))
+    fn acceleration(&self, at: EvaluationTime, body: BodyState) -> Vector {
+        self.resistance(self.against(at.time, body))
     }
 
-    fn accelerate(&self, at: EvaluationTime<T>, bodies: &BodyBlock<'_, T>, sum: &mut Axes<T>) {
+    fn accelerate(&self, at: EvaluationTime, bodies: &BodyBlock<'_>, sum: &mut Axes) {
         match &self.wind {
             Some(wind) => {
-                let air = wind.air::<T>(at.time);
+                let air = wind.air(at.time);
                 bodies.add_each(
                     sum,
                     #[inline(always)]
-                    |body| self.resistance::<T>(body.velocity - air.at(body.position)),
+                    |body| self.resistance(body.velocity - air.at(body.position)),
                 );
             }
             None => bodies.add_each(
                 sum,
                 #[inline(always)]
-                |body| self.resistance::<T>(body.velocity),
+                |body| self.resistance(body.velocity),
             ),
         }
     }
 
-    fn jacobians(&self, at: EvaluationTime<T>, body: BodyState<T>) -> Jacobians<T> {
+    fn jacobians(&self, at: EvaluationTime, body: BodyState) -> Jacobians {
         let u = self.against(at.time, body);
         let speed = u.dot(u).sqrt();
         // The limit of u u^T / |u| at rest is 0.
-        let along = T::of(self.quadratic) / if speed > T::ZERO { speed } else { T::ONE };
-        let velocity = T::Matrix::ZERO - T::Matrix::IDENTITY * self.rate(u) - T::Matrix::outer(u, u) * along;
+        let along = self.quadratic / if speed > 0.0 { speed } else { 1.0 };
+        let velocity = DMat3::ZERO - DMat3::IDENTITY * self.rate(u) - outer(u, u) * along;
         let position = match &self.wind {
             Some(wind) if !wind.is_steady() => {
                 let (change, along) = wind.air(at.time).gradient(body.position);
-                T::Matrix::outer(velocity.times(-change), along)
+                outer(velocity * -change, along)
             }
-            _ => T::Matrix::ZERO,
+            _ => DMat3::ZERO,
         };
         Jacobians { position, velocity }
     }
@@ -115,10 +115,10 @@ impl<T: Real> Law<T> for Drag {
         true
     }
 
-    fn affine(&self) -> Option<Affine<T>> {
+    fn affine(&self) -> Option<Affine> {
         let steady = self.wind.is_none_or(|wind| wind.is_steady());
         let wind = self.wind.map_or(Vector::ZERO, |wind| wind.velocity);
-        let constant = T::Vector::of(wind * self.linear);
-        (self.quadratic == 0.0 && steady).then(|| Affine { constant, rate: T::of(self.linear) })
+        let constant = wind * self.linear;
+        (self.quadratic == 0.0 && steady).then_some(Affine { constant, rate: self.linear })
     }
 }

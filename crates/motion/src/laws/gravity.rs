@@ -3,7 +3,6 @@
 use bevy_ecs::prelude::*;
 
 use super::{Affine, BodyState, EvaluationTime, Jacobians, Law};
-use crate::real::{Real, RealVector};
 use crate::units::Vector;
 
 /// Uniform gravity: the same acceleration for every movable body, whatever its mass (Galilei). Present only if the
@@ -27,7 +26,7 @@ impl Gravity {
     }
 }
 
-impl<T: Real> Law<T> for Gravity {
+impl Law for Gravity {
     fn name(&self) -> &'static str {
         "gravity"
     }
@@ -37,11 +36,11 @@ impl<T: Real> Law<T> for Gravity {
         format!("gravity ({}, {}, {}) m/s², {}", g.x, g.y, g.z, if *on { "on" } else { "off" })
     }
 
-    fn acceleration(&self, _: EvaluationTime<T>, _: BodyState<T>) -> T::Vector {
-        T::Vector::of(self.active_acceleration().unwrap_or(Vector::ZERO))
+    fn acceleration(&self, _: EvaluationTime, _: BodyState) -> Vector {
+        self.active_acceleration().unwrap_or(Vector::ZERO)
     }
 
-    fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
+    fn jacobians(&self, _: EvaluationTime, _: BodyState) -> Jacobians {
         Jacobians::zero()
     }
 
@@ -49,9 +48,9 @@ impl<T: Real> Law<T> for Gravity {
         false
     }
 
-    fn affine(&self) -> Option<Affine<T>> {
-        let constant = T::Vector::of(self.active_acceleration().unwrap_or(Vector::ZERO));
-        Some(Affine { constant, rate: T::ZERO })
+    fn affine(&self) -> Option<Affine> {
+        let constant = self.active_acceleration().unwrap_or(Vector::ZERO);
+        Some(Affine { constant, rate: 0.0 })
     }
 
     fn has_potential(&self) -> bool {
@@ -59,8 +58,8 @@ impl<T: Real> Law<T> for Gravity {
     }
 
     /// `-m g x`: zero at the origin.
-    fn potential_energy(&self, body: BodyState<T>) -> T {
-        let g = T::Vector::of(self.active_acceleration().unwrap_or(Vector::ZERO));
+    fn potential_energy(&self, body: BodyState) -> f64 {
+        let g = self.active_acceleration().unwrap_or(Vector::ZERO);
         -(g.dot(body.position) / body.inverse_mass)
     }
 }

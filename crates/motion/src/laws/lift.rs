@@ -1,9 +1,9 @@
 //! Lift of spinning bodies: an example of a law, which only the tests of this crate have.
 
 use bevy_ecs::prelude::*;
+use glam::DMat3;
 
 use super::{BodyState, EvaluationTime, Jacobians, Law, WorldLaw};
-use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::Vector;
 
 /// Lift of bodies that spin about a fixed axis: `a = w × v` (Magnus 1853).
@@ -15,8 +15,9 @@ pub struct Lift {
 
 impl Lift {
     /// The matrix M with `M v = w × v`.
-    fn matrix<T: Real>(&self) -> T::Matrix {
-        T::Matrix::from_columns(Vector::AXES.map(|axis| T::Vector::of(self.turn.cross(axis))))
+    fn matrix(&self) -> DMat3 {
+        let [x, y, z] = Vector::AXES.map(|axis| self.turn.cross(axis));
+        DMat3::from_cols(x, y, z)
     }
 }
 
@@ -26,17 +27,17 @@ impl WorldLaw for Lift {
     }
 }
 
-impl<T: Real> Law<T> for Lift {
+impl Law for Lift {
     fn name(&self) -> &'static str {
         "lift"
     }
 
-    fn acceleration(&self, _: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
-        self.matrix::<T>().times(body.velocity)
+    fn acceleration(&self, _: EvaluationTime, body: BodyState) -> Vector {
+        self.matrix() * body.velocity
     }
 
-    fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
-        Jacobians { velocity: self.matrix::<T>(), ..Jacobians::zero() }
+    fn jacobians(&self, _: EvaluationTime, _: BodyState) -> Jacobians {
+        Jacobians { velocity: self.matrix(), ..Jacobians::zero() }
     }
 
     fn depends_on_velocity(&self) -> bool {

@@ -5,12 +5,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use bevy_ecs::prelude::*;
 
 use crate::laws::Law;
-use crate::units::Scalar;
 
 /// Laws of this body alone, such as its engines. Present only on bodies with their own laws.
 #[derive(Component, Debug)]
 pub struct OwnLaws {
-    laws: Vec<Box<dyn Law<Scalar>>>,
+    laws: Vec<Box<dyn Law>>,
     /// Index of each law among all that the body was given: a law that is switched on again is summed at its old place.
     places: Vec<usize>,
     version: u64,
@@ -19,14 +18,14 @@ pub struct OwnLaws {
 impl OwnLaws {
     /// Makes a component of laws whose accelerations are summed in this order.
     #[must_use]
-    pub fn new(laws: Vec<Box<dyn Law<Scalar>>>) -> Self {
+    pub fn new(laws: Vec<Box<dyn Law>>) -> Self {
         let places = (0..laws.len()).collect();
         Self { laws, places, version: next_version() }
     }
 
     /// The laws, in the order in which they are summed.
     #[must_use]
-    pub fn laws(&self) -> &[Box<dyn Law<Scalar>>] {
+    pub fn laws(&self) -> &[Box<dyn Law>] {
         &self.laws
     }
 
@@ -50,7 +49,7 @@ impl OwnLaws {
         Self { laws, places, version: next_version() }
     }
 
-    fn of_places(laws: Vec<(usize, Box<dyn Law<Scalar>>)>) -> Option<Self> {
+    fn of_places(laws: Vec<(usize, Box<dyn Law>)>) -> Option<Self> {
         let (places, laws): (Vec<_>, Vec<_>) = laws.into_iter().unzip();
         (!laws.is_empty()).then(|| Self { laws, places, version: next_version() })
     }

@@ -4,14 +4,14 @@ use glam::DVec3;
 
 use super::*;
 
-const AT: EvaluationTime<f64> = EvaluationTime { time: 0.3, within_step: 0.3 };
+const AT: EvaluationTime = EvaluationTime { time: 0.3, within_step: 0.3 };
 
-fn body(position: DVec3, velocity: DVec3) -> BodyState<f64> {
+fn body(position: DVec3, velocity: DVec3) -> BodyState {
     BodyState { position, velocity, inverse_mass: 0.5 }
 }
 
 /// Compares the Jacobians of a law with central differences of its acceleration.
-fn jacobians_are_derivatives(law: &dyn Law<f64>) {
+fn jacobians_are_derivatives(law: &dyn Law) {
     let (x, v) = (DVec3::new(0.3, -1.2, 0.7), DVec3::new(2.0, -0.4, 1.1));
     let stated = law.jacobians(AT, body(x, v));
     let d = 1e-6;
@@ -44,7 +44,7 @@ fn stated_jacobians_are_the_derivatives() {
 
 #[test]
 fn a_potential_falls_along_the_acceleration() {
-    let laws: [&dyn Law<f64>; 2] = [
+    let laws: [&dyn Law; 2] = [
         &Gravity::EARTH,
         &Wells(vec![Well { position: DVec3::new(0.5, 0.0, 0.0), strength: 3.0, softening: 0.2 }]),
     ];
@@ -62,13 +62,13 @@ fn a_potential_falls_along_the_acceleration() {
 #[test]
 fn affine_laws_are_what_they_say() {
     let state = body(DVec3::ONE, DVec3::new(3.0, -2.0, 1.0));
-    let laws: [&dyn Law<f64>; 3] =
+    let laws: [&dyn Law; 3] =
         [&Gravity::EARTH, &Gravity { on: false, ..Gravity::EARTH }, &Drag::new(0.4, 0.0)];
     for law in laws {
         let Affine { constant, rate } = law.affine().expect("affine");
         assert_eq!(law.acceleration(AT, state), constant - state.velocity * rate, "{law:?}");
     }
-    assert!(Law::<f64>::affine(&Drag::new(0.4, 1.0)).is_none());
+    assert!(Law::affine(&Drag::new(0.4, 1.0)).is_none());
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn a_thrust_is_on_between_its_ends_and_looks_at_the_time_within_the_step() {
     // The last stage of the step that ends at the discontinuity still has the engine on, the first of the next has not.
     assert_eq!(at(2.0, 1.99), 20.0);
     assert_eq!(at(2.0, 2.01), 0.0);
-    assert_eq!(Law::<f64>::discontinuities(&thrust), [0.0, 2.0]);
+    assert_eq!(Law::discontinuities(&thrust), [0.0, 2.0]);
 }
 
 #[test]
@@ -94,7 +94,7 @@ fn a_table_is_linear_between_its_points_and_bends_at_them() {
     assert_eq!([at(0.0, 0.0), at(1.5, 1.5), at(3.0, 3.0), at(5.0, 5.0)], [1.0, 2.0, 1.5, 0.0]);
     assert_eq!(at(2.0, 1.9), at(2.0, 2.1));
     assert_eq!(at(2.5, 1.9), 4.0, "extrapolated from the points around the step");
-    assert_eq!(Law::<f64>::discontinuities(&thrust), [1.0, 2.0, 4.0]);
+    assert_eq!(Law::discontinuities(&thrust), [1.0, 2.0, 4.0]);
 }
 
 #[test]

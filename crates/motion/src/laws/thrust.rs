@@ -1,7 +1,6 @@
 //! Thrust: engines whose force follows a curve over time.
 
 use super::{BodyState, EvaluationTime, Jacobians, Law};
-use crate::real::{Real, RealVector};
 use crate::units::{Scalar, Vector};
 
 /// A force as a function of time, N.
@@ -25,24 +24,23 @@ pub enum Curve {
 
 impl Curve {
     /// The force, N. A table takes the two points around `at.within_step`, even if `at.time` is not between them.
-    fn newtons<T: Real>(&self, at: EvaluationTime<T>) -> T::Vector {
+    fn newtons(&self, at: EvaluationTime) -> Vector {
         match self {
-            Self::Polynomial(coefficients) => coefficients
-                .iter()
-                .rev()
-                .fold(T::Vector::ZERO, |sum, coefficient| sum * at.time + T::Vector::of(*coefficient)),
+            Self::Polynomial(coefficients) => {
+                coefficients.iter().rev().fold(Vector::ZERO, |sum, coefficient| sum * at.time + *coefficient)
+            }
             Self::Sine { amplitude, angular_frequency, phase } => {
-                T::Vector::of(*amplitude) * (T::of(*angular_frequency) * at.time + T::of(*phase)).sin()
+                *amplitude * libm::sin(angular_frequency * at.time + phase)
             }
             Self::Table(points) => {
-                let next = points.partition_point(|(time, _)| T::of(*time) <= at.within_step);
+                let next = points.partition_point(|(time, _)| *time <= at.within_step);
                 match (next.checked_sub(1).and_then(|last| points.get(last)), points.get(next)) {
                     (Some((t0, f0)), Some((t1, f1))) => {
-                        let part = (at.time - T::of(*t0)) / T::of(t1 - t0);
-                        T::Vector::of(*f0) + T::Vector::of(*f1 - *f0) * part
+                        let part = (at.time - t0) / (t1 - t0);
+                        *f0 + (*f1 - *f0) * part
                     }
-                    (Some((_, force)), None) | (None, Some((_, force))) => T::Vector::of(*force),
-                    (None, None) => T::Vector::ZERO,
+                    (Some((_, force)), None) | (None, Some((_, force))) => *force,
+                    (None, None) => Vector::ZERO,
                 }
             }
         }
@@ -82,17 +80,17 @@ impl Thrust {
     }
 }
 
-impl<T: Real> Law<T> for Thrust {
+impl Law for Thrust {
     fn name(&self) -> &'static str {
         "thrusts"
     }
 
-    fn acceleration(&self, at: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
-        let on = at.within_step >= T::of(self.from) && at.within_step < T::of(self.until);
-        if on { self.curve.newtons(at) * body.inverse_mass } else { T::Vector::ZERO }
+    fn acceleration(&self, at: EvaluationTime, body: BodyState) -> Vector {
+        let on = at.within_step >= self.from && at.within_step < self.until;
+        if on { self.curve.newtons(at) * body.inverse_mass } else { Vector::ZERO }
     }
 
-    fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
+    fn jacobians(&self, _: EvaluationTime, _: BodyState) -> Jacobians {
         Jacobians::zero()
     }
 

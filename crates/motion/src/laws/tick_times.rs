@@ -3,34 +3,33 @@
 use smallvec::SmallVec;
 
 use crate::laws::EvaluationTime;
-use crate::real::Real;
 use crate::state::clock::StepClock;
 use crate::units::Scalar;
 
 /// A time interval that is integrated in one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Segment<T> {
+pub(crate) struct Segment {
     /// Time at the start, s.
-    pub start: T,
+    pub start: f64,
     /// Time at the end, s: bit for bit the start of the next interval.
-    pub end: T,
+    pub end: f64,
     /// Length, s: that of a substep unless the interval was split off one.
-    pub length: T,
+    pub length: f64,
     /// Whether a law may jump at the start.
     pub jump: bool,
 }
 
-impl<T: Real> Segment<T> {
+impl Segment {
     /// Time in the middle, s.
-    fn middle(&self) -> T {
-        self.start + self.length * T::of(0.5)
+    fn middle(&self) -> f64 {
+        self.start + self.length * 0.5
     }
 
     /// The time at the fraction `part`, bit for bit `start` at 0 and `end` at 1.
-    pub fn evaluation_time(&self, part: T) -> EvaluationTime<T> {
-        let time = if part == T::ZERO {
+    pub fn evaluation_time(&self, part: f64) -> EvaluationTime {
+        let time = if part == 0.0 {
             self.start
-        } else if part == T::ONE {
+        } else if part == 1.0 {
             self.end
         } else {
             self.start + part * self.length
@@ -39,13 +38,12 @@ impl<T: Real> Segment<T> {
     }
 
     /// The start, seen from before a discontinuity.
-    pub fn before(&self) -> EvaluationTime<T> {
-        EvaluationTime { time: self.start, within_step: self.start - self.length * T::of(0.25) }
+    pub fn before(&self) -> EvaluationTime {
+        EvaluationTime { time: self.start, within_step: self.start - self.length * 0.25 }
     }
 }
 
-/// The times of a tick, in double precision whatever the precision of the state: times are rounded once, when they are
-/// used.
+/// The times of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TickTimes {
     /// Time at the start of the tick, s.
@@ -69,8 +67,8 @@ impl TickTimes {
     }
 
     /// Length of a substep, s.
-    pub fn substep<T: Real>(&self) -> T {
-        T::of(self.part())
+    pub fn substep(&self) -> f64 {
+        self.part()
     }
 
     /// The rest of the tick from `time`, s, in as many substeps as the whole: the first tick of a body that is born
@@ -110,16 +108,11 @@ pub(crate) struct Segments {
 
 impl Segments {
     /// The intervals in order; there is at least one.
-    pub fn iter<T: Real>(&self) -> impl Iterator<Item = Segment<T>> + Clone + '_ {
-        self.exact().map(|Segment { start, end, length, jump }| Segment {
-            start: T::of(start),
-            end: T::of(end),
-            length: T::of(length),
-            jump,
-        })
+    pub fn iter(&self) -> impl Iterator<Item = Segment> + Clone + '_ {
+        self.exact()
     }
 
-    fn exact(&self) -> impl Iterator<Item = Segment<Scalar>> + Clone + '_ {
+    fn exact(&self) -> impl Iterator<Item = Segment> + Clone + '_ {
         let TickTimes { start, end, substeps, .. } = self.times;
         let h = self.times.part();
         let near = h * NEAR;

@@ -1,10 +1,10 @@
 //! Wells: points that attract or repel every body.
 
 use bevy_ecs::prelude::*;
+use glam::DMat3;
 
 use super::{Axes, BLOCK_BODIES, BodyBlock, BodyState, EvaluationTime, Jacobians, Law, WorldLaw};
-use crate::real::{Real, RealMatrix, RealVector};
-use crate::units::{Scalar, Vector};
+use crate::units::{Scalar, Vector, outer};
 
 /// A point that attracts every body, whatever its mass: `a = -mu r / (r² + s²)^(3/2)` with r from the well to the body
 /// (Newton; softened after Plummer 1911).
@@ -21,17 +21,17 @@ pub struct Well {
 impl Well {
     /// r and `(r² + s²)^(-1/2)`.
     #[inline(always)]
-    fn reach<T: Real>(&self, body: BodyState<T>) -> (T::Vector, T) {
-        let r = body.position - T::Vector::of(self.position);
-        let s = T::of(self.softening);
-        (r, T::ONE / (r.dot(r) + s * s).sqrt())
+    fn reach(&self, body: BodyState) -> (Vector, f64) {
+        let r = body.position - self.position;
+        let s = self.softening;
+        (r, 1.0 / (r.dot(r) + s * s).sqrt())
     }
 
     /// The acceleration by this well alone, m/s².
     #[inline(always)]
-    fn acceleration<T: Real>(&self, body: BodyState<T>) -> T::Vector {
+    fn acceleration(&self, body: BodyState) -> Vector {
         let (r, inverse) = self.reach(body);
-        r * -(T::of(self.strength) * inverse * inverse * inverse)
+        r * -(self.strength * inverse * inverse * inverse)
     }
 
     /// `mu / (r² + s²)^(3/2)` at `position`, 1/s²: the square of the frequency of a circular orbit there.
@@ -58,7 +58,7 @@ impl WorldLaw for Wells {
     }
 }
 
-impl<T: Real> Law<T> for Wells {
+impl Law for Wells {
     fn name(&self) -> &'static str {
         "wells"
     }
@@ -67,13 +67,13 @@ impl<T: Real> Law<T> for Wells {
         format!("wells: {}", self.0.len())
     }
 
-    fn acceleration(&self, _: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
-        let mut sum = T::Vector::ZERO;
+    fn acceleration(&self, _: EvaluationTime, body: BodyState) -> Vector {
+        let mut sum = Vector::ZERO;
         self.0.iter().for_each(|well| sum += well.acceleration(body));
         sum
     }
 
-    fn accelerate(&self, _: EvaluationTime<T>, bodies: &BodyBlock<'_, T>, sum: &mut Axes<T>) {
+    fn accelerate(&self, _: EvaluationTime, bodies: &BodyBlock<'_>, sum: &mut Axes) {
         if let [well] = &self.0[..] {
             bodies.add_each(
                 sum,
@@ -82,7 +82,7 @@ impl<T: Real> Law<T> for Wells {
             );
             return;
         }
-        let mut wells = [[T::ZERO; BLOCK_BODIES]; 3];
+        let mut wells = [[0.0; BLOCK_BODIES]; 3];
         for well in &self.0 {
             bodies.add_each(
                 &mut wells,
@@ -95,13 +95,12 @@ impl<T: Real> Law<T> for Wells {
         }
     }
 
-    fn jacobians(&self, _: EvaluationTime<T>, body: BodyState<T>) -> Jacobians<T> {
-        let mut position = T::Matrix::ZERO;
+    fn jacobians(&self, _: EvaluationTime, body: BodyState) -> Jacobians {
+        let mut position = DMat3::ZERO;
         for well in &self.0 {
             let (r, inverse) = well.reach(body);
-            let cubed = T::of(well.strength) * inverse * inverse * inverse;
-            position = position + T::Matrix::outer(r, r) * (T::of(3.0) * cubed * inverse * inverse)
-                - T::Matrix::IDENTITY * cubed;
+            let cubed = well.strength * inverse * inverse * inverse;
+            position = position + outer(r, r) * (3.0 * cubed * inverse * inverse) - DMat3::IDENTITY * cubed;
         }
         Jacobians { position, ..Jacobians::zero() }
     }
@@ -115,8 +114,8 @@ impl<T: Real> Law<T> for Wells {
     }
 
     /// `-m mu / sqrt(r² + s²)`.
-    fn potential_energy(&self, body: BodyState<T>) -> T {
-        let sum = self.0.iter().map(|well| T::of(well.strength) * well.reach(body).1).sum::<T>();
+    fn potential_energy(&self, body: BodyState) -> f64 {
+        let sum = self.0.iter().map(|well| well.strength * well.reach(body).1).sum::<f64>();
         -(sum / body.inverse_mass)
     }
 }

@@ -1,6 +1,5 @@
 //! Wind: the motion of the fluid that drags.
 
-use crate::real::{Real, RealVector};
 use crate::units::{Scalar, Vector};
 
 /// Motion of the air. [`Drag`](crate::Drag) acts on the velocity of a body relative to it.
@@ -32,7 +31,7 @@ impl Wind {
     }
 
     /// The velocity field at `time`, s.
-    pub(crate) fn air<T: Real>(&self, time: T) -> Air<T> {
+    pub(crate) fn air(&self, time: f64) -> Air {
         let turns = std::f64::consts::TAU * self.gust_hz;
         let along = self.along();
         let across = Vector::Y.cross(along);
@@ -41,17 +40,17 @@ impl Wind {
         let up = if along == Vector::ZERO { Vector::Y } else { along.cross(across) };
         let speed = self.velocity.length().max(STILL);
         Air {
-            mean: T::Vector::of(self.velocity),
-            across: T::Vector::of(across * self.gust),
-            up: T::Vector::of(up * self.gust),
-            wave: T::Vector::of(along * (turns / speed)),
-            phase: T::of(turns) * time,
+            mean: self.velocity,
+            across: (across * self.gust),
+            up: (up * self.gust),
+            wave: (along * (turns / speed)),
+            phase: turns * time,
             steady: self.is_steady(),
         }
     }
 
     /// Velocity of the air at `time`, s, and `position`, m, in m/s.
-    pub fn at<T: Real>(&self, time: T, position: T::Vector) -> T::Vector {
+    pub fn at(&self, time: f64, position: Vector) -> Vector {
         self.air(time).at(position)
     }
 }
@@ -61,34 +60,34 @@ const STILL: Scalar = 1e-6;
 
 /// The velocity field of the air at one time: everything that does not depend on the position is computed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Air<T: Real> {
-    mean: T::Vector,
-    across: T::Vector,
-    up: T::Vector,
+pub(crate) struct Air {
+    mean: Vector,
+    across: Vector,
+    up: Vector,
     /// Wave vector of the gusts, rad/m.
-    wave: T::Vector,
+    wave: Vector,
     /// Phase at the origin, rad.
-    phase: T,
+    phase: f64,
     steady: bool,
 }
 
-impl<T: Real> Air<T> {
-    fn phase(&self, position: T::Vector) -> T {
+impl Air {
+    fn phase(&self, position: Vector) -> f64 {
         self.phase - position.dot(self.wave)
     }
 
     /// Velocity of the air at `position`, m/s.
-    pub fn at(&self, position: T::Vector) -> T::Vector {
+    pub fn at(&self, position: Vector) -> Vector {
         if self.steady {
             return self.mean;
         }
         let phase = self.phase(position);
-        self.mean + self.across * phase.sin() + self.up * ((phase + phase).sin() * T::of(0.5))
+        self.mean + self.across * libm::sin(phase) + self.up * (libm::sin(phase + phase) * 0.5)
     }
 
     /// Derivative a b^T of the velocity by position, 1/s, as the vectors a and b.
-    pub fn gradient(&self, position: T::Vector) -> (T::Vector, T::Vector) {
+    pub fn gradient(&self, position: Vector) -> (Vector, Vector) {
         let phase = self.phase(position);
-        (self.across * phase.cos() + self.up * (phase + phase).cos(), -self.wave)
+        (self.across * libm::cos(phase) + self.up * libm::cos(phase + phase), -self.wave)
     }
 }

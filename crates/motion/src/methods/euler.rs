@@ -5,13 +5,12 @@ use bevy_ecs::prelude::*;
 use super::{Field, Integrator, StepState};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
-use crate::real::Real as _;
 
 /// Explicit Euler (Euler 1768): `x += v h; v += a(x, v) h`, both from the state at the start of the step. Order 1. The
 /// energy grows in every oscillation.
 ///
 /// With `exact` damping the velocity under a constant acceleration is exact at every step size; the position has an
-/// error of a h T / 2 after the time T, as without damping.
+/// error of a h f64 / 2 after the time f64, as without damping.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct ExplicitEuler;
@@ -39,7 +38,7 @@ impl Integrator for ExplicitEuler {
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
         // Evaluated before the drift: at the new position it would be another method.
-        let a = field.acceleration(F::Real::ZERO, x, v);
+        let a = field.acceleration(0.0, x, v);
         let (x, v) = drift(field, x, v);
         (x, field.kick(v, a))
     }

@@ -5,11 +5,10 @@ use bevy_ecs::prelude::*;
 use super::{Field, Integrator, NewtonField, StepState};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
-use crate::real::Real;
 
 /// Implicit Euler: `v1 = v + a(x1, v1) h; x1 = x + v1 h` (Curtiss, Hirschfelder 1952). Order 1, stable at every step
-/// size for linear attractive forces and drag. The acceleration is that at the end of the step, so that each step solves an equation. Oscillations are damped
-/// with a damping ratio of w h / 2.
+/// size for linear attractive forces and drag. The acceleration is that at the end of the step, so that each step solves
+/// an equation. Oscillations are damped with a damping ratio of w h / 2.
 ///
 /// With constant forces and linear drag c the step has a closed form, `v1 = v + a(v) h / (1 + c h)`. Otherwise Newton's
 /// method with the Jacobians of the laws finds v1 to [`ImplicitEuler::tolerance`]. A step that does not converge in
@@ -42,9 +41,14 @@ impl ImplicitEuler {
     /// A correction that moves the body by less than the rounding of its position also counts as converged: a body at
     /// rest, whose forces cancel, would otherwise never converge.
     #[must_use]
-    pub fn tolerance<T: Real>() -> T {
-        T::EPSILON.sqrt() * T::of(1e-4) + T::EPSILON * T::of(4.0)
+    pub fn tolerance() -> f64 {
+        tolerance(f64::EPSILON)
     }
+}
+
+/// [`ImplicitEuler::tolerance`] for numbers with this distance from 1 to the next larger one.
+fn tolerance(epsilon: f64) -> f64 {
+    epsilon.sqrt() * 1e-4 + epsilon * 4.0
 }
 
 impl Integrator for ImplicitEuler {
@@ -61,17 +65,16 @@ impl Integrator for ImplicitEuler {
 /// Solves an implicit step of one body: [`Field::implicit_velocity`] by Newton's method.
 #[inline(always)]
 pub fn newton_velocity<F: NewtonField>(field: &mut F, x: F::Space, v: F::Space) -> F::Space {
-    let (h, end) = (field.step(), F::Real::ONE);
+    let (h, end) = (field.step(), 1.0);
     match field.linear_rate() {
-        Some(rate) => v + field.acceleration(end, x, v) * (h / (F::Real::ONE + rate * h)),
+        Some(rate) => v + field.acceleration(end, x, v) * (h / (1.0 + rate * h)),
         None => solve(field, x, v),
     }
 }
 
 /// Solves `v1 = v + a(x + v1 h, v1) h` for v1, starting at v.
 fn solve<F: NewtonField>(field: &mut F, x: F::Space, v: F::Space) -> F::Space {
-    let (h, end) = (field.step(), F::Real::ONE);
-    let half = F::Real::of(0.5);
+    let (h, end) = (field.step(), 1.0);
     let mut v1 = v;
     let mut a = field.acceleration(end, x + v1 * h, v1);
     let mut residual = v + a * h - v1;
@@ -79,8 +82,8 @@ fn solve<F: NewtonField>(field: &mut F, x: F::Space, v: F::Space) -> F::Space {
         let mut correction = field.correction(x + v1 * h, v1, residual);
         let small = |field: &F, correction, v1, a| {
             let size = field.size(correction);
-            size <= ImplicitEuler::tolerance::<F::Real>() * (field.size(v1) + field.size(a) * h)
-                || size * h <= F::Real::EPSILON * field.size(x)
+            size <= tolerance(F::EPSILON) * (field.size(v1) + field.size(a) * h)
+                || size * h <= F::EPSILON * field.size(x)
         };
         if small(field, correction, v1, a) {
             field.report(Newton { iterations, converged: true });
@@ -96,7 +99,7 @@ fn solve<F: NewtonField>(field: &mut F, x: F::Space, v: F::Space) -> F::Space {
                 (v1, a, residual) = (tried, tried_a, tried_residual);
                 break;
             }
-            correction = correction * half;
+            correction = correction * 0.5;
         }
     }
     field.report(Newton { iterations: MOST_ITERATIONS, converged: false });

@@ -5,7 +5,6 @@ use bevy_ecs::prelude::*;
 use super::{Field, Integrator, StepState};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
-use crate::real::Real;
 
 /// Runge-Kutta 2, midpoint (Runge 1895): explicit Euler to the middle of the step, whose slopes then serve the whole
 /// step. Order 2. An oscillation gains z^4 / 4 of its energy per step, z = w h.
@@ -30,8 +29,8 @@ impl Integrator for RungeKutta2Midpoint {
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
-        let (h, half) = (field.step(), F::Real::of(0.5));
-        let a = field.acceleration(F::Real::ZERO, x, v);
+        let (h, half) = (field.step(), 0.5);
+        let a = field.acceleration(0.0, x, v);
         let middle = v + a * (half * h);
         let a = field.acceleration(half, x + v * (half * h), middle);
         (x + middle * h, v + a * h)
@@ -44,10 +43,10 @@ impl Integrator for RungeKutta2Heun {
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
         let h = field.step();
-        let half = h * F::Real::of(0.5);
-        let a = field.acceleration(F::Real::ZERO, x, v);
+        let half = h * 0.5;
+        let a = field.acceleration(0.0, x, v);
         let end = v + a * h;
-        let b = field.acceleration(F::Real::ONE, x + v * h, end);
+        let b = field.acceleration(1.0, x + v * h, end);
         (x + (v + end) * half, v + (a + b) * half)
     }
 }
@@ -57,17 +56,17 @@ impl Integrator for RungeKutta4 {
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
-        let (h, middle) = (field.step(), F::Real::of(0.5));
-        let (half, sixth) = (h * middle, h * F::Real::of(1.0 / 6.0));
+        let (h, middle) = (field.step(), 0.5);
+        let (half, sixth) = (h * middle, h * (1.0 / 6.0));
         // The slopes of the position are the velocities of the stages, each v plus an acceleration times a time: their
         // weighted sum needs no more than the accelerations.
-        let a1 = field.acceleration(F::Real::ZERO, x, v);
+        let a1 = field.acceleration(0.0, x, v);
         let v2 = v + a1 * half;
         let a2 = field.acceleration(middle, x + v * half, v2);
         let v3 = v + a2 * half;
         let a3 = field.acceleration(middle, x + v2 * half, v3);
         let v4 = v + a3 * h;
-        let a4 = field.acceleration(F::Real::ONE, x + v3 * h, v4);
+        let a4 = field.acceleration(1.0, x + v3 * h, v4);
         let inner = a2 + a3;
         let sum = a1 + inner;
         (x + (v + sum * sixth) * h, v + (sum + inner + a4) * sixth)

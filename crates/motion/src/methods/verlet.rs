@@ -5,7 +5,6 @@ use bevy_ecs::prelude::*;
 use super::{Field, Integrator, MethodStateKind, StepState};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
-use crate::real::Real;
 use crate::state::method_state::LastStep;
 
 /// Position Verlet (Stormer 1907; Verlet 1967): `x1 = 2 x - x0 + a h²`, in the increment form
@@ -43,9 +42,9 @@ impl Integrator for PositionVerlet {
         v: F::Space,
         step_state: &mut StepState<F>,
     ) -> (F::Space, F::Space) {
-        let (h, half) = (field.step(), F::Real::of(0.5));
+        let (h, half) = (field.step(), 0.5);
         let last = step_state.last_step;
-        let a = field.laws(F::Real::ZERO, x, v);
+        let a = field.laws(0.0, x, v);
         let v = match field.laws_before_jump(x, v) {
             Some(before) => v + (before * last + a * h) * half,
             None => v + a * (half * (h + last)),
@@ -68,7 +67,7 @@ impl Integrator for VelocityVerlet {
         step_state: &mut StepState<F>,
     ) -> (F::Space, F::Space) {
         let h = field.step();
-        kick_drift_kick(field, F::Real::ZERO, h, x, v, step_state)
+        kick_drift_kick(field, 0.0, h, x, v, step_state)
     }
 }
 
@@ -76,13 +75,13 @@ impl Integrator for VelocityVerlet {
 #[inline(always)]
 pub(super) fn kick_drift_kick<F: Field>(
     field: &mut F,
-    part: F::Real,
-    h: F::Real,
+    part: f64,
+    h: f64,
     x: F::Space,
     v: F::Space,
     step_state: &mut StepState<F>,
 ) -> (F::Space, F::Space) {
-    let half = h * F::Real::of(0.5);
+    let half = h * 0.5;
     let start = match step_state.start {
         Some(start) => start,
         None => field.laws(part, x, v),
@@ -94,8 +93,7 @@ pub(super) fn kick_drift_kick<F: Field>(
     }
     // Exactly 1 at the end of the step, where the sum of fractions may have a rounding error.
     let end = part + h / field.step();
-    let end =
-        if (end - F::Real::ONE).abs() <= F::Real::of(4.0) * F::Real::EPSILON { F::Real::ONE } else { end };
+    let end = if (end - 1.0).abs() <= 4.0 * f64::EPSILON { 1.0 } else { end };
     let b = field.laws(end, x, v + a * h);
     step_state.start = if field.depends_on_velocity() { None } else { Some(b) };
     (x, v + (a + field.plus_applied(b)) * half)
@@ -121,9 +119,9 @@ impl Integrator for Synchronize {
     ) -> (F::Space, F::Space) {
         let a = match field.laws_before_jump(x, v) {
             Some(before) => before,
-            None => field.laws(F::Real::ZERO, x, v),
+            None => field.laws(0.0, x, v),
         };
-        let last_step = std::mem::replace(&mut step_state.last_step, F::Real::ZERO);
-        (x, v + a * (last_step * F::Real::of(0.5)))
+        let last_step = std::mem::replace(&mut step_state.last_step, 0.0);
+        (x, v + a * (last_step * 0.5))
     }
 }

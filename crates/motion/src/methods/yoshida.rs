@@ -6,7 +6,6 @@ use super::verlet::kick_drift_kick;
 use super::{Field, Integrator, MethodStateKind, StepState};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
-use crate::real::Real;
 
 /// Yoshida 4 (Yoshida 1990, eq. 2.11): three steps of velocity Verlet, the middle one backward, whose errors of third
 /// order cancel. Order 4; conserves an energy near the true one. Stages lie outside the step, at up to 1.35 h and -0.35
@@ -35,8 +34,8 @@ impl Integrator for Yoshida4 {
         step_state: &mut StepState<F>,
     ) -> (F::Space, F::Space) {
         let h = field.step();
-        let (outer, inner) = (F::Real::of(OUTER), F::Real::of(INNER));
-        let (x, v) = kick_drift_kick(field, F::Real::ZERO, outer * h, x, v, step_state);
+        let (outer, inner) = (OUTER, INNER);
+        let (x, v) = kick_drift_kick(field, 0.0, outer * h, x, v, step_state);
         let (x, v) = kick_drift_kick(field, outer, inner * h, x, v, step_state);
         kick_drift_kick(field, outer + inner, outer * h, x, v, step_state)
     }

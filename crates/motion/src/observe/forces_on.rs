@@ -129,7 +129,7 @@ impl<'w> BodyForces<'w> {
         let substeps = options.substeps.unwrap_or(times.substeps);
         let times = TickTimes { substeps, ..times };
         // A law that jumps in the next step is evaluated on the side of the jump on which the step begins.
-        let first = times.segments(&mut laws().flat_map(Law::discontinuities)).iter::<Scalar>().next();
+        let first = times.segments(&mut laws().flat_map(Law::discontinuities)).iter().next();
         let Some(at) = first.map(|segment| segment.evaluation_time(0.0)) else { return };
         for law in laws() {
             each(ForceCause::Law(law.name()), open(locks, law.acceleration(at, state) * mass));
@@ -155,7 +155,7 @@ impl<'w> BodyForces<'w> {
             let mut forces = vec![[0.0; 4]; x.len()];
             coupling.blow(drag, self.environment.times.start, x, v, &mut forces);
             for row in coupling.in_sheets.iter().map(|row| *row as usize) {
-                each(row, ForceCause::Law(Law::<Scalar>::name(drag)), vector(&forces[row]));
+                each(row, ForceCause::Law(Law::name(drag)), vector(&forces[row]));
             }
         }
         if let Some(law) = self.environment.attraction.filter(|_| coupling.attracts) {
@@ -169,7 +169,7 @@ impl<'w> BodyForces<'w> {
 }
 
 /// The state of a body, if forces move it.
-fn moving(world: &World, body: Entity) -> Option<BodyState<Scalar>> {
+fn moving(world: &World, body: Entity) -> Option<BodyState> {
     let entity = world.get_entity(body).ok()?;
     let PhysicsBody { velocity, inverse_mass } = *entity.get()?;
     let free = !entity.contains::<Quarantined>() && !entity.contains::<Dormant>();
@@ -179,22 +179,17 @@ fn moving(world: &World, body: Entity) -> Option<BodyState<Scalar>> {
 
 /// The states of a group's bodies, by row.
 struct ObservedGroup<'a> {
-    coupling: &'a Coupling<Scalar>,
+    coupling: &'a Coupling,
     members: &'a [Entity],
     /// Index of each movable row among the bodies whose forces are wanted.
     wanted: Vec<Option<usize>>,
-    x: Vec<Row<Scalar>>,
-    v: Vec<Row<Scalar>>,
+    x: Vec<Row>,
+    v: Vec<Row>,
     w: Vec<Scalar>,
 }
 
 impl<'a> ObservedGroup<'a> {
-    fn of(
-        world: &World,
-        coupling: &'a Coupling<Scalar>,
-        members: &'a [Entity],
-        wanted: Vec<Option<usize>>,
-    ) -> Self {
+    fn of(world: &World, coupling: &'a Coupling, members: &'a [Entity], wanted: Vec<Option<usize>>) -> Self {
         let states = states_of(world, members);
         let x = states.iter().map(|state| row_of(state.position)).collect();
         let v = states.iter().map(|state| row_of(state.velocity)).collect();

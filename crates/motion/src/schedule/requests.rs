@@ -221,7 +221,7 @@ fn fault_of(old: &State, new: &State, range: Option<&Range>) -> Option<(&'static
     let (x, v, w) = (new.0.position, new.1.velocity, new.1.inverse_mass);
     let moved = changed(old.0.position, x);
     let kicked = changed(old.1.velocity, v);
-    let bounds = Bounds::<Scalar>::of(range);
+    let bounds = Bounds::of(range);
     let Range { position, speed } = range.copied().unwrap_or_default();
     if moved && !x.is_finite() {
         Some((place::POSITION, Fault::Request))

@@ -2,7 +2,6 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::real::Real;
 use crate::units::Scalar;
 
 /// Method state of position Verlet: the length of the last step, s. 0 means a start, which takes the Taylor value; a
@@ -15,24 +14,24 @@ pub struct LastStep(pub Scalar);
 /// of the next step. Only bodies of these methods have it.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, bytemuck::TransparentWrapper)]
 #[repr(transparent)]
-pub struct LastAcceleration(pub(crate) CachedAcceleration<Scalar>);
+pub struct LastAcceleration(pub(crate) CachedAcceleration);
 
 /// Acceleration by the called laws at the end of a step. The next step uses it if it begins in the same state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct CachedAcceleration<T> {
+pub(crate) struct CachedAcceleration {
     /// Position and inverse mass of the evaluation.
-    pub at: [T; 4],
+    pub at: [f64; 4],
     /// Time of the evaluation, s.
-    pub time: T,
+    pub time: f64,
     /// Version of the world's laws and of the body's own.
     pub laws: (u64, u64),
     /// Acceleration by the called laws, m/s².
-    pub acceleration: [T; 3],
+    pub acceleration: [f64; 3],
 }
 
-impl<T: Real> Default for CachedAcceleration<T> {
+impl Default for CachedAcceleration {
     fn default() -> Self {
         // No time of an evaluation equals it.
-        Self { at: [T::ZERO; 4], time: T::INFINITY, laws: (0, 0), acceleration: [T::ZERO; 3] }
+        Self { at: [0.0; 4], time: f64::INFINITY, laws: (0, 0), acceleration: [0.0; 3] }
     }
 }

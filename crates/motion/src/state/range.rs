@@ -2,7 +2,6 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::real::Real;
 use crate::units::Scalar;
 
 /// The range in which the bodies of a scene have to stay. A body that would leave it is quarantined, like one that
@@ -34,36 +33,36 @@ impl Default for Range {
 /// Largest magnitude of each component of a stored state. Bounds are finite, or NaN if the range has NaN; no state is
 /// within NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bounds<T> {
+pub(crate) struct Bounds {
     /// Bound of positions, m.
-    pub position: T,
+    pub position: f64,
     /// Bound of velocities, m/s.
-    pub speed: T,
+    pub speed: f64,
 }
 
-impl<T: Real> Bounds<T> {
+impl Bounds {
     /// The bounds of all finite numbers.
-    pub const FINITE: Self = Self { position: T::MAX, speed: T::MAX };
+    pub const FINITE: Self = Self { position: f64::MAX, speed: f64::MAX };
 
     /// The bounds of a range; all finite numbers without one.
     pub fn of(range: Option<&Range>) -> Self {
-        let bound = |bound: Scalar| if T::of(bound) > T::MAX { T::MAX } else { T::of(bound) };
+        let bound = |bound: Scalar| if bound > f64::MAX { f64::MAX } else { bound };
         range
             .map_or(Self::FINITE, |range| Self { position: bound(range.position), speed: bound(range.speed) })
     }
 
-    pub fn holds_position(&self, x: &[T]) -> bool {
-        x.iter().all(|part| part.abs().is_at_most(self.position))
+    pub fn holds_position(&self, x: &[f64]) -> bool {
+        x.iter().all(|part| part.abs() <= self.position)
     }
 
-    pub fn holds_velocity(&self, v: &[T]) -> bool {
-        v.iter().all(|part| part.abs().is_at_most(self.speed))
+    pub fn holds_velocity(&self, v: &[f64]) -> bool {
+        v.iter().all(|part| part.abs() <= self.speed)
     }
 
     /// Why the new state of a row would not be stored, if so; velocity is checked first. `row` is velocity and inverse
     /// mass.
-    pub fn breach(&self, x: &[T; 3], row: &[T; 4]) -> Option<Breach> {
-        let finite = |numbers: &[T]| numbers.iter().all(|number| number.is_finite());
+    pub fn breach(&self, x: &[f64; 3], row: &[f64; 4]) -> Option<Breach> {
+        let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
         if !self.holds_velocity(&row[..3]) || !row[3].is_finite() {
             Some(Breach { of: Quantity::Velocity, finite: finite(row) })
         } else if !self.holds_position(x) {

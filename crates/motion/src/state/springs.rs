@@ -5,7 +5,6 @@ use std::sync::Arc;
 use bevy_ecs::prelude::*;
 
 use crate::state::coupling::structure_changed;
-use crate::units::Scalar;
 
 /// Stiffness, damping and rest length of a spring. The force on its first end is `F = (k (L - L0) + c u) n` and the
 /// opposite on its second, with the unit vector n from the first end to the second, their distance L and its rate of
@@ -13,13 +12,13 @@ use crate::units::Scalar;
 ///
 /// The force is zero while both ends are at the same position, because n is not defined there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Elastic<T> {
+pub struct Elastic {
     /// Stiffness k, N/m, at least 0.
-    pub stiffness: T,
+    pub stiffness: f64,
     /// Damping c along the axis, N s/m, at least 0.
-    pub damping: T,
+    pub damping: f64,
     /// Rest length L0, m, at least 0.
-    pub rest_length: T,
+    pub rest_length: f64,
 }
 
 /// A spring between two bodies, as a separate entity. The component is immutable: insert another one to change it.
@@ -31,7 +30,7 @@ pub struct Spring {
     /// The bodies that the spring joins.
     pub ends: [Entity; 2],
     /// Its stiffness, damping and rest length.
-    pub elastic: Elastic<Scalar>,
+    pub elastic: Elastic,
 }
 
 /// A spring of a soft body. Its ends are indices into [`SoftBody::points`].
@@ -40,7 +39,7 @@ pub struct Link {
     /// The points that the spring joins.
     pub ends: [u32; 2],
     /// Its stiffness, damping and rest length.
-    pub elastic: Elastic<Scalar>,
+    pub elastic: Elastic,
 }
 
 /// A body of points and springs. Its points are bodies like all others; the soft body is a separate entity. The

@@ -16,7 +16,6 @@ use crate::state::coupling::Grouped;
 use crate::state::emitter::Dormant;
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::substeps::OwnSubsteps;
-use crate::units::Scalar;
 
 /// The columns of a body's options. Most bodies have none of them.
 #[derive(QueryData)]
@@ -61,7 +60,7 @@ pub(crate) struct ObservedColumns {
 
 impl ObservedColumnsItem<'_, '_> {
     /// The state of the body.
-    pub fn state(&self) -> BodyState<Scalar> {
+    pub fn state(&self) -> BodyState {
         let PhysicsBody { velocity, inverse_mass } = *self.body;
         BodyState { position: self.transform.position, velocity, inverse_mass }
     }
@@ -78,7 +77,7 @@ impl ObservedColumnsItem<'_, '_> {
 }
 
 /// The options of one body.
-pub(crate) fn options_of(body: EntityRef<'_>) -> BodyOptions<'_, Scalar> {
+pub(crate) fn options_of(body: EntityRef<'_>) -> BodyOptions<'_> {
     let columns = OptionColumnsItem {
         gravity_off: body.contains::<GravityOff>(),
         damping_rate: body.get(),
@@ -91,7 +90,7 @@ pub(crate) fn options_of(body: EntityRef<'_>) -> BodyOptions<'_, Scalar> {
 }
 
 impl<'w> OptionColumnsItem<'w, '_> {
-    pub(crate) fn options(&self) -> BodyOptions<'w, Scalar> {
+    pub(crate) fn options(&self) -> BodyOptions<'w> {
         BodyOptions {
             gravity_off: self.gravity_off,
             damping_rate: self.damping_rate.map(DampingRate::rate),
@@ -120,8 +119,8 @@ impl OptionColumnsContiguousItem<'_, '_> {
     }
 }
 
-impl RowOptions<Scalar> for OptionColumnsContiguousItem<'_, '_> {
-    fn row(&self, row: usize) -> BodyOptions<'_, Scalar> {
+impl RowOptions for OptionColumnsContiguousItem<'_, '_> {
+    fn row(&self, row: usize) -> BodyOptions<'_> {
         let row = OptionColumnsItem {
             gravity_off: self.gravity_off,
             damping_rate: self.damping_rate.map(|rates| &rates[row]),

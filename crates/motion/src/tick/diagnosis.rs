@@ -19,7 +19,7 @@ pub(crate) struct Suspect<'a> {
     pub damping_rate: Option<Scalar>,
     pub limit: Option<Scalar>,
     pub last_step: Option<Scalar>,
-    pub laws: &'a [Box<dyn Law<Scalar>>],
+    pub laws: &'a [Box<dyn Law>],
 }
 
 /// Which resources acted on a refused body.
@@ -55,7 +55,7 @@ impl Suspect<'_> {
         guilty(self.laws.iter().map(|law| (place::OWN_LAWS, &**law)), self.state(), times)
     }
 
-    pub fn state(&self) -> BodyState<Scalar> {
+    pub fn state(&self) -> BodyState {
         let PhysicsBody { velocity, inverse_mass } = self.body;
         BodyState { position: self.position, velocity, inverse_mass }
     }
@@ -63,11 +63,11 @@ impl Suspect<'_> {
 
 /// The first of these laws, each with the component or resource that it is in, whose acceleration is not finite.
 fn guilty<'a>(
-    laws: impl Iterator<Item = (&'static str, &'a dyn Law<Scalar>)>,
-    state: BodyState<Scalar>,
+    laws: impl Iterator<Item = (&'static str, &'a dyn Law)>,
+    state: BodyState,
     times: [Scalar; 2],
 ) -> Option<Evidence> {
-    let is_finite = |law: &dyn Law<Scalar>| {
+    let is_finite = |law: &dyn Law| {
         times.iter().all(|time| {
             law.acceleration(EvaluationTime { time: *time, within_step: *time }, state).is_finite()
         })
@@ -93,7 +93,7 @@ impl Environment<'_> {
     }
 
     /// The first law of all bodies whose acceleration of this body is not finite.
-    pub(crate) fn law_at_fault(&self, state: BodyState<Scalar>) -> Option<Evidence> {
+    pub(crate) fn law_at_fault(&self, state: BodyState) -> Option<Evidence> {
         let more = self.laws.more.iter().map(|law| (place::LAWS, &**law));
         guilty(self.laws.resources().chain(more), state, self.times.ends())
     }

@@ -1,5 +1,6 @@
 //! The environment of a tick: what acts on every body, and where the systems write what happened.
 
+use crate::units::Vector;
 use std::ops::Range;
 
 use bevy_ecs::entity::Entities;
@@ -15,7 +16,6 @@ use crate::laws::epoch::Epoch;
 use crate::laws::tick_times::TickTimes;
 use crate::laws::{Affine, Declared, DeclaredParam, Gravity, Law, MutualGravity};
 use crate::methods::Traits;
-use crate::real::{Real, RealVector as _};
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::emitter::Emissions;
 use crate::state::forces::PushedBodies;
@@ -28,11 +28,11 @@ use crate::units::Scalar;
 /// Everything that acts on all bodies in a tick, borrowed from a world, the parameters of a system, or plain arrays.
 /// The options of single bodies are beside it ([`BodyOptions`](crate::kernels::BodyOptions)).
 #[derive(Clone, Copy)]
-pub(crate) struct Environment<'a, T: Real = Scalar> {
+pub(crate) struct Environment<'a> {
     /// Gravity, if it is on.
     pub gravity: Option<&'a Gravity>,
     /// All other laws of single bodies.
-    pub laws: Declared<'a, T>,
+    pub laws: Declared<'a>,
     /// Gravity between the bodies of a group.
     pub attraction: Option<&'a MutualGravity>,
     pub damping: Option<Damping>,
@@ -60,9 +60,9 @@ impl<'a> Environment<'a> {
     /// The laws that act on a body with these options. Drag acts on the triangles of a sheet, not on its bodies.
     pub fn on_body(
         &self,
-        options: &BodyOptions<'a, Scalar>,
+        options: &BodyOptions<'a>,
         in_sheet: bool,
-    ) -> impl Iterator<Item = &'a dyn Law<Scalar>> + use<'a> {
+    ) -> impl Iterator<Item = &'a dyn Law> + use<'a> {
         self.laws.on_body(self.gravity.filter(|_| !options.gravity_off), in_sheet, options.laws)
     }
 
@@ -74,33 +74,33 @@ impl<'a> Environment<'a> {
     }
 }
 
-impl<'a, T: Real> Environment<'a, T> {
+impl<'a> Environment<'a> {
     /// The laws that are called for every body: those that are not affine.
-    pub fn called(&self) -> Called<'a, T> {
+    pub fn called(&self) -> Called<'a> {
         let mut called = Called::new();
         called.extend(self.laws.called());
         called
     }
 
     /// The terms of a tick of `method`, without gravity; `called` are the [called laws](Self::called).
-    pub fn terms<'c>(&self, method: Traits, called: &'c [&'c dyn Law<T>]) -> Terms<'c, T> {
+    pub fn terms<'c>(&self, method: Traits, called: &'c [&'c dyn Law]) -> Terms<'c> {
         Terms::new(method, Affine::sum(self.laws.all()), self.damping, called, self.epoch, self.times)
             .within(self.bounds())
     }
 
     /// Acceleration of free fall, m/s²; zero where gravity is off.
-    pub fn free_fall(&self) -> T::Vector {
-        self.gravity.and_then(Law::<T>::affine).map_or(T::Vector::ZERO, |law| law.constant)
+    pub fn free_fall(&self) -> Vector {
+        self.gravity.and_then(Law::affine).map_or(Vector::ZERO, |law| law.constant)
     }
 
     /// The bounds of states that are stored.
-    pub fn bounds(&self) -> Bounds<T> {
+    pub fn bounds(&self) -> Bounds {
         Bounds::of(self.range)
     }
 }
 
 /// A list of called laws that allocates nothing.
-pub(crate) type Called<'a, T = Scalar> = SmallVec<[&'a dyn Law<T>; 8]>;
+pub(crate) type Called<'a> = SmallVec<[&'a dyn Law; 8]>;
 
 /// The environment as a parameter of a system, with the rows of bodies that are pushed or born in the tick.
 #[derive(SystemParam)]

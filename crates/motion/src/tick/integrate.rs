@@ -27,7 +27,7 @@ use crate::tick::diagnosis::{Exposure, Suspect};
 use crate::tick::environment::{Birth, Environment, EnvironmentParam, TickOutput};
 use crate::tick::quarantine::Refused;
 use crate::tick::which::Which;
-use crate::units::{Scalar, Vector};
+use crate::units::Vector;
 
 /// The filter of bodies that use the world's method.
 pub type Unmarked = Without<OwnMethod>;
@@ -42,14 +42,14 @@ pub type Bodies<'w, 's, Who> = Query<
 
 /// What is read of a table in a tick.
 struct TableTick<'a> {
-    kernel: Kernel<Scalar>,
+    kernel: Kernel,
     entities: &'a [Entity],
     forces: &'a [Force],
     /// The options of its bodies, if they have any.
-    options: Option<&'a (dyn RowOptions<Scalar> + Sync)>,
+    options: Option<&'a (dyn RowOptions + Sync)>,
     gravity_off: bool,
     environment: &'a Environment<'a>,
-    terms: &'a Terms<'a, Scalar>,
+    terms: &'a Terms<'a>,
     /// The births in the table, by row.
     births: &'a [Birth],
     /// Tells whether the tick is recorded for a ledger.
@@ -71,15 +71,15 @@ struct Done {
     refused: Vec<Refused>,
 }
 
-impl RowOptions<Scalar> for TablePart<'_> {
-    fn row(&self, row: usize) -> BodyOptions<'_, Scalar> {
+impl RowOptions for TablePart<'_> {
+    fn row(&self, row: usize) -> BodyOptions<'_> {
         self.table.options.map_or(BodyOptions::NONE, |options| options.row(self.start + row))
     }
 }
 
 impl TablePart<'_> {
     /// Integrates a tick of every row.
-    fn integrate(self, mut batch: Batch<'_, Scalar>) -> Done {
+    fn integrate(self, mut batch: Batch<'_>) -> Done {
         let TableTick { terms, births, records, .. } = self.table;
         let rows = batch.bodies.len();
         let mut done = Done::default();
@@ -97,18 +97,12 @@ impl TablePart<'_> {
     }
 
     /// Integrates some of the rows, all of which have the same tick.
-    fn integrate_rows(
-        self,
-        rows: Range<usize>,
-        terms: &Terms<'_, Scalar>,
-        batch: &mut Batch<'_, Scalar>,
-        done: &mut Done,
-    ) {
+    fn integrate_rows(self, rows: Range<usize>, terms: &Terms<'_>, batch: &mut Batch<'_>, done: &mut Done) {
         if rows.is_empty() {
             return;
         }
         let mut refused: Vec<(usize, Breach)> = Vec::new();
-        let options = self.table.options.map(|_| &self as &dyn RowOptions<Scalar>);
+        let options = self.table.options.map(|_| &self as &dyn RowOptions);
         let refuse = &mut |row, breach| refused.push((row, breach));
         (self.table.kernel.integrate)(terms, batch, rows, options, &mut done.statistics, refuse);
         for (row, breach) in refused {
@@ -120,13 +114,7 @@ impl TablePart<'_> {
     /// half, the first half is stored, as it is where the halves are systems of their own; not in a tick of several
     /// steps, nor at the border of a range.
     #[cold]
-    fn diagnose(
-        self,
-        terms: &Terms<'_, Scalar>,
-        batch: &mut Batch<'_, Scalar>,
-        row: usize,
-        breach: Breach,
-    ) -> Refused {
+    fn diagnose(self, terms: &Terms<'_>, batch: &mut Batch<'_>, row: usize, breach: Breach) -> Refused {
         const KICK: &str = "integrate_acceleration";
         const DRIFT: &str = "integrate_velocity";
         let options = self.row(row);
@@ -178,9 +166,9 @@ impl TablePart<'_> {
 }
 
 /// Integrates a table on all threads, to the same bits.
-fn shared(threads: &Threads, table: &TableTick<'_>, batch: Batch<'_, Scalar>) -> Done {
+fn shared(threads: &Threads, table: &TableTick<'_>, batch: Batch<'_>) -> Done {
     let share = batch.bodies.len().div_ceil(threads.count()).next_multiple_of(kernels::BLOCK);
-    let mut parts: Vec<(Done, Option<Batch<'_, Scalar>>, TablePart<'_>)> = Vec::new();
+    let mut parts: Vec<(Done, Option<Batch<'_>>, TablePart<'_>)> = Vec::new();
     let (mut rest, mut start) = (Some(batch), 0);
     while let Some(batch) = rest {
         let rows = batch.bodies.len().min(share);
@@ -210,7 +198,7 @@ fn shared(threads: &Threads, table: &TableTick<'_>, batch: Batch<'_, Scalar>) ->
 
 /// Integrates a tick of all bodies of a system.
 fn advance<Who: ArchetypeFilter>(
-    kernel: Kernel<Scalar>,
+    kernel: Kernel,
     mut param: EnvironmentParam,
     mut output: TickOutput,
     mut bodies: Bodies<Who>,
@@ -251,7 +239,6 @@ fn advance<Who: ArchetypeFilter>(
             bodies: bytemuck::cast_slice_mut(bodies.bypass_change_detection()),
             applied: (!pushed.is_empty()).then_some(applied),
             method_state,
-            residues: None,
         };
         let table = TableTick {
             kernel,
@@ -299,12 +286,7 @@ pub fn integrate_in_one_pass<M: Integrator>(
 }
 
 /// Makes the system that integrates a tick of `kernel` for the bodies that `which` selects.
-pub(crate) fn integrate(
-    world: &mut World,
-    kernel: Kernel<Scalar>,
-    which: &Which,
-    name: String,
-) -> BoxedSystem {
+pub(crate) fn integrate(world: &mut World, kernel: Kernel, which: &Which, name: String) -> BoxedSystem {
     let state: SystemState<(EnvironmentParam, TickOutput, Bodies<()>)> =
         (ParamBuilder, ParamBuilder, which.query()).build_state(world);
     let system = state.build_system(move |param, output, bodies| advance(kernel, param, output, bodies));

@@ -32,7 +32,7 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
             Some(_) => String::new(),
             None => format!(", {} times further right", fold(at / highest)),
         };
-        chart.upright(at, &format!("budget: all of a frame at 60 a second{times}"));
+        chart.budget(at, &format!("budget: all of a frame at 60 a second{times}"));
     }
     let mut failed = false;
     for method in methods(study, Precision::F64) {

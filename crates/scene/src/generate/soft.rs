@@ -63,7 +63,7 @@ pub(crate) fn elastic(
     (stiffness, damping): (Option<f64>, Option<f64>),
     scope: Scope,
     faults: &mut Faults,
-) -> Elastic<f64> {
+) -> Elastic {
     const STIFFNESS: Rule = (not_negative, "a stiffness", "give a number of N/m from 0 up");
     const DAMPING: Rule = (not_negative, "a damping", "give a number of N s/m from 0 up");
     let cure = "add one such as `stiffness_n_m: 100.0`";
@@ -79,7 +79,7 @@ pub(crate) fn elastic(
 fn make(
     name: String,
     form: &Form,
-    elastic: Elastic<f64>,
+    elastic: Elastic,
     (body, velocity): (BodySpec, DVec3),
     Bodies { bodies, soft_bodies, .. }: &mut Bodies,
 ) {

@@ -118,8 +118,8 @@ impl<'a> Row<'a> {
             offset: faults.vector((scope, "offset_m"), self.get(|raw| raw.offset_m), DVec3::ZERO),
             script: self.script(faults),
         };
-        if precisions.contains(&true) {
-            single_precision(&row, scope, faults);
+        if precisions.contains(&true) && row.measure == Measure::Energy {
+            faults.add(scope.key("precisions"), "books of energy are kept in f64 alone", "give [f64]");
         }
         precisions.into_iter().map(|single| SurvivalRow { single, ..row.clone() }).collect()
     }
@@ -316,19 +316,4 @@ impl<'a> Row<'a> {
             None => Ok(Step { when, action }),
         }
     }
-}
-
-/// What plain arrays cannot do.
-fn single_precision(row: &SurvivalRow, scope: Scope, faults: &mut Faults) {
-    let of_worlds = |step: &Step| {
-        matches!(step.action, Action::SetPosition(..) | Action::Remove(_) | Action::SwitchEffect(..))
-    };
-    let why = if row.measure == Measure::Energy {
-        "books of energy are kept in f64 alone"
-    } else if row.script.iter().any(of_worlds) {
-        "positions are set, bodies removed and effects switched in f64 alone"
-    } else {
-        return;
-    };
-    faults.add(scope.key("precisions"), why, "give [f64]");
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use motion::effects::Effect;
-use motion::units::Scalar;
+
 use motion::{Elastic, Link};
 
 /// A spring between two bodies.
@@ -14,7 +14,7 @@ pub struct SpringSpec {
     /// Stable ids of the bodies that it joins: two different ones, neither of them scenery, not both immovable.
     pub ends: [u32; 2],
     /// How it pulls.
-    pub elastic: Elastic<Scalar>,
+    pub elastic: Elastic,
     /// Linear red, green and blue, each 0 to 1.
     pub color: [f32; 3],
 }

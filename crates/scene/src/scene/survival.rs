@@ -17,7 +17,7 @@ pub struct SurvivalRow {
     pub measure: Measure,
     /// Length of the run, ticks, at least 1.
     pub ticks: u64,
-    /// Whether it is run in single precision.
+    /// Whether positions and velocities are rounded to single precision after every tick.
     pub single: bool,
     /// What the number is held to.
     pub bounds: Bounds,

@@ -4,20 +4,18 @@ use super::classes::Classes;
 use super::{GroupField, GroupRows};
 use crate::groups::combination::{CACHED, Combination, FIRST, POSITION, VELOCITY};
 use crate::groups::rows::RowArray;
-use crate::kernels::add_compensated;
 use crate::laws::MutualGravity;
 use crate::methods::Field as _;
-use crate::real::Real;
 use crate::state::threads::Threads;
 use crate::units::Scalar;
 
 /// The accelerations at the end of a tick, which the next tick starts with if nothing has changed.
 #[derive(Debug, Default)]
-pub(crate) struct GroupCache<T: Real> {
-    x: RowArray<T>,
-    w: Vec<T>,
-    a: RowArray<T>,
-    classes: Classes<T>,
+pub(crate) struct GroupCache {
+    x: RowArray,
+    w: Vec<f64>,
+    a: RowArray,
+    classes: Classes,
     conditions: Option<Conditions>,
 }
 
@@ -31,32 +29,25 @@ struct Conditions {
     attraction: Option<MutualGravity>,
 }
 
-impl<T: Real> GroupField<'_, T> {
+impl GroupField<'_> {
     /// The length of the last step of all rows. If rows differ, because a velocity was set or a body is new, all
     /// velocities are synchronized with their positions, and the method restarts.
-    pub(super) fn common_last_step(&mut self) -> T {
-        let Some(first) = self.rows.last.first().copied() else { return T::ZERO };
+    pub(super) fn common_last_step(&mut self) -> f64 {
+        let Some(first) = self.rows.last.first().copied() else { return 0.0 };
         if self.rows.last.iter().all(|step| *step == first) {
             return first;
         }
         let (x, v) = (Combination::of(POSITION), Combination::of(VELOCITY));
-        let a = self.laws(T::ZERO, x, v);
+        let a = self.laws(0.0, x, v);
         let a = a.slot().unwrap_or(FIRST);
-        let GroupRows { v, last, residues, .. } = &mut self.rows;
+        let GroupRows { v, last, .. } = &mut self.rows;
         for (row, (step, v)) in last.iter().zip(v.iter_mut()).enumerate() {
             for (axis, part) in v[..3].iter_mut().enumerate() {
-                let more = self.scratch.slots[a][row][axis] * *step * T::of(0.5);
-                match residues {
-                    None => *part += more,
-                    Some([_, residues]) => {
-                        let residue = &mut residues[row][axis];
-                        (*part, *residue) = add_compensated((*part, *residue), (more, T::ZERO));
-                    }
-                }
+                *part += self.scratch.slots[a][row][axis] * *step * 0.5;
             }
         }
         self.next = FIRST;
-        T::ZERO
+        0.0
     }
 
     fn conditions(&self, time: Scalar) -> Conditions {
@@ -70,7 +61,7 @@ impl<T: Real> GroupField<'_, T> {
     }
 
     /// Takes the accelerations out of the cache, if they are those of this state.
-    pub(super) fn recall(&mut self, cache: &mut GroupCache<T>) -> Option<Combination<T>> {
+    pub(super) fn recall(&mut self, cache: &mut GroupCache) -> Option<Combination> {
         let fits = cache.conditions.take() == Some(self.conditions(self.environment.terms.times.start))
             && cache.classes == self.scratch.classes
             && cache.w == self.rows.w
@@ -81,7 +72,7 @@ impl<T: Real> GroupField<'_, T> {
         })
     }
 
-    pub(super) fn note(&mut self, cache: &mut GroupCache<T>, is_cached: bool) {
+    pub(super) fn note(&mut self, cache: &mut GroupCache, is_cached: bool) {
         cache.conditions = is_cached.then(|| self.conditions(self.environment.terms.times.end));
         if is_cached {
             // Allocates nothing once the lists have their lengths.

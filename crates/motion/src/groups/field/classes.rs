@@ -6,20 +6,20 @@ use crate::laws::damping::{Damping, Decay};
 use crate::laws::tick_times::Segments;
 use crate::laws::{Affine, Law};
 use crate::methods::Field as _;
-use crate::real::{Real, RealVector as _};
 use crate::state::components::AxisLocks;
+use crate::units::Vector;
 
 /// What acts on a class of rows besides forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Class<T: Real> {
+pub(crate) struct Class {
     /// Constant acceleration, m/s².
-    pub constant: T::Vector,
+    pub constant: Vector,
     /// Rate of linear drag, 1/s.
-    pub rate: T,
+    pub rate: f64,
     pub(super) damping: Option<Damping>,
     /// The factors of damping around a tick, or in the current segment.
-    pub(super) decay: Decay<T>,
-    pub(super) limit: Option<T>,
+    pub(super) decay: Decay,
+    pub(super) limit: Option<f64>,
     pub locks: Option<AxisLocks>,
     /// Axes along which nothing accelerates the rows.
     pub(super) closed: Option<AxisLocks>,
@@ -28,20 +28,20 @@ pub(crate) struct Class<T: Real> {
 
 /// The classes of all rows.
 #[derive(Debug, Default, PartialEq)]
-pub(super) struct Classes<T: Real> {
-    pub list: Vec<Class<T>>,
+pub(super) struct Classes {
+    pub list: Vec<Class>,
     /// The class of every row; empty if there is only one class.
     pub of_row: Vec<u32>,
 }
 
-impl<T: Real> Classes<T> {
+impl Classes {
     /// The class of a row.
-    pub fn of(&self, row: usize) -> &Class<T> {
+    pub fn of(&self, row: usize) -> &Class {
         &self.list[self.of_row.get(row).map_or(0, |class| *class as usize)]
     }
 
     /// The class of all rows, if there is only one.
-    pub fn uniform(&self) -> Option<Class<T>> {
+    pub fn uniform(&self) -> Option<Class> {
         match &self.list[..] {
             [class] => Some(*class),
             _ => None,
@@ -49,20 +49,20 @@ impl<T: Real> Classes<T> {
     }
 }
 
-impl<T: Real> GroupField<'_, T> {
+impl GroupField<'_> {
     pub(super) fn sort_into_classes(&mut self) {
         let GroupEnvironment { shared, terms, .. } = self.environment;
         let (gravity, drag) = (shared.free_fall(), shared.laws.drag);
-        let none = Affine { constant: T::Vector::ZERO, rate: T::ZERO };
-        let air = drag.and_then(Law::<T>::affine).unwrap_or(none);
+        let none = Affine { constant: Vector::ZERO, rate: 0.0 };
+        let air = drag.and_then(Law::affine).unwrap_or(none);
         let Classes { list: classes, of_row: class_of } = &mut self.scratch.classes;
         classes.clear();
         class_of.clear();
         let sheets: &[u32] = if drag.is_some() { &self.coupling.in_sheets } else { &[] };
         // Only what acts is added: adding and subtracting again would leave a rounding error.
-        let class = |in_sheet: bool, options: &BodyOptions<'_, T>| {
+        let class = |in_sheet: bool, options: &BodyOptions<'_>| {
             let air = if in_sheet { none } else { air };
-            let gravity = if options.gravity_off { T::Vector::ZERO } else { gravity };
+            let gravity = if options.gravity_off { Vector::ZERO } else { gravity };
             let own = match options.damping_rate {
                 Some(_) => &terms.damped(options.damping(terms.damping)),
                 None => terms,
@@ -72,7 +72,7 @@ impl<T: Real> GroupField<'_, T> {
                 rate: own.rate + air.rate,
                 damping: own.damping,
                 decay: own.decay,
-                limit: options.speed_limit.map(T::of),
+                limit: options.speed_limit,
                 locks: options.locks,
                 closed: options.closed_axes(terms.traits.limits_after_kick),
                 gravity_off: options.gravity_off,
@@ -99,13 +99,13 @@ impl<T: Real> GroupField<'_, T> {
             *class_of = u32::try_from(classes.len() - 1).unwrap_or(0);
         }
         self.with_gravity =
-            if gravity == T::Vector::ZERO { 0 } else { self.coupling.movable as u64 - without_gravity };
+            if gravity == Vector::ZERO { 0 } else { self.coupling.movable as u64 - without_gravity };
         let anchors = &self.rows.v[self.coupling.movable..];
-        self.anchors_rest = anchors.iter().all(|[x, y, z, _]| [*x, *y, *z] == [T::ZERO; 3]);
+        self.anchors_rest = anchors.iter().all(|[x, y, z, _]| [*x, *y, *z] == [0.0; 3]);
     }
 
     pub(super) fn decays(&self) -> bool {
-        let multiplied = |class: &Class<T>| {
+        let multiplied = |class: &Class| {
             let Decay { keep, before_move, after_move, .. } = class.decay;
             keep.is_some() || before_move.is_some() || after_move.is_some()
         };

@@ -10,10 +10,9 @@ use crate::groups::rows::Row;
 use crate::kernels::Block;
 use crate::laws::{BLOCK_BODIES, BodyBlock, EvaluationTime, Law};
 use crate::methods::Field as _;
-use crate::real::{Real, RealVector as _};
 use crate::state::threads::Threads;
 
-impl<'a, T: Real> GroupField<'a, T> {
+impl<'a> GroupField<'a> {
     pub(super) fn apply_pushes(&mut self) {
         self.pushed = !self.scratch.pushes.is_empty();
         if !self.pushed {
@@ -22,25 +21,20 @@ impl<'a, T: Real> GroupField<'a, T> {
         let Scratch { slots, pushes, classes, .. } = &mut *self.scratch;
         let applied = &mut slots[APPLIED];
         applied.resize(self.coupling.rows);
-        applied.fill([T::ZERO; 4]);
+        applied.fill([0.0; 4]);
         for (row, force) in pushes.drain(..) {
             let w = self.rows.w[row];
-            if row < self.coupling.movable && w > T::ZERO {
+            if row < self.coupling.movable && w > 0.0 {
                 let closed = classes.of(row).closed;
                 for axis in 0..3 {
-                    applied[row][axis] = if is_open(closed, axis) { force[axis] * w } else { T::ZERO };
+                    applied[row][axis] = if is_open(closed, axis) { force[axis] * w } else { 0.0 };
                 }
             }
         }
     }
 
     /// Computes the accelerations by all laws in a state into a new array.
-    pub(super) fn accelerate(
-        &mut self,
-        at: EvaluationTime<T>,
-        x: Combination<T>,
-        v: Combination<T>,
-    ) -> usize {
+    pub(super) fn accelerate(&mut self, at: EvaluationTime, x: Combination, v: Combination) -> usize {
         let out = self.claim();
         let mut sum = std::mem::take(&mut self.scratch.slots[out]);
         let [mut stage_x, mut stage_v] = std::mem::take(&mut self.scratch.stage);
@@ -55,7 +49,7 @@ impl<'a, T: Real> GroupField<'a, T> {
                     &stage_x
                 }
             };
-            let v: &[Row<T>] = match v.slot() {
+            let v: &[Row] = match v.slot() {
                 Some(slot) if !calls => self.array(slot),
                 _ if looks => {
                     self.compute(&v, &mut stage_v);
@@ -93,8 +87,8 @@ impl<'a, T: Real> GroupField<'a, T> {
     }
 
     /// The forces of the coupling, N.
-    pub(crate) fn coupling_forces(&self, time: T, x: &[Row<T>], v: &[Row<T>], sum: &mut [Row<T>]) {
-        sum.fill([T::ZERO; 4]);
+    pub(crate) fn coupling_forces(&self, time: f64, x: &[Row], v: &[Row], sum: &mut [Row]) {
+        sum.fill([0.0; 4]);
         self.coupling.springs.pull(self.shares(), x, v, sum);
         if let Some(drag) = self.environment.shared.laws.drag {
             self.coupling.blow(drag, time, x, v, sum);
@@ -106,7 +100,7 @@ impl<'a, T: Real> GroupField<'a, T> {
     }
 
     /// Turns forces into accelerations, and adds gravity and linear drag.
-    pub(super) fn add_constants(&self, v: &[Row<T>], sum: &mut [Row<T>]) {
+    pub(super) fn add_constants(&self, v: &[Row], sum: &mut [Row]) {
         let movable = self.coupling.movable;
         let classes = &self.scratch.classes;
         let w = &self.rows.w[..movable];
@@ -114,7 +108,7 @@ impl<'a, T: Real> GroupField<'a, T> {
             Some(Class { constant, rate, .. }) => {
                 let g = constant.to_array();
                 let rows = sum.iter_mut().zip(&w[first..]).zip(&v[first..]);
-                if rate == T::ZERO {
+                if rate == 0.0 {
                     rows.for_each(|((row, w), _)| to_acceleration(row, *w, g));
                 } else {
                     rows.for_each(|((row, w), v)| {
@@ -129,16 +123,16 @@ impl<'a, T: Real> GroupField<'a, T> {
                     to_acceleration(
                         sum,
                         *w,
-                        [0, 1, 2].map(|i| if rate == T::ZERO { g[i] } else { g[i] - v[i] * rate }),
+                        [0, 1, 2].map(|i| if rate == 0.0 { g[i] } else { g[i] - v[i] * rate }),
                     );
                 }
             }
         });
-        sum[movable..].fill([T::ZERO; 4]);
+        sum[movable..].fill([0.0; 4]);
     }
 
     /// Rows on which a called law does not act, because air acts on their triangles instead.
-    pub(super) fn in_sheets(&self, law: &dyn Law<T>) -> &'a [u32] {
+    pub(super) fn in_sheets(&self, law: &dyn Law) -> &'a [u32] {
         match self.environment.shared.laws.drag {
             Some(drag) if std::ptr::addr_eq(std::ptr::from_ref(law), std::ptr::from_ref(drag)) => {
                 &self.coupling.in_sheets
@@ -148,13 +142,13 @@ impl<'a, T: Real> GroupField<'a, T> {
     }
 
     /// Adds the accelerations of the called laws; stores inverse masses beside the velocities.
-    pub(super) fn call(&self, at: EvaluationTime<T>, x: &[Row<T>], v: &mut [Row<T>], sum: &mut [Row<T>]) {
+    pub(super) fn call(&self, at: EvaluationTime, x: &[Row], v: &mut [Row], sum: &mut [Row]) {
         let movable = self.coupling.movable;
         v.iter_mut().zip(self.rows.w).for_each(|(row, w)| row[3] = *w);
         for law in self.environment.terms.laws {
             let in_sheets = self.in_sheets(*law);
             // Laws skip rows of inverse mass 0.
-            in_sheets.iter().for_each(|row| v[*row as usize][3] = T::ZERO);
+            in_sheets.iter().for_each(|row| v[*row as usize][3] = 0.0);
             add_called(*law, at, &x[..movable], &v[..movable], &mut sum[..movable]);
             in_sheets.iter().for_each(|row| v[*row as usize][3] = self.rows.w[*row as usize]);
         }
@@ -166,11 +160,11 @@ impl<'a, T: Real> GroupField<'a, T> {
         }
     }
 
-    pub(super) fn lock(&self, sum: &mut [Row<T>]) {
+    pub(super) fn lock(&self, sum: &mut [Row]) {
         for row in self.rows.with_options {
             let row = *row as usize;
             let closed = self.class(row).closed;
-            (0..3).filter(|axis| !is_open(closed, *axis)).for_each(|axis| sum[row][axis] = T::ZERO);
+            (0..3).filter(|axis| !is_open(closed, *axis)).for_each(|axis| sum[row][axis] = 0.0);
         }
     }
 
@@ -197,18 +191,12 @@ impl<'a, T: Real> GroupField<'a, T> {
 }
 
 /// Adds the accelerations of a law to `sum`. The rows of `v` are velocity and inverse mass.
-fn add_called<T: Real>(
-    law: &dyn Law<T>,
-    at: EvaluationTime<T>,
-    x: &[Row<T>],
-    v: &[Row<T>],
-    sum: &mut [Row<T>],
-) {
+fn add_called(law: &dyn Law, at: EvaluationTime, x: &[Row], v: &[Row], sum: &mut [Row]) {
     let chunks = x.chunks(BLOCK_BODIES).zip(v.chunks(BLOCK_BODIES)).zip(sum.chunks_mut(BLOCK_BODIES));
     for ((x, v), sum) in chunks {
-        let [positions, velocities, mut block] = [x, v, sum].map(|rows| Block::<T, BLOCK_BODIES>::of(rows));
+        let [positions, velocities, mut block] = [x, v, sum].map(Block::<BLOCK_BODIES>::of);
         // Laws skip bodies of inverse mass 0; a block that is almost full is faster without such bodies.
-        let filler = if x.len() > BLOCK_BODIES / 4 { v[0][3] } else { T::ZERO };
+        let filler = if x.len() > BLOCK_BODIES / 4 { v[0][3] } else { 0.0 };
         let mut inverse_masses = [filler; BLOCK_BODIES];
         inverse_masses.iter_mut().zip(v).for_each(|(w, row)| *w = row[3]);
         let bodies =
@@ -222,11 +210,11 @@ fn add_called<T: Real>(
 
 /// Replaces a force F by `F w + g`, or by 0 for an immovable row.
 #[inline(always)]
-pub(super) fn to_acceleration<T: Real>(row: &mut Row<T>, w: T, g: [T; 3]) {
+pub(super) fn to_acceleration(row: &mut Row, w: f64, g: [f64; 3]) {
     // A selection, not a factor: 0 times an infinite force would be NaN.
-    let moves = w > T::ZERO;
+    let moves = w > 0.0;
     for axis in 0..3 {
         let a = row[axis] * w + g[axis];
-        row[axis] = if moves { a } else { T::ZERO };
+        row[axis] = if moves { a } else { 0.0 };
     }
 }

@@ -6,11 +6,10 @@ use crate::groups::combination::Combination;
 use crate::groups::rows::RowArray;
 use crate::kernels::record::{Note, vector};
 use crate::methods::Field as _;
-use crate::real::Real;
 
-impl<T: Real> GroupField<'_, T> {
+impl GroupField<'_> {
     /// Records a change of velocities, if a ledger wants it.
-    pub(super) fn record_change(&mut self, from: Combination<T>, to: Combination<T>, note: Note<'_>) {
+    pub(super) fn record_change(&mut self, from: Combination, to: Combination, note: Note<'_>) {
         if self.statistics.record.is_some() {
             let [from, to] = [from, to].map(|v| self.rows_of(&v));
             self.statistics.record.iter_mut().for_each(|record| record.note(&from, &to, note));
@@ -18,9 +17,9 @@ impl<T: Real> GroupField<'_, T> {
     }
 
     /// Records a kick.
-    pub(super) fn record_kick(&mut self, v: Combination<T>, a: Combination<T>, kicked: Combination<T>) {
+    pub(super) fn record_kick(&mut self, v: Combination, a: Combination, kicked: Combination) {
         if self.statistics.record.is_some() {
-            let h = self.step().to_f64();
+            let h = self.step();
             let damped = |row| {
                 let Class { damping, decay, .. } = self.class(row);
                 damping.filter(|_| decay.keep.is_some()).map(|damping| damping.rate * h)
@@ -35,13 +34,13 @@ impl<T: Real> GroupField<'_, T> {
     }
 
     /// Applies and records speed limits and axis locks.
-    pub(super) fn limited(&mut self, v: Combination<T>) -> Combination<T> {
+    pub(super) fn limited(&mut self, v: Combination) -> Combination {
         let limited = self.restrain(v);
         self.record_change(v, limited, &|record, _, from, to| record.limits.turn(from, to));
         limited
     }
 
-    fn rows_of(&self, sum: &Combination<T>) -> RowArray<T> {
+    fn rows_of(&self, sum: &Combination) -> RowArray {
         let mut rows = RowArray::default();
         self.compute(sum, &mut rows);
         rows

@@ -10,27 +10,26 @@ use crate::groups::solver::{Gradients, Solved, advance, dot};
 use crate::laws::{BodyState, EvaluationTime, Law};
 use crate::methods::Field as _;
 use crate::methods::{ImplicitEuler, MOST_HALVINGS, MOST_ITERATIONS};
-use crate::real::{Real, RealMatrix as _, RealVector as _};
 use crate::state::threads::Threads;
 
 /// Arrays of a solve, reused for the next one.
 #[derive(Debug, Default)]
-pub(super) struct Workspace<T: Real> {
-    linear: LinearStep<T>,
-    gradients: Gradients<T>,
-    x: RowArray<T>,
+pub(super) struct Workspace {
+    linear: LinearStep,
+    gradients: Gradients,
+    x: RowArray,
     /// Velocities before the solve, with the kicks that precede it.
-    before: RowArray<T>,
+    before: RowArray,
     /// Velocities that a Newton iteration tries.
-    tried: RowArray<T>,
+    tried: RowArray,
 }
 
-impl<T: Real> GroupField<'_, T> {
-    fn end(&self) -> EvaluationTime<T> {
-        self.segment.evaluation_time(T::ONE)
+impl GroupField<'_> {
+    fn end(&self) -> EvaluationTime {
+        self.segment.evaluation_time(1.0)
     }
 
-    pub(super) fn class(&self, row: usize) -> &Class<T> {
+    pub(super) fn class(&self, row: usize) -> &Class {
         self.scratch.classes.of(row)
     }
 
@@ -40,7 +39,7 @@ impl<T: Real> GroupField<'_, T> {
     }
 
     /// Calls `each` for every called law and every row that it acts on.
-    fn each_call(&self, mut each: impl FnMut(usize, &dyn Law<T>)) {
+    fn each_call(&self, mut each: impl FnMut(usize, &dyn Law)) {
         for law in self.environment.terms.laws {
             for row in 0..self.coupling.movable {
                 if self.in_sheets(*law).binary_search(&(row as u32)).is_err() {
@@ -54,7 +53,7 @@ impl<T: Real> GroupField<'_, T> {
     }
 
     /// Adds the accelerations of the called laws at the end of the step, and counts an evaluation of all laws.
-    fn call_at_end(&mut self, x: &[Row<T>], v: &[Row<T>], sum: &mut [Row<T>]) {
+    fn call_at_end(&mut self, x: &[Row], v: &[Row], sum: &mut [Row]) {
         if self.calls() {
             let mut stage = std::mem::take(&mut self.scratch.stage[1]);
             stage.copy(v);
@@ -65,17 +64,12 @@ impl<T: Real> GroupField<'_, T> {
     }
 
     /// The velocity after an implicit step from the velocity `v`, as an array.
-    pub(super) fn solve(&mut self, v: Combination<T>) -> Combination<T> {
+    pub(super) fn solve(&mut self, v: Combination) -> Combination {
         let v = v + self.applied() * self.step();
-        let (before, start) = (v, self.own_array(&v));
+        let start = self.own_array(&v);
         let mut work = std::mem::take(&mut self.scratch.workspace);
         let mut v = std::mem::take(&mut self.scratch.slots[start]);
         self.kick_by_constants(&mut v);
-        let gained = self.rows.residues.is_some().then(|| self.own_array(&Combination::ZERO));
-        let mut gain = gained.map(|slot| std::mem::take(&mut self.scratch.slots[slot]));
-        if let Some(gain) = &mut gain {
-            self.kick_by_constants(gain);
-        }
         work.x.copy(self.rows.x);
         work.fit(self);
         let follows_state = work.linearize(self, &v, false);
@@ -86,8 +80,8 @@ impl<T: Real> GroupField<'_, T> {
         if most > 0 {
             work.before.copy(&v);
         }
-        let mut converged = work.iterate(self, &mut v, gain.as_deref_mut());
-        let nonlinear = work.converge(self, &mut v, gain.as_deref_mut(), most);
+        let mut converged = work.iterate(self, &mut v);
+        let nonlinear = work.converge(self, &mut v, most);
         if follows_state {
             converged = nonlinear;
         }
@@ -96,20 +90,14 @@ impl<T: Real> GroupField<'_, T> {
         self.scratch.workspace = work;
         // One row is enough: the solution depends on all of them.
         self.look(|field| field.broken(field.array(start)).take(1).collect());
-        match gained.zip(gain) {
-            None => Combination::of(start),
-            Some((slot, gain)) => {
-                self.scratch.slots[slot] = gain;
-                before + Combination::of(slot)
-            }
-        }
+        Combination::of(start)
     }
 
     /// Adds `g h` to the velocities of movable rows.
-    fn kick_by_constants(&self, v: &mut [Row<T>]) {
+    fn kick_by_constants(&self, v: &mut [Row]) {
         let h = self.step();
         for (row, v) in v[..self.coupling.movable].iter_mut().enumerate() {
-            if self.rows.w[row] > T::ZERO {
+            if self.rows.w[row] > 0.0 {
                 let class = self.class(row);
                 let g = class.constant.to_array();
                 for axis in 0..3 {
@@ -122,15 +110,15 @@ impl<T: Real> GroupField<'_, T> {
     }
 }
 
-impl<T: Real> Workspace<T> {
-    fn fit(&mut self, field: &GroupField<'_, T>) {
+impl Workspace {
+    fn fit(&mut self, field: &GroupField<'_>) {
         self.gradients.fit(field.coupling.rows);
         self.linear.fit(field.coupling.rows, &field.rows.w[..field.coupling.movable]);
     }
 
     /// Linearizes all laws at the positions of this workspace and the velocities `v`. Returns whether a called law depends
     /// on the state of its body.
-    fn linearize(&mut self, field: &GroupField<'_, T>, v: &[Row<T>], exact: bool) -> bool {
+    fn linearize(&mut self, field: &GroupField<'_>, v: &[Row], exact: bool) -> bool {
         let Self { linear, x, .. } = self;
         let step = (field.end(), field.step());
         let drag = field.environment.shared.laws.drag;
@@ -148,21 +136,21 @@ impl<T: Real> Workspace<T> {
     }
 
     /// The forces of the coupling, N.
-    fn force(&mut self, field: &GroupField<'_, T>, v: &[Row<T>]) {
+    fn force(&mut self, field: &GroupField<'_>, v: &[Row]) {
         field.coupling_forces(field.end().time, &self.x, v, &mut self.linear.forces);
     }
 
     /// `h W^½ (f - h K v)`, from the forces f at the start of the step; for an iteration of Newton `W^-½ (v0 + h a - v)`,
     /// from the forces at its end.
-    fn right_side(&mut self, field: &mut GroupField<'_, T>, v: &[Row<T>], is_newton: bool) {
+    fn right_side(&mut self, field: &mut GroupField<'_>, v: &[Row], is_newton: bool) {
         let h = field.step();
         if !is_newton {
             self.linear.add_moves_of_springs(field.shares(), h, v);
         }
-        self.gradients.q.fill([T::ZERO; 4]);
+        self.gradients.q.fill([0.0; 4]);
         let mut called = std::mem::take(&mut self.gradients.q);
         field.call_at_end(&self.x, v, &mut called);
-        let (r, forces): (&mut [Row<T>], &[Row<T>]) = (&mut self.gradients.r, &self.linear.forces);
+        let (r, forces): (&mut [Row], &[Row]) = (&mut self.gradients.r, &self.linear.forces);
         let (LinearStep { root, local, .. }, before) = (&self.linear, &self.before);
         let classes = &field.scratch.classes;
         Threads::share(field.threads, &mut r[..field.coupling.movable], |first, r| {
@@ -171,17 +159,17 @@ impl<T: Real> Workspace<T> {
                 let mut a = [0, 1, 2].map(|axis| called[row][axis] - rate * v[row][axis]);
                 if !is_newton {
                     let moved = match local.get(row) {
-                        Some(local) => local.moved.times(vector(&v[row])).to_array(),
-                        None => [T::ZERO; 3],
+                        Some(local) => (local.moved * vector(&v[row])).to_array(),
+                        None => [0.0; 3],
                     };
                     a = [0, 1, 2].map(|axis| a[axis] + moved[axis]);
                 }
                 for axis in 0..3 {
-                    let change = if is_newton { before[row][axis] - v[row][axis] } else { T::ZERO };
-                    r[axis] = if root > T::ZERO && is_open(locks, axis) {
+                    let change = if is_newton { before[row][axis] - v[row][axis] } else { 0.0 };
+                    r[axis] = if root > 0.0 && is_open(locks, axis) {
                         h * root * forces[row][axis] + (h * a[axis] + change) / root
                     } else {
-                        T::ZERO
+                        0.0
                     };
                 }
             }
@@ -190,7 +178,7 @@ impl<T: Real> Workspace<T> {
     }
 
     /// The residual of the implicit step `v1 = v0 + h a(x0 + h v1, v1)`, times the roots of the masses.
-    fn residual(&mut self, field: &mut GroupField<'_, T>, v: &[Row<T>]) {
+    fn residual(&mut self, field: &mut GroupField<'_>, v: &[Row]) {
         let h = field.step();
         for (x, (start, v)) in self.x.iter_mut().zip(field.rows.x.iter().zip(v)) {
             (0..3).for_each(|axis| x[axis] = start[axis] + v[axis] * h);
@@ -200,17 +188,11 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Continues from `v` by Newton's method, for at most so many iterations. Returns whether it has converged.
-    fn converge(
-        &mut self,
-        field: &mut GroupField<'_, T>,
-        v: &mut [Row<T>],
-        mut gain: Option<&mut [Row<T>]>,
-        most: u32,
-    ) -> bool {
+    fn converge(&mut self, field: &mut GroupField<'_>, v: &mut [Row], most: u32) -> bool {
         if most == 0 {
             return false;
         }
-        let (movable, half) = (field.coupling.movable, T::of(0.5));
+        let movable = field.coupling.movable;
         let mut tried = std::mem::take(&mut self.tried);
         self.residual(field, v);
         let mut converged = false;
@@ -221,29 +203,27 @@ impl<T: Real> Workspace<T> {
             field.statistics.iterations.newton += 1;
             field.statistics.iterations.cg += u64::from(iterations);
             if !is_finite {
-                self.show_broken(field, v, gain.as_deref_mut());
+                self.show_broken(field, v);
                 break;
             }
             let Self { gradients, linear, .. } = self;
             for (y, root) in gradients.y[..movable].iter_mut().zip(&linear.root) {
-                (0..3).for_each(|axis| y[axis] = y[axis] * *root);
+                (0..3).for_each(|axis| y[axis] *= *root);
             }
             converged = self.is_small(field, v);
-            let mut part = T::ONE;
+            let mut part = 1.0;
             let accepted = converged
                 || (0..=MOST_HALVINGS).any(|_| {
                     tried.copy(v);
                     advance(&mut tried[..movable], &self.gradients.y, part);
                     self.residual(field, &tried);
                     let after = dot(&self.gradients.r[..movable], &self.gradients.r[..movable]);
-                    let is_better = after.is_at_most(before);
-                    part = if is_better { part } else { part * half };
+                    let is_better = after <= before;
+                    part = if is_better { part } else { part * 0.5 };
                     is_better
                 });
             if accepted {
-                for sum in [Some(&mut *v), gain.as_deref_mut()].into_iter().flatten() {
-                    advance(&mut sum[..movable], &self.gradients.y, part);
-                }
+                advance(&mut v[..movable], &self.gradients.y, part);
             }
             if converged || !accepted {
                 break;
@@ -254,21 +234,21 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Whether a correction of `v` is below the tolerance, or moves the bodies by less than the rounding of positions.
-    fn is_small(&self, field: &GroupField<'_, T>, v: &[Row<T>]) -> bool {
+    fn is_small(&self, field: &GroupField<'_>, v: &[Row]) -> bool {
         let movable = field.coupling.movable;
-        let largest = |rows: &[Row<T>]| {
+        let largest = |rows: &[Row]| {
             let parts = rows[..movable].iter().flat_map(|row| &row[..3]);
-            parts.fold(T::ZERO, |most, part| if part.abs().is_at_most(most) { most } else { part.abs() })
+            parts.fold(0.0, |most, part| if part.abs() <= most { most } else { part.abs() })
         };
         let size = largest(&self.gradients.y);
         // Several springs round at each body.
-        let rounding = T::EPSILON * T::of(16.0) * largest(&self.x);
-        size <= ImplicitEuler::tolerance::<T>() * (largest(v) + largest(&self.before))
+        let rounding = f64::EPSILON * 16.0 * largest(&self.x);
+        size <= ImplicitEuler::tolerance() * (largest(v) + largest(&self.before))
             || size * field.step() <= rounding
     }
 
     /// Solves for the residual in the arrays of the gradients, with exact derivatives or with their definite part.
-    fn solve(&mut self, field: &GroupField<'_, T>, exact: bool) -> Solved {
+    fn solve(&mut self, field: &GroupField<'_>, exact: bool) -> Solved {
         let Self { linear, gradients, .. } = self;
         let movable = field.coupling.movable;
         let classes = &field.scratch.classes;
@@ -279,7 +259,7 @@ impl<T: Real> Workspace<T> {
         };
         let (h, sheets, solver) = (field.step(), &field.coupling.sheets, field.environment.solver);
         let (threads, shares) = (field.threads, field.shares());
-        let mut multiply = |exact: bool, p: &[Row<T>], q: &mut [Row<T>]| {
+        let mut multiply = |exact: bool, p: &[Row], q: &mut [Row]| {
             linear.multiply(shares, h, sheets, row_terms, exact, (p, q));
         };
         if exact {
@@ -290,34 +270,24 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Makes velocities infinite or NaN where the right side was: those of the other rows stay as they are.
-    fn show_broken(&self, field: &mut GroupField<'_, T>, v: &mut [Row<T>], gain: Option<&mut [Row<T>]>) {
+    fn show_broken(&self, field: &mut GroupField<'_>, v: &mut [Row]) {
         let r = &self.gradients.r;
-        for sum in [Some(v), gain].into_iter().flatten() {
-            for (v, r) in sum[..field.coupling.movable].iter_mut().zip(r.iter()) {
-                (0..3).filter(|axis| !r[*axis].is_finite()).for_each(|axis| v[axis] = r[axis]);
-            }
+        for (v, r) in v[..field.coupling.movable].iter_mut().zip(r.iter()) {
+            (0..3).filter(|axis| !r[*axis].is_finite()).for_each(|axis| v[axis] = r[axis]);
         }
         field.look(|field| field.broken(r).collect());
     }
 
-    /// Adds the solution of the linearized step to `v`, and to `gain` if there is one. Returns whether it converged.
-    fn iterate(
-        &mut self,
-        field: &mut GroupField<'_, T>,
-        v: &mut [Row<T>],
-        mut gain: Option<&mut [Row<T>]>,
-    ) -> bool {
+    /// Adds the solution of the linearized step to `v`. Returns whether it converged.
+    fn iterate(&mut self, field: &mut GroupField<'_>, v: &mut [Row]) -> bool {
         let Solved { iterations, converged, is_finite } = self.solve(field, false);
         if !is_finite {
-            self.show_broken(field, v, gain.as_deref_mut());
+            self.show_broken(field, v);
         }
         let Self { linear, gradients, .. } = self;
-        for sum in [Some(v), gain].into_iter().flatten() {
-            for ((v, y), root) in
-                sum[..field.coupling.movable].iter_mut().zip(gradients.y.iter()).zip(&linear.root)
-            {
-                (0..3).for_each(|axis| v[axis] += y[axis] * *root);
-            }
+        for ((v, y), root) in v[..field.coupling.movable].iter_mut().zip(gradients.y.iter()).zip(&linear.root)
+        {
+            (0..3).for_each(|axis| v[axis] += y[axis] * *root);
         }
         field.statistics.iterations.cg += u64::from(iterations);
         converged

@@ -4,62 +4,63 @@ use crate::groups::coupling::{Coupling, SheetRow, add, in_air, is_open, rate_alo
 use crate::groups::pull::{Share, Shares, SpringRow, axis, own_row, positive};
 use crate::groups::rows::{Row, RowArray};
 use crate::laws::{BodyState, Drag, EvaluationTime, Jacobians, Law};
-use crate::real::{Real, RealMatrix as _, RealVector as _};
 use crate::state::components::AxisLocks;
 use crate::state::threads::Threads;
+use crate::units::Vector;
+use glam::DMat3;
 
 /// A spring, linearized: the force on its first end changes by `n (a - b) n·d + b d` with d by how much the second
 /// end moves away from the first.
 #[derive(Clone, Copy, Debug)]
-struct Stiff<T: Real> {
+struct Stiff {
     ends: [u32; 2],
-    n: T::Vector,
+    n: Vector,
     /// `h² k`, kg.
-    along: T,
+    along: f64,
     /// `h² k (1 - L0 / L)`, at least 0, kg.
-    across: T,
+    across: f64,
     /// `h c`, kg.
-    damping: T,
+    damping: f64,
 }
 
 /// Derivatives of the called laws of a row.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::groups) struct Local<T: Real> {
+pub(in crate::groups) struct Local {
     /// `-h da/dv - h² da/dx` of attractive laws.
-    attractive: T::Matrix,
+    attractive: DMat3,
     /// What is missing there from that of all laws.
-    rest: T::Matrix,
+    rest: DMat3,
     /// `h da/dx` of attractive laws.
-    pub moved: T::Matrix,
+    pub moved: DMat3,
 }
 
 /// Derivatives of the forces on a group by its state: the matrix `1 + h W^½ D W^½ + h² W^½ K W^½` of
 /// [`Solver`](crate::groups::Solver), and what it lacks of the exact one.
 #[derive(Debug, Default)]
-pub(in crate::groups) struct LinearStep<T: Real> {
-    springs: Vec<Stiff<T>>,
+pub(in crate::groups) struct LinearStep {
+    springs: Vec<Stiff>,
     /// Normal n and `h m (c + k |u| + k (u·n)² / |u|)`, kg, of triangles in air: the derivative along n.
-    sheets: Vec<(T::Vector, T)>,
+    sheets: Vec<(Vector, f64)>,
     /// The called laws by row, if there are any.
-    pub local: Vec<Local<T>>,
+    pub local: Vec<Local>,
     /// Springs that are shorter than at rest, by number, with `h² k (1 - L0 / L)`, kg, which is negative.
-    compressed: Vec<(usize, T)>,
+    compressed: Vec<(usize, f64)>,
     /// Square roots of inverse masses.
-    pub root: Vec<T>,
+    pub root: Vec<f64>,
     /// Forces of what is coupled, N.
-    pub forces: RowArray<T>,
-    scaled: RowArray<T>,
+    pub forces: RowArray,
+    scaled: RowArray,
 }
 
-impl<T: Real> LinearStep<T> {
+impl LinearStep {
     /// Resizes the arrays to `rows`; `movable` are the inverse masses of the movable rows.
-    pub fn fit(&mut self, rows: usize, movable: &[T]) {
+    pub fn fit(&mut self, rows: usize, movable: &[f64]) {
         for array in [&mut self.forces, &mut self.scaled] {
             array.resize(rows);
-            array.fill([T::ZERO; 4]);
+            array.fill([0.0; 4]);
         }
         self.root.clear();
-        self.root.extend(movable.iter().map(|w| if *w > T::ZERO { w.sqrt() } else { T::ZERO }));
+        self.root.extend(movable.iter().map(|w| if *w > 0.0 { w.sqrt() } else { 0.0 }));
     }
 
     /// Derivatives of springs and air in steps of `h` at the state `x`, `v`, without those of laws that are called. With
@@ -67,14 +68,14 @@ impl<T: Real> LinearStep<T> {
     pub fn linearize(
         &mut self,
         threads: Option<&Threads>,
-        coupling: &Coupling<T>,
+        coupling: &Coupling,
         drag: Option<&Drag>,
-        (at, h): (EvaluationTime<T>, T),
+        (at, h): (EvaluationTime, f64),
         exact: bool,
-        (x, v): (&[Row<T>], &[Row<T>]),
+        (x, v): (&[Row], &[Row]),
     ) {
         let Self { springs, compressed, .. } = self;
-        let axis_of = |SpringRow { ends: [a, b], elastic }: &SpringRow<T>| {
+        let axis_of = |SpringRow { ends: [a, b], elastic }: &SpringRow| {
             axis(vector(&x[*b as usize]) - vector(&x[*a as usize]), elastic.rest_length)
         };
         springs.resize(coupling.springs.len(), Stiff::NONE);
@@ -91,7 +92,7 @@ impl<T: Real> LinearStep<T> {
         if exact {
             let taut = coupling.springs.iter().map(|spring| axis_of(&spring).1);
             let along = springs.iter().map(|stiff| stiff.along);
-            let across = taut.zip(along).enumerate().filter(|(_, (taut, _))| *taut < T::ZERO);
+            let across = taut.zip(along).enumerate().filter(|(_, (taut, _))| *taut < 0.0);
             compressed.extend(across.map(|(number, (taut, along))| (number, along * taut)));
         }
         self.sheets.clear();
@@ -100,7 +101,7 @@ impl<T: Real> LinearStep<T> {
             self.sheets.extend(coupling.sheets.iter().map(|&SheetRow { corners, mass }| {
                 match in_air(air.as_ref(), corners, x, v) {
                     Some((u, n)) => (n, h * mass * rate_along(drag, u, n)),
-                    None => (T::Vector::ZERO, T::ZERO),
+                    None => (Vector::ZERO, 0.0),
                 }
             }));
         }
@@ -109,7 +110,7 @@ impl<T: Real> LinearStep<T> {
 
     /// Makes room for the derivatives of laws that are called for single rows.
     pub fn expect_laws(&mut self) {
-        let zero = T::Matrix::ZERO;
+        let zero = DMat3::ZERO;
         self.local.resize(self.root.len(), Local { attractive: zero, rest: zero, moved: zero });
     }
 
@@ -117,28 +118,26 @@ impl<T: Real> LinearStep<T> {
     pub fn add_law(
         &mut self,
         row: usize,
-        law: &dyn Law<T>,
-        (at, h): (EvaluationTime<T>, T),
-        body: BodyState<T>,
+        law: &dyn Law,
+        (at, h): (EvaluationTime, f64),
+        body: BodyState,
     ) -> bool {
-        if body.inverse_mass.is_at_most(T::ZERO) {
+        if body.inverse_mass <= 0.0 {
             return false;
         }
         let Jacobians { position, velocity } = law.jacobians(at, body);
-        let [by_x, by_v] = [position, velocity].map(attractive_part::<T>);
+        let [by_x, by_v] = [position, velocity].map(attractive_part);
         let Local { attractive, rest, moved } = self.local[row];
         let rest = rest - (velocity - by_v) * h - (position - by_x) * (h * h);
         let attractive = attractive - by_v * h - by_x * (h * h);
         self.local[row] = Local { attractive, rest, moved: moved + by_x * h };
-        let is_zero = |matrix: T::Matrix| columns::<T>(matrix).as_flattened().iter().all(|x| *x == T::ZERO);
+        let is_zero = |matrix: DMat3| columns(matrix).as_flattened().iter().all(|x| *x == 0.0);
         !(is_zero(position) && is_zero(velocity))
     }
 
     /// Adds what the springs pull less after `h` at the velocities `v`: the forces become `f - h K v`.
-    pub fn add_moves_of_springs(&mut self, shares: Shares<'_>, h: T, v: &[Row<T>]) {
-        pull(shares, &self.springs, v, &mut self.forces, |stiff, d| {
-            stiff.change(d, stiff.along) * (T::ONE / h)
-        });
+    pub fn add_moves_of_springs(&mut self, shares: Shares<'_>, h: f64, v: &[Row]) {
+        pull(shares, &self.springs, v, &mut self.forces, |stiff, d| stiff.change(d, stiff.along) * (1.0 / h));
     }
 
     /// `q = A p`, without a matrix; `row_terms` gives the rate of linear drag and the locks of a row. A is the exact
@@ -146,20 +145,20 @@ impl<T: Real> LinearStep<T> {
     pub fn multiply(
         &mut self,
         shares: Shares<'_>,
-        h: T,
-        sheets: &[SheetRow<T>],
-        row_terms: impl Fn(usize) -> (T, Option<AxisLocks>) + Sync,
+        h: f64,
+        sheets: &[SheetRow],
+        row_terms: impl Fn(usize) -> (f64, Option<AxisLocks>) + Sync,
         exact: bool,
-        (p, q): (&[Row<T>], &mut [Row<T>]),
+        (p, q): (&[Row], &mut [Row]),
     ) {
         // Once: finding where an array begins is more than what is done to a row.
         let Self { springs, sheets: normals, local, compressed, root, forces, scaled } = self;
-        let (forces, scaled): (&mut [Row<T>], &mut [Row<T>]) = (forces, scaled);
+        let (forces, scaled): (&mut [Row], &mut [Row]) = (forces, scaled);
         let movable = root.len();
         for ((scaled, p), root) in scaled[..movable].iter_mut().zip(p).zip(&*root) {
             (0..3).for_each(|axis| scaled[axis] = p[axis] * *root);
         }
-        forces.fill([T::ZERO; 4]);
+        forces.fill([0.0; 4]);
         pull(shares, springs, scaled, forces, |stiff, d| -stiff.change(d, stiff.along + stiff.damping));
         for (number, across) in compressed.iter().take_while(|_| exact) {
             let Stiff { ends, n, .. } = springs[*number];
@@ -171,7 +170,7 @@ impl<T: Real> LinearStep<T> {
         }
         for (SheetRow { corners, .. }, (n, strength)) in sheets.iter().zip(&*normals) {
             let [a, b, c] = corners.map(|corner| vector(&scaled[corner as usize]));
-            let ninth = T::of(1.0 / 9.0);
+            let ninth = 1.0 / 9.0;
             let change = *n * (*strength * n.dot(a + b + c) * ninth);
             corners.iter().for_each(|corner| add(&mut forces[*corner as usize], change));
         }
@@ -180,10 +179,10 @@ impl<T: Real> LinearStep<T> {
                 let (root, (rate, locks)) = (root[row], row_terms(row));
                 let local = match local.get(row) {
                     Some(Local { attractive, rest, .. }) if exact => {
-                        (*attractive + *rest).times(vector(&p[row])).to_array()
+                        ((*attractive + *rest) * vector(&p[row])).to_array()
                     }
-                    Some(Local { attractive, .. }) => attractive.times(vector(&p[row])).to_array(),
-                    None => [T::ZERO; 3],
+                    Some(Local { attractive, .. }) => (*attractive * vector(&p[row])).to_array(),
+                    None => [0.0; 3],
                 };
                 for axis in 0..3 {
                     let part = p[row][axis];
@@ -201,14 +200,14 @@ impl<T: Real> LinearStep<T> {
 /// Adds `force` of every spring to its first end and the opposite to its second; it gets by how much the rows `x` of its
 /// ends differ.
 #[inline(always)]
-fn pull<T: Real>(
+fn pull(
     shares: Shares<'_>,
-    springs: &[Stiff<T>],
-    x: &[Row<T>],
-    forces: &mut [Row<T>],
-    force: impl Fn(&Stiff<T>, T::Vector) -> T::Vector + Sync,
+    springs: &[Stiff],
+    x: &[Row],
+    forces: &mut [Row],
+    force: impl Fn(&Stiff, Vector) -> Vector + Sync,
 ) {
-    let pull_all = |springs: &[Stiff<T>], first: usize, forces: &mut [Row<T>]| {
+    let pull_all = |springs: &[Stiff], first: usize, forces: &mut [Row]| {
         for stiff in springs {
             let [a, b] = stiff.ends.map(|end| end as usize);
             let force = force(stiff, vector(&x[b]) - vector(&x[a]));
@@ -228,29 +227,28 @@ fn pull<T: Real>(
     }
 }
 
-impl<T: Real> Stiff<T> {
-    const NONE: Self =
-        Self { ends: [0; 2], n: T::Vector::ZERO, along: T::ZERO, across: T::ZERO, damping: T::ZERO };
+impl Stiff {
+    const NONE: Self = Self { ends: [0; 2], n: Vector::ZERO, along: 0.0, across: 0.0, damping: 0.0 };
 
     /// The force on the first end, times h², where the second moves away by `d`, with `along` along the axis.
-    fn change(&self, d: T::Vector, along: T) -> T::Vector {
+    fn change(&self, d: Vector, along: f64) -> Vector {
         d * self.across + self.n * (self.n.dot(d) * (along - self.across))
     }
 }
 
 /// The columns of a matrix.
-fn columns<T: Real>(matrix: T::Matrix) -> [[T; 3]; 3] {
+fn columns(matrix: DMat3) -> [[f64; 3]; 3] {
     [0, 1, 2].map(|axis| {
-        let mut unit = [T::ZERO; 3];
-        unit[axis] = T::ONE;
-        matrix.times(T::Vector::from_array(unit)).to_array()
+        let mut unit = [0.0; 3];
+        unit[axis] = 1.0;
+        (matrix * Vector::from_array(unit)).to_array()
     })
 }
 
 /// The symmetric part of a derivative if it has no positive eigenvalue, and zero if it has one.
-fn attractive_part<T: Real>(derivative: T::Matrix) -> T::Matrix {
-    let columns = columns::<T>(derivative);
-    let half = T::of(0.5);
+fn attractive_part(derivative: DMat3) -> DMat3 {
+    let columns = columns(derivative);
+    let half = 0.5;
     let s = |i: usize, j: usize| -((columns[i][j] + columns[j][i]) * half);
     let minor = |i: usize, j: usize| s(i, i) * s(j, j) - s(i, j) * s(i, j);
     let cross = |i: usize, j: usize, k: usize| s(i, j) * s(j, k) - s(j, j) * s(i, k);
@@ -258,11 +256,12 @@ fn attractive_part<T: Real>(derivative: T::Matrix) -> T::Matrix {
         s(0, 0) * minor(1, 2) - s(0, 1) * (s(0, 1) * s(2, 2) - s(1, 2) * s(0, 2)) + s(0, 2) * cross(0, 1, 2);
     let minors = [s(0, 0), s(1, 1), s(2, 2), minor(0, 1), minor(1, 2), minor(0, 2), whole];
     // Sylvester: of a semidefinite matrix every principal minor is at least 0.
-    if minors.iter().all(|minor| *minor >= T::ZERO) {
-        let column = |j: usize| T::Vector::from_array([0, 1, 2].map(|i| -s(i, j)));
-        T::Matrix::from_columns([0, 1, 2].map(column))
+    if minors.iter().all(|minor| *minor >= 0.0) {
+        let column = |j: usize| Vector::from_array([0, 1, 2].map(|i| -s(i, j)));
+        let [x, y, z] = [0, 1, 2].map(column);
+        DMat3::from_cols(x, y, z)
     } else {
-        T::Matrix::ZERO
+        DMat3::ZERO
     }
 }
 
@@ -284,7 +283,7 @@ mod tests {
             (with(1.0, 2.0, -3.0), false),
             (DMat3::ZERO, true),
         ] {
-            let part = attractive_part::<f64>(matrix);
+            let part = attractive_part(matrix);
             let expected = if taken { matrix } else { DMat3::ZERO };
             assert!(part.abs_diff_eq(expected, 1e-12), "{matrix}: {part}");
         }

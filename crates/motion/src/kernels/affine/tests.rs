@@ -8,66 +8,58 @@ use crate::laws::damping::{Damping, DampingModel};
 use crate::laws::tick_times::TickTimes;
 use crate::methods::table::Method;
 use crate::methods::{Traits, with_method};
-use crate::real::RealVector as _;
 
 const ROWS: usize = 11;
 
 /// Positions and rows of a small table.
 #[derive(Clone, Debug, PartialEq)]
-struct State<T> {
-    x: Vec<[T; 3]>,
-    bodies: Vec<Row<T>>,
-    steps: Vec<T>,
+struct State {
+    x: Vec<[f64; 3]>,
+    bodies: Vec<Row>,
+    steps: Vec<f64>,
 }
 
-impl<T: Real> State<T> {
-    fn new(h: T) -> Self {
-        let number = |i: usize, k: f64| T::of(0.1 * i as f64 + k / (i + 1) as f64);
+impl State {
+    fn new(h: f64) -> Self {
+        let number = |i: usize, k: f64| 0.1 * i as f64 + k / (i + 1) as f64;
         Self {
             x: (0..ROWS).map(|i| [number(i, 1.0), number(i, 2.0), number(i, -3.7)]).collect(),
             bodies: (0..ROWS)
-                .map(|i| [number(i, 0.3), number(i, 5.0), number(i, -0.7), T::of(i as f64 / 3.0)])
+                .map(|i| [number(i, 0.3), number(i, 5.0), number(i, -0.7), (i as f64 / 3.0)])
                 .collect(),
             // One body is new, another one was turned round.
-            steps: (0..ROWS).map(|i| [h, h, T::ZERO, h, h, h, h, h, h, -h, h][i]).collect(),
+            steps: (0..ROWS).map(|i| [h, h, 0.0, h, h, h, h, h, h, -h, h][i]).collect(),
         }
     }
 
-    fn batch<'a, M: Integrator>(&'a mut self, applied: Applied<'a, T>) -> Batch<'a, T> {
+    fn batch<'a, M: Integrator>(&'a mut self, applied: Applied<'a>) -> Batch<'a> {
         let method_state = match M::STATE {
             MethodStateKind::LastStep => MethodStateRows::LastStep(&mut self.steps),
             _ => MethodStateRows::None,
         };
-        Batch {
-            positions: &mut self.x,
-            bodies: &mut self.bodies,
-            applied: Some(applied),
-            method_state,
-            residues: None,
-        }
+        Batch { positions: &mut self.x, bodies: &mut self.bodies, applied: Some(applied), method_state }
     }
 }
 
-fn terms<M: Integrator, T: Real>(damping: Option<Damping>, drag: f64, substeps: u32) -> Terms<'static, T> {
-    let h = T::of(1.0 / 120.0);
-    let h = h.to_f64();
+fn terms<M: Integrator>(damping: Option<Damping>, drag: f64, substeps: u32) -> Terms<'static> {
+    let h = 1.0 / 120.0;
     let times = TickTimes { start: 0.0, end: h, tick: h, substeps };
-    let gravity = T::Vector::of(glam::DVec3::new(0.1, -9.8, 1e-3));
-    let affine = Affine { constant: gravity, rate: T::of(drag) };
+    let gravity = glam::DVec3::new(0.1, -9.8, 1e-3);
+    let affine = Affine { constant: gravity, rate: drag };
     Terms::new(Traits::of::<M>(), affine, damping, &[], 0, times)
 }
 
 /// The state after 50 ticks by each of the ways in which a table can be integrated.
-fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, substeps: u32) -> Vec<State<T>> {
-    let terms = terms::<M, T>(damping, drag, substeps);
-    let forces: Vec<[T; 3]> = (0..ROWS)
-        .map(|i| if [1, 2, 7, 10].contains(&i) { [T::of(i as f64), T::ONE, -T::ONE] } else { [T::ZERO; 3] })
+fn every_way<M: Integrator>(damping: Option<Damping>, drag: f64, substeps: u32) -> Vec<State> {
+    let terms = terms::<M>(damping, drag, substeps);
+    let forces: Vec<[f64; 3]> = (0..ROWS)
+        .map(|i| if [1, 2, 7, 10].contains(&i) { [i as f64, 1.0, -1.0] } else { [0.0; 3] })
         .collect();
     let pushed = [1, 2, 7, 10].map(|row| (0, row));
     let applied = Applied { forces: &forces, rows: &pushed, offset: 0 };
-    let start = State::new(T::of(terms.times.tick));
+    let start = State::new(terms.times.tick);
     let mut states = Vec::new();
-    let mut run = |tick: &mut dyn FnMut(&mut State<T>)| {
+    let mut run = |tick: &mut dyn FnMut(&mut State)| {
         let mut state = start.clone();
         (0..50).for_each(|_| tick(&mut state));
         assert!(state.bodies.iter().flatten().all(|number| number.is_finite()));
@@ -81,7 +73,7 @@ fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, subste
     });
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
-        blocks::run::<T, M>(&terms, &BodyOptions::NONE, batch, 0..ROWS, statistics, refuse);
+        blocks::run::<M>(&terms, &BodyOptions::NONE, batch, 0..ROWS, statistics, refuse);
     });
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
@@ -99,13 +91,8 @@ fn every_kernel_and_instruction_set_gives_the_same_bits() {
     for method in Method::ALL {
         for (damping, drag) in [None, models[0], models[1], models[2]].into_iter().zip([0.3, 0.0, 0.0, 0.3]) {
             for substeps in [1, 3] {
-                let all = with_method!(method, M => every_way::<f64, M>(damping, drag, substeps));
+                let all = with_method!(method, M => every_way::<M>(damping, drag, substeps));
                 assert!(all.iter().all(|state| *state == all[0]), "{method:?} {damping:?} {drag} {substeps}");
-                let all = with_method!(method, M => every_way::<f32, M>(damping, drag, substeps));
-                assert!(
-                    all.iter().all(|state| *state == all[0]),
-                    "f32 {method:?} {damping:?} {drag} {substeps}"
-                );
             }
         }
     }

@@ -15,7 +15,7 @@ use crate::units::Scalar;
 /// The margin of a group, if anything acts in it. Adds the margins of its springs to `spring_margins`, if given.
 pub(super) fn margin(
     world: &World,
-    coupling: &Coupling<Scalar>,
+    coupling: &Coupling,
     bodies: &[Entity],
     stepping: Stepping,
     spring_margins: Option<&mut Vec<SpringMargin>>,
@@ -93,7 +93,7 @@ fn group_margin(
 /// distance. `None` if no body attracts another.
 pub(super) fn attraction_margin(
     world: &World,
-    coupling: &Coupling<Scalar>,
+    coupling: &Coupling,
     bodies: &[Entity],
     stepping: Stepping,
 ) -> Option<Margin> {

@@ -83,7 +83,7 @@ impl Modes {
         if M::DAMPS_INSIDE || self.decays.is_empty() {
             return tick;
         }
-        let of_velocities = |factor: &dyn Fn(&Decay<f64>) -> f64| {
+        let of_velocities = |factor: &dyn Fn(&Decay) -> f64| {
             let mut matrix = Matrix::scalar(2 * n, 1.0);
             let factors = self.mixed(|damping| factor(&damping.factors_around_tick(stepping.tick).0));
             for (i, j) in (0..n * n).map(|entry| (entry / n, entry % n)) {
@@ -91,8 +91,8 @@ impl Modes {
             }
             matrix
         };
-        let before = of_velocities(&|decay| decay.before_move.map_or(1.0, |factor| factor.whole));
-        let after = of_velocities(&|decay| decay.after_move.map_or(1.0, |factor| factor.whole));
+        let before = of_velocities(&|decay| decay.before_move.unwrap_or(1.0));
+        let after = of_velocities(&|decay| decay.after_move.unwrap_or(1.0));
         after.times(&tick).times(&before)
     }
 
@@ -154,11 +154,10 @@ impl<const N: usize> LinearField<N> {
         if !M::DAMPS_INSIDE {
             field.damping.add(&modes.mixed(|damping| damping.factors_around_tick(tick).1), 1.0);
         } else if !modes.decays.is_empty() {
-            let factor = |of: fn(&Decay<f64>) -> f64| modes.mixed(|damping| of(&damping.factors(h)));
-            field.kick =
-                Some([factor(|decay| decay.keep.map_or(1.0, |keep| keep.whole)), factor(|decay| decay.gain)]);
-            field.before = Some(factor(|decay| decay.before_move.map_or(1.0, |factor| factor.whole)));
-            field.after = Some(factor(|decay| decay.after_move.map_or(1.0, |factor| factor.whole)));
+            let factor = |of: fn(&Decay) -> f64| modes.mixed(|damping| of(&damping.factors(h)));
+            field.kick = Some([factor(|decay| decay.keep.unwrap_or(1.0)), factor(|decay| decay.gain)]);
+            field.before = Some(factor(|decay| decay.before_move.unwrap_or(1.0)));
+            field.after = Some(factor(|decay| decay.after_move.unwrap_or(1.0)));
         }
         field
     }
@@ -175,7 +174,6 @@ impl<const N: usize> LinearField<N> {
 }
 
 impl<const N: usize> Field for LinearField<N> {
-    type Real = f64;
     type Space = Coordinates<N>;
 
     fn step(&self) -> f64 {

@@ -20,8 +20,8 @@ pub(super) struct PhasePoint {
     pub velocity: Vector,
 }
 
-impl From<BodyState<Scalar>> for PhasePoint {
-    fn from(BodyState { position, velocity, .. }: BodyState<Scalar>) -> Self {
+impl From<BodyState> for PhasePoint {
+    fn from(BodyState { position, velocity, .. }: BodyState) -> Self {
         Self { position, velocity }
     }
 }
@@ -79,7 +79,7 @@ pub(super) struct BodyTick<'w> {
     /// Applied force, N.
     pub push: Vector,
     pub quarantined: bool,
-    pub options: BodyOptions<'w, Scalar>,
+    pub options: BodyOptions<'w>,
     /// Locked axes, unless the speed limit sees the velocity along them first.
     pub locks: Option<AxisLocks>,
     /// Its own method.
@@ -104,7 +104,7 @@ impl BodyTick<'_> {
     }
 
     /// The state at which laws are evaluated.
-    pub fn state(&self, PhasePoint { position, velocity }: PhasePoint) -> BodyState<Scalar> {
+    pub fn state(&self, PhasePoint { position, velocity }: PhasePoint) -> BodyState {
         BodyState { position, velocity, inverse_mass: self.inverse_mass }
     }
 

@@ -13,7 +13,7 @@ use crate::units::{Scalar, Vector};
 
 /// A group and its bodies.
 pub(super) struct LedgerGroup<'w> {
-    coupling: &'w Coupling<Scalar>,
+    coupling: &'w Coupling,
     /// Index of the body of every row.
     rows: Vec<usize>,
     inverse_masses: Vec<Scalar>,
@@ -24,8 +24,8 @@ pub(super) struct LedgerGroup<'w> {
 /// The rows of a group at a node of a tick.
 struct GroupNode<'a> {
     bodies: &'a [BodyTick<'a>],
-    x: Vec<Row<Scalar>>,
-    v: Vec<Row<Scalar>>,
+    x: Vec<Row>,
+    v: Vec<Row>,
     /// Weight of the node, s.
     weight: Scalar,
 }
@@ -51,7 +51,7 @@ pub(super) fn ledger_groups<'w>(
 
 impl LedgerGroup<'_> {
     /// Positions and velocities of the rows.
-    fn rows(&self, state: impl Fn(usize) -> PhasePoint) -> (Vec<Row<Scalar>>, Vec<Row<Scalar>>) {
+    fn rows(&self, state: impl Fn(usize) -> PhasePoint) -> (Vec<Row>, Vec<Row>) {
         let states = self.rows.iter().map(|body| state(*body));
         states.map(|PhasePoint { position, velocity }| (row_of(position), row_of(velocity))).unzip()
     }

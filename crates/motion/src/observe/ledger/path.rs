@@ -71,7 +71,7 @@ pub(super) struct QuadratureNode {
     /// Weight, s; the weights of a tick sum to its length.
     pub weight: Scalar,
     /// The time at which laws are evaluated.
-    pub at: EvaluationTime<Scalar>,
+    pub at: EvaluationTime,
 }
 
 /// Cuts a tick into intervals in which nothing jumps: its ends and the discontinuities between them, s since its start.

@@ -28,7 +28,7 @@ impl<'w> LedgerTick<'w> {
     }
 
     /// The laws that act on a body.
-    fn laws<'a>(&'a self, body: &'a BodyTick<'_>) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
+    fn laws<'a>(&'a self, body: &'a BodyTick<'_>) -> impl Iterator<Item = &'a dyn Law> {
         self.environment.on_body(&body.options, body.in_sheet)
     }
 

@@ -18,7 +18,7 @@ use crate::state::coupling::CouplingChanged;
 use crate::state::emitter::{Emission, Emitter, Particle};
 use crate::state::springs::{Link, SoftBody, Spring};
 use crate::state::switched_off::{Off, OffResource, SpringsOff};
-use crate::units::{Scalar, Vector};
+use crate::units::Vector;
 
 /// Values of an effect, all of one kind.
 pub(super) struct Values {
@@ -134,7 +134,7 @@ pub(super) const fn own_laws<const EFFECT: usize>() -> Values {
                 let bytes = laws.map(|(place, law)| {
                     // The component goes to the first law of the body.
                     let component = if place == 0 { size_of::<OwnLaws>() } else { 0 };
-                    size_of_val(&**law) + size_of::<Box<dyn Law<Scalar>>>() + size_of::<usize>() + component
+                    size_of_val(&**law) + size_of::<Box<dyn Law>>() + size_of::<usize>() + component
                 });
                 bytes.sum()
             })
