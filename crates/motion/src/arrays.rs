@@ -9,6 +9,11 @@ mod of_world;
 mod state;
 mod tick;
 
+use bodies::Individuals;
+use emitters::Source;
+use environment::Resources;
+use groups::ArrayGroup;
+
 use crate::groups::Scratch;
 use crate::kernels::StepStatistics;
 use crate::laws::damping::Damping;
@@ -19,10 +24,6 @@ use crate::state::components::StableId;
 use crate::state::method_state::CachedAcceleration;
 use crate::state::range::Range;
 use crate::units::{Scalar, Vector};
-use bodies::Individuals;
-use emitters::Source;
-use environment::Resources;
-use groups::ArrayGroup;
 
 pub use of_world::{LawsOf, NotForArrays};
 pub use state::BareState;

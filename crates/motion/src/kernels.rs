@@ -22,7 +22,6 @@ mod method_state;
 mod options;
 pub(crate) mod record;
 
-use crate::units::Vector;
 use std::ops::Range;
 
 use smallvec::SmallVec;
@@ -35,6 +34,7 @@ use crate::laws::{Affine, Law};
 use crate::methods::{Integrator, Traits};
 use crate::state::range::{Bounds, Breach};
 use crate::units::Scalar;
+use crate::units::Vector;
 
 pub(crate) use block::Block;
 
@@ -285,7 +285,7 @@ pub(crate) type Refuse<'a> = &'a mut dyn FnMut(usize, Breach);
 #[derive(Clone, Copy)]
 pub(crate) struct Kernel {
     pub traits: Traits,
-    /// Integrates a tick of some rows of a batch, one by one where they have options.
+    /// Integrates a tick of some rows of a batch, whose options are given if they have any.
     pub integrate: fn(
         &Terms<'_>,
         &mut Batch<'_>,
@@ -318,7 +318,7 @@ impl Kernel {
     }
 }
 
-/// Integrates a tick of some rows of a batch, one by one where they have options.
+/// Integrates a tick of some rows of a batch; those with options together where nothing but their own laws differs.
 fn integrate_batch<M: Integrator>(
     terms: &Terms<'_>,
     batch: &mut Batch<'_>,
@@ -329,20 +329,27 @@ fn integrate_batch<M: Integrator>(
 ) {
     assert_eq!(batch.positions.len(), batch.bodies.len(), "a position for every body");
     if let Some(options) = options {
-        for row in rows {
-            let options = options.row(row);
+        let mut start = rows.start;
+        while start < rows.end {
+            let first = options.row(start);
             let mut own = *terms;
-            if let Some(substeps) = options.substeps {
+            if let Some(substeps) = first.substeps {
                 own.times.substeps = substeps;
             }
-            let own = own.damped(options.damping(terms.damping));
-            blocks::run::<M>(&own, &options, batch, row..row + 1, statistics, refuse);
+            let own = own.damped(first.damping(terms.damping));
+            let like_first = |row: &usize| first.is_like(&options.row(*row), &own.times);
+            // A solver takes one body at a time.
+            let more = if M::SOLVES { 0 } else { (start + 1..rows.end).take_while(like_first).count() };
+            let alike = start..start + 1 + more;
+            start = alike.end;
+            let own_laws = (more > 0).then_some(options);
+            blocks::run::<M>(&own, &first, own_laws, batch, alike, statistics, refuse);
         }
         return;
     }
     let Terms { laws, decay, times, .. } = terms;
     if !laws.is_empty() || terms.drags_and_damps() || !M::PASSES_TIME {
-        blocks::run::<M>(terms, &BodyOptions::NONE, batch, rows, statistics, refuse);
+        blocks::run::<M>(terms, &BodyOptions::NONE, None, batch, rows, statistics, refuse);
         return;
     }
     // The affine kernel does not know the first and the last substep, where factors around a tick act.
@@ -354,7 +361,7 @@ fn integrate_batch<M: Integrator>(
     if !in_registers || !affine::run::<M>(terms, &mut batch.part(rows.clone()), refuse_part) {
         // To the same bits. Its counts are dropped: evaluations without called laws are counted elsewhere.
         let mut uncounted = StepStatistics { record: statistics.record.take(), ..StepStatistics::default() };
-        blocks::run::<M>(terms, &BodyOptions::NONE, batch, rows, &mut uncounted, refuse);
+        blocks::run::<M>(terms, &BodyOptions::NONE, None, batch, rows, &mut uncounted, refuse);
         statistics.record = uncounted.record;
     }
 }

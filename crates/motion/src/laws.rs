@@ -18,11 +18,12 @@ pub(crate) mod tick_times;
 mod wells;
 mod wind;
 
-use crate::units::Vector;
-use glam::DMat3;
 use std::fmt::Debug;
 
 use bevy_ecs::prelude::*;
+use glam::DMat3;
+
+use crate::units::Vector;
 
 pub(crate) use declared::{Changes, Declared, DeclaredParam, WorldLaw};
 pub use declared::{LAWS, WorldLaws};

@@ -28,7 +28,7 @@ pub use escape::terminal;
 pub use palette::{INKS, Ink, REFERENCE_INK, ink};
 pub use summary::{brief, markdown, table, text};
 pub use table::{Table, aligned, csv};
-pub use tables::tables;
+pub use tables::{prices, tables};
 pub use words::{time_words, words};
 
 /// The files of a report by their names, none of which has a folder: `report.html` with everything in it, `report.json`

@@ -7,7 +7,9 @@ use super::escape::html;
 use super::figures::{ACCURACIES, Kind, accuracy_name, cost_name, costs, figures};
 use super::numbers::number;
 use super::table::Table;
-use super::tables::{by_precision, cheapest, equal, every_run, failed, of_methods, phases, ranking, rates};
+use super::tables::{
+    by_precision, cheapest, equal, every_run, failed, of_methods, phases, prices, ranking, rates,
+};
 use super::words::{bodies, evaluations, headline, setting, words};
 
 const STYLE: &str = include_str!("page.css");
@@ -83,7 +85,10 @@ fn contents(report: &Report, slugs: &[String]) -> String {
             html(&headline(study))
         )
     });
-    format!("<nav><ol>\n{}</ol></nav>\n", rows.collect::<String>())
+    let size = report.studies.iter().find_map(|study| study.timed_bodies);
+    let prices: Vec<_> = size.map_or_else(Vec::new, |size| prices(&report.studies, &[size]));
+    let prices: String = prices.iter().map(folded).collect();
+    format!("<nav><ol>\n{}</ol></nav>\n{prices}", rows.collect::<String>())
 }
 
 fn section(study: &Study, slug: &str, machine: &Machine) -> String {

@@ -133,6 +133,49 @@ pub(crate) fn ranking(study: &Study) -> Table {
     Table::numbers("Time of a step", header, places.iter().enumerate().map(row))
 }
 
+/// What a step takes in this program over the arithmetic alone, and what the arithmetic takes, by method and problem; of
+/// several sizes, one after another. Empty where no loop was timed.
+pub fn prices(studies: &[Study], sizes: &[usize]) -> Vec<Table> {
+    let timed: Vec<_> = studies.iter().filter(|study| !study.over_arithmetic().is_empty()).collect();
+    if timed.is_empty() {
+        return Vec::new();
+    }
+    let header = || std::iter::once("method").chain(timed.iter().map(|study| &*study.subject));
+    let rows = |cell: &dyn Fn(&Study, Method) -> Option<f64>, sizes: &[usize]| -> Vec<Vec<String>> {
+        let at = |study: &Study, method| {
+            let each =
+                sizes.iter().map(|size| or_none(cell(&study.at_size(*size), method), |n| number(n, 2)));
+            each.collect::<Vec<_>>().join(", ")
+        };
+        let row = |method: Method| {
+            let cells = timed.iter().map(|study| at(study, method));
+            std::iter::once(method.claims().title.to_owned()).chain(cells).collect()
+        };
+        Method::ALL.into_iter().map(row).collect()
+    };
+    let over = |study: &Study, method| {
+        study.over_arithmetic().into_iter().find(|(of, _)| *of == method).map(|(_, times)| times)
+    };
+    let alone = |study: &Study, method| {
+        let places = study.ranking(Host::Arithmetic);
+        places.into_iter().find(|place| place.method == method).map(|place| place.ns_per_body_step)
+    };
+    let with: Vec<_> = sizes.iter().map(|size| bodies(*size)).collect();
+    let with = with.join(" and with ");
+    vec![
+        Table::numbers(
+            format!("This program over the arithmetic alone, with {with}"),
+            header(),
+            rows(&over, sizes),
+        ),
+        Table::numbers(
+            format!("The arithmetic alone, ns per body per step, with {}", bodies(sizes[0])),
+            header(),
+            rows(&alone, &sizes[..1]),
+        ),
+    ]
+}
+
 /// Times of the arithmetic alone, by method and precision.
 pub(crate) fn by_precision(study: &Study) -> Table {
     let row = |of: &TickTime| {

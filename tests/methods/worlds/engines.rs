@@ -1,9 +1,11 @@
 //! Engines of a body that come on and go off inside a tick.
 
 use glam::DVec3;
-use motion::{Curve, Gravity, Method, OwnLaws, Thrust};
+use motion::{Curve, Drag, Gravity, Method, OwnLaws, Thrust};
 
 use super::{Environment, H, Start, starts, wells};
+use crate::dice::Dice;
+use crate::harness::bits;
 
 const TICKS: u64 = 12;
 
@@ -90,6 +92,59 @@ fn a_body_beside_an_engine_moves_as_if_it_was_not_there() {
             let own = evaluated - before;
             let least = u64::from(14 * claims.evaluations);
             assert!((least..=most).contains(&own), "{method:?} {own} in {least}..={most} {scene:?}");
+        }
+    }
+}
+
+/// Forty bodies, each with another engine; some come on or go off in the run, one body is immovable.
+fn with_engines() -> Vec<(Start, Thrust)> {
+    let mut dice = Dice(11);
+    let body = |i: usize| {
+        let w = if i == 9 { 0.0 } else { 1.0 / (1.0 + i as f64) };
+        let v = if i == 9 { DVec3::ZERO } else { dice.vector() };
+        let start = Start { x: dice.vector() * 3.0 + DVec3::X * 2.0, v, w };
+        let curve = Curve::Polynomial(COEFFICIENTS.map(|newtons| newtons * (0.1 * i as f64)).to_vec());
+        let (from, until) = match i % 8 {
+            3 => (2.3, 7.6),
+            4 => (f64::NEG_INFINITY, 5.0),
+            _ => (f64::NEG_INFINITY, f64::INFINITY),
+        };
+        (start, Thrust::new(curve, from * H, until * H))
+    };
+    (0..40).map(body).collect()
+}
+
+#[test]
+fn bodies_with_engines_move_together_as_they_do_alone() {
+    let gravity = Some(Gravity::EARTH);
+    let drag = Some(Drag::new(0.1, 0.2));
+    for method in Method::ALL {
+        for scene in [
+            Environment::falling(),
+            Environment { gravity, wells: Some(wells()), ..Environment::default() },
+            Environment { drag, substeps: Some(3), ..Environment::default() },
+        ] {
+            let run = |bodies: &[(Start, Thrust)]| {
+                let mut lab = scene.lab(method, H);
+                let own = |engine: &Thrust| OwnLaws::new(vec![Box::new(engine.clone())]);
+                let bodies: Vec<_> = bodies
+                    .iter()
+                    .map(|(start, engine)| lab.world.spawn((start.components(), own(engine))).id())
+                    .collect();
+                lab.run(TICKS);
+                let states: Vec<_> = bodies.iter().map(|body| bits(lab.x(*body), lab.v(*body))).collect();
+                (states, lab.counts())
+            };
+            let all = with_engines();
+            let (together, counted) = run(&all);
+            let (mut sum, mut by_law) = (0, std::collections::BTreeMap::new());
+            for (i, body) in all.iter().enumerate() {
+                let (alone, (accelerations, laws)) = run(std::slice::from_ref(body));
+                assert_eq!(together[i], alone[0], "{method:?}, body {i}");
+                sum += accelerations;
+                laws.into_iter().for_each(|(law, count)| *by_law.entry(law).or_default() += count);
+            }
+            assert_eq!(counted, (sum, by_law.into_iter().collect()), "{method:?}");
         }
     }
 }

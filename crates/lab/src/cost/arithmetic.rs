@@ -6,6 +6,8 @@
 
 mod numbers;
 
+use std::marker::PhantomData;
+
 use glam::{DMat3, DVec3};
 use motion::Method;
 use motion::methods::{
@@ -50,7 +52,7 @@ struct OneBody<F, S> {
     h: f64,
     counts: Counts,
     unconverged: u64,
-    space: std::marker::PhantomData<S>,
+    space: PhantomData<S>,
 }
 
 impl<F: Formula, S: LoopSpace> Field for OneBody<F, S> {
@@ -195,27 +197,32 @@ impl<F: Formula, S: LoopSpace> Loop<F, S> {
     /// A step of every body. Whether accelerations are cached, and known, is no branch of the loop: it would keep the
     /// compiler from vector instructions.
     fn step_each<M: Integrator, const CACHES: bool, const KNOWN: bool>(&mut self) {
-        let (n, last_step) = (self.ids.len(), self.last_step);
-        let mut field = OneBody {
+        let last_step = self.last_step;
+        let field = OneBody {
             formula: self.formula,
             start: self.steps as f64 * self.h,
             h: self.h,
             counts: self.counts,
             unconverged: self.unconverged,
-            space: std::marker::PhantomData,
+            space: PhantomData,
         };
-        let (mut x, mut v, mut a) =
-            (S::rows(&mut self.x, n), S::rows(&mut self.v, n), S::rows(&mut self.a, n));
-        for i in 0..n {
-            let start = if KNOWN { Some(S::get(&a, i)) } else { None };
+        let step = |field: &mut OneBody<F, S>, x, v, start| {
             let mut state = StepState { last_step, start };
-            let (to, velocity) = M::step(&mut field, S::get(&x, i), S::get(&v, i), &mut state);
-            to.set(&mut x, i);
-            velocity.set(&mut v, i);
-            if CACHES {
-                state.start.unwrap_or_default().set(&mut a, i);
-            }
-        }
+            let (x, v) = M::step(field, x, v, &mut state);
+            (x, v, state.start)
+        };
+        let field = if CACHES {
+            let columns = [&mut self.x, &mut self.v, &mut self.a];
+            S::each_with(columns, field, |field, [x, v, a]| {
+                let (x, v, a) = step(field, x, v, KNOWN.then_some(a));
+                [x, v, a.unwrap_or_default()]
+            })
+        } else {
+            S::each([&mut self.x, &mut self.v], field, |field, [x, v]| {
+                let (x, v, _) = step(field, x, v, None);
+                [x, v]
+            })
+        };
         (self.counts, self.unconverged) = (field.counts, field.unconverged);
     }
 }
@@ -236,10 +243,8 @@ impl<F: Formula, S: LoopSpace> Runner for Loop<F, S> {
     }
 
     fn states(&mut self) -> Vec<Sample> {
-        let n = self.ids.len();
-        let (x, v) = (S::rows(&mut self.x, n), S::rows(&mut self.v, n));
-        let seen = |state: S| state.seen().to_double();
-        self.ids.iter().enumerate().map(|(i, id)| (*id, seen(S::get(&x, i)), seen(S::get(&v, i)))).collect()
+        let seen = |columns, i| S::get(columns, i).seen().to_double();
+        self.ids.iter().enumerate().map(|(i, id)| (*id, seen(&self.x, i), seen(&self.v, i))).collect()
     }
 
     fn counts(&mut self) -> Counts {

@@ -38,6 +38,13 @@ pub struct Problem {
     pub(crate) in_loop: Option<MakeLoop>,
 }
 
+impl Problem {
+    /// Whether there is a loop over arrays of the same arithmetic.
+    pub const fn has_loop(&self) -> bool {
+        self.in_loop.is_some()
+    }
+}
+
 /// Duffing's hardening spring without damping and drive, of unit mass: `x'' = -x - 2 x³` along every axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Duffing;

@@ -8,10 +8,10 @@ mod records;
 mod solving;
 
 pub(crate) use cached::GroupCache;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use classes::{Class, Classes};
 use solving::Workspace;
-
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
 use super::coupling::Coupling;

@@ -1,6 +1,5 @@
 //! The forces of springs, four at a time.
 
-use crate::units::Vector;
 use std::ops::Range;
 
 use fearless_simd::{Fallback, Simd, f64x4, prelude::*};
@@ -10,6 +9,7 @@ use super::rows::Row;
 use crate::simd::{LEVEL, Lanes as _};
 use crate::state::springs::Elastic;
 use crate::state::threads::Threads;
+use crate::units::Vector;
 
 /// Springs that are computed at once: four square roots and divisions take hardly longer than one.
 const AT_ONCE: usize = 4;

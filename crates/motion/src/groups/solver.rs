@@ -1,9 +1,9 @@
 //! Conjugate gradients over plain rows, and their settings.
 
-use crate::laws::damping::SNAP;
 use bevy_ecs::prelude::*;
 
 use super::rows::{Row, RowArray};
+use crate::laws::damping::SNAP;
 use crate::state::threads::Threads;
 
 /// How an implicit Euler step of bodies that are joined is solved (Baraff, Witkin 1998, eq. 6, in inverse-mass

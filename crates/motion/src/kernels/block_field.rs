@@ -1,24 +1,29 @@
 //! The field of a block of bodies with laws that are called.
 
-use crate::laws::damping::SNAP;
-use crate::units::Vector;
-use glam::DMat3;
 use std::any::Any;
+
+use glam::DMat3;
 
 use super::block::{Block, BlockSpace, fill};
 use super::drive::TickField;
 use super::record::{Note, TickRecord, vector};
-use super::{Applied, BodyOptions, Row, StepStatistics, Terms, restrain};
-use crate::laws::damping::Decay;
+use super::{Applied, BodyOptions, Row, RowOptions, StepStatistics, Terms, restrain};
+use crate::laws::damping::{Decay, SNAP};
 use crate::laws::tick_times::Segment;
 use crate::laws::{BLOCK_BODIES, BodyBlock, BodyState, EvaluationTime, Law};
 use crate::methods::{Field, Integrator, Newton, NewtonField, StepState, newton_velocity};
 use crate::simd::vectorize;
+use crate::units::Vector;
 
 /// The field of the `N` bodies of a block, whose states are elements of the space `X`.
 pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
     pub terms: &'a Terms<'a>,
+    /// The options of the bodies.
     pub options: &'a BodyOptions<'a>,
+    /// The options of every row of the batch, where the own laws of bodies differ.
+    pub rows: Option<&'a dyn RowOptions>,
+    /// The own laws of every body, and what changes whenever they do.
+    own_laws: [(&'a [Box<dyn Law>], u64); N],
     /// Axes along which bodies can be accelerated.
     open: [bool; 3],
     gravity: [f64; 3],
@@ -32,6 +37,8 @@ pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
     /// Magnitude below which velocities snap to 0.
     least: f64,
     w: [f64; N],
+    /// Bodies of the block, at most `N`.
+    len: usize,
     /// Whether every body can be accelerated along every axis.
     all_move: bool,
     /// Whether a force is applied to a body.
@@ -47,10 +54,12 @@ pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
 }
 
 impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
-    /// The field of blocks of bodies with the same options, before [`Self::enter_block`].
+    /// The field of blocks of bodies with the same options, or with the same but for their own laws, which `rows` has then;
+    /// before [`Self::enter_block`].
     pub fn new<M: Integrator>(
         terms: &'a Terms<'a>,
         options: &'a BodyOptions<'a>,
+        rows: Option<&'a dyn RowOptions>,
         statistics: &'a mut StepStatistics,
         memory: X::Memory,
     ) -> Self {
@@ -58,6 +67,8 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         Self {
             terms,
             options,
+            rows,
+            own_laws: [(options.laws, options.laws_version); N],
             open: closed.map_or([true; 3], |closed| [!closed.x, !closed.y, !closed.z]),
             // Adding 0 turns -0 into 0: a row gets the same bits whether its block has a force or not.
             gravity: terms.gravity.to_array().map(|g| g + 0.0),
@@ -68,6 +79,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
             drags: false,
             least: 0.0,
             w: [0.0; N],
+            len: 0,
             all_move: false,
             pushed: false,
             applied: Block::ZERO,
@@ -78,9 +90,17 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         }
     }
 
-    /// Enters a block of `bodies`, (velocity, inverse mass) each, at most `N`, with the forces applied to them.
+    /// Enters a block of `bodies`, (velocity, inverse mass) each, at most `N`, with the forces applied to them; `first` is
+    /// the row of the first.
     #[inline(never)]
-    pub fn enter_block(&mut self, bodies: &[Row], applied: Option<Applied<'_>>) {
+    pub fn enter_block(&mut self, first: usize, bodies: &[Row], applied: Option<Applied<'_>>) {
+        self.len = bodies.len();
+        if let Some(rows) = self.rows {
+            for (k, own) in self.own_laws[..bodies.len()].iter_mut().enumerate() {
+                let BodyOptions { laws, laws_version, .. } = rows.row(first + k);
+                *own = (laws, laws_version);
+            }
+        }
         self.segment = None;
         self.h = self.terms.times.substep();
         // What precedes the tick snaps only where something linear slows.
@@ -132,18 +152,18 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         self.set_decay(decay);
     }
 
-    /// What changes whenever a law changes.
-    pub const fn laws_version(&self) -> (u64, u64) {
-        (self.terms.epoch, self.options.laws_version)
+    /// What changes whenever a law of body `k` changes.
+    pub const fn laws_version(&self, k: usize) -> (u64, u64) {
+        (self.terms.epoch, self.own_laws[k].1)
     }
 
     pub const fn inverse_masses(&self) -> &[f64; N] {
         &self.w
     }
 
-    /// The inverse masses, and [`Self::called`] to write to.
-    pub const fn masses_and_called(&mut self) -> (&[f64; N], &mut Block<N>) {
-        (&self.w, &mut self.called)
+    /// The inverse masses, the versions of the own laws, and [`Self::called`] to write to.
+    pub fn conditions_and_called(&mut self) -> (&[f64; N], [u64; N], &mut Block<N>) {
+        (&self.w, self.own_laws.map(|(_, version)| version), &mut self.called)
     }
 
     /// Sets velocities that decayed below [`SNAP`] to 0.
@@ -181,25 +201,42 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         self.accelerated::<false>(called, v, |_, a| a)
     }
 
-    /// The laws that are called: those of all bodies and those of these.
+    /// The laws that are called for body `k`: those of all bodies and its own.
+    fn laws_of(&self, k: usize) -> impl Iterator<Item = &'a dyn Law> + Clone + use<'a, X, N> {
+        self.terms.laws.iter().copied().chain(self.own_laws[k].0.iter().map(|law| &**law))
+    }
+
+    /// The laws that are called for all of the bodies alike.
     fn called_laws(&self) -> impl Iterator<Item = &'a dyn Law> + Clone + use<'a, X, N> {
-        let own: &'a [Box<dyn Law>] = self.options.laws;
+        let own = if self.rows.is_some() { &[] } else { self.options.laws };
         self.terms.laws.iter().copied().chain(own.iter().map(|law| &**law))
     }
 
-    fn count(&mut self, bodies: u64) {
-        self.statistics.accelerations += bodies;
-        self.statistics.calls.iter_mut().for_each(|calls| *calls += bodies);
-        for law in self.options.laws {
-            self.statistics.count_own(law.name(), bodies);
+    /// Counts an evaluation of these bodies, some of which may be immovable.
+    fn count(&mut self, bodies: std::ops::Range<usize>) {
+        let count = match bodies.len() {
+            1 => u64::from(self.w[bodies.start] > 0.0),
+            _ => self.movable,
+        };
+        self.statistics.accelerations += count;
+        self.statistics.calls.iter_mut().for_each(|calls| *calls += count);
+        if self.rows.is_none() {
+            self.options.laws.iter().for_each(|law| self.statistics.count_own(law.name(), count));
+            return;
+        }
+        for k in bodies.filter(|k| self.w[*k] > 0.0) {
+            for law in self.own_laws[k].0 {
+                self.statistics.count_own(law.name(), 1);
+            }
         }
     }
 
     /// Sums the called laws at the time `at`.
     #[inline(never)]
     fn call(&mut self, at: EvaluationTime, x: X, v: X) {
-        self.count(self.movable);
+        self.count(0..self.len);
         let laws = self.called_laws();
+        let own_laws = if self.rows.is_some() { &self.own_laws[..self.len] } else { &[] };
         let Self { w, called, .. } = self;
         *called = Block::ZERO;
         x.read_both(v, |x, v| {
@@ -212,6 +249,9 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
             } else {
                 (0..N).for_each(|k| add_one(laws.clone(), at, k, (x, v, w), called));
             }
+            for (k, (own, _)) in own_laws.iter().enumerate() {
+                add_one(own.iter().map(|law| &**law), at, k, (x, v, w), called);
+            }
         });
     }
 
@@ -219,7 +259,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     /// accelerates all bodies. The bits are the same: what follows the constant terms is a sum of one number.
     #[inline(always)]
     fn acceleration_by_one(&mut self, at: EvaluationTime, x: X, v: X) -> Option<X> {
-        if N != BLOCK_BODIES {
+        if N != BLOCK_BODIES || self.rows.is_some() {
             return None;
         }
         let mut laws = self.called_laws();
@@ -235,15 +275,15 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
                 law.accelerate(at, &BodyBlock { positions, velocities, inverse_masses }, sum);
             }
         });
-        self.count(self.movable);
+        self.count(0..self.len);
         Some(a)
     }
 
     /// Sums the called laws of body `k` alone, and counts them.
     fn call_one(&mut self, at: EvaluationTime, k: usize, (x, v): (&Block<N>, &Block<N>)) {
-        self.count(u64::from(self.w[k] > 0.0));
+        self.count(k..k + 1);
         (0..3).for_each(|axis| self.called.0[axis][k] = 0.0);
-        add_one(self.called_laws(), at, k, (x, v, &self.w), &mut self.called);
+        add_one(self.laws_of(k), at, k, (x, v, &self.w), &mut self.called);
     }
 
     /// Acceleration by all laws at the time `at`, where [`Self::called`] has the sum of the called laws of the bodies that
@@ -491,7 +531,7 @@ impl<X: BlockSpace<N>, const N: usize> NewtonField for BlockField<'_, X, N> {
         for k in (0..N).filter(|k| !immovable[*k]) {
             let body = body_of(k, &x, &v, &self.w);
             let (mut by_x, mut by_v) = (DMat3::ZERO, DMat3::IDENTITY * -rate);
-            for law in self.called_laws() {
+            for law in self.laws_of(k) {
                 let jacobians = law.jacobians(at, body);
                 (by_x, by_v) = (by_x + jacobians.position, by_v + jacobians.velocity);
             }

@@ -9,7 +9,7 @@ use super::block::{Block, BlockSpace, Slot, Slots};
 use super::block_field::BlockField;
 use super::drive::drive;
 use super::method_state::MethodStateRows;
-use super::{Batch, BodyOptions, Refuse, StepStatistics, Terms};
+use super::{Batch, BodyOptions, Refuse, RowOptions, StepStatistics, Terms};
 use crate::laws::BLOCK_BODIES;
 use crate::laws::tick_times::Segments;
 use crate::methods::{Integrator, MethodStateKind, StepState};
@@ -20,10 +20,11 @@ use crate::state::range::Bounds;
 /// Rows up to which a rest is integrated body by body: a block takes as long however many there are.
 const FEW: usize = 4;
 
-/// Integrates a tick of some rows.
+/// Integrates a tick of some rows with these options; where only their own laws differ, `own` has those.
 pub(super) fn run<M: Integrator>(
     terms: &Terms<'_>,
     options: &BodyOptions<'_>,
+    own: Option<&dyn RowOptions>,
     batch: &mut Batch<'_>,
     rows: Range<usize>,
     statistics: &mut StepStatistics,
@@ -32,12 +33,13 @@ pub(super) fn run<M: Integrator>(
     statistics.calls.resize(terms.laws.len(), 0);
     let segments = terms.segments(options.laws);
     if M::SOLVES || rows.len() <= FEW {
-        let field = &mut BlockField::<Block<1>, 1>::new::<M>(terms, options, statistics, ());
+        let field = &mut BlockField::<Block<1>, 1>::new::<M>(terms, options, own, statistics, ());
         rows.for_each(|row| integrate::<M, _, 1>(field, &segments, batch, row..row + 1, refuse));
         return;
     }
     Slots::lend(|slots| {
-        let field = &mut BlockField::<Slot<'_>, BLOCK_BODIES>::new::<M>(terms, options, statistics, slots);
+        let field =
+            &mut BlockField::<Slot<'_>, BLOCK_BODIES>::new::<M>(terms, options, own, statistics, slots);
         run_blocks::<M>(field, &segments, batch, rows, refuse);
     });
 }
@@ -60,7 +62,7 @@ fn run_blocks<M: Integrator>(
         }
         start = rows.end;
         if rows.len() <= FEW {
-            run::<M>(field.terms, field.options, batch, rows, field.statistics, refuse);
+            run::<M>(field.terms, field.options, field.rows, batch, rows, field.statistics, refuse);
         } else {
             integrate::<M, _, BLOCK_BODIES>(field, segments, batch, rows, refuse);
         }
@@ -103,7 +105,7 @@ fn load<X: BlockSpace<N>, const N: usize>(
     rows: &Range<usize>,
 ) -> (X, X) {
     let (positions, bodies) = (&batch.positions[rows.clone()], &batch.bodies[rows.clone()]);
-    field.enter_block(bodies, batch.applied.map(|applied| applied.part(rows.clone())));
+    field.enter_block(rows.start, bodies, batch.applied.map(|applied| applied.part(rows.clone())));
     if let Some(record) = &mut field.statistics.record {
         record.enter(rows);
     }
@@ -181,10 +183,10 @@ fn note<X: BlockSpace<N>, const N: usize>(
             steps.iter_mut().filter(|step| step.is_finite()).for_each(|step| *step = last_step);
         }
         (MethodStateRows::LastAcceleration(cached), Some(called)) => {
-            let (time, laws, w) = (field.terms.times.end, field.laws_version(), field.inverse_masses());
+            let (time, w) = (field.terms.times.end, field.inverse_masses());
             x.read(|x| {
                 for (k, cached) in cached.iter_mut().enumerate() {
-                    let ([x, y, z], acceleration) = (x.body(k), called.body(k));
+                    let ([x, y, z], acceleration, laws) = (x.body(k), called.body(k), field.laws_version(k));
                     *cached = CachedAcceleration { at: [x, y, z, w[k]], time, laws, acceleration };
                 }
             });
@@ -205,15 +207,15 @@ fn recall<X: BlockSpace<N>, const N: usize>(
 ) -> Option<X> {
     // What was evaluated before a jump is of no use after it.
     let first = segments.iter().next().filter(|first| !first.jump)?;
-    let (time, laws) = (field.terms.times.start, field.laws_version());
-    let (w, called) = field.masses_and_called();
+    let (time, epoch) = (field.terms.times.start, field.terms.epoch);
+    let (w, versions, called) = field.conditions_and_called();
     let mut fits = [true; N];
     x.read(|x| {
         for (k, cached) in cached.iter().enumerate().take(N) {
             let ([x, y, z], [a, b, c]) = (x.body(k), cached.acceleration);
             let is_here =
                 (cached.at[0] == x) & (cached.at[1] == y) & (cached.at[2] == z) & (cached.at[3] == w[k]);
-            let is_now = (cached.time == time) & (cached.laws.0 == laws.0) & (cached.laws.1 == laws.1);
+            let is_now = (cached.time == time) & (cached.laws.0 == epoch) & (cached.laws.1 == versions[k]);
             // The cache only saves an evaluation: a value that is not finite is evaluated again.
             fits[k] = is_here & is_now & (a + b + c).is_finite();
             (called.0[0][k], called.0[1][k], called.0[2][k]) = (a, b, c);

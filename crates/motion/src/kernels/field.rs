@@ -1,11 +1,10 @@
 //! The field of a block of bodies, in registers.
 
-use crate::laws::damping::SNAP;
 use fearless_simd::{Simd, f64x4, prelude::*};
 
 use super::Terms;
 use super::lanes::{Rows, each_row};
-use crate::laws::damping::Decay;
+use crate::laws::damping::{Decay, SNAP};
 use crate::methods::Field;
 use crate::simd::Lanes as _;
 use crate::state::components::AxisLocks;

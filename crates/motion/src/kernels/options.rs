@@ -2,6 +2,7 @@
 
 use crate::laws::Law;
 use crate::laws::damping::Damping;
+use crate::laws::tick_times::TickTimes;
 use crate::state::components::AxisLocks;
 use crate::units::Scalar;
 
@@ -47,6 +48,21 @@ impl BodyOptions<'_> {
     /// Whether anything but own laws and substeps is set: a row of a group is then in a class of its own.
     pub const fn changes_row(&self) -> bool {
         self.gravity_off || self.damping_rate.is_some() || self.speed_limit.is_some() || self.locks.is_some()
+    }
+
+    /// Whether a body with `other` options can be integrated together with this one in a tick of these times: all is equal
+    /// but the formulas of their own laws, which do not jump in the tick.
+    pub fn is_like(&self, other: &BodyOptions<'_>, times: &TickTimes) -> bool {
+        let kind =
+            |laws: &[Box<dyn Law>]| (laws.is_empty(), laws.iter().any(|law| law.depends_on_velocity()));
+        let jumps = |laws: &[Box<dyn Law>]| {
+            laws.iter().flat_map(|law| law.discontinuities()).any(|time| times.holds(*time))
+        };
+        (self.gravity_off, self.damping_rate, self.speed_limit, self.locks, self.substeps)
+            == (other.gravity_off, other.damping_rate, other.speed_limit, other.locks, other.substeps)
+            && kind(self.laws) == kind(other.laws)
+            && !jumps(self.laws)
+            && !jumps(other.laws)
     }
 
     /// The same options without laws.

@@ -86,13 +86,16 @@ impl TickTimes {
         self.tick / Scalar::from(self.substeps)
     }
 
+    /// Whether a discontinuity at `time`, s, is one of this tick.
+    pub fn holds(&self, time: Scalar) -> bool {
+        let near = self.part() * NEAR;
+        time >= self.start - near && time < self.end - near
+    }
+
     /// Splits the tick at `discontinuities`, s, in any order.
     pub fn segments(&self, discontinuities: &mut dyn Iterator<Item = &Scalar>) -> Segments {
-        let near = self.part() * NEAR;
         let mut inside: SmallVec<[Scalar; 8]> = SmallVec::new();
-        inside.extend(
-            discontinuities.copied().filter(|time| *time >= self.start - near && *time < self.end - near),
-        );
+        inside.extend(discontinuities.copied().filter(|time| self.holds(*time)));
         inside.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
         Segments { times: *self, discontinuities: inside }
     }
@@ -109,10 +112,6 @@ pub(crate) struct Segments {
 impl Segments {
     /// The intervals in order; there is at least one.
     pub fn iter(&self) -> impl Iterator<Item = Segment> + Clone + '_ {
-        self.exact()
-    }
-
-    fn exact(&self) -> impl Iterator<Item = Segment> + Clone + '_ {
         let TickTimes { start, end, substeps, .. } = self.times;
         let h = self.times.part();
         let near = h * NEAR;

@@ -8,6 +8,7 @@ mod modes;
 mod single_bodies;
 
 use bevy_ecs::prelude::*;
+use modes::Stepping;
 
 use crate::groups::{Group, Groups, compile_groups};
 use crate::laws::damping::Damping;
@@ -19,8 +20,6 @@ use crate::state::archetypes::may_exist;
 use crate::state::clock::TimeStep;
 use crate::state::substeps::Substeps;
 use crate::units::Scalar;
-
-use modes::Stepping;
 
 /// The part of a world that limits a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,39 +1,61 @@
 //! The threads that share the bodies of large worlds.
 
 use bevy_ecs::prelude::*;
+use bevy_tasks::{ComputeTaskPool, TaskPool, TaskPoolBuilder};
 
 /// The threads that share the bodies of a tick. A world without this resource uses one thread. The state is the same,
 /// bit for bit, with any number of threads.
 #[derive(Resource, Debug)]
 pub struct Threads {
-    /// The other threads: the one that runs the tick is not in the pool.
-    pool: Option<rayon::ThreadPool>,
-    count: usize,
+    pool: Pool,
+}
+
+/// The other threads: the one that runs the tick is not in the pool.
+#[derive(Debug)]
+enum Pool {
+    None,
+    Own(TaskPool),
+    App(&'static ComputeTaskPool),
 }
 
 impl Threads {
     /// Number of bodies in a table from which sharing them is faster.
     pub const FROM: usize = 20_000;
 
-    /// Starts `count` threads, at least 1. Uses one thread if the system refuses the others.
+    /// Starts `count` threads, at least 1.
     #[must_use]
     pub fn new(count: usize) -> Self {
-        let others = count.saturating_sub(1);
-        let pool =
-            (others > 0).then(|| rayon::ThreadPoolBuilder::new().num_threads(others).build().ok()).flatten();
-        let count = pool.as_ref().map_or(1, |pool| pool.current_num_threads() + 1);
-        Self { pool, count }
+        let builder = || TaskPoolBuilder::new().thread_name("motion".to_owned());
+        let pool = match count.saturating_sub(1) {
+            0 => Pool::None,
+            others => Pool::Own(builder().num_threads(others).build()),
+        };
+        Self { pool }
+    }
+
+    /// The threads of a Bevy app, which its systems share; one thread if there is no app.
+    #[must_use]
+    pub fn of_app() -> Self {
+        Self { pool: ComputeTaskPool::try_get().map_or(Pool::None, Pool::App) }
     }
 
     /// Number of threads, with the one that runs the tick.
     #[must_use]
-    pub const fn count(&self) -> usize {
-        self.count
+    pub fn count(&self) -> usize {
+        self.pool().map_or(1, |pool| pool.thread_num() + 1)
+    }
+
+    fn pool(&self) -> Option<&TaskPool> {
+        match &self.pool {
+            Pool::None => None,
+            Pool::Own(pool) => Some(pool),
+            Pool::App(pool) => Some(pool),
+        }
     }
 
     /// `threads`, if there are several and sharing so many rows among them is faster.
     pub(crate) fn for_rows(threads: Option<&Self>, rows: usize) -> Option<&Self> {
-        threads.filter(|threads| threads.count > 1 && rows >= Self::FROM)
+        threads.filter(|threads| threads.count() > 1 && rows >= Self::FROM)
     }
 
     /// Calls `each` for parts of `rows` and the rows of `others` beside them, a part on each thread, with the number of
@@ -62,17 +84,12 @@ impl Threads {
         Self::share_two(threads, rows, &mut none, |first, rows, _| each(first, rows));
     }
 
-    /// Runs every job, the first one on the current thread.
+    /// Runs every job; the current thread helps.
     pub(crate) fn run<J: FnOnce() + Send>(&self, jobs: Vec<J>) {
-        match &self.pool {
-            Some(pool) => pool.in_place_scope(|scope| {
-                let mut jobs = jobs.into_iter();
-                let first = jobs.next();
-                jobs.for_each(|job| scope.spawn(|_| job()));
-                if let Some(job) = first {
-                    job();
-                }
-            }),
+        match self.pool() {
+            Some(pool) => {
+                pool.scope(|scope| jobs.into_iter().for_each(|job| scope.spawn(async { job() })));
+            }
             None => jobs.into_iter().for_each(|job| job()),
         }
     }

@@ -1,6 +1,5 @@
 //! The environment of a tick: what acts on every body, and where the systems write what happened.
 
-use crate::units::Vector;
 use std::ops::Range;
 
 use bevy_ecs::entity::Entities;
@@ -24,6 +23,7 @@ use crate::state::substeps::Substeps;
 use crate::state::threads::Threads;
 use crate::tick::quarantine::Quarantine;
 use crate::units::Scalar;
+use crate::units::Vector;
 
 /// Everything that acts on all bodies in a tick, borrowed from a world, the parameters of a system, or plain arrays.
 /// The options of single bodies are beside it ([`BodyOptions`](crate::kernels::BodyOptions)).

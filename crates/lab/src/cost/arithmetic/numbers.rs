@@ -174,89 +174,130 @@ pub(super) trait LoopSpace: Space + Default + Send + 'static {
     type Seen: Vector;
     /// Arrays of one number of every body each.
     type Columns: Default + Send;
-    /// The same arrays, known to be equally long.
-    type Rows<'a>;
 
     fn of(seen: Self::Seen) -> Self;
     fn seen(self) -> Self::Seen;
     fn push(self, columns: &mut Self::Columns);
-    fn rows(columns: &mut Self::Columns, n: usize) -> Self::Rows<'_>;
-    fn get(rows: &Self::Rows<'_>, i: usize) -> Self;
-    fn set(self, rows: &mut Self::Rows<'_>, i: usize);
+    fn get(columns: &Self::Columns, i: usize) -> Self;
+    /// Changes `x` and `v` of every body by `step`, which also gets `field`.
+    fn each<F>(
+        columns: [&mut Self::Columns; 2],
+        field: F,
+        step: impl Fn(&mut F, [Self; 2]) -> [Self; 2],
+    ) -> F;
+    /// Changes `x`, `v` and `a` of every body.
+    fn each_with<F>(
+        columns: [&mut Self::Columns; 3],
+        field: F,
+        step: impl Fn(&mut F, [Self; 3]) -> [Self; 3],
+    ) -> F;
 }
 
-impl LoopSpace for DVec3 {
-    type Seen = Self;
-    type Columns = [Vec<f64>; 3];
-    type Rows<'a> = [&'a mut [f64]; 3];
+/// x, y and z of every body.
+type Three<T> = [Vec<T>; 3];
 
-    #[inline(always)]
-    fn of(seen: Self) -> Self {
-        seen
+/// A step of every body, whose position and velocity are three numbers each. Six arrays are six arguments, and the function
+/// is not inlined: so the compiler knows that they do not overlap; and the field is moved in and out, so that it is in registers. Otherwise
+/// whether it takes vector instructions would be luck.
+#[expect(clippy::too_many_arguments, reason = "an argument is known not to overlap with another one")]
+#[inline(never)]
+fn step_six<T: Copy, F>(
+    x: &mut [T],
+    y: &mut [T],
+    z: &mut [T],
+    a: &mut [T],
+    b: &mut [T],
+    c: &mut [T],
+    mut field: F,
+    step: impl Fn(&mut F, [[T; 3]; 2]) -> [[T; 3]; 2],
+) -> F {
+    let n = x.len();
+    let (y, z, a, b, c) = (&mut y[..n], &mut z[..n], &mut a[..n], &mut b[..n], &mut c[..n]);
+    for i in 0..n {
+        [[x[i], y[i], z[i]], [a[i], b[i], c[i]]] = step(&mut field, [[x[i], y[i], z[i]], [a[i], b[i], c[i]]]);
     }
-
-    #[inline(always)]
-    fn seen(self) -> Self {
-        self
-    }
-
-    fn push(self, columns: &mut Self::Columns) {
-        columns.iter_mut().zip(self.to_array()).for_each(|(column, number)| column.push(number));
-    }
-
-    fn rows(columns: &mut Self::Columns, n: usize) -> Self::Rows<'_> {
-        columns.each_mut().map(|column| &mut column[..n])
-    }
-
-    #[inline(always)]
-    fn get([x, y, z]: &Self::Rows<'_>, i: usize) -> Self {
-        Self::new(x[i], y[i], z[i])
-    }
-
-    #[inline(always)]
-    fn set(self, [x, y, z]: &mut Self::Rows<'_>, i: usize) {
-        (x[i], y[i], z[i]) = (self.x, self.y, self.z);
-    }
+    field
 }
 
-impl LoopSpace for Single {
-    type Seen = Self;
-    type Columns = [Vec<f32>; 3];
-    type Rows<'a> = [&'a mut [f32]; 3];
-
-    #[inline(always)]
-    fn of(seen: Self) -> Self {
-        seen
+/// [`step_six`] of nine arrays.
+#[expect(clippy::too_many_arguments, reason = "an argument is known not to overlap with another one")]
+#[inline(never)]
+fn step_nine<T: Copy, F>(
+    x: &mut [T],
+    y: &mut [T],
+    z: &mut [T],
+    a: &mut [T],
+    b: &mut [T],
+    c: &mut [T],
+    d: &mut [T],
+    e: &mut [T],
+    f: &mut [T],
+    mut field: F,
+    step: impl Fn(&mut F, [[T; 3]; 3]) -> [[T; 3]; 3],
+) -> F {
+    let n = x.len();
+    let (y, z, a, b, c) = (&mut y[..n], &mut z[..n], &mut a[..n], &mut b[..n], &mut c[..n]);
+    let (d, e, f) = (&mut d[..n], &mut e[..n], &mut f[..n]);
+    for i in 0..n {
+        [[x[i], y[i], z[i]], [a[i], b[i], c[i]], [d[i], e[i], f[i]]] =
+            step(&mut field, [[x[i], y[i], z[i]], [a[i], b[i], c[i]], [d[i], e[i], f[i]]]);
     }
-
-    #[inline(always)]
-    fn seen(self) -> Self {
-        self
-    }
-
-    fn push(self, columns: &mut Self::Columns) {
-        columns.iter_mut().zip(self.0.to_array()).for_each(|(column, number)| column.push(number));
-    }
-
-    fn rows(columns: &mut Self::Columns, n: usize) -> Self::Rows<'_> {
-        columns.each_mut().map(|column| &mut column[..n])
-    }
-
-    #[inline(always)]
-    fn get([x, y, z]: &Self::Rows<'_>, i: usize) -> Self {
-        Self(Vec3::new(x[i], y[i], z[i]))
-    }
-
-    #[inline(always)]
-    fn set(self, [x, y, z]: &mut Self::Rows<'_>, i: usize) {
-        (x[i], y[i], z[i]) = (self.0.x, self.0.y, self.0.z);
-    }
+    field
 }
+
+macro_rules! in_three_columns {
+    ($space:ty, $number:ty, $of:expr, $numbers:expr) => {
+        impl LoopSpace for $space {
+            type Seen = Self;
+            type Columns = Three<$number>;
+
+            #[inline(always)]
+            fn of(seen: Self) -> Self {
+                seen
+            }
+
+            #[inline(always)]
+            fn seen(self) -> Self {
+                self
+            }
+
+            fn push(self, columns: &mut Self::Columns) {
+                columns.iter_mut().zip($numbers(self)).for_each(|(column, number)| column.push(number));
+            }
+
+            fn get([x, y, z]: &Self::Columns, i: usize) -> Self {
+                $of([x[i], y[i], z[i]])
+            }
+
+            fn each<F>(
+                [[x, y, z], [a, b, c]]: [&mut Self::Columns; 2],
+                field: F,
+                step: impl Fn(&mut F, [Self; 2]) -> [Self; 2],
+            ) -> F {
+                let step = |field: &mut F, body: [[$number; 3]; 2]| step(field, body.map($of)).map($numbers);
+                step_six(x, y, z, a, b, c, field, step)
+            }
+
+            fn each_with<F>(
+                [[x, y, z], [a, b, c], [d, e, f]]: [&mut Self::Columns; 3],
+                field: F,
+                step: impl Fn(&mut F, [Self; 3]) -> [Self; 3],
+            ) -> F {
+                let step = |field: &mut F, body: [[$number; 3]; 3]| step(field, body.map($of)).map($numbers);
+                step_nine(x, y, z, a, b, c, d, e, f, field, step)
+            }
+        }
+    };
+}
+
+in_three_columns!(DVec3, f64, DVec3::from_array, |vector: DVec3| vector.to_array());
+in_three_columns!(Single, f32, |numbers| Single(Vec3::from_array(numbers)), |vector: Single| vector
+    .0
+    .to_array());
 
 impl LoopSpace for Compensated {
     type Seen = Single;
-    type Columns = [<Single as LoopSpace>::Columns; 2];
-    type Rows<'a> = [<Single as LoopSpace>::Rows<'a>; 2];
+    type Columns = Vec<Self>;
 
     #[inline(always)]
     fn of(seen: Single) -> Self {
@@ -268,24 +309,31 @@ impl LoopSpace for Compensated {
         self.sum
     }
 
-    fn push(self, [sums, residues]: &mut Self::Columns) {
-        self.sum.push(sums);
-        self.residue.push(residues);
+    fn push(self, column: &mut Self::Columns) {
+        column.push(self);
     }
 
-    fn rows(columns: &mut Self::Columns, n: usize) -> Self::Rows<'_> {
-        columns.each_mut().map(|columns| Single::rows(columns, n))
+    fn get(column: &Self::Columns, i: usize) -> Self {
+        column[i]
     }
 
-    #[inline(always)]
-    fn get([sums, residues]: &Self::Rows<'_>, i: usize) -> Self {
-        Self { sum: Single::get(sums, i), residue: Single::get(residues, i) }
+    fn each<F>(
+        [x, v]: [&mut Self::Columns; 2],
+        mut field: F,
+        step: impl Fn(&mut F, [Self; 2]) -> [Self; 2],
+    ) -> F {
+        x.iter_mut().zip(v).for_each(|(x, v)| [*x, *v] = step(&mut field, [*x, *v]));
+        field
     }
 
-    #[inline(always)]
-    fn set(self, [sums, residues]: &mut Self::Rows<'_>, i: usize) {
-        self.sum.set(sums, i);
-        self.residue.set(residues, i);
+    fn each_with<F>(
+        [x, v, a]: [&mut Self::Columns; 3],
+        mut field: F,
+        step: impl Fn(&mut F, [Self; 3]) -> [Self; 3],
+    ) -> F {
+        let all = x.iter_mut().zip(v).zip(a);
+        all.for_each(|((x, v), a)| [*x, *v, *a] = step(&mut field, [*x, *v, *a]));
+        field
     }
 }
 

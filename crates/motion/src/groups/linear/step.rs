@@ -1,5 +1,7 @@
 //! An implicit Euler step of a group, linearized: the matrix that its solver multiplies by.
 
+use glam::DMat3;
+
 use crate::groups::coupling::{Coupling, SheetRow, add, in_air, is_open, rate_along, vector};
 use crate::groups::pull::{Share, Shares, SpringRow, axis, own_row, positive};
 use crate::groups::rows::{Row, RowArray};
@@ -7,7 +9,6 @@ use crate::laws::{BodyState, Drag, EvaluationTime, Jacobians, Law};
 use crate::state::components::AxisLocks;
 use crate::state::threads::Threads;
 use crate::units::Vector;
-use glam::DMat3;
 
 /// A spring, linearized: the force on its first end changes by `n (a - b) n·d + b d` with d by how much the second
 /// end moves away from the first.

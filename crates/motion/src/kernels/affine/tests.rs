@@ -73,7 +73,7 @@ fn every_way<M: Integrator>(damping: Option<Damping>, drag: f64, substeps: u32) 
     });
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
-        blocks::run::<M>(&terms, &BodyOptions::NONE, batch, 0..ROWS, statistics, refuse);
+        blocks::run::<M>(&terms, &BodyOptions::NONE, None, batch, 0..ROWS, statistics, refuse);
     });
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
