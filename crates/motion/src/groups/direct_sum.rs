@@ -65,7 +65,11 @@ impl DirectSum<'_> {
             for source in end..self.x.len() {
                 four.add(source, four.masses(source, false));
             }
-            let columns = four.forces.map(<[f64; 4]>::from);
+            // Not by `into`: the compiler would keep the sums in halves of registers.
+            let mut columns = [[0.0; AT_ONCE]; 3];
+            for (axis, column) in columns.iter_mut().enumerate() {
+                four.forces[axis].store_slice(column);
+            }
             for (k, force) in forces.iter_mut().enumerate() {
                 (0..3).for_each(|axis| force[axis] = columns[axis][k]);
             }
