@@ -6,6 +6,7 @@ use bevy_ecs::schedule::{InternedScheduleLabel, ScheduleLabel};
 use crate::methods::table::Method;
 use crate::schedule::stepper::Stepper;
 use crate::state::clock::TimeStep;
+use crate::state::threads::Threads;
 
 /// Puts the physics into a schedule of an [`App`]: each run of the schedule is one tick, to the same bits as
 /// [`Stepper::tick`]. Needs the feature `bevy`.
@@ -64,6 +65,10 @@ use crate::state::clock::TimeStep;
 /// To change it later, insert another [`TimeStep`] between two ticks and call `Time::<Fixed>::set_timestep_hz`.
 /// Without `TimePlugin` nothing runs [`FixedUpdate`]: run it yourself, as above, or set `schedule`.
 ///
+/// # Threads
+/// Tables and groups of at least [`Threads::FROM`] bodies are shared between the threads of the app's
+/// `ComputeTaskPool`, with the same bits, unless you have inserted other [`Threads`] before the app runs.
+///
 /// # Drawing
 /// The physics moves its own [`Transform`](crate::Transform), in f64. Copy positions to Bevy's `Transform` after the
 /// ticks of a frame, in `RunFixedMainLoopSystems::AfterFixedMainLoop`.
@@ -88,5 +93,12 @@ impl Plugin for InertiaPlugin {
         let world = app.init_schedule(self.schedule).world_mut();
         let stepper = Stepper::new(world, self.method, self.step);
         world.schedule_scope(self.schedule, |world, schedule| stepper.install(world, schedule));
+    }
+
+    /// The pool of the app is there once every plugin was built.
+    fn finish(&self, app: &mut App) {
+        if !app.world().contains_resource::<Threads>() {
+            app.insert_resource(Threads::of_app());
+        }
     }
 }

@@ -196,9 +196,10 @@ pub(super) trait LoopSpace: Space + Default + Send + 'static {
 /// x, y and z of every body.
 type Three<T> = [Vec<T>; 3];
 
-/// A step of every body, whose position and velocity are three numbers each. Six arrays are six arguments, and the function
-/// is not inlined: so the compiler knows that they do not overlap; and the field is moved in and out, so that it is in registers. Otherwise
-/// whether it takes vector instructions would be luck.
+/// A step of every body, whose position and velocity are three numbers each.
+///
+/// Six arrays are six arguments of a function that is not inlined, so the compiler knows that they do not overlap; the field
+/// is moved in and out, so that it is in registers. Otherwise it would be luck whether vector instructions are taken.
 #[expect(clippy::too_many_arguments, reason = "an argument is known not to overlap with another one")]
 #[inline(never)]
 fn step_six<T: Copy, F>(
@@ -291,8 +292,7 @@ macro_rules! in_three_columns {
 }
 
 in_three_columns!(DVec3, f64, DVec3::from_array, |vector: DVec3| vector.to_array());
-in_three_columns!(Single, f32, |numbers| Single(Vec3::from_array(numbers)), |vector: Single| vector
-    .0
+in_three_columns!(Single, f32, |numbers| Single(Vec3::from_array(numbers)), |Single(vector)| vector
     .to_array());
 
 impl LoopSpace for Compensated {
