@@ -94,3 +94,26 @@ impl Threads {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_is_visited_once_by_the_threads_of_the_world_and_of_an_app() {
+        assert_eq!(Threads::new(1).count(), 1);
+        let pool = ComputeTaskPool::get_or_init(|| TaskPoolBuilder::new().num_threads(2).build());
+        let (own, app) = (Threads::new(3), Threads::of_app());
+        assert_eq!((own.count(), app.count()), (3, pool.thread_num() + 1));
+        for threads in [None, Some(&own), Some(&app)] {
+            let (mut rows, mut others) = (vec![0; 1_001], vec![0; 1_001]);
+            Threads::share_two(threads, &mut rows, &mut others, |first, rows, others| {
+                rows.iter_mut().zip(others).enumerate().for_each(|(i, (row, other))| {
+                    (*row, *other) = (*row + first + i, *other + 1);
+                });
+            });
+            assert!(rows.iter().enumerate().all(|(i, row)| *row == i), "{rows:?}");
+            assert!(others.iter().all(|times| *times == 1));
+        }
+    }
+}
