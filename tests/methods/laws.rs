@@ -1,6 +1,7 @@
 //! Laws of the test problems.
 
 use glam::{DMat3, DVec3};
+use motion::units::outer;
 use motion::{BodyState, EvaluationTime, Jacobians, Law};
 
 use crate::environment::Formula;
@@ -42,7 +43,7 @@ pub fn duffing() -> Formula {
     let acceleration = move |_, body: BodyState| -(body.position * stiffness(body.position));
     let jacobians = move |body: BodyState| {
         let x = body.position;
-        let position = -(DMat3::IDENTITY * stiffness(x) + DMat3::from_cols(x * x.x, x * x.y, x * x.z) * 4.0);
+        let position = -(DMat3::IDENTITY * stiffness(x) + outer(x, x) * 4.0);
         Jacobians { position, ..Jacobians::zero() }
     };
     Formula::new("duffing", acceleration).with_jacobians(jacobians)

@@ -337,9 +337,13 @@ fn integrate_batch<M: Integrator>(
                 own.times.substeps = substeps;
             }
             let own = own.damped(first.damping(terms.damping));
-            let like_first = |row: &usize| first.is_like(&options.row(*row), &own.times);
+            let joins_first = |row: &usize| {
+                let next = options.row(*row);
+                first.is_like(&next) && !next.jumps(&own.times)
+            };
             // A solver takes one body at a time.
-            let more = if M::SOLVES { 0 } else { (start + 1..rows.end).take_while(like_first).count() };
+            let alone = M::SOLVES || first.jumps(&own.times);
+            let more = if alone { 0 } else { (start + 1..rows.end).take_while(joins_first).count() };
             let alike = start..start + 1 + more;
             start = alike.end;
             let own_laws = (more > 0).then_some(options);

@@ -8,6 +8,7 @@ pub type Vector = glam::DVec3;
 pub type Rotation = glam::DQuat;
 
 /// The matrix `a b^T`.
-pub(crate) fn outer(a: Vector, b: Vector) -> glam::DMat3 {
+#[must_use]
+pub fn outer(a: Vector, b: Vector) -> glam::DMat3 {
     glam::DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }

@@ -45,6 +45,7 @@ pub(crate) trait Formula: Copy + Send + 'static {
 }
 
 /// The field of one body under a formula.
+#[derive(Clone, Copy)]
 struct OneBody<F, S> {
     formula: F,
     /// Time at the start of the step, s.
@@ -122,9 +123,8 @@ impl<F: Formula, S: LoopSpace> NewtonField for OneBody<F, S> {
 
 /// Bodies in arrays, one for each coordinate.
 struct Loop<F, S: LoopSpace> {
-    formula: F,
+    field: OneBody<F, S>,
     method: Method,
-    h: f64,
     substeps: u32,
     ids: Vec<u32>,
     x: S::Columns,
@@ -135,8 +135,6 @@ struct Loop<F, S: LoopSpace> {
     /// Length of the last step, s; 0 at the start.
     last_step: f64,
     steps: u64,
-    counts: Counts,
-    unconverged: u64,
 }
 
 /// Makes the run of a subject in a loop.
@@ -154,9 +152,15 @@ pub(crate) fn run<F: Formula + Default>(subject: &Subject, setting: Setting) -> 
 impl<F: Formula + Default, S: LoopSpace> Loop<F, S> {
     fn new(subject: &Subject, setting: Setting) -> Self {
         let mut new = Self {
-            formula: F::default(),
+            field: OneBody {
+                formula: F::default(),
+                start: 0.0,
+                h: 1.0 / (subject.scene.step_hz * f64::from(setting.substeps)),
+                counts: Counts::default(),
+                unconverged: 0,
+                space: PhantomData,
+            },
             method: setting.method,
-            h: 1.0 / (subject.scene.step_hz * f64::from(setting.substeps)),
             substeps: setting.substeps,
             ids: Vec::new(),
             x: S::Columns::default(),
@@ -165,8 +169,6 @@ impl<F: Formula + Default, S: LoopSpace> Loop<F, S> {
             has_a: false,
             last_step: 0.0,
             steps: 0,
-            counts: Counts::default(),
-            unconverged: 0,
         };
         for (id, body) in movable(&subject.scene) {
             let space = |vector| S::of(<S::Seen as Vector>::of(vector));
@@ -189,29 +191,22 @@ impl<F: Formula, S: LoopSpace> Loop<F, S> {
                 (true, false) => self.step_each::<M, true, false>(),
                 (false, _) => self.step_each::<M, false, false>(),
             }
-            (self.has_a, self.last_step) = (caches, self.h);
+            (self.has_a, self.last_step) = (caches, self.field.h);
             self.steps += 1;
+            self.field.start = self.steps as f64 * self.field.h;
         }
     }
 
     /// A step of every body. Whether accelerations are cached, and known, is no branch of the loop: it would keep the
     /// compiler from vector instructions.
     fn step_each<M: Integrator, const CACHES: bool, const KNOWN: bool>(&mut self) {
-        let last_step = self.last_step;
-        let field = OneBody {
-            formula: self.formula,
-            start: self.steps as f64 * self.h,
-            h: self.h,
-            counts: self.counts,
-            unconverged: self.unconverged,
-            space: PhantomData,
-        };
+        let (field, last_step) = (self.field, self.last_step);
         let step = |field: &mut OneBody<F, S>, x, v, start| {
             let mut state = StepState { last_step, start };
             let (x, v) = M::step(field, x, v, &mut state);
             (x, v, state.start)
         };
-        let field = if CACHES {
+        self.field = if CACHES {
             let columns = [&mut self.x, &mut self.v, &mut self.a];
             S::each_with(columns, field, |field, [x, v, a]| {
                 let (x, v, a) = step(field, x, v, KNOWN.then_some(a));
@@ -223,7 +218,6 @@ impl<F: Formula, S: LoopSpace> Loop<F, S> {
                 [x, v]
             })
         };
-        (self.counts, self.unconverged) = (field.counts, field.unconverged);
     }
 }
 
@@ -248,10 +242,11 @@ impl<F: Formula, S: LoopSpace> Runner for Loop<F, S> {
     }
 
     fn counts(&mut self) -> Counts {
-        self.counts
+        self.field.counts
     }
 
     fn failure(&mut self) -> Option<Failure> {
-        (self.unconverged > 0).then_some(Failure::Unconverged { steps: self.unconverged })
+        let steps = self.field.unconverged;
+        (steps > 0).then_some(Failure::Unconverged { steps })
     }
 }

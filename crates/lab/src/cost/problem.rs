@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::{DMat3, DVec3};
+use motion::units::outer;
 use motion::{BodyState, EvaluationTime, Jacobians, Law};
 use num_traits::Float as _;
 
@@ -209,8 +210,8 @@ impl Formula for Orbit {
     fn jacobians(self, x: DVec3, _: DVec3) -> [DMat3; 2] {
         let inverse = self.inverse(x);
         let cubed = self.0 * inverse * inverse * inverse;
-        let outer = DMat3::from_cols(x * x.x, x * x.y, x * x.z) * (3.0 * cubed * inverse * inverse);
-        [outer - DMat3::IDENTITY * cubed, DMat3::ZERO]
+        let tidal = outer(x, x) * (3.0 * cubed * inverse * inverse);
+        [tidal - DMat3::IDENTITY * cubed, DMat3::ZERO]
     }
 }
 
@@ -234,7 +235,7 @@ impl Formula for Pendulum {
     fn jacobians(self, x: DVec3, _: DVec3) -> [DMat3; 2] {
         let inverse = 1.0 / x.dot(x).sqrt();
         let n = x * inverse;
-        let along = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+        let along = outer(n, n);
         let across = (DMat3::IDENTITY - along) * (1.0 - self.2 * inverse);
         [(along + across) * -self.1, DMat3::ZERO]
     }
@@ -260,7 +261,7 @@ impl Formula for QuadraticDrag {
 
     fn jacobians(self, _: DVec3, v: DVec3) -> [DMat3; 2] {
         let speed = v.length();
-        let along = DMat3::from_cols(v * v.x, v * v.y, v * v.z) * (1.0 / speed.max(f64::MIN_POSITIVE));
+        let along = outer(v, v) * (1.0 / speed.max(f64::MIN_POSITIVE));
         [DMat3::ZERO, (DMat3::IDENTITY * speed + along) * -self.1]
     }
 }
@@ -277,12 +278,11 @@ impl Default for Cluster {
 
 impl Formula for Cluster {
     #[inline(always)]
-    fn acceleration<V: Vector>(self, _: f64, x: V, _: V) -> V {
+    fn acceleration<V: Vector>(self, t: f64, x: V, v: V) -> V {
+        let orbit = Orbit(self.1, self.2);
         let mut sum = V::of(DVec3::ZERO);
         for well in self.0 {
-            let r = x - V::of(well);
-            let inverse = (r.dot(r) + V::number(self.2)).sqrt().recip();
-            sum = sum + r.times(-(V::number(self.1) * inverse * inverse * inverse));
+            sum = sum + orbit.acceleration(t, x - V::of(well), v);
         }
         sum
     }

@@ -2,7 +2,8 @@
 
 use std::ops::{Add, Mul, Sub};
 
-/// The number of arrays in a step: position, velocity, applied acceleration, the cached acceleration, and those that the step makes. Yoshida 4 under laws of the velocity makes six.
+/// The number of arrays in a step: position, velocity, applied acceleration, the cached acceleration, and those that the
+/// step makes. Yoshida 4 under laws of the velocity makes six.
 pub(crate) const SLOTS: usize = 14;
 /// The positions at the start of the step.
 pub(crate) const POSITION: usize = 0;

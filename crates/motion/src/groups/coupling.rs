@@ -2,6 +2,7 @@
 
 use super::pull::{SpringRow, Springs};
 use super::rows::Row;
+use crate::kernels::record::vector;
 use crate::laws::{Air, Drag, MutualGravity};
 use crate::state::components::AxisLocks;
 use crate::units::Vector;
@@ -37,11 +38,6 @@ pub(crate) struct Coupling {
 /// Whether a row with these locks moves along an axis.
 pub(crate) fn is_open(locks: Option<AxisLocks>, axis: usize) -> bool {
     locks.is_none_or(|locks| ![locks.x, locks.y, locks.z][axis])
-}
-
-#[inline(always)]
-pub(super) fn vector(row: &Row) -> Vector {
-    Vector::from_array([row[0], row[1], row[2]])
 }
 
 #[inline(always)]

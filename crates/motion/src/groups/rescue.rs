@@ -2,13 +2,13 @@
 
 use bevy_ecs::entity::Entity;
 
-use super::coupling::vector;
 use super::field::{GroupEnvironment, GroupField, GroupKernel, GroupRows, Scratch, Watch};
 use super::members::{ByRow, MemberOptions};
 use super::rows::{Row, row_of};
 use super::split::Part;
 use super::suspects::{Before, Suspects, springs_by_row};
 use super::{Group, Groups};
+use crate::kernels::record::vector;
 use crate::kernels::{
     Applied, Batch, BodyOptions, MethodStateRows, OfRows, RowOptions, StepStatistics, Terms,
 };

@@ -1,11 +1,12 @@
 //! Finds out why a row of a group failed.
 
 use super::Group;
-use super::coupling::{Coupling, vector};
+use super::coupling::Coupling;
 use super::field::GroupEnvironment;
 use super::members::ByRow;
 use super::pull::SpringRow;
 use super::rows::Row;
+use crate::kernels::record::vector;
 use crate::kernels::{BodyOptions, RowOptions};
 use crate::state::components::PhysicsBody;
 use crate::state::range::{Breach, Quantity};

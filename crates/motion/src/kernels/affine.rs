@@ -18,7 +18,7 @@ type Triples = [f64; 3 * BLOCK + 1];
 /// Rows that take all substeps before the next rows: they stay in the first-level cache.
 const STAY: usize = 32 * BLOCK;
 
-/// Integrates a tick; returns `false`, with nothing done, if the machine has no registers that hold a row of `f64`.
+/// Integrates a tick; returns `false`, with nothing done, if the machine has no registers that hold a row.
 #[must_use]
 pub(super) fn run<M: Integrator>(terms: &Terms<'_>, batch: &mut Batch<'_>, refuse: Refuse<'_>) -> bool {
     let (rows, substeps) = (batch.bodies.len(), terms.times.substeps);

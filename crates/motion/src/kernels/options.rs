@@ -50,19 +50,19 @@ impl BodyOptions<'_> {
         self.gravity_off || self.damping_rate.is_some() || self.speed_limit.is_some() || self.locks.is_some()
     }
 
-    /// Whether a body with `other` options can be integrated together with this one in a tick of these times: all is equal
-    /// but the formulas of their own laws, which do not jump in the tick.
-    pub fn is_like(&self, other: &BodyOptions<'_>, times: &TickTimes) -> bool {
+    /// Whether one of its own laws jumps in a tick of these times.
+    pub fn jumps(&self, times: &TickTimes) -> bool {
+        self.laws.iter().flat_map(|law| law.discontinuities()).any(|time| times.holds(*time))
+    }
+
+    /// Whether all is equal to `other` but the formulas of their own laws: where none of them [jumps](Self::jumps), the
+    /// bodies are integrated together.
+    pub fn is_like(&self, other: &BodyOptions<'_>) -> bool {
         let kind =
             |laws: &[Box<dyn Law>]| (laws.is_empty(), laws.iter().any(|law| law.depends_on_velocity()));
-        let jumps = |laws: &[Box<dyn Law>]| {
-            laws.iter().flat_map(|law| law.discontinuities()).any(|time| times.holds(*time))
-        };
         (self.gravity_off, self.damping_rate, self.speed_limit, self.locks, self.substeps)
             == (other.gravity_off, other.damping_rate, other.speed_limit, other.locks, other.substeps)
             && kind(self.laws) == kind(other.laws)
-            && !jumps(self.laws)
-            && !jumps(other.laws)
     }
 
     /// The same options without laws.

@@ -130,7 +130,8 @@ impl Recorder {
     }
 }
 
-/// Velocity or acceleration of a row.
+/// Position, velocity or acceleration of a row.
+#[inline(always)]
 pub(crate) fn vector([x, y, z, _]: &[f64; 4]) -> Vector {
     Vector::new(*x, *y, *z)
 }

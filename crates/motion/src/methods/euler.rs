@@ -10,7 +10,7 @@ use crate::methods::table::Method;
 /// energy grows in every oscillation.
 ///
 /// With `exact` damping the velocity under a constant acceleration is exact at every step size; the position has an
-/// error of a h f64 / 2 after the time f64, as without damping.
+/// error of a h T / 2 after the time T, as without damping.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct ExplicitEuler;

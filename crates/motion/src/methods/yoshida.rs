@@ -34,9 +34,8 @@ impl Integrator for Yoshida4 {
         step_state: &mut StepState<F>,
     ) -> (F::Space, F::Space) {
         let h = field.step();
-        let (outer, inner) = (OUTER, INNER);
-        let (x, v) = kick_drift_kick(field, 0.0, outer * h, x, v, step_state);
-        let (x, v) = kick_drift_kick(field, outer, inner * h, x, v, step_state);
-        kick_drift_kick(field, outer + inner, outer * h, x, v, step_state)
+        let (x, v) = kick_drift_kick(field, 0.0, OUTER * h, x, v, step_state);
+        let (x, v) = kick_drift_kick(field, OUTER, INNER * h, x, v, step_state);
+        kick_drift_kick(field, OUTER + INNER, OUTER * h, x, v, step_state)
     }
 }

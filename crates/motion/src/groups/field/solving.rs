@@ -3,10 +3,11 @@
 use super::GroupField;
 use super::classes::Class;
 use crate::groups::combination::Combination;
-use crate::groups::coupling::{is_open, vector};
+use crate::groups::coupling::is_open;
 use crate::groups::linear::LinearStep;
 use crate::groups::rows::{Row, RowArray};
 use crate::groups::solver::{Gradients, Solved, advance, dot};
+use crate::kernels::record::vector;
 use crate::laws::{BodyState, EvaluationTime, Law};
 use crate::methods::Field as _;
 use crate::methods::{ImplicitEuler, MOST_HALVINGS, MOST_ITERATIONS};

@@ -2,9 +2,10 @@
 
 use glam::DMat3;
 
-use crate::groups::coupling::{Coupling, SheetRow, add, in_air, is_open, rate_along, vector};
+use crate::groups::coupling::{Coupling, SheetRow, add, in_air, is_open, rate_along};
 use crate::groups::pull::{Share, Shares, SpringRow, axis, own_row, positive};
 use crate::groups::rows::{Row, RowArray};
+use crate::kernels::record::vector;
 use crate::laws::{BodyState, Drag, EvaluationTime, Jacobians, Law};
 use crate::state::components::AxisLocks;
 use crate::state::threads::Threads;
