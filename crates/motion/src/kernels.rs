@@ -132,14 +132,15 @@ impl<'a> Terms<'a> {
         Self { times: self.times.since(time), ..*self }.damped(self.damping)
     }
 
-    /// Evaluations per body in a tick in which no law is called.
-    pub fn evaluations(&self) -> u64 {
-        let claims = self.traits.method.claims();
-        let of_a_step = match self.rate == 0.0 {
+    /// Evaluations per movable body in a step in which no law is called.
+    fn evaluations_per_step(&self) -> u64 {
+        let Traits { method, kicks, .. } = self.traits;
+        let claims = method.claims();
+        let evaluations = match self.rate == 0.0 {
             true => claims.evaluations,
             false => claims.evaluations_with_velocity_laws,
         };
-        if self.traits.passes_time { u64::from(of_a_step) * u64::from(self.times.substeps) } else { 0 }
+        if kicks { u64::from(evaluations) } else { 0 }
     }
 
     /// Whether velocities decay by linear drag and by damping in the same step: only the kernel of blocks does that.
@@ -172,7 +173,8 @@ pub(crate) type Counts = SmallVec<[(&'static str, u64); 8]>;
 
 /// Adds `more` to the count of `name`, which is listed once it is not 0.
 pub(crate) fn count(counts: &mut Counts, name: &'static str, more: u64) {
-    match counts.iter_mut().find(|(known, _)| *known == name) {
+    // Names are constants: most are found by their place in memory.
+    match counts.iter_mut().find(|(known, _)| std::ptr::eq(*known, name) || *known == name) {
         Some((_, count)) => *count += more,
         None if more > 0 => counts.push((name, more)),
         None => {}
@@ -362,10 +364,10 @@ fn integrate_batch<M: Integrator>(
     let in_registers = !around && statistics.record.is_none();
     let start = rows.start;
     let refuse_part = &mut |row, breach| refuse(start + row, breach);
-    if !in_registers || !affine::run::<M>(terms, &mut batch.part(rows.clone()), refuse_part) {
-        // To the same bits. Its counts are dropped: evaluations without called laws are counted elsewhere.
-        let mut uncounted = StepStatistics { record: statistics.record.take(), ..StepStatistics::default() };
-        blocks::run::<M>(terms, &BodyOptions::NONE, None, batch, rows, &mut uncounted, refuse);
-        statistics.record = uncounted.record;
+    let steps = in_registers.then(|| affine::run::<M>(terms, &mut batch.part(rows.clone()), refuse_part));
+    match steps.flatten() {
+        Some(steps) => statistics.accelerations += steps * terms.evaluations_per_step(),
+        // The same bits.
+        None => blocks::run::<M>(terms, &BodyOptions::NONE, None, batch, rows, statistics, refuse),
     }
 }

@@ -72,13 +72,6 @@ pub trait Field {
         v + a * self.step()
     }
 
-    /// [`Field::kick`] by [`Field::acceleration`] at the start of the step.
-    #[inline(always)]
-    fn kick_from(&mut self, x: Self::Space, v: Self::Space) -> Self::Space {
-        let a = self.acceleration(0.0, x, v);
-        self.kick(v, a)
-    }
-
     /// Applies damping, speed limit and locks before the move, in explicit and semi-implicit Euler.
     #[inline(always)]
     fn before_move(&mut self, v: Self::Space) -> Self::Space {

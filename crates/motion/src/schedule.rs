@@ -1,6 +1,5 @@
 //! The schedule: the systems that a tick is compiled of, and what changes the world between two ticks.
 
-pub(crate) mod claimed_evaluations;
 pub(crate) mod effects;
 pub(crate) mod emission;
 pub(crate) mod plan;

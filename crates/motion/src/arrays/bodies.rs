@@ -42,8 +42,6 @@ pub(super) struct Run {
     pub rows: Range<usize>,
     /// The kind of its first row; those of the others differ in `own` alone, which counts up.
     pub kind: Kind,
-    /// The number of movable rows.
-    pub movable: u64,
 }
 
 /// How all rows are integrated.
@@ -76,8 +74,7 @@ impl Individuals {
     pub fn plan(&mut self, bodies: &[[f64; 4]]) {
         if self.kinds.is_empty() {
             if self.runs.first().is_none_or(|run| run.rows.len() != bodies.len()) {
-                let movable = bodies.iter().filter(|body| body[3] > 0.0).count() as u64;
-                self.runs = vec![Run { rows: 0..bodies.len(), movable, ..Run::default() }];
+                self.runs = vec![Run { rows: 0..bodies.len(), ..Run::default() }];
             }
             return;
         }
@@ -89,17 +86,13 @@ impl Individuals {
             if kind.apart || *w <= 0.0 && [*x, *y, *z] == [0.0; 3] {
                 continue;
             }
-            let movable = u64::from(*w > 0.0);
             let continues = |run: &Run| {
                 let own = run.kind.own.map(|first| first + run.rows.len());
                 run.rows.end == row && kind.born.is_none() && *kind == Kind { own, ..run.kind }
             };
             match self.runs.last_mut().filter(|run| continues(run)) {
-                Some(run) => {
-                    run.rows.end += 1;
-                    run.movable += movable;
-                }
-                None => self.runs.push(Run { rows: row..row + 1, kind: *kind, movable }),
+                Some(run) => run.rows.end += 1,
+                None => self.runs.push(Run { rows: row..row + 1, kind: *kind }),
             }
         }
     }

@@ -62,7 +62,7 @@ impl Bare {
         let mut times = self.times(self.substeps);
         let Self { positions, bodies, forces, pushed, resources, individuals, statistics, refused, .. } =
             self;
-        let Run { rows, kind: Kind { gravity_off, own, born, .. }, movable } = individuals.runs[run].clone();
+        let Run { rows, kind: Kind { gravity_off, own, born, .. } } = individuals.runs[run].clone();
         if let Some(time) = born {
             times = times.since(time);
         }
@@ -89,10 +89,6 @@ impl Bare {
         let refuse = &mut |row, _| refused.push(rows.start + row);
         let all = 0..rows.len();
         (kernel.integrate)(&terms, &mut batch, all, options, &mut counted, refuse);
-        if options.is_none() && counted.accelerations == 0 {
-            // Kernels count only called laws.
-            counted.accelerations = terms.evaluations() * movable;
-        }
         statistics.add(&counted);
     }
 }

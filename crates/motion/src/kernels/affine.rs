@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Simd, f64x4, prelude::*};
+use fearless_simd::{Simd, f64x4, prelude::*, u32x4, u32x8};
 
 use super::field::{Constants, RowField, parts};
 use super::lanes::{Rows, each_row};
@@ -18,13 +18,19 @@ type Triples = [f64; 3 * BLOCK + 1];
 /// Rows that take all substeps before the next rows: they stay in the first-level cache.
 const STAY: usize = 32 * BLOCK;
 
-/// Integrates a tick; returns `false`, with nothing done, if the machine has no registers that hold a row.
+/// Integrates a tick and returns how many steps of movable bodies it took; `None`, with nothing done, if the machine has
+/// no registers that hold a row.
 #[must_use]
-pub(super) fn run<M: Integrator>(terms: &Terms<'_>, batch: &mut Batch<'_>, refuse: Refuse<'_>) -> bool {
+pub(super) fn run<M: Integrator>(
+    terms: &Terms<'_>,
+    batch: &mut Batch<'_>,
+    refuse: Refuse<'_>,
+) -> Option<u64> {
     let (rows, substeps) = (batch.bodies.len(), terms.times.substeps);
     if substeps == 1 {
         return step_all::<M>(terms, batch, 0..rows, refuse);
     }
+    let mut steps = 0;
     // Nothing here depends on time, so every substep is the same step. A row that one substep refuses keeps its
     // state, so the next ones refuse it as well; it is restored to its state before the tick. The range is checked
     // only at the end of the tick.
@@ -38,9 +44,7 @@ pub(super) fn run<M: Integrator>(terms: &Terms<'_>, batch: &mut Batch<'_>, refus
         let first = refused.len();
         for _ in 0..substeps {
             let refuse = &mut |row, breach| refused.push((row, breach));
-            if !step_all::<M>(&inner, batch, rows.clone(), refuse) {
-                return false;
-            }
+            steps += step_all::<M>(&inner, batch, rows.clone(), refuse)?;
         }
         if terms.bounds != Bounds::FINITE {
             for row in rows {
@@ -58,7 +62,7 @@ pub(super) fn run<M: Integrator>(terms: &Terms<'_>, batch: &mut Batch<'_>, refus
     if !refused.is_empty() {
         refuse_once(refused, refuse);
     }
-    true
+    Some(steps)
 }
 
 /// Refuses each row for its first reason. Separate from [`run`], so that the sort is compiled once and not for every
@@ -71,21 +75,19 @@ fn refuse_once(mut refused: Vec<(usize, Breach)>, refuse: Refuse<'_>) {
     refused.into_iter().for_each(|(row, breach)| refuse(row, breach));
 }
 
-/// A step of some rows.
+/// A step of some rows; returns how many of them are movable.
 #[must_use]
 fn step_all<M: Integrator>(
     terms: &Terms<'_>,
     batch: &mut Batch<'_>,
     rows: Range<usize>,
     refuse: Refuse<'_>,
-) -> bool {
+) -> Option<u64> {
     if rows.is_empty() {
-        return true;
+        return Some(0);
     }
     let mut whole = batch.part(rows.clone());
-    if !step::<M>(terms, &mut whole, &mut |row, breach| refuse(rows.start + row, breach)) {
-        return false;
-    }
+    let movable = step::<M>(terms, &mut whole, &mut |row, breach| refuse(rows.start + row, breach))?;
     // A block is loaded one number beyond its last row, so the last block is copied, with a row beyond it.
     let rest = (rows.len() - 1) % BLOCK + 1;
     let last = rows.end - rest..rows.end;
@@ -110,38 +112,42 @@ fn step_all<M: Integrator>(
     }
     let applied = (count > 0).then_some(Applied { forces: &forces, rows: &pushed[..count], offset: 0 });
     let mut copy = Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state };
-    let done = step::<M>(terms, &mut copy, &mut |row, breach| refuse(last.start + row, breach));
+    let of_last = step::<M>(terms, &mut copy, &mut |row, breach| refuse(last.start + row, breach))?;
     batch.positions[last.clone()].copy_from_slice(&positions[..rest]);
     batch.bodies[last.clone()].copy_from_slice(&bodies[..rest]);
     if let MethodStateRows::LastStep(all) = &mut batch.method_state {
         all[last].copy_from_slice(&steps[..rest]);
     }
-    done
+    Some(movable + of_last)
 }
 
 /// A step of every whole block that has a row beyond it; on x86 with AVX2 alone, because every instruction set is a copy
 /// of every method.
 #[must_use]
-fn step<M: Integrator>(terms: &Terms<'_>, batch: &mut Batch<'_>, refuse: Refuse<'_>) -> bool {
+fn step<M: Integrator>(terms: &Terms<'_>, batch: &mut Batch<'_>, refuse: Refuse<'_>) -> Option<u64> {
     #[cfg(target_arch = "x86_64")]
-    match LEVEL.as_avx2() {
-        Some(simd) => simd.vectorize(
+    {
+        let simd = LEVEL.as_avx2()?;
+        Some(simd.vectorize(
             #[inline(always)]
             || step_with::<M, _>(simd, terms, batch, refuse),
-        ),
-        None => return false,
+        ))
     }
     #[cfg(not(target_arch = "x86_64"))]
     {
         let level = *LEVEL;
-        fearless_simd::dispatch!(level, simd => step_with::<M, _>(simd, terms, batch, refuse));
+        Some(fearless_simd::dispatch!(level, simd => step_with::<M, _>(simd, terms, batch, refuse)))
     }
-    true
 }
 
 /// [`step`] with the instructions of `simd`.
 #[inline(always)]
-fn step_with<M: Integrator, S: Simd>(simd: S, terms: &Terms<'_>, batch: &mut Batch<'_>, refuse: Refuse<'_>) {
+fn step_with<M: Integrator, S: Simd>(
+    simd: S,
+    terms: &Terms<'_>,
+    batch: &mut Batch<'_>,
+    refuse: Refuse<'_>,
+) -> u64 {
     use parts::{AFTER, BEFORE, DRAG, KEEP};
     let rows = AffineKernel { simd, terms, batch, refuse };
     if !M::DAMPS_INSIDE {
@@ -151,15 +157,15 @@ fn step_with<M: Integrator, S: Simd>(simd: S, terms: &Terms<'_>, batch: &mut Bat
     }
     let decay = &terms.decay;
     if M::KICKS && decay.keep.is_some() {
-        rows.run::<M, KEEP>();
+        rows.run::<M, KEEP>()
     } else if M::KICKS && terms.rate != 0.0 {
-        rows.run::<M, DRAG>();
+        rows.run::<M, DRAG>()
     } else if M::MOVES && decay.before_move.is_some() {
-        rows.run::<M, BEFORE>();
+        rows.run::<M, BEFORE>()
     } else if M::MOVES && decay.after_move.is_some() {
-        rows.run::<M, AFTER>();
+        rows.run::<M, AFTER>()
     } else {
-        rows.run::<M, 0>();
+        rows.run::<M, 0>()
     }
 }
 
@@ -171,8 +177,9 @@ struct AffineKernel<'a, 't, 'r, S> {
 }
 
 impl<S: Simd> AffineKernel<'_, '_, '_, S> {
+    /// Returns how many bodies of these blocks are movable.
     #[inline(always)]
-    fn run<M: Integrator, const PARTS: u8>(self) {
+    fn run<M: Integrator, const PARTS: u8>(self) -> u64 {
         let Self { simd, terms, batch: Batch { positions, bodies, applied, method_state, .. }, refuse } =
             self;
         let step = StepOf { constants: Constants::new(simd, terms), terms };
@@ -185,8 +192,15 @@ impl<S: Simd> AffineKernel<'_, '_, '_, S> {
             MethodStateRows::LastStep(steps) => Some(steps.as_chunks_mut::<BLOCK>().0.iter_mut()),
             _ => None,
         };
+        let mut movable = u32x4::splat(simd, 0);
         for (number, block) in blocks[..count].iter_mut().enumerate() {
             let start = number * BLOCK;
+            if M::KICKS {
+                each_row!(k in BLOCK {
+                    // The mask is -1 where it holds.
+                    movable -= step.constants.movable(&block[k]).bitcast::<u32x8<S>>().split().0;
+                });
+            }
             let x: &mut Triples = positions.first_chunk_mut().expect("a whole block and a number");
             let steps = last.as_mut().and_then(Iterator::next);
             // A kernel without forces pays: adding zeros would lengthen every stage.
@@ -203,6 +217,7 @@ impl<S: Simd> AffineKernel<'_, '_, '_, S> {
             }
             positions = &mut positions[3 * BLOCK..];
         }
+        u64::from(<[u32; 4]>::from(movable)[0])
     }
 }
 

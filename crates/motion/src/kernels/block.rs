@@ -219,15 +219,19 @@ type Full = Block<BLOCK_BODIES>;
 pub(super) struct Slots {
     blocks: RefCell<Vec<Full>>,
     used: Cell<usize>,
+    factors: RefCell<Vec<f64>>,
 }
 
-/// A block of [`Slots`], times a factor.
+/// A block of [`Slots`], times a factor. Two words, because three would be passed through memory.
 #[derive(Clone, Copy)]
 pub(super) struct Slot<'s> {
     slots: &'s Slots,
-    number: usize,
-    factor: f64,
+    /// The number of the block, and above [`FACTOR`] the number of its factor, from 1 on.
+    code: u64,
 }
+
+/// The bit of [`Slot::code`] at which the number of the factor begins.
+const FACTOR: u32 = 32;
 
 thread_local! {
     /// Slots that are not in use, so that a tick allocates nothing.
@@ -253,7 +257,7 @@ impl Slots {
         let (before, next) = blocks.split_at_mut(number);
         write(before, &mut next[0]);
         self.used.set(number + 1);
-        Slot { slots: self, number, factor: 1.0 }
+        Slot { slots: self, code: number as u64 }
     }
 
     /// `number` of every axis and body, which also gets the elements `a` and `b`.
@@ -278,27 +282,49 @@ fn grow(blocks: &mut Vec<Full>) {
 }
 
 impl Slot<'_> {
+    /// The number of the block, without its factor.
+    #[inline(always)]
+    const fn number(self) -> usize {
+        self.code as u32 as usize
+    }
+
+    #[inline(always)]
+    fn factor(self) -> f64 {
+        match self.code >> FACTOR {
+            0 => 1.0,
+            factor => self.slots.factors.borrow()[factor as usize - 1],
+        }
+    }
+
     /// The same element without a factor.
     #[inline(always)]
     fn plain(self) -> Self {
-        if self.factor == 1.0 { self } else { self.multiplied() }
+        if self.code >> FACTOR == 0 { self } else { self.multiplied() }
     }
 
     #[inline(never)]
     fn multiplied(self) -> Self {
-        let Self { slots, number, factor } = self;
-        slots.fill([number; 2], |axis, k, a, _| a.0[axis][k] * factor)
+        let factor = self.factor();
+        self.slots.fill([self.number(); 2], |axis, k, a, _| a.0[axis][k] * factor)
     }
 
     /// The sum, in one pass with the factors.
     #[inline(never)]
     fn sum(self, other: Self) -> Self {
-        let (pair, p, q) = ([self.number, other.number], self.factor, other.factor);
+        let (pair, p, q) = ([self.number(), other.number()], self.factor(), other.factor());
         if p == 1.0 {
             self.slots.fill(pair, |axis, k, a, b| a.0[axis][k] + b.0[axis][k] * q)
         } else {
             self.slots.fill(pair, |axis, k, a, b| a.0[axis][k] * p + b.0[axis][k] * q)
         }
+    }
+
+    /// The block times `factor`.
+    #[inline(always)]
+    fn scaled(self, factor: f64) -> Self {
+        let factors = &mut *self.slots.factors.borrow_mut();
+        factors.push(factor);
+        Self { code: self.number() as u64 | (factors.len() as u64) << FACTOR, ..self }
     }
 }
 
@@ -314,41 +340,44 @@ impl<'s> BlockSpace<BLOCK_BODIES> for Slot<'s> {
     fn read_both<R>(self, other: Self, read: impl FnOnce(&Full, &Full) -> R) -> R {
         let (a, b) = (self.plain(), other.plain());
         let blocks = self.slots.blocks.borrow();
-        read(&blocks[a.number], &blocks[b.number])
+        read(&blocks[a.number()], &blocks[b.number()])
     }
 
     #[inline(always)]
     fn write(self, other: Self, write: impl FnOnce(&Full, &Full, &mut Full)) -> Self {
-        let (a, b) = (self.plain().number, other.plain().number);
+        let (a, b) = (self.plain().number(), other.plain().number());
         self.slots.add(|before, next| write(&before[a], &before[b], next))
     }
 
     #[inline(always)]
     fn map(self, change: impl Fn(usize, usize, f64) -> f64) -> Self {
-        let Self { slots, number, .. } = self.plain();
-        slots.fill([number; 2], |axis, k, a, _| change(axis, k, a.0[axis][k]))
+        let number = self.plain().number();
+        self.slots.fill([number; 2], |axis, k, a, _| change(axis, k, a.0[axis][k]))
     }
 
     #[inline(always)]
     fn zip(self, other: Self, change: impl Fn(usize, usize, [f64; 2]) -> f64) -> Self {
         let (a, b) = (self.plain(), other.plain());
-        self.slots.fill([a.number, b.number], |axis, k, a, b| change(axis, k, [a.0[axis][k], b.0[axis][k]]))
+        self.slots
+            .fill([a.number(), b.number()], |axis, k, a, b| change(axis, k, [a.0[axis][k], b.0[axis][k]]))
     }
 
     fn recycle(memory: &'s Slots, kept: &mut [Self]) {
         kept.iter_mut().for_each(|slot| *slot = slot.plain());
+        memory.factors.borrow_mut().clear();
         for place in 0..kept.len() {
-            let from = kept[place].number;
+            let from = kept[place].code;
+            let to = place as u64;
             // Two of them may be one.
-            if from < place {
+            if from < to {
                 continue;
             }
-            memory.blocks.borrow_mut().swap(place, from);
+            memory.blocks.borrow_mut().swap(place, kept[place].number());
             for slot in &mut *kept {
-                slot.number = match slot.number {
-                    number if number == from => place,
-                    number if number == place => from,
-                    number => number,
+                slot.code = match slot.code {
+                    code if code == from => to,
+                    code if code == to => from,
+                    code => code,
                 };
             }
         }
@@ -379,7 +408,7 @@ impl Neg for Slot<'_> {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        Self { factor: -self.factor, ..self }
+        self.scaled(-self.factor())
     }
 }
 
@@ -388,6 +417,6 @@ impl Mul<f64> for Slot<'_> {
 
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
-        Self { factor, ..self.plain() }
+        self.plain().scaled(factor)
     }
 }

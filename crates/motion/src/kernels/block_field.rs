@@ -268,10 +268,14 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         let (gravity, rate) = (self.gravity, self.terms.rate);
         let a = x.write(v, |x, v, a| {
             if let (Some(positions), Some(velocities), Some(sum)) = (x.axes(), v.axes(), a.axes_mut()) {
-                vectorize(
-                    #[inline(always)]
-                    || fill(sum, |axis, k| gravity[axis] - velocities[axis][k] * rate),
-                );
+                if rate == 0.0 {
+                    sum.iter_mut().zip(gravity).for_each(|(sum, g)| sum.fill(g));
+                } else {
+                    vectorize(
+                        #[inline(always)]
+                        || fill(sum, |axis, k| gravity[axis] - velocities[axis][k] * rate),
+                    );
+                }
                 law.accelerate(at, &BodyBlock { positions, velocities, inverse_masses }, sum);
             }
         });
@@ -465,24 +469,13 @@ impl<X: BlockSpace<N>, const N: usize> Field for BlockField<'_, X, N> {
         let least = self.least_after_kick();
         let kicked = match keep {
             Some(keep) => v.zip(a, |_, _, [v, a]| snapped(v * keep + a * gain, least)),
+            None if least == 0.0 => v + a * gain,
             None => v.zip(a, |_, _, [v, a]| snapped(v + a * gain, least)),
         };
         if self.statistics.record.is_some() {
             self.record_kick(v, a, kicked);
         }
         kicked
-    }
-
-    /// In one pass where no single body needs more.
-    #[inline(never)]
-    fn kick_from(&mut self, x: X, v: X) -> X {
-        if self.pushed || self.decay.keep.is_some() || self.statistics.record.is_some() {
-            let a = self.acceleration(0.0, x, v);
-            return self.kick(v, a);
-        }
-        self.call(self.evaluation_time(0.0), x, v);
-        let (gain, least) = (self.decay.gain, self.least_after_kick());
-        self.accelerated::<false>(&self.called, v, |v, a| snapped(v + a * gain, least))
     }
 
     #[inline(always)]

@@ -72,6 +72,13 @@ impl<S: Simd> Constants<S> {
         }
     }
 
+    /// The lanes of a row that are accelerated: those of the velocity, if the body is movable.
+    #[inline(always)]
+    pub fn movable(&self, body: &[f64; 4]) -> <f64x4<S> as SimdBase<S>>::Mask {
+        // From memory: broadcasting a lane of a register takes shuffles.
+        f64x4::splat(self.simd, body[3]).simd_gt(self.immovable)
+    }
+
     /// Sets velocities that decayed below [`SNAP`] to 0.
     #[inline(always)]
     pub fn snap<const N: usize>(&self, mut v: Rows<S, N>) -> Rows<S, N> {
@@ -124,15 +131,13 @@ impl<S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> RowField<S, N
     #[inline(always)]
     pub fn new(constants: Constants<S>, bodies: &[[f64; 4]; N], forces: Option<&Rows<S, N>>) -> Self {
         let simd = constants.simd;
-        let least = constants.immovable;
         // A selection, not a factor: NaN times 0 would be NaN.
-        let mut movable = [least.simd_gt(least); N];
+        let mut movable = [constants.immovable.simd_gt(constants.immovable); N];
         let mut applied = Rows::splat(f64x4::splat(simd, 0.0));
         each_row!(k in N {
-            // From memory: broadcasting a lane of a register takes shuffles.
-            let w = f64x4::splat(simd, bodies[k][3]);
-            movable[k] = w.simd_gt(least);
+            movable[k] = constants.movable(&bodies[k]);
             if PUSHED && let Some(forces) = forces {
+                let w = f64x4::splat(simd, bodies[k][3]);
                 applied.0[k] = (forces.0[k] * w).only(movable[k]);
             }
         });

@@ -52,7 +52,8 @@ impl Integrator for SemiImplicitEuler {
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
-        let v = field.kick_from(x, v);
+        let a = field.acceleration(0.0, x, v);
+        let v = field.kick(v, a);
         drift(field, x, v)
     }
 }
@@ -65,7 +66,8 @@ impl Integrator for Kick {
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
-        (x, field.kick_from(x, v))
+        let a = field.acceleration(0.0, x, v);
+        (x, field.kick(v, a))
     }
 }
 

@@ -114,19 +114,16 @@ impl PlanInputs {
         Self {
             archetypes: world.archetypes().len(),
             laws: laws.all().next().is_some(),
-            caches_accelerations: calls && called.all(|law| !law.depends_on_velocity()) && !drags(world),
+            caches_accelerations: calls
+                && called.all(|law| !law.depends_on_velocity())
+                && !laws.resources().any(|(_, law)| law.depends_on_velocity())
+                && !world.get_resource::<Damping>().is_some_and(Damping::is_exact),
             range: world.contains_resource::<Range>(),
             substeps: Substeps::count(world.get_resource()),
             mutual_gravity: world.contains_resource::<MutualGravity>(),
             emitters_changed: world.get_resource::<EmittersChanged>().is_some_and(|changed| changed.0),
         }
     }
-}
-
-/// Whether there is drag or exact damping.
-fn drags(world: &World) -> bool {
-    Declared::of(world).resources().any(|(_, law)| law.depends_on_velocity())
-        || world.get_resource::<Damping>().is_some_and(Damping::is_exact)
 }
 
 /// Whether a step integrates bodies of such a kind, in groups or not.

@@ -5,7 +5,6 @@ use bevy_ecs::prelude::*;
 use crate::groups::is_outdated;
 use crate::laws::own::OwnLaws;
 use crate::methods::table::Method;
-use crate::schedule::claimed_evaluations::ClaimedEvaluations;
 use crate::schedule::plan::{PlanInputs, StepPlan};
 use crate::schedule::requests::{self, Requests};
 use crate::schedule::restart::leave_methods;
@@ -44,7 +43,6 @@ pub struct Stepper {
     statics: StaticWatch,
     /// Whether it is in a schedule of the user's, which has the rest of the tick.
     installed: bool,
-    claimed: ClaimedEvaluations,
 }
 
 /// The stepper of a user's schedule; `None` while it is in use.
@@ -74,7 +72,7 @@ impl Stepper {
         let mut schedule = if installed { inner_schedule(world, &plan) } else { step_schedule(world, &plan) };
         schedule.initialize(world).expect("the systems of a tick are totally ordered");
         let (inputs, statics) = (PlanInputs::of(world), StaticWatch::new(world));
-        Self { plan, schedule, inputs, statics, installed, claimed: ClaimedEvaluations::default() }
+        Self { plan, schedule, inputs, statics, installed }
     }
 
     /// Puts the physics into your own schedule. Each run of it is one tick: the systems of [`StepSystems`], in that
@@ -155,7 +153,6 @@ impl Stepper {
     /// The part of a tick up to the end of [`StepSystems::Integrate`].
     fn integrate(&mut self, world: &mut World) {
         self.make_ready(world);
-        self.claimed.count(world, &self.plan);
         self.schedule.run(world);
     }
 
@@ -174,22 +171,16 @@ impl Stepper {
 
     /// Carries out the pending requests without simulating. A tick does so first; call it while the world is paused.
     pub fn carry_out_requests(&mut self, world: &mut World) {
-        if !world.resource::<Requests>().is_empty() {
-            self.claimed = ClaimedEvaluations::default();
-            if requests::carry_out(world) {
-                self.recompile(world);
-            }
+        if !world.resource::<Requests>().is_empty() && requests::carry_out(world) {
+            self.recompile(world);
         }
     }
 
-    /// The end of a tick; returns whether there may be particles.
+    /// The end of a tick; returns whether particles are emitted.
     fn finish(&mut self, world: &mut World) -> bool {
-        let emits = self.plan.emits || self.claimed.has_particles();
-        if emits {
-            self.claimed.count_particles(world, &self.plan);
-            if let Some(mut emissions) = world.get_resource_mut::<Emissions>() {
-                emissions.births.clear();
-            }
+        let emits = self.plan.emits;
+        if emits && let Some(mut emissions) = world.get_resource_mut::<Emissions>() {
+            emissions.births.clear();
         }
         let TimeStep(step) = *world.resource::<TimeStep>();
         world.resource_mut::<StepClock>().count(step);
@@ -221,7 +212,6 @@ impl Stepper {
         forget_accelerations(world, &plan);
         if plan == self.plan {
             self.inputs = PlanInputs::of(world);
-            self.claimed = ClaimedEvaluations::default();
         } else {
             *self = Self::compile_plan(world, plan, self.installed);
         }
