@@ -8,6 +8,7 @@ mod kept;
 mod limits;
 mod mixed;
 mod newcomers;
+mod outside;
 mod requests;
 mod switches;
 mod threads;

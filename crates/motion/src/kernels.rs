@@ -132,17 +132,6 @@ impl<'a> Terms<'a> {
         Self { times: self.times.since(time), ..*self }.damped(self.damping)
     }
 
-    /// Evaluations per movable body in a step in which no law is called.
-    fn evaluations_per_step(&self) -> u64 {
-        let Traits { method, kicks, .. } = self.traits;
-        let claims = method.claims();
-        let evaluations = match self.rate == 0.0 {
-            true => claims.evaluations,
-            false => claims.evaluations_with_velocity_laws,
-        };
-        if kicks { u64::from(evaluations) } else { 0 }
-    }
-
     /// Whether velocities decay by linear drag and by damping in the same step: only the kernel of blocks does that.
     pub fn drags_and_damps(&self) -> bool {
         self.rate != 0.0 && self.damping.is_some() && self.traits.damps_inside
@@ -284,7 +273,7 @@ impl Applied<'_> {
 pub(crate) type Refuse<'a> = &'a mut dyn FnMut(usize, Breach);
 
 /// A method compiled for batches of bodies. The code around it is compiled once for all methods.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Kernel {
     pub traits: Traits,
     /// Integrates a tick of some rows of a batch, whose options are given if they have any.
@@ -364,9 +353,9 @@ fn integrate_batch<M: Integrator>(
     let in_registers = !around && statistics.record.is_none();
     let start = rows.start;
     let refuse_part = &mut |row, breach| refuse(start + row, breach);
-    let steps = in_registers.then(|| affine::run::<M>(terms, &mut batch.part(rows.clone()), refuse_part));
-    match steps.flatten() {
-        Some(steps) => statistics.accelerations += steps * terms.evaluations_per_step(),
+    let done = in_registers.then(|| affine::run::<M>(terms, &mut batch.part(rows.clone()), refuse_part));
+    match done.flatten() {
+        Some(evaluations) => statistics.accelerations += evaluations,
         // The same bits.
         None => blocks::run::<M>(terms, &BodyOptions::NONE, None, batch, rows, statistics, refuse),
     }

@@ -54,7 +54,7 @@ pub use methods::table::{Claims, METHODS, Method};
 pub use observe::forces_on::{ForceCause, each_force, forces_on};
 pub use observe::law_texts::LawTexts;
 pub use observe::totals::{KineticEnergy, Totals, totals};
-pub use schedule::plan::{Passes, StepPlan};
+pub use schedule::plan::{OutsideMethod, Passes, StepPlan};
 #[cfg(feature = "bevy")]
 pub use schedule::plugin::InertiaPlugin;
 pub use schedule::requests::{Request, Requests};

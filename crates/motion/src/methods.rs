@@ -141,9 +141,10 @@ pub enum MethodStateKind {
     LastAcceleration,
 }
 
-/// A method of integration. Each is also the marker component of the bodies that use it.
+/// A method of integration. Each of this crate is also the marker component of the bodies that use it.
 pub trait Integrator: Copy + Default + Send + Sync + 'static {
-    /// Its row of the table of methods.
+    /// Its row of the table of methods. A method of another crate names the row that it is most like; see
+    /// [`Stepper::of`](crate::Stepper::of).
     const METHOD: Method;
     /// The kind of its method state.
     const STATE: MethodStateKind = MethodStateKind::None;

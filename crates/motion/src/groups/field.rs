@@ -130,7 +130,7 @@ pub(crate) enum Watch {
 }
 
 /// A method compiled for groups.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct GroupKernel {
     /// The method for a body that is left alone.
     pub single: Kernel,

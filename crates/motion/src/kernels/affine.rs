@@ -18,8 +18,8 @@ type Triples = [f64; 3 * BLOCK + 1];
 /// Rows that take all substeps before the next rows: they stay in the first-level cache.
 const STAY: usize = 32 * BLOCK;
 
-/// Integrates a tick and returns how many steps of movable bodies it took; `None`, with nothing done, if the machine has
-/// no registers that hold a row.
+/// Integrates a tick and returns the number of evaluations; `None`, with nothing done, if the machine has no registers that
+/// hold a row.
 #[must_use]
 pub(super) fn run<M: Integrator>(
     terms: &Terms<'_>,
@@ -30,7 +30,7 @@ pub(super) fn run<M: Integrator>(
     if substeps == 1 {
         return step_all::<M>(terms, batch, 0..rows, refuse);
     }
-    let mut steps = 0;
+    let mut evaluations = 0;
     // Nothing here depends on time, so every substep is the same step. A row that one substep refuses keeps its
     // state, so the next ones refuse it as well; it is restored to its state before the tick. The range is checked
     // only at the end of the tick.
@@ -44,7 +44,7 @@ pub(super) fn run<M: Integrator>(
         let first = refused.len();
         for _ in 0..substeps {
             let refuse = &mut |row, breach| refused.push((row, breach));
-            steps += step_all::<M>(&inner, batch, rows.clone(), refuse)?;
+            evaluations += step_all::<M>(&inner, batch, rows.clone(), refuse)?;
         }
         if terms.bounds != Bounds::FINITE {
             for row in rows {
@@ -62,7 +62,7 @@ pub(super) fn run<M: Integrator>(
     if !refused.is_empty() {
         refuse_once(refused, refuse);
     }
-    Some(steps)
+    Some(evaluations)
 }
 
 /// Refuses each row for its first reason. Separate from [`run`], so that the sort is compiled once and not for every
@@ -75,7 +75,7 @@ fn refuse_once(mut refused: Vec<(usize, Breach)>, refuse: Refuse<'_>) {
     refused.into_iter().for_each(|(row, breach)| refuse(row, breach));
 }
 
-/// A step of some rows; returns how many of them are movable.
+/// A step of some rows; returns the number of evaluations.
 #[must_use]
 fn step_all<M: Integrator>(
     terms: &Terms<'_>,
@@ -87,7 +87,7 @@ fn step_all<M: Integrator>(
         return Some(0);
     }
     let mut whole = batch.part(rows.clone());
-    let movable = step::<M>(terms, &mut whole, &mut |row, breach| refuse(rows.start + row, breach))?;
+    let evaluations = step::<M>(terms, &mut whole, &mut |row, breach| refuse(rows.start + row, breach))?;
     // A block is loaded one number beyond its last row, so the last block is copied, with a row beyond it.
     let rest = (rows.len() - 1) % BLOCK + 1;
     let last = rows.end - rest..rows.end;
@@ -118,7 +118,7 @@ fn step_all<M: Integrator>(
     if let MethodStateRows::LastStep(all) = &mut batch.method_state {
         all[last].copy_from_slice(&steps[..rest]);
     }
-    Some(movable + of_last)
+    Some(evaluations + of_last)
 }
 
 /// A step of every whole block that has a row beyond it; on x86 with AVX2 alone, because every instruction set is a copy
@@ -177,7 +177,7 @@ struct AffineKernel<'a, 't, 'r, S> {
 }
 
 impl<S: Simd> AffineKernel<'_, '_, '_, S> {
-    /// Returns how many bodies of these blocks are movable.
+    /// Returns the number of evaluations.
     #[inline(always)]
     fn run<M: Integrator, const PARTS: u8>(self) -> u64 {
         let Self { simd, terms, batch: Batch { positions, bodies, applied, method_state, .. }, refuse } =
@@ -192,7 +192,8 @@ impl<S: Simd> AffineKernel<'_, '_, '_, S> {
             MethodStateRows::LastStep(steps) => Some(steps.as_chunks_mut::<BLOCK>().0.iter_mut()),
             _ => None,
         };
-        let mut movable = u32x4::splat(simd, 0);
+        // Every block takes as many evaluations per movable body.
+        let (mut movable, mut per_body) = (u32x4::splat(simd, 0), 0);
         for (number, block) in blocks[..count].iter_mut().enumerate() {
             let start = number * BLOCK;
             if M::KICKS {
@@ -204,11 +205,12 @@ impl<S: Simd> AffineKernel<'_, '_, '_, S> {
             let x: &mut Triples = positions.first_chunk_mut().expect("a whole block and a number");
             let steps = last.as_mut().and_then(Iterator::next);
             // A kernel without forces pays: adding zeros would lengthen every stage.
-            let new = if pushed.touches(start) {
+            let (new, evaluations) = if pushed.touches(start) {
                 step.block::<M, PARTS, true>(simd, x, block, Some(&pushed.block(start)), steps)
             } else {
                 step.block::<M, PARTS, false>(simd, x, block, None, steps)
             };
+            per_body = evaluations;
             if !M::CHECKED || limit.is_of_numbers && is_finite::<M, S>(&new) {
                 store::<M, S>(&new, x, block);
             } else {
@@ -217,7 +219,7 @@ impl<S: Simd> AffineKernel<'_, '_, '_, S> {
             }
             positions = &mut positions[3 * BLOCK..];
         }
-        u64::from(<[u32; 4]>::from(movable)[0])
+        u64::from(<[u32; 4]>::from(movable)[0]) * per_body
     }
 }
 
@@ -231,7 +233,7 @@ struct StepOf<'a, 't, S: Simd> {
 type Block<S> = (Rows<S, BLOCK>, Rows<S, BLOCK>);
 
 impl<S: Simd> StepOf<'_, '_, S> {
-    /// The new positions and rows, neither checked nor stored.
+    /// The new positions and rows, neither checked nor stored, and the number of evaluations per movable body.
     #[inline(always)]
     fn block<M: Integrator, const PARTS: u8, const PUSHED: bool>(
         &self,
@@ -240,7 +242,7 @@ impl<S: Simd> StepOf<'_, '_, S> {
         bodies: &[Row; BLOCK],
         forces: Option<&Triples>,
         mut last: Option<&mut [f64; BLOCK]>,
-    ) -> Block<S> {
+    ) -> (Block<S>, u64) {
         // In a `const`, so that it is compiled for position Verlet alone.
         if const { matches!(M::STATE, MethodStateKind::LastStep) }
             && let Some(last) = &mut last
@@ -266,10 +268,10 @@ impl<S: Simd> StepOf<'_, '_, S> {
         bodies: &[Row; BLOCK],
         forces: Option<&Triples>,
         last: &mut [f64; BLOCK],
-    ) -> Block<S> {
+    ) -> (Block<S>, u64) {
         let zero = [0.0; 3 * BLOCK + 1];
         let (x, forces) = (load_triples(simd, x), load_triples(simd, forces.unwrap_or(&zero)));
-        let (mut new_x, mut new_v) = (x, Rows::of(simd, bodies));
+        let (mut new_x, mut new_v, mut evaluations) = (x, Rows::of(simd, bodies), 0);
         each_row!(k in BLOCK {
             let body = [bodies[k]];
             let force = Rows([forces.0[k]]);
@@ -277,14 +279,14 @@ impl<S: Simd> StepOf<'_, '_, S> {
                 RowField::<_, 1, PARTS, true>::new(self.constants, &body, Some(&force));
             let (x, v) = (Rows([x.0[k]]), Rows::of(simd, &body));
             let mut step = [last[k]];
-            let (x, v) = self.run::<M, PARTS, true, 1>(field, x, v, Some(&mut step));
-            (new_x.0[k], new_v.0[k]) = (x.0[0], v.0[0]);
+            let ((x, v), of_body) = self.run::<M, PARTS, true, 1>(field, x, v, Some(&mut step));
+            (new_x.0[k], new_v.0[k], evaluations) = (x.0[0], v.0[0], of_body);
             // A last step that is not finite stays: it is the evidence of why its row was refused.
             if last[k].is_finite() {
                 last[k] = step[0];
             }
         });
-        (new_x, new_v)
+        ((new_x, new_v), evaluations)
     }
 
     #[inline(always)]
@@ -294,7 +296,7 @@ impl<S: Simd> StepOf<'_, '_, S> {
         mut x: Rows<S, N>,
         mut v: Rows<S, N>,
         last: Option<&mut [f64; N]>,
-    ) -> (Rows<S, N>, Rows<S, N>) {
+    ) -> ((Rows<S, N>, Rows<S, N>), u64) {
         let Terms { decay, rate, .. } = self.terms;
         let mut step_state = StepState::default();
         if let (MethodStateKind::LastStep, Some(last)) = (M::STATE, &last) {
@@ -314,7 +316,7 @@ impl<S: Simd> StepOf<'_, '_, S> {
         if let (MethodStateKind::LastStep, Some(last)) = (M::STATE, last) {
             *last = [step_state.last_step; N];
         }
-        (x, v)
+        ((x, v), field.evaluations)
     }
 }
 

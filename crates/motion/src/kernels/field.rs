@@ -124,6 +124,8 @@ pub(crate) struct RowField<S: Simd, const N: usize, const PARTS: u8, const PUSHE
     pub constants: Constants<S>,
     movable: [<f64x4<S> as SimdBase<S>>::Mask; N],
     applied: Rows<S, N>,
+    /// Evaluations so far.
+    pub evaluations: u64,
 }
 
 impl<S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> RowField<S, N, PARTS, PUSHED> {
@@ -141,7 +143,7 @@ impl<S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> RowField<S, N
                 applied.0[k] = (forces.0[k] * w).only(movable[k]);
             }
         });
-        Self { constants, movable, applied }
+        Self { constants, movable, applied, evaluations: 0 }
     }
 
     /// Applies the factor before the move.
@@ -167,6 +169,7 @@ impl<S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Field for Row
 
     #[inline(always)]
     fn laws(&mut self, _: f64, _: Self::Space, v: Self::Space) -> Self::Space {
+        self.evaluations += 1;
         let mut a: Self::Space = Rows::splat(self.constants.gravity);
         each_row!(k in N {
             if PARTS & DRAG != 0 {

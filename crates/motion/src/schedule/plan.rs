@@ -3,12 +3,13 @@
 use bevy_ecs::archetype::Archetype;
 use bevy_ecs::prelude::*;
 
-use crate::groups::{Groups, update_groups};
+use crate::groups::{GroupKernel, Groups, update_groups};
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
 use crate::laws::{Declared, MutualGravity};
 use crate::methods::markers::{OwnMethod, is_marked};
 use crate::methods::table::Method;
+use crate::methods::{Integrator, with_method};
 use crate::schedule::emission;
 use crate::state::archetypes::{contains, may_exist};
 use crate::state::components::{AxisLocks, PhysicsBody, SpeedLimit};
@@ -41,6 +42,33 @@ impl Passes {
     }
 }
 
+/// A method of another crate, which is not in the table.
+#[derive(Clone, Copy, Debug)]
+pub struct OutsideMethod {
+    name: &'static str,
+    kernel: GroupKernel,
+}
+
+impl OutsideMethod {
+    pub(crate) fn of<M: Integrator>() -> Self {
+        const {
+            let row = M::METHOD.traits();
+            assert!(M::DAMPS_INSIDE == row.damps_inside, "`DAMPS_INSIDE` is that of `METHOD`");
+            assert!(M::STATE as u8 == row.state as u8, "`STATE` is that of `METHOD`");
+        }
+        Self { name: std::any::type_name::<M>(), kernel: GroupKernel::of::<M>() }
+    }
+}
+
+/// Two methods are the same if their types have the same path.
+impl PartialEq for OutsideMethod {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl Eq for OutsideMethod {}
+
 /// The plan of a tick: what its schedule is compiled from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct StepPlan {
@@ -59,12 +87,36 @@ pub struct StepPlan {
     /// Whether laws are called for every body and none of them depends on velocity: methods that can use an acceleration
     /// twice then cache it.
     pub caches_accelerations: bool,
+    /// A method of another crate in place of [`StepPlan::method`].
+    pub outside: Option<OutsideMethod>,
 }
 
 impl StepPlan {
+    /// The kernel of the bodies with this method of their own, or of those that use the world's.
+    pub(crate) fn kernel(&self, own: Option<Method>) -> GroupKernel {
+        match (own, self.outside) {
+            (None, Some(outside)) => outside.kernel,
+            _ => with_method!(own.unwrap_or(self.method), M => const { GroupKernel::of::<M>() }),
+        }
+    }
+
+    /// The name of a system of these bodies: `integrate<RungeKutta4, Without<OwnMethod>>`.
+    pub(crate) fn name(&self, system: &str, own: Option<Method>) -> String {
+        let bodies = own.map_or("Without<OwnMethod>".to_owned(), |own| format!("With<{own:?}>"));
+        match (own, self.outside) {
+            (None, Some(OutsideMethod { name, .. })) => format!("{system}<{name}, {bodies}>"),
+            _ => format!("{system}<{:?}, {bodies}>", own.unwrap_or(self.method)),
+        }
+    }
+
     /// The plan for `world` as it is. Compiles its groups and prepares its pools of particles.
     #[must_use]
     pub fn of(world: &mut World, method: Method) -> Self {
+        Self::with(world, method, None)
+    }
+
+    /// [`StepPlan::of`] with `outside` in place of `method`, if there is one.
+    pub(crate) fn with(world: &mut World, method: Method, outside: Option<OutsideMethod>) -> Self {
         let inputs = PlanInputs::of(world);
         let emits = emission::prepare(world);
         update_groups(world, true);
@@ -83,10 +135,11 @@ impl StepPlan {
         let limited =
             |kind: &Archetype| contains::<SpeedLimit>(world, kind) && contains::<AxisLocks>(world, kind);
         let moves_first = method == Method::ExplicitEuler && world.archetypes().iter().any(limited);
-        let separable = !inputs.laws && !options && !inputs.range && !moves_first && inputs.substeps == 1;
+        let separable = outside.is_none()
+            && !inputs.laws && !options && !inputs.range && !moves_first && inputs.substeps == 1;
         let passes = if separable { Passes::for_bodies(bodies) } else { Passes::One };
         let caches_accelerations = inputs.caches_accelerations;
-        Self { method, passes, own, grouped_only, groups, emits, caches_accelerations }
+        Self { method, passes, own, grouped_only, groups, emits, caches_accelerations, outside }
     }
 }
 

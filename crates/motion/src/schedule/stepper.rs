@@ -4,8 +4,9 @@ use bevy_ecs::prelude::*;
 
 use crate::groups::is_outdated;
 use crate::laws::own::OwnLaws;
+use crate::methods::Integrator;
 use crate::methods::table::Method;
-use crate::schedule::plan::{PlanInputs, StepPlan};
+use crate::schedule::plan::{OutsideMethod, PlanInputs, StepPlan};
 use crate::schedule::requests::{self, Requests};
 use crate::schedule::restart::leave_methods;
 use crate::schedule::systems::{
@@ -59,12 +60,65 @@ impl Stepper {
     pub fn new(world: &mut World, method: Method, step: TimeStep) -> Self {
         insert_step_resources(world, step);
         world.init_resource::<Requests>();
-        Self::compile(world, method, false)
+        Self::compile(world, method, None, false)
     }
 
-    fn compile(world: &mut World, method: Method, installed: bool) -> Self {
+    /// [`Stepper::new`] with a method of your own for every body that has none of its own.
+    ///
+    /// What is known of a method without running it is what the table says of [`Integrator::METHOD`]: a
+    /// [forecast](crate::forecast) is of that method, and so is a [snapshot](crate::snapshot), which has to be restored into
+    /// a stepper made by this function. Whether damping is inside its steps, and its state, must be as in that row.
+    ///
+    /// ```
+    /// use bevy_ecs::prelude::*;
+    /// use motion::methods::{Field, Integrator, StepState};
+    /// use motion::{Evaluations, Method, PhysicsBody, Stepper, TimeStep, Well, Wells, Transform, units::Vector};
+    ///
+    /// /// Ralston's method of order 2 (Ralston 1962).
+    /// #[derive(Clone, Copy, Default)]
+    /// struct Ralston;
+    ///
+    /// impl Integrator for Ralston {
+    ///     const METHOD: Method = Method::RungeKutta2Heun;
+    ///
+    ///     fn step<F: Field>(
+    ///         field: &mut F,
+    ///         x: F::Space,
+    ///         v: F::Space,
+    ///         _: &mut StepState<F>,
+    ///     ) -> (F::Space, F::Space) {
+    ///         let h = field.step();
+    ///         let a1 = field.acceleration(0.0, x, v);
+    ///         let (x2, v2) = (x + v * (h * 2.0 / 3.0), v + a1 * (h * 2.0 / 3.0));
+    ///         let a2 = field.acceleration(2.0 / 3.0, x2, v2);
+    ///         (x + (v + v2 * 3.0) * (h / 4.0), v + (a1 + a2 * 3.0) * (h / 4.0))
+    ///     }
+    /// }
+    ///
+    /// let mut world = World::new();
+    /// world.insert_resource(Wells(vec![Well { position: Vector::ZERO, strength: 1.0, softening: 0.0 }]));
+    /// let body = PhysicsBody::with_mass(1.0).moving_at(Vector::Y);
+    /// let body = world.spawn((Transform::at(Vector::X), body)).id();
+    /// let turn = std::f64::consts::TAU;
+    /// let mut stepper = Stepper::of::<Ralston>(&mut world, TimeStep(turn / 1000.0));
+    /// (0..1000).for_each(|_| stepper.tick(&mut world));
+    /// // Back at the start of a circle of radius 1.
+    /// assert!(world.entity(body).components::<&Transform>().position.distance(Vector::X) < 1e-3);
+    /// assert_eq!(world.resource::<Evaluations>().accelerations(), 2 * 1000);
+    /// ```
+    ///
+    /// # Panics
+    /// As [`Stepper::new`].
+    #[must_use]
+    pub fn of<M: Integrator>(world: &mut World, step: TimeStep) -> Self {
+        insert_step_resources(world, step);
+        world.init_resource::<Requests>();
+        Self::compile(world, M::METHOD, Some(OutsideMethod::of::<M>()), false)
+    }
+
+    fn compile(world: &mut World, method: Method, outside: Option<OutsideMethod>, installed: bool) -> Self {
         mark_static(world);
-        let plan = StepPlan::of(world, method);
+        let plan = StepPlan::with(world, method, outside);
         Self::compile_plan(world, plan, installed)
     }
 
@@ -104,7 +158,7 @@ impl Stepper {
             !world.contains_resource::<Installed>(),
             "a stepper is installed in this world already; change it with `Stepper::installed`"
         );
-        let stepper = Self::compile(world, self.plan.method, true);
+        let stepper = Self::compile(world, self.plan.method, self.plan.outside, true);
         world.insert_resource(Installed(Some(stepper)));
         let sets = (
             StepSystems::ApplyForces,
@@ -193,12 +247,12 @@ impl Stepper {
     /// # Panics
     /// As [`Stepper::new`].
     pub fn set_method(&mut self, world: &mut World, method: Method) {
-        if method == self.plan.method {
+        if method == self.plan.method && self.plan.outside.is_none() {
             return;
         }
         let bodies = Which::of_method(world, None);
         leave_methods(world, bodies);
-        *self = Self::compile(world, method, self.installed);
+        *self = Self::compile(world, method, None, self.installed);
     }
 
     /// Plans again, and compiles the schedule again if the plan has changed. A tick does so by itself where
@@ -208,7 +262,7 @@ impl Stepper {
     /// As [`Stepper::new`].
     pub fn recompile(&mut self, world: &mut World) {
         mark_static(world);
-        let plan = StepPlan::of(world, self.plan.method);
+        let plan = StepPlan::with(world, self.plan.method, self.plan.outside);
         forget_accelerations(world, &plan);
         if plan == self.plan {
             self.inputs = PlanInputs::of(world);
@@ -222,11 +276,11 @@ impl Stepper {
         if method == self.plan.method {
             self.recompile(world);
         } else {
-            *self = Self::compile(world, method, self.installed);
+            *self = Self::compile(world, method, None, self.installed);
         }
     }
 
-    /// The method of every body that has none of its own.
+    /// The method of every body that has none of its own: of a method of your own, [`Integrator::METHOD`].
     #[must_use]
     pub const fn method(&self) -> Method {
         self.plan.method

@@ -6,14 +6,13 @@ use bevy_ecs::schedule::{
 };
 use bevy_ecs::system::{ParamBuilder, ScheduleSystem, SystemState};
 
-use crate::groups::{GroupKernel, integrate_groups};
-use crate::kernels::Kernel;
+use crate::groups::integrate_groups;
 use crate::kernels::evaluations::Evaluations;
 use crate::kernels::record::TickRecords;
 use crate::laws::epoch::Epoch;
 use crate::laws::own::OwnLaws;
 use crate::methods::table::Method;
-use crate::methods::{ExplicitEuler, MethodStateKind, SemiImplicitEuler, with_method};
+use crate::methods::{ExplicitEuler, MethodStateKind, SemiImplicitEuler};
 use crate::schedule::emission::emit_particles;
 use crate::schedule::plan::{Passes, StepPlan};
 use crate::state::clock::{StepClock, TimeStep};
@@ -88,20 +87,19 @@ fn integration(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<Schedu
     let mut systems = Vec::new();
     // Groups first: the single bodies that they hang on are then still where the tick began.
     for own in &plan.groups {
-        let (method, which) = (own.unwrap_or(plan.method), Which::of_method(world, *own));
+        let (kernel, which) = (plan.kernel(*own), Which::of_method(world, *own));
         // A group caches the accelerations of its members itself.
-        if method.traits().state == MethodStateKind::LastStep {
+        if kernel.single.traits.state == MethodStateKind::LastStep {
             let members = which.clone().with::<Grouped>(world);
             systems.push(remember_steps(world, &members));
         }
-        let kernel = with_method!(method, M => const { GroupKernel::of::<M>() });
-        systems.push(
-            integrate_groups(world, kernel, &which, name("integrate_groups", method, *own)).into_configs(),
-        );
+        let name = plan.name("integrate_groups", *own);
+        systems.push(integrate_groups(world, kernel, &which, name).into_configs());
     }
     if !plan.grouped_only {
         systems.extend(remember(world, plan, None));
         match (plan.passes, plan.method) {
+            _ if plan.outside.is_some() => systems.push(integrate_method(world, plan, None)),
             (Passes::Two, Method::SemiImplicitEuler) => {
                 systems.extend([integrate_acceleration.into_configs(), integrate_velocity.into_configs()]);
             }
@@ -130,15 +128,8 @@ fn integrate_method(
     plan: &StepPlan,
     own: Option<Method>,
 ) -> ScheduleConfigs<ScheduleSystem> {
-    let (method, which) = (own.unwrap_or(plan.method), Which::of_method(world, own));
-    let kernel = with_method!(method, M => const { Kernel::of::<M>() });
-    integrate(world, kernel, &which, name("integrate", method, own)).into_configs()
-}
-
-/// The name of a system of a method: `integrate<RungeKutta4, Without<OwnMethod>>`.
-fn name(system: &str, method: Method, own: Option<Method>) -> String {
-    let bodies = own.map_or("Without<OwnMethod>".to_owned(), |own| format!("With<{own:?}>"));
-    format!("{system}<{method:?}, {bodies}>")
+    let which = Which::of_method(world, own);
+    integrate(world, plan.kernel(own).single, &which, plan.name("integrate", own)).into_configs()
 }
 
 /// The system that gives added single bodies the state of their method, which is `own` or the world's.
@@ -148,7 +139,7 @@ fn remember(
     own: Option<Method>,
 ) -> Option<ScheduleConfigs<ScheduleSystem>> {
     let which = Which::of_method(world, own).without::<Grouped>(world);
-    match own.unwrap_or(plan.method).traits().state {
+    match plan.kernel(own).single.traits.state {
         MethodStateKind::None => None,
         MethodStateKind::LastStep => Some(remember_steps(world, &which)),
         MethodStateKind::LastAcceleration if plan.caches_accelerations => {
