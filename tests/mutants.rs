@@ -39,9 +39,9 @@ pub const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         mistake: "compressed springs with their negative stiffness across",
-        file: "crates/motion/src/groups/linear/step.rs",
-        from: "let across = along * positive(taut);",
-        to: "let across = along * taut;",
+        file: "crates/motion/src/groups/pull.rs",
+        from: "[inverse, taut.only(taut.simd_gt(splat(0.0)))]",
+        to: "[inverse, taut]",
         killed_by: "groups::implicit::a_spring_of_half_its_length_comes_to_its_length",
     },
     Mutant {

@@ -2,13 +2,16 @@
 
 mod step;
 
+use std::cell::RefCell;
+
 use bevy_ecs::prelude::*;
 use glam::{DMat3, DVec3};
 
-use super::coupling::{Coupling, SheetRow, in_air, is_open, rate_along};
-use super::pull::{Share, SpringRow, axis, own_row, positive};
-use super::rows::row_of;
+use super::coupling::{Coupling, SheetRow, add, in_air, is_open, rate_along};
+use super::pull::{Linearized, Share, SpringRow, axis, positive};
+use super::rows::{Row, row_of};
 use super::states_of;
+use crate::kernels::record::vector;
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::{BodyState, Drag, EvaluationTime, Law};
 use crate::state::clock::StepClock;
@@ -34,11 +37,11 @@ struct Stiff {
 /// The movable bodies of a group as `y'' = -A y - C y'` with `y = W^-½ x`: three numbers per row.
 ///
 /// Springs are linearized on the fly: a list of them would take more memory than the rest of a large world.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct LinearGroup<'a> {
     coupling: &'a Coupling,
     /// Positions by row, m.
-    at: Vec<DVec3>,
+    at: Vec<Row>,
     /// Square roots of inverse masses by row and axis, 0 where it cannot move.
     root: Vec<DVec3>,
     /// Triangles in air: corners, normal and `m (c + k |u| + k (u·n)² / |u|) / 9`, kg/s.
@@ -52,6 +55,8 @@ pub(crate) struct LinearGroup<'a> {
     threads: Option<&'a Threads>,
     /// The parts of threads in the forces of springs.
     shares: Vec<Share>,
+    /// Arrays that a product needs, reused for the next one.
+    spare: RefCell<[Vec<Row>; 2]>,
 }
 
 /// What contributes most to a mode.
@@ -76,7 +81,7 @@ impl<'a> LinearGroup<'a> {
         });
         let mut group = Self {
             coupling,
-            at: states.iter().map(|state| state.position).collect(),
+            at: states.iter().map(|state| row_of(state.position)).collect(),
             root: root.collect(),
             sheets: Vec::new(),
             drag: Vec::new(),
@@ -85,6 +90,7 @@ impl<'a> LinearGroup<'a> {
             threads,
             shares: threads
                 .map_or_else(Vec::new, |threads| coupling.springs.shares(coupling.rows, threads.count())),
+            spare: RefCell::default(),
         };
         if let Some(drag) = world.get_resource::<Drag>() {
             let time = world.get_resource::<StepClock>().map_or(0.0, StepClock::scene_seconds);
@@ -169,42 +175,28 @@ impl<'a> LinearGroup<'a> {
     pub fn apply(&self, [stiffness, rate]: [Scalar; 2], decays: bool, y: &[Scalar], out: &mut [Scalar]) {
         // Once per row, because a row has many springs.
         let each = self.root.iter().zip(y.as_chunks().0);
-        let mut scaled: Vec<DVec3> = each.map(|(root, y)| *root * DVec3::from_array(*y)).collect();
-        scaled.resize(self.at.len(), DVec3::ZERO);
-        out.fill(0.0);
-        let rows: &mut [[Scalar; 3]] = out.as_chunks_mut().0;
-        let add = |rows: &mut [[Scalar; 3]], first: usize, row: usize, force: DVec3| {
-            if let Some(sum) = own_row(rows, first, row) {
-                *sum = (DVec3::from_array(*sum) + force).to_array();
-            }
-        };
-        let pull = |spring: SpringRow, first: usize, rows: &mut [[Scalar; 3]]| {
-            let spring = Stiff::of(&spring, &self.at);
-            let [a, b] = spring.ends;
-            let d = scaled[b] - scaled[a];
-            let along = stiffness * spring.along + rate * spring.damping;
-            let across = stiffness * spring.across;
-            let force = d * across + spring.n * (spring.n.dot(d) * (along - across));
-            add(rows, first, a, -force);
-            add(rows, first, b, force);
-        };
+        let [mut scaled, mut forces] = self.spare.take();
+        scaled.clear();
+        scaled.extend(each.map(|(root, y)| row_of(*root * DVec3::from_array(*y))));
+        forces.clear();
+        [&mut scaled, &mut forces].into_iter().for_each(|rows| rows.resize(self.at.len(), [0.0; 4]));
         let springs = &self.coupling.springs;
-        match self.threads {
-            _ if stiffness == 0.0 && !springs.damped() => {}
-            Some(threads) => Share::each(threads, &self.shares, rows, |share, rows| {
-                springs.of(share).for_each(|spring| pull(spring, share.first(), rows));
-            }),
-            None => springs.iter().for_each(|spring| pull(spring, 0, rows)),
+        if stiffness != 0.0 || springs.damped() {
+            let shares = self.threads.map(|threads| (threads, &self.shares[..]));
+            let change =
+                Linearized { x: &self.at, axes: None, moves: &scaled, stiffness, damping: rate, times: -1.0 };
+            springs.add(shares, &change, &mut forces);
         }
-        let mut add = |row: usize, force: DVec3| add(rows, 0, row, force);
         for (corners, n, strength) in &self.sheets {
-            let sum = corners.iter().map(|corner| scaled[*corner]).sum::<DVec3>();
+            let sum = corners.iter().map(|corner| vector(&scaled[*corner])).sum::<DVec3>();
             let force = *n * (rate * strength * n.dot(sum));
-            corners.iter().for_each(|corner| add(*corner, force));
+            corners.iter().for_each(|corner| add(&mut forces[*corner], force));
         }
-        for (sum, root) in rows.iter_mut().zip(&self.root) {
-            *sum = (DVec3::from_array(*sum) * *root).to_array();
+        let rows: &mut [[Scalar; 3]] = out.as_chunks_mut().0;
+        for ((sum, force), root) in rows.iter_mut().zip(&forces).zip(&self.root) {
+            *sum = (vector(force) * *root).to_array();
         }
+        self.spare.replace([scaled, forces]);
         for (row, drag) in self.drag.iter().enumerate() {
             let open = self.root[row].cmpgt(DVec3::ZERO);
             let y = DVec3::select(open, DVec3::from_slice(&y[3 * row..]), DVec3::ZERO);
@@ -337,9 +329,9 @@ impl<'a> LinearGroup<'a> {
 
 impl Stiff {
     #[inline(always)]
-    fn of(SpringRow { ends, elastic }: &SpringRow, at: &[DVec3]) -> Self {
+    fn of(SpringRow { ends, elastic }: &SpringRow, at: &[Row]) -> Self {
         let ends = ends.map(|end| end as usize);
-        let d = at[ends[1]] - at[ends[0]];
+        let d = vector(&at[ends[1]]) - vector(&at[ends[0]]);
         let (n, taut) = axis(d, elastic.rest_length);
         let along = if n == DVec3::ZERO && taut == 0.0 { 0.0 } else { elastic.stiffness };
         let across = elastic.stiffness * positive(taut);

@@ -34,12 +34,16 @@ impl SpringRow {
 
 /// Four springs. Those that fill up the last block join row 0 to itself, without stiffness.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Block {
+pub(crate) struct Block {
     ends: [[u32; AT_ONCE]; 2],
     stiffness: [f64; AT_ONCE],
     damping: [f64; AT_ONCE],
     rest_length: [f64; AT_ONCE],
 }
+
+/// Four springs: their reciprocal lengths, 0 for one without a length, and their stiffness across their axes as a fraction
+/// of their stiffness, at least 0.
+pub(crate) type AxisBlock = [[f64; AT_ONCE]; 2];
 
 /// The direction of a spring whose second end is at `d` from the first, and its stiffness across that direction as a
 /// fraction of its stiffness, which is negative for a spring shorter than at rest. A spring without a length pulls alike
@@ -91,12 +95,6 @@ impl Share {
     /// The first of its rows.
     pub const fn first(&self) -> usize {
         self.rows.start
-    }
-
-    /// Its springs among all `springs`, in runs.
-    pub fn runs<'s, S>(&self, springs: &'s [S]) -> impl Iterator<Item = &'s [S]> {
-        let all = springs.len();
-        self.blocks.iter().map(move |blocks| &springs[blocks.start * AT_ONCE..all.min(blocks.end * AT_ONCE)])
     }
 }
 
@@ -194,111 +192,87 @@ impl Springs {
     }
 
     pub fn iter(&self) -> impl Iterator<Item = SpringRow> + '_ {
-        self.iter_from(0)
-    }
-
-    /// The springs from number `first` on.
-    pub fn iter_from(&self, first: usize) -> impl Iterator<Item = SpringRow> + '_ {
-        let blocks = self.blocks[first / AT_ONCE..].iter().flat_map(Block::springs);
-        blocks.skip(first % AT_ONCE).take(self.len - first)
-    }
-
-    /// The springs of a share, and those that fill up the last block.
-    pub fn of(&self, share: &Share) -> impl Iterator<Item = SpringRow> {
-        share.blocks.iter().flat_map(|blocks| &self.blocks[blocks.clone()]).flat_map(Block::springs)
+        self.blocks.iter().flat_map(Block::springs).take(self.len)
     }
 
     /// Adds the forces in the state (`x`, `v`) to `forces`, N. Velocities are read only if springs have damping.
     pub fn pull(&self, shares: Shares<'_>, x: &[Row], v: &[Row], forces: &mut [Row]) {
+        if self.damped {
+            self.add(shares, &Tension::<true> { x, v }, forces);
+        } else {
+            self.add(shares, &Tension::<false> { x, v }, forces);
+        }
+    }
+
+    /// Adds `end_forces` of all springs to `forces`.
+    pub fn add(&self, shares: Shares<'_>, end_forces: &impl EndForces, forces: &mut [Row]) {
         match shares {
             Some((threads, shares)) => Share::each(threads, shares, forces, |share, forces| {
                 for blocks in &share.blocks {
-                    self.pull_blocks::<true>(&self.blocks[blocks.clone()], (x, v), share.first(), forces);
+                    self.add_blocks::<_, true>(blocks.clone(), end_forces, share.first(), forces);
                 }
             }),
-            None => self.pull_blocks::<false>(&self.blocks, (x, v), 0, forces),
+            None => self.add_blocks::<_, false>(0..self.blocks.len(), end_forces, 0, forces),
         }
     }
 
     /// Adds the forces of some blocks, on the rows from `first` on alone if they are `SHARED`.
-    fn pull_blocks<const SHARED: bool>(
+    fn add_blocks<F: EndForces, const SHARED: bool>(
         &self,
-        blocks: &[Block],
-        state: (&[Row], &[Row]),
+        numbers: Range<usize>,
+        end_forces: &F,
         first: usize,
         forces: &mut [Row],
     ) {
+        let blocks = numbers.clone().zip(&self.blocks[numbers]);
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = LEVEL.as_avx2() {
             return simd.vectorize(
                 #[inline(always)]
-                || self.pull_with::<_, SHARED>(simd, blocks, state, first, forces),
+                || add_with::<_, _, SHARED>(simd, blocks, end_forces, first, forces),
             );
         }
         // The same bits.
-        self.pull_with::<_, SHARED>(Fallback::new(), blocks, state, first, forces);
+        add_with::<_, _, SHARED>(Fallback::new(), blocks, end_forces, first, forces);
     }
 
-    #[inline(always)]
-    fn pull_with<S: Simd, const SHARED: bool>(
-        &self,
-        simd: S,
-        blocks: &[Block],
-        (x, v): (&[Row], &[Row]),
-        first: usize,
-        forces: &mut [Row],
-    ) {
-        if self.damped {
-            blocks.iter().for_each(
-                #[inline(always)]
-                |block| block.pull::<S, true, SHARED>(simd, x, v, first, forces),
-            );
-        } else {
-            blocks.iter().for_each(
-                #[inline(always)]
-                |block| block.pull::<S, false, SHARED>(simd, x, v, first, forces),
-            );
-        }
+    /// Sets `axes` to those of all springs at the positions `x`.
+    pub fn find_axes(&self, threads: Option<&Threads>, x: &[Row], axes: &mut Vec<AxisBlock>) {
+        axes.resize(self.blocks.len(), [[0.0; AT_ONCE]; 2]);
+        Threads::share(threads, axes, |first, axes| {
+            let blocks = self.blocks[first..].iter().zip(axes);
+            #[cfg(target_arch = "x86_64")]
+            if let Some(simd) = LEVEL.as_avx2() {
+                return simd.vectorize(
+                    #[inline(always)]
+                    || find_axes(simd, blocks, x),
+                );
+            }
+            // The same bits.
+            find_axes(Fallback::new(), blocks, x);
+        });
     }
 }
 
-impl Block {
-    fn springs(&self) -> [SpringRow; AT_ONCE] {
-        let Self { ends: [a, b], stiffness, damping, rest_length } = *self;
-        std::array::from_fn(|i| SpringRow {
-            ends: [a[i], b[i]],
-            elastic: Elastic { stiffness: stiffness[i], damping: damping[i], rest_length: rest_length[i] },
-        })
+#[inline(always)]
+fn find_axes<'b, S: Simd>(simd: S, blocks: impl Iterator<Item = (&'b Block, &'b mut AxisBlock)>, x: &[Row]) {
+    for (block, axes) in blocks {
+        *axes = block.axes(simd, columns(block.differences(simd, x))).map(Into::into);
     }
+}
 
-    #[inline(always)]
-    fn pull<S: Simd, const DAMPED: bool, const SHARED: bool>(
-        &self,
-        simd: S,
-        x: &[Row],
-        v: &[Row],
-        first: usize,
-        forces: &mut [Row],
-    ) {
-        let d = self.differences(simd, x);
-        let [dx, dy, dz] = columns(d);
-        let squared = dx * dx + dy * dy + dz * dz;
-        // A spring without a length has no direction and no force: a plain reciprocal would give 0 times infinity.
-        let pulls = squared.simd_gt(f64x4::splat(simd, 0.0));
-        let inverse = (f64x4::splat(simd, 1.0) / squared.sqrt()).only(pulls);
-        let of = |numbers: [f64; AT_ONCE]| f64x4::simd_from(simd, numbers);
-        let stretched = f64x4::splat(simd, 1.0) - of(self.rest_length) * inverse;
-        let mut tension = of(self.stiffness) * stretched;
-        if DAMPED {
-            let [ux, uy, uz] = columns(self.differences(simd, v));
-            let rate = dx * ux + dy * uy + dz * uz;
-            // In this order: the square of the reciprocal of a very short length is infinite.
-            tension += of(self.damping) * (rate * inverse) * inverse;
-        }
-        let tension: [f64; AT_ONCE] = tension.into();
-        for i in 0..AT_ONCE {
-            let pull = d[i] * f64x4::splat(simd, tension[i]);
-            let [a, b] = [self.ends[0][i] as usize, self.ends[1][i] as usize];
+#[inline(always)]
+fn add_with<'b, S: Simd, F: EndForces, const SHARED: bool>(
+    simd: S,
+    blocks: impl Iterator<Item = (usize, &'b Block)>,
+    end_forces: &F,
+    first: usize,
+    forces: &mut [Row],
+) {
+    for (number, block) in blocks {
+        let pulls = end_forces.of(simd, number, block);
+        for (i, pull) in pulls.into_iter().enumerate() {
+            let [a, b] = [block.ends[0][i] as usize, block.ends[1][i] as usize];
             if SHARED {
                 if let Some(force) = own_row(forces, first, a) {
                     (f64x4::simd_from(simd, *force) + pull).store_slice(force);
@@ -313,6 +287,110 @@ impl Block {
                 sum.store_slice(&mut forces[b]);
             }
         }
+    }
+}
+
+/// What the springs of a block add to the forces on their first ends; their second ends get the opposite.
+pub(crate) trait EndForces: Sync {
+    /// A row for each spring of block `number`.
+    fn of<S: Simd>(&self, simd: S, number: usize, block: &Block) -> [f64x4<S>; AT_ONCE];
+}
+
+/// The forces in the state (`x`, `v`).
+struct Tension<'a, const DAMPED: bool> {
+    x: &'a [Row],
+    v: &'a [Row],
+}
+
+impl<const DAMPED: bool> EndForces for Tension<'_, DAMPED> {
+    #[inline(always)]
+    fn of<S: Simd>(&self, simd: S, _: usize, block: &Block) -> [f64x4<S>; AT_ONCE] {
+        let d = block.differences(simd, self.x);
+        let [dx, dy, dz] = columns(d);
+        let squared = dx * dx + dy * dy + dz * dz;
+        // A spring without a length has no direction and no force: a plain reciprocal would give 0 times infinity.
+        let pulls = squared.simd_gt(f64x4::splat(simd, 0.0));
+        let inverse = (f64x4::splat(simd, 1.0) / squared.sqrt()).only(pulls);
+        let of = |numbers: [f64; AT_ONCE]| f64x4::simd_from(simd, numbers);
+        let stretched = f64x4::splat(simd, 1.0) - of(block.rest_length) * inverse;
+        let mut tension = of(block.stiffness) * stretched;
+        if DAMPED {
+            let [ux, uy, uz] = columns(block.differences(simd, self.v));
+            let rate = dx * ux + dy * uy + dz * uz;
+            // In this order: the square of the reciprocal of a very short length is infinite.
+            tension += of(block.damping) * (rate * inverse) * inverse;
+        }
+        let tension: [f64; AT_ONCE] = tension.into();
+        let mut pulls = d;
+        for i in 0..AT_ONCE {
+            pulls[i] = d[i] * f64x4::splat(simd, tension[i]);
+        }
+        pulls
+    }
+}
+
+/// Changes of the forces, linearized: `times (across u + n (n·u) (along - across))`, where u is by how much the second end
+/// moves away from the first, n the direction of the spring, and, of its stiffness k, its length L, its rest length L0 and
+/// its damping c, `along = stiffness k + damping c` and `across = stiffness k (1 - L0 / L)`, at least 0.
+pub(crate) struct Linearized<'a> {
+    /// The positions.
+    pub x: &'a [Row],
+    /// The [axes](Springs::find_axes) at these positions, if they were computed.
+    pub axes: Option<&'a [AxisBlock]>,
+    /// The moves.
+    pub moves: &'a [Row],
+    pub stiffness: f64,
+    pub damping: f64,
+    pub times: f64,
+}
+
+impl EndForces for Linearized<'_> {
+    #[inline(always)]
+    fn of<S: Simd>(&self, simd: S, number: usize, block: &Block) -> [f64x4<S>; AT_ONCE] {
+        let splat = |number: f64| f64x4::splat(simd, number);
+        let of = |numbers: [f64; AT_ONCE]| f64x4::simd_from(simd, numbers);
+        let (d, u) = (block.differences(simd, self.x), block.differences(simd, self.moves));
+        let ([dx, dy, dz], [ux, uy, uz]) = (columns(d), columns(u));
+        let [inverse, taut] = match self.axes {
+            Some(axes) => axes[number].map(of),
+            None => block.axes(simd, [dx, dy, dz]),
+        };
+        let along = splat(self.stiffness) * of(block.stiffness);
+        let across = along * taut;
+        let along = along + splat(self.damping) * of(block.damping);
+        let toward = (dx * inverse) * ux + (dy * inverse) * uy + (dz * inverse) * uz;
+        let [inverse, across, beyond]: [[f64; AT_ONCE]; 3] =
+            [inverse.into(), across.into(), (toward * (along - across)).into()];
+        let mut pulls = u;
+        for i in 0..AT_ONCE {
+            let n = d[i] * splat(inverse[i]);
+            pulls[i] = (u[i] * splat(across[i]) + n * splat(beyond[i])) * splat(self.times);
+        }
+        pulls
+    }
+}
+
+impl Block {
+    fn springs(&self) -> [SpringRow; AT_ONCE] {
+        let Self { ends: [a, b], stiffness, damping, rest_length } = *self;
+        std::array::from_fn(|i| SpringRow {
+            ends: [a[i], b[i]],
+            elastic: Elastic { stiffness: stiffness[i], damping: damping[i], rest_length: rest_length[i] },
+        })
+    }
+
+    /// The axes of four springs whose ends are `d` apart.
+    #[inline(always)]
+    fn axes<S: Simd>(&self, simd: S, [x, y, z]: [f64x4<S>; 3]) -> [f64x4<S>; 2] {
+        let splat = |number: f64| f64x4::splat(simd, number);
+        // As `axis`.
+        let length = (x * x + y * y + z * z).sqrt();
+        let has_length = length.simd_gt(splat(0.0));
+        let inverse = (splat(1.0) / length).only(has_length);
+        let rest_length = f64x4::simd_from(simd, self.rest_length);
+        let without_length = splat(1.0).only(rest_length.simd_eq(splat(0.0)));
+        let taut = has_length.select(splat(1.0) - rest_length / length, without_length);
+        [inverse, taut.only(taut.simd_gt(splat(0.0)))]
     }
 
     /// Rows of the second ends minus rows of the first.

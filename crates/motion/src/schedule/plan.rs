@@ -136,7 +136,11 @@ impl StepPlan {
             |kind: &Archetype| contains::<SpeedLimit>(world, kind) && contains::<AxisLocks>(world, kind);
         let moves_first = method == Method::ExplicitEuler && world.archetypes().iter().any(limited);
         let separable = outside.is_none()
-            && !inputs.laws && !options && !inputs.range && !moves_first && inputs.substeps == 1;
+            && !inputs.laws
+            && !options
+            && !inputs.range
+            && !moves_first
+            && inputs.substeps == 1;
         let passes = if separable { Passes::for_bodies(bodies) } else { Passes::One };
         let caches_accelerations = inputs.caches_accelerations;
         Self { method, passes, own, grouped_only, groups, emits, caches_accelerations, outside }

@@ -146,7 +146,8 @@ impl Workspace {
     fn right_side(&mut self, field: &mut GroupField<'_>, v: &[Row], is_newton: bool) {
         let h = field.step();
         if !is_newton {
-            self.linear.add_moves_of_springs(field.shares(), h, v);
+            let springs = &field.coupling.springs;
+            self.linear.add_moves_of_springs(springs, field.shares(), h, (&self.x, v));
         }
         self.gradients.q.fill([0.0; 4]);
         let mut called = std::mem::take(&mut self.gradients.q);
@@ -250,7 +251,7 @@ impl Workspace {
 
     /// Solves for the residual in the arrays of the gradients, with exact derivatives or with their definite part.
     fn solve(&mut self, field: &GroupField<'_>, exact: bool) -> Solved {
-        let Self { linear, gradients, .. } = self;
+        let Self { linear, gradients, x, .. } = self;
         let movable = field.coupling.movable;
         let classes = &field.scratch.classes;
         let locked = classes.list.iter().any(|class| class.locks.is_some());
@@ -258,10 +259,10 @@ impl Workspace {
             let Class { rate, locks, .. } = classes.of(row);
             (*rate, if locked { *locks } else { None })
         };
-        let (h, sheets, solver) = (field.step(), &field.coupling.sheets, field.environment.solver);
+        let (h, coupling, solver) = (field.step(), field.coupling, field.environment.solver);
         let (threads, shares) = (field.threads, field.shares());
         let mut multiply = |exact: bool, p: &[Row], q: &mut [Row]| {
-            linear.multiply(shares, h, sheets, row_terms, exact, (p, q));
+            linear.multiply(coupling, (shares, x), h, row_terms, exact, (p, q));
         };
         if exact {
             gradients.solve_exact(solver, movable, threads, multiply)

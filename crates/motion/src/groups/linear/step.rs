@@ -3,27 +3,13 @@
 use glam::DMat3;
 
 use crate::groups::coupling::{Coupling, SheetRow, add, in_air, is_open, rate_along};
-use crate::groups::pull::{Share, Shares, SpringRow, axis, own_row, positive};
+use crate::groups::pull::{AxisBlock, Linearized, Shares, SpringRow, Springs, axis};
 use crate::groups::rows::{Row, RowArray};
 use crate::kernels::record::vector;
 use crate::laws::{BodyState, Drag, EvaluationTime, Jacobians, Law};
 use crate::state::components::AxisLocks;
 use crate::state::threads::Threads;
 use crate::units::Vector;
-
-/// A spring, linearized: the force on its first end changes by `n (a - b) n·d + b d` with d by how much the second
-/// end moves away from the first.
-#[derive(Clone, Copy, Debug)]
-struct Stiff {
-    ends: [u32; 2],
-    n: Vector,
-    /// `h² k`, kg.
-    along: f64,
-    /// `h² k (1 - L0 / L)`, at least 0, kg.
-    across: f64,
-    /// `h c`, kg.
-    damping: f64,
-}
 
 /// Derivatives of the called laws of a row.
 #[derive(Clone, Copy, Debug)]
@@ -40,13 +26,13 @@ pub(in crate::groups) struct Local {
 /// [`Solver`](crate::groups::Solver), and what it lacks of the exact one.
 #[derive(Debug, Default)]
 pub(in crate::groups) struct LinearStep {
-    springs: Vec<Stiff>,
+    axes: Vec<AxisBlock>,
     /// Normal n and `h m (c + k |u| + k (u·n)² / |u|)`, kg, of triangles in air: the derivative along n.
     sheets: Vec<(Vector, f64)>,
     /// The called laws by row, if there are any.
     pub local: Vec<Local>,
-    /// Springs that are shorter than at rest, by number, with `h² k (1 - L0 / L)`, kg, which is negative.
-    compressed: Vec<(usize, f64)>,
+    /// Springs that are shorter than at rest: their ends, their directions, and `h² k (1 - L0 / L)`, kg, which is negative.
+    compressed: Vec<([u32; 2], Vector, f64)>,
     /// Square roots of inverse masses.
     pub root: Vec<f64>,
     /// Forces of what is coupled, N.
@@ -76,26 +62,14 @@ impl LinearStep {
         exact: bool,
         (x, v): (&[Row], &[Row]),
     ) {
-        let Self { springs, compressed, .. } = self;
-        let axis_of = |SpringRow { ends: [a, b], elastic }: &SpringRow| {
-            axis(vector(&x[*b as usize]) - vector(&x[*a as usize]), elastic.rest_length)
-        };
-        springs.resize(coupling.springs.len(), Stiff::NONE);
-        Threads::share(threads, springs, |first, springs| {
-            for (stiff, spring) in springs.iter_mut().zip(coupling.springs.iter_from(first)) {
-                let (n, taut) = axis_of(&spring);
-                let SpringRow { ends, elastic } = spring;
-                let along = h * h * elastic.stiffness;
-                let across = along * positive(taut);
-                *stiff = Stiff { ends, n, along, across, damping: h * elastic.damping };
-            }
-        });
-        compressed.clear();
+        coupling.springs.find_axes(threads, x, &mut self.axes);
+        self.compressed.clear();
         if exact {
-            let taut = coupling.springs.iter().map(|spring| axis_of(&spring).1);
-            let along = springs.iter().map(|stiff| stiff.along);
-            let across = taut.zip(along).enumerate().filter(|(_, (taut, _))| *taut < 0.0);
-            compressed.extend(across.map(|(number, (taut, along))| (number, along * taut)));
+            self.compressed.extend(coupling.springs.iter().filter_map(|SpringRow { ends, elastic }| {
+                let [a, b] = ends.map(|end| vector(&x[end as usize]));
+                let (n, taut) = axis(b - a, elastic.rest_length);
+                (taut < 0.0).then_some((ends, n, h * h * elastic.stiffness * taut))
+            }));
         }
         self.sheets.clear();
         if let Some(drag) = drag {
@@ -137,40 +111,55 @@ impl LinearStep {
         !(is_zero(position) && is_zero(velocity))
     }
 
-    /// Adds what the springs pull less after `h` at the velocities `v`: the forces become `f - h K v`.
-    pub fn add_moves_of_springs(&mut self, shares: Shares<'_>, h: f64, v: &[Row]) {
-        pull(shares, &self.springs, v, &mut self.forces, |stiff, d| stiff.change(d, stiff.along) * (1.0 / h));
+    /// Adds what the springs, at the positions `x`, pull less after `h` at the velocities `v`: the forces become `f - h K v`.
+    pub fn add_moves_of_springs(
+        &mut self,
+        springs: &Springs,
+        shares: Shares<'_>,
+        h: f64,
+        (x, v): (&[Row], &[Row]),
+    ) {
+        let change = Linearized {
+            x,
+            axes: Some(&self.axes),
+            moves: v,
+            stiffness: h * h,
+            damping: 0.0,
+            times: 1.0 / h,
+        };
+        springs.add(shares, &change, &mut self.forces);
     }
 
-    /// `q = A p`, without a matrix; `row_terms` gives the rate of linear drag and the locks of a row. A is the exact
+    /// `q = A p`, without a matrix, with springs at the positions `x`; `row_terms` gives the rate of linear drag and the locks of a row. A is the exact
     /// derivative if `exact`, and else its positive definite part.
     pub fn multiply(
         &mut self,
-        shares: Shares<'_>,
+        coupling: &Coupling,
+        (shares, x): (Shares<'_>, &[Row]),
         h: f64,
-        sheets: &[SheetRow],
         row_terms: impl Fn(usize) -> (f64, Option<AxisLocks>) + Sync,
         exact: bool,
         (p, q): (&[Row], &mut [Row]),
     ) {
         // Once: finding where an array begins is more than what is done to a row.
-        let Self { springs, sheets: normals, local, compressed, root, forces, scaled } = self;
+        let Self { axes, sheets: normals, local, compressed, root, forces, scaled } = self;
         let (forces, scaled): (&mut [Row], &mut [Row]) = (forces, scaled);
         let movable = root.len();
         for ((scaled, p), root) in scaled[..movable].iter_mut().zip(p).zip(&*root) {
             (0..3).for_each(|axis| scaled[axis] = p[axis] * *root);
         }
         forces.fill([0.0; 4]);
-        pull(shares, springs, scaled, forces, |stiff, d| -stiff.change(d, stiff.along + stiff.damping));
-        for (number, across) in compressed.iter().take_while(|_| exact) {
-            let Stiff { ends, n, .. } = springs[*number];
+        let axes = Some(&axes[..]);
+        let change = Linearized { x, axes, moves: scaled, stiffness: h * h, damping: h, times: -1.0 };
+        coupling.springs.add(shares, &change, forces);
+        for (ends, n, across) in compressed.iter().take_while(|_| exact) {
             let [a, b] = ends.map(|end| end as usize);
             let d = vector(&scaled[b]) - vector(&scaled[a]);
-            let change = (d - n * n.dot(d)) * *across;
+            let change = (d - *n * n.dot(d)) * *across;
             add(&mut forces[a], -change);
             add(&mut forces[b], change);
         }
-        for (SheetRow { corners, .. }, (n, strength)) in sheets.iter().zip(&*normals) {
+        for (SheetRow { corners, .. }, (n, strength)) in coupling.sheets.iter().zip(&*normals) {
             let [a, b, c] = corners.map(|corner| vector(&scaled[corner as usize]));
             let ninth = 1.0 / 9.0;
             let change = *n * (*strength * n.dot(a + b + c) * ninth);
@@ -196,45 +185,6 @@ impl LinearStep {
                 }
             }
         });
-    }
-}
-
-/// Adds `force` of every spring to its first end and the opposite to its second; it gets by how much the rows `x` of its
-/// ends differ.
-#[inline(always)]
-fn pull(
-    shares: Shares<'_>,
-    springs: &[Stiff],
-    x: &[Row],
-    forces: &mut [Row],
-    force: impl Fn(&Stiff, Vector) -> Vector + Sync,
-) {
-    let pull_all = |springs: &[Stiff], first: usize, forces: &mut [Row]| {
-        for stiff in springs {
-            let [a, b] = stiff.ends.map(|end| end as usize);
-            let force = force(stiff, vector(&x[b]) - vector(&x[a]));
-            if let Some(sum) = own_row(forces, first, a) {
-                add(sum, force);
-            }
-            if let Some(sum) = own_row(forces, first, b) {
-                add(sum, -force);
-            }
-        }
-    };
-    match shares {
-        Some((threads, shares)) => Share::each(threads, shares, forces, |share, forces| {
-            share.runs(springs).for_each(|run| pull_all(run, share.first(), forces));
-        }),
-        None => pull_all(springs, 0, forces),
-    }
-}
-
-impl Stiff {
-    const NONE: Self = Self { ends: [0; 2], n: Vector::ZERO, along: 0.0, across: 0.0, damping: 0.0 };
-
-    /// The force on the first end, times h², where the second moves away by `d`, with `along` along the axis.
-    fn change(&self, d: Vector, along: f64) -> Vector {
-        d * self.across + self.n * (self.n.dot(d) * (along - self.across))
     }
 }
 
