@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use motion::{Gravity, Method, PhysicsBody, Quarantine, SoftBody, Substeps, Transform};
 use pick::Viewpoint;
-use sandbox::input::{Button, Experiment, Input};
+use sandbox::input::{Button, Input};
 use sandbox::{Control, Mode, Options, Order, Overrides, Panel, Session};
 
 use crate::drive::{Drive, at, click, down, tap, up};
@@ -702,7 +702,7 @@ fn a_fault_stays_with_its_cures_until_it_is_dismissed() {
     assert!(!cockpit.session().paused() && cockpit.session().fault().is_none(), "cured");
 
     // From the start again: by now the spring has no length to grow from.
-    let explicit = Input::Experiment(Experiment::Method(Method::ExplicitEuler));
+    let explicit = Input::Act(scene::Action::SetMethod(Method::ExplicitEuler));
     cockpit.drive.give([explicit]).press("F1");
     run_to_fault(&mut cockpit);
     cockpit.drive.ticks(3);

@@ -1,10 +1,11 @@
 //! Keys, mouse and time: what each does, and what frame rates and hitches change.
 
 use glam::{DVec2, DVec3};
-use motion::{Gravity, Method};
+use history::Change;
+use motion::{Gravity, Method, Request};
 use sandbox::actions::{self, BINDINGS, Key};
 use sandbox::input::{Button, Input};
-use sandbox::{Mode, Order};
+use sandbox::{Mode, Order, SwitchedBy};
 use scene::CameraSpec;
 
 use crate::drive::{Drive, at, click, down, own_method, tap, up};
@@ -440,15 +441,17 @@ fn a_body_gets_a_method_of_its_own_and_the_scenes_again() {
     let mut drive = Drive::tutorial();
     let count = |drive: &mut Drive| drive.session.methods();
     assert_eq!(count(&mut drive), [(Method::SemiImplicitEuler, 28)]);
-    drive
-        .give([own_method("player", Some(Method::RungeKutta4)), own_method("enemy", Some(Method::Yoshida4))]);
-    drive.give([own_method("nobody", Some(Method::Yoshida4))]);
+    drive.give([own_method("player", Method::RungeKutta4), own_method("enemy", Method::Yoshida4)]);
+    drive.give([own_method("nobody", Method::Yoshida4)]);
     let own = [(Method::SemiImplicitEuler, 26), (Method::RungeKutta4, 1), (Method::Yoshida4, 1)];
     assert_eq!(count(&mut drive), own);
     // The scene's method is that of all others.
     drive.press("Shift+I");
     assert_eq!(count(&mut drive)[0], (Method::ExplicitEuler, 26));
-    drive.give([own_method("player", None), own_method("enemy", Some(Method::ExplicitEuler))]);
+    let player = drive.session.scene().names.find("player").unwrap();
+    let scenes = Change::request(Request::SetBodyMethod(player, None));
+    drive.session.change(scenes, SwitchedBy::Settings);
+    drive.give([own_method("enemy", Method::ExplicitEuler)]);
     assert_eq!(count(&mut drive), [(Method::ExplicitEuler, 28)]);
 }
 

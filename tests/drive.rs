@@ -3,10 +3,10 @@
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use motion::clock::FrameClock;
-use motion::{Method, PhysicsBody, Request, Transform};
-use sandbox::input::{Button, Experiment, Input, InputFrame};
+use motion::{Method, PhysicsBody, Transform};
+use sandbox::input::{Button, Input, InputFrame};
 use sandbox::{Options, Session};
-use scene::Scene;
+use scene::{Action, Scene};
 
 use crate::harness::{H, scene_of};
 
@@ -156,19 +156,19 @@ pub fn tap(key: &str) -> [Input; 2] {
 
 /// A push, named and in newtons, for one tick.
 pub fn push(body: &str, newtons: impl Into<[f64; 3]>) -> Input {
-    Input::Experiment(Experiment::Push(body.to_owned(), newtons.into()))
+    Input::Act(Action::Push(body.to_owned(), DVec3::from_array(newtons.into())))
 }
 
-pub fn change(body: &str, request: fn(Entity, DVec3) -> Request, value: [f64; 3]) -> Input {
-    Input::Experiment(Experiment::OfBody(body.to_owned(), request, value))
+pub fn change(body: &str, action: fn(String, DVec3) -> Action, value: [f64; 3]) -> Input {
+    Input::Act(action(body.to_owned(), DVec3::from_array(value)))
 }
 
 pub fn remove(body: &str) -> Input {
-    Input::Experiment(Experiment::Remove(body.to_owned()))
+    Input::Act(Action::Remove(body.to_owned()))
 }
 
-pub fn own_method(body: &str, method: Option<Method>) -> Input {
-    Input::Experiment(Experiment::BodyMethod(body.to_owned(), method))
+pub fn own_method(body: &str, method: Method) -> Input {
+    Input::Act(Action::SetBodyMethod(body.to_owned(), method))
 }
 
 /// The pointer at a pixel.

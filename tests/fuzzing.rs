@@ -13,7 +13,7 @@ use motion::{Damping, DampingModel, Method, Request, Transform};
 use proptest::collection::vec;
 use proptest::prelude::any;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
-use sandbox::input::{Button, Experiment, Input};
+use sandbox::input::{Button, Input};
 
 use crate::drive::{Drive, push, remove};
 use crate::environment::{Environment, Start};
@@ -160,7 +160,7 @@ fn ghosts_begin_where_mutual_gravity_is_off() {
     drive.session.keep_timeline();
     let off = sandbox::SwitchedBy::Script;
     drive.session.switch_effect(motion::effects::Effect::MutualGravity, false, off).unwrap();
-    drive.give([Input::Experiment(Experiment::Method(Method::ImplicitEuler))]).ticks(3);
+    drive.give([Input::Act(scene::Action::SetMethod(Method::ImplicitEuler))]).ticks(3);
     drive.press("T").ticks(3).press(",").ticks(1);
     assert!(drive.session.ghosts().len() > 5 && drive.session.bundle(None).is_some());
 }

@@ -7,10 +7,10 @@ mod unsolvable;
 use glam::DVec3;
 use history::{Distances, Simulation};
 use motion::effects::Effect;
-use motion::{Method, PhysicsBody, Quarantined, Request};
-use sandbox::input::{Experiment, Input};
+use motion::{Method, PhysicsBody, Quarantined};
+use sandbox::input::Input;
 use sandbox::{GhostRow, GhostState};
-use scene::Scene;
+use scene::{Action, Scene};
 
 use crate::drive::{Drive, change, own_method, push, remove, tap};
 use crate::harness::{H, scene_of};
@@ -85,19 +85,18 @@ fn assert_tells(drive: &Drive, method: Method, alone: &Drive, reference: &Drive)
 
 /// Inputs of frame number `frame`: pushes, held keys aside, and every kind of change.
 fn inputs(frame: u32) -> Vec<Input> {
-    let switch = |effect, on| Input::Experiment(Experiment::SwitchEffect(effect, on));
-    let world = |request| Input::Experiment(Experiment::OfWorld(request));
+    let switch = |effect, on| Input::Act(Action::SwitchEffect(effect, on));
     match frame {
         3 => vec![push("ball", [50.0, -20.0, 5.0]), push("second", [0.0, 90.0, 0.0])],
-        9 => vec![change("first", Request::Impulse, [1.0, 2.0, 3.0]), push("ball", [9.0, 0.0, 0.0])],
+        9 => vec![change("first", Action::Impulse, [1.0, 2.0, 3.0]), push("ball", [9.0, 0.0, 0.0])],
         14 => tap("G").to_vec(),
-        20 => vec![change("dust", Request::SetVelocity, [0.0, 4.0, 1.0])],
+        20 => vec![change("dust", Action::SetVelocity, [0.0, 4.0, 1.0])],
         24 => vec![switch(Effect::Drag, false), push("box", [0.0, 0.0, 40.0])],
-        30 => vec![world(Request::SetGravity(DVec3::new(0.5, -5.0, 0.0)))],
-        33 => vec![remove("spare"), change("box", Request::SetPosition, [2.0, 2.0, 2.0])],
-        36 => vec![Input::Experiment(Experiment::DampingRate(0.5)), switch(Effect::Drag, true)],
-        40 => vec![world(Request::ReverseVelocities)],
-        44 => vec![own_method("ball", Some(Method::ExplicitEuler))],
+        30 => vec![Input::Act(Action::SetGravity(DVec3::new(0.5, -5.0, 0.0)))],
+        33 => vec![remove("spare"), change("box", Action::SetPosition, [2.0, 2.0, 2.0])],
+        36 => vec![Input::Act(Action::SetDamping(0.5)), switch(Effect::Drag, true)],
+        40 => vec![Input::Act(Action::ReverseVelocities)],
+        44 => vec![own_method("ball", Method::ExplicitEuler)],
         50 => vec![switch(Effect::Springs, false)],
         55 => vec![switch(Effect::Springs, true), switch(Effect::Emitters, false)],
         _ => Vec::new(),
@@ -106,7 +105,7 @@ fn inputs(frame: u32) -> Vec<Input> {
 
 /// The same without what a twin ignores.
 fn inputs_of_runs(frame: u32) -> Vec<Input> {
-    let of_one = |input: &Input| matches!(input, Input::Experiment(Experiment::BodyMethod(..)));
+    let of_one = |input: &Input| matches!(input, Input::Act(Action::SetBodyMethod(..)));
     inputs(frame).into_iter().filter(|input| !of_one(input)).collect()
 }
 

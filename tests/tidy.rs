@@ -96,7 +96,7 @@ const FROM_TEXT_TO_SCENE: &[&str] = &[
 
 /// The same of `crates/history/src`.
 const HISTORY: &[&str] =
-    &["simulation", "input", "distances", "lists", "snapshot", "bundle", "timeline", "twin"];
+    &["simulation", "distances", "lists", "snapshot", "change", "bundle", "timeline", "twin"];
 
 /// The same of `crates/lab/src`.
 const LAB: &[&str] = &["run", "cost", "limits", "ablation", "receipt", "recommend", "stability"];

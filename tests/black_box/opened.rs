@@ -3,7 +3,7 @@
 use history::Bundle;
 use motion::Substeps;
 use motion::clock::FrameClock;
-use sandbox::input::{Experiment, Input};
+use sandbox::input::Input;
 use sandbox::report::state_hash;
 use sandbox::{Options, Repetition, Session};
 
@@ -223,7 +223,7 @@ fn a_bundle_made_after_going_back_repeats_the_steps_that_were_taken_then() {
 
 #[test]
 fn going_back_brings_back_the_substeps_of_then() {
-    let substeps = |count| Input::Experiment(Experiment::Substeps(count));
+    let substeps = |count| Input::Act(scene::Action::SetSubsteps(count));
     let mut drive = recording();
     let mut hashes = go(&mut drive, 0..20);
     drive.give([substeps(7)]);

@@ -49,7 +49,7 @@ pub fn recorded(run: &mut Simulation, cap: usize, ticks: u64) -> (Timeline, Vec<
         if tick == 60 {
             timeline.note_requests(run);
             run.carry_out_requests();
-            timeline.note(run, history::Intervention::Method(Method::VelocityVerlet));
+            timeline.note(run, history::Change::Method(Method::VelocityVerlet));
             run.set_method(Method::VelocityVerlet);
         }
         timeline.before_tick(run);

@@ -1,13 +1,15 @@
 //! Effects that a method cannot solve, switched off while it is in use.
 
+use glam::DVec3;
 use motion::effects::Effect;
-use motion::{Method, MutualGravity, Request};
-use sandbox::input::{Experiment, Input};
+use motion::{Method, MutualGravity};
+use sandbox::input::Input;
+use scene::Action;
 
 use crate::drive::Drive;
 
-fn give(drive: &mut Drive, experiment: Experiment) {
-    drive.frame(1.0 / 120.0, [Input::Experiment(experiment)]);
+fn give(drive: &mut Drive, action: Action) {
+    drive.frame(1.0 / 120.0, [Input::Act(action)]);
 }
 
 fn method(drive: &mut Drive) -> Method {
@@ -22,21 +24,21 @@ fn mutual_gravity_stays_off_while_any_method_cannot_solve_it_also_one_that_moves
     };
     // The scene's method is in no body's use.
     let mut drive = Drive::shipped("figure_eight");
-    give(&mut drive, Experiment::SwitchEffect(Effect::MutualGravity, false));
+    give(&mut drive, Action::SwitchEffect(Effect::MutualGravity, false));
     for name in names(&drive) {
-        give(&mut drive, Experiment::BodyMethod(name, Some(Method::RungeKutta4)));
+        give(&mut drive, Action::SetBodyMethod(name, Method::RungeKutta4));
     }
-    give(&mut drive, Experiment::Method(Method::ImplicitEuler));
-    give(&mut drive, Experiment::SwitchEffect(Effect::MutualGravity, true));
+    give(&mut drive, Action::SetMethod(Method::ImplicitEuler));
+    give(&mut drive, Action::SwitchEffect(Effect::MutualGravity, true));
     assert!(!attracts(&drive));
     drive.press("T").ticks(2);
     // A body of that method is frozen.
     let mut drive = Drive::shipped("figure_eight");
-    give(&mut drive, Experiment::SwitchEffect(Effect::MutualGravity, false));
+    give(&mut drive, Action::SwitchEffect(Effect::MutualGravity, false));
     let first = names(&drive).remove(0);
-    give(&mut drive, Experiment::BodyMethod(first.clone(), Some(Method::ImplicitEuler)));
-    give(&mut drive, Experiment::OfBody(first, Request::SetVelocity, [f64::NAN; 3]));
-    give(&mut drive, Experiment::SwitchEffect(Effect::MutualGravity, true));
+    give(&mut drive, Action::SetBodyMethod(first.clone(), Method::ImplicitEuler));
+    give(&mut drive, Action::SetVelocity(first, DVec3::NAN));
+    give(&mut drive, Action::SwitchEffect(Effect::MutualGravity, true));
     assert!(!attracts(&drive));
     drive.press("T").ticks(2);
 }
@@ -45,8 +47,8 @@ fn mutual_gravity_stays_off_while_any_method_cannot_solve_it_also_one_that_moves
 fn ghosts_a_step_back_and_a_bundle_work_after_mutual_gravity_is_off_and_the_method_implicit() {
     let mut drive = Drive::shipped("figure_eight").recording();
     drive.ticks(10);
-    give(&mut drive, Experiment::SwitchEffect(Effect::MutualGravity, false));
-    give(&mut drive, Experiment::Method(Method::ImplicitEuler));
+    give(&mut drive, Action::SwitchEffect(Effect::MutualGravity, false));
+    give(&mut drive, Action::SetMethod(Method::ImplicitEuler));
     // Far enough for a snapshot of the timeline by that method.
     drive.ticks(60);
     assert_eq!(method(&mut drive), Method::ImplicitEuler);

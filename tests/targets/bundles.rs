@@ -3,7 +3,7 @@
 use std::io::{Cursor, Read as _, Write as _};
 
 use arbitrary::{Result, Unstructured};
-use history::{BUNDLE_FORMAT, Bundle, Event, Intervention, Manifest, Settings, Simulation};
+use history::{BUNDLE_FORMAT, Bundle, Change, Event, Manifest, Settings, Simulation};
 use motion::Method;
 use sandbox::{Options, Session};
 use scene::Scene;
@@ -97,10 +97,10 @@ fn whole(u: &mut Unstructured<'_>) -> Result<Option<(Bundle, Scene)>> {
     run.run(u.int_in_range(0..=3)?);
     let snapshot = run.snapshot();
     let what = match u.int_in_range(0..=3)? {
-        0 => Intervention::Push(0, any_vector(u)?),
-        1 => Intervention::Method(*u.choose(&Method::ALL)?),
-        2 => Intervention::Step(at_least_0(u)?),
-        _ => Intervention::Requests(vec![motion::Request::SetVelocity(0, any_vector(u)?)]),
+        0 => Change::Push(0, any_vector(u)?),
+        1 => Change::Method(*u.choose(&Method::ALL)?),
+        2 => Change::Step(at_least_0(u)?),
+        _ => Change::Requests(vec![motion::Request::SetVelocity(0, any_vector(u)?)]),
     };
     let (format, settings, tick) = (BUNDLE_FORMAT, Settings::of(&scene), snapshot.ticks());
     let manifest = Manifest { format, settings, snapshot_tick: tick, end_tick: tick, ..Manifest::default() };

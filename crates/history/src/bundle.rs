@@ -9,8 +9,7 @@ mod archive;
 mod energy;
 mod manifest;
 
-use motion::units::Vector;
-use motion::{Method, Request};
+use motion::Request;
 use scene::{Scene, SceneError};
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +18,8 @@ pub(crate) use archive::{CONTRADICTION, UNDAMAGED};
 pub use energy::{EnergyGrowth, EnergyLook, EnergyState};
 pub use manifest::{BUNDLE_FORMAT, FaultEntry, Keyframe, Manifest, Settings};
 
-use crate::snapshot::{Snapshot, requests, vector, words};
+use crate::change::Change;
+use crate::snapshot::Snapshot;
 
 /// A run that can be repeated.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,23 +44,7 @@ pub struct Event {
     /// Ticks that had been simulated.
     pub tick: u64,
     /// What it was.
-    pub what: Intervention,
-}
-
-/// What can be done to a run from outside. Bodies are stable ids.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Intervention {
-    /// Changes that were carried out together, between two ticks.
-    Requests(#[serde(with = "requests")] Vec<Request<u32>>),
-    /// Another method of the scene.
-    Method(#[serde(with = "words")] Method),
-    /// Another number of substeps.
-    Substeps(u32),
-    /// Another length of ticks, s.
-    Step(f64),
-    /// A force on a body in the next tick, N.
-    Push(u32, #[serde(with = "vector")] Vector),
+    pub what: Change,
 }
 
 impl Event {
@@ -68,7 +52,7 @@ impl Event {
     #[must_use]
     pub fn bytes(&self) -> usize {
         let list = match &self.what {
-            Intervention::Requests(requests) => requests.capacity() * size_of::<Request<u32>>(),
+            Change::Requests(requests) => requests.capacity() * size_of::<Request<u32>>(),
             _ => 0,
         };
         size_of::<Self>() + list

@@ -6,8 +6,8 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
 mod bundle;
+mod change;
 mod distances;
-mod input;
 mod lists;
 mod simulation;
 mod snapshot;
@@ -15,11 +15,11 @@ mod timeline;
 mod twin;
 
 pub use bundle::{
-    BUNDLE_FORMAT, BadBundle, Bundle, EnergyGrowth, EnergyLook, EnergyState, Event, FaultEntry, Intervention,
-    Keyframe, Manifest, Settings,
+    BUNDLE_FORMAT, BadBundle, Bundle, EnergyGrowth, EnergyLook, EnergyState, Event, FaultEntry, Keyframe,
+    Manifest, Settings,
 };
+pub use change::{Change, Gone};
 pub use distances::{Distances, DistancesSoFar};
-pub use input::Input;
 pub use simulation::Simulation;
 pub use snapshot::{BadSnapshot, Snapshot};
 pub use timeline::{

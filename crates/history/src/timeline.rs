@@ -13,8 +13,8 @@ use std::ops::RangeInclusive;
 use motion::TimeStep;
 use motion::clock::StepClock;
 
-use crate::bundle::{EnergyState, Event, Intervention};
-use crate::input::Input;
+use crate::bundle::{EnergyState, Event};
+use crate::change::Change;
 use crate::simulation::Simulation;
 use crate::snapshot::Snapshot;
 
@@ -123,10 +123,10 @@ impl Timeline {
 
     /// Notes what is done at once, between two ticks. Drops what was recorded of ticks after the present one, if the run went
     /// back.
-    pub fn note(&mut self, simulation: &Simulation, what: Intervention) {
+    pub fn note(&mut self, simulation: &Simulation, what: Change) {
         let tick = simulation.ticks();
         self.forget_after(tick);
-        if let Intervention::Step(step) = what {
+        if let Change::Step(step) = what {
             self.step = step;
         }
         let event = Event { tick, what };
@@ -139,7 +139,7 @@ impl Timeline {
         let requests: Vec<_> = simulation.requested().collect();
         let some = !requests.is_empty();
         if some {
-            self.note(simulation, Intervention::Requests(requests));
+            self.note(simulation, Change::Requests(requests));
         }
         some
     }
@@ -150,13 +150,11 @@ impl Timeline {
         let mut some = self.note_requests(simulation);
         let TimeStep(step) = *simulation.world.resource::<TimeStep>();
         if step.to_bits() != self.step.to_bits() {
-            self.note(simulation, Intervention::Step(step));
+            self.note(simulation, Change::Step(step));
         }
-        for input in simulation.pending() {
-            if let Input::Push(body, newtons) = input {
-                self.note(simulation, Intervention::Push(body, newtons));
-                some = true;
-            }
+        for push in simulation.pending().into_iter().filter(|change| matches!(change, Change::Push(..))) {
+            self.note(simulation, push);
+            some = true;
         }
         some
     }

@@ -7,7 +7,7 @@ use motion::{
 };
 use scene::Scene;
 
-use crate::input::Input;
+use crate::change::Change;
 use crate::simulation::Simulation;
 
 /// The method that others are compared with: of those that take every law, the one of the highest order.
@@ -108,9 +108,9 @@ impl Twin {
     }
 
     /// Simulates a tick of `step` with what the leader's takes in, which is [`Simulation::pending`] before it.
-    pub fn tick(&mut self, step: TimeStep, inputs: &[Input]) {
+    pub fn tick(&mut self, step: TimeStep, changes: &[Change]) {
         if self.failure.is_none() {
-            self.take_in(inputs);
+            changes.iter().for_each(|change| self.take_in(change));
             self.simulation.world.insert_resource(step);
             self.simulation.tick();
             self.look_for_failure();
@@ -120,8 +120,7 @@ impl Twin {
     /// Takes in at once what the leader carries out between two ticks, which is [`Simulation::requested`] before it.
     pub fn carry_out(&mut self, requests: &[Request<u32>]) {
         if self.failure.is_none() && !requests.is_empty() {
-            let inputs: Vec<_> = requests.iter().copied().map(Input::Request).collect();
-            self.take_in(&inputs);
+            self.take_in(&Change::Requests(requests.to_vec()));
             self.simulation.carry_out_requests();
             self.look_for_failure();
         }
@@ -132,10 +131,12 @@ impl Twin {
         self.simulation.world.run_system_cached(remember_positions).expect("a query and nothing else");
     }
 
-    fn take_in(&mut self, inputs: &[Input]) {
+    fn take_in(&mut self, change: &Change) {
+        let Change::Requests(requests) = change else { return self.simulation.give(change) };
         // A method of one body in the leader is no method of a twin.
-        let of_twins = |input: &Input| !matches!(input, Input::Request(Request::SetBodyMethod(..)));
-        self.simulation.give(inputs.iter().copied().filter(of_twins));
+        let of_twins = |request: &Request<u32>| !matches!(request, Request::SetBodyMethod(..));
+        let requests = requests.iter().copied().filter(of_twins).collect();
+        self.simulation.give(&Change::Requests(requests));
     }
 
     fn look_for_failure(&mut self) {

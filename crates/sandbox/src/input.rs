@@ -3,8 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use motion::effects::Effect;
-use motion::{Method, Request};
+use scene::Action;
 pub use scene::MouseButton as Button;
 
 /// A key as people name it: the character it types, in upper case, or a name such as `Space` or `F1`.
@@ -152,33 +151,37 @@ pub enum Input {
     DockWidth(f64),
     /// The panels are arranged as that text says.
     Arrange(String),
-    /// An experiment on the bodies.
-    Experiment(Experiment),
+    /// An action of a script that is no input of a person: a change of the simulation, or a picture.
+    Act(Action),
 }
 
-/// A change that a script or a panel asks for.
-#[derive(Clone, Debug)]
-pub enum Experiment {
-    /// Pushes a body, named, with these newtons for one tick.
-    Push(String, [f64; 3]),
-    /// Asks for a change of one body, named.
-    OfBody(String, fn(bevy_ecs::entity::Entity, glam::DVec3) -> Request, [f64; 3]),
-    /// Asks for a change of the world.
-    OfWorld(Request),
-    /// Removes a body, named.
-    Remove(String),
-    /// Sets the damping rate, 1/s, and keeps the model.
-    DampingRate(f64),
-    /// Goes on with another method of the scene.
-    Method(Method),
-    /// Goes on with another number of substeps of the scene.
-    Substeps(u32),
-    /// Gives a body, named, a method of its own, or the scene's.
-    BodyMethod(String, Option<Method>),
-    /// Switches an effect off or on again.
-    SwitchEffect(Effect, bool),
-    /// Writes the picture of this frame to a file of this name.
-    Screenshot(String),
+/// What switched an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum SwitchedBy {
+    /// The key G.
+    Key,
+    /// A step of a script.
+    Script,
+    /// A box in the panel of effects.
+    Panel,
+    /// The settings, where gravity and damping have values.
+    Settings,
+    /// A flag of the command line.
+    Flag,
+}
+
+impl SwitchedBy {
+    /// The words for it in receipts.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Key => "switched by G",
+            Self::Script => "switched by script",
+            Self::Panel => "switched in the panel",
+            Self::Settings => "changed in the settings",
+            Self::Flag => "switched by --without",
+        }
+    }
 }
 
 /// Everything that happened since the last frame, in order.

@@ -1,4 +1,4 @@
-//! What a script can do, and when: every input of a person, and experiments.
+//! What a script can do, and when: every input of a person, and changes of the simulation.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// One thing that a script does. In a file an action is written as its name in snake case: `press("G")`,
 /// `move_mouse(640, 360)`, `set_gravity((0, -1.6, 0))`.
 ///
-/// Names of keys and actions are the key table's, which is not this crate's to know; numbers of experiments may
+/// Names of keys and actions are the key table's, which is not this crate's to know; numbers of changes may
 /// be non-finite on purpose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -116,7 +116,7 @@ impl Action {
 
     /// Whether the action changes bodies, laws or methods, as no input of a person does.
     #[must_use]
-    pub const fn is_experiment(&self) -> bool {
+    pub const fn is_change(&self) -> bool {
         matches!(
             self,
             Self::Push(..)
@@ -195,11 +195,11 @@ pub struct Step {
 }
 
 impl Step {
-    /// Whether the step waits for a tick, so that what it does is the same for all frames: experiments do, unless they have the
+    /// Whether the step waits for a tick, so that what it does is the same for all frames: changes do, unless they have the
     /// number of a frame.
     #[must_use]
     pub const fn is_of_ticks(&self) -> bool {
-        self.action.is_experiment() && !matches!(self.when, When::Frame(_))
+        self.action.is_change() && !matches!(self.when, When::Frame(_))
     }
 }
 

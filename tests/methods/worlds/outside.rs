@@ -59,7 +59,9 @@ fn run(lab: &mut Lab) {
         if tick == TICKS / 2 {
             lab.ask(Request::SwitchGravity(false));
         }
-        pushed.into_iter().for_each(|(body, newtons)| drop(lab.push(body, newtons)));
+        for (body, newtons) in pushed {
+            lab.push(body, newtons);
+        }
         lab.run(1);
     }
 }

@@ -3,12 +3,10 @@
 use std::iter::Peekable;
 use std::sync::Arc;
 
-use motion::{Substeps, TimeStep};
 use scene::Scene;
 
 use super::{Fault, Watch};
-use crate::bundle::{EnergyState, Event, Intervention};
-use crate::input::Input;
+use crate::bundle::{EnergyState, Event};
 use crate::simulation::Simulation;
 use crate::snapshot::{BadSnapshot, Snapshot};
 
@@ -64,27 +62,5 @@ impl Replay {
             }
         }
         some
-    }
-}
-
-impl Simulation {
-    /// Does, between two ticks, what was done to another simulation of the scene. A push waits for the coming tick.
-    pub fn apply(&mut self, what: &Intervention) {
-        match what {
-            Intervention::Requests(requests) => {
-                self.give(requests.iter().copied().map(Input::Request));
-                self.carry_out_requests();
-            }
-            Intervention::Method(method) => self.set_method(*method),
-            Intervention::Substeps(substeps) => {
-                self.world.insert_resource(Substeps((*substeps).clamp(1, Substeps::MOST)));
-            }
-            Intervention::Step(step) if *step > 0.0 && step.is_finite() => {
-                self.world.insert_resource(TimeStep(*step));
-            }
-            // No step that a run can have taken.
-            Intervention::Step(_) => {}
-            Intervention::Push(body, newtons) => self.give([Input::Push(*body, *newtons)]),
-        }
     }
 }

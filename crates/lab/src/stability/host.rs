@@ -2,12 +2,12 @@
 
 use std::collections::VecDeque;
 
-use history::{Input, Simulation};
+use history::{Change, Simulation};
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
 use motion::units::Vector;
-use motion::{Damping, DampingModel, Evaluations, PhysicsBody, Quarantine, Request, TimeStep, Transform};
-use scene::{Action, Names, Scene, Step, SurvivalRow, When};
+use motion::{Evaluations, PhysicsBody, Quarantine, TimeStep, Transform};
+use scene::{Names, Scene, Step, SurvivalRow};
 
 use crate::cost::Sample;
 
@@ -17,7 +17,7 @@ pub(super) struct Host {
     ledger: Option<Box<Ledger>>,
     /// Whether positions and velocities are rounded to single precision at the start and after every tick.
     single: bool,
-    script: VecDeque<(When, Input)>,
+    script: VecDeque<Step>,
     lengths: scene::Lengths,
     names: Names,
     /// Length of the last tick, s.
@@ -33,12 +33,11 @@ impl Host {
             round(&mut simulation);
         }
         let ledger = with_ledger.then(|| Box::new(Ledger::open(&mut simulation.world)));
-        let script = row.script.iter().filter_map(|step| Some((step.when, input(step, scene)?))).collect();
         Self {
             simulation,
             ledger,
             single: row.single,
-            script,
+            script: row.script.iter().cloned().collect(),
             lengths: row.lengths(),
             names: scene.names.clone(),
             length: 1.0 / scene.step_hz,
@@ -53,19 +52,18 @@ impl Host {
 
     /// Simulates one tick of the row's own length with what its script does in it.
     pub fn tick(&mut self) {
-        let mut inputs = Vec::new();
         let length = self.lengths.next().unwrap_or(self.length);
         let start = self.clock.seconds();
-        while let Some((_, input)) =
-            self.script.pop_front_if(|(when, _)| when.has_come(self.clock.ticks(), start, length))
-        {
-            inputs.push(input);
+        let Self { simulation, ledger, script, clock, .. } = self;
+        let mut due = Vec::new();
+        while let Some(step) = script.pop_front_if(|step| step.when.has_come(clock.ticks(), start, length)) {
+            // A body that was removed before is not changed.
+            due.extend(Change::of(&step.action, simulation).ok().flatten());
         }
-        let Self { simulation, ledger, .. } = self;
         if length.to_bits() != self.length.to_bits() {
             simulation.world.insert_resource(TimeStep(length));
         }
-        simulation.give(inputs);
+        due.iter().for_each(|change| simulation.give(change));
         match ledger {
             Some(ledger) => ledger.tick(&mut simulation.stepper, &mut simulation.world),
             None => simulation.tick(),
@@ -109,24 +107,4 @@ fn round(simulation: &mut Simulation) {
         transform.position = single(transform.position);
         body.velocity = single(body.velocity);
     }
-}
-
-/// A step of a script as what it asks for; `None` for what is no experiment, which no row has.
-fn input(step: &Step, scene: &Scene) -> Option<Input> {
-    let id = |name: &str| scene.names.find(name);
-    Some(Input::Request(match &step.action {
-        Action::Push(body, newtons) => return Some(Input::Push(id(body)?, *newtons)),
-        Action::Impulse(body, impulse) => Request::Impulse(id(body)?, *impulse),
-        Action::SetVelocity(body, velocity) => Request::SetVelocity(id(body)?, *velocity),
-        Action::SetPosition(body, position) => Request::SetPosition(id(body)?, *position),
-        Action::Remove(body) => Request::Remove(id(body)?),
-        Action::SetGravity(acceleration) => Request::SetGravity(*acceleration),
-        Action::SetDamping(rate) => {
-            let model = scene.damping.map_or(DampingModel::Exact, |damping| damping.model);
-            Request::SetDamping(Damping { model, rate: *rate })
-        }
-        Action::ReverseVelocities => Request::ReverseVelocities,
-        Action::SwitchEffect(effect, on) => Request::Switch(*effect, *on),
-        _ => return None,
-    }))
 }

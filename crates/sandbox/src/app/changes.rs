@@ -3,76 +3,51 @@
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
-use glam::DVec3;
-use history::Intervention;
+use history::Change;
 use lab::cost::Setting;
 use motion::effects::{Effect, EffectState, NeverDeclared};
-use motion::{Damping, Method, MutualGravity, OwnMethod, Particle, PushQueue, Request, Substeps, TimeStep};
-use scene::unsolvable;
+use motion::{Method, MutualGravity, OwnMethod, Particle, Request, Substeps, TimeStep};
+use scene::{Action, unsolvable};
 
 use crate::app::actions;
 use crate::app::session::{Session, SwitchedBy};
-use crate::input::{Experiment, Input};
+use crate::input::Input;
 use crate::tools::tool::{Edit, Tool as _};
 use crate::view::notices::Topic;
 use crate::view::stage::Order;
 
 impl Session {
-    pub(crate) fn experiment(&mut self, experiment: &Experiment) {
-        match experiment {
-            Experiment::Push(name, newtons) => {
-                if let Some(body) = self.body_or_refuse(name) {
-                    self.sim.world.resource_mut::<PushQueue>().push_once(body, DVec3::from_array(*newtons));
-                }
+    /// Does what a script's action says.
+    pub(crate) fn carry_out(&mut self, action: &Action) {
+        if let Action::Screenshot(name) = action {
+            self.orders.push(Order::Screenshot(Some(name.clone())));
+            return;
+        }
+        match Change::of(action, &self.sim) {
+            Ok(change) => drop(change.map(|change| self.change(change, SwitchedBy::Script))),
+            Err(gone) => self.refuse(gone.to_string()),
+        }
+    }
+
+    /// Makes a change of the simulation; one that its methods cannot solve is refused.
+    pub fn change(&mut self, change: Change, by: SwitchedBy) {
+        match change {
+            Change::Requests(requests) => {
+                requests.into_iter().for_each(|request| self.ask_by(request, by));
             }
-            Experiment::OfBody(name, request, value) => {
-                if let Some(body) = self.body_or_refuse(name) {
-                    self.ask(request(body, DVec3::from_array(*value)));
-                }
-            }
-            Experiment::OfWorld(request) => self.ask_by(*request, SwitchedBy::Script),
-            Experiment::Remove(name) => {
-                if let Some(body) = self.body_or_refuse(name) {
-                    self.ask(Request::Remove(body));
-                }
-            }
-            Experiment::DampingRate(rate) => {
-                let damping = self.sim.world.get_resource::<Damping>().copied();
-                let model = damping.map_or_else(Default::default, |damping| damping.model);
-                self.ask_by(Request::SetDamping(Damping { model, rate: *rate }), SwitchedBy::Script);
-            }
-            Experiment::Method(method) => self.set_method(*method),
-            Experiment::Substeps(substeps) => self.set_substeps(*substeps),
-            Experiment::BodyMethod(name, method) => {
-                if let Some(body) = self.body_or_refuse(name) {
-                    self.set_body_method(body, *method);
-                }
-            }
-            Experiment::SwitchEffect(effect, on) => {
-                // The person was told if there is no such effect in the scene.
-                let _ = self.switch_effect(*effect, *on, SwitchedBy::Script);
-            }
-            Experiment::Screenshot(name) => self.orders.push(Order::Screenshot(Some(name.clone()))),
+            Change::Method(method) => self.set_method(method),
+            Change::Substeps(substeps) => self.set_substeps(substeps),
+            Change::Step(step) => self.set_rate(1.0 / step),
+            Change::Push(..) => self.sim.give(&change),
         }
     }
 
     /// Does what a panel asks for.
     pub(crate) fn edit(&mut self, edit: Edit) {
         match edit {
-            Edit::Ask(request) => self.ask_by(request, SwitchedBy::Settings),
-            Edit::Try(experiment) => self.experiment(&experiment),
-            Edit::Switch(effect, on) => {
-                // Only declared ones can be clicked.
-                let _ = self.switch_effect(effect, on, SwitchedBy::Panel);
-            }
+            Edit::Change(change, by) => self.change(change, by),
             Edit::ApplySetting(setting) => self.choose(setting),
-            Edit::StepHz(rate) => {
-                if self.clock.set_rate(rate).is_ok() {
-                    self.record(Intervention::Step(1.0 / rate));
-                    self.notices.retract(Topic::Forecast);
-                    self.sim.world.insert_resource(TimeStep(1.0 / rate));
-                }
-            }
+            Edit::StepHz(rate) => self.set_rate(rate),
             Edit::Seek(tick) => self.begin_seek(tick),
             Edit::SaveBundle => self.order_bundle(),
             Edit::SaveTable(text) => self.orders.push(Order::Table(text)),
@@ -88,20 +63,12 @@ impl Session {
         }
     }
 
-    /// A body of the scene; where it is gone, that is told.
-    fn body_or_refuse(&mut self, name: &str) -> Option<Entity> {
-        let body = self.body(name);
-        if body.is_none() {
-            self.refuse(format!("there is no body {name} any more"));
-        }
-        body
-    }
-
-    /// Gives `body` a method of its own, or the scene's.
-    fn set_body_method(&mut self, body: Entity, method: Option<Method>) {
-        let gravity = self.sim.world.contains_resource::<MutualGravity>();
-        if !self.refuses([method.unwrap_or(self.sim.method())], gravity) {
-            self.ask(Request::SetBodyMethod(body, method));
+    /// Goes on with ticks of another rate, Hz.
+    fn set_rate(&mut self, rate: f64) {
+        if self.clock.set_rate(rate).is_ok() {
+            self.record(Change::Step(1.0 / rate));
+            self.notices.retract(Topic::Forecast);
+            self.sim.world.insert_resource(TimeStep(1.0 / rate));
         }
     }
 
@@ -112,7 +79,7 @@ impl Session {
             return;
         }
         if method != self.sim.method() {
-            self.record(Intervention::Method(method));
+            self.record(Change::Method(method));
             self.notices.retract(Topic::Method);
             self.notices.retract(Topic::Forecast);
         }
@@ -122,7 +89,7 @@ impl Session {
     /// Goes on with another number of substeps of the scene.
     fn set_substeps(&mut self, substeps: u32) {
         Arc::make_mut(&mut self.sim.scene).substeps = substeps;
-        self.record(Intervention::Substeps(substeps));
+        self.record(Change::Substeps(substeps));
         self.notices.retract(Topic::Forecast);
         self.sim.world.insert_resource(Substeps(substeps));
         self.tools.ghosts.restart(&mut self.stage);
@@ -134,9 +101,9 @@ impl Session {
         if self.player.as_ref().is_some_and(|player| player.names_settings(self.run.frames)) {
             return;
         }
-        for chosen in [Experiment::Method(setting.method), Experiment::Substeps(setting.substeps)] {
-            self.experiment(&chosen);
-            self.chosen.push(Input::Experiment(chosen));
+        for chosen in [Action::SetMethod(setting.method), Action::SetSubsteps(setting.substeps)] {
+            self.carry_out(&chosen);
+            self.chosen.push(Input::Act(chosen));
         }
     }
 
@@ -188,8 +155,20 @@ impl Session {
 
     /// Requests a change, and remembers the source of a change of an effect. An effect that the scene never declared is
     /// refused, except from the settings, which declare it and say so.
-    pub(crate) fn ask_by(&mut self, request: Request, by: SwitchedBy) {
+    fn ask_by(&mut self, request: Request<u32>, by: SwitchedBy) {
         let effect = match request {
+            Request::Switch(effect, on) => {
+                // The person was told if there is no such effect in the scene.
+                let _ = self.switch_effect(effect, on, by);
+                return;
+            }
+            Request::SetBodyMethod(_, method) => {
+                let gravity = self.sim.world.contains_resource::<MutualGravity>();
+                if self.refuses([method.unwrap_or(self.sim.method())], gravity) {
+                    return;
+                }
+                None
+            }
             Request::SetGravity(_) | Request::SwitchGravity(_) => Some(Effect::Gravity),
             Request::SetDamping(_) => Some(Effect::Damping),
             _ => None,
@@ -204,7 +183,7 @@ impl Session {
             }
             self.note_switched(effect, by);
         }
-        self.ask(request);
+        self.sim.give(&Change::request(request));
     }
 
     /// Remembers what switched an effect last.

@@ -83,7 +83,7 @@ impl Session {
             Input::Scaled(scale) => self.ui.set_scale(*scale),
             Input::DockWidth(points) => self.ui.cockpit.set_dock_width(*points),
             Input::Arrange(text) => self.arrange(text),
-            Input::Experiment(experiment) => self.experiment(experiment),
+            Input::Act(action) => self.carry_out(action),
         }
     }
 

@@ -6,7 +6,7 @@
 
 use std::ops::ControlFlow;
 
-use history::{Event, Fault, Input, Intervention, Replay};
+use history::{Change, Event, Fault, Replay};
 use motion::{TimeStep, remember_positions};
 use scene::StepKind;
 
@@ -56,11 +56,9 @@ impl Session {
         let Some(past) = &self.past else { return };
         let events: Vec<Event> = past.timeline.events_after(now).cloned().collect();
         for Event { what, .. } in events {
-            if let Intervention::Requests(requests) = &what {
-                self.sim.give(requests.iter().copied().map(Input::Request));
+            self.sim.give(&what);
+            if let Change::Requests(_) = what {
                 self.carry_out_unrecorded();
-            } else {
-                self.sim.apply(&what);
             }
         }
     }

@@ -2,11 +2,9 @@
 
 use std::collections::VecDeque;
 
-use motion::Request;
-use motion::units::Vector;
 use scene::{Action, Step, When};
 
-use crate::input::{Experiment, Input, Key};
+use crate::input::{Input, Key};
 
 /// Frames that a paused run waits for the next step of its script.
 const MOST_PAUSED_FRAMES: u64 = 100_000;
@@ -115,9 +113,6 @@ impl Player {
     /// What `action` is as an input, at `now` seconds.
     fn input(&mut self, action: Action, now: f64) -> Input {
         let key = |word: &str| word.parse::<Key>().expect("checked when the script was read");
-        let experiment = |experiment| Input::Experiment(experiment);
-        let of_body =
-            |name, request, value: Vector| experiment(Experiment::OfBody(name, request, value.to_array()));
         match action {
             // Until the next frame.
             Action::Press(word) => self.hold(key(&word), now),
@@ -138,19 +133,7 @@ impl Player {
             Action::Scale(scale) => Input::Scaled(scale),
             Action::DockWidth(points) => Input::DockWidth(points),
             Action::Arrange(text) => Input::Arrange(text),
-            Action::Push(body, newtons) => experiment(Experiment::Push(body, newtons.to_array())),
-            Action::Impulse(body, value) => of_body(body, Request::Impulse, value),
-            Action::SetVelocity(body, value) => of_body(body, Request::SetVelocity, value),
-            Action::SetPosition(body, value) => of_body(body, Request::SetPosition, value),
-            Action::SetGravity(value) => experiment(Experiment::OfWorld(Request::SetGravity(value))),
-            Action::SetDamping(rate) => experiment(Experiment::DampingRate(rate)),
-            Action::ReverseVelocities => experiment(Experiment::OfWorld(Request::ReverseVelocities)),
-            Action::Remove(body) => experiment(Experiment::Remove(body)),
-            Action::Screenshot(name) => experiment(Experiment::Screenshot(name)),
-            Action::SetBodyMethod(body, method) => experiment(Experiment::BodyMethod(body, Some(method))),
-            Action::SetMethod(method) => experiment(Experiment::Method(method)),
-            Action::SetSubsteps(substeps) => experiment(Experiment::Substeps(substeps)),
-            Action::SwitchEffect(effect, on) => experiment(Experiment::SwitchEffect(effect, on)),
+            other => Input::Act(other),
         }
     }
 }
@@ -169,10 +152,9 @@ pub fn recorded(input: &Input) -> Option<Action> {
         Input::FocusLost => Action::FocusLost,
         Input::Resized([width, height]) => Action::Resize(*width, *height),
         Input::Scaled(scale) => Action::Scale(*scale),
-        Input::Experiment(Experiment::Method(method)) => Action::SetMethod(*method),
-        Input::Experiment(Experiment::Substeps(substeps)) => Action::SetSubsteps(*substeps),
+        Input::Act(action @ (Action::SetMethod(_) | Action::SetSubsteps(_))) => action.clone(),
         Input::DockWidth(points) => Action::DockWidth(*points),
         Input::Arrange(text) => Action::Arrange(text.clone()),
-        Input::Experiment(_) => return None,
+        Input::Act(_) => return None,
     })
 }

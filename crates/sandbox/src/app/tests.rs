@@ -2,12 +2,13 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DQuat, DVec2, DVec3};
+use history::Change;
 use motion::clock::{FrameClock, StepClock};
 use motion::{Gravity, Method, Orientation, PhysicsBody, Request, SoftBody};
-use scene::Scene;
+use scene::{Action, Scene};
 
 use crate::app::session::{Session, SwitchedBy};
-use crate::input::{Experiment, Input, InputFrame};
+use crate::input::{Input, InputFrame};
 use crate::view::card::{Selected, rows};
 use crate::view::labels::around;
 use crate::view::options::Options;
@@ -75,8 +76,8 @@ fn a_card_that_gets_wider_stays_in_the_picture_in_the_same_frame() {
     session.seen.selection = session.body("ball");
     let mut clock = FrameClock::default();
     let mut right = |session: &mut Session, x: f64| {
-        let put = Experiment::OfBody("ball".to_owned(), Request::SetPosition, [x; 3]);
-        let input = [Input::Experiment(put)].into_iter().collect();
+        let put = Action::SetPosition("ball".to_owned(), DVec3::splat(x));
+        let input = [Input::Act(put)].into_iter().collect();
         let frame = session.frame(&input, clock.advance_by(0.1).expect("a time"));
         let of_mesh = |primitive: &egui::ClippedPrimitive| match &primitive.primitive {
             egui::epaint::Primitive::Mesh(mesh) => {
@@ -250,8 +251,8 @@ fn a_reset_and_another_scene_have_no_frozen_bodies_and_a_run_keeps_all() {
     let mut session = labelled();
     let mut clock = FrameClock::default();
     let mut nan = |session: &mut Session| {
-        let push = Experiment::Push("ahead".to_owned(), [f64::NAN, 0.0, 0.0]);
-        let input = [Input::Experiment(push)].into_iter().collect();
+        let push = Action::Push("ahead".to_owned(), DVec3::new(f64::NAN, 0.0, 0.0));
+        let input = [Input::Act(push)].into_iter().collect();
         session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
         let names: Vec<_> = session.quarantined_here().iter().map(|body| body.body.as_str()).collect();
         assert_eq!(names, ["ahead"]);
@@ -279,9 +280,9 @@ fn the_body_that_goes_wrong_is_marked_while_the_run_stands_beside_that() {
     let mut frame = |session: &mut Session, input: InputFrame| {
         session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
     };
-    let push = Experiment::Push("ahead".to_owned(), [f64::NAN, 0.0, 0.0]);
+    let push = Action::Push("ahead".to_owned(), DVec3::new(f64::NAN, 0.0, 0.0));
     assert!(session.fault_mark().is_none());
-    frame(&mut session, [Input::Experiment(push)].into_iter().collect());
+    frame(&mut session, [Input::Act(push)].into_iter().collect());
     let mark = session.fault_mark().expect("a mark");
     assert_eq!(mark.text, "ahead goes wrong in the next tick");
     assert!((mark.at - DVec2::new(640.0, 360.0)).length() < 1e-9 && (mark.reach - 72.0).abs() < 1e-9);
@@ -296,7 +297,7 @@ fn the_settings_declare_an_effect_and_say_so_and_a_script_is_refused() {
     let scene = Scene::parse("bare", "(version: 1)").expect("it is a scene");
     let mut session = Session::new(scene, Options::default());
     let mut declared_by = |by| {
-        session.ask_by(Request::SetGravity(DVec3::Y), by);
+        session.change(Change::request(Request::SetGravity(DVec3::Y)), by);
         session.carry_out_requests();
         let said = session.notices().last().expect("either is told").to_owned();
         (session.world().contains_resource::<Gravity>(), said)

@@ -9,7 +9,6 @@ use motion::Evaluations;
 use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::stage::Stage;
 
-pub use state::SwitchedBy;
 pub(crate) use state::{ENERGY_WATCH, Effects, picture_rows};
 
 impl Tool for Effects {

@@ -4,8 +4,10 @@ mod method;
 
 use egui::{Align2, ComboBox, DragValue, Ui};
 use glam::DVec3;
+use history::Change;
 use motion::{Damping, DampingModel, Gravity, Method, Request, TimeStep};
 
+use crate::input::SwitchedBy;
 use crate::tools::tool::{Anchor, Desk, Edit, Tool};
 use crate::view::card::Selected;
 use crate::view::hud::mouse_hint;
@@ -47,7 +49,7 @@ impl Tool for Settings {
         method::of_scene(ui, method, edits);
         ui.separator();
         match &selected {
-            Some(selected) => body(ui, selected, method, edits),
+            Some(selected) => body(ui, (stage.sim.id(selected.entity), selected), method, edits),
             None => {
                 ui.weak("select a body to edit its mass, velocity and method");
             }
@@ -55,12 +57,17 @@ impl Tool for Settings {
     }
 }
 
+/// The change of a law or a body that this panel asks for.
+fn ask(request: Request<u32>) -> Edit {
+    Edit::Change(Change::request(request), SwitchedBy::Settings)
+}
+
 fn gravity(ui: &mut Ui, stage: &Stage, edits: &mut Vec<Edit>) {
     ui.label("gravity");
     let declared = stage.sim.world.get_resource::<Gravity>();
     let mut on = declared.is_some_and(|gravity| gravity.on);
     if ui.checkbox(&mut on, "on").changed() {
-        edits.push(Edit::Ask(match declared {
+        edits.push(ask(match declared {
             Some(_) => Request::SwitchGravity(on),
             None => Request::SetGravity(Gravity::EARTH.acceleration),
         }));
@@ -68,13 +75,13 @@ fn gravity(ui: &mut Ui, stage: &Stage, edits: &mut Vec<Edit>) {
     ui.horizontal(|ui| {
         for (name, y) in PRESETS {
             if ui.button(name).clicked() {
-                edits.push(Edit::Ask(Request::SetGravity(DVec3::new(0.0, y, 0.0))));
+                edits.push(ask(Request::SetGravity(DVec3::new(0.0, y, 0.0))));
             }
         }
     });
     let acceleration = declared.map_or(DVec3::ZERO, |gravity| gravity.acceleration);
     if let Some(changed) = vector(ui, acceleration, 0.1, "m/s²") {
-        edits.push(Edit::Ask(Request::SetGravity(changed)));
+        edits.push(ask(Request::SetGravity(changed)));
     }
 }
 
@@ -92,13 +99,13 @@ fn damping(ui: &mut Ui, stage: &Stage, edits: &mut Vec<Edit>) {
         ui.add(DragValue::new(&mut changed.rate).range(0.0..=1e6).speed(0.01).suffix(" 1/s"));
     });
     if changed != declared && changed.rate.is_finite() {
-        edits.push(Edit::Ask(Request::SetDamping(changed)));
+        edits.push(ask(Request::SetDamping(changed)));
     }
 }
 
-fn body(ui: &mut Ui, selected: &Selected, scene: Method, edits: &mut Vec<Edit>) {
+fn body(ui: &mut Ui, (id, selected): (Option<u32>, &Selected), scene: Method, edits: &mut Vec<Edit>) {
     ui.label(&selected.name);
-    let Some(body) = selected.body else {
+    let Some((id, body)) = id.zip(selected.body) else {
         ui.weak("scenery has no physics");
         return;
     };
@@ -115,14 +122,14 @@ fn body(ui: &mut Ui, selected: &Selected, scene: Method, edits: &mut Vec<Edit>) 
         let speed = mass * 0.01;
         ui.label("mass");
         if ui.add(DragValue::new(&mut mass).range(1e-6..=1e9).speed(speed).suffix(" kg")).changed() {
-            edits.push(Edit::Ask(Request::SetInverseMass(selected.entity, 1.0 / mass)));
+            edits.push(ask(Request::SetInverseMass(id, 1.0 / mass)));
         }
     });
     ui.label("velocity");
     if let Some(velocity) = vector(ui, body.velocity, 0.1, "m/s") {
-        edits.push(Edit::Ask(Request::SetVelocity(selected.entity, velocity)));
+        edits.push(ask(Request::SetVelocity(id, velocity)));
     }
-    method::of_body(ui, selected, scene, edits);
+    method::of_body(ui, (id, selected), scene, edits);
 }
 
 /// Three numbers; the new vector if one was changed.

@@ -1,14 +1,13 @@
 //! What a tool is: something that a key opens beside the picture.
 
 use egui::{Align2, Painter, Rect, Ui};
+use history::Change;
 use lab::cost::Setting;
-use motion::Request;
 use motion::clock::FrameTime;
-use motion::effects::Effect;
 use render::Frame;
 use scene::TextEdit;
 
-use crate::input::Experiment;
+use crate::input::SwitchedBy;
 use crate::view::stage::Stage;
 
 /// How a tool is named and opened.
@@ -39,9 +38,8 @@ pub(crate) enum Answer {
 /// A change that a panel asks for.
 #[derive(Clone, Debug)]
 pub(crate) enum Edit {
-    Ask(Request),
-    Try(Experiment),
-    Switch(Effect, bool),
+    /// Changes the simulation.
+    Change(Change, SwitchedBy),
     ApplySetting(Setting),
     StepHz(f64),
     /// Goes to the end of that tick.

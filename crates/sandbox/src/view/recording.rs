@@ -1,6 +1,6 @@
 //! The last minute of a simulation, recorded for going back, and what went wrong in it.
 
-use history::{Fault, Intervention, TIMELINE_BYTES, Timeline, Watch};
+use history::{Change, Fault, TIMELINE_BYTES, Timeline, Watch};
 use motion::clock::StepClock;
 use motion::{PushQueue, TimeStep};
 
@@ -38,7 +38,7 @@ impl Stage {
     }
 
     /// Records what is done to the world at once, between two ticks.
-    pub(crate) fn record(&mut self, what: Intervention) {
+    pub(crate) fn record(&mut self, what: Change) {
         if let Some(past) = &mut self.past {
             past.timeline.note(&self.sim, what);
             self.leave_the_recorded_run();

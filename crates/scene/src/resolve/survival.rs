@@ -301,7 +301,7 @@ impl<'a> Row<'a> {
         // A row has the methods of its columns.
         let of_methods =
             matches!(action, Action::SetMethod(_) | Action::SetSubsteps(_) | Action::SetBodyMethod(..));
-        if !action.is_experiment() || of_methods {
+        if !action.is_change() || of_methods {
             let cure = "give push, impulse, set_gravity, set_damping, set_velocity, set_position, reverse_velocities, \
                         remove or switch_effect";
             return fail("a step is no experiment", cure);

@@ -35,7 +35,7 @@ pub struct SurvivalRow {
     pub damping: Option<Damping>,
     /// How far everything is moved away from the origin, m.
     pub offset: DVec3,
-    /// What happens on the way: experiments alone, at seconds or ticks.
+    /// Changes of the run, at seconds or ticks.
     pub script: Vec<Step>,
 }
 

@@ -6,7 +6,8 @@ use motion::{Method, Request};
 use scene::Scene;
 
 use super::*;
-use crate::bundle::{EnergyGrowth, EnergyLook, FaultEntry, Intervention, Keyframe, Settings};
+use crate::bundle::{EnergyGrowth, EnergyLook, FaultEntry, Keyframe, Settings};
+use crate::change::Change;
 use crate::simulation::Simulation;
 use crate::snapshot::{Name, RequestEntry};
 
@@ -39,10 +40,10 @@ fn bundle() -> Bundle {
         scene: TEXT.to_owned(),
         snapshot,
         events: vec![
-            event(20, Intervention::Method(Method::RungeKutta4)),
-            event(21, Intervention::Requests(vec![Request::Remove(1), Request::SetInverseMass(0, 0.1)])),
-            event(22, Intervention::Step(1e-3)),
-            event(22, Intervention::Push(0, Vector::new(1e-320, -0.0, f64::INFINITY))),
+            event(20, Change::Method(Method::RungeKutta4)),
+            event(21, Change::Requests(vec![Request::Remove(1), Request::SetInverseMass(0, 0.1)])),
+            event(22, Change::Step(1e-3)),
+            event(22, Change::Push(0, Vector::new(1e-320, -0.0, f64::INFINITY))),
         ],
         energy: Some(EnergyState {
             growth: Some(EnergyGrowth {
@@ -73,10 +74,9 @@ fn a_bundle_reads_back_to_the_last_bit_also_where_it_is_not_a_number() {
     let written = bundle();
     assert_eq!(Bundle::read(&written.write().unwrap()).unwrap(), written);
     let mut odd = bundle();
-    odd.events =
-        vec![Event { tick: 1, what: Intervention::Push(0, Vector::new(NAN, -NAN, f64::NEG_INFINITY)) }];
+    odd.events = vec![Event { tick: 1, what: Change::Push(0, Vector::new(NAN, -NAN, f64::NEG_INFINITY)) }];
     let read = Bundle::read(&odd.write().unwrap()).unwrap();
-    let Intervention::Push(_, newtons) = read.events[0].what else { panic!("{:?}", read.events) };
+    let Change::Push(_, newtons) = read.events[0].what else { panic!("{:?}", read.events) };
     let bits = newtons.to_array().map(f64::to_bits);
     assert_eq!(bits, [NAN.to_bits(), (-NAN).to_bits(), f64::NEG_INFINITY.to_bits()]);
 }

@@ -1,12 +1,13 @@
 //! The bar at the top: time, method, what is drawn, and the modes.
 
 use egui::{Button, ComboBox, DragValue, Response, Ui, Vec2};
+use history::Change;
 use motion::clock::StepClock;
 use motion::{Gravity, Method, MutualGravity, Substeps};
 use scene::unsolvable;
 
 use crate::app::actions;
-use crate::input::Experiment;
+use crate::input::SwitchedBy;
 use crate::tools::tool::Edit;
 use crate::view::stage::{Mode, Stage};
 
@@ -142,6 +143,6 @@ fn method(ui: &mut Ui, stage: &Stage, edits: &mut Vec<Edit>) {
     if chosen.substeps != setting.substeps {
         edits.push(Edit::ApplySetting(chosen));
     } else if chosen.method != setting.method {
-        edits.push(Edit::Try(Experiment::Method(chosen.method)));
+        edits.push(Edit::Change(Change::Method(chosen.method), SwitchedBy::Settings));
     }
 }

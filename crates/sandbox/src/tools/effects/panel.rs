@@ -1,10 +1,13 @@
 //! The panel of effects: what acts, because of what, on how many bodies, at what cost; and switching it.
 
 use egui::{Grid, RichText, Ui};
+use history::Change;
 use lab::Row;
+use motion::Request;
 use motion::effects::EffectState;
 use report::numbers::count;
 
+use crate::input::SwitchedBy;
 use crate::tools::tool::{Desk, Edit};
 use crate::view::hud::mouse_hint;
 
@@ -39,7 +42,8 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[Row]) -> bool {
                         let declared = row.state != EffectState::NotDeclared;
                         let box_ = ui.add_enabled(declared, egui::Checkbox::new(&mut on, row.name));
                         if box_.on_hover_text(hint).changed() {
-                            desk.edits.push(Edit::Switch(effect, on));
+                            let switch = Change::request(Request::Switch(effect, on));
+                            desk.edits.push(Edit::Change(switch, SwitchedBy::Panel));
                         }
                     }
                     None => {

@@ -7,36 +7,8 @@ use motion::effects::{Effect, EffectState};
 use motion::{Evaluations, PreviousPosition};
 use scene::Scene;
 
+use crate::input::SwitchedBy;
 use crate::view::stage::Stage;
-
-/// What switched an effect.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum SwitchedBy {
-    /// The key G.
-    Key,
-    /// A step of a script.
-    Script,
-    /// A box in the panel of effects.
-    Panel,
-    /// The settings, where gravity and damping have values.
-    Settings,
-    /// A flag of the command line.
-    Flag,
-}
-
-impl SwitchedBy {
-    /// The words for it in receipts.
-    #[must_use]
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::Key => "switched by G",
-            Self::Script => "switched by script",
-            Self::Panel => "switched in the panel",
-            Self::Settings => "changed in the settings",
-            Self::Flag => "switched by --without",
-        }
-    }
-}
 
 /// Why a run is recorded.
 const RECORDED: &str = "going back: the window, --black-box";

@@ -1,9 +1,11 @@
 //! Choosing a method of integration, with what the chosen one promises.
 
 use egui::{ComboBox, Grid, Ui};
-use motion::{Claims, Method};
+use history::Change;
+use motion::{Claims, Method, Request};
 
-use crate::input::Experiment;
+use super::ask;
+use crate::input::SwitchedBy;
 use crate::methods::{stable, yes_or_no};
 use crate::tools::tool::Edit;
 use crate::view::card::Selected;
@@ -26,7 +28,7 @@ pub(super) fn of_scene(ui: &mut Ui, method: Method, edits: &mut Vec<Edit>) {
         );
     });
     if chosen != method {
-        edits.push(Edit::Try(Experiment::Method(chosen)));
+        edits.push(Edit::Change(Change::Method(chosen), SwitchedBy::Settings));
     }
     promises(ui, method.claims());
 }
@@ -55,7 +57,7 @@ fn promises(ui: &mut Ui, claims: &Claims) {
 }
 
 /// The selected body's method: the scene's, or one of its own.
-pub(super) fn of_body(ui: &mut Ui, selected: &Selected, scene: Method, edits: &mut Vec<Edit>) {
+pub(super) fn of_body(ui: &mut Ui, (id, selected): (u32, &Selected), scene: Method, edits: &mut Vec<Edit>) {
     let mut chosen = selected.own_method;
     let like_the_scene = format!("the scene's: {}", scene.claims().title);
     ui.horizontal(|ui| {
@@ -69,6 +71,6 @@ pub(super) fn of_body(ui: &mut Ui, selected: &Selected, scene: Method, edits: &m
         });
     });
     if chosen != selected.own_method {
-        edits.push(Edit::Try(Experiment::BodyMethod(selected.name.clone(), chosen)));
+        edits.push(ask(Request::SetBodyMethod(id, chosen)));
     }
 }

@@ -1,0 +1,145 @@
+//! Changes of a running simulation from outside.
+
+use bevy_ecs::prelude::*;
+use motion::units::Vector;
+use motion::{Damping, Method, PushQueue, Request, Requests, StableId, Substeps, TimeStep};
+use scene::Action;
+use serde::{Deserialize, Serialize};
+
+use crate::simulation::Simulation;
+use crate::snapshot::{requests, vector, words};
+
+/// A change of a running simulation. Bodies are stable ids, so that it means the same in every world of a scene. Scripts,
+/// panels, keys, recordings and bundles make changes; nothing else writes to a simulation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Change {
+    /// Changes of bodies and laws that are carried out together, between two ticks.
+    Requests(#[serde(with = "requests")] Vec<Request<u32>>),
+    /// Another method of the scene.
+    Method(#[serde(with = "words")] Method),
+    /// Another number of substeps of the scene.
+    Substeps(u32),
+    /// Another length of ticks, s.
+    Step(f64),
+    /// A force on a body in the next tick, N.
+    Push(u32, #[serde(with = "vector")] Vector),
+}
+
+/// A body of this name was removed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no body {0} any more")]
+pub struct Gone(pub String);
+
+impl Change {
+    /// A change of one body or law.
+    #[must_use]
+    pub fn request(request: Request<u32>) -> Self {
+        Self::Requests(vec![request])
+    }
+
+    /// The change of `simulation` that a script's action makes; `None` if the action is input of a person or takes a
+    /// picture.
+    ///
+    /// # Errors
+    /// If the action names a body that is gone.
+    pub fn of(action: &Action, simulation: &Simulation) -> Result<Option<Self>, Gone> {
+        let id = |name: &String| {
+            let id = simulation.scene.names.find(name).filter(|id| simulation.body(*id).is_some());
+            id.ok_or_else(|| Gone(name.clone()))
+        };
+        Ok(Some(Self::request(match action {
+            Action::Push(body, newtons) => return Ok(Some(Self::Push(id(body)?, *newtons))),
+            Action::SetMethod(method) => return Ok(Some(Self::Method(*method))),
+            Action::SetSubsteps(substeps) => return Ok(Some(Self::Substeps(*substeps))),
+            Action::Impulse(body, impulse) => Request::Impulse(id(body)?, *impulse),
+            Action::SetVelocity(body, velocity) => Request::SetVelocity(id(body)?, *velocity),
+            Action::SetPosition(body, position) => Request::SetPosition(id(body)?, *position),
+            Action::SetBodyMethod(body, method) => Request::SetBodyMethod(id(body)?, Some(*method)),
+            Action::Remove(body) => Request::Remove(id(body)?),
+            Action::SetGravity(acceleration) => Request::SetGravity(*acceleration),
+            Action::SetDamping(rate) => {
+                let damping = simulation.world.get_resource::<Damping>();
+                let model = damping.map_or_else(Default::default, |damping| damping.model);
+                Request::SetDamping(Damping { model, rate: *rate })
+            }
+            Action::ReverseVelocities => Request::ReverseVelocities,
+            Action::SwitchEffect(effect, on) => Request::Switch(*effect, *on),
+            Action::Press(_)
+            | Action::Hold(..)
+            | Action::KeyDown(_)
+            | Action::KeyUp(_)
+            | Action::Text(_)
+            | Action::MoveMouse(..)
+            | Action::MouseDown(_)
+            | Action::MouseUp(_)
+            | Action::Click(_)
+            | Action::Wheel(_)
+            | Action::FocusLost
+            | Action::Resize(..)
+            | Action::Scale(_)
+            | Action::DockWidth(_)
+            | Action::Arrange(_)
+            | Action::Screenshot(_) => return Ok(None),
+        })))
+    }
+}
+
+impl Simulation {
+    /// What the next tick will take in, in its order: requests first, then pushes, of which the sustained ones will be there
+    /// in the tick after it as well. What concerns a thing without a stable id is left out.
+    #[must_use]
+    pub fn pending(&self) -> Vec<Change> {
+        let requests: Vec<_> = self.requested().collect();
+        let requests = (!requests.is_empty()).then_some(Change::Requests(requests));
+        let pushes = self.world.resource::<PushQueue>().pending();
+        let pushes = pushes.filter_map(|push| Some(Change::Push(self.id(push.body)?, push.newtons)));
+        requests.into_iter().chain(pushes).collect()
+    }
+
+    /// The requests alone: what a simulation that is paused carries out at once.
+    pub fn requested(&self) -> impl Iterator<Item = Request<u32>> + '_ {
+        let requests = self.world.resource::<Requests>().pending();
+        requests.filter_map(|request| request.rename(|body| self.id(body)))
+    }
+
+    /// The stable id of a body.
+    #[must_use]
+    pub fn id(&self, body: Entity) -> Option<u32> {
+        self.world.get::<StableId>(body).map(|id| id.0)
+    }
+
+    /// Makes a change, between two ticks. Requests and pushes wait for the coming tick. What concerns a body that is gone is
+    /// left out.
+    pub fn give(&mut self, change: &Change) {
+        match change {
+            Change::Requests(requests) => {
+                let requests: Vec<_> =
+                    requests.iter().filter_map(|request| request.rename(|id| self.body(id))).collect();
+                requests.into_iter().for_each(|request| self.request(request));
+            }
+            Change::Method(method) => self.set_method(*method),
+            Change::Substeps(substeps) => {
+                self.world.insert_resource(Substeps((*substeps).clamp(1, Substeps::MOST)));
+            }
+            Change::Step(step) if *step > 0.0 && step.is_finite() => {
+                self.world.insert_resource(TimeStep(*step));
+            }
+            // No step that a run can have taken.
+            Change::Step(_) => {}
+            Change::Push(body, newtons) => {
+                if let Some(body) = self.body(*body) {
+                    self.push(body, *newtons);
+                }
+            }
+        }
+    }
+
+    /// Makes a change at once, between two ticks. A push waits for the coming tick.
+    pub fn apply(&mut self, change: &Change) {
+        self.give(change);
+        if let Change::Requests(_) = change {
+            self.carry_out_requests();
+        }
+    }
+}
