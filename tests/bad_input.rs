@@ -298,7 +298,7 @@ fn steps_after_the_end_of_a_run_are_told() {
     let folder = folder();
     let steps = "[(at_tick: 2, do: push(\"ball\", (1, 0, 0))), (at_tick: 10, do: push(\"ball\", (1, 0, 0))), (at_s: 12, do: press(\"G\"))]";
     write(folder.path(), "late.script", steps);
-    let told = "late.script: steps[1], at tick 10, and 1 more, did not come: the run ended at tick 10, 0.1 s; let it last longer\n";
+    let told = "late.script: steps[1], at tick 10, and 1 more were not reached: the run ended at tick 10, 0.1 s; let it last longer\n";
     let line = "run fine.ron --hz 100 --ticks 10 --script late.script";
     run(folder.path(), line).says(0, told);
     run(folder.path(), &format!("{line} --assert")).says(1, &format!("sandbox: {told}"));

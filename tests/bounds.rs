@@ -105,7 +105,7 @@ fn no_command_takes_more_seconds_than_a_run_can_have() {
     let folder = folder([("none", "")]);
     for command in ["run orbit", "ablate orbit --no-pictures", "recommend orbit --error 1", "cost orbit"] {
         let said = sandbox(&folder, &format!("{command} --seconds 1e300"));
-        said.fails(2, "are more ticks than a run can have; give fewer");
+        said.fails(2, "are too many ticks for one run; give fewer");
     }
 }
 

@@ -1,4 +1,4 @@
-//! The books of energy and momentum, against what theory says that each method invents.
+//! The ledger of energy and momentum, against what theory says that each method invents.
 
 mod damping;
 mod fall;

@@ -95,13 +95,13 @@ fn an_experiment_may_ask_for_nonsense_and_gets_a_quarantine() {
 }
 
 #[test]
-fn an_experiment_that_is_refused_is_told_by_what_it_asked_for() {
+fn a_request_that_is_refused_is_named_by_what_it_set() {
     let asked = |request: fn(Entity) -> Request| {
         let mut lab = crowd(1);
         lab.ask(request(lab.bodies[0])).run(1);
         lab.records()[0].cause.what()
     };
-    let says = |part: &str| format!("an experiment asked for a state that cannot be, in its {part}");
+    let says = |part: &str| format!("a request set an invalid {part}");
     assert_eq!(asked(|body| Request::SetVelocity(body, Vector::NAN)), says("velocity"));
     assert_eq!(asked(|body| Request::SetPosition(body, Vector::NAN)), says("position"));
     for request in

@@ -1,4 +1,4 @@
-//! What survives what: the committed matrix is what the program finds, and what theory says.
+//! Survival: the committed matrix is what the program finds, and what theory says.
 
 mod command;
 mod committed;

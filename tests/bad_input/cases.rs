@@ -152,7 +152,7 @@ coupled.ron:1:45: springs[0].between[0]: there is no body "a"; give the name of 
 coupled.ron:1:50: springs[0].between[1]: there is no body "b"; give the name of a body of the scene"# },
     Case { name: "laws with faults", line: "run laws.ron", code: 2, message: r#"sandbox: laws.ron:1:14: method: unknown word `rk4`; give explicit_euler, semi_implicit_euler, implicit_euler, position_verlet, velocity_verlet, runge_kutta_2_midpoint, runge_kutta_2_heun, runge_kutta_4 or yoshida_4
 laws.ron:1:27: substeps: 0 is not a number of substeps; give a whole number from 1 to 100000
-laws.ron:1:40: drag: drag without a coefficient is nothing; add `linear_per_s`, `quadratic_per_m` or both
+laws.ron:1:40: drag: drag needs at least one coefficient; add `linear_per_s`, `quadratic_per_m` or both
 laws.ron:2:10: wells[0]: `strength_m3_s2` is missing; add one such as `strength_m3_s2: 1000.0`
 laws.ron:2:11: wells[0].softening_m: -1 is not a softening; give a number of meters from 0 up
 laws.ron:2:37: wells[0].bodies[0]: there is no body "sip"; did you mean "ship"?
@@ -196,8 +196,8 @@ For more information, try '--help'." },
     Case { name: "endless time", line: "run fine.ron --seconds inf", code: 2, message: "error: invalid value 'inf' for '--seconds <S>': give a finite number above 0
 
 For more information, try '--help'." },
-    Case { name: "more ticks than can be", line: "run fine.ron --seconds 1e300", code: 2, message: "sandbox: 1e300 s at 120 Hz are more ticks than a run can have; give fewer" },
-    Case { name: "a rate of more ticks than can be", line: "run fine.ron --hz 1e308", code: 2, message: "sandbox: 10 s at 1e308 Hz are more ticks than a run can have; give fewer" },
+    Case { name: "more ticks than can be", line: "run fine.ron --seconds 1e300", code: 2, message: "sandbox: 1e300 s at 120 Hz are too many ticks for one run; give fewer" },
+    Case { name: "a rate of more ticks than can be", line: "run fine.ron --hz 1e308", code: 2, message: "sandbox: 10 s at 1e308 Hz are too many ticks for one run; give fewer" },
     Case { name: "ticks beside seconds", line: "run fine.ron --ticks 1 --seconds 1", code: 2, message: "error: the argument '--ticks <N>' cannot be used with '--seconds <S>'
 
 Usage: sandbox run --ticks <N> <SCENE>
@@ -283,7 +283,7 @@ unfit.script:3:12: steps[2].do: steps[1] has removed "ball" before; leave this s
     Case { name: "several faults of a script at once", line: "run fine.ron --script faults.script --state out.csv --summary out.json", code: 2, message: r#"sandbox: faults.script:1:2: steps[0]: the step has no time; add at_s, at_tick or at_frame
 faults.script:2:3: steps[1].at_s: -1 is not a time; give seconds from 0 up
 faults.script:3:2: steps[2]: the step has several times; keep one of at_s, at_tick and at_frame
-faults.script:3:24: steps[2].do: an empty text is no key; give the name of a key
+faults.script:3:24: steps[2].do: the name of the key is empty; give the name of a key
 faults.script:4:2: steps[3]: the step does nothing; add an action such as `do: press("G")`
 faults.script:4:12: steps[3].od: unknown key `od`; known here: at_s, at_tick, at_frame, do"# },
     Case { name: "a recording of another scene", line: "run fine.ron --script recorded.script", code: 2, message: "sandbox: recorded.script: this was recorded in tutorial, not in fine.ron; open tutorial" },

@@ -1,4 +1,4 @@
-//! What survives what: every method on every hard case, each cell with the number that says so and the bound it is
+//! Survival: every method on every hard case, each cell with the number that says so and the bound it is
 //! held to.
 
 mod class;

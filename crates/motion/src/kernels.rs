@@ -170,7 +170,7 @@ pub(crate) fn count(counts: &mut Counts, name: &'static str, more: u64) {
     }
 }
 
-/// What a tick took, counted exactly where laws are called.
+/// Statistics of a tick, counted where rows are integrated.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct StepStatistics {
     /// Evaluations of the acceleration of one body by all laws.

@@ -45,7 +45,7 @@ pub(crate) fn check_seconds(seconds: f64, rate: f64) -> Result<(), Failure> {
         return Ok(());
     }
     let [seconds, rate] = [seconds, rate].map(|value| number(value, 6));
-    let what = format!("{seconds} s at {rate} Hz are more ticks than a run can have");
+    let what = format!("{seconds} s at {rate} Hz are too many ticks for one run");
     Err(Failure::Usage(format!("{what}; give fewer")))
 }
 

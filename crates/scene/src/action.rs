@@ -149,7 +149,7 @@ impl Action {
             Self::Press(key) | Self::Hold(key, _) | Self::KeyDown(key) | Self::KeyUp(key)
                 if key.is_empty() =>
             {
-                ("an empty text is no key".to_owned(), "give the name of a key")
+                ("the name of the key is empty".to_owned(), "give the name of a key")
             }
             Self::Hold(_, seconds) if !(*seconds > 0.0 && seconds.is_finite()) => {
                 (format!("{seconds} is not a time to hold a key"), "give a positive number of seconds")

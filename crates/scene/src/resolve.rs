@@ -254,7 +254,7 @@ fn range(raw: &raw::Range, faults: &mut Faults) -> Range {
     let scope = Scope::section("range");
     if raw.position_m.is_none() && raw.speed_m_s.is_none() {
         let cure = "add `position_m`, `speed_m_s` or both";
-        faults.add(scope.path(), "a range without a bound is nothing", cure);
+        faults.add(scope.path(), "a range needs at least one bound", cure);
     }
     let Range { position: any_position, speed: any_speed } = Range::FINITE;
     Range {

@@ -110,8 +110,8 @@ impl Watch {
         size_of::<Self>()
     }
 
-    /// Simulates one tick, as [`Simulation::tick`] does and to the same bits, in `ledger` if there is one; what went wrong
-    /// in it.
+    /// Simulates one tick with the bits of [`Simulation::tick`], recorded in `ledger` if there is one. Returns what went
+    /// wrong in it.
     pub fn tick(&mut self, simulation: &mut Simulation, ledger: Option<&mut Ledger>) -> Option<Fault> {
         if !simulation.pending().is_empty() {
             self.note_change(simulation.ticks());

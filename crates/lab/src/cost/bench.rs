@@ -1,7 +1,7 @@
-//! A study on its way: runs one after the other, a little at a time.
+//! A running study: a list of jobs, done in small pieces.
 //!
-//! A study is a list of jobs, done a little at a time: one tick of a run, or one timing. The command line gives it all the
-//! time there is and the window a tenth of each frame; both get the same numbers, because no job looks at who waits.
+//! A piece is one tick of a run, or one timing. The command line runs pieces one after the other, the window for a tenth of
+//! each frame. Both get the same numbers, because a job does not depend on the time between its pieces.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -19,7 +19,7 @@ use super::timing::Timings;
 use super::truth::{Compared, Comparison, Reference, Scales, Target};
 use crate::run::movable;
 
-/// A relative error from which a reference is none.
+/// Relative error above which a reference is not used.
 const TRUSTED: f64 = 1e-2;
 
 /// What damping by the tick does to methods of higher order.
@@ -40,7 +40,7 @@ pub struct Bench {
     scales: Option<Scales>,
     timings: Timings,
     jobs: VecDeque<Job>,
-    current: Option<(Job, Going)>,
+    current: Option<(Job, Running)>,
     /// Weight of the work that is done, and of all.
     done: f64,
     total: f64,
@@ -49,13 +49,13 @@ pub struct Bench {
 }
 
 /// A run that takes many pieces.
-enum Going {
+enum Running {
     Reference(Box<Reference>),
     Comparison(Box<Comparison>),
     Drifting(Box<Drifting>),
 }
 
-impl Going {
+impl Running {
     fn tick(&mut self) -> bool {
         match self {
             Self::Reference(run) => run.tick(),
@@ -285,11 +285,11 @@ impl Bench {
                     let target = Target::run(&self.subject, fine);
                     Ok(Reference::new(target, self.reference_of(substeps / 2)?, self.subject.ticks))
                 });
-                pair.map(|pair| Going::Reference(Box::new(pair)))
+                pair.map(|pair| Running::Reference(Box::new(pair)))
                     .map_err(|failure| self.study.notes.push(format!("no reference: {failure}")))
                     .ok()
             }
-            Job::Errors(from, to) => self.compare(from..to).map(|runs| Going::Comparison(Box::new(runs))),
+            Job::Errors(from, to) => self.compare(from..to).map(|runs| Running::Comparison(Box::new(runs))),
             Job::Time(timing) => {
                 let how = (&*self.make, &*self.clock);
                 self.timings.pass(timing, &mut self.study, &self.subject, &self.plan, how);
@@ -300,7 +300,7 @@ impl Bench {
             }
             Job::Drift(setting) => {
                 let run = Drifting::new(&self.subject, setting, self.plan.longer);
-                Some(Going::Drifting(Box::new(run)))
+                Some(Running::Drifting(Box::new(run)))
             }
             Job::Rates => {
                 self.study.rates = super::rates::rates(&self.subject);
@@ -314,18 +314,18 @@ impl Bench {
         true
     }
 
-    fn finish(&mut self, job: Job, run: Going) {
+    fn finish(&mut self, job: Job, run: Running) {
         match (job, run) {
-            (_, Going::Drifting(run)) => self.study.drifts.extend(run.finish()),
-            (Job::Reference(substeps), Going::Reference(run)) => self.finish_reference(substeps, *run),
-            (_, Going::Comparison(runs)) => {
+            (_, Running::Drifting(run)) => self.study.drifts.extend(run.finish()),
+            (Job::Reference(substeps), Running::Reference(run)) => self.finish_reference(substeps, *run),
+            (_, Running::Comparison(runs)) => {
                 for Compared { cell, outcome, mut runner } in runs.finish() {
                     let cell = &mut self.study.cells[cell];
                     cell.outcome = outcome;
                     cell.counts = runner.counts();
                 }
             }
-            (_, Going::Reference(_)) => {}
+            (_, Running::Reference(_)) => {}
         }
     }
 

@@ -81,7 +81,7 @@ impl Study {
         self.cells.iter().filter(|cell| cell.setting.precision == Precision::F64)
     }
 
-    /// The least error that is told from round-off, and from the truth's own, of a run of f64 of `steps` steps.
+    /// The smallest error of a run of `steps` steps in f64 that is above round-off and above the error of the reference.
     pub fn trusted(&self, cell: &Cell, accuracy: Accuracy) -> f64 {
         let steps = self.ticks as f64 * f64::from(cell.setting.substeps);
         let (relative, position_m) = self.truth.own_error();

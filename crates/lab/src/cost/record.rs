@@ -48,7 +48,7 @@ pub struct Setting {
     pub method: Method,
     /// Parts of a tick, at least 1.
     pub substeps: u32,
-    /// What it is reckoned in.
+    /// The precision that it is computed in.
     pub precision: Precision,
 }
 

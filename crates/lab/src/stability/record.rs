@@ -30,7 +30,7 @@ pub struct Row {
     pub description: String,
     /// What tells the row from others of the scene; empty where there is one alone.
     pub label: String,
-    /// What it was reckoned in.
+    /// The precision of its states.
     pub precision: Precision,
     /// What the numbers say: a word of [`scene::Measure`].
     pub measure: String,

@@ -72,7 +72,7 @@ pub(crate) fn coming_couplings(world: &mut World) -> Option<Vec<Coupled>> {
     (gone || is_outdated(world)).then(|| Graph::of(world).groups(attracts))
 }
 
-/// The couplings of `world` with their bodies by row: those that are `coming`, if any.
+/// The couplings of `world` with their bodies by row; those in `coming` if it is given.
 pub(crate) fn couplings<'a>(
     world: &'a World,
     coming: Option<&'a [Coupled]>,

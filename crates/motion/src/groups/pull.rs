@@ -22,7 +22,7 @@ pub(crate) struct SpringRow {
 }
 
 impl SpringRow {
-    /// Force on the first end, N, for ends at `x` with velocities `v`: to the same bits as [`Springs::pull`].
+    /// Force on the first end, N, for ends at `x` with velocities `v`, with the bits of [`Springs::pull`].
     pub fn force(&self, x: [Row; 2], v: [Row; 2]) -> Row {
         let mut one = Springs::default();
         one.push(Self { ends: [0, 1], ..*self });
@@ -34,7 +34,7 @@ impl SpringRow {
 
 /// Four springs. Those that fill up the last block join row 0 to itself, without stiffness.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Block {
+pub(crate) struct SpringBlock {
     ends: [[u32; AT_ONCE]; 2],
     stiffness: [f64; AT_ONCE],
     damping: [f64; AT_ONCE],
@@ -108,7 +108,7 @@ pub(super) fn own_row<R>(rows: &mut [R], first: usize, row: usize) -> Option<&mu
 /// Springs, in the order in which their forces are summed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Springs {
-    blocks: Vec<Block>,
+    blocks: Vec<SpringBlock>,
     len: usize,
     damped: bool,
 }
@@ -133,7 +133,7 @@ impl Springs {
         if at == 0 {
             let zero = [0.0; AT_ONCE];
             let ends = [[0; AT_ONCE]; 2];
-            self.blocks.push(Block { ends, stiffness: zero, damping: zero, rest_length: zero });
+            self.blocks.push(SpringBlock { ends, stiffness: zero, damping: zero, rest_length: zero });
         }
         if let Some(block) = self.blocks.last_mut() {
             let Elastic { stiffness, damping, rest_length } = spring.elastic;
@@ -183,7 +183,7 @@ impl Springs {
 
     /// Allocated bytes.
     pub const fn bytes(&self) -> usize {
-        self.blocks.capacity() * size_of::<Block>()
+        self.blocks.capacity() * size_of::<SpringBlock>()
     }
 
     /// Whether a spring has damping.
@@ -192,7 +192,7 @@ impl Springs {
     }
 
     pub fn iter(&self) -> impl Iterator<Item = SpringRow> + '_ {
-        self.blocks.iter().flat_map(Block::springs).take(self.len)
+        self.blocks.iter().flat_map(SpringBlock::springs).take(self.len)
     }
 
     /// Adds the forces in the state (`x`, `v`) to `forces`, N. Velocities are read only if springs have damping.
@@ -255,7 +255,11 @@ impl Springs {
 }
 
 #[inline(always)]
-fn find_axes<'b, S: Simd>(simd: S, blocks: impl Iterator<Item = (&'b Block, &'b mut AxisBlock)>, x: &[Row]) {
+fn find_axes<'b, S: Simd>(
+    simd: S,
+    blocks: impl Iterator<Item = (&'b SpringBlock, &'b mut AxisBlock)>,
+    x: &[Row],
+) {
     for (block, axes) in blocks {
         *axes = block.axes(simd, columns(block.differences(simd, x))).map(Into::into);
     }
@@ -264,7 +268,7 @@ fn find_axes<'b, S: Simd>(simd: S, blocks: impl Iterator<Item = (&'b Block, &'b 
 #[inline(always)]
 fn add_with<'b, S: Simd, F: EndForces, const SHARED: bool>(
     simd: S,
-    blocks: impl Iterator<Item = (usize, &'b Block)>,
+    blocks: impl Iterator<Item = (usize, &'b SpringBlock)>,
     end_forces: &F,
     first: usize,
     forces: &mut [Row],
@@ -293,7 +297,7 @@ fn add_with<'b, S: Simd, F: EndForces, const SHARED: bool>(
 /// What the springs of a block add to the forces on their first ends; their second ends get the opposite.
 pub(crate) trait EndForces: Sync {
     /// A row for each spring of block `number`.
-    fn of<S: Simd>(&self, simd: S, number: usize, block: &Block) -> [f64x4<S>; AT_ONCE];
+    fn of<S: Simd>(&self, simd: S, number: usize, block: &SpringBlock) -> [f64x4<S>; AT_ONCE];
 }
 
 /// The forces in the state (`x`, `v`).
@@ -304,7 +308,7 @@ struct Tension<'a, const DAMPED: bool> {
 
 impl<const DAMPED: bool> EndForces for Tension<'_, DAMPED> {
     #[inline(always)]
-    fn of<S: Simd>(&self, simd: S, _: usize, block: &Block) -> [f64x4<S>; AT_ONCE] {
+    fn of<S: Simd>(&self, simd: S, _: usize, block: &SpringBlock) -> [f64x4<S>; AT_ONCE] {
         let d = block.differences(simd, self.x);
         let [dx, dy, dz] = columns(d);
         let squared = dx * dx + dy * dy + dz * dz;
@@ -346,7 +350,7 @@ pub(crate) struct Linearized<'a> {
 
 impl EndForces for Linearized<'_> {
     #[inline(always)]
-    fn of<S: Simd>(&self, simd: S, number: usize, block: &Block) -> [f64x4<S>; AT_ONCE] {
+    fn of<S: Simd>(&self, simd: S, number: usize, block: &SpringBlock) -> [f64x4<S>; AT_ONCE] {
         let splat = |number: f64| f64x4::splat(simd, number);
         let of = |numbers: [f64; AT_ONCE]| f64x4::simd_from(simd, numbers);
         let (d, u) = (block.differences(simd, self.x), block.differences(simd, self.moves));
@@ -370,7 +374,7 @@ impl EndForces for Linearized<'_> {
     }
 }
 
-impl Block {
+impl SpringBlock {
     fn springs(&self) -> [SpringRow; AT_ONCE] {
         let Self { ends: [a, b], stiffness, damping, rest_length } = *self;
         std::array::from_fn(|i| SpringRow {

@@ -6,7 +6,7 @@ use super::field::{GroupEnvironment, GroupField, GroupKernel, GroupRows, Scratch
 use super::members::{ByRow, MemberOptions};
 use super::rows::{Row, row_of};
 use super::split::Part;
-use super::suspects::{Before, Suspects, springs_by_row};
+use super::suspects::{RowStates, Suspects, springs_by_row};
 use super::{Group, Groups};
 use crate::kernels::record::vector;
 use crate::kernels::{
@@ -46,7 +46,7 @@ impl Rescue<'_, '_, '_, '_> {
         let pushes: Vec<_> =
             pushes.iter().filter(|push| push.0 == number).map(|push| (push.1, push.2)).collect();
         // Anchors have not changed; the state of movable rows is still in the tables.
-        let mut before = Before {
+        let mut before = RowStates {
             x: x[rows.clone()].to_vec(),
             v: v[rows.clone()].to_vec(),
             w: w[rows.clone()].to_vec(),
@@ -78,8 +78,12 @@ impl Rescue<'_, '_, '_, '_> {
         }
         let after = loop {
             let parts = coupling.parts(&removed);
-            let mut after =
-                Before { x: before.x.clone(), v: before.v.clone(), w: Vec::new(), last: before.last.clone() };
+            let mut after = RowStates {
+                x: before.x.clone(),
+                v: before.v.clone(),
+                w: Vec::new(),
+                last: before.last.clone(),
+            };
             let record = self.output.records.recorder(coupling.rows);
             let mut statistics = StepStatistics { record, ..StepStatistics::default() };
             let culprits: Vec<_> = parts
@@ -108,8 +112,8 @@ impl Rescue<'_, '_, '_, '_> {
         group: &Group,
         part: &Part,
         pushes: &[(usize, Row)],
-        before: &Before,
-        after: &mut Before,
+        before: &RowStates,
+        after: &mut RowStates,
         statistics: &mut StepStatistics,
     ) -> Vec<(usize, Breach)> {
         let pick = |rows: &[Row]| part.rows.iter().map(|row| rows[*row]).collect::<Vec<_>>();
@@ -222,7 +226,7 @@ impl Rescue<'_, '_, '_, '_> {
 }
 
 /// A refused row, in its state before the tick.
-fn refused(group: &Group, before: &Before, row: usize, cause: Cause) -> Refused {
+fn refused(group: &Group, before: &RowStates, row: usize, cause: Cause) -> Refused {
     let state = PhysicsBody { velocity: vector(&before.v[row]), inverse_mass: before.w[row] };
     Refused { body: group.bodies[row], transform: Transform::at(vector(&before.x[row])), state, cause }
 }

@@ -180,7 +180,7 @@ impl Part {
         self.rows.push(row);
     }
 
-    /// The part's number of a row of the whole, `number` being that of those that move.
+    /// The number in the part of row `row` of the whole; `number` gives that of a movable row.
     fn row(&mut self, whole: &Coupling, row: u32, number: &impl Fn(u32) -> u32) -> u32 {
         if (row as usize) < whole.movable {
             return number(row);

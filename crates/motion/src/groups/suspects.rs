@@ -15,8 +15,8 @@ use crate::tick::diagnosis::{Evidence, Exposure, Suspect};
 use crate::tick::quarantine::{Cause, Fault, place};
 use crate::units::{Scalar, Vector};
 
-/// The rows of a group before the tick.
-pub(super) struct Before {
+/// States of the rows of a group, before the tick or after it.
+pub(super) struct RowStates {
     pub x: Vec<Row>,
     pub v: Vec<Row>,
     pub w: Vec<Scalar>,
@@ -32,7 +32,7 @@ pub(super) struct Suspects<'a, 'w, 's> {
     pub whole: ByRow<'a, 'w, 's>,
     /// Forces applied to rows, N.
     pub pushes: &'a [(usize, Row)],
-    pub before: &'a Before,
+    pub before: &'a RowStates,
 }
 
 /// The system that integrates groups.
@@ -53,7 +53,7 @@ impl Suspects<'_, '_, '_> {
     /// Why a row fails in a tick whatever the other rows do, if it does: its state is not finite, or something that
     /// acts on it is not.
     pub fn lost(&self, row: usize) -> Option<Cause> {
-        let Before { x, v, w, .. } = self.before;
+        let RowStates { x, v, w, .. } = self.before;
         let Group { coupling, .. } = self.group;
         let broken = Breach { of: Quantity::Velocity, finite: false };
         let cause = |evidence| Some(self.environment.shared.cause(SYSTEM, broken, Some(evidence)));
@@ -107,7 +107,7 @@ impl Suspects<'_, '_, '_> {
 
     /// The state of a row and the force on it.
     fn state_of(&self, row: usize) -> Suspect<'static> {
-        let Before { x, v, w, .. } = self.before;
+        let RowStates { x, v, w, .. } = self.before;
         let body = PhysicsBody { velocity: vector(&v[row]), inverse_mass: w[row] };
         let pushes = self.pushes.iter().filter(|(pushed, _)| *pushed == row);
         let force = pushes.fold(Vector::ZERO, |sum, (_, force)| sum + vector(force));
@@ -135,7 +135,7 @@ impl Suspects<'_, '_, '_> {
 
     /// Force of a spring between two rows, N.
     fn tension(&self, row: usize, other: usize, elastic: &Elastic) -> Scalar {
-        let Before { x, v, .. } = self.before;
+        let RowStates { x, v, .. } = self.before;
         let d = vector(&x[other]) - vector(&x[row]);
         let u = vector(&v[other]) - vector(&v[row]);
         let length = d.length();
@@ -150,7 +150,7 @@ impl Suspects<'_, '_, '_> {
 
     /// Whether mutual gravity pulls a row with a non-finite force.
     fn attraction_at_fault(&self, row: usize, removed: &[bool]) -> Option<Evidence> {
-        let (Group { coupling, .. }, Before { x, w, .. }) = (self.group, self.before);
+        let (Group { coupling, .. }, RowStates { x, w, .. }) = (self.group, self.before);
         let law = self.environment.shared.attraction.filter(|_| coupling.attracts)?;
         let pull = |other: usize| coupling.attraction_between(law, [row, other], x, w);
         let mut others = (0..coupling.rows).filter(|other| *other != row && !removed[*other]);

@@ -15,8 +15,8 @@ use crate::state::components::{PhysicsBody, Transform};
 use crate::state::coupling::{CouplingChanged, Grouped};
 use crate::state::range::Bounds;
 use crate::state::threads::Threads;
+use crate::tick::body_filter::BodyFilter;
 use crate::tick::environment::{Environment, EnvironmentParam, TickOutput};
-use crate::tick::which::Which;
 use crate::units::Vector;
 
 /// The anchors of groups.
@@ -38,7 +38,7 @@ struct GroupsParam<'w, 's> {
 pub(crate) fn integrate_groups(
     world: &mut World,
     kernel: GroupKernel,
-    which: &Which,
+    which: &BodyFilter,
     name: String,
 ) -> BoxedSystem {
     let state: SystemState<(EnvironmentParam, TickOutput, GroupsParam, Members)> =

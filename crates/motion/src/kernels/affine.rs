@@ -204,7 +204,7 @@ impl<S: Simd> AffineKernel<'_, '_, '_, S> {
             }
             let x: &mut Triples = positions.first_chunk_mut().expect("a whole block and a number");
             let steps = last.as_mut().and_then(Iterator::next);
-            // A kernel without forces pays: adding zeros would lengthen every stage.
+            // A kernel without forces is worth its code: adding zeros would lengthen every stage.
             let (new, evaluations) = if pushed.touches(start) {
                 step.block::<M, PARTS, true>(simd, x, block, Some(&pushed.block(start)), steps)
             } else {
@@ -230,7 +230,7 @@ struct StepOf<'a, 't, S: Simd> {
     terms: &'a Terms<'t>,
 }
 
-type Block<S> = (Rows<S, BLOCK>, Rows<S, BLOCK>);
+type NewRows<S> = (Rows<S, BLOCK>, Rows<S, BLOCK>);
 
 impl<S: Simd> StepOf<'_, '_, S> {
     /// The new positions and rows, neither checked nor stored, and the number of evaluations per movable body.
@@ -242,7 +242,7 @@ impl<S: Simd> StepOf<'_, '_, S> {
         bodies: &[Row; BLOCK],
         forces: Option<&Triples>,
         mut last: Option<&mut [f64; BLOCK]>,
-    ) -> (Block<S>, u64) {
+    ) -> (NewRows<S>, u64) {
         // In a `const`, so that it is compiled for position Verlet alone.
         if const { matches!(M::STATE, MethodStateKind::LastStep) }
             && let Some(last) = &mut last
@@ -268,7 +268,7 @@ impl<S: Simd> StepOf<'_, '_, S> {
         bodies: &[Row; BLOCK],
         forces: Option<&Triples>,
         last: &mut [f64; BLOCK],
-    ) -> (Block<S>, u64) {
+    ) -> (NewRows<S>, u64) {
         let zero = [0.0; 3 * BLOCK + 1];
         let (x, forces) = (load_triples(simd, x), load_triples(simd, forces.unwrap_or(&zero)));
         let (mut new_x, mut new_v, mut evaluations) = (x, Rows::of(simd, bodies), 0);
@@ -394,7 +394,7 @@ impl Limit {
 /// numbers may overflow.
 #[expect(clippy::eq_op, reason = "x - x is 0 if x is finite and NaN otherwise")]
 #[inline(always)]
-fn is_finite<M: Integrator, S: Simd>((x, v): &Block<S>) -> bool {
+fn is_finite<M: Integrator, S: Simd>((x, v): &NewRows<S>) -> bool {
     let [a, b, c, d] = x.0;
     let mut sum = (a + b) + (c + d);
     // If a step moves with its new velocity, a finite position proves a finite velocity.
@@ -407,7 +407,7 @@ fn is_finite<M: Integrator, S: Simd>((x, v): &Block<S>) -> bool {
 
 /// Stores positions and rows.
 #[inline(always)]
-fn store<M: Integrator, S: Simd>((new_x, new_v): &Block<S>, x: &mut Triples, bodies: &mut [Row; BLOCK]) {
+fn store<M: Integrator, S: Simd>((new_x, new_v): &NewRows<S>, x: &mut Triples, bodies: &mut [Row; BLOCK]) {
     if M::MOVES {
         // In this order: the last lane of a row is the first number of the next, which is stored after it.
         each_row!(k in BLOCK - 1 {

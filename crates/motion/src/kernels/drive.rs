@@ -15,7 +15,7 @@ pub(crate) trait TickField: Field + Sized {
         let _ = (x, v, step_state);
     }
 
-    /// Applies what stands before the tick of a method with damping around its ticks.
+    /// Applies damping, speed limit and locks before the tick of a method with damping around its ticks.
     fn before_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space);
 
     /// Ends a step; returns the state from which the next one starts.
@@ -26,7 +26,7 @@ pub(crate) trait TickField: Field + Sized {
         step_state: &mut StepState<Self>,
     ) -> (Self::Space, Self::Space);
 
-    /// Applies what stands after the tick of a method with damping around its ticks.
+    /// Applies damping, speed limit and locks after the tick of a method with damping around its ticks.
     fn after_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space);
 }
 

@@ -38,8 +38,8 @@ pub(crate) struct TickRecord {
     /// Sum over the kicks of their length times the mean of the velocities before and after, m: the path along which
     /// a constant force does work. `None` for methods that do not change velocity and position one after the other.
     pub kicked: Option<Vector>,
-    /// Velocities with which the method began and ended, m/s, between what stands before and after the tick; `None`
-    /// where nothing stands there.
+    /// Velocities with which the method began and ended, m/s, after the damping before the tick and before the damping after
+    /// it; `None` for a method with damping inside its steps.
     pub between: Option<[Vector; 2]>,
 }
 

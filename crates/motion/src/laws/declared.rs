@@ -1,4 +1,4 @@
-//! The laws of every body except gravity: those that are resources of a world, and your own.
+//! The laws of every body, without gravity: those that are resources of a world, and your own.
 
 use bevy_ecs::change_detection::Tick;
 use bevy_ecs::prelude::*;
@@ -61,7 +61,7 @@ macro_rules! declare {
             }
         }
 
-        /// The laws of every body except gravity, in the order in which they are summed.
+        /// The laws of every body, without gravity, in the order in which they are summed.
         #[derive(Clone, Copy)]
         pub(crate) struct Declared<'a> {
             $(pub $law: Option<&'a super::$Law>,)*
@@ -90,7 +90,7 @@ macro_rules! declare {
             }
         }
 
-        /// The laws of every body except gravity as a parameter of a system.
+        /// The laws of every body, without gravity as a parameter of a system.
         #[derive(SystemParam)]
         pub struct DeclaredParam<'w> {
             $($law: Option<Res<'w, super::$Law>>,)*

@@ -113,7 +113,7 @@ impl Ledger {
         stepper.make_ready(world);
         if world.contains_resource::<Emissions>() {
             // Births and deaths of the tick come before its start here. The tick itself then emits nothing.
-            world.run_system_cached(emit_particles).expect("it asks for nothing but the world");
+            world.run_system_cached(emit_particles).expect("its parameters are always valid");
         }
         let opening = Opening::of(world);
         let clock = *world.resource::<StepClock>();

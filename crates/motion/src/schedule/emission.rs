@@ -17,7 +17,7 @@ use crate::units::{Scalar, Vector};
 
 /// The birth or death of the body in a slot.
 #[derive(Clone, Copy, Debug)]
-pub struct Change {
+pub struct ParticleChange {
     body: Entity,
     position: Vector,
     inverse_mass: Scalar,
@@ -25,7 +25,7 @@ pub struct Change {
     birth: Option<(Scalar, Vector)>,
 }
 
-impl Change {
+impl ParticleChange {
     fn apply(self, world: &mut World) {
         let Self { body, position, inverse_mass, birth } = self;
         let Ok(mut body) = world.get_entity_mut(body) else { return };
@@ -67,7 +67,7 @@ type Emitters = (Option<&'static Emitter>, Option<&'static Off<Emitter>>, &'stat
 pub fn emit_particles(
     world: &mut World,
     emitters: &mut QueryState<Emitters>,
-    mut changes: Local<Vec<Change>>,
+    mut changes: Local<Vec<ParticleChange>>,
 ) {
     let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
     let tick = Tick::next(clock, world.get_resource::<TimeStep>().map_or(0.0, |step| step.0));
@@ -77,7 +77,7 @@ pub fn emit_particles(
         let Some(emitter) = on.or(off.map(|Off(emitter)| emitter)) else { continue };
         let Emitter { position, inverse_mass, pool, launches, .. } = emitter;
         emission.advance(emitter, on.is_some(), tick, |slot, born| {
-            changes.push(Change {
+            changes.push(ParticleChange {
                 body: pool[slot],
                 position: *position,
                 inverse_mass: *inverse_mass,

@@ -128,7 +128,7 @@ impl StepPlan {
         let is_free = |kind: &Archetype| !contains::<OwnMethod>(world, kind);
         let of_world = has_bodies(world, true, is_free);
         let groups: Vec<_> = of_world.then_some(None).into_iter().chain(marked(true).map(Some)).collect();
-        // Without groups the systems of single bodies are there even if no body is.
+        // Without groups, single bodies have their systems even before the first of them is spawned.
         let grouped_only = !groups.is_empty() && !has_bodies(world, false, is_free);
         let options = may_exist::<OwnLaws>(world) || may_exist::<OwnSubsteps>(world);
         // A kick by itself cannot tell whether a speed limit comes before it or after it.

@@ -8,7 +8,7 @@ use crate::schedule::stepper::Stepper;
 use crate::state::clock::TimeStep;
 use crate::state::threads::Threads;
 
-/// Puts the physics into a schedule of an [`App`]: each run of the schedule is one tick, to the same bits as
+/// Puts the physics into a schedule of an [`App`]: each run of the schedule is one tick, with the bits of
 /// [`Stepper::tick`]. Needs the feature `bevy`.
 ///
 /// The plugin [installs](Stepper::install) a [`Stepper`], so your systems are ordered by

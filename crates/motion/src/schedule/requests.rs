@@ -171,13 +171,13 @@ type State = (Transform, PhysicsBody);
 
 /// The state of a body and its new one, or the component at fault in the new one; `None` if the body is quarantined or
 /// gone.
-type Change = (State, Result<State, (&'static str, Fault)>);
+type Outcome = (State, Result<State, (&'static str, Fault)>);
 
 fn proposed(
     world: &World,
     entity: Entity,
     edit: impl FnOnce(&mut Transform, &mut PhysicsBody),
-) -> Option<Change> {
+) -> Option<Outcome> {
     let body = world.get_entity(entity).ok().filter(|body| !body.contains::<Quarantined>())?;
     let old = (*body.get::<Transform>()?, *body.get::<PhysicsBody>()?);
     let mut new = old;

@@ -11,19 +11,19 @@ use crate::methods::table::Method;
 use crate::state::clock::TimeStep;
 use crate::state::components::{PhysicsBody, Quarantined};
 use crate::state::method_state::{LastAcceleration, LastStep};
+use crate::tick::body_filter::BodyFilter;
 use crate::tick::integrate::integrate;
 use crate::tick::quarantine::quarantine_refused;
-use crate::tick::which::Which;
 
 /// Brings velocities of position Verlet to the time of the positions, for the bodies that `which` selects and for their
 /// groups.
-fn synchronize_bodies(world: &mut World, which: Which) {
+fn synchronize_bodies(world: &mut World, which: BodyFilter) {
     // First: a body that has left its group since the last tick is a single body now.
     compile_groups(world);
     let which = which.with::<LastStep>(world);
     let kernel = GroupKernel::of::<Synchronize>();
     let run = |world: &mut World, mut system: BoxedSystem| {
-        system.run((), world).expect("its resources are inserted with the step's and the groups");
+        system.run((), world).expect("its resources were inserted with the time step and with the groups");
     };
     let system = integrate(world, kernel.single, &which, "synchronize_bodies".to_owned());
     run(world, system);
@@ -36,7 +36,7 @@ fn synchronize_bodies(world: &mut World, which: Which) {
 }
 
 /// Removes the method state of the bodies that `which` selects, so that another method can start.
-pub(crate) fn leave_methods(world: &mut World, which: Which) {
+pub(crate) fn leave_methods(world: &mut World, which: BodyFilter) {
     type Keeps = Or<(With<LastStep>, With<LastAcceleration>)>;
     synchronize_bodies(world, which.clone());
     let mut query = QueryBuilder::<Entity, Keeps>::new(world);
@@ -67,10 +67,10 @@ pub(crate) fn restart_bodies(world: &mut World, bodies: &[Entity]) {
 }
 
 /// Runs `leave` while `bodies` and the members of their groups are marked with [`Leaves`]; returns all of them.
-fn leaving(world: &mut World, bodies: &[Entity], leave: fn(&mut World, Which)) -> Vec<Entity> {
+fn leaving(world: &mut World, bodies: &[Entity], leave: fn(&mut World, BodyFilter)) -> Vec<Entity> {
     let members = Groups::with_members(world, bodies);
     world.insert_batch(members.iter().map(|body| (*body, Leaves)).collect::<Vec<_>>());
-    let marked = Which::default().with::<Leaves>(world);
+    let marked = BodyFilter::default().with::<Leaves>(world);
     leave(world, marked);
     members.iter().for_each(|body| {
         world.entity_mut(*body).remove::<Leaves>();
@@ -93,7 +93,7 @@ pub(crate) fn set_body_method(world: &mut World, body: Entity, method: Option<Me
 /// half of the last step under the new laws.
 pub(crate) fn end_half_steps(world: &mut World) {
     if is_prepared(world) {
-        synchronize_bodies(world, Which::default());
+        synchronize_bodies(world, BodyFilter::default());
     }
 }
 

@@ -17,8 +17,8 @@ use crate::state::emitter::Emissions;
 use crate::state::forces::PushedBodies;
 use crate::state::method_state::LastAcceleration;
 use crate::state::static_bodies::{StaticWatch, mark_static};
+use crate::tick::body_filter::BodyFilter;
 use crate::tick::quarantine::quarantine_bodies;
-use crate::tick::which::Which;
 
 /// The compiled schedule of a world and what a tick does around it: before it, requests and compiling again; after it,
 /// the clock.
@@ -130,7 +130,7 @@ impl Stepper {
     }
 
     /// Puts the physics into your own schedule. Each run of it is one tick: the systems of [`StepSystems`], in that
-    /// order, and everything else that [`Stepper::tick`] does, to the same bits.
+    /// order, and everything else that [`Stepper::tick`] does, with the same bits.
     ///
     /// Outside of an `App`, call [`World::clear_trackers`] after each run if there are emitters: the world remembers
     /// removed components until then.
@@ -178,7 +178,7 @@ impl Stepper {
     /// Calls `use_it` with the stepper that was [installed](Stepper::install), for example to change the method.
     ///
     /// # Panics
-    /// If none is installed, or within such a call.
+    /// If none is installed, or if it is called within itself.
     pub fn installed<R>(world: &mut World, use_it: impl FnOnce(&mut Self, &mut World) -> R) -> R {
         let stepper = world.get_resource_mut::<Installed>().and_then(|mut installed| installed.0.take());
         let mut stepper = stepper.expect("call `Stepper::install` first; it cannot be used within itself");
@@ -250,7 +250,7 @@ impl Stepper {
         if method == self.plan.method && self.plan.outside.is_none() {
             return;
         }
-        let bodies = Which::of_method(world, None);
+        let bodies = BodyFilter::of_method(world, None);
         leave_methods(world, bodies);
         *self = Self::compile(world, method, None, self.installed);
     }

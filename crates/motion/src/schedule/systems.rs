@@ -22,9 +22,9 @@ use crate::state::emitter::Dormant;
 use crate::state::forces::{Forces, PushQueue, PushedBodies};
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::static_bodies::Static;
+use crate::tick::body_filter::BodyFilter;
 use crate::tick::integrate::{integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity};
 use crate::tick::quarantine::{Quarantine, quarantine_bodies};
-use crate::tick::which::Which;
 
 /// The schedule of one tick.
 #[derive(ScheduleLabel, Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -87,7 +87,7 @@ fn integration(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<Schedu
     let mut systems = Vec::new();
     // Groups first: the single bodies that they hang on are then still where the tick began.
     for own in &plan.groups {
-        let (kernel, which) = (plan.kernel(*own), Which::of_method(world, *own));
+        let (kernel, which) = (plan.kernel(*own), BodyFilter::of_method(world, *own));
         // A group caches the accelerations of its members itself.
         if kernel.single.traits.state == MethodStateKind::LastStep {
             let members = which.clone().with::<Grouped>(world);
@@ -128,7 +128,7 @@ fn integrate_method(
     plan: &StepPlan,
     own: Option<Method>,
 ) -> ScheduleConfigs<ScheduleSystem> {
-    let which = Which::of_method(world, own);
+    let which = BodyFilter::of_method(world, own);
     integrate(world, plan.kernel(own).single, &which, plan.name("integrate", own)).into_configs()
 }
 
@@ -138,7 +138,7 @@ fn remember(
     plan: &StepPlan,
     own: Option<Method>,
 ) -> Option<ScheduleConfigs<ScheduleSystem>> {
-    let which = Which::of_method(world, own).without::<Grouped>(world);
+    let which = BodyFilter::of_method(world, own).without::<Grouped>(world);
     match plan.kernel(own).single.traits.state {
         MethodStateKind::None => None,
         MethodStateKind::LastStep => Some(remember_steps(world, &which)),
@@ -156,18 +156,18 @@ fn remember(
 pub(crate) type Moving = (Without<Quarantined>, Without<Static>, Without<Dormant>);
 
 /// Gives bodies that are new to position Verlet their [`LastStep`], which starts them with the Taylor value.
-fn remember_steps(world: &mut World, which: &Which) -> ScheduleConfigs<ScheduleSystem> {
+fn remember_steps(world: &mut World, which: &BodyFilter) -> ScheduleConfigs<ScheduleSystem> {
     remember_state::<LastStep>(world, which, "remember_steps")
 }
 
 /// Gives bodies their [`LastAcceleration`], the cache of an acceleration that the next step starts with.
-fn remember_accelerations(world: &mut World, which: &Which) -> ScheduleConfigs<ScheduleSystem> {
+fn remember_accelerations(world: &mut World, which: &BodyFilter) -> ScheduleConfigs<ScheduleSystem> {
     remember_state::<LastAcceleration>(world, which, "remember_accelerations")
 }
 
 fn remember_state<State: Component + Default>(
     world: &mut World,
-    which: &Which,
+    which: &BodyFilter,
     name: &'static str,
 ) -> ScheduleConfigs<ScheduleSystem> {
     type Bodies<'w, 's, State> = Query<'w, 's, Entity, (With<PhysicsBody>, Without<State>, Moving)>;

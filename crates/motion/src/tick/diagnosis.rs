@@ -22,7 +22,7 @@ pub(crate) struct Suspect<'a> {
     pub laws: &'a [Box<dyn Law>],
 }
 
-/// Which resources acted on a refused body.
+/// BodyFilter resources acted on a refused body.
 #[derive(Clone, Copy)]
 pub(crate) struct Exposure {
     /// Whether its velocity was updated, by forces and laws.

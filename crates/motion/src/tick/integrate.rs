@@ -22,11 +22,11 @@ use crate::state::method_state::LastAcceleration;
 use crate::state::range::Breach;
 use crate::state::static_bodies::Static;
 use crate::state::threads::Threads;
+use crate::tick::body_filter::BodyFilter;
 use crate::tick::columns::{BodyColumns, BodyColumnsContiguousItem};
 use crate::tick::diagnosis::{Exposure, Suspect};
 use crate::tick::environment::{Birth, Environment, EnvironmentParam, TickOutput};
 use crate::tick::quarantine::Refused;
-use crate::tick::which::Which;
 use crate::units::Vector;
 
 /// The filter of bodies that use the world's method.
@@ -165,7 +165,7 @@ impl TablePart<'_> {
     }
 }
 
-/// Integrates a table on all threads, to the same bits.
+/// Integrates a table on all threads. The bits are the same with any number of them.
 fn shared(threads: &Threads, table: &TableTick<'_>, batch: Batch<'_>) -> Done {
     let share = batch.bodies.len().div_ceil(threads.count()).next_multiple_of(kernels::BLOCK);
     let mut parts: Vec<(Done, Option<Batch<'_>>, TablePart<'_>)> = Vec::new();
@@ -275,7 +275,7 @@ pub fn integrate_velocity(param: EnvironmentParam, output: TickOutput, bodies: B
     advance(const { Kernel::of::<Drift>() }, param, output, bodies);
 }
 
-/// Both halves of a step of `M`, one of the two explicit Eulers, in one pass over memory: to the same bits as
+/// Both halves of a step of `M`, one of the two explicit Eulers, in one pass over memory, with the bits of
 /// [`integrate_acceleration`] and [`integrate_velocity`] in the order of `M`.
 pub fn integrate_in_one_pass<M: Integrator>(
     param: EnvironmentParam,
@@ -286,7 +286,7 @@ pub fn integrate_in_one_pass<M: Integrator>(
 }
 
 /// Makes the system that integrates a tick of `kernel` for the bodies that `which` selects.
-pub(crate) fn integrate(world: &mut World, kernel: Kernel, which: &Which, name: String) -> BoxedSystem {
+pub(crate) fn integrate(world: &mut World, kernel: Kernel, which: &BodyFilter, name: String) -> BoxedSystem {
     let state: SystemState<(EnvironmentParam, TickOutput, Bodies<()>)> =
         (ParamBuilder, ParamBuilder, which.query()).build_state(world);
     let system = state.build_system(move |param, output, bodies| advance(kernel, param, output, bodies));

@@ -101,7 +101,7 @@ impl Cause {
             Fault::Spring(_) => format!("a spring pulled with a non-finite force in {system}"),
             Fault::Overflow => format!("{part} would turn non-finite in {system}"),
             Fault::Range(bound) => format!("{part} would leave the range of {bound:e} {unit} in {system}"),
-            Fault::Request => format!("an experiment asked for a state that cannot be, in its {part}"),
+            Fault::Request => format!("a request set an invalid {part}"),
         }
     }
 }

@@ -58,7 +58,7 @@ pub(super) fn drawing(matrix: &Matrix) -> Drawing {
         y += ROW;
     }
     let height = y as u32 + 10;
-    Drawing { title: "What survives what: methods by hard cases".to_owned(), height, shapes }
+    Drawing { title: "Survival: methods by hard cases".to_owned(), height, shapes }
 }
 
 /// Words in a field, which keep their color on dark pages as fields do.

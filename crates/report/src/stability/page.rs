@@ -26,7 +26,7 @@ pub(super) fn page(matrix: &Matrix, limits: &[Limit], maps: &[(&str, Map)]) -> S
         "</section>\n".to_owned(),
         limits_and_maps(limits, maps),
     ];
-    document("What survives what", lead, "", "", &main.concat(), "")
+    document("Survival of hard cases", lead, "", "", &main.concat(), "")
 }
 
 fn figure(drawing: &Drawing, caption: &str) -> String {

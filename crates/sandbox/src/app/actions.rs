@@ -205,7 +205,7 @@ const LAST: &[Binding] = &[
     once(
         "focus_panels",
         &["F6"],
-        "the keyboard goes on: to the bar, the scenes, the dock, the scene",
+        "the keyboard moves to the next part: bar, scenes, dock, scene",
         Session::focus_panels,
     ),
     once("larger", &["Ctrl+=", "Ctrl++"], "make the panels larger", |session| session.zoom_panels(1)),

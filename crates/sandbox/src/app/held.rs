@@ -7,7 +7,7 @@ use crate::input::Key;
 /// Newtons of a held push key.
 const KEY_PUSH: f64 = 10.0;
 
-/// A shift key that is held for less than this, s, before a key that goes with it, was not meant to fly.
+/// A shift key that is held for less than this, s, before a key that it modifies does not fly.
 const CHORD_S: f64 = 0.5;
 
 /// What a key does while it is held.

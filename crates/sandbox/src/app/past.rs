@@ -1,7 +1,7 @@
 //! Going back in the last minute, repeating it, and what happens when something goes wrong.
 //!
-//! A seek simulates the ticks from a snapshot on, over as many frames as that takes. Until it is there, the present is
-//! shown, and doing something to the present gives it up. Without a window, a quarantine that is ahead after going back
+//! A seek simulates the ticks from a snapshot on, over as many frames as that takes. Until it ends, the present is
+//! shown; a change of the present cancels it. Without a window, a quarantine that is ahead after going back
 //! still decides the exit code.
 
 use std::ops::ControlFlow;

@@ -19,9 +19,9 @@ pub struct Repetition {
     pub first_different_tick: Option<u64>,
     /// State hash at the end of the last tick.
     pub state_hash: u64,
-    /// The fault of then, if it was one of now, else the first of now.
+    /// The recorded fault if it was reproduced, otherwise the first fault of this run.
     pub fault: Option<FaultEntry>,
-    /// Whether the fault, or that there is none, is as it was then.
+    /// Whether the recorded fault, or its absence, was reproduced.
     pub same_fault: bool,
 }
 

@@ -15,7 +15,7 @@ pub(crate) struct Recorded {
     pub fault: Option<Fault>,
     /// Whether it has been met at the end of its frame.
     pub met: bool,
-    /// The tick of a fault that the person was told of: going on goes through it, if nothing is done before.
+    /// The tick of a fault that the person was told of. The run goes through it unless something is changed before.
     pub passed: Option<u64>,
     /// The first tick of the run that went wrong: no tick from there on is a good one.
     pub bad_from: Option<u64>,

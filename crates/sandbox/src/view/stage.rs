@@ -64,7 +64,7 @@ pub struct QuarantinedBody {
     pub cause: String,
 }
 
-/// A scene that is to be written into a file.
+/// A scene to be written into a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneFile {
     /// The file, which is new or has the text that it `replaces`.

@@ -51,7 +51,7 @@ fn drag(raw: Option<&raw::Drag>, wind: Option<&raw::Wind>, faults: &mut Faults) 
     let scope = Scope::section("drag");
     if raw.linear_per_s.is_none() && raw.quadratic_per_m.is_none() {
         let cure = "add `linear_per_s`, `quadratic_per_m` or both";
-        faults.add(scope.path(), "drag without a coefficient is nothing", cure);
+        faults.add(scope.path(), "drag needs at least one coefficient", cure);
     }
     let linear = faults.number((scope, "linear_per_s"), raw.linear_per_s, 0.0, LINEAR);
     let quadratic = faults.number((scope, "quadratic_per_m"), raw.quadratic_per_m, 0.0, QUADRATIC);

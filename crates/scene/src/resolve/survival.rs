@@ -119,7 +119,7 @@ impl<'a> Row<'a> {
             script: self.script(faults),
         };
         if precisions.contains(&true) && row.measure == Measure::Energy {
-            faults.add(scope.key("precisions"), "books of energy are kept in f64 alone", "give [f64]");
+            faults.add(scope.key("precisions"), "an energy ledger needs f64", "give [f64]");
         }
         precisions.into_iter().map(|single| SurvivalRow { single, ..row.clone() }).collect()
     }

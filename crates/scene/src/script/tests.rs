@@ -145,7 +145,7 @@ fn every_effect_can_be_switched_and_is_written_by_its_name() {
 fn a_value_that_no_action_can_use_is_refused() {
     let cases = [
         ("hold(\"W\", 0)", "0 is not a time to hold a key; give a positive number of seconds"),
-        ("press(\"\")", "an empty text is no key; give the name of a key"),
+        ("press(\"\")", "the name of the key is empty; give the name of a key"),
         ("move_mouse(nan, 1)", "(NaN, 1) is not a pixel; give two finite numbers"),
         ("wheel(inf)", "inf is not a number of notches; give a finite number"),
         ("resize(0, 720)", "0 x 720 is not a window size; give two numbers of pixels from 1 to 16384"),

@@ -130,7 +130,8 @@ impl LinearStep {
         springs.add(shares, &change, &mut self.forces);
     }
 
-    /// `q = A p`, without a matrix, with springs at the positions `x`; `row_terms` gives the rate of linear drag and the locks of a row. A is the exact
+    /// `q = A p`, without a matrix, with springs at the positions `x`; `row_terms` gives the rate of linear drag and the locks
+    /// of a row. A is the exact
     /// derivative if `exact`, and else its positive definite part.
     pub fn multiply(
         &mut self,

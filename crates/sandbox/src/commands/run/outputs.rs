@@ -96,13 +96,13 @@ fn steps_left(args: &RunArgs, session: &Session) -> Option<String> {
     let player = session.player()?;
     let (first, step) = player.left().min_by_key(|(place, _)| *place)?;
     let others = match player.left().count() - 1 {
-        0 => String::new(),
-        others => format!(", and {others} more,"),
+        0 => " was".to_owned(),
+        others => format!(", and {others} more were"),
     };
     let script = args.script.as_deref().unwrap_or(Path::new("")).display();
     let (when, tick, seconds) = (step.when, session.ticks(), session.simulated());
     Some(format!(
-        "{script}: steps[{first}], at {when}{others} did not come: the run ended at tick {tick}, {seconds} s; let it last longer"
+        "{script}: steps[{first}], at {when}{others} not reached: the run ended at tick {tick}, {seconds} s; let it last longer"
     ))
 }
 

@@ -1,4 +1,4 @@
-//! Which bodies a system integrates, chosen when the schedule is compiled: one system serves all methods.
+//! BodyFilter bodies a system integrates, chosen when the schedule is compiled: one system serves all methods.
 
 use bevy_ecs::component::ComponentId;
 use bevy_ecs::prelude::*;
@@ -10,12 +10,12 @@ use crate::methods::table::Method;
 
 /// Components that the bodies of a system have, and components that they lack.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Which {
+pub(crate) struct BodyFilter {
     with: Vec<ComponentId>,
     without: Vec<ComponentId>,
 }
 
-impl Which {
+impl BodyFilter {
     /// The bodies with this method of their own, or those that use the world's.
     pub fn of_method(world: &mut World, own: Option<Method>) -> Self {
         match own {
