@@ -442,7 +442,7 @@ fn a_body_gets_a_method_of_its_own_and_the_scenes_again() {
     let count = |drive: &mut Drive| drive.session.methods();
     assert_eq!(count(&mut drive), [(Method::SemiImplicitEuler, 28)]);
     drive.give([own_method("player", Method::RungeKutta4), own_method("enemy", Method::Yoshida4)]);
-    drive.give([own_method("nobody", Method::Yoshida4)]);
+    drive.give([own_method("missing", Method::Yoshida4)]);
     let own = [(Method::SemiImplicitEuler, 26), (Method::RungeKutta4, 1), (Method::Yoshida4, 1)];
     assert_eq!(count(&mut drive), own);
     // The scene's method is that of all others.

@@ -10,7 +10,7 @@ use crate::simulation::Simulation;
 use crate::snapshot::{requests, vector, words};
 
 /// A change of a running simulation. Bodies are stable ids, so that it means the same in every world of a scene. Scripts,
-/// panels, keys, recordings and bundles make changes; nothing else writes to a simulation.
+/// panels, recordings and bundles make changes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Change {
@@ -45,8 +45,8 @@ impl Change {
     /// If the action names a body that is gone.
     pub fn of(action: &Action, simulation: &Simulation) -> Result<Option<Self>, Gone> {
         let id = |name: &String| {
-            let id = simulation.scene.names.find(name).filter(|id| simulation.body(*id).is_some());
-            id.ok_or_else(|| Gone(name.clone()))
+            let body = simulation.named(name).and_then(|body| simulation.id(body));
+            body.ok_or_else(|| Gone(name.clone()))
         };
         Ok(Some(Self::request(match action {
             Action::Push(body, newtons) => return Ok(Some(Self::Push(id(body)?, *newtons))),

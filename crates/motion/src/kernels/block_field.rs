@@ -140,11 +140,6 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         self.least = if decays || self.drags { SNAP } else { 0.0 };
     }
 
-    /// Magnitude below which velocities snap to 0 after a kick.
-    fn least_after_kick(&self) -> f64 {
-        if self.decay.keep.is_some() || self.drags { self.least } else { 0.0 }
-    }
-
     /// Enters a segment of the tick.
     pub fn set_segment(&mut self, segment: Segment, decay: Decay) {
         self.h = segment.length;
@@ -173,32 +168,26 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         v.map(|_, _, v| snapped(v, least))
     }
 
-    /// Every velocity changed by `change`, which gets its axis and body, itself and its acceleration by all laws from the
-    /// sum of the called ones, `called`, and with `PUSHED` by the applied forces.
+    /// Acceleration by all laws, from the sum of the called ones, and with `PUSHED` by the applied forces.
     #[inline(always)]
-    fn accelerated<const PUSHED: bool>(
-        &self,
-        called: &Block<N>,
-        v: X,
-        change: impl Fn(f64, f64) -> f64,
-    ) -> X {
+    fn accelerated<const PUSHED: bool>(&self, called: &Block<N>, v: X) -> X {
         let Self { gravity, open, w, applied, .. } = self;
         let (gravity, open, rate) = (*gravity, *open, self.terms.rate);
         let laws = |axis: usize, k: usize, v: f64| (gravity[axis] - v * rate) + called.0[axis][k];
         if self.all_move && !PUSHED {
-            return v.map(|axis, k, v| change(v, laws(axis, k, v)));
+            return v.map(laws);
         }
         v.map(|axis, k, v| {
             // A selection, not a factor: NaN times 0 would be NaN.
             let a = if open[axis] & (w[k] > 0.0) { laws(axis, k, v) } else { 0.0 };
-            change(v, if PUSHED { a + applied.0[axis][k] } else { a })
+            if PUSHED { a + applied.0[axis][k] } else { a }
         })
     }
 
     /// Acceleration by all laws, from the sum of the called ones.
     #[inline(never)]
     pub fn laws_from(&self, called: &Block<N>, v: X) -> X {
-        self.accelerated::<false>(called, v, |_, a| a)
+        self.accelerated::<false>(called, v)
     }
 
     /// The laws that are called for body `k`: those of all bodies and its own.
@@ -446,11 +435,7 @@ impl<X: BlockSpace<N>, const N: usize> Field for BlockField<'_, X, N> {
             return a;
         }
         self.call(at, x, v);
-        if self.pushed {
-            self.accelerated::<true>(&self.called, v, |_, a| a)
-        } else {
-            self.accelerated::<false>(&self.called, v, |_, a| a)
-        }
+        if self.pushed { self.accelerated::<true>(&self.called, v) } else { self.laws_from(&self.called, v) }
     }
 
     #[inline(always)]
@@ -466,7 +451,7 @@ impl<X: BlockSpace<N>, const N: usize> Field for BlockField<'_, X, N> {
     #[inline(never)]
     fn kick(&mut self, v: X, a: X) -> X {
         let Decay { keep, gain, .. } = self.decay;
-        let least = self.least_after_kick();
+        let least = if keep.is_some() || self.drags { self.least } else { 0.0 };
         let kicked = match keep {
             Some(keep) => v.zip(a, |_, _, [v, a]| snapped(v * keep + a * gain, least)),
             None if least == 0.0 => v + a * gain,

@@ -24,7 +24,8 @@ impl Session {
             return;
         }
         match Change::of(action, &self.sim) {
-            Ok(change) => drop(change.map(|change| self.change(change, SwitchedBy::Script))),
+            Ok(Some(change)) => self.change(change, SwitchedBy::Script),
+            Ok(None) => {}
             Err(gone) => self.refuse(gone.to_string()),
         }
     }
