@@ -1,6 +1,5 @@
 //! A session: a scene that runs, what a person or a script does to it, and its tools.
 
-pub mod actions;
 mod arrangement;
 mod camera;
 mod changes;

@@ -2,6 +2,7 @@
 //!
 //! Does not include: physics (`motion`), file formats (`scene`), rays (`pick`), pixels (`render`).
 
+pub mod actions;
 mod app;
 mod args;
 pub mod commands;
@@ -9,21 +10,21 @@ mod failure;
 pub mod input;
 pub mod methods;
 mod output;
+mod panels;
 mod tools;
 mod view;
 mod window;
 
+pub use app::player;
 pub use app::rerun::Repetition;
 pub use app::session::{Session, Simulated};
 pub use app::ui::Control;
-pub use app::{actions, player};
 pub use commands::plan;
 pub use input::SwitchedBy;
 pub use output::{STDOUT_IS_CLOSED, files, report, tell};
-pub use tools::Panel;
+pub use panels::{Panel, PanelRow};
 pub use tools::forecast::ForecastRow;
 pub use tools::ghosts::{GhostRow, GhostState};
-pub use tools::tool::ToolRow;
 pub use view::camera::Camera;
 pub use view::options::{Options, Overrides};
 pub use view::stage::{Measured, Mode, Order, QuarantinedBody, SceneFile, Stage};

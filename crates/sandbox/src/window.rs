@@ -31,7 +31,7 @@ use self::pointer::Pointer;
 use self::recorder::Recorder;
 use self::speed::Speed;
 use self::wheel::Wheel;
-use crate::app::actions::{Binding, binding, key_of_word};
+use crate::actions::{Act, Binding, binding};
 use crate::app::script::{load_script, player_of};
 use crate::app::session::{DEFAULT_FPS, Session};
 use crate::args::{StepArgs, size};
@@ -266,7 +266,7 @@ impl ApplicationHandler for Shell {
         }
         match event {
             // As its key, so that a recording has it and unsaved changes are asked about.
-            WindowEvent::CloseRequested => self.press("quit"),
+            WindowEvent::CloseRequested => self.press(Act::Quit),
             WindowEvent::Resized(size) => {
                 if let Some(screen) = &mut self.screen {
                     screen.target.resize(&screen.gpu, [size.width, size.height]);
@@ -360,8 +360,8 @@ impl Shell {
     }
 
     /// Does an action as its key does, in the coming frame.
-    fn press(&mut self, action: &str) {
-        let key = key_of_word(action).expect("the action has a key");
+    fn press(&mut self, act: Act) {
+        let key = act.key();
         self.events.extend([Input::KeyDown(key.clone()), Input::KeyUp(key)]);
     }
 
@@ -379,7 +379,7 @@ impl Shell {
                 let Some(key) = keys::named(event, self.modifiers) else { return };
                 let repeats = || binding(&key).is_some_and(Binding::repeats);
                 if !event.repeat || self.session.takes_text() || repeats() {
-                    self.mode_changes |= binding(&key).is_some_and(|row| row.name == "toggle_mode");
+                    self.mode_changes |= binding(&key).is_some_and(|row| row.act == Act::ToggleMode);
                     self.events.push(Input::KeyDown(key.clone()));
                     self.down.insert(event.physical_key, key);
                 }

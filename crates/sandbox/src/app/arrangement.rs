@@ -1,12 +1,9 @@
 //! How a person arranged the panels: as text, and brought back from it.
 
-use crate::app::actions::named;
+use crate::actions::Act;
 use crate::app::session::Session;
-use crate::tools::{Panel, TOOLS};
+use crate::panels::{PANELS, Panel};
 
-/// The action that hides what a person never hid.
-const COCKPIT: &str = "toggle_cockpit";
-const BROWSER: &str = "toggle_browser";
 const DOCK_WIDTH: &str = "dock_width";
 
 /// Most steps between two sizes of panels that are believed.
@@ -16,10 +13,11 @@ impl Session {
     /// How the panels are arranged, an action and its state in each line: `on`, `off`, or how many times it was done.
     #[must_use]
     pub fn arrangement(&self) -> String {
-        let chosen = |(name, _): &(&str, bool)| *name != BROWSER || self.ui.cockpit.has_chosen_browser();
+        let chosen =
+            |(act, _): &(Act, bool)| *act != Act::ToggleBrowser || self.ui.cockpit.has_chosen_browser();
         let switches = self.switches(self.ui.width()).into_iter().filter(chosen);
         let mut text: String =
-            switches.map(|(name, on)| format!("{name} {}\n", if on { "on" } else { "off" })).collect();
+            switches.map(|(act, on)| format!("{} {}\n", act.name(), if on { "on" } else { "off" })).collect();
         match self.ui.sizes_above_usual() {
             0 => {}
             up @ 1.. => text += &format!("larger {up}\n"),
@@ -42,17 +40,18 @@ impl Session {
         for _ in 0..sizes.abs() {
             self.ui.zoom_by(sizes.signum());
         }
-        for (name, on) in self.switches(self.ui.width()) {
-            let wanted = match state(name) {
+        for (act, on) in self.switches(self.ui.width()) {
+            let wanted = match state(act.name()) {
                 Some("on") => true,
                 Some("off") => false,
-                _ if name == COCKPIT => true,
+                // It hides what a person never hid.
+                _ if act == Act::ToggleCockpit => true,
                 _ => continue,
             };
-            if name == BROWSER {
+            if act == Act::ToggleBrowser {
                 self.ui.cockpit.set_browser(wanted);
-            } else if let Some(binding) = named(name).filter(|_| wanted != on) {
-                self.act(binding.does);
+            } else if wanted != on {
+                self.act(act);
             }
         }
         let dock_width = state(DOCK_WIDTH).and_then(|points| points.parse().ok());
@@ -62,17 +61,17 @@ impl Session {
     }
 
     /// Actions that switch something on and off, and whether it is on, on a screen of that width in points.
-    fn switches(&self, width: f32) -> Vec<(&'static str, bool)> {
+    fn switches(&self, width: f32) -> Vec<(Act, bool)> {
         let cockpit = &self.ui.cockpit;
         let parts = [
-            (COCKPIT, cockpit.shown),
-            ("toggle_theme", self.ui.is_light()),
-            (BROWSER, cockpit.browses(width)),
-            ("toggle_dock", cockpit.dock),
+            (Act::ToggleCockpit, cockpit.shown),
+            (Act::ToggleTheme, self.ui.is_light()),
+            (Act::ToggleBrowser, cockpit.browses(width)),
+            (Act::ToggleDock, cockpit.dock),
         ];
         // Ghosts end with their scene; the others stand over it and are soon closed again.
         let passing = [Panel::Ghosts, Panel::Help, Panel::Finder];
-        let panels = TOOLS.iter().filter(|(panel, _)| !passing.contains(panel));
-        parts.into_iter().chain(panels.map(|(panel, row)| (row.name, self.ui.shows(*panel)))).collect()
+        let panels = PANELS.iter().map(|(panel, _)| *panel).filter(|panel| !passing.contains(panel));
+        parts.into_iter().chain(panels.map(|panel| (Act::Panel(panel), self.ui.shows(panel)))).collect()
     }
 }

@@ -9,7 +9,6 @@ use motion::effects::{Effect, EffectState, NeverDeclared};
 use motion::{Method, MutualGravity, OwnMethod, Particle, Request, Substeps, TimeStep};
 use scene::{Action, unsolvable};
 
-use crate::app::actions;
 use crate::app::session::{Session, SwitchedBy};
 use crate::input::Input;
 use crate::tools::tool::{Edit, Tool as _};
@@ -55,11 +54,7 @@ impl Session {
             Edit::Open(scene) => self.leave(Order::Open(scene)),
             Edit::Rewrite(changes, select) => self.rewrite(&changes, select.as_deref()),
             Edit::Answer(answer) => self.answer(answer),
-            Edit::Act(name) => {
-                if let Some(binding) = actions::named(name) {
-                    self.act(binding.does);
-                }
-            }
+            Edit::Act(act) => self.act(act),
             Edit::Pace(pace) => self.set_pace(pace / self.clock.pace()),
         }
     }

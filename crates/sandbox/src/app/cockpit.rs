@@ -10,8 +10,9 @@ use egui::{Color32, Frame, Panel as Side, Pos2, Rect, Response, Ui};
 
 use self::browser::Browser;
 use self::fault::FaultBar;
+use crate::panels::Panel;
+use crate::tools::Tools;
 use crate::tools::tool::Edit;
-use crate::tools::{Panel, Tools};
 use crate::view::stage::Stage;
 
 /// The scene browser stands open from so many points of width on.

@@ -8,12 +8,12 @@ use motion::effects::Effect;
 use motion::{Dormant, Gravity, Method, Push, PushQueue, Request, SoftBody};
 use scene::unsolvable;
 
-use crate::app::actions::{Does, binding, takes_shift};
+use crate::actions::{Act, Lasts, binding, takes_shift};
 use crate::app::held::{self, Drag};
 use crate::app::session::{Session, SwitchedBy};
 use crate::input::{Button, Input, Key};
 use crate::methods;
-use crate::tools::Panel;
+use crate::panels::Panel;
 use crate::view::notices::Topic;
 use crate::view::stage::{Mode, Order};
 
@@ -89,13 +89,13 @@ impl Session {
 
     fn key_down(&mut self, key: &Key) {
         let binding = binding(key);
-        let is_one_of = |names: &[&str]| binding.filter(|row| names.contains(&row.name));
-        let leaves = is_one_of(&["cancel", "quit", "focus_panels", "screenshot"]).is_some();
-        let saves = is_one_of(&["save_bundle", "save_scene", "quit"]).filter(|_| self.ui.takes_text());
+        let is_one_of = |acts: &[Act]| binding.filter(|row| acts.contains(&row.act));
+        let leaves = is_one_of(&[Act::Cancel, Act::Quit, Act::FocusPanels, Act::Screenshot]).is_some();
+        let saves = is_one_of(&[Act::SaveBundle, Act::SaveScene, Act::Quit]).filter(|_| self.ui.takes_text());
         if let Some(row) = saves {
             // What is being typed is taken first, when the field is laid out without the keyboard.
             self.ui.release_focus();
-            self.ui.postponed.push(row.name);
+            self.ui.postponed.push(row.act);
         } else if (self.ui.question.is_some() || self.ui.takes_key(key)) && !leaves {
             self.ui.key(key, true);
         } else if let Some(binding) = binding {
@@ -103,19 +103,77 @@ impl Session {
                 let moved_s = self.hands.held.take_shift();
                 self.view.camera.fly(DVec3::Y, moved_s);
             }
-            match binding.does {
-                Does::While(hold) => self.hands.held.press(key, hold),
-                does => self.act(does),
+            match binding.lasts {
+                Lasts::While(hold) => self.hands.held.press(key, hold),
+                _ => self.act(binding.act),
             }
         }
     }
 
-    /// Does at once what a key or a button is for.
-    pub(crate) fn act(&mut self, does: Does) {
-        match does {
-            Does::Once(does) | Does::Repeatedly(does) => does(self),
-            Does::Open(panel) => self.toggle(panel),
-            Does::While(_) => {}
+    /// Does an action at once; one that lasts while its key is held does nothing.
+    pub(crate) fn act(&mut self, act: Act) {
+        match act {
+            Act::Panel(panel) => self.toggle(panel),
+            Act::ToggleMode => self.toggle_mode(),
+            Act::ToggleGravity => self.toggle_gravity(),
+            Act::ResetWorld => self.reset_world(),
+            Act::ResetCamera => self.reset_camera(),
+            Act::LockCamera => {
+                self.seen.locked = self.seen.selection.filter(|_| self.seen.locked.is_none());
+            }
+            Act::NextBody => self.select_neighbor(1),
+            Act::PreviousBody => self.select_neighbor(-1),
+            Act::Frame => self.frame_view(),
+            Act::Pause => self.view.paused ^= true,
+            Act::Step => {
+                self.view.paused = true;
+                self.hands.steps_asked += 1;
+            }
+            Act::StepBack => self.step_back(),
+            Act::Slower => self.set_pace(0.5),
+            Act::Faster => self.set_pace(2.0),
+            Act::PreviousScene => self.open_neighbor(-1),
+            Act::NextScene => self.open_neighbor(1),
+            Act::NextMethod => self.change_method(Method::next),
+            Act::PreviousMethod => self.change_method(Method::previous),
+            Act::NextSolid => self.next_solid(),
+            Act::SaveBundle => self.save(),
+            Act::SaveScene => self.save_scene(),
+            Act::Undo => self.undo(),
+            Act::Redo => self.redo(),
+            Act::Duplicate => self.duplicate(),
+            Act::Delete => self.delete(),
+            Act::VelocityArrows => self.view.velocity_arrows ^= true,
+            Act::ForceArrows => self.view.force_arrows ^= true,
+            Act::Springs => self.view.springs ^= true,
+            Act::Trails => {
+                self.view.trails ^= true;
+                self.seen.trails = Default::default();
+            }
+            Act::FocusPanels => self.focus_panels(),
+            Act::Larger => self.zoom_panels(1),
+            Act::Smaller => self.zoom_panels(-1),
+            Act::ToggleTheme => self.toggle_theme(),
+            Act::ToggleBrowser => self.toggle_browser(),
+            Act::ToggleDock => self.ui.cockpit.dock ^= true,
+            Act::ToggleCockpit => self.toggle_cockpit(),
+            Act::Screenshot => self.orders.push(Order::Screenshot(None)),
+            Act::Cancel => self.cancel(),
+            Act::Quit => self.leave(Order::Quit),
+            Act::FlyForward
+            | Act::FlyBack
+            | Act::FlyLeft
+            | Act::FlyRight
+            | Act::FlyUp
+            | Act::FlyDown
+            | Act::PushMinusZ
+            | Act::PushPlusZ
+            | Act::PushMinusX
+            | Act::PushPlusX
+            | Act::PushPlusY
+            | Act::PushMinusY
+            | Act::SelectImmovable
+            | Act::ChangeForce => {}
         }
     }
 

@@ -13,7 +13,7 @@ use scene::{Entry, FileIndex, Scene, SceneError, StepKind, TextEdit};
 
 use crate::app::session::{DEFAULT_FPS, Session};
 use crate::app::ui::Question;
-use crate::tools::Panel;
+use crate::panels::Panel;
 use crate::tools::editor::{Editor, Handle, NEAR_POINTS, free_move, selected_entry, triple};
 use crate::tools::tool::Answer;
 use crate::view::notices::Topic;

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::actions::Hold;
 use crate::input::Key;
 
 /// Newtons of a held push key.
@@ -9,20 +10,6 @@ const KEY_PUSH: f64 = 10.0;
 
 /// A shift key that is held for less than this, s, before a key that it modifies does not fly.
 const CHORD_S: f64 = 0.5;
-
-/// What a key does while it is held.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Hold {
-    /// Flies to the right, up and forward.
-    Fly(DVec3),
-    /// Pushes the selection in that direction.
-    Push(DVec3),
-    /// Lets clicks select what cannot be moved.
-    SelectImmovable,
-    /// Lets the wheel change the force of a click, whatever it does without, and clicks select what cannot be moved: where a window
-    /// manager takes clicks with Alt for itself, they never arrive.
-    ChangeForce,
-}
 
 /// A key and what it does while it is held.
 type HeldKey = (Key, Hold);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use egui::{Id, LayerId, Rect, Window};
 use motion::clock::{FrameClock, FrameTime};
 
-use crate::app::actions;
+use crate::actions;
 use crate::app::session::Session;
 use crate::app::ui::Question;
 use crate::app::ui::{Ui, show_focus};

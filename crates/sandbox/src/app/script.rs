@@ -9,11 +9,12 @@ use motion::TimeStep;
 use motion::clock::{FrameTime, StepClock};
 use scene::{Action, Recording, Scene, Script, Source, When};
 
-use crate::app::actions;
+use crate::actions::{self, Act};
 use crate::app::player::Player;
 use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::input::UnknownKey;
+use crate::panels::Panel;
 
 impl Session {
     /// Plays a script from the next frame on, beside the input of frames.
@@ -87,8 +88,14 @@ impl Player {
 }
 
 /// Actions after which bodies that were removed may be there again.
-const BRING_BACK: [&str; 6] =
-    ["reset_world", "previous_scene", "next_scene", "find_scene", "step_back", "toggle_timeline_panel"];
+const BRING_BACK: [Act; 6] = [
+    Act::ResetWorld,
+    Act::PreviousScene,
+    Act::NextScene,
+    Act::Panel(Panel::Finder),
+    Act::StepBack,
+    Act::Panel(Panel::Timeline),
+];
 
 /// Reads a script or a recording and checks its keys, and its bodies against those of a scene.
 pub(crate) fn load_script(path: &Path, scene: &Scene) -> Result<Script, Failure> {

@@ -10,9 +10,10 @@ use motion::clock::FrameTime;
 use scene::Entry;
 
 pub(super) use self::focus::{reveal as reveal_focus, show as show_focus};
+use crate::actions::Act;
 use crate::app::cockpit::Cockpit;
 use crate::input::{Button, Key};
-use crate::tools::Panel;
+use crate::panels::Panel;
 use crate::view::stage::Order;
 
 /// Pixels and notches beyond every screen: of larger ones egui's speeds are no numbers.
@@ -62,7 +63,7 @@ pub(crate) struct Ui {
     /// What they left for the view in the last layout.
     pub view: Rect,
     /// Actions that come after the next layout.
-    pub postponed: Vec<&'static str>,
+    pub postponed: Vec<Act>,
     /// What the person is asked.
     pub question: Option<Question>,
     /// When egui wants its next layout, s; infinite where nothing moves by itself.

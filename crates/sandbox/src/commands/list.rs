@@ -6,7 +6,7 @@ use report::aligned;
 use scene::{ShippedScene, key_of_law};
 use serde_json::{Value, json};
 
-use crate::app::actions::{BINDINGS, MOUSE};
+use crate::actions::{BINDINGS, MOUSE};
 use crate::failure::Failure;
 use crate::methods::COLUMNS;
 use crate::output::show;

@@ -11,7 +11,7 @@ use motion::effects::Effect;
 use render::{Film, Quality};
 use scene::{Action, Keeps, Scene, Script, StepKind};
 
-use crate::app::actions;
+use crate::actions::{self, Act};
 use crate::app::player::Player;
 use crate::app::script::{load_script, player_of};
 use crate::app::session::{DEFAULT_FPS, Session, Simulated, SwitchedBy};
@@ -26,6 +26,7 @@ use crate::output::pictures::Camera;
 use crate::output::progress::{Loading, progress_bar};
 use crate::output::report::Summary;
 use crate::output::tell;
+use crate::panels::Panel;
 use crate::tools::forecast::ForecastRow;
 use crate::view::options::{Options, Overrides};
 use crate::view::stage::{CATCH_UP, Order};
@@ -173,7 +174,7 @@ impl FrameEnds {
 /// Whether a script presses a key that needs the last minute.
 fn goes_back(script: &Script) -> bool {
     let mut keys = script.steps.iter().filter_map(|step| step.action.key());
-    keys.any(|word| actions::is_one_of(word, &["step_back", "toggle_timeline_panel", "save_bundle"]))
+    keys.any(|word| actions::is_one_of(word, &[Act::StepBack, Act::Panel(Panel::Timeline), Act::SaveBundle]))
 }
 
 /// Does what `sandbox run` says.

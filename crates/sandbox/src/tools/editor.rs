@@ -22,6 +22,7 @@ pub(crate) use self::free::free_move;
 pub(crate) use self::handles::{Handle, NEAR_POINTS};
 pub(crate) use self::parts::triple;
 use self::parts::{PARTS, nearest};
+use crate::actions::Act;
 use crate::tools::tool::{Anchor, Desk, Edit, Tool};
 use crate::view::inks;
 use crate::view::marks::FAULT;
@@ -131,11 +132,10 @@ impl Editor {
         let [can_undo, can_redo] =
             self.document.as_ref().map_or([false; 2], |document| [document.can_undo(), document.can_redo()]);
         ui.horizontal_wrapped(|ui| {
-            for (words, action, can, key) in
-                [("Undo", "undo", can_undo, "Ctrl+Z"), ("Redo", "redo", can_redo, "Ctrl+Shift+Z")]
-            {
+            for (words, act, can) in [("Undo", Act::Undo, can_undo), ("Redo", Act::Redo, can_redo)] {
+                let key = act.key().to_string();
                 if ui.add_enabled(can, egui::Button::new(words)).on_hover_text(key).clicked() {
-                    desk.edits.push(Edit::Act(action));
+                    desk.edits.push(Edit::Act(act));
                 }
             }
             let mut file = self.file(scene);
@@ -144,7 +144,7 @@ impl Editor {
                 self.file = Some(file.clone());
             }
             if ui.button("Save scene").on_hover_text("Ctrl+Shift+S").clicked() {
-                desk.edits.push(Edit::Act("save_scene"));
+                desk.edits.push(Edit::Act(Act::SaveScene));
             }
             if unsaved {
                 ui.weak("not saved");
@@ -217,14 +217,14 @@ impl Editor {
         });
         ui.horizontal_wrapped(|ui| {
             if ui.button("Duplicate").on_hover_text("Ctrl+D").clicked() {
-                desk.edits.push(Edit::Act("duplicate"));
+                desk.edits.push(Edit::Act(Act::Duplicate));
             }
             if ui
                 .button("Delete")
                 .on_hover_text("with the springs and thrusts that hold it (Delete)")
                 .clicked()
             {
-                desk.edits.push(Edit::Act("delete"));
+                desk.edits.push(Edit::Act(Act::Delete));
             }
             let apart = matches!(entry.list, "grids" | "clouds");
             let separate = "makes single bodies of it, each with its own values; at most 1000";

@@ -2,6 +2,7 @@
 
 use egui::{Align2, Grid, Label, RichText, ScrollArea, Ui, Vec2};
 
+use crate::actions::Act;
 use crate::tools::tool::{Anchor, Desk, Edit, Tool};
 
 /// Points of the window's frame and title, and some around it.
@@ -28,11 +29,11 @@ impl Tool for Help {
         let most = ui.ctx().content_rect().size() - MARGINS;
         ui.set_max_size(most);
         ui.horizontal(|ui| {
-            for (words, action) in
-                [("Larger", "larger"), ("Smaller", "smaller"), ("Light or dark", "toggle_theme")]
+            for (words, act) in
+                [("Larger", Act::Larger), ("Smaller", Act::Smaller), ("Light or dark", Act::ToggleTheme)]
             {
                 if ui.button(words).clicked() {
-                    desk.edits.push(Edit::Act(action));
+                    desk.edits.push(Edit::Act(act));
                 }
             }
         });

@@ -7,21 +7,9 @@ use motion::clock::FrameTime;
 use render::Frame;
 use scene::TextEdit;
 
+use crate::actions::Act;
 use crate::input::SwitchedBy;
 use crate::view::stage::Stage;
-
-/// How a tool is named and opened.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ToolRow {
-    /// Its name in scripts.
-    pub name: &'static str,
-    /// The keys that open and close it.
-    pub keys: &'static [&'static str],
-    /// The title of its panel.
-    pub title: &'static str,
-    /// What it is, for the person.
-    pub what: &'static str,
-}
 
 /// What a person answers to a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,8 +40,8 @@ pub(crate) enum Edit {
     Rewrite(Vec<TextEdit>, Option<String>),
     /// Answers the question that is asked.
     Answer(Answer),
-    /// Does the action of that name, as its key does.
-    Act(&'static str),
+    /// Does an action, as its key does.
+    Act(Act),
     /// Simulated seconds per second.
     Pace(f64),
 }

@@ -3,10 +3,11 @@
 use egui::style::ScrollAnimation;
 use egui::{Align, CollapsingHeader, Response, ScrollArea, TextStyle, Ui};
 
-use crate::app::actions;
+use crate::actions::{self, Act};
 use crate::app::ui::reveal_focus;
+use crate::panels::Panel;
+use crate::tools::Tools;
 use crate::tools::tool::{Desk, Edit};
-use crate::tools::{Panel, Tools};
 use crate::view::card::{self, Selected};
 use crate::view::stage::Stage;
 
@@ -48,7 +49,7 @@ pub(super) fn show(
                 header.scroll_to_me_animation(Some(Align::TOP), ScrollAnimation::none());
             }
             if header.clicked() {
-                edits.push(Edit::Act(row.name));
+                edits.push(Edit::Act(Act::Panel(panel)));
             }
         }
         reveal_focus(ui);

@@ -6,6 +6,7 @@ use motion::forecast::Margin;
 use motion::{Method, MutualGravity, Substeps};
 use scene::unsolvable;
 
+use crate::actions::Act;
 use crate::tools::forecast;
 use crate::tools::tool::Edit;
 use crate::view::inks;
@@ -70,7 +71,7 @@ impl FaultBar {
                     edits.push(Edit::SaveBundle);
                 }
                 if ui.button("Reset to start").on_hover_text("the scene from its start (F1)").clicked() {
-                    edits.push(Edit::Act("reset_world"));
+                    edits.push(Edit::Act(Act::ResetWorld));
                 }
                 self.dismissed = ui.button("Dismiss").clicked();
             });

@@ -6,8 +6,9 @@ use motion::clock::StepClock;
 use motion::{Gravity, Method, MutualGravity, Substeps};
 use scene::unsolvable;
 
-use crate::app::actions;
+use crate::actions::Act;
 use crate::input::SwitchedBy;
+use crate::panels::Panel;
 use crate::tools::tool::Edit;
 use crate::view::stage::{Mode, Stage};
 
@@ -35,10 +36,10 @@ pub(super) fn show(
         ui.separator();
         let paused = stage.view.paused;
         let pause = Button::selectable(false, if paused { "Play" } else { "Pause" });
-        act_by(ui, edits, "pause", pause.min_size(PAUSE));
-        act_while_held(ui, edits, "step_back", "Back");
-        act_while_held(ui, edits, "step", "Step");
-        act(ui, edits, "reset_world", "Reset", false);
+        act_by(ui, edits, Act::Pause, pause.min_size(PAUSE));
+        act_while_held(ui, edits, Act::StepBack, "Back");
+        act_while_held(ui, edits, Act::Step, "Step");
+        act(ui, edits, Act::ResetWorld, "Reset", false);
         pace(ui, stage.clock.pace(), edits);
         let seconds = stage.sim.world.resource::<StepClock>().scene_seconds();
         ui.monospace(format!("{seconds:7.2} s"));
@@ -46,33 +47,32 @@ pub(super) fn show(
         method(ui, stage, edits);
         ui.separator();
         if let Some(gravity) = stage.sim.world.get_resource::<Gravity>() {
-            act(ui, edits, "toggle_gravity", "Gravity", gravity.on);
+            act(ui, edits, Act::ToggleGravity, "Gravity", gravity.on);
         }
         let view = &stage.view;
-        act(ui, edits, "velocity_arrows", "v", view.velocity_arrows);
-        act(ui, edits, "force_arrows", "F", view.force_arrows);
-        act(ui, edits, "springs", "Springs", view.springs);
-        act(ui, edits, "trails", "Trails", view.trails);
+        act(ui, edits, Act::VelocityArrows, "v", view.velocity_arrows);
+        act(ui, edits, Act::ForceArrows, "F", view.force_arrows);
+        act(ui, edits, Act::Springs, "Springs", view.springs);
+        act(ui, edits, Act::Trails, "Trails", view.trails);
         ui.separator();
-        act(ui, edits, "frame", "Frame", false);
-        act(ui, edits, "toggle_mode", "Fly", view.mode == Mode::Camera);
+        act(ui, edits, Act::Frame, "Frame", false);
+        act(ui, edits, Act::ToggleMode, "Fly", view.mode == Mode::Camera);
         ui.toggle_value(dock, "Tools").on_hover_text("the dock at the right (F9)");
-        act(ui, edits, "help", "Help", false);
+        act(ui, edits, Act::Panel(Panel::Help), "Help", false);
         scenes
     });
     shown.inner
 }
 
 /// A button for an action of the table, which says what it does and names its key.
-fn act(ui: &mut Ui, edits: &mut Vec<Edit>, action: &'static str, words: &str, on: bool) {
+fn act(ui: &mut Ui, edits: &mut Vec<Edit>, action: Act, words: &str, on: bool) {
     act_by(ui, edits, action, Button::selectable(on, words));
 }
 
 /// A button that repeats its action while it is held, as a key does.
-fn act_while_held(ui: &mut Ui, edits: &mut Vec<Edit>, action: &'static str, words: &str) {
-    let Some(binding) = actions::named(action) else { return };
+fn act_while_held(ui: &mut Ui, edits: &mut Vec<Edit>, action: Act, words: &str) {
     let button = ui.add(Button::selectable(false, words));
-    let button = button.on_hover_text(format!("{} ({})", binding.what, binding.keys[0]));
+    let button = button.on_hover_text(action.binding().tooltip());
     let (held, now) = (button.is_pointer_button_down_on(), ui.input(|input| input.time));
     // When it acts next, and whether it has acted while it was held.
     let (due, acted) = ui.data(|data| data.get_temp(button.id)).unwrap_or((now + REPEAT_AFTER_S, false));
@@ -93,10 +93,8 @@ fn act_while_held(ui: &mut Ui, edits: &mut Vec<Edit>, action: &'static str, word
     }
 }
 
-fn act_by(ui: &mut Ui, edits: &mut Vec<Edit>, action: &'static str, button: Button<'_>) {
-    let Some(binding) = actions::named(action) else { return };
-    let button = ui.add(button);
-    if button.on_hover_text(format!("{} ({})", binding.what, binding.keys[0])).clicked() {
+fn act_by(ui: &mut Ui, edits: &mut Vec<Edit>, action: Act, button: Button<'_>) {
+    if ui.add(button).on_hover_text(action.binding().tooltip()).clicked() {
         edits.push(Edit::Act(action));
     }
 }

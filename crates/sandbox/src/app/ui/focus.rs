@@ -33,7 +33,7 @@ impl Ui {
 
     /// Whether a text field has the keyboard.
     pub fn takes_text(&self) -> bool {
-        self.shows(crate::tools::Panel::Finder) || (self.any_open() && self.context.text_edit_focused())
+        self.shows(crate::panels::Panel::Finder) || (self.any_open() && self.context.text_edit_focused())
     }
 
     /// Whether `key` is for the control that has the keyboard: any key for a text field, else those that move on and press.

@@ -98,7 +98,7 @@ mod tests {
     use motion::clock::FrameClock;
 
     use super::*;
-    use crate::app::actions::key_of_word;
+    use crate::actions::key_of_word;
     use crate::input::{Input, InputFrame};
     use crate::view::inks::{WORDS, contrast};
     use crate::view::options::Options;

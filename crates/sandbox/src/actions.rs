@@ -1,0 +1,293 @@
+//! The one table of named actions: what keys and buttons do, what the help panel and `sandbox list keys` print, what
+//! scripts may press.
+
+use std::sync::LazyLock;
+
+use glam::DVec3;
+
+pub use crate::input::{Key, UnknownKey};
+use crate::panels::{PANELS, Panel};
+
+/// When an action's key means something.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum When {
+    /// In both modes.
+    Always,
+    /// While the camera flies.
+    CameraMode,
+    /// While the pointer is free to select.
+    SelectionMode,
+}
+
+impl When {
+    /// The words for it in tables.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Always => "always",
+            Self::CameraMode => "camera mode",
+            Self::SelectionMode => "selection mode",
+        }
+    }
+}
+
+/// How long an action lasts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Lasts {
+    /// It happens when the key goes down.
+    Once,
+    /// It happens when the key goes down, and again and again while it is held.
+    Repeatedly,
+    /// It lasts while the key is held.
+    While(Hold),
+}
+
+/// What a key does while it is held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Hold {
+    /// Flies to the right, up and forward.
+    Fly(DVec3),
+    /// Pushes the selection in that direction.
+    Push(DVec3),
+    /// Lets clicks select what cannot be moved.
+    SelectImmovable,
+    /// Lets the wheel change the force of a click, whatever it does without, and clicks select what cannot be moved: where a window
+    /// manager takes clicks with Alt for itself, they never arrive.
+    ChangeForce,
+}
+
+/// One row of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct Binding {
+    /// The action.
+    pub act: Act,
+    /// Its name in scripts.
+    pub name: &'static str,
+    /// The keys that do it.
+    pub keys: &'static [&'static str],
+    /// When they do.
+    pub when: When,
+    /// What it does, for the person.
+    pub what: &'static str,
+    pub(crate) lasts: Lasts,
+}
+
+impl Binding {
+    /// Whether its key does it again and again while it is held.
+    pub(crate) fn repeats(&self) -> bool {
+        self.lasts == Lasts::Repeatedly
+    }
+
+    /// What it does and its key, as the tooltip of its button says it.
+    pub(crate) fn tooltip(&self) -> String {
+        format!("{} ({})", self.what, self.keys[0])
+    }
+}
+
+/// Makes the actions and their rows from one list; those of panels come between its two parts.
+macro_rules! actions {
+    (
+        $($First:ident: $first:literal, $first_keys:tt, $first_when:ident, $first_lasts:expr, $first_what:literal;)*
+        [panels]
+        $($Last:ident: $last:literal, $last_keys:tt, $last_when:ident, $last_lasts:expr, $last_what:literal;)*
+    ) => {
+        /// A named action: what a key, a button or a script's `press` does.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[expect(missing_docs, reason = "the rows say what each does")]
+        pub enum Act {
+            $($First,)*
+            /// Opens or closes that panel.
+            Panel(Panel),
+            $($Last,)*
+        }
+
+        /// Every action that has a key: those of panels come from their list.
+        pub static BINDINGS: LazyLock<Vec<Binding>> = LazyLock::new(|| {
+            let first = [$(Binding {
+                act: Act::$First,
+                name: $first,
+                keys: &$first_keys,
+                when: When::$first_when,
+                what: $first_what,
+                lasts: $first_lasts,
+            },)*];
+            let panels = PANELS.iter().map(|(panel, row)| Binding {
+                act: Act::Panel(*panel),
+                name: row.name,
+                keys: row.keys,
+                when: When::Always,
+                what: row.what,
+                lasts: Lasts::Once,
+            });
+            let last = [$(Binding {
+                act: Act::$Last,
+                name: $last,
+                keys: &$last_keys,
+                when: When::$last_when,
+                what: $last_what,
+                lasts: $last_lasts,
+            },)*];
+            first.into_iter().chain(panels).chain(last).collect()
+        });
+    };
+}
+
+actions! {
+    ToggleMode: "toggle_mode", ["Q"], Always, Lasts::Once, "change between camera mode and selection mode";
+    ToggleGravity: "toggle_gravity", ["G"], Always, Lasts::Once, "gravity on or off";
+    ResetWorld: "reset_world", ["F1"], Always, Lasts::Once, "reset the world and the speed; camera, gravity and click force stay";
+    ResetCamera: "reset_camera", ["F2"], Always, Lasts::Once, "reset the camera and release its lock";
+    FlyForward: "fly_forward", ["W"], CameraMode, Lasts::While(Hold::Fly(DVec3::Z)), "fly forward, level, at 100 m/s; in smaller and larger scenes slower and faster";
+    FlyBack: "fly_back", ["S"], CameraMode, Lasts::While(Hold::Fly(DVec3::NEG_Z)), "fly back";
+    FlyLeft: "fly_left", ["A"], CameraMode, Lasts::While(Hold::Fly(DVec3::NEG_X)), "fly left";
+    FlyRight: "fly_right", ["D"], CameraMode, Lasts::While(Hold::Fly(DVec3::X)), "fly right";
+    FlyUp: "fly_up", ["Space"], CameraMode, Lasts::While(Hold::Fly(DVec3::Y)), "fly up";
+    FlyDown: "fly_down", ["Shift"], CameraMode, Lasts::While(Hold::Fly(DVec3::NEG_Y)), "fly down";
+    LockCamera: "lock_camera", ["L"], Always, Lasts::Once, "lock the camera to the selection, or unlock it";
+    PushMinusZ: "push_minus_z", ["Up"], SelectionMode, Lasts::While(Hold::Push(DVec3::NEG_Z)), "push the selection with 10 N along -z";
+    PushPlusZ: "push_plus_z", ["Down"], SelectionMode, Lasts::While(Hold::Push(DVec3::Z)), "push the selection with 10 N along +z";
+    PushMinusX: "push_minus_x", ["Left"], SelectionMode, Lasts::While(Hold::Push(DVec3::NEG_X)), "push the selection with 10 N along -x";
+    PushPlusX: "push_plus_x", ["Right"], SelectionMode, Lasts::While(Hold::Push(DVec3::X)), "push the selection with 10 N along +x";
+    PushPlusY: "push_plus_y", ["PageUp"], SelectionMode, Lasts::While(Hold::Push(DVec3::Y)), "push the selection with 10 N along +y";
+    PushMinusY: "push_minus_y", ["PageDown"], SelectionMode, Lasts::While(Hold::Push(DVec3::NEG_Y)), "push the selection with 10 N along -y";
+    SelectImmovable: "select_immovable", ["Alt"], SelectionMode, Lasts::While(Hold::SelectImmovable), "held, a click selects also what cannot be moved";
+    NextBody: "next_body", ["K"], Always, Lasts::Once, "select the next body that can be moved";
+    PreviousBody: "previous_body", ["Shift+K"], Always, Lasts::Once, "select the previous body that can be moved";
+    ChangeForce: "change_force", ["Ctrl"], Always, Lasts::While(Hold::ChangeForce), "held, the wheel changes the click force, and a click selects also what cannot be moved";
+    Frame: "frame", ["F"], Always, Lasts::Once, "frame the selection, or everything that moves";
+    Pause: "pause", ["P"], Always, Lasts::Once, "pause or go on";
+    Step: "step", ["."], Always, Lasts::Repeatedly, "pause and simulate one tick; held, one after the other";
+    StepBack: "step_back", [","], Always, Lasts::Repeatedly, "pause and go one tick back, up to a minute; held, one after the other";
+    Slower: "slower", ["-"], Always, Lasts::Once, "half the speed; the tick stays the same";
+    Faster: "faster", ["="], Always, Lasts::Once, "twice the speed; the tick stays the same";
+    PreviousScene: "previous_scene", ["["], Always, Lasts::Once, "previous scene";
+    NextScene: "next_scene", ["]"], Always, Lasts::Once, "next scene";
+    NextMethod: "next_method", ["I"], Always, Lasts::Once, "next method of integration of the scene";
+    PreviousMethod: "previous_method", ["Shift+I"], Always, Lasts::Once, "previous method of integration";
+    [panels]
+    NextSolid: "next_solid", ["Shift+T"], Always, Lasts::Once, "the next method becomes the solid one among ghosts";
+    SaveBundle: "save_bundle", ["Ctrl+S"], Always, Lasts::Once, "save: the scene if it has unsaved changes, else the last minute as a bundle, for `sandbox replay`";
+    SaveScene: "save_scene", ["Ctrl+Shift+S"], Always, Lasts::Once, "save the scene as a file, under the name in the editor";
+    Undo: "undo", ["Ctrl+Z"], Always, Lasts::Once, "undo the last change of the scene in the editor";
+    Redo: "redo", ["Ctrl+Shift+Z", "Ctrl+Y"], Always, Lasts::Once, "redo what was undone";
+    Duplicate: "duplicate", ["Ctrl+D"], Always, Lasts::Once, "with the editor open: a copy of the selection beside it";
+    Delete: "delete", ["Delete"], Always, Lasts::Once, "with the editor open: remove the selection";
+    VelocityArrows: "velocity_arrows", ["1"], Always, Lasts::Once, "velocity arrows";
+    ForceArrows: "force_arrows", ["2"], Always, Lasts::Once, "force arrows, one per cause, and their sum in white";
+    Springs: "springs", ["3"], Always, Lasts::Once, "springs, colored by strain, in place of what they carry";
+    Trails: "trails", ["7"], Always, Lasts::Once, "trails";
+    FocusPanels: "focus_panels", ["F6"], Always, Lasts::Once, "the keyboard moves to the next part: bar, scenes, dock, scene";
+    Larger: "larger", ["Ctrl+=", "Ctrl++"], Always, Lasts::Once, "make the panels larger";
+    Smaller: "smaller", ["Ctrl+-"], Always, Lasts::Once, "make the panels smaller";
+    ToggleTheme: "toggle_theme", ["F7"], Always, Lasts::Once, "light or dark panels";
+    ToggleBrowser: "toggle_browser", ["F8"], Always, Lasts::Once, "show or hide the scenes at the left";
+    ToggleDock: "toggle_dock", ["F9"], Always, Lasts::Once, "show or hide the tools at the right";
+    ToggleCockpit: "toggle_cockpit", ["F10"], Always, Lasts::Once, "show or hide the bars and the dock around the view";
+    Screenshot: "screenshot", ["F12"], Always, Lasts::Once, "write a screenshot";
+    Cancel: "cancel", ["Escape"], Always, Lasts::Once, "close what was opened last, a list before its panel; else clear the selection";
+    Quit: "quit", ["Ctrl+Q"], Always, Lasts::Once, "quit, as the window's close button does";
+}
+
+impl Act {
+    /// Its row.
+    #[must_use]
+    pub fn binding(self) -> &'static Binding {
+        BINDINGS.iter().find(|binding| binding.act == self).expect("the list has a row for every action")
+    }
+
+    /// Its name in scripts.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.binding().name
+    }
+
+    /// The key that does it.
+    pub(crate) fn key(self) -> Key {
+        self.binding().keys[0].parse().expect("the table has keys that there are")
+    }
+}
+
+/// What the mouse does: input, when, what.
+pub const MOUSE: &[(&str, When, &str)] = &[
+    ("move", When::CameraMode, "look around, 0.07 degrees per count"),
+    (
+        "left button",
+        When::SelectionMode,
+        "select what is under the pointer and can be moved; held, without the bars around the view, select continuously",
+    ),
+    ("left drag", When::SelectionMode, "with the bars around the view: pull the body by a damped spring"),
+    (
+        "right button",
+        When::Always,
+        "push the selection along the ray with the click force, if the ray meets it first",
+    ),
+    ("right drag", When::SelectionMode, "with the bars around the view, beside the selection: orbit"),
+    ("middle drag", When::SelectionMode, "with the bars around the view: pan"),
+    (
+        "wheel",
+        When::Always,
+        "change the click force, 100 N per notch, a negative force pulls; with the bars around the view and nothing to push, zoom",
+    ),
+];
+
+/// Input, what it does and when, for every key and for the mouse.
+pub(crate) fn rows() -> Vec<(String, &'static str, &'static str)> {
+    let keys = BINDINGS.iter().map(|row| (row.keys.join("  "), row.what, row.when.words()));
+    let mouse = MOUSE.iter().map(|(input, when, what)| ((*input).to_owned(), *what, when.words()));
+    keys.chain(mouse).collect()
+}
+
+fn row(key: &Key) -> Option<&'static Binding> {
+    let name = key.to_string();
+    BINDINGS.iter().find(|binding| binding.keys.contains(&name.as_str()))
+}
+
+/// The row of the key, if it has one.
+#[must_use]
+pub fn binding(key: &Key) -> Option<&'static Binding> {
+    // Shift flies down while other keys fly on: it changes only the keys that have a row with it.
+    row(key).or_else(|| row(&key.clone().with_shift(false)))
+}
+
+/// Whether shift, if it is held, belongs to the key: to a row of its own such as `Shift+I`, or to a character such as
+/// `?`.
+pub(crate) fn takes_shift(key: &Key) -> bool {
+    let mut characters = key.name().chars();
+    match (characters.next(), characters.next()) {
+        (Some(one), None) if one.is_alphabetic() => key.shift() && row(key).is_some(),
+        (Some(_), None) => true,
+        _ => false,
+    }
+}
+
+/// The key that a script means: a key's own name, or the name of an action.
+///
+/// # Errors
+/// A word that is neither.
+pub fn key_of_word(word: &str) -> Result<Key, UnknownKey> {
+    match BINDINGS.iter().find(|binding| binding.name == word) {
+        Some(binding) => Ok(binding.act.key()),
+        None => word.parse(),
+    }
+}
+
+/// Whether a script's word for a key means one of those actions.
+pub(crate) fn is_one_of(word: &str, acts: &[Act]) -> bool {
+    let key = key_of_word(word).ok();
+    key.and_then(|key| binding(&key)).is_some_and(|binding| acts.contains(&binding.act))
+}
+
+/// The table in Markdown, as docs/keys.md has it.
+#[must_use]
+pub fn markdown() -> String {
+    let mut table =
+        String::from("| key | when | what it does | name in scripts |\n| --- | --- | --- | --- |\n");
+    for binding in BINDINGS.iter() {
+        let keys = binding.keys.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(" ");
+        table += &format!("| {keys} | {} | {} | `{}` |\n", binding.when.words(), binding.what, binding.name);
+    }
+    for (input, when, what) in MOUSE {
+        table += &format!("| {input} | {} | {what} | |\n", when.words());
+    }
+    table
+}

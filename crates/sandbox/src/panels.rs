@@ -1,0 +1,60 @@
+//! The list of all panels, one line each: what opens beside the picture, by which key, under which title.
+
+/// How a panel is named and opened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PanelRow {
+    /// Its name in scripts.
+    pub name: &'static str,
+    /// The keys that open and close it.
+    pub keys: &'static [&'static str],
+    /// Its title.
+    pub title: &'static str,
+    /// What it is, for the person.
+    pub what: &'static str,
+}
+
+/// Hands the list to a macro: the tool of each panel and the module that has it, name in scripts, keys, title, and what it
+/// is.
+macro_rules! with_panels {
+    ($callback:ident) => {
+        $callback! {
+            Editor in editor: "toggle_editor", ["M"], "Editor", "editor: add, move, join and remove bodies, change every value, undo, save as a scene file";
+            Settings in settings: "settings", ["Tab"], "Settings", "settings: gravity, damping, tick rate, methods, the selection's mass and velocity";
+            Effects in effects: "toggle_effects_panel", ["E"], "Effects", "effects: what acts, why, on how many bodies, at what cost; on and off";
+            Cost in cost: "toggle_cost_panel", ["C"], "Accuracy and cost", "accuracy and cost: one dot per method and step, measured on a copy of the scene; click one to use it";
+            Ghosts in ghosts: "toggle_ghosts", ["T"], "Ghosts", "ghosts: the same run by every method, and how far each is from a fine reference";
+            Ledger in ledger: "toggle_ledger_panel", ["B"], "Ledger", "ledger: where energy and momentum go, and what the method invents";
+            Forecast in forecast: "toggle_forecast_panel", ["V"], "Forecast", "forecast: how near every spring, damper and well is to instability, and what would help";
+            Graphs in graphs: "toggle_graphs", ["Y"], "Graphs", "graphs: position, velocity, acceleration, force and energy of bodies and their ghosts over the last seconds";
+            Timeline in timeline: "toggle_timeline_panel", ["R"], "Timeline", "timeline: go anywhere in the last minute; what went wrong, and saving it";
+            Help in help: "help", ["H", "?"], "Keys and mouse", "this help";
+            Finder in finder: "find_scene", ["Ctrl+O"], "Find scene", "find a scene by name, or open a file";
+        }
+    };
+}
+pub(crate) use with_panels;
+
+macro_rules! panels {
+    ($($Tool:ident in $tool:ident: $name:literal, $key:tt, $title:literal, $what:literal;)*) => {
+        /// What can be opened beside the tutorial's own words.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[expect(missing_docs, reason = "the rows say what each is")]
+        pub enum Panel {
+            $($Tool,)*
+        }
+
+        /// A row for every panel, in their order.
+        pub(crate) const PANELS: &[(Panel, PanelRow)] =
+            &[$((Panel::$Tool, PanelRow { name: $name, keys: &$key, title: $title, what: $what }),)*];
+    };
+}
+
+with_panels!(panels);
+
+impl Panel {
+    /// How it is named and opened.
+    #[must_use]
+    pub fn row(self) -> &'static PanelRow {
+        &PANELS[self as usize].1
+    }
+}
