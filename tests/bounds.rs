@@ -36,15 +36,15 @@ fn estimated_by_taken(text: &str, keeps: Keeps) -> f64 {
         let pictures = keeps.pictures.is_some();
         let options = Options { pictures, interpolate: pictures, threads: Some(1), ..Options::default() };
         let mut drive = Drive::with(scene, options);
-        drive.session.forecast_start(0.01);
+        drive.session.tools.forecast_start(&mut drive.session.stage, 0.01);
         if keeps.ledger {
-            drive.session.keep_ledger();
+            drive.session.tools.keep_ledger();
         }
         if keeps.black_box {
-            drive.session.keep_black_box();
+            drive.session.stage.keep_black_box();
         }
-        drive.session.limit_ticks(1);
-        assert_eq!(drive.frame(0.01, []).session.ticks(), 1);
+        drive.session.stage.limit_ticks(1);
+        assert_eq!(drive.frame(0.01, []).session.stage.ticks(), 1);
         if pictures {
             std::hint::black_box(drive.session.picture());
         }

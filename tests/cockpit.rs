@@ -62,7 +62,7 @@ impl Cockpit {
 
     /// The view's corner and size, pixels.
     fn view(&self) -> [DVec2; 2] {
-        self.session().view_area()
+        self.session().view.view_area()
     }
 
     /// Where a place is seen, pixels.
@@ -72,7 +72,7 @@ impl Cockpit {
     }
 
     fn viewpoint(&self) -> Viewpoint {
-        self.session().viewpoint()
+        self.session().view.viewpoint()
     }
 
     /// Where a body is seen, pixels.
@@ -116,7 +116,7 @@ fn the_view_is_what_bars_browser_and_dock_leave_and_nothing_overlaps() {
 #[test]
 fn f10_shows_the_cockpit_with_a_free_pointer_and_hides_it() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
-    assert_eq!(cockpit.session().mode(), Mode::Selection);
+    assert_eq!(cockpit.session().view.mode(), Mode::Selection);
     assert!(cockpit.view()[0].y > 0.0);
     cockpit.drive.press("F10").ticks(2);
     assert_eq!(cockpit.view(), [DVec2::ZERO, DVec2::new(1280.0, 720.0)]);
@@ -125,41 +125,41 @@ fn f10_shows_the_cockpit_with_a_free_pointer_and_hides_it() {
 #[test]
 fn buttons_do_what_their_keys_do() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
-    let gravity = |cockpit: &Cockpit| cockpit.session().world().resource::<Gravity>().on;
+    let gravity = |cockpit: &Cockpit| cockpit.session().stage.world().resource::<Gravity>().on;
     cockpit.click("Gravity");
     assert!(gravity(&cockpit));
     cockpit.click("Gravity");
     assert!(!gravity(&cockpit));
     cockpit.click("Pause");
-    assert!(cockpit.session().paused());
-    let ticks = cockpit.session().ticks();
+    assert!(cockpit.session().stage.paused());
+    let ticks = cockpit.session().stage.ticks();
     cockpit.click("Step");
-    assert_eq!(cockpit.session().ticks(), ticks + 1);
+    assert_eq!(cockpit.session().stage.ticks(), ticks + 1);
     cockpit.click("Play");
-    assert!(!cockpit.session().paused());
+    assert!(!cockpit.session().stage.paused());
     cockpit.click("Settings");
     assert_eq!(cockpit.session().open_panels(), [Panel::Settings]);
     cockpit.click("Settings");
     assert_eq!(cockpit.session().open_panels(), []);
     cockpit.click("Fly");
-    assert_eq!(cockpit.session().mode(), Mode::Camera);
+    assert_eq!(cockpit.session().view.mode(), Mode::Camera);
 }
 
 #[test]
 fn back_and_step_repeat_while_they_are_held_and_act_once_when_they_are_clicked() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
-    cockpit.drive.session.keep_timeline();
+    cockpit.drive.session.stage.keep_timeline();
     cockpit.click("Pause");
     for (name, forward) in [("Step", true), ("Back", false)] {
-        let (middle, from) = (cockpit.middle_of(name), cockpit.session().ticks());
+        let (middle, from) = (cockpit.middle_of(name), cockpit.session().stage.ticks());
         cockpit.drive.frame(H, [at(middle)]).frame(H, [Input::ButtonDown(Button::Left)]).run(60, 1.0 / 60.0);
         cockpit.drive.frame(H, [Input::ButtonUp(Button::Left)]).ticks(3);
-        let moved = cockpit.session().ticks().abs_diff(from);
+        let moved = cockpit.session().stage.ticks().abs_diff(from);
         assert!((5..=20).contains(&moved), "{name}: {moved} in a second");
-        assert_eq!(cockpit.session().ticks() > from, forward);
-        let from = cockpit.session().ticks();
+        assert_eq!(cockpit.session().stage.ticks() > from, forward);
+        let from = cockpit.session().stage.ticks();
         cockpit.click(name);
-        assert_eq!(cockpit.session().ticks().abs_diff(from), 1, "{name}");
+        assert_eq!(cockpit.session().stage.ticks().abs_diff(from), 1, "{name}");
     }
 }
 
@@ -167,10 +167,10 @@ fn back_and_step_repeat_while_they_are_held_and_act_once_when_they_are_clicked()
 fn enter_in_the_finder_opens_a_file_of_yours_that_has_what_is_typed_in_its_name() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
     let files = ["scenes/my_own_bridge.ron", "scenes/other.ron"].map(std::path::PathBuf::from);
-    cockpit.drive.session.remember_files(files.to_vec());
+    cockpit.drive.session.stage.remember_files(files.to_vec());
     cockpit.drive.frame(H, tap("Ctrl+O")).ticks(2);
     cockpit.drive.frame(H, [Input::Text("own_b".to_owned())]).frame(H, tap("Enter"));
-    let orders = cockpit.drive.session.take_orders();
+    let orders = cockpit.drive.session.stage.take_orders();
     assert_eq!(orders, [Order::Open("scenes/my_own_bridge.ron".to_owned())]);
 }
 
@@ -179,7 +179,7 @@ fn the_browser_opens_a_scene_by_its_name_and_finds_it_by_its_description() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
     cockpit.click("tutorial large");
     let opened = [Order::Open("tutorial_large".to_owned())];
-    assert_eq!(cockpit.drive.session.take_orders(), opened);
+    assert_eq!(cockpit.drive.session.stage.take_orders(), opened);
 
     let field = cockpit.session().controls().into_iter().find(|control| control.role == "TextInput").unwrap();
     let [left, top, right, bottom] = field.rect_px;
@@ -211,13 +211,13 @@ fn the_search_finds_scenes_by_their_group_and_by_what_they_show() {
 #[test]
 fn scene_files_of_earlier_windows_are_listed_and_found() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
-    cockpit.drive.session.remember_files(vec!["/a/older.ron".into(), "/b/swing.ron".into()]);
+    cockpit.drive.session.stage.remember_files(vec!["/a/older.ron".into(), "/b/swing.ron".into()]);
     cockpit.drive.ticks(2);
     cockpit.click("swing.ron");
-    assert_eq!(cockpit.drive.session.take_orders(), [Order::Open("/b/swing.ron".to_owned())]);
+    assert_eq!(cockpit.drive.session.stage.take_orders(), [Order::Open("/b/swing.ron".to_owned())]);
     cockpit.press("F8").press("Ctrl+O");
     cockpit.click("older.ron");
-    assert_eq!(cockpit.drive.session.take_orders(), [Order::Open("/a/older.ron".to_owned())]);
+    assert_eq!(cockpit.drive.session.stage.take_orders(), [Order::Open("/a/older.ron".to_owned())]);
 }
 
 #[test]
@@ -286,7 +286,7 @@ fn a_jelly_is_lifted_by_one_of_its_points() {
     let mut cockpit = Cockpit::of("jelly", [1280, 720]);
     let [corner, size] = cockpit.view();
     let height = |cockpit: &mut Cockpit| {
-        let world = cockpit.drive.session.world_mut();
+        let world = cockpit.drive.session.stage.world_mut();
         let soft = world.query::<&SoftBody>().single(world).unwrap().clone();
         let heights = soft.points.iter().map(|point| world.get::<Transform>(*point).unwrap().position.y);
         heights.sum::<f64>() / soft.points.len() as f64
@@ -321,7 +321,7 @@ fn a_newborn_particle_is_drawn_where_it_is_born_and_not_on_its_way_from_its_last
         for _ in 0..400 {
             drive.frame(0.75 * H, []);
             let frame = drive.session.picture();
-            let eye = drive.session.camera().position;
+            let eye = drive.session.view.camera().position;
             let xs: Vec<_> = frame.sprites.iter().map(|drop| f64::from(drop.position[0]) + eye.x).collect();
             born += usize::from(xs.len() == capacity && before != xs);
             // A drop is born at 0 and flies away; on its way back from there it would be seen against the stream.
@@ -342,13 +342,17 @@ fn what_is_not_seen_is_simulated_and_not_laid_out() {
         cockpit.session().controls().iter().any(|control| control.role != "Label" && control.name == name)
     };
     cockpit.drive.session.set_unseen(true);
-    let ticks = cockpit.session().ticks();
+    let ticks = cockpit.session().stage.ticks();
     let pause = cockpit.middle_of("Pause");
     cockpit.drive.press("Tab").ticks(10).frame(H, [at(pause)]).frame(H, click(Button::Left)).ticks(3);
-    assert!(cockpit.session().ticks() >= ticks + 15 && !has(&cockpit, "Moon") && !cockpit.session().paused());
+    assert!(
+        cockpit.session().stage.ticks() >= ticks + 15
+            && !has(&cockpit, "Moon")
+            && !cockpit.session().stage.paused()
+    );
     cockpit.drive.session.set_unseen(false);
     cockpit.drive.ticks(3);
-    assert!(has(&cockpit, "Moon") && cockpit.session().paused(), "the click is not lost");
+    assert!(has(&cockpit, "Moon") && cockpit.session().stage.paused(), "the click is not lost");
 }
 
 #[test]
@@ -359,10 +363,10 @@ fn a_click_just_beside_a_button_belongs_to_the_view() {
     let below = cockpit.middle_of("Pause").with_y(cockpit.view()[0].y + 1.0);
     assert!(below.x > cockpit.view()[0].x);
     cockpit.drive.click(Button::Left, below).ticks(2);
-    assert!(!cockpit.session().paused());
-    let camera = *cockpit.session().camera();
+    assert!(!cockpit.session().stage.paused());
+    let camera = *cockpit.session().view.camera();
     cockpit.drag(Button::Right, below, below + DVec2::X * 50.0);
-    assert_ne!(*cockpit.session().camera(), camera, "a drag from there orbits");
+    assert_ne!(*cockpit.session().view.camera(), camera, "a drag from there orbits");
 }
 
 #[test]
@@ -370,14 +374,15 @@ fn soft_bodies_bear_a_hard_pull() {
     for scene in ["jelly", "flag", "rope", "cape"] {
         let mut cockpit = Cockpit::of(scene, [1280, 720]);
         let size = cockpit.view()[1];
-        let world = cockpit.drive.session.world_mut();
+        let world = cockpit.drive.session.stage.world_mut();
         let softs: Vec<_> = world.query::<&SoftBody>().iter(world).cloned().collect();
-        let position = |point: &Entity| cockpit.session().world().get::<Transform>(*point).unwrap().position;
+        let position =
+            |point: &Entity| cockpit.session().stage.world().get::<Transform>(*point).unwrap().position;
         let points = softs.iter().flat_map(|soft| &soft.points);
         let places: Vec<_> = points.map(|point| cockpit.pixel(position(point))).collect();
         let is_soft = |cockpit: &Cockpit| {
-            let selected = cockpit.session().selection();
-            selected.is_some_and(|thing| cockpit.session().world().get::<SoftBody>(thing).is_some())
+            let selected = cockpit.session().stage.selection();
+            selected.is_some_and(|thing| cockpit.session().stage.world().get::<SoftBody>(thing).is_some())
         };
         let found = places.into_iter().rev().find(|place| {
             cockpit.drive.click(Button::Left, *place);
@@ -389,7 +394,7 @@ fn soft_bodies_bear_a_hard_pull() {
             let around = DVec2::from_angle(f64::from(tick) * 0.05) * 0.3 * size.y;
             cockpit.drive.frame(H, [at(from + around)]);
         }
-        let bad = cockpit.session().simulation().world.resource::<Quarantine>();
+        let bad = cockpit.session().stage.simulation().world.resource::<Quarantine>();
         assert_eq!(bad.records().len(), 0, "{scene}");
     }
 }
@@ -415,14 +420,14 @@ fn orbiting_keeps_what_was_under_the_pointer_and_panning_takes_it_along() {
 fn the_wheel_zooms_while_nothing_is_selected_and_else_changes_the_force() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
     let player = cockpit.drive.x("player");
-    let (pixel, force) = (cockpit.pixel(player), cockpit.session().click_force());
+    let (pixel, force) = (cockpit.pixel(player), cockpit.session().view.click_force());
     let distance = cockpit.viewpoint().position.distance(player);
     cockpit.drive.give([at(pixel), Input::Wheel(3.0)]);
     let nearer = cockpit.viewpoint().position.distance(player);
     assert!(nearer < 0.8 * distance && cockpit.pixel(player).distance(pixel) < 3.0, "{distance} {nearer}");
-    assert_eq!(cockpit.session().click_force(), force);
+    assert_eq!(cockpit.session().view.click_force(), force);
     cockpit.drive.give(click(Button::Left)).give([Input::Wheel(1.0)]);
-    assert_eq!(cockpit.session().click_force(), force + 100.0);
+    assert_eq!(cockpit.session().view.click_force(), force + 100.0);
     assert_eq!(cockpit.viewpoint().position.distance(player), nearer);
 }
 
@@ -430,15 +435,15 @@ fn the_wheel_zooms_while_nothing_is_selected_and_else_changes_the_force() {
 fn a_right_click_at_the_selection_pushes_and_does_not_orbit() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
     let pixel = cockpit.seen("player");
-    let camera = *cockpit.session().camera();
+    let camera = *cockpit.session().view.camera();
     cockpit.drive.click(Button::Left, pixel);
     cockpit.drag(Button::Right, pixel, pixel + DVec2::new(50.0, 0.0));
     cockpit.drive.ticks(2);
     assert!(cockpit.drive.v("player").length() > 0.0);
-    assert_eq!(*cockpit.session().camera(), camera);
+    assert_eq!(*cockpit.session().view.camera(), camera);
     let empty = empty_place(&cockpit);
     cockpit.drag(Button::Right, empty, empty + DVec2::new(50.0, 0.0));
-    assert_ne!(*cockpit.session().camera(), camera);
+    assert_ne!(*cockpit.session().view.camera(), camera);
 }
 
 #[test]
@@ -460,13 +465,13 @@ fn a_click_on_the_floor_deselects_and_a_floor_that_is_selected_takes_nothing_awa
         let hint = |name: &str| name.starts_with("floor cannot be moved. Right drag orbits");
         assert!(cockpit.session().controls().iter().any(|control| hint(&control.name)));
 
-        let (camera, force) = (*cockpit.session().camera(), cockpit.session().click_force());
+        let (camera, force) = (*cockpit.session().view.camera(), cockpit.session().view.click_force());
         cockpit.drag(Button::Right, floor, floor + DVec2::new(50.0, 0.0));
-        let orbited = *cockpit.session().camera();
+        let orbited = *cockpit.session().view.camera();
         assert_ne!(orbited, camera);
         cockpit.drive.give([Input::Wheel(1.0)]);
-        assert_ne!(*cockpit.session().camera(), orbited);
-        assert_eq!(cockpit.session().click_force(), force);
+        assert_ne!(*cockpit.session().view.camera(), orbited);
+        assert_eq!(cockpit.session().view.click_force(), force);
         assert_eq!(cockpit.drive.select(floor), None, "a click beside a body deselects");
     }
 }
@@ -479,8 +484,8 @@ fn framing_shows_all_that_moves_and_then_the_selection_alone() {
         let mut cockpit = Cockpit::of(scene, size);
         cockpit.drive.press("P").press("F").ticks(1);
         let [corner, size] = cockpit.view();
-        let bodies: Vec<_> = cockpit.session().things().collect();
-        let world = cockpit.session().world();
+        let bodies: Vec<_> = cockpit.session().stage.things().collect();
+        let world = cockpit.session().stage.world();
         let moving = bodies
             .into_iter()
             .filter(|thing| world.get::<PhysicsBody>(*thing).is_some_and(|body| body.inverse_mass > 0.0));
@@ -501,13 +506,13 @@ fn framing_shows_all_that_moves_and_then_the_selection_alone() {
 #[test]
 fn the_toolbar_changes_method_and_substeps() {
     let mut cockpit = Cockpit::of("orbit", [1280, 720]);
-    let before = cockpit.session().stepper().method();
+    let before = cockpit.session().stage.stepper().method();
     assert_ne!(before, Method::RungeKutta4);
     cockpit.click("method of integration (I and Shift+I)");
     cockpit.click(Method::RungeKutta4.claims().title);
-    assert_eq!(cockpit.session().stepper().method(), Method::RungeKutta4);
+    assert_eq!(cockpit.session().stage.stepper().method(), Method::RungeKutta4);
 
-    let substeps = |cockpit: &Cockpit| cockpit.session().world().resource::<Substeps>().0;
+    let substeps = |cockpit: &Cockpit| cockpit.session().stage.world().resource::<Substeps>().0;
     assert_eq!(substeps(&cockpit), 1);
     let top = cockpit.view()[0].y;
     let controls = cockpit.session().controls();
@@ -592,7 +597,7 @@ fn showing_the_cockpit_changes_no_setting_and_no_bit() {
             drive.press("F10");
         }
         let hash = drive.ticks(20).hash();
-        assert_eq!(drive.session.setting().substeps, 5000);
+        assert_eq!(drive.session.stage.setting().substeps, 5000);
         hash
     };
     assert_eq!(hash(true), hash(false));
@@ -610,7 +615,7 @@ fn a_graph_of_a_soft_body_claims_no_acceleration() {
     assert!(found);
     cockpit.drive.ticks(10);
     cockpit.click("Save CSV");
-    let orders = cockpit.drive.session.take_orders();
+    let orders = cockpit.drive.session.stage.take_orders();
     let [Order::Table(table)] = &orders[..] else { panic!("{orders:?}") };
     let row: Vec<_> = table.lines().last().unwrap().split(',').collect();
     assert_eq!(row.len(), 14);
@@ -620,9 +625,9 @@ fn a_graph_of_a_soft_body_claims_no_acceleration() {
 #[test]
 fn a_double_click_frames_what_it_selects_and_two_slow_clicks_do_not() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
-    let (pixel, start) = (cockpit.seen("player"), *cockpit.session().camera());
+    let (pixel, start) = (cockpit.seen("player"), *cockpit.session().view.camera());
     cockpit.drive.click(Button::Left, pixel).ticks(60).click(Button::Left, pixel).ticks(60);
-    assert_eq!(*cockpit.session().camera(), start);
+    assert_eq!(*cockpit.session().view.camera(), start);
     cockpit.drive.click(Button::Left, pixel).ticks(12).click(Button::Left, pixel);
     let [corner, size] = cockpit.view();
     assert!(cockpit.seen("player").distance(corner + size / 2.0) < 1.0);
@@ -651,7 +656,7 @@ fn graphs_keep_the_last_ten_seconds_and_save_them_as_a_table() {
     let body = cockpit.seen("ball");
     cockpit.drive.click(Button::Left, body).ticks(12 * 120);
     cockpit.click("Save CSV");
-    let orders = cockpit.drive.session.take_orders();
+    let orders = cockpit.drive.session.stage.take_orders();
     let [Order::Table(table)] = &orders[..] else { panic!("{orders:?}") };
     let mut lines = table.lines();
     let heading: Vec<_> = lines.next().unwrap().split(',').collect();
@@ -665,7 +670,7 @@ fn graphs_keep_the_last_ten_seconds_and_save_them_as_a_table() {
     let length = rows.last().unwrap()[0] - rows[0][0];
     assert!(length > 9.9 && length <= 10.0, "{length} s");
     let body = cockpit.drive.entity("ball");
-    let mass = cockpit.session().world().get::<PhysicsBody>(body).unwrap().mass();
+    let mass = cockpit.session().stage.world().get::<PhysicsBody>(body).unwrap().mass();
     for row in rows {
         let speed = DVec3::new(row[4], row[5], row[6]).length();
         assert!((row[13] - 0.5 * mass * speed * speed).abs() < 1e-9);
@@ -676,7 +681,7 @@ fn graphs_keep_the_last_ten_seconds_and_save_them_as_a_table() {
 /// Runs until a fault pauses the run.
 fn run_to_fault(cockpit: &mut Cockpit) {
     for _ in 0..200 {
-        if cockpit.drive.ticks(10).session.paused() {
+        if cockpit.drive.ticks(10).session.stage.paused() {
             return;
         }
     }
@@ -687,19 +692,19 @@ fn run_to_fault(cockpit: &mut Cockpit) {
 fn a_fault_stays_with_its_cures_until_it_is_dismissed() {
     let overrides = Overrides { method: Some(Method::ExplicitEuler), ..Overrides::default() };
     let mut cockpit = Cockpit::with("stiff_spring", [1280, 720], overrides);
-    cockpit.drive.session.keep_timeline();
+    cockpit.drive.session.stage.keep_timeline();
     // The frames in which the cockpit was measured are over; the scene starts again.
     cockpit.drive.press("F1");
     run_to_fault(&mut cockpit);
     cockpit.drive.ticks(3);
-    let fault = cockpit.session().fault().expect("explicit Euler cannot").tick;
-    assert_eq!(cockpit.session().ticks(), fault - 1);
+    let fault = cockpit.session().stage.fault().expect("explicit Euler cannot").tick;
+    assert_eq!(cockpit.session().stage.ticks(), fault - 1);
     cockpit.drive.ticks(1000);
     cockpit.click("implicit Euler");
-    assert_eq!(cockpit.session().stepper().method(), Method::ImplicitEuler);
+    assert_eq!(cockpit.session().stage.stepper().method(), Method::ImplicitEuler);
     cockpit.click("Play");
     cockpit.drive.ticks(600);
-    assert!(!cockpit.session().paused() && cockpit.session().fault().is_none(), "cured");
+    assert!(!cockpit.session().stage.paused() && cockpit.session().stage.fault().is_none(), "cured");
 
     // From the start again: by now the spring has no length to grow from.
     let explicit = Input::Act(scene::Action::SetMethod(Method::ExplicitEuler));
@@ -714,36 +719,43 @@ fn a_fault_stays_with_its_cures_until_it_is_dismissed() {
 fn going_on_through_a_fault_keeps_its_cures_and_calls_no_later_tick_good() {
     let overrides = Overrides { method: Some(Method::ExplicitEuler), ..Overrides::default() };
     let mut cockpit = Cockpit::with("stiff_spring", [1280, 720], overrides);
-    cockpit.drive.session.keep_timeline();
+    cockpit.drive.session.stage.keep_timeline();
     cockpit.drive.press("F1");
     run_to_fault(&mut cockpit);
     cockpit.drive.ticks(3);
-    let good = cockpit.session().ticks();
+    let good = cockpit.session().stage.ticks();
     let offers = |cockpit: &Cockpit| {
         let controls = cockpit.session().controls();
         ["implicit Euler", "Reset to start", "Last good tick"]
             .map(|name| controls.iter().any(|control| control.name == name && control.role == "Button"))
     };
-    let says_good = |cockpit: &Cockpit| cockpit.session().notices().any(|notice| notice.contains("good"));
+    let says_good =
+        |cockpit: &Cockpit| cockpit.session().stage.notices().any(|notice| notice.contains("good"));
     assert!(offers(&cockpit) == [true, true, false] && says_good(&cockpit));
 
     // It explodes until a number is too large, and stops once more: before that the run had gone wrong already.
     cockpit.click("Play");
-    while !cockpit.session().paused() {
-        assert!(offers(&cockpit) == [true; 3] && !says_good(&cockpit), "tick {}", cockpit.session().ticks());
+    while !cockpit.session().stage.paused() {
+        assert!(
+            offers(&cockpit) == [true; 3] && !says_good(&cockpit),
+            "tick {}",
+            cockpit.session().stage.ticks()
+        );
         cockpit.drive.ticks(1);
     }
     cockpit.drive.ticks(3);
-    let fault = cockpit.session().fault().unwrap();
-    assert!(fault.quarantined && cockpit.session().ticks() == fault.tick - 1 && fault.tick > good + 100);
+    let fault = cockpit.session().stage.fault().unwrap();
+    assert!(
+        fault.quarantined && cockpit.session().stage.ticks() == fault.tick - 1 && fault.tick > good + 100
+    );
     assert!(offers(&cockpit) == [true; 3] && !says_good(&cockpit));
 
     cockpit.click("Last good tick");
-    assert_eq!(cockpit.session().ticks(), good);
+    assert_eq!(cockpit.session().stage.ticks(), good);
     cockpit.click("implicit Euler");
     cockpit.click("Play");
     cockpit.drive.ticks(600);
-    assert!(!cockpit.session().paused() && cockpit.session().fault().is_none(), "cured");
+    assert!(!cockpit.session().stage.paused() && cockpit.session().stage.fault().is_none(), "cured");
 }
 
 #[test]
@@ -822,10 +834,10 @@ fn thousands_of_random_events_over_all_tools_do_no_harm() {
                 })
                 .collect();
             cockpit.drive.frame(H, events);
-            let _ = cockpit.drive.session.take_orders();
+            let _ = cockpit.drive.session.stage.take_orders();
         }
         cockpit.drive.give([Input::FocusLost]).ticks(3);
-        assert!(cockpit.session().camera().position.is_finite(), "{scene}");
+        assert!(cockpit.session().view.camera().position.is_finite(), "{scene}");
 
         // What is open is closed by Escape; then the scene, as it was edited, begins as one that was just opened and runs.
         for _ in 0..15 {
@@ -833,13 +845,13 @@ fn thousands_of_random_events_over_all_tools_do_no_harm() {
         }
         assert!(!cockpit.session().takes_text() && cockpit.session().open_panels().is_empty(), "{scene}");
         cockpit.drive.press("F1");
-        let ticks = cockpit.session().ticks();
-        let fresh = Drive::of(cockpit.session().scene().clone());
+        let ticks = cockpit.session().stage.ticks();
+        let fresh = Drive::of(cockpit.session().stage.scene().clone());
         assert_eq!(cockpit.drive.hash(), fresh.hash(), "{scene}: the start");
-        if cockpit.session().paused() {
+        if cockpit.session().stage.paused() {
             cockpit.drive.press("P");
         }
-        assert!(cockpit.drive.frames(10).session.ticks() > ticks, "{scene}: it does not run");
+        assert!(cockpit.drive.frames(10).session.stage.ticks() > ticks, "{scene}: it does not run");
     }
 }
 
@@ -872,21 +884,21 @@ fn a_scene_a_method_and_a_tool_are_reached_by_keys_alone() {
     assert_eq!(cockpit.focused().unwrap().role, "TextInput");
     cockpit.drive.give([Input::Text("orbit".to_owned())]).ticks(1);
     cockpit.go_to("orbit", "Tab").press("Enter");
-    assert_eq!(cockpit.drive.session.take_orders(), [Order::Open("orbit".to_owned())]);
+    assert_eq!(cockpit.drive.session.stage.take_orders(), [Order::Open("orbit".to_owned())]);
 
     cockpit.press("F6");
     assert_eq!(cockpit.focused().unwrap().name, "Selection");
     cockpit.go_to("Settings", "Down").press("Enter");
     assert_eq!(cockpit.session().open_panels(), [Panel::Settings]);
     cockpit.go_to("Moon", "Tab").press("Space");
-    assert_eq!(cockpit.session().world().resource::<Gravity>().acceleration.y, -1.62);
+    assert_eq!(cockpit.session().stage.world().resource::<Gravity>().acceleration.y, -1.62);
 
     // Past the last part is the scene, and after that the first part.
     cockpit.press("F6");
     assert_eq!(cockpit.focused(), None);
     cockpit.press("F6").go_to("method of integration (I and Shift+I)", "Tab");
     cockpit.press("Enter").go_to(Method::RungeKutta4.claims().title, "Down").press("Enter");
-    assert_eq!(cockpit.session().stepper().method(), Method::RungeKutta4);
+    assert_eq!(cockpit.session().stage.stepper().method(), Method::RungeKutta4);
     assert_eq!(
         cockpit.focused().unwrap().name,
         "method of integration (I and Shift+I)",
@@ -903,9 +915,9 @@ fn a_control_with_the_keyboard_takes_the_keys_that_move_on_and_press_and_no_othe
     cockpit.press("F6").go_to("Pause", "Tab");
     assert!(!settings(&cockpit) && !cockpit.session().takes_text());
     cockpit.press("Space");
-    assert!(cockpit.session().paused());
+    assert!(cockpit.session().stage.paused());
     cockpit.press("P");
-    assert!(!cockpit.session().paused());
+    assert!(!cockpit.session().stage.paused());
     cockpit.press("Escape");
     assert_eq!(cockpit.focused(), None);
     cockpit.press("Tab");
@@ -1060,7 +1072,7 @@ fn the_width_of_the_dock_is_brought_back() {
     assert!((f64::from(left + width) - wider.x).abs() <= 1.0, "{text}");
     // In a window that is too narrow for it, it is as wide as it can be.
     let drive = arranged("dock_width 100000", [1024, 600]);
-    assert!(drive.session.view_area()[1].x > 200.0);
+    assert!(drive.session.view.view_area()[1].x > 200.0);
 }
 
 #[test]
@@ -1068,7 +1080,7 @@ fn a_damaged_arrangement_does_no_other_action() {
     let mut drive = arranged("", [1280, 720]);
     let (usual, hash) = (drive.session.arrangement(), drive.hash());
     assert!(usual.starts_with("toggle_cockpit on\n"), "{usual}");
-    assert_eq!(drive.session.take_orders(), []);
+    assert_eq!(drive.session.stage.take_orders(), []);
     let damaged = [
         "quit on\nreset_world on\ntoggle_gravity on\nnext_scene on\ntoggle_ghosts on",
         "toggle_theme yes\n toggle_dock off\ntoggle_cockpit\nlarger many\nsmaller -3\n\u{0}\u{fffd}",
@@ -1078,7 +1090,7 @@ fn a_damaged_arrangement_does_no_other_action() {
     for text in damaged {
         let mut drive = arranged(text, [1280, 720]);
         assert_eq!((drive.session.arrangement(), drive.hash()), (usual.clone(), hash), "{text:?}");
-        assert_eq!(drive.session.take_orders(), []);
+        assert_eq!(drive.session.stage.take_orders(), []);
     }
     let text = arranged("larger 99999999999999999999\nsmaller 4000\ntoggle_cockpit off", [1280, 720]);
     let arrangement = text.session.arrangement();
@@ -1094,31 +1106,35 @@ fn a_question_that_is_open_at_the_start_leaves_the_arrangement_and_the_pointer()
         drive.session.offer("draft.ron".into());
         drive.give([Input::Arrange(text.to_owned())]).ticks(3);
         assert_eq!(drive.session.arrangement(), arranged(text, [1280, 720]).session.arrangement());
-        assert_eq!(drive.session.mode(), Mode::Selection, "{text:?}");
+        assert_eq!(drive.session.view.mode(), Mode::Selection, "{text:?}");
         let mut cockpit = Cockpit { drive };
         cockpit.click("Open them");
-        assert_eq!(cockpit.drive.session.take_orders(), [Order::Restore("draft.ron".into())], "{text:?}");
+        assert_eq!(
+            cockpit.drive.session.stage.take_orders(),
+            [Order::Restore("draft.ron".into())],
+            "{text:?}"
+        );
     }
 }
 
 #[test]
 fn ctrl_and_the_wheel_change_the_force_where_the_wheel_alone_zooms() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
-    let (force, camera) = (cockpit.session().click_force(), *cockpit.session().camera());
+    let (force, camera) = (cockpit.session().view.click_force(), *cockpit.session().view.camera());
     let pixel = cockpit.seen("player");
     cockpit.drive.give([at(pixel), down("Ctrl"), Input::Wheel(2.0)]);
-    assert_eq!(cockpit.session().click_force(), force + 200.0);
-    assert_eq!(*cockpit.session().camera(), camera);
+    assert_eq!(cockpit.session().view.click_force(), force + 200.0);
+    assert_eq!(*cockpit.session().view.camera(), camera);
     cockpit.drive.give([up("Ctrl"), Input::Wheel(1.0)]);
-    assert_eq!(cockpit.session().click_force(), force + 200.0);
-    assert_ne!(*cockpit.session().camera(), camera);
+    assert_eq!(cockpit.session().view.click_force(), force + 200.0);
+    assert_ne!(*cockpit.session().view.camera(), camera);
     let recorded = sandbox::player::recorded(&down("Ctrl"));
     assert_eq!(recorded, Some(scene::Action::KeyDown("Ctrl".to_owned())));
 }
 
 #[test]
 fn flying_is_as_fast_as_the_scene_is_far() {
-    let speed = |name: &str| Drive::shipped(name).session.camera().speed();
+    let speed = |name: &str| Drive::shipped(name).session.view.camera().speed();
     for scene in ["tutorial", "tutorial_large", "frame_step", "empty"] {
         assert_eq!(speed(scene), 100.0, "{scene}");
     }
@@ -1135,7 +1151,10 @@ fn keys_select_one_movable_body_after_the_other_and_push_it() {
         cockpit.press("K");
         let name = cockpit.drive.selected().unwrap();
         let body = cockpit.drive.entity(&name);
-        assert!(cockpit.session().world().get::<PhysicsBody>(body).unwrap().inverse_mass > 0.0, "{name}");
+        assert!(
+            cockpit.session().stage.world().get::<PhysicsBody>(body).unwrap().inverse_mass > 0.0,
+            "{name}"
+        );
         if seen.contains(&name) {
             assert_eq!(seen[0], name);
             break;

@@ -12,7 +12,7 @@ use crate::drive::{Drive, at, click, down, own_method, tap, up};
 use crate::harness::{H, close};
 
 fn gravity_on(drive: &Drive) -> bool {
-    drive.session.world().resource::<Gravity>().on
+    drive.session.stage.world().resource::<Gravity>().on
 }
 
 /// The tutorial in selection mode with the player selected.
@@ -35,20 +35,22 @@ fn undamped_with_player() -> Drive {
 #[test]
 fn it_starts_in_camera_mode_with_gravity_off_and_nothing_selected() {
     let mut drive = Drive::tutorial();
-    assert_eq!((drive.session.mode(), gravity_on(&drive)), (Mode::Camera, false));
-    assert_eq!((drive.session.selection(), drive.session.click_force()), (None, 10.0));
-    assert!(drive.session.grabs_pointer() && !drive.session.paused() && !drive.session.takes_text());
+    assert_eq!((drive.session.view.mode(), gravity_on(&drive)), (Mode::Camera, false));
+    assert_eq!((drive.session.stage.selection(), drive.session.view.click_force()), (None, 10.0));
+    assert!(
+        drive.session.view.grabs_pointer() && !drive.session.stage.paused() && !drive.session.takes_text()
+    );
     let before = drive.hash();
     drive.ticks(120);
-    assert_eq!((drive.hash(), drive.session.ticks()), (before, 120), "nothing moves by itself");
+    assert_eq!((drive.hash(), drive.session.stage.ticks()), (before, 120), "nothing moves by itself");
 }
 
 #[test]
 fn q_changes_the_mode_and_g_the_gravity_and_two_g_in_one_frame_change_nothing() {
     let mut drive = Drive::tutorial();
-    assert_eq!(drive.press("Q").session.mode(), Mode::Selection);
-    assert!(!drive.session.grabs_pointer());
-    assert_eq!(drive.press("Q").session.mode(), Mode::Camera);
+    assert_eq!(drive.press("Q").session.view.mode(), Mode::Selection);
+    assert!(!drive.session.view.grabs_pointer());
+    assert_eq!(drive.press("Q").session.view.mode(), Mode::Camera);
     for on in [true, false, true] {
         drive.press("G");
         assert_eq!(gravity_on(&drive), on);
@@ -63,16 +65,16 @@ fn f1_resets_the_world_and_keeps_camera_gravity_and_click_force() {
     let (mut drive, pixel) = with_player();
     let start = drive.hash();
     drive.press("G").press("L").give([Input::Wheel(2.0)]).click(Button::Right, pixel).ticks(60);
-    let camera = *drive.session.camera();
+    let camera = *drive.session.view.camera();
     assert_ne!(drive.hash(), start);
     drive.press("F1");
     assert_eq!(drive.hash(), start);
-    assert_eq!((*drive.session.camera(), drive.session.click_force()), (camera, 210.0));
-    assert_eq!((drive.session.selection(), drive.session.mode()), (None, Mode::Selection));
+    assert_eq!((*drive.session.view.camera(), drive.session.view.click_force()), (camera, 210.0));
+    assert_eq!((drive.session.stage.selection(), drive.session.view.mode()), (None, Mode::Selection));
     assert!(gravity_on(&drive));
     // The lock is gone as well: the camera no longer follows.
     drive.ticks(10);
-    assert_eq!(*drive.session.camera(), camera);
+    assert_eq!(*drive.session.view.camera(), camera);
     assert!(drive.v("player").y < 0.0);
 }
 
@@ -87,21 +89,21 @@ fn f1_forgets_a_click_that_no_tick_has_taken() {
 #[test]
 fn l_locks_the_camera_to_the_selection_and_f2_resets_it_and_unlocks() {
     let (mut drive, _) = with_player();
-    let start = *drive.session.camera();
+    let start = *drive.session.view.camera();
     drive.press("G").press("L").ticks(30);
     assert!(drive.x("player").y < 4.75);
     // Locked it looks at the body as drawn, which is a tick behind when the frame ends with a tick.
-    let eye = drive.session.camera().position;
+    let eye = drive.session.view.camera().position;
     assert!((eye - drive.x("player") - DVec3::new(0.0, 14.0, 20.0)).length() < 0.1);
-    close(drive.session.camera().pitch, -34.992_020_198_558_66, 1e-12);
+    close(drive.session.view.camera().pitch, -34.992_020_198_558_66, 1e-12);
     drive.press("L").ticks(10);
-    assert_eq!(drive.session.camera().position, eye, "unlocked it stays");
+    assert_eq!(drive.session.view.camera().position, eye, "unlocked it stays");
     drive.press("L").ticks(1).press("F2").ticks(5);
-    assert_eq!(*drive.session.camera(), start);
+    assert_eq!(*drive.session.view.camera(), start);
     // Without a selection there is nothing to lock to.
     let mut drive = Drive::tutorial();
     drive.press("L").press("G").ticks(30);
-    assert_eq!(*drive.session.camera(), start);
+    assert_eq!(*drive.session.view.camera(), start);
 }
 
 #[test]
@@ -123,12 +125,12 @@ fn flying_is_level_at_100_meters_a_second_and_only_in_camera_mode() {
         for looked in [0.0, -500.0] {
             let mut drive = Drive::tutorial();
             drive.give([Input::Mouse(0.0, looked)]).give(keys.iter().map(|key| down(key))).frames(30);
-            let moved = drive.session.camera().position - CameraSpec::TUTORIAL.position;
+            let moved = drive.session.view.camera().position - CameraSpec::TUTORIAL.position;
             assert!((moved - direction * 50.0).length() < 1e-9, "{keys:?}: {moved}");
             drive.press("Q");
-            let there = drive.session.camera().position;
+            let there = drive.session.view.camera().position;
             drive.frames(10).press("Q").give(keys.iter().map(|key| up(key))).frames(10);
-            assert_eq!(drive.session.camera().position, there);
+            assert_eq!(drive.session.view.camera().position, there);
         }
     }
 }
@@ -138,10 +140,10 @@ fn nothing_stays_held_when_the_focus_is_lost_or_control_goes_down_meanwhile() {
     let start = CameraSpec::TUTORIAL.position;
     let mut drive = Drive::tutorial();
     drive.give([down("W"), Input::FocusLost]).ticks(5);
-    assert_eq!(drive.session.camera().position, start);
+    assert_eq!(drive.session.view.camera().position, start);
     // A key that went down alone and comes up beside the control key is the same key.
     drive.give([down("W"), up("Ctrl+W")]).ticks(5);
-    assert_eq!(drive.session.camera().position, start);
+    assert_eq!(drive.session.view.camera().position, start);
     let (mut drive, _) = with_player();
     let enemy = drive.pixel(drive.x("enemy"));
     drive.give([Input::ButtonDown(Button::Left), down("Up"), Input::FocusLost, at(enemy)]).ticks(5);
@@ -152,17 +154,17 @@ fn nothing_stays_held_when_the_focus_is_lost_or_control_goes_down_meanwhile() {
 fn the_mouse_turns_the_view_by_seven_hundredths_of_a_degree_a_count() {
     let mut drive = Drive::tutorial();
     drive.give([Input::Mouse(100.0, -50.0)]);
-    close(drive.session.camera().yaw, 308.0, 1e-15);
-    close(drive.session.camera().pitch, -11.5, 1e-15);
+    close(drive.session.view.camera().yaw, 308.0, 1e-15);
+    close(drive.session.view.camera().pitch, -11.5, 1e-15);
     drive.give([Input::Mouse(-1000.0, 0.0)]);
-    close(drive.session.camera().yaw, 18.0, 1e-13);
+    close(drive.session.view.camera().yaw, 18.0, 1e-13);
     drive.give([Input::Mouse(0.0, 1e5)]);
-    assert_eq!(drive.session.camera().pitch, -90.0);
+    assert_eq!(drive.session.view.camera().pitch, -90.0);
     drive.give([Input::Mouse(0.0, -1e5)]);
-    assert_eq!(drive.session.camera().pitch, 90.0);
-    let camera = *drive.session.camera();
+    assert_eq!(drive.session.view.camera().pitch, 90.0);
+    let camera = *drive.session.view.camera();
     drive.press("Q").give([Input::Mouse(3.0, 4.0)]);
-    assert_eq!(*drive.session.camera(), camera);
+    assert_eq!(*drive.session.view.camera(), camera);
 }
 
 #[test]
@@ -179,10 +181,10 @@ fn held_keys_push_the_selection_with_10_newtons_in_every_tick_begun_while_held()
         for rate in [30.0, 60.0, 144.0, 1000.0] {
             let mut drive = undamped_with_player();
             drive.give([down(key)]);
-            while drive.session.ticks() < 24 {
+            while drive.session.stage.ticks() < 24 {
                 drive.frame(1.0 / rate, []);
             }
-            let held = drive.session.ticks() as f64;
+            let held = drive.session.stage.ticks() as f64;
             drive.give([up(key)]).run(10, 1.0 / rate);
             let expected = axis * held * 10.0 * 0.5 * H;
             let v = drive.v("player");
@@ -201,30 +203,30 @@ fn held_keys_push_in_selection_mode_only_and_two_opposite_ones_cancel() {
     assert!(drive.v("player").z < 0.0);
     let mut drive = Drive::tutorial();
     drive.press("Q").give([down("Up")]).ticks(3);
-    assert!(drive.session.things().count() == 29 && drive.v("player") == DVec3::ZERO);
+    assert!(drive.session.stage.things().count() == 29 && drive.v("player") == DVec3::ZERO);
 }
 
 #[test]
 fn p_pauses_and_owes_nothing_and_a_point_steps_once() {
     let mut drive = Drive::tutorial();
     drive.press("G").frames(3);
-    assert_eq!(drive.session.ticks(), 6);
+    assert_eq!(drive.session.stage.ticks(), 6);
     let before = drive.hash();
     drive.press("P").frames(300);
-    assert_eq!((drive.session.ticks(), drive.hash()), (6, before));
+    assert_eq!((drive.session.stage.ticks(), drive.hash()), (6, before));
     drive.press("P").frames(1);
-    assert_eq!((drive.session.ticks(), drive.session.dropped()), (8, 0.0));
+    assert_eq!((drive.session.stage.ticks(), drive.session.stage.dropped()), (8, 0.0));
     drive.frame(1.0 / 60.0, tap("."));
-    assert!(drive.session.paused());
-    assert_eq!(drive.frames(9).session.ticks(), 9);
+    assert!(drive.session.stage.paused());
+    assert_eq!(drive.frames(9).session.stage.ticks(), 9);
     drive.frame(0.0, tap(".").into_iter().chain(tap(".")));
-    assert_eq!(drive.session.ticks(), 11);
+    assert_eq!(drive.session.stage.ticks(), 11);
     // A step that is asked for in the frame in which it goes on is not kept for the next pause.
     drive.frame(0.0, tap(".").into_iter().chain(tap("P")));
-    assert!(!drive.session.paused());
-    let ticks = drive.session.ticks();
+    assert!(!drive.session.stage.paused());
+    let ticks = drive.session.stage.ticks();
     drive.press("P").frames(3);
-    assert_eq!(drive.session.ticks(), ticks);
+    assert_eq!(drive.session.stage.ticks(), ticks);
 }
 
 #[test]
@@ -264,7 +266,7 @@ fn the_same_clicks_before_the_same_ticks_end_in_the_same_bits_at_every_frame_rat
         let (mut drive, pixel) = with_player();
         let mut clicks = vec![8, 20, 64, 100];
         for i in 0.. {
-            let ticks = drive.session.ticks();
+            let ticks = drive.session.stage.ticks();
             if ticks >= 120 {
                 break;
             }
@@ -274,7 +276,7 @@ fn the_same_clicks_before_the_same_ticks_end_in_the_same_bits_at_every_frame_rat
             }
             drive.frame(length(i), if due { click(Button::Right).to_vec() } else { Vec::new() });
         }
-        assert!(clicks.is_empty() && drive.session.ticks() == 120);
+        assert!(clicks.is_empty() && drive.session.stage.ticks() == 120);
         // Four clicks of one tick each, as damping leaves them.
         let left: f64 = [8, 20, 64, 100].iter().map(|tick| (1.0 - 0.4 * H).powi(120 - tick)).sum();
         close(drive.v("player").length(), left * 10.0 * 0.5 * H, 1e-12);
@@ -304,22 +306,22 @@ fn every_click_is_one_tick_of_push_however_frame_times_jitter() {
 fn a_frame_of_no_time_changes_no_body_and_no_camera() {
     let (mut drive, _) = with_player();
     drive.press("G").frame(0.021, []).give([down("Up")]).press("Q").give([down("W")]);
-    let (hash, camera, ticks) = (drive.hash(), *drive.session.camera(), drive.session.ticks());
+    let (hash, camera, ticks) = (drive.hash(), *drive.session.view.camera(), drive.session.stage.ticks());
     drive.run(20, 0.0);
-    assert_eq!((drive.hash(), drive.session.ticks()), (hash, ticks));
-    assert_eq!((*drive.session.camera(), drive.session.dropped()), (camera, 0.0));
+    assert_eq!((drive.hash(), drive.session.stage.ticks()), (hash, ticks));
+    assert_eq!((*drive.session.view.camera(), drive.session.stage.dropped()), (camera, 0.0));
 }
 
 #[test]
 fn a_hitch_of_a_second_simulates_a_quarter_and_reports_the_rest_as_dropped() {
     let mut drive = Drive::tutorial();
     drive.frames(3).frame(1.0, []);
-    assert_eq!(drive.session.ticks(), 36);
-    close(drive.session.dropped(), 0.75, 1e-12);
+    assert_eq!(drive.session.stage.ticks(), 36);
+    close(drive.session.stage.dropped(), 0.75, 1e-12);
     drive.frames(3);
-    assert_eq!(drive.session.ticks(), 42);
-    close(drive.session.dropped(), 0.75, 1e-12);
-    close(drive.session.simulated(), 42.0 * H, 1e-15);
+    assert_eq!(drive.session.stage.ticks(), 42);
+    close(drive.session.stage.dropped(), 0.75, 1e-12);
+    close(drive.session.stage.simulated(), 42.0 * H, 1e-15);
 }
 
 #[test]
@@ -327,7 +329,7 @@ fn one_step_a_frame_depends_on_the_frame_rate_and_a_fixed_step_does_not() {
     let end = |name: &str, rate: u32| {
         let mut drive = Drive::shipped(name);
         drive.press("G").run(rate, 1.0 / f64::from(rate));
-        (drive.session.ticks(), drive.x("player").y, drive.hash())
+        (drive.session.stage.ticks(), drive.x("player").y, drive.hash())
     };
     assert_eq!(end("tutorial", 30), end("tutorial", 60));
     let (slow, fast) = (end("frame_step", 30), end("frame_step", 60));
@@ -343,10 +345,10 @@ fn brackets_ask_for_the_neighboring_scenes_and_f12_for_a_screenshot() {
     for (i, name) in names.iter().enumerate() {
         let mut drive = Drive::shipped(name);
         let (before, after) = ((i + names.len() - 1) % names.len(), (i + 1) % names.len());
-        assert_eq!(drive.press("[").session.take_orders(), [Order::Open(names[before].clone())]);
-        assert_eq!(drive.press("]").session.take_orders(), [Order::Open(names[after].clone())]);
-        assert_eq!(drive.press("F12").session.take_orders(), [Order::Screenshot(None)]);
-        assert_eq!(drive.session.take_orders(), []);
+        assert_eq!(drive.press("[").session.stage.take_orders(), [Order::Open(names[before].clone())]);
+        assert_eq!(drive.press("]").session.stage.take_orders(), [Order::Open(names[after].clone())]);
+        assert_eq!(drive.press("F12").session.stage.take_orders(), [Order::Screenshot(None)]);
+        assert_eq!(drive.session.stage.take_orders(), []);
     }
 }
 
@@ -355,15 +357,15 @@ fn i_and_shift_i_go_through_the_methods_of_the_scene_and_a_reset_keeps_the_chose
     let mut drive = Drive::tutorial();
     for (key, step) in [("I", Method::next as fn(Method) -> Method), ("Shift+I", Method::previous)] {
         for _ in Method::ALL {
-            let expected = step(drive.session.stepper().method());
-            assert_eq!(drive.press(key).session.stepper().method(), expected, "{key}");
+            let expected = step(drive.session.stage.stepper().method());
+            assert_eq!(drive.press(key).session.stage.stepper().method(), expected, "{key}");
         }
     }
-    assert_eq!(drive.session.stepper().method(), Method::SemiImplicitEuler);
+    assert_eq!(drive.session.stage.stepper().method(), Method::SemiImplicitEuler);
     // Each press of a frame counts.
     drive.give(tap("I").into_iter().chain(tap("I")).chain(tap("Shift+I")));
-    assert_eq!(drive.session.stepper().method(), Method::ImplicitEuler);
-    assert_eq!(drive.press("F1").session.stepper().method(), Method::ImplicitEuler);
+    assert_eq!(drive.session.stage.stepper().method(), Method::ImplicitEuler);
+    assert_eq!(drive.press("F1").session.stage.stepper().method(), Method::ImplicitEuler);
     let hash = drive.hash();
     drive.press("G").ticks(10);
     assert_ne!(drive.hash(), hash);
@@ -374,9 +376,9 @@ fn shift_changes_only_the_keys_that_have_a_row_with_it() {
     let fly = |keys: &[&str]| {
         let mut drive = Drive::tutorial();
         drive.give(keys.iter().map(|key| down(key))).frames(10);
-        let there = drive.session.camera().position;
+        let there = drive.session.view.camera().position;
         drive.give(keys.iter().map(|key| up(key))).frames(10);
-        assert_eq!(drive.session.camera().position, there, "{keys:?}");
+        assert_eq!(drive.session.view.camera().position, there, "{keys:?}");
         there
     };
     // A window reports the letter with shift while both are held.
@@ -385,8 +387,8 @@ fn shift_changes_only_the_keys_that_have_a_row_with_it() {
     // A key that went down with shift and comes up without it is the same key.
     let mut drive = Drive::tutorial();
     drive.give([down("Shift+W"), up("W")]).ticks(5);
-    assert_eq!(drive.session.camera().position, CameraSpec::TUTORIAL.position);
-    assert_eq!(Drive::tutorial().press("Ctrl+Shift+I").session.stepper().method(), Method::default());
+    assert_eq!(drive.session.view.camera().position, CameraSpec::TUTORIAL.position);
+    assert_eq!(Drive::tutorial().press("Ctrl+Shift+I").session.stage.stepper().method(), Method::default());
     assert_eq!(Key::character('i').with_shift(true).to_string(), "Shift+I");
     assert_eq!(Key::character('?').with_shift(true).to_string(), "?");
     for word in ["Shift+?", "Shift+Up", "Shift+", "Shift+Ctrl+I", "Shift+Shift"] {
@@ -401,17 +403,17 @@ fn shift_that_belongs_to_another_key_does_not_fly() {
     for key in ["Shift+I", "Shift+T", "?", "="] {
         let mut drive = Drive::tutorial();
         drive.give([down("Shift")]).frames(6);
-        assert!(drive.session.camera().position.y < start.y, "shift may be all that comes");
+        assert!(drive.session.view.camera().position.y < start.y, "shift may be all that comes");
         drive.give([down(key)]).frames(6).give([up(key)]).frames(6).give([up("Shift")]).frames(6);
-        assert!((drive.session.camera().position - start).length() < 1e-9, "{key}");
+        assert!((drive.session.view.camera().position - start).length() < 1e-9, "{key}");
         // The next press of shift flies again.
         drive.give([down("Shift")]).frames(6);
-        assert!((drive.session.camera().position - start + DVec3::Y * 10.0).length() < 1e-9);
+        assert!((drive.session.view.camera().position - start + DVec3::Y * 10.0).length() < 1e-9);
     }
     // After a second of flying it was meant.
     let mut drive = Drive::tutorial();
     drive.give([down("Shift")]).frames(60).press("Shift+I").frames(6);
-    assert!((drive.session.camera().position - start + DVec3::Y * 110.0).length() < 1e-9);
+    assert!((drive.session.view.camera().position - start + DVec3::Y * 110.0).length() < 1e-9);
 }
 
 #[test]
@@ -419,7 +421,7 @@ fn a_tap_shorter_than_a_frame_flies_for_the_frame_and_pushes_for_a_tick() {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let mut drive = Drive::tutorial();
     drive.frame(0.05, tap("W")).run(9, 0.05);
-    let moved = drive.session.camera().position - CameraSpec::TUTORIAL.position;
+    let moved = drive.session.view.camera().position - CameraSpec::TUTORIAL.position;
     assert!((moved - DVec3::new(half, 0.0, -half) * 5.0).length() < 1e-9, "{moved}");
     // Also in frames that have no tick, and where the key comes up in a later one of them than it went down in.
     let [pressed, released] = tap("Right");
@@ -439,7 +441,7 @@ fn a_tap_shorter_than_a_frame_flies_for_the_frame_and_pushes_for_a_tick() {
 #[test]
 fn a_body_gets_a_method_of_its_own_and_the_scenes_again() {
     let mut drive = Drive::tutorial();
-    let count = |drive: &mut Drive| drive.session.methods();
+    let count = |drive: &mut Drive| drive.session.stage.methods();
     assert_eq!(count(&mut drive), [(Method::SemiImplicitEuler, 28)]);
     drive.give([own_method("player", Method::RungeKutta4), own_method("enemy", Method::Yoshida4)]);
     drive.give([own_method("missing", Method::Yoshida4)]);
@@ -448,7 +450,7 @@ fn a_body_gets_a_method_of_its_own_and_the_scenes_again() {
     // The scene's method is that of all others.
     drive.press("Shift+I");
     assert_eq!(count(&mut drive)[0], (Method::ExplicitEuler, 26));
-    let player = drive.session.scene().names.find("player").unwrap();
+    let player = drive.session.stage.scene().names.find("player").unwrap();
     let scenes = Change::request(Request::SetBodyMethod(player, None));
     drive.session.change(scenes, SwitchedBy::Settings);
     drive.give([own_method("enemy", Method::ExplicitEuler)]);
@@ -513,7 +515,7 @@ fn force_arrows_show_springs_and_mutual_gravity_in_newtons_on_one_scale() {
         let mut drive = Drive::shipped(name);
         // At the start the body in the middle of the eight is pulled to both sides alike.
         let without = arrows(drive.ticks(30)).len();
-        let moving = drive.session.methods().into_iter().map(|(_, bodies)| bodies).sum::<usize>();
+        let moving = drive.session.stage.methods().into_iter().map(|(_, bodies)| bodies).sum::<usize>();
         assert_eq!((without, arrows(drive.press("2")).len()), (0, moving), "{name}");
     }
     // Equal and opposite forces have arrows of one length, whatever the masses: 60 N on 1 kg and on 10 kg.
@@ -526,7 +528,7 @@ fn force_arrows_show_springs_and_mutual_gravity_in_newtons_on_one_scale() {
     assert!(within(start[0], 3.0), "{start:?}");
     let newtons = |drive: &mut Drive, name: &str| -> f64 {
         let body = drive.entity(name);
-        drive.session.forces_on(body).into_iter().map(|(_, newtons)| newtons).sum::<DVec3>().length()
+        drive.session.stage.forces_on(body).into_iter().map(|(_, newtons)| newtons).sum::<DVec3>().length()
     };
     let later = arrows(drive.ticks(30));
     let expected = newtons(&mut drive, "one") / 20.0;

@@ -2,8 +2,8 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
-use motion::clock::FrameClock;
 use motion::{Method, PhysicsBody, Transform};
+use sandbox::clock::FrameClock;
 use sandbox::input::{Button, Input, InputFrame};
 use sandbox::{Options, Session};
 use scene::{Action, Scene};
@@ -52,7 +52,7 @@ impl Drive {
 
     /// With a timeline.
     pub fn recording(mut self) -> Self {
-        self.session.keep_timeline();
+        self.session.stage.keep_timeline();
         self
     }
 
@@ -104,29 +104,29 @@ impl Drive {
 
     /// Name of the selection.
     pub fn selected(&self) -> Option<String> {
-        self.session.selection().map(|thing| self.session.name(thing))
+        self.session.stage.selection().map(|thing| self.session.stage.name(thing))
     }
 
     /// Where the camera of the session shows `point`.
     pub fn pixel(&self, point: DVec3) -> DVec2 {
-        self.session.camera().viewpoint().project(point, SIZE).unwrap()
+        self.session.view.camera().viewpoint().project(point, SIZE).unwrap()
     }
 
     pub fn entity(&self, name: &str) -> Entity {
-        self.session.body(name).unwrap()
+        self.session.stage.body(name).unwrap()
     }
 
     pub fn x(&self, name: &str) -> DVec3 {
-        self.session.world().get::<Transform>(self.entity(name)).unwrap().position
+        self.session.stage.world().get::<Transform>(self.entity(name)).unwrap().position
     }
 
     pub fn v(&self, name: &str) -> DVec3 {
-        self.session.world().get::<PhysicsBody>(self.entity(name)).unwrap().velocity
+        self.session.stage.world().get::<PhysicsBody>(self.entity(name)).unwrap().velocity
     }
 
     /// The state's hash.
     pub fn hash(&self) -> u64 {
-        sandbox::report::state_hash(&self.session)
+        sandbox::report::state_hash(&self.session.stage)
     }
 
     /// Hashes of the states after every tick of a frame.

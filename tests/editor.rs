@@ -23,21 +23,21 @@ fn editor(scene: &str) -> Cockpit {
 }
 
 fn scene(cockpit: &Cockpit) -> &Scene {
-    cockpit.drive.session.scene()
+    cockpit.drive.session.stage.scene()
 }
 
 /// The text that saving orders to be written.
 fn saved(cockpit: &mut Cockpit) -> Arc<str> {
     cockpit.drive.press("Ctrl+Shift+S");
-    let orders = cockpit.drive.session.take_orders();
+    let orders = cockpit.drive.session.stage.take_orders();
     let [Order::Scene(file)] = &orders[..] else { panic!("{orders:?}") };
     Arc::clone(&file.text)
 }
 
 /// The state two seconds later.
 fn later(mut drive: Drive) -> u64 {
-    drive.session.limit_ticks(240);
-    if drive.session.paused() {
+    drive.session.stage.limit_ticks(240);
+    if drive.session.stage.paused() {
         drive.press("P");
     }
     drive.ticks(240).hash()
@@ -59,15 +59,21 @@ fn everything_that_can_be_added_stands_selected_and_stays_finite() {
         let before = scene(&cockpit).bodies.len();
         cockpit.click(button);
         assert_eq!(scene(&cockpit).bodies.len(), before + bodies, "{button}");
-        assert!(cockpit.drive.session.selection().is_some(), "{button}");
+        assert!(cockpit.drive.session.stage.selection().is_some(), "{button}");
         let text = &scene(&cockpit).text;
         assert!(!text.contains("-0.0,") && !text.contains("-0.0)"), "{button}: {text}");
-        let clock = cockpit.drive.session.world().resource::<StepClock>();
-        assert!(cockpit.drive.session.paused() && clock.scene_seconds() == 0.0, "{button}");
+        let clock = cockpit.drive.session.stage.world().resource::<StepClock>();
+        assert!(cockpit.drive.session.stage.paused() && clock.scene_seconds() == 0.0, "{button}");
     }
-    assert_eq!(cockpit.drive.session.forecast().iter().filter(|row| row.margin.is_unstable).count(), 0);
+    assert_eq!(
+        sandbox::Tools::forecast(&mut cockpit.drive.session.stage)
+            .iter()
+            .filter(|row| row.margin.is_unstable)
+            .count(),
+        0
+    );
     cockpit.drive.press("P").ticks(600);
-    assert_eq!(cockpit.drive.session.all_quarantined(), []);
+    assert_eq!(cockpit.drive.session.stage.all_quarantined(), []);
 }
 
 #[test]
@@ -107,7 +113,7 @@ fn two_clicks_join_two_bodies_and_a_point_of_a_soft_body_by_a_spring() {
     // Deleted with one of its ends.
     let player = cockpit.seen("player");
     cockpit.drive.click(Button::Left, player).press("Delete").ticks(1);
-    assert!(scene(&cockpit).springs.is_empty() && cockpit.drive.session.body("player").is_none());
+    assert!(scene(&cockpit).springs.is_empty() && cockpit.drive.session.stage.body("player").is_none());
 
     let mut cockpit = editor("rope");
     cockpit.click("Spring");
@@ -127,7 +133,7 @@ fn a_grid_taken_apart_runs_as_before() {
     let before: Vec<_> = scene(&cockpit).bodies.clone();
     cockpit.click("Take apart");
     assert_eq!(scene(&cockpit).bodies, before);
-    assert!(cockpit.drive.session.body("grid-x4-z4").is_some());
+    assert!(cockpit.drive.session.stage.body("grid-x4-z4").is_some());
 }
 
 /// The boxes around two bodies of the scene overlap.
@@ -192,11 +198,11 @@ fn deleting_one_body_of_a_grid_asks_whether_alone() {
         assert_eq!(scene(&cockpit).bodies.len(), 29, "asked before");
         cockpit.click(answer);
         assert_eq!(scene(&cockpit).bodies.len(), left, "{answer}");
-        assert!(name.is_none_or(|name| cockpit.drive.session.body(name).is_some()), "{answer}");
-        assert!(cockpit.drive.session.body("grid-x4-z4").is_none());
+        assert!(name.is_none_or(|name| cockpit.drive.session.stage.body(name).is_some()), "{answer}");
+        assert!(cockpit.drive.session.stage.body("grid-x4-z4").is_none());
         cockpit.drive.press("Ctrl+Z").ticks(1);
         assert_eq!(scene(&cockpit).bodies.len(), 29, "{answer}: one change");
-        assert!(cockpit.drive.session.body("grid.x4.z4").is_some());
+        assert!(cockpit.drive.session.stage.body("grid.x4.z4").is_some());
     }
 }
 
@@ -204,17 +210,17 @@ fn deleting_one_body_of_a_grid_asks_whether_alone() {
 fn what_was_set_without_the_editor_is_saved_and_survives_a_change() {
     let mut cockpit = editor("tutorial");
     cockpit.drive.press("G").press("I").ticks(1);
-    let method = cockpit.drive.session.stepper().method();
+    let method = cockpit.drive.session.stage.stepper().method();
     assert_ne!(method, Method::default());
     cockpit.click("Sphere");
-    assert_eq!(cockpit.drive.session.stepper().method(), method);
-    assert!(cockpit.drive.session.world().resource::<Gravity>().on);
+    assert_eq!(cockpit.drive.session.stage.stepper().method(), method);
+    assert!(cockpit.drive.session.stage.world().resource::<Gravity>().on);
     let text = saved(&mut cockpit);
     assert!(text.contains(method.name()) && text.contains("on_at_start: true"), "{text}");
     assert!(text.contains("// Inverse mass 0: no force moves it"), "comments stay");
     cockpit.drive.press("Ctrl+Z").ticks(1);
     assert_eq!(
-        cockpit.drive.session.stepper().method(),
+        cockpit.drive.session.stage.stepper().method(),
         method,
         "undo takes the sphere back, not the method"
     );
@@ -229,7 +235,7 @@ fn undo_and_redo_keep_a_method_that_was_chosen_after_the_change() {
         cockpit.drive.press("I").press("G").ticks(1);
         let chosen = |cockpit: &Cockpit| {
             let session = &cockpit.drive.session;
-            (session.stepper().method(), session.world().resource::<Gravity>().on)
+            (session.stage.stepper().method(), session.stage.world().resource::<Gravity>().on)
         };
         let before = chosen(&cockpit);
         cockpit.drive.press(keys).ticks(1);
@@ -242,10 +248,10 @@ fn undo_and_redo_keep_a_method_that_was_chosen_after_the_change() {
 fn what_is_switched_off_stays_off_through_a_change_and_a_save() {
     let mut cockpit = editor("everything");
     let switch = |cockpit: &mut Cockpit, effect, on| {
-        cockpit.drive.session.switch_effect(effect, on, SwitchedBy::Panel).unwrap();
+        cockpit.drive.session.stage.switch_effect(effect, on, SwitchedBy::Panel).unwrap();
     };
     let is_on = |cockpit: &Cockpit| {
-        let world = cockpit.drive.session.world();
+        let world = cockpit.drive.session.stage.world();
         (world.contains_resource::<Damping>(), world.contains_resource::<Drag>())
     };
     switch(&mut cockpit, Effect::Damping, false);
@@ -255,7 +261,7 @@ fn what_is_switched_off_stays_off_through_a_change_and_a_save() {
     let text = saved(&mut cockpit);
     assert!(text.contains("off_at_start: [damping, drag]"), "{text}");
     let again = Drive::text(&text);
-    assert_eq!(again.session.scene().off_at_start, [Effect::Damping, Effect::Drag]);
+    assert_eq!(again.session.stage.scene().off_at_start, [Effect::Damping, Effect::Drag]);
     assert_eq!(again.hash(), cockpit.drive.hash());
     // A reset keeps what was switched since, too.
     switch(&mut cockpit, Effect::Damping, true);
@@ -294,17 +300,17 @@ fn a_change_that_makes_no_scene_says_why_and_changes_nothing() {
 fn unsaved_changes_are_asked_about_before_they_are_left() {
     let mut cockpit = editor("tutorial");
     cockpit.drive.press("]");
-    assert_eq!(cockpit.drive.session.take_orders(), [Order::Open("tutorial_large".to_owned())]);
+    assert_eq!(cockpit.drive.session.stage.take_orders(), [Order::Open("tutorial_large".to_owned())]);
     cockpit.click("Sphere");
     assert!(cockpit.drive.session.has_unsaved_changes());
     let asked = |cockpit: &mut Cockpit, answer: &str| {
         cockpit.drive.press("Ctrl+Q").ticks(2);
-        assert_eq!(cockpit.drive.session.take_orders(), []);
+        assert_eq!(cockpit.drive.session.stage.take_orders(), []);
         match answer {
-            "Escape" => cockpit.drive.press("Escape").ticks(2).session.take_orders(),
+            "Escape" => cockpit.drive.press("Escape").ticks(2).session.stage.take_orders(),
             answer => {
                 cockpit.click(answer);
-                cockpit.drive.session.take_orders()
+                cockpit.drive.session.stage.take_orders()
             }
         }
     };
@@ -314,7 +320,7 @@ fn unsaved_changes_are_asked_about_before_they_are_left() {
     assert!(matches!(&orders[..], [Order::Scene(_), Order::Quit]), "{orders:?}");
     assert_eq!(asked(&mut cockpit, "Discard them"), [Order::Quit]);
     cockpit.drive.press("Ctrl+Q").ticks(2);
-    assert_eq!(cockpit.drive.session.take_orders(), [Order::Quit], "asked once");
+    assert_eq!(cockpit.drive.session.stage.take_orders(), [Order::Quit], "asked once");
 }
 
 /// The editor with body `a` selected, whose mass has many digits, and the middle of the field of that mass.
@@ -361,7 +367,7 @@ fn a_typed_value_is_taken_when_another_body_is_clicked_and_when_the_scene_is_sav
     let (mut cockpit, field) = with_a_mass();
     cockpit.drive.click(Button::Left, field).ticks(3);
     cockpit.drive.give([Input::Text("5".to_owned())]).ticks(2).press("Ctrl+Shift+S").ticks(1);
-    let orders = cockpit.drive.session.take_orders();
+    let orders = cockpit.drive.session.stage.take_orders();
     let [Order::Scene(file)] = &orders[..] else { panic!("{orders:?}") };
     assert!(file.text.contains("mass_kg: 5.0"), "{}", file.text);
 }
@@ -389,8 +395,8 @@ impl Deed {
     fn done(self, cockpit: &mut Cockpit) {
         let select = |cockpit: &mut Cockpit, body: usize| {
             let session = &cockpit.drive.session;
-            let things: Vec<_> = session.things().collect();
-            let name = session.name(things[body % things.len()]);
+            let things: Vec<_> = session.stage.things().collect();
+            let name = session.stage.name(things[body % things.len()]);
             let pixel = cockpit.seen(&name);
             cockpit.drive.click(Button::Left, pixel).ticks(1);
             pixel

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3};
 use motion::Transform;
-use motion::clock::FrameClock;
 use render::{AdapterSummary, Gpu, Image, OFFSCREEN_FORMAT, Offscreen, Quality, Renderer};
+use sandbox::clock::FrameClock;
 use sandbox::input::{Button, Input, InputFrame};
 use sandbox::{Options, Session};
 use scene::Scene;
@@ -192,9 +192,9 @@ impl Film {
     }
 
     pub fn frame(&mut self, events: impl IntoIterator<Item = Input>) -> &mut Self {
-        let time = self.clock.advance_to(self.session.frames() as f64 / 60.0).unwrap();
+        let time = self.clock.advance_to(self.session.stage.frames() as f64 / 60.0).unwrap();
         self.session.advance(&events.into_iter().collect::<InputFrame>(), time);
-        let _ = self.session.take_orders();
+        let _ = self.session.stage.take_orders();
         self
     }
 
@@ -216,7 +216,7 @@ impl Film {
     }
 
     pub fn position(&self, body: &str) -> DVec3 {
-        self.session.world().get::<Transform>(self.session.body(body).unwrap()).unwrap().position
+        self.session.stage.world().get::<Transform>(self.session.stage.body(body).unwrap()).unwrap().position
     }
 
     /// Where the middle of `body` is seen.
@@ -226,7 +226,7 @@ impl Film {
 
     pub fn pixel_of(&self, point: DVec3) -> DVec2 {
         let size = DVec2::from_array(SIZE.map(f64::from));
-        self.session.camera().viewpoint().project(point, size).unwrap()
+        self.session.view.camera().viewpoint().project(point, size).unwrap()
     }
 
     /// Changes to selection mode and selects `body` by a click on its middle.
@@ -234,7 +234,7 @@ impl Film {
         self.press("Q");
         let pixel = self.pixel(body);
         self.frame([at(pixel)]).click(Button::Left);
-        assert_eq!(self.session.selection(), self.session.body(body));
+        assert_eq!(self.session.stage.selection(), self.session.stage.body(body));
         self
     }
 }

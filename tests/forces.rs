@@ -28,7 +28,7 @@ fn run_of(scene: &Scene, method: Method) -> Simulation {
 }
 
 fn forces_on(run: &mut Simulation, body: usize) -> Vec<(ForceCause, DVec3)> {
-    motion::forces_on(&mut run.world, run.bodies[body])
+    motion::forces_on(&run.world, run.bodies[body])
 }
 
 fn names_on(run: &mut Simulation, body: usize) -> BTreeSet<&'static str> {
@@ -62,7 +62,7 @@ fn check(run: &mut Simulation, what: &str, push: impl Fn(usize) -> Option<DVec3>
     let mut queue = run.world.resource_mut::<PushQueue>();
     pushes.iter().for_each(|push| queue.push_once(push.body, push.newtons));
     let mut sums = vec![(DVec3::ZERO, 0.0); sample.len()];
-    motion::each_force(&mut run.world, &pushes, &sample, |place, _, newtons| {
+    motion::each_force(&run.world, &pushes, &sample, |place, _, newtons| {
         let (sum, size) = &mut sums[place];
         *sum += newtons;
         *size += newtons.length();
@@ -70,7 +70,7 @@ fn check(run: &mut Simulation, what: &str, push: impl Fn(usize) -> Option<DVec3>
     let before: Vec<_> = sample.iter().map(|body| moving(&run.world, *body).unwrap()).collect();
     run.tick();
     let mut ends = vec![DVec3::ZERO; sample.len()];
-    motion::each_force(&mut run.world, &pushes, &sample, |place, _, newtons| ends[place] += newtons);
+    motion::each_force(&run.world, &pushes, &sample, |place, _, newtons| ends[place] += newtons);
     let mut compared = 0;
     for (place, body) in sample.iter().enumerate() {
         let Some(after) = moving(&run.world, *body).filter(|_| !is_at_its_limit(&run.world, *body)) else {
@@ -281,7 +281,7 @@ fn looking_at_forces_changes_nothing() {
             }
             if look {
                 let bodies = run.bodies.clone();
-                motion::each_force(&mut run.world, &[], &bodies, |_, _, _| {});
+                motion::each_force(&run.world, &[], &bodies, |_, _, _| {});
             }
             run.tick();
         }

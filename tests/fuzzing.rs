@@ -157,12 +157,15 @@ fn damping_without_end_harms_no_group() {
 fn ghosts_begin_where_mutual_gravity_is_off() {
     let mut drive = Drive::shipped("figure_eight");
     drive.ticks(3);
-    drive.session.keep_timeline();
+    drive.session.stage.keep_timeline();
     let off = sandbox::SwitchedBy::Script;
-    drive.session.switch_effect(motion::effects::Effect::MutualGravity, false, off).unwrap();
+    drive.session.stage.switch_effect(motion::effects::Effect::MutualGravity, false, off).unwrap();
     drive.give([Input::Act(scene::Action::SetMethod(Method::ImplicitEuler))]).ticks(3);
     drive.press("T").ticks(3).press(",").ticks(1);
-    assert!(drive.session.ghosts().len() > 5 && drive.session.bundle(None).is_some());
+    assert!(
+        drive.session.tools.ghosts(&drive.session.stage).len() > 5
+            && drive.session.stage.bundle(None).is_some()
+    );
 }
 
 /// In a scene whose ticks are frames, a frame of no length is no tick and gives a twin no length to begin with.
@@ -171,7 +174,7 @@ fn ghosts_begin_in_a_frame_of_no_length() {
     let text = "(version: 1, step: frame, bodies: [(name: \"a\", mass_kg: 1.0)])";
     let mut drive = Drive::text(text).recording();
     drive.give([]).press("T").ticks(2).give([]).press("T").press("T").press("R").press(",").ticks(2);
-    assert!(drive.session.bundle(None).is_some());
+    assert!(drive.session.stage.bundle(None).is_some());
 }
 
 #[test]
@@ -184,9 +187,9 @@ fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
         emitters: [(rate_per_s: 60, speed_m_s: 5, life_s: 0.2, spread_deg: 20)])";
     let mut drive = Drive::text(text).recording();
     drive.run(4, 1000.0);
-    let fault = drive.session.fault().expect("it explodes").clone();
-    let bundle = drive.session.bundle(None).expect("a recorded run comes out the same");
-    let again = Rerun::of(drive.session.scene().clone(), &bundle, TIMELINE_BYTES, &mut |_| ()).unwrap();
+    let fault = drive.session.stage.fault().expect("it explodes").clone();
+    let bundle = drive.session.stage.bundle(None).expect("a recorded run comes out the same");
+    let again = Rerun::of(drive.session.stage.scene().clone(), &bundle, TIMELINE_BYTES, &mut |_| ()).unwrap();
     assert!(again.faults.contains(&fault), "{fault:?} is not among {:?}", again.faults);
 }
 
@@ -264,8 +267,11 @@ fn what_only_a_frozen_body_has_is_switched_and_noticed_by_nobody() {
     let run = |frozen: bool| {
         let mut drive = Drive::text(text);
         drive.ticks(3).frame(H, [if frozen { push("ship", [f64::NAN; 3]) } else { remove("ship") }]);
-        let switched =
-            drive.session.switch_effect(motion::effects::Effect::Thrusts, false, sandbox::SwitchedBy::Script);
+        let switched = drive.session.stage.switch_effect(
+            motion::effects::Effect::Thrusts,
+            false,
+            sandbox::SwitchedBy::Script,
+        );
         assert_eq!(switched.is_ok(), frozen);
         drive.ticks(5);
         bits(drive.x("stone"), drive.v("stone"))
@@ -288,7 +294,7 @@ fn a_pointer_goes_to_the_end_of_the_world_and_back() {
 fn a_study_of_the_shortest_ticks_is_begun() {
     let text = "(version: 1, step_hz: 1e300, bodies: [(name: \"a\", mass_kg: 1.0)])";
     let mut drive = Drive::text(text);
-    drive.session.limit_ticks(4);
+    drive.session.stage.limit_ticks(4);
     drive.press("C").frame(1.0 / 60.0, []);
 }
 

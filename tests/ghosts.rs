@@ -60,18 +60,24 @@ fn reference(scene: Scene) -> Drive {
 /// Distances of bodies that move in both runs, in the order of ids.
 fn distances(a: &Drive, b: &Drive) -> Vec<f64> {
     let moving = |drive: &Drive, name: &str| {
-        let body = drive.session.body(name)?;
-        let world = drive.session.world();
+        let body = drive.session.stage.body(name)?;
+        let world = drive.session.stage.world();
         let moves = world.get::<PhysicsBody>(body).is_some_and(|state| state.inverse_mass > 0.0);
         let there = world.get::<Quarantined>(body).is_none() && world.get::<motion::Dormant>(body).is_none();
         (moves && there).then(|| drive.x(name))
     };
-    let names: Vec<_> = a.session.scene().names.iter().map(|name| name.into_owned()).collect();
+    let names: Vec<_> = a.session.stage.scene().names.iter().map(|name| name.into_owned()).collect();
     names.iter().filter_map(|name| Some((moving(a, name)? - moving(b, name)?).length())).collect()
 }
 
 fn row(drive: &Drive, method: Method) -> GhostRow {
-    drive.session.ghosts().into_iter().find(|row| row.method == Some(method)).unwrap()
+    drive
+        .session
+        .tools
+        .ghosts(&drive.session.stage)
+        .into_iter()
+        .find(|row| row.method == Some(method))
+        .unwrap()
 }
 
 /// Fails unless the row tells the distances between two runs, bit for bit.
@@ -149,7 +155,7 @@ fn shipped_scenes_have_the_distances_of_runs_of_their_own() {
             drive.frame(length(frame), []);
         }
         for method in Method::ALL {
-            if drive.session.stepper().method() == method && name == "orbits_race" {
+            if drive.session.stage.stepper().method() == method && name == "orbits_race" {
                 continue;
             }
             let mut run = alone(scene.clone(), method, None);
@@ -195,13 +201,13 @@ fn the_largest_distance_and_the_mean_are_of_all_ticks() {
     let mut drive = Drive::of(scene());
     // Several ticks a frame: those in between count, too.
     drive.press("T").run(60, 0.1);
-    assert!(drive.session.ticks() > 200);
+    assert!(drive.session.stage.ticks() > 200);
     let run = |method, substeps| Simulation::new(Scene { method, substeps, ..scene() });
     let mut nearer_now = 0;
     for method in Method::ALL {
         let (mut run, mut reference) = (run(method, 1), run(Method::RungeKutta4, 16));
         let (mut largest, mut squares, mut last) = (0.0, 0.0, 0.0);
-        for _ in 0..drive.session.ticks() {
+        for _ in 0..drive.session.stage.ticks() {
             run.tick();
             reference.tick();
             last = Distances::between(&run, &reference).each[0].1;
@@ -210,7 +216,7 @@ fn the_largest_distance_and_the_mean_are_of_all_ticks() {
         let row = row(&drive, method);
         assert_eq!((row.distance, row.largest), (Some(last), Some(largest)), "{method:?}");
         // At the start there is none.
-        let mean = squares / (drive.session.ticks() + 1) as f64;
+        let mean = squares / (drive.session.stage.ticks() + 1) as f64;
         assert!((row.rms.unwrap() / mean.sqrt() - 1.0).abs() < 1e-9, "{method:?}");
         nearer_now += usize::from(last < 0.5 * largest);
     }
@@ -227,7 +233,7 @@ fn started_in_the_middle_all_are_where_the_solid_bodies_are() {
             drive.frame(H, inputs(frame));
         }
         drive.press("T");
-        for row in drive.session.ghosts() {
+        for row in drive.session.tools.ghosts(&drive.session.stage) {
             let expected = row.method.map(|_| 0.0);
             assert_eq!([row.distance, row.largest, row.rms], [expected; 3], "{row:?} after {method:?}");
         }
@@ -248,9 +254,9 @@ fn ghosts_change_nothing_of_the_run_and_leave_nothing_behind() {
         }
         drive.frame(H, inputs(frame));
         assert_eq!(drive.hash(), plain.hash());
-        assert_eq!(drive.session.ghosts().is_empty(), !(5..48).contains(&frame));
+        assert_eq!(drive.session.tools.ghosts(&drive.session.stage).is_empty(), !(5..48).contains(&frame));
     }
-    assert_eq!(drive.session.evaluations().laws(), plain.session.evaluations().laws());
+    assert_eq!(drive.session.stage.evaluations().laws(), plain.session.stage.evaluations().laws());
     let (with, without) = (drive.session.picture(), plain.session.picture());
     assert!(empty.translucent.is_empty() && with.translucent.is_empty());
     assert_eq!((with.spheres, with.cuboids), (without.spheres, without.cuboids));
@@ -282,23 +288,23 @@ fn a_ghost_that_is_quarantined_is_named_with_its_time_and_the_others_go_on() {
         }
         let mut run = alone(stiff(method.name()), method, None);
         run.run(700, 0.1);
-        let record = &run.session.quarantined()[0];
-        let seconds = record.tick as f64 / run.session.scene().step_hz;
+        let record = &run.session.stage.quarantined()[0];
+        let seconds = record.tick as f64 / run.session.stage.scene().step_hz;
         let words = format!("{} was quarantined at {seconds:.2} s: {}", record.body, record.what);
         assert_eq!(row.state, GhostState::Failed(words), "{method:?}");
         assert_eq!([row.distance, row.largest, row.rms], [None; 3]);
     }
-    assert_eq!(drive.session.ghosts().last().unwrap().state, GhostState::Runs);
+    assert_eq!(drive.session.tools.ghosts(&drive.session.stage).last().unwrap().state, GhostState::Runs);
     // The reference alone is drawn: two balls.
     assert_eq!(drive.session.picture().translucent.spheres.len(), 2);
-    assert!(drive.session.quarantined().is_empty());
+    assert!(drive.session.stage.quarantined().is_empty());
 }
 
 #[test]
 fn without_the_reference_there_are_no_distances() {
     let mut drive = Drive::of(mixed());
     drive.press("T").ticks(3).frame(H, [push("ball", [f64::NAN; 3])]).ticks(2);
-    let rows = drive.session.ghosts();
+    let rows = drive.session.tools.ghosts(&drive.session.stage);
     assert!(matches!(rows.last().unwrap().state, GhostState::Failed(_)));
     assert!(rows.iter().all(|row| row.distance.is_none() && row.largest.is_none() && row.rms.is_none()));
     assert!(drive.session.picture().translucent.is_empty());
@@ -308,7 +314,7 @@ fn without_the_reference_there_are_no_distances() {
 fn a_method_that_cannot_solve_the_scene_is_listed_as_such() {
     let mut drive = Drive::shipped("figure_eight");
     drive.press("T").ticks(20);
-    for row in drive.session.ghosts() {
+    for row in drive.session.tools.ghosts(&drive.session.stage) {
         let cannot = matches!(row.state, GhostState::Unsolvable(_));
         assert_eq!(cannot, row.method == Some(Method::ImplicitEuler), "{row:?}");
         assert_eq!(row.distance.is_some(), !cannot && row.method.is_some());
@@ -321,15 +327,15 @@ fn a_method_that_cannot_solve_the_scene_is_listed_as_such() {
 fn the_next_method_becomes_solid_and_the_last_one_a_ghost_again() {
     let mut drive = Drive::of(mixed());
     let solid = |drive: &Drive| {
-        let rows = drive.session.ghosts();
+        let rows = drive.session.tools.ghosts(&drive.session.stage);
         rows.iter().find(|row| row.state == GhostState::Solid).and_then(|row| row.method)
     };
-    assert_eq!(drive.press("Shift+T").session.stepper().method(), Method::SemiImplicitEuler);
+    assert_eq!(drive.press("Shift+T").session.stage.stepper().method(), Method::SemiImplicitEuler);
     drive.press("T").ticks(5);
     assert_eq!(solid(&drive), Some(Method::SemiImplicitEuler));
     let before = row(&drive, Method::SemiImplicitEuler).distance;
     drive.press("Shift+T");
-    assert_eq!(drive.session.stepper().method(), Method::ImplicitEuler);
+    assert_eq!(drive.session.stage.stepper().method(), Method::ImplicitEuler);
     assert_eq!(solid(&drive), Some(Method::ImplicitEuler));
     // Its twin is where the solid bodies were.
     assert_eq!(row(&drive, Method::SemiImplicitEuler).distance, before);
@@ -349,7 +355,7 @@ fn a_reset_starts_ghosts_anew_and_another_scene_has_none() {
     }
     drive.session.open(mixed());
     drive.ticks(2);
-    assert!(drive.session.ghosts().is_empty());
+    assert!(drive.session.tools.ghosts(&drive.session.stage).is_empty());
     assert_eq!(drive.session.open_panels(), [], "no panel is left open");
 }
 
@@ -357,11 +363,11 @@ fn a_reset_starts_ghosts_anew_and_another_scene_has_none() {
 fn pause_single_steps_and_slow_motion_keep_ghosts_in_step() {
     let mut drive = Drive::of(mixed());
     drive.press("T").ticks(10).press("P").ticks(10).press(".").press(".").press("P").press("-").ticks(40);
-    let ticks = u32::try_from(drive.session.ticks()).unwrap();
+    let ticks = u32::try_from(drive.session.stage.ticks()).unwrap();
     let (mut run, mut reference) = (alone(mixed(), Method::VelocityVerlet, None), reference(mixed()));
     for other in [&mut run, &mut reference] {
         other.frames(ticks);
-        assert_eq!(other.session.ticks(), u64::from(ticks));
+        assert_eq!(other.session.stage.ticks(), u64::from(ticks));
     }
     assert_tells(&drive, Method::VelocityVerlet, &run, &reference);
 }
@@ -371,6 +377,7 @@ fn too_many_bodies_have_no_ghosts() {
     for (count, rows) in [(10_000, Method::ALL.len() + 1), (10_001, 0)] {
         let text = format!("(version: 1, clouds: [(count: {count}, half_extents_m: (1, 1, 1))])");
         let mut drive = Drive::text(&text);
-        assert_eq!(drive.press("T").session.ghosts().len(), rows, "{count} bodies");
+        drive.press("T");
+        assert_eq!(drive.session.tools.ghosts(&drive.session.stage).len(), rows, "{count} bodies");
     }
 }

@@ -34,7 +34,7 @@ fn saved(cockpit: &mut Cockpit) -> Vec<Row> {
     let click = crate::drive::click(Button::Left);
     // The run stands still meanwhile: the table is of the last tick.
     cockpit.drive.give([crate::drive::at(middle)]).give(click).give([]);
-    let orders = cockpit.drive.session.take_orders();
+    let orders = cockpit.drive.session.stage.take_orders();
     let [Order::Table(table)] = &orders[..] else { panic!("{orders:?}") };
     let mut lines = table.lines();
     let header: Vec<_> = lines.next().unwrap().split(',').collect();
@@ -136,7 +136,7 @@ fn kept_bodies_have_the_states_of_a_plain_run_and_stay_until_they_are_removed() 
     // Another selection takes the place of one that is not kept.
     select(&mut cockpit, "plank0");
     assert_eq!(bodies(&saved(&mut cockpit)), ["plank0", "plank2", "plank5"].map(str::to_owned).into());
-    let [corner, size] = cockpit.session().view_area();
+    let [corner, size] = cockpit.session().view.view_area();
     assert_eq!(cockpit.drive.select(corner + size * DVec2::new(0.5, 0.08)), None);
     click(&mut cockpit, "Remove plank2");
     // One body has the table that one body always had.
@@ -162,7 +162,7 @@ fn ghosts_have_the_states_of_runs_by_their_methods_and_the_distances_of_their_li
         scene.substeps = substeps.unwrap_or(scene.substeps);
         Simulation::new(scene)
     };
-    let solid = cockpit.session().stepper().method();
+    let solid = cockpit.session().stage.stepper().method();
     for method in Method::ALL {
         let run = if method == solid { "solid" } else { "ghost" };
         assert_states(&rows, ("ball", run, method.name()), alone(method, None), 0);
@@ -175,7 +175,8 @@ fn ghosts_have_the_states_of_runs_by_their_methods_and_the_distances_of_their_li
         rows.iter().rfind(|row| row.run == run && row.method == method.name()).unwrap()
     };
     let there = last("reference", Method::RungeKutta4).position;
-    for row in cockpit.session().ghosts().into_iter().filter(|row| row.distance.is_some()) {
+    let session = cockpit.session();
+    for row in session.tools.ghosts(&session.stage).into_iter().filter(|row| row.distance.is_some()) {
         let method = row.method.unwrap();
         let run = if method == solid { "solid" } else { "ghost" };
         assert_eq!(Some(last(run, method).position.distance(there)), row.distance, "{method:?}");
@@ -225,9 +226,9 @@ fn a_soft_body_has_a_center_of_mass_in_every_run_and_no_acceleration() {
 #[test]
 fn what_has_not_happened_is_in_no_graph() {
     let mut cockpit = graphs("bridge");
-    cockpit.drive.session.keep_timeline();
+    cockpit.drive.session.stage.keep_timeline();
     keep(&mut cockpit, &["plank3", "plank6"]);
-    let start = cockpit.session().ticks();
+    let start = cockpit.session().stage.ticks();
     cockpit.drive.press("T").ticks(120);
     let times = |rows: &[Row], run: &str| {
         let of = rows.iter().filter(|row| row.body == "plank6" && row.run == run);
@@ -282,7 +283,7 @@ fn bodies_that_are_gone_leave_the_graph_and_those_of_an_edited_scene_stay_in_it(
     cockpit.drive.press("M").ticks(10);
     select(&mut cockpit, "plank0");
     cockpit.drive.press("Delete").give([]);
-    let text: Scene = cockpit.session().scene().clone();
+    let text: Scene = cockpit.session().stage.scene().clone();
     assert!(text.names.find("plank0").is_none());
     let rows = saved(&mut cockpit);
     let at = |body: &str| text.bodies[text.names.find(body).unwrap() as usize].position;

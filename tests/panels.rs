@@ -44,8 +44,8 @@ fn ctrl_q_quits_also_while_something_is_typed_and_escape_never_does() {
         for key in open.into_iter().chain(["Escape"; 5]).chain(open) {
             drive.press(key).ticks(2);
         }
-        assert_eq!(drive.session.take_orders(), []);
-        assert_eq!(drive.press("Ctrl+Q").session.take_orders(), [Order::Quit], "{open:?}");
+        assert_eq!(drive.session.stage.take_orders(), []);
+        assert_eq!(drive.press("Ctrl+Q").session.stage.take_orders(), [Order::Quit], "{open:?}");
     }
 }
 
@@ -78,7 +78,7 @@ fn escape_closes_what_was_opened_last_and_then_clears_the_selection() {
 #[test]
 fn escape_closes_an_open_list_and_a_number_being_typed_before_their_panel() {
     let (mut drive, _) = with_settings();
-    let method = |drive: &Drive| drive.session.stepper().method();
+    let method = |drive: &Drive| drive.session.stage.stepper().method();
     // As the test of the list below finds it, but Escape comes before the click on its first line.
     let row = method_row(&mut with_settings().0);
     drive.frame(H, [at(DVec2::new(120.0, row))]).frame(H, click(Button::Left)).ticks(2);
@@ -133,10 +133,10 @@ fn beside_open_settings_clicks_wheel_and_keys_reach_the_scene() {
     let (mut drive, player) = with_settings();
     drive.frame(H, [at(player)]);
     assert_eq!(drive.frame(H, click(Button::Left)).selected().as_deref(), Some("player"));
-    assert_eq!(drive.frame(H, [Input::Wheel(1.0)]).session.click_force(), 110.0);
+    assert_eq!(drive.frame(H, [Input::Wheel(1.0)]).session.view.click_force(), 110.0);
     drive.frame(H, click(Button::Right)).ticks(1);
     assert!(drive.v("player").length() > 0.0);
-    assert!(drive.press("G").session.world().resource::<Gravity>().on);
+    assert!(drive.press("G").session.stage.world().resource::<Gravity>().on);
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn a_click_on_open_settings_neither_selects_nor_clears() {
     let (mut drive, player) = with_settings();
     drive.frame(H, [at(ON_SETTINGS)]).frame(H, click(Button::Left)).ticks(1);
     assert_eq!(drive.selected(), None);
-    assert_eq!(drive.frame(H, [Input::Wheel(1.0)]).session.click_force(), 10.0);
+    assert_eq!(drive.frame(H, [Input::Wheel(1.0)]).session.view.click_force(), 10.0);
     drive.frame(H, [at(player)]).frame(H, click(Button::Left)).ticks(1);
     drive.frame(H, [at(ON_SETTINGS)]).frame(H, click(Button::Left)).ticks(1);
     assert_eq!(drive.selected().as_deref(), Some("player"));
@@ -161,15 +161,15 @@ fn a_pointer_that_moves_and_clicks_in_one_frame_clicks_where_it_came_to() {
     assert_eq!(drive.frame(H, onto(player)).selected().as_deref(), Some("player"));
     drive.frame(H, onto(ON_SETTINGS));
     assert_eq!(drive.selected().as_deref(), Some("player"));
-    assert_eq!(drive.frame(H, [at(ON_SETTINGS), Input::Wheel(1.0)]).session.click_force(), 10.0);
-    assert_eq!(drive.frame(H, [at(player), Input::Wheel(1.0)]).session.click_force(), 110.0);
+    assert_eq!(drive.frame(H, [at(ON_SETTINGS), Input::Wheel(1.0)]).session.view.click_force(), 10.0);
+    assert_eq!(drive.frame(H, [at(player), Input::Wheel(1.0)]).session.view.click_force(), 110.0);
 }
 
 #[test]
 fn closed_settings_take_no_clicks_and_camera_mode_leaves_the_wheel_to_the_scene() {
     let (mut drive, _) = with_settings();
     drive.frame(H, [at(ON_SETTINGS)]).press("Q").ticks(1);
-    assert_eq!(drive.frame(H, [Input::Wheel(1.0)]).session.click_force(), 110.0);
+    assert_eq!(drive.frame(H, [Input::Wheel(1.0)]).session.view.click_force(), 110.0);
     drive.press("Tab").press("Q").ticks(1);
     assert_eq!(drive.select(ON_SETTINGS).as_deref(), Some("floor"));
 }
@@ -179,33 +179,39 @@ fn what_is_typed_into_the_finder_opens_a_scene_and_does_not_act_on_this_one() {
     let mut drive = Drive::tutorial();
     drive.frame(H, tap("Ctrl+O")).ticks(2);
     assert!(drive.session.takes_text());
-    let mode = drive.session.mode();
+    let mode = drive.session.view.mode();
     for letter in ["t", "h", "o", "u"] {
         let [down, up] = tap(&letter.to_uppercase());
         drive.frame(H, [down, Input::Text(letter.to_owned())]).frame(H, [up]);
     }
-    assert_eq!(drive.session.take_orders(), []);
+    assert_eq!(drive.session.stage.take_orders(), []);
     drive.frame(H, tap("Enter"));
-    assert_eq!(drive.session.take_orders(), [Order::Open("thousand".to_owned())]);
+    assert_eq!(drive.session.stage.take_orders(), [Order::Open("thousand".to_owned())]);
     drive.ticks(1);
-    assert!(!drive.session.takes_text() && drive.session.mode() == mode);
+    assert!(!drive.session.takes_text() && drive.session.view.mode() == mode);
     drive.session.open(scene::load("thousand").unwrap());
     drive.ticks(2);
-    assert_eq!((drive.session.scene().name.as_str(), drive.session.things().count()), ("thousand", 1001));
+    assert_eq!(
+        (drive.session.stage.scene().name.as_str(), drive.session.stage.things().count()),
+        ("thousand", 1001)
+    );
 }
 
 #[test]
 fn letters_typed_into_the_finder_do_not_press_their_keys() {
     let mut drive = Drive::tutorial();
-    let (hash, camera) = (drive.hash(), *drive.session.camera());
+    let (hash, camera) = (drive.hash(), *drive.session.view.camera());
     drive.frame(H, tap("Ctrl+O")).ticks(2);
     for key in ["Q", "G", "W", "P", "F1", "[", "]", "."] {
         drive.frame(H, tap(key));
     }
     drive.ticks(30);
-    assert!(!drive.session.paused() && !drive.session.world().resource::<Gravity>().on);
-    assert_eq!((drive.hash(), *drive.session.camera()), (hash, camera));
-    assert_eq!((drive.session.take_orders(), drive.session.mode()), (Vec::new(), sandbox::Mode::Camera));
+    assert!(!drive.session.stage.paused() && !drive.session.stage.world().resource::<Gravity>().on);
+    assert_eq!((drive.hash(), *drive.session.view.camera()), (hash, camera));
+    assert_eq!(
+        (drive.session.stage.take_orders(), drive.session.view.mode()),
+        (Vec::new(), sandbox::Mode::Camera)
+    );
     assert_eq!(drive.press("Escape").session.open_panels(), []);
     assert!(!drive.session.takes_text());
 }
@@ -216,20 +222,20 @@ fn ctrl_a_selects_all_of_the_finder() {
     drive.frame(H, tap("Ctrl+O")).ticks(2);
     let text = |text: &str| [Input::Text(text.to_owned())];
     drive.frame(H, text("jel")).frame(H, tap("Ctrl+A")).frame(H, text("thou")).frame(H, tap("Enter"));
-    assert_eq!(drive.session.take_orders(), [Order::Open("thousand".to_owned())]);
+    assert_eq!(drive.session.stage.take_orders(), [Order::Open("thousand".to_owned())]);
 }
 
 #[test]
 fn a_number_being_typed_into_the_settings_takes_the_keys() {
     let (mut drive, _) = with_settings();
     write_step_hz(&mut drive);
-    let gravity = *drive.session.world().resource::<Gravity>();
+    let gravity = *drive.session.stage.world().resource::<Gravity>();
     drive.frame(H, tap("G")).frame(H, tap("Q")).ticks(1);
-    assert_eq!(*drive.session.world().resource::<Gravity>(), gravity);
-    assert!(!drive.session.grabs_pointer());
+    assert_eq!(*drive.session.stage.world().resource::<Gravity>(), gravity);
+    assert!(!drive.session.view.grabs_pointer());
     drive.press("Escape");
     assert!(!drive.session.takes_text());
-    assert_ne!(*drive.press("G").session.world().resource::<Gravity>(), gravity);
+    assert_ne!(*drive.press("G").session.stage.world().resource::<Gravity>(), gravity);
 }
 
 #[test]
@@ -239,7 +245,7 @@ fn what_is_changed_in_the_settings_acts_on_the_scene() {
     let switch = (0..20).find(|row| {
         let pixel = DVec2::new(24.0, 218.0 - 3.0 * f64::from(*row));
         drive.frame(H, [at(pixel)]).frame(H, click(Button::Left)).ticks(2);
-        drive.session.world().resource::<Gravity>().on
+        drive.session.stage.world().resource::<Gravity>().on
     });
     assert!(switch.is_some());
     assert!(drive.ticks(5).v("player").y < 0.0);
@@ -252,7 +258,7 @@ fn method_row(drive: &mut Drive) -> f64 {
         for y in [*row, row + 29.0] {
             drive.frame(H, [at(DVec2::new(120.0, y))]).frame(H, click(Button::Left)).ticks(2);
         }
-        drive.session.stepper().method() == Method::ExplicitEuler
+        drive.session.stage.stepper().method() == Method::ExplicitEuler
     });
     row.expect("a list of methods")
 }
@@ -260,21 +266,21 @@ fn method_row(drive: &mut Drive) -> f64 {
 #[test]
 fn a_method_is_chosen_from_the_list_in_the_settings() {
     let (mut drive, _) = with_settings();
-    assert_eq!(drive.session.stepper().method(), Method::SemiImplicitEuler);
+    assert_eq!(drive.session.stage.stepper().method(), Method::SemiImplicitEuler);
     method_row(&mut drive);
-    assert_eq!(drive.session.methods(), [(Method::ExplicitEuler, 28)]);
+    assert_eq!(drive.session.stage.methods(), [(Method::ExplicitEuler, 28)]);
 }
 
 #[test]
 fn notices_are_one_a_topic_and_go_when_they_are_no_longer_true() {
     let says =
-        |film: &Film, what: &str| film.session.notices().filter(|notice| notice.contains(what)).count();
+        |film: &Film, what: &str| film.session.stage.notices().filter(|notice| notice.contains(what)).count();
     let mut scene = scene::load("rope").unwrap();
     scene.method = Method::ImplicitEuler;
     let mut film = Film::of(scene);
     let stop_early = |film: &mut Film| {
         let solver = Solver { tolerance: 0.0, most_iterations: 1, ..Solver::default() };
-        film.session.world_mut().insert_resource(solver);
+        film.session.stage.world_mut().insert_resource(solver);
         film.frames(2);
         assert_eq!(says(film, "did not converge"), 1);
     };
@@ -290,15 +296,15 @@ fn notices_are_one_a_topic_and_go_when_they_are_no_longer_true() {
     film.press("-").press("-");
     assert_eq!((says(&film, "x speed"), says(&film, "0.25 x speed")), (1, 1));
     film.press("P");
-    film.session.keep_timeline();
+    film.session.stage.keep_timeline();
     film.press(",");
     assert_eq!(says(&film, "nothing is kept"), 1);
     film.press("P").frames(5);
     assert_eq!(says(&film, "nothing is kept"), 0);
     // A reset is a start: also of the speed.
     film.press("F1");
-    assert_eq!(film.session.notices().count(), 0);
-    let ticks = film.session.ticks();
+    assert_eq!(film.session.stage.notices().count(), 0);
+    let ticks = film.session.stage.ticks();
     film.frames(60);
-    assert_eq!(film.session.ticks(), ticks + 120);
+    assert_eq!(film.session.stage.ticks(), ticks + 120);
 }

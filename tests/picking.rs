@@ -14,7 +14,7 @@ const KEEP: f64 = 1.0 - 0.4 * H;
 
 /// The ray through a pixel of a picture 16:9, 45 degrees high, by trigonometry alone: the eye and a unit vector.
 fn ray(drive: &Drive, pixel: DVec2) -> (DVec3, DVec3) {
-    let camera = drive.session.camera();
+    let camera = drive.session.view.camera();
     let (yaw, pitch) = (camera.yaw.to_radians(), camera.pitch.to_radians());
     let right = DVec3::new(yaw.cos(), 0.0, -yaw.sin());
     let forward = DVec3::new(-yaw.sin() * pitch.cos(), pitch.sin(), -yaw.cos() * pitch.cos());
@@ -49,10 +49,10 @@ fn distance(shape: Shape, center: DVec3, direction: DVec3) -> Option<f64> {
 /// Name and distance of the closest thing behind a pixel, every thing tested.
 fn closest(drive: &Drive, pixel: DVec2) -> Option<(String, f64)> {
     let (eye, direction) = ray(drive, pixel);
-    let world = drive.session.world();
-    let hits = drive.session.things().filter_map(|thing| {
+    let world = drive.session.stage.world();
+    let hits = drive.session.stage.things().filter_map(|thing| {
         let center = world.get::<Transform>(thing)?.position - eye;
-        Some((drive.session.name(thing), distance(*world.get::<Shape>(thing)?, center, direction)?))
+        Some((drive.session.stage.name(thing), distance(*world.get::<Shape>(thing)?, center, direction)?))
     });
     hits.min_by(|a, b| a.1.total_cmp(&b.1))
 }
@@ -105,7 +105,7 @@ fn the_check_points_of_the_tutorial_appear_on_their_pixels() {
 #[test]
 fn the_middle_of_the_first_picture_is_a_point_of_the_floor() {
     let mut drive = selecting(Drive::tutorial());
-    let ray = drive.session.camera().viewpoint().ray_through(SIZE / 2.0, SIZE);
+    let ray = drive.session.view.camera().viewpoint().ray_through(SIZE / 2.0, SIZE);
     let (name, distance) = closest(&drive, SIZE / 2.0).unwrap();
     assert_eq!((name.as_str(), drive.select(SIZE / 2.0).as_deref()), ("floor", Some("floor")));
     digits(distance, "154.548");
@@ -241,7 +241,7 @@ fn in_camera_mode_a_push_goes_through_the_middle_of_the_view() {
     assert_eq!(drive.v("far"), DVec3::ZERO, "the near ball is in the middle of the view");
     // 80 counts to the right are 5.6 degrees: 3.9 m beside the middle of the far ball.
     drive.give([Input::Mouse(80.0, 0.0)]).give(click(Button::Right)).ticks(2);
-    assert!((drive.v("far") - drive.session.camera().viewpoint().forward() * 10.0 * H).length() < 1e-13);
+    assert!((drive.v("far") - drive.session.view.camera().viewpoint().forward() * 10.0 * H).length() < 1e-13);
     // Away from it, the ray meets nothing.
     let before = drive.v("far");
     drive.give([Input::Mouse(400.0, 0.0)]).give(click(Button::Right)).ticks(2);
@@ -277,7 +277,7 @@ fn a_click_on_what_cannot_be_moved_clears_the_selection_unless_alt_is_held() {
     assert_eq!(scene("select_immovable: true,").select(block).as_deref(), Some("block"));
     // A body that was quarantined can be looked at.
     drive.give([push("ball", [f64::NAN, 0.0, 0.0])]).ticks(1);
-    assert_eq!(drive.session.quarantined().len(), 1);
+    assert_eq!(drive.session.stage.quarantined().len(), 1);
     assert_eq!(drive.select(ball).as_deref(), Some("ball"));
 }
 
@@ -299,11 +299,11 @@ fn a_body_that_was_put_elsewhere_is_drawn_and_hit_there_and_not_on_the_way() {
 #[test]
 fn the_wheel_changes_the_click_force_by_100_newtons_a_notch() {
     let mut drive = Drive::tutorial();
-    assert_eq!(drive.session.click_force(), 10.0);
-    assert_eq!(drive.give([Input::Wheel(1.0)]).session.click_force(), 110.0);
+    assert_eq!(drive.session.view.click_force(), 10.0);
+    assert_eq!(drive.give([Input::Wheel(1.0)]).session.view.click_force(), 110.0);
     drive.press("Q");
-    assert_eq!(drive.give([Input::Wheel(-2.0), Input::Wheel(-1.0)]).session.click_force(), -190.0);
-    assert_eq!(drive.give([Input::Wheel(0.5)]).session.click_force(), -140.0);
+    assert_eq!(drive.give([Input::Wheel(-2.0), Input::Wheel(-1.0)]).session.view.click_force(), -190.0);
+    assert_eq!(drive.give([Input::Wheel(0.5)]).session.view.click_force(), -140.0);
     assert_eq!(drive.selected(), None);
 }
 
@@ -382,7 +382,14 @@ fn a_removed_body_is_selected_no_more_even_while_the_button_is_held() {
     drive.give([at(SIZE / 2.0), Input::ButtonDown(Button::Left)]);
     assert_eq!(drive.selected().as_deref(), Some("near"));
     drive.give([remove("near")]);
-    assert!(drive.session.selection().is_none_or(|thing| drive.session.world().get_entity(thing).is_ok()));
+    assert!(
+        drive.session.stage.selection().is_none_or(|thing| drive
+            .session
+            .stage
+            .world()
+            .get_entity(thing)
+            .is_ok())
+    );
     assert_eq!(drive.give([]).selected().as_deref(), Some("far"));
 }
 

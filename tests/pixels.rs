@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::process::Command;
 
 use glam::DVec2;
-use motion::clock::FrameClock;
 use render::Image;
+use sandbox::clock::FrameClock;
 use sandbox::input::{Button, Input, InputFrame};
 use sandbox::player::Player;
 use sandbox::{Mode, Options, Order, Session};
@@ -69,16 +69,16 @@ fn tour(wanted: &[&str]) -> Vec<Image> {
     let mut session = Session::new(scene, Options { size_px: SIZE, ..Options::default() });
     let (mut clock, mut studio, mut pictures) = (FrameClock::default(), Studio::new(SIZE), Vec::new());
     while !player.finished() {
-        let time = clock.advance_to(session.frames() as f64 / 60.0).unwrap();
-        let mut events = player.of_frame(session.frames(), session.ticks(), time.total());
+        let time = clock.advance_to(session.stage.frames() as f64 / 60.0).unwrap();
+        let mut events = player.of_frame(session.stage.frames(), session.stage.ticks(), time.total());
         for event in &mut events {
             // The tour points at pixels of a picture of twice the size; counts that turn the camera stay.
-            if let (Input::Mouse(x, y), Mode::Selection) = (event, session.mode()) {
+            if let (Input::Mouse(x, y), Mode::Selection) = (event, session.view.mode()) {
                 (*x, *y) = (*x / 2.0, *y / 2.0);
             }
         }
         session.advance(&events.into_iter().collect(), time);
-        for order in session.take_orders() {
+        for order in session.stage.take_orders() {
             if matches!(order, Order::Screenshot(Some(name)) if wanted.contains(&name.as_str())) {
                 pictures.push(studio.draw(&mut session));
             }
@@ -301,7 +301,7 @@ fn cockpit(size_px: [u32; 2], keys: &[&str]) -> Image {
         session.advance(&events.into_iter().collect(), clock.advance_by(1.0 / 60.0).unwrap());
     }
     let mut image = Studio::new(size_px).draw(&mut session);
-    let [corner, size] = session.view_area();
+    let [corner, size] = session.view.view_area();
     for (at, pixel) in (0..).zip(image.rgba.chunks_exact_mut(4)) {
         let place = DVec2::new(f64::from(at % size_px[0]), f64::from(at / size_px[0])) + 0.5 - corner;
         if place.cmpge(DVec2::ZERO).all() && place.cmplt(size).all() {

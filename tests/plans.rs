@@ -58,7 +58,7 @@ fn declares(scene: &Scene, effect: Effect) -> bool {
 
 /// Methods that a scene's bodies have.
 fn methods(session: &mut Session) -> BTreeSet<Method> {
-    session.methods().into_iter().map(|(method, _)| method).collect()
+    session.stage.methods().into_iter().map(|(method, _)| method).collect()
 }
 
 #[test]
@@ -119,8 +119,8 @@ fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
     for name in shipped() {
         let mut session = session(name);
         let methods = methods(&mut session);
-        let scene = session.scene().clone();
-        let found = columns(session.world());
+        let scene = session.stage.scene().clone();
+        let found = columns(session.stage.world());
         let coupled = declares(&scene, Effect::Springs) || declares(&scene, Effect::MutualGravity);
         let any = |has: fn(&scene::BodySpec) -> bool| scene.bodies.iter().any(has);
         let movable = |body: &scene::BodySpec| body.inverse_mass.is_some_and(|w| w > 0.0);
@@ -175,8 +175,8 @@ fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
 fn a_schedule_has_the_systems_that_its_scene_calls_for_and_no_others() {
     for name in shipped() {
         let session = session(name);
-        let scene = session.scene();
-        let found = systems(session.stepper());
+        let scene = session.stage.scene();
+        let found = systems(session.stage.stepper());
         let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
         assert_eq!(found.contains("integrate_groups"), coupled, "{name}: {found:?}");
         assert_eq!(found.contains("emit_particles"), declares(scene, Effect::Emitters), "{name}: {found:?}");
@@ -197,7 +197,7 @@ fn a_schedule_has_the_systems_that_its_scene_calls_for_and_no_others() {
 fn resources_of_undeclared_effects_are_not_there() {
     for name in shipped() {
         let session = session(name);
-        let (scene, world) = (session.scene(), session.world());
+        let (scene, world) = (session.stage.scene(), session.stage.world());
         let there = [
             (Effect::Gravity, world.contains_resource::<Gravity>()),
             (Effect::Damping, world.contains_resource::<Damping>()),
@@ -218,9 +218,9 @@ fn resources_of_undeclared_effects_are_not_there() {
 fn evaluations_of_absent_effects_are_none() {
     for name in shipped() {
         let session = session(name);
-        for (law, evaluations) in session.evaluations().laws() {
+        for (law, evaluations) in session.stage.evaluations().laws() {
             let declared = Effect::ALL.iter().find(|effect| effect.name() == *law);
-            let declared = declared.is_some_and(|effect| declares(session.scene(), *effect));
+            let declared = declared.is_some_and(|effect| declares(session.stage.scene(), *effect));
             assert!(declared || *evaluations == 0, "{name}: {law} was evaluated {evaluations} times");
         }
     }

@@ -20,20 +20,20 @@ fn drive(offset: DVec3, bodies: &str, soft: impl IntoIterator<Item = Soft>) -> D
     let mut drive = Drive::of(scene);
     for mut soft in soft {
         soft.places.iter_mut().for_each(|place| *place += offset);
-        soft.spawn(drive.session.world_mut());
+        soft.spawn(drive.session.stage.world_mut());
     }
     drive.press("Q");
     drive
 }
 
 fn soft_body(drive: &mut Drive) -> (Entity, SoftBody) {
-    let world = drive.session.world_mut();
+    let world = drive.session.stage.world_mut();
     let (entity, body) = world.query::<(Entity, &SoftBody)>().single(world).unwrap();
     (entity, body.clone())
 }
 
 fn velocities(drive: &Drive, body: &SoftBody) -> Vec<DVec3> {
-    let world = drive.session.world();
+    let world = drive.session.stage.world();
     body.points.iter().map(|point| world.get::<PhysicsBody>(*point).unwrap().velocity).collect()
 }
 
@@ -62,7 +62,7 @@ fn a_click_on_a_cell_selects_the_soft_body_and_a_push_there_moves_the_nearest_po
             let (entity, body) = soft_body(&mut drive);
             let pixel = drive.pixel(offset + MIDDLE + place);
             assert_eq!(drive.select(pixel).as_deref(), Some("soft"));
-            assert_eq!(drive.session.selection(), Some(entity));
+            assert_eq!(drive.session.stage.selection(), Some(entity));
             drive.click(Button::Right, pixel).ticks(1);
             assert_eq!(moving(&drive, &body), [expected]);
             let (v, along) = (velocities(&drive, &body)[expected], (MIDDLE + place).normalize());
@@ -144,13 +144,13 @@ fn a_rope_is_selected_at_points_and_springs_and_named_after_its_first_point() {
     }
     let mut drive = Drive::of(scene);
     drive.press("Q");
-    let points: Vec<_> = drive.session.things().collect();
+    let points: Vec<_> = drive.session.stage.things().collect();
     let link = |a, b| Link {
         ends: [a, b],
         elastic: Elastic { stiffness: 9.0, damping: 0.0, rest_length: std::f64::consts::SQRT_2 },
     };
     let body = SoftBody { points, springs: [link(0, 1), link(1, 2)].into(), ..SoftBody::default() };
-    drive.session.world_mut().spawn(body);
+    drive.session.stage.world_mut().spawn(body);
     for x in [0.0, 0.5, -0.7, 1.0] {
         let pixel = drive.pixel(DVec3::new(x, x, -10.0));
         assert_eq!(drive.select(pixel).as_deref(), Some("line"), "{x}");
@@ -169,7 +169,7 @@ fn a_held_push_accelerates_a_soft_body_as_one_of_its_mass_and_pins_not_at_all() 
     let (_, body) = soft_body(&mut drive);
     // Points of unlike mass.
     let heavy = PhysicsBody::with_mass(2.0);
-    drive.session.world_mut().entity_mut(body.points[12]).insert(heavy);
+    drive.session.stage.world_mut().entity_mut(body.points[12]).insert(heavy);
     assert_eq!(drive.select(SIZE / 2.0).as_deref(), Some("soft"));
     drive.give([down("Right")]).ticks(1).give([up("Right")]);
     let mass = 14.0 * POINT_MASS + 2.0;
@@ -187,17 +187,17 @@ fn a_held_push_accelerates_a_soft_body_as_one_of_its_mass_and_pins_not_at_all() 
 fn a_locked_camera_follows_the_center_of_mass() {
     let mut drive = drive(DVec3::ZERO, "", [sheet()]);
     let (_, body) = soft_body(&mut drive);
-    drive.session.world_mut().entity_mut(body.points[0]).insert(PhysicsBody::with_mass(20.0));
+    drive.session.stage.world_mut().entity_mut(body.points[0]).insert(PhysicsBody::with_mass(20.0));
     drive.select(SIZE / 2.0);
     drive.press("L");
-    let world = drive.session.world();
+    let world = drive.session.stage.world();
     let placed = |point: &Entity| {
         let mass = world.get::<PhysicsBody>(*point).unwrap().mass();
         (world.get::<Transform>(*point).unwrap().position * mass, mass)
     };
     let (moment, mass) =
         body.points.iter().map(placed).fold((DVec3::ZERO, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-    let camera = drive.session.camera();
+    let camera = drive.session.view.camera();
     let expected = moment / mass + DVec3::new(0.0, 14.0, 20.0);
     assert!(camera.position.distance(expected) < 1e-9, "{} is not {expected}", camera.position);
 }
@@ -210,7 +210,7 @@ fn a_click_beside_it_clears_the_selection_and_removed_points_cannot_be_hit() {
     assert!(drive.select(pixel).is_some());
     drive.give([at(SIZE)]).give(click(Button::Left));
     assert_eq!(drive.selected(), None);
-    drive.session.world_mut().despawn(body.points[7]);
+    drive.session.stage.world_mut().despawn(body.points[7]);
     drive.ticks(1);
     assert_eq!(drive.select(pixel), None);
 }

@@ -54,7 +54,7 @@ fn scenes_after_two_seconds_are_their_references() {
     let pictures = names.map(|name| {
         let mut film = Film::shipped(name);
         film.frames(120);
-        assert_eq!(film.session.ticks(), 240);
+        assert_eq!(film.session.stage.ticks(), 240);
         studio.draw_bodies(&mut film.session)
     });
     assert_pictures(names, &pictures);
@@ -73,8 +73,8 @@ fn a_pushed_jelly_is_its_reference() {
     film.press("Q");
     let middle = film.pixel("jelly.x2.y2.z4");
     film.frame([at(middle)]).click(Button::Left);
-    let selected = film.session.selection().expect("the jelly is under the pointer");
-    assert_eq!(film.session.name(selected), "jelly");
+    let selected = film.session.stage.selection().expect("the jelly is under the pointer");
+    assert_eq!(film.session.stage.name(selected), "jelly");
     film.frame([Input::Wheel(3.0)]);
     for _ in 0..4 {
         film.click(Button::Right);

@@ -71,8 +71,10 @@ const LAYERS: &[&str] = &[
 ];
 
 /// The same of `crates/sandbox/src`.
-const ROOMS: &[&str] =
-    &["failure", "args", "methods", "input", "view", "tools", "app", "output", "window", "commands"];
+const ROOMS: &[&str] = &[
+    "clock", "failure", "args", "methods", "input", "panels", "actions", "stage", "intent", "view", "tools",
+    "app", "output", "window", "commands",
+];
 
 /// The same of `crates/scene/src`.
 const FROM_TEXT_TO_SCENE: &[&str] = &[
@@ -217,6 +219,112 @@ fn a_use_of_a_later_layer_is_found() {
     }
 }
 
+/// The paths that a `use` names after its keyword, with its braces taken apart.
+fn apart(path: &str) -> Vec<String> {
+    let Some((before, inside)) = path.split_once('{') else { return vec![path.trim().to_owned()] };
+    let inside = inside.trim().strip_suffix('}').unwrap();
+    let (mut depth, mut start, mut paths) = (0, 0, Vec::new());
+    for (at, c) in inside.char_indices().chain([(inside.len(), ',')]) {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => {
+                let part = inside[start..at].trim();
+                paths.extend(
+                    apart(part).iter().filter(|part| !part.is_empty()).map(|part| format!("{before}{part}")),
+                );
+                start = at + 1;
+            }
+            _ => {}
+        }
+    }
+    paths
+}
+
+/// The modules of `known` that the one of that name uses, outside its tests: by the paths in its text. Those around it and in it
+/// do not count: a module shows what is in its folder.
+fn used<'a>(module: &str, text: &str, known: &BTreeMap<String, &'a str>) -> BTreeSet<String> {
+    let text = text.split("#[cfg(test)]").next().unwrap();
+    let text = code(text).collect::<Vec<_>>().join(" ");
+    let is_use = |at: &usize| !text[..*at].ends_with(char::is_alphanumeric);
+    let from = |at: usize| text[at + 4..].split(';').next().unwrap();
+    let uses = text.match_indices("use ").map(|(at, _)| at).filter(is_use).map(from);
+    let own = |path: &&str| ["crate::", "self::", "super::"].iter().any(|start| path.starts_with(start));
+    let uses = uses.filter(own).flat_map(apart);
+    let inline = text.match_indices("crate::").map(|(at, _)| {
+        let is_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
+        text[at..].chars().take_while(|c| is_path(*c)).collect::<String>()
+    });
+    let absolute = |path: String| {
+        let path = path.split(" as ").next().unwrap().replace(' ', "");
+        let parent = module.rsplit_once("::").map_or("", |(parent, _)| parent);
+        path.strip_prefix("crate::")
+            .map(str::to_owned)
+            .or_else(|| Some(format!("{module}::{}", path.strip_prefix("self::")?)))
+            .or_else(|| Some(format!("{parent}::{}", path.strip_prefix("super::")?)))
+    };
+    let file = |path: String| {
+        let mut path = path.trim_matches(':');
+        while !known.contains_key(path) {
+            path = path.rsplit_once("::")?.0;
+        }
+        let is_inside = |one: &str, other: &str| one == other || one.starts_with(&format!("{other}::"));
+        Some(path.to_owned()).filter(|path| !is_inside(path, module) && !is_inside(module, path))
+    };
+    uses.chain(inline).filter_map(absolute).filter_map(file).collect()
+}
+
+/// The modules from which following what they use leads back to them.
+fn circles(uses: &BTreeMap<String, BTreeSet<String>>) -> Vec<&String> {
+    let leads_back = |start: &&String| {
+        let (mut seen, mut next) = (BTreeSet::new(), vec![*start]);
+        while let Some(module) = next.pop() {
+            next.extend(uses[module].iter().filter(|used| seen.insert(*used)));
+        }
+        seen.contains(start)
+    };
+    uses.keys().filter(leads_back).collect()
+}
+
+#[test]
+fn no_two_files_need_each_other() {
+    let known = BTreeMap::from(
+        [("a", ""), ("b", ""), ("b::c", ""), ("d::e", "")].map(|(name, text)| (name.to_owned(), text)),
+    );
+    let found = |text| used("b", text, &known).into_iter().collect::<Vec<_>>();
+    assert_eq!(found("use crate::{a::X, d::{e::{Y, Z}}};"), ["a", "d::e"]);
+    assert_eq!(found("use self::c::Y; fn f(x: crate::a::X) {}"), ["a"]);
+    assert_eq!(found("// crate::a::X\n#[cfg(test)]\nuse crate::a::X;"), [""; 0]);
+    let all = sources();
+    for name in ["motion", "pick", "scene", "history", "render", "lab", "report", "sandbox"] {
+        let folder = root().join(format!("crates/{name}/src"));
+        let texts: BTreeMap<_, _> = all
+            .iter()
+            .filter_map(|(path, text)| {
+                let path = path.strip_prefix(&folder).ok()?.with_extension("");
+                Some((path.to_str()?.replace('/', "::"), &**text))
+            })
+            .filter(|(module, _)| !["lib", "main"].contains(&&**module))
+            .collect();
+        assert!(texts.len() > 10, "{name} has no files");
+        let uses = texts.iter().map(|(module, text)| (module.clone(), used(module, text, &texts))).collect();
+        assert_eq!(circles(&uses), [""; 0], "files of {name} that need each other");
+    }
+}
+
+#[test]
+fn the_view_changes_no_stage_and_a_stage_knows_no_picture() {
+    never("crates/sandbox/src/view.rs", &[], &["&mut Stage"]);
+    never("crates/sandbox/src/view", &[], &["&mut Stage"]);
+    never("crates/sandbox/src/stage", &[], &["egui", "render::", "Camera", "View"]);
+}
+
+#[test]
+fn the_sandbox_changes_a_simulation_by_changes_alone() {
+    let ways = ["push_once", ".sustain(", "resource_mut::<Requests>", "sim.request(", "sim.push("];
+    never("crates/sandbox/src", &["crates/sandbox/src/app/tests.rs"], &ways);
+}
+
 #[test]
 fn render_has_never_heard_of_an_entity() {
     never("crates/render/src", &[], &["bevy_ecs", "motion::", "winit"]);
@@ -329,7 +437,8 @@ fn input_never_writes_the_state_of_a_body() {
     ] {
         assert_eq!(!writes(text).is_empty(), is_write, "{text}");
     }
-    let folders = ["app", "input.rs", "tools", "view"].map(|name| format!("crates/sandbox/src/{name}"));
+    let folders = ["app", "input.rs", "stage", "stage.rs", "tools", "view", "view.rs"]
+        .map(|name| format!("crates/sandbox/src/{name}"));
     for folder in folders {
         let inside: Vec<_> = sources().into_iter().filter(|(path, _)| in_folder(path, &folder)).collect();
         assert!(!inside.is_empty(), "{folder} has no sources");

@@ -2,8 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use motion::clock::{BadTime, FrameClock, StepClock, TickClock};
+use motion::clock::StepClock;
 use motion::units::Vector;
+use sandbox::clock::{BadTime, FrameClock, TickClock};
 
 use sandbox::input::InputFrame;
 use sandbox::{Options, Session};
@@ -162,15 +163,15 @@ fn ticks_that_take_longer_than_they_simulate_end_in_a_steady_frame_and_not_in_a_
         let (mut frames, mut length, mut lengths) = (FrameClock::default(), 1.0 / 60.0, Vec::new());
         for _ in 0..40 {
             let mut spent = 0.0;
-            let (before, dropped) = (session.ticks(), session.dropped());
+            let (before, dropped) = (session.stage.ticks(), session.stage.dropped());
             let time = frames.advance_by(length).unwrap();
             session.advance_watched(&InputFrame::NOTHING, time, &mut |_, _| {
                 spent += cost;
                 if spent > patience { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             });
             // Nothing is lost in silence.
-            let simulated = (session.ticks() - before) as f64 / hz;
-            let told = session.dropped() - dropped;
+            let simulated = (session.stage.ticks() - before) as f64 / hz;
+            let told = session.stage.dropped() - dropped;
             assert!((simulated + told - length).abs() <= 2.0 / hz + 1e-9, "{simulated} {told} {length}");
             length = spent.max(1.0 / 60.0);
             lengths.push(length);
@@ -179,6 +180,6 @@ fn ticks_that_take_longer_than_they_simulate_end_in_a_steady_frame_and_not_in_a_
         let most = (0.25 * hz * cost).min(patience + cost).max(1.0 / 60.0);
         assert!(lengths.iter().all(|length| *length <= most + 1e-9), "{hz}: {lengths:?}");
         assert_eq!(lengths[38], lengths[39], "{hz}: not steady");
-        assert!(session.ticks() >= 40, "{hz}: it stands still");
+        assert!(session.stage.ticks() >= 40, "{hz}: it stands still");
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use motion::{Damping, PhysicsBody, Transform};
-use sandbox::Session;
+use sandbox::Stage;
 use sandbox::input::Button;
 
 use crate::drive::{Drive, at, click, down, push, tap, up};
@@ -37,10 +37,9 @@ fn update(bodies: &mut [Body], gravity: bool, dt: f64) {
 }
 
 /// Every body with physics of a session, in stable-id order.
-fn bodies(session: &Session) -> Vec<Body> {
-    let world = session.world();
-    let things =
-        session.things().filter_map(|thing| world.get::<PhysicsBody>(thing).map(|body| (thing, body)));
+fn bodies(stage: &Stage) -> Vec<Body> {
+    let world = stage.world();
+    let things = stage.things().filter_map(|thing| world.get::<PhysicsBody>(thing).map(|body| (thing, body)));
     things
         .map(|(thing, body)| Body {
             x: world.get::<Transform>(thing).unwrap().position.to_array(),
@@ -67,13 +66,13 @@ fn force(bodies: &mut [Body], i: usize, newtons: DVec3) {
 #[test]
 fn the_tutorials_two_loops_and_the_schedule_visit_the_same_bits_for_ten_seconds() {
     let mut drive = Drive::tutorial();
-    let mut copy = bodies(&drive.session);
+    let mut copy = bodies(&drive.session.stage);
     assert_eq!(copy.len(), 29);
     let mut gravity = false;
     drive.press("Q");
     let player = drive.pixel(drive.x("player"));
     assert_eq!(drive.select(player).as_deref(), Some("player"));
-    let along = drive.session.camera().viewpoint().ray_through(player, crate::drive::SIZE).direction();
+    let along = drive.session.view.camera().viewpoint().ray_through(player, crate::drive::SIZE).direction();
     for tick in 0..1200_u32 {
         let mut events = Vec::new();
         if [200, 420, 500, 900].contains(&tick) {
@@ -83,7 +82,8 @@ fn the_tutorials_two_loops_and_the_schedule_visit_the_same_bits_for_ten_seconds(
         if tick % 37 == 5 {
             let newtons = DVec3::new(f64::from(tick), -3.3, 0.7);
             let i = 1 + (tick as usize / 37) % 28;
-            events.push(push(&drive.session.name(drive.session.things().nth(i).unwrap()), newtons));
+            events
+                .push(push(&drive.session.stage.name(drive.session.stage.things().nth(i).unwrap()), newtons));
             force(&mut copy, i, newtons);
         }
         if tick == 90 {
@@ -110,21 +110,21 @@ fn the_tutorials_two_loops_and_the_schedule_visit_the_same_bits_for_ten_seconds(
         }
         update(&mut copy, gravity, H);
         drive.frame(H, events);
-        assert_eq!(drive.session.ticks(), u64::from(tick) + 1);
-        assert_eq!(bits(&bodies(&drive.session)), bits(&copy), "after tick {tick}");
+        assert_eq!(drive.session.stage.ticks(), u64::from(tick) + 1);
+        assert_eq!(bits(&bodies(&drive.session.stage)), bits(&copy), "after tick {tick}");
     }
 }
 
 #[test]
 fn several_ticks_a_frame_visit_the_same_bits_and_a_push_acts_in_the_first_of_them() {
     let mut drive = Drive::tutorial();
-    let mut copy = bodies(&drive.session);
+    let mut copy = bodies(&drive.session.stage);
     let time = drive.clock.advance_by(0.0).unwrap();
     drive.session.advance(&tap("G").into_iter().collect(), time);
     for frame in 0..30_u32 {
         let newtons = DVec3::new(0.1, f64::from(frame), -7.0);
         force(&mut copy, 5, newtons);
-        let name = drive.session.name(drive.session.things().nth(5).unwrap());
+        let name = drive.session.stage.name(drive.session.stage.things().nth(5).unwrap());
         let time = drive.clock.advance_by(4.0 * H).unwrap();
         let mut ticks = 0;
         drive.session.advance_watched(&[push(&name, newtons)].into_iter().collect(), time, &mut |now, _| {
@@ -142,8 +142,8 @@ fn the_plan_of_one_pass_visits_the_same_bits_as_the_two_loops() {
     let mut scene = scene::load("thousand").unwrap();
     scene.damping = Some(Damping::TUTORIAL);
     let mut drive = Drive::of(scene);
-    assert_eq!(drive.session.stepper().plan().passes, motion::Passes::One);
-    let mut copy = bodies(&drive.session);
+    assert_eq!(drive.session.stage.stepper().plan().passes, motion::Passes::One);
+    let mut copy = bodies(&drive.session.stage);
     assert_eq!(copy.len(), 1001);
     for tick in 0..300_u32 {
         let mut events = Vec::new();
@@ -151,10 +151,11 @@ fn the_plan_of_one_pass_visits_the_same_bits_as_the_two_loops() {
             let newtons = DVec3::new(-0.3, f64::from(tick), 11.0);
             let i = 7 * tick as usize % 1001;
             force(&mut copy, i, newtons);
-            events.push(push(&drive.session.name(drive.session.things().nth(i).unwrap()), newtons));
+            events
+                .push(push(&drive.session.stage.name(drive.session.stage.things().nth(i).unwrap()), newtons));
         }
         update(&mut copy, true, H);
         drive.frame(H, events);
-        assert_eq!(bits(&bodies(&drive.session)), bits(&copy), "after tick {tick}");
+        assert_eq!(bits(&bodies(&drive.session.stage)), bits(&copy), "after tick {tick}");
     }
 }

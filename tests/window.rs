@@ -11,9 +11,9 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use glam::{DVec2, DVec3};
-use motion::clock::FrameClock;
 use motion::{Method, PhysicsBody};
 use render::Image;
+use sandbox::clock::FrameClock;
 use sandbox::input::{Button, InputFrame};
 use sandbox::player::Player;
 use sandbox::report::state_hash;
@@ -236,7 +236,7 @@ fn replay(script: &Script, recording: &Recording, mut look: impl FnMut(&mut Sess
     for end in &recording.frame_ends_s {
         let time = clock.advance_to(*end).unwrap();
         session.advance(&InputFrame::NOTHING, time);
-        let orders = session.take_orders();
+        let orders = session.stage.take_orders();
         look(&mut session, &orders);
     }
     assert!(session.player().is_some_and(Player::finished));
@@ -299,26 +299,26 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
         if orders.contains(&Order::Screenshot(None)) {
             if seen.len() == shot {
                 replayed = Some(studio.draw(session));
-                let selected = session.selection().expect("the click selects");
-                assert_eq!(session.name(selected), "grid.x4.z4");
-                assert_eq!(session.click_force(), 110.0);
-                assert_eq!(session.mode(), Mode::Selection);
+                let selected = session.stage.selection().expect("the click selects");
+                assert_eq!(session.stage.name(selected), "grid.x4.z4");
+                assert_eq!(session.view.click_force(), 110.0);
+                assert_eq!(session.view.mode(), Mode::Selection);
             }
-            seen.push((session.ticks(), format!("{:016x}", state_hash(session))));
+            seen.push((session.stage.ticks(), format!("{:016x}", state_hash(&session.stage))));
         }
     });
     assert_eq!(seen.len(), window.screenshots);
     assert_eq!(seen[shot], (pushed.tick, pushed.state_hash));
     assert_eq!(seen.last(), Some(&(paused.tick, paused.state_hash.clone())));
-    let body = end.body("grid.x4.z4").unwrap();
-    let velocity = end.world().get::<PhysicsBody>(body).unwrap().velocity;
+    let body = end.stage.body("grid.x4.z4").unwrap();
+    let velocity = end.stage.world().get::<PhysicsBody>(body).unwrap().velocity;
     assert!(
         velocity.x > 1.0 && velocity.y < 0.0 && velocity.z < -1.0,
         "pushed and falling: {velocity}\n{}",
         script.to_ron()
     );
-    assert_eq!(end.stepper().method(), Method::default().next());
-    assert_eq!(end.selection(), None, "Escape clears the selection");
+    assert_eq!(end.stage.stepper().method(), Method::default().next());
+    assert_eq!(end.stage.selection(), None, "Escape clears the selection");
 
     let [in_window, in_replay] = [&pushed.image, &replayed.unwrap()].map(without_the_shells_words);
     let difference = Difference::between(&in_window, &in_replay);
@@ -350,14 +350,16 @@ fn a_person_with_a_mouse_alone_goes_the_first_time_path_and_the_recording_repeat
         moves(window, here.middle_of(name));
         window.input(&["click", "1"]);
         here.click(name);
-        for order in here.drive.session.take_orders() {
+        for order in here.drive.session.stage.take_orders() {
             match order {
                 Order::Open(name) => {
                     let saved = window.folder.path().join(&name);
                     let name = if saved.exists() { saved.display().to_string() } else { name };
                     here.drive.session.open(scene::load(&name).unwrap());
                 }
-                Order::Scene(file) => here.drive.session.saved_scene(&file),
+                Order::Scene(file) => {
+                    here.drive.session.tools.saved_scene(&mut here.drive.session.stage, &file);
+                }
                 _ => {}
             }
             here.drive.ticks(3);
@@ -473,7 +475,7 @@ fn ended_while_recording(end: impl FnOnce(&mut Window)) -> ExitStatus {
     let mut seen = Vec::new();
     replay(&script, &recording, |session, orders| {
         if orders.contains(&Order::Screenshot(None)) {
-            seen.push((session.ticks(), format!("{:016x}", state_hash(session))));
+            seen.push((session.stage.ticks(), format!("{:016x}", state_hash(&session.stage))));
         }
     });
     assert!(seen.contains(&(last.tick, last.state_hash)), "{seen:?}");
@@ -543,8 +545,8 @@ fn a_resized_window_goes_on_in_its_new_size_and_records_it() {
     assert!(script.steps.iter().any(|step| step.action == Action::Resize(500, 300)));
     assert_eq!(recording.size_px, SIZE.into());
     let end = replay(&script, &recording, |_, _| {});
-    assert_eq!(end.size_px(), wanted);
-    assert!(end.ticks() >= resized.tick);
+    assert_eq!(end.view.size_px(), wanted);
+    assert!(end.stage.ticks() >= resized.tick);
 }
 
 #[test]
@@ -569,12 +571,12 @@ fn a_key_that_is_let_go_while_another_window_has_the_keyboard_does_not_fly_on() 
     let mut at_screenshots = Vec::new();
     let end = replay(&script, &recording, |session, orders| {
         if orders.contains(&Order::Screenshot(None)) {
-            at_screenshots.push(session.camera().position);
+            at_screenshots.push(session.view.camera().position);
         }
     });
     // The first was before W.
     assert_ne!(at_screenshots[1], scene::load("tutorial").unwrap().camera.position, "W flies");
-    assert_eq!(at_screenshots[2], end.camera().position, "nothing is held any more");
+    assert_eq!(at_screenshots[2], end.view.camera().position, "nothing is held any more");
 }
 
 #[test]
@@ -752,9 +754,9 @@ fn a_paused_window_draws_when_something_happens_and_owes_nothing_for_the_rest() 
     let rest = REST.as_secs_f64();
     let (mut cameras, mut dropped, mut paused) = (Vec::new(), Vec::new(), Vec::new());
     replay(&script, &recording, |session, _| {
-        cameras.push(session.camera().position);
-        dropped.push(session.dropped());
-        paused.push(session.paused());
+        cameras.push(session.view.camera().position);
+        dropped.push(session.stage.dropped());
+        paused.push(session.stage.paused());
     });
     let lengths = recording.frame_ends_s.windows(2).map(|ends| ends[1] - ends[0]);
     // The other frames are as long as the machine is busy.

@@ -26,7 +26,7 @@ pub fn go(drive: &mut Drive, ticks: std::ops::Range<u32>) -> Vec<u64> {
             inputs.extend(tap("G"));
         }
         drive.frame(1.0 / 60.0, inputs);
-        state_hash(&drive.session)
+        state_hash(&drive.session.stage)
     };
     ticks.map(tick).collect()
 }
@@ -36,7 +36,7 @@ pub fn with_a_fault() -> (Bundle, Vec<u64>) {
     let mut drive = recording();
     let hashes = go(&mut drive, 0..20);
     drive.frame(1.0 / 60.0, [push("second", [f64::NAN, 0.0, 0.0])]);
-    (drive.session.bundle(None).unwrap(), hashes)
+    (drive.session.stage.bundle(None).unwrap(), hashes)
 }
 
 #[test]
@@ -45,15 +45,15 @@ fn a_comma_goes_one_tick_back_and_a_dot_forward_again() {
     let hashes = go(&mut drive, 0..60);
     for tick in (40..60).rev() {
         drive.press(",");
-        assert!(drive.session.paused());
-        assert_eq!(drive.session.ticks(), tick);
+        assert!(drive.session.stage.paused());
+        assert_eq!(drive.session.stage.ticks(), tick);
         assert_eq!(drive.hash(), hashes[usize::try_from(tick).unwrap() - 1]);
     }
     drive.press(".").press(".");
-    assert_eq!((drive.session.ticks(), drive.hash()), (42, hashes[41]));
+    assert_eq!((drive.session.stage.ticks(), drive.hash()), (42, hashes[41]));
     // That dropped what came after: there is nothing to go forward to.
     drive.session.seek(60);
-    assert_eq!((drive.session.ticks(), drive.hash()), (42, hashes[41]));
+    assert_eq!((drive.session.stage.ticks(), drive.hash()), (42, hashes[41]));
 }
 
 #[test]
@@ -67,30 +67,30 @@ fn going_on_from_the_past_is_going_on_as_if_the_future_had_never_been() {
     assert_eq!(drive.hash(), expected[29]);
     drive.press("P");
     assert_eq!(go(&mut drive, 30..50), expected[30..]);
-    assert_eq!(drive.session.evaluations(), never.session.evaluations());
+    assert_eq!(drive.session.stage.evaluations(), never.session.stage.evaluations());
 }
 
 #[test]
 fn selection_and_ledger_go_along_and_a_reset_or_another_scene_begins_anew() {
     let mut drive = recording();
-    drive.session.keep_ledger();
+    drive.session.tools.keep_ledger();
     drive.press("Q");
     let ball = drive.pixel(drive.x("ball"));
     assert_eq!(drive.select(ball).as_deref(), Some("ball"));
     go(&mut drive, 0..20);
     drive.session.seek(12);
     assert_eq!(drive.selected().as_deref(), Some("ball"));
-    assert_eq!(drive.session.ledger().unwrap().seconds(), 0.0);
+    assert_eq!(drive.session.tools.ledger().unwrap().seconds(), 0.0);
     drive.press("P");
     go(&mut drive, 12..20);
-    assert!(drive.session.ledger().unwrap().seconds() > 0.1);
+    assert!(drive.session.tools.ledger().unwrap().seconds() > 0.1);
     drive.press("F1");
-    let began = drive.session.ticks();
+    let began = drive.session.stage.ticks();
     drive.press(",");
-    assert_eq!(drive.session.ticks(), began, "nothing is before a reset");
+    assert_eq!(drive.session.stage.ticks(), began, "nothing is before a reset");
     drive.session.open(scene::load("oscillator").unwrap());
     drive.frames(3);
-    let (ticks, hash) = (drive.session.ticks(), drive.hash());
+    let (ticks, hash) = (drive.session.stage.ticks(), drive.hash());
     drive.frames(3);
     drive.session.seek(ticks);
     assert_eq!(drive.hash(), hash);
@@ -100,19 +100,19 @@ fn selection_and_ledger_go_along_and_a_reset_or_another_scene_begins_anew() {
 fn ticks_are_asked_for_as_often_as_their_length_says_that_was_gone_back_to() {
     let mut drive = Drive::tutorial().recording();
     let in_a_second = |drive: &mut Drive| {
-        let before = drive.session.ticks();
-        drive.frames(60).session.ticks() - before
+        let before = drive.session.stage.ticks();
+        drive.frames(60).session.stage.ticks() - before
     };
     assert_eq!(in_a_second(&mut drive), 120);
     drive.press("Q").press("Tab").ticks(2);
     write_step_hz(&mut drive);
     drive.frame(H, [Input::Text("30".to_owned())]).frame(H, tap("Enter")).press("Tab").ticks(4);
-    let later = drive.session.ticks();
-    assert_eq!(drive.session.step_hz(), 30.0);
+    let later = drive.session.stage.ticks();
+    assert_eq!(drive.session.stage.step_hz(), 30.0);
     assert_eq!(in_a_second(&mut drive), 30);
     for (tick, rate) in [(100, 120.0), (later + 10, 30.0), (50, 120.0)] {
         drive.session.seek(tick);
-        assert_eq!((drive.session.ticks(), drive.session.step_hz()), (tick, rate));
+        assert_eq!((drive.session.stage.ticks(), drive.session.stage.step_hz()), (tick, rate));
     }
     drive.press("P");
     assert_eq!(in_a_second(&mut drive), 120);
@@ -125,7 +125,14 @@ fn ghosts_start_where_the_run_has_gone_back_to() {
     drive.press("T");
     go(&mut drive, 20..30);
     drive.session.seek(15);
-    assert!(drive.session.ghosts().iter().all(|row| row.rms.is_none_or(|rms| rms < 1e-12)));
+    assert!(
+        drive
+            .session
+            .tools
+            .ghosts(&drive.session.stage)
+            .iter()
+            .all(|row| row.rms.is_none_or(|rms| rms < 1e-12))
+    );
 }
 
 #[test]
@@ -134,31 +141,31 @@ fn a_fault_goes_back_to_the_last_good_tick_pauses_and_selects_and_going_on_goes_
     go(&mut drive, 0..20);
     let good = drive.hash();
     drive.frame(1.0 / 60.0, [push("second", [f64::NAN, 0.0, 0.0])]);
-    assert!(drive.session.paused());
-    assert_eq!((drive.session.ticks(), drive.hash()), (20, good));
+    assert!(drive.session.stage.paused());
+    assert_eq!((drive.session.stage.ticks(), drive.hash()), (20, good));
     assert_eq!(drive.selected().as_deref(), Some("second"));
-    assert_eq!(drive.session.quarantined(), []);
-    let fault = drive.session.fault().unwrap().clone();
+    assert_eq!(drive.session.stage.quarantined(), []);
+    let fault = drive.session.stage.fault().unwrap().clone();
     assert_eq!(fault.tick, 21);
     // Looking ahead shows it; the bundle holds it.
-    let bundle = drive.session.bundle(None).unwrap();
+    let bundle = drive.session.stage.bundle(None).unwrap();
     assert_eq!(bundle.manifest.fault.as_ref().unwrap().body.as_deref(), Some("second"));
     assert_eq!((bundle.manifest.snapshot_tick, bundle.manifest.end_tick), (0, 21));
     assert_eq!(Bundle::read(&bundle.write().unwrap()).unwrap().manifest, bundle.manifest);
     drive.session.seek(21);
-    assert!(drive.session.world().get::<motion::Quarantined>(drive.entity("second")).is_some());
+    assert!(drive.session.stage.world().get::<motion::Quarantined>(drive.entity("second")).is_some());
     drive.session.seek(20);
     // Going on drops the push, and with it the fault.
     drive.press("P").frames(5);
-    assert!(drive.session.fault().is_none() && drive.session.quarantined().is_empty());
-    assert_eq!(drive.session.ticks(), 25);
+    assert!(drive.session.stage.fault().is_none() && drive.session.stage.quarantined().is_empty());
+    assert_eq!(drive.session.stage.ticks(), 25);
 }
 
 #[test]
 fn who_is_frozen_between_two_ticks_is_so_at_once_and_gone_back_from_after_the_next() {
     let nan = change("ball", scene::Action::SetVelocity, [f64::NAN, 0.0, 0.0]);
     let frozen = |drive: &Drive| -> Vec<(String, u64)> {
-        drive.session.quarantined().iter().map(|frozen| (frozen.body.clone(), frozen.tick)).collect()
+        drive.session.stage.quarantined().iter().map(|frozen| (frozen.body.clone(), frozen.tick)).collect()
     };
     let ball = [("ball".to_owned(), 21)];
     for records in [false, true] {
@@ -168,10 +175,14 @@ fn who_is_frozen_between_two_ticks_is_so_at_once_and_gone_back_from_after_the_ne
         assert_eq!(frozen(&drive), ball);
         drive.press("P").frames(5);
         if records {
-            assert!(drive.session.paused() && drive.session.ticks() == 20 && frozen(&drive).is_empty());
-            assert_eq!(drive.session.all_quarantined().len(), 1);
+            assert!(
+                drive.session.stage.paused()
+                    && drive.session.stage.ticks() == 20
+                    && frozen(&drive).is_empty()
+            );
+            assert_eq!(drive.session.stage.all_quarantined().len(), 1);
             drive.press("P").frames(5);
-            assert!(drive.session.all_quarantined().is_empty());
+            assert!(drive.session.stage.all_quarantined().is_empty());
         } else {
             assert_eq!(frozen(&drive), ball);
         }
@@ -182,12 +193,12 @@ fn who_is_frozen_between_two_ticks_is_so_at_once_and_gone_back_from_after_the_ne
 fn a_session_that_records_is_the_same_session() {
     let (mut plain, mut recorded) = (Drive::of(mixed()), recording());
     assert_eq!(go(&mut plain, 0..40), go(&mut recorded, 0..40));
-    assert_eq!(plain.session.evaluations(), recorded.session.evaluations());
-    let gravity = |drive: &Drive| drive.session.world().resource::<Gravity>().on;
+    assert_eq!(plain.session.stage.evaluations(), recorded.session.stage.evaluations());
+    let gravity = |drive: &Drive| drive.session.stage.world().resource::<Gravity>().on;
     assert_eq!(gravity(&plain), gravity(&recorded));
     assert_eq!(plain.x("ball") - recorded.x("ball"), DVec3::ZERO);
     // Without a timeline there is nothing to go back to.
     let hash = plain.hash();
     plain.press(",");
-    assert_eq!((plain.hash(), plain.session.fault()), (hash, None));
+    assert_eq!((plain.hash(), plain.session.stage.fault()), (hash, None));
 }

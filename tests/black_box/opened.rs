@@ -2,7 +2,7 @@
 
 use history::Bundle;
 use motion::Substeps;
-use motion::clock::FrameClock;
+use sandbox::clock::FrameClock;
 use sandbox::input::Input;
 use sandbox::report::state_hash;
 use sandbox::{Options, Repetition, Session};
@@ -28,24 +28,24 @@ fn recorded() -> (Drive, Vec<u64>) {
 #[test]
 fn an_opened_bundle_has_every_tick_of_its_run_and_repeats_it_until_its_end() {
     let (mut then, hashes) = recorded();
-    let bundle = then.session.bundle(None).unwrap();
+    let bundle = then.session.stage.bundle(None).unwrap();
     let later = go(&mut then, 60..90);
     for interpolate in [true, false] {
         let (mut drive, repetition) = reopened(&bundle, interpolate);
         assert!(repetition.same() && repetition.fault.is_none(), "{repetition:?}");
-        assert!(drive.session.paused() && drive.session.records());
-        assert_eq!((drive.session.ticks(), drive.hash()), (60, hashes[59]));
+        assert!(drive.session.stage.paused() && drive.session.stage.records());
+        assert_eq!((drive.session.stage.ticks(), drive.hash()), (60, hashes[59]));
         for tick in (50..60).rev() {
             drive.press(",");
-            assert_eq!((drive.session.ticks(), drive.hash()), (tick, hashes[tick as usize - 1]));
+            assert_eq!((drive.session.stage.ticks(), drive.hash()), (tick, hashes[tick as usize - 1]));
         }
         drive.session.seek(0);
         drive.press("P");
         for hash in &hashes {
             drive.frame(1.0 / 60.0, []);
-            assert_eq!(drive.hash(), *hash, "tick {}", drive.session.ticks());
+            assert_eq!(drive.hash(), *hash, "tick {}", drive.session.stage.ticks());
         }
-        let again = drive.session.bundle(None).unwrap();
+        let again = drive.session.stage.bundle(None).unwrap();
         assert_eq!(
             (&again.manifest, &again.events),
             (&bundle.manifest, &bundle.events),
@@ -55,7 +55,7 @@ fn an_opened_bundle_has_every_tick_of_its_run_and_repeats_it_until_its_end() {
         assert_eq!(go(&mut drive, 60..90), later);
         drive.session.seek(75);
         assert_eq!(drive.hash(), later[14]);
-        let again = drive.session.bundle(None).unwrap();
+        let again = drive.session.stage.bundle(None).unwrap();
         assert_eq!((again.manifest.snapshot_tick, again.manifest.end_tick), (0, 90));
         assert!(reopened(&again, interpolate).1.same());
     }
@@ -68,7 +68,7 @@ fn a_bundle_of_the_last_minute_of_a_longer_run_with_inputs_repeats_it() {
         let along = if tick % 2 == 0 { 0.5 } else { -0.5 };
         drive.frame(1.0 / 60.0, [push("ball", [along, 0.0, 0.0])]);
     }
-    let bundle = drive.session.bundle(None).unwrap();
+    let bundle = drive.session.stage.bundle(None).unwrap();
     assert!(bundle.manifest.snapshot_tick > 0, "nothing was dropped");
     let (again, repetition) = reopened(&bundle, false);
     assert!(repetition.same(), "{repetition:?}");
@@ -78,35 +78,35 @@ fn a_bundle_of_the_last_minute_of_a_longer_run_with_inputs_repeats_it() {
 #[test]
 fn counts_of_evaluations_are_repeated_too() {
     let (then, _) = recorded();
-    let (mut drive, _) = reopened(&then.session.bundle(None).unwrap(), true);
-    assert_eq!(drive.session.evaluations(), then.session.evaluations());
+    let (mut drive, _) = reopened(&then.session.stage.bundle(None).unwrap(), true);
+    assert_eq!(drive.session.stage.evaluations(), then.session.stage.evaluations());
     drive.session.seek(10);
     drive.press("P").frames(50);
-    assert_eq!(drive.session.evaluations(), then.session.evaluations());
+    assert_eq!(drive.session.stage.evaluations(), then.session.stage.evaluations());
 }
 
 #[test]
 fn what_is_done_by_hand_drops_what_came_after() {
     let (then, hashes) = recorded();
-    let (mut drive, _) = reopened(&then.session.bundle(None).unwrap(), true);
+    let (mut drive, _) = reopened(&then.session.stage.bundle(None).unwrap(), true);
     drive.session.seek(20);
     drive.press("P").frames(5);
     assert_eq!(drive.hash(), hashes[24]);
     drive.frame(1.0 / 60.0, [push("second", [0.0, 50.0, 0.0])]);
     assert_ne!(drive.hash(), hashes[25]);
     drive.session.seek(60);
-    assert_eq!(drive.session.ticks(), 26, "the rest is gone");
+    assert_eq!(drive.session.stage.ticks(), 26, "the rest is gone");
     drive.session.seek(25);
     assert_eq!(drive.hash(), hashes[24]);
 
     // A change between two ticks, and another method.
     for key in ["G", "I"] {
-        let (mut drive, _) = reopened(&then.session.bundle(None).unwrap(), true);
+        let (mut drive, _) = reopened(&then.session.stage.bundle(None).unwrap(), true);
         drive.session.seek(20);
         drive.press(key).press(".");
         drive.session.seek(60);
-        assert_eq!(drive.session.ticks(), 21, "{key}");
-        assert!(reopened(&drive.session.bundle(None).unwrap(), true).1.same(), "{key}");
+        assert_eq!(drive.session.stage.ticks(), 21, "{key}");
+        assert!(reopened(&drive.session.stage.bundle(None).unwrap(), true).1.same(), "{key}");
     }
 }
 
@@ -116,23 +116,23 @@ fn a_fault_is_met_again_and_gone_through_to_the_same_end() {
     let (mut drive, repetition) = reopened(&bundle, true);
     assert!(repetition.same(), "{repetition:?}");
     assert_eq!(repetition.fault, bundle.manifest.fault);
-    let fault = drive.session.fault().unwrap().clone();
-    assert_eq!(Some(fault.named(&drive.session.scene().names)), bundle.manifest.fault);
-    assert_eq!(drive.session.quarantined().len(), 1);
+    let fault = drive.session.stage.fault().unwrap().clone();
+    assert_eq!(Some(fault.named(&drive.session.stage.scene().names)), bundle.manifest.fault);
+    assert_eq!(drive.session.stage.quarantined().len(), 1);
     drive.session.rewind_before_fault();
     for _ in 0..2 {
-        assert_eq!((drive.session.ticks(), drive.hash()), (20, hashes[19]));
-        assert!(drive.session.paused() && drive.session.quarantined().is_empty());
+        assert_eq!((drive.session.stage.ticks(), drive.hash()), (20, hashes[19]));
+        assert!(drive.session.stage.paused() && drive.session.stage.quarantined().is_empty());
         assert_eq!(drive.selected().as_deref(), Some("second"));
         // It is met once; after that it is known.
         drive.press("P").frame(1.0 / 60.0, []);
     }
-    assert_eq!(drive.session.ticks(), 21);
+    assert_eq!(drive.session.stage.ticks(), 21);
     assert_eq!(format!("{:016x}", drive.hash()), bundle.manifest.end_state_hash);
-    assert_eq!(drive.session.quarantined()[0].body, "second");
-    assert_eq!(drive.session.fault(), Some(&fault));
+    assert_eq!(drive.session.stage.quarantined()[0].body, "second");
+    assert_eq!(drive.session.stage.fault(), Some(&fault));
     drive.press(",").press(",");
-    assert_eq!((drive.session.ticks(), drive.hash()), (19, hashes[18]));
+    assert_eq!((drive.session.stage.ticks(), drive.hash()), (19, hashes[18]));
 }
 
 #[test]
@@ -140,49 +140,49 @@ fn energy_out_of_nowhere_stops_a_session_at_the_last_good_tick_and_its_bundle_me
     let mut drive = Drive::text(super::program::STIFF).recording();
     let start = drive.hash();
     drive.run(10, 0.01);
-    assert!(drive.session.paused() && drive.session.ledger().is_none());
-    let fault = drive.session.fault().unwrap().clone();
-    assert_eq!((drive.session.ticks(), fault.tick, drive.hash()), (0, 1, start));
+    assert!(drive.session.stage.paused() && drive.session.tools.ledger().is_none());
+    let fault = drive.session.stage.fault().unwrap().clone();
+    assert_eq!((drive.session.stage.ticks(), fault.tick, drive.hash()), (0, 1, start));
     assert_eq!(drive.selected().as_deref(), Some("ball"));
-    let (mut again, repetition) = reopened(&drive.session.bundle(None).unwrap(), true);
+    let (mut again, repetition) = reopened(&drive.session.stage.bundle(None).unwrap(), true);
     assert!(repetition.same(), "{repetition:?}");
     again.session.rewind_before_fault();
     again.press("P").run(10, 0.01);
-    assert_eq!((again.session.ticks(), again.session.fault()), (0, Some(&fault)));
+    assert_eq!((again.session.stage.ticks(), again.session.stage.fault()), (0, Some(&fault)));
     // Going on goes through it, and it stays known.
     again.press("P").run(10, 0.01);
-    assert_eq!((again.session.ticks(), again.session.fault()), (10, Some(&fault)));
+    assert_eq!((again.session.stage.ticks(), again.session.stage.fault()), (10, Some(&fault)));
 }
 
 #[test]
 fn a_fault_in_the_same_tick_after_something_else_was_done_is_another_one() {
     let mut drive = Drive::text(super::program::STIFF).recording();
     drive.run(10, 0.01);
-    assert_eq!(drive.session.ticks(), 0);
+    assert_eq!(drive.session.stage.ticks(), 0);
     // Another method that explodes, and a push.
     for events in [tap("Shift+I").to_vec(), vec![push("ball", [0.0, 1.0, 0.0])]] {
         drive.give(events).press("P").run(10, 0.01);
-        assert!(drive.session.paused());
-        assert_eq!((drive.session.ticks(), drive.session.fault().unwrap().tick), (0, 1));
+        assert!(drive.session.stage.paused());
+        assert_eq!((drive.session.stage.ticks(), drive.session.stage.fault().unwrap().tick), (0, 1));
     }
     drive.press("P").run(10, 0.01);
-    assert_eq!(drive.session.ticks(), 10);
+    assert_eq!(drive.session.stage.ticks(), 10);
 }
 
 #[test]
 fn the_first_fault_of_a_scene_is_saved_by_itself_where_that_was_asked_for() {
-    let saves = |drive: &mut Drive| drive.session.take_orders() == [sandbox::Order::Bundle];
+    let saves = |drive: &mut Drive| drive.session.stage.take_orders() == [sandbox::Order::Bundle];
     let mut drive = Drive::text(super::program::STIFF).recording();
-    drive.session.save_faults();
-    assert!(saves(drive.run(10, 0.01)) && drive.session.paused());
-    let bundle = drive.session.bundle(None).unwrap();
+    drive.session.stage.save_faults();
+    assert!(saves(drive.run(10, 0.01)) && drive.session.stage.paused());
+    let bundle = drive.session.stage.bundle(None).unwrap();
     assert_eq!(bundle.manifest.fault.as_ref().unwrap().tick, 1);
     // The next one is for the person to save, and one that is looked at is in a file.
-    assert!(!saves(drive.press("F1").press("P").run(10, 0.01)) && drive.session.paused());
+    assert!(!saves(drive.press("F1").press("P").run(10, 0.01)) && drive.session.stage.paused());
     let (mut again, _) = reopened(&bundle, true);
-    again.session.save_faults();
+    again.session.stage.save_faults();
     again.session.rewind_before_fault();
-    assert!(!saves(again.press("P").run(10, 0.01)) && again.session.paused());
+    assert!(!saves(again.press("P").run(10, 0.01)) && again.session.stage.paused());
 }
 
 /// A thrown ball, one tick per frame.
@@ -199,11 +199,11 @@ fn steps_of_frames_are_repeated_with_their_own_lengths() {
     });
     let mut steady = thrown();
     assert_ne!(steady.run(40, 0.02).hash(), then.hash(), "the lengths of steps change nothing");
-    let (mut drive, repetition) = reopened(&then.session.bundle(None).unwrap(), true);
+    let (mut drive, repetition) = reopened(&then.session.stage.bundle(None).unwrap(), true);
     assert!(repetition.same(), "{repetition:?}");
     drive.session.seek(5);
     drive.press("P").run(35, 0.02);
-    assert_eq!((drive.session.ticks(), state_hash(&drive.session)), (40, then.hash()));
+    assert_eq!((drive.session.stage.ticks(), state_hash(&drive.session.stage)), (40, then.hash()));
 }
 
 /// The last step before and the first step after going back have the same length, which differs from that in between.
@@ -213,11 +213,11 @@ fn a_bundle_made_after_going_back_repeats_the_steps_that_were_taken_then() {
     drive.run(3, 0.01).frame(0.02, []);
     drive.session.seek(3);
     drive.press("P").frame(0.02, []);
-    let (again, repetition) = reopened(&drive.session.bundle(None).unwrap(), false);
+    let (again, repetition) = reopened(&drive.session.stage.bundle(None).unwrap(), false);
     assert!(repetition.same(), "{repetition:?}");
-    assert_eq!((again.session.ticks(), again.hash()), (drive.session.ticks(), drive.hash()));
+    assert_eq!((again.session.stage.ticks(), again.hash()), (drive.session.stage.ticks(), drive.hash()));
     let mut straight = thrown();
-    straight.run(3, 0.01).run(u32::try_from(drive.session.ticks()).unwrap() - 3, 0.02);
+    straight.run(3, 0.01).run(u32::try_from(drive.session.stage.ticks()).unwrap() - 3, 0.02);
     assert_eq!(drive.hash(), straight.hash());
 }
 
@@ -230,7 +230,7 @@ fn going_back_brings_back_the_substeps_of_then() {
     hashes.extend(go(&mut drive, 20..40));
     for tick in [10, 20, 30, 40] {
         drive.session.seek(tick);
-        let now = drive.session.world().resource::<Substeps>().0;
+        let now = drive.session.stage.world().resource::<Substeps>().0;
         assert_eq!((now == 7, drive.hash()), (tick > 20, hashes[tick as usize - 1]), "tick {tick}");
     }
     // And from there on.
@@ -245,20 +245,20 @@ fn going_back_brings_back_the_substeps_of_then() {
 #[test]
 fn a_reset_of_an_opened_bundle_is_its_scene_from_the_start() {
     let (mut then, hashes) = recorded();
-    let (mut drive, _) = reopened(&then.session.bundle(None).unwrap(), true);
+    let (mut drive, _) = reopened(&then.session.stage.bundle(None).unwrap(), true);
     then.press("F1");
     drive.press("F1").press("P");
     assert_ne!(drive.hash(), hashes[59]);
     assert_eq!(go(&mut drive, 0..10), go(&mut then, 0..10));
-    assert_eq!(drive.session.ticks(), 70);
+    assert_eq!(drive.session.stage.ticks(), 70);
     drive.session.seek(0);
-    assert_eq!(drive.session.ticks(), 60, "its timeline is a new one");
+    assert_eq!(drive.session.stage.ticks(), 60, "its timeline is a new one");
 }
 
 #[test]
 fn what_comes_out_otherwise_is_said() {
     let (then, _) = recorded();
-    let mut bundle = then.session.bundle(None).unwrap();
+    let mut bundle = then.session.stage.bundle(None).unwrap();
     bundle.manifest.keyframes[1].state_hash = "0".repeat(16);
     bundle.manifest.fault =
         Some(history::FaultEntry { tick: 9, body: None, what: "something else".to_owned() });

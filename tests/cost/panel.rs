@@ -13,7 +13,7 @@ fn studied(scene: &str) -> Drive {
     drive.press("Q").press("C");
     for _ in 0..100_000 {
         drive.frame(0.05, []);
-        if drive.session.cost_progress() == 1.0 {
+        if drive.session.tools.cost_progress() == 1.0 {
             return drive;
         }
     }
@@ -29,7 +29,7 @@ fn found(study: &Study) -> Study {
 #[test]
 fn the_panel_finds_what_a_study_of_the_scene_finds() {
     let drive = studied("orbit");
-    let panel = drive.session.cost_study().unwrap();
+    let panel = drive.session.tools.cost_study().unwrap();
     let bench = super::studied(Subject::of_scene(scene::load("orbit").unwrap(), None), Plan::live());
     // Rungs are what there was time for.
     let same = |cells: &[Cell]| {
@@ -38,13 +38,13 @@ fn the_panel_finds_what_a_study_of_the_scene_finds() {
     let (panel, alone) = (found(panel), found(bench.study()));
     assert_eq!(same(&panel.cells), same(&alone.cells));
     assert_eq!((panel.truth, panel.simulated_s), (alone.truth, alone.simulated_s));
-    assert!(drive.session.cost_study().unwrap().cells.iter().any(|cell| cell.time.is_some()));
+    assert!(drive.session.tools.cost_study().unwrap().cells.iter().any(|cell| cell.time.is_some()));
 }
 
 #[test]
 fn the_panel_and_the_command_line_agree() {
     let drive = studied("orbit");
-    let panel = drive.session.cost_study().unwrap();
+    let panel = drive.session.tools.cost_study().unwrap();
     let line = format!("cost orbit --quick --format json --seconds {}", panel.simulated_s);
     let report: Report = serde_json::from_str(&sandbox(".", &line).fine()).unwrap();
     let line = &report.studies[0];
@@ -69,18 +69,18 @@ fn the_panel_and_the_command_line_agree() {
 #[test]
 fn a_click_on_a_dot_takes_its_setting() {
     let mut drive = studied("orbit");
-    let before = drive.session.setting();
+    let before = drive.session.stage.setting();
     for y in (300..700).step_by(10) {
         for x in (850..1270).step_by(10) {
             drive.click(Button::Left, DVec2::new(f64::from(x), f64::from(y))).frame(0.0, []);
-            let now = drive.session.setting();
+            let now = drive.session.stage.setting();
             if now != before {
-                let study = drive.session.cost_study().unwrap();
+                let study = drive.session.tools.cost_study().unwrap();
                 assert!(study.cells.iter().any(|cell| cell.setting == now), "{now}");
-                assert_eq!(drive.session.stepper().method(), now.method);
+                assert_eq!(drive.session.stage.stepper().method(), now.method);
                 // It stays over a reset.
                 drive.press("F1").ticks(2);
-                assert_eq!(drive.session.setting(), now);
+                assert_eq!(drive.session.stage.setting(), now);
                 return;
             }
         }
@@ -92,11 +92,11 @@ fn a_click_on_a_dot_takes_its_setting() {
 fn a_closed_panel_measures_nothing() {
     let mut drive = Drive::shipped("orbit");
     drive.run(10, 0.05);
-    assert!(drive.session.cost_study().is_none());
+    assert!(drive.session.tools.cost_study().is_none());
     drive.press("C").run(3, 0.05).press("C");
-    let (progress, hash) = (drive.session.cost_progress(), drive.hash());
+    let (progress, hash) = (drive.session.tools.cost_progress(), drive.hash());
     drive.run(10, 0.0);
-    assert_eq!((drive.session.cost_progress(), drive.hash()), (progress, hash));
+    assert_eq!((drive.session.tools.cost_progress(), drive.hash()), (progress, hash));
 
     // Studying changes no bit of the run.
     let mut plain = Drive::shipped("orbit");

@@ -167,12 +167,16 @@ fn a_run_without_an_effect_is_that_of_a_scene_without_it() {
 fn the_panel_switches_says_by_whom_and_keeps_off_what_is_off_over_a_reset() {
     let mut drive = Drive::of(scene());
     drive.press("E").ticks(3);
-    let because =
-        |drive: &mut Drive, name: &str| row(&drive.session.receipt(), name).because.clone().unwrap();
+    let because = |drive: &mut Drive, name: &str| {
+        row(&drive.session.tools.receipt(&mut drive.session.stage, &drive.session.view), name)
+            .because
+            .clone()
+            .unwrap()
+    };
     assert_eq!(because(&mut drive, "drag"), "drag, line 1");
     drive.press("G");
-    drive.session.switch_effect(Effect::Drag, false, SwitchedBy::Panel).unwrap();
-    drive.session.switch_effect(Effect::SpeedLimits, false, SwitchedBy::Script).unwrap();
+    drive.session.stage.switch_effect(Effect::Drag, false, SwitchedBy::Panel).unwrap();
+    drive.session.stage.switch_effect(Effect::SpeedLimits, false, SwitchedBy::Script).unwrap();
     for (name, by) in [
         ("gravity", "switched by G"),
         ("drag", "switched in the panel"),
@@ -180,33 +184,36 @@ fn the_panel_switches_says_by_whom_and_keeps_off_what_is_off_over_a_reset() {
     ] {
         assert_eq!(because(&mut drive, name), by);
     }
-    assert!(drive.session.switch_effect(Effect::Thrusts, true, SwitchedBy::Panel).is_err());
+    assert!(drive.session.stage.switch_effect(Effect::Thrusts, true, SwitchedBy::Panel).is_err());
     drive.press("F1").ticks(2);
     let states = |drive: &mut Drive| {
-        Effect::ALL.map(|effect| motion::effects::state(drive.session.world_mut(), effect))
+        Effect::ALL.map(|effect| motion::effects::state(drive.session.stage.world_mut(), effect))
     };
     let off = states(&mut drive).iter().filter(|state| **state == EffectState::Off).count();
     assert_eq!(off, 3);
-    assert!(!drive.session.world().resource::<Gravity>().on);
-    drive.session.switch_effect(Effect::Drag, true, SwitchedBy::Panel).unwrap();
+    assert!(!drive.session.stage.world().resource::<Gravity>().on);
+    drive.session.stage.switch_effect(Effect::Drag, true, SwitchedBy::Panel).unwrap();
     drive.ticks(5);
-    assert_eq!(row(&drive.session.receipt(), "drag").evaluations, 12.0);
-    assert_ne!(report::state_hash(&drive.session), 0);
+    assert_eq!(
+        row(&drive.session.tools.receipt(&mut drive.session.stage, &drive.session.view), "drag").evaluations,
+        12.0
+    );
+    assert_ne!(report::state_hash(&drive.session.stage), 0);
 }
 
 #[test]
 fn a_session_with_pictures_lists_what_pictures_need() {
     let mut drive = Drive::of(scene());
     drive.press("1").ticks(2);
-    let rows = drive.session.receipt();
+    let rows = drive.session.tools.receipt(&mut drive.session.stage, &drive.session.view);
     let names: Vec<_> = rows.iter().skip(Effect::ALL.len() + 3).map(|row| row.name).collect();
     assert_eq!(names, ["interpolation", "picking", "shadows", "arrows", "timeline", "energy_watch"]);
     assert_eq!(row(&rows, "interpolation").bodies, 3);
     assert_eq!((row(&rows, "arrows").state, row(&rows, "arrows").bodies), (EffectState::On, 3));
     let state = |rows: &[Row]| ["timeline", "energy_watch"].map(|name| row(rows, name).state);
     assert_eq!(state(&rows), [EffectState::Off; 2]);
-    drive.session.keep_timeline();
-    let rows = drive.session.receipt();
+    drive.session.stage.keep_timeline();
+    let rows = drive.session.tools.receipt(&mut drive.session.stage, &drive.session.view);
     assert_eq!(state(&rows), [EffectState::On; 2]);
     let watch = row(&rows, "energy_watch");
     assert!(watch.bodies == 3 && watch.bytes > 0 && watch.ns.is_none(), "{watch:?}");

@@ -42,7 +42,8 @@ fn is_green([red, green, ..]: [f32; 4]) -> bool {
 }
 
 fn size(session: &Session) -> f64 {
-    let positions = session.things().filter_map(|thing| session.world().get::<motion::Transform>(thing));
+    let positions =
+        session.stage.things().filter_map(|thing| session.stage.world().get::<motion::Transform>(thing));
     positions.map(|at| at.position.length()).fold(0.0, f64::max)
 }
 
@@ -51,7 +52,7 @@ fn a_spring_turns_red_before_the_run_diverges() {
     // Two weights of 1 kg: w² = 2 k; the limit is w = 120 / s.
     let mut film = hung(1.15 * 7200.0);
     film.press("V").frames(1);
-    let rows = film.session.shown_forecast().unwrap();
+    let rows = film.session.tools.shown_forecast().unwrap();
     assert!(rows[0].margin.is_unstable && rows[0].element == "spring w2 - w3", "{rows:?}");
     assert!(size(&film.session) < 5.0, "it is still where it was");
     let seen = colors(&film.session.picture());
@@ -63,7 +64,7 @@ fn a_spring_turns_red_before_the_run_diverges() {
 
     let mut calm = hung(0.2 * 7200.0);
     calm.press("V").frames(60);
-    assert!(!calm.session.shown_forecast().unwrap()[0].margin.is_unstable);
+    assert!(!calm.session.tools.shown_forecast().unwrap()[0].margin.is_unstable);
     assert!(colors(&calm.session.picture()).into_iter().all(|color| !is_red(color)));
     assert!(size(&calm.session) < 5.0);
 }
@@ -73,33 +74,33 @@ fn a_spring_that_is_faster_than_every_number_is_red() {
     let mut film = hung(1e308);
     film.press("P").press("V").frames(1);
     let seen = colors(&film.session.picture());
-    assert!(is_red(seen[2]), "{seen:?}: {:?}", film.session.shown_forecast());
+    assert!(is_red(seen[2]), "{seen:?}: {:?}", film.session.tools.shown_forecast());
 }
 
 #[test]
 fn the_panel_follows_the_method_and_forgets_when_it_is_closed() {
     let mut film = hung(1.15 * 7200.0);
     film.frames(1);
-    assert!(film.session.shown_forecast().is_none());
+    assert!(film.session.tools.shown_forecast().is_none());
     film.press("V").frames(1);
-    let now = |film: &Film| film.session.shown_forecast().unwrap()[0].clone();
+    let now = |film: &Film| film.session.tools.shown_forecast().unwrap()[0].clone();
     assert_eq!(now(&film).cure, "needs 2 substeps, or implicit_euler");
     film.press("I").frames(1);
     assert_eq!(now(&film).margin.method, Method::ImplicitEuler);
     assert!(!now(&film).margin.is_unstable && now(&film).cure.is_empty());
     film.press("V").frames(1);
-    assert!(film.session.shown_forecast().is_none());
+    assert!(film.session.tools.shown_forecast().is_none());
 }
 
 #[test]
 fn the_open_panel_follows_a_changed_body_at_once() {
     let mut film = hung(1.15 * 7200.0);
     film.press("P").press("V").frames(2);
-    let worst = |film: &Film| film.session.shown_forecast().unwrap()[0].margin;
+    let worst = |film: &Film| film.session.tools.shown_forecast().unwrap()[0].margin;
     assert!(worst(&film).is_unstable);
     for end in ["w2", "w3"] {
-        let body = film.session.body(end).unwrap();
-        film.session.world_mut().resource_mut::<Requests>().ask(Request::SetInverseMass(body, 0.1));
+        let body = film.session.stage.body(end).unwrap();
+        film.session.stage.world_mut().resource_mut::<Requests>().ask(Request::SetInverseMass(body, 0.1));
     }
     film.frames(2);
     assert!(!worst(&film).is_unstable, "bodies of ten times the mass are slower");
@@ -110,7 +111,7 @@ fn the_open_panel_changes_no_bit_of_a_run() {
     let hash = |open: bool| {
         let mut film = Film::of(scene::load("flag").unwrap());
         film.press(if open { "V" } else { "1" }).frames(90);
-        sandbox::report::state_hash(&film.session)
+        sandbox::report::state_hash(&film.session.stage)
     };
     assert_eq!(hash(true), hash(false));
 }
@@ -133,7 +134,7 @@ fn no_shipped_scene_is_unstable_but_those_that_show_it() {
     let mut said = Vec::new();
     for shipped in scene::shipped() {
         let mut session = Session::new(shipped.load().unwrap(), sandbox::Options::default());
-        let rows = session.forecast_start(1.0 / 60.0);
+        let rows = session.tools.forecast_start(&mut session.stage, 1.0 / 60.0);
         said.extend(rows.iter().map(|row| format!("{}: {}", shipped.name, row.line())));
     }
     // It shows what explicit Euler makes of an orbit.

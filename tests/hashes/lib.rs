@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use history::Simulation;
-use motion::clock::FrameClock;
 use motion::{Gravity, Method, Request, TimeStep};
 use scene::{Scene, StepKind};
 
@@ -36,18 +35,17 @@ pub fn fps(scene: &Scene) -> f64 {
 pub struct Run {
     /// The scene as it is now.
     pub simulation: Simulation,
-    clock: FrameClock,
 }
 
 impl Run {
     /// Goes on with a simulation that was just made.
     pub fn of(simulation: Simulation) -> Self {
-        Self { simulation, clock: FrameClock::default() }
+        Self { simulation }
     }
 
     /// Simulates the ticks from number `from` on to number `to`.
     pub fn ticks(&mut self, from: u64, to: u64) {
-        let Self { simulation, clock } = self;
+        let Self { simulation } = self;
         let fps = fps(&simulation.scene);
         for tick in from..to {
             if tick == BEFORE_SWITCH
@@ -56,9 +54,7 @@ impl Run {
                 simulation.request(Request::SwitchGravity(!gravity.on));
             }
             if simulation.scene.step == StepKind::Frame {
-                let mut time = |tick: u64| clock.advance_to(tick as f64 / fps).expect("times ascend");
-                time(tick);
-                let length = time(tick + 1).length();
+                let length = (tick + 1) as f64 / fps - tick as f64 / fps;
                 simulation.world.insert_resource(TimeStep(length));
             }
             simulation.tick();

@@ -88,14 +88,14 @@ fn the_summary_has_books_where_they_were_asked_for_and_the_run_is_the_same() {
 #[test]
 fn the_panel_keeps_books_while_it_is_open_and_no_longer() {
     let mut drive = Drive::tutorial();
-    assert!(drive.ticks(3).session.ledger().is_none());
+    assert!(drive.ticks(3).session.tools.ledger().is_none());
     drive.press("G").press("B").ticks(60);
-    let ledger = drive.session.ledger().unwrap();
+    let ledger = drive.session.tools.ledger().unwrap();
     assert!((ledger.seconds() - 60.0 * H).abs() < 1e-12);
     // Semi-implicit Euler loses `m g² h² / 2` a tick and body; damping makes it a little less.
-    let bodies = motion::totals(drive.session.world_mut()).momentum.y / drive.v("player").y;
+    let bodies = motion::totals(drive.session.stage.world_mut()).momentum.y / drive.v("player").y;
     let lost = -bodies * 9.8 * 9.8 * H * H / 2.0 * 60.0;
-    let ledger = drive.session.ledger().unwrap();
+    let ledger = drive.session.tools.ledger().unwrap();
     let residual = ledger.since_opening().energy.residual;
     assert!((residual / lost - 1.0).abs() < 0.25, "{residual} J, about {lost} J");
     assert!(ledger.since_opening().energy.damping < 0.0);
@@ -103,9 +103,9 @@ fn the_panel_keeps_books_while_it_is_open_and_no_longer() {
     let before = ledger.since_opening().energy.interventions;
     assert_eq!(before, 0.0);
     drive.press("F1").ticks(1);
-    assert!(drive.session.ledger().unwrap().since_opening().energy.interventions.abs() > 1.0);
+    assert!(drive.session.tools.ledger().unwrap().since_opening().energy.interventions.abs() > 1.0);
     drive.press("Escape").ticks(1);
-    assert!(drive.session.ledger().is_none());
+    assert!(drive.session.tools.ledger().is_none());
 }
 
 #[test]
@@ -114,7 +114,7 @@ fn books_go_on_with_the_scene_that_is_opened() {
     drive.press("B").ticks(10);
     drive.session.open(scene::load("oscillator").unwrap());
     drive.ticks(12);
-    let ledger = drive.session.ledger().unwrap();
+    let ledger = drive.session.tools.ledger().unwrap();
     assert!((ledger.seconds() - 12.0 * H).abs() < 1e-9, "{}", ledger.seconds());
     assert!(ledger.energies().potential.iter().any(|(law, _)| *law == "springs"));
 }

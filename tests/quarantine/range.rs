@@ -155,7 +155,9 @@ fn the_range_of_a_scene_is_kept_through_the_program() {
     assert_eq!(scene.range, Some(Range { position: 5.0, ..Range::FINITE }));
     let mut drive = Drive::of(scene);
     drive.run(200, 0.01);
-    let [frozen] = drive.session.quarantined() else { panic!("{:?}", drive.session.quarantined()) };
+    let [frozen] = drive.session.stage.quarantined() else {
+        panic!("{:?}", drive.session.stage.quarantined())
+    };
     assert_eq!(
         (frozen.body.as_str(), frozen.cause.as_str(), frozen.component),
         ("runaway", "range", "Transform.position")

@@ -1,7 +1,7 @@
 //! Frame times that no clock should give, through a session and through the command line.
 
-use motion::clock::BadTime;
 use motion::{PhysicsBody, Transform};
+use sandbox::clock::BadTime;
 
 use crate::drive::Drive;
 use crate::harness::{folder, json, sandbox};
@@ -10,7 +10,7 @@ use crate::harness::{folder, json, sandbox};
 const FRAMES: [f64; 9] = [1.0 / 60.0, 0.0, 1e-9, 1.0, 0.0, 1.0 / 60.0, 1e-300, 100.0, 1.0 / 60.0];
 
 fn is_finite(drive: &Drive) -> bool {
-    drive.session.world().iter_entities().all(|entity| {
+    drive.session.stage.world().iter_entities().all(|entity| {
         entity.get::<Transform>().is_none_or(|at| at.position.is_finite())
             && entity.get::<PhysicsBody>().is_none_or(|body| body.velocity.is_finite())
     })
@@ -20,11 +20,11 @@ fn is_finite(drive: &Drive) -> bool {
 fn a_session_takes_any_frame_time_that_is_one() {
     let mut drive = Drive::tutorial();
     drive.press("G");
-    let (mut dropped, mut ticks) = (0.0, drive.session.ticks());
+    let (mut dropped, mut ticks) = (0.0, drive.session.stage.ticks());
     for length in FRAMES {
-        let (before, hash) = (drive.session.ticks(), drive.hash());
+        let (before, hash) = (drive.session.stage.ticks(), drive.hash());
         drive.frame(length, []);
-        let due = drive.session.ticks() - before;
+        let due = drive.session.stage.ticks() - before;
         ticks += due;
         // A quarter of a second at 120 Hz, and what it is not caught up with is told.
         assert!(due <= 30, "{length}: {due} ticks");
@@ -35,12 +35,16 @@ fn a_session_takes_any_frame_time_that_is_one() {
             dropped += length - 0.25;
             assert_eq!(due, 30, "{length}");
         }
-        assert!((drive.session.dropped() - dropped).abs() <= 1e-6, "{length}: {}", drive.session.dropped());
+        assert!(
+            (drive.session.stage.dropped() - dropped).abs() <= 1e-6,
+            "{length}: {}",
+            drive.session.stage.dropped()
+        );
     }
     // The state is that of as many ticks in a row.
     let mut plain = Drive::tutorial();
     plain.press("G");
-    while plain.session.ticks() < ticks {
+    while plain.session.stage.ticks() < ticks {
         plain.ticks(1);
     }
     assert_eq!(plain.hash(), drive.hash());
@@ -59,7 +63,7 @@ fn a_bad_frame_time_is_refused_before_it_reaches_a_session() {
         assert_eq!(drive.hash(), hash, "{length}");
     }
     drive.frame(1.0 / 60.0, []);
-    assert_eq!(drive.session.ticks(), 8);
+    assert_eq!(drive.session.stage.ticks(), 8);
 }
 
 /// None, next to none and a whole second are steps like others.
@@ -73,7 +77,7 @@ fn a_step_a_frame_survives_every_length() {
         if length == 0.0 {
             assert_eq!(drive.hash(), hash);
         }
-        assert!(is_finite(&drive) && drive.session.quarantined().is_empty(), "{length}");
+        assert!(is_finite(&drive) && drive.session.stage.quarantined().is_empty(), "{length}");
     }
 }
 

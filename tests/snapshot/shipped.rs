@@ -56,6 +56,6 @@ fn a_snapshot_has_the_hash_that_summaries_have() {
     for name in ["tutorial", "flag", "fountain"] {
         let scene = scene::load(name).unwrap();
         let session = Session::new(scene.clone(), Options::default());
-        assert_eq!(Simulation::new(scene).snapshot().state_hash(), state_hash(&session), "{name}");
+        assert_eq!(Simulation::new(scene).snapshot().state_hash(), state_hash(&session.stage), "{name}");
     }
 }

@@ -83,7 +83,7 @@ fn opens(bundle: &Bundle) {
     match Session::of_bundle(bundle, "any", options, &mut |_| ()) {
         Ok((mut session, _)) => {
             session.rewind_before_fault();
-            assert!(session.bundle(None).is_some(), "what was opened can be saved");
+            assert!(session.stage.bundle(None).is_some(), "what was opened can be saved");
         }
         Err(failure) => assert!(!failure.to_string().trim().is_empty(), "an error without words"),
     }

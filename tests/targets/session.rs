@@ -6,10 +6,10 @@ use std::ops::ControlFlow;
 
 use arbitrary::{Result, Unstructured};
 use history::{Bundle, Rerun, TIMELINE_BYTES};
-use motion::clock::FrameClock;
 use motion::effects::Effect;
 use motion::{Method, PhysicsBody, Transform};
 use sandbox::actions::BINDINGS;
+use sandbox::clock::FrameClock;
 use sandbox::input::InputFrame;
 use sandbox::player::Player;
 use sandbox::report::{Summary, state_hash};
@@ -58,11 +58,11 @@ pub fn session(bytes: &[u8]) {
     let options = Options { pictures: false, interpolate, ..Options::default() };
     let mut session = Session::new(scene, options);
     session.play(player);
-    session.limit_ticks(TICKS);
+    session.stage.limit_ticks(TICKS);
     if u.ratio(1, 2).unwrap_or(false) {
-        session.keep_timeline();
+        session.stage.keep_timeline();
     }
-    let start = Summary::start(&mut session);
+    let start = Summary::start(&mut session.stage);
     let mut clock = FrameClock::default();
     for _ in 0..FRAMES {
         let Ok(length) = u.choose(FRAME_TIMES) else { return };
@@ -77,21 +77,21 @@ pub fn session(bytes: &[u8]) {
             patience = patience.saturating_sub(1);
             if patience == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
-        session.take_orders();
-        for thing in session.things() {
-            let position = session.world().get::<Transform>(thing).map(|transform| transform.position);
-            let body = session.world().get::<PhysicsBody>(thing);
+        session.stage.take_orders();
+        for thing in session.stage.things() {
+            let position = session.stage.world().get::<Transform>(thing).map(|transform| transform.position);
+            let body = session.stage.world().get::<PhysicsBody>(thing);
             let finite =
                 position.is_none_or(|x| x.is_finite()) && body.is_none_or(|body| body.velocity.is_finite());
-            assert!(finite, "{}: {position:?} {body:?}\n{text}", session.name(thing));
+            assert!(finite, "{}: {position:?} {body:?}\n{text}", session.stage.name(thing));
         }
     }
-    if session.records() {
-        let bundle = session.bundle(None).expect("a recorded run comes out the same");
+    if session.stage.records() {
+        let bundle = session.stage.bundle(None).expect("a recorded run comes out the same");
         replay(&bundle);
     }
     session.picture();
-    let _ = state_hash(&session);
+    let _ = state_hash(&session.stage);
     let summary = Summary::of(&mut session, start, 0, None);
     assert!(!summary.to_json().is_empty() && !summary.to_table().is_empty());
 }

@@ -83,11 +83,9 @@ pub mod prelude {
     };
 }
 
-/// The clocks of frames and ticks.
+/// The clock of ticks.
 pub mod clock {
-    pub use crate::state::clock::{
-        BadTime, ClockState, Due, FrameClock, FrameTime, StepClock, TickClock, TimeStep,
-    };
+    pub use crate::state::clock::{ClockState, StepClock};
 }
 
 /// The effects of a scene, such as gravity, drag and springs, and the switch that turns them off and on.

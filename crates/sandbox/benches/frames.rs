@@ -5,8 +5,8 @@
 use std::time::Instant;
 
 use cpu_time::ProcessTime;
-use motion::clock::FrameClock;
 use render::{Gpu, OFFSCREEN_FORMAT, Offscreen, Quality, Renderer, wgpu};
+use sandbox::clock::FrameClock;
 use sandbox::input::{Input, InputFrame};
 use sandbox::{Options, Session};
 

@@ -1,16 +1,13 @@
-//! A session: a scene that runs, what a person or a script does to it, and its tools.
+//! A session: a stage, how it is looked at and its tools, and what a person or a script does to them.
 
 mod arrangement;
-mod camera;
-mod changes;
+pub(crate) mod bundle;
 mod cockpit;
-mod control;
-mod editing;
+mod focus;
+mod hands;
 mod held;
 mod layout;
-mod past;
 pub mod player;
-pub(crate) mod rerun;
 pub(crate) mod script;
 pub(crate) mod session;
 #[cfg(test)]

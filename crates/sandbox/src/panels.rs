@@ -52,6 +52,11 @@ macro_rules! panels {
 with_panels!(panels);
 
 impl Panel {
+    /// Whether it is open for a moment only: ghosts end with their scene, the others stand over it.
+    pub(crate) const fn is_passing(self) -> bool {
+        matches!(self, Self::Ghosts | Self::Help | Self::Finder)
+    }
+
     /// How it is named and opened.
     #[must_use]
     pub fn row(self) -> &'static PanelRow {

@@ -14,25 +14,181 @@ mod settings;
 mod timeline;
 pub(crate) mod tool;
 
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::clock::FrameTime;
+use bevy_ecs::entity::Entity;
+use lab::Row;
+use lab::cost::Study;
+use motion::Request;
+use motion::ledger::Ledger;
+
+use self::forecast::ForecastRow;
+use self::ghosts::GhostRow;
 use self::tool::Tool;
+use crate::intent::Intent;
 use crate::panels::{Panel, with_panels};
+use crate::stage::{SceneFile, Stage};
+use crate::view::View;
 
 /// Makes the struct of all tools from the list of panels.
 macro_rules! tools {
     ($($Tool:ident in $tool:ident: $name:literal, $key:tt, $title:literal, $what:literal;)*) => {
         /// The state of all tools of a scene.
         #[derive(Default)]
-        pub(crate) struct Tools {
-            $(pub $tool: $tool::$Tool,)*
+        pub struct Tools {
+            $(pub(crate) $tool: $tool::$Tool,)*
         }
 
         impl Tools {
             /// All of them, in the order of the rows.
-            pub fn each(&mut self) -> impl Iterator<Item = (Panel, &mut dyn Tool)> {
+            pub(crate) fn each(&mut self) -> impl Iterator<Item = (Panel, &mut dyn Tool)> {
                 [$((Panel::$Tool, &mut self.$tool as &mut dyn Tool),)*].into_iter()
+            }
+
+            /// Lets every tool go on with another scene, or with another text of the same one, `rewritten`.
+            pub(crate) fn next_scene(&mut self, rewritten: bool) {
+                $(self.$tool.next_scene(rewritten);)*
             }
         }
     };
 }
 
 with_panels!(tools);
+
+impl Tools {
+    /// Lets every tool see that requests were carried out.
+    pub(crate) fn after_requests(&mut self, requests: &[Request<u32>]) {
+        self.each().for_each(|(_, tool)| tool.after_requests(requests));
+    }
+
+    /// Hands an intent to the tool that it is for; the intents that follow from it. `None` if it is for none of them.
+    pub(crate) fn take(
+        &mut self,
+        intent: &Intent,
+        (stage, view): (&mut Stage, &View),
+        opened: &[Panel],
+    ) -> Option<Vec<Intent>> {
+        self.each().find_map(|(panel, tool)| tool.take(intent, stage, view, opened.contains(&panel)))
+    }
+
+    /// Hands a press of the left button to the open tool that it is for; the intents that follow. `None` if it is for none.
+    pub(crate) fn press(
+        &mut self,
+        stage: &Stage,
+        view: &mut View,
+        near_px: f64,
+        opened: &[Panel],
+    ) -> Option<Vec<Intent>> {
+        let mut open = self.each().filter(|(panel, _)| opened.contains(panel));
+        open.find_map(|(_, tool)| tool.press(stage, view, near_px))
+    }
+
+    /// A tick of the stage and its ghosts, entered if a ledger is kept; it is the `last` one of its frame, or not, and repeats
+    /// one that was recorded, or not.
+    pub(crate) fn tick(&mut self, stage: &mut Stage, last: bool, repeated: bool) {
+        self.each().for_each(|(_, tool)| tool.before_tick(stage, last));
+        stage.tick(repeated, self.ledger.kept_mut());
+        self.ledger.note(stage);
+    }
+
+    /// Lets every tool see the ticks of a frame, which are over.
+    pub(crate) fn after_ticks(&mut self, stage: &mut Stage, view: &View, opened: &[Panel], time: FrameTime) {
+        for (panel, tool) in self.each() {
+            tool.after_ticks(stage, view, opened.contains(&panel), time);
+        }
+        self.graphs.sample(stage, &self.ghosts, opened.contains(&Panel::Graphs));
+    }
+
+    /// How much of its limit a spring between two bodies takes, while that is shown.
+    pub(crate) fn spring_ratio(&self) -> Option<impl Fn([Entity; 2]) -> f64> {
+        let forecast = &self.forecast;
+        forecast.shown().map(|_| |ends| forecast.spring_ratio(ends).unwrap_or(0.0))
+    }
+
+    /// Whether the scene has changes that no file has.
+    pub(crate) fn has_unsaved_changes(&self, stage: &Stage) -> bool {
+        self.editor.is_unsaved(&stage.sim.scene)
+    }
+
+    /// Forgets changes of the scene.
+    pub(crate) fn discard_changes(&mut self) {
+        self.editor.next_scene(false);
+    }
+
+    /// Goes on with unsaved changes, and with the file that they were made in and what it has.
+    pub(crate) fn open_unsaved(&mut self, stage: &Stage, file: Option<(PathBuf, Arc<str>)>) {
+        self.editor.open_unsaved(stage, file);
+    }
+
+    /// Notes that the file has the text of the scene now.
+    pub fn saved_scene(&mut self, stage: &mut Stage, file: &SceneFile) {
+        self.editor.saved(stage, file);
+    }
+
+    /// The file that saving replaces, and what it had when it was opened or saved last.
+    #[must_use]
+    pub fn own_file(&self) -> Option<(PathBuf, Arc<str>)> {
+        self.editor.own_file()
+    }
+
+    /// Keeps a ledger of energy and momentum from the next frame on, whether its panel is open or not.
+    pub const fn keep_ledger(&mut self) {
+        self.ledger.always = true;
+    }
+
+    /// The ledger, if one is kept.
+    #[must_use]
+    pub fn ledger(&self) -> Option<&Ledger> {
+        self.ledger.kept()
+    }
+
+    /// What there is to say of every method and, last, of the reference; nothing while no ghosts are shown.
+    #[must_use]
+    pub fn ghosts(&self, stage: &Stage) -> Vec<GhostRow> {
+        self.ghosts.rows(stage)
+    }
+
+    /// How far everything is from instability as it is now, the worst first.
+    #[must_use]
+    pub fn forecast(stage: &mut Stage) -> Vec<ForecastRow> {
+        forecast::rows(stage)
+    }
+
+    /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the unstable rows for the summary;
+    /// tells and returns those whose growth would soon be seen.
+    pub fn forecast_start(&mut self, stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
+        self.forecast.begin(stage, frame)
+    }
+
+    /// The unstable rows of the forecast at the start of the scene.
+    #[must_use]
+    pub fn forecast_at_start(&self) -> &[ForecastRow] {
+        self.forecast.at_start()
+    }
+
+    /// The forecast of the open panel, the worst first.
+    #[must_use]
+    pub fn shown_forecast(&self) -> Option<&[ForecastRow]> {
+        self.forecast.shown()
+    }
+
+    /// The study of the running scene so far, while its panel is open.
+    #[must_use]
+    pub fn cost_study(&self) -> Option<&Study> {
+        self.cost.study()
+    }
+
+    /// The part of the study that is done, in [0, 1].
+    #[must_use]
+    pub fn cost_progress(&self) -> f64 {
+        self.cost.progress()
+    }
+
+    /// The receipt of the session as it is: its effects, their causes and the number of bodies of each; evaluations per step
+    /// are those since the last look, times those of the last measurement.
+    pub fn receipt(&mut self, stage: &mut Stage, view: &View) -> Vec<Row> {
+        self.effects.receipt(stage, view)
+    }
+}

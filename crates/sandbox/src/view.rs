@@ -1,25 +1,212 @@
-//! A simulation and how it is looked at: the camera, where things are drawn, the picture and the words in it.
+//! How a stage is looked at: functions from a stage and a camera to a picture, and to where things are in it. They change
+//! nothing of the stage.
 
 pub(crate) mod arrows;
 pub(crate) mod camera;
 pub(crate) mod card;
-mod forces;
 mod ground;
 pub(crate) mod hud;
 pub(crate) mod inks;
 pub(crate) mod labels;
 pub(crate) mod marks;
-pub(crate) mod notices;
-pub(crate) mod options;
+pub(crate) mod navigation;
+pub(crate) mod picking;
 pub(crate) mod picture;
-pub(crate) mod pose;
 pub(crate) mod pull;
-mod read;
-pub(crate) mod recorded;
-mod recording;
-mod soft;
 pub(crate) mod springs;
-pub(crate) mod stage;
-pub(crate) mod things;
-mod told;
 mod trails;
+
+use glam::DVec2;
+use pick::{SoftTargets, Targets};
+use scene::Scene;
+
+use self::camera::Camera;
+use self::ground::Ground;
+use self::trails::Trails;
+use crate::stage::Stage;
+use crate::stage::things::Thing;
+
+/// What the pointer is for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// The mouse turns the camera, keys fly it, the pointer is grabbed.
+    #[default]
+    Camera,
+    /// The pointer is free and selects.
+    Selection,
+}
+
+/// What the window shell measured; a headless run has none, so that its pictures depend on nothing but input.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measured {
+    /// Frames per second.
+    pub frames_per_second: f64,
+    /// Time of a tick, s.
+    pub tick: f64,
+    /// Simulated seconds per second.
+    pub simulated_over_real: f64,
+}
+
+/// Where things of one state are drawn, which is where rays find them.
+#[derive(Default)]
+struct Seen {
+    targets: Targets,
+    soft: SoftTargets,
+    /// The state, as the stage counts them; `None` before the first.
+    version: Option<u64>,
+}
+
+/// How a stage is looked at and handled.
+pub struct View {
+    pub(crate) camera: Camera,
+    pub(crate) mode: Mode,
+    /// In selection mode, pixels from the top left.
+    pub(crate) pointer: DVec2,
+    /// Size of the picture, pixels.
+    pub(crate) size_px: [u32; 2],
+    /// The part of the picture that shows the scene, if panels take the rest: left, top, width and height, pixels.
+    pub(crate) view_px: Option<[u32; 4]>,
+    /// Red, green and blue of what is around it.
+    pub(crate) surround: [u8; 3],
+    pub(crate) measured: Option<Measured>,
+    pub(crate) click_force: f64,
+    pub(crate) velocity_arrows: bool,
+    pub(crate) force_arrows: bool,
+    /// Every spring is drawn, and not the surfaces that springs hold.
+    pub(crate) springs: bool,
+    pub(crate) trails: bool,
+    /// Newtons of a force arrow of one meter, while these are drawn.
+    pub(crate) force_scale: Option<f64>,
+    /// The causes of those arrows.
+    pub(crate) force_causes: Vec<&'static str>,
+    /// Words beside bodies, by stable id.
+    pub(crate) labels: Vec<(u32, String)>,
+    pub(crate) ground: Ground,
+    /// What the camera follows.
+    pub(crate) locked: Option<Thing>,
+    seen: Seen,
+    trail: Trails,
+}
+
+impl View {
+    /// Looks at the start of a stage, in a picture of that size.
+    pub(crate) fn new(stage: &Stage, size_px: [u32; 2]) -> Self {
+        let scene: &Scene = &stage.sim.scene;
+        Self {
+            camera: Camera::new(scene.camera).at_distance(navigation::distance_of(scene)),
+            mode: Mode::default(),
+            pointer: DVec2::ZERO,
+            size_px,
+            view_px: None,
+            surround: [0; 3],
+            measured: None,
+            click_force: stage.push_spec().start,
+            velocity_arrows: false,
+            force_arrows: false,
+            springs: false,
+            trails: scene.trails,
+            force_scale: None,
+            force_causes: Vec::new(),
+            labels: scene.labels.clone(),
+            ground: Ground::of(scene),
+            locked: None,
+            seen: Seen::default(),
+            trail: Trails::default(),
+        }
+    }
+
+    /// Goes on with the next scene: the mode stays, and the layout of the window.
+    pub(crate) fn open(&mut self, stage: &Stage) {
+        let next = Self::new(stage, self.size_px);
+        *self = Self {
+            mode: self.mode,
+            pointer: self.pointer,
+            view_px: self.view_px,
+            surround: self.surround,
+            measured: self.measured,
+            ..next
+        };
+    }
+
+    /// Goes on with another text of the scene `before`: what the texts agree about stays.
+    pub(crate) fn reopen(&mut self, stage: &Stage, before: &Scene) {
+        let next = Self::new(stage, self.size_px);
+        let scene = &stage.sim.scene;
+        if scene.camera != before.camera {
+            self.camera = next.camera;
+        }
+        if scene.push != before.push {
+            self.click_force = next.click_force;
+        }
+        if scene.trails != before.trails {
+            self.trails = next.trails;
+        }
+        self.labels = next.labels;
+        self.locked = None;
+        self.forget_world();
+    }
+
+    /// Forgets what belonged to another world.
+    pub(crate) fn forget_world(&mut self) {
+        (self.seen, self.trail) = (Seen::default(), Trails::default());
+    }
+
+    /// Draws trails from now on, or no more.
+    pub(crate) fn toggle_trails(&mut self) {
+        self.trails ^= true;
+        self.trail = Trails::default();
+    }
+
+    /// Notes where bodies are at the end of a tick.
+    pub(crate) fn after_tick(&mut self, stage: &Stage) {
+        if self.trails {
+            self.trail.after_tick(&stage.sim.world, stage.simulated());
+        }
+    }
+
+    /// Lets the camera follow what it is locked to.
+    pub(crate) fn follow_locked(&mut self, stage: &Stage) {
+        let Some(thing) = self.locked else { return };
+        match thing.entity(&stage.sim).and_then(|entity| stage.drawn_position(entity)) {
+            Some(position) => self.camera.follow(position),
+            None => self.locked = None,
+        }
+    }
+
+    /// Camera or selection mode.
+    #[must_use]
+    pub const fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// The camera.
+    #[must_use]
+    pub const fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Newtons of a click.
+    #[must_use]
+    pub const fn click_force(&self) -> f64 {
+        self.click_force
+    }
+
+    /// Size of the picture, pixels.
+    #[must_use]
+    pub const fn size_px(&self) -> [u32; 2] {
+        self.size_px
+    }
+
+    /// Whether the pointer is to be hidden and held by the window.
+    #[must_use]
+    pub fn grabs_pointer(&self) -> bool {
+        self.mode == Mode::Camera
+    }
+
+    /// Bodies that rays can find, and the bytes of their poses.
+    pub(crate) fn targets(&self) -> (usize, usize) {
+        let targets = &self.seen.targets;
+        let (entities, (xs, ys, zs)) = (targets.entities(), targets.positions());
+        (entities.len(), size_of_val(entities) + size_of_val(xs) + size_of_val(ys) + size_of_val(zs))
+    }
+}

@@ -15,8 +15,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::clock::FrameClock;
 use clap::Args;
-use motion::clock::FrameClock;
 use render::{Gpu, Image, Offscreen, Quality, Renderer, WindowTarget};
 use scene::{Scene, Source};
 use winit::application::ApplicationHandler;
@@ -29,7 +29,7 @@ use winit::window::{Window, WindowId};
 use self::drafts::Drafts;
 use self::pointer::Pointer;
 use self::recorder::Recorder;
-use self::speed::Speed;
+use self::speed::{Speed, SpeedSetting};
 use self::wheel::Wheel;
 use crate::actions::{Act, Binding, binding};
 use crate::app::script::{load_script, player_of};
@@ -43,9 +43,9 @@ use crate::output::pictures::write_picture;
 use crate::output::progress::Loading;
 use crate::output::scenes::save_scene;
 use crate::output::tell;
-use crate::view::notices::Topic;
-use crate::view::options::{Options, Overrides};
-use crate::view::stage::Order;
+use crate::stage::Order;
+use crate::stage::notices::Topic;
+use crate::stage::options::{Options, Overrides};
 
 /// Shortest time between two frames: vertical sync does not pace every display.
 const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
@@ -89,7 +89,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let name = args.scene.as_deref().unwrap_or("tutorial");
     let mut session = session(args, name)?;
     if let Some(path) = &args.script {
-        let script = load_script(path, session.scene())?;
+        let script = load_script(path, session.stage.scene())?;
         session.play(player_of(script));
     }
     let recorder = args.record.as_ref().map(|path| Recorder::new(path, name, args.step.method, args.size));
@@ -119,17 +119,17 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         arrangement: None,
         files: None,
     };
-    shell.session.forecast_start(1.0 / DEFAULT_FPS);
+    forecast_start(&mut shell.session);
     let remembers = !args.bare && args.script.is_none();
     if remembers {
         shell.arrangement = Some(remembered::read(remembered::ARRANGEMENT));
         let left = shell.drafts.left_behind().into_iter().next();
         // A recording keeps its scene, and shows no list that another machine does not have.
         if shell.recorder.is_none() {
-            shell.session.remember_files(remembered::files());
-            shell.files = Some(shell.session.files().to_owned());
-            if let Source::File(path) = shell.session.scene().source.clone() {
-                shell.session.run.note_file(&path);
+            shell.session.stage.remember_files(remembered::files());
+            shell.files = Some(shell.session.stage.files().to_owned());
+            if let Source::File(path) = shell.session.stage.scene().source.clone() {
+                shell.session.stage.run.note_file(&path);
             }
             if let Some(draft) = left {
                 shell.session.offer(draft);
@@ -151,7 +151,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     }
     let recorded = shell
         .recorder
-        .map_or(Ok(()), |recorder| recorder.finish(shell.session.frames(), &shell.session.chosen));
+        .map_or(Ok(()), |recorder| recorder.finish(shell.session.stage.frames(), &shell.session.chosen));
     if let (Err(_), Err(failure)) = (&ended, &recorded) {
         tell(&failure.to_string());
     }
@@ -175,8 +175,8 @@ fn session(args: &WindowArgs, name: &str) -> Result<Session, Failure> {
     overrides.check(&scene)?;
     loading.next();
     let mut session = Session::new(scene, Options { overrides, ..options });
-    session.keep_timeline();
-    session.save_faults();
+    session.stage.keep_timeline();
+    session.stage.save_faults();
     Ok(session)
 }
 
@@ -246,7 +246,7 @@ impl ApplicationHandler for Shell {
         if self.screen.is_some() {
             return;
         }
-        match Screen::new(event_loop, self.session.size_px()) {
+        match Screen::new(event_loop, self.session.view.size_px()) {
             Ok(screen) => {
                 let size = screen.window.inner_size();
                 self.events.push(Input::Resized([size.width, size.height]));
@@ -283,7 +283,7 @@ impl ApplicationHandler for Shell {
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(&event),
             WindowEvent::CursorMoved { position, .. } => {
-                let known = !self.mode_changes && self.pointer.holds() == self.session.grabs_pointer();
+                let known = !self.mode_changes && self.pointer.holds() == self.session.view.grabs_pointer();
                 if let (Some(screen), true) = (&self.screen, known) {
                     self.events.extend(self.pointer.moved(&screen.window, position));
                 }
@@ -305,7 +305,7 @@ impl ApplicationHandler for Shell {
                 None => self.session.leave(Order::Open(path.to_string_lossy().into_owned())),
                 Some(_) => {
                     let what = "a recording keeps its scene; drop files on a window that does not record";
-                    self.session.notices.say(Topic::File, what.to_owned());
+                    self.session.stage.notices.say(Topic::File, what.to_owned());
                 }
             },
             WindowEvent::Occluded(occluded) => self.occluded = occluded,
@@ -423,8 +423,8 @@ impl Shell {
         self.last_frame = Some(now);
         self.mode_changes = false;
         if let Some(screen) = &self.screen {
-            let holds = self.focused && self.session.grabs_pointer();
-            let [corner, size] = self.session.view_area();
+            let holds = self.focused && self.session.view.grabs_pointer();
+            let [corner, size] = self.session.view.view_area();
             self.pointer.follow(&screen.window, holds, corner + size / 2.0);
         }
         let drawn = !hidden
@@ -439,7 +439,7 @@ impl Shell {
             self.show();
         }
         let mut unsaved = false;
-        for order in self.session.take_orders() {
+        for order in self.session.stage.take_orders() {
             match order {
                 // A scene that could not be saved is not left.
                 Order::Quit | Order::Open(_) if unsaved => {}
@@ -459,7 +459,7 @@ impl Shell {
                 }
                 // Written with the picture, in `draw`, if there was one.
                 Order::Screenshot(_) | Order::Bundle if drawn => {}
-                Order::Screenshot(_) | Order::Bundle => self.session.postpone(order),
+                Order::Screenshot(_) | Order::Bundle => self.session.stage.orders.push(order),
             }
         }
         self.keep_draft();
@@ -468,7 +468,7 @@ impl Shell {
 
     /// Remembers which files were opened and saved, at once: a crash forgets none.
     fn keep_files(&mut self) {
-        let files = self.session.files();
+        let files = self.session.stage.files();
         if let Some(before) = self.files.as_deref().filter(|before| *before != files) {
             remembered::keep_files(before, files);
             self.files = Some(files.to_owned());
@@ -492,19 +492,20 @@ impl Shell {
         };
         if let Some(recorder) = &mut self.recorder {
             let inputs = self.session.chosen.iter().chain(&events);
-            if let Err(failure) = recorder.record(self.session.frames(), time.total(), inputs) {
+            if let Err(failure) = recorder.record(self.session.stage.frames(), time.total(), inputs) {
                 self.session
+                    .stage
                     .notices
                     .say(Topic::File, format!("the recording is written at the end: {failure}"));
             }
         }
-        let (before, ticks_before) = (Instant::now(), self.session.ticks());
-        let progress_before = self.session.progress();
+        let (before, ticks_before) = (Instant::now(), self.session.stage.ticks());
+        let progress_before = self.session.stage.progress();
         // To the end of the last tick: the panels, which come after it, take longer than all ticks.
         let mut after = before;
         // A recording is played back without a wall clock.
         let patience = if self.recorder.is_some() { Duration::MAX } else { PATIENCE };
-        let had_arrived = self.session.arrived();
+        let had_arrived = self.session.stage.arrived();
         self.session.advance_watched(&InputFrame { events }, time, &mut |_, _| {
             after = Instant::now();
             if after - before > patience {
@@ -514,16 +515,16 @@ impl Shell {
             }
         });
         // Panels are laid out before a way back ends.
-        if !had_arrived && self.session.arrived() {
+        if !had_arrived && self.session.stage.arrived() {
             self.unsettled = SETTLING_FRAMES;
         }
         self.speed.frame(speed::Sample {
             length_s: time.length(),
             // A run that went back simulated nothing.
-            simulated_s: (self.session.progress() - progress_before).max(0.0),
-            ticks: self.session.ticks().saturating_sub(ticks_before),
+            simulated_s: (self.session.stage.progress() - progress_before).max(0.0),
+            ticks: self.session.stage.ticks().saturating_sub(ticks_before),
             ticking: after - before,
-            setting: self.session.speed_setting(),
+            setting: SpeedSetting::of(&self.session),
         });
         self.session.set_measured(self.speed.measured());
     }
@@ -543,7 +544,7 @@ impl Shell {
         screen.renderer.draw(&screen.gpu, &frame, target.view());
         screen.window.pre_present_notify();
         target.present(&screen.gpu);
-        for order in self.session.orders.clone() {
+        for order in self.session.stage.orders.clone() {
             if !matches!(order, Order::Screenshot(_) | Order::Bundle) {
                 continue;
             }
@@ -561,7 +562,7 @@ impl Shell {
                 }
                 _ => {
                     let path = free_name("bundle", "zip");
-                    let written = write_bundle(&path, &self.session, Some(&image));
+                    let written = write_bundle(&path, &self.session.stage, Some(&image));
                     (path, written)
                 }
             };
@@ -580,28 +581,34 @@ impl Shell {
                     drafts::delete(path);
                 }
             }
-            Err(error) => self.session.notices.say(Topic::File, error.to_string()),
+            Err(error) => self.session.stage.notices.say(Topic::File, error.to_string()),
         }
     }
 
     /// Keeps unsaved changes for a crash; whether there is nothing that is not kept.
     fn keep_draft(&mut self) -> bool {
-        let unsaved = self.session.has_unsaved_changes().then(|| Arc::clone(&self.session.scene().text));
-        let file = unsaved.as_ref().and_then(|_| self.session.own_file());
+        let unsaved =
+            self.session.has_unsaved_changes().then(|| Arc::clone(&self.session.stage.scene().text));
+        let file = unsaved.as_ref().and_then(|_| self.session.tools.own_file());
         self.drafts
-            .keep(unsaved.as_ref(), file.as_ref(), |words| self.session.notices.say(Topic::File, words))
+            .keep(unsaved.as_ref(), file.as_ref(), |words| self.session.stage.notices.say(Topic::File, words))
     }
 
     fn open_scene(&mut self, name: &str) {
         match scene::load(name) {
             Ok(scene) => {
                 self.session.open(scene);
-                self.session.forecast_start(1.0 / DEFAULT_FPS);
-                self.session.save_faults();
+                forecast_start(&mut self.session);
+                self.session.stage.save_faults();
             }
-            Err(error) => self.session.notices.say(Topic::File, error.to_string()),
+            Err(error) => self.session.stage.notices.say(Topic::File, error.to_string()),
         }
     }
+}
+
+/// Tells what of the scene is unstable at its start.
+fn forecast_start(session: &mut Session) {
+    session.tools.forecast_start(&mut session.stage, 1.0 / DEFAULT_FPS);
 }
 
 fn say_written(session: &mut Session, path: &Path, written: Result<(), Failure>) {
@@ -609,11 +616,11 @@ fn say_written(session: &mut Session, path: &Path, written: Result<(), Failure>)
         Ok(()) => format!("wrote {}", path.display()),
         Err(failure) => failure.to_string(),
     };
-    session.notices.say(Topic::File, words);
+    session.stage.notices.say(Topic::File, words);
 }
 
 fn save_picture(image: &Image, path: PathBuf, session: &Session) -> (PathBuf, Result<(), Failure>) {
-    let written = write_picture(image, &path, session);
+    let written = write_picture(image, &path, &session.stage);
     (path, written)
 }
 

@@ -65,11 +65,12 @@ type Coupled = (Coupling, Vec<Entity>);
 
 /// The couplings that the groups of `world` will have; `None` if they are not outdated. Leaves the groups as they are, so
 /// that observing changes nothing.
-pub(crate) fn coming_couplings(world: &mut World) -> Option<Vec<Coupled>> {
+pub(crate) fn coming_couplings(world: &World) -> Option<Vec<Coupled>> {
     let mut groups = world.get_resource::<Groups>().into_iter().flat_map(|groups| &groups.list);
     let gone = groups.any(|group| group.bodies.iter().any(|body| world.get_entity(*body).is_err()));
     let attracts = world.contains_resource::<MutualGravity>();
-    (gone || is_outdated(world)).then(|| Graph::of(world).groups(attracts))
+    let graph = (gone || is_outdated(world)).then(|| Graph::of(world)).flatten();
+    graph.map(|graph| graph.groups(attracts))
 }
 
 /// The couplings of `world` with their bodies by row; those in `coming` if it is given.
@@ -103,7 +104,8 @@ struct Graph {
 
 /// Compiles the groups.
 fn compile(world: &mut World) {
-    let graph = Graph::of(world);
+    register(world);
+    let graph = Graph::of(world).expect("its components are registered");
     let attracts = world.contains_resource::<MutualGravity>();
     let list = graph.groups(attracts);
     mark(world, &list);
@@ -129,14 +131,26 @@ fn compile(world: &mut World) {
     world.resource_mut::<CouplingChanged>().0 = false;
 }
 
+/// Registers the components that [`Graph::of`] reads.
+fn register(world: &mut World) {
+    world.register_component::<PhysicsBody>();
+    world.register_component::<StableId>();
+    world.register_component::<SourceMass>();
+    world.register_component::<Quarantined>();
+    world.register_component::<Particle>();
+    world.register_component::<Spring>();
+    world.register_component::<SoftBody>();
+}
+
 impl Graph {
-    fn of(world: &mut World) -> Self {
-        let mut bodies = world.query_filtered::<(
+    /// The bodies and springs of `world`; `None` if groups were never compiled in it.
+    fn of(world: &World) -> Option<Self> {
+        let mut bodies = world.try_query_filtered::<(
             Entity,
             &PhysicsBody,
             Option<&StableId>,
             Option<&SourceMass>,
-        ), (Without<Quarantined>, Without<Particle>)>();
+        ), (Without<Quarantined>, Without<Particle>)>()?;
         let mut nodes: Vec<_> = bodies
             .iter(world)
             .map(|(entity, body, id, source)| {
@@ -153,11 +167,11 @@ impl Graph {
         let number: EntityHashMap<u32> = (0..).zip(&nodes).map(|(i, node)| (node.entity, i)).collect();
         let mut graph = Self { nodes, ..Self::default() };
         if world.contains_resource::<SpringsOff>() {
-            return graph;
+            return Some(graph);
         }
-        let room: usize = world.query::<&SoftBody>().iter(world).map(|soft| soft.springs.len()).sum();
+        let room: usize = world.try_query::<&SoftBody>()?.iter(world).map(|soft| soft.springs.len()).sum();
         let mut springs: Vec<_> = world
-            .query::<&Spring>()
+            .try_query::<&Spring>()?
             .iter(world)
             .filter_map(|spring| {
                 let [a, b] = spring.ends.map(|end| number.get(&end).copied());
@@ -174,7 +188,7 @@ impl Graph {
         graph.springs = Springs::with_room(springs.len() + room);
         springs.into_iter().for_each(|spring| graph.add_spring(spring));
         let mut softs: Vec<_> = world
-            .query::<&SoftBody>()
+            .try_query::<&SoftBody>()?
             .iter(world)
             .map(|soft| {
                 let points: Vec<_> = soft.points.iter().map(|point| number.get(point).copied()).collect();
@@ -191,7 +205,7 @@ impl Graph {
         for (points, soft) in softs {
             graph.add_soft_body(&points, soft);
         }
-        graph
+        Some(graph)
     }
 
     fn add_spring(&mut self, spring: SpringRow) {

@@ -48,7 +48,7 @@ impl ForceCause {
 /// half a step before, as in a step. The result is empty if the body is immovable, quarantined, not born, or has no
 /// physics.
 #[must_use]
-pub fn forces_on(world: &mut World, body: Entity) -> Vec<(ForceCause, Vector)> {
+pub fn forces_on(world: &World, body: Entity) -> Vec<(ForceCause, Vector)> {
     let pushes: Vec<_> = world.get_resource::<PushQueue>().into_iter().flat_map(PushQueue::pending).collect();
     let mut forces = Vec::new();
     each_force(world, &pushes, &[body], |_, cause, newtons| forces.push((cause, newtons)));
@@ -58,13 +58,12 @@ pub fn forces_on(world: &mut World, body: Entity) -> Vec<(ForceCause, Vector)> {
 /// Computes the forces of [`forces_on`] for many bodies in one pass over the springs, and calls `each` with the index
 /// of the body in `bodies`, the cause and the force, N. Takes `pushes` instead of those that wait for the next tick.
 pub fn each_force(
-    world: &mut World,
+    world: &World,
     pushes: &[Push],
     bodies: &[Entity],
     mut each: impl FnMut(usize, ForceCause, Vector),
 ) {
     let coming = coming_couplings(world);
-    let world = &*world;
     let mut indices = EntityHashMap::with_capacity(bodies.len());
     let mut in_sheets = vec![false; bodies.len()];
     indices.extend(bodies.iter().enumerate().map(|(index, body)| (*body, index)));

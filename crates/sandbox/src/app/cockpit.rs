@@ -10,10 +10,11 @@ use egui::{Color32, Frame, Panel as Side, Pos2, Rect, Response, Ui};
 
 use self::browser::Browser;
 use self::fault::FaultBar;
+use crate::intent::Intent;
 use crate::panels::Panel;
+use crate::stage::Stage;
 use crate::tools::Tools;
-use crate::tools::tool::Edit;
-use crate::view::stage::Stage;
+use crate::view::View;
 
 /// The scene browser stands open from so many points of width on.
 const ROOM_FOR_BROWSER: f32 = 1200.0;
@@ -157,32 +158,27 @@ impl Cockpit {
         &mut self,
         root: &mut Ui,
         opened: &[Panel],
-        stage: &mut Stage,
+        (stage, view): (&mut Stage, &mut View),
         tools: &mut Tools,
-        edits: &mut Vec<Edit>,
+        intents: &mut Vec<Intent>,
     ) {
         let width = root.available_width();
         // What is around the view has their color already: painting it again would take half the time of a frame in software.
         let bare = Frame::side_top_panel(root.style()).fill(Color32::TRANSPARENT);
-        let mut browses = self.browses(width);
-        let (before, mut dock) = (browses, self.dock);
+        let browses = self.browses(width);
         self.parts.clear();
         let bar = Side::top("toolbar").frame(bare);
-        let bar = bar.show(root, |ui| toolbar::show(ui, stage, [&mut browses, &mut dock], edits));
+        let bar = bar.show(root, |ui| toolbar::show(ui, (stage, view), [browses, self.dock], intents));
         self.lay_out_part(Part::Toolbar, bar.response.rect, &bar.inner);
-        if browses != before {
-            self.browses = Some(browses);
-        }
-        self.dock = dock;
-        Side::bottom("hints").frame(bare).show(root, |ui| hints::show(ui, stage, &tools.editor));
-        self.fault.show(root, stage, edits);
+        Side::bottom("hints").frame(bare).show(root, |ui| hints::show(ui, (stage, view), &tools.editor));
+        self.fault.show(root, stage, intents);
         if browses {
             let side = Side::left("scenes").frame(bare).resizable(false).exact_size(BROWSER);
             let here = (&*stage.sim.scene.name, &*stage.run.files);
-            let side = side.show(root, |ui| self.browser.show(ui, here, edits));
+            let side = side.show(root, |ui| self.browser.show(ui, here, intents));
             self.lay_out_part(Part::Scenes, side.response.rect, &side.inner);
         }
-        if dock {
+        if self.dock {
             let usual = (width * DOCK_SHARE).clamp(DOCK[0], DOCK[1]);
             let range = DOCK[0]..=0.6 * width;
             let mut side = Side::right("dock").frame(bare).default_size(usual).size_range(range.clone());
@@ -190,7 +186,7 @@ impl Cockpit {
                 side = side.exact_size(set.clamp(*range.start(), range.end().max(*range.start())));
             }
             let newest = opened.last().copied().filter(|panel| !self.opened.contains(panel));
-            let side = side.show(root, |ui| dock::show(ui, (opened, newest), stage, tools, edits));
+            let side = side.show(root, |ui| dock::show(ui, (opened, newest), (stage, view), tools, intents));
             self.dock_width.note(width, side.response.rect.width());
             self.lay_out_part(Part::Dock, side.response.rect, &side.inner);
         }

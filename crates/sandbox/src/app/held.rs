@@ -1,6 +1,6 @@
 //! Held keys, and what they steer.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use crate::actions::Hold;
 use crate::input::Key;
@@ -13,27 +13,6 @@ const CHORD_S: f64 = 0.5;
 
 /// A key and what it does while it is held.
 type HeldKey = (Key, Hold);
-
-/// What a person holds and waits for.
-#[derive(Default)]
-pub(crate) struct Hands {
-    pub held: Held,
-    pub selecting: bool,
-    /// When and where the last click was, s and pixels: another one soon frames what is there.
-    pub clicked: Option<(f64, DVec2)>,
-    /// What the pointer moves the camera by while a button is down.
-    pub drag: Option<Drag>,
-    pub steps_asked: u64,
-}
-
-/// How a drag of the pointer moves the camera about a place, m.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Drag {
-    /// Around it.
-    Orbit(DVec3),
-    /// Sideways and up, so that it stays under the pointer.
-    Pan(DVec3),
-}
 
 /// Keys that went down and up before what they steer could see them.
 pub(crate) struct Tapped {

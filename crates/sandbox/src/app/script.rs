@@ -5,63 +5,13 @@
 
 use std::path::Path;
 
-use motion::TimeStep;
-use motion::clock::{FrameTime, StepClock};
-use scene::{Action, Recording, Scene, Script, Source, When};
+use scene::{Action, Recording, Scene, Script, Source};
 
 use crate::actions::{self, Act};
 use crate::app::player::Player;
-use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::input::UnknownKey;
 use crate::panels::Panel;
-
-impl Session {
-    /// Plays a script from the next frame on, beside the input of frames.
-    pub fn play(&mut self, player: Player) {
-        self.player = Some(player);
-    }
-
-    /// The script that is played, if one is.
-    #[must_use]
-    pub const fn player(&self) -> Option<&Player> {
-        self.player.as_ref()
-    }
-
-    /// What the script waits for forever while the session is paused, at `rate` frames per second.
-    pub(crate) fn waits_forever(&self, rate: f64) -> Option<When> {
-        self.player.as_ref()?.waits_forever(self.frames(), self.ticks(), rate)
-    }
-
-    /// Does what the script does at the start of a frame.
-    pub(crate) fn play_frame(&mut self, time: FrameTime) {
-        let (frame, ticks) = (self.stage.run.frames, self.ticks());
-        let Some(player) = &mut self.player else { return };
-        for input in player.of_frame(frame, ticks, time.total()) {
-            self.handle(&input);
-        }
-    }
-
-    /// Does what the script does before the next tick; whether that is something.
-    pub(crate) fn play_tick(&mut self) -> bool {
-        let Some(player) = &mut self.player else { return false };
-        let world = &self.stage.sim.world;
-        let (clock, step) = (world.resource::<StepClock>(), world.resource::<TimeStep>());
-        let inputs = player.of_tick(clock.ticks(), clock.seconds(), step.0);
-        for input in &inputs {
-            self.handle(input);
-        }
-        !inputs.is_empty()
-    }
-
-    /// [`Self::play_tick`] between two ticks of a frame.
-    pub(crate) fn play_between_ticks(&mut self) {
-        if self.play_tick() {
-            self.carry_out_requests();
-            self.note_pushes();
-        }
-    }
-}
 
 impl Player {
     /// Prepares `script`, all key names checked.

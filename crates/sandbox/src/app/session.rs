@@ -2,177 +2,75 @@
 //!
 //! The window, headless runs and tests all come through here, which is why a headless picture is the window's.
 
-use std::ops::{ControlFlow, Deref, DerefMut};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use lab::Row;
-use lab::cost::Study;
-use motion::clock::FrameTime;
-use motion::ledger::Ledger;
-use motion::snapshot::Effects;
-use motion::{TimeStep, remember_positions};
-use scene::{Scene, Source, StepKind};
+use crate::clock::{FrameClock, FrameTime};
+use history::{Change, Fault};
+use lab::cost::Setting;
+use motion::clock::StepClock;
+use motion::{Method, MutualGravity, TimeStep};
+use scene::{Action, Scene, Source, unsolvable};
 
-use crate::app::held::Hands;
+use crate::actions::Act;
+use crate::app::arrangement;
+use crate::app::hands::{Hands, Reach};
+use crate::app::layout::lay_out;
 use crate::app::player::Player;
 use crate::app::ui::{Control, Ui};
-pub(crate) use crate::input::SwitchedBy;
-use crate::input::{Input, InputFrame};
+use crate::input::{Input, InputFrame, SwitchedBy};
+use crate::intent::{Answer, Intent, Question};
+use crate::methods;
 use crate::panels::Panel;
-use crate::tools::editor::Editor;
-use crate::tools::forecast::ForecastRow;
-use crate::tools::ghosts::GhostRow;
-use crate::tools::{Tools, forecast};
-use crate::view::notices::Topic;
-use crate::view::options::Options;
-use crate::view::stage::{Measured, Order, Run, Stage, View, hand_over, start};
+use crate::stage::notices::Topic;
+use crate::stage::options::Options;
+use crate::stage::ticks::Look;
+use crate::stage::{Order, Run, Simulated, Stage};
+use crate::tools::Tools;
+use crate::tools::editor::selected::{entity_at, offset_in_entry};
+use crate::view::{Measured, Mode, View};
 
 /// Frames per second of a run that does not say.
 pub(crate) const DEFAULT_FPS: f64 = 60.0;
 
-/// A tick that is over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Simulated {
-    /// One of the run; the session is at its end.
-    New,
-    /// One that a seek simulates; the session does not show it.
-    Again,
-}
+/// Slowest and fastest pace that the keys reach.
+const PACES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=16.0;
 
-/// What a session does when something goes wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum OnFault {
-    /// It goes back to the last good tick, pauses and selects the body.
-    Pause,
-    /// It simulates no further.
-    Stop,
-}
-
-/// What was asked of a session for every scene that it opens.
-#[derive(Default)]
-pub(crate) struct Settings {
-    /// Whether the last minute is recorded, and what a fault does.
-    pub recording: Option<OnFault>,
-    /// Whether the next fault of this scene orders a bundle.
-    pub saves_faults: bool,
-    /// Whether a ledger is kept while its panel is closed, too.
-    pub keeps_ledger: bool,
-}
-
-/// What a person sets that changes how long a frame or a tick takes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SpeedSetting {
-    pub pace: f64,
-    pub paused: bool,
-    pub ghosts: bool,
-}
-
-/// A running scene: the simulation with its view, and the tools. Both are replaced as a whole with the scene; what lasts is in
-/// the run, the settings and the panels.
+/// A running scene: the stage, how it is looked at, and the tools.
 pub struct Session {
-    pub(crate) stage: Stage,
-    pub(crate) tools: Tools,
+    /// The run.
+    pub stage: Stage,
+    /// How it is looked at.
+    pub view: View,
+    /// What can be opened beside the picture.
+    pub tools: Tools,
     pub(crate) hands: Hands,
     pub(crate) ui: Ui,
-    pub(crate) settings: Settings,
     pub(crate) player: Option<Player>,
     /// The settings that were chosen in the panels of the last frame, as inputs: a recording has them in the next one.
     pub(crate) chosen: Vec<Input>,
-    /// Ticks left to simulate, if they are limited.
-    pub(crate) ticks_left: Option<u64>,
-}
-
-impl Deref for Session {
-    type Target = Stage;
-
-    fn deref(&self) -> &Stage {
-        &self.stage
-    }
-}
-
-impl DerefMut for Session {
-    fn deref_mut(&mut self) -> &mut Stage {
-        &mut self.stage
-    }
+    /// No picture of the coming frame is seen: its panels are not laid out.
+    unseen: bool,
+    /// The world that the tools and the view know.
+    world: u64,
 }
 
 impl Session {
     /// Starts `scene`.
     #[must_use]
     pub fn new(scene: Scene, options: Options) -> Self {
+        let stage = Stage::new(scene, Run { options, ..Run::default() });
         Self {
-            stage: Stage::new(scene, Run { options, ..Run::default() }),
+            view: View::new(&stage, options.size_px),
+            stage,
             tools: Tools::default(),
             hands: Hands::default(),
             ui: Ui::new(options.size_px),
-            settings: Settings::default(),
             player: None,
             chosen: Vec::new(),
-            ticks_left: None,
-        }
-    }
-
-    /// Goes on with another scene; window size and panels stay.
-    pub fn open(&mut self, scene: Scene) {
-        self.go_on_with(scene, Editor::default(), |view, before| {
-            (view.mode, view.pointer) = (before.mode, before.pointer);
-        });
-        if let Source::File(path) = &self.stage.sim.scene.source {
-            self.stage.run.note_file(path);
-        }
-    }
-
-    /// Goes on with another scene, or another text of it; `keep` keeps of the view before what stays.
-    pub(crate) fn go_on_with(&mut self, scene: Scene, editor: Editor, keep: impl FnOnce(&mut View, View)) {
-        self.forget_ahead();
-        let mut run = std::mem::take(&mut self.stage.run);
-        run.options.paused = false;
-        run.quarantined_before = run.quarantined.len();
-        let mut next = Stage::new(scene, run);
-        self.stage.hand_over(&mut next);
-        next.clock.start_at(self.clock.now());
-        next.notices = std::mem::take(&mut self.stage.notices);
-        next.notices.retract_run();
-        next.orders = std::mem::take(&mut self.stage.orders);
-        let before = std::mem::replace(&mut self.stage, next);
-        keep(&mut self.stage.view, before.view);
-        self.tools = Tools { editor, ..Tools::default() };
-        self.hands = Hands::default();
-        self.ui.close(Panel::Ghosts);
-        self.restart_tools();
-        self.keep_or_close_ledger();
-        self.restart_recording();
-    }
-
-    /// Builds the world again; camera, gravity, damping, what is switched off and click force stay, the selection does
-    /// not.
-    pub(crate) fn reset_world(&mut self) {
-        // Gravity and damping may have been asked for in this very frame.
-        self.carry_out_requests();
-        self.forget_ahead();
-        self.run.quarantined_before = self.run.quarantined.len();
-        let stage = &mut self.stage;
-        let method = stage.sim.method();
-        let step = *stage.sim.world.resource::<TimeStep>();
-        let mut next = start(Arc::clone(&stage.sim.scene), stage.run.options);
-        hand_over(&mut stage.sim.world, &mut next.world);
-        next.world.insert_resource(step);
-        Effects::of(&mut stage.sim.world).put(&mut next.world);
-        next.stepper.recompile(&mut next.world);
-        if method != next.method() {
-            next.set_method(method);
-        }
-        stage.replace(next);
-        stage.notices.retract_run();
-        stage.clock.set_pace(1.0).expect("1 is positive and finite");
-        self.restart_tools();
-        self.restart_recording();
-    }
-
-    /// Lets the tools go on with another world.
-    pub(crate) fn restart_tools(&mut self) {
-        for (_, tool) in self.tools.each() {
-            tool.restart(&mut self.stage);
+            unseen: false,
+            world: 0,
         }
     }
 
@@ -194,188 +92,507 @@ impl Session {
         &mut self,
         input: &InputFrame,
         time: FrameTime,
-        after_tick: &mut dyn FnMut(&Self, Simulated) -> ControlFlow<()>,
+        after_tick: &mut dyn FnMut(&Stage, Simulated) -> ControlFlow<()>,
     ) {
         self.chosen.clear();
-        let pushes = self.pushes_while_seeking();
-        for event in &input.events {
-            self.handle(event);
-        }
+        let pushes = self.stage.pushes_while_seeking();
+        input.events.iter().for_each(|event| self.handle(event));
         self.play_frame(time);
         self.play_tick();
-        self.steer(time.length());
-        if pushes.is_some_and(|before| self.pushes_while_seeking() > Some(before)) {
-            self.give_up_seek();
-        }
+        self.with_hands(|hands, reach| hands.steer(time.length(), reach));
+        self.stage.give_up_seek_if_pushed(pushes);
         self.simulate(time, after_tick);
-        self.follow_locked();
-        for (panel, tool) in self.tools.each() {
-            tool.after_ticks(&mut self.stage, self.ui.shows(panel), time);
-        }
-        let Tools { graphs, ghosts, .. } = &mut self.tools;
-        graphs.sample(&mut self.stage, ghosts, self.ui.shows(Panel::Graphs));
-        let has_panels = self.run.options.pictures || self.ui.any_open() || self.ui.closing();
-        // Unseen, what is typed and clicked waits for the layout that shows what it does.
-        if has_panels && !self.run.unseen {
-            self.lay_out_panels(time);
-        } else if !has_panels {
-            self.ui.forget();
-            self.notices.clear();
-        }
-        self.go_on_seeking(after_tick);
-        self.run.frames += 1;
+        self.view.follow_locked(&self.stage);
+        self.tools.after_ticks(&mut self.stage, &self.view, self.ui.opened(), time);
+        self.show_panels(time);
+        self.stage.go_on_seeking(after_tick);
+        self.follow();
+        self.stage.run.frames += 1;
     }
 
-    fn simulate(&mut self, time: FrameTime, after_tick: &mut dyn FnMut(&Self, Simulated) -> ControlFlow<()>) {
+    fn simulate(&mut self, time: FrameTime, look: Look<'_>) {
         // Before the requests: what they change is an intervention.
-        self.keep_or_close_ledger();
-        self.carry_out_requests();
-        self.run.dropped_lately = 0.0;
-        if self.go_on_seeking(after_tick) {
-            self.clock.pause(time);
-            return;
-        }
-        // Taken in any case: a step that was asked for before going on is not one of the next pause.
-        let steps_asked = std::mem::take(&mut self.hands.steps_asked);
-        let stage = &mut self.stage;
-        let (mut ticks, step) = if stage.view.paused {
-            stage.clock.pause(time);
-            (steps_asked, None)
-        } else if stage.sim.scene.step == StepKind::Frame {
-            let length = time.length() * stage.clock.pace();
-            stage.clock.pause(time);
-            (u64::from(length > 0.0), Some(length))
-        } else {
-            let due = stage.clock.due(time);
-            stage.run.dropped_lately = due.dropped;
-            stage.run.dropped += due.dropped;
-            (due.ticks, None)
-        };
-        if let Some(left) = &mut self.ticks_left {
-            ticks = ticks.min(*left);
-            *left -= ticks;
-        }
+        self.begin_tools();
+        self.stage.carry_out_requests();
+        let Some(ticks) = self.stage.begin_ticks(time, look) else { return self.follow() };
         if ticks > 0 {
-            // What is pulled leaves a run that would be repeated.
-            self.stage.pull();
-        }
-        if let Some(length) = step.filter(|length| *length > 0.0)
-            && !self.repeats()
-        {
-            self.sim.world.insert_resource(TimeStep(length));
-        }
-        if ticks > 0 {
-            self.notices.retract(Topic::Place);
             self.hands.held.begin_tick();
-            self.note_pushes();
         }
         let (mut undone, mut late) = (0, false);
         for tick in 1..=ticks {
             if tick > 1 {
-                self.play_between_ticks();
-                if self.seen.pull.is_some() {
-                    self.stage.pull();
-                    self.note_pushes();
-                }
+                let played = self.play_tick();
+                self.stage.between_ticks(played);
             }
-            let last = tick == ticks && self.run.options.interpolate;
-            // A trail has to know of every tick where its bodies were before it.
-            if last || (self.view.trails && self.run.options.interpolate) {
-                self.sim.world.run_system_cached(remember_positions).expect("a query and nothing else");
-            }
-            let repeated = self.repeat_before_tick();
-            for (_, tool) in self.tools.each() {
-                tool.before_tick(&self.stage, last);
-            }
-            if !repeated {
-                self.record_before_tick();
-            }
-            self.tools.ledger.tick(&mut self.stage);
-            if self.view.trails {
-                let time = self.simulated();
-                let Stage { seen, sim, .. } = &mut self.stage;
-                seen.trails.after_tick(&mut sim.world, time);
-            }
-            late = after_tick(self, Simulated::New).is_break();
-            if self.record_after_tick(repeated) || late {
+            let last = tick == ticks && self.stage.run.options.interpolate;
+            let repeated = self.stage.begin_tick(last, self.view.trails);
+            self.follow();
+            self.tools.tick(&mut self.stage, last, repeated);
+            self.view.after_tick(&self.stage);
+            late = look(&self.stage, Simulated::New).is_break();
+            if self.stage.record_after_tick(repeated) || late {
                 undone = ticks - tick;
                 break;
             }
         }
-        if let Some(left) = &mut self.ticks_left {
-            *left += undone;
+        self.stage.end_ticks(undone, late);
+        self.stage.go_on_seeking(look);
+        self.follow();
+    }
+
+    /// Lets tools, view and hands see what was done to the stage: requests were carried out, another world has come.
+    fn follow(&mut self) {
+        let requests = std::mem::take(&mut self.stage.here.carried_out);
+        if !requests.is_empty() {
+            self.tools.after_requests(&requests);
         }
-        if late {
-            #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
-            let dropped = undone as f64 / self.clock.rate();
-            self.run.dropped_lately += dropped;
-            self.run.dropped += dropped;
+        if std::mem::replace(&mut self.world, self.stage.here.number) != self.world {
+            self.view.forget_world();
+            self.hands.forget_world();
+            self.tools.each().for_each(|(_, tool)| tool.restart(&mut self.stage));
         }
-        let between = self.run.options.interpolate
-            && !self.view.paused
-            && self.sim.scene.step == StepKind::Fixed
-            // Positions are remembered before the last tick, which was not reached.
-            && undone == 0;
-        self.seen.alpha = if between { self.clock.fraction() } else { 1.0 };
-        self.seen.targets_current = false;
-        self.note_quarantined();
-        self.note_unconverged();
-        self.meet_fault();
-        self.go_on_seeking(after_tick);
+    }
+
+    fn begin_tools(&mut self) {
+        self.follow();
+        for (panel, tool) in self.tools.each() {
+            tool.begin_frame(&mut self.stage, self.ui.shows(panel));
+        }
+    }
+
+    /// Lays out the panels, where there are some or pictures have words.
+    fn show_panels(&mut self, time: FrameTime) {
+        let has_panels = self.stage.run.options.pictures || self.ui.any_open() || self.ui.closing();
+        // Unseen, what is typed and clicked waits for the layout that shows what it does.
+        if has_panels && !self.unseen {
+            self.lay_out_panels(time);
+        } else if !has_panels {
+            self.ui.forget();
+            self.stage.notices.clear();
+        }
+    }
+
+    /// Lays the panels out for this frame and does what the person wants by them.
+    pub(crate) fn lay_out_panels(&mut self, time: FrameTime) {
+        self.stage.notices.expire(time.total());
+        let Self { stage, view, tools, ui, .. } = self;
+        let (mut intents, text) = (Vec::new(), Arc::clone(&stage.sim.scene.text));
+        ui.run(time, |ui, root| intents.extend(lay_out(ui, root, stage, view, tools)));
+        for intent in intents {
+            // Places in one text are others in the text that a change before made of it.
+            let stale =
+                matches!(intent, Intent::Rewrite(..)) && !Arc::ptr_eq(&text, &self.stage.sim.scene.text);
+            if !stale {
+                self.carry_out(intent);
+            }
+        }
+        let postponed = std::mem::take(&mut self.ui.postponed);
+        postponed.into_iter().for_each(|act| self.carry_out(Intent::Act(act)));
+    }
+
+    /// Lays the panels out for a picture of the present state, between two frames.
+    pub(crate) fn lay_out_still(&mut self) {
+        if let Ok(now) = FrameClock::default().advance_to(self.stage.clock.now()) {
+            // A card that is new stands at its place in the layout after those that measure it.
+            (0..2).for_each(|_| self.lay_out_panels(now));
+        }
     }
 
     /// The picture of the present state.
     pub fn picture(&mut self) -> render::Frame {
-        let forecast = &self.tools.forecast;
-        let ratio = |ends| forecast.spring_ratio(ends).unwrap_or(0.0);
-        let immovable = self.selects_immovable();
-        let mut frame =
-            self.stage.begin_picture(forecast.shown().is_some().then_some(&ratio as _), immovable);
-        for (_, tool) in self.tools.each() {
-            tool.draw(&self.stage, &mut frame);
-        }
-        self.stage.finish_picture(&mut frame);
-        frame.panels = self.ui.panels();
+        self.follow();
+        let Self { stage, view, tools, hands, ui, .. } = self;
+        let immovable = hands.selects_immovable(stage, ui);
+        let ratio = tools.spring_ratio();
+        let mut frame = view.begin_picture(stage, ratio.as_ref().map(|ratio| ratio as _), immovable);
+        drop(ratio);
+        tools.each().for_each(|(_, tool)| tool.draw(stage, view, &mut frame));
+        view.finish_picture(stage, &mut frame);
+        frame.panels = ui.panels();
         frame
     }
 
-    /// Simulates at most `ticks` more ticks; after that, frames change nothing but the camera.
-    pub const fn limit_ticks(&mut self, ticks: u64) {
-        self.ticks_left = Some(ticks);
+    fn with_hands<T>(&mut self, does: impl FnOnce(&mut Hands, Reach<'_>) -> T) -> T {
+        let Self { stage, view, tools, hands, ui, .. } = self;
+        does(hands, Reach { stage, view, ui, tools })
+    }
+
+    fn handle(&mut self, input: &Input) {
+        match input {
+            Input::Act(action) => self.stage.carry_out(action),
+            Input::Resized(size) => {
+                self.view.size_px = *size;
+                self.ui.set_size(*size);
+            }
+            Input::Scaled(scale) => self.ui.set_scale(*scale),
+            Input::DockWidth(points) => self.ui.cockpit.set_dock_width(*points),
+            Input::Arrange(text) => {
+                let acts = arrangement::arrange(&mut self.ui, text);
+                acts.into_iter().for_each(|act| self.carry_out(Intent::Act(act)));
+            }
+            _ => {
+                let intents = self.with_hands(|hands, reach| hands.take(input, reach));
+                intents.into_iter().for_each(|intent| self.carry_out(intent));
+            }
+        }
+    }
+
+    /// Carries out what a person wants.
+    pub(crate) fn carry_out(&mut self, intent: Intent) {
+        let reach = (&mut self.stage, &self.view);
+        if let Some(intents) = self.tools.take(&intent, reach, self.ui.opened()) {
+            return intents.into_iter().for_each(|intent| self.carry_out(intent));
+        }
+        match intent {
+            Intent::Act(act) => self.act(act),
+            Intent::Change(change, by) => self.stage.change(change, by),
+            Intent::ApplySetting(setting) => self.choose(setting),
+            Intent::Pace(pace) => self.set_pace(pace),
+            Intent::Seek(tick) => self.stage.begin_seek(tick),
+            Intent::SaveBundle => self.stage.order_bundle(),
+            Intent::SaveTable(text) => self.stage.orders.push(Order::Table(text)),
+            Intent::Open(scene) => self.leave(Order::Open(scene)),
+            Intent::Restart(scene, select) => self.restart_with(*scene, select.as_deref()),
+            Intent::Ask(question) => self.ask(question),
+            Intent::Answer(answer) => self.answer(answer),
+            // Of the editor.
+            Intent::Rewrite(..) | Intent::Delete(..) => {}
+        }
+    }
+
+    /// Does an action at once; one that lasts while its key is held does nothing.
+    fn act(&mut self, act: Act) {
+        match act {
+            Act::Panel(panel) => self.toggle(panel),
+            Act::ToggleMode => self.with_hands(Hands::toggle_mode),
+            Act::ToggleGravity => self.stage.toggle_gravity(),
+            Act::ResetWorld => {
+                self.stage.reset();
+                self.view.locked = None;
+                self.follow();
+            }
+            Act::ResetCamera => self.view.reset_camera(),
+            Act::LockCamera => self.view.toggle_lock(&self.stage),
+            Act::NextBody => self.select_neighbor(1),
+            Act::PreviousBody => self.select_neighbor(-1),
+            Act::Frame => self.view.frame(&self.stage),
+            Act::Pause => self.stage.paused ^= true,
+            Act::Step => {
+                self.stage.paused = true;
+                self.stage.steps_asked += 1;
+            }
+            Act::StepBack => self.stage.step_back(),
+            Act::Slower => self.set_pace(self.stage.clock.pace() * 0.5),
+            Act::Faster => self.set_pace(self.stage.clock.pace() * 2.0),
+            Act::PreviousScene => self.open_neighbor(-1),
+            Act::NextScene => self.open_neighbor(1),
+            Act::NextMethod => self.change_method(Method::next),
+            Act::PreviousMethod => self.change_method(Method::previous),
+            Act::SaveBundle => self.stage.order_bundle(),
+            Act::VelocityArrows => self.view.velocity_arrows ^= true,
+            Act::ForceArrows => self.view.force_arrows ^= true,
+            Act::Springs => self.view.springs ^= true,
+            Act::Trails => self.view.toggle_trails(),
+            Act::FocusPanels => self.ui.focus_next_part(),
+            Act::Larger => self.zoom_panels(1),
+            Act::Smaller => self.zoom_panels(-1),
+            Act::ToggleTheme => self.ui.toggle_theme(),
+            Act::ToggleBrowser => self.ui.toggle_browser(),
+            Act::ToggleDock => self.ui.cockpit.dock ^= true,
+            Act::ToggleCockpit => self.toggle_cockpit(),
+            Act::Screenshot => self.stage.orders.push(Order::Screenshot(None)),
+            Act::Cancel => self.cancel(),
+            Act::Quit => self.leave(Order::Quit),
+            // Of tools.
+            Act::NextSolid | Act::SaveScene | Act::Undo | Act::Redo | Act::Duplicate | Act::Delete => {}
+            Act::FlyForward
+            | Act::FlyBack
+            | Act::FlyLeft
+            | Act::FlyRight
+            | Act::FlyUp
+            | Act::FlyDown
+            | Act::PushMinusZ
+            | Act::PushPlusZ
+            | Act::PushMinusX
+            | Act::PushPlusX
+            | Act::PushPlusY
+            | Act::PushMinusY
+            | Act::SelectImmovable
+            | Act::ChangeForce => {}
+        }
+    }
+
+    /// Opens or closes a panel.
+    fn toggle(&mut self, panel: Panel) {
+        // A tool that follows the world begins where nothing waits to be done.
+        self.stage.carry_out_requests();
+        self.follow();
+        let open = self.ui.shows(panel);
+        let Some((_, tool)) = self.tools.each().find(|(other, _)| *other == panel) else { return };
+        if tool.toggle(&mut self.stage, open) {
+            self.ui.open(panel);
+            if self.ui.cockpit.shown {
+                self.free_pointer();
+            }
+        } else {
+            self.ui.close(panel);
+        }
+    }
+
+    fn free_pointer(&mut self) {
+        if self.view.mode == Mode::Camera {
+            self.with_hands(Hands::toggle_mode);
+        }
+    }
+
+    /// Shows the bars and the dock, with a free pointer, or hides them.
+    fn toggle_cockpit(&mut self) {
+        self.with_hands(|hands, mut reach| hands.let_go(&mut reach));
+        if self.ui.toggle_cockpit() {
+            self.free_pointer();
+        }
+    }
+
+    fn cancel(&mut self) {
+        self.tools.each().for_each(|(_, tool)| tool.cancel());
+        let asked = self.ui.question.take().is_some();
+        if !asked && !self.ui.close_top() && self.stage.here.selection.take().is_none() {
+            self.stage.notice("Ctrl+Q quits");
+        }
+    }
+
+    fn select_neighbor(&mut self, step: isize) {
+        self.stage.select_neighbor(step);
+        self.tools.each().for_each(|(_, tool)| tool.let_go());
+    }
+
+    fn zoom_panels(&mut self, steps: isize) {
+        let percent = self.ui.zoom_by(steps) * 100.0;
+        self.stage.notices.say(Topic::Size, format!("panels: {percent:.0} % of their usual size"));
+    }
+
+    fn set_pace(&mut self, pace: f64) {
+        let pace = pace.clamp(*PACES.start(), *PACES.end());
+        self.stage.clock.set_pace(pace).expect("a clamped pace is positive and finite");
+        self.stage.notices.say(Topic::Speed, format!("{pace} x speed"));
+    }
+
+    fn change_method(&mut self, other: fn(Method) -> Method) {
+        let gravity = self.stage.sim.world.contains_resource::<MutualGravity>();
+        let mut method = other(self.stage.sim.method());
+        while unsolvable(method, gravity).is_some() {
+            method = other(method);
+        }
+        self.stage.change(Change::Method(method), SwitchedBy::Key);
+        self.stage.notices.say(Topic::Method, methods::line(method));
+    }
+
+    /// Goes on with a setting that a panel offers. In a recording steps name it, and this does nothing: what a panel offers
+    /// depends on what its machine measured.
+    fn choose(&mut self, setting: Setting) {
+        if self.player.as_ref().is_some_and(|player| player.names_settings(self.stage.frames())) {
+            return;
+        }
+        for chosen in [Action::SetMethod(setting.method), Action::SetSubsteps(setting.substeps)] {
+            self.stage.carry_out(&chosen);
+            self.chosen.push(Input::Act(chosen));
+        }
+    }
+
+    fn open_neighbor(&mut self, step: isize) {
+        let shipped = scene::shipped();
+        let here = shipped.iter().position(|shipped| shipped.name == self.stage.sim.scene.name);
+        let next = match here {
+            Some(here) => {
+                here.checked_add_signed(step).map_or(shipped.len() - 1, |next| next % shipped.len())
+            }
+            None => 0,
+        };
+        self.leave(Order::Open(shipped[next].name.to_owned()));
+    }
+
+    /// Goes on with another scene; window size and panels stay.
+    pub fn open(&mut self, scene: Scene) {
+        self.stage.open(scene);
+        self.view.open(&self.stage);
+        self.begin_scene(false);
+        if let Source::File(path) = &self.stage.sim.scene.source {
+            self.stage.run.note_file(path);
+        }
+    }
+
+    /// Goes on with `scene`, another text of the present one, paused; camera, click force and what is drawn stay.
+    fn restart_with(&mut self, scene: Scene, select: Option<&str>) {
+        let offset = offset_in_entry(&self.stage, select);
+        let (before, pace) = (Arc::clone(&self.stage.sim.scene), self.stage.clock.pace());
+        // The text says them; scenes that are opened later have them again.
+        let overrides = std::mem::take(&mut self.stage.run.options.overrides);
+        self.stage.open(scene);
+        self.stage.run.options.overrides = overrides;
+        self.stage.paused = true;
+        self.stage.clock.set_pace(pace).expect("it was a pace before");
+        self.view.reopen(&self.stage, &before);
+        self.begin_scene(true);
+        self.tools.forecast_start(&mut self.stage, 1.0 / DEFAULT_FPS);
+        self.stage.here.selection = select.and_then(|path| entity_at(&self.stage, path, offset));
+    }
+
+    fn begin_scene(&mut self, rewritten: bool) {
+        self.tools.next_scene(rewritten);
+        self.hands = Hands::default();
+        for (panel, tool) in self.tools.each() {
+            if tool.closes_with_scene() {
+                self.ui.close(panel);
+            }
+        }
+        self.begin_tools();
+    }
+
+    /// Whether the scene has changes that no file has.
+    #[must_use]
+    pub fn has_unsaved_changes(&self) -> bool {
+        self.tools.has_unsaved_changes(&self.stage)
+    }
+
+    /// Does what leaves the scene; unsaved changes are asked about before.
+    pub fn leave(&mut self, order: Order) {
+        if self.has_unsaved_changes() {
+            self.ask(Question::Leaving(order));
+        } else {
+            self.stage.orders.push(order);
+        }
+    }
+
+    /// Asks a question, with a free pointer.
+    fn ask(&mut self, question: Question) {
+        self.free_pointer();
+        self.with_hands(|hands, mut reach| hands.let_go(&mut reach));
+        self.ui.question = Some(question);
+    }
+
+    /// Whether something is asked.
+    #[must_use]
+    pub const fn asks(&self) -> bool {
+        self.ui.question.is_some()
+    }
+
+    /// Asks whether to go on with the unsaved changes in the file `draft`.
+    pub fn offer(&mut self, draft: PathBuf) {
+        self.ask(Question::LeftBehind(draft));
+    }
+
+    /// Does what a question was answered with.
+    fn answer(&mut self, answer: Answer) {
+        match (self.ui.question.take(), answer) {
+            (None, _) | (_, Answer::Cancel) => {}
+            (Some(Question::Leaving(order)), Answer::Discard) => {
+                // Another scene brings another editor, once it is there.
+                if order == Order::Quit {
+                    self.tools.discard_changes();
+                }
+                self.stage.orders.push(order);
+            }
+            (Some(Question::Leaving(order)), _) => {
+                self.carry_out(Intent::Act(Act::SaveScene));
+                self.stage.orders.push(order);
+            }
+            (Some(Question::Deleting { entry, .. }), Answer::All) => {
+                self.carry_out(Intent::Delete(entry, None));
+            }
+            (Some(Question::Deleting { entry, alone, .. }), _) => {
+                if let Some(body) = alone {
+                    self.carry_out(Intent::Delete(entry, Some(body)));
+                }
+            }
+            (Some(Question::LeftBehind(draft)), Answer::Discard) => {
+                self.stage.orders.push(Order::Forget(draft));
+            }
+            (Some(Question::LeftBehind(draft)), _) => self.stage.orders.push(Order::Restore(draft)),
+        }
+    }
+
+    /// Goes on, paused, with the unsaved changes of a scene, and with the file that they were made in and what it has.
+    pub fn open_unsaved(&mut self, scene: Scene, file: Option<(PathBuf, Arc<str>)>) {
+        self.open(scene);
+        self.stage.paused = true;
+        self.tools.open_unsaved(&self.stage, file);
+    }
+
+    /// Plays a script from the next frame on, beside the input of frames.
+    pub fn play(&mut self, player: Player) {
+        self.player = Some(player);
+    }
+
+    /// The script that is played, if one is.
+    #[must_use]
+    pub const fn player(&self) -> Option<&Player> {
+        self.player.as_ref()
+    }
+
+    /// Does what the script does at the start of a frame.
+    fn play_frame(&mut self, time: FrameTime) {
+        let (frame, ticks) = (self.stage.frames(), self.stage.ticks());
+        let Some(player) = &mut self.player else { return };
+        for input in player.of_frame(frame, ticks, time.total()) {
+            self.handle(&input);
+        }
+    }
+
+    /// Does what the script does before the next tick; whether that is something.
+    fn play_tick(&mut self) -> bool {
+        let Some(player) = &mut self.player else { return false };
+        let world = &self.stage.sim.world;
+        let (clock, step) = (world.resource::<StepClock>(), world.resource::<TimeStep>());
+        let inputs = player.of_tick(clock.ticks(), clock.seconds(), step.0);
+        inputs.iter().for_each(|input| self.handle(input));
+        !inputs.is_empty()
+    }
+
+    /// Pauses and goes to the end of tick number `tick`, or the nearest in the last minute, in one go. Going on from there
+    /// drops what came after it, unless it is repeated.
+    pub fn seek(&mut self, tick: u64) {
+        self.stage.seek(tick);
+        self.follow();
+    }
+
+    /// Goes to the last good tick before what went wrong, if something did, with the body selected.
+    pub fn rewind_before_fault(&mut self) {
+        if let Some(fault) = self.stage.fault().cloned() {
+            self.rewind_before(&fault);
+        }
+    }
+
+    /// Goes back to the last good tick, in one go, and selects the body that is at fault.
+    pub fn rewind_before(&mut self, fault: &Fault) {
+        self.stage.rewind_before(fault);
+        self.follow();
+    }
+
+    /// Makes a change of the simulation; one that its methods cannot solve is refused.
+    pub fn change(&mut self, change: Change, by: SwitchedBy) {
+        self.stage.change(change, by);
     }
 
     /// Tells the HUD what the shell measured.
     pub const fn set_measured(&mut self, measured: Measured) {
-        self.stage.run.measured = Some(measured);
+        self.view.measured = Some(measured);
     }
 
     /// Lets the next frames do without panels, because no picture of them is seen, or lay them out again.
     pub const fn set_unseen(&mut self, unseen: bool) {
-        self.stage.run.unseen = unseen;
+        self.unseen = unseen;
     }
 
-    /// Leaves an order for the next frame, because this one could not carry it out.
-    pub fn postpone(&mut self, order: Order) {
-        self.orders.push(order);
+    /// How the panels are arranged, an action and its state in each line: `on`, `off`, or how many times it was done.
+    #[must_use]
+    pub fn arrangement(&self) -> String {
+        arrangement::of(&self.ui)
     }
 
     /// Whether a text field takes what is typed.
     #[must_use]
     pub fn takes_text(&self) -> bool {
         self.ui.takes_text()
-    }
-
-    /// Seconds after the last frame until something changes without input; infinite where nothing does.
-    #[must_use]
-    pub fn changes_in_s(&mut self) -> f64 {
-        let works = self.tools.each().any(|(panel, tool)| self.ui.shows(panel) && tool.works());
-        let plays = self.player.as_ref().is_some_and(|player| !player.finished());
-        let does = plays || works || !self.hands.held.is_empty() || !self.orders.is_empty();
-        if does || !self.view.paused || !self.arrived() {
-            return 0.0;
-        }
-        let now = self.clock.now();
-        (self.notices.next_end(now).min(self.ui.lays_out_at()) - now).max(0.0)
     }
 
     /// The open panels in the order in which they were opened.
@@ -390,81 +607,16 @@ impl Session {
         self.ui.controls()
     }
 
-    /// Simulated time with the part of the next tick that has passed, s.
-    pub(crate) fn progress(&self) -> f64 {
-        self.simulated() + self.clock.fraction() / self.clock.rate()
-    }
-
-    pub(crate) fn speed_setting(&self) -> SpeedSetting {
-        SpeedSetting {
-            pace: self.clock.pace(),
-            paused: self.view.paused,
-            ghosts: self.tools.ghosts.are_shown(),
+    /// Seconds after the last frame until something changes without input; infinite where nothing does.
+    #[must_use]
+    pub fn changes_in_s(&mut self) -> f64 {
+        let works = self.tools.each().any(|(panel, tool)| self.ui.shows(panel) && tool.works());
+        let plays = self.player.as_ref().is_some_and(|player| !player.finished());
+        let does = plays || works || !self.hands.held.is_empty() || !self.stage.orders.is_empty();
+        if does || !self.stage.paused || !self.stage.arrived() {
+            return 0.0;
         }
-    }
-
-    /// Keeps a ledger of energy and momentum from now on, whether the panel is open or not.
-    pub fn keep_ledger(&mut self) {
-        self.settings.keeps_ledger = true;
-        self.keep_or_close_ledger();
-    }
-
-    fn keep_or_close_ledger(&mut self) {
-        let wanted = self.settings.keeps_ledger || self.ui.shows(Panel::Ledger);
-        self.tools.ledger.keep(&mut self.stage, wanted);
-    }
-
-    /// The ledger, if one is kept.
-    #[must_use]
-    pub fn ledger(&self) -> Option<&Ledger> {
-        self.tools.ledger.kept()
-    }
-
-    /// What there is to say of every method and, last, of the reference; nothing while no ghosts are shown.
-    #[must_use]
-    pub fn ghosts(&self) -> Vec<GhostRow> {
-        self.tools.ghosts.rows(&self.stage)
-    }
-
-    /// How far everything is from instability as it is now, the worst first.
-    #[must_use]
-    pub fn forecast(&mut self) -> Vec<ForecastRow> {
-        forecast::rows(&mut self.stage)
-    }
-
-    /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the unstable rows for the summary;
-    /// tells and returns those whose growth would soon be seen.
-    pub fn forecast_start(&mut self, frame: f64) -> Vec<ForecastRow> {
-        self.tools.forecast.begin(&mut self.stage, frame)
-    }
-
-    /// The unstable rows of the forecast at the start of the scene.
-    #[must_use]
-    pub fn forecast_at_start(&self) -> &[ForecastRow] {
-        self.tools.forecast.at_start()
-    }
-
-    /// The forecast of the open panel, the worst first.
-    #[must_use]
-    pub fn shown_forecast(&self) -> Option<&[ForecastRow]> {
-        self.tools.forecast.shown()
-    }
-
-    /// The study of the running scene so far, while its panel is open.
-    #[must_use]
-    pub fn cost_study(&self) -> Option<&Study> {
-        self.tools.cost.study()
-    }
-
-    /// The part of the study that is done, in [0, 1].
-    #[must_use]
-    pub fn cost_progress(&self) -> f64 {
-        self.tools.cost.progress()
-    }
-
-    /// The receipt of the session as it is: what acts, because of what, on how many bodies; evaluations per step are
-    /// those since the last look, times those of the last measurement.
-    pub fn receipt(&mut self) -> Vec<Row> {
-        self.tools.effects.receipt(&mut self.stage)
+        let now = self.stage.clock.now();
+        (self.stage.notices.next_end(now).min(self.ui.lays_out_at()) - now).max(0.0)
     }
 }

@@ -1,17 +1,20 @@
 //! Sessions, as the words and panels in the picture show them.
 
+use crate::clock::FrameClock;
 use bevy_ecs::prelude::*;
 use glam::{DQuat, DVec2, DVec3};
 use history::Change;
-use motion::clock::{FrameClock, StepClock};
+use motion::clock::StepClock;
 use motion::{Gravity, Method, Orientation, PhysicsBody, Request, SoftBody};
 use scene::{Action, Scene};
 
-use crate::app::session::{Session, SwitchedBy};
-use crate::input::{Input, InputFrame};
+use crate::actions::Act;
+use crate::app::session::Session;
+use crate::input::{Input, InputFrame, SwitchedBy};
+use crate::intent::Intent;
+use crate::stage::options::Options;
 use crate::view::card::{Selected, rows};
-use crate::view::labels::around;
-use crate::view::options::Options;
+use crate::view::labels::{Label, around};
 
 #[test]
 fn the_clock_shown_is_the_scenes() {
@@ -20,16 +23,16 @@ fn the_clock_shown_is_the_scenes() {
     let mut clock = FrameClock::default();
     let mut shown = |session: &mut Session| {
         session.advance(&InputFrame::NOTHING, clock.advance_by(0.1).expect("a time"));
-        session.sim.world.resource::<StepClock>().scene_seconds()
+        session.stage.sim.world.resource::<StepClock>().scene_seconds()
     };
     let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} s is not {b} s");
     close(shown(&mut session), 0.1);
     close(shown(&mut session), 0.2);
-    session.reset_world();
+    session.carry_out(Intent::Act(Act::ResetWorld));
     close(shown(&mut session), 0.1);
     session.open(scene);
     close(shown(&mut session), 0.1);
-    close(session.simulated(), 0.4);
+    close(session.stage.simulated(), 0.4);
 }
 
 #[test]
@@ -44,21 +47,22 @@ fn a_change_of_the_method_while_time_stands_still_changes_no_velocity_on_the_car
         let (mut session, mut clock) = (Session::new(scene, options), FrameClock::default());
         session.advance(&InputFrame::NOTHING, clock.advance_by(seconds).expect("a time"));
         let velocities = |session: &mut Session| {
-            let of = |session: &mut Session, thing| Selected::of(session, thing)?.body;
-            let mut softs = session.sim.world.query_filtered::<Entity, With<SoftBody>>();
-            let softs: Vec<_> = softs.iter(&session.sim.world).collect();
-            let bodies = session.sim.bodies.clone();
+            let of = |session: &mut Session, thing| Selected::of(&session.stage, thing)?.body;
+            let mut softs = session.stage.sim.world.query_filtered::<Entity, With<SoftBody>>();
+            let softs: Vec<_> = softs.iter(&session.stage.sim.world).collect();
+            let bodies = session.stage.sim.bodies.clone();
             bodies
                 .into_iter()
                 .chain(softs)
                 .map(|body| of(session, body).map(|body| body.velocity))
                 .collect::<Vec<_>>()
         };
-        let stored =
-            |session: &Session, body| session.sim.world.get::<PhysicsBody>(body).map(|body| body.velocity);
-        let lagged: Vec<_> = session.sim.bodies.iter().map(|body| stored(&session, *body)).collect();
+        let stored = |session: &Session, body| {
+            session.stage.sim.world.get::<PhysicsBody>(body).map(|body| body.velocity)
+        };
+        let lagged: Vec<_> = session.stage.sim.bodies.iter().map(|body| stored(&session, *body)).collect();
         let before = velocities(&mut session);
-        session.set_method(Method::VelocityVerlet);
+        session.change(Change::Method(Method::VelocityVerlet), SwitchedBy::Settings);
         let after = velocities(&mut session);
         let most = |a: &[Option<DVec3>], b: &[Option<DVec3>]| {
             let apart = a.iter().zip(b).filter_map(|(a, b)| Some(a.as_ref()?.distance(*b.as_ref()?)));
@@ -73,7 +77,7 @@ fn a_change_of_the_method_while_time_stands_still_changes_no_velocity_on_the_car
 fn a_card_that_gets_wider_stays_in_the_picture_in_the_same_frame() {
     let text = "(version: 1, bodies: [(name: \"ball\", shape: sphere(radius_m: 1), position_m: (0, 0, -9))])";
     let mut session = Session::new(Scene::parse("card", text).expect("a good scene"), Options::default());
-    session.seen.selection = session.body("ball");
+    session.stage.here.selection = session.stage.body("ball");
     let mut clock = FrameClock::default();
     let mut right = |session: &mut Session, x: f64| {
         let put = Action::SetPosition("ball".to_owned(), DVec3::splat(x));
@@ -101,8 +105,8 @@ fn card(scene: Scene, body: &str, ticks: u32) -> Vec<(String, String)> {
     for _ in 0..ticks {
         session.advance(&InputFrame::NOTHING, clock.advance_by(tick).expect("time goes on"));
     }
-    let body = session.body(body).expect("a body of the scene");
-    let selected = Selected::of(&mut session, body).expect("a thing");
+    let body = session.stage.body(body).expect("a body of the scene");
+    let selected = Selected::of(&session.stage, body).expect("a thing");
     rows(&selected, Method::default()).into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
@@ -138,6 +142,11 @@ fn the_causes_of_a_force_are_few() {
     assert_eq!(causes, ["by gravity", "by 12 springs", "by drag"]);
 }
 
+/// The labels in the picture.
+fn labels(session: &Session) -> Vec<Label> {
+    session.view.visible_labels(&session.stage)
+}
+
 /// Seen from the origin along -z, 90 degrees high.
 fn labelled() -> Session {
     let text = "(version: 1,
@@ -150,7 +159,7 @@ fn labelled() -> Session {
             (name: \"distant\", position_m: (0, 0, -200)),
         ])";
     let mut session = Session::new(Scene::parse("labels", text).expect("a good scene"), Options::default());
-    let names: Vec<_> = session.sim.scene.names.iter().map(std::borrow::Cow::into_owned).collect();
+    let names: Vec<_> = session.stage.sim.scene.names.iter().map(std::borrow::Cow::into_owned).collect();
     session.view.labels = (0..).zip(names).collect();
     // A body that there is not.
     session.view.labels.push((99, "no body".to_owned()));
@@ -159,7 +168,7 @@ fn labelled() -> Session {
 
 #[test]
 fn labels_stand_where_their_bodies_are_seen_and_only_in_the_picture() {
-    let seen = labelled().visible_labels();
+    let seen = labels(&labelled());
     let words: Vec<_> = seen.iter().map(|label| label.text.as_str()).collect();
     assert_eq!(words, ["particle", "ahead"]);
     let close = |a: DVec2, b: DVec2| assert!((a - b).length() < 1e-9, "{a} is not {b}");
@@ -175,28 +184,29 @@ fn words_stand_beside_thin_bodies_and_a_ring_goes_around_all_of_one() {
         camera: (position_m: (0, 0, 0), pitch_deg: 0, yaw_deg: 0, fov_y_deg: 90, near_m: 0.1, far_m: 100),
         bodies: [(name: \"mast\", label: \"mast\", shape: cuboid(half_extents_m: (0.5, 5, 3)), position_m: (0, 0, -10))])";
     let mut session = Session::new(Scene::parse("thin", text).expect("a good scene"), Options::default());
-    let reach = |session: &Session| session.visible_labels()[0].reach;
+    let reach = |session: &Session| labels(session)[0].reach;
     assert!((reach(&session) - 18.0).abs() < 1e-9, "{}", reach(&session));
-    let mast = session.sim.bodies[0];
+    let mast = session.stage.sim.bodies[0];
     session
+        .stage
         .sim
         .world
         .entity_mut(mast)
         .insert(Orientation(DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2)));
     assert!((reach(&session) - 180.0).abs() < 1e-9, "{}", reach(&session));
-    let (_, ring) = session.label(mast, "", around).expect("it is in the picture");
+    let (_, ring) = session.view.label(&session.stage, mast, "", around).expect("it is in the picture");
     assert!((ring.reach - 180.0).abs() < 1e-9);
 }
 
 #[test]
 fn the_label_of_a_removed_body_is_gone_and_others_stay_after_a_reset() {
     let mut session = labelled();
-    let ahead = session.sim.bodies[0];
-    session.ask(Request::Remove(ahead));
-    session.carry_out_requests();
-    assert_eq!(session.visible_labels().len(), 1);
-    session.reset_world();
-    assert_eq!(session.visible_labels().len(), 2);
+    let ahead = session.stage.sim.bodies[0];
+    session.stage.sim.request(Request::Remove(ahead));
+    session.stage.carry_out_requests();
+    assert_eq!(labels(&session).len(), 1);
+    session.carry_out(Intent::Act(Act::ResetWorld));
+    assert_eq!(labels(&session).len(), 2);
 }
 
 #[test]
@@ -254,42 +264,45 @@ fn a_reset_and_another_scene_have_no_frozen_bodies_and_a_run_keeps_all() {
         let push = Action::Push("ahead".to_owned(), DVec3::new(f64::NAN, 0.0, 0.0));
         let input = [Input::Act(push)].into_iter().collect();
         session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
-        let names: Vec<_> = session.quarantined_here().iter().map(|body| body.body.as_str()).collect();
+        let names: Vec<_> = session.stage.quarantined_here().iter().map(|body| body.body.as_str()).collect();
         assert_eq!(names, ["ahead"]);
-        let body = session.body("ahead").expect("it is there");
-        let why = session.quarantined_because(body).expect("it is quarantined");
+        let body = session.stage.body("ahead").expect("it is there");
+        let why = session.stage.quarantined_because(body).expect("it is quarantined");
         assert!(why.ends_with(" by integrate_acceleration"), "{why}");
     };
     nan(&mut session);
-    session.reset_world();
-    assert!(session.quarantined_here().is_empty());
-    assert_eq!(session.quarantined().len(), 1);
+    session.carry_out(Intent::Act(Act::ResetWorld));
+    assert!(session.stage.quarantined_here().is_empty());
+    assert_eq!(session.stage.quarantined().len(), 1);
     nan(&mut session);
-    let scene = session.scene().clone();
+    let scene = session.stage.scene().clone();
     session.open(scene);
-    assert!(session.quarantined_here().is_empty());
+    assert!(session.stage.quarantined_here().is_empty());
     nan(&mut session);
-    assert_eq!(session.all_quarantined().len(), 3);
+    assert_eq!(session.stage.all_quarantined().len(), 3);
 }
 
 #[test]
 fn the_body_that_goes_wrong_is_marked_while_the_run_stands_beside_that() {
     let mut session = labelled();
-    session.keep_timeline();
+    session.stage.keep_timeline();
     let mut clock = FrameClock::default();
     let mut frame = |session: &mut Session, input: InputFrame| {
         session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
     };
     let push = Action::Push("ahead".to_owned(), DVec3::new(f64::NAN, 0.0, 0.0));
-    assert!(session.fault_mark().is_none());
+    assert!(session.view.fault_mark(&session.stage).is_none());
     frame(&mut session, [Input::Act(push)].into_iter().collect());
-    let mark = session.fault_mark().expect("a mark");
+    let mark = session.view.fault_mark(&session.stage).expect("a mark");
     assert_eq!(mark.text, "ahead goes wrong in the next tick");
     assert!((mark.at - DVec2::new(640.0, 360.0)).length() < 1e-9 && (mark.reach - 72.0).abs() < 1e-9);
     session.seek(1);
-    assert_eq!(session.fault_mark().expect("a mark").text, "ahead went wrong in this tick");
-    session.view.paused = false;
-    assert!(session.fault_mark().is_none());
+    assert_eq!(
+        session.view.fault_mark(&session.stage).expect("a mark").text,
+        "ahead went wrong in this tick"
+    );
+    session.stage.paused = false;
+    assert!(session.view.fault_mark(&session.stage).is_none());
 }
 
 #[test]
@@ -298,9 +311,9 @@ fn the_settings_declare_an_effect_and_say_so_and_a_script_is_refused() {
     let mut session = Session::new(scene, Options::default());
     let mut declared_by = |by| {
         session.change(Change::request(Request::SetGravity(DVec3::Y)), by);
-        session.carry_out_requests();
-        let said = session.notices().last().expect("either is told").to_owned();
-        (session.world().contains_resource::<Gravity>(), said)
+        session.stage.carry_out_requests();
+        let said = session.stage.notices().last().expect("either is told").to_owned();
+        (session.stage.world().contains_resource::<Gravity>(), said)
     };
     assert_eq!(declared_by(SwitchedBy::Script), (false, "this scene never declared gravity".to_owned()));
     let said = "gravity is declared by the settings now, not by the scene".to_owned();

@@ -3,18 +3,14 @@
 mod focus;
 mod style;
 
-use std::path::PathBuf;
-
+use crate::clock::FrameTime;
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
-use motion::clock::FrameTime;
-use scene::Entry;
 
-pub(super) use self::focus::{reveal as reveal_focus, show as show_focus};
 use crate::actions::Act;
 use crate::app::cockpit::Cockpit;
 use crate::input::{Button, Key};
+use crate::intent::Question;
 use crate::panels::Panel;
-use crate::view::stage::Order;
 
 /// Pixels and notches beyond every screen: of larger ones egui's speeds are no numbers.
 const FAR: f64 = 1e6;
@@ -30,17 +26,6 @@ pub struct Control {
     pub rect_px: [f64; 4],
     /// Whether it has the keyboard.
     pub focused: bool,
-}
-
-/// What a person is asked before anything else.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Question {
-    /// What is to become of unsaved changes that this would lose.
-    Leaving(Order),
-    /// What is to become of unsaved changes that were left in this file.
-    LeftBehind(PathBuf),
-    /// Whether to delete the body of that name, or all bodies of its entry. `alone` is its stable id, where it can go by itself.
-    Deleting { name: String, entry: Entry, alone: Option<u32> },
 }
 
 /// Which panels are open, and egui.

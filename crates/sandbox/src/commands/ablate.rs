@@ -1,17 +1,18 @@
 //! A scene again without each of its effects, with the pictures at the end compared.
 
+use crate::clock::FrameClock;
 use clap::Args;
-use motion::clock::FrameClock;
 use motion::effects::Effect;
 use render::{Gpu, Offscreen, Quality, Renderer};
 use scene::Scene;
 
-use crate::app::session::{Session, SwitchedBy};
+use crate::app::session::Session;
 use crate::args::{above_0, check_seconds, positive};
 use crate::commands::effects;
 use crate::commands::list::Format;
+use crate::input::SwitchedBy;
 use crate::output::show;
-use crate::view::options::Options;
+use crate::stage::options::Options;
 
 use crate::failure::Failure;
 use crate::input::InputFrame;
@@ -82,11 +83,11 @@ impl Pictures {
         let mut session = Session::new(scene.clone(), options);
         if let Some(effect) = without {
             // An effect that acts was declared.
-            let _ = session.switch_effect(effect, false, SwitchedBy::Flag);
+            let _ = session.stage.switch_effect(effect, false, SwitchedBy::Flag);
         }
-        session.limit_ticks(ticks);
+        session.stage.limit_ticks(ticks);
         let (mut clock, mut frame) = (FrameClock::default(), 0_u64);
-        while session.ticks() < ticks {
+        while session.stage.ticks() < ticks {
             frame += 1;
             #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
             let time = clock.advance_to(frame as f64 / scene.step_hz).expect("frames follow one another");

@@ -12,8 +12,8 @@ use crate::args::above_0;
 use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::output::show;
+use crate::stage::options::Options;
 use crate::tools::effects::{ENERGY_WATCH, picture_rows};
-use crate::view::options::Options;
 
 /// Ticks of a report that does not say.
 pub(crate) const DEFAULT_TICKS: u64 = 600;
@@ -45,10 +45,10 @@ fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
     let mut receipt = lab::receipt(&scene, ticks, &[]);
     let watch = lab::watch_time(&scene);
     let mut session = Session::new(scene, Options::default());
-    session.update_targets();
+    session.view.see(&session.stage);
     // As the window does.
-    session.keep_timeline();
-    receipt.rows.extend(picture_rows(&mut session));
+    session.stage.keep_timeline();
+    receipt.rows.extend(picture_rows(&session.stage, &session.view));
     if let Some(row) = receipt.rows.iter_mut().find(|row| row.name == ENERGY_WATCH) {
         (row.ns, row.share) = (Some(watch), Some(watch / receipt.ns));
     }

@@ -9,7 +9,7 @@ use crate::args::method;
 use crate::failure::Failure;
 use crate::methods::cost;
 use crate::output::show;
-use crate::view::options::{Options, Overrides};
+use crate::stage::options::{Options, Overrides};
 
 pub(super) const EXAMPLES: &str = "\
 Example:
@@ -38,15 +38,15 @@ pub(crate) fn run(args: &PlanArgs) -> Result<(), Failure> {
 pub fn text(scene: Scene, overrides: Overrides) -> String {
     let options = Options { pictures: false, interpolate: false, overrides, ..Options::default() };
     let mut session = Session::new(scene, options);
-    let LawTexts { between_bodies, on_bodies, damping } = LawTexts::of(session.world_mut());
+    let LawTexts { between_bodies, on_bodies, damping } = LawTexts::of(session.stage.world_mut());
     let [between_bodies, accelerating] = [&between_bodies, &on_bodies].map(joined);
     let damping = joined(&damping);
-    let scene = session.scene();
+    let scene = session.stage.scene();
     let step = match scene.step {
         StepKind::Fixed => format!("{} Hz", scene.step_hz),
         StepKind::Frame => "the frame's own length".to_owned(),
     };
-    let method = session.stepper().method();
+    let method = session.stage.stepper().method();
     let mut plan = format!(
         "step of `{}`: {}, {step}{}, {} bodies\n",
         scene.name,
@@ -54,7 +54,7 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
         if scene.substeps == 1 { String::new() } else { format!(" in {} substeps", scene.substeps) },
         scene.bodies.len()
     );
-    let systems = session.stepper().systems();
+    let systems = session.stage.stepper().systems();
     let integrating = systems.iter().filter(|system| integrated(system).is_some()).count();
     for (i, system) in systems.iter().enumerate() {
         let name = system.split(['<', ':']).next().unwrap_or(system);

@@ -6,14 +6,14 @@ use clap::Args;
 use history::Bundle;
 use serde_json::{Value, json};
 
-use crate::app::rerun::{PROGRAM, Repetition};
+use crate::app::bundle::{PROGRAM, Repetition};
 use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::bundle::{read, repeated};
 use crate::output::files::{make_folder, place, write};
 use crate::output::report::{STATE_HEADER, fault_json, write_state};
 use crate::output::show;
-use crate::view::options::Options;
+use crate::stage::options::Options;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -84,7 +84,7 @@ const FILES: [&str; 4] = ["scene.ron", "state.csv", PICTURE, "summary.json"];
 /// The summary comes last: where it is, the others are.
 fn unpack(folder: &Path, bundle: &Bundle, session: &Session, summary: &Value) -> Result<(), Failure> {
     let mut state = format!("{STATE_HEADER}\n").into_bytes();
-    write_state(session, &mut state).map_err(|error| Failure::file("write", folder, &error))?;
+    write_state(&session.stage, &mut state).map_err(|error| Failure::file("write", folder, &error))?;
     let [scene_file, state_file, picture_file, summary_file] = FILES.map(|name| folder.join(name));
     write(&scene_file, bundle.scene.as_bytes())?;
     write(&state_file, &state)?;

@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
+use crate::clock::{FrameClock, FrameTime};
 use clap::{Args, ValueEnum};
 use lab::AttractionTick;
 use motion::DampingModel;
-use motion::clock::{FrameClock, FrameTime};
 use motion::effects::Effect;
 use render::{Film, Quality};
 use scene::{Action, Keeps, Scene, Script, StepKind};
@@ -14,12 +14,12 @@ use scene::{Action, Keeps, Scene, Script, StepKind};
 use crate::actions::{self, Act};
 use crate::app::player::Player;
 use crate::app::script::{load_script, player_of};
-use crate::app::session::{DEFAULT_FPS, Session, Simulated, SwitchedBy};
+use crate::app::session::{DEFAULT_FPS, Session};
 use crate::args::{
     MOST_TICKS, StepArgs, above_0, check_seconds, damping, effect, positive, rate, size, whole,
 };
 use crate::failure::Failure;
-use crate::input::InputFrame;
+use crate::input::{InputFrame, SwitchedBy};
 use crate::output::bundle::write_bundle;
 use crate::output::files::{output_file, write};
 use crate::output::pictures::Camera;
@@ -27,9 +27,9 @@ use crate::output::progress::{Loading, progress_bar};
 use crate::output::report::Summary;
 use crate::output::tell;
 use crate::panels::Panel;
+use crate::stage::options::{Options, Overrides};
+use crate::stage::{CATCH_UP, Order, Simulated, Stage};
 use crate::tools::forecast::ForecastRow;
-use crate::view::options::{Options, Overrides};
-use crate::view::stage::{CATCH_UP, Order};
 
 mod outputs;
 
@@ -246,7 +246,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         session.play(player_of(script));
     }
     for effect in &args.without {
-        session.switch_effect(*effect, false, SwitchedBy::Flag).map_err(|error| {
+        session.stage.switch_effect(*effect, false, SwitchedBy::Flag).map_err(|error| {
             Failure::Usage(format!("{}: {error}; leave --without {effect} out", args.scene))
         })?;
     }
@@ -273,36 +273,38 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     }
 
     loading.next();
-    let start = Summary::start(&mut session);
+    let start = Summary::start(&mut session.stage);
     drop(loading);
     keep_ledger(args, &mut session);
     if args.black_box.is_some() {
-        session.keep_black_box();
-        if !session.records() {
+        session.stage.keep_black_box();
+        if !session.stage.records() {
             let what = "too many bodies for a black box; leave --black-box out";
             return Err(Failure::Usage(format!("{}: {what}", args.scene)));
         }
     } else if goes_back {
-        session.keep_timeline();
+        session.stage.keep_timeline();
     }
     let mut watch = Watch::new(state, args.every);
-    watch.look(&session);
+    watch.look(&session.stage);
     let progress = progress_bar(ticks);
     if let Some(ticks) = ticks {
-        session.limit_ticks(ticks);
+        session.stage.limit_ticks(ticks);
     }
     let mut clock = FrameClock::default();
     let mut refused = Ok(());
-    while refused.is_ok() && (ticks.is_none_or(|ticks| session.ticks() < ticks) || session.frames() == 0) {
-        let frame_number = session.frames();
+    while refused.is_ok()
+        && (ticks.is_none_or(|ticks| session.stage.ticks() < ticks) || session.stage.frames() == 0)
+    {
+        let frame_number = session.stage.frames();
         let Some(time) = ends.next(&mut clock, frame_number) else { break };
-        session.advance_watched(&InputFrame::NOTHING, time, &mut |session, simulated| {
+        session.advance_watched(&InputFrame::NOTHING, time, &mut |stage: &Stage, simulated| {
             if simulated == Simulated::New {
-                watch.after_tick(session);
+                watch.after_tick(stage);
             }
             ControlFlow::Continue(())
         });
-        let orders = session.take_orders();
+        let orders = session.stage.take_orders();
         if let Some(camera) = &mut camera {
             let every = args.frames.is_some() && frame_number.is_multiple_of(args.frame_every);
             let shots = orders.iter().any(|order| matches!(order, Order::Screenshot(_)));
@@ -315,12 +317,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
                 added.map_err(|error| Failure::Usage(format!("--film: {error}")))?;
             }
             if every {
-                camera.write(&numbered(PICTURE, frame_number), &session)?;
+                camera.write(&numbered(PICTURE, frame_number), &session.stage)?;
             }
             for order in &orders {
                 if let Order::Screenshot(name) = order {
                     let name = name.clone().unwrap_or_else(|| numbered(SCREENSHOT, frame_number));
-                    camera.write(&name, &session)?;
+                    camera.write(&name, &session.stage)?;
                 }
             }
         }
@@ -332,7 +334,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
                 Order::Scene(file) => {
                     // A recording that is repeated must not replace what came after it.
                     eprintln!("{}: only the window writes scenes; nothing was written", file.path.display());
-                    session.saved_scene(file);
+                    session.tools.saved_scene(&mut session.stage, file);
                 }
                 _ => {}
             }
@@ -343,15 +345,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
                 None => None,
             };
             let path = folder.join(numbered(BUNDLE, frame_number));
-            write_bundle(&path, &session, image.as_ref())?;
+            write_bundle(&path, &session.stage, image.as_ref())?;
         }
-        for refusal in session.take_refusals() {
-            tell(&format!("{}: {refusal}", session.scene().name));
+        for refusal in session.stage.take_refusals() {
+            tell(&format!("{}: {refusal}", session.stage.scene().name));
         }
         if watch.error.is_some() {
             break;
         }
-        if orders.contains(&Order::Quit) || args.black_box.is_some() && session.fault().is_some() {
+        if orders.contains(&Order::Quit) || args.black_box.is_some() && session.stage.fault().is_some() {
             break;
         }
         for order in orders {
@@ -362,17 +364,18 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
                 keep_ledger(args, &mut session);
             }
         }
-        progress.set_position(session.ticks());
+        progress.set_position(session.stage.ticks());
         if let FrameEnds::Constant { rate } = ends
-            && session.paused()
-            && session.arrived()
+            && session.stage.paused()
+            && session.stage.arrived()
         {
             if session.player().is_none_or(Player::finished) {
                 // No script is left that could go on.
                 break;
             }
-            if let Some(when) = session.waits_forever(rate) {
-                let now = session.ticks();
+            let now = session.stage.ticks();
+            let waits = |player: &Player| player.waits_forever(session.stage.frames(), now, rate);
+            if let Some(when) = session.player().and_then(waits) {
                 refused = Err(Failure::Usage(format!(
                     "{}: the run is paused at tick {now}, and the next step of the script waits for {when}; let one before \
                      it press P",
@@ -391,8 +394,8 @@ const MOST_WARNINGS: usize = 3;
 
 /// Warnings of what would grow without bound; an error if that was asked for.
 fn forecast_start(args: &RunArgs, session: &mut Session, frame: f64) -> Result<Vec<String>, Failure> {
-    let scene = session.scene().name.clone();
-    let rows = session.forecast_start(frame);
+    let scene = session.stage.scene().name.clone();
+    let rows = session.tools.forecast_start(&mut session.stage, frame);
     let line = |row: &ForecastRow| format!("{scene} is {}: {}", row.verdict(), row.line());
     let mut lines: Vec<_> = rows.iter().take(MOST_WARNINGS).map(line).collect();
     if args.refuse_unstable && !lines.is_empty() {
@@ -407,8 +410,8 @@ fn forecast_start(args: &RunArgs, session: &mut Session, frame: f64) -> Result<V
 
 /// Keeps the ledger that was asked for, or that a bound of the energy is checked by.
 fn keep_ledger(args: &RunArgs, session: &mut Session) {
-    if keeps_ledger(args, session.scene()) {
-        session.keep_ledger();
+    if keeps_ledger(args, session.stage.scene()) {
+        session.tools.keep_ledger();
     }
 }
 
@@ -422,7 +425,7 @@ const LONG: f64 = 10.0;
 
 /// Announces a long run of bodies that all attract each other.
 fn long_ticks(session: &Session, ticks: u64) -> Option<String> {
-    let scene = session.scene();
+    let scene = session.stage.scene();
     let AttractionTick { bodies, seconds } = lab::attraction_tick(scene)?;
     #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
     let all = seconds * ticks as f64;

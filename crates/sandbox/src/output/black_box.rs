@@ -32,18 +32,18 @@ pub(crate) fn write(
     session: &mut Session,
     picture: impl FnOnce(&mut Session) -> Result<Image, Failure>,
 ) -> Option<BlackBox> {
-    let fault = session.fault()?.clone();
+    let fault = session.stage.fault()?.clone();
     session.rewind_before(&fault);
     let image = picture(session);
     if let Err(failure) = &image {
         tell(&format!("the bundle has no picture: {failure}"));
     }
-    let written = finish_bundle(path, file, session, image.ok().as_ref());
+    let written = finish_bundle(path, file, &session.stage, image.ok().as_ref());
     Some(BlackBox {
         written: written.map(|()| path.to_owned()),
-        tick: session.ticks(),
+        tick: session.stage.ticks(),
         quarantined: fault.quarantined,
-        fault: fault.named(&session.scene().names),
+        fault: fault.named(&session.stage.scene().names),
     })
 }
 

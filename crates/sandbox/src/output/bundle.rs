@@ -7,31 +7,32 @@ use std::path::Path;
 use history::Bundle;
 use render::Image;
 
-use crate::app::rerun::Repetition;
+use crate::app::bundle::Repetition;
 use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::files::{Output, output_file};
 use crate::output::pictures::png;
 use crate::output::progress::progress_bar;
-use crate::view::options::Options;
+use crate::stage::Stage;
+use crate::stage::options::Options;
 
 /// Largest file that is read, bytes.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// Writes everything that `session` has recorded, with a picture of it, into the file `path`.
-pub(crate) fn write_bundle(path: &Path, session: &Session, image: Option<&Image>) -> Result<(), Failure> {
-    finish_bundle(path, output_file(path)?, session, image)
+/// Writes everything that `stage` has recorded, with a picture of it, into the file `path`.
+pub(crate) fn write_bundle(path: &Path, stage: &Stage, image: Option<&Image>) -> Result<(), Failure> {
+    finish_bundle(path, output_file(path)?, stage, image)
 }
 
 /// The same, into a file that was begun before.
 pub(crate) fn finish_bundle(
     path: &Path,
     file: Output,
-    session: &Session,
+    stage: &Stage,
     image: Option<&Image>,
 ) -> Result<(), Failure> {
     let cannot = |error: &std::io::Error| Failure::file("write", path, error);
-    let Some(bundle) = session.bundle(image.map(|image| png(image, session))) else {
+    let Some(bundle) = stage.bundle(image.map(|image| png(image, stage))) else {
         return Err(Failure::Usage("what was recorded does not come out the same again".to_owned()));
     };
     let bytes = bundle.write().map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
@@ -84,10 +85,10 @@ pub(crate) fn opened(bundle: &Bundle, name: &str, options: Options) -> Result<Se
     session.rewind_before_fault();
     let differences = repetition.differences(&bundle.manifest);
     if !differences.is_empty() {
-        session.notice(format!("{name} does not repeat: {}", differences.join("; ")));
+        session.stage.notice(format!("{name} does not repeat: {}", differences.join("; ")));
     }
     if let Some(fault) = &repetition.fault {
-        session.notice(fault.to_string());
+        session.stage.notice(fault.to_string());
     }
     Ok(session)
 }

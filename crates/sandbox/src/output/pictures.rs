@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use render::{Gpu, Image, Offscreen, Quality, Renderer};
 
-use crate::app::rerun::PROGRAM;
+use crate::app::bundle::PROGRAM;
 use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::files::{make_folder, write};
 use crate::output::report;
+use crate::stage::Stage;
 
 /// Draws frames into files.
 pub(crate) struct Camera {
@@ -54,34 +55,34 @@ impl Camera {
         Ok(self.target.read(&self.gpu)?)
     }
 
-    pub fn write(&mut self, name: &str, session: &Session) -> Result<(), Failure> {
+    pub fn write(&mut self, name: &str, stage: &Stage) -> Result<(), Failure> {
         let image = self.read()?;
         let path = self.folder.join(name);
-        write_picture(&image, &path, session)?;
+        write_picture(&image, &path, stage)?;
         self.pictures += 1;
         Ok(())
     }
 }
 
 /// Writes a picture with the settings that made it.
-pub(crate) fn write_picture(image: &Image, path: &Path, session: &Session) -> Result<(), Failure> {
-    write(path, &png(image, session))
+pub(crate) fn write_picture(image: &Image, path: &Path, stage: &Stage) -> Result<(), Failure> {
+    write(path, &png(image, stage))
 }
 
 /// A picture as a PNG with the settings that made it.
-pub(crate) fn png(image: &Image, session: &Session) -> Vec<u8> {
-    let png = with_settings(session, |text| image.png(text));
+pub(crate) fn png(image: &Image, stage: &Stage) -> Vec<u8> {
+    let png = with_settings(stage, |text| image.png(text));
     png.expect("the keywords are those below, and memory takes every byte")
 }
 
-/// What `png` makes of the settings and the state of a session, as keyword and value pairs.
-pub(crate) fn with_settings<T>(session: &Session, png: impl FnOnce(&[(&str, &str)]) -> T) -> T {
+/// What `png` makes of the settings and the state of a stage, as keyword and value pairs.
+pub(crate) fn with_settings<T>(stage: &Stage, png: impl FnOnce(&[(&str, &str)]) -> T) -> T {
     let text = [
         ("Software", PROGRAM.to_owned()),
-        ("Scene", session.scene().name.clone()),
-        ("Tick", session.ticks().to_string()),
-        ("Method", session.stepper().method().name().to_owned()),
-        ("StateHash", format!("{:016x}", report::state_hash(session))),
+        ("Scene", stage.scene().name.clone()),
+        ("Tick", stage.ticks().to_string()),
+        ("Method", stage.stepper().method().name().to_owned()),
+        ("StateHash", format!("{:016x}", report::state_hash(stage))),
     ];
     let text: Vec<_> = text.iter().map(|(name, value)| (*name, value.as_str())).collect();
     png(&text)

@@ -11,7 +11,8 @@ use report::numbers::json_number as number;
 use serde_json::{Map, Value, json};
 
 use crate::app::session::Session;
-use crate::view::stage::QuarantinedBody;
+use crate::stage::Stage;
+use crate::stage::notices::QuarantinedBody;
 
 /// Header of the state file.
 pub const STATE_HEADER: &str = "tick,time_s,body,position_x_m,position_y_m,position_z_m,\
@@ -21,10 +22,10 @@ pub const STATE_HEADER: &str = "tick,time_s,body,position_x_m,position_y_m,posit
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write_state(session: &Session, out: &mut impl Write) -> io::Result<()> {
-    let (tick, time) = (session.ticks(), session.simulated());
-    for (thing, transform, body) in bodies(session) {
-        write!(out, "{tick},{time:.16e},{}", session.name(thing))?;
+pub fn write_state(stage: &Stage, out: &mut impl Write) -> io::Result<()> {
+    let (tick, time) = (stage.ticks(), stage.simulated());
+    for (thing, transform, body) in bodies(stage) {
+        write!(out, "{tick},{time:.16e},{}", stage.name(thing))?;
         for number in transform.position.to_array().into_iter().chain(body.velocity.to_array()) {
             write!(out, ",{number:.16e}")?;
         }
@@ -36,14 +37,14 @@ pub fn write_state(session: &Session, out: &mut impl Write) -> io::Result<()> {
 /// XXH3-64 over the little-endian f64 bits of position and velocity of every body with physics in stable-id
 /// order.
 #[must_use]
-pub fn state_hash(session: &Session) -> u64 {
-    session.simulation().hash()
+pub fn state_hash(stage: &Stage) -> u64 {
+    stage.simulation().hash()
 }
 
-fn bodies(session: &Session) -> impl Iterator<Item = (Entity, Transform, PhysicsBody)> + '_ {
-    session.things().filter_map(|thing| {
-        let body = *session.world().get::<PhysicsBody>(thing)?;
-        Some((thing, *session.world().get::<Transform>(thing)?, body))
+fn bodies(stage: &Stage) -> impl Iterator<Item = (Entity, Transform, PhysicsBody)> + '_ {
+    stage.things().filter_map(|thing| {
+        let body = *stage.world().get::<PhysicsBody>(thing)?;
+        Some((thing, *stage.world().get::<Transform>(thing)?, body))
     })
 }
 
@@ -56,15 +57,15 @@ pub struct Summary {
 impl Summary {
     /// Energy and momentum at the start of a run: the base of its drift.
     #[must_use]
-    pub fn start(session: &mut Session) -> Totals {
-        totals(session.world_mut())
+    pub fn start(stage: &mut Stage) -> Totals {
+        totals(stage.world_mut())
     }
 
     /// The summary of `session`, which began with `start`; `adapter` drew the pictures, if any were drawn.
     #[must_use]
     pub fn of(session: &mut Session, start: Totals, pictures: u64, adapter: Option<String>) -> Self {
-        let now = totals(session.world_mut());
-        let evaluations = session.evaluations();
+        let now = totals(session.stage.world_mut());
+        let evaluations = session.stage.evaluations();
         // Every law is listed: one that does not act was evaluated 0 times.
         let laws: Map<_, _> = LAWS
             .iter()
@@ -76,6 +77,7 @@ impl Summary {
         let (newton_iterations, unconverged_steps) =
             (evaluations.newton_iterations(), evaluations.unconverged_steps());
         let quarantined: Vec<_> = session
+            .stage
             .all_quarantined()
             .iter()
             .map(|QuarantinedBody { body, tick, what, system, component, cause }| {
@@ -86,6 +88,7 @@ impl Summary {
             })
             .collect();
         let forecast: Vec<_> = session
+            .tools
             .forecast_at_start()
             .iter()
             .map(|row| {
@@ -102,18 +105,19 @@ impl Summary {
             })
             .collect();
         let methods: Map<_, _> = session
+            .stage
             .methods()
             .into_iter()
             .map(|(method, bodies)| (method.name().to_owned(), json!(bodies)))
             .collect();
         let fields = [
-            ("scene", json!(session.scene().name)),
-            ("method", json!(session.stepper().method().name())),
+            ("scene", json!(session.stage.scene().name)),
+            ("method", json!(session.stage.stepper().method().name())),
             ("methods", Value::Object(methods)),
-            ("step_hz", number(session.step_hz())),
-            ("ticks", json!(session.ticks())),
-            ("simulated_s", number(session.simulated())),
-            ("dropped_s", number(session.dropped())),
+            ("step_hz", number(session.stage.step_hz())),
+            ("ticks", json!(session.stage.ticks())),
+            ("simulated_s", number(session.stage.simulated())),
+            ("dropped_s", number(session.stage.dropped())),
             ("force_evaluations", json!(accelerations)),
             ("laws", Value::Object(laws)),
             ("cg_iterations", json!(cg_iterations)),
@@ -126,11 +130,11 @@ impl Summary {
             ("energy_at_start_j", number(start.kinetic_energy + start.potential_energy)),
             ("forecast", Value::Array(forecast)),
             ("quarantined", Value::Array(quarantined)),
-            ("state_hash", json!(format!("{:016x}", state_hash(session)))),
+            ("state_hash", json!(format!("{:016x}", state_hash(&session.stage)))),
             ("frames", json!(pictures)),
             ("adapter", adapter.map_or(Value::Null, Value::String)),
         ];
-        let ledger = session.ledger().map(|ledger| ("ledger", ledger_json(ledger)));
+        let ledger = session.tools.ledger().map(|ledger| ("ledger", ledger_json(ledger)));
         let fields = fields.into_iter().chain(ledger);
         Self { fields: fields.map(|(name, value)| (name.to_owned(), value)).collect() }
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::files::{make_folder, write};
-use crate::view::stage::SceneFile;
+use crate::stage::SceneFile;
 
 /// Writes a scene of `session` into its file. A file that has the text already stays as it is; another one that is neither new
 /// nor what was opened is never replaced.
@@ -24,7 +24,7 @@ pub(crate) fn save_scene(session: &mut Session, file: &SceneFile) -> Result<(), 
             write(path, text.as_bytes())?;
         }
     }
-    session.saved_scene(file);
+    session.tools.saved_scene(&mut session.stage, file);
     Ok(())
 }
 
@@ -36,8 +36,10 @@ mod tests {
     use scene::TextEdit;
 
     use super::*;
-    use crate::view::options::Options;
-    use crate::view::stage::Order;
+    use crate::actions::Act;
+    use crate::intent::Intent;
+    use crate::stage::Order;
+    use crate::stage::options::Options;
 
     /// A session of a file.
     fn opened(path: &Path) -> Session {
@@ -47,14 +49,14 @@ mod tests {
     }
 
     fn change(session: &mut Session, mass_kg: &str) {
-        session.rewrite(&[TextEdit::set("bodies[0]", "mass_kg", mass_kg)], None);
+        session.carry_out(Intent::Rewrite(vec![TextEdit::set("bodies[0]", "mass_kg", mass_kg)], None));
         assert!(session.has_unsaved_changes());
     }
 
     /// Saves as a person does.
     fn save(session: &mut Session) -> Result<(), Failure> {
-        session.save_scene();
-        let orders = session.take_orders();
+        session.carry_out(Intent::Act(Act::SaveScene));
+        let orders = session.stage.take_orders();
         let [Order::Scene(file)] = &orders[..] else { panic!("{orders:?}") };
         save_scene(session, file)
     }
@@ -97,7 +99,7 @@ mod tests {
             assert!(!session.has_unsaved_changes());
         }
         // Also by undoing, and without a change.
-        session.undo();
+        session.carry_out(Intent::Act(Act::Undo));
         save(&mut session).expect("it is its own file");
         save(&mut session).expect("it is its own file");
         assert!(fs::read_to_string(&path).expect("a file").contains("mass_kg: 3.0"));
@@ -110,10 +112,10 @@ mod tests {
         let mut session = opened(&path);
         let had = fs::read_to_string(&path).expect("a file");
         change(&mut session, "2.0");
-        let (scene, file) = (session.scene().clone(), session.own_file());
+        let (scene, file) = (session.stage.scene().clone(), session.tools.own_file());
         session.open(scene::load("tutorial").expect("a scene"));
         session.open_unsaved(scene, file);
-        assert!(session.paused() && session.has_unsaved_changes());
+        assert!(session.stage.paused() && session.has_unsaved_changes());
         fs::write(&path, "(version: 1)").expect("a folder");
         save(&mut session).expect_err("it was changed since");
         fs::write(&path, had).expect("a folder");
@@ -128,8 +130,8 @@ mod tests {
         fs::write(&path, "(version: 1, name: \"tutorial\")").expect("a folder");
         let scene = scene::load(&path.to_string_lossy()).expect("a scene");
         let mut session = Session::new(scene, Options { pictures: false, ..Options::default() });
-        session.save_scene();
-        let orders = session.take_orders();
+        session.carry_out(Intent::Act(Act::SaveScene));
+        let orders = session.stage.take_orders();
         assert!(matches!(&orders[..], [Order::Scene(file)] if file.path == path), "{orders:?}");
     }
 }

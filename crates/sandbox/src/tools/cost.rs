@@ -3,14 +3,15 @@
 mod panel;
 mod state;
 
+use crate::clock::FrameTime;
 use egui::{Align2, Ui};
 use lab::cost::{Bench, Plan, Subject};
-use motion::clock::FrameTime;
 use scene::Scene;
 
 use self::state::{LONGEST_FRAME, Live, SHARE, settings};
+use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
-use crate::view::stage::Stage;
+use crate::view::View;
 
 pub(crate) use state::Cost;
 
@@ -27,7 +28,7 @@ impl Tool for Cost {
     }
 
     /// Goes on with the study for its part of a frame.
-    fn after_ticks(&mut self, stage: &mut Stage, open: bool, time: FrameTime) {
+    fn after_ticks(&mut self, stage: &mut Stage, _: &View, open: bool, time: FrameTime) {
         if !open {
             return;
         }

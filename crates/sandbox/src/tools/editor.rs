@@ -3,30 +3,34 @@
 //! The scene's text is what is edited, and the scene restarts with each change of it: what a file says is how a scene starts.
 
 mod document;
+mod editing;
 mod form;
 mod free;
 mod handles;
 mod parts;
+pub(crate) mod selected;
 
+use crate::clock::FrameTime;
 use egui::{Align2, CollapsingHeader, Painter, Rect, RichText, TextEdit, Ui};
 use glam::DVec3;
-use motion::clock::FrameTime;
-use motion::{PhysicsBody, SoftBody, Substeps, TimeStep};
+use motion::{PhysicsBody, Substeps, TimeStep};
 use render::Frame;
-use scene::{Entry, Scene, TextEdit as Change};
+use scene::{Scene, TextEdit as Change};
 
-pub(crate) use self::document::Document;
+use self::document::Document;
 use self::document::file_of;
 use self::form::{Form, LISTS};
-pub(crate) use self::free::free_move;
-pub(crate) use self::handles::{Handle, NEAR_POINTS};
-pub(crate) use self::parts::triple;
-use self::parts::{PARTS, nearest};
+use self::free::free_move;
+use self::handles::Handle;
+use self::parts::{PARTS, Place, nearest, triple};
+use self::selected::{selected_entry, selected_path};
 use crate::actions::Act;
-use crate::tools::tool::{Anchor, Desk, Edit, Tool};
+use crate::intent::Intent;
+use crate::stage::Stage;
+use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::inks;
 use crate::view::marks::FAULT;
-use crate::view::stage::{Mode, Stage};
+use crate::view::{Mode, View};
 
 /// So many entries of a list are shown.
 const SHOWN: usize = 50;
@@ -63,16 +67,6 @@ pub(crate) struct Editor {
     file: Option<String>,
 }
 
-/// Where and how large something is added.
-pub(crate) struct Place {
-    /// m.
-    pub at: DVec3,
-    /// Radius of a sphere, m.
-    pub size: f64,
-    /// Length of a substep, s.
-    pub substep: f64,
-}
-
 impl Editor {
     /// The texts of `scene`, which begin with the present one.
     pub fn document(&mut self, scene: &Scene) -> &mut Document {
@@ -107,7 +101,7 @@ impl Editor {
     }
 
     /// Takes a body as an end of the spring that is being added; the spring, once it has both.
-    pub fn join(&mut self, stage: &Stage, name: String) -> Option<Edit> {
+    pub fn join(&mut self, stage: &Stage, name: String) -> Option<Intent> {
         let mut ends = self.joins.take()?;
         if !ends.contains(&name) {
             ends.push(name);
@@ -123,7 +117,7 @@ impl Editor {
         let inverse = inverse(from) + inverse(to);
         let reduced = if inverse > 0.0 { 1.0 / inverse } else { 1.0 };
         let spring = parts::spring([from, to], reduced, substep(stage));
-        Some(Edit::Rewrite(vec![Change::add("springs", spring)], selected_path(stage)))
+        Some(Intent::Rewrite(vec![Change::add("springs", spring)], selected_path(stage)))
     }
 
     fn file_row(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
@@ -135,7 +129,7 @@ impl Editor {
             for (words, act, can) in [("Undo", Act::Undo, can_undo), ("Redo", Act::Redo, can_redo)] {
                 let key = act.key().to_string();
                 if ui.add_enabled(can, egui::Button::new(words)).on_hover_text(key).clicked() {
-                    desk.edits.push(Edit::Act(act));
+                    desk.intents.push(Intent::Act(act));
                 }
             }
             let mut file = self.file(scene);
@@ -144,7 +138,7 @@ impl Editor {
                 self.file = Some(file.clone());
             }
             if ui.button("Save scene").on_hover_text("Ctrl+Shift+S").clicked() {
-                desk.edits.push(Edit::Act(Act::SaveScene));
+                desk.intents.push(Intent::Act(Act::SaveScene));
             }
             if unsaved {
                 ui.weak("not saved");
@@ -157,7 +151,7 @@ impl Editor {
             ui.label("Add");
             for (words, list, text) in PARTS {
                 if ui.button(words).clicked() {
-                    let mut place = place(desk.stage);
+                    let mut place = place(desk.stage, desk.view);
                     let scene = &desk.stage.sim.scene;
                     let name = scene.fresh_name(&words.to_lowercase());
                     let index = scene.count(list);
@@ -166,7 +160,7 @@ impl Editor {
                     let added = |place: &Place| vec![Change::add(list, text(&name, place, color))];
                     let by = free_move(scene, &added(&place), &path, &OUTWARD, false);
                     place.at = scene::moved_place(place.at, by);
-                    desk.edits.push(Edit::Rewrite(added(&place), Some(path)));
+                    desk.intents.push(Intent::Rewrite(added(&place), Some(path)));
                 }
             }
             let mut joins = self.joins.is_some();
@@ -179,7 +173,8 @@ impl Editor {
             }
             let text = "(position_m: (0.0, 0.0, 0.0), strength_m3_s2: 100.0, softening_m: 1.0)";
             if ui.button("Well").on_hover_text("attracts every body, as 1/r²").clicked() {
-                desk.edits.push(Edit::Rewrite(vec![Change::add("wells", text)], selected_path(desk.stage)));
+                desk.intents
+                    .push(Intent::Rewrite(vec![Change::add("wells", text)], selected_path(desk.stage)));
             }
         });
         if let Some(ends) = &self.joins {
@@ -217,14 +212,14 @@ impl Editor {
         });
         ui.horizontal_wrapped(|ui| {
             if ui.button("Duplicate").on_hover_text("Ctrl+D").clicked() {
-                desk.edits.push(Edit::Act(Act::Duplicate));
+                desk.intents.push(Intent::Act(Act::Duplicate));
             }
             if ui
                 .button("Delete")
                 .on_hover_text("with the springs and thrusts that hold it (Delete)")
                 .clicked()
             {
-                desk.edits.push(Edit::Act(Act::Delete));
+                desk.intents.push(Intent::Act(Act::Delete));
             }
             let apart = matches!(entry.list, "grids" | "clouds");
             let separate = "makes single bodies of it, each with its own values; at most 1000";
@@ -232,14 +227,14 @@ impl Editor {
                 let apart = scene.apart(&path);
                 match apart.is_empty() {
                     true => self.error = Some(format!("{path} has more than 1000 bodies")),
-                    false => desk.edits.push(Edit::Rewrite(apart, None)),
+                    false => desk.intents.push(Intent::Rewrite(apart, None)),
                 }
             }
             if entry.list == "bodies" && ui.button("Add thrust").on_hover_text("a force over time").clicked()
             {
                 let body = scene.names.get(entry.bodies.start).unwrap_or_default();
                 let thrust = format!("(body: {body:?}, curve: polynomial([(10.0, 0.0, 0.0)]))");
-                desk.edits.push(Edit::Rewrite(vec![Change::add("thrusts", thrust)], Some(path.clone())));
+                desk.intents.push(Intent::Rewrite(vec![Change::add("thrusts", thrust)], Some(path.clone())));
             }
         });
         let mut changes = Vec::new();
@@ -267,7 +262,7 @@ impl Editor {
                         changes.push(Change::Set { group: String::new(), key: key.to_owned(), value: None });
                     }
                     if key == "camera" && ui.button("Use the present view").clicked() {
-                        let camera = &desk.stage.view.camera;
+                        let camera = &desk.view.camera;
                         changes.extend([
                             Change::set("camera", "position_m", triple(parts::five_digits(camera.position))),
                             Change::set("camera", "pitch_deg", format!("{:?}", nearest(camera.pitch, 0.01))),
@@ -330,19 +325,83 @@ impl Tool for Editor {
         !open
     }
 
-    fn after_ticks(&mut self, stage: &mut Stage, open: bool, _: FrameTime) {
-        self.has_handles = open && stage.view.mode == Mode::Selection && stage.run.view_px.is_some();
+    fn take(&mut self, intent: &Intent, stage: &mut Stage, view: &View, open: bool) -> Option<Vec<Intent>> {
+        Some(match intent {
+            Intent::Rewrite(changes, select) => self.rewrite(stage, changes, select.as_deref()),
+            Intent::Delete(entry, alone) => self.delete(stage, entry, *alone),
+            Intent::Act(Act::Undo) => self.undo(stage),
+            Intent::Act(Act::Redo) => self.redo(stage),
+            Intent::Act(Act::Duplicate) => self.duplicate(stage, view, open),
+            Intent::Act(Act::Delete) => self.delete_selection(stage, open),
+            Intent::Act(Act::SaveScene) => {
+                self.save_scene(stage);
+                Vec::new()
+            }
+            Intent::Act(Act::SaveBundle) if self.is_unsaved(&stage.sim.scene) => {
+                vec![Intent::Act(Act::SaveScene)]
+            }
+            _ => return None,
+        })
     }
 
-    fn draw(&self, stage: &Stage, frame: &mut Frame) {
-        if let Some(handle) = &self.handle {
-            handle.draw(stage, frame);
+    /// Takes an end of the spring that is being added, or a handle.
+    fn press(&mut self, stage: &Stage, view: &mut View, near_px: f64) -> Option<Vec<Intent>> {
+        if self.joins.is_some() {
+            let ray = view.picking_ray();
+            let body = view.cast(stage, &ray).and_then(|hit| hit.pushed);
+            let spring = body.and_then(|body| self.join(stage, stage.name(body)));
+            return Some(spring.into_iter().collect());
+        }
+        if self.has_handles {
+            self.handle = Handle::under_pointer(stage, view, near_px);
+        }
+        self.handle.as_ref().map(|_| Vec::new())
+    }
+
+    fn drag(&mut self, view: &View) {
+        if let Some(handle) = &mut self.handle {
+            handle.follow(view);
         }
     }
 
-    fn write(&self, stage: &Stage, painter: &Painter, _: Option<Rect>, _: Vec<Rect>) {
+    /// Moves the selection as far as its handle was dragged.
+    fn release(&mut self, stage: &Stage) -> Vec<Intent> {
+        let mut moved = || {
+            let handle = self.handle.take().filter(|handle| handle.by != DVec3::ZERO)?;
+            let path = selected_entry(stage)?.0.path();
+            Some(Intent::Rewrite(stage.sim.scene.shifted(&path, handle.by), Some(path)))
+        };
+        moved().into_iter().collect()
+    }
+
+    fn let_go(&mut self) {
+        self.handle = None;
+    }
+
+    fn cancel(&mut self) {
+        self.cancel_typing();
+    }
+
+    fn next_scene(&mut self, rewritten: bool) {
+        match rewritten {
+            true => self.finish(),
+            false => *self = Self::default(),
+        }
+    }
+
+    fn after_ticks(&mut self, _: &mut Stage, view: &View, open: bool, _: FrameTime) {
+        self.has_handles = open && view.mode == Mode::Selection && view.view_px.is_some();
+    }
+
+    fn draw(&self, stage: &Stage, view: &View, frame: &mut Frame) {
+        if let Some(handle) = &self.handle {
+            handle.draw(stage, view, frame);
+        }
+    }
+
+    fn write(&self, stage: &Stage, view: &View, painter: &Painter, _: Option<Rect>, _: Vec<Rect>) {
         if self.has_handles {
-            handles::paint_handles(stage, painter);
+            handles::paint_handles(stage, view, painter);
         }
     }
 }
@@ -356,7 +415,7 @@ fn change(desk: &mut Desk<'_>, changes: Vec<Change>, select: Option<String>) {
     };
     let changes: Vec<_> = changes.into_iter().flat_map(follow).collect();
     if !changes.is_empty() {
-        desk.edits.push(Edit::Rewrite(changes, select));
+        desk.intents.push(Intent::Rewrite(changes, select));
     }
 }
 
@@ -376,10 +435,10 @@ fn substep(stage: &Stage) -> f64 {
 }
 
 /// In the middle of the view, on what is seen there.
-fn place(stage: &mut Stage) -> Place {
-    let [_, size_px] = stage.view_area();
-    let ray = stage.viewpoint().ray_through(size_px / 2.0, size_px);
-    let hit = stage.cast(&ray).map(|hit| hit.distance);
+fn place(stage: &Stage, view: &mut View) -> Place {
+    let [_, size_px] = view.view_area();
+    let ray = view.viewpoint().ray_through(size_px / 2.0, size_px);
+    let hit = view.cast(stage, &ray).map(|hit| hit.distance);
     let distance = hit.unwrap_or(AWAY).max(NEAREST);
     let size = round(SIZE * distance);
     let at = ray.at(distance) + if hit.is_some() { DVec3::Y * size } else { DVec3::ZERO };
@@ -392,17 +451,4 @@ fn round(number: f64) -> f64 {
     let power = 10.0_f64.powf(number.log10().floor());
     let mantissa = [1.0, 2.0, 5.0, 10.0].into_iter().find(|mantissa| number < mantissa * 1.4 * power);
     parts::two_digits(mantissa.unwrap_or(10.0) * power)
-}
-
-/// The entry of the selection, and what the selection is called.
-pub(crate) fn selected_entry(stage: &Stage) -> Option<(Entry, String)> {
-    let thing = stage.seen.selection?;
-    let points = stage.sim.world.get::<SoftBody>(thing).map(|soft| &soft.points);
-    let body = points.map_or(Some(&thing), |points| points.first())?;
-    let entry = stage.sim.scene.entry_of(*stage.seen.ids.get(body)?)?;
-    Some((entry, stage.name(thing)))
-}
-
-fn selected_path(stage: &Stage) -> Option<String> {
-    selected_entry(stage).map(|(entry, _)| entry.path())
 }

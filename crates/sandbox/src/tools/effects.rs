@@ -6,8 +6,8 @@ mod state;
 use egui::{Align2, Ui};
 use motion::Evaluations;
 
+use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
-use crate::view::stage::Stage;
 
 pub(crate) use state::{ENERGY_WATCH, Effects, picture_rows};
 
@@ -17,7 +17,7 @@ impl Tool for Effects {
     }
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
-        let rows = self.receipt(desk.stage);
+        let rows = self.receipt(desk.stage, desk.view);
         if panel::show(ui, desk, &rows) {
             self.measure(desk.stage);
         }

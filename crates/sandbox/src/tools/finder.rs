@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use egui::{Align2, Button, Key, RichText, TextEdit, Ui};
 
-use crate::tools::tool::{Anchor, Desk, Edit, Tool};
-use crate::view::stage::Stage;
+use crate::intent::Intent;
+use crate::stage::Stage;
+use crate::tools::tool::{Anchor, Desk, Tool};
 
 /// What was typed so far.
 #[derive(Default)]
@@ -56,7 +57,7 @@ impl Tool for Finder {
             })
         };
         if let Some(chosen) = chosen {
-            desk.edits.push(Edit::Open(chosen));
+            desk.intents.push(Intent::Open(chosen));
             desk.closes = true;
         }
     }

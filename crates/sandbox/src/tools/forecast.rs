@@ -3,13 +3,14 @@
 mod panel;
 mod state;
 
+use crate::clock::FrameTime;
 use egui::{Align2, Ui};
-use motion::Requests;
-use motion::clock::FrameTime;
+use motion::Request;
 
 use self::state::{FRESH_LARGE_S, FRESH_S, LARGE_NET, settings};
+use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
-use crate::view::stage::Stage;
+use crate::view::View;
 
 pub use state::ForecastRow;
 pub(crate) use state::{Forecast, rows};
@@ -27,16 +28,14 @@ impl Tool for Forecast {
     }
 
     /// Requests may change the forecast: it is computed again in this frame.
-    fn before_requests(&mut self, stage: &mut Stage) {
-        if let Some(shown) =
-            self.shown.as_mut().filter(|_| !stage.sim.world.resource::<Requests>().is_empty())
-        {
+    fn after_requests(&mut self, _: &[Request<u32>]) {
+        if let Some(shown) = &mut self.shown {
             shown.age = f64::INFINITY;
         }
     }
 
     /// Keeps the forecast of an open panel fresh.
-    fn after_ticks(&mut self, stage: &mut Stage, open: bool, time: FrameTime) {
+    fn after_ticks(&mut self, stage: &mut Stage, _: &View, open: bool, time: FrameTime) {
         if !open {
             self.shown = None;
             return;

@@ -7,15 +7,18 @@ mod state;
 
 use std::collections::BTreeSet;
 
+use crate::clock::FrameTime;
 use egui::{Align2, Painter, Rect, Ui};
-use motion::TimeStep;
-use motion::clock::FrameTime;
+use motion::{Request, TimeStep};
 use render::Frame;
 
 use self::state::{MOST_BODIES, Twins};
+use crate::actions::Act;
+use crate::intent::Intent;
+use crate::stage::Stage;
+use crate::stage::notices::Topic;
 use crate::tools::tool::{Anchor, Desk, Tool};
-use crate::view::notices::Topic;
-use crate::view::stage::Stage;
+use crate::view::View;
 
 pub use state::{GhostRow, GhostState};
 pub(crate) use state::{GhostRun, Ghosts};
@@ -26,7 +29,7 @@ impl Tool for Ghosts {
     }
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
-        panel::show(ui, self, desk.stage, desk.dock_width.is_some());
+        panel::show(ui, self, desk);
     }
 
     /// Makes the ghosts, or removes them with their list. Escape closes the list alone; after that it comes back.
@@ -47,14 +50,30 @@ impl Tool for Ghosts {
         true
     }
 
-    fn before_requests(&mut self, stage: &mut Stage) {
-        let Some(twins) = &mut self.twins else { return };
-        let requests: Vec<_> = stage.sim.requested().collect();
-        twins.all().for_each(|twin| twin.carry_out(&requests));
+    /// The solid bodies get the next method.
+    fn take(&mut self, intent: &Intent, stage: &mut Stage, _: &View, _: bool) -> Option<Vec<Intent>> {
+        let Intent::Act(Act::NextSolid) = intent else { return None };
+        if self.twins.is_some() {
+            return Some(vec![Intent::Act(Act::NextMethod)]);
+        }
+        let what = "there are no ghosts to choose from; T shows them";
+        stage.notices.say(Topic::Ghosts, what.to_owned());
+        Some(Vec::new())
+    }
+
+    fn closes_with_scene(&self) -> bool {
+        true
+    }
+
+    fn after_requests(&mut self, requests: &[Request<u32>]) {
+        if let Some(twins) = &mut self.twins {
+            twins.all().for_each(|twin| twin.carry_out(requests));
+        }
     }
 
     /// A tick of the ghosts, with what the coming one of the world takes in.
-    fn before_tick(&mut self, stage: &Stage, last: bool) {
+    fn before_tick(&mut self, stage: &mut Stage, last: bool) {
+        self.keep_substeps(stage);
         let Some(twins) = &mut self.twins else { return };
         twins.add_distances(stage);
         let (step, inputs) = (*stage.sim.world.resource::<TimeStep>(), stage.sim.pending());
@@ -66,7 +85,8 @@ impl Tool for Ghosts {
         }
     }
 
-    fn after_ticks(&mut self, stage: &mut Stage, _: bool, _: FrameTime) {
+    fn after_ticks(&mut self, stage: &mut Stage, _: &View, _: bool, _: FrameTime) {
+        self.keep_substeps(stage);
         if let Some(twins) = &mut self.twins {
             twins.add_distances(stage);
         }
@@ -78,13 +98,13 @@ impl Tool for Ghosts {
         }
     }
 
-    fn draw(&self, stage: &Stage, frame: &mut Frame) {
+    fn draw(&self, stage: &Stage, view: &View, frame: &mut Frame) {
         if let Some(twins) = &self.twins {
-            picture::add_ghosts(twins, stage, frame);
+            picture::add_ghosts(twins, stage, view, frame);
         }
     }
 
-    fn write(&self, stage: &Stage, painter: &Painter, panel: Option<Rect>, taken: Vec<Rect>) {
-        panel::show_labels(painter, &self.labels(stage), taken, panel);
+    fn write(&self, stage: &Stage, view: &View, painter: &Painter, panel: Option<Rect>, taken: Vec<Rect>) {
+        panel::show_labels(painter, &self.labels(stage, view), taken, panel);
     }
 }

@@ -7,8 +7,8 @@ mod table;
 use egui::{Align2, Ui};
 use motion::clock::StepClock;
 
+use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
-use crate::view::stage::Stage;
 
 pub(crate) use state::Graphs;
 
@@ -21,7 +21,18 @@ impl Tool for Graphs {
         panel::show(ui, self, desk);
     }
 
+    /// The bodies that are kept are found by name in another text of the scene.
+    fn next_scene(&mut self, rewritten: bool) {
+        match rewritten {
+            true => self.renamed = true,
+            false => *self = Self::default(),
+        }
+    }
+
     fn restart(&mut self, stage: &mut Stage) {
+        if std::mem::take(&mut self.renamed) {
+            self.go_on_with_names(stage);
+        }
         self.go_to(stage.sim.world.resource::<StepClock>().scene_seconds());
     }
 }

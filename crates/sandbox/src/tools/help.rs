@@ -3,7 +3,8 @@
 use egui::{Align2, Grid, Label, RichText, ScrollArea, Ui, Vec2};
 
 use crate::actions::Act;
-use crate::tools::tool::{Anchor, Desk, Edit, Tool};
+use crate::intent::Intent;
+use crate::tools::tool::{Anchor, Desk, Tool};
 
 /// Points of the window's frame and title, and some around it.
 const MARGINS: Vec2 = Vec2::new(32.0, 64.0);
@@ -33,7 +34,7 @@ impl Tool for Help {
                 [("Larger", Act::Larger), ("Smaller", Act::Smaller), ("Light or dark", Act::ToggleTheme)]
             {
                 if ui.button(words).clicked() {
-                    desk.edits.push(Edit::Act(act));
+                    desk.intents.push(Intent::Act(act));
                 }
             }
         });

@@ -5,6 +5,7 @@ mod state;
 
 use egui::{Align2, Ui};
 
+use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
 
 pub(crate) use state::Ledger;
@@ -25,5 +26,20 @@ impl Tool for Ledger {
             ui.set_width(desk.width(panel::WIDTH));
             panel::show(ui, desk.stage, ledger, self.points());
         }
+    }
+
+    /// A run that asked for a ledger asked for one of every scene.
+    fn next_scene(&mut self, _: bool) {
+        self.close();
+    }
+
+    fn restart(&mut self, stage: &mut Stage) {
+        if stage.here.sought {
+            self.reopen(stage);
+        }
+    }
+
+    fn begin_frame(&mut self, stage: &mut Stage, open: bool) {
+        self.keep(stage, open || self.always);
     }
 }

@@ -8,10 +8,11 @@ use history::Change;
 use motion::{Damping, DampingModel, Gravity, Method, Request, TimeStep};
 
 use crate::input::SwitchedBy;
-use crate::tools::tool::{Anchor, Desk, Edit, Tool};
+use crate::intent::Intent;
+use crate::stage::Stage;
+use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::card::Selected;
 use crate::view::hud::mouse_hint;
-use crate::view::stage::Stage;
 
 /// Gravity at the surface, m/s² (Earth: the tutorial's value).
 const PRESETS: [(&str, f64); 5] =
@@ -30,26 +31,26 @@ impl Tool for Settings {
     }
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
-        let selected = desk.stage.seen.selection.and_then(|thing| Selected::of(desk.stage, thing));
-        let (stage, edits) = (&*desk.stage, &mut *desk.edits);
+        let selected = desk.stage.here.selection.and_then(|thing| Selected::of(desk.stage, thing));
+        let (stage, intents) = (&*desk.stage, &mut *desk.intents);
         let method = stage.sim.method();
-        mouse_hint(ui, stage);
-        gravity(ui, stage, edits);
+        mouse_hint(ui, desk.view);
+        gravity(ui, stage, intents);
         ui.separator();
-        damping(ui, stage, edits);
+        damping(ui, stage, intents);
         ui.separator();
         ui.horizontal(|ui| {
             let mut rate = 1.0 / stage.sim.world.resource::<TimeStep>().0;
             ui.label("step_hz");
             if ui.add(DragValue::new(&mut rate).range(STEP_HZ).speed(1.0).suffix(" Hz")).changed() {
-                edits.push(Edit::StepHz(rate));
+                intents.push(Intent::Change(Change::Step(1.0 / rate), SwitchedBy::Settings));
             }
         });
         ui.separator();
-        method::of_scene(ui, method, edits);
+        method::of_scene(ui, method, intents);
         ui.separator();
         match &selected {
-            Some(selected) => body(ui, (stage.sim.id(selected.entity), selected), method, edits),
+            Some(selected) => body(ui, (stage.sim.id(selected.entity), selected), method, intents),
             None => {
                 ui.weak("select a body to edit its mass, velocity and method");
             }
@@ -58,16 +59,16 @@ impl Tool for Settings {
 }
 
 /// The change of a law or a body that this panel asks for.
-fn ask(request: Request<u32>) -> Edit {
-    Edit::Change(Change::request(request), SwitchedBy::Settings)
+fn ask(request: Request<u32>) -> Intent {
+    Intent::Change(Change::request(request), SwitchedBy::Settings)
 }
 
-fn gravity(ui: &mut Ui, stage: &Stage, edits: &mut Vec<Edit>) {
+fn gravity(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     ui.label("gravity");
     let declared = stage.sim.world.get_resource::<Gravity>();
     let mut on = declared.is_some_and(|gravity| gravity.on);
     if ui.checkbox(&mut on, "on").changed() {
-        edits.push(ask(match declared {
+        intents.push(ask(match declared {
             Some(_) => Request::SwitchGravity(on),
             None => Request::SetGravity(Gravity::EARTH.acceleration),
         }));
@@ -75,17 +76,17 @@ fn gravity(ui: &mut Ui, stage: &Stage, edits: &mut Vec<Edit>) {
     ui.horizontal(|ui| {
         for (name, y) in PRESETS {
             if ui.button(name).clicked() {
-                edits.push(ask(Request::SetGravity(DVec3::new(0.0, y, 0.0))));
+                intents.push(ask(Request::SetGravity(DVec3::new(0.0, y, 0.0))));
             }
         }
     });
     let acceleration = declared.map_or(DVec3::ZERO, |gravity| gravity.acceleration);
     if let Some(changed) = vector(ui, acceleration, 0.1, "m/s²") {
-        edits.push(ask(Request::SetGravity(changed)));
+        intents.push(ask(Request::SetGravity(changed)));
     }
 }
 
-fn damping(ui: &mut Ui, stage: &Stage, edits: &mut Vec<Edit>) {
+fn damping(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     ui.label("damping");
     let declared = stage.sim.world.get_resource::<Damping>().copied();
     let declared = declared.unwrap_or(Damping { model: DampingModel::default(), rate: 0.0 });
@@ -99,11 +100,11 @@ fn damping(ui: &mut Ui, stage: &Stage, edits: &mut Vec<Edit>) {
         ui.add(DragValue::new(&mut changed.rate).range(0.0..=1e6).speed(0.01).suffix(" 1/s"));
     });
     if changed != declared && changed.rate.is_finite() {
-        edits.push(ask(Request::SetDamping(changed)));
+        intents.push(ask(Request::SetDamping(changed)));
     }
 }
 
-fn body(ui: &mut Ui, (id, selected): (Option<u32>, &Selected), scene: Method, edits: &mut Vec<Edit>) {
+fn body(ui: &mut Ui, (id, selected): (Option<u32>, &Selected), scene: Method, intents: &mut Vec<Intent>) {
     ui.label(&selected.name);
     let Some((id, body)) = id.zip(selected.body) else {
         ui.weak("scenery has no physics");
@@ -122,14 +123,14 @@ fn body(ui: &mut Ui, (id, selected): (Option<u32>, &Selected), scene: Method, ed
         let speed = mass * 0.01;
         ui.label("mass");
         if ui.add(DragValue::new(&mut mass).range(1e-6..=1e9).speed(speed).suffix(" kg")).changed() {
-            edits.push(ask(Request::SetInverseMass(id, 1.0 / mass)));
+            intents.push(ask(Request::SetInverseMass(id, 1.0 / mass)));
         }
     });
     ui.label("velocity");
     if let Some(velocity) = vector(ui, body.velocity, 0.1, "m/s") {
-        edits.push(ask(Request::SetVelocity(id, velocity)));
+        intents.push(ask(Request::SetVelocity(id, velocity)));
     }
-    method::of_body(ui, (id, selected), scene, edits);
+    method::of_body(ui, (id, selected), scene, intents);
 }
 
 /// Three numbers; the new vector if one was changed.

@@ -2,12 +2,14 @@
 
 use egui::{Align2, Color32, Pos2, Rect, Sense, Slider, Stroke, Ui, Vec2};
 
-use crate::tools::tool::{Anchor, Desk, Edit, Tool};
+use crate::intent::Intent;
+use crate::stage::Stage;
+use crate::stage::notices::QuarantinedBody;
+use crate::stage::timeline::Within;
+use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::hud::mouse_hint;
 use crate::view::inks;
 use crate::view::marks::FAULT;
-use crate::view::recorded::Within;
-use crate::view::stage::{QuarantinedBody, Stage};
 
 /// Going back in the last minute; the recording is the stage's.
 #[derive(Default)]
@@ -29,9 +31,9 @@ impl Tool for Timeline {
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let width = desk.width(WIDTH);
         ui.set_width(width);
-        mouse_hint(ui, desk.stage);
+        mouse_hint(ui, desk.view);
         match &desk.stage.within() {
-            Some(within) => scrubber(ui, within, desk.stage, width, desk.edits),
+            Some(within) => scrubber(ui, within, desk.stage, width, desk.intents),
             None => drop(ui.label("nothing is kept: too many bodies, or a run without going back")),
         }
         quarantined(ui, desk.stage);
@@ -44,7 +46,7 @@ impl Tool for Timeline {
     clippy::cast_sign_loss,
     reason = "ticks below 2^53, bytes for people"
 )]
-fn scrubber(ui: &mut Ui, within: &Within, stage: &Stage, width: f32, edits: &mut Vec<Edit>) {
+fn scrubber(ui: &mut Ui, within: &Within, stage: &Stage, width: f32, intents: &mut Vec<Intent>) {
     let (mut tick, times) = (within.at, &within.times);
     let (first, last) = (*within.range.start(), *within.range.end());
     ui.spacing_mut().slider_width = width - 90.0;
@@ -56,23 +58,23 @@ fn scrubber(ui: &mut Ui, within: &Within, stage: &Stage, width: f32, edits: &mut
             Some(times.tick(seconds) as f64)
         });
     if ui.add(slider).changed() && tick != within.at {
-        edits.push(Edit::Seek(tick));
+        intents.push(Intent::Seek(tick));
     }
     marks(ui, within, width);
     ui.horizontal(|ui| {
         let back = [("|<", first), ("<", within.at.saturating_sub(1).max(first))];
         for (text, to) in back.into_iter().chain([(">|", last)]) {
             if ui.add_enabled(within.at != to, egui::Button::new(text)).clicked() {
-                edits.push(Edit::Seek(to));
+                intents.push(Intent::Seek(to));
             }
         }
         if let Some(good) = stage.last_good()
             && ui.button("last good tick").clicked()
         {
-            edits.push(Edit::Seek(good));
+            intents.push(Intent::Seek(good));
         }
         if ui.button("save bundle").on_hover_text("one file that `sandbox replay` runs again").clicked() {
-            edits.push(Edit::SaveBundle);
+            intents.push(Intent::SaveBundle);
         }
     });
     if let Some(fault) = &within.fault {

@@ -1,60 +1,24 @@
 //! What a tool is: something that a key opens beside the picture.
 
+use crate::clock::FrameTime;
 use egui::{Align2, Painter, Rect, Ui};
-use history::Change;
-use lab::cost::Setting;
-use motion::clock::FrameTime;
+use motion::Request;
 use render::Frame;
-use scene::TextEdit;
 
-use crate::actions::Act;
-use crate::input::SwitchedBy;
-use crate::view::stage::Stage;
-
-/// What a person answers to a question.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Answer {
-    Save,
-    Open,
-    Discard,
-    /// One body alone, or all of its entry.
-    Alone,
-    All,
-    Cancel,
-}
-
-/// A change that a panel asks for.
-#[derive(Clone, Debug)]
-pub(crate) enum Edit {
-    /// Changes the simulation.
-    Change(Change, SwitchedBy),
-    ApplySetting(Setting),
-    StepHz(f64),
-    /// Goes to the end of that tick.
-    Seek(u64),
-    SaveBundle,
-    /// Saves that text as a CSV file.
-    SaveTable(String),
-    Open(String),
-    /// Changes the scene's text, and restarts it with the entry of that path selected.
-    Rewrite(Vec<TextEdit>, Option<String>),
-    /// Answers the question that is asked.
-    Answer(Answer),
-    /// Does an action, as its key does.
-    Act(Act),
-    /// Simulated seconds per second.
-    Pace(f64),
-}
+use crate::intent::Intent;
+use crate::stage::Stage;
+use crate::view::View;
 
 /// What a panel is laid out with.
 pub(crate) struct Desk<'a> {
     pub stage: &'a mut Stage,
+    pub view: &'a mut View,
     /// Points from side to side that the dock has; a window is as wide as its panel.
     pub dock_width: Option<f32>,
     /// Gives input, what it does and when, for every key and for the mouse.
     pub keys: fn() -> Vec<(String, &'static str, &'static str)>,
-    /// Takes the changes that the person asks for.
-    pub edits: &'a mut Vec<Edit>,
+    /// Takes what the person wants.
+    pub intents: &'a mut Vec<Intent>,
     /// Set by a panel that is done.
     pub closes: bool,
 }
@@ -79,6 +43,11 @@ pub(crate) trait Tool {
         true
     }
 
+    /// Whether the next scene closes the panel.
+    fn closes_with_scene(&self) -> bool {
+        false
+    }
+
     /// Lays out the open panel.
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>);
 
@@ -87,23 +56,74 @@ pub(crate) trait Tool {
         !open
     }
 
-    /// Requests of the stage are about to be carried out.
-    fn before_requests(&mut self, _stage: &mut Stage) {}
+    /// Carries out an intent that is for this tool, whose panel is `open` or not; the intents that follow from it. `None` if it is
+    /// for another one.
+    fn take(
+        &mut self,
+        _intent: &Intent,
+        _stage: &mut Stage,
+        _view: &View,
+        _open: bool,
+    ) -> Option<Vec<Intent>> {
+        None
+    }
 
-    /// A tick is about to be simulated; it is the `last` one that is drawn in this frame, or not.
-    fn before_tick(&mut self, _stage: &Stage, _last: bool) {}
+    /// The left button went down in the view, with the pointer within `near_px` of what it takes; the intents that follow.
+    /// `None` if the press is not for this tool.
+    fn press(&mut self, _stage: &Stage, _view: &mut View, _near_px: f64) -> Option<Vec<Intent>> {
+        None
+    }
 
-    /// The ticks of a frame are over.
-    fn after_ticks(&mut self, _stage: &mut Stage, _open: bool, _time: FrameTime) {}
+    /// The pointer moved.
+    fn drag(&mut self, _view: &View) {}
 
-    /// The stage has another world of the same scene.
+    /// The left button came up; the intents that follow.
+    fn release(&mut self, _stage: &Stage) -> Vec<Intent> {
+        Vec::new()
+    }
+
+    /// What is dragged is let go, where it was.
+    fn let_go(&mut self) {}
+
+    /// Escape was pressed.
+    fn cancel(&mut self) {}
+
+    /// Another scene comes, or another text of the same one, `rewritten`.
+    fn next_scene(&mut self, _rewritten: bool)
+    where
+        Self: Sized + Default,
+    {
+        *self = Self::default();
+    }
+
+    /// The stage has another world.
     fn restart(&mut self, _stage: &mut Stage) {}
 
+    /// A frame begins.
+    fn begin_frame(&mut self, _stage: &mut Stage, _open: bool) {}
+
+    /// The stage carried out requests between two ticks.
+    fn after_requests(&mut self, _requests: &[Request<u32>]) {}
+
+    /// A tick is about to be simulated; it is the `last` one that is drawn in this frame, or not.
+    fn before_tick(&mut self, _stage: &mut Stage, _last: bool) {}
+
+    /// The ticks of a frame are over.
+    fn after_ticks(&mut self, _stage: &mut Stage, _view: &View, _open: bool, _time: FrameTime) {}
+
     /// Adds to the picture.
-    fn draw(&self, _stage: &Stage, _frame: &mut Frame) {}
+    fn draw(&self, _stage: &Stage, _view: &View, _frame: &mut Frame) {}
 
     /// Writes into the picture, not over its own `panel` and not over what is `taken`.
-    fn write(&self, _stage: &Stage, _painter: &Painter, _panel: Option<Rect>, _taken: Vec<Rect>) {}
+    fn write(
+        &self,
+        _stage: &Stage,
+        _view: &View,
+        _painter: &Painter,
+        _panel: Option<Rect>,
+        _taken: Vec<Rect>,
+    ) {
+    }
 
     /// Whether it goes on without ticks while its panel is open.
     fn works(&self) -> bool {

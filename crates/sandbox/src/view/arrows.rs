@@ -5,8 +5,9 @@ use glam::DVec3;
 use motion::{Dormant, PhysicsBody, Transform};
 use render::{Frame, Line};
 
-use crate::view::forces::add_to;
-use crate::view::stage::Stage;
+use crate::stage::Stage;
+use crate::stage::forces::add_to;
+use crate::view::View;
 
 const VELOCITY_COLOR: [f32; 4] = [0.3, 0.75, 1.0, 1.0];
 const ARROW_WIDTH_PX: f32 = 2.5;
@@ -14,6 +15,12 @@ const NET_WIDTH_PX: f32 = 5.0;
 
 /// Meters of an arrow per m/s.
 const VELOCITY_SCALE: f64 = 0.5;
+
+/// Length of the longest force arrow where its scale is chosen, as a share of the distance from the camera.
+const SHARE: f64 = 0.15;
+
+/// How much longer an arrow may grow before the scale is chosen again.
+const GROWTH: f64 = 3.0;
 
 /// What stands for the sum of all forces on a body.
 pub(crate) const NET: &str = "net";
@@ -26,46 +33,32 @@ struct Arrow {
     width: f32,
 }
 
-impl Stage {
-    pub(crate) fn add_arrows(&mut self, frame: &mut Frame, eye: DVec3) {
-        let mut arrows = Vec::new();
-        if self.view.velocity_arrows {
-            self.add_velocities(&mut arrows);
+impl View {
+    pub(super) fn add_arrows(&mut self, stage: &Stage, frame: &mut Frame) {
+        let (mut arrows, eye) = (Vec::new(), self.camera.position);
+        if self.velocity_arrows {
+            add_velocities(stage, &mut arrows);
         }
-        self.view.force_causes.clear();
-        if self.view.force_arrows {
-            self.add_forces(&mut arrows, eye);
+        self.force_causes.clear();
+        if self.force_arrows {
+            self.add_forces(stage, &mut arrows);
         } else {
-            self.view.force_scale = None;
+            self.force_scale = None;
         }
         for Arrow { body, vector, color, width } in arrows {
-            if let Some(from) = self.drawn_position(body).filter(|_| vector.is_finite()) {
+            if let Some(from) = stage.drawn_position(body).filter(|_| vector.is_finite()) {
                 let (from, to) = ((from - eye).as_vec3(), (from + vector - eye).as_vec3());
                 Line::arrow(&mut frame.lines, from, to, color, width);
             }
         }
     }
 
-    fn movable(&mut self) -> Vec<(Entity, DVec3, DVec3)> {
-        let mut bodies =
-            self.sim.world.query_filtered::<(Entity, &Transform, &PhysicsBody), Without<Dormant>>();
-        let bodies = bodies.iter(&self.sim.world).filter(|(.., body)| body.inverse_mass > 0.0);
-        bodies.map(|(entity, transform, body)| (entity, transform.position, body.velocity)).collect()
-    }
-
-    fn add_velocities(&mut self, arrows: &mut Vec<Arrow>) {
-        arrows.extend(self.movable().into_iter().map(|(body, _, velocity)| {
-            let (vector, color) = (velocity * VELOCITY_SCALE, VELOCITY_COLOR);
-            Arrow { body, vector, color, width: ARROW_WIDTH_PX }
-        }));
-    }
-
     /// The forces on every body, an arrow per cause, and their sum where there are several.
-    fn add_forces(&mut self, arrows: &mut Vec<Arrow>, eye: DVec3) {
-        let bodies = self.movable();
+    fn add_forces(&mut self, stage: &Stage, arrows: &mut Vec<Arrow>) {
+        let (bodies, eye) = (movable(stage), self.camera.position);
         let entities: Vec<_> = bodies.iter().map(|(entity, ..)| *entity).collect();
         let mut by_cause = vec![Vec::<(&'static str, DVec3)>::new(); bodies.len()];
-        self.each_force(&entities, |place, cause, newtons| {
+        stage.each_force(&entities, |place, cause, newtons| {
             add_to(&mut by_cause[place], cause.name(), newtons);
         });
         for forces in &mut by_cause {
@@ -83,14 +76,39 @@ impl Stage {
         let Some(scale) = self.newtons_per_meter(largest, distance) else { return };
         for (body, forces) in entities.into_iter().zip(by_cause) {
             for (name, newtons) in forces {
-                if !self.view.force_causes.contains(&name) {
-                    self.view.force_causes.push(name);
+                if !self.force_causes.contains(&name) {
+                    self.force_causes.push(name);
                 }
                 let width = if name == NET { NET_WIDTH_PX } else { ARROW_WIDTH_PX };
                 arrows.push(Arrow { body, vector: newtons / scale, color: color_of(name), width });
             }
         }
     }
+
+    /// Newtons of a force arrow of one meter, where the largest force is one of `newtons` on a body `distance` meters
+    /// from the camera. It stays as it is chosen once, so that arrows can be seen to grow.
+    fn newtons_per_meter(&mut self, newtons: f64, distance: f64) -> Option<f64> {
+        let longest = SHARE * distance;
+        if self.force_scale.is_none_or(|scale| newtons > scale * longest * GROWTH) {
+            let scale = round_up(newtons / longest);
+            self.force_scale = scale.is_normal().then_some(scale);
+        }
+        self.force_scale
+    }
+}
+
+/// Every movable body that is there, its position, m, and its velocity, m/s.
+fn movable(stage: &Stage) -> Vec<(Entity, DVec3, DVec3)> {
+    let mut bodies = stage.query_filtered::<(Entity, &Transform, &PhysicsBody), Without<Dormant>>();
+    let bodies = bodies.iter(&stage.sim.world).filter(|(.., body)| body.inverse_mass > 0.0);
+    bodies.map(|(entity, transform, body)| (entity, transform.position, body.velocity)).collect()
+}
+
+fn add_velocities(stage: &Stage, arrows: &mut Vec<Arrow>) {
+    arrows.extend(movable(stage).into_iter().map(|(body, _, velocity)| {
+        let (vector, color) = (velocity * VELOCITY_SCALE, VELOCITY_COLOR);
+        Arrow { body, vector, color, width: ARROW_WIDTH_PX }
+    }));
 }
 
 /// The color of the arrows of a cause.
@@ -108,4 +126,27 @@ pub(crate) fn color_of(cause: &str) -> [f32; 4] {
         _ => [1.0, 0.6, 0.75],
     };
     [r, g, b, 1.0]
+}
+
+/// The next of 1, 2, 5, 10, 20, ...
+fn round_up(x: f64) -> f64 {
+    let decade = x.log10().floor();
+    // A negative power would not be rounded to the nearest number.
+    let times = |m: f64| if decade < 0.0 { m / 10_f64.powf(-decade) } else { m * 10_f64.powf(decade) };
+    [1.0, 2.0, 5.0].map(times).into_iter().find(|step| *step >= x).unwrap_or(times(10.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scales_are_round_numbers() {
+        for (x, rounded) in
+            [(1.0, 1.0), (1.01, 2.0), (3.0, 5.0), (7.0, 10.0), (0.03, 0.05), (2e-7, 2e-7), (130.0, 200.0)]
+        {
+            assert_eq!(round_up(x), rounded, "{x}");
+        }
+        assert!(!round_up(0.0).is_normal() && !round_up(f64::NAN).is_normal());
+    }
 }

@@ -6,9 +6,9 @@ use glam::DVec3;
 use motion::{ForceCause, Method, PhysicsBody, Transform};
 use report::numbers::three_decimals;
 
-use crate::view::forces::{add_to, synchronized, synchronized_points};
-use crate::view::soft::SoftSum;
-use crate::view::stage::Stage;
+use crate::stage::Stage;
+use crate::stage::forces::{add_to, synchronized, synchronized_points};
+use crate::stage::soft::SoftSum;
 
 /// Points between the card and the edge of the picture.
 const MARGIN: f32 = 8.0;
@@ -44,7 +44,7 @@ pub(crate) struct Selected {
 }
 
 impl Selected {
-    pub(crate) fn of(stage: &mut Stage, entity: Entity) -> Option<Self> {
+    pub(crate) fn of(stage: &Stage, entity: Entity) -> Option<Self> {
         match stage.soft_sum(entity) {
             Some(soft) => Some(Self::of_points(stage, entity, soft)),
             None => Self::of_thing(stage, entity),
@@ -52,9 +52,9 @@ impl Selected {
     }
 
     /// A soft body as its center of mass.
-    fn of_points(stage: &mut Stage, entity: Entity, mut soft: SoftSum) -> Self {
+    fn of_points(stage: &Stage, entity: Entity, mut soft: SoftSum) -> Self {
         let pushes = stage.pushes();
-        soft.body = synchronized_points(&mut stage.sim.world, &pushes, entity, soft.body);
+        soft.body = synchronized_points(&stage.sim.world, &pushes, entity, soft.body);
         Self {
             entity,
             name: stage.name(entity),
@@ -68,10 +68,10 @@ impl Selected {
         }
     }
 
-    fn of_thing(stage: &mut Stage, entity: Entity) -> Option<Self> {
+    fn of_thing(stage: &Stage, entity: Entity) -> Option<Self> {
         let position = stage.sim.world.get::<Transform>(entity)?.position;
         let start =
-            stage.seen.ids.get(&entity).map_or(position, |id| stage.sim.scene.bodies[*id as usize].position);
+            stage.here.ids.get(&entity).map_or(position, |id| stage.sim.scene.bodies[*id as usize].position);
         let forces = stage.forces_on(entity);
         Some(Self {
             entity,

@@ -4,8 +4,6 @@ use glam::DVec3;
 use pick::Shape;
 use scene::{BodySpec, Scene};
 
-use crate::view::stage::Stage;
-
 /// A floor is so many times as wide and as long as it is high, and no board.
 const FLOOR_FLATNESS: f64 = 4.0;
 const FLOOR_HALF_M: f64 = 5.0;
@@ -23,6 +21,16 @@ pub(crate) struct Ground {
 }
 
 impl Ground {
+    /// The ground as it is seen from `eye`, m, if that is above it.
+    #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
+    pub fn seen_from(self, eye: DVec3) -> Option<render::Ground> {
+        let Self { height, spacing, .. } = self;
+        let height_m = (height? - eye.y) as f32;
+        let past = |at: f64| at.rem_euclid(spacing) as f32;
+        let (spacing_m, offset_m) = (spacing as f32, [past(eye.x), past(eye.z)]);
+        (height_m < 0.0).then_some(render::Ground { height_m, spacing_m, offset_m })
+    }
+
     pub fn of(scene: &Scene) -> Self {
         let is_flat = |half: DVec3| half.x.min(half.z) >= (FLOOR_FLATNESS * half.y).max(FLOOR_HALF_M);
         let is_floor = |body: &&BodySpec| {
@@ -49,18 +57,6 @@ impl Ground {
             height,
             spacing: 10.0_f64.powf(size.log10().round()),
         }
-    }
-}
-
-impl Stage {
-    /// The ground as the camera sees it, if that is above it.
-    #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
-    pub(crate) fn ground(&self) -> Option<render::Ground> {
-        let (Ground { height, spacing, .. }, eye) = (self.view.ground, self.view.camera.position);
-        let height_m = (height? - eye.y) as f32;
-        let past = |at: f64| at.rem_euclid(spacing) as f32;
-        let (spacing_m, offset_m) = (spacing as f32, [past(eye.x), past(eye.z)]);
-        (height_m < 0.0).then_some(render::Ground { height_m, spacing_m, offset_m })
     }
 }
 

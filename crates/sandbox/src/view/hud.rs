@@ -5,8 +5,9 @@ use egui::{Align, Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Stroke, U
 use motion::clock::StepClock;
 use motion::{Gravity, TimeStep};
 
+use crate::stage::Stage;
 use crate::view::arrows::color_of;
-use crate::view::stage::{Measured, Mode, Stage};
+use crate::view::{Measured, Mode, View};
 
 /// The light gray in which the tutorial's texts are drawn.
 const TEXT: Color32 = Color32::from_rgb(191, 191, 191);
@@ -38,8 +39,8 @@ struct Words {
 }
 
 /// The tutorial's glyphs are 1.9 % of the width apart; of a narrow view within the cockpit they could not be read.
-fn font(painter: &Painter, stage: &Stage) -> FontId {
-    let least = if stage.run.view_px.is_some() { 16.0 } else { 10.0 };
+fn font(painter: &Painter, view: &View) -> FontId {
+    let least = if view.view_px.is_some() { 16.0 } else { 10.0 };
     FontId::monospace((painter.clip_rect().width() * 0.019 / 0.6).clamp(least, 40.0) * 0.75)
 }
 
@@ -48,26 +49,26 @@ fn at(painter: &Painter, percent: Vec2) -> Pos2 {
 }
 
 /// Writes all of it; within the cockpit, without the keys that its buttons name.
-pub(crate) fn show(painter: &Painter, stage: &Stage) {
-    for Words { at, anchor, text: words, font, color } in words(painter, stage) {
+pub(crate) fn show(painter: &Painter, stage: &Stage, view: &View) {
+    for Words { at, anchor, text: words, font, color } in words(painter, stage, view) {
         text(painter, at, anchor, &words, font, color);
     }
-    notices(painter, at(painter, NOTICES_AT), stage.notices(), font(painter, stage).size * 0.8);
-    if stage.view.mode == Mode::Camera {
+    notices(painter, at(painter, NOTICES_AT), stage.notices(), font(painter, view).size * 0.8);
+    if view.mode == Mode::Camera {
         cross_hair(painter, painter.clip_rect().center());
     }
 }
 
 /// Where words stand that do not come and go.
-pub(crate) fn places(painter: &Painter, stage: &Stage) -> Vec<Rect> {
+pub(crate) fn places(painter: &Painter, stage: &Stage, view: &View) -> Vec<Rect> {
     let place = |Words { at, anchor, text, font, color }| {
         anchor.anchor_size(at, painter.layout_no_wrap(text, font, color).size())
     };
-    words(painter, stage).into_iter().map(place).collect()
+    words(painter, stage, view).into_iter().map(place).collect()
 }
 
-fn words(painter: &Painter, stage: &Stage) -> Vec<Words> {
-    let font = font(painter, stage);
+fn words(painter: &Painter, stage: &Stage, view: &View) -> Vec<Words> {
+    let font = font(painter, view);
     let mut all = Vec::new();
     let mut tutorial = |percent: Vec2, words: &str| {
         all.push(Words {
@@ -78,11 +79,10 @@ fn words(painter: &Painter, stage: &Stage) -> Vec<Words> {
             color: TEXT,
         });
     };
-    let view = &stage.view;
     if stage.sim.scene.push.is_some() {
         tutorial(CLICK_FORCE_AT, &format!("Click Force:{:.6}", view.click_force));
     }
-    match (stage.seen.locked, stage.seen.selection) {
+    match (view.locked, stage.here.selection) {
         (Some(_), _) => tutorial(LOCK_HINT_AT, "Press L to unlock object!"),
         (None, Some(_)) => tutorial(LOCK_HINT_AT, "Press L to lock selected object!"),
         _ => {}
@@ -98,7 +98,7 @@ fn words(painter: &Painter, stage: &Stage) -> Vec<Words> {
         tutorial(GRAVITY_AT, if gravity.on { "(G)ravity on" } else { "(G)ravity off" });
     }
     let small = FontId::proportional(font.size * 0.8);
-    if stage.run.view_px.is_none() {
+    if view.view_px.is_none() {
         all.push(Words {
             at: at(painter, Vec2::new(99.0, 97.0)),
             anchor: Align2::RIGHT_BOTTOM,
@@ -108,7 +108,7 @@ fn words(painter: &Painter, stage: &Stage) -> Vec<Words> {
         });
     }
     let mut corner = at(painter, Vec2::new(99.0, 2.0));
-    for (text, color) in state(stage) {
+    for (text, color) in state(stage, view) {
         all.push(Words { at: corner, anchor: Align2::RIGHT_TOP, text, font: small.clone(), color });
         corner.y += small.size * 1.3;
     }
@@ -140,8 +140,8 @@ fn notices<'a>(painter: &Painter, mut place: Pos2, notices: impl Iterator<Item =
 }
 
 /// Scene and clock, for the top right corner.
-fn state(stage: &Stage) -> Vec<(String, Color32)> {
-    let (view, stepper, world) = (&stage.view, &stage.sim.stepper, &stage.sim.world);
+fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
+    let (stepper, world) = (&stage.sim.stepper, &stage.sim.world);
     let own = if stepper.plan().own.is_empty() { "" } else { " and bodies' own" };
     let method = stepper.method().claims().title;
     let (bodies, scene_s) = (stage.sim.bodies.len(), world.resource::<StepClock>().scene_seconds());
@@ -152,7 +152,7 @@ fn state(stage: &Stage) -> Vec<(String, Color32)> {
         (format!("{scene_s:.2} s at {} Hz", (step_hz * 1e6).round() / 1e6), THIN),
     ];
     // Paused, frames are drawn when something changes.
-    if let Some(measured) = stage.run.measured.filter(|_| !view.paused) {
+    if let Some(measured) = view.measured.filter(|_| !stage.paused) {
         let Measured { frames_per_second, tick, simulated_over_real } = measured;
         let tick = tick * 1e6;
         let words = format!(
@@ -170,10 +170,10 @@ fn state(stage: &Stage) -> Vec<(String, Color32)> {
     if pace != 1.0 {
         lines.push((format!("{pace} x speed"), WARNING));
     }
-    if view.paused {
+    if stage.paused {
         lines.push(("paused: P goes on, . steps".to_owned(), WARNING));
     }
-    if let Some((some, all)) = stage.seen.trails.left_out().filter(|_| view.trails) {
+    if let Some((some, all)) = view.trail.left_out().filter(|_| view.trails) {
         lines.push((format!("trails of the first {some} of {all} bodies"), THIN));
     }
     if stage.run.dropped_lately > 0.0 {
@@ -184,7 +184,7 @@ fn state(stage: &Stage) -> Vec<(String, Color32)> {
         1 => lines.push(("1 body quarantined: R says why".to_owned(), WARNING)),
         many => lines.push((format!("{many} bodies quarantined: R says why"), WARNING)),
     }
-    if cfg!(debug_assertions) && stage.run.measured.is_some() {
+    if cfg!(debug_assertions) && view.measured.is_some() {
         lines.push(("debug build: slow".to_owned(), WARNING));
     }
     lines
@@ -227,8 +227,8 @@ pub(crate) fn swatch(ui: &mut Ui, color: Color32) {
 }
 
 /// Says how to click in a panel while the pointer turns the camera.
-pub(crate) fn mouse_hint(ui: &mut Ui, stage: &Stage) {
-    if stage.view.mode == Mode::Camera {
+pub(crate) fn mouse_hint(ui: &mut Ui, view: &View) {
+    if view.mode == Mode::Camera {
         ui.weak("Press Q to use the mouse here.");
     }
 }

@@ -5,7 +5,8 @@ use glam::{DQuat, DVec2, DVec3};
 use motion::Orientation;
 use pick::Shape;
 
-use crate::view::stage::Stage;
+use crate::stage::Stage;
+use crate::view::View;
 
 /// A body's words in the picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,39 +34,45 @@ pub(crate) fn around(shape: &Shape, _: DVec3) -> f64 {
     shape.half_extents().max_element()
 }
 
-impl Stage {
+impl View {
     /// The labels of the bodies whose middle is in the picture, the farthest first.
-    pub(crate) fn visible_labels(&self) -> Vec<Label> {
-        let labels = self.view.labels.iter();
+    pub(crate) fn visible_labels(&self, stage: &Stage) -> Vec<Label> {
+        let labels = self.labels.iter();
         let mut seen: Vec<_> = labels
-            .filter_map(|(id, text)| self.label(*self.sim.bodies.get(*id as usize)?, text, beside))
+            .filter_map(|(id, text)| self.label(stage, *stage.sim.bodies.get(*id as usize)?, text, beside))
             .collect();
         seen.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         seen.into_iter().map(|(_, label)| label).collect()
     }
 
     /// What marks the body that a fault is about, while the run stands next to it.
-    pub(crate) fn fault_mark(&self) -> Option<Label> {
-        let fault = self.fault().filter(|_| self.paused())?;
-        let words = match self.ticks().checked_sub(fault.tick) {
-            None if self.ticks() + 1 == fault.tick => "goes wrong in the next tick".to_owned(),
+    pub(crate) fn fault_mark(&self, stage: &Stage) -> Option<Label> {
+        let fault = stage.fault().filter(|_| stage.paused())?;
+        let words = match stage.ticks().checked_sub(fault.tick) {
+            None if stage.ticks() + 1 == fault.tick => "goes wrong in the next tick".to_owned(),
             Some(0) => "went wrong in this tick".to_owned(),
-            _ => format!("goes wrong at {}", self.times().words(fault.tick)),
+            _ => format!("goes wrong at {}", stage.times().words(fault.tick)),
         };
-        let body = *self.sim.bodies.get(fault.body? as usize)?;
-        let label = self.label(body, &format!("{} {words}", self.name(body)), around);
+        let body = *stage.sim.bodies.get(fault.body? as usize)?;
+        let label = self.label(stage, body, &format!("{} {words}", stage.name(body)), around);
         label.map(|(_, label)| label)
     }
 
     /// How far a thing is, m, and its label, if its middle is in the picture.
-    pub(crate) fn label(&self, thing: Entity, text: &str, reach: Reach) -> Option<(f64, Label)> {
+    pub(crate) fn label(
+        &self,
+        stage: &Stage,
+        thing: Entity,
+        text: &str,
+        reach: Reach,
+    ) -> Option<(f64, Label)> {
         let view = self.viewpoint();
-        let place = self.drawn_position(thing)?;
+        let place = stage.drawn_position(thing)?;
         let distance = (place - view.position).dot(view.forward());
         let drawn = (view.near_m..=view.far_m).contains(&distance);
         let (at, inside) = self.seen_at(place).filter(|_| drawn)?;
-        let turned = self.sim.world.get::<Orientation>(thing).map_or(DQuat::IDENTITY, |turned| turned.0);
-        let reach = self
+        let turned = stage.sim.world.get::<Orientation>(thing).map_or(DQuat::IDENTITY, |turned| turned.0);
+        let reach = stage
             .sim
             .world
             .get::<Shape>(thing)

@@ -8,8 +8,9 @@ use pick::Shape;
 use render::{Camera, Frame, Instance, Light, Line, Particle, Sprite};
 use scene::{Appearance, PointRadius};
 
-use crate::view::pose::drawn;
-use crate::view::stage::Stage;
+use crate::stage::Stage;
+use crate::stage::things::drawn;
+use crate::view::View;
 
 /// The tutorial's color of the selection.
 pub(crate) const SELECTED: [f32; 4] = [0.0, 1.0, 0.0, 1.0];
@@ -37,17 +38,17 @@ const TRAIL_OF_MANY: f32 = 0.3;
 /// How much of its limit a spring between two bodies takes.
 pub(crate) type Ratio<'a> = Option<&'a dyn Fn([Entity; 2]) -> f64>;
 
-impl Stage {
+impl View {
     /// The picture of the present state, up to what other runs and arrows add. Springs have the colors of `ratio` where there
     /// is one; a click would select `immovable` things, too, or not.
-    pub(crate) fn begin_picture(&mut self, ratio: Ratio<'_>, immovable: bool) -> Frame {
-        self.update_targets();
-        let eye = self.view.camera.position;
+    pub(crate) fn begin_picture(&mut self, stage: &Stage, ratio: Ratio<'_>, immovable: bool) -> Frame {
+        self.see(stage);
+        let eye = self.camera.position;
         let view = self.viewpoint();
         let mut frame = Frame {
-            size_px: self.run.options.size_px,
-            view_px: self.run.view_px,
-            surround: self.run.surround,
+            size_px: self.size_px,
+            view_px: self.view_px,
+            surround: self.surround,
             camera: Camera {
                 orientation: view.orientation.as_quat(),
                 #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
@@ -57,43 +58,42 @@ impl Stage {
                 #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
                 far_m: view.far_m as f32,
             },
-            light: self.sim.scene.light.map(|light| Light {
+            light: stage.sim.scene.light.map(|light| Light {
                 position: (light.position - eye).as_vec3(),
                 target: (-eye).as_vec3(),
                 color: Vec3::from_array(light.color),
                 shadows: light.shadows,
             }),
-            space: !self.view.ground.has_up,
-            ground: self.ground(),
+            space: !self.ground.has_up,
+            ground: self.ground.seen_from(eye),
             ..Default::default()
         };
-        let hovered = self.hovered(immovable);
-        self.add_shapes(&mut frame, hovered);
-        self.add_soft_bodies(&mut frame, ratio, hovered);
-        self.add_springs(&mut frame, ratio);
-        self.add_particles(&mut frame, eye);
+        let hovered = self.hovered(stage, immovable);
+        self.add_shapes(stage, &mut frame, hovered);
+        self.add_soft_bodies(stage, &mut frame, ratio, hovered);
+        self.add_springs(stage, &mut frame, ratio);
+        add_particles(stage, &mut frame, eye);
         frame
     }
 
     /// Adds arrows and trails.
-    pub(crate) fn finish_picture(&mut self, frame: &mut Frame) {
-        let eye = self.view.camera.position;
-        self.add_arrows(frame, eye);
-        self.add_pull(frame, eye);
-        if self.view.trails {
-            self.add_trails(frame, eye);
+    pub(crate) fn finish_picture(&mut self, stage: &Stage, frame: &mut Frame) {
+        self.add_arrows(stage, frame);
+        self.add_pull(stage, frame);
+        if self.trails {
+            self.add_trails(stage, frame);
         }
     }
 
-    fn add_shapes(&mut self, frame: &mut Frame, hovered: Option<Entity>) {
-        let mut looks = self.sim.world.query::<&Appearance>();
+    fn add_shapes(&self, stage: &Stage, frame: &mut Frame, hovered: Option<Entity>) {
+        let mut looks = stage.query::<&Appearance>();
         let targets = &self.seen.targets;
         let (xs, ys, zs) = targets.positions();
         for (i, entity) in targets.entities().iter().enumerate() {
-            let look = looks.get(&self.sim.world, *entity).copied().unwrap_or(PLAIN);
-            let selected = self.seen.selection == Some(*entity);
+            let look = looks.get(&stage.sim.world, *entity).copied().unwrap_or(PLAIN);
+            let selected = stage.here.selection == Some(*entity);
             // Within the cockpit the outline says it of what cannot be moved, which may be as large as a floor.
-            let tinted = selected && (self.run.view_px.is_none() || self.is_movable(*entity));
+            let tinted = selected && (self.view_px.is_none() || stage.is_movable(*entity));
             let [r, g, b] = look.color;
             let mut surface = if look.checker { render::CHECKER } else { 0 };
             if selected || hovered == Some(*entity) {
@@ -115,59 +115,13 @@ impl Stage {
         }
     }
 
-    fn add_particles(&mut self, frame: &mut Frame, eye: DVec3) {
-        let alpha = self.seen.alpha;
-        let of_soft_bodies = self.points_of_soft_bodies();
-        let fades = self.fades();
-        let mut particles = self.sim.world.query_filtered::<(
-            Entity,
-            &Transform,
-            &PhysicsBody,
-            Option<&PreviousPosition>,
-            Option<&Appearance>,
-            Option<&PointRadius>,
-        ), (Without<Shape>, Without<Dormant>)>();
-        for (entity, now, body, before, look, radius) in particles.iter(&self.sim.world) {
-            if of_soft_bodies.contains(entity) {
-                continue;
-            }
-            let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
-            let position = (drawn(now, before, alpha) - eye).as_vec3().to_array();
-            let radius_m = radius.copied().unwrap_or_default().0;
-            if let Some(Some(fade)) = fades.get(entity.index_u32() as usize) {
-                let streak = (body.velocity * EXPOSURE_S).as_vec3().to_array();
-                frame.sprites.push(Sprite { position, radius_m, streak, _pad: 0.0, color: [r, g, b, *fade] });
-            } else {
-                frame.particles.push(Particle { position, radius_m, color: [r, g, b, 1.0] });
-            }
-        }
-    }
-
-    /// How much is left to see of each particle of an emitter, by the index of its entity.
-    fn fades(&mut self) -> Vec<Option<f32>> {
-        let now = self.sim.world.resource::<StepClock>().scene_seconds();
-        let mut fades = Vec::new();
-        for (emitter, emission) in self.sim.world.query::<(&Emitter, &Emission)>().iter(&self.sim.world) {
-            let last = emitter.pool.iter().map(|body| body.index_u32() as usize + 1).max().unwrap_or(0);
-            fades.resize(last.max(fades.len()), None);
-            for (body, number) in emitter.pool.iter().zip(emission.state().slots) {
-                #[expect(clippy::cast_precision_loss, reason = "millions of births")]
-                let age = number.map(|number| now - number as f64 / emitter.rate);
-                #[expect(clippy::cast_possible_truncation, reason = "a color")]
-                let fade = age.map(|age| ((1.0 - age / emitter.life) / FADES_IN).clamp(0.0, 1.0) as f32);
-                fades[body.index_u32() as usize] = fade;
-            }
-        }
-        fades
-    }
-
-    fn add_trails(&self, frame: &mut Frame, eye: DVec3) {
-        let world = &self.sim.world;
-        let drawn_at = self.simulated() - (1.0 - self.seen.alpha) * world.resource::<TimeStep>().0;
-        for (body, points) in self.seen.trails.until(drawn_at) {
+    fn add_trails(&self, stage: &Stage, frame: &mut Frame) {
+        let (world, eye) = (&stage.sim.world, self.camera.position);
+        let drawn_at = stage.simulated() - (1.0 - stage.here.alpha) * world.resource::<TimeStep>().0;
+        for (body, points) in self.trail.until(drawn_at) {
             let [r, g, b] = trail_color(world.get::<Appearance>(body).copied().unwrap_or(PLAIN).color);
             let seen = if world.get::<PointRadius>(body).is_some() { TRAIL_OF_MANY } else { 1.0 };
-            let points = points.chain(self.drawn_position(body));
+            let points = points.chain(stage.drawn_position(body));
             let count = points.clone().count();
             #[expect(clippy::cast_precision_loss, reason = "at most thousands of points")]
             let fade = |i: usize| seen * (i as f32 / count as f32).sqrt();
@@ -177,6 +131,52 @@ impl Stage {
             }
         }
     }
+}
+
+fn add_particles(stage: &Stage, frame: &mut Frame, eye: DVec3) {
+    let alpha = stage.here.alpha;
+    let of_soft_bodies = stage.points_of_soft_bodies();
+    let fades = fades(stage);
+    let mut particles = stage.query_filtered::<(
+        Entity,
+        &Transform,
+        &PhysicsBody,
+        Option<&PreviousPosition>,
+        Option<&Appearance>,
+        Option<&PointRadius>,
+    ), (Without<Shape>, Without<Dormant>)>();
+    for (entity, now, body, before, look, radius) in particles.iter(&stage.sim.world) {
+        if of_soft_bodies.contains(entity) {
+            continue;
+        }
+        let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
+        let position = (drawn(now, before, alpha) - eye).as_vec3().to_array();
+        let radius_m = radius.copied().unwrap_or_default().0;
+        if let Some(Some(fade)) = fades.get(entity.index_u32() as usize) {
+            let streak = (body.velocity * EXPOSURE_S).as_vec3().to_array();
+            frame.sprites.push(Sprite { position, radius_m, streak, _pad: 0.0, color: [r, g, b, *fade] });
+        } else {
+            frame.particles.push(Particle { position, radius_m, color: [r, g, b, 1.0] });
+        }
+    }
+}
+
+/// How much is left to see of each particle of an emitter, by the index of its entity.
+fn fades(stage: &Stage) -> Vec<Option<f32>> {
+    let now = stage.sim.world.resource::<StepClock>().scene_seconds();
+    let mut fades = Vec::new();
+    for (emitter, emission) in stage.query::<(&Emitter, &Emission)>().iter(&stage.sim.world) {
+        let last = emitter.pool.iter().map(|body| body.index_u32() as usize + 1).max().unwrap_or(0);
+        fades.resize(last.max(fades.len()), None);
+        for (body, number) in emitter.pool.iter().zip(emission.state().slots) {
+            #[expect(clippy::cast_precision_loss, reason = "millions of births")]
+            let age = number.map(|number| now - number as f64 / emitter.rate);
+            #[expect(clippy::cast_possible_truncation, reason = "a color")]
+            let fade = age.map(|age| ((1.0 - age / emitter.life) / FADES_IN).clamp(0.0, 1.0) as f32);
+            fades[body.index_u32() as usize] = fade;
+        }
+    }
+    fades
 }
 
 /// The color of the trail of a body of a color, as displayed.

@@ -7,8 +7,9 @@ use pick::SoftPose;
 use render::{Frame, Instance, Line, Particle, Surface};
 use scene::Appearance;
 
+use crate::stage::Stage;
+use crate::view::View;
 use crate::view::picture::{PLAIN, Ratio, SELECTED};
-use crate::view::stage::Stage;
 
 /// A spring outside the view of springs.
 const SPRING_COLOR: [f32; 4] = [0.30, 0.30, 0.34, 1.0];
@@ -172,55 +173,41 @@ impl Drawing<'_> {
     }
 }
 
-/// Points of soft bodies, by their indices: among a hundred thousand particles a hash of each would take longest.
-#[derive(Default)]
-pub(crate) struct SoftPoints(Vec<Option<Entity>>);
-
-impl SoftPoints {
-    fn insert(&mut self, point: Entity) {
-        let index = point.index_u32() as usize;
-        if index >= self.0.len() {
-            self.0.resize(index + 1, None);
-        }
-        self.0[index] = Some(point);
-    }
-
-    pub fn contains(&self, thing: Entity) -> bool {
-        self.0.get(thing.index_u32() as usize) == Some(&Some(thing))
-    }
-}
-
-impl Stage {
-    pub(crate) fn add_soft_bodies(&mut self, frame: &mut Frame, ratio: Ratio<'_>, hovered: Option<Entity>) {
-        let mut looks = self.sim.world.query::<(&SoftBody, Option<&Appearance>)>();
+impl View {
+    pub(super) fn add_soft_bodies(
+        &self,
+        stage: &Stage,
+        frame: &mut Frame,
+        ratio: Ratio<'_>,
+        hovered: Option<Entity>,
+    ) {
+        let mut looks = stage.query::<(&SoftBody, Option<&Appearance>)>();
         #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
         let thinnest = self.thinnest() as f32;
         for pose in self.seen.soft.poses() {
-            let Ok((body, look)) = looks.get(&self.sim.world, pose.entity()) else { continue };
-            let selected = self.seen.selection == Some(pose.entity());
+            let Ok((body, look)) = looks.get(&stage.sim.world, pose.entity()) else { continue };
+            let selected = stage.here.selection == Some(pose.entity());
             let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
             let outlined = selected || hovered == Some(pose.entity());
             let color = if selected { SELECTED } else { [r, g, b, 1.0] };
-            let alone = self.view.springs || ratio.is_some();
+            let alone = self.springs || ratio.is_some();
             Drawing { pose, color, outlined, thinnest }.add(frame, body, alone, ratio);
         }
     }
 
     /// Springs between bodies; one with an end that makes it inert is not drawn.
-    pub(crate) fn add_springs(&mut self, frame: &mut Frame, ratio: Ratio<'_>) {
-        let eye = self.view.camera.position;
-        let mut springs = self.sim.world.query::<&Spring>();
-        let mut ends = self
-            .sim
-            .world
-            .query_filtered::<(), (With<PhysicsBody>, Without<Quarantined>, Without<Dormant>)>();
-        let ends = ends.query(&self.sim.world);
-        for spring in springs.iter(&self.sim.world) {
-            let place = |end| self.drawn_position(end).filter(|_| ends.contains(end));
+    pub(super) fn add_springs(&self, stage: &Stage, frame: &mut Frame, ratio: Ratio<'_>) {
+        let eye = self.camera.position;
+        let mut springs = stage.query::<&Spring>();
+        let mut ends =
+            stage.query_filtered::<(), (With<PhysicsBody>, Without<Quarantined>, Without<Dormant>)>();
+        let ends = ends.query(&stage.sim.world);
+        for spring in springs.iter(&stage.sim.world) {
+            let place = |end| stage.drawn_position(end).filter(|_| ends.contains(end));
             if let [Some(from), Some(to)] = spring.ends.map(place) {
                 let color = if let Some(ratio) = ratio {
                     margin_color(ratio(spring.ends))
-                } else if self.view.springs {
+                } else if self.springs {
                     strain_color(strain(from.distance(to), spring.elastic.rest_length))
                 } else {
                     SPRING_COLOR
@@ -229,14 +216,6 @@ impl Stage {
                 frame.lines.push(Line::new(from, to, color, SPRING_WIDTH_PX));
             }
         }
-    }
-
-    /// The points of soft bodies, which are never drawn as particles.
-    pub(crate) fn points_of_soft_bodies(&mut self) -> SoftPoints {
-        let mut bodies = self.sim.world.query::<&SoftBody>();
-        let mut points = SoftPoints::default();
-        bodies.iter(&self.sim.world).flat_map(|body| &body.points).for_each(|point| points.insert(*point));
-        points
     }
 }
 

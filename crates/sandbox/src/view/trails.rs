@@ -6,6 +6,8 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{Dormant, PhysicsBody, PreviousPosition, Transform};
 
+use crate::stage::query;
+
 /// How far back a trail goes, s of simulated time: a year of the orbits that are shipped.
 const SECONDS: f64 = 6.0;
 
@@ -43,12 +45,12 @@ impl Trails {
     ///
     /// A body that was not at its [`PreviousPosition`] before was put there, or is a particle of another life: its trail begins
     /// there.
-    pub fn after_tick(&mut self, world: &mut World, time: f64) {
-        for body in world.query_filtered::<Entity, With<Dormant>>().iter(world) {
+    pub fn after_tick(&mut self, world: &World, time: f64) {
+        for body in query::<Entity, With<Dormant>>(world).iter(world) {
             self.trails.remove(&body);
         }
-        let mut bodies = world
-            .query_filtered::<(Entity, &Transform, &PhysicsBody, Option<&PreviousPosition>), Without<Dormant>>();
+        let mut bodies =
+            query::<(Entity, &Transform, &PhysicsBody, Option<&PreviousPosition>), Without<Dormant>>(world);
         let movable = bodies.iter(world).filter(|(_, _, body, _)| body.inverse_mass > 0.0);
         self.movable = movable.clone().count();
         #[expect(clippy::cast_precision_loss, reason = "at most hundreds")]
@@ -92,11 +94,13 @@ mod tests {
     use motion::remember_positions;
 
     use super::*;
+    use crate::stage::register_drawn;
 
     const TICK: f64 = 1.0 / 120.0;
 
     fn world(bodies: usize) -> World {
         let mut world = World::new();
+        register_drawn(&mut world);
         world.spawn((Transform::at(DVec3::ZERO), PhysicsBody::IMMOVABLE));
         for _ in 0..bodies {
             let before = PreviousPosition(DVec3::ZERO);
@@ -167,7 +171,7 @@ mod tests {
         (1..=4).for_each(|number| tick(&mut world, &mut trails, number));
         for number in 5..2000 {
             world.run_system_cached(remember_positions).expect("a query and nothing else");
-            trails.after_tick(&mut world, f64::from(number) * TICK);
+            trails.after_tick(&world, f64::from(number) * TICK);
         }
         assert_eq!(points(&trails, 100.0)[0].len(), 5);
     }

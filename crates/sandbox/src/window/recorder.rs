@@ -149,9 +149,9 @@ impl Recorder {
 
 #[cfg(test)]
 mod tests {
+    use crate::clock::FrameClock;
     use glam::DVec2;
     use lab::cost::{Bench, Plan, Setting, Subject};
-    use motion::clock::FrameClock;
     use scene::Script;
 
     use super::*;
@@ -159,9 +159,9 @@ mod tests {
     use crate::app::session::Session;
     use crate::app::ui::Control;
     use crate::input::{Button, InputFrame, Key};
+    use crate::intent::Intent;
     use crate::output::report::state_hash;
-    use crate::tools::tool::Edit;
-    use crate::view::options::Options;
+    use crate::stage::options::Options;
 
     const SIZE: [u32; 2] = [1280, 1200];
 
@@ -207,7 +207,7 @@ mod tests {
     impl Live {
         fn frame(&mut self, events: Vec<Input>) {
             let time = self.clock.advance_by(0.05).expect("time goes on");
-            let (frame, chosen) = (self.session.frames(), &self.session.chosen);
+            let (frame, chosen) = (self.session.stage.frames(), &self.session.chosen);
             self.recorder.record(frame, time.total(), chosen.iter().chain(&events)).expect("a file");
             self.session.advance(&InputFrame { events }, time);
         }
@@ -221,7 +221,7 @@ mod tests {
 
         /// The settings that are offered and not the present one.
         fn offered(&self) -> Vec<Control> {
-            let Setting { method, substeps, .. } = self.session.setting();
+            let Setting { method, substeps, .. } = self.session.stage.setting();
             let present = format!("{} x {substeps}", method.claims().title);
             let offered = |control: &Control| {
                 control.role == "Button" && control.name.contains(" x ") && control.name != present
@@ -241,7 +241,7 @@ mod tests {
             session.advance(&InputFrame::NOTHING, time);
         }
         assert!(session.player().is_some_and(Player::finished));
-        (session.setting(), state_hash(&session))
+        (session.stage.setting(), state_hash(&session.stage))
     }
 
     #[test]
@@ -250,7 +250,7 @@ mod tests {
         let path = folder.path().join("recording.ron");
         let recorder = Recorder::new(&path, "orbit", None, SIZE).expect("a file");
         let mut live = Live { session: session(), clock: FrameClock::default(), recorder };
-        let start = live.session.setting();
+        let start = live.session.stage.setting();
         let _ = live.session.controls();
         live.press("F10");
         live.press("C");
@@ -262,7 +262,7 @@ mod tests {
         live.frame(vec![Input::Mouse(x, y)]);
         live.frame(vec![Input::ButtonDown(Button::Left)]);
         live.frame(vec![Input::ButtonUp(Button::Left)]);
-        let clicked = live.session.setting();
+        let clicked = live.session.stage.setting();
         assert_ne!(clicked, start);
         (0..10).for_each(|_| live.frame(Vec::new()));
 
@@ -277,14 +277,14 @@ mod tests {
         let second = focused(&live).expect("a control");
         assert!(second.role == "ListBox" && second.name != first.name, "{second:?}");
         live.press("Enter");
-        let chosen = live.session.setting();
+        let chosen = live.session.stage.setting();
         let title = format!("on the front: {} x {}", chosen.method.claims().title, chosen.substeps);
         assert_eq!(second.name, title);
         live.press("Escape");
         // One more in the very last frame.
-        live.session.edit(Edit::ApplySetting(Setting { substeps: 7, ..clicked }));
-        live.recorder.finish(live.session.frames(), &live.session.chosen).expect("a file");
-        let end = (live.session.setting(), state_hash(&live.session));
+        live.session.carry_out(Intent::ApplySetting(Setting { substeps: 7, ..clicked }));
+        live.recorder.finish(live.session.stage.frames(), &live.session.chosen).expect("a file");
+        let end = (live.session.stage.setting(), state_hash(&live.session.stage));
         assert_ne!(end.0, chosen);
 
         let text = std::fs::read_to_string(&path).expect("it was written");
@@ -356,8 +356,8 @@ mod tests {
             let script = Script { steps: Vec::new(), recording: Some(recording) };
             let mut session = session();
             session.play(Player::new(script).expect("no keys"));
-            session.edit(Edit::ApplySetting(Setting { substeps: 3, ..session.setting() }));
-            session.setting().substeps == 3
+            session.carry_out(Intent::ApplySetting(Setting { substeps: 3, ..session.stage.setting() }));
+            session.stage.setting().substeps == 3
         };
         assert!(!chosen(true, 1) && chosen(false, 1));
         assert!(chosen(true, 0), "after its end");

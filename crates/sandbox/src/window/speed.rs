@@ -3,8 +3,27 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use crate::app::session::SpeedSetting;
-use crate::view::stage::Measured;
+use crate::app::session::Session;
+use crate::view::Measured;
+
+/// What a person sets that changes how long a frame or a tick takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SpeedSetting {
+    pub pace: f64,
+    pub paused: bool,
+    pub ghosts: bool,
+}
+
+impl SpeedSetting {
+    /// That of a session.
+    pub fn of(session: &Session) -> Self {
+        Self {
+            pace: session.stage.clock.pace(),
+            paused: session.stage.paused,
+            ghosts: session.tools.ghosts.are_shown(),
+        }
+    }
+}
 
 /// Time over which means are taken, s.
 const SPAN_S: f64 = 0.5;

@@ -9,9 +9,9 @@ use egui::{
     TextureOptions, Ui, Vec2,
 };
 
-use crate::app::ui::reveal_focus;
+use crate::app::focus::reveal_focus;
+use crate::intent::Intent;
 use crate::tools::finder::{list_files, your_files};
-use crate::tools::tool::Edit;
 
 /// Makes the groups: titles, scenes and their pictures, PNG files that `scripts/pictures` draws.
 macro_rules! groups {
@@ -89,7 +89,7 @@ impl Browser {
         &mut self,
         ui: &mut Ui,
         (present, files): (&str, &[PathBuf]),
-        edits: &mut Vec<Edit>,
+        intents: &mut Vec<Intent>,
     ) -> Response {
         ui.add_space(4.0);
         let search = TextEdit::singleline(&mut self.query).hint_text("Search").desired_width(f32::INFINITY);
@@ -98,7 +98,7 @@ impl Browser {
         let fits = |entry: &&Entry| entry.found_by.contains(query.trim());
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             if let Some(path) = list_files(ui, &your_files(files, query.trim()), None) {
-                edits.push(Edit::Open(path));
+                intents.push(Intent::Open(path));
             }
             for (title, entries) in SCENES.iter() {
                 let entries: Vec<_> = entries.iter().filter(fits).collect();
@@ -120,7 +120,7 @@ impl Browser {
                         picture.map_or(name.clone(), |picture| picture.union(name))
                     });
                     if row.inner.on_hover_text(&entry.about).clicked() {
-                        edits.push(Edit::Open(entry.name.to_owned()));
+                        intents.push(Intent::Open(entry.name.to_owned()));
                     }
                 }
             }

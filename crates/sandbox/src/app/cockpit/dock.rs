@@ -4,25 +4,27 @@ use egui::style::ScrollAnimation;
 use egui::{Align, CollapsingHeader, Response, ScrollArea, TextStyle, Ui};
 
 use crate::actions::{self, Act};
-use crate::app::ui::reveal_focus;
+use crate::app::focus::reveal_focus;
+use crate::intent::Intent;
 use crate::panels::Panel;
+use crate::stage::Stage;
 use crate::tools::Tools;
-use crate::tools::tool::{Desk, Edit};
+use crate::tools::tool::Desk;
+use crate::view::View;
 use crate::view::card::{self, Selected};
-use crate::view::stage::Stage;
 
 /// Lays out the sections; those of `opened` panels are open, and the `newest` one is scrolled to. Returns the first header.
 pub(super) fn show(
     ui: &mut Ui,
     (opened, newest): (&[Panel], Option<Panel>),
-    stage: &mut Stage,
+    (stage, view): (&mut Stage, &mut View),
     tools: &mut Tools,
-    edits: &mut Vec<Edit>,
+    intents: &mut Vec<Intent>,
 ) -> Response {
     let area = ScrollArea::vertical().auto_shrink(false);
     let shown = area.show(ui, |ui| {
         let selection = CollapsingHeader::new("Selection").default_open(true).show(ui, |ui| {
-            let selected = stage.seen.selection.and_then(|thing| Selected::of(stage, thing));
+            let selected = stage.here.selection.and_then(|thing| Selected::of(stage, thing));
             if let Some(selected) = selected {
                 sideways(ui, "selection", |ui| {
                     card::lines(ui, &selected, stage.sim.method(), TextStyle::Body);
@@ -40,7 +42,8 @@ pub(super) fn show(
             let shown = header.show(ui, |ui| {
                 sideways(ui, row.name, |ui| {
                     let dock_width = Some(ui.max_rect().width());
-                    let mut desk = Desk { stage, dock_width, keys: actions::rows, edits, closes: false };
+                    let mut desk =
+                        Desk { stage, view, dock_width, keys: actions::rows, intents, closes: false };
                     tool.show(ui, &mut desk);
                 });
             });
@@ -49,7 +52,7 @@ pub(super) fn show(
                 header.scroll_to_me_animation(Some(Align::TOP), ScrollAnimation::none());
             }
             if header.clicked() {
-                edits.push(Edit::Act(Act::Panel(panel)));
+                intents.push(Intent::Act(Act::Panel(panel)));
             }
         }
         reveal_focus(ui);

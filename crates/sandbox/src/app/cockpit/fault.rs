@@ -7,11 +7,11 @@ use motion::{Method, MutualGravity, Substeps};
 use scene::unsolvable;
 
 use crate::actions::Act;
+use crate::intent::Intent;
+use crate::stage::Stage;
 use crate::tools::forecast;
-use crate::tools::tool::Edit;
 use crate::view::inks;
 use crate::view::marks::FAULT;
-use crate::view::stage::Stage;
 
 /// The fault that the bar shows.
 #[derive(Default)]
@@ -31,7 +31,7 @@ struct Cure {
 
 impl FaultBar {
     /// Lays out the bar at the bottom of `root`, if something went wrong.
-    pub fn show(&mut self, root: &mut Ui, stage: &mut Stage, edits: &mut Vec<Edit>) {
+    pub fn show(&mut self, root: &mut Ui, stage: &mut Stage, intents: &mut Vec<Intent>) {
         let Some(fault) = stage.fault().cloned() else {
             *self = Self::default();
             return;
@@ -58,20 +58,20 @@ impl FaultBar {
                 if let Some(good) = good.filter(|good| *good != stage.ticks())
                     && ui.button("Last good tick").clicked()
                 {
-                    edits.push(Edit::Seek(good));
+                    intents.push(Intent::Seek(good));
                 }
                 for Cure { setting, words, why } in &self.cures {
                     let button = ui.add_enabled(*setting != stage.setting(), egui::Button::new(words));
                     if button.on_hover_text(*why).clicked() {
-                        edits.push(Edit::ApplySetting(*setting));
+                        intents.push(Intent::ApplySetting(*setting));
                     }
                 }
                 if ui.button("Save bundle").on_hover_text("one file that repeats the run (Ctrl+S)").clicked()
                 {
-                    edits.push(Edit::SaveBundle);
+                    intents.push(Intent::SaveBundle);
                 }
                 if ui.button("Reset to start").on_hover_text("the scene from its start (F1)").clicked() {
-                    edits.push(Edit::Act(Act::ResetWorld));
+                    intents.push(Intent::Act(Act::ResetWorld));
                 }
                 self.dismissed = ui.button("Dismiss").clicked();
             });

@@ -3,33 +3,35 @@
 use egui::{RichText, Ui};
 use report::numbers::digits;
 
+use crate::stage::Stage;
 use crate::tools::editor::Editor;
-use crate::view::stage::{Mode, Stage};
+use crate::view::{Mode, View};
 
 /// Says what the mouse does.
-pub(super) fn show(ui: &mut Ui, stage: &Stage, editor: &Editor) {
+pub(super) fn show(ui: &mut Ui, (stage, view): (&Stage, &View), editor: &Editor) {
     let words = match &editor.joins {
         Some(ends) if ends.is_empty() => "Click the first body that the spring joins.".to_owned(),
         Some(ends) => format!("Click the body that the spring joins to {}.", ends[0]),
-        None if editor.has_handles && stage.seen.selection.is_some() => words(stage) + " Its arrows move it.",
-        None => words(stage),
+        None if editor.has_handles && stage.here.selection.is_some() => {
+            words(stage, view) + " Its arrows move it."
+        }
+        None => words(stage, view),
     };
     ui.label(RichText::new(words).weak());
 }
 
-fn words(stage: &Stage) -> String {
-    let view = &stage.view;
+fn words(stage: &Stage, view: &View) -> String {
     let click = || {
         let (verb, force) =
             if view.click_force < 0.0 { ("pulls", -view.click_force) } else { ("pushes", view.click_force) };
         format!(
             "a right click {verb} it with {} N, the wheel changes that by {} N",
             digits(force),
-            digits(view.push.per_notch)
+            digits(stage.push_spec().per_notch)
         )
     };
     let pushes = stage.sim.scene.push.is_some();
-    match (view.mode, stage.seen.selection) {
+    match (view.mode, stage.here.selection) {
         (Mode::Camera, selected) => {
             let aim = selected.filter(|_| pushes).map_or(String::new(), |_| format!(" At the selection, {}.", click()));
             format!("The mouse looks around; W A S D fly, Space and Shift rise and sink. Q frees the pointer.{aim}")

@@ -8,9 +8,10 @@ use scene::unsolvable;
 
 use crate::actions::Act;
 use crate::input::SwitchedBy;
+use crate::intent::Intent;
 use crate::panels::Panel;
-use crate::tools::tool::Edit;
-use crate::view::stage::{Mode, Stage};
+use crate::stage::Stage;
+use crate::view::{Mode, View};
 
 /// Paces of the list, simulated seconds per second.
 const PACES: [f64; 9] = [1.0 / 64.0, 1.0 / 16.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
@@ -26,51 +27,50 @@ const PAUSE: Vec2 = Vec2::new(48.0, 0.0);
 /// Lays out the bar; its first control.
 pub(super) fn show(
     ui: &mut Ui,
-    stage: &Stage,
-    [browses, dock]: [&mut bool; 2],
-    edits: &mut Vec<Edit>,
+    (stage, view): (&Stage, &View),
+    [browses, dock]: [bool; 2],
+    intents: &mut Vec<Intent>,
 ) -> Response {
     let shown = ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
-        let scenes = ui.toggle_value(browses, "Scenes").on_hover_text("every scene, with its picture (F8)");
+        let scenes = act(ui, intents, Act::ToggleBrowser, "Scenes", browses);
         ui.separator();
-        let paused = stage.view.paused;
+        let paused = stage.paused;
         let pause = Button::selectable(false, if paused { "Play" } else { "Pause" });
-        act_by(ui, edits, Act::Pause, pause.min_size(PAUSE));
-        act_while_held(ui, edits, Act::StepBack, "Back");
-        act_while_held(ui, edits, Act::Step, "Step");
-        act(ui, edits, Act::ResetWorld, "Reset", false);
-        pace(ui, stage.clock.pace(), edits);
+        act_by(ui, intents, Act::Pause, pause.min_size(PAUSE));
+        act_while_held(ui, intents, Act::StepBack, "Back");
+        act_while_held(ui, intents, Act::Step, "Step");
+        act(ui, intents, Act::ResetWorld, "Reset", false);
+        pace(ui, stage.clock.pace(), intents);
         let seconds = stage.sim.world.resource::<StepClock>().scene_seconds();
         ui.monospace(format!("{seconds:7.2} s"));
         ui.separator();
-        method(ui, stage, edits);
+        method(ui, stage, intents);
         ui.separator();
         if let Some(gravity) = stage.sim.world.get_resource::<Gravity>() {
-            act(ui, edits, Act::ToggleGravity, "Gravity", gravity.on);
+            act(ui, intents, Act::ToggleGravity, "Gravity", gravity.on);
         }
-        let view = &stage.view;
-        act(ui, edits, Act::VelocityArrows, "v", view.velocity_arrows);
-        act(ui, edits, Act::ForceArrows, "F", view.force_arrows);
-        act(ui, edits, Act::Springs, "Springs", view.springs);
-        act(ui, edits, Act::Trails, "Trails", view.trails);
+        act(ui, intents, Act::VelocityArrows, "v", view.velocity_arrows);
+        act(ui, intents, Act::ForceArrows, "F", view.force_arrows);
+        act(ui, intents, Act::Springs, "Springs", view.springs);
+        act(ui, intents, Act::Trails, "Trails", view.trails);
         ui.separator();
-        act(ui, edits, Act::Frame, "Frame", false);
-        act(ui, edits, Act::ToggleMode, "Fly", view.mode == Mode::Camera);
-        ui.toggle_value(dock, "Tools").on_hover_text("the dock at the right (F9)");
-        act(ui, edits, Act::Panel(Panel::Help), "Help", false);
+        act(ui, intents, Act::Frame, "Frame", false);
+        act(ui, intents, Act::ToggleMode, "Fly", view.mode == Mode::Camera);
+        act(ui, intents, Act::ToggleDock, "Tools", dock);
+        act(ui, intents, Act::Panel(Panel::Help), "Help", false);
         scenes
     });
     shown.inner
 }
 
 /// A button for an action of the table, which says what it does and names its key.
-fn act(ui: &mut Ui, edits: &mut Vec<Edit>, action: Act, words: &str, on: bool) {
-    act_by(ui, edits, action, Button::selectable(on, words));
+fn act(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: &str, on: bool) -> Response {
+    act_by(ui, intents, action, Button::selectable(on, words))
 }
 
 /// A button that repeats its action while it is held, as a key does.
-fn act_while_held(ui: &mut Ui, edits: &mut Vec<Edit>, action: Act, words: &str) {
+fn act_while_held(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: &str) {
     let button = ui.add(Button::selectable(false, words));
     let button = button.on_hover_text(action.binding().tooltip());
     let (held, now) = (button.is_pointer_button_down_on(), ui.input(|input| input.time));
@@ -78,7 +78,7 @@ fn act_while_held(ui: &mut Ui, edits: &mut Vec<Edit>, action: Act, words: &str) 
     let (due, acted) = ui.data(|data| data.get_temp(button.id)).unwrap_or((now + REPEAT_AFTER_S, false));
     let repeats = held && now >= due;
     if repeats || (button.clicked() && !acted) {
-        edits.push(Edit::Act(action));
+        intents.push(Intent::Act(action));
     }
     ui.data_mut(|data| {
         if held {
@@ -93,13 +93,15 @@ fn act_while_held(ui: &mut Ui, edits: &mut Vec<Edit>, action: Act, words: &str) 
     }
 }
 
-fn act_by(ui: &mut Ui, edits: &mut Vec<Edit>, action: Act, button: Button<'_>) {
-    if ui.add(button).on_hover_text(action.binding().tooltip()).clicked() {
-        edits.push(Edit::Act(action));
+fn act_by(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, button: Button<'_>) -> Response {
+    let button = ui.add(button).on_hover_text(action.binding().tooltip());
+    if button.clicked() {
+        intents.push(Intent::Act(action));
     }
+    button
 }
 
-fn pace(ui: &mut Ui, pace: f64, edits: &mut Vec<Edit>) {
+fn pace(ui: &mut Ui, pace: f64, intents: &mut Vec<Intent>) {
     let words = |pace: f64| if pace < 1.0 { format!("1/{} x", 1.0 / pace) } else { format!("{pace} x") };
     let mut chosen = pace;
     ComboBox::from_id_salt("speed")
@@ -113,11 +115,11 @@ fn pace(ui: &mut Ui, pace: f64, edits: &mut Vec<Edit>) {
         .response
         .on_hover_text("simulated seconds per second; the tick stays the same (- and =)");
     if chosen != pace {
-        edits.push(Edit::Pace(chosen));
+        intents.push(Intent::Pace(chosen));
     }
 }
 
-fn method(ui: &mut Ui, stage: &Stage, edits: &mut Vec<Edit>) {
+fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     let setting = stage.setting();
     let mut chosen = setting;
     let attracts = stage.sim.world.contains_resource::<MutualGravity>();
@@ -139,8 +141,8 @@ fn method(ui: &mut Ui, stage: &Stage, edits: &mut Vec<Edit>) {
     let substeps = DragValue::new(&mut chosen.substeps).range(1..=Substeps::MOST).speed(0.1).prefix("x ");
     ui.add(substeps).on_hover_text("substeps per tick: more are more accurate and cost more time");
     if chosen.substeps != setting.substeps {
-        edits.push(Edit::ApplySetting(chosen));
+        intents.push(Intent::ApplySetting(chosen));
     } else if chosen.method != setting.method {
-        edits.push(Edit::Change(Change::Method(chosen.method), SwitchedBy::Settings));
+        intents.push(Intent::Change(Change::Method(chosen.method), SwitchedBy::Settings));
     }
 }

@@ -1,18 +1,14 @@
 //! The keyboard in the panels: which control has it, and how it moves on.
 
 use egui::accesskit::{Action, ActionRequest, TreeId};
-use egui::style::ScrollAnimation;
-use egui::{Context, Event, Id, LayerId, Order, Popup, Rect, Stroke, StrokeKind};
+use egui::{Event, Id, Popup};
 
-use crate::app::session::Session;
+use crate::app::focus::before;
 use crate::app::ui::Ui;
 use crate::input::Key;
 
 /// Keys that move from control to control and press them.
 const NAVIGATION: [&str; 7] = ["Tab", "Up", "Down", "Left", "Right", "Enter", "Space"];
-
-/// Width of the frame around the control that has the keyboard, points.
-const FRAME: f32 = 2.0;
 
 /// What the last layout left of the keyboard's way.
 #[derive(Default)]
@@ -48,7 +44,7 @@ impl Ui {
     }
 
     /// Gives the keyboard to the next part of the cockpit, after the last one to the scene. Windows alone are one part.
-    fn focus_next_part(&mut self) {
+    pub fn focus_next_part(&mut self) {
         Popup::close_all(&self.context);
         let place = self.focused().and_then(|id| self.context.read_response(id)).map(|control| control.rect);
         let had = self.release_focus();
@@ -101,43 +97,10 @@ impl Ui {
         context.data_mut(|data| data.insert_temp(before(), *last));
         *last = focused;
     }
-}
-
-/// Where egui keeps which control had the keyboard before the last layout.
-fn before() -> Id {
-    Id::unique("focus before the last layout")
-}
-
-/// Scrolls what `ui` is in to the control that has the keyboard, if it is in `ui` and has it since the last layout.
-pub(in crate::app) fn reveal(ui: &egui::Ui) {
-    let focused = ui.memory(egui::Memory::focused);
-    if focused == ui.data(|data| data.get_temp(before())).flatten() {
-        return;
-    }
-    let control = focused.and_then(|id| ui.ctx().read_response(id));
-    if let Some(control) = control.filter(|control| ui.min_rect().contains(control.rect.center())) {
-        ui.scroll_to_rect_animation(control.rect, None, ScrollAnimation::none());
-    }
-}
-
-/// Frames the control that has the keyboard.
-pub(in crate::app) fn show(context: &Context) {
-    let focused = context.memory(egui::Memory::focused).and_then(|id| context.read_response(id));
-    let Some(place) = focused.map(|control| control.interact_rect).filter(Rect::is_positive) else { return };
-    let painter = context.layer_painter(LayerId::new(Order::Tooltip, Id::unique("focus")));
-    let color = context.global_style().visuals.selection.stroke.color;
-    painter.rect_stroke(place, 3.0, Stroke::new(FRAME, color), StrokeKind::Outside);
-}
-
-impl Session {
-    /// Gives the keyboard to the next part of the window.
-    pub(crate) fn focus_panels(&mut self) {
-        self.ui.focus_next_part();
-    }
 
     /// Shows or hides the scenes at the left.
-    pub(crate) fn toggle_browser(&mut self) {
-        let width = self.ui.width();
-        self.ui.cockpit.toggle_browser(width);
+    pub fn toggle_browser(&mut self) {
+        let width = self.width();
+        self.cockpit.toggle_browser(width);
     }
 }

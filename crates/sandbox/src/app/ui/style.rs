@@ -2,9 +2,7 @@
 
 use egui::{Color32, Context, Theme, Visuals};
 
-use crate::app::session::Session;
 use crate::app::ui::Ui;
-use crate::view::notices::Topic;
 
 /// Sizes that a person chooses from, as multiples of the usual one.
 const ZOOMS: [f32; 8] = [0.8, 0.9, 1.0, 1.15, 1.3, 1.5, 1.75, 2.0];
@@ -60,6 +58,12 @@ impl Ui {
         self.zoom.cast_signed() - USUAL.cast_signed()
     }
 
+    /// Changes between light and dark panels.
+    pub fn toggle_theme(&mut self) {
+        let theme = if self.is_light() { Theme::Dark } else { Theme::Light };
+        self.context.set_theme(theme);
+    }
+
     /// Goes so many sizes up or down, as far as there is room; the size now, as a multiple of the usual one.
     pub fn zoom_by(&mut self, steps: isize) -> f32 {
         let (before, zoom) = (self.pixels_per_point(), self.zoom);
@@ -76,32 +80,19 @@ impl Ui {
     }
 }
 
-impl Session {
-    /// Makes everything in the panels larger, or smaller.
-    pub(crate) fn zoom_panels(&mut self, steps: isize) {
-        let zoom = self.ui.zoom_by(steps);
-        self.notices.say(Topic::Size, format!("panels: {:.0} % of their usual size", zoom * 100.0));
-    }
-
-    /// Changes between light and dark panels.
-    pub(crate) fn toggle_theme(&mut self) {
-        let theme = if self.ui.is_light() { Theme::Dark } else { Theme::Light };
-        self.ui.context.set_theme(theme);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
 
+    use crate::clock::FrameClock;
     use egui::{Rect, Shape};
-    use motion::clock::FrameClock;
 
     use super::*;
     use crate::actions::key_of_word;
+    use crate::app::session::Session;
     use crate::input::{Input, InputFrame};
+    use crate::stage::options::Options;
     use crate::view::inks::{WORDS, contrast};
-    use crate::view::options::Options;
 
     /// What a layout paints, in order.
     #[derive(Default)]
@@ -153,7 +144,7 @@ mod tests {
             "toggle_graphs",
         ];
         let more = ["toggle_ledger_panel", "toggle_forecast_panel", "toggle_timeline_panel", "frame"];
-        session.keep_timeline();
+        session.stage.keep_timeline();
         for word in ["toggle_cockpit"].iter().chain(keys).chain(&tools).chain(&more).chain(&["", "", ""]) {
             let key = key_of_word(word).ok();
             let events = key.into_iter().flat_map(|key| [Input::KeyDown(key.clone()), Input::KeyUp(key)]);

@@ -17,6 +17,7 @@ use crate::output::files::{Output, output_file, place};
 use crate::output::pictures::{Camera, with_settings};
 use crate::output::report::{self, STATE_HEADER, Summary};
 use crate::output::{show, tell};
+use crate::stage::Stage;
 
 /// What a run is written into when it is over.
 pub(super) struct Outputs<'a> {
@@ -38,8 +39,8 @@ impl Outputs<'_> {
         refused: Result<(), Failure>,
     ) -> Result<(), Failure> {
         let Self { args, mut watch, camera, film, summary: summary_file, black_box: box_file } = self;
-        if let Err(failure) = watch.finish(&session, args.state.as_deref()) {
-            if session.fault().is_none() && session.all_quarantined().is_empty() {
+        if let Err(failure) = watch.finish(&session.stage, args.state.as_deref()) {
+            if session.stage.fault().is_none() && session.stage.all_quarantined().is_empty() {
                 return Err(failure);
             }
             // What went wrong in the run is worse, and is written where that can be done.
@@ -55,7 +56,7 @@ impl Outputs<'_> {
             summary.add("black_box", black_box.as_ref().map_or(Value::Null, BlackBox::json));
         }
         let shown = show(&summary.to_table());
-        let unconverged = session.evaluations().unconverged_steps();
+        let unconverged = session.stage.evaluations().unconverged_steps();
         if unconverged > 0 {
             eprintln!(
                 "{unconverged} implicit steps did not converge; a higher step rate or more substeps may help"
@@ -64,7 +65,7 @@ impl Outputs<'_> {
         let mut written = shown;
         if let (Some(path), Some((film, file))) = (&args.film, film) {
             let finished =
-                with_settings(&session, |text| film.png(text)).and_then(|png| file.finish_with(&png));
+                with_settings(&session.stage, |text| film.png(text)).and_then(|png| file.finish_with(&png));
             written = written.and(finished.map_err(|error| Failure::file("write", path, &error)));
         }
         if let (Some(path), Some(file)) = (&args.summary, summary_file) {
@@ -100,14 +101,14 @@ fn steps_left(args: &RunArgs, session: &Session) -> Option<String> {
         others => format!(", and {others} more were"),
     };
     let script = args.script.as_deref().unwrap_or(Path::new("")).display();
-    let (when, tick, seconds) = (step.when, session.ticks(), session.simulated());
+    let (when, tick, seconds) = (step.when, session.stage.ticks(), session.stage.simulated());
     Some(format!(
         "{script}: steps[{first}], at {when}{others} not reached: the run ended at tick {tick}, {seconds} s; let it last longer"
     ))
 }
 
 fn verdict(args: &RunArgs, session: &Session) -> Result<(), Failure> {
-    let quarantined = session.all_quarantined();
+    let quarantined = session.stage.all_quarantined();
     if let Some(first) = quarantined.first() {
         let count = quarantined.len();
         let more = if count > 1 { format!(" and {} more", count - 1) } else { String::new() };
@@ -117,12 +118,12 @@ fn verdict(args: &RunArgs, session: &Session) -> Result<(), Failure> {
         )));
     }
     // A run that went back from a fault, and was not gone on with, has not got past it.
-    if let Some(fault) = session.fault().filter(|fault| fault.tick > session.ticks()) {
-        return Err(Failure::Expectation(fault.named(&session.scene().names).to_string()));
+    if let Some(fault) = session.stage.fault().filter(|fault| fault.tick > session.stage.ticks()) {
+        return Err(Failure::Expectation(fault.named(&session.stage.scene().names).to_string()));
     }
-    let Some(expect) = session.scene().expect.filter(|_| args.assert) else { return Ok(()) };
+    let Some(expect) = session.stage.scene().expect.filter(|_| args.assert) else { return Ok(()) };
     let Some(bound) = expect.energy_drift_below else { return Ok(()) };
-    let drift = session.ledger().map_or(f64::NAN, Ledger::relative_residual);
+    let drift = session.tools.ledger().map_or(f64::NAN, Ledger::relative_residual);
     // Written so that a drift that is not a number fails.
     if drift < bound {
         Ok(())
@@ -201,7 +202,7 @@ fn is_numbered(name: &str) -> bool {
 fn still(session: &mut Session, camera: Option<Camera>) -> Result<Image, Failure> {
     let mut camera = match camera {
         Some(camera) => camera,
-        None => Camera::without_folder(session.size_px(), Quality::FIXED)?,
+        None => Camera::without_folder(session.view.size_px(), Quality::FIXED)?,
     };
     session.lay_out_still();
     camera.picture(session)
@@ -220,22 +221,22 @@ impl Watch {
         Self { state, every, last: None, error: None }
     }
 
-    pub fn after_tick(&mut self, session: &Session) {
-        if session.ticks().is_multiple_of(self.every) {
-            self.look(session);
+    pub fn after_tick(&mut self, stage: &Stage) {
+        if stage.ticks().is_multiple_of(self.every) {
+            self.look(stage);
         }
     }
 
-    pub fn look(&mut self, session: &Session) {
+    pub fn look(&mut self, stage: &Stage) {
         if let (Some(state), None) = (&mut self.state, &self.error) {
-            self.error = report::write_state(session, state).err();
-            self.last = Some(session.ticks());
+            self.error = report::write_state(stage, state).err();
+            self.last = Some(stage.ticks());
         }
     }
 
-    fn finish(&mut self, session: &Session, path: Option<&Path>) -> Result<(), Failure> {
-        if self.state.is_some() && self.last != Some(session.ticks()) {
-            self.look(session);
+    fn finish(&mut self, stage: &Stage, path: Option<&Path>) -> Result<(), Failure> {
+        if self.state.is_some() && self.last != Some(stage.ticks()) {
+            self.look(stage);
         }
         let finished = match (self.error.take(), self.state.take()) {
             (Some(error), _) => Err(error),

@@ -9,8 +9,9 @@ use lab::cost::{Accuracy, Cell, Cost, Setting, Study};
 use motion::Method;
 use report::ink;
 
+use crate::intent::Intent;
 use crate::tools::cost::state::{self, SHARE};
-use crate::tools::tool::{Desk, Edit};
+use crate::tools::tool::Desk;
 use crate::view::hud::{mouse_hint, swatch};
 use crate::view::inks;
 
@@ -47,7 +48,7 @@ pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool
         ui.label("the first run begins with the next frame");
         return false;
     };
-    mouse_hint(ui, desk.stage);
+    mouse_hint(ui, desk.view);
     let again = head(ui, study, cost.progress(), width);
     // They stay as they are chosen when another scene is opened.
     let id = Id::unique("cost axes");
@@ -65,7 +66,7 @@ pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool
         foot(ui, study, width);
         pressed
     });
-    desk.edits.extend(clicked.or(pressed.inner).map(Edit::ApplySetting));
+    desk.intents.extend(clicked.or(pressed.inner).map(Intent::ApplySetting));
     again
 }
 

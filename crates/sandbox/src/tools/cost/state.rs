@@ -4,7 +4,7 @@ use lab::cost::{Bench, Study};
 use motion::effects::Effect;
 use motion::{Damping, Gravity, TimeStep};
 
-use crate::view::stage::Stage;
+use crate::stage::Stage;
 
 /// Part of a frame's time that the study may take.
 pub(super) const SHARE: f64 = 0.1;

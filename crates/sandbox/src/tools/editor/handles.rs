@@ -8,9 +8,10 @@ use render::{Frame, Instance, Particle};
 use scene::Appearance;
 
 use super::parts::nearest;
-use super::selected_entry;
+use super::selected::selected_entry;
+use crate::stage::Stage;
+use crate::view::View;
 use crate::view::picture::PLAIN;
-use crate::view::stage::Stage;
 
 /// The axes and the colors of their arrows.
 const AXES: [(DVec3, Color32); 3] = [
@@ -21,9 +22,6 @@ const AXES: [(DVec3, Color32); 3] = [
 
 /// Length of an arrow beyond what it moves, as a share of its distance.
 const LENGTH: f64 = 0.1;
-
-/// Farthest from an arrow that a press takes it, points.
-pub(crate) const NEAR_POINTS: f64 = 8.0;
 
 /// Bodies that are shown where a drag would put them.
 const SHOWN: usize = 2000;
@@ -41,8 +39,8 @@ pub(crate) struct Handle {
 }
 
 /// Where the arrows of the selection begin, and how long they are, m.
-fn arrows(stage: &Stage) -> Option<(DVec3, f64)> {
-    let thing = stage.seen.selection?;
+fn arrows(stage: &Stage, view: &View) -> Option<(DVec3, f64)> {
+    let thing = stage.here.selection?;
     selected_entry(stage)?;
     let at = stage.drawn_position(thing)?;
     let world = &stage.sim.world;
@@ -53,17 +51,17 @@ fn arrows(stage: &Stage) -> Option<(DVec3, f64)> {
         }
         None => world.get::<Shape>(thing).map_or(0.0, Shape::bounding_radius),
     };
-    let distance = at.distance(stage.view.camera.position);
+    let distance = at.distance(view.camera.position);
     Some((at, radius.min(2.0 * LENGTH * distance) + LENGTH * distance)).filter(|(at, _)| at.is_finite())
 }
 
 impl Handle {
     /// The arrow within so many pixels of the pointer.
-    pub fn under_pointer(stage: &Stage, near_px: f64) -> Option<Self> {
-        let (from, length) = arrows(stage)?;
-        let pointer = stage.view.pointer;
+    pub fn under_pointer(stage: &Stage, view: &View, near_px: f64) -> Option<Self> {
+        let (from, length) = arrows(stage, view)?;
+        let pointer = view.pointer;
         let distance = |axis: DVec3| {
-            let [(tail, _), (tip, _)] = [stage.seen_at(from)?, stage.seen_at(from + axis * length)?];
+            let [(tail, _), (tip, _)] = [view.seen_at(from)?, view.seen_at(from + axis * length)?];
             let along = tip - tail;
             let part = ((pointer - tail).dot(along) / along.length_squared()).clamp(0.0, 1.0);
             // The middle belongs to the body: it is clicked and pulled there.
@@ -72,22 +70,22 @@ impl Handle {
         };
         let near = AXES.iter().filter_map(|(axis, _)| Some((distance(*axis)?, *axis)));
         let (_, axis) = near.filter(|(near, _)| *near <= near_px).min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let pressed = along(stage, from, axis)?;
+        let pressed = along(view, from, axis)?;
         Some(Self { axis, from, pressed, by: DVec3::ZERO })
     }
 
     /// Follows the pointer.
-    pub fn follow(&mut self, stage: &Stage) {
-        if let Some(now) = along(stage, self.from, self.axis) {
-            let step = step(self.from.distance(stage.view.camera.position));
+    pub fn follow(&mut self, view: &View) {
+        if let Some(now) = along(view, self.from, self.axis) {
+            let step = step(self.from.distance(view.camera.position));
             self.by = self.axis * nearest(now - self.pressed, step);
         }
     }
 
     /// Draws what is dragged at the place where it would be put.
-    pub fn draw(&self, stage: &Stage, frame: &mut Frame) {
+    pub fn draw(&self, stage: &Stage, view: &View, frame: &mut Frame) {
         let Some((entry, _)) = selected_entry(stage) else { return };
-        let eye = stage.view.camera.position;
+        let eye = view.camera.position;
         for id in entry.bodies.take(SHOWN) {
             let Some(body) = stage.sim.body(id) else { continue };
             let Some(at) = stage.drawn_position(body) else { continue };
@@ -112,13 +110,13 @@ impl Handle {
 }
 
 /// Paints the arrows of the selection over the picture: inside a body, or behind one, they would not be seen.
-pub(super) fn paint_handles(stage: &Stage, painter: &Painter) {
-    let Some((from, length)) = arrows(stage) else { return };
+pub(super) fn paint_handles(stage: &Stage, view: &View, painter: &Painter) {
+    let Some((from, length)) = arrows(stage, view) else { return };
     let scale = painter.ctx().pixels_per_point();
     #[expect(clippy::cast_possible_truncation, reason = "pixels")]
     let point = |(at, _): (DVec2, bool)| Pos2::new(at.x as f32, at.y as f32) / scale;
     for (axis, color) in AXES {
-        let ends = [from, from + axis * length].map(|place| stage.seen_at(place).map(point));
+        let ends = [from, from + axis * length].map(|place| view.seen_at(place).map(point));
         if let [Some(tail), Some(tip)] = ends {
             for (width, color) in [(5.0, Color32::from_black_alpha(160)), (3.0, color)] {
                 painter.arrow(tail, tip - tail, Stroke::new(width, color));
@@ -128,8 +126,8 @@ pub(super) fn paint_handles(stage: &Stage, painter: &Painter) {
 }
 
 /// Where on the axis through `from` the pointer's ray comes nearest to it, m from there.
-fn along(stage: &Stage, from: DVec3, axis: DVec3) -> Option<f64> {
-    let ray = stage.picking_ray();
+fn along(view: &View, from: DVec3, axis: DVec3) -> Option<f64> {
+    let ray = view.picking_ray();
     let (direction, between) = (ray.direction(), from - ray.origin());
     let cosine = axis.dot(direction);
     let sine_squared = 1.0 - cosine * cosine;

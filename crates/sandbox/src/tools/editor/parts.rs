@@ -3,14 +3,22 @@
 use glam::DVec3;
 use scene::Value;
 
-use super::Place;
-
 /// Colors of what is added, in turn.
 const COLORS: [&str; 5] =
     ["(0.9, 0.35, 0.2)", "(0.3, 0.5, 0.9)", "(0.95, 0.75, 0.2)", "(0.3, 0.7, 0.4)", "(0.7, 0.4, 0.8)"];
 
 /// The phase that the fastest spring goes through in a substep, radians; semi-implicit Euler is stable below 2.
 const PHASE: f64 = 0.5;
+
+/// Where and how large something is added.
+pub(super) struct Place {
+    /// m.
+    pub at: DVec3,
+    /// Radius of a sphere, m.
+    pub size: f64,
+    /// Length of a substep, s.
+    pub substep: f64,
+}
 
 /// Something to add: its name, its list, and its text by name, place and color.
 pub(super) type Part = (&'static str, &'static str, fn(&str, &Place, &str) -> String);

@@ -8,7 +8,8 @@ use motion::effects::EffectState;
 use report::numbers::count;
 
 use crate::input::SwitchedBy;
-use crate::tools::tool::{Desk, Edit};
+use crate::intent::Intent;
+use crate::tools::tool::Desk;
 use crate::view::hud::mouse_hint;
 
 /// Columns in the dock, and the width of the first of them, points.
@@ -20,7 +21,7 @@ const CAUSE: f32 = 11.0;
 
 /// The panel; whether the effects are to be measured.
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[Row]) -> bool {
-    mouse_hint(ui, desk.stage);
+    mouse_hint(ui, desk.view);
     // The dock is not wide enough for a column of causes: there they stand below the names.
     let narrow = desk.dock_width.is_some();
     let headings = ["", "bodies", "evals", "ns/step", "share", "bytes", "because"];
@@ -43,7 +44,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[Row]) -> bool {
                         let box_ = ui.add_enabled(declared, egui::Checkbox::new(&mut on, row.name));
                         if box_.on_hover_text(hint).changed() {
                             let switch = Change::request(Request::Switch(effect, on));
-                            desk.edits.push(Edit::Change(switch, SwitchedBy::Panel));
+                            desk.intents.push(Intent::Change(switch, SwitchedBy::Panel));
                         }
                     }
                     None => {

@@ -1,14 +1,12 @@
 //! Effects of a running session: what switched them, and the receipt.
 
-use std::collections::BTreeMap;
-
 use lab::Row;
 use motion::effects::{Effect, EffectState};
 use motion::{Evaluations, PreviousPosition};
 use scene::Scene;
 
-use crate::input::SwitchedBy;
-use crate::view::stage::Stage;
+use crate::stage::Stage;
+use crate::view::View;
 
 /// Why a run is recorded.
 const RECORDED: &str = "going back: the window, --black-box";
@@ -25,8 +23,6 @@ const MEASURED_BODIES: usize = 5_000;
 /// The state behind the receipt of a scene.
 #[derive(Default)]
 pub(crate) struct Effects {
-    /// What switched an effect last.
-    pub switched: BTreeMap<Effect, SwitchedBy>,
     /// Tick and counts of the last look, and evaluations per step between the two before.
     pub(super) seen: (u64, Vec<(&'static str, u64)>),
     rates: Vec<(&'static str, f64)>,
@@ -37,12 +33,12 @@ pub(crate) struct Effects {
 impl Effects {
     /// The receipt of the stage as it is: what acts, because of what, on how many bodies; evaluations per step are those
     /// since the last look, times those of the last measurement.
-    pub fn receipt(&mut self, stage: &mut Stage) -> Vec<Row> {
+    pub fn receipt(&mut self, stage: &mut Stage, view: &View) -> Vec<Row> {
         self.look_at_rates(stage);
         let mut rows = lab::look(&mut stage.sim);
-        rows.extend(picture_rows(stage));
+        rows.extend(picture_rows(stage, view));
         for row in &mut rows {
-            if let Some(by) = row.effect.and_then(|effect| self.switched.get(&effect)) {
+            if let Some(by) = row.effect.and_then(|effect| stage.switched.get(&effect)) {
                 row.because = Some(by.words().to_owned());
             }
             if let Some((_, rate)) = self.rates.iter().find(|(law, _)| *law == row.name) {
@@ -100,19 +96,17 @@ impl Stage {
 }
 
 /// What a stage with pictures has beside the step.
-pub(crate) fn picture_rows(stage: &mut Stage) -> [Row; 6] {
+pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [Row; 6] {
     let row = |name, on: bool, bodies, bytes, why: &str| Row {
         because: on.then(|| why.to_owned()),
         bodies: if on { bodies } else { 0 },
         bytes: if on { bytes } else { 0 },
         ..Row::of(name, if on { EffectState::On } else { EffectState::Off })
     };
-    let drawn_between = stage.sim.world.query::<&PreviousPosition>().iter(&stage.sim.world).count();
-    let targets = &stage.seen.targets;
-    let (shapes, (xs, ys, zs)) = (targets.entities().len(), targets.positions());
-    let picked = size_of_val(targets.entities()) + size_of_val(xs) + size_of_val(ys) + size_of_val(zs);
+    let drawn_between = stage.query::<&PreviousPosition>().iter(&stage.sim.world).count();
+    let (shapes, picked) = view.targets();
     let movable = stage.methods().into_iter().map(|(_, bodies)| bodies).sum();
-    let arrows = stage.view.velocity_arrows || stage.view.force_arrows;
+    let arrows = view.velocity_arrows || view.force_arrows;
     let timeline = stage.past.as_ref().map_or(0, |past| past.timeline.bytes());
     let shadows = stage.sim.scene.light.is_some_and(|light| light.shadows);
     let options = stage.run.options;

@@ -9,8 +9,8 @@ use motion::{Damping, Method, Substeps, TimeStep, forecast};
 use report::numbers::{digits, number};
 use scene::StepKind;
 
-use crate::view::notices::Topic;
-use crate::view::stage::Stage;
+use crate::stage::Stage;
+use crate::stage::notices::Topic;
 
 /// How long a forecast is shown before it is computed again, s: speeds and distances change all the time.
 pub(super) const FRESH_S: f64 = 0.25;

@@ -5,8 +5,9 @@ use report::numbers::meters;
 use report::{Ink, REFERENCE_INK, ink};
 
 use crate::tools::ghosts::state::{GhostLabel, GhostRow, GhostState, Ghosts, Twins, subject};
+use crate::tools::tool::Desk;
+use crate::view::Mode;
 use crate::view::hud::{THIN, swatch, text};
-use crate::view::stage::{Mode, Stage};
 
 /// Size of the words in the picture, points.
 const SIZE: f32 = 15.0;
@@ -33,14 +34,15 @@ enum Words {
     Short,
 }
 
-pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, stage: &Stage, docks: bool) {
+pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
+    let (stage, docks) = (&*desk.stage, desk.dock_width.is_some());
     let rows = ghosts.rows(stage);
     let words = match docks {
         false => Words::Whole,
         true if ui.available_width() >= ROOM => Words::Docked,
         true => Words::Short,
     };
-    if stage.view.mode == Mode::Camera {
+    if desk.view.mode == Mode::Camera {
         // The words of the reference picture.
         ui.weak("the pointer turns the camera: Q lets it click here");
     }

@@ -10,8 +10,8 @@ use render::{Frame, Instance, Line, Particle};
 use report::{Ink, REFERENCE_INK};
 use scene::{PointRadius, Scene};
 
+use crate::stage::Stage;
 use crate::tools::ghosts::state::{Track, Twins, focus, place};
-use crate::view::stage::Stage;
 
 /// How much of what is behind a ghost it hides.
 const OPACITY: f32 = 0.35;
@@ -110,8 +110,8 @@ fn longest_lines(scene: &Scene, tracks: &[Track<'_>], focus: &std::ops::Range<u3
 }
 
 /// Adds the ghosts to the picture.
-pub(super) fn add_ghosts(twins: &Twins, stage: &Stage, frame: &mut Frame) {
-    let view = |simulation| View { simulation, alpha: stage.seen.alpha, eye: stage.view.camera.position };
+pub(super) fn add_ghosts(twins: &Twins, stage: &Stage, seen: &crate::view::View, frame: &mut Frame) {
+    let view = |simulation| View { simulation, alpha: stage.here.alpha, eye: seen.camera.position };
     let (tracks, bodies) = (twins.tracks(stage), single_bodies(&stage.sim.scene));
     let shown = |track: &Track<'_>| twins.shows(Some(track.method));
     for track in tracks.iter().filter(|track| !track.solid && shown(track)) {

@@ -10,9 +10,10 @@ use motion::{Method, PreviousPosition, SoftBody, Transform};
 use report::{Ink, ink};
 use scene::{FileIndex, unsolvable};
 
+use crate::stage::Stage;
+use crate::stage::things::drawn;
 use crate::tools::ghosts::edges;
-use crate::view::pose::drawn;
-use crate::view::stage::Stage;
+use crate::view::View;
 
 /// Bodies of a scene up to which it has ghosts: each of them is there ten times more.
 pub(super) const MOST_BODIES: usize = 10_000;
@@ -54,6 +55,8 @@ pub(crate) struct Ghosts {
     pub(super) twins: Option<Twins>,
     /// How many times ghosts were made: those of another time are other runs.
     generation: u64,
+    /// Substeps of the scene with which they were made.
+    substeps: u32,
 }
 
 /// A ghost, for graphs.
@@ -62,7 +65,7 @@ pub(crate) struct GhostRun<'a> {
     pub method: Option<Method>,
     /// Whether it is drawn.
     pub shown: bool,
-    pub simulation: &'a mut Simulation,
+    pub simulation: &'a Simulation,
 }
 
 /// The twins of a world.
@@ -223,8 +226,18 @@ impl Ghosts {
 
     /// Makes ghosts of the present state.
     pub(super) fn begin(&mut self, leader: &mut Simulation, hidden: BTreeSet<Option<Method>>) {
+        self.substeps = leader.scene.substeps;
         self.twins = Some(Twins::new(leader, hidden));
         self.generation += 1;
+    }
+
+    /// Makes the ghosts again where the scene got other substeps: a twin keeps those that it began with.
+    pub(super) fn keep_substeps(&mut self, stage: &mut Stage) {
+        if self.substeps != stage.sim.scene.substeps
+            && let Some(Twins { hidden, .. }) = self.twins.take()
+        {
+            self.begin(&mut stage.sim, hidden);
+        }
     }
 
     /// Which ghosts there are, if any.
@@ -233,14 +246,14 @@ impl Ghosts {
     }
 
     /// Every ghost that did not fail, beside bodies of the method `solid`, whose own ghost is not drawn.
-    pub fn runs(&mut self, solid: Method) -> impl Iterator<Item = GhostRun<'_>> {
-        self.twins.iter_mut().flat_map(move |Twins { reference, twins, hidden, .. }| {
-            let twins = twins.iter_mut().map(|twin| (Some(twin.method()), twin));
+    pub fn runs(&self, solid: Method) -> impl Iterator<Item = GhostRun<'_>> {
+        self.twins.iter().flat_map(move |Twins { reference, twins, hidden, .. }| {
+            let twins = twins.iter().map(|twin| (Some(twin.method()), twin));
             twins.chain([(None, reference)]).filter(|(_, twin)| twin.failure().is_none()).map(
                 move |(method, twin)| GhostRun {
                     method,
                     shown: method != Some(solid) && !hidden.contains(&method),
-                    simulation: twin.simulation_mut(),
+                    simulation: twin.simulation(),
                 },
             )
         })
@@ -252,18 +265,17 @@ impl Ghosts {
     }
 
     /// The distances that are written into the picture: of each run, that of the selection or the farthest.
-    pub(super) fn labels(&self, stage: &Stage) -> Vec<GhostLabel> {
+    pub(super) fn labels(&self, stage: &Stage, view: &View) -> Vec<GhostLabel> {
         let Some(twins) = &self.twins else { return Vec::new() };
         let Some(reference) = twins.reference() else { return Vec::new() };
-        let (view, focus) = (stage.viewpoint(), focus(stage));
+        let (eye, focus) = (view.viewpoint(), focus(stage));
         let label = |track: &Track<'_>| {
             let (id, distance) =
                 track.distances.farthest(|id| focus.contains(&id)).filter(|(_, d)| *d > 0.0)?;
-            let place = |simulation: &Simulation| place(simulation.moving(id)?, stage.seen.alpha);
+            let place = |simulation: &Simulation| place(simulation.moving(id)?, stage.here.alpha);
             let middle = (place(track.simulation)? + place(reference)?) / 2.0;
-            let depth = (middle - view.position).dot(view.forward());
-            let (at, inside) =
-                stage.seen_at(middle).filter(|_| (view.near_m..=view.far_m).contains(&depth))?;
+            let depth = (middle - eye.position).dot(eye.forward());
+            let (at, inside) = view.seen_at(middle).filter(|_| (eye.near_m..=eye.far_m).contains(&depth))?;
             inside.then(|| GhostLabel { at, ink: track.ink(), distance })
         };
         let tracks = twins.tracks(stage);
@@ -284,17 +296,17 @@ pub(super) fn focus(stage: &Stage) -> Range<u32> {
 }
 
 fn ids_selected(stage: &Stage) -> Option<Range<u32>> {
-    let selection = stage.seen.selection?;
+    let selection = stage.here.selection?;
     if stage.sim.world.get::<SoftBody>(selection).is_some() {
         let FileIndex(index) = stage.sim.world.get(selection)?;
         return stage.sim.scene.soft_bodies.get(*index as usize).map(|soft| soft.points.clone());
     }
-    stage.seen.ids.get(&selection).map(|id| *id..*id + 1)
+    stage.here.ids.get(&selection).map(|id| *id..*id + 1)
 }
 
 /// The body that the distances are of, in words.
 pub(super) fn subject(stage: &Stage) -> String {
     let all = focus(stage) == (0..u32::MAX);
-    let selection = stage.seen.selection.filter(|_| !all);
+    let selection = stage.here.selection.filter(|_| !all);
     selection.map_or_else(|| "the farthest body".to_owned(), |thing| stage.name(thing))
 }

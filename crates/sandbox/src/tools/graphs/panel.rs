@@ -4,12 +4,13 @@ use egui::{Button, Color32, ComboBox, Grid, Role, Ui, Visuals, WidgetInfo};
 use egui_plot::Legend;
 use report::{REFERENCE_INK, ink};
 
+use crate::intent::Intent;
+use crate::stage::things::Thing;
 use crate::tools::curves::{self, Curve};
 use crate::tools::graphs::state::{Graphed, Graphs, MOST_KEPT, Part, Quantity, Run, Sample, Track};
-use crate::tools::tool::{Desk, Edit};
+use crate::tools::tool::Desk;
 use crate::view::hud::swatch;
 use crate::view::inks;
-use crate::view::things::Thing;
 
 const HEIGHT: f32 = 160.0;
 const WIDTH: f32 = 420.0;
@@ -44,7 +45,7 @@ pub(super) fn show(ui: &mut Ui, graphs: &mut Graphs, desk: &mut Desk<'_>) {
             graphs.bodies.iter().flat_map(|body| &body.tracks).any(|track| !track.samples.is_empty());
         let save = ui.add_enabled(sampled, Button::new("Save CSV"));
         if save.on_hover_text("every quantity of the graph's seconds as a table").clicked() {
-            desk.edits.push(Edit::SaveTable(graphs.csv()));
+            desk.intents.push(Intent::SaveTable(graphs.csv()));
         }
     });
     if graphs.bodies.is_empty() {
@@ -224,9 +225,9 @@ mod tests {
     use motion::Method;
 
     use super::*;
+    use crate::stage::{Run as Whole, Stage};
     use crate::tools::ghosts::Ghosts;
     use crate::tools::tool::Tool as _;
-    use crate::view::stage::{Run as Whole, Stage};
 
     /// Graphs of a plank that is kept and of one that is selected, after some ticks with ghosts.
     fn graphs() -> (Graphs, Stage) {
@@ -234,14 +235,14 @@ mod tests {
         let (mut graphs, mut ghosts) = (Graphs::default(), Ghosts::default());
         assert!(ghosts.toggle(&mut stage, false));
         for body in ["plank3", "plank6"] {
-            stage.seen.selection = stage.body(body);
-            graphs.sample(&mut stage, &mut ghosts, true);
+            stage.here.selection = stage.body(body);
+            graphs.sample(&stage, &ghosts, true);
             graphs.bodies[0].kept = true;
         }
         for _ in 0..30 {
-            ghosts.before_tick(&stage, true);
+            ghosts.before_tick(&mut stage, true);
             stage.sim.tick();
-            graphs.sample(&mut stage, &mut ghosts, true);
+            graphs.sample(&stage, &ghosts, true);
         }
         (graphs, stage)
     }
@@ -287,11 +288,11 @@ mod tests {
         let mut stage = Stage::new(scene::load("oscillator").expect("it is shipped"), Whole::default());
         let (mut graphs, mut ghosts) = (Graphs::default(), Ghosts::default());
         assert!(ghosts.toggle(&mut stage, false));
-        stage.seen.selection = stage.body("ball");
+        stage.here.selection = stage.body("ball");
         for _ in 0..30 {
-            ghosts.before_tick(&stage, true);
+            ghosts.before_tick(&mut stage, true);
             stage.sim.tick();
-            graphs.sample(&mut stage, &mut ghosts, true);
+            graphs.sample(&stage, &ghosts, true);
         }
         let curve = several(&Visuals::light(), &graphs).pop().expect("a curve").points;
         let [first, last] = [curve[0][1], curve[curve.len() - 1][1]];

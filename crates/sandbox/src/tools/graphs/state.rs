@@ -7,9 +7,9 @@ use history::Simulation;
 use motion::clock::StepClock;
 use motion::{Method, Push};
 
+use crate::stage::things::{Motion, Thing};
+use crate::stage::{CATCH_UP, Stage};
 use crate::tools::ghosts::{GhostRun, Ghosts};
-use crate::view::stage::{CATCH_UP, Stage};
-use crate::view::things::{Motion, Thing};
 
 /// How long a sample is kept, s.
 const KEPT_S: f64 = 10.0;
@@ -138,7 +138,7 @@ pub(super) struct Graphed {
 }
 
 impl Graphed {
-    fn sample(&mut self, simulation: &mut Simulation, pushes: &[Push], time: f64, (run, shown): (Run, bool)) {
+    fn sample(&mut self, simulation: &Simulation, pushes: &[Push], time: f64, (run, shown): (Run, bool)) {
         let at = self.tracks.iter().position(|track| track.run == run).unwrap_or_else(|| {
             self.tracks.push(Track { run, shown, samples: VecDeque::new() });
             self.tracks.len() - 1
@@ -169,6 +169,8 @@ pub(crate) struct Graphs {
     pub(super) part: Part,
     /// Whether a person chose it; else it is one along which something moves.
     pub(super) has_chosen: bool,
+    /// Whether the bodies have to be found by name in another text of the scene.
+    pub(super) renamed: bool,
 }
 
 /// Which parts of a vector are drawn, in the order of [`Part::ALL`].
@@ -182,8 +184,8 @@ impl Default for Parts {
 
 impl Graphs {
     /// Samples the bodies and their ghosts after the ticks of a frame.
-    pub fn sample(&mut self, stage: &mut Stage, ghosts: &mut Ghosts, open: bool) {
-        let selection = stage.seen.selection.filter(|_| open).and_then(|entity| stage.thing(entity));
+    pub fn sample(&mut self, stage: &Stage, ghosts: &Ghosts, open: bool) {
+        let selection = stage.here.selection.filter(|_| open).and_then(|entity| stage.thing(entity));
         self.bodies.retain(|body| body.kept || Some(body.thing) == selection);
         if !open {
             self.bodies.iter_mut().for_each(|body| body.tracks.clear());
@@ -193,15 +195,15 @@ impl Graphs {
             self.ghosts = ghosts.generation();
             self.bodies.iter_mut().for_each(|body| body.tracks.retain(|track| track.run == Run::Solid));
         }
-        self.bodies.retain(|body| body.thing.entity(&mut stage.sim).is_some());
+        self.bodies.retain(|body| body.thing.entity(&stage.sim).is_some());
         self.add(stage, selection);
         let time = stage.sim.world.resource::<StepClock>().scene_seconds();
         let pushes = stage.pushes();
         for body in &mut self.bodies {
-            body.sample(&mut stage.sim, &pushes, time, (Run::Solid, true));
+            body.sample(&stage.sim, &pushes, time, (Run::Solid, true));
         }
         let pushes: Vec<(u32, DVec3)> =
-            pushes.iter().filter_map(|push| Some((*stage.seen.ids.get(&push.body)?, push.newtons))).collect();
+            pushes.iter().filter_map(|push| Some((*stage.here.ids.get(&push.body)?, push.newtons))).collect();
         for GhostRun { method, shown, simulation } in ghosts.runs(stage.sim.method()) {
             let push =
                 |(id, newtons): &(u32, DVec3)| Some(Push { body: simulation.body(*id)?, newtons: *newtons });
@@ -240,7 +242,7 @@ impl Graphs {
 
     /// Adds the selection, if it is not there.
     fn add(&mut self, stage: &Stage, selection: Option<Thing>) {
-        let Some((thing, entity)) = selection.zip(stage.seen.selection) else { return };
+        let Some((thing, entity)) = selection.zip(stage.here.selection) else { return };
         if self.bodies.iter().any(|body| body.thing == thing) {
             return;
         }
@@ -265,7 +267,7 @@ impl Graphs {
     }
 
     /// Keeps the bodies of these names in another text of the scene, without what they did in this one.
-    pub(crate) fn go_on_with_names(&mut self, stage: &mut Stage) {
+    pub(crate) fn go_on_with_names(&mut self, stage: &Stage) {
         self.bodies.retain_mut(|body| {
             body.tracks.clear();
             let thing = stage.thing_named(&body.name).filter(|_| body.kept);

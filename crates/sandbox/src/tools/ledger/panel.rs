@@ -7,10 +7,10 @@ use motion::ledger::{Ledger, LedgerLines, LedgerTotals};
 use motion::{Method, Stepper};
 use report::numbers::{four_digits, signed};
 
+use crate::stage::Stage;
 use crate::tools::curves;
 use crate::tools::ledger::state::Point;
 use crate::view::inks;
-use crate::view::stage::Stage;
 
 /// What stands out: the residual.
 const RESIDUAL: Color32 = Color32::from_rgb(255, 140, 90);

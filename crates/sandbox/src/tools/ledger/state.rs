@@ -3,7 +3,7 @@
 use motion::clock::StepClock;
 use motion::ledger;
 
-use crate::view::stage::Stage;
+use crate::stage::Stage;
 
 /// Points that a plot has at most: twice as many as there are pixels.
 const MOST_POINTS: usize = 2_000;
@@ -65,6 +65,8 @@ impl History {
 /// The ledger, while it is wanted, and its history.
 #[derive(Default)]
 pub(crate) struct Ledger {
+    /// Whether it is kept while its panel is closed, too.
+    pub always: bool,
     kept: Option<Box<(ledger::Ledger, History)>>,
 }
 
@@ -88,6 +90,11 @@ impl Ledger {
         self.kept.as_ref().map(|kept| &kept.0)
     }
 
+    /// The ledger for the next tick, if one is kept.
+    pub fn kept_mut(&mut self) -> Option<&mut ledger::Ledger> {
+        self.kept.as_mut().map(|kept| &mut kept.0)
+    }
+
     /// What the panel plots.
     pub(super) fn points(&self) -> &[Point] {
         self.kept.as_ref().map_or(&[], |kept| kept.1.points())
@@ -104,21 +111,19 @@ impl Ledger {
         }
     }
 
+    /// Keeps none until it is wanted again.
+    pub fn close(&mut self) {
+        self.kept = None;
+    }
+
     /// Opens it again if one was kept: the run goes on from another tick.
     pub fn reopen(&mut self, stage: &mut Stage) {
         let kept = self.kept.take().is_some();
         self.keep(stage, kept);
     }
 
-    /// One tick of the stage, entered if a ledger is kept and watched if it is recorded.
-    pub fn tick(&mut self, stage: &mut Stage) {
-        let sim = &mut stage.sim;
-        let ledger = self.kept.as_mut().map(|kept| &mut kept.0);
-        match (&mut stage.past, ledger) {
-            (Some(past), ledger) => past.tick(sim, ledger),
-            (None, Some(ledger)) => ledger.tick(&mut sim.stepper, &mut sim.world),
-            (None, None) => sim.tick(),
-        }
+    /// Notes the energies after a tick, if a ledger is kept.
+    pub fn note(&mut self, stage: &Stage) {
         if let Some((ledger, history)) = self.kept.as_deref_mut() {
             history.note(point(ledger, scene_seconds(stage)));
         }

@@ -6,15 +6,15 @@ use motion::{Claims, Method, Request};
 
 use super::ask;
 use crate::input::SwitchedBy;
+use crate::intent::Intent;
 use crate::methods::{stable, yes_or_no};
-use crate::tools::tool::Edit;
 use crate::view::card::Selected;
 
 /// Points in which a long source is broken into lines.
 const WIDTH: f32 = 280.0;
 
 /// The scene's method.
-pub(super) fn of_scene(ui: &mut Ui, method: Method, edits: &mut Vec<Edit>) {
+pub(super) fn of_scene(ui: &mut Ui, method: Method, intents: &mut Vec<Intent>) {
     let mut chosen = method;
     ui.horizontal(|ui| {
         ui.label("method");
@@ -28,7 +28,7 @@ pub(super) fn of_scene(ui: &mut Ui, method: Method, edits: &mut Vec<Edit>) {
         );
     });
     if chosen != method {
-        edits.push(Edit::Change(Change::Method(chosen), SwitchedBy::Settings));
+        intents.push(Intent::Change(Change::Method(chosen), SwitchedBy::Settings));
     }
     promises(ui, method.claims());
 }
@@ -57,7 +57,12 @@ fn promises(ui: &mut Ui, claims: &Claims) {
 }
 
 /// The selected body's method: the scene's, or one of its own.
-pub(super) fn of_body(ui: &mut Ui, (id, selected): (u32, &Selected), scene: Method, edits: &mut Vec<Edit>) {
+pub(super) fn of_body(
+    ui: &mut Ui,
+    (id, selected): (u32, &Selected),
+    scene: Method,
+    intents: &mut Vec<Intent>,
+) {
     let mut chosen = selected.own_method;
     let like_the_scene = format!("the scene's: {}", scene.claims().title);
     ui.horizontal(|ui| {
@@ -71,6 +76,6 @@ pub(super) fn of_body(ui: &mut Ui, (id, selected): (u32, &Selected), scene: Meth
         });
     });
     if chosen != selected.own_method {
-        edits.push(ask(Request::SetBodyMethod(id, chosen)));
+        intents.push(ask(Request::SetBodyMethod(id, chosen)));
     }
 }

@@ -1,47 +1,30 @@
-//! The forces on the bodies of a session, and the scale at which their arrows are drawn.
+//! The forces on the bodies of a stage, by cause.
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::snapshot::LastStep;
 use motion::{Damping, DampingModel, ForceCause, PhysicsBody, Push, SoftBody};
 
-use crate::view::stage::Stage;
-
-/// Length of the longest force arrow where its scale is chosen, as a share of the distance from the camera.
-const SHARE: f64 = 0.15;
-
-/// How much longer an arrow may grow before the scale is chosen again.
-const GROWTH: f64 = 3.0;
+use crate::stage::Stage;
 
 impl Stage {
     /// The forces on `body` at its present state, N, by cause; pushes are those of the last tick.
-    pub fn forces_on(&mut self, body: Entity) -> Vec<(ForceCause, DVec3)> {
+    pub fn forces_on(&self, body: Entity) -> Vec<(ForceCause, DVec3)> {
         let mut forces = Vec::new();
         self.each_force(&[body], |_, cause, newtons| forces.push((cause, newtons)));
         forces
     }
 
     /// Calls `each` with every force on `bodies`, given by their places among them.
-    pub(crate) fn each_force(&mut self, bodies: &[Entity], each: impl FnMut(usize, ForceCause, DVec3)) {
+    pub(crate) fn each_force(&self, bodies: &[Entity], each: impl FnMut(usize, ForceCause, DVec3)) {
         let pushes = self.pushes();
-        motion::each_force(&mut self.sim.world, &pushes, bodies, each);
+        motion::each_force(&self.sim.world, &pushes, bodies, each);
     }
 
     /// The pushes of the last tick.
     pub(crate) fn pushes(&self) -> Vec<Push> {
         let push = |(body, newtons): (&Entity, &DVec3)| Push { body: *body, newtons: *newtons };
-        self.seen.acting.iter().map(push).collect()
-    }
-
-    /// Newtons of a force arrow of one meter, where the largest force is one of `newtons` on a body `distance` meters
-    /// from the camera. It stays as it is chosen once, so that arrows can be seen to grow.
-    pub(crate) fn newtons_per_meter(&mut self, newtons: f64, distance: f64) -> Option<f64> {
-        let longest = SHARE * distance;
-        if self.view.force_scale.is_none_or(|scale| newtons > scale * longest * GROWTH) {
-            let scale = round_up(newtons / longest);
-            self.view.force_scale = scale.is_normal().then_some(scale);
-        }
-        self.view.force_scale
+        self.here.pushes.iter().map(push).collect()
     }
 }
 
@@ -61,7 +44,7 @@ pub(crate) fn synchronized(
 
 /// The state of a soft body at the time of its positions; its points move `together`.
 pub(crate) fn synchronized_points(
-    world: &mut World,
+    world: &World,
     pushes: &[Push],
     soft: Entity,
     together: PhysicsBody,
@@ -101,28 +84,5 @@ fn is_of_laws(cause: ForceCause, damping: Option<DampingModel>) -> bool {
         ForceCause::Push => false,
         ForceCause::Law("damping") => damping == Some(DampingModel::Exact),
         _ => true,
-    }
-}
-
-/// The next of 1, 2, 5, 10, 20, ...
-fn round_up(x: f64) -> f64 {
-    let decade = x.log10().floor();
-    // A negative power would not be rounded to the nearest number.
-    let times = |m: f64| if decade < 0.0 { m / 10_f64.powf(-decade) } else { m * 10_f64.powf(decade) };
-    [1.0, 2.0, 5.0].map(times).into_iter().find(|step| *step >= x).unwrap_or(times(10.0))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scales_are_round_numbers() {
-        for (x, rounded) in
-            [(1.0, 1.0), (1.01, 2.0), (3.0, 5.0), (7.0, 10.0), (0.03, 0.05), (2e-7, 2e-7), (130.0, 200.0)]
-        {
-            assert_eq!(round_up(x), rounded, "{x}");
-        }
-        assert!(!round_up(0.0).is_normal() && !round_up(f64::NAN).is_normal());
     }
 }

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use bevy_ecs::prelude::*;
 use history::Simulation;
@@ -10,8 +11,7 @@ use motion::clock::StepClock;
 use motion::{Evaluations, Method, PhysicsBody, Quarantined, Stepper, Substeps};
 use scene::Scene;
 
-use crate::view::camera::Camera;
-use crate::view::stage::{Mode, Order, Stage};
+use crate::stage::{Order, Stage};
 
 impl Stage {
     /// What runs.
@@ -43,34 +43,10 @@ impl Stage {
         &self.sim.stepper
     }
 
-    /// Camera or selection mode.
-    #[must_use]
-    pub const fn mode(&self) -> Mode {
-        self.view.mode
-    }
-
-    /// The camera.
-    #[must_use]
-    pub const fn camera(&self) -> &Camera {
-        &self.view.camera
-    }
-
     /// The selected thing.
     #[must_use]
     pub const fn selection(&self) -> Option<Entity> {
-        self.seen.selection
-    }
-
-    /// Newtons of a click.
-    #[must_use]
-    pub const fn click_force(&self) -> f64 {
-        self.view.click_force
-    }
-
-    /// Size of the picture, pixels.
-    #[must_use]
-    pub const fn size_px(&self) -> [u32; 2] {
-        self.run.options.size_px
+        self.here.selection
     }
 
     /// Ticks simulated, over every reset of the world.
@@ -104,9 +80,9 @@ impl Stage {
     }
 
     /// Bodies that forces move, by the method that moves them, in the order of [`motion::METHODS`].
-    pub fn methods(&mut self) -> Vec<(Method, usize)> {
+    pub fn methods(&self) -> Vec<(Method, usize)> {
         let scene = self.sim.method();
-        let mut bodies = self.sim.world.query_filtered::<(EntityRef, &PhysicsBody), Without<Quarantined>>();
+        let mut bodies = self.query_filtered::<(EntityRef, &PhysicsBody), Without<Quarantined>>();
         let mut counts = BTreeMap::new();
         for (entity, _) in bodies.iter(&self.sim.world).filter(|(_, body)| body.inverse_mass > 0.0) {
             *counts.entry(motion::own_method(entity).unwrap_or(scene)).or_default() += 1;
@@ -135,7 +111,7 @@ impl Stage {
     #[must_use]
     pub fn name(&self, thing: Entity) -> String {
         let name =
-            self.seen.ids.get(&thing).and_then(|id| self.sim.scene.names.get(*id)).map(Cow::into_owned);
+            self.here.ids.get(&thing).and_then(|id| self.sim.scene.names.get(*id)).map(Cow::into_owned);
         name.or_else(|| self.soft_name(thing)).unwrap_or_else(|| format!("{thing}"))
     }
 
@@ -149,12 +125,6 @@ impl Stage {
         }
     }
 
-    /// Whether the pointer is to be hidden and held by the window.
-    #[must_use]
-    pub fn grabs_pointer(&self) -> bool {
-        self.view.mode == Mode::Camera
-    }
-
     /// Takes the orders of this frame, which the program outside carries out.
     pub fn take_orders(&mut self) -> Vec<Order> {
         std::mem::take(&mut self.orders)
@@ -165,9 +135,26 @@ impl Stage {
         std::mem::take(&mut self.refusals)
     }
 
+    /// Scene files that were opened or saved, the newest last.
+    #[must_use]
+    pub fn files(&self) -> &[PathBuf] {
+        &self.run.files
+    }
+
+    /// Remembers scene files of earlier windows, the newest last.
+    pub fn remember_files(&mut self, mut files: Vec<PathBuf>) {
+        files.append(&mut self.run.files);
+        files.iter().for_each(|file| self.run.note_file(file));
+    }
+
+    /// Simulated time with the part of the next tick that has passed, s.
+    pub(crate) fn progress(&self) -> f64 {
+        self.simulated() + self.clock.fraction() / self.clock.rate()
+    }
+
     /// Whether it is paused.
     #[must_use]
     pub const fn paused(&self) -> bool {
-        self.view.paused
+        self.paused
     }
 }

@@ -4,9 +4,9 @@ use history::{Change, Fault, TIMELINE_BYTES, Timeline, Watch};
 use motion::clock::StepClock;
 use motion::{PushQueue, TimeStep};
 
-use crate::view::notices::Topic;
-use crate::view::recorded::{Recorded, Times, Within};
-use crate::view::stage::{Order, Stage};
+use crate::stage::notices::Topic;
+use crate::stage::timeline::{Recorded, Times, Within};
+use crate::stage::{Order, Stage};
 
 impl Stage {
     /// What went wrong, if something did and it was recorded.
@@ -64,7 +64,7 @@ impl Stage {
 
     /// What was gone back before, and is dropped, was not quarantined.
     pub(crate) fn forget_ahead(&mut self) {
-        self.run.quarantined.truncate(self.run.quarantined_before + self.seen.records_seen);
+        self.run.quarantined.truncate(self.run.quarantined_before + self.here.records_seen);
     }
 
     /// Records what the coming tick takes in, if it is no repeated one.
@@ -92,7 +92,14 @@ impl Stage {
     /// Pushes that wait for the next tick, while another one is sought.
     pub(crate) fn pushes_while_seeking(&self) -> Option<usize> {
         self.past.as_ref()?.way.as_ref()?;
-        Some(self.sim.world.resource::<PushQueue>().pending().count())
+        Some(self.sim.world.resource::<PushQueue>().pending().count() + self.held.len())
+    }
+
+    /// Gives up a seek if more pushes wait for the next tick than did `before`.
+    pub(crate) fn give_up_seek_if_pushed(&mut self, before: Option<usize>) {
+        if before.is_some_and(|before| self.pushes_while_seeking() > Some(before)) {
+            self.give_up_seek();
+        }
     }
 
     /// Gives up a seek, for what was done here made it worthless.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use motion::{Dormant, PhysicsBody, Push, Quarantined, SoftBody, Transform};
 use scene::SoftBodyName;
 
-use crate::view::stage::Stage;
+use crate::stage::Stage;
 
 /// What the points of a soft body have together.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +44,7 @@ impl Stage {
         let world = &self.sim.world;
         let body = world.get::<SoftBody>(thing)?;
         let place = |point| Some(world.get::<Transform>(point)?.position);
-        let at_start = |point| match self.seen.ids.get(&point) {
+        let at_start = |point| match self.here.ids.get(&point) {
             Some(id) => Some(self.sim.scene.bodies.get(*id as usize)?.position),
             None => place(point),
         };
@@ -77,7 +77,7 @@ impl Stage {
             return Some(name.0.clone());
         }
         let first = self.sim.world.get::<SoftBody>(thing)?.points.first()?;
-        let name = self.sim.scene.names.get(*self.seen.ids.get(first)?)?;
+        let name = self.sim.scene.names.get(*self.here.ids.get(first)?)?;
         Some(name.split('.').next().unwrap_or_default().to_owned())
     }
 }

@@ -4,10 +4,11 @@ use history::{
     BUNDLE_FORMAT, Bundle, Fault, FaultEntry, Keyframe, Manifest, Rerun, Settings, TIMELINE_BYTES, Watch,
 };
 
-use crate::app::session::{OnFault, Session};
+use crate::app::session::Session;
 use crate::failure::Failure;
-use crate::view::options::Options;
-use crate::view::recorded::Recorded;
+use crate::stage::options::Options;
+use crate::stage::timeline::Recorded;
+use crate::stage::{OnFault, Stage};
 
 /// Name and version of the program, for files that it writes.
 pub(crate) const PROGRAM: &str = concat!("sandbox ", env!("CARGO_PKG_VERSION"));
@@ -73,7 +74,7 @@ impl Session {
             .map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
         let Rerun { timeline, end, faults, diverged_at, state_hash } = rerun;
         let mut session = Self::new(scene, Options { paused: true, ..options });
-        let named = |fault: &Fault| fault.named(&session.sim.scene.names);
+        let named = |fault: &Fault| fault.named(&session.stage.sim.scene.names);
         let then = &bundle.manifest;
         let of_then = faults.iter().find(|fault| Some(named(fault)) == then.fault);
         let fault = of_then.or(faults.first()).cloned();
@@ -84,17 +85,19 @@ impl Session {
             same_fault: fault.as_ref().map(named) == then.fault,
             fault: fault.as_ref().map(named),
         };
-        let watch = Watch::going_on(&mut session.sim.world, end.watch.energy());
+        let watch = Watch::going_on(&mut session.stage.sim.world, end.watch.energy());
         let mut recorded = Recorded::new(timeline, watch);
         (recorded.fault, recorded.repeats) = (fault, true);
-        session.past = Some(Box::new(recorded));
-        session.settings.recording = Some(OnFault::Pause);
-        session.go_on_from(end);
-        session.seen.records_seen = 0;
-        session.note_quarantined();
+        session.stage.past = Some(Box::new(recorded));
+        session.stage.run.recording = Some(OnFault::Pause);
+        session.stage.go_on_from(end);
+        session.stage.here.records_seen = 0;
+        session.stage.note_quarantined();
         Ok((session, repetition))
     }
+}
 
+impl Stage {
     /// Everything that is recorded, to be repeated elsewhere, with a PNG of the last good tick. `None` where nothing
     /// is recorded, or the run does not come out the same here.
     #[must_use]

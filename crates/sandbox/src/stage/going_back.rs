@@ -7,36 +7,35 @@
 use std::ops::ControlFlow;
 
 use history::{Change, Event, Fault, Replay};
-use motion::{TimeStep, remember_positions};
-use scene::StepKind;
+use motion::remember_positions;
 
-use crate::app::session::{OnFault, Session, Simulated};
-use crate::view::notices::Topic;
-use crate::view::recorded::{Recorded, Way};
-use crate::view::stage::{Order, prepare};
+use crate::stage::notices::Topic;
+use crate::stage::ticks::Look;
+use crate::stage::timeline::{Recorded, Way};
+use crate::stage::{OnFault, Order, Simulated, Stage, prepare};
 
-impl Session {
+impl Stage {
     /// Records the last minute from now on, for going back. At a fault it does that by itself, pauses and selects.
     pub fn keep_timeline(&mut self) {
-        self.settings.recording = Some(OnFault::Pause);
+        self.run.recording = Some(OnFault::Pause);
         self.restart_recording();
     }
 
     /// Records the last minute from now on, and simulates no further when a body is quarantined or energy jumps.
     pub fn keep_black_box(&mut self) {
-        self.settings.recording = Some(OnFault::Stop);
+        self.run.recording = Some(OnFault::Stop);
         self.restart_recording();
     }
 
     /// Orders a bundle by itself at the first fault of this scene and of each that is opened.
     pub const fn save_faults(&mut self) {
-        self.settings.saves_faults = true;
+        self.run.saves_faults = true;
     }
 
     /// Restarts the recording with another world.
     pub(crate) fn restart_recording(&mut self) {
         self.past = None;
-        if self.settings.recording.is_some() {
+        if self.run.recording.is_some() {
             self.begin_recording();
         }
     }
@@ -66,12 +65,11 @@ impl Session {
     /// Records a tick that is over, unless it was one that is `repeated`; whether something went wrong in it.
     pub(crate) fn record_after_tick(&mut self, repeated: bool) -> bool {
         let now = self.ticks();
-        let stage = &mut self.stage;
-        let Some(past) = &mut stage.past else { return false };
+        let Some(past) = &mut self.past else { return false };
         let at_the_end = repeated && now == *past.timeline.range().end();
         if !repeated {
             let energy = past.watch.energy();
-            past.timeline.after_tick(&mut stage.sim, energy);
+            past.timeline.after_tick(&mut self.sim, energy);
         }
         let found = past.found.take();
         let news = found.as_ref().is_some_and(|fault| past.passed != Some(fault.tick));
@@ -98,7 +96,7 @@ impl Session {
         past.met = true;
         let Some(fault) = past.fault.clone() else { return };
         past.passed = Some(fault.tick);
-        if self.settings.recording == Some(OnFault::Pause) {
+        if self.run.recording == Some(OnFault::Pause) {
             // A quarantine has been told.
             if !fault.quarantined {
                 self.notices.say(Topic::Fault, fault.what.clone());
@@ -126,7 +124,7 @@ impl Session {
     fn begin_seek_before(&mut self, fault: &Fault) {
         // Before the seek: a selection goes along.
         if let Some(body) = fault.body.and_then(|id| self.sim.body(id)) {
-            self.seen.selection = Some(body);
+            self.here.selection = Some(body);
         }
         self.begin_seek(fault.tick.saturating_sub(1));
     }
@@ -144,11 +142,10 @@ impl Session {
 
     /// Pauses and begins to go to the end of tick number `tick`, or the nearest in the last minute.
     pub(crate) fn begin_seek(&mut self, tick: u64) {
-        let stage = &mut self.stage;
-        stage.view.paused = true;
-        stage.notices.retract(Topic::Place);
-        let Some(past) = &mut stage.past else {
-            stage.refuse("no timeline is kept to go back in");
+        self.paused = true;
+        self.notices.retract(Topic::Place);
+        let Some(past) = &mut self.past else {
+            self.refuse("no timeline is kept to go back in");
             return;
         };
         let Recorded { timeline, way, .. } = &mut **past;
@@ -159,17 +156,14 @@ impl Session {
             return;
         }
         *way = None;
-        match timeline.begin_seek(&stage.sim.scene, tick) {
+        match timeline.begin_seek(&self.sim.scene, tick) {
             Ok(seek) => *way = Some(Box::new(Way { seek, tells: false })),
-            Err(broken) => stage.notice(broken.to_string()),
+            Err(broken) => self.notice(broken.to_string()),
         }
     }
 
     /// Goes on with a seek for as long as `look` lets it; whether it has not arrived.
-    pub(crate) fn go_on_seeking(
-        &mut self,
-        look: &mut dyn FnMut(&Self, Simulated) -> ControlFlow<()>,
-    ) -> bool {
+    pub(crate) fn go_on_seeking(&mut self, look: Look<'_>) -> bool {
         let Some(mut way) = self.past.as_mut().and_then(|past| past.way.take()) else { return false };
         while let Some(past) = &mut self.past {
             if !past.timeline.go_on(&mut way.seek) {
@@ -201,8 +195,8 @@ impl Session {
         };
         let good = format!("back at {}, {which}", self.times().words(now));
         // An opened bundle is in a file already, and so is the first fault of a scene. Later faults may be many.
-        if self.settings.saves_faults && !self.repeats() {
-            self.settings.saves_faults = false;
+        if self.run.saves_faults && !self.repeats() {
+            self.run.saves_faults = false;
             self.orders.push(Order::Bundle);
             self.notices.say(Topic::Place, good);
         } else {
@@ -212,7 +206,7 @@ impl Session {
 
     /// One tick back, paused.
     pub(crate) fn step_back(&mut self) {
-        self.view.paused = true;
+        self.paused = true;
         match self.within().map(|within| (*within.range.start(), within.at)) {
             Some((first, now)) if first >= now => {
                 self.notices.say(Topic::Place, "nothing is kept of the time before this tick".to_owned());
@@ -223,35 +217,18 @@ impl Session {
 
     /// Replaces the world by one of another tick.
     pub(crate) fn go_on_from(&mut self, replay: Replay) {
-        let [selection, locked] = [self.seen.selection, self.seen.locked].map(|entity| self.thing(entity?));
-        let before = self.ticks();
+        let (selection, before) = (self.here.selection.and_then(|entity| self.thing(entity)), self.ticks());
         let Replay { mut simulation, watch } = replay;
         prepare(&mut simulation.world, simulation.bodies.len(), self.run.options);
         simulation.world.run_system_cached(remember_positions).expect("a query and nothing else");
-        self.stage.replace(simulation);
+        self.replace(simulation, true);
         if let Some(past) = &mut self.past {
             past.watch = watch;
         }
-        let stage = &mut self.stage;
-        stage.seen.selection = selection.and_then(|thing| thing.entity(&mut stage.sim));
-        stage.seen.locked = locked.and_then(|thing| thing.entity(&mut stage.sim));
-        if let Some(left) = self.ticks_left {
-            self.ticks_left = Some(left.saturating_add(before).saturating_sub(self.ticks()));
+        self.here.selection = selection.and_then(|thing| thing.entity(&self.sim));
+        if let Some(left) = self.run.ticks_left {
+            self.run.ticks_left = Some(left.saturating_add(before).saturating_sub(self.ticks()));
         }
-        self.restart_tools();
-        self.tools.ledger.reopen(&mut self.stage);
         self.keep_pace_with_step();
-    }
-
-    /// Lets the clock ask for ticks as often as their length says, which may have been another one then.
-    fn keep_pace_with_step(&mut self) {
-        let rate = 1.0 / self.sim.world.resource::<TimeStep>().0;
-        let differs = (rate / self.clock.rate() - 1.0).abs() > 1e-9;
-        if self.sim.scene.step == StepKind::Fixed && differs {
-            // The length that 120 Hz have is that of 119.999... as well.
-            let whole = (rate - rate.round()).abs() <= 1e-9 * rate;
-            // A length that ticks have had is above 0 and finite.
-            let _ = self.clock.set_rate(if whole { rate.round() } else { rate });
-        }
     }
 }

@@ -3,8 +3,8 @@
 use bevy_ecs::entity::Entity;
 use motion::{Cause, Evaluations, Fault, Quarantine, QuarantineRecord};
 
-use crate::view::notices::Topic;
-use crate::view::stage::{QuarantinedBody, Stage};
+use crate::stage::Stage;
+use crate::stage::notices::{QuarantinedBody, Topic};
 
 /// Refusals that wait to be told.
 const MOST_REFUSALS: usize = 16;
@@ -37,9 +37,9 @@ impl Stage {
     }
 
     pub(crate) fn note_quarantined(&mut self) {
-        let seen = self.seen.records_seen;
+        let seen = self.here.records_seen;
         let records = self.sim.world.resource::<Quarantine>().records()[seen..].to_vec();
-        self.seen.records_seen += records.len();
+        self.here.records_seen += records.len();
         let times = self.times();
         for (number, QuarantineRecord { body, tick, cause, .. }) in (seen..).zip(records) {
             let (body, what, Cause { system, component, fault }) = (self.name(body), cause.what(), cause);
@@ -60,7 +60,7 @@ impl Stage {
 
     pub(crate) fn note_unconverged(&mut self) {
         let steps = self.sim.world.resource::<Evaluations>().unconverged_steps();
-        if self.seen.unconverged_before.take_if(|before| steps > *before).is_some() {
+        if self.here.unconverged_before.take_if(|before| steps > *before).is_some() {
             let what = "an implicit step did not converge; a higher step rate may help";
             self.notices.say(Topic::Unconverged, what.to_owned());
         }

@@ -1,10 +1,27 @@
-//! What the person is told for a few seconds.
+//! What the person is told: notices, for a few seconds, and quarantined bodies.
 
 /// How long a notice stays, s.
 const NOTICE_S: f64 = 4.0;
 
 /// Notices without a topic of their own that are shown at once.
 const MOST_OTHERS: usize = 3;
+
+/// A body that was quarantined, by name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct QuarantinedBody {
+    /// Name in the scene.
+    pub body: String,
+    /// The tick that it did not survive.
+    pub tick: u64,
+    /// What happened, as a sentence.
+    pub what: String,
+    /// The system that noticed.
+    pub system: &'static str,
+    /// The component or resource at fault.
+    pub component: &'static str,
+    /// What had happened to it: a word, with the name of the law or of the body at the other end of the spring.
+    pub cause: String,
+}
 
 /// What a notice is about. Of each topic but the last there is one notice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

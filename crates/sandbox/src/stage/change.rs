@@ -1,21 +1,18 @@
-//! Changes of the running simulation that a person, a script or a panel asks for.
+//! Changes of the running simulation: every one of a person, a script or a panel comes through here.
 
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
 use history::Change;
-use lab::cost::Setting;
 use motion::effects::{Effect, EffectState, NeverDeclared};
-use motion::{Method, MutualGravity, OwnMethod, Particle, Request, Substeps, TimeStep};
-use scene::{Action, unsolvable};
+use motion::{Gravity, Method, MutualGravity, OwnMethod, Particle, Request, TimeStep};
+use scene::{Action, StepKind, unsolvable};
 
-use crate::app::session::{Session, SwitchedBy};
-use crate::input::Input;
-use crate::tools::tool::{Edit, Tool as _};
-use crate::view::notices::Topic;
-use crate::view::stage::Order;
+use crate::input::SwitchedBy;
+use crate::stage::notices::Topic;
+use crate::stage::{Order, Stage};
 
-impl Session {
+impl Stage {
     /// Does what a script's action says.
     pub(crate) fn carry_out(&mut self, action: &Action) {
         if let Action::Screenshot(name) = action {
@@ -36,70 +33,48 @@ impl Session {
                 requests.into_iter().for_each(|request| self.ask_by(request, by));
             }
             Change::Method(method) => self.set_method(method),
-            Change::Substeps(substeps) => self.set_substeps(substeps),
-            Change::Step(step) => self.set_rate(1.0 / step),
+            Change::Substeps(substeps) => {
+                Arc::make_mut(&mut self.sim.scene).substeps = substeps;
+                self.make(Change::Substeps(substeps));
+            }
+            Change::Step(step) => self.set_step(step),
             Change::Push(..) => self.sim.give(&change),
         }
     }
 
-    /// Does what a panel asks for.
-    pub(crate) fn edit(&mut self, edit: Edit) {
-        match edit {
-            Edit::Change(change, by) => self.change(change, by),
-            Edit::ApplySetting(setting) => self.choose(setting),
-            Edit::StepHz(rate) => self.set_rate(rate),
-            Edit::Seek(tick) => self.begin_seek(tick),
-            Edit::SaveBundle => self.order_bundle(),
-            Edit::SaveTable(text) => self.orders.push(Order::Table(text)),
-            Edit::Open(scene) => self.leave(Order::Open(scene)),
-            Edit::Rewrite(changes, select) => self.rewrite(&changes, select.as_deref()),
-            Edit::Answer(answer) => self.answer(answer),
-            Edit::Act(act) => self.act(act),
-            Edit::Pace(pace) => self.set_pace(pace / self.clock.pace()),
+    /// Makes a change of what the next ticks are simulated by, and records it.
+    fn make(&mut self, change: Change) {
+        self.notices.retract(Topic::Forecast);
+        self.record(change.clone());
+        self.sim.give(&change);
+    }
+
+    /// Goes on with ticks of another length, s.
+    fn set_step(&mut self, step: f64) {
+        if self.clock.set_rate(rate_of(step)).is_ok() {
+            self.make(Change::Step(step));
         }
     }
 
-    /// Goes on with ticks of another rate, Hz.
-    fn set_rate(&mut self, rate: f64) {
-        if self.clock.set_rate(rate).is_ok() {
-            self.record(Change::Step(1.0 / rate));
-            self.notices.retract(Topic::Forecast);
-            self.sim.world.insert_resource(TimeStep(1.0 / rate));
+    /// Lets the clock ask for ticks as often as their length says, which may have been another one then.
+    pub(crate) fn keep_pace_with_step(&mut self) {
+        let rate = rate_of(self.sim.world.resource::<TimeStep>().0);
+        let differs = (rate / self.clock.rate() - 1.0).abs() > 1e-9;
+        if self.sim.scene.step == StepKind::Fixed && differs {
+            // A length that ticks have had is above 0 and finite.
+            let _ = self.clock.set_rate(rate);
         }
     }
 
     /// Goes on with another method of the scene.
-    pub(crate) fn set_method(&mut self, method: Method) {
+    fn set_method(&mut self, method: Method) {
         let gravity = self.sim.world.contains_resource::<MutualGravity>();
         if self.refuses([method], gravity) {
             return;
         }
         if method != self.sim.method() {
-            self.record(Change::Method(method));
             self.notices.retract(Topic::Method);
-            self.notices.retract(Topic::Forecast);
-        }
-        self.sim.set_method(method);
-    }
-
-    /// Goes on with another number of substeps of the scene.
-    fn set_substeps(&mut self, substeps: u32) {
-        Arc::make_mut(&mut self.sim.scene).substeps = substeps;
-        self.record(Change::Substeps(substeps));
-        self.notices.retract(Topic::Forecast);
-        self.sim.world.insert_resource(Substeps(substeps));
-        self.tools.ghosts.restart(&mut self.stage);
-    }
-
-    /// Goes on with a setting that a panel offers. In a recording steps name it, and this does nothing: what a panel offers
-    /// depends on what its machine measured.
-    fn choose(&mut self, setting: Setting) {
-        if self.player.as_ref().is_some_and(|player| player.names_settings(self.run.frames)) {
-            return;
-        }
-        for chosen in [Action::SetMethod(setting.method), Action::SetSubsteps(setting.substeps)] {
-            self.carry_out(&chosen);
-            self.chosen.push(Input::Act(chosen));
+            self.make(Change::Method(method));
         }
     }
 
@@ -114,7 +89,7 @@ impl Session {
 
     /// Whether mutual gravity cannot come back, because a method was chosen meanwhile that cannot solve it.
     fn refuses_mutual_gravity(&mut self) -> bool {
-        let sim = &mut self.stage.sim;
+        let sim = &mut self.sim;
         // Also of bodies that nothing moves now, and where every body has one of its own; particles are not attracted.
         let mut bodies = sim.world.query_filtered::<EntityRef, (With<OwnMethod>, Without<Particle>)>();
         let own = bodies.iter(&sim.world).filter_map(motion::own_method);
@@ -134,7 +109,7 @@ impl Session {
             // It is there and stays off: the person was told why.
             return Ok(());
         }
-        self.ask(Request::Switch(effect, on));
+        self.sim.give(&Change::request(Request::Switch(effect, on)));
         self.carry_out_requests();
         self.note_switched(effect, by);
         Ok(())
@@ -184,28 +159,61 @@ impl Session {
 
     /// Remembers what switched an effect last.
     pub(crate) fn note_switched(&mut self, effect: Effect, by: SwitchedBy) {
-        self.tools.effects.switched.insert(effect, by);
+        self.switched.insert(effect, by);
         self.notices.retract(Topic::Forecast);
         if effect == Effect::Gravity {
             self.notices.retract(Topic::Gravity);
         }
     }
 
-    /// Carries out at once what was asked for; what is gone after that is not selected, followed or hit.
+    /// Switches gravity off or on again, at once; whether the scene has any.
+    pub(crate) fn toggle_gravity(&mut self) {
+        // Carried out at once: a second toggle in the same frame has to see the first.
+        self.carry_out_requests();
+        match self.sim.world.get_resource::<Gravity>() {
+            Some(gravity) => {
+                let request = Request::SwitchGravity(!gravity.on);
+                self.change(Change::request(request), SwitchedBy::Key);
+                self.carry_out_requests();
+            }
+            None => {
+                let what = "this scene declares no gravity; the settings (Tab) can add it";
+                self.refuse_about(Topic::Gravity, what);
+            }
+        }
+    }
+
+    /// Carries out at once what was asked for; what is gone after that is not selected.
     pub(crate) fn carry_out_requests(&mut self) {
         self.record_requests();
         self.carry_out_unrecorded();
     }
 
     pub(crate) fn carry_out_unrecorded(&mut self) {
-        for (_, tool) in self.tools.each() {
-            tool.before_requests(&mut self.stage);
-        }
-        let (sim, seen) = (&mut self.stage.sim, &mut self.stage.seen);
-        sim.carry_out_requests();
-        seen.targets_current = false;
-        for thing in [&mut seen.selection, &mut seen.locked] {
-            thing.take_if(|thing| sim.world.get_entity(*thing).is_err());
+        let requests: Vec<_> = self.sim.requested().collect();
+        self.here.carried_out.extend(requests);
+        self.sim.carry_out_requests();
+        self.version += 1;
+        let Self { sim, here, .. } = self;
+        here.selection.take_if(|thing| sim.world.get_entity(*thing).is_err());
+    }
+}
+
+/// The rate of ticks of a length, s, in Hz: the number with the fewest digits that has this length.
+fn rate_of(step: f64) -> f64 {
+    let rate = 1.0 / step;
+    let short = format!("{rate:.9e}").parse().unwrap_or(rate);
+    if 1.0 / short == step { short } else { rate }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rate_comes_back_from_the_length_of_its_ticks() {
+        for rate in [120.0, 60.0, 1.0, 49.0, 333.25, 1e4, 0.1, 59.94] {
+            assert_eq!(rate_of(1.0 / rate), rate);
         }
     }
 }

@@ -1,0 +1,33 @@
+//! The control that has the keyboard: scrolled to, and framed.
+
+use egui::style::ScrollAnimation;
+use egui::{Context, Id, LayerId, Order, Rect, Stroke, StrokeKind};
+
+/// Width of the frame around the control that has the keyboard, points.
+const FRAME: f32 = 2.0;
+
+/// Where egui keeps which control had the keyboard before the last layout.
+pub(super) fn before() -> Id {
+    Id::unique("focus before the last layout")
+}
+
+/// Scrolls what `ui` is in to the control that has the keyboard, if it is in `ui` and has it since the last layout.
+pub(super) fn reveal_focus(ui: &egui::Ui) {
+    let focused = ui.memory(egui::Memory::focused);
+    if focused == ui.data(|data| data.get_temp(before())).flatten() {
+        return;
+    }
+    let control = focused.and_then(|id| ui.ctx().read_response(id));
+    if let Some(control) = control.filter(|control| ui.min_rect().contains(control.rect.center())) {
+        ui.scroll_to_rect_animation(control.rect, None, ScrollAnimation::none());
+    }
+}
+
+/// Frames the control that has the keyboard.
+pub(super) fn show_focus(context: &Context) {
+    let focused = context.memory(egui::Memory::focused).and_then(|id| context.read_response(id));
+    let Some(place) = focused.map(|control| control.interact_rect).filter(Rect::is_positive) else { return };
+    let painter = context.layer_painter(LayerId::new(Order::Tooltip, Id::unique("focus")));
+    let color = context.global_style().visuals.selection.stroke.color;
+    painter.rect_stroke(place, 3.0, Stroke::new(FRAME, color), StrokeKind::Outside);
+}

@@ -1,0 +1,295 @@
+//! The hands of a person: keys and the pointer become intents. Only the camera, the selection and the pull follow at once.
+
+use glam::{DVec2, DVec3};
+use history::Change;
+
+use crate::actions::{Act, Lasts, binding, takes_shift};
+use crate::app::held::{self, Held};
+use crate::app::ui::Ui;
+use crate::input::{Button, Input, Key, SwitchedBy};
+use crate::intent::Intent;
+use crate::stage::Stage;
+use crate::stage::pull::Pull;
+use crate::tools::Tools;
+use crate::view::navigation::Drag;
+use crate::view::{Mode, View};
+
+/// Longest time between the two clicks of a double click, s.
+const DOUBLE_CLICK_S: f64 = 0.4;
+
+/// A press is a click as long as the pointer stays within so many points.
+const CLICK_POINTS: f64 = 4.0;
+
+/// Farthest from what a tool takes that a press takes it, points.
+const NEAR_POINTS: f64 = 8.0;
+
+/// What a person holds.
+#[derive(Default)]
+pub(crate) struct Hands {
+    pub held: Held,
+    selecting: bool,
+    /// When and where the last click was, s and pixels: another one soon frames what is there.
+    clicked: Option<(f64, DVec2)>,
+    /// What the pointer moves the camera by while a button is down.
+    drag: Option<Drag>,
+    /// What the left button went down on, and where, pixels, until that becomes a click or a pull.
+    pressed: Option<(DVec2, Pull)>,
+}
+
+/// What hands reach.
+pub(crate) struct Reach<'a> {
+    pub stage: &'a mut Stage,
+    pub view: &'a mut View,
+    pub ui: &'a mut Ui,
+    pub tools: &'a mut Tools,
+}
+
+impl Reach<'_> {
+    /// Whether drags and the wheel move the camera.
+    fn moves_camera(&self) -> bool {
+        self.ui.cockpit.shown && self.view.mode == Mode::Selection
+    }
+
+    /// The same number of points in pixels.
+    fn pixels(&self, points: f64) -> f64 {
+        points * f64::from(self.ui.pixels_per_point())
+    }
+}
+
+impl Hands {
+    /// Takes what a person does; what they want by it.
+    pub fn take(&mut self, input: &Input, mut reach: Reach<'_>) -> Vec<Intent> {
+        match input {
+            Input::KeyDown(key) => return self.key_down(key, reach),
+            Input::KeyUp(key) => {
+                self.held.release(key);
+                reach.ui.key(key, false);
+            }
+            Input::Text(text) if reach.ui.takes_text() => reach.ui.text(text),
+            Input::Mouse(x, y) => match reach.view.mode {
+                Mode::Camera => reach.view.camera.look(*x, *y),
+                Mode::Selection => self.move_pointer(DVec2::new(*x, *y), &mut reach),
+            },
+            Input::ButtonDown(button) => return self.button_down(*button, reach),
+            Input::ButtonUp(button) => return self.button_up(*button, reach),
+            Input::Wheel(notches) => self.wheel(*notches, &mut reach),
+            Input::FocusLost => {
+                self.held.release_all();
+                self.let_go(&mut reach);
+                reach.ui.focus_lost();
+            }
+            Input::Text(_)
+            | Input::Resized(_)
+            | Input::Scaled(_)
+            | Input::DockWidth(_)
+            | Input::Arrange(_)
+            | Input::Act(_) => {}
+        }
+        Vec::new()
+    }
+
+    fn key_down(&mut self, key: &Key, reach: Reach<'_>) -> Vec<Intent> {
+        let Reach { view, ui, .. } = reach;
+        let binding = binding(key);
+        let is_one_of = |acts: &[Act]| binding.filter(|row| acts.contains(&row.act));
+        let leaves = is_one_of(&[Act::Cancel, Act::Quit, Act::FocusPanels, Act::Screenshot]).is_some();
+        let saves = is_one_of(&[Act::SaveBundle, Act::SaveScene, Act::Quit]).filter(|_| ui.takes_text());
+        if let Some(row) = saves {
+            // What is being typed is taken first, when the field is laid out without the keyboard.
+            ui.release_focus();
+            ui.postponed.push(row.act);
+        } else if (ui.question.is_some() || ui.takes_key(key)) && !leaves {
+            ui.key(key, true);
+        } else if let Some(binding) = binding {
+            if takes_shift(key) {
+                let moved_s = self.held.take_shift();
+                view.camera.fly(DVec3::Y, moved_s);
+            }
+            match binding.lasts {
+                Lasts::While(hold) => self.held.press(key, hold),
+                _ => return vec![Intent::Act(binding.act)],
+            }
+        }
+        Vec::new()
+    }
+
+    fn move_pointer(&mut self, to: DVec2, reach: &mut Reach<'_>) {
+        let click = reach.pixels(CLICK_POINTS);
+        let Reach { stage, view, ui, tools } = reach;
+        let before = std::mem::replace(&mut view.pointer, to);
+        ui.pointer(to.x, to.y);
+        if let Some((_, pull)) = self.pressed.take_if(|(from, _)| from.distance(to) > click) {
+            stage.here.pull = Some(pull);
+        }
+        if let Some(drag) = self.drag {
+            view.drag(drag, to - before, ui.pixels_per_point());
+        }
+        tools.each().for_each(|(_, tool)| tool.drag(view));
+    }
+
+    /// The wheel turns in a panel, zooms, or changes the force of a click: while there is something to push, or Ctrl is held.
+    fn wheel(&mut self, notches: f64, reach: &mut Reach<'_>) {
+        let moves_camera = reach.moves_camera();
+        let Reach { stage, view, ui, .. } = reach;
+        let pushes = stage.sim.scene.push.is_some() && stage.moves_selection();
+        if view.mode == Mode::Selection && ui.wants_pointer() {
+            ui.wheel(notches);
+        } else if notches.is_finite() {
+            match moves_camera && !pushes && !self.held.changes_force() {
+                true => view.zoom(stage, notches),
+                false => view.click_force += notches * stage.push_spec().per_notch,
+            }
+        }
+    }
+
+    fn button_down(&mut self, button: Button, mut reach: Reach<'_>) -> Vec<Intent> {
+        let selects = reach.view.mode == Mode::Selection;
+        let over_panel = selects && reach.ui.wants_pointer();
+        if selects {
+            reach.ui.button(button, true);
+        }
+        if over_panel {
+            return Vec::new();
+        }
+        let (moves_camera, near_px) = (reach.moves_camera(), reach.pixels(NEAR_POINTS));
+        match button {
+            Button::Left if selects => {
+                let Reach { stage, view, ui, tools } = &mut reach;
+                if let Some(intents) = tools.press(stage, view, near_px, ui.opened()) {
+                    return intents;
+                }
+                // The tutorial selects what the pointer is drawn over; the cockpit pulls what it was pressed on.
+                self.selecting = !moves_camera;
+                self.select(&mut reach);
+                if moves_camera {
+                    let Reach { stage, view, .. } = reach;
+                    self.pressed = view.take(stage).map(|pull| (view.pointer, pull));
+                }
+            }
+            Button::Right => return self.push_or_orbit(reach),
+            Button::Middle if moves_camera => {
+                self.drag = Some(Drag::Pan(reach.view.pivot(reach.stage)));
+            }
+            _ => {}
+        }
+        Vec::new()
+    }
+
+    fn button_up(&mut self, button: Button, reach: Reach<'_>) -> Vec<Intent> {
+        let moves_camera = reach.moves_camera();
+        let click = reach.pixels(CLICK_POINTS);
+        let Reach { stage, view, ui, tools } = reach;
+        let over_panel = view.mode == Mode::Selection && ui.wants_pointer();
+        // What went down in one mode may come up in the other.
+        ui.button(button, false);
+        if button != Button::Left {
+            self.drag = None;
+            return Vec::new();
+        }
+        let mut intents = Vec::new();
+        if moves_camera && stage.here.pull.is_none() && !over_panel {
+            let (now, at) = (stage.clock.now(), view.pointer);
+            let double = self
+                .clicked
+                .take()
+                .is_some_and(|(then, place)| now - then <= DOUBLE_CLICK_S && place.distance(at) <= click);
+            if !double {
+                self.clicked = Some((now, at));
+            } else if stage.here.selection.is_some() {
+                intents.push(Intent::Act(Act::Frame));
+            }
+        }
+        self.selecting = false;
+        (self.pressed, stage.here.pull) = (None, None);
+        intents.extend(tools.each().flat_map(|(_, tool)| tool.release(stage)));
+        intents
+    }
+
+    /// Held keys act once per frame: flying, selecting, pushing. And the pointer pulls what it holds to where it is.
+    pub fn steer(&mut self, seconds: f64, mut reach: Reach<'_>) {
+        let tapped = self.held.end_input();
+        let Reach { stage, view, .. } = &mut reach;
+        if view.mode == Mode::Camera && view.locked.is_none() {
+            let direction = self.held.flight(&tapped.in_frame, seconds);
+            view.camera.fly(direction, seconds);
+        }
+        let (held, tapped) = (self.held.push(), held::push(&tapped.between_ticks));
+        let selected = stage.here.selection.filter(|_| view.mode == Mode::Selection);
+        let pushes = |stage: &Stage, newtons: DVec3| match selected {
+            Some(thing) if newtons != DVec3::ZERO => stage.pushes_on(thing, newtons),
+            _ => Vec::new(),
+        };
+        stage.held = pushes(stage, held);
+        for push in pushes(stage, tapped) {
+            stage.push(push.body, push.newtons);
+        }
+        if self.selecting {
+            self.select(&mut reach);
+        }
+        let Reach { stage, view, .. } = reach;
+        if let Some(pull) = &mut stage.here.pull {
+            pull.toward = view.pulled_toward(pull.depth);
+        }
+    }
+
+    /// Selects what is under the pointer; nothing there clears the selection, and so does what cannot be moved, unless it is
+    /// wanted.
+    fn select(&mut self, reach: &mut Reach<'_>) {
+        let wanted = self.selects_immovable(reach.stage, reach.ui);
+        let Reach { stage, view, .. } = reach;
+        let ray = view.picking_ray();
+        let hit = view.cast(stage, &ray).map(|hit| hit.entity);
+        stage.here.selection = hit.filter(|hit| wanted || stage.is_movable(*hit));
+    }
+
+    /// Whether a click selects what cannot be moved. Within the cockpit a scene does not say so: there a click beside a body
+    /// deselects.
+    pub fn selects_immovable(&self, stage: &Stage, ui: &Ui) -> bool {
+        let by_scene = stage.sim.scene.select_immovable && !ui.cockpit.shown;
+        by_scene || self.held.selects_immovable()
+    }
+
+    /// Pushes the selection along the ray, if the ray meets it first; beside it, or where it cannot be moved, a drag orbits.
+    fn push_or_orbit(&mut self, reach: Reach<'_>) -> Vec<Intent> {
+        let moves_camera = reach.moves_camera();
+        let Reach { stage, view, .. } = reach;
+        let ray = view.picking_ray();
+        let selected = stage.here.selection.filter(|_| stage.sim.scene.push.is_some());
+        let hit = selected.and_then(|selected| view.cast(stage, &ray).filter(|hit| hit.entity == selected));
+        if !(hit.is_some() && stage.moves_selection()) && moves_camera {
+            self.drag = Some(Drag::Orbit(view.pivot(stage)));
+        }
+        let body = hit.and_then(|hit| stage.sim.id(hit.pushed?));
+        let push = body.map(|id| Change::Push(id, ray.direction() * view.click_force));
+        push.map(|push| Intent::Change(push, SwitchedBy::Key)).into_iter().collect()
+    }
+
+    /// Lets go of what the buttons of the mouse hold.
+    pub fn let_go(&mut self, reach: &mut Reach<'_>) {
+        self.selecting = false;
+        (self.drag, self.pressed, reach.stage.here.pull) = (None, None, None);
+        reach.tools.each().for_each(|(_, tool)| tool.let_go());
+    }
+
+    /// Forgets what was pressed in another world.
+    pub const fn forget_world(&mut self) {
+        self.pressed = None;
+    }
+
+    /// Changes between the two modes.
+    pub fn toggle_mode(&mut self, mut reach: Reach<'_>) {
+        self.let_go(&mut reach);
+        let Reach { view, ui, .. } = reach;
+        view.mode = match view.mode {
+            Mode::Camera => Mode::Selection,
+            Mode::Selection => Mode::Camera,
+        };
+        // The pointer appears where the cross-hair was, and leaves the panels when it is grabbed.
+        let [corner, size] = view.view_area();
+        view.pointer = corner + size / 2.0;
+        match view.mode {
+            Mode::Camera => ui.pointer_gone(),
+            Mode::Selection => ui.pointer(view.pointer.x, view.pointer.y),
+        }
+    }
+}

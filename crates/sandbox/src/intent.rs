@@ -1,0 +1,65 @@
+//! What a person wants of a session: keys, the pointer and panels make intents, and the session carries them out.
+
+use std::path::PathBuf;
+
+use history::Change;
+use lab::cost::Setting;
+use scene::{Entry, Scene, TextEdit};
+
+use crate::actions::Act;
+use crate::input::SwitchedBy;
+use crate::stage::Order;
+
+/// Something that a person wants.
+#[derive(Clone, Debug)]
+pub(crate) enum Intent {
+    /// Do an action, as its key does.
+    Act(Act),
+    /// Change the simulation.
+    Change(Change, SwitchedBy),
+    /// Go on with a method and substeps that a panel offers.
+    ApplySetting(Setting),
+    /// Simulate so many seconds per second.
+    Pace(f64),
+    /// Go to the end of that tick.
+    Seek(u64),
+    /// Save everything that is recorded.
+    SaveBundle,
+    /// Save that text as a CSV file.
+    SaveTable(String),
+    /// Open the scene of that name.
+    Open(String),
+    /// Change the scene's text, and restart it with the entry of that path selected.
+    Rewrite(Vec<TextEdit>, Option<String>),
+    /// Restart with another text of the scene, with the entry of that path selected.
+    Restart(Box<Scene>, Option<String>),
+    /// Delete an entry of the scene, or of its bodies the one of that stable id alone.
+    Delete(Entry, Option<u32>),
+    /// Ask the person something.
+    Ask(Question),
+    /// Answer the question that is asked.
+    Answer(Answer),
+}
+
+/// What a person is asked before anything else.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Question {
+    /// What is to become of unsaved changes that this would lose.
+    Leaving(Order),
+    /// What is to become of unsaved changes that were left in this file.
+    LeftBehind(PathBuf),
+    /// Whether to delete the body of that name, or all bodies of its entry. `alone` is its stable id, where it can go by itself.
+    Deleting { name: String, entry: Entry, alone: Option<u32> },
+}
+
+/// What a person answers to a question.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Answer {
+    Save,
+    Open,
+    Discard,
+    /// One body alone, or all of its entry.
+    Alone,
+    All,
+    Cancel,
+}

@@ -1,0 +1,337 @@
+//! A run: the simulation with its clock, its recording, its selection, and what is said about it. It knows no picture.
+//!
+//! All that changes the simulation is a [`Change`](history::Change) and comes through [`Stage::change`]; a tick is simulated
+//! between [`Stage::begin_tick`] and [`Stage::end_tick`].
+
+mod accessors;
+mod change;
+pub(crate) mod forces;
+mod going_back;
+pub(crate) mod messages;
+pub(crate) mod notices;
+pub(crate) mod options;
+pub(crate) mod pull;
+mod recording;
+pub(crate) mod soft;
+pub(crate) mod things;
+pub(crate) mod ticks;
+pub(crate) mod timeline;
+
+use std::collections::{BTreeMap, HashMap};
+use std::num::NonZero;
+use std::path::{Path, PathBuf, absolute};
+use std::sync::Arc;
+
+use crate::clock::TickClock;
+use bevy_ecs::prelude::*;
+use bevy_ecs::query::{QueryData, QueryFilter};
+use glam::DVec3;
+use history::Simulation;
+use motion::clock::StepClock;
+use motion::effects::Effect;
+use motion::snapshot::Effects;
+use motion::{
+    Dormant, Emission, Emitter, Evaluations, Orientation, PhysicsBody, PreviousPosition, Push, Quarantine,
+    Quarantined, Request, SoftBody, Spring, Threads, TimeStep, Transform,
+};
+use pick::Shape;
+use scene::{Appearance, FileIndex, PointRadius, PushSpec, Scene, SoftBodyName};
+
+use self::notices::{Notices, QuarantinedBody};
+use self::options::Options;
+use self::pull::Pull;
+use self::timeline::Recorded;
+use crate::input::SwitchedBy;
+
+/// Simulated time that one frame may catch up with, s; what a longer frame owes is dropped and reported.
+pub(crate) const CATCH_UP: f64 = 0.25;
+
+/// What the program outside has to do after a frame.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Write the picture of this frame; a name if a script gave one.
+    Screenshot(Option<String>),
+    /// Write the run into a file: a black box.
+    Bundle,
+    /// Write that text as a CSV file.
+    Table(String),
+    /// Write the text of a scene into a file.
+    Scene(SceneFile),
+    /// Load the scene of that name and go on with it.
+    Open(String),
+    /// Go on with the unsaved changes in that file.
+    Restore(PathBuf),
+    /// Delete those unsaved changes.
+    Forget(PathBuf),
+    /// Leave.
+    Quit,
+}
+
+/// A scene to be written into a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneFile {
+    /// The file, which is new or has the text that it `replaces`.
+    pub path: PathBuf,
+    /// What the file gets.
+    pub text: Arc<str>,
+    /// What the file has.
+    pub replaces: Option<Arc<str>>,
+    /// The text of the scene at that time, from which `text` differs by what was set without the editor.
+    pub of: Arc<str>,
+}
+
+/// What a session does when something goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum OnFault {
+    /// It goes back to the last good tick, pauses and selects the body.
+    Pause,
+    /// It simulates no further.
+    Stop,
+}
+
+/// A tick that is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Simulated {
+    /// One of the run; the stage is at its end.
+    New,
+    /// One that a seek simulates; the stage does not show it.
+    Again,
+}
+
+/// The start of `scene`, as `options` want it.
+pub(crate) fn start(scene: impl Into<Arc<Scene>>, options: Options) -> Simulation {
+    Simulation::prepared(scene, |world, bodies| prepare(world, bodies.len(), options))
+}
+
+/// Lets threads share a large world, movable bodies be drawn between two ticks, and pictures be taken without changing the
+/// world.
+pub(crate) fn prepare(world: &mut World, bodies: usize, options: Options) {
+    if bodies >= Threads::FROM {
+        let usual = || std::thread::available_parallelism().map_or(1, NonZero::get);
+        world.insert_resource(Threads::new(options.threads.unwrap_or_else(usual)));
+    }
+    register_drawn(world);
+    if options.interpolate {
+        let movable: Vec<_> = world
+            .query_filtered::<(Entity, &Transform, &PhysicsBody), Without<PreviousPosition>>()
+            .iter(world)
+            .filter(|(_, _, body)| body.inverse_mass > 0.0)
+            .map(|(entity, transform, _)| (entity, PreviousPosition(transform.position)))
+            .collect();
+        world.insert_batch(movable);
+    }
+}
+
+/// A query that leaves the world of a stage as it is; its components are those of pictures.
+pub(crate) fn query<D: QueryData, F: QueryFilter>(world: &World) -> QueryState<D, F> {
+    world.try_query_filtered().expect("`register_drawn` names the components of pictures")
+}
+
+/// Registers every component that a [`query`] may name.
+pub(crate) fn register_drawn(world: &mut World) {
+    world.register_component::<Transform>();
+    world.register_component::<PreviousPosition>();
+    world.register_component::<PhysicsBody>();
+    world.register_component::<Quarantined>();
+    world.register_component::<Dormant>();
+    world.register_component::<Shape>();
+    world.register_component::<Orientation>();
+    world.register_component::<Appearance>();
+    world.register_component::<PointRadius>();
+    world.register_component::<SoftBody>();
+    world.register_component::<SoftBodyName>();
+    world.register_component::<FileIndex>();
+    world.register_component::<Spring>();
+    world.register_component::<Emitter>();
+    world.register_component::<Emission>();
+}
+
+/// What belongs to one world; another world has its own.
+pub(crate) struct PerWorld {
+    /// How many worlds the stage had before.
+    pub number: u64,
+    /// Whether a seek brought it, not a start.
+    pub sought: bool,
+    /// Stable id of every body.
+    pub ids: HashMap<Entity, u32>,
+    pub selection: Option<Entity>,
+    /// What the pointer pulls.
+    pub pull: Option<Pull>,
+    /// Pushes of the last tick, N.
+    pub pushes: HashMap<Entity, DVec3>,
+    /// Where between the last two ticks bodies are drawn, in [0, 1].
+    pub alpha: f64,
+    /// Requests that were carried out and that the tools have not taken in.
+    pub carried_out: Vec<Request<u32>>,
+    /// Quarantined bodies of this world that have been noted.
+    pub records_seen: usize,
+    /// Implicit steps that had not converged before; `None` once the person was told of one.
+    pub unconverged_before: Option<u64>,
+}
+
+impl PerWorld {
+    fn of(sim: &Simulation, number: u64, sought: bool) -> Self {
+        Self {
+            number,
+            sought,
+            ids: (0..).zip(&sim.bodies).map(|(id, entity)| (*entity, id)).collect(),
+            selection: None,
+            pull: None,
+            pushes: HashMap::new(),
+            alpha: 1.0,
+            carried_out: Vec::new(),
+            records_seen: sim.world.resource::<Quarantine>().records().len(),
+            unconverged_before: Some(sim.world.resource::<Evaluations>().unconverged_steps()),
+        }
+    }
+}
+
+/// What lasts from scene to scene.
+#[derive(Default)]
+pub(crate) struct Run {
+    pub options: Options,
+    /// Whether the last minute is recorded, and what a fault does.
+    pub recording: Option<OnFault>,
+    /// Whether the next fault of this scene orders a bundle.
+    pub saves_faults: bool,
+    /// Ticks left to simulate, if they are limited.
+    pub ticks_left: Option<u64>,
+    pub frames: u64,
+    /// Scene files that were opened or saved, the newest last.
+    pub files: Vec<PathBuf>,
+    /// Time dropped in hitches, s.
+    pub dropped: f64,
+    /// That of the last frame, s.
+    pub dropped_lately: f64,
+    pub quarantined: Vec<QuarantinedBody>,
+    /// How many of them are of other worlds.
+    pub quarantined_before: usize,
+}
+
+impl Run {
+    /// Remembers a scene file.
+    pub fn note_file(&mut self, path: &Path) {
+        let same = |other: &PathBuf| absolute(other).ok() == absolute(path).ok();
+        self.files.retain(|other| !same(other));
+        self.files.push(path.to_owned());
+    }
+}
+
+/// A run of a scene.
+pub struct Stage {
+    pub(crate) sim: Simulation,
+    pub(crate) here: PerWorld,
+    /// Counts states: what was made from an earlier one is out of date.
+    pub(crate) version: u64,
+    pub(crate) paused: bool,
+    /// Ticks that were asked for one by one.
+    pub(crate) steps_asked: u64,
+    /// Pushes of held keys, N, which act in every tick.
+    pub(crate) held: Vec<Push>,
+    /// What switched an effect last.
+    pub(crate) switched: BTreeMap<Effect, SwitchedBy>,
+    /// The last minute, if it is recorded.
+    pub(crate) past: Option<Box<Recorded>>,
+    pub(crate) clock: TickClock,
+    pub(crate) notices: Notices,
+    /// What was asked for and not done, lately.
+    pub(crate) refusals: Vec<String>,
+    pub(crate) orders: Vec<Order>,
+    pub(crate) run: Run,
+}
+
+impl Stage {
+    /// Starts `scene`.
+    pub(crate) fn new(mut scene: Scene, run: Run) -> Self {
+        run.options.overrides.apply(&mut scene);
+        let catch_up = run.options.catch_up.unwrap_or(CATCH_UP);
+        let clock =
+            TickClock::new(scene.step_hz, catch_up).expect("a resolved scene has a positive, finite rate");
+        let sim = start(scene, run.options);
+        Self {
+            here: PerWorld::of(&sim, 0, false),
+            sim,
+            version: 0,
+            paused: run.options.paused,
+            steps_asked: 0,
+            held: Vec::new(),
+            switched: BTreeMap::new(),
+            past: None,
+            clock,
+            notices: Notices::default(),
+            refusals: Vec::new(),
+            orders: Vec::new(),
+            run,
+        }
+    }
+
+    /// Goes on with another scene, as the same run: its time and its counts go on.
+    pub(crate) fn open(&mut self, scene: Scene) {
+        self.forget_ahead();
+        let mut run = std::mem::take(&mut self.run);
+        run.options.paused = false;
+        run.quarantined_before = run.quarantined.len();
+        let mut next = Self::new(scene, run);
+        hand_over(&mut self.sim.world, &mut next.sim.world);
+        next.here = PerWorld::of(&next.sim, self.here.number + 1, false);
+        next.version = self.version + 1;
+        next.clock.start_at(self.clock.now());
+        next.notices = std::mem::take(&mut self.notices);
+        next.notices.retract_run();
+        next.orders = std::mem::take(&mut self.orders);
+        *self = next;
+        self.restart_recording();
+    }
+
+    /// Builds the world again; gravity, damping, what is switched off, method and step stay, the selection does not.
+    pub(crate) fn reset(&mut self) {
+        // Gravity and damping may have been asked for in this very frame.
+        self.carry_out_requests();
+        self.forget_ahead();
+        self.run.quarantined_before = self.run.quarantined.len();
+        let method = self.sim.method();
+        let step = *self.sim.world.resource::<TimeStep>();
+        let mut next = start(Arc::clone(&self.sim.scene), self.run.options);
+        hand_over(&mut self.sim.world, &mut next.world);
+        next.world.insert_resource(step);
+        Effects::of(&mut self.sim.world).put(&mut next.world);
+        next.stepper.recompile(&mut next.world);
+        if method != next.method() {
+            next.set_method(method);
+        }
+        self.replace(next, false);
+        self.notices.retract_run();
+        self.clock.set_pace(1.0).expect("1 is positive and finite");
+        self.restart_recording();
+    }
+
+    /// Goes on with another world.
+    fn replace(&mut self, sim: Simulation, sought: bool) {
+        self.sim = sim;
+        self.here = PerWorld::of(&self.sim, self.here.number + 1, sought);
+        self.version += 1;
+    }
+
+    /// A [`query`] without a filter.
+    pub(crate) fn query<D: QueryData>(&self) -> QueryState<D> {
+        query(&self.sim.world)
+    }
+
+    /// A [`query`].
+    pub(crate) fn query_filtered<D: QueryData, F: QueryFilter>(&self) -> QueryState<D, F> {
+        query(&self.sim.world)
+    }
+
+    /// How a click pushes.
+    pub(crate) fn push_spec(&self) -> PushSpec {
+        self.sim.scene.push.unwrap_or(PushSpec::TUTORIAL)
+    }
+}
+
+/// Lets the `next` world go on with the time and the counts of another: it is the same run.
+fn hand_over(world: &mut World, next: &mut World) {
+    let mut clock = *world.resource::<StepClock>();
+    clock.begin_scene();
+    next.insert_resource(clock);
+    next.insert_resource(std::mem::take(&mut *world.resource_mut::<Evaluations>()));
+}

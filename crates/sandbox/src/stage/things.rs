@@ -1,0 +1,193 @@
+//! Things: what a person selects, in any world of its scene, how it moves and where it is drawn.
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use history::Simulation;
+use motion::{
+    Dormant, Method, PhysicsBody, PreviousPosition, Push, Quarantined, SoftBody, Transform, each_force,
+};
+use scene::FileIndex;
+
+use crate::stage::Stage;
+use crate::stage::forces::{synchronized, synchronized_points};
+use crate::stage::pull::Pull;
+use crate::stage::soft::{center_of_mass, kinetic_energy, mass, together};
+
+/// A body or a soft body, in every world of its scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Thing {
+    Body(u32),
+    Soft(FileIndex),
+}
+
+impl Thing {
+    /// What it is in `simulation`, unless it is gone.
+    pub fn entity(self, simulation: &Simulation) -> Option<Entity> {
+        match self {
+            Self::Body(id) => simulation.body(id),
+            Self::Soft(index) => {
+                let world = &simulation.world;
+                let mut softs = world.try_query_filtered::<(Entity, &FileIndex), With<SoftBody>>()?;
+                softs.iter(world).find(|(_, other)| **other == index).map(|(soft, _)| soft)
+            }
+        }
+    }
+}
+
+/// What a ray found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Picked {
+    /// The closest thing, as a whole.
+    pub entity: Entity,
+    /// From the ray's origin, m.
+    pub distance: f64,
+    /// The body that a push there acts on, if there is one.
+    pub pushed: Option<Entity>,
+}
+
+/// How a thing moves at one time; a soft body as its center of mass.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Motion {
+    pub position: DVec3,
+    /// At the time of the position.
+    pub velocity: DVec3,
+    /// Acceleration, m/s², and force, N; unknown of a soft body, which pins may hold.
+    pub forced: Option<[DVec3; 2]>,
+    pub kinetic_energy: f64,
+    /// The method that moves it.
+    pub method: Method,
+}
+
+impl Motion {
+    /// The motion of `thing` after `pushes` in the last tick; scenery has none.
+    pub fn of(simulation: &Simulation, pushes: &[Push], thing: Entity) -> Option<Self> {
+        let scene_method = simulation.method();
+        let world = &simulation.world;
+        if let Some(soft) = world.get::<SoftBody>(thing) {
+            let own = |point: &Entity| motion::own_method(world.get_entity(*point).ok()?);
+            let method = soft.points.iter().find_map(own).unwrap_or(scene_method);
+            let position =
+                center_of_mass(world, soft, |point| Some(world.get::<Transform>(point)?.position))?;
+            let (kinetic_energy, sum) = (kinetic_energy(world, soft), together(world, soft));
+            let velocity = synchronized_points(world, pushes, thing, sum).velocity;
+            return Some(Self { position, velocity, forced: None, kinetic_energy, method });
+        }
+        let position = world.get::<Transform>(thing)?.position;
+        let mut forces = Vec::new();
+        each_force(world, pushes, &[thing], |_, cause, newtons| forces.push((cause, newtons)));
+        let body = synchronized(world, thing, &forces)?;
+        let force: DVec3 = forces.iter().map(|(_, newtons)| *newtons).sum();
+        Some(Self {
+            position,
+            velocity: body.velocity,
+            forced: Some([force * body.inverse_mass, force]),
+            kinetic_energy: body.kinetic_energy(),
+            method: motion::own_method(world.entity(thing)).unwrap_or(scene_method),
+        })
+    }
+}
+
+impl Stage {
+    /// The thing that `entity` is, if it is one.
+    pub(crate) fn thing(&self, entity: Entity) -> Option<Thing> {
+        let soft = || {
+            self.sim.world.get::<SoftBody>(entity)?;
+            self.sim.world.get::<FileIndex>(entity).copied().map(Thing::Soft)
+        };
+        self.here.ids.get(&entity).copied().map(Thing::Body).or_else(soft)
+    }
+
+    /// The thing of that name, if there is one.
+    pub(crate) fn thing_named(&self, name: &str) -> Option<Thing> {
+        let soft = || {
+            let mut softs = self.query_filtered::<Entity, With<SoftBody>>();
+            softs.iter(&self.sim.world).find(|soft| self.name(*soft) == name)
+        };
+        self.thing(self.sim.named(name).or_else(soft)?)
+    }
+
+    /// Where a thing is drawn, m; of a soft body, its center of mass.
+    pub(crate) fn drawn_position(&self, thing: Entity) -> Option<DVec3> {
+        match self.sim.world.get::<SoftBody>(thing) {
+            Some(body) => center_of_mass(&self.sim.world, body, |point| self.drawn_body(point)),
+            None => self.drawn_body(thing),
+        }
+    }
+
+    fn drawn_body(&self, thing: Entity) -> Option<DVec3> {
+        let now = self.sim.world.get::<Transform>(thing)?;
+        Some(drawn(now, self.sim.world.get::<PreviousPosition>(thing), self.here.alpha))
+    }
+
+    /// A pull of the body that a push at `hit` acts on, if forces move it. It was taken at `place`, m, so `depth` m in front of the
+    /// camera.
+    pub(crate) fn pull_of(&self, hit: &Picked, place: DVec3, depth: f64) -> Option<Pull> {
+        let body = hit.pushed?;
+        let state = self.sim.world.get::<PhysicsBody>(body).filter(|state| state.inverse_mass > 0.0)?;
+        let soft = self.sim.world.get::<SoftBody>(hit.entity).map(|soft| mass(&self.sim.world, soft));
+        let (mass, offset) = (soft.unwrap_or(state.mass()), place - self.drawn_position(body)?);
+        Some(Pull { body, mass, offset, depth, toward: place, newtons: 0.0, limited: false })
+    }
+
+    /// Whether forces move a thing, or did until it was quarantined; of a soft body, any of its points.
+    pub(crate) fn is_movable(&self, thing: Entity) -> bool {
+        let moves = |body: Entity| {
+            let state = self.sim.world.get::<PhysicsBody>(body);
+            state.is_some_and(|state| state.inverse_mass > 0.0)
+                || self.sim.world.get::<Quarantined>(body).is_some()
+        };
+        match self.sim.world.get::<SoftBody>(thing) {
+            Some(soft) => soft.points.iter().any(|point| moves(*point)),
+            None => moves(thing),
+        }
+    }
+
+    /// Whether something is selected that forces move.
+    pub(crate) fn moves_selection(&self) -> bool {
+        self.here.selection.is_some_and(|thing| self.is_movable(thing))
+    }
+
+    /// Selects the next movable thing of the scene, or the one before; after the last one comes the first.
+    pub(crate) fn select_neighbor(&mut self, step: isize) {
+        let points = self.points_of_soft_bodies();
+        let softs: Vec<_> = self.query_filtered::<Entity, With<SoftBody>>().iter(&self.sim.world).collect();
+        let awake = |thing: &Entity| self.sim.world.get::<Dormant>(*thing).is_none();
+        let bodies = self.things().filter(|thing| !points.contains(*thing)).chain(softs);
+        let movable: Vec<_> = bodies.filter(|thing| awake(thing) && self.is_movable(*thing)).collect();
+        let here = movable.iter().position(|thing| Some(*thing) == self.here.selection);
+        let next = here.and_then(|here| movable.get(here.checked_add_signed(step)?));
+        let end = if step > 0 { movable.first() } else { movable.last() };
+        self.here.selection = next.or(end).copied();
+    }
+
+    /// The points of soft bodies, which are never drawn as particles.
+    pub(crate) fn points_of_soft_bodies(&self) -> SoftPoints {
+        let mut bodies = self.query::<&SoftBody>();
+        let mut points = SoftPoints::default();
+        bodies.iter(&self.sim.world).flat_map(|body| &body.points).for_each(|point| points.insert(*point));
+        points
+    }
+}
+
+/// Where a body is drawn, `alpha` of the way from the last tick to this one, m.
+pub(crate) fn drawn(now: &Transform, before: Option<&PreviousPosition>, alpha: f64) -> DVec3 {
+    before.map_or(now.position, |before| before.0 + (now.position - before.0) * alpha)
+}
+
+/// Points of soft bodies, by their indices: among a hundred thousand particles a hash of each would take longest.
+#[derive(Default)]
+pub(crate) struct SoftPoints(Vec<Option<Entity>>);
+
+impl SoftPoints {
+    fn insert(&mut self, point: Entity) {
+        let index = point.index_u32() as usize;
+        if index >= self.0.len() {
+            self.0.resize(index + 1, None);
+        }
+        self.0[index] = Some(point);
+    }
+
+    pub fn contains(&self, thing: Entity) -> bool {
+        self.0.get(thing.index_u32() as usize) == Some(&Some(thing))
+    }
+}

@@ -1,0 +1,261 @@
+//! Changes of the scene's text: each restarts the scene with what the text says then. Undo, redo and saving.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::DVec3;
+use motion::effects::{self, Effect, EffectState};
+use motion::snapshot::OffResource;
+use motion::{Damping, Gravity, Method, Substeps, TimeStep};
+use scene::{Entry, Scene, SceneError, StepKind, TextEdit};
+
+use crate::intent::{Intent, Question};
+use crate::stage::notices::Topic;
+use crate::stage::{Order, SceneFile, Stage};
+use crate::tools::editor::Editor;
+use crate::tools::editor::document::Document;
+use crate::tools::editor::free::free_move;
+use crate::tools::editor::parts::triple;
+use crate::tools::editor::selected::selected_entry;
+use crate::view::View;
+
+/// What follows from a change of the text: a restart, or nothing where it makes no scene.
+type Next = Vec<Intent>;
+
+impl Editor {
+    /// Makes changes in the text of the scene, which restarts with it, paused; the entry at the path `select` is selected then.
+    /// Changes that make no scene are told in the editor, and nothing happens.
+    pub(super) fn rewrite(&mut self, stage: &mut Stage, changes: &[TextEdit], select: Option<&str>) -> Next {
+        if changes.is_empty() {
+            return Vec::new();
+        }
+        let before = present_text(stage);
+        let after = rewritten(stage, &before, changes);
+        self.take_change(stage, before, after, select)
+    }
+
+    fn take_change(
+        &mut self,
+        stage: &Stage,
+        before: Arc<str>,
+        after: Result<Scene, SceneError>,
+        select: Option<&str>,
+    ) -> Next {
+        match after {
+            Ok(scene) => {
+                self.document(&stage.sim.scene).changed(before);
+                restart(scene, select)
+            }
+            Err(error) => {
+                self.finish();
+                self.error = Some(error.to_string());
+                Vec::new()
+            }
+        }
+    }
+
+    pub(super) fn undo(&mut self, stage: &mut Stage) -> Next {
+        self.go_to_text(stage, "nothing to undo; , goes back in time", Document::undo)
+    }
+
+    pub(super) fn redo(&mut self, stage: &mut Stage) -> Next {
+        self.go_to_text(stage, "nothing to redo", Document::redo)
+    }
+
+    fn go_to_text(
+        &mut self,
+        stage: &mut Stage,
+        none: &str,
+        other: fn(&mut Document, Arc<str>) -> Option<Arc<str>>,
+    ) -> Next {
+        let present = present_text(stage);
+        let Some(text) = self.document.as_mut().and_then(|document| other(document, present)) else {
+            stage.notices.say(Topic::Editor, none.to_owned());
+            return Vec::new();
+        };
+        // Every text of the document was read before. What was set in the run since the present text stays.
+        let settings = settings_of(stage);
+        let selected = selected_entry(stage).map(|(entry, _)| entry.path());
+        with_settings(stage, &text, &settings)
+            .map_or_else(|_| Vec::new(), |scene| restart(scene, selected.as_deref()))
+    }
+
+    /// Adds a copy of the selection beside it, where nothing is.
+    pub(super) fn duplicate(&mut self, stage: &mut Stage, view: &View, open: bool) -> Next {
+        let Some((entry, _)) = edited_entry(stage, open) else { return Vec::new() };
+        let right = view.viewpoint().right();
+        // Along one axis, as a person would put it there.
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * axis.dot(right).signum());
+        let axis = axes.into_iter().max_by(|a, b| a.dot(right).total_cmp(&b.dot(right))).unwrap_or(DVec3::X);
+        let scene = &stage.sim.scene;
+        let (original, path) = (entry.path(), format!("{}[{}]", entry.list, scene.count(entry.list)));
+        let by = free_move(scene, &scene.copied(&original, DVec3::ZERO), &path, &[axis], true);
+        let copy = scene.copied(&original, by);
+        self.rewrite(stage, &copy, Some(&path))
+    }
+
+    /// Removes the selection from the scene. One of several bodies that an entry makes: asks whether alone.
+    pub(super) fn delete_selection(&mut self, stage: &mut Stage, open: bool) -> Next {
+        let Some((entry, name)) = edited_entry(stage, open) else { return Vec::new() };
+        if matches!(entry.list, "grids" | "clouds") && entry.bodies.len() > 1 {
+            let body = stage.here.selection.and_then(|thing| stage.here.ids.get(&thing).copied());
+            let alone = body.filter(|_| !stage.sim.scene.apart(&entry.path()).is_empty());
+            vec![Intent::Ask(Question::Deleting { name, entry, alone })]
+        } else {
+            self.delete(stage, &entry, None)
+        }
+    }
+
+    /// Removes an entry, or takes a grid or a cloud apart and removes the body with that stable id from it.
+    pub(super) fn delete(&mut self, stage: &mut Stage, entry: &Entry, alone: Option<u32>) -> Next {
+        let Some(body) = alone else {
+            let without = stage.sim.scene.without(&entry.path());
+            return self.rewrite(stage, &without, None);
+        };
+        let place = stage.sim.scene.count("bodies") + (body - entry.bodies.start) as usize;
+        let before = present_text(stage);
+        let apart = rewritten(stage, &before, &stage.sim.scene.apart(&entry.path()));
+        let after = apart.and_then(|apart| {
+            let without = apart.without(&format!("bodies[{place}]"));
+            rewritten(stage, &apart.text, &without)
+        });
+        self.take_change(stage, before, after, None)
+    }
+
+    /// Orders the scene to be written into the file that the editor names.
+    pub(super) fn save_scene(&mut self, stage: &mut Stage) {
+        let text = present_text(stage);
+        let scene = &stage.sim.scene;
+        let mut path = PathBuf::from(self.file(scene));
+        if path.extension().is_none() {
+            path.set_extension("ron");
+        }
+        let file = self.document(scene).file.clone();
+        let replaces = file.filter(|(file, _)| *file == path).map(|(_, text)| text);
+        let of = Arc::clone(&scene.text);
+        stage.orders.push(Order::Scene(SceneFile { path, text, replaces, of }));
+    }
+
+    /// Notes that the file has the text of the scene now.
+    pub(crate) fn saved(&mut self, stage: &mut Stage, SceneFile { path, text, of, .. }: &SceneFile) {
+        let document = self.document(&stage.sim.scene);
+        document.file = Some((path.clone(), Arc::clone(text)));
+        document.saved = Some(Arc::clone(of));
+        stage.run.note_file(path);
+    }
+
+    /// The file that saving replaces, and what it had when it was opened or saved last.
+    pub(crate) fn own_file(&self) -> Option<(PathBuf, Arc<str>)> {
+        self.document.as_ref()?.file.clone()
+    }
+
+    /// Goes on with unsaved changes, and with the [file](Self::own_file) that they were made in.
+    pub(crate) fn open_unsaved(&mut self, stage: &Stage, file: Option<(PathBuf, Arc<str>)>) {
+        let document = self.document(&stage.sim.scene);
+        (document.saved, document.file) = (None, file);
+    }
+}
+
+fn restart(scene: Scene, select: Option<&str>) -> Next {
+    vec![Intent::Restart(Box::new(scene), select.map(str::to_owned))]
+}
+
+/// The scene of another text of the present one.
+fn rewritten(stage: &Stage, text: &str, changes: &[TextEdit]) -> Result<Scene, SceneError> {
+    let scene = &stage.sim.scene;
+    scene::rewrite(&scene.name, text, changes).and_then(|text| scene.reread(&text))
+}
+
+/// The text of the scene with the method, step, gravity, damping and switched effects that it has now.
+fn present_text(stage: &mut Stage) -> Arc<str> {
+    let text = Arc::clone(&stage.sim.scene.text);
+    let settings = settings_of(stage);
+    if settings.is_empty() {
+        return text;
+    }
+    with_settings(stage, &text, &settings).map_or(text, |scene| scene.text)
+}
+
+/// What of the text is set otherwise in the run, as changes of the text.
+fn settings_of(stage: &mut Stage) -> Vec<TextEdit> {
+    let scene = &stage.sim.scene;
+    scene.reread(&scene.text).map_or_else(|_| Vec::new(), |written| settings(stage, &written))
+}
+
+/// The scene of `text` with these settings; without them if they make no scene together with its other keys.
+fn with_settings(stage: &Stage, text: &str, settings: &[TextEdit]) -> Result<Scene, SceneError> {
+    rewritten(stage, text, settings).or_else(|_| stage.sim.scene.reread(text))
+}
+
+/// The entry of the selection, while the editor is open.
+fn edited_entry(stage: &mut Stage, open: bool) -> Option<(Entry, String)> {
+    if !open {
+        stage.notices.say(Topic::Editor, "M opens the editor, which can do that".to_owned());
+        return None;
+    }
+    let entry = selected_entry(stage);
+    if entry.is_none() {
+        stage.notices.say(Topic::Editor, "nothing is selected".to_owned());
+    }
+    entry
+}
+
+/// What of `written` is set otherwise in the run of `stage`, as changes of its text.
+fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
+    let off = switched_off(stage, written);
+    let world = &stage.sim.world;
+    let mut changes = Vec::new();
+    let mut set = |group: &str, key: &str, value: String| changes.push(TextEdit::set(group, key, value));
+    let (method, substeps) = (stage.sim.method(), world.resource::<Substeps>().0);
+    if method != written.method {
+        set("", "method", Method::name(method).to_owned());
+    }
+    if substeps != written.substeps {
+        set("", "substeps", substeps.to_string());
+    }
+    let rate = stage.clock.rate();
+    if written.step == StepKind::Fixed && rate != written.step_hz && world.contains_resource::<TimeStep>() {
+        set("", "step_hz", format!("{rate:?}"));
+    }
+    if let Some(now) = world.get_resource::<Gravity>().filter(|now| Some(**now) != written.gravity) {
+        let (acceleration, on) = (triple(now.acceleration), now.on.to_string());
+        match written.gravity {
+            None => set("", "gravity", format!("(acceleration_m_s2: {acceleration}, on_at_start: {on})")),
+            Some(before) => {
+                if before.acceleration != now.acceleration {
+                    set("gravity", "acceleration_m_s2", acceleration);
+                }
+                if before.on != now.on {
+                    set("gravity", "on_at_start", on);
+                }
+            }
+        }
+    }
+    let off_damping = || world.get_resource::<OffResource<Damping>>().map(|off| &off.0);
+    let damping = world.get_resource::<Damping>().or_else(off_damping);
+    if let Some(now) = damping.filter(|now| Some(**now) != written.damping) {
+        let (model, rate) = (now.model.name(), now.rate);
+        match written.written("damping") {
+            None => set("", "damping", format!("(model: {model}, rate_per_s: {rate:?})")),
+            Some(_) => {
+                set("damping", "model", model.to_owned());
+                set("damping", "rate_per_s", format!("{rate:?}"));
+            }
+        }
+    }
+    changes.extend(off);
+    changes
+}
+
+/// Which effects are switched off, if that is not what is written. Gravity has its own key.
+fn switched_off(stage: &mut Stage, written: &Scene) -> Option<TextEdit> {
+    let mut now = stage.effects_off();
+    now.retain(|effect| *effect != Effect::Gravity);
+    let mut before = written.off_at_start.clone();
+    before.retain(|effect| effects::state(&mut stage.sim.world, *effect) != EffectState::NotDeclared);
+    before.sort();
+    before.dedup();
+    let names: Vec<_> = now.iter().map(|effect| effect.name()).collect();
+    let value = (!names.is_empty()).then(|| format!("[{}]", names.join(", ")));
+    (now != before).then(|| TextEdit::Set { group: String::new(), key: "off_at_start".to_owned(), value })
+}

@@ -1,0 +1,133 @@
+//! The mouse moves the camera: orbit, pan, zoom and frame. Only within the cockpit: without it the mouse is the tutorial's.
+
+use glam::{DVec2, DVec3};
+use motion::{PhysicsBody, SoftBody};
+use pick::Shape;
+use scene::{BodySpec, Scene};
+
+use crate::stage::Stage;
+use crate::view::View;
+
+/// Degrees per point of a drag around a place.
+const DEGREES_PER_POINT: f64 = 0.3;
+
+/// What is left of the distance after a notch of the wheel.
+const CLOSER: f64 = 0.9;
+
+/// How much room a framed thing leaves around it.
+const ROOM: f64 = 1.3;
+
+/// Least radius that is framed, m.
+const SMALLEST: f64 = 0.5;
+
+/// How a drag of the pointer moves the camera about a place, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Drag {
+    /// Around it.
+    Orbit(DVec3),
+    /// Sideways and up, so that it stays under the pointer.
+    Pan(DVec3),
+}
+
+impl View {
+    /// What the camera moves about: what is under the pointer, else the selection, else the middle of all that moves.
+    pub(crate) fn pivot(&mut self, stage: &Stage) -> DVec3 {
+        let ray = self.picking_ray();
+        if let Some(hit) = self.cast(stage, &ray) {
+            return ray.at(hit.distance);
+        }
+        let selected = stage.here.selection.and_then(|thing| stage.drawn_position(thing));
+        selected.or_else(|| Some(extent(stage)?.0)).unwrap_or_else(|| ray.at(SMALLEST))
+    }
+
+    /// Moves the camera by a drag of so many pixels, of which a point has `pixels_per_point`.
+    pub(crate) fn drag(&mut self, drag: Drag, by: DVec2, pixels_per_point: f32) {
+        self.locked = None;
+        let view = self.viewpoint();
+        match drag {
+            Drag::Orbit(pivot) => {
+                let points = by / f64::from(pixels_per_point);
+                self.camera.orbit(pivot, points * DEGREES_PER_POINT);
+            }
+            Drag::Pan(pivot) => {
+                let meters = 2.0 * (0.5 * view.fov_y_rad).tan() * (pivot - view.position).dot(view.forward())
+                    / self.view_area()[1].y;
+                self.camera.position += (view.up() * by.y - view.right() * by.x) * meters.max(0.0);
+            }
+        }
+    }
+
+    /// Comes nearer to what is under the pointer, or goes away from it.
+    pub(crate) fn zoom(&mut self, stage: &Stage, notches: f64) {
+        self.locked = None;
+        let pivot = self.pivot(stage);
+        let away = self.camera.position - pivot;
+        let (view, distance) = (self.viewpoint(), away.length());
+        let wanted = distance * CLOSER.powf(notches.clamp(-20.0, 20.0));
+        // Never through the pivot, and not where nothing is drawn any more.
+        let wanted = wanted.clamp((2.0 * view.near_m).min(distance), view.far_m.max(distance));
+        self.camera.position = pivot + away.normalize_or_zero() * wanted;
+    }
+
+    /// Puts the selection, or all that moves, into the middle of the view; the camera looks where it looked.
+    pub(crate) fn frame(&mut self, stage: &Stage) {
+        let Some((middle, radius)) = extent(stage) else { return };
+        self.locked = None;
+        let (view, [_, size]) = (self.viewpoint(), self.view_area());
+        let half_up = (0.5 * view.fov_y_rad).tan();
+        let half = half_up.min(half_up * size.x / size.y.max(1.0)).atan();
+        let distance = ROOM * radius.max(SMALLEST) / half.sin();
+        self.camera.position = middle - view.forward() * distance;
+    }
+
+    /// Back to where the scene put the camera, locked to nothing.
+    pub(crate) fn reset_camera(&mut self) {
+        self.camera.reset();
+        self.locked = None;
+    }
+
+    /// Locks the camera to the selection, or unlocks it.
+    pub(crate) fn toggle_lock(&mut self, stage: &Stage) {
+        self.locked = match self.locked {
+            Some(_) => None,
+            None => stage.here.selection.and_then(|entity| stage.thing(entity)),
+        };
+    }
+}
+
+/// Middle and radius of the selection or, without one, of all that moves, m; of everything where nothing moves.
+fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
+    let movable = |thing: &_| {
+        let body = stage.sim.world.get::<PhysicsBody>(*thing);
+        body.is_some_and(|body| body.inverse_mass > 0.0)
+    };
+    let mut things: Vec<_> = match stage.here.selection {
+        Some(thing) => {
+            let soft = stage.sim.world.get::<SoftBody>(thing);
+            soft.map_or_else(|| vec![thing], |soft| soft.points.clone())
+        }
+        None => stage.things().filter(movable).collect(),
+    };
+    if things.is_empty() {
+        things = stage.things().collect();
+    }
+    let balls = things.iter().filter_map(|thing| {
+        let radius = stage.sim.world.get::<Shape>(*thing).map_or(0.0, Shape::bounding_radius);
+        Some((stage.drawn_position(*thing)?, radius)).filter(|(place, _)| place.is_finite())
+    });
+    let balls: Vec<_> = balls.collect();
+    let least = balls.iter().map(|(place, radius)| *place - *radius).reduce(DVec3::min)?;
+    let most = balls.iter().map(|(place, radius)| *place + *radius).reduce(DVec3::max)?;
+    let middle = (least + most) / 2.0;
+    let radius = balls.iter().map(|(place, radius)| place.distance(middle) + radius).fold(0.0, f64::max);
+    Some((middle, radius))
+}
+
+/// From the scene's camera to the middle of what moves, m; not finite where nothing does.
+pub(crate) fn distance_of(scene: &Scene) -> f64 {
+    let moves = |body: &&BodySpec| body.inverse_mass.is_some_and(|inverse| inverse > 0.0);
+    let places = || scene.bodies.iter().filter(moves).map(|body| body.position);
+    let (least, most) = (places().reduce(DVec3::min), places().reduce(DVec3::max));
+    let middle = least.zip(most).map(|(least, most)| (least + most) / 2.0);
+    middle.map_or(f64::NAN, |middle| middle.distance(scene.camera.position))
+}
