@@ -20,9 +20,11 @@ fn read(document: &str) -> String {
 
 /// Every document with its path from the root.
 fn documents() -> Vec<(String, String)> {
-    let folder = fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().file_name());
-    let names = folder.map(|name| format!("docs/{}", name.to_str().unwrap()));
-    let names = names.filter(|name| name.ends_with(".md"));
+    let in_folder = |folder: &'static str| {
+        let names = fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().file_name());
+        names.map(move |name| format!("{folder}/{}", name.to_str().unwrap()))
+    };
+    let names = in_folder("docs").chain(in_folder("docs/contract")).filter(|name| name.ends_with(".md"));
     let names = names.chain(["README.md", "ARCHITECTURE.md"].map(str::to_owned));
     names.map(|name| (name.clone(), read(&name))).collect()
 }
