@@ -527,6 +527,29 @@ fn the_contract_names_no_flag_that_does_not_exist() {
 }
 
 #[test]
+fn the_contract_names_every_key_of_scenes() {
+    let page = contract("scene");
+    let words: BTreeSet<_> = page.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();
+    let mut keys = BTreeSet::new();
+    for file in ["raw.rs", "raw/coupled.rs", "raw/survival.rs"] {
+        let source = fs::read_to_string(root().join("crates/scene/src").join(file)).unwrap();
+        let lines: Vec<_> = source.lines().map(|line| line.trim().trim_start_matches("pub ")).collect();
+        for (before, line) in lines.iter().zip(&lines[1..]) {
+            let Some((field, value)) = line.split_once(": ") else { continue };
+            let is_name = field.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+            if is_name && ["Option<", "Vec<"].iter().any(|kind| value.starts_with(kind)) {
+                let renamed =
+                    before.strip_prefix("#[serde(rename = \"").and_then(|rest| rest.split_once('"'));
+                keys.insert(renamed.map_or(field, |(key, _)| key).to_owned());
+            }
+        }
+    }
+    assert!(keys.len() > 100, "found only {keys:?}");
+    let missing: Vec<_> = keys.iter().filter(|key| !words.contains(key.as_str())).collect();
+    assert!(missing.is_empty(), "docs/contract/scene.md lacks {missing:?}");
+}
+
+#[test]
 fn the_contract_names_every_action_of_scripts() {
     let page = contract("script");
     let source = fs::read_to_string(root().join("crates/scene/src/action.rs")).unwrap();
@@ -562,27 +585,51 @@ fn every_mistake_of_the_list_can_be_made_and_its_test_exists() {
     }
 }
 
+/// The files and folders that code spans of a text name, each with what the file has to name: `path` or `path: name`. A
+/// `fn name` alone is in the file that was named before it.
+pub fn named(text: &str) -> Vec<(&str, Option<&str>)> {
+    let folders = ["assets", "crates", "docs", "examples", "scripts", "shaders", "tests"];
+    let mut places: Vec<(&str, Option<&str>)> = Vec::new();
+    for span in text.split('`').skip(1).step_by(2) {
+        let (path, name) = span.split_once(": ").map_or((span, None), |(path, name)| (path, Some(name)));
+        let is_inside = path.split_once('/').is_some_and(|(folder, _)| folders.contains(&folder));
+        let has_extension = Path::new(path).extension().is_some();
+        if !path.contains(' ') && (is_inside || path.contains('/') && has_extension || path.ends_with(".md"))
+        {
+            places.push((path, name));
+        } else if span.starts_with("fn ")
+            && let Some((file, _)) = places.last()
+        {
+            places.push((file, Some(span)));
+        }
+    }
+    places
+}
+
+/// Fails unless everything that `text` of a document names exists; how much that is.
+#[track_caller]
+pub fn assert_named(document: &str, text: &str) -> usize {
+    let places = named(text);
+    for (path, name) in &places {
+        let file = root().join(path);
+        assert!(file.exists(), "{document} names {path}, which does not exist");
+        let Some(name) = name else { continue };
+        let text = fs::read_to_string(&file).unwrap_or_else(|error| panic!("{document}: {path}: {error}"));
+        // A function goes by its whole name.
+        let after = |rest: &str| !name.starts_with("fn ") || rest.starts_with(['(', '<']);
+        let is_named = text.match_indices(name).any(|(at, _)| after(&text[at + name.len()..]));
+        assert!(is_named, "{document}: {path} does not name {name}");
+    }
+    places.len()
+}
+
 #[test]
 fn what_the_documents_name_exists() {
     for (document, least) in
         [("ARCHITECTURE.md", 50), ("docs/how-it-works.md", 10), ("docs/performance.md", 5)]
     {
         let page = fs::read_to_string(root().join(document)).unwrap();
-        let mut paths = 0;
-        // A code span with a slash and an extension is a path; `path: name` means that the file names it.
-        for span in page.split('`').skip(1).step_by(2) {
-            let (path, name) = span.split_once(": ").map_or((span, None), |(path, name)| (path, Some(name)));
-            let is_path = path.contains('/') && !path.contains(' ') && Path::new(path).extension().is_some();
-            if !is_path {
-                continue;
-            }
-            paths += 1;
-            let text = fs::read_to_string(root().join(path))
-                .unwrap_or_else(|error| panic!("{document} names {path}: {error}"));
-            if let Some(name) = name {
-                assert!(text.contains(name), "{document}: {path} does not name {name}");
-            }
-        }
-        assert!(paths >= least, "{document} names only {paths} paths");
+        let places = assert_named(document, &page);
+        assert!(places >= least, "{document} names only {places} places");
     }
 }
