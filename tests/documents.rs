@@ -12,7 +12,7 @@ use tempfile::TempDir;
 
 use crate::harness::{blesses, output, root, sandbox, stored};
 use crate::stability::committed;
-use crate::tidy::cargo_metadata;
+use crate::tidy::{assert_named, cargo_metadata, named};
 
 fn read(document: &str) -> String {
     fs::read_to_string(root().join(document)).unwrap()
@@ -20,10 +20,12 @@ fn read(document: &str) -> String {
 
 /// Every document with its path from the root.
 fn documents() -> Vec<(String, String)> {
-    let folder = fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().file_name());
-    let names = folder.map(|name| format!("docs/{}", name.to_str().unwrap()));
-    let names = names.filter(|name| name.ends_with(".md"));
-    let names = names.chain(["README.md", "ARCHITECTURE.md"].map(str::to_owned));
+    let in_folder = |folder: &'static str| {
+        let names = fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().file_name());
+        names.map(move |name| format!("{folder}/{}", name.to_str().unwrap()))
+    };
+    let names = in_folder("docs").chain(in_folder("docs/contract")).filter(|name| name.ends_with(".md"));
+    let names = names.chain(["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md"].map(str::to_owned));
     names.map(|name| (name.clone(), read(&name))).collect()
 }
 
@@ -190,6 +192,44 @@ fn the_first_command_of_each_block_of_the_readme_runs_as_it_is_typed() {
         run += 1;
     }
     assert!(run > 0, "the README runs nothing");
+}
+
+/// What CONTRIBUTING.md says how to add, in its order.
+const RECIPES: [&str; 10] = [
+    "law",
+    "method",
+    "scene key",
+    "generator",
+    "tool",
+    "command",
+    "script action",
+    "output column",
+    "chart",
+    "draw primitive",
+];
+
+#[test]
+fn each_recipe_has_steps_and_a_test_and_names_what_there_is() {
+    let page = read("CONTRIBUTING.md");
+    let sections = page.split("\n## ").skip(1).filter_map(|section| {
+        let recipe = section.strip_prefix("A ").or_else(|| section.strip_prefix("An "))?;
+        recipe.split_once('\n')
+    });
+    let recipes: Vec<_> = sections.collect();
+    assert_eq!(recipes.iter().map(|(title, _)| *title).collect::<Vec<_>>(), RECIPES);
+    for (title, text) in recipes {
+        let (text, proof) = text.split_once("\nProof: ").unwrap_or_else(|| panic!("{title} has no proof"));
+        let steps: Vec<_> =
+            text.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit())).collect();
+        assert!(steps.len() >= 3, "{title} has only the steps {steps:?}");
+        for (number, step) in (1..).zip(steps) {
+            assert!(step.starts_with(&format!("{number}. ")), "{title}: {step}");
+        }
+        assert_named(title, text);
+        let is_test = |path: &str| path.starts_with("tests/") || path.contains("/tests");
+        assert!(named(proof).iter().any(|(path, _)| is_test(path)), "{title} names no test");
+        assert_named(title, proof);
+    }
 }
 
 /// The name by which a link leads to a heading.

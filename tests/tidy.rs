@@ -571,44 +571,96 @@ fn one_version_of_glam_wgpu_and_winit() {
     }
 }
 
-/// The flags that a text names, whole.
-fn flags(text: &str) -> BTreeSet<&str> {
-    let is_flag = |c: char| c.is_ascii_alphanumeric() || c == '-';
-    let words = text.split(|c| !is_flag(c)).filter_map(|word| word.strip_prefix("--"));
-    words.filter(|flag| !flag.is_empty() && !["help", "version"].contains(flag)).collect()
+/// The page of the contract with that name.
+fn contract(page: &str) -> String {
+    fs::read_to_string(root().join(format!("docs/contract/{page}.md"))).unwrap()
 }
 
-#[test]
-fn the_contract_names_every_command_with_exactly_its_flags() {
-    let contract = fs::read_to_string(root().join("docs/contract.md")).unwrap();
-    let block = contract.split_once("\n## Command line\n\n```\n").unwrap().1.split_once("\n```\n").unwrap().0;
-    let (block, of_all) = block.split_once("\nany of them ").unwrap();
-    let (block, of_all) = (format!("\n{block}"), flags(of_all));
-    // The first one is the window, which has no name.
-    let mut sections = BTreeMap::new();
-    for section in block.split("\nsandbox ").skip(1) {
-        let name =
-            section.split(' ').next().filter(|word| word.starts_with(|c: char| c.is_ascii_lowercase()));
-        sections.insert(name.unwrap_or_default(), flags(section));
-    }
+/// The flags that a text names, whole.
+fn flags(text: &str) -> BTreeSet<String> {
+    let is_flag = |c: char| c.is_ascii_alphanumeric() || c == '-';
+    let words = text.split(|c| !is_flag(c)).filter_map(|word| word.strip_prefix("--"));
+    // A rule of a table is no flag.
+    let flags = words.filter(|flag| flag.starts_with(|c: char| c.is_ascii_alphanumeric()));
+    flags.filter(|flag| !["help", "version"].contains(flag)).map(str::to_owned).collect()
+}
+
+/// The flags of each command, as its help lists them. The window is the command without a name.
+fn flags_of_commands() -> BTreeMap<String, BTreeSet<String>> {
     let help = sandbox(".", "--help").fine();
     let commands = help.split_once("\nCommands:\n").unwrap().1.split_once("\n\n").unwrap().0;
     let commands = commands.lines().map(|line| line.split_whitespace().next().unwrap());
-    let commands: BTreeSet<_> = commands.filter(|name| *name != "help").chain([""]).collect();
-    assert_eq!(commands, sections.keys().copied().collect());
-    for (command, named) in sections {
+    let commands = commands.filter(|name| *name != "help").chain([""]);
+    let listed = commands.map(|command| {
         let help = sandbox(".", &format!("{command} --help")).fine();
         // Examples and what is said of other flags name flags, too: an option begins its line.
         let options = help.lines().map(str::trim_start).filter(|line| line.starts_with('-'));
         let options: String = options.map(|line| line.split("  ").next().unwrap().to_owned() + " ").collect();
-        let expected: BTreeSet<_> = flags(&options).difference(&of_all).copied().collect();
-        assert_eq!(named, expected, "docs/contract.md on `sandbox {command}`");
+        (command.to_owned(), flags(&options))
+    });
+    listed.collect()
+}
+
+#[test]
+fn the_contract_names_every_command_with_exactly_its_flags() {
+    let page = contract("command-line");
+    let block = page.split_once("\n## Commands\n\n```\n").unwrap().1.split_once("\n```\n").unwrap().0;
+    let (block, of_all) = block.split_once("\nany of them ").unwrap();
+    let (block, of_all) = (format!("\n{block}"), flags(of_all));
+    let mut sections = BTreeMap::new();
+    for section in block.split("\nsandbox ").skip(1) {
+        let name =
+            section.split(' ').next().filter(|word| word.starts_with(|c: char| c.is_ascii_lowercase()));
+        let flags: BTreeSet<_> = flags(section).union(&of_all).cloned().collect();
+        sections.insert(name.unwrap_or_default().to_owned(), flags);
+    }
+    let expected = flags_of_commands();
+    assert_eq!(sections.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());
+    for (command, named) in sections {
+        assert_eq!(named, expected[&command], "docs/contract/command-line.md on `sandbox {command}`");
     }
 }
 
 #[test]
+fn the_contract_names_no_flag_that_does_not_exist() {
+    let exist: BTreeSet<_> = flags_of_commands().into_values().flatten().collect();
+    let mut seen = 0;
+    for page in fs::read_dir(root().join("docs/contract")).unwrap() {
+        let page = page.unwrap().path();
+        let named = flags(&fs::read_to_string(&page).unwrap());
+        seen += named.len();
+        let missing: Vec<_> = named.difference(&exist).collect();
+        assert!(missing.is_empty(), "{} names {missing:?}", page.display());
+    }
+    assert!(seen > exist.len(), "the pages name {seen} flags of {}", exist.len());
+}
+
+#[test]
+fn the_contract_names_every_key_of_scenes() {
+    let page = contract("scene");
+    let words: BTreeSet<_> = page.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();
+    let mut keys = BTreeSet::new();
+    for file in ["raw.rs", "raw/coupled.rs", "raw/survival.rs"] {
+        let source = fs::read_to_string(root().join("crates/scene/src").join(file)).unwrap();
+        let lines: Vec<_> = source.lines().map(|line| line.trim().trim_start_matches("pub ")).collect();
+        for (before, line) in lines.iter().zip(&lines[1..]) {
+            let Some((field, value)) = line.split_once(": ") else { continue };
+            let is_name = field.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+            if is_name && ["Option<", "Vec<"].iter().any(|kind| value.starts_with(kind)) {
+                let renamed =
+                    before.strip_prefix("#[serde(rename = \"").and_then(|rest| rest.split_once('"'));
+                keys.insert(renamed.map_or(field, |(key, _)| key).to_owned());
+            }
+        }
+    }
+    assert!(keys.len() > 100, "found only {keys:?}");
+    let missing: Vec<_> = keys.iter().filter(|key| !words.contains(key.as_str())).collect();
+    assert!(missing.is_empty(), "docs/contract/scene.md lacks {missing:?}");
+}
+
+#[test]
 fn the_contract_names_every_action_of_scripts() {
-    let contract = fs::read_to_string(root().join("docs/contract.md")).unwrap();
+    let page = contract("script");
     let source = fs::read_to_string(root().join("crates/scene/src/action.rs")).unwrap();
     let body = source.split_once("pub enum Action {").unwrap().1.split_once("\n}").unwrap().0;
     let variants: Vec<_> = code(body)
@@ -624,8 +676,8 @@ fn the_contract_names_every_action_of_scripts() {
             }
             name.push(c.to_ascii_lowercase());
         }
-        let named = ["`", "("].iter().any(|end| contract.contains(&format!("`{name}{end}")));
-        assert!(named, "docs/contract.md lacks the action {name}");
+        let named = ["`", "("].iter().any(|end| page.contains(&format!("`{name}{end}")));
+        assert!(named, "docs/contract/script.md lacks the action {name}");
     }
 }
 
@@ -642,27 +694,51 @@ fn every_mistake_of_the_list_can_be_made_and_its_test_exists() {
     }
 }
 
+/// The files and folders that code spans of a text name, each with what the file has to name: `path` or `path: name`. A
+/// `fn name` alone is in the file that was named before it.
+pub fn named(text: &str) -> Vec<(&str, Option<&str>)> {
+    let folders = ["assets", "crates", "docs", "examples", "scripts", "shaders", "tests"];
+    let mut places: Vec<(&str, Option<&str>)> = Vec::new();
+    for span in text.split('`').skip(1).step_by(2) {
+        let (path, name) = span.split_once(": ").map_or((span, None), |(path, name)| (path, Some(name)));
+        let is_inside = path.split_once('/').is_some_and(|(folder, _)| folders.contains(&folder));
+        let has_extension = Path::new(path).extension().is_some();
+        if !path.contains(' ') && (is_inside || path.contains('/') && has_extension || path.ends_with(".md"))
+        {
+            places.push((path, name));
+        } else if span.starts_with("fn ")
+            && let Some((file, _)) = places.last()
+        {
+            places.push((file, Some(span)));
+        }
+    }
+    places
+}
+
+/// Fails unless everything that `text` of a document names exists; how much that is.
+#[track_caller]
+pub fn assert_named(document: &str, text: &str) -> usize {
+    let places = named(text);
+    for (path, name) in &places {
+        let file = root().join(path);
+        assert!(file.exists(), "{document} names {path}, which does not exist");
+        let Some(name) = name else { continue };
+        let text = fs::read_to_string(&file).unwrap_or_else(|error| panic!("{document}: {path}: {error}"));
+        // A function goes by its whole name.
+        let after = |rest: &str| !name.starts_with("fn ") || rest.starts_with(['(', '<']);
+        let is_named = text.match_indices(name).any(|(at, _)| after(&text[at + name.len()..]));
+        assert!(is_named, "{document}: {path} does not name {name}");
+    }
+    places.len()
+}
+
 #[test]
 fn what_the_documents_name_exists() {
     for (document, least) in
         [("ARCHITECTURE.md", 50), ("docs/how-it-works.md", 10), ("docs/performance.md", 5)]
     {
         let page = fs::read_to_string(root().join(document)).unwrap();
-        let mut paths = 0;
-        // A code span with a slash and an extension is a path; `path: name` means that the file names it.
-        for span in page.split('`').skip(1).step_by(2) {
-            let (path, name) = span.split_once(": ").map_or((span, None), |(path, name)| (path, Some(name)));
-            let is_path = path.contains('/') && !path.contains(' ') && Path::new(path).extension().is_some();
-            if !is_path {
-                continue;
-            }
-            paths += 1;
-            let text = fs::read_to_string(root().join(path))
-                .unwrap_or_else(|error| panic!("{document} names {path}: {error}"));
-            if let Some(name) = name {
-                assert!(text.contains(name), "{document}: {path} does not name {name}");
-            }
-        }
-        assert!(paths >= least, "{document} names only {paths} paths");
+        let places = assert_named(document, &page);
+        assert!(places >= least, "{document} names only {places} places");
     }
 }

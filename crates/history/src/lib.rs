@@ -1,7 +1,13 @@
-//! Running scenes that can be copied, followed and gone back in.
+//! Running scenes that can be changed, copied, followed and gone back in.
 //!
-//! A [`Simulation`] is a scene that runs, a [`Snapshot`] its state between two ticks, a [`Timeline`] its last minute, a
-//! [`Bundle`] a run in a file. A [`Twin`] follows a simulation with a method of its own.
+//! - [`Simulation`]: a scene that runs, with the world and the stepper that run it.
+//! - [`Change`]: everything that is done to a running simulation from outside, and the one place that applies it.
+//! - [`Snapshot`]: the state of a simulation between two ticks, by stable id, for files and for new worlds of the same scene.
+//! - [`Timeline`]: the last minute of a run. [`Seek`] goes to another tick, [`Watch`] looks for a [`Fault`], and [`Replay`] simulates
+//!   the ticks from a snapshot again.
+//! - [`Bundle`]: a run in a file; its parts are [`Manifest`], [`Event`] and [`EnergyState`]. [`Rerun`] simulates one again.
+//! - [`Twin`]: a simulation that follows another one by its own method. [`Distances`] says how far apart the two are.
+//! - `lists`: lists that are read from files into a limited amount of memory.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 

@@ -1,7 +1,13 @@
-//! Experiments on whole scenes: what each effect of a scene does and costs, and what other methods make of it.
+//! Studies of whole runs: what effects do and cost, what accuracy costs, which method is cheapest, and what survives.
 //!
-//! Runs are worlds of their own, made from a scene as often as needed, on one thread. Time is thread CPU time and
-//! nothing but a report of costs reads it.
+//! Each run has its own world, made from a scene as often as needed. Time is thread CPU time of one thread.
+//!
+//! - [`cost`]: every method at every step on a problem or a scene, its error beside its cost, and what is cheapest at an error.
+//! - [`recommend`]: the cheapest method and substeps below an error, or the most accurate within a time, for each part of a scene.
+//! - [`stability`]: the survival matrix, every method on every hard case.
+//! - [`limits`]: the largest stable steps, measured and as closed forms.
+//! - [`receipt`](receipt()): each effect of a scene, and what it costs; [`ablate`]: the scene run again without each effect in turn.
+//! - `run`: what these share: a running scene, and the time of its steps.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 

@@ -29,7 +29,20 @@
 //! - Laws are resources ([`Gravity`], [`Drag`], [`Wells`], [`Damping`]), your own are [`Law`]s in [`Laws`] or [`OwnLaws`].
 //! - [`Stepper`] compiles the schedule of a [`Method`] and runs ticks; [`Stepper::install`] puts it into your schedule.
 //! - [`Requests`] change bodies, laws and methods between two ticks; [`PushQueue`] and [`Forces`] push.
-//! - Observe with [`ledger`], [`forecast`] and [`forces_on`]; save with [`snapshot`]; leave the world with [`arrays`].
+//!
+//! The modules, each of which uses only those before it:
+//!
+//! - `simd` and [`units`]: vector instructions of the machine; the scalar and vector of the simulation.
+//! - `state`: components and resources of bodies, forces, springs and emitters, and the [`clock`]s.
+//! - `laws`: the trait [`Law`] and one file per law; damping, and the times of a tick.
+//! - [`methods`]: the nine methods, and [`METHODS`], the table of what they claim.
+//! - `kernels`: one tick of a block of bodies by a method.
+//! - `tick`: the systems that integrate single bodies, and [`Quarantine`] of those that fail.
+//! - [`groups`]: bodies joined by springs or mutual gravity, integrated together.
+//! - `schedule`: [`Stepper`], [`StepPlan`], [`Requests`], emission and [`effects`]; with the feature `bevy` also the plugin.
+//! - [`snapshot`]: the state of a world between two ticks, taken out and put back.
+//! - [`arrays`]: the same ticks on plain arrays, without a world.
+//! - `observe`: [`ledger`], [`forecast`], [`forces_on`] and [`totals`](totals()), which read a world and change nothing.
 
 pub mod arrays;
 pub mod groups;

@@ -1,11 +1,13 @@
-//! Rays through pixels and the closest thing they hit, tested against the poses that are drawn.
+//! Rays through pixels and the closest thing that they hit, tested against the poses that are drawn.
 //!
-//! [`Viewpoint`] turns a pixel into a [`Ray`], [`Targets`] holds the drawn poses of one frame and answers
-//! [`Targets::cast`]; [`SoftTargets`] does the same for soft bodies. The shapes and the exact tests are parry3d's.
+//! - [`Viewpoint`]: a camera; pixels to rays and points to pixels.
+//! - [`Ray`] and [`Shape`]: a half-line, and what it can hit.
+//! - [`Targets`]: the drawn poses of one frame; [`Targets::cast`] finds the closest [`Hit`]. `scan` goes through all of them in
+//!   blocks, `bvh` is the tree for many, `columns` holds the positions, and `exact` is parry3d's test of one shape.
+//! - [`SoftTargets`]: the same for the surfaces, points and springs of soft bodies.
+//! - `dispatch`: compiles hot loops with and without AVX2.
 //!
-//! # Does not include
-//!
-//! Contacts, sweeps, several hits along a ray, layers, or shapes other than boxes, spheres and soft bodies.
+//! Does not include: contacts, sweeps, several hits along a ray, layers, or shapes other than boxes, spheres and soft bodies.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 

@@ -1,7 +1,13 @@
 //! A plain [`Frame`] to pixels with wgpu: the same picture in a window and without one.
 //!
-//! [`Gpu`] finds an adapter, [`Renderer::draw`] draws a [`Frame`] into any view of the right format, and that view
-//! comes from an [`Offscreen`] texture or from a [`WindowTarget`]. Everything in a frame is relative to the camera.
+//! - [`Frame`]: the plain data of one picture, relative to the camera; [`Line`] and [`Surface`] are parts of it.
+//! - [`Renderer`]: draws a frame into any view of the right format. `pipelines` has one pipeline for each thing that is drawn,
+//!   `mesh` the unit meshes, `shadow` the shadow map, `buffers` what is kept from frame to frame, and `surfaces`, `translucent`
+//!   and `panels` draw cloth and jelly, translucent bodies and egui's triangles.
+//! - [`Gpu`]: an adapter, real or software. [`Quality`]: how much work a picture may cost.
+//! - [`Offscreen`] and [`WindowTarget`]: where the view comes from, a texture or a swap chain.
+//! - [`Image`] and [`Film`]: a picture in memory and as a PNG file, and pictures as an animated PNG.
+//! - [`RenderError`]: what went wrong, and what to do.
 //!
 //! Does not include: loading of meshes or images, translucent surfaces, more than one light, and any knowledge of
 //! entities, bodies or input.

@@ -1,6 +1,14 @@
 //! What studies found: pages, figures, tables, files for other programs, and a few sentences.
 //!
-//! Everything here is a function of the data; nothing is measured, and no file is written.
+//! Everything here is a function of the data; nothing is measured or decided, and no file is written.
+//!
+//! - [`files`]: all files of a report of accuracy and cost. `page` is the one in HTML, `csv` has those for other programs.
+//! - [`summary`](brief): a study as Markdown and for a terminal; `tables` has its tables, `words` its sentences, and `reading` what
+//!   both are taken from.
+//! - `figures`: the figures of a study; `chart` draws one, with axes, marks and a legend, as SVG or as PNG ([`Drawing`]).
+//! - [`stability`]: the survival matrix as page, picture and tables, and the maps of stable steps.
+//! - [`Table`]: a table in HTML, Markdown, CSV or for a terminal. [`numbers`]: numbers as people read them.
+//! - [`INKS`]: the color and the short name of each method. `escape`: text of files, so that no part of it acts.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 

@@ -1,10 +1,25 @@
 //! Scene files and scripts to worlds: the one crate that parses what people write.
 //!
-//! In order of importance, this crate is for: messages that say what would be right, every fault of a file at
-//! once; one place for defaults and units; the same world from the same file, always.
+//! In order of importance, this crate is for: messages that say what would be right, every fault of a file at once; one place for
+//! defaults and units; the same world from the same file, always.
 //!
-//! What a person writes is read as it stands (`raw`), then resolved: defaults filled in, mass turned into inverse
-//! mass and degrees into a rotation, generated bodies expanded. Nothing behind [`Scene`] sees an absent number.
+//! From text to world, in this order:
+//!
+//! - `text`: RON with the places of its keys, and faults, each with its place and its cure ([`SceneError`]).
+//! - `raw`: a scene as a person writes it; every key is optional.
+//! - `resolve`: fills in defaults, converts units and finds faults. Nothing after it sees an absent number. `check` has the checks
+//!   of single values.
+//! - `generate`: the bodies of grids, clouds, emitters and soft bodies. `random` draws their random numbers.
+//! - [`Scene`]: a scene as the program uses it; `scene` has its parts, such as [`BodySpec`], and [`Names`] of bodies.
+//! - `spawn`: entities from a scene, each with the components that it needs and no others.
+//!
+//! Beside it:
+//!
+//! - [`Script`] and [`Recording`]: what happens when; [`Action`] lists what can happen. [`parse_frame_times`]: lengths of frames.
+//! - [`edit()`] and [`rewrite`]: changes of the text of a scene, which keeps its comments and layout.
+//! - [`Entry`] and [`Part`]: which entry a body comes from, and which bodies act on each other.
+//! - [`memory`](memory()): the memory that a scene takes, estimated before any of it is allocated.
+//! - [`shipped`](shipped()): the scenes and hard cases in the program, and scenes by name or path.
 //!
 //! The stable id of a body is its place in the file: first `bodies`, then `grids`, `clouds`, `emitters` and
 //! `soft_bodies`, each in the order in which they are written; in a grid and in a lattice x is the outer loop, in a

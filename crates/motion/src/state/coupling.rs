@@ -1,4 +1,4 @@
-//! BodyFilter bodies are integrated in groups, and whether the groups have to be compiled again.
+//! Which bodies are integrated in groups, and whether the groups have to be compiled again.
 
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;

@@ -1,4 +1,4 @@
-//! BodyFilter bodies a system integrates, chosen when the schedule is compiled: one system serves all methods.
+//! Which bodies a system integrates, chosen when the schedule is compiled: one system serves all methods.
 
 use bevy_ecs::component::ComponentId;
 use bevy_ecs::prelude::*;
