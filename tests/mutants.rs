@@ -46,14 +46,14 @@ pub const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         mistake: "time computed in single precision",
-        file: "crates/motion/src/state/clock.rs",
+        file: "crates/sandbox/src/clock.rs",
         from: "let passed = self.carried + (frame.total - self.anchor) * self.pace * self.rate;",
-        to: "let passed = self.carried + Scalar::from((frame.total - self.anchor) as f32) * self.pace * self.rate;",
+        to: "let passed = self.carried + f64::from((frame.total - self.anchor) as f32) * self.pace * self.rate;",
         killed_by: "time::ticks_due_come_from_total_time_and_never_drift",
     },
     Mutant {
         mistake: "no limit of what a frame catches up with",
-        file: "crates/motion/src/state/clock.rs",
+        file: "crates/sandbox/src/clock.rs",
         from: "        if owed > most {",
         to: "        if owed > most && most == 0 {",
         killed_by: "time::a_hitch_is_capped_and_its_dropped_time_is_reported",

@@ -1,9 +1,11 @@
 //! Soft bodies put into a world by hand, for the tests of how they are drawn and picked.
 
+use std::sync::Arc;
+
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{Elastic, Link, PhysicsBody, SoftBody, Transform};
-use scene::{Appearance, SoftBodyName};
+use scene::{Appearance, BodySpec, Scene, SoftBodyName, SoftBodySpec, SoftKind};
 
 /// Mass of a point, kg.
 pub const POINT_MASS: f64 = 0.25;
@@ -64,6 +66,35 @@ impl Soft {
         }
     }
 
+    fn links(&self) -> Arc<[Link]> {
+        let link = |ends: &[u32; 2]| {
+            let [a, b] = ends.map(|end| self.places[end as usize]);
+            let rest_length = a.distance(b) / self.stretch;
+            Link { ends: *ends, elastic: Elastic { stiffness: 100.0, damping: 0.0, rest_length } }
+        };
+        self.springs.iter().map(link).collect()
+    }
+
+    /// Adds it to a scene, with the name `soft`.
+    pub fn add_to(self, scene: &mut Scene) {
+        let id = |count: usize| u32::try_from(count).unwrap();
+        let points = id(scene.bodies.len())..id(scene.bodies.len() + self.places.len());
+        let point = |(number, place): (usize, &DVec3)| BodySpec {
+            position: *place,
+            inverse_mass: Some(if self.pinned.contains(&number) { 0.0 } else { 1.0 / POINT_MASS }),
+            ..BodySpec::DEFAULT
+        };
+        scene.bodies.extend(self.places.iter().enumerate().map(point));
+        scene.soft_bodies.push(SoftBodySpec {
+            name: "soft".to_owned(),
+            kind: SoftKind::Cloth,
+            points,
+            links: self.links(),
+            triangles: self.triangles,
+            color: self.color,
+        });
+    }
+
     /// Puts it there, with the name `soft`.
     pub fn spawn(self, world: &mut World) -> Entity {
         let points: Vec<_> = self
@@ -76,12 +107,7 @@ impl Soft {
                 world.spawn((Transform::at(*place), body)).id()
             })
             .collect();
-        let link = |ends: &[u32; 2]| {
-            let [a, b] = ends.map(|end| self.places[end as usize]);
-            let rest_length = a.distance(b) / self.stretch;
-            Link { ends: *ends, elastic: Elastic { stiffness: 100.0, damping: 0.0, rest_length } }
-        };
-        let springs = self.springs.iter().map(link).collect();
+        let springs = self.links();
         let body = SoftBody { points, springs, triangles: self.triangles, sheet: true };
         let look = Appearance { color: self.color, checker: false };
         world.spawn((body, look, SoftBodyName("soft".to_owned()))).id()

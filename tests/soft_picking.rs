@@ -17,11 +17,11 @@ fn drive(offset: DVec3, bodies: &str, soft: impl IntoIterator<Item = Soft>) -> D
     let mut scene = scene_of(&text);
     scene.camera.position += offset;
     scene.bodies.iter_mut().for_each(|body| body.position += offset);
-    let mut drive = Drive::of(scene);
     for mut soft in soft {
         soft.places.iter_mut().for_each(|place| *place += offset);
-        soft.spawn(drive.session.stage.world_mut());
+        soft.add_to(&mut scene);
     }
+    let mut drive = Drive::of(scene);
     drive.press("Q");
     drive
 }
