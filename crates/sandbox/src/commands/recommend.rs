@@ -98,24 +98,20 @@ fn check(name: &str, scene: &Scene, parts: &[Part]) -> Result<(), String> {
 /// Where the scene is written with what was chosen.
 struct Target<'a> {
     path: &'a Path,
-    text: String,
     file: Output,
 }
 
 impl<'a> Target<'a> {
     fn open(path: &'a Path, scene: &Scene) -> Result<Self, Failure> {
-        let (text, own) = match &scene.source {
-            Source::File(file) => (scene::read_text(file)?, file.canonicalize().ok()),
-            Source::Shipped(name) => {
-                (scene::embedded(name).map(|shipped| shipped.text.to_owned()).unwrap_or_default(), None)
-            }
-            Source::Text => (String::new(), None),
+        let own = match &scene.source {
+            Source::File(file) => file.canonicalize().ok(),
+            Source::Shipped(_) | Source::Text => None,
         };
         if path.is_file() && path.canonicalize().ok() != own {
             let what = "there is a file already, and not that of the scene; give --apply another name";
             return Err(Failure::Usage(format!("{}: {what}", path.display())));
         }
-        Ok(Self { path, text, file: output_file(path)? })
+        Ok(Self { path, file: output_file(path)? })
     }
 
     fn write(
@@ -127,7 +123,8 @@ impl<'a> Target<'a> {
     ) -> Result<(), Failure> {
         let settings = found.rows.iter().map(|row| (row.pick.setting.method, row.pick.setting.substeps));
         let settings: Vec<_> = parts.iter().zip(settings).collect();
-        let text = scene::edit(&args.scene, &self.text, &scene::changes(scene, &settings))?;
+        let (common, own) = scene.methods_of_parts(&settings);
+        let text = scene.with_methods(&args.scene, common, &own)?;
         let written = self.file.finish_with(text.as_bytes());
         written.map_err(|error| Failure::file("write", self.path, &error))
     }
