@@ -16,9 +16,7 @@ use crate::cost::oscillator::overtakes;
 
 /// All files by their names.
 fn texts(report: &Report) -> BTreeMap<String, String> {
-    files(report)
-        .map(|(name, bytes)| (name, String::from_utf8(bytes).unwrap()))
-        .collect()
+    files(report).map(|(name, bytes)| (name, String::from_utf8(bytes).unwrap())).collect()
 }
 
 #[track_caller]

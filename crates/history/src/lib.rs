@@ -21,7 +21,7 @@ pub use bundle::{
 pub use change::{Change, Gone};
 pub use distances::{Distances, DistancesSoFar};
 pub use simulation::Simulation;
-pub use snapshot::{BadSnapshot, Snapshot};
+pub use snapshot::{BadSnapshot, Snapshot, words};
 pub use timeline::{
     Broken, ENERGY_JUMP, Fault, Replay, Rerun, Seek, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline, Watch,
 };

@@ -27,7 +27,6 @@ mod subject;
 mod timing;
 mod truth;
 
-pub(crate) use record::method_name;
 pub(crate) use truth::larger;
 
 pub use bench::Bench;

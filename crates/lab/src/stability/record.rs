@@ -1,10 +1,11 @@
 //! The matrix as plain data, written as JSON and read again.
 
+use history::words;
 use motion::Method;
 use serde::{Deserialize, Serialize};
 
 use super::class::Class;
-use crate::cost::{Precision, method_name};
+use crate::cost::Precision;
 
 /// [`Matrix::format`] of this program.
 pub const FORMAT: u32 = 1;
@@ -60,7 +61,7 @@ impl Row {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
     /// The method.
-    #[serde(with = "method_name")]
+    #[serde(with = "words")]
     pub method: Method,
     /// What became of the run.
     pub class: Class,
