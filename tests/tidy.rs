@@ -106,7 +106,6 @@ const FROM_NUMBERS_TO_PAGES: &[&str] = &[
     "numbers",
     "escape",
     "palette",
-    "reading",
     "chart",
     "table",
     "words",

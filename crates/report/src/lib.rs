@@ -11,7 +11,6 @@ mod figures;
 pub mod numbers;
 mod page;
 mod palette;
-mod reading;
 pub mod stability;
 mod summary;
 mod table;
