@@ -16,7 +16,7 @@ mod twin;
 
 pub use bundle::{
     BUNDLE_FORMAT, BadBundle, Bundle, EnergyGrowth, EnergyLook, EnergyState, Event, FaultEntry, Keyframe,
-    Manifest, Settings,
+    Manifest, RunSettings,
 };
 pub use change::{Change, Gone};
 pub use distances::{Distances, DistancesSoFar};

@@ -5,7 +5,7 @@
 use std::ops::{ControlFlow, Deref, DerefMut};
 use std::sync::Arc;
 
-use lab::Row;
+use lab::ReceiptLine;
 use lab::cost::Study;
 use motion::clock::FrameTime;
 use motion::ledger::Ledger;
@@ -463,7 +463,7 @@ impl Session {
 
     /// The receipt of the session as it is: what acts, because of what, on how many bodies; evaluations per step are
     /// those since the last look, times those of the last measurement.
-    pub fn receipt(&mut self) -> Vec<Row> {
+    pub fn receipt(&mut self) -> Vec<ReceiptLine> {
         self.tools.effects.receipt(&mut self.stage)
     }
 }

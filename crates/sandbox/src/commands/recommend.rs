@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use lab::cost::{Bench, Plan, Study, Subject};
-use lab::recommend::{Goal, Point, Recommendation, Row, Rung, Unit, recommend};
+use lab::recommend::{Goal, PartChoice, Point, Recommendation, Rung, Unit, recommend};
 use report::numbers::{count, json_number as number, three_digits};
 use scene::{Part, Scene, Source};
 use serde_json::{Value, json};
@@ -172,7 +172,7 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
         "share",
     ];
     let heading = heading.map(str::to_owned).to_vec();
-    let line = |(row, study): (&Row, &Study)| {
+    let line = |(row, study): (&PartChoice, &Study)| {
         vec![
             row.part.clone(),
             row.bodies.to_string(),
@@ -205,7 +205,7 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
 }
 
 /// Names the settings that cost the same as the choice.
-fn tie_words(row: &Row, price: &str) -> String {
+fn tie_words(row: &PartChoice, price: &str) -> String {
     let tie = |point: &Point| {
         format!("{} ({:.2e} m, {} {price})", point.setting, point.error_m, three_digits(point.price))
     };
@@ -234,7 +234,7 @@ fn json(scene: &Scene, found: &Recommendation, parts: &[Part], studies: &[Study]
             "price": number(point.price),
         })
     };
-    let row = |((row, part), study): ((&Row, &Part), &Study)| {
+    let row = |((row, part), study): ((&PartChoice, &Part), &Study)| {
         json!({
             "part": row.part,
             "entries": part.entries.iter().map(scene::Entry::path).collect::<Vec<_>>(),
