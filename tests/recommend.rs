@@ -7,7 +7,7 @@ use std::fs;
 use history::Simulation;
 use lab::cost::{Accuracy, Cost, Study};
 use motion::Method;
-use scene::{Change, Scene, edit, load, shipped};
+use scene::{Scene, load, shipped};
 use serde_json::Value;
 
 use crate::harness::{self, Bits, all_bits, sandbox};
@@ -101,27 +101,23 @@ fn comments(text: &str) -> Vec<&str> {
     text.lines().filter_map(|line| line.split_once("//")).map(|(_, comment)| comment).collect()
 }
 
-fn change(path: Option<String>, (method, substeps): (Method, u32)) -> Change {
-    Change { path, method, substeps }
-}
-
 /// Edits the settings of the scene and of every entry of its parts, and looks for anything else that changed.
 #[track_caller]
 fn round_trip(name: &str, text: &str, common: (Method, u32), own: impl Fn(usize) -> (Method, u32)) {
     let before = Scene::parse(name, text).unwrap();
-    let mut changes = vec![change(None, common)];
     let mut expected = before.clone();
     (expected.method, expected.substeps) = common;
-    for (i, part) in before.parts().iter().enumerate() {
+    let (parts, mut entries) = (before.parts(), Vec::new());
+    for (i, part) in parts.iter().enumerate() {
         for entry in &part.entries {
-            changes.push(change(Some(entry.path()), own(i)));
+            entries.push((entry, own(i)));
             for id in entry.bodies.clone() {
                 let body = &mut expected.bodies[id as usize];
                 (body.method, body.substeps) = (Some(own(i).0), Some(own(i).1));
             }
         }
     }
-    let edited = edit(name, text, &changes).unwrap_or_else(|error| panic!("{error}"));
+    let edited = before.with_methods(name, common, &entries).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(comments(&edited), comments(text), "{name}");
     // What an entry need not say, because the scene does, it does not.
     let without_lines = |mut scene: Scene| {
@@ -134,10 +130,10 @@ fn round_trip(name: &str, text: &str, common: (Method, u32), own: impl Fn(usize)
     };
     let after = Scene::parse(name, &edited).unwrap();
     assert_eq!(*after.text, *edited, "{name}");
+    // All keys are there now: the same again changes nothing, and other values change only themselves.
+    assert_eq!(after.with_methods(name, common, &entries).unwrap(), edited, "{name}");
     let expected = Scene { text: after.text.clone(), ..expected };
     assert_eq!(without_lines(after), without_lines(expected), "{name}");
-    // All keys are there now: the same again changes nothing, and other values change only themselves.
-    assert_eq!(edit(name, &edited, &changes).unwrap(), edited, "{name}");
     // Lines are added, never run together or torn apart.
     let kept = text.lines().filter(|line| line.trim_start().starts_with("//"));
     assert!(kept.clone().all(|line| edited.lines().any(|of| of == line)), "{name}");
@@ -154,7 +150,8 @@ fn settings_are_written_into_every_shipped_scene() {
         let own = |part: usize| if verlet { (Method::PositionVerlet, 4) } else { many[part % many.len()] };
         round_trip(shipped.name, shipped.text, common, own);
         if verlet {
-            let refused = edit(shipped.name, shipped.text, &[change(None, (Method::Yoshida4, 3))]);
+            let scene = shipped.load().unwrap();
+            let refused = scene.with_methods(shipped.name, (Method::Yoshida4, 3), &[]);
             assert!(refused.unwrap_err().to_string().contains("knows no previous position"));
         }
     }

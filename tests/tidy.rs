@@ -108,7 +108,6 @@ const FROM_NUMBERS_TO_PAGES: &[&str] = &[
     "numbers",
     "escape",
     "palette",
-    "reading",
     "chart",
     "table",
     "words",

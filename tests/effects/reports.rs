@@ -1,6 +1,6 @@
 //! The receipt and the ablation of a scene, in the program and in the panel.
 
-use lab::Row;
+use lab::ReceiptLine;
 use motion::effects::{Effect, EffectState};
 use motion::{Gravity, Method};
 use sandbox::{SwitchedBy, report};
@@ -23,7 +23,7 @@ fn scene() -> Scene {
     Scene::parse("four", SCENE).unwrap()
 }
 
-fn row<'a>(rows: &'a [Row], name: &str) -> &'a Row {
+fn row<'a>(rows: &'a [ReceiptLine], name: &str) -> &'a ReceiptLine {
     rows.iter().find(|row| row.name == name).unwrap()
 }
 
@@ -45,11 +45,11 @@ fn the_receipt_says_what_acts_on_how_many_bodies_and_why() {
     assert_eq!(limits.because.as_deref(), Some("bodies[2].max_speed_m_s, line 6"));
     for name in ["damping", "thrusts", "springs", "mutual_gravity", "axis_locks", "emitters", "wind"] {
         let row = row(&receipt.rows, name);
-        let expected = Row {
+        let expected = ReceiptLine {
             effect: row.effect,
             ns: Some(0.0),
             share: Some(0.0),
-            ..Row::of(row.name, EffectState::NotDeclared)
+            ..ReceiptLine::of(row.name, EffectState::NotDeclared)
         };
         assert_eq!(*row, expected);
     }
@@ -210,7 +210,7 @@ fn a_session_with_pictures_lists_what_pictures_need() {
     assert_eq!(names, ["interpolation", "picking", "shadows", "arrows", "timeline", "energy_watch"]);
     assert_eq!(row(&rows, "interpolation").bodies, 3);
     assert_eq!((row(&rows, "arrows").state, row(&rows, "arrows").bodies), (EffectState::On, 3));
-    let state = |rows: &[Row]| ["timeline", "energy_watch"].map(|name| row(rows, name).state);
+    let state = |rows: &[ReceiptLine]| ["timeline", "energy_watch"].map(|name| row(rows, name).state);
     assert_eq!(state(&rows), [EffectState::Off; 2]);
     drive.session.stage.keep_timeline();
     let rows = drive.session.tools.receipt(&mut drive.session.stage, &drive.session.view);

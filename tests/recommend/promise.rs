@@ -8,7 +8,7 @@ use history::Simulation;
 use lab::cost::{Bench, Plan, Subject};
 use lab::recommend::{Goal, recommend};
 use motion::Method;
-use scene::{Scene, changes, edit};
+use scene::Scene;
 
 use crate::dice::Dice;
 use crate::harness::scene_of;
@@ -35,7 +35,8 @@ fn largest_error(text: &str, error: f64, exact: impl Fn(f64) -> DVec3) -> f64 {
         recommend(&[(&part.name, study)], Goal::Error(error)).unwrap_or_else(|why| panic!("{why}: {text}"));
     let pick = found.rows[0].pick;
     let settings = [(part, (pick.setting.method, pick.setting.substeps))];
-    let applied = edit("test", text, &changes(&scene, &settings)).unwrap();
+    let (common, own) = scene.methods_of_parts(&settings);
+    let applied = scene.with_methods("test", common, &own).unwrap();
     let mut run = Simulation::new(Scene::parse("applied", &applied).unwrap());
     let mut largest = 0.0_f64;
     for tick in 1..=study.ticks {

@@ -19,7 +19,7 @@ fn beginning(cell: &Cell) -> Prefix {
 /// Cells of `found` that are not what `of` gives of those in `committed`, each in a sentence.
 fn differences(committed: &Matrix, found: &Matrix, of: fn(&Cell) -> Prefix) -> Vec<String> {
     let mut different = Vec::new();
-    let titles = |matrix: &Matrix| matrix.rows.iter().map(lab::stability::Row::title).collect::<Vec<_>>();
+    let titles = |matrix: &Matrix| matrix.rows.iter().map(lab::stability::CaseRow::title).collect::<Vec<_>>();
     if titles(committed) != titles(found) {
         different.push(format!("rows were {:?} and are {:?}", titles(committed), titles(found)));
     }

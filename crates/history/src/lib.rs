@@ -22,12 +22,12 @@ mod twin;
 
 pub use bundle::{
     BUNDLE_FORMAT, BadBundle, Bundle, EnergyGrowth, EnergyLook, EnergyState, Event, FaultEntry, Keyframe,
-    Manifest, Settings,
+    Manifest, RunSettings,
 };
 pub use change::{Change, Gone};
 pub use distances::{Distances, DistancesSoFar};
 pub use simulation::Simulation;
-pub use snapshot::{BadSnapshot, Snapshot};
+pub use snapshot::{BadSnapshot, Snapshot, words};
 pub use timeline::{
     Broken, ENERGY_JUMP, Fault, Replay, Rerun, Seek, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline, Watch,
 };

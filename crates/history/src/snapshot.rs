@@ -6,7 +6,7 @@
 mod entries;
 mod restore;
 mod take;
-pub(crate) mod words;
+pub mod words;
 
 use motion::clock::ClockState;
 use motion::snapshot::Effects;

@@ -13,8 +13,10 @@ mod arithmetic;
 mod bench;
 mod choice;
 mod clock;
+mod comparison;
 mod drift;
 mod exact;
+mod fate;
 mod front;
 mod machine;
 mod plan;
@@ -27,12 +29,13 @@ mod subject;
 mod timing;
 mod truth;
 
-pub(crate) use record::method_name;
 pub(crate) use truth::larger;
 
 pub use bench::Bench;
-pub use choice::{Answer, Cheapest};
+pub use choice::{Answer, Cheapest, Choice, Lead};
 pub use clock::Clock;
+pub use comparison::{Contest, EqualCost, FailedRuns, LeastError, Round, SEEN, ShownOrder, SinglePrecision};
+pub use fate::Fate;
 pub use front::{Accuracy, Cost};
 pub use plan::Plan;
 pub use problem::{PROBLEMS, Problem, State, problem};

@@ -20,5 +20,5 @@ mod run;
 pub mod stability;
 
 pub use ablation::{Ablation, Absence, ablate};
-pub use receipt::{Receipt, Row, look, receipt};
+pub use receipt::{Receipt, ReceiptLine, look, receipt};
 pub use run::{AttractionTick, ByEffect, attraction_tick, watch_time};

@@ -11,7 +11,7 @@ use crate::run::{ByEffect, started, step_times};
 
 /// One line of a receipt.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct ReceiptLine {
     /// The word for it.
     pub name: &'static str,
     /// The effect; `None` is what methods and pictures bring with them.
@@ -33,7 +33,7 @@ pub struct Row {
     pub bytes: usize,
 }
 
-impl Row {
+impl ReceiptLine {
     /// A row without effect and cost.
     pub const fn of(name: &'static str, state: EffectState) -> Self {
         Self {
@@ -51,7 +51,7 @@ impl Row {
 }
 
 /// What the effects of a run do and cost: every effect, declared or not, then what methods keep.
-pub type Receipt = ByEffect<Row>;
+pub type Receipt = ByEffect<ReceiptLine>;
 
 /// The receipt of `ticks` ticks of `scene`, at least 1, from its start, with effects switched off before the first tick.
 pub fn receipt(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
@@ -85,19 +85,19 @@ pub fn receipt(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
 const IMPLICIT_SOLVER: &str = "implicit_solver";
 
 /// What there is to see in a simulation without running it: evaluations and times are left open.
-pub fn look(simulation: &mut Simulation) -> Vec<Row> {
+pub fn look(simulation: &mut Simulation) -> Vec<ReceiptLine> {
     let method = simulation.method();
     let Simulation { scene, world, .. } = simulation;
     let mut rows: Vec<_> = Effect::ALL
         .into_iter()
         .map(|effect| {
             let state = motion::effects::state(world, effect);
-            Row {
+            ReceiptLine {
                 effect: Some(effect),
                 because: (state != EffectState::NotDeclared).then(|| because(scene, effect)),
                 bodies: effect.bodies(world),
                 bytes: effect.bytes(world),
-                ..Row::of(effect.name(), state)
+                ..ReceiptLine::of(effect.name(), state)
             }
         })
         .collect();
@@ -117,7 +117,7 @@ pub fn look(simulation: &mut Simulation) -> Vec<Row> {
     rows.extend(methods.map(|(name, bodies, bytes, why)| {
         let state = if bodies > 0 { EffectState::On } else { EffectState::NotDeclared };
         let because = (bodies > 0).then(|| why.to_owned());
-        Row { because, bodies, bytes, ..Row::of(name, state) }
+        ReceiptLine { because, bodies, bytes, ..ReceiptLine::of(name, state) }
     }));
     rows
 }

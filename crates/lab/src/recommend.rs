@@ -38,7 +38,7 @@ pub struct Point {
 
 /// What is chosen for one part.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct PartChoice {
     /// Name of the part.
     pub part: String,
     /// Bodies of it that can move.
@@ -68,7 +68,7 @@ pub struct Rung {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recommendation {
     /// One a part, in their order; at least one.
-    pub rows: Vec<Row>,
+    pub rows: Vec<PartChoice>,
     /// Unit of all prices.
     pub unit: Unit,
     /// What all parts cost together.
@@ -284,7 +284,7 @@ fn result(
     unit: Unit,
 ) -> Recommendation {
     let sum = total(picks);
-    let row = |(front, (pick, ties)): (&Front<'_>, &Pick)| Row {
+    let row = |(front, (pick, ties)): (&Front<'_>, &Pick)| PartChoice {
         part: front.part.to_owned(),
         bodies: front.study.bodies,
         pick: *pick,

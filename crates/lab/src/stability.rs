@@ -10,4 +10,4 @@ mod run;
 
 pub use class::Class;
 pub use matrix::Survey;
-pub use record::{Cell, FORMAT, Matrix, PREFIX, Prefix, Row};
+pub use record::{CaseRow, Cell, FORMAT, Matrix, PREFIX, Prefix};

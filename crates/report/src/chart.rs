@@ -3,7 +3,6 @@
 mod axis;
 mod drawing;
 mod marks;
-mod png;
 
 use motion::Method;
 

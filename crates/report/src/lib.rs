@@ -19,7 +19,6 @@ mod figures;
 pub mod numbers;
 mod page;
 mod palette;
-mod reading;
 pub mod stability;
 mod summary;
 mod table;
@@ -40,8 +39,8 @@ pub use tables::{prices, tables};
 pub use words::{time_words, words};
 
 /// The files of a report by their names, none of which has a folder: `report.html` with everything in it, `report.json`
-/// as [`Report`] is read again, `summary.md`, `cells.csv`, `drift.csv`, `rates.csv`, each figure as SVG, and last, because
-/// they take the longest, each as PNG. They are made one at a time as they are asked for.
+/// as [`Report`] is read again, `summary.md`, `cells.csv`, `drift.csv`, `rates.csv`, and each figure as SVG.
+/// They are made one at a time as they are asked for.
 pub fn files(report: &Report) -> impl Iterator<Item = (String, Vec<u8>)> {
     let texts: [(&str, fn(&Report) -> String); 6] = [
         ("report.html", page::page),
@@ -53,8 +52,7 @@ pub fn files(report: &Report) -> impl Iterator<Item = (String, Vec<u8>)> {
     ];
     let texts = texts.into_iter().map(|(name, text)| (name.to_owned(), text(report).into_bytes()));
     let figures = drawn(report).map(|(name, figure)| (format!("{name}.svg"), figure.document().into_bytes()));
-    let pictures = drawn(report).map(|(name, figure)| (format!("{name}.png"), figure.png()));
-    texts.chain(figures).chain(pictures)
+    texts.chain(figures)
 }
 
 /// The report as it is read again.

@@ -1,15 +1,15 @@
 //! What a study found, as tables.
 
 use lab::cost::{
-    Accuracy, Answer, Cell, Cheapest, Cost, Host, Outcome, Place, Precision, RateRow, Study, TickTime,
+    Accuracy, Cell, Cheapest, Choice, Cost, EqualCost, Host, Outcome, Phase, Place, Precision, RateRow, SEEN,
+    ShownOrder, SinglePrecision, Study, TickTime,
 };
 use motion::Method;
 
 use super::numbers::{NONE, duration, length, number, share};
 use super::palette::ink;
-use super::reading::{SEEN, claimed_orders, exact, failures, fate, floor, methods, ranks};
 use super::table::Table;
-use super::words::{answers, bodies, setting, title};
+use super::words::{bodies, fate, setting, title, why};
 
 /// The tables of a summary, those that have any rows.
 pub fn tables(study: &Study) -> Vec<Table> {
@@ -32,33 +32,21 @@ fn or_none<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
 /// The cheapest settings for each error, with "=" between those that tie. Of errors with one answer there is the smallest,
 /// which says the others.
 pub(crate) fn cheapest(study: &Study) -> Table {
-    let [by_evaluations, by_time, by_arithmetic] =
-        [Cost::Evaluations, Cost::Time, Cost::Arithmetic].map(|cost| answers(study, cost));
-    let of_bound = |below_m: f64| move |answer: &&Answer<'_>| answer.below_m.to_bits() == below_m.to_bits();
-    let quick = |below_m: f64| by_time.iter().find(of_bound(below_m));
-    let alone = |below_m: f64| {
-        let found = by_arithmetic.iter().find(of_bound(below_m));
-        found.map(|answer| settings(study, &answer.cheapest))
-    };
-    let rows: Vec<_> = by_evaluations.iter().map(|answer| (answer, quick(answer.below_m))).collect();
-    let picks = |(answer, quick): (&Answer<'_>, Option<&Answer<'_>>)| {
-        let quick = quick.map(|quick| settings(study, &quick.cheapest));
-        (settings(study, &answer.cheapest), quick, alone(answer.below_m))
-    };
-    let is_last = |i: usize| rows.get(i + 1).is_none_or(|next| picks(*next) != picks(rows[i]));
-    let row = |(answer, quick): (&Answer<'_>, Option<&Answer<'_>>)| {
-        let quickest = quick.map(|quick| quick.cheapest.cell);
+    let has_alone = !study.answers(Cost::Arithmetic).is_empty();
+    let row = |Choice { below_m, by_evaluations, by_time, by_arithmetic }: Choice<'_>| {
+        let quickest = by_time.as_ref().map(|quick| quick.cell);
         let real_time = quickest.and_then(|cell| study.cost(cell, Cost::RealTime));
+        let words = |cheapest: Option<&Cheapest<'_>>| or_none(cheapest, |cheapest| settings(study, cheapest));
         vec![
-            format!("below {}", length(answer.below_m, 2)),
-            settings(study, &answer.cheapest),
-            or_none(study.cost(answer.cheapest.cell, Cost::Evaluations), |cost| number(cost, 3)),
-            or_none(quick, |quick| settings(study, &quick.cheapest)),
+            format!("below {}", length(below_m, 2)),
+            settings(study, &by_evaluations),
+            or_none(study.cost(by_evaluations.cell, Cost::Evaluations), |cost| number(cost, 3)),
+            words(by_time.as_ref()),
             or_none(quickest.and_then(|cell| cell.time), |time| duration(time.ns_per_body_step, 2)),
             or_none(real_time, |part| share(part, 2)),
         ]
         .into_iter()
-        .chain((!by_arithmetic.is_empty()).then(|| or_none(alone(answer.below_m), |alone| alone)))
+        .chain(has_alone.then(|| words(by_arithmetic.as_ref())))
         .collect()
     };
     let header = [
@@ -69,32 +57,22 @@ pub(crate) fn cheapest(study: &Study) -> Table {
         "per body per step",
         "of real time",
     ];
-    let header =
-        header.into_iter().chain((!by_arithmetic.is_empty()).then_some("cheapest by the arithmetic alone"));
+    let header = header.into_iter().chain(has_alone.then_some("cheapest by the arithmetic alone"));
     let title = format!("Cheapest for an error within {} s", number(study.simulated_s, 3));
-    Table::words(title, header, (0..rows.len()).filter(|i| is_last(*i)).map(|i| row(rows[i])))
+    Table::words(title, header, study.choices().into_iter().map(row))
 }
 
 /// The cheapest setting, and those that tie with it.
 fn settings(study: &Study, cheapest: &Cheapest<'_>) -> String {
-    let all = [cheapest.cell].into_iter().chain(cheapest.ties.iter().copied());
-    all.map(|cell| setting(study, cell)).collect::<Vec<_>>().join(" = ")
+    cheapest.cells().map(|cell| setting(study, cell)).collect::<Vec<_>>().join(" = ")
 }
 
 /// Methods by the time of a step, the shortest first; "=" is on those that tie.
 pub(crate) fn ranking(study: &Study) -> Table {
     let (places, alone) = (study.ranking(Host::World), study.ranking(Host::Arithmetic));
-    // Compared with semi-implicit Euler, or the first.
-    let base_of = |places: &[Place]| {
-        places.iter().find(|place| place.method == Method::SemiImplicitEuler).or(places.first()).copied()
-    };
-    let (base, base_alone, over) = (base_of(&places), base_of(&alone), study.over_arithmetic());
-    let mut rank = 0;
+    let (base, base_alone, over) = (Place::base(&places), Place::base(&alone), study.over_arithmetic());
     let row = |(i, place): (usize, &Place)| {
-        let Place { method, ns_per_body_step, tied } = *place;
-        if !tied {
-            rank = i + 1;
-        }
+        let Place { method, ns_per_body_step, tied, rank } = *place;
         let shares = tied || places.get(i + 1).is_some_and(|next| next.tied);
         let line = study.world_times().find(|of| of.method == method);
         vec![
@@ -186,7 +164,7 @@ pub(crate) fn by_precision(study: &Study) -> Table {
             duration(of.ns_per_body_step, 2),
         ]
     };
-    let single = |method| methods(study, Precision::F32).contains(&method);
+    let single = |method| study.methods(Precision::F32).contains(&method);
     let alone = study.tick_times.iter().filter(|of| of.host == Host::Arithmetic && single(of.method));
     Table::numbers(
         "By precision: the arithmetic alone",
@@ -198,17 +176,15 @@ pub(crate) fn by_precision(study: &Study) -> Table {
 /// What each method is worth: its order, whether it is ever the best choice, what single precision leaves of it, and
 /// what it does to energy.
 pub(crate) fn of_methods(study: &Study) -> Table {
-    let ranks = ranks(study);
-    let never = [Cost::Evaluations, Cost::Time]
-        .map(|cost| (!answers(study, cost).is_empty()).then(|| study.never_best(cost)));
+    let ranks = study.ranks();
+    let best = [("evaluations", Cost::Evaluations), ("time", Cost::Time)]
+        .map(|(name, cost)| (name, study.ever_best(cost)));
     let best = |method: Method| {
-        let by = ["evaluations", "time"].into_iter().zip(&never);
-        let by: Vec<_> =
-            by.filter(|(_, never)| never.as_ref().is_some_and(|never| !never.contains(&method))).collect();
-        match &by[..] {
-            _ if never.iter().all(Option::is_none) => NONE.to_owned(),
+        let by = best.iter().filter(|(_, best)| best.as_ref().is_some_and(|best| best.contains(&method)));
+        match &by.map(|(name, _)| *name).collect::<Vec<_>>()[..] {
+            _ if best.iter().all(|(_, best)| best.is_none()) => NONE.to_owned(),
             [] => "never".to_owned(),
-            by => by.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" and "),
+            by => by.join(" and "),
         }
     };
     let lengths: Vec<_> = [false, true]
@@ -219,7 +195,7 @@ pub(crate) fn of_methods(study: &Study) -> Table {
         let mut row = vec![method.claims().title.to_owned()];
         row.push(if ranks { order(study, method) } else { NONE.to_owned() });
         row.push(best(method));
-        row.push(single_precision(study, method).filter(|_| ranks).unwrap_or_else(|| NONE.to_owned()));
+        row.push(or_none(study.single_precision(method).filter(|_| ranks), single_precision));
         for (long, _) in &lengths {
             let drift =
                 study.drifts.iter().find(|drift| drift.long == *long && drift.setting.method == method);
@@ -229,103 +205,72 @@ pub(crate) fn of_methods(study: &Study) -> Table {
     };
     let header = ["method", "order", "best choice by", "in single precision"].map(str::to_owned);
     let energy = lengths.iter().map(|(_, s)| format!("energy invented or lost over {} s", number(*s, 3)));
-    let rows = methods(study, Precision::F64).into_iter().map(row);
+    let rows = study.methods(Precision::F64).into_iter().map(row);
     Table::words("Methods", header.into_iter().chain(energy), rows)
 }
 
 /// The order that errors show, and what the table of methods claims where that is another.
 fn order(study: &Study, method: Method) -> String {
-    if exact(study, method) {
+    if study.is_exact(method) {
         return if study.truth.own_error().1 > 0.0 { "as exact as the reference" } else { "exact" }
             .to_owned();
     }
-    let finest = study.curve(method, Precision::F64).filter(|cell| cell.errors().is_some()).last();
-    let order = study.order(method, SEEN).filter(|_| finest.is_some_and(|cell| study.is_usable(cell)));
-    let Some(shows) = order else { return NONE.to_owned() };
-    let off = |order: &u32| (shows - f64::from(*order)).abs();
-    match claimed_orders(study, method).into_iter().min_by(|a, b| off(a).total_cmp(&off(b))) {
-        Some(claimed) if off(&claimed) > 0.25 => format!("{shows:.1}, claimed {claimed}"),
-        _ => format!("{shows:.1}"),
-    }
+    or_none(study.shown_order(method), |ShownOrder { shows, claimed }| match claimed {
+        Some(claimed) => format!("{shows:.1}, claimed {claimed}"),
+        None => format!("{shows:.1}"),
+    })
 }
 
-/// The least error in single precision, and where; `None` where no run of it went through.
-fn single_precision(study: &Study, method: Method) -> Option<String> {
-    let (best, least, worse) = floor(study, method, Precision::F32)?;
-    let double = floor(study, method, Precision::F64).map(|(_, least, _)| least);
-    if !worse && double.is_some_and(|double| least <= 1.5 * double) {
-        return Some("as good".to_owned());
+/// The least error in single precision, and where.
+fn single_precision(SinglePrecision { least, is_as_good, compensated_m }: SinglePrecision<'_>) -> String {
+    if is_as_good {
+        return "as good".to_owned();
     }
-    let finer = if worse { ", finer steps are worse" } else { "" };
-    let compensated = floor(study, method, Precision::CompensatedF32)
-        .map(|(_, least, _)| format!("; compensated {}", length(least, 2)));
-    Some(format!(
-        "{} at x {}{finer}{}",
-        length(least, 2),
-        best.setting.substeps,
-        compensated.unwrap_or_default()
-    ))
+    let finer = if least.finer_is_worse { ", finer steps are worse" } else { "" };
+    let compensated =
+        compensated_m.map_or_else(String::new, |least| format!("; compensated {}", length(least, 2)));
+    format!("{} at x {}{finer}{compensated}", length(least.error_m, 2), least.cell.setting.substeps)
 }
 
 /// Phase and amplitude at the end of the run apart, of every method at the same step: the middle one of those that were run.
 pub(crate) fn phases(study: &Study) -> Table {
-    let has_phase = |cell: &&Cell| cell.errors().is_some_and(|errors| errors.phase.is_some());
-    let methods = methods(study, Precision::F64);
-    let mut rungs: Vec<u32> = methods
-        .iter()
-        .flat_map(|method| study.curve(*method, Precision::F64))
-        .filter(has_phase)
-        .map(|cell| cell.setting.substeps)
-        .collect();
-    rungs.sort_unstable();
-    rungs.dedup();
-    let middle = rungs.get(rungs.len() / 2).copied();
-    let row = |method: &Method| {
-        let cell = study.curve(*method, Precision::F64).find(|cell| Some(cell.setting.substeps) == middle)?;
-        let (phase, period_s) = (cell.errors()?.phase?, study.period_s?);
+    let row = |(cell, phase): (&Cell, Phase)| {
+        let period_s = study.period_s?;
         let late = if phase.late_s < 0.0 { "early" } else { "late" };
-        // Farther off than the motion is large, a run has no phase.
-        let has_phase = (phase.off_path < 1.0).then_some(phase.late_s.abs());
+        let off = phase.known_late_s().map(f64::abs);
         Some(vec![
-            method.claims().title.to_owned(),
+            cell.setting.method.claims().title.to_owned(),
             number(1.0 / study.step_s(cell.setting), 3),
-            or_none(has_phase, |off| format!("{} {late}", duration(1e9 * off, 2))),
-            or_none(has_phase, |off| share(off / period_s, 2)),
+            or_none(off, |off| format!("{} {late}", duration(1e9 * off, 2))),
+            or_none(off, |off| share(off / period_s, 2)),
             share(phase.off_path, 2),
         ])
     };
     let title = format!("Phase and amplitude apart, after {} s", number(study.simulated_s, 3));
     let header = ["method", "steps per s", "phase", "of a period", "amplitude and shape: off the path"];
-    Table::numbers(title, header, methods.iter().filter_map(row))
+    Table::numbers(title, header, study.phases().into_iter().filter_map(row))
 }
 
 /// Errors of positions at equal evaluations, the least of a row with a star.
 pub(crate) fn equal(study: &Study) -> Table {
-    let methods = if ranks(study) { methods(study, Precision::F64) } else { Vec::new() };
-    let base = methods.iter().find(|method| **method == Method::SemiImplicitEuler).or(methods.first());
-    let mut costs: Vec<f64> = Vec::new();
-    for cell in base.into_iter().flat_map(|base| study.curve(*base, Precision::F64)) {
-        let cost = study.cost(cell, Cost::Evaluations).filter(|cost| *cost > 0.0);
-        costs.extend(cost.filter(|cost| costs.last().is_none_or(|last| *cost > 1.9 * last)));
-    }
-    let row = |cost: &f64| {
-        let errors: Vec<_> =
-            methods.iter().map(|method| study.error_at(*method, SEEN, Cost::Evaluations, *cost)).collect();
-        let least = errors.iter().flatten().copied().fold(f64::INFINITY, f64::min);
-        let star = |error: f64| if error <= least { " *" } else { "" };
-        let cells = errors.iter().map(|error| or_none(*error, |error| length(error, 2) + star(error)));
-        std::iter::once(number(*cost, 3)).chain(cells).collect()
+    let row = |EqualCost { evaluations, errors_m, least_m }: EqualCost| {
+        let star = |error: f64| if error <= least_m { " *" } else { "" };
+        let cells = errors_m.iter().map(|error| or_none(*error, |error| length(error, 2) + star(error)));
+        std::iter::once(number(evaluations, 3)).chain(cells).collect()
     };
+    let methods = study.methods(Precision::F64);
     let header =
         std::iter::once("evaluations per body per s").chain(methods.iter().map(|method| ink(*method).short));
-    Table::numbers("Errors at equal evaluations, the least with a star", header, costs.iter().map(row))
+    let rows = study.at_equal_costs().into_iter().map(row);
+    Table::numbers("Errors at equal evaluations, the least with a star", header, rows)
 }
 
 /// Runs that are crosses and no points.
 pub(crate) fn failed(study: &Study) -> Table {
-    let rows = failures(study).into_iter().map(|group| {
+    let rows = study.failed_runs().into_iter().map(|group| {
+        let substeps: Vec<_> = group.runs.iter().map(|(substeps, _)| format!("x {substeps}")).collect();
         let title = group.method.claims().title.to_owned();
-        vec![title, group.precision.name().to_owned(), group.substeps().join(", "), group.why()]
+        vec![title, group.precision.name().to_owned(), substeps.join(", "), why(&group)]
     });
     Table::words("Runs that failed", ["method", "precision", "substeps", "why"], rows)
 }

@@ -1,16 +1,18 @@
 //! What a study found, in a few sentences.
 
-use lab::cost::{Answer, Cell, Cost, Crossing, Host, Study, Truth};
+use lab::cost::{
+    Cell, Contest, Cost, Crossing, Drift, EnergyScale, FailedRuns, Failure, Fate, Host, Lead, SEEN, Study,
+    Truth,
+};
 use motion::Method;
 
-use super::numbers::{capital, fold, length, number};
+use super::numbers::{capital, fold, length, number, share};
 use super::palette::ink;
-use super::reading::{self, SEEN, exact, finished, ranks, rounds};
 
 /// What was found in sentences, the answer in one line first.
 pub fn words(study: &Study) -> Vec<String> {
     let mut words = vec![headline(study)];
-    if ranks(study) {
+    if study.ranks() {
         words.extend(tutorial(study));
         words.extend(cheapest_by_time(study));
         words.extend(alone(study));
@@ -22,10 +24,10 @@ pub fn words(study: &Study) -> Vec<String> {
 
 /// The answer in one line: who leads the front, and down to which error.
 pub(crate) fn headline(study: &Study) -> String {
-    if !reading::moves(study) {
+    if !study.moves() {
         return "Nothing moves here: every method is exact, and the cheapest will do.".to_owned();
     }
-    if !finished(study) {
+    if !study.has_finished() {
         return "No run in double precision went through: there is nothing to compare.".to_owned();
     }
     if study.is_uncertain() {
@@ -35,75 +37,58 @@ pub(crate) fn headline(study: &Study) -> String {
             number(study.simulated_s, 3),
         );
     }
-    let answers = answers(study, Cost::Evaluations);
-    if answers.is_empty() {
+    let leads = study.leads(Cost::Evaluations);
+    if leads.is_empty() {
         return "Every step that was run is too coarse: no error is below a tenth of the motion.".to_owned();
     }
-    format!("Cheapest by evaluations: {}.", spans(study, &answers))
-}
-
-/// What is cheapest for errors of powers of ten, where methods can be ranked: the rows of the table of the cheapest settings.
-pub(crate) fn answers(study: &Study, cost: Cost) -> Vec<Answer<'_>> {
-    if ranks(study) { study.answers(cost) } else { Vec::new() }
+    format!("Cheapest by evaluations: {}.", spans(&leads))
 }
 
 /// Names the methods and the error down to which each is the cheapest, with "=" between those that tie.
-fn spans(study: &Study, answers: &[Answer<'_>]) -> String {
-    let methods = |answer: &Answer<'_>| answer.cheapest.methods();
-    let spans = answers.chunk_by(|a, b| methods(a) == methods(b)).filter_map(|span| {
-        let last = span.last()?;
-        let names: Vec<_> = methods(last).into_iter().map(title).collect();
-        let is_exact = methods(last).into_iter().all(|method| exact(study, method));
+fn spans(leads: &[Lead]) -> String {
+    let span = |Lead { methods, below_m, are_exact }: &Lead| {
+        let names: Vec<_> = methods.iter().map(|method| title(*method)).collect();
         let until =
-            if is_exact { "(exact)".to_owned() } else { format!("down to {}", length(last.below_m, 2)) };
-        Some(format!("{} {until}", names.join(" = ")))
-    });
-    spans.collect::<Vec<_>>().join(", then ")
+            if *are_exact { "(exact)".to_owned() } else { format!("down to {}", length(*below_m, 2)) };
+        format!("{} {until}", names.join(" = "))
+    };
+    leads.iter().map(span).collect::<Vec<_>>().join(", then ")
 }
 
 /// The tutorial's question: one step of Runge-Kutta 4, or four of semi-implicit Euler?
 fn tutorial(study: &Study) -> Option<String> {
-    let (fourth, plain) = (Method::RungeKutta4, Method::SemiImplicitEuler);
-    let rounds = rounds(study, fourth, plain);
-    let of_use = rounds.iter().filter(|round| study.is_usable(round.first) || study.is_usable(round.second));
-    let factors: Vec<_> = of_use.filter_map(|round| Some((round, round.factor(study)?))).collect();
-    let [(coarse, first), ..] = factors[..] else { return None };
-    let (fine, last) = *factors.last()?;
-    let better = |factor: f64| if factor > 1.0 { fourth } else { plain };
-    let times = |factor: f64| fold(factor.max(factor.recip()));
-    let (start, end) = (better(first), better(last));
-    if factors.iter().any(|(_, factor)| better(*factor) != start) {
+    let Contest { coarse, fine, one_wins } = study.contest(Method::RungeKutta4, Method::SemiImplicitEuler)?;
+    let method = |cell: &Cell| cell.setting.method;
+    let (better, worse) = (method(coarse.better), method(coarse.worse));
+    let at = evaluations(study, coarse.evaluations);
+    if let Some(fine) = fine.filter(|_| !one_wins) {
         return Some(format!(
-            "At equal evaluations {} is more accurate with coarse steps, {} times at {}, and {} with fine ones, {} times \
+            "At equal evaluations {} is more accurate with coarse steps, {} times at {at}, and {} with fine ones, {} times \
              at {}.",
-            title(start),
-            times(first),
-            evaluations(study, coarse.evaluations),
-            title(end),
-            times(last),
+            title(better),
+            fold(coarse.times),
+            title(method(fine.better)),
+            fold(fine.times),
             number(fine.evaluations, 3),
         ));
     }
-    let (worse, its) = if start == fourth { (plain, coarse.second) } else { (fourth, coarse.first) };
-    if exact(study, start) {
-        let error = study.error(its, SEEN).map_or_else(|| "failed".to_owned(), |error| length(error, 2));
-        let at = evaluations(study, coarse.evaluations);
+    if study.is_exact(better) {
+        let error = study.error(coarse.worse, SEEN);
+        let error = error.map_or_else(|| "failed".to_owned(), |error| length(error, 2));
         return Some(format!(
             "{} is exact here; {} has an error of {error} at {at}.",
-            capital(&title(start)),
+            capital(&title(better)),
             title(worse)
         ));
     }
-    let fine = match factors.len() {
-        1 => String::new(),
-        _ => format!(", {} times at {}", times(last), number(fine.evaluations, 3)),
-    };
+    let fine = fine.map_or_else(String::new, |fine| {
+        format!(", {} times at {}", fold(fine.times), number(fine.evaluations, 3))
+    });
     Some(format!(
-        "At equal evaluations {} is more accurate than {} at every useful step: its error is {} times smaller at {}{fine}.",
-        title(start),
+        "At equal evaluations {} is more accurate than {} at every useful step: its error is {} times smaller at {at}{fine}.",
+        title(better),
         title(worse),
-        times(first),
-        evaluations(study, coarse.evaluations),
+        fold(coarse.times),
     ))
 }
 
@@ -125,13 +110,13 @@ pub fn time_words(study: &Study) -> Vec<String> {
 
 /// What the arithmetic alone would choose, and what this program takes on top.
 fn alone(study: &Study) -> Option<String> {
-    let (answers, over) = (answers(study, Cost::Arithmetic), study.over_arithmetic());
+    let (leads, over) = (study.leads(Cost::Arithmetic), study.over_arithmetic());
     let over = || over.iter().map(|(_, times)| *times);
     let (least, most) = (over().reduce(f64::min)?, over().reduce(f64::max)?);
-    let cheapest = if answers.is_empty() {
+    let cheapest = if leads.is_empty() {
         String::new()
     } else {
-        format!("Cheapest by the arithmetic alone, a loop over arrays: {}. ", spans(study, &answers))
+        format!("Cheapest by the arithmetic alone, a loop over arrays: {}. ", spans(&leads))
     };
     Some(format!(
         "{cheapest}This program takes {} to {} times as long as the arithmetic alone with {}.",
@@ -143,23 +128,11 @@ fn alone(study: &Study) -> Option<String> {
 
 /// Names the method that leads by time for each error, and the sizes at which others lead.
 fn cheapest_by_time(study: &Study) -> Option<String> {
-    let here = answers(study, Cost::Time);
-    if here.is_empty() {
-        return None;
-    }
-    let methods =
-        |answers: &[Answer<'_>]| answers.iter().map(|answer| answer.cheapest.methods()).collect::<Vec<_>>();
-    let mut text = format!("Cheapest by time with {}: {}", bodies(study.size()), spans(study, &here));
-    let mut last = methods(&here);
-    for size in study.sizes().into_iter().filter(|size| *size != study.size()) {
-        let study = study.at_size(size);
-        let there = answers(&study, Cost::Time);
-        if methods(&there) != methods(&here) && methods(&there) != last {
-            text += &format!(". With {}: {}", bodies(size), spans(&study, &there));
-        }
-        last = methods(&there);
-    }
-    Some(text + ".")
+    let mut leads = study.leads_by_size().into_iter();
+    let words = |(size, leads): (usize, Vec<Lead>)| format!("{}: {}", bodies(size), spans(&leads));
+    let here = leads.next().map(words)?;
+    let elsewhere: String = leads.map(|there| format!(". With {}", words(there))).collect();
+    Some(format!("Cheapest by time with {here}{elsewhere}."))
 }
 
 /// The sizes at which two methods change places by the time of a step.
@@ -226,4 +199,95 @@ pub(crate) fn evaluations(study: &Study, per_second: f64) -> String {
 pub(crate) fn bodies(count: usize) -> String {
     let digits = number(count as f64, 9);
     format!("{digits} {}", if count == 1 { "body" } else { "bodies" })
+}
+
+/// What became of energy, in words, and of what the numbers are parts.
+pub(crate) fn fate(drift: &Drift) -> String {
+    let whole = match (drift.fate(), drift.scale) {
+        (Fate::Failed | Fate::RoundOff, _) => return short_fate(drift),
+        (Fate::Exponential(_), _) => "the energy at the start",
+        (_, EnergyScale::Start) => "of the energy at the start",
+        (_, EnergyScale::PeakKinetic) => "of the peak kinetic energy",
+    };
+    format!("{} {whole}", short_fate(drift))
+}
+
+/// The same where something else says of what the numbers are parts.
+pub(crate) fn short_fate(drift: &Drift) -> String {
+    let part = |part: f64| share(part, 2);
+    match drift.fate() {
+        Fate::Failed => "failed".to_owned(),
+        Fate::RoundOff => "round-off".to_owned(),
+        Fate::Lost(largest) => format!("loses {}", part(largest)),
+        Fate::Exponential(times) => format!("grows exponentially to {} times", fold(times)),
+        Fate::Power(power, largest) => format!("grows as t^{power:.1} to {}", part(largest)),
+        Fate::Grows(largest) => format!("grows to {}", part(largest)),
+        Fate::Varies(largest) => format!("varies by up to {}", part(largest)),
+        Fate::Within(largest) => format!("within {}", part(largest)),
+    }
+}
+
+/// The reason of all of these runs.
+pub(crate) fn why(failed: &FailedRuns<'_>) -> String {
+    let of = |failure: &&Failure| match failure {
+        Failure::Quarantined { tick, .. } => *tick,
+        Failure::Unconverged { steps } => *steps,
+        _ => 0,
+    };
+    let failures = || failed.runs.iter().map(|(_, failure)| *failure);
+    match (failures().min_by_key(of), failures().max_by_key(of)) {
+        (Some(Failure::Unconverged { steps: least }), Some(Failure::Unconverged { steps: most }))
+            if least < most =>
+        {
+            format!("{least} to {most} steps did not converge")
+        }
+        (Some(first @ Failure::Quarantined { .. }), _) if failed.runs.len() > 1 => {
+            format!("bodies were quarantined; the first: {first}")
+        }
+        (Some(first), _) => first.to_string(),
+        (None, _) => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lab::cost::{Precision, Setting};
+
+    use super::*;
+
+    fn drift(scale: EnergyScale, start: f64, residual: impl Fn(f64) -> f64) -> Drift {
+        let series: Vec<_> = (1..=200).map(|i| f64::from(i) / 20.0).map(|t| (t, residual(t))).collect();
+        Drift {
+            setting: Setting { method: Method::ExplicitEuler, substeps: 1, precision: Precision::F64 },
+            long: false,
+            simulated_s: 10.0,
+            scale,
+            start,
+            largest: series.iter().map(|(_, residual)| residual.abs()).reduce(f64::max),
+            series,
+        }
+    }
+
+    #[test]
+    fn an_exponential_growth_is_called_one_and_shares_say_of_what() {
+        // The energy grows by 162 %, to which the peak kinetic energy comes near.
+        let rate = 2.62_f64.ln() / 10.0;
+        let grown = drift(EnergyScale::PeakKinetic, 0.4, |t| 0.4 * (rate * t).exp_m1());
+        assert_eq!(fate(&grown), "grows exponentially to 2.6 times the energy at the start");
+        assert_eq!(short_fate(&grown), "grows exponentially to 2.6 times");
+        // An energy of 0 at the start is no measure.
+        let from_nothing = Drift { start: 0.0, ..grown };
+        assert!(fate(&from_nothing).ends_with("% of the peak kinetic energy"), "{}", fate(&from_nothing));
+        let line = drift(EnergyScale::Start, 1.0, |t| 1e-3 * t);
+        assert_eq!(fate(&line), "grows as t^1.0 to 1 % of the energy at the start");
+        let root = drift(EnergyScale::PeakKinetic, -0.5, |t| 1e-3 * t.sqrt());
+        assert_eq!(fate(&root), "grows as t^0.5 to 0.32 % of the peak kinetic energy");
+        let swing = drift(EnergyScale::Start, -1.0, |t| 1e-3 * (7.0 * t).sin());
+        assert_eq!(fate(&swing), "within 0.1 % of the energy at the start");
+        assert_eq!(short_fate(&swing), "within 0.1 %");
+        let jump = drift(EnergyScale::Start, 1.0, |t| if t > 8.0 { 0.2 } else { 1e-6 });
+        assert_eq!(fate(&jump), "grows to 20 % of the energy at the start");
+        let lost = drift(EnergyScale::Start, 1.0, |t| (-t).exp_m1());
+        assert_eq!(fate(&lost), "loses 100 % of the energy at the start");
+    }
 }

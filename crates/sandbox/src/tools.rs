@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 use crate::clock::FrameTime;
 use bevy_ecs::entity::Entity;
-use lab::Row;
+use lab::ReceiptLine;
 use lab::cost::Study;
 use motion::Request;
 use motion::ledger::Ledger;
@@ -188,7 +188,7 @@ impl Tools {
 
     /// The receipt of the session as it is: its effects, their causes and the number of bodies of each; evaluations per step
     /// are those since the last look, times those of the last measurement.
-    pub fn receipt(&mut self, stage: &mut Stage, view: &View) -> Vec<Row> {
+    pub fn receipt(&mut self, stage: &mut Stage, view: &View) -> Vec<ReceiptLine> {
         self.effects.receipt(stage, view)
     }
 }

@@ -23,7 +23,7 @@ use crate::raw;
 use crate::scene::names::Names;
 use crate::text::faults::Faults;
 pub(crate) use body::Defaults;
-use entry::Entry;
+use entry::GeneratedEntry;
 pub(crate) use entry::{Bodies, Section};
 pub(crate) use soft::elastic;
 
@@ -48,7 +48,7 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
         }
         check_fresh(names.add(name.clone()), &name, scope, faults);
     }
-    let mut entries: Vec<Entry<'_>> = Vec::new();
+    let mut entries: Vec<GeneratedEntry<'_>> = Vec::new();
     entries.extend(raw.grids.iter().enumerate().map(|(i, raw)| grid::grid(raw, i, faults)));
     entries.extend(raw.clouds.iter().enumerate().map(|(i, raw)| cloud::cloud(raw, i, faults)));
     entries.extend(raw.emitters.iter().enumerate().map(|(i, raw)| emitter::emitter(raw, i, faults)));
@@ -59,7 +59,7 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
     let mut of_kind: HashMap<&str, usize> = HashMap::new();
     made.bodies.reserve_exact(total as usize - made.bodies.len());
     for entry in entries {
-        let Entry { scope, count, numbering, .. } = entry;
+        let GeneratedEntry { scope, count, numbering, .. } = entry;
         let (first, count) = (names.len() as u32, count as u32);
         let own = (entry.own_method, entry.own_substeps);
         made.sections.push(Section::new(scope, first..first + count, own, &entry.body, scenes));
@@ -88,7 +88,7 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
 }
 
 /// How many bodies there are in all; `None`, with a fault, where they are too many.
-fn check_size(raw: &raw::Scene, entries: &[Entry<'_>], faults: &mut Faults) -> Option<u64> {
+fn check_size(raw: &raw::Scene, entries: &[GeneratedEntry<'_>], faults: &mut Faults) -> Option<u64> {
     let written = raw.bodies.len() as u64;
     let total = entries.iter().fold(written, |sum, entry| sum.saturating_add(entry.count));
     if total > BODY_LIMIT {
@@ -117,7 +117,7 @@ fn check_size(raw: &raw::Scene, entries: &[Entry<'_>], faults: &mut Faults) -> O
 }
 
 /// The list that makes the most bodies.
-fn largest(written: u64, entries: &[Entry<'_>]) -> &'static str {
+fn largest(written: u64, entries: &[GeneratedEntry<'_>]) -> &'static str {
     let of = |list: &str| {
         let counts = entries.iter().filter(|entry| entry.scope.section == list).map(|entry| entry.count);
         counts.fold(0, u64::saturating_add)

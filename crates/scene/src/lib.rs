@@ -45,7 +45,7 @@ mod spawn;
 mod text;
 
 pub use action::{Action, MouseButton, Step, When};
-pub use edit::{Change, Field, Kind, TextEdit, Value, changes, edit, moved_place, rewrite};
+pub use edit::{Field, Kind, TextEdit, Value, moved_place, rewrite};
 pub use entries::Entry;
 pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;

@@ -23,7 +23,7 @@ pub struct Manifest {
     /// Name of the scene.
     pub scene: String,
     /// What the run had in place of what the scene says.
-    pub settings: Settings,
+    pub settings: RunSettings,
     /// Tick of the snapshot.
     pub snapshot_tick: u64,
     /// Tick that the run came to; the fault's, if there is one.
@@ -71,14 +71,14 @@ impl fmt::Display for FaultEntry {
 /// What a run had in place of what its scene says; absent is what the scene says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Settings {
+pub struct RunSettings {
     method: Option<Name<Method>>,
     step_hz: Option<f64>,
     substeps: Option<u32>,
     damping: Option<Name<DampingModel>>,
 }
 
-impl Settings {
+impl RunSettings {
     /// Those of `scene` as it is.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {

@@ -1,11 +1,11 @@
-//! Methods, effects and other choices as words in files.
+//! Methods, effects and other choices as words in files: for `#[serde(with = "words")]`.
 
 use motion::effects::Effect;
 use motion::{Cause, DampingModel, LAWS, Method};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser};
 
 /// A choice that has a word.
-pub(crate) trait Worded: Copy {
+pub trait Worded: Copy {
     /// The word for it.
     fn word(self) -> &'static str;
     /// The choice of that word.
@@ -17,14 +17,24 @@ pub(crate) trait Worded: Copy {
 #[serde(bound = "T: Worded", transparent)]
 pub(crate) struct Name<T>(#[serde(serialize_with = "serialize", deserialize_with = "deserialize")] pub T);
 
-pub(crate) fn serialize<T: Worded, S: Serializer>(choice: &T, serializer: S) -> Result<S::Ok, S::Error> {
+/// Writes a choice as its word.
+///
+/// # Errors
+///
+/// If it could not be read again.
+pub fn serialize<T: Worded, S: Serializer>(choice: &T, serializer: S) -> Result<S::Ok, S::Error> {
     let word = choice.word();
     // The name of an embedder's own law could not be read again.
     T::of_word(word).ok_or_else(|| ser::Error::custom(unknown(word)))?;
     serializer.serialize_str(word)
 }
 
-pub(crate) fn deserialize<'de, T: Worded, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
+/// Reads a choice from its word.
+///
+/// # Errors
+///
+/// If this program does not know the word.
+pub fn deserialize<'de, T: Worded, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
     let word = String::deserialize(deserializer)?;
     T::of_word(&word).ok_or_else(|| de::Error::custom(unknown(&word)))
 }

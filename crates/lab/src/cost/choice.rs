@@ -3,7 +3,7 @@
 use motion::Method;
 
 use super::front::{Accuracy, Cost};
-use super::record::{Cell, Host, Study};
+use super::record::{Cell, Host, Precision, Setting, Study};
 
 /// Counts that differ by less than this part are equal: the single evaluation with which some methods start is not what one
 /// chooses by.
@@ -25,10 +25,15 @@ pub struct Cheapest<'a> {
     pub ties: Vec<&'a Cell>,
 }
 
-impl Cheapest<'_> {
+impl<'a> Cheapest<'a> {
+    /// The cells, the cheapest first.
+    pub fn cells(&self) -> impl Iterator<Item = &'a Cell> {
+        std::iter::once(self.cell).chain(self.ties.iter().copied())
+    }
+
     /// The methods, the cheapest first.
     pub fn methods(&self) -> Vec<Method> {
-        [self.cell].iter().chain(&self.ties).map(|cell| cell.setting.method).collect()
+        self.cells().map(|cell| cell.setting.method).collect()
     }
 }
 
@@ -39,6 +44,49 @@ pub struct Answer<'a> {
     pub below_m: f64,
     /// By the cost that was asked for.
     pub cheapest: Cheapest<'a>,
+}
+
+/// Methods that are the cheapest ones down to an error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lead {
+    /// The methods, which tie if there are several.
+    pub methods: Vec<Method>,
+    /// The smallest bound for which they are, m.
+    pub below_m: f64,
+    /// Whether all of them are exact.
+    pub are_exact: bool,
+}
+
+/// What is cheapest at an error, by every cost that was measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice<'a> {
+    /// The bound, m.
+    pub below_m: f64,
+    /// By evaluations.
+    pub by_evaluations: Cheapest<'a>,
+    /// By time.
+    pub by_time: Option<Cheapest<'a>>,
+    /// By the time of the arithmetic alone.
+    pub by_arithmetic: Option<Cheapest<'a>>,
+}
+
+impl Choice<'_> {
+    fn settings(&self) -> [Option<Vec<Setting>>; 3] {
+        let all = [Some(&self.by_evaluations), self.by_time.as_ref(), self.by_arithmetic.as_ref()];
+        all.map(|cheapest| Some(cheapest?.cells().map(|cell| cell.setting).collect()))
+    }
+}
+
+/// Answers with the same methods as one.
+fn leads(study: &Study, answers: &[Answer<'_>]) -> Vec<Lead> {
+    let methods = |answer: &Answer<'_>| answer.cheapest.methods();
+    let lead = |same: &[Answer<'_>]| {
+        let last = same.last()?;
+        let methods = methods(last);
+        let are_exact = methods.iter().all(|method| study.is_exact(*method));
+        Some(Lead { methods, below_m: last.below_m, are_exact })
+    };
+    answers.chunk_by(|a, b| methods(a) == methods(b)).filter_map(lead).collect()
 }
 
 impl Study {
@@ -105,8 +153,11 @@ impl Study {
     }
 
     /// The cheapest settings for position errors of powers of ten, from the largest that is of use down to what was
-    /// reached, six at most.
+    /// reached, six at most. Empty where methods cannot be ranked.
     pub fn answers(&self, cost: Cost) -> Vec<Answer<'_>> {
+        if !self.ranks() {
+            return Vec::new();
+        }
         let usable = || self.in_double().filter(|cell| self.is_usable(cell));
         let errors = || usable().filter_map(|cell| self.resolved(cell));
         let (largest, least) = (errors().fold(0.0, f64::max), errors().fold(f64::INFINITY, f64::min));
@@ -123,8 +174,67 @@ impl Study {
         bounds.filter(|below_m| *below_m >= least).filter_map(answer).collect()
     }
 
+    /// The methods and the error down to which each is the cheapest.
+    pub fn leads(&self, cost: Cost) -> Vec<Lead> {
+        leads(self, &self.answers(cost))
+    }
+
+    /// Who leads by time with [`Self::size`] bodies, and with each other size at which others lead than with the size before
+    /// it; empty where nothing was timed.
+    pub fn leads_by_size(&self) -> Vec<(usize, Vec<Lead>)> {
+        let methods = |answers: &[Answer<'_>]| -> Vec<_> {
+            answers.iter().map(|answer| answer.cheapest.methods()).collect()
+        };
+        let answers = self.answers(Cost::Time);
+        let here = methods(&answers);
+        if here.is_empty() {
+            return Vec::new();
+        }
+        let mut found = vec![(self.size(), leads(self, &answers))];
+        let mut last = here.clone();
+        for size in self.sizes().into_iter().filter(|size| *size != self.size()) {
+            let study = self.at_size(size);
+            let answers = study.answers(Cost::Time);
+            let there = methods(&answers);
+            if there != here && there != last {
+                found.push((size, leads(&study, &answers)));
+            }
+            last = there;
+        }
+        found
+    }
+
+    /// What is cheapest at each error by evaluations, by time and by the arithmetic alone, the largest error first. Of errors
+    /// with the same settings there is the smallest, which says the others.
+    pub fn choices<'a>(&'a self) -> Vec<Choice<'a>> {
+        let [by_evaluations, by_time, by_arithmetic] =
+            [Cost::Evaluations, Cost::Time, Cost::Arithmetic].map(|cost| self.answers(cost));
+        let at = |answers: &[Answer<'a>], below_m: f64| {
+            let of_bound = |answer: &&Answer<'a>| answer.below_m.to_bits() == below_m.to_bits();
+            answers.iter().find(of_bound).map(|answer| answer.cheapest.clone())
+        };
+        let choice = |Answer { below_m, cheapest }: Answer<'a>| Choice {
+            below_m,
+            by_evaluations: cheapest,
+            by_time: at(&by_time, below_m),
+            by_arithmetic: at(&by_arithmetic, below_m),
+        };
+        let choices: Vec<_> = by_evaluations.into_iter().map(choice).collect();
+        let same = choices.chunk_by(|a, b| a.settings() == b.settings());
+        same.filter_map(|same| same.last().cloned()).collect()
+    }
+
+    /// Methods that are the best choice somewhere; `None` where no error is of use.
+    pub fn ever_best(&self, cost: Cost) -> Option<Vec<Method>> {
+        if self.answers(cost).is_empty() {
+            return None;
+        }
+        let never = self.never_best(cost);
+        Some(self.methods(Precision::F64).into_iter().filter(|method| !never.contains(method)).collect())
+    }
+
     /// Methods whose every setting another one beats clearly in error or cost, and does not lose to in the other.
-    pub fn never_best(&self, cost: Cost) -> Vec<Method> {
+    fn never_best(&self, cost: Cost) -> Vec<Method> {
         let points: Vec<_> = self
             .in_double()
             .filter_map(|cell| Some((cell, self.cost(cell, cost)?, self.resolved(cell)?)))

@@ -73,6 +73,15 @@ pub struct Place {
     pub ns_per_body_step: f64,
     /// Whether it shares the rank of the place before: it ties with the first of that rank.
     pub tied: bool,
+    /// Its rank, from 1.
+    pub rank: usize,
+}
+
+impl Place {
+    /// The place that others are compared with: that of semi-implicit Euler, or the first.
+    pub fn base(places: &[Self]) -> Option<&Self> {
+        places.iter().find(|place| place.method == Method::SemiImplicitEuler).or(places.first())
+    }
 }
 
 /// A size at which two methods change places.
@@ -113,15 +122,16 @@ impl Study {
         let at = self.ranked_at();
         let mut timed: Vec<_> = self.times_in(host).filter_map(|of| Some((of.method, of.at(at)?))).collect();
         timed.sort_by(|(_, a), (_, b)| a.ns.total_cmp(&b.ns));
-        let mut first: Option<&TimedTick> = None;
-        let place = |(method, tick): (Method, _)| {
+        let (mut first, mut rank): (Option<&TimedTick>, _) = (None, 0);
+        let place = |(i, (method, tick)): (usize, (Method, _))| {
             let tied = first.is_some_and(|first| first.compare(tick).is_none());
             if !tied {
                 first = Some(tick);
+                rank = i + 1;
             }
-            Place { method, ns_per_body_step: tick.ns / at, tied }
+            Place { method, ns_per_body_step: tick.ns / at, tied, rank }
         };
-        timed.into_iter().map(place).collect()
+        timed.into_iter().enumerate().map(place).collect()
     }
 
     /// How many times as long as the arithmetic alone a step of this program takes, by method.

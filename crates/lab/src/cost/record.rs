@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use history::words;
 use motion::Method;
 use serde::{Deserialize, Serialize};
 
@@ -44,7 +45,7 @@ impl Precision {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Setting {
     /// Method of every body.
-    #[serde(with = "method_name")]
+    #[serde(with = "words")]
     pub method: Method,
     /// Parts of a tick, at least 1.
     pub substeps: u32,
@@ -168,7 +169,7 @@ pub enum Host {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TickTime {
     /// Method of every body.
-    #[serde(with = "method_name")]
+    #[serde(with = "words")]
     pub method: Method,
     /// Number type.
     pub precision: Precision,
@@ -264,7 +265,7 @@ pub enum Truth {
     /// A run at far finer steps.
     Reference {
         /// Its method.
-        #[serde(with = "method_name")]
+        #[serde(with = "words")]
         method: Method,
         /// Its parts of a tick.
         substeps: u32,
@@ -416,17 +417,3 @@ pub struct Report {
 
 /// [`Report::format`] of this program.
 pub const FORMAT: u32 = 3;
-
-pub(crate) mod method_name {
-    use motion::Method;
-    use serde::{Deserialize, Deserializer, Serializer, de};
-
-    pub fn serialize<S: Serializer>(method: &Method, to: S) -> Result<S::Ok, S::Error> {
-        to.serialize_str(method.name())
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Method, D::Error> {
-        let name = String::deserialize(from)?;
-        Method::from_name(&name).ok_or_else(|| de::Error::custom(format!("no method is called {name}")))
-    }
-}

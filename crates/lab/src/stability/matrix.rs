@@ -9,7 +9,7 @@ use motion::Method;
 use scene::{Measure, Scene, SurvivalRow};
 
 use super::gauge::Target;
-use super::record::{FORMAT, Matrix, Row};
+use super::record::{CaseRow, FORMAT, Matrix};
 use super::run::{Running, Targeting};
 use crate::cost::Precision;
 
@@ -174,8 +174,8 @@ impl Survey {
 }
 
 /// A row without cells.
-fn open(scene: &Scene, row: &SurvivalRow) -> Row {
-    Row {
+fn open(scene: &Scene, row: &SurvivalRow) -> CaseRow {
+    CaseRow {
         case: scene.name.clone(),
         description: scene.description.clone(),
         label: row.label.clone(),

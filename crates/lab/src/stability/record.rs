@@ -1,10 +1,11 @@
 //! The matrix as plain data, written as JSON and read again.
 
+use history::words;
 use motion::Method;
 use serde::{Deserialize, Serialize};
 
 use super::class::Class;
-use crate::cost::{Precision, method_name};
+use crate::cost::Precision;
 
 /// [`Matrix::format`] of this program.
 pub const FORMAT: u32 = 1;
@@ -18,12 +19,12 @@ pub struct Matrix {
     /// Version of this format.
     pub format: u32,
     /// In the order of cases, of their rows, and of precisions.
-    pub rows: Vec<Row>,
+    pub rows: Vec<CaseRow>,
 }
 
 /// What every method makes of one row of a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub struct CaseRow {
     /// Name of the scene.
     pub case: String,
     /// One line about it.
@@ -40,7 +41,7 @@ pub struct Row {
     pub cells: Vec<Cell>,
 }
 
-impl Row {
+impl CaseRow {
     /// The case, the label and the precision where it is not f64, as one title.
     pub fn title(&self) -> String {
         let single = if self.precision == Precision::F64 { "" } else { self.precision.name() };
@@ -60,7 +61,7 @@ impl Row {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
     /// The method.
-    #[serde(with = "method_name")]
+    #[serde(with = "words")]
     pub method: Method,
     /// What became of the run.
     pub class: Class,
@@ -136,7 +137,7 @@ mod tests {
             prefix,
         };
         let prefix = Some(Prefix { class: Class::Exact, number: 1.5e-30 });
-        let row = Row {
+        let row = CaseRow {
             case: "case".to_owned(),
             description: String::new(),
             label: "label".to_owned(),

@@ -1,4 +1,4 @@
-//! A drawing: shapes and words, as SVG or as a picture.
+//! A drawing: shapes and words, as SVG.
 
 use std::fmt::Write;
 

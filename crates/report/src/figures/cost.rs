@@ -6,7 +6,6 @@ use super::curves::{curves, draw, error_axis, tooltip};
 use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::{duration, fold, number, power, share};
 use crate::palette::ink;
-use crate::reading::{methods, place};
 use crate::words;
 
 /// Decades between the costs and the budget beyond which the budget stands at the edge: an axis that reached it would
@@ -14,10 +13,10 @@ use crate::words;
 const FAR: f64 = 300.0;
 
 pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
-    let placed = |cell: &Cell| place(study, cell, cost);
+    let placed = |cell: &Cell| study.cost_or_claim(cell, cost);
     let costs = || curves(study).filter_map(placed).filter(|cost| *cost > 0.0);
     let highest = costs().fold(0.0, f64::max);
-    let budget = budget(study, cost).filter(|_| highest > 0.0);
+    let budget = study.budget(cost).filter(|_| highest > 0.0);
     let near = budget.filter(|at| *at < FAR * highest);
     let x = Axis::logarithmic(title(cost), costs().chain(near), label(cost));
     let y = error_axis(study, accuracy, curves(study), None);
@@ -35,7 +34,7 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
         chart.budget(at, &format!("budget: all of a frame at 60 a second{times}"));
     }
     let mut failed = false;
-    for method in methods(study, Precision::F64) {
+    for method in study.methods(Precision::F64) {
         let words = |cell: &Cell| tooltip(study, cell, accuracy, cost);
         failed |= draw(&mut chart, study, (method, Precision::F64), accuracy, placed, words);
         chart.legend_method(method, method.claims().title);
@@ -88,14 +87,5 @@ const fn label(cost: Cost) -> fn(f64) -> String {
         Cost::Time | Cost::Arithmetic => |value| duration(value, 1),
         Cost::RealTime => |value| share(value, 1),
         Cost::Instructions => power,
-    }
-}
-
-/// Where a frame of 60 a second is full.
-fn budget(study: &Study, cost: Cost) -> Option<f64> {
-    match cost {
-        Cost::RealTime => Some(1.0),
-        Cost::Time => Some(1e9 / study.size() as f64),
-        Cost::Arithmetic | Cost::Evaluations | Cost::Instructions => None,
     }
 }

@@ -4,7 +4,7 @@ use lab::cost::{Drift, Study};
 
 use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::{number, power};
-use crate::reading::{fate, short_fate};
+use crate::words::{fate, short_fate};
 
 /// Residuals below the round-off of one sum are drawn at it: a logarithm has no zero.
 const FOOT: f64 = 1e-17;

@@ -6,7 +6,6 @@ use motion::Method;
 use super::curves::{draw, error_axis, error_words, in_sight, tooltip};
 use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::number;
-use crate::reading::methods;
 
 /// More curves than three precisions of these are a tangle.
 const MOST: usize = 4;
@@ -16,7 +15,7 @@ fn shown(study: &Study) -> Vec<Method> {
     let single = |method: &Method| {
         [Precision::F32, Precision::CompensatedF32]
             .into_iter()
-            .any(|precision| methods(study, precision).contains(method))
+            .any(|precision| study.methods(precision).contains(method))
     };
     let telling = [Method::SemiImplicitEuler, Method::VelocityVerlet, Method::RungeKutta4, study.own.method];
     let mut shown: Vec<_> = Method::ALL.into_iter().filter(single).collect();

@@ -5,7 +5,6 @@ use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 use super::curves::{curves, draw, error_axis, error_words, in_sight, tooltip};
 use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::duration;
-use crate::reading::methods;
 
 pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Drawing {
     let own_error = match accuracy {
@@ -20,7 +19,7 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Drawing {
     let mut chart =
         Chart::new(format!("{}: error against step, in double precision", study.subject), x, y, 620);
     let mut failed = false;
-    for method in methods(study, Precision::F64) {
+    for method in study.methods(Precision::F64) {
         let place = |cell: &Cell| Some(study.step_s(cell.setting));
         let words = |cell: &Cell| tooltip(study, cell, accuracy, Cost::Evaluations);
         failed |= draw(&mut chart, study, (method, Precision::F64), accuracy, place, words);

@@ -1,6 +1,6 @@
 //! The matrix as a picture: a colored field per cell, with its class as a word and its number.
 
-use lab::stability::{Cell, Class, Matrix, Row};
+use lab::stability::{CaseRow, Cell, Class, Matrix};
 
 use super::tables::{digits, methods};
 use crate::chart::{Anchor, Drawing, Rgb, Shape, WIDTH};
@@ -67,7 +67,7 @@ fn middle(words: &str) -> Shape {
 }
 
 /// What shows under the pointer.
-fn tip(row: &Row, cell: &Cell) -> String {
+fn tip(row: &CaseRow, cell: &Cell) -> String {
     let method = cell.method.claims().title;
     let mut tip = format!("{}, {method}: {}", row.title(), cell.class.name());
     if cell.class != Class::Refused {

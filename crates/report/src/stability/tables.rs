@@ -1,7 +1,7 @@
 //! The survival matrix and the largest stable steps as text.
 
 use lab::limits::Limit;
-use lab::stability::{Cell, Class, Matrix, Row};
+use lab::stability::{CaseRow, Cell, Class, Matrix};
 use motion::Method;
 
 use crate::numbers::number;
@@ -77,7 +77,7 @@ pub(super) fn cases(matrix: &Matrix) -> Table {
 }
 
 /// Every cell with its row.
-fn cells(matrix: &Matrix) -> impl Iterator<Item = (&Row, &Cell)> {
+fn cells(matrix: &Matrix) -> impl Iterator<Item = (&CaseRow, &Cell)> {
     matrix.rows.iter().flat_map(|row| row.cells.iter().map(move |cell| (row, cell)))
 }
 

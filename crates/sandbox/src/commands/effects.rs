@@ -1,7 +1,7 @@
 //! What `sandbox effects` and `sandbox ablate` print.
 
 use clap::Args;
-use lab::{Absence, ByEffect, Row};
+use lab::{Absence, ByEffect, ReceiptLine};
 use motion::effects::{Effect, EffectState};
 use report::numbers::{count, json_number as number};
 use scene::Scene;
@@ -53,7 +53,7 @@ fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
         (row.ns, row.share) = (Some(watch), Some(watch / receipt.ns));
     }
     let heading = ["effect", "state", "bodies", "evaluations", "ns per step", "share", "bytes", "because"];
-    let line = |row: &Row| {
+    let line = |row: &ReceiptLine| {
         let part = |text: String| if row.state == EffectState::On { text } else { "-".to_owned() };
         let measured = |value: Option<f64>, text: fn(f64) -> String| part(value.map_or("-".to_owned(), text));
         vec![
@@ -99,7 +99,7 @@ fn text<R>(
     }
 }
 
-fn row_json(row: &Row) -> Value {
+fn row_json(row: &ReceiptLine) -> Value {
     json!({
         "effect": row.name,
         "state": row.state.words(),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use lab::cost::{Bench, Plan, Study, Subject};
-use lab::recommend::{Goal, Point, Recommendation, Row, Rung, Unit, recommend};
+use lab::recommend::{Goal, PartChoice, Point, Recommendation, Rung, Unit, recommend};
 use report::numbers::{count, json_number as number, three_digits};
 use scene::{Part, Scene, Source};
 use serde_json::{Value, json};
@@ -98,24 +98,20 @@ fn check(name: &str, scene: &Scene, parts: &[Part]) -> Result<(), String> {
 /// Where the scene is written with what was chosen.
 struct Target<'a> {
     path: &'a Path,
-    text: String,
     file: Output,
 }
 
 impl<'a> Target<'a> {
     fn open(path: &'a Path, scene: &Scene) -> Result<Self, Failure> {
-        let (text, own) = match &scene.source {
-            Source::File(file) => (scene::read_text(file)?, file.canonicalize().ok()),
-            Source::Shipped(name) => {
-                (scene::embedded(name).map(|shipped| shipped.text.to_owned()).unwrap_or_default(), None)
-            }
-            Source::Text => (String::new(), None),
+        let own = match &scene.source {
+            Source::File(file) => file.canonicalize().ok(),
+            Source::Shipped(_) | Source::Text => None,
         };
         if path.is_file() && path.canonicalize().ok() != own {
             let what = "there is a file already, and not that of the scene; give --apply another name";
             return Err(Failure::Usage(format!("{}: {what}", path.display())));
         }
-        Ok(Self { path, text, file: output_file(path)? })
+        Ok(Self { path, file: output_file(path)? })
     }
 
     fn write(
@@ -127,7 +123,8 @@ impl<'a> Target<'a> {
     ) -> Result<(), Failure> {
         let settings = found.rows.iter().map(|row| (row.pick.setting.method, row.pick.setting.substeps));
         let settings: Vec<_> = parts.iter().zip(settings).collect();
-        let text = scene::edit(&args.scene, &self.text, &scene::changes(scene, &settings))?;
+        let (common, own) = scene.methods_of_parts(&settings);
+        let text = scene.with_methods(&args.scene, common, &own)?;
         let written = self.file.finish_with(text.as_bytes());
         written.map_err(|error| Failure::file("write", self.path, &error))
     }
@@ -175,7 +172,7 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
         "share",
     ];
     let heading = heading.map(str::to_owned).to_vec();
-    let line = |(row, study): (&Row, &Study)| {
+    let line = |(row, study): (&PartChoice, &Study)| {
         vec![
             row.part.clone(),
             row.bodies.to_string(),
@@ -208,7 +205,7 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
 }
 
 /// Names the settings that cost the same as the choice.
-fn tie_words(row: &Row, price: &str) -> String {
+fn tie_words(row: &PartChoice, price: &str) -> String {
     let tie = |point: &Point| {
         format!("{} ({:.2e} m, {} {price})", point.setting, point.error_m, three_digits(point.price))
     };
@@ -237,7 +234,7 @@ fn json(scene: &Scene, found: &Recommendation, parts: &[Part], studies: &[Study]
             "price": number(point.price),
         })
     };
-    let row = |((row, part), study): ((&Row, &Part), &Study)| {
+    let row = |((row, part), study): ((&PartChoice, &Part), &Study)| {
         json!({
             "part": row.part,
             "entries": part.entries.iter().map(scene::Entry::path).collect::<Vec<_>>(),

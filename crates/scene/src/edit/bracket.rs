@@ -80,11 +80,14 @@ impl Bracket {
         self.index(key).map(|index| &self.items[index])
     }
 
-    /// Puts `entries` behind the last of the keys `after` that there is, or behind the last of all that are not `gone`.
+    /// Puts `entries` behind the last of the keys `after` that there is, or behind the last of all; those that are `gone` do not
+    /// count.
     pub fn insert(&self, text: &str, entries: &[String], after: &[&str], gone: &[usize]) -> Vec<Piece> {
         let staying = (0..self.items.len()).rev().find(|index| !gone.contains(index));
         let last = staying.map(|index| &self.items[index]);
-        let Some(anchor) = after.iter().rev().find_map(|name| self.key(name)).or(last) else {
+        let after =
+            after.iter().rev().filter_map(|name| self.index(name)).find(|index| !gone.contains(index));
+        let Some(anchor) = after.map(|index| &self.items[index]).or(last) else {
             if self.items.is_empty() {
                 return vec![self.insert_first(text, entries)];
             }

@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::bracket::{Bracket, indent_at};
-use super::{Piece, apply, not_there};
-use crate::text::faults::SceneError;
+use super::bracket::{Bracket, Piece, indent_at};
+use crate::text::faults::{Faults, SceneError};
 use crate::text::locate;
 
 /// A change of the text of a scene. Values are RON, as a person writes them.
@@ -99,6 +98,10 @@ pub fn rewrite(name: &str, text: &str, edits: &[TextEdit]) -> Result<String, Sce
     Ok(apply(text, pieces))
 }
 
+/// The keys of a scene that are written before its method; those of other groups are the last two, so that method and
+/// substeps are side by side.
+const BEFORE_METHOD: [&str; 7] = ["version", "name", "description", "step_hz", "step", "substeps", "method"];
+
 /// The group at `offset`, where it stands itself or the key whose value it is.
 pub(super) fn value_at(text: &str, offset: usize) -> Option<Bracket> {
     let mut tokens = locate::Tokens::new(&text[offset..]);
@@ -136,7 +139,13 @@ fn set(
         }
     }
     if !absent.is_empty() {
-        pieces.extend(group.insert(text, &absent, &[], &gone));
+        let methods = absent.iter().all(|key| key.starts_with("method: ") || key.starts_with("substeps: "));
+        let after = match (methods, path) {
+            (true, "") => &BEFORE_METHOD[..],
+            (true, _) => &BEFORE_METHOD[BEFORE_METHOD.len() - 2..],
+            (false, _) => &[],
+        };
+        pieces.extend(group.insert(text, &absent, after, &gone));
     }
     Ok(())
 }
@@ -177,6 +186,22 @@ fn change_list(
     Ok(())
 }
 
+/// The error for a path that is not in the text.
 fn missing(name: &str, path: &str, what: &str) -> SceneError {
-    not_there(name, path, what, "give the path of one that is written in the text")
+    let mut faults = Faults::default();
+    faults.add(path, what, "give the path of one that is written in the text");
+    faults.into_error(name, "", "")
+}
+
+/// Replaces pieces of the text that do not overlap, but for what is taken out.
+fn apply(text: &str, mut edits: Vec<Piece>) -> String {
+    edits.sort_by_key(|(range, _)| range.start);
+    let (mut edited, mut done) = (String::with_capacity(text.len()), 0);
+    for (range, new) in edits {
+        edited.push_str(&text[done..range.start.max(done)]);
+        edited.push_str(&new);
+        done = range.end.max(done);
+    }
+    edited.push_str(&text[done..]);
+    edited
 }

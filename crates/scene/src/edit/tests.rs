@@ -2,15 +2,36 @@
 
 use glam::DVec3;
 
-use super::*;
+use motion::Method;
 
-fn set(path: Option<&str>, method: Method, substeps: u32) -> Change {
-    Change { path: path.map(str::to_owned), method, substeps }
+use super::*;
+use crate::parts::Part;
+use crate::scene::Scene;
+use crate::text::faults::SceneError;
+
+/// Method and substeps for the entry at a path, or for the scene itself.
+type Set = (Option<&'static str>, Method, u32);
+
+fn set(path: Option<&'static str>, method: Method, substeps: u32) -> Set {
+    (path, method, substeps)
+}
+
+/// The text with these methods and substeps; the scene keeps its own if none are given.
+fn edited(text: &str, sets: &[Set]) -> Result<String, SceneError> {
+    let scene = Scene::parse("t", text)?;
+    let entries = scene.entries();
+    let common = sets.iter().find(|(path, ..)| path.is_none());
+    let common = common.map_or((scene.method, scene.substeps), |(_, method, substeps)| (*method, *substeps));
+    let own = sets.iter().filter_map(|(path, method, substeps)| {
+        let entry = entries.iter().find(|entry| Some(&*entry.path()) == *path);
+        path.map(|_| (entry.unwrap(), (*method, *substeps)))
+    });
+    scene.with_methods("t", common, &own.collect::<Vec<_>>())
 }
 
 #[track_caller]
-fn edits(text: &str, changes: &[Change], expected: &str) {
-    let edited = edit("t", text, changes).unwrap_or_else(|error| panic!("{error}"));
+fn edits(text: &str, sets: &[Set], expected: &str) {
+    let edited = edited(text, sets).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(edited, expected);
 }
 
@@ -76,16 +97,8 @@ fn one_of_the_two_keys_takes_the_other_beside_it() {
 
 #[test]
 fn what_cannot_be_written_is_refused() {
-    let refused = |text: &str, change| edit("t", text, &[change]).unwrap_err().to_string();
+    let refused = |text: &str, set| edited(text, &[set]).unwrap_err().to_string();
     let text = "(version: 1, bodies: [(), (verlet_previous_position_m: (1, 0, 0))], method: position_verlet)";
-    for path in ["bodies[2]", "soft_bodies[0]", "springs[0]", "bodies", "bodies[0].mass_kg"] {
-        assert_eq!(
-            refused(text, set(Some(path), Method::Yoshida4, 1)),
-            format!(
-                "t: {path}: there is no such entry; give the path of a body, a grid, a cloud, an emitter or a soft body"
-            )
-        );
-    }
     let error = refused(text, set(Some("bodies[1]"), Method::Yoshida4, 1));
     assert!(error.contains("yoshida_4 knows no previous position"), "{error}");
     assert!(refused(text, set(None, Method::PositionVerlet, 0)).contains("0 is not a number of substeps"));
@@ -99,10 +112,10 @@ fn what_cannot_be_written_is_refused() {
 fn an_edit_that_would_change_more_is_found_out() {
     let parse = |text: &str| Scene::parse("t", text).unwrap();
     let before = parse("(version: 1, bodies: [(), ()])");
-    let changes = [set(Some("bodies[0]"), Method::Yoshida4, 1)];
-    let entries = [before.entries().first().cloned()];
-    let result = |after: &str| check("t", before.clone(), parse(after), &changes, &entries);
-    assert_eq!(result("(version: 1,\n bodies: [(method: yoshida_4), ()])"), Ok(()));
+    let (common, own) = ((before.method, before.substeps), (Method::Yoshida4, 1));
+    let entries = before.entries();
+    let fine = |after: &str| before.differs_only_in(&parse(after), common, &[(&entries[0], own)]);
+    assert!(fine("(version: 1,\n bodies: [(method: yoshida_4), ()])"));
     for wrong in [
         "(version: 1, bodies: [(), ()])",
         "(version: 1, bodies: [(method: yoshida_4, substeps: 2), ()])",
@@ -110,7 +123,7 @@ fn an_edit_that_would_change_more_is_found_out() {
         "(version: 1, bodies: [(method: yoshida_4, mass_kg: 2), ()])",
         "(version: 1, method: yoshida_4, bodies: [(), ()])",
     ] {
-        assert!(result(wrong).unwrap_err().to_string().contains("by hand"), "{wrong}");
+        assert!(!fine(wrong), "{wrong}");
     }
 }
 
@@ -122,23 +135,26 @@ fn free_bodies_get_the_scenes_own_keys_unless_mutual_gravity_forbids_it() {
     let parts = scene.parts();
     let settings: Vec<_> =
         parts.iter().zip([(Method::ImplicitEuler, 1), (Method::SemiImplicitEuler, 2)]).collect();
-    let expected = [
-        set(None, Method::SemiImplicitEuler, 2),
-        set(Some("soft_bodies[0]"), Method::ImplicitEuler, 1),
-        set(Some("bodies[1]"), Method::SemiImplicitEuler, 2),
+    let chosen = |scene: &Scene, settings: &[(&Part, (Method, u32))]| {
+        let (common, own) = scene.methods_of_parts(settings);
+        (common, own.into_iter().map(|(entry, setting)| (entry.path(), setting)).collect::<Vec<_>>())
+    };
+    let own = [
+        ("soft_bodies[0]".to_owned(), (Method::ImplicitEuler, 1)),
+        ("bodies[1]".to_owned(), (Method::SemiImplicitEuler, 2)),
     ];
-    assert_eq!(changes(&scene, &settings), expected);
-    assert_eq!(changes(&scene, &[]), [set(None, scene.method, 1)]);
+    assert_eq!(chosen(&scene, &settings), ((Method::SemiImplicitEuler, 2), own.to_vec()));
+    assert_eq!(chosen(&scene, &[]), ((scene.method, 1), Vec::new()));
 
     let text = "(version: 1, mutual_gravity: (), bodies: [(name: \"a\")],
         emitters: [(rate_per_s: 1, life_s: 1, speed_m_s: 1)])";
     let scene = Scene::parse("t", text).unwrap();
     let parts = scene.parts();
     let settings: Vec<_> = parts.iter().zip([(Method::RungeKutta4, 1), (Method::ImplicitEuler, 1)]).collect();
-    let changes = changes(&scene, &settings);
-    let expected = [set(None, Method::RungeKutta4, 1), set(Some("emitters[0]"), Method::ImplicitEuler, 1)];
-    assert_eq!(changes, expected);
-    let edited = Scene::parse("t", &edit("t", text, &changes).unwrap()).unwrap();
+    let own = vec![("emitters[0]".to_owned(), (Method::ImplicitEuler, 1))];
+    assert_eq!(chosen(&scene, &settings), ((Method::RungeKutta4, 1), own));
+    let (common, own) = scene.methods_of_parts(&settings);
+    let edited = Scene::parse("t", &scene.with_methods("t", common, &own).unwrap()).unwrap();
     assert_eq!(edited.bodies[1].method, Some(Method::ImplicitEuler));
 }
 

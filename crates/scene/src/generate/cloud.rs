@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::entry::{Entry, count};
+use super::entry::{GeneratedEntry, count};
 use crate::check::{MASS, SPEED, Scope, not_negative, shown_vector};
 use crate::random::{direction, symmetric};
 use crate::raw;
@@ -11,7 +11,7 @@ use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
 
 /// Resolves cloud `index` of the list.
-pub(super) fn cloud<'a>(raw: &'a raw::Cloud, index: usize, faults: &mut Faults) -> Entry<'a> {
+pub(super) fn cloud<'a>(raw: &'a raw::Cloud, index: usize, faults: &mut Faults) -> GeneratedEntry<'a> {
     let scope = Scope::item("clouds", index);
     let half_extents = raw.half_extents_m.map_or(DVec3::ZERO, DVec3::from_array);
     let center = faults.vector((scope, "center_m"), raw.center_m, DVec3::ZERO);
@@ -29,7 +29,7 @@ pub(super) fn cloud<'a>(raw: &'a raw::Cloud, index: usize, faults: &mut Faults) 
         substeps: faults.substeps(scope, raw.substeps),
         ..BodySpec::DEFAULT
     };
-    Entry {
+    GeneratedEntry {
         scope,
         kind: "cloud",
         name: raw.name.as_deref(),

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::entry::{Entry, count};
+use super::entry::{GeneratedEntry, count};
 use crate::check::{MASS, Rule, SPEED, Scope, positive, shown_vector};
 use crate::random::in_cone;
 use crate::raw;
@@ -24,7 +24,7 @@ const SPREAD: Rule = (
 );
 
 /// Resolves emitter `index` of the list.
-pub(super) fn emitter<'a>(raw: &'a raw::Emitter, index: usize, faults: &mut Faults) -> Entry<'a> {
+pub(super) fn emitter<'a>(raw: &'a raw::Emitter, index: usize, faults: &mut Faults) -> GeneratedEntry<'a> {
     let scope = Scope::item("emitters", index);
     faults.require(raw.rate_per_s.is_some(), (scope, "rate_per_s"), "add one such as `rate_per_s: 100.0`");
     faults.require(raw.speed_m_s.is_some(), (scope, "speed_m_s"), "add one such as `speed_m_s: 10.0`");
@@ -49,7 +49,7 @@ pub(super) fn emitter<'a>(raw: &'a raw::Emitter, index: usize, faults: &mut Faul
         substeps: faults.substeps(scope, raw.substeps),
         ..BodySpec::DEFAULT
     };
-    Entry {
+    GeneratedEntry {
         scope,
         kind: "emitter",
         name: raw.name.as_deref(),

@@ -40,7 +40,7 @@ pub(crate) struct Section {
 }
 
 /// An entry that makes bodies.
-pub(super) struct Entry<'a> {
+pub(super) struct GeneratedEntry<'a> {
     pub scope: Scope,
     /// What its bodies are called where it has no name.
     pub kind: &'static str,
@@ -58,7 +58,7 @@ pub(super) struct Entry<'a> {
     pub make: Box<dyn Fn(String, &mut Bodies, &mut Pcg64)>,
 }
 
-impl Entry<'_> {
+impl GeneratedEntry<'_> {
     pub fn census(&self, attracts: bool) -> Census {
         let (is_pool, is_soft) = (self.scope.section == "emitters", self.scope.section == "soft_bodies");
         let those = |are: bool| if are { self.count } else { 0 };

@@ -4,7 +4,7 @@ use glam::DVec3;
 use pick::Shape;
 use rand::RngExt;
 
-use super::entry::{Entry, count};
+use super::entry::{GeneratedEntry, count};
 use crate::check::{MASS, Scope, positive, shown};
 use crate::raw;
 use crate::scene::BodySpec;
@@ -19,7 +19,7 @@ const GRID_SPACING: f64 = 3.5;
 const GRID_MASS: f64 = 0.1;
 
 /// Resolves grid `index` of the list.
-pub(super) fn grid<'a>(raw: &'a raw::Grid, index: usize, faults: &mut Faults) -> Entry<'a> {
+pub(super) fn grid<'a>(raw: &'a raw::Grid, index: usize, faults: &mut Faults) -> GeneratedEntry<'a> {
     const CUBE: Shape = Shape::Cuboid { half_extents: DVec3::splat(GRID_SIZE) };
     const SPHERE: Shape = Shape::Sphere { radius: GRID_SIZE };
     let scope = Scope::item("grids", index);
@@ -46,7 +46,7 @@ pub(super) fn grid<'a>(raw: &'a raw::Grid, index: usize, faults: &mut Faults) ->
         substeps: faults.substeps(scope, raw.substeps),
         ..BodySpec::DEFAULT
     };
-    Entry {
+    GeneratedEntry {
         scope,
         kind: "grid",
         name: raw.name.as_deref(),

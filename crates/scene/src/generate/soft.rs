@@ -3,7 +3,7 @@
 use glam::DVec3;
 use motion::{Elastic, Link};
 
-use super::entry::{Bodies, Entry};
+use super::entry::{Bodies, GeneratedEntry};
 use super::form::Form;
 use super::{chain, cloth, lattice};
 use crate::check::{DAMPING_RATE, Rule, Scope, not_negative};
@@ -14,7 +14,11 @@ use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
 
 /// Resolves soft body `index` of the list; `None` if it is of no known kind.
-pub(super) fn soft<'a>(raw: &'a raw::SoftBody, index: usize, faults: &mut Faults) -> Option<Entry<'a>> {
+pub(super) fn soft<'a>(
+    raw: &'a raw::SoftBody,
+    index: usize,
+    faults: &mut Faults,
+) -> Option<GeneratedEntry<'a>> {
     let scope = Scope::item("soft_bodies", index);
     for key in raw.strange_keys() {
         faults.add(scope.key(key), format!("a {} has no `{key}`", raw.word), "remove it");
@@ -44,7 +48,7 @@ pub(super) fn soft<'a>(raw: &'a raw::SoftBody, index: usize, faults: &mut Faults
     };
     let velocity = faults.vector((scope, "velocity_m_s"), keys.velocity_m_s, DVec3::ZERO);
     let form = form?;
-    Some(Entry {
+    Some(GeneratedEntry {
         scope,
         kind: form.kind.name(),
         name: keys.name.as_deref(),

@@ -2,7 +2,7 @@
 
 use egui::{Grid, RichText, Ui};
 use history::Change;
-use lab::Row;
+use lab::ReceiptLine;
 use motion::Request;
 use motion::effects::EffectState;
 use report::numbers::count;
@@ -20,7 +20,7 @@ const NAME: f32 = 110.0;
 const CAUSE: f32 = 11.0;
 
 /// The panel; whether the effects are to be measured.
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[Row]) -> bool {
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine]) -> bool {
     mouse_hint(ui, desk.view);
     // The dock is not wide enough for a column of causes: there they stand below the names.
     let narrow = desk.dock_width.is_some();

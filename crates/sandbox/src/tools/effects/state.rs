@@ -1,6 +1,6 @@
 //! Effects of a running session: what switched them, and the receipt.
 
-use lab::Row;
+use lab::ReceiptLine;
 use motion::effects::{Effect, EffectState};
 use motion::{Evaluations, PreviousPosition};
 use scene::Scene;
@@ -33,7 +33,7 @@ pub(crate) struct Effects {
 impl Effects {
     /// The receipt of the stage as it is: what acts, because of what, on how many bodies; evaluations per step are those
     /// since the last look, times those of the last measurement.
-    pub fn receipt(&mut self, stage: &mut Stage, view: &View) -> Vec<Row> {
+    pub fn receipt(&mut self, stage: &mut Stage, view: &View) -> Vec<ReceiptLine> {
         self.look_at_rates(stage);
         let mut rows = lab::look(&mut stage.sim);
         rows.extend(picture_rows(stage, view));
@@ -96,12 +96,12 @@ impl Stage {
 }
 
 /// What a stage with pictures has beside the step.
-pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [Row; 6] {
-    let row = |name, on: bool, bodies, bytes, why: &str| Row {
+pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [ReceiptLine; 6] {
+    let row = |name, on: bool, bodies, bytes, why: &str| ReceiptLine {
         because: on.then(|| why.to_owned()),
         bodies: if on { bodies } else { 0 },
         bytes: if on { bytes } else { 0 },
-        ..Row::of(name, if on { EffectState::On } else { EffectState::Off })
+        ..ReceiptLine::of(name, if on { EffectState::On } else { EffectState::Off })
     };
     let drawn_between = stage.query::<&PreviousPosition>().iter(&stage.sim.world).count();
     let (shapes, picked) = view.targets();
@@ -121,7 +121,7 @@ pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [Row; 6] {
         row("picking", shapes > 0, shapes, picked, "pictures and the pointer"),
         match shadows {
             true => row("shadows", options.pictures, shapes, 0, "light.shadows"),
-            false => Row::of("shadows", EffectState::NotDeclared),
+            false => ReceiptLine::of("shadows", EffectState::NotDeclared),
         },
         row("arrows", arrows, movable, 0, "keys 1 and 2"),
         row("timeline", stage.records(), 0, timeline, RECORDED),

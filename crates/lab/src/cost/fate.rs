@@ -1,0 +1,96 @@
+//! What becomes of energy over a run.
+
+use super::record::Drift;
+
+/// What became of the energy of a run. Parts are of [`Drift::scale`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fate {
+    /// The run failed.
+    Failed,
+    /// It stays to rounding.
+    RoundOff,
+    /// Most of it is lost: the largest part.
+    Lost(f64),
+    /// It grows exponentially, to so many times the energy at the start.
+    Exponential(f64),
+    /// The residual grows as this power of the time, to that part.
+    Power(f64, f64),
+    /// It grows otherwise, to that part.
+    Grows(f64),
+    /// It varies, by up to that part, and by more than a tenth.
+    Varies(f64),
+    /// It stays within that part.
+    Within(f64),
+}
+
+impl Drift {
+    /// What became of the energy.
+    pub fn fate(&self) -> Fate {
+        let Some(largest) = self.largest else { return Fate::Failed };
+        if largest < ROUND_OFF {
+            return Fate::RoundOff;
+        }
+        let Some((_, residual)) = self.series.last().copied() else { return Fate::Failed };
+        match growth(self, largest) {
+            _ if residual < -0.5 => Fate::Lost(largest),
+            Some(Growth::Exponential) => Fate::Exponential(1.0 + residual / self.start),
+            Some(Growth::Power(power)) => Fate::Power(power, largest),
+            Some(Growth::Other) => Fate::Grows(largest),
+            None if largest > 0.1 => Fate::Varies(largest),
+            None => Fate::Within(largest),
+        }
+    }
+}
+
+/// Part of the energy below which a residual is rounding.
+const ROUND_OFF: f64 = 1e-11;
+
+/// How a residual of energy grows.
+enum Growth {
+    /// The energy is the exponential of the time.
+    Exponential,
+    /// The residual is a power of the time.
+    Power(f64),
+    /// Neither fits.
+    Other,
+}
+
+/// Mean deviation of the logarithm of a residual up to which a curve fits it.
+const FITS: f64 = 0.3;
+
+/// Part of the energy at the start from which on an exponential differs from a line.
+const BENDS: f64 = 0.3;
+
+/// How the largest residual so far grows; `None` if it does not.
+fn growth(drift: &Drift, largest: f64) -> Option<Growth> {
+    let (end, _) = drift.series.last()?;
+    let mut so_far = 0.0_f64;
+    let envelope = drift.series.iter().map(|(time, residual)| {
+        so_far = so_far.max(residual.abs());
+        (*time, so_far)
+    });
+    // A run settles before it grows.
+    let points: Vec<_> = envelope.filter(|(time, so_far)| *time > 0.1 * end && *so_far > 0.0).collect();
+    let (_, early) = points.iter().rfind(|(time, _)| *time <= 0.5 * end)?;
+    // Samples that keep step with the motion miss its peaks, and then say nothing about growth.
+    if so_far <= 0.5 * largest || so_far <= 1.3 * early {
+        return None;
+    }
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / points.len() as f64;
+    let (x, y) = (mean(&|(time, _)| time.ln()), mean(&|(_, size)| size.ln()));
+    let power =
+        mean(&|(time, size)| (time.ln() - x) * (size.ln() - y)) / mean(&|(time, _)| (time.ln() - x).powi(2));
+    let off_power = mean(&|(time, size)| (size.ln() - y - power * (time.ln() - x)).abs());
+    let start = drift.start;
+    let off_exponential = if start > 0.0 && so_far > BENDS * start {
+        let rate = mean(&|(time, size)| time * (size / start).ln_1p()) / mean(&|(time, _)| time * time);
+        mean(&|(time, size)| (size.ln() - (start * (rate * time).exp_m1()).ln()).abs())
+    } else {
+        f64::INFINITY
+    };
+    Some(match off_power.min(off_exponential) {
+        off if off > FITS => Growth::Other,
+        off if off < off_power => Growth::Exponential,
+        _ => Growth::Power(power),
+    })
+}

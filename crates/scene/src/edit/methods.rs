@@ -1,0 +1,120 @@
+//! Methods and substeps written into the text of a scene.
+
+use std::sync::Arc;
+
+use motion::Method;
+
+use super::rewrite::{TextEdit, rewrite};
+use crate::entries::Entry;
+use crate::parts::Part;
+use crate::resolve::springs::unsolvable;
+use crate::scene::Scene;
+use crate::text::faults::SceneError;
+
+impl Scene {
+    /// The method and substeps of the scene, and of each entry that differs from it, so that the bodies of each part have
+    /// those beside it.
+    ///
+    /// The scene itself gets those of the free bodies, unless no scene with mutual gravity can have them.
+    #[must_use]
+    pub fn methods_of_parts<'p>(
+        &self,
+        parts: &[(&'p Part, (Method, u32))],
+    ) -> ((Method, u32), Vec<(&'p Entry, (Method, u32))>) {
+        let settings = parts.iter().rev().map(|(_, setting)| *setting);
+        let own = (self.method, self.substeps);
+        let solvable =
+            |(method, _): &(Method, u32)| unsolvable(*method, self.mutual_gravity.is_some()).is_none();
+        let common = settings.chain([own]).find(solvable).unwrap_or(own);
+        let entries =
+            parts.iter().flat_map(|(part, setting)| part.entries.iter().map(|entry| (entry, *setting)));
+        let differs =
+            |(entry, setting): &(&Entry, _)| *setting != common || self.written_methods(entry) != [false; 2];
+        (common, entries.filter(differs).collect())
+    }
+
+    /// The text of the scene with `common` as the method and substeps of the scene, and those of `entries` as their own;
+    /// `name` is what messages call it. A key that would say what holds without it is not written.
+    ///
+    /// ```
+    /// use motion::Method;
+    /// use scene::Scene;
+    ///
+    /// let text = "(version: 1, // the first\n bodies: [(mass_kg: 2)])";
+    /// let scene = Scene::parse("ball.ron", text).expect("it is a scene");
+    /// let ball = &scene.entries()[0];
+    /// let entries = [(ball, (Method::RungeKutta4, 3))];
+    /// assert_eq!(
+    ///     scene.with_methods("ball.ron", (Method::default(), 1), &entries).expect("it can have that method"),
+    ///     "(version: 1, // the first\n bodies: [(mass_kg: 2, method: runge_kutta_4, substeps: 3)])",
+    /// );
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// If the new text would be no scene, or one in which anything but these methods and substeps is different.
+    pub fn with_methods(
+        &self,
+        name: &str,
+        common: (Method, u32),
+        entries: &[(&Entry, (Method, u32))],
+    ) -> Result<String, SceneError> {
+        let written = ["method", "substeps"].map(|key| self.written(key).is_some());
+        let own = entries
+            .iter()
+            .flat_map(|(entry, setting)| edits(&entry.path(), *setting, common, self.written_methods(entry)));
+        let edits: Vec<_> = edits("", common, (Method::default(), 1), written).chain(own).collect();
+        let text = rewrite(name, &self.text, &edits)?;
+        if self.differs_only_in(&Self::parse(name, &text)?, common, entries) {
+            return Ok(text);
+        }
+        let what = "methods and substeps cannot be written into this text without changing more than them";
+        Err(SceneError::of_file(name, what, "write them by hand"))
+    }
+
+    /// Whether the entry has a method and substeps of its own.
+    fn written_methods(&self, entry: &Entry) -> [bool; 2] {
+        let body = &self.bodies[entry.bodies.start as usize];
+        [body.method.is_some(), body.substeps.is_some()]
+    }
+
+    /// Whether `after` is this scene with these methods and substeps.
+    pub(super) fn differs_only_in(
+        &self,
+        after: &Self,
+        common: (Method, u32),
+        entries: &[(&Entry, (Method, u32))],
+    ) -> bool {
+        let mut expected = self.clone();
+        (expected.method, expected.substeps) = common;
+        for (entry, (method, substeps)) in entries {
+            for body in &mut expected.bodies[entry.bodies.start as usize..entry.bodies.end as usize] {
+                (body.method, body.substeps) = (Some(*method), Some(*substeps));
+            }
+        }
+        let [expected, after] = [expected, after.clone()].map(|mut scene| {
+            for body in &mut scene.bodies {
+                body.method.get_or_insert(scene.method);
+                body.substeps.get_or_insert(scene.substeps);
+            }
+            // The text is another one, and lines move down where one comes in.
+            scene.text = Arc::default();
+            scene.declared.iter_mut().for_each(|declaration| declaration.line = None);
+            scene
+        });
+        expected == after
+    }
+}
+
+/// The edits that give a group a method and substeps, of which it has some `written`; `inherited` holds without them.
+fn edits(
+    group: &str,
+    (method, substeps): (Method, u32),
+    inherited: (Method, u32),
+    written: [bool; 2],
+) -> impl Iterator<Item = TextEdit> + use<> {
+    let method = (written[0] || method != inherited.0).then(|| TextEdit::set(group, "method", method.name()));
+    let substeps = (written[1] || substeps != inherited.1)
+        .then(|| TextEdit::set(group, "substeps", substeps.to_string()));
+    method.into_iter().chain(substeps)
+}
