@@ -138,8 +138,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         mistake: "a scene that is saved without the effects that are switched off",
         file: "crates/sandbox/src/tools/editor/editing.rs",
-        from: "changes.extend(off);",
-        to: "drop(off);",
+        from: "changes.extend(switched_off(stage, now.effects.off, written));",
+        to: "",
         killed_by: "editor::what_is_switched_off_stays_off_through_a_change_and_a_save",
     },
     Mutant {

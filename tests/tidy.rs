@@ -98,7 +98,7 @@ const FROM_TEXT_TO_SCENE: &[&str] = &[
 
 /// The same of `crates/history/src`.
 const HISTORY: &[&str] =
-    &["simulation", "distances", "lists", "snapshot", "change", "bundle", "timeline", "twin"];
+    &["simulation", "distances", "lists", "snapshot", "settings", "change", "bundle", "timeline", "twin"];
 
 /// The same of `crates/lab/src`.
 const LAB: &[&str] = &["run", "cost", "limits", "ablation", "receipt", "recommend", "stability"];
@@ -242,7 +242,7 @@ fn apart(path: &str) -> Vec<String> {
 
 /// The modules of `known` that the one of that name uses, outside its tests: by the paths in its text. Those around it and in it
 /// do not count: a module shows what is in its folder.
-fn used<'a>(module: &str, text: &str, known: &BTreeMap<String, &'a str>) -> BTreeSet<String> {
+fn used(module: &str, text: &str, known: &BTreeMap<String, &str>) -> BTreeSet<String> {
     let text = text.split("#[cfg(test)]").next().unwrap();
     let text = code(text).collect::<Vec<_>>().join(" ");
     let is_use = |at: &usize| !text[..*at].ends_with(char::is_alphanumeric);

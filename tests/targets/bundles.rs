@@ -3,7 +3,7 @@
 use std::io::{Cursor, Read as _, Write as _};
 
 use arbitrary::{Result, Unstructured};
-use history::{BUNDLE_FORMAT, Bundle, Change, Event, Manifest, RunSettings, Simulation};
+use history::{BUNDLE_FORMAT, Bundle, Change, Event, Manifest, Overrides, Simulation};
 use motion::Method;
 use sandbox::{Options, Session};
 use scene::Scene;
@@ -102,7 +102,7 @@ fn whole(u: &mut Unstructured<'_>) -> Result<Option<(Bundle, Scene)>> {
         2 => Change::Step(at_least_0(u)?),
         _ => Change::Requests(vec![motion::Request::SetVelocity(0, any_vector(u)?)]),
     };
-    let (format, settings, tick) = (BUNDLE_FORMAT, RunSettings::of(&scene), snapshot.ticks());
+    let (format, settings, tick) = (BUNDLE_FORMAT, Overrides::of(&scene), snapshot.ticks());
     let manifest = Manifest { format, settings, snapshot_tick: tick, end_tick: tick, ..Manifest::default() };
     // What is not a number equals nothing, itself neither.
     let finite = !format!("{what:?}").contains("NaN");

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 pub use archive::BadBundle;
 pub(crate) use archive::{CONTRADICTION, UNDAMAGED};
 pub use energy::{EnergyGrowth, EnergyLook, EnergyState};
-pub use manifest::{BUNDLE_FORMAT, FaultEntry, Keyframe, Manifest, RunSettings};
+pub use manifest::{BUNDLE_FORMAT, FaultEntry, Keyframe, Manifest};
 
 use crate::change::Change;
 use crate::snapshot::Snapshot;

@@ -2,6 +2,7 @@
 //!
 //! - [`Simulation`]: a scene that runs, with the world and the stepper that run it.
 //! - [`Change`]: everything that is done to a running simulation from outside, and the one place that applies it.
+//! - [`RunSettings`]: what a run is set to now; [`Overrides`]: what it has in place of what its scenes say.
 //! - [`Snapshot`]: the state of a simulation between two ticks, by stable id, for files and for new worlds of the same scene.
 //! - [`Timeline`]: the last minute of a run. [`Seek`] goes to another tick, [`Watch`] looks for a [`Fault`], and [`Replay`] simulates
 //!   the ticks from a snapshot again.
@@ -15,6 +16,7 @@ mod bundle;
 mod change;
 mod distances;
 mod lists;
+mod settings;
 mod simulation;
 mod snapshot;
 mod timeline;
@@ -22,10 +24,11 @@ mod twin;
 
 pub use bundle::{
     BUNDLE_FORMAT, BadBundle, Bundle, EnergyGrowth, EnergyLook, EnergyState, Event, FaultEntry, Keyframe,
-    Manifest, RunSettings,
+    Manifest,
 };
 pub use change::{Change, Gone};
 pub use distances::{Distances, DistancesSoFar};
+pub use settings::{Overrides, RunSettings, rate_of};
 pub use simulation::Simulation;
 pub use snapshot::{BadSnapshot, Snapshot, words};
 pub use timeline::{

@@ -96,11 +96,6 @@ impl Twin {
         &self.simulation
     }
 
-    /// The simulation for queries, which need a mutable world.
-    pub const fn simulation_mut(&mut self) -> &mut Simulation {
-        &mut self.simulation
-    }
-
     /// Why it goes no further, if that is so.
     #[must_use]
     pub const fn failure(&self) -> Option<Failure> {

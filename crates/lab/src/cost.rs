@@ -18,6 +18,7 @@ mod drift;
 mod exact;
 mod fate;
 mod front;
+mod hosts;
 mod machine;
 mod plan;
 mod problem;
@@ -37,6 +38,7 @@ pub use clock::Clock;
 pub use comparison::{Contest, EqualCost, FailedRuns, LeastError, Round, SEEN, ShownOrder, SinglePrecision};
 pub use fate::Fate;
 pub use front::{Accuracy, Cost};
+pub use hosts::{Make, make};
 pub use plan::Plan;
 pub use problem::{PROBLEMS, Problem, State, problem};
 pub use ranking::{Crossing, Place};
@@ -44,5 +46,5 @@ pub use record::{
     BLOWN_UP, Cell, Counts, Drift, EnergyScale, Errors, FORMAT, Failure, Host, Machine, Outcome, Phase,
     Precision, RateRow, Report, Setting, Study, TickTime, Time, TimedTick, Truth,
 };
-pub use runner::{Make, Runner, Sample, make};
+pub use runner::{Runner, Sample};
 pub use subject::Subject;

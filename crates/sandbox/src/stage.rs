@@ -26,13 +26,12 @@ use crate::clock::TickClock;
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::{QueryData, QueryFilter};
 use glam::DVec3;
-use history::Simulation;
+use history::{RunSettings, Simulation};
 use motion::clock::StepClock;
 use motion::effects::Effect;
-use motion::snapshot::Effects;
 use motion::{
     Dormant, Emission, Emitter, Evaluations, Orientation, PhysicsBody, PreviousPosition, Push, Quarantine,
-    Quarantined, Request, SoftBody, Spring, Threads, TimeStep, Transform,
+    Quarantined, Request, SoftBody, Spring, Threads, Transform,
 };
 use pick::Shape;
 use scene::{Appearance, FileIndex, PointRadius, PushSpec, Scene, SoftBodyName};
@@ -289,16 +288,10 @@ impl Stage {
         self.carry_out_requests();
         self.forget_ahead();
         self.run.quarantined_before = self.run.quarantined.len();
-        let method = self.sim.method();
-        let step = *self.sim.world.resource::<TimeStep>();
+        let settings = RunSettings::of(&mut self.sim);
         let mut next = start(Arc::clone(&self.sim.scene), self.run.options);
         hand_over(&mut self.sim.world, &mut next.world);
-        next.world.insert_resource(step);
-        Effects::of(&mut self.sim.world).put(&mut next.world);
-        next.stepper.recompile(&mut next.world);
-        if method != next.method() {
-            next.set_method(method);
-        }
+        settings.put(&mut next);
         self.replace(next, false);
         self.notices.retract_run();
         self.clock.set_pace(1.0).expect("1 is positive and finite");

@@ -17,6 +17,7 @@ use std::time::{Duration, Instant};
 
 use crate::clock::FrameClock;
 use clap::Args;
+use history::Overrides;
 use render::{Gpu, Image, Offscreen, Quality, Renderer, WindowTarget};
 use scene::{Scene, Source};
 use winit::application::ApplicationHandler;
@@ -45,7 +46,7 @@ use crate::output::scenes::save_scene;
 use crate::output::tell;
 use crate::stage::Order;
 use crate::stage::notices::Topic;
-use crate::stage::options::{Options, Overrides};
+use crate::stage::options::{Options, check};
 
 /// Shortest time between two frames: vertical sync does not pace every display.
 const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
@@ -172,7 +173,7 @@ fn session(args: &WindowArgs, name: &str) -> Result<Session, Failure> {
     let loading = Loading::begin();
     let scene = scene::load(name)?;
     let overrides = Overrides { method, substeps, ..Overrides::default() };
-    overrides.check(&scene)?;
+    check(overrides, &scene)?;
     loading.next();
     let mut session = Session::new(scene, Options { overrides, ..options });
     session.stage.keep_timeline();

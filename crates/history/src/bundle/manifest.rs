@@ -2,12 +2,10 @@
 
 use std::fmt;
 
-use motion::{DampingModel, Method, Substeps};
-use scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use crate::lists::list;
-use crate::snapshot::Name;
+use crate::settings::Overrides;
 
 /// Version of the format that this program writes and reads.
 pub const BUNDLE_FORMAT: u32 = 1;
@@ -23,7 +21,7 @@ pub struct Manifest {
     /// Name of the scene.
     pub scene: String,
     /// What the run had in place of what the scene says.
-    pub settings: RunSettings,
+    pub settings: Overrides,
     /// Tick of the snapshot.
     pub snapshot_tick: u64,
     /// Tick that the run came to; the fault's, if there is one.
@@ -65,39 +63,5 @@ impl fmt::Display for FaultEntry {
             write!(f, "{body}, ")?;
         }
         write!(f, "tick {}: {}", self.tick, self.what)
-    }
-}
-
-/// What a run had in place of what its scene says; absent is what the scene says.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct RunSettings {
-    method: Option<Name<Method>>,
-    step_hz: Option<f64>,
-    substeps: Option<u32>,
-    damping: Option<Name<DampingModel>>,
-}
-
-impl RunSettings {
-    /// Those of `scene` as it is.
-    #[must_use]
-    pub fn of(scene: &Scene) -> Self {
-        Self {
-            method: Some(Name(scene.method)),
-            step_hz: Some(scene.step_hz),
-            substeps: Some(scene.substeps),
-            damping: scene.damping.map(|damping| Name(damping.model)),
-        }
-    }
-
-    /// Applies them to `scene`, without an invalid rate.
-    pub fn apply(&self, scene: &mut Scene) {
-        scene.method = self.method.map_or(scene.method, |Name(method)| method);
-        let rate = self.step_hz.filter(|rate| *rate > 0.0 && rate.is_finite() && (1.0 / rate).is_finite());
-        scene.step_hz = rate.unwrap_or(scene.step_hz);
-        scene.substeps = self.substeps.map_or(scene.substeps, |parts| parts.clamp(1, Substeps::MOST));
-        if let (Some(damping), Some(Name(model))) = (&mut scene.damping, self.damping) {
-            damping.model = model;
-        }
     }
 }

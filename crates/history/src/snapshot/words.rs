@@ -39,6 +39,26 @@ pub fn deserialize<'de, T: Worded, D: Deserializer<'de>>(deserializer: D) -> Res
     T::of_word(&word).ok_or_else(|| de::Error::custom(unknown(&word)))
 }
 
+/// The same of a choice that may be absent.
+pub(crate) mod optional {
+    use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};
+
+    use super::{Name, Worded};
+
+    pub(crate) fn serialize<T: Worded, S: Serializer>(
+        choice: &Option<T>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        choice.map(Name).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, T: Worded, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<T>, D::Error> {
+        Ok(Option::<Name<T>>::deserialize(deserializer)?.map(|Name(choice)| choice))
+    }
+}
+
 fn unknown(word: &str) -> String {
     format!("this program knows no `{word}`")
 }

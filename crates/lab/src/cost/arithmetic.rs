@@ -16,9 +16,10 @@ use motion::methods::{
     Yoshida4, newton_velocity,
 };
 
+use scene::Scene;
+
 use super::record::{Counts, Failure, Precision, Setting};
 use super::runner::{Runner, Sample};
-use super::subject::Subject;
 use crate::run::movable;
 pub(crate) use numbers::Vector;
 use numbers::{Compensated, LoopSpace, Single};
@@ -137,25 +138,25 @@ struct Loop<F, S: LoopSpace> {
     steps: u64,
 }
 
-/// Makes the run of a subject in a loop.
-pub(crate) type MakeLoop = fn(&Subject, Setting) -> Box<dyn Runner>;
+/// Makes the run of a scene in a loop.
+pub(crate) type MakeLoop = fn(&Scene, Setting) -> Box<dyn Runner>;
 
-/// The run of `subject` in a loop with a formula.
-pub(crate) fn run<F: Formula + Default>(subject: &Subject, setting: Setting) -> Box<dyn Runner> {
+/// The run of `scene` in a loop with a formula.
+pub(crate) fn run<F: Formula + Default>(scene: &Scene, setting: Setting) -> Box<dyn Runner> {
     match setting.precision {
-        Precision::F64 => Box::new(Loop::<F, DVec3>::new(subject, setting)),
-        Precision::F32 => Box::new(Loop::<F, Single>::new(subject, setting)),
-        Precision::CompensatedF32 => Box::new(Loop::<F, Compensated>::new(subject, setting)),
+        Precision::F64 => Box::new(Loop::<F, DVec3>::new(scene, setting)),
+        Precision::F32 => Box::new(Loop::<F, Single>::new(scene, setting)),
+        Precision::CompensatedF32 => Box::new(Loop::<F, Compensated>::new(scene, setting)),
     }
 }
 
 impl<F: Formula + Default, S: LoopSpace> Loop<F, S> {
-    fn new(subject: &Subject, setting: Setting) -> Self {
+    fn new(scene: &Scene, setting: Setting) -> Self {
         let mut new = Self {
             field: OneBody {
                 formula: F::default(),
                 start: 0.0,
-                h: 1.0 / (subject.scene.step_hz * f64::from(setting.substeps)),
+                h: 1.0 / (scene.step_hz * f64::from(setting.substeps)),
                 counts: Counts::default(),
                 unconverged: 0,
                 space: PhantomData,
@@ -170,7 +171,7 @@ impl<F: Formula + Default, S: LoopSpace> Loop<F, S> {
             last_step: 0.0,
             steps: 0,
         };
-        for (id, body) in movable(&subject.scene) {
+        for (id, body) in movable(scene) {
             let space = |vector| S::of(<S::Seen as Vector>::of(vector));
             new.ids.push(id);
             space(body.position).push(&mut new.x);

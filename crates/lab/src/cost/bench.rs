@@ -11,9 +11,10 @@ use motion::Method;
 
 use super::clock::{Clock, thread_time};
 use super::drift::Drifting;
+use super::hosts::{Make, make};
 use super::plan::{Plan, work};
 use super::record::{Cell, Failure, Host, Outcome, Precision, Setting, Study, Truth};
-use super::runner::{Make, Runner, make};
+use super::runner::Runner;
 use super::subject::Subject;
 use super::timing::Timings;
 use super::truth::{Compared, Comparison, Reference, Scales, Target};

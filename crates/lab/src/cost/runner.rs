@@ -4,19 +4,17 @@
 
 use std::borrow::Cow;
 
-use bevy_ecs::prelude::*;
 use glam::DVec3;
 use history::Simulation;
 use motion::groups::Groups;
-use motion::{Evaluations, Law, Laws, Quarantine};
+use motion::{Evaluations, Quarantine};
 
-use super::record::{Counts, Failure, Host, Setting};
-use super::subject::Subject;
+use super::record::{Counts, Failure};
 
 /// Stable id, position, m, and velocity, m/s.
 pub type Sample = (u32, DVec3, DVec3);
 
-/// A run on its way.
+/// A run that is under way.
 pub trait Runner {
     /// Simulates one tick.
     fn tick(&mut self);
@@ -24,47 +22,8 @@ pub trait Runner {
     fn states(&mut self) -> Vec<Sample>;
     /// Evaluations so far.
     fn counts(&mut self) -> Counts;
-    /// Why it is no point, if it is none; non-finite states and large errors are looked for by who asks.
+    /// Why the run produced no data point; non-finite states and large errors are looked for elsewhere.
     fn failure(&mut self) -> Option<Failure>;
-}
-
-/// Makes the run of a setting, or says why there is none.
-pub type Make = dyn Fn(&Subject, Setting, Host) -> Result<Box<dyn Runner>, Failure> + Send;
-
-/// The runs of the program itself.
-///
-/// # Errors
-/// A method that cannot solve what the subject declares.
-pub fn make(subject: &Subject, setting: Setting, host: Host) -> Result<Box<dyn Runner>, Failure> {
-    if let Some(why) = subject.refusal(setting.method) {
-        return Err(Failure::Unsolvable { why });
-    }
-    match host {
-        Host::World => Ok(Box::new(subject.run(setting))),
-        Host::Arithmetic => {
-            let why = || Failure::Unsolvable { why: "no loop was written for it".to_owned() };
-            subject.in_loop().map(|make| make(subject, setting)).ok_or_else(why)
-        }
-    }
-}
-
-impl Subject {
-    /// Its start, in a world.
-    pub(crate) fn run(&self, setting: Setting) -> Simulation {
-        let mut run = Simulation::new(self.scene_with(setting));
-        let laws = self.laws();
-        if !laws.is_empty() {
-            run.world.insert_resource(Laws(laws));
-            run.stepper.recompile(&mut run.world);
-        }
-        run
-    }
-
-    /// The laws that no scene file can declare.
-    fn laws(&self) -> Vec<Box<dyn Law>> {
-        let law = self.problem.and_then(|problem| problem.law);
-        law.map(|law| Box::new(law) as Box<dyn Law>).into_iter().collect()
-    }
 }
 
 impl Runner for Simulation {

@@ -1,7 +1,8 @@
 //! What is studied: a problem, or a scene from its start.
 
-use motion::Method;
+use history::Simulation;
 use motion::effects::Effect;
+use motion::{Law, Laws, Method};
 use scene::{Scene, SceneError, unsolvable};
 
 use super::arithmetic::MakeLoop;
@@ -31,6 +32,23 @@ pub struct Subject {
 }
 
 impl Subject {
+    /// Its start, in a world.
+    pub(crate) fn run(&self, setting: Setting) -> Simulation {
+        let mut run = Simulation::new(self.scene_with(setting));
+        let laws = self.laws();
+        if !laws.is_empty() {
+            run.world.insert_resource(Laws(laws));
+            run.stepper.recompile(&mut run.world);
+        }
+        run
+    }
+
+    /// The laws that no scene file can declare.
+    fn laws(&self) -> Vec<Box<dyn Law>> {
+        let law = self.problem.and_then(|problem| problem.law);
+        law.map(|law| Box::new(law) as Box<dyn Law>).into_iter().collect()
+    }
+
     /// A problem.
     ///
     /// # Errors

@@ -1,9 +1,9 @@
 //! What is timed of a study, pass by pass: the cells of a scene as it is, or copies of a problem at several sizes.
 
 use super::clock::{Clock, Trial, Yardstick};
+use super::hosts::Make;
 use super::plan::Plan;
 use super::record::{Host, Precision, Setting, Study, TickTime, Time, TimedTick};
-use super::runner::Make;
 use super::subject::Subject;
 
 /// A method, precision and host at one size.

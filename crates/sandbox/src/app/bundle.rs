@@ -1,7 +1,7 @@
 //! Sessions and bundles: what is recorded as a file, and a file as a session.
 
 use history::{
-    BUNDLE_FORMAT, Bundle, Fault, FaultEntry, Keyframe, Manifest, Rerun, RunSettings, TIMELINE_BYTES, Watch,
+    BUNDLE_FORMAT, Bundle, Fault, FaultEntry, Keyframe, Manifest, Overrides, Rerun, TIMELINE_BYTES, Watch,
 };
 
 use crate::app::session::Session;
@@ -113,7 +113,7 @@ impl Stage {
                 format: BUNDLE_FORMAT,
                 program: PROGRAM.to_owned(),
                 scene: self.sim.scene.name.clone(),
-                settings: RunSettings::of(&self.sim.scene),
+                settings: Overrides::of(&self.sim.scene),
                 snapshot_tick: *range.start(),
                 end_tick: *range.end(),
                 end_state_hash: hash(timeline.end_hash(&self.sim.scene).ok()?),

@@ -1,6 +1,7 @@
 //! What one step runs, in order, read from the compiled schedule.
 
 use clap::Args;
+use history::Overrides;
 use motion::{LawTexts, Method};
 use scene::{Scene, StepKind};
 
@@ -9,7 +10,7 @@ use crate::args::method;
 use crate::failure::Failure;
 use crate::methods::cost;
 use crate::output::show;
-use crate::stage::options::{Options, Overrides};
+use crate::stage::options::{Options, check};
 
 pub(super) const EXAMPLES: &str = "\
 Example:
@@ -29,7 +30,7 @@ pub(crate) struct PlanArgs {
 pub(crate) fn run(args: &PlanArgs) -> Result<(), Failure> {
     let overrides = Overrides { method: args.method, ..Overrides::default() };
     let scene = scene::load(&args.scene)?;
-    overrides.check(&scene)?;
+    check(overrides, &scene)?;
     show(&text(scene, overrides))
 }
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use crate::clock::{FrameClock, FrameTime};
 use clap::{Args, ValueEnum};
+use history::Overrides;
 use lab::AttractionTick;
 use motion::DampingModel;
 use motion::effects::Effect;
@@ -27,7 +28,7 @@ use crate::output::progress::{Loading, progress_bar};
 use crate::output::report::Summary;
 use crate::output::tell;
 use crate::panels::Panel;
-use crate::stage::options::{Options, Overrides};
+use crate::stage::options::{Options, check};
 use crate::stage::{CATCH_UP, Order, Simulated, Stage};
 use crate::tools::forecast::ForecastRow;
 
@@ -201,7 +202,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         damping: args.damping,
         substeps: args.step.substeps,
     };
-    overrides.check(&scene)?;
+    check(overrides, &scene)?;
     overrides.apply(&mut scene);
     let takes_pictures =
         |script: &Script| script.steps.iter().any(|step| matches!(step.action, Action::Screenshot(_)));

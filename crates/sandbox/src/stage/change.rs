@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
-use history::Change;
+use history::{Change, rate_of};
 use motion::effects::{Effect, EffectState, NeverDeclared};
 use motion::{Gravity, Method, MutualGravity, OwnMethod, Particle, Request, TimeStep};
 use scene::{Action, StepKind, unsolvable};
@@ -196,24 +196,5 @@ impl Stage {
         self.version += 1;
         let Self { sim, here, .. } = self;
         here.selection.take_if(|thing| sim.world.get_entity(*thing).is_err());
-    }
-}
-
-/// The rate of ticks of a length, s, in Hz: the number with the fewest digits that has this length.
-fn rate_of(step: f64) -> f64 {
-    let rate = 1.0 / step;
-    let short = format!("{rate:.9e}").parse().unwrap_or(rate);
-    if 1.0 / short == step { short } else { rate }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_rate_comes_back_from_the_length_of_its_ticks() {
-        for rate in [120.0, 60.0, 1.0, 49.0, 333.25, 1e4, 0.1, 59.94] {
-            assert_eq!(rate_of(1.0 / rate), rate);
-        }
     }
 }

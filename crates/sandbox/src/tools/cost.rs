@@ -35,9 +35,7 @@ impl Tool for Cost {
         let settings = settings(stage);
         if self.live.as_ref().is_none_or(|live| live.of != settings) {
             let mut scene = Scene::clone(&stage.sim.scene);
-            (scene.gravity, scene.damping) = (settings.gravity, settings.damping);
-            scene.step_hz = 1.0 / settings.step;
-            scene.off_at_start.clone_from(&settings.off);
+            settings.apply(&mut scene);
             let subject = Subject::of_scene(scene, None);
             self.live = Some(Live { bench: Bench::new(subject, Plan::live()), of: settings });
         }

@@ -7,7 +7,7 @@ use crate::clock::FrameTime;
 use egui::{Align2, Ui};
 use motion::Request;
 
-use self::state::{FRESH_LARGE_S, FRESH_S, LARGE_NET, settings};
+use self::state::{FRESH_LARGE_S, FRESH_S, LARGE_NET, circumstances};
 use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::View;
@@ -40,7 +40,7 @@ impl Tool for Forecast {
             self.shown = None;
             return;
         }
-        let of = settings(stage);
+        let of = circumstances(stage);
         let fresh = if of.structure[1] > LARGE_NET { FRESH_LARGE_S } else { FRESH_S };
         if let Some(shown) = &mut self.shown {
             shown.age += time.length();
@@ -53,7 +53,7 @@ impl Tool for Forecast {
 
     fn restart(&mut self, stage: &mut Stage) {
         if self.shown.is_some() {
-            let of = settings(stage);
+            let of = circumstances(stage);
             self.refresh(stage, of);
         }
     }

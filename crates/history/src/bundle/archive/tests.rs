@@ -6,8 +6,9 @@ use motion::{Method, Request};
 use scene::Scene;
 
 use super::*;
-use crate::bundle::{EnergyGrowth, EnergyLook, FaultEntry, Keyframe, RunSettings};
+use crate::bundle::{EnergyGrowth, EnergyLook, FaultEntry, Keyframe};
 use crate::change::Change;
+use crate::settings::Overrides;
 use crate::simulation::Simulation;
 use crate::snapshot::{Name, RequestEntry};
 
@@ -30,7 +31,7 @@ fn bundle() -> Bundle {
             format: BUNDLE_FORMAT,
             program: "sandbox 0".to_owned(),
             scene: scene.name.clone(),
-            settings: RunSettings::of(&scene),
+            settings: Overrides::of(&scene),
             snapshot_tick: 20,
             end_tick: 25,
             end_state_hash: "0".repeat(16),

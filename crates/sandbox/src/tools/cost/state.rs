@@ -1,8 +1,8 @@
 //! What accuracy costs in the running scene: a study of a copy, a little in every frame.
 
+use history::RunSettings;
 use lab::cost::{Bench, Study};
 use motion::effects::Effect;
-use motion::{Damping, Gravity, TimeStep};
 
 use crate::stage::Stage;
 
@@ -15,16 +15,7 @@ pub(super) const LONGEST_FRAME: f64 = 0.05;
 /// A study of the scene as it is set at present.
 pub(crate) struct Live {
     pub bench: Bench,
-    pub(super) of: Settings,
-}
-
-/// What a study would come out differently with.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Settings {
-    pub gravity: Option<Gravity>,
-    pub damping: Option<Damping>,
-    pub step: f64,
-    pub off: Vec<Effect>,
+    pub(super) of: RunSettings,
 }
 
 /// The study of the running scene, while its panel is open.
@@ -45,16 +36,15 @@ impl Cost {
     }
 }
 
-pub(super) fn settings(stage: &mut Stage) -> Settings {
-    let off = stage.effects_off();
-    let (scene, world) = (&stage.sim.scene, &stage.sim.world);
-    Settings {
-        // A study has it on in any case.
-        gravity: world
-            .get_resource::<Gravity>()
-            .map(|gravity| Gravity { on: scene.gravity.is_none_or(|there| there.on), ..*gravity }),
-        damping: world.get_resource::<Damping>().copied().or(scene.damping),
-        step: world.resource::<TimeStep>().0,
-        off: off.into_iter().filter(|effect| *effect != Effect::Gravity).collect(),
+/// What a study of the running scene would come out differently with: it has methods and substeps of its own, and gravity on
+/// if the scene has.
+pub(super) fn settings(stage: &mut Stage) -> RunSettings {
+    let now = RunSettings::of(&mut stage.sim);
+    let (method, substeps) = (stage.sim.scene.method, stage.sim.scene.substeps);
+    let mut settings = RunSettings { method, substeps, ..now };
+    if let Some(gravity) = &mut settings.effects.gravity {
+        gravity.on = stage.sim.scene.gravity.is_none_or(|there| there.on);
     }
+    settings.effects.off.retain(|effect| *effect != Effect::Gravity);
+    settings
 }

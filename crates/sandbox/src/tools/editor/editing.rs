@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::DVec3;
+use history::RunSettings;
+use motion::Method;
 use motion::effects::{self, Effect, EffectState};
-use motion::snapshot::OffResource;
-use motion::{Damping, Gravity, Method, Substeps, TimeStep};
 use scene::{Entry, Scene, SceneError, StepKind, TextEdit};
 
 use crate::intent::{Intent, Question};
@@ -202,22 +202,19 @@ fn edited_entry(stage: &mut Stage, open: bool) -> Option<(Entry, String)> {
 
 /// What of `written` is set otherwise in the run of `stage`, as changes of its text.
 fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
-    let off = switched_off(stage, written);
-    let world = &stage.sim.world;
+    let now = RunSettings::of(&mut stage.sim);
     let mut changes = Vec::new();
     let mut set = |group: &str, key: &str, value: String| changes.push(TextEdit::set(group, key, value));
-    let (method, substeps) = (stage.sim.method(), world.resource::<Substeps>().0);
-    if method != written.method {
-        set("", "method", Method::name(method).to_owned());
+    if now.method != written.method {
+        set("", "method", Method::name(now.method).to_owned());
     }
-    if substeps != written.substeps {
-        set("", "substeps", substeps.to_string());
+    if now.substeps != written.substeps {
+        set("", "substeps", now.substeps.to_string());
     }
-    let rate = stage.clock.rate();
-    if written.step == StepKind::Fixed && rate != written.step_hz && world.contains_resource::<TimeStep>() {
-        set("", "step_hz", format!("{rate:?}"));
+    if written.step == StepKind::Fixed && now.step != 1.0 / written.step_hz {
+        set("", "step_hz", format!("{:?}", now.step_hz()));
     }
-    if let Some(now) = world.get_resource::<Gravity>().filter(|now| Some(**now) != written.gravity) {
+    if let Some(now) = now.effects.gravity.filter(|now| Some(*now) != written.gravity) {
         let (acceleration, on) = (triple(now.acceleration), now.on.to_string());
         match written.gravity {
             None => set("", "gravity", format!("(acceleration_m_s2: {acceleration}, on_at_start: {on})")),
@@ -231,9 +228,7 @@ fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
             }
         }
     }
-    let off_damping = || world.get_resource::<OffResource<Damping>>().map(|off| &off.0);
-    let damping = world.get_resource::<Damping>().or_else(off_damping);
-    if let Some(now) = damping.filter(|now| Some(**now) != written.damping) {
+    if let Some(now) = now.effects.damping.filter(|now| Some(*now) != written.damping) {
         let (model, rate) = (now.model.name(), now.rate);
         match written.written("damping") {
             None => set("", "damping", format!("(model: {model}, rate_per_s: {rate:?})")),
@@ -243,13 +238,12 @@ fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
             }
         }
     }
-    changes.extend(off);
+    changes.extend(switched_off(stage, now.effects.off, written));
     changes
 }
 
-/// Which effects are switched off, if that is not what is written. Gravity has its own key.
-fn switched_off(stage: &mut Stage, written: &Scene) -> Option<TextEdit> {
-    let mut now = stage.effects_off();
+/// That the effects `now` are off, if that is not what is written. Gravity has its own key.
+fn switched_off(stage: &mut Stage, mut now: Vec<Effect>, written: &Scene) -> Option<TextEdit> {
     now.retain(|effect| *effect != Effect::Gravity);
     let mut before = written.off_at_start.clone();
     before.retain(|effect| effects::state(&mut stage.sim.world, *effect) != EffectState::NotDeclared);

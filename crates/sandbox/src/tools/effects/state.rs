@@ -1,7 +1,8 @@
 //! Effects of a running session: what switched them, and the receipt.
 
+use history::RunSettings;
 use lab::ReceiptLine;
-use motion::effects::{Effect, EffectState};
+use motion::effects::EffectState;
 use motion::{Evaluations, PreviousPosition};
 use scene::Scene;
 
@@ -60,7 +61,7 @@ impl Effects {
         }
         // It may have been switched on since.
         let scene = Scene { off_at_start: Vec::new(), ..Scene::clone(scene) };
-        let receipt = lab::receipt(&scene, MEASURED_TICKS, &stage.effects_off());
+        let receipt = lab::receipt(&scene, MEASURED_TICKS, &RunSettings::of(&mut stage.sim).effects.off);
         let watch = lab::watch_time(&scene);
         let rows = receipt.rows.iter().map(|row| (row.name, row.ns, row.share));
         self.measured = rows.chain([(ENERGY_WATCH, Some(watch), Some(watch / receipt.ns))]).collect();
@@ -81,17 +82,6 @@ impl Effects {
             .map(|(law, count)| (*law, count.saturating_sub(was(*law)) as f64 / ticks))
             .collect();
         self.seen = (now, counts);
-    }
-}
-
-impl Stage {
-    /// The effects that are switched off.
-    pub(crate) fn effects_off(&mut self) -> Vec<Effect> {
-        let world = &mut self.sim.world;
-        Effect::ALL
-            .into_iter()
-            .filter(|effect| motion::effects::state(world, *effect) == EffectState::Off)
-            .collect()
     }
 }
 

@@ -3,9 +3,10 @@
 use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
+use history::RunSettings;
 use motion::forecast::{LimitingPart, Margin};
 use motion::groups::Groups;
-use motion::{Damping, Method, Substeps, TimeStep, forecast};
+use motion::{Method, Substeps, TimeStep, forecast};
 use report::numbers::{digits, number};
 use scene::StepKind;
 
@@ -121,19 +122,16 @@ fn cure_in_words(margin: &Margin) -> String {
 
 /// What a forecast would come out differently with.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Settings {
-    method: Method,
-    step: f64,
-    substeps: u32,
-    damping: Option<Damping>,
-    /// Groups, springs in them and bodies.
+pub(super) struct Circumstances {
+    settings: RunSettings,
+    /// Groups, springs in them, bodies in them, and quarantined bodies.
     pub structure: [usize; 4],
 }
 
 /// The forecast that is shown.
 #[derive(Clone, Debug)]
 pub(super) struct Shown {
-    pub of: Settings,
+    pub of: Circumstances,
     /// Time since it was made, s.
     pub age: f64,
     rows: Vec<ForecastRow>,
@@ -187,7 +185,7 @@ impl Forecast {
         told
     }
 
-    pub(super) fn refresh(&mut self, stage: &mut Stage, of: Settings) {
+    pub(super) fn refresh(&mut self, stage: &mut Stage, of: Circumstances) {
         let method = stage.sim.method();
         let forecast = forecast::Forecast::with_springs(&mut stage.sim.world, method);
         let mut springs = HashMap::new();
@@ -227,18 +225,13 @@ fn part_name(stage: &Stage, part: LimitingPart) -> String {
     }
 }
 
-pub(super) fn settings(stage: &Stage) -> Settings {
-    let world = &stage.sim.world;
-    let groups = world.get_resource::<Groups>();
-    Settings {
-        method: stage.sim.method(),
-        step: world.resource::<TimeStep>().0,
-        substeps: world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0),
-        damping: world.get_resource::<Damping>().copied(),
-        structure: groups.map_or([0; 4], |groups| {
-            [groups.len(), groups.springs(), groups.bodies(), stage.quarantined_here().len()]
-        }),
-    }
+pub(super) fn circumstances(stage: &mut Stage) -> Circumstances {
+    let settings = RunSettings::of(&mut stage.sim);
+    let groups = stage.sim.world.get_resource::<Groups>();
+    let structure = groups.map_or([0; 4], |groups| {
+        [groups.len(), groups.springs(), groups.bodies(), stage.quarantined_here().len()]
+    });
+    Circumstances { settings, structure }
 }
 
 #[cfg(test)]

@@ -1,0 +1,127 @@
+//! What a run is set to: in place of what its scene says, and as it is now.
+
+use motion::effects::Effect;
+use motion::snapshot::Effects;
+use motion::{DampingModel, Method, Substeps, TimeStep};
+use scene::{Scene, unsolvable};
+use serde::{Deserialize, Serialize};
+
+use crate::simulation::Simulation;
+use crate::snapshot::words;
+
+/// What a run has in place of what its scenes say; absent is what a scene says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Overrides {
+    /// Method of the scene; bodies with a method of their own keep it.
+    #[serde(with = "words::optional")]
+    pub method: Option<Method>,
+    /// Ticks per second, positive and finite.
+    pub step_hz: Option<f64>,
+    /// Substeps per tick, at least 1; bodies with their own substeps keep them.
+    pub substeps: Option<u32>,
+    /// Damping model, where the scene declares damping.
+    #[serde(with = "words::optional")]
+    pub damping: Option<DampingModel>,
+}
+
+impl Overrides {
+    /// Those that `scene` has as it is.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
+        Self {
+            method: Some(scene.method),
+            step_hz: Some(scene.step_hz),
+            substeps: Some(scene.substeps),
+            damping: scene.damping.map(|damping| damping.model),
+        }
+    }
+
+    /// Why `scene` cannot have them, if it cannot: their method does not solve one of its laws.
+    #[must_use]
+    pub fn unsolvable(self, scene: &Scene) -> Option<&'static str> {
+        unsolvable(self.method?, scene.mutual_gravity.is_some())
+    }
+
+    /// Applies them to `scene`, without a method that cannot solve its laws and without an invalid rate.
+    pub fn apply(self, scene: &mut Scene) {
+        let solved = self.unsolvable(scene).is_none();
+        scene.method = self.method.filter(|_| solved).unwrap_or(scene.method);
+        let rate = self.step_hz.filter(|rate| *rate > 0.0 && rate.is_finite() && (1.0 / rate).is_finite());
+        scene.step_hz = rate.unwrap_or(scene.step_hz);
+        scene.substeps = self.substeps.map_or(scene.substeps, |parts| parts.clamp(1, Substeps::MOST));
+        if let (Some(damping), Some(model)) = (&mut scene.damping, self.damping) {
+            damping.model = model;
+        }
+    }
+}
+
+/// What a run is set to, whatever its scene says: method, ticks, and effects as they are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunSettings {
+    /// Method of bodies without their own.
+    pub method: Method,
+    /// Substeps per tick of bodies without their own.
+    pub substeps: u32,
+    /// Length of a tick, s.
+    pub step: f64,
+    /// Gravity and damping, and the effects that are off.
+    pub effects: Effects,
+}
+
+impl RunSettings {
+    /// What `simulation` is set to now. It is mutable for queries alone.
+    pub fn of(simulation: &mut Simulation) -> Self {
+        Self {
+            method: simulation.method(),
+            substeps: simulation.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0.max(1)),
+            step: simulation.world.resource::<TimeStep>().0,
+            effects: Effects::of(&mut simulation.world),
+        }
+    }
+
+    /// Ticks per second, Hz: the number with the fewest digits whose ticks have this length.
+    #[must_use]
+    pub fn step_hz(&self) -> f64 {
+        rate_of(self.step)
+    }
+
+    /// Sets `scene` to them, so that a run of it starts with them.
+    pub fn apply(&self, scene: &mut Scene) {
+        (scene.method, scene.substeps, scene.step_hz) = (self.method, self.substeps, self.step_hz());
+        (scene.gravity, scene.damping) = (self.effects.gravity, self.effects.damping);
+        // Gravity says itself whether it is on.
+        let off = self.effects.off.iter().copied();
+        scene.off_at_start = off.filter(|effect| *effect != Effect::Gravity).collect();
+    }
+
+    /// Sets another run of the scene to them.
+    pub fn put(&self, simulation: &mut Simulation) {
+        simulation.world.insert_resource(TimeStep(self.step));
+        self.effects.put(&mut simulation.world);
+        simulation.stepper.recompile(&mut simulation.world);
+        if self.method != simulation.method() {
+            simulation.set_method(self.method);
+        }
+    }
+}
+
+/// The rate of ticks of a length, s, in Hz: the number with the fewest digits that has this length.
+#[must_use]
+pub fn rate_of(step: f64) -> f64 {
+    let rate = 1.0 / step;
+    let short = format!("{rate:.9e}").parse().unwrap_or(rate);
+    if 1.0 / short == step { short } else { rate }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rate_comes_back_from_the_length_of_its_ticks() {
+        for rate in [120.0, 60.0, 1.0, 49.0, 333.25, 1e4, 0.1, 59.94] {
+            assert_eq!(rate_of(1.0 / rate), rate);
+        }
+    }
+}
