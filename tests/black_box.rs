@@ -2,10 +2,10 @@
 
 mod energy;
 mod going_back;
-mod journeys;
 mod opened;
 mod program;
 mod recording;
+mod seeks;
 mod unpacked;
 
 pub use going_back::with_a_fault;

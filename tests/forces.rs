@@ -237,18 +237,18 @@ fn what_does_not_move_has_no_forces_and_what_is_off_exerts_none() {
         assert_eq!(of_all(&mut run), names, "without {effect}");
         assert!(check(&mut run, &format!("without {effect}"), NO_PUSH) > 15);
     }
-    // As soon as it is frozen, before the next tick makes the groups anew.
+    // As soon as it is quarantined, before the next tick makes the groups anew.
     let mut run = run_of(&everything("mutual_gravity: ()"), Method::RungeKutta4);
     run.run(3);
-    let frozen = run.bodies[1];
-    run.world.get_mut::<PhysicsBody>(frozen).unwrap().velocity = DVec3::NAN;
+    let quarantined = run.bodies[1];
+    run.world.get_mut::<PhysicsBody>(quarantined).unwrap().velocity = DVec3::NAN;
     run.tick();
-    assert!(run.world.get::<Quarantined>(frozen).is_some());
+    assert!(run.world.get::<Quarantined>(quarantined).is_some());
     assert_eq!(forces_on(&mut run, 1), []);
     let springs =
-        forces_on(&mut run, 2).into_iter().filter(|(cause, _)| *cause == ForceCause::Spring(frozen));
+        forces_on(&mut run, 2).into_iter().filter(|(cause, _)| *cause == ForceCause::Spring(quarantined));
     assert_eq!(springs.count(), 0);
-    assert!(check(&mut run, "without what is frozen", NO_PUSH) > 15);
+    assert!(check(&mut run, "without what is quarantined", NO_PUSH) > 15);
 }
 
 #[test]

@@ -195,7 +195,7 @@ fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
 
 /// A quarantined body that gets another mass has not left its group, which does not restart.
 #[test]
-fn a_mass_for_a_frozen_body_is_noticed_by_nobody() {
+fn a_mass_for_a_quarantined_body_is_noticed_by_nobody() {
     let run = |asks: bool| {
         let (mut lab, bodies) = falling_pair([DVec3::X, DVec3::Z], 1.5);
         lab.run(5).push(bodies[0], DVec3::NAN).run(1);
@@ -226,18 +226,18 @@ fn a_place_that_is_refused_is_noticed_by_nobody() {
 
 /// A body that fails while its group restarts position Verlet is out of the group before the next tick.
 #[test]
-fn who_breaks_between_two_ticks_is_frozen_there() {
+fn who_breaks_between_two_ticks_is_quarantined_there() {
     let mut lab = Lab::new(Method::PositionVerlet, H);
     let bodies = [DVec3::ZERO, DVec3::X * 1e12].map(|velocity| lab.body(1.0, velocity));
     lab.world.get_mut::<Transform>(bodies[1]).unwrap().position.x += 1.0;
     let rest_length = lab.x(bodies[0]).distance(lab.x(bodies[1]));
     lab.spring(bodies, elastic(1e300, rest_length));
     lab.recompile();
-    let frozen = |lab: &Lab| bodies.map(|body| lab.is_quarantined(body));
+    let quarantined = |lab: &Lab| bodies.map(|body| lab.is_quarantined(body));
     lab.run(1);
-    assert_eq!(frozen(&lab), [false; 2]);
+    assert_eq!(quarantined(&lab), [false; 2]);
     lab.set_method(Method::ImplicitEuler);
-    assert_ne!(frozen(&lab), [false; 2]);
+    assert_ne!(quarantined(&lab), [false; 2]);
 }
 
 /// A body at rest keeps the zeros that a step would leave when velocities are reversed.
@@ -258,21 +258,21 @@ fn rest_that_is_turned_round_has_no_sign() {
 
 /// Switching engines that only a quarantined body has restarts no body of position Verlet.
 #[test]
-fn what_only_a_frozen_body_has_is_switched_and_noticed_by_nobody() {
+fn what_only_a_quarantined_body_has_is_switched_and_noticed_by_nobody() {
     let text =
         "(version: 1, step_hz: 60, method: position_verlet, drag: (linear_per_s: 3.0, quadratic_per_m: 0.5),
         gravity: (acceleration_m_s2: (0, -9.8, 0), on_at_start: true),
         bodies: [(name: \"ship\", mass_kg: 1.0), (name: \"stone\", mass_kg: 1.0, velocity_m_s: (7, 3, 1))],
         thrusts: [(body: \"ship\", curve: polynomial([(1, 0, 0)]), from_s: 0.0, until_s: 9.0)])";
-    let run = |frozen: bool| {
+    let run = |quarantined: bool| {
         let mut drive = Drive::text(text);
-        drive.ticks(3).frame(H, [if frozen { push("ship", [f64::NAN; 3]) } else { remove("ship") }]);
+        drive.ticks(3).frame(H, [if quarantined { push("ship", [f64::NAN; 3]) } else { remove("ship") }]);
         let switched = drive.session.stage.switch_effect(
             motion::effects::Effect::Thrusts,
             false,
             sandbox::SwitchedBy::Script,
         );
-        assert_eq!(switched.is_ok(), frozen);
+        assert_eq!(switched.is_ok(), quarantined);
         drive.ticks(5);
         bits(drive.x("stone"), drive.v("stone"))
     };

@@ -63,7 +63,7 @@ pub const MUTANTS: &[Mutant] = &[
         file: "crates/motion/src/simd.rs",
         from: "self.bitcast::<u8x32<S>>().simd_eq(0).all_true()",
         to: "!(self.simd_lt(0.0) | self.simd_gt(0.0)).any_true()",
-        killed_by: "quarantine::a_non_finite_push_freezes_its_body_and_no_other",
+        killed_by: "quarantine::a_non_finite_push_quarantines_its_body_and_no_other",
     },
     Mutant {
         mistake: "records of quarantine ordered by body over all ticks",

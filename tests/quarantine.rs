@@ -1,4 +1,4 @@
-//! Bodies that would turn non-finite or leave the range are frozen and named; all others go on as if they had been
+//! Bodies that would turn non-finite or leave the range are quarantined and named; all others go on as if they had been
 //! removed.
 
 mod injection;
@@ -26,7 +26,7 @@ fn crowd(n: usize) -> Lab {
 }
 
 #[test]
-fn a_non_finite_push_freezes_its_body_and_no_other() {
+fn a_non_finite_push_quarantines_its_body_and_no_other() {
     for n in [7, 300] {
         for (force, component, fault) in [
             (Vector::new(f64::NAN, 0.0, 0.0), "Force", Fault::Found),
@@ -112,7 +112,7 @@ fn a_request_that_is_refused_is_named_by_what_it_set() {
 }
 
 #[test]
-fn non_finite_gravity_freezes_what_it_acts_on_and_nothing_else() {
+fn non_finite_gravity_quarantines_what_it_acts_on_and_nothing_else() {
     let mut lab = crowd(300);
     let floor = lab.world.spawn((Transform::default(), PhysicsBody::IMMOVABLE)).id();
     lab.ask(Request::SetGravity(Vector::new(0.0, f64::NAN, 0.0))).run(2);
@@ -122,7 +122,8 @@ fn non_finite_gravity_freezes_what_it_acts_on_and_nothing_else() {
 }
 
 #[test]
-fn damping_that_is_not_a_number_freezes_what_moves_where_it_is_and_an_infinite_rate_stops_it_where_it_can() {
+fn damping_that_is_not_a_number_quarantines_what_moves_where_it_is_and_an_infinite_rate_stops_it_where_it_can()
+ {
     for rate in [f64::NAN, f64::INFINITY] {
         for model in motion::DampingModel::ALL {
             // The tutorial's factor 1 - c h is as infinite as the rate, the other two are 0.

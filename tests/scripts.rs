@@ -287,7 +287,7 @@ fn removing_the_selection_clears_it_and_releases_the_camera() {
 }
 
 #[test]
-fn bodies_that_would_turn_non_finite_are_frozen_and_named() {
+fn bodies_that_would_turn_non_finite_are_quarantined_and_named() {
     let drive = played(
         r#"[(at_tick: 0, do: set_velocity("enemy", (NaN, 0, 0))),
             (at_tick: 4, do: set_velocity("player", (1e308, 0, 0))), (at_tick: 4, do: push("player", (1e308, 0, 0))),

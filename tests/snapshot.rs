@@ -17,16 +17,16 @@ pub fn restored(run: &mut Simulation) -> Simulation {
     Simulation::restore(Arc::clone(&run.scene), &snapshot).unwrap()
 }
 
-/// What must be equal in runs that are: the state, what was counted and who was frozen.
+/// What must be equal in runs that are: the state, what was counted and who was quarantined.
 pub fn outcome(run: &mut Simulation) -> Outcome {
     let evaluations = run.world.resource::<Evaluations>().clone();
     let records = run.world.resource::<Quarantine>().records().iter();
-    let frozen = records.map(|record| (record.id, record.tick, record.cause.what())).collect();
+    let quarantined = records.map(|record| (record.id, record.tick, record.cause.what())).collect();
     Outcome {
         hash: run.snapshot().state_hash(),
         method: run.method(),
         evaluations: sorted(&evaluations),
-        frozen,
+        quarantined,
     }
 }
 
@@ -76,7 +76,7 @@ pub struct Outcome {
     pub hash: u64,
     pub method: Method,
     pub evaluations: Evaluations,
-    pub frozen: Vec<(Option<StableId>, u64, String)>,
+    pub quarantined: Vec<(Option<StableId>, u64, String)>,
 }
 
 impl Outcome {

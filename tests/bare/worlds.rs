@@ -24,10 +24,10 @@ fn runs(scene: &Scene) -> (u32, Vec<(Method, u32)>) {
 /// What a run in arrays has in common with that in a world that was `run` for as many ticks: everything, or that
 /// they failed.
 fn compare(bare: &Bare, twin: &mut Simulation, run: impl FnOnce(&mut Simulation)) -> Result<(), String> {
-    let frozen = |twin: &Simulation| twin.world.resource::<Quarantine>().records().len();
-    let before = frozen(twin);
+    let quarantined = |twin: &Simulation| twin.world.resource::<Quarantine>().records().len();
+    let before = quarantined(twin);
     run(twin);
-    if frozen(twin) > before {
+    if quarantined(twin) > before {
         return if bare.has_failed() { Ok(()) } else { Err("should have failed".into()) };
     }
     if bare.has_failed() {

@@ -162,29 +162,35 @@ fn a_fault_goes_back_to_the_last_good_tick_pauses_and_selects_and_going_on_goes_
 }
 
 #[test]
-fn who_is_frozen_between_two_ticks_is_so_at_once_and_gone_back_from_after_the_next() {
+fn who_is_quarantined_between_two_ticks_is_so_at_once_and_gone_back_from_after_the_next() {
     let nan = change("ball", scene::Action::SetVelocity, [f64::NAN, 0.0, 0.0]);
-    let frozen = |drive: &Drive| -> Vec<(String, u64)> {
-        drive.session.stage.quarantined().iter().map(|frozen| (frozen.body.clone(), frozen.tick)).collect()
+    let quarantined = |drive: &Drive| -> Vec<(String, u64)> {
+        drive
+            .session
+            .stage
+            .quarantined()
+            .iter()
+            .map(|quarantined| (quarantined.body.clone(), quarantined.tick))
+            .collect()
     };
     let ball = [("ball".to_owned(), 21)];
     for records in [false, true] {
         let mut drive = if records { recording() } else { Drive::of(mixed()) };
         go(&mut drive, 0..20);
         drive.press("P").give([nan.clone()]);
-        assert_eq!(frozen(&drive), ball);
+        assert_eq!(quarantined(&drive), ball);
         drive.press("P").frames(5);
         if records {
             assert!(
                 drive.session.stage.paused()
                     && drive.session.stage.ticks() == 20
-                    && frozen(&drive).is_empty()
+                    && quarantined(&drive).is_empty()
             );
             assert_eq!(drive.session.stage.all_quarantined().len(), 1);
             drive.press("P").frames(5);
             assert!(drive.session.stage.all_quarantined().is_empty());
         } else {
-            assert_eq!(frozen(&drive), ball);
+            assert_eq!(quarantined(&drive), ball);
         }
     }
 }

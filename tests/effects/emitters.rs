@@ -207,8 +207,8 @@ fn slots_of_removed_and_quarantined_bodies_stay_empty() {
     lab.run(1);
     lab.ask(Request::Remove(lab.bodies[1]));
     lab.ask(Request::SetVelocity(lab.bodies[0], Vector::NAN));
-    let frozen = lab.run(1).x(0);
-    assert_eq!(lab.run(20).x(0), frozen);
+    let quarantined = lab.run(1).x(0);
+    assert_eq!(lab.run(20).x(0), quarantined);
     assert!(lab.world.get_entity(lab.bodies[1]).is_err());
     assert_eq!(lab.records().len(), 1);
 }

@@ -32,7 +32,7 @@ fn mutual_gravity_stays_off_while_any_method_cannot_solve_it_also_one_that_moves
     give(&mut drive, Action::SwitchEffect(Effect::MutualGravity, true));
     assert!(!attracts(&drive));
     drive.press("T").ticks(2);
-    // A body of that method is frozen.
+    // A body of that method is quarantined.
     let mut drive = Drive::shipped("figure_eight");
     give(&mut drive, Action::SwitchEffect(Effect::MutualGravity, false));
     let first = names(&drive).remove(0);

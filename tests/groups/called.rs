@@ -164,7 +164,7 @@ fn steps_without_a_solution_are_counted() {
     let mut rig = with_law(&net, blowing, &Environment::default());
     rig.run(10);
     assert_eq!(rig.evaluations().unconverged_steps(), 10);
-    assert!(rig.frozen().is_empty());
+    assert!(rig.quarantined().is_empty());
 }
 
 /// An engine depends on time alone: its steps stay linearized, with one evaluation each.

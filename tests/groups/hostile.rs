@@ -1,4 +1,4 @@
-//! Springs and members that break: who was first is frozen, and no other notices.
+//! Springs and members that break: who was first is quarantined, and no other notices.
 
 use glam::DVec3;
 use motion::groups::Solver;
@@ -61,9 +61,9 @@ fn no_other_notices(what: &str, make: impl Fn() -> Lab, culprits: &[usize], push
     for tick in 0..20 {
         rig.run(1);
         without.run(1);
-        let mut frozen = rig.frozen();
-        frozen.sort_unstable();
-        assert_eq!(frozen, culprits, "{what}, tick {tick}");
+        let mut quarantined = rig.quarantined();
+        quarantined.sort_unstable();
+        assert_eq!(quarantined, culprits, "{what}, tick {tick}");
         assert_eq!(rig.all_bits(culprits), without.all_bits(culprits), "{what}, tick {tick}");
     }
     let after: Vec<_> = culprits.iter().map(|culprit| rig.bits(*culprit)).collect();
@@ -74,7 +74,7 @@ fn no_other_notices(what: &str, make: impl Fn() -> Lab, culprits: &[usize], push
 }
 
 #[test]
-fn a_member_that_breaks_is_frozen_and_the_others_go_on_as_without_it() {
+fn a_member_that_breaks_is_quarantined_and_the_others_go_on_as_without_it() {
     for method in Method::ALL {
         for (name, around) in surroundings() {
             let make = || {
@@ -93,7 +93,7 @@ fn a_member_that_breaks_is_frozen_and_the_others_go_on_as_without_it() {
 }
 
 #[test]
-fn two_members_that_break_in_one_tick_are_frozen_both() {
+fn two_members_that_break_in_one_tick_are_quarantined_both() {
     for method in Method::ALL {
         for (name, around) in surroundings() {
             for culprits in [[2, 3], [0, 6], [1, 5]] {
@@ -124,12 +124,12 @@ fn a_member_that_is_left_alone_goes_on_as_a_single_body() {
 
 /// The law breaks within tick 11, after the first segment of a split step.
 #[test]
-fn a_member_whose_own_law_breaks_is_frozen() {
+fn a_member_whose_own_law_breaks_is_quarantined() {
     for method in Method::ALL {
         let mut rig = bridge().lab(&Environment::falling(), method, H);
         rig.insert(3, broken_from(10.5 * H));
         rig.run(40);
-        assert_eq!(rig.frozen(), [3], "{method:?}");
+        assert_eq!(rig.quarantined(), [3], "{method:?}");
         let record = rig.records()[0];
         let cause = Cause { system: "integrate_groups", component: "OwnLaws", fault: Fault::Law("broken") };
         assert_eq!((record.tick, record.cause), (11, cause), "{method:?}");
@@ -139,7 +139,7 @@ fn a_member_whose_own_law_breaks_is_frozen() {
 
 /// A point of a sheet takes its triangles with it, and its neighbors' masses are shared again.
 #[test]
-fn a_point_of_a_sheet_that_breaks_is_frozen_and_the_others_go_on_as_without_it() {
+fn a_point_of_a_sheet_that_breaks_is_quarantined_and_the_others_go_on_as_without_it() {
     let blow = Wind { velocity: DVec3::new(1.0, 3.0, 0.0), gust: 1.0, gust_hz: 1.0 };
     let around = Environment {
         drag: Some(Drag { wind: Some(blow), ..Drag::new(0.5, 0.2) }),
@@ -161,7 +161,7 @@ fn a_point_of_a_sheet_that_breaks_is_frozen_and_the_others_go_on_as_without_it()
 }
 
 #[test]
-fn springs_that_are_no_numbers_freeze_an_end_and_nothing_else() {
+fn springs_that_are_no_numbers_quarantine_an_end_and_nothing_else() {
     for stiffness in [f64::INFINITY, f64::NAN, f64::MAX] {
         for method in Method::ALL {
             let mut rig = bridge().lab(&Environment::falling(), method, H);
@@ -171,9 +171,9 @@ fn springs_that_are_no_numbers_freeze_an_end_and_nothing_else() {
             rig.spring([3, 6], elastic(stiffness, 0.1));
             rig.run(100);
             twin.run(100);
-            let frozen = rig.frozen();
-            let what = format!("{method:?}, k = {stiffness}: {frozen:?}");
-            assert!(matches!(frozen[..], [3 | 6]), "{what}");
+            let quarantined = rig.quarantined();
+            let what = format!("{method:?}, k = {stiffness}: {quarantined:?}");
+            assert!(matches!(quarantined[..], [3 | 6]), "{what}");
             // Not those beside the group, and no other lost its numbers.
             for body in [8, 9] {
                 assert_eq!(rig.bits(body), twin.bits(body), "{what}");
@@ -196,7 +196,7 @@ fn a_stiffness_of_1e30_breaks_no_other_group() {
         assert_eq!(rig.bits(1), alone.bits(1), "{method:?}");
         assert!(rig.states().iter().all(|(x, v)| x.is_finite() && v.is_finite()), "{method:?}");
         if method == Method::ImplicitEuler {
-            assert!(rig.frozen().is_empty());
+            assert!(rig.quarantined().is_empty());
             let length = rig.x(first).distance(rig.x(first + 1));
             assert!((length - 1.0).abs() <= 1e-6, "{length}");
         }
@@ -221,7 +221,7 @@ fn ends_at_one_place_and_springs_to_oneself_pull_nothing() {
             rig.run(1);
             assert_eq!(rig.x(0), -rig.x(1), "{method:?}");
         }
-        assert!(rig.frozen().is_empty(), "{method:?}");
+        assert!(rig.quarantined().is_empty(), "{method:?}");
         let apart = rig.x(0).distance(rig.x(1));
         assert!(method.claims().stability_limit == 0.0 || (apart - 0.5).abs() <= 0.05, "{method:?}: {apart}");
     }
@@ -263,14 +263,14 @@ fn a_million_springs_hang_on_one_node() {
         rig.set_method(method);
         rig.run(2);
         let sum = rig.totals();
-        assert!(rig.frozen().is_empty() && sum.kinetic_energy > 0.0);
+        assert!(rig.quarantined().is_empty() && sum.kinetic_energy > 0.0);
         assert!(sum.momentum.length() <= 1e-14 * 1e6 * 10.0, "{method:?}: {}", sum.momentum);
     }
 }
 
 /// No spring of this cloth pulls with a finite force: quarantining one member after the other would take a tick for each.
 #[test]
-fn a_cloth_that_breaks_as_a_whole_is_frozen_in_a_few_ticks() {
+fn a_cloth_that_breaks_as_a_whole_is_quarantined_in_a_few_ticks() {
     let side = 60;
     let at = |i: usize, j: usize| i * side + j;
     let place = |i: usize, j: usize| DVec3::new(i as f64, j as f64, 0.0) * 1e306;
@@ -289,11 +289,11 @@ fn a_cloth_that_breaks_as_a_whole_is_frozen_in_a_few_ticks() {
     for method in Method::ALL {
         let mut rig = net.lab(&Environment::default(), method, H);
         rig.run(1);
-        let frozen = rig.frozen().len();
+        let quarantined = rig.quarantined().len();
         // A third of a net of triangles is left at most: no two that a spring joins.
-        assert!(frozen >= side * side / 2 && frozen < side * side, "{method:?}: {frozen}");
+        assert!(quarantined >= side * side / 2 && quarantined < side * side, "{method:?}: {quarantined}");
         rig.run(2);
-        assert_eq!(rig.frozen().len(), frozen, "{method:?}");
+        assert_eq!(rig.quarantined().len(), quarantined, "{method:?}");
     }
 }
 
@@ -304,12 +304,12 @@ fn a_spring_waits_for_no_one() {
         let (gone, first) = (rig.world.spawn_empty().id(), rig.bodies[1]);
         rig.world.despawn(gone);
         rig.spring([gone, first], elastic(1e5, 0.0));
-        let newcomer = rig.body(1.0, DVec3::X);
+        let added = rig.body(1.0, DVec3::X);
         rig.run(3);
-        rig.spring([newcomer, first], elastic(10.0, 1.0));
+        rig.spring([added, first], elastic(10.0, 1.0));
         rig.run(3);
         assert_eq!(rig.world.resource::<motion::groups::Groups>().bodies(), 2, "{method:?}");
-        rig.ask(Request::Remove(newcomer)).run(3);
+        rig.ask(Request::Remove(added)).run(3);
         assert_eq!(rig.world.resource::<motion::groups::Groups>().bodies(), 1, "{method:?}");
         assert!(rig.x(1).is_finite() && rig.x(1).length() < 3.0, "{method:?}");
     }

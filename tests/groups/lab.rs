@@ -108,8 +108,8 @@ impl Lab {
         }
     }
 
-    /// Numbers of the bodies that were frozen, in the order of events.
-    pub fn frozen(&self) -> Vec<usize> {
+    /// Numbers of the bodies that were quarantined, in the order of events.
+    pub fn quarantined(&self) -> Vec<usize> {
         let number = |record: &QuarantineRecord| self.bodies.iter().position(|body| *body == record.body);
         self.records().iter().map(|record| number(record).unwrap()).collect()
     }

@@ -179,13 +179,15 @@ fn a_spring_without_two_bodies_does_nothing() {
         let mut plain = net.lab(&Environment::falling(), method, H);
         let mut rig = net.lab(&Environment::falling(), method, H);
         // Frozen before it was joined, out of the way of all others.
-        let frozen = rig.body(1.0, DVec3::ZERO);
-        rig.have(Request::SetVelocity(frozen, DVec3::NAN));
+        let quarantined = rig.body(1.0, DVec3::ZERO);
+        rig.have(Request::SetVelocity(quarantined, DVec3::NAN));
         let scenery = rig.world.spawn(Transform::at(DVec3::ONE)).id();
         let gone = rig.world.spawn_empty().id();
         rig.world.despawn(gone);
         let first = rig.bodies[0];
-        for ends in [[first, frozen], [scenery, first], [first, gone], [first, first], [frozen, gone]] {
+        for ends in
+            [[first, quarantined], [scenery, first], [first, gone], [first, first], [quarantined, gone]]
+        {
             rig.world.spawn(Spring { ends, elastic: elastic(1e3, 0.1) });
         }
         let what = format!("{method:?}");
@@ -237,7 +239,7 @@ fn groups_split_and_join_with_what_is_between_them() {
         rig.run(1);
         assert_eq!(groups(&rig), (1, 4), "{what}");
         rig.run(20);
-        assert!(rig.frozen().is_empty());
+        assert!(rig.quarantined().is_empty());
     }
 }
 

@@ -1,14 +1,14 @@
 //! What is proven of [`Bare`] holds for worlds: the same bits, and what only a world has.
 
+mod added;
 mod agreement;
 mod counts;
 mod engines;
-mod frozen;
 mod kept;
 mod limits;
 mod mixed;
-mod newcomers;
 mod outside;
+mod quarantined;
 mod requests;
 mod switches;
 mod threads;

@@ -1,4 +1,4 @@
-//! A stated range: a body that would leave it is frozen as one that would turn non-finite is.
+//! A stated range: a body that would leave it is quarantined as one that would turn non-finite is.
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
@@ -27,7 +27,7 @@ fn crowd(method: Method, range: Option<Range>, called: bool) -> Lab {
 }
 
 #[test]
-fn a_body_that_would_leave_the_range_is_frozen_within_and_no_other_notices() {
+fn a_body_that_would_leave_the_range_is_quarantined_within_and_no_other_notices() {
     for method in Method::ALL {
         for called in [false, true] {
             let bound = 20.0;
@@ -56,7 +56,7 @@ fn a_body_that_would_leave_the_range_is_frozen_within_and_no_other_notices() {
 }
 
 #[test]
-fn a_body_that_would_be_too_fast_is_frozen_in_every_kernel() {
+fn a_body_that_would_be_too_fast_is_quarantined_in_every_kernel() {
     for method in Method::ALL {
         for called in [false, true] {
             let range = Range { speed: 5.0, ..Range::FINITE };
@@ -78,7 +78,7 @@ fn a_body_that_would_be_too_fast_is_frozen_in_every_kernel() {
 }
 
 #[test]
-fn a_member_of_a_group_that_would_leave_the_range_is_frozen() {
+fn a_member_of_a_group_that_would_leave_the_range_is_quarantined() {
     for method in Method::ALL {
         let spring = Elastic { damping: 0.1, ..elastic(1.0, 1.0) };
         let net = Net {
@@ -155,14 +155,17 @@ fn the_range_of_a_scene_is_kept_through_the_program() {
     assert_eq!(scene.range, Some(Range { position: 5.0, ..Range::FINITE }));
     let mut drive = Drive::of(scene);
     drive.run(200, 0.01);
-    let [frozen] = drive.session.stage.quarantined() else {
+    let [quarantined] = drive.session.stage.quarantined() else {
         panic!("{:?}", drive.session.stage.quarantined())
     };
     assert_eq!(
-        (frozen.body.as_str(), frozen.cause.as_str(), frozen.component),
+        (quarantined.body.as_str(), quarantined.cause.as_str(), quarantined.component),
         ("runaway", "range", "Transform.position")
     );
-    assert_eq!(frozen.what, format!("position would leave the range of 5e0 m in {}", frozen.system));
+    assert_eq!(
+        quarantined.what,
+        format!("position would leave the range of 5e0 m in {}", quarantined.system)
+    );
     assert!(drive.x("runaway").x <= 5.0 && drive.x("runaway").x > 4.9);
     assert_eq!((drive.x("calm"), drive.v("calm")), (DVec3::ZERO, DVec3::ZERO));
 }
@@ -208,10 +211,10 @@ fn two_passes_and_one_ask_for_the_range_alike() {
                 lab.body(1.0, DVec3::Y * -8.0);
             }
             lab.recompile().run(1);
-            let frozen = lab.records().len();
+            let quarantined = lab.records().len();
             let speed = lab.v(0).y;
             // Explicit Euler damps before it kicks.
-            assert_eq!(frozen, 0, "{method:?} {count}: {speed}");
+            assert_eq!(quarantined, 0, "{method:?} {count}: {speed}");
             assert!((-10.0..-8.0).contains(&speed), "{method:?} {count}: {speed}");
             lab.run(3);
             // The next one leaves it.
@@ -221,7 +224,7 @@ fn two_passes_and_one_ask_for_the_range_alike() {
 }
 
 #[test]
-fn a_body_at_the_border_is_frozen_as_it_was_before_the_tick() {
+fn a_body_at_the_border_is_quarantined_as_it_was_before_the_tick() {
     for method in Method::ALL {
         for substeps in [1, 8] {
             let around = Environment { substeps: Some(substeps), ..Environment::pull(DVec3::Y * -10.0) };

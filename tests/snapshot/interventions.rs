@@ -40,7 +40,7 @@ pub(super) fn act(run: &mut Simulation, tick: u64) {
         queue.push_once(ball, DVec3::new(3.0, -1.0, 2.0));
     }
     if tick == 18 {
-        // A member of a group is frozen.
+        // A member of a group is quarantined.
         queue.push_once(second, DVec3::NAN);
     }
     match tick {
@@ -66,7 +66,7 @@ fn a_run_with_inputs_goes_on_from_any_tick_also_with_inputs_waiting() {
             whole.tick();
         }
         let expected = outcome(&mut whole);
-        assert_eq!(expected.frozen.len(), 2, "{expected:?}");
+        assert_eq!(expected.quarantined.len(), 2, "{expected:?}");
         for (from, mut before, mut waiting) in interrupted {
             act(&mut before, from);
             for mut run in [before, restored(&mut waiting)] {

@@ -129,7 +129,7 @@ fn steps_that_differ_are_known_to_every_method() {
 }
 
 #[test]
-fn what_is_refused_or_frozen_says_why() {
+fn what_is_refused_or_quarantined_says_why() {
     let refused = cell("coincident_points", Method::ImplicitEuler);
     assert!(refused.class == Class::Refused && refused.why.contains("mutual gravity"), "{}", refused.why);
     assert!(refused.number.is_nan());

@@ -1,4 +1,4 @@
-//! Whatever is asked of a world: everything in it stays finite, a body that is frozen changes no bit of any other, and a
+//! Whatever is asked of a world: everything in it stays finite, a body that is quarantined changes no bit of any other, and a
 //! second run has the bits of the first.
 
 use arbitrary::{Result, Unstructured};
@@ -32,10 +32,10 @@ type Bits = Option<[u64; 6]>;
 struct Trace {
     /// After each tick, by stable id.
     states: Vec<Vec<Bits>>,
-    frozen: Vec<Frozen>,
+    quarantined: Vec<Frozen>,
 }
 
-/// Who was frozen, and in which tick.
+/// Who was quarantined, and in which tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Frozen {
     body: u32,
@@ -60,19 +60,26 @@ pub fn step(bytes: &[u8]) {
     let Ok(scene) = Scene::parse("any", &text) else { return };
     let Ok(events) = events(&mut u, &scene) else { return };
     let first = run(&scene, &events, &[]);
-    let context = || format!("{text}\n{events:?}\n{:?}", first.frozen);
+    let context = || format!("{text}\n{events:?}\n{:?}", first.quarantined);
     // Whoever breaks as its group begins anew leaves it begun anew: there is no run without it to compare with.
-    if first.frozen.is_empty() || first.frozen.iter().any(|frozen| frozen.by == By::Change) {
+    if first.quarantined.is_empty()
+        || first.quarantined.iter().any(|quarantined| quarantined.by == By::Change)
+    {
         assert!(run(&scene, &events, &[]) == first, "two runs differ: {}", context());
         return;
     }
     let (held, gone): (Vec<_>, Vec<_>) =
-        first.frozen.iter().copied().partition(|frozen| frozen.by == By::StepOfHeld);
+        first.quarantined.iter().copied().partition(|quarantined| quarantined.by == By::StepOfHeld);
     let without = run(&scene, &events, &gone);
-    assert!(without.frozen == held, "{:?} are frozen without the others: {}", without.frozen, context());
+    assert!(
+        without.quarantined == held,
+        "{:?} are quarantined without the others: {}",
+        without.quarantined,
+        context()
+    );
     for (tick, (with, without)) in (1..).zip(first.states.iter().zip(&without.states)) {
         for (id, (with, without)) in (0..).zip(with.iter().zip(without)) {
-            let gone = gone.iter().any(|frozen| frozen.body == id && frozen.tick <= tick);
+            let gone = gone.iter().any(|quarantined| quarantined.body == id && quarantined.tick <= tick);
             let numbers = |bits: &Bits| bits.map(|bits| bits.map(f64::from_bits));
             assert!(
                 gone || with == without,
@@ -135,7 +142,7 @@ fn run(scene: &Scene, events: &[(u64, Event)], removed: &[Frozen]) -> Trace {
     let mut run = Simulation::new(scene.clone());
     let bodies = run.bodies.clone();
     let body = |id: u32| bodies[id as usize];
-    let (mut states, mut frozen, mut seen) = (Vec::new(), Vec::new(), 0);
+    let (mut states, mut quarantined, mut seen) = (Vec::new(), Vec::new(), 0);
     for tick in 1..=TICKS {
         let goes = |id: u32| removed.iter().any(|gone| gone.body == id && gone.tick == tick);
         let asked_to_go = |id: u32| removed.contains(&Frozen { body: id, tick, by: By::Request });
@@ -147,7 +154,7 @@ fn run(scene: &Scene, events: &[(u64, Event)], removed: &[Frozen]) -> Trace {
                 }
                 Event::Push(..) => {}
                 Event::Ask(request) => {
-                    // The request that froze it is not carried out; one that froze it only later is.
+                    // The request that quarantined it is not carried out; one that quarantined it only later is.
                     let request = request.rename(|id| (!asked_to_go(id)).then(|| body(id)));
                     if let Some(request) = request {
                         run.request(request);
@@ -160,9 +167,9 @@ fn run(scene: &Scene, events: &[(u64, Event)], removed: &[Frozen]) -> Trace {
             run.request(Request::Remove(body(gone.body)));
         }
         run.carry_out_requests();
-        frozen.extend(news(&run.world, &mut seen, By::Change));
+        quarantined.extend(news(&run.world, &mut seen, By::Change));
         if going(By::Step).next().is_some() {
-            // Who froze in the step was there before it: who joined its group has its method.
+            // Who quarantined in the step was there before it: who joined its group has its method.
             compile_groups(&mut run.world);
             going(By::Step).for_each(|gone| {
                 run.world.despawn(body(gone.body));
@@ -171,12 +178,12 @@ fn run(scene: &Scene, events: &[(u64, Event)], removed: &[Frozen]) -> Trace {
         run.tick();
         assert_finite(&mut run.world);
         states.push(bodies.iter().map(|body| bits(&run.world, *body)).collect());
-        frozen.extend(news(&run.world, &mut seen, By::Step));
+        quarantined.extend(news(&run.world, &mut seen, By::Step));
     }
-    Trace { states, frozen }
+    Trace { states, quarantined }
 }
 
-/// Who was frozen since the first `seen` records, by a request or else by `by`.
+/// Who was quarantined since the first `seen` records, by a request or else by `by`.
 fn news(world: &World, seen: &mut usize, by: By) -> Vec<Frozen> {
     let records = &world.resource::<Quarantine>().records()[*seen..];
     *seen += records.len();
@@ -200,7 +207,7 @@ fn bits(world: &World, body: Entity) -> Bits {
     Some([x, y, z, a, b, c])
 }
 
-/// Fails if a number of any body is not finite, frozen or not.
+/// Fails if a number of any body is not finite, quarantined or not.
 pub fn assert_finite(world: &mut World) {
     for (id, transform, body) in world.query::<(Option<&StableId>, &Transform, &PhysicsBody)>().iter(world) {
         let finite =

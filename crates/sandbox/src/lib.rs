@@ -1,5 +1,13 @@
 //! The physics sandbox as a library: sessions, headless runs, the window and the command line.
 //!
+//! - [`Session`]: a running scene. A frame of input goes in; ticks are simulated; a frame for the renderer comes out.
+//! - [`Stage`]: the run of a session, without any picture: simulation, clock, recording, selection, messages.
+//! - [`View`]: how a stage is looked at: camera, pointer, what is drawn and what is under the pointer.
+//! - [`Tools`]: what can be opened beside the picture; [`Panel`] names each.
+//! - [`input`] is what reaches a session from outside, [`actions`] the table of what keys, buttons and scripts can do, and
+//!   [`player`] plays a script.
+//! - [`commands`]: the command line. [`report`] and [`files`] are what runs write.
+//!
 //! Does not include: physics (`motion`), file formats (`scene`), rays (`pick`), pixels (`render`).
 
 pub mod actions;

@@ -22,12 +22,12 @@ fn four_stages<F: Field>(
     v: F::Space,
     weights: [f64; 4],
     parts: [f64; 4],
-    frozen: bool,
+    quarantined: bool,
 ) -> (F::Space, F::Space) {
     let h = field.step();
     let mut evaluate = |stage: usize, x, v| field.acceleration(parts[stage], x, v);
     let a1 = evaluate(0, x, v);
-    let mut stage = |stage, x, v| if frozen { a1 } else { evaluate(stage, x, v) };
+    let mut stage = |stage, x, v| if quarantined { a1 } else { evaluate(stage, x, v) };
     let (half, sixth) = (h * 0.5, h / 6.0);
     let v2 = v + a1 * half;
     let a2 = stage(1, x + v * half, v2);

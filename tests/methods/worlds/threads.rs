@@ -48,7 +48,7 @@ fn run(
         }
         lab.run(1);
     }
-    let records = lab.frozen().into_iter().zip(lab.records()).map(|(body, record)| (body, record.tick));
+    let records = lab.quarantined().into_iter().zip(lab.records()).map(|(body, record)| (body, record.tick));
     (lab.all_bits(&[]), records.collect(), lab.evaluations().accelerations())
 }
 

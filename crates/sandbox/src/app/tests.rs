@@ -257,7 +257,7 @@ fn a_trail_has_a_paler_color_of_its_body() {
 }
 
 #[test]
-fn a_reset_and_another_scene_have_no_frozen_bodies_and_a_run_keeps_all() {
+fn a_reset_and_another_scene_have_no_quarantined_bodies_and_a_run_keeps_all() {
     let mut session = labelled();
     let mut clock = FrameClock::default();
     let mut nan = |session: &mut Session| {

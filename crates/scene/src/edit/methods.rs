@@ -65,7 +65,9 @@ impl Scene {
             .flat_map(|(entry, setting)| edits(&entry.path(), *setting, common, self.written_methods(entry)));
         let edits: Vec<_> = edits("", common, (Method::default(), 1), written).chain(own).collect();
         let text = rewrite(name, &self.text, &edits)?;
-        if self.differs_only_in(&Self::parse(name, &text)?, common, entries) {
+        // A scene from a file may go by the file's name.
+        let before = Self::parse(name, &self.text)?;
+        if before.differs_only_in(&Self::parse(name, &text)?, common, entries) {
             return Ok(text);
         }
         let what = "methods and substeps cannot be written into this text without changing more than them";

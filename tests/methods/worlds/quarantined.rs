@@ -25,7 +25,7 @@ fn drifted(scene: &Environment, (x, v): (DVec3, DVec3)) -> (DVec3, DVec3) {
 }
 
 #[test]
-fn a_body_that_turns_non_finite_is_frozen_and_no_other_notices() {
+fn a_body_that_turns_non_finite_is_quarantined_and_no_other_notices() {
     let pushes =
         [DVec3::X * f64::NAN, DVec3::Y * f64::INFINITY, DVec3::splat(f64::MAX), DVec3::Z * -f64::MAX];
     for method in Method::ALL {
@@ -43,8 +43,8 @@ fn a_body_that_turns_non_finite_is_frozen_and_no_other_notices() {
                     lab.push(victim, push * (1.0 / w) * 1e3).run(40);
                     // The first of explicit Euler's two updates is that of the position, which stays finite.
                     let stands = method == Method::ExplicitEuler && scene.substeps.unwrap_or(1) == 1;
-                    let frozen = if stands { drifted(&scene, before) } else { before };
-                    assert_eq!(lab.state(victim), frozen, "{what}");
+                    let quarantined = if stands { drifted(&scene, before) } else { before };
+                    assert_eq!(lab.state(victim), quarantined, "{what}");
                     let records = lab.records();
                     assert_eq!(records.len(), 1, "{what}");
                     assert_eq!((records[0].body, records[0].tick), (lab.bodies[victim], 21), "{what}");
@@ -57,7 +57,7 @@ fn a_body_that_turns_non_finite_is_frozen_and_no_other_notices() {
 
 /// Finite velocities that carry a position, or an inner stage, beyond every number.
 #[test]
-fn a_body_that_runs_out_of_numbers_is_frozen_where_it_last_was() {
+fn a_body_that_runs_out_of_numbers_is_quarantined_where_it_last_was() {
     for method in Method::ALL {
         for scene in scenes() {
             let mut lab = crowd_with_engines(&scene, method);
@@ -79,7 +79,7 @@ fn a_body_that_runs_out_of_numbers_is_frozen_where_it_last_was() {
 }
 
 #[test]
-fn a_frozen_body_is_left_alone_by_every_request() {
+fn a_quarantined_body_is_left_alone_by_every_request() {
     for method in Method::ALL {
         let mut lab = crowd_with_engines(&Environment::falling(), method);
         lab.run(5).push(2, DVec3::X * f64::NAN).run(1);
@@ -104,7 +104,7 @@ fn a_frozen_body_is_left_alone_by_every_request() {
 }
 
 #[test]
-fn a_request_that_is_not_finite_freezes_its_body() {
+fn a_request_that_is_not_finite_quarantines_its_body() {
     for method in Method::ALL {
         let mut lab = crowd_with_engines(&Environment::orbiting(), method);
         lab.run(5);
