@@ -78,9 +78,10 @@ fn a_click_on_a_dot_takes_its_setting() {
                 let study = drive.session.tools.cost_study().unwrap();
                 assert!(study.cells.iter().any(|cell| cell.setting == now), "{now}");
                 assert_eq!(drive.session.stage.stepper().method(), now.method);
-                // It stays over a reset.
+                // It stays over a reset, and the study over both: it has settings of its own.
                 drive.press("F1").ticks(2);
                 assert_eq!(drive.session.stage.setting(), now);
+                assert_eq!(drive.session.tools.cost_progress(), 1.0);
                 return;
             }
         }

@@ -1,4 +1,4 @@
-//! What a run is set to: in place of what its scene says, and as it is now.
+//! Settings of a run: [`Overrides`], what it has in place of what its scenes say, and [`RunSettings`], what it has now.
 
 use motion::effects::Effect;
 use motion::snapshot::Effects;
@@ -56,7 +56,7 @@ impl Overrides {
     }
 }
 
-/// What a run is set to, whatever its scene says: method, ticks, and effects as they are.
+/// What a running simulation is set to now, whatever its scene says: method, ticks, and effects as they are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunSettings {
     /// Method of bodies without their own.
@@ -80,7 +80,7 @@ impl RunSettings {
         }
     }
 
-    /// Ticks per second, Hz: the number with the fewest digits whose ticks have this length.
+    /// Ticks per second, Hz: see [`rate_of`].
     #[must_use]
     pub fn step_hz(&self) -> f64 {
         rate_of(self.step)
@@ -95,7 +95,7 @@ impl RunSettings {
         scene.off_at_start = off.filter(|effect| *effect != Effect::Gravity).collect();
     }
 
-    /// Sets another run of the scene to them.
+    /// Sets another run of the same scene to them, except substeps, which it has from its scene.
     pub fn put(&self, simulation: &mut Simulation) {
         simulation.world.insert_resource(TimeStep(self.step));
         self.effects.put(&mut simulation.world);
@@ -106,7 +106,8 @@ impl RunSettings {
     }
 }
 
-/// The rate of ticks of a length, s, in Hz: the number with the fewest digits that has this length.
+/// The rate of ticks of that length, s, in Hz: rounded to ten digits if ticks of that rate have exactly this length, else
+/// `1 / step`.
 #[must_use]
 pub fn rate_of(step: f64) -> f64 {
     let rate = 1.0 / step;

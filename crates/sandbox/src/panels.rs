@@ -36,7 +36,7 @@ pub(crate) use with_panels;
 
 macro_rules! panels {
     ($($Tool:ident in $tool:ident: $name:literal, $key:tt, $title:literal, $what:literal;)*) => {
-        /// What can be opened beside the tutorial's own words.
+        /// A panel, which a key opens beside the picture.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[expect(missing_docs, reason = "the rows say what each is")]
         pub enum Panel {
@@ -52,7 +52,7 @@ macro_rules! panels {
 with_panels!(panels);
 
 impl Panel {
-    /// Whether it is open for a moment only: ghosts end with their scene, the others stand over it.
+    /// Whether the arrangement does not remember it: ghosts end with their scene, help and finder are soon closed again.
     pub(crate) const fn is_passing(self) -> bool {
         matches!(self, Self::Ghosts | Self::Help | Self::Finder)
     }

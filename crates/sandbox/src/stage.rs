@@ -1,7 +1,7 @@
 //! A run: the simulation with its clock, its recording, its selection, and what is said about it. It knows no picture.
 //!
-//! All that changes the simulation is a [`Change`](history::Change) and comes through [`Stage::change`]; a tick is simulated
-//! between [`Stage::begin_tick`] and [`Stage::end_tick`].
+//! Changes of the simulation are [`Change`](history::Change)s; those of a person, a script or a panel come through
+//! [`Stage::change`]. The ticks of a frame lie between [`Stage::begin_ticks`] and [`Stage::end_ticks`].
 
 mod accessors;
 mod change;
@@ -79,7 +79,7 @@ pub struct SceneFile {
     pub of: Arc<str>,
 }
 
-/// What a session does when something goes wrong.
+/// What a stage does when something goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum OnFault {
     /// It goes back to the last good tick, pauses and selects the body.
@@ -121,7 +121,7 @@ pub(crate) fn prepare(world: &mut World, bodies: usize, options: Options) {
     }
 }
 
-/// A query that leaves the world of a stage as it is; its components are those of pictures.
+/// A query of a world that is not mutable. Its components have to be registered: see [`register_drawn`].
 pub(crate) fn query<D: QueryData, F: QueryFilter>(world: &World) -> QueryState<D, F> {
     world.try_query_filtered().expect("`register_drawn` names the components of pictures")
 }
@@ -149,7 +149,7 @@ pub(crate) fn register_drawn(world: &mut World) {
 pub(crate) struct PerWorld {
     /// How many worlds the stage had before.
     pub number: u64,
-    /// Whether a seek brought it, not a start.
+    /// Whether it was restored by a seek; else it began at the start of its scene.
     pub sought: bool,
     /// Stable id of every body.
     pub ids: HashMap<Entity, u32>,
@@ -160,8 +160,8 @@ pub(crate) struct PerWorld {
     pub pushes: HashMap<Entity, DVec3>,
     /// Where between the last two ticks bodies are drawn, in [0, 1].
     pub alpha: f64,
-    /// Requests that were carried out and that the tools have not taken in.
-    pub carried_out: Vec<Request<u32>>,
+    /// Requests that were carried out together, and that the tools have not been told of.
+    pub carried_out: Vec<Vec<Request<u32>>>,
     /// Quarantined bodies of this world that have been noted.
     pub records_seen: usize,
     /// Implicit steps that had not converged before; `None` once the person was told of one.
@@ -220,7 +220,7 @@ impl Run {
 pub struct Stage {
     pub(crate) sim: Simulation,
     pub(crate) here: PerWorld,
-    /// Counts states: what was made from an earlier one is out of date.
+    /// Rises whenever things may be drawn elsewhere; what was computed at another version is out of date.
     pub(crate) version: u64,
     pub(crate) paused: bool,
     /// Ticks that were asked for one by one.
@@ -301,6 +301,7 @@ impl Stage {
     /// Goes on with another world.
     fn replace(&mut self, sim: Simulation, sought: bool) {
         self.sim = sim;
+        self.held.clear();
         self.here = PerWorld::of(&self.sim, self.here.number + 1, sought);
         self.version += 1;
     }

@@ -1,4 +1,5 @@
-//! The hands of a person: keys and the pointer become intents. Only the camera, the selection and the pull follow at once.
+//! The hands of a person: keys and the pointer become intents. Camera, selection, pull, held pushes and click force change at
+//! once.
 
 use glam::{DVec2, DVec3};
 use history::Change;
@@ -205,7 +206,8 @@ impl Hands {
         intents
     }
 
-    /// Held keys act once per frame: flying, selecting, pushing. And the pointer pulls what it holds to where it is.
+    /// Once per frame: held keys fly the camera and set the pushes of the coming ticks, a held button selects, and the pull learns
+    /// where the pointer is.
     pub fn steer(&mut self, seconds: f64, mut reach: Reach<'_>) {
         let tapped = self.held.end_input();
         let Reach { stage, view, .. } = &mut reach;

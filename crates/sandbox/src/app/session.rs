@@ -52,7 +52,7 @@ pub struct Session {
     pub(crate) chosen: Vec<Input>,
     /// No picture of the coming frame is seen: its panels are not laid out.
     unseen: bool,
-    /// The world that the tools and the view know.
+    /// Number of the world that tools and view were last told of.
     world: u64,
 }
 
@@ -95,6 +95,7 @@ impl Session {
         after_tick: &mut dyn FnMut(&Stage, Simulated) -> ControlFlow<()>,
     ) {
         self.chosen.clear();
+        self.begin_tools();
         let pushes = self.stage.pushes_while_seeking();
         input.events.iter().for_each(|event| self.handle(event));
         self.play_frame(time);
@@ -114,7 +115,9 @@ impl Session {
         // Before the requests: what they change is an intervention.
         self.begin_tools();
         self.stage.carry_out_requests();
-        let Some(ticks) = self.stage.begin_ticks(time, look) else { return self.follow() };
+        let ticks = self.stage.begin_ticks(time, look);
+        self.follow();
+        let Some(ticks) = ticks else { return };
         if ticks > 0 {
             self.hands.held.begin_tick();
         }
@@ -140,10 +143,10 @@ impl Session {
         self.follow();
     }
 
-    /// Lets tools, view and hands see what was done to the stage: requests were carried out, another world has come.
+    /// Tells tools, view and hands what happened to the stage since the last call: which requests were carried out, and whether it
+    /// has another world.
     fn follow(&mut self) {
-        let requests = std::mem::take(&mut self.stage.here.carried_out);
-        if !requests.is_empty() {
+        for requests in std::mem::take(&mut self.stage.here.carried_out) {
             self.tools.after_requests(&requests);
         }
         if std::mem::replace(&mut self.world, self.stage.here.number) != self.world {

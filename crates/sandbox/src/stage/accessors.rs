@@ -1,4 +1,4 @@
-//! Reads a stage: clocks, counts, names, modes.
+//! What others read of a stage: clocks, counts, names, settings, orders.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;

@@ -1,4 +1,4 @@
-//! Changes of the running simulation: every one of a person, a script or a panel comes through here.
+//! Changes of the running simulation that a person, a script or a panel asks for.
 
 use std::sync::Arc;
 
@@ -166,7 +166,7 @@ impl Stage {
         }
     }
 
-    /// Switches gravity off or on again, at once; whether the scene has any.
+    /// Switches gravity on or off, at once. A scene without gravity is told so.
     pub(crate) fn toggle_gravity(&mut self) {
         // Carried out at once: a second toggle in the same frame has to see the first.
         self.carry_out_requests();
@@ -191,7 +191,9 @@ impl Stage {
 
     pub(crate) fn carry_out_unrecorded(&mut self) {
         let requests: Vec<_> = self.sim.requested().collect();
-        self.here.carried_out.extend(requests);
+        if !requests.is_empty() {
+            self.here.carried_out.push(requests);
+        }
         self.sim.carry_out_requests();
         self.version += 1;
         let Self { sim, here, .. } = self;

@@ -1,4 +1,4 @@
-//! What the person is told: notices, refusals and quarantined bodies.
+//! Tells the person: notices, refusals and quarantined bodies, from the state of a stage.
 
 use bevy_ecs::entity::Entity;
 use motion::{Cause, Evaluations, Fault, Quarantine, QuarantineRecord};

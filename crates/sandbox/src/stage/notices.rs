@@ -1,4 +1,4 @@
-//! What the person is told: notices, for a few seconds, and quarantined bodies.
+//! The list of notices, each shown for a few seconds, and the record of a quarantined body.
 
 /// How long a notice stays, s.
 const NOTICE_S: f64 = 4.0;

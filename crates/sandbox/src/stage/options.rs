@@ -19,7 +19,7 @@ pub(crate) fn check(overrides: Overrides, scene: &Scene) -> Result<(), Failure> 
 /// Options of a session.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// Size of the picture, pixels.
+    /// Size of the picture at the start, pixels; later it is the view's.
     pub size_px: [u32; 2],
     /// Whether frames are drawn; without pictures the panels are laid out only while one is open.
     pub pictures: bool,

@@ -44,7 +44,7 @@ impl Stage {
             *left -= ticks;
         }
         if ticks > 0 {
-            // What is pulled or pushed leaves a run that would be repeated.
+            // Before `repeats` is asked: a pull or a push ends the repetition of the recorded run.
             self.push_held();
             self.note_pushes();
             self.notices.retract(Topic::Place);
@@ -57,7 +57,8 @@ impl Stage {
         Some(ticks)
     }
 
-    /// Prepares a tick between two of a frame, before which a script `played` something or not.
+    /// Between two ticks of a frame: carries out what a script `played`, if it did, and gives the coming tick the pull and the held
+    /// pushes.
     pub(crate) fn between_ticks(&mut self, played: bool) {
         if played {
             self.carry_out_requests();
@@ -115,7 +116,8 @@ impl Stage {
         }
     }
 
-    /// Ends the ticks of a frame, of which so many were not simulated: `late` ones are dropped time, the others are due later.
+    /// Ends the ticks of a frame, of which `undone` were not simulated. Where the caller was `late`, they count as dropped time; after
+    /// a fault they do not.
     pub(crate) fn end_ticks(&mut self, undone: u64, late: bool) {
         if let Some(left) = &mut self.run.ticks_left {
             *left += undone;

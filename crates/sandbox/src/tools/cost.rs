@@ -5,6 +5,7 @@ mod state;
 
 use crate::clock::FrameTime;
 use egui::{Align2, Ui};
+use history::RunSettings;
 use lab::cost::{Bench, Plan, Subject};
 use scene::Scene;
 
@@ -35,7 +36,8 @@ impl Tool for Cost {
         let settings = settings(stage);
         if self.live.as_ref().is_none_or(|live| live.of != settings) {
             let mut scene = Scene::clone(&stage.sim.scene);
-            settings.apply(&mut scene);
+            let (method, substeps) = (scene.method, scene.substeps);
+            RunSettings { method, substeps, ..settings.clone() }.apply(&mut scene);
             let subject = Subject::of_scene(scene, None);
             self.live = Some(Live { bench: Bench::new(subject, Plan::live()), of: settings });
         }

@@ -68,8 +68,8 @@ pub(crate) trait Tool {
         None
     }
 
-    /// The left button went down in the view, with the pointer within `near_px` of what it takes; the intents that follow.
-    /// `None` if the press is not for this tool.
+    /// The left button went down in the view. A tool may take the press if what it offers is within `near_px` of the pointer.
+    /// Returns the intents that follow; `None` if the press is not for this tool.
     fn press(&mut self, _stage: &Stage, _view: &mut View, _near_px: f64) -> Option<Vec<Intent>> {
         None
     }
@@ -82,7 +82,7 @@ pub(crate) trait Tool {
         Vec::new()
     }
 
-    /// What is dragged is let go, where it was.
+    /// A drag is given up; nothing is changed.
     fn let_go(&mut self) {}
 
     /// Escape was pressed.
@@ -96,10 +96,10 @@ pub(crate) trait Tool {
         *self = Self::default();
     }
 
-    /// The stage has another world.
+    /// The stage has another world: of the same scene after a reset or a seek, or of another scene.
     fn restart(&mut self, _stage: &mut Stage) {}
 
-    /// A frame begins.
+    /// Before the input of a frame, and before the requests in it are carried out; also when a scene was opened.
     fn begin_frame(&mut self, _stage: &mut Stage, _open: bool) {}
 
     /// The stage carried out requests between two ticks.

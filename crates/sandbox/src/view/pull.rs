@@ -21,7 +21,7 @@ impl View {
         stage.pull_of(&hit, place, depth)
     }
 
-    /// Where the pointer wants what it took so far in front of the camera, m.
+    /// Where the pointer now wants the place that it took `depth` meters in front of the camera, m.
     pub(crate) fn pulled_toward(&self, depth: f64) -> DVec3 {
         let ray = self.picking_ray();
         ray.at(depth / ray.direction().dot(self.viewpoint().forward()))

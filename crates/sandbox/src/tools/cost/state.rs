@@ -2,6 +2,7 @@
 
 use history::RunSettings;
 use lab::cost::{Bench, Study};
+use motion::Method;
 use motion::effects::Effect;
 
 use crate::stage::Stage;
@@ -36,12 +37,10 @@ impl Cost {
     }
 }
 
-/// What a study of the running scene would come out differently with: it has methods and substeps of its own, and gravity on
-/// if the scene has.
+/// What a study of the running scene would come out differently with: it has methods and substeps of its own, so that those of the run do not count, and gravity on if the scene has.
 pub(super) fn settings(stage: &mut Stage) -> RunSettings {
     let now = RunSettings::of(&mut stage.sim);
-    let (method, substeps) = (stage.sim.scene.method, stage.sim.scene.substeps);
-    let mut settings = RunSettings { method, substeps, ..now };
+    let mut settings = RunSettings { method: Method::default(), substeps: 1, ..now };
     if let Some(gravity) = &mut settings.effects.gravity {
         gravity.on = stage.sim.scene.gravity.is_none_or(|there| there.on);
     }

@@ -12,6 +12,7 @@ use scene::{PointRadius, Scene};
 
 use crate::stage::Stage;
 use crate::tools::ghosts::state::{Track, Twins, focus, place};
+use crate::view::View;
 
 /// How much of what is behind a ghost it hides.
 const OPACITY: f32 = 0.35;
@@ -27,13 +28,13 @@ const MOST_LINES: usize = 200;
 const FARTHEST: f32 = 1e9;
 
 /// One of the runs, seen from the camera.
-struct View<'a> {
+struct Looked<'a> {
     simulation: &'a Simulation,
     alpha: f64,
     eye: DVec3,
 }
 
-impl View<'_> {
+impl Looked<'_> {
     fn place(&self, body: EntityRef<'_>) -> Option<Vec3> {
         let place = (place(body, self.alpha)? - self.eye).as_vec3();
         (place.abs().max_element() < FARTHEST).then_some(place)
@@ -83,7 +84,7 @@ fn single_bodies(scene: &Scene) -> u32 {
     first_point.unwrap_or(u32::try_from(scene.bodies.len()).unwrap_or(u32::MAX))
 }
 
-fn add_run(frame: &mut Frame, bodies: u32, edges: &[[u32; 2]], view: &View<'_>, ink: Ink) {
+fn add_run(frame: &mut Frame, bodies: u32, edges: &[[u32; 2]], view: &Looked<'_>, ink: Ink) {
     (0..bodies).for_each(|id| view.body(frame, id, color(ink, OPACITY)));
     if !view.simulation.world.contains_resource::<SpringsOff>() {
         edges.iter().for_each(|ends| view.edge(frame, *ends, color(ink, EDGE_OPACITY)));
@@ -110,20 +111,20 @@ fn longest_lines(scene: &Scene, tracks: &[Track<'_>], focus: &std::ops::Range<u3
 }
 
 /// Adds the ghosts to the picture.
-pub(super) fn add_ghosts(twins: &Twins, stage: &Stage, seen: &crate::view::View, frame: &mut Frame) {
-    let view = |simulation| View { simulation, alpha: stage.here.alpha, eye: seen.camera.position };
+pub(super) fn add_ghosts(twins: &Twins, stage: &Stage, view: &View, frame: &mut Frame) {
+    let look = |simulation| Looked { simulation, alpha: stage.here.alpha, eye: view.camera.position };
     let (tracks, bodies) = (twins.tracks(stage), single_bodies(&stage.sim.scene));
     let shown = |track: &Track<'_>| twins.shows(Some(track.method));
     for track in tracks.iter().filter(|track| !track.solid && shown(track)) {
-        add_run(frame, bodies, &twins.edges, &view(track.simulation), track.ink());
+        add_run(frame, bodies, &twins.edges, &look(track.simulation), track.ink());
     }
-    let Some(reference) = twins.reference().map(view) else { return };
+    let Some(reference) = twins.reference().map(look) else { return };
     if twins.shows(None) {
         add_run(frame, bodies, &twins.edges, &reference, REFERENCE_INK);
     }
     for (run, id) in longest_lines(&stage.sim.scene, &tracks, &focus(stage)) {
         let track = &tracks[run];
-        if let (Some(from), Some(to)) = (view(track.simulation).place_of(id), reference.place_of(id))
+        if let (Some(from), Some(to)) = (look(track.simulation).place_of(id), reference.place_of(id))
             && shown(track)
         {
             frame.lines.push(Line::new(from, to, color(track.ink(), LINE_OPACITY), LINE_WIDTH_PX));
