@@ -131,8 +131,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         mistake: "undo and redo that drop what was set since",
         file: "crates/sandbox/src/tools/editor/editing.rs",
-        from: "with_settings(stage, &text, &settings)",
-        to: "with_settings(stage, &text, &settings[..0])",
+        from: "with_settings(stage, &text, &settings)\n",
+        to: "with_settings(stage, &text, &settings[..0])\n",
         killed_by: "editor::undo_and_redo_keep_a_method_that_was_chosen_after_the_change",
     },
     Mutant {

@@ -16,7 +16,7 @@
 //! Beside it:
 //!
 //! - [`Script`] and [`Recording`]: what happens when; [`Action`] lists what can happen. [`parse_frame_times`]: lengths of frames.
-//! - [`edit()`] and [`rewrite`]: changes of the text of a scene, which keeps its comments and layout.
+//! - [`TextEdit`] and [`rewrite`]: changes of the text of a scene, which keeps its comments and layout.
 //! - [`Entry`] and [`Part`]: which entry a body comes from, and which bodies act on each other.
 //! - [`memory`](memory()): the memory that a scene takes, estimated before any of it is allocated.
 //! - [`shipped`](shipped()): the scenes and hard cases in the program, and scenes by name or path.
