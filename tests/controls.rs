@@ -452,7 +452,7 @@ fn a_body_gets_a_method_of_its_own_and_the_scenes_again() {
     assert_eq!(count(&mut drive)[0], (Method::ExplicitEuler, 26));
     let player = drive.session.stage.scene().names.find("player").unwrap();
     let scenes = Change::request(Request::SetBodyMethod(player, None));
-    drive.session.change(scenes, SwitchedBy::Settings);
+    drive.session.stage.change(scenes, SwitchedBy::Settings);
     drive.give([own_method("enemy", Method::ExplicitEuler)]);
     assert_eq!(count(&mut drive), [(Method::ExplicitEuler, 28)]);
 }

@@ -237,7 +237,7 @@ fn what_does_not_move_has_no_forces_and_what_is_off_exerts_none() {
         assert_eq!(of_all(&mut run), names, "without {effect}");
         assert!(check(&mut run, &format!("without {effect}"), NO_PUSH) > 15);
     }
-    // As soon as it is quarantined, before the next tick makes the groups anew.
+    // As soon as it is quarantined, before the next tick compiles the groups again.
     let mut run = run_of(&everything("mutual_gravity: ()"), Method::RungeKutta4);
     run.run(3);
     let quarantined = run.bodies[1];

@@ -74,7 +74,7 @@ impl RunSettings {
     pub fn of(simulation: &mut Simulation) -> Self {
         Self {
             method: simulation.method(),
-            substeps: simulation.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0.max(1)),
+            substeps: simulation.substeps(),
             step: simulation.world.resource::<TimeStep>().0,
             effects: Effects::of(&mut simulation.world),
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::units::Vector;
-use motion::{Method, PhysicsBody, PushQueue, Request, Requests, Stepper, TimeStep, Transform};
+use motion::{Method, PhysicsBody, PushQueue, Request, Requests, Stepper, Substeps, TimeStep, Transform};
 use scene::Scene;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -46,6 +46,12 @@ impl Simulation {
     #[must_use]
     pub const fn method(&self) -> Method {
         self.stepper.method()
+    }
+
+    /// Substeps per tick of bodies without their own.
+    #[must_use]
+    pub fn substeps(&self) -> u32 {
+        self.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0.max(1))
     }
 
     /// Ticks simulated so far.

@@ -73,6 +73,16 @@ pub struct Binding {
 }
 
 impl Binding {
+    const fn new(
+        (act, name): (Act, &'static str),
+        keys: &'static [&'static str],
+        when: When,
+        lasts: Lasts,
+        what: &'static str,
+    ) -> Self {
+        Self { act, name, keys, when, what, lasts }
+    }
+
     /// Whether its key does it again and again while it is held.
     pub(crate) fn repeats(&self) -> bool {
         self.lasts == Lasts::Repeatedly
@@ -103,30 +113,15 @@ macro_rules! actions {
 
         /// Every action that has a key: those of panels come from their list.
         pub static BINDINGS: LazyLock<Vec<Binding>> = LazyLock::new(|| {
-            let first = [$(Binding {
-                act: Act::$First,
-                name: $first,
-                keys: &$first_keys,
-                when: When::$first_when,
-                what: $first_what,
-                lasts: $first_lasts,
-            },)*];
-            let panels = PANELS.iter().map(|(panel, row)| Binding {
-                act: Act::Panel(*panel),
-                name: row.name,
-                keys: row.keys,
-                when: When::Always,
-                what: row.what,
-                lasts: Lasts::Once,
+            let first = [$(Binding::new(
+                (Act::$First, $first), &$first_keys, When::$first_when, $first_lasts, $first_what,
+            ),)*];
+            let panels = PANELS.iter().map(|(panel, row)| {
+                Binding::new((Act::Panel(*panel), row.name), row.keys, When::Always, Lasts::Once, row.what)
             });
-            let last = [$(Binding {
-                act: Act::$Last,
-                name: $last,
-                keys: &$last_keys,
-                when: When::$last_when,
-                what: $last_what,
-                lasts: $last_lasts,
-            },)*];
+            let last = [$(Binding::new(
+                (Act::$Last, $last), &$last_keys, When::$last_when, $last_lasts, $last_what,
+            ),)*];
             first.into_iter().chain(panels).chain(last).collect()
         });
     };

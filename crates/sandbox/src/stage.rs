@@ -22,7 +22,6 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf, absolute};
 use std::sync::Arc;
 
-use crate::clock::TickClock;
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::{QueryData, QueryFilter};
 use glam::DVec3;
@@ -40,6 +39,7 @@ use self::notices::{Notices, QuarantinedBody};
 use self::options::Options;
 use self::pull::Pull;
 use self::timeline::Recorded;
+use crate::clock::TickClock;
 use crate::input::SwitchedBy;
 
 /// Simulated time that one frame may catch up with, s; what a longer frame owes is dropped and reported.

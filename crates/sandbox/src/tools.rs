@@ -17,7 +17,6 @@ pub(crate) mod tool;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::clock::FrameTime;
 use bevy_ecs::entity::Entity;
 use lab::ReceiptLine;
 use lab::cost::Study;
@@ -27,6 +26,7 @@ use motion::ledger::Ledger;
 use self::forecast::ForecastRow;
 use self::ghosts::GhostRow;
 use self::tool::Tool;
+use crate::clock::FrameTime;
 use crate::intent::Intent;
 use crate::panels::{Panel, with_panels};
 use crate::stage::{SceneFile, Stage};
@@ -133,9 +133,10 @@ impl Tools {
         self.editor.own_file()
     }
 
-    /// Keeps a ledger of energy and momentum from the next frame on, whether its panel is open or not.
-    pub const fn keep_ledger(&mut self) {
+    /// Keeps a ledger of energy and momentum from now on, whether its panel is open or not.
+    pub fn keep_ledger(&mut self, stage: &mut Stage) {
         self.ledger.always = true;
+        self.ledger.keep(stage, true);
     }
 
     /// The ledger, if one is kept.

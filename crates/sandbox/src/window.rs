@@ -15,7 +15,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::clock::FrameClock;
 use clap::Args;
 use history::Overrides;
 use render::{Gpu, Image, Offscreen, Quality, Renderer, WindowTarget};
@@ -36,6 +35,7 @@ use crate::actions::{Act, Binding, binding};
 use crate::app::script::{load_script, player_of};
 use crate::app::session::{DEFAULT_FPS, Session};
 use crate::args::{StepArgs, size};
+use crate::clock::FrameClock;
 use crate::failure::Failure;
 use crate::input::{Button, Input, InputFrame, Key};
 use crate::output::bundle::{self, write_bundle};

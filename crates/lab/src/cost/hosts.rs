@@ -4,7 +4,7 @@ use super::record::{Failure, Host, Setting};
 use super::runner::Runner;
 use super::subject::Subject;
 
-/// Makes the run of a setting, or says why there is none.
+/// Makes the run of a setting, or says why it cannot.
 pub type Make = dyn Fn(&Subject, Setting, Host) -> Result<Box<dyn Runner>, Failure> + Send;
 
 /// The runs of the program itself.

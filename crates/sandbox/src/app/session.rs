@@ -6,7 +6,6 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::clock::{FrameClock, FrameTime};
 use history::{Change, Fault};
 use lab::cost::Setting;
 use motion::clock::StepClock;
@@ -19,6 +18,7 @@ use crate::app::hands::{Hands, Reach};
 use crate::app::layout::lay_out;
 use crate::app::player::Player;
 use crate::app::ui::{Control, Ui};
+use crate::clock::{FrameClock, FrameTime};
 use crate::input::{Input, InputFrame, SwitchedBy};
 use crate::intent::{Answer, Intent, Question};
 use crate::methods;
@@ -95,7 +95,6 @@ impl Session {
         after_tick: &mut dyn FnMut(&Stage, Simulated) -> ControlFlow<()>,
     ) {
         self.chosen.clear();
-        self.begin_tools();
         let pushes = self.stage.pushes_while_seeking();
         input.events.iter().for_each(|event| self.handle(event));
         self.play_frame(time);
@@ -569,11 +568,6 @@ impl Session {
     pub fn rewind_before(&mut self, fault: &Fault) {
         self.stage.rewind_before(fault);
         self.follow();
-    }
-
-    /// Makes a change of the simulation; one that its methods cannot solve is refused.
-    pub fn change(&mut self, change: Change, by: SwitchedBy) {
-        self.stage.change(change, by);
     }
 
     /// Tells the HUD what the shell measured.

@@ -1,6 +1,5 @@
 //! Sessions, as the words and panels in the picture show them.
 
-use crate::clock::FrameClock;
 use bevy_ecs::prelude::*;
 use glam::{DQuat, DVec2, DVec3};
 use history::Change;
@@ -10,6 +9,7 @@ use scene::{Action, Scene};
 
 use crate::actions::Act;
 use crate::app::session::Session;
+use crate::clock::FrameClock;
 use crate::input::{Input, InputFrame, SwitchedBy};
 use crate::intent::Intent;
 use crate::stage::options::Options;
@@ -62,7 +62,7 @@ fn a_change_of_the_method_while_time_stands_still_changes_no_velocity_on_the_car
         };
         let lagged: Vec<_> = session.stage.sim.bodies.iter().map(|body| stored(&session, *body)).collect();
         let before = velocities(&mut session);
-        session.change(Change::Method(Method::VelocityVerlet), SwitchedBy::Settings);
+        session.stage.change(Change::Method(Method::VelocityVerlet), SwitchedBy::Settings);
         let after = velocities(&mut session);
         let most = |a: &[Option<DVec3>], b: &[Option<DVec3>]| {
             let apart = a.iter().zip(b).filter_map(|(a, b)| Some(a.as_ref()?.distance(*b.as_ref()?)));
@@ -310,7 +310,7 @@ fn the_settings_declare_an_effect_and_say_so_and_a_script_is_refused() {
     let scene = Scene::parse("bare", "(version: 1)").expect("it is a scene");
     let mut session = Session::new(scene, Options::default());
     let mut declared_by = |by| {
-        session.change(Change::request(Request::SetGravity(DVec3::Y)), by);
+        session.stage.change(Change::request(Request::SetGravity(DVec3::Y)), by);
         session.stage.carry_out_requests();
         let said = session.stage.notices().last().expect("either is told").to_owned();
         (session.stage.world().contains_resource::<Gravity>(), said)

@@ -3,11 +3,11 @@
 mod focus;
 mod style;
 
-use crate::clock::FrameTime;
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
 
 use crate::actions::Act;
 use crate::app::cockpit::Cockpit;
+use crate::clock::FrameTime;
 use crate::input::{Button, Key};
 use crate::intent::Question;
 use crate::panels::Panel;

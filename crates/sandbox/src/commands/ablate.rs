@@ -1,6 +1,5 @@
 //! A scene again without each of its effects, with the pictures at the end compared.
 
-use crate::clock::FrameClock;
 use clap::Args;
 use motion::effects::Effect;
 use render::{Gpu, Offscreen, Quality, Renderer};
@@ -8,6 +7,7 @@ use scene::Scene;
 
 use crate::app::session::Session;
 use crate::args::{above_0, check_seconds, positive};
+use crate::clock::FrameClock;
 use crate::commands::effects;
 use crate::commands::list::Format;
 use crate::input::SwitchedBy;

@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-use crate::clock::{FrameClock, FrameTime};
 use clap::{Args, ValueEnum};
 use history::Overrides;
 use lab::AttractionTick;
@@ -19,6 +18,7 @@ use crate::app::session::{DEFAULT_FPS, Session};
 use crate::args::{
     MOST_TICKS, StepArgs, above_0, check_seconds, damping, effect, positive, rate, size, whole,
 };
+use crate::clock::{FrameClock, FrameTime};
 use crate::failure::Failure;
 use crate::input::{InputFrame, SwitchedBy};
 use crate::output::bundle::write_bundle;
@@ -412,7 +412,7 @@ fn forecast_start(args: &RunArgs, session: &mut Session, frame: f64) -> Result<V
 /// Keeps the ledger that was asked for, or that a bound of the energy is checked by.
 fn keep_ledger(args: &RunArgs, session: &mut Session) {
     if keeps_ledger(args, session.stage.scene()) {
-        session.tools.keep_ledger();
+        session.tools.keep_ledger(&mut session.stage);
     }
 }
 

@@ -8,7 +8,7 @@ use bevy_ecs::prelude::*;
 use history::Simulation;
 use lab::cost::{Precision, Setting};
 use motion::clock::StepClock;
-use motion::{Evaluations, Method, PhysicsBody, Quarantined, Stepper, Substeps};
+use motion::{Evaluations, Method, PhysicsBody, Quarantined, Stepper};
 use scene::Scene;
 
 use crate::stage::{Order, Stage};
@@ -118,11 +118,7 @@ impl Stage {
     /// Method and substeps of the bodies without their own.
     #[must_use]
     pub fn setting(&self) -> Setting {
-        Setting {
-            method: self.sim.method(),
-            substeps: self.sim.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0.max(1)),
-            precision: Precision::F64,
-        }
+        Setting { method: self.sim.method(), substeps: self.sim.substeps(), precision: Precision::F64 }
     }
 
     /// Takes the orders of this frame, which the program outside carries out.

@@ -2,7 +2,6 @@
 
 use std::ops::ControlFlow;
 
-use crate::clock::FrameTime;
 use bevy_ecs::entity::Entity;
 use glam::DVec3;
 use history::Change;
@@ -10,6 +9,7 @@ use motion::ledger::Ledger;
 use motion::{PhysicsBody, Push, PushQueue, TimeStep, Transform, remember_positions};
 use scene::StepKind;
 
+use crate::clock::FrameTime;
 use crate::stage::notices::Topic;
 use crate::stage::{Simulated, Stage};
 

@@ -3,13 +3,13 @@
 mod panel;
 mod state;
 
-use crate::clock::FrameTime;
 use egui::{Align2, Ui};
 use history::RunSettings;
 use lab::cost::{Bench, Plan, Subject};
 use scene::Scene;
 
 use self::state::{LONGEST_FRAME, Live, SHARE, settings};
+use crate::clock::FrameTime;
 use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::View;

@@ -10,7 +10,6 @@ mod handles;
 mod parts;
 pub(crate) mod selected;
 
-use crate::clock::FrameTime;
 use egui::{Align2, CollapsingHeader, Painter, Rect, RichText, TextEdit, Ui};
 use glam::DVec3;
 use motion::{PhysicsBody, Substeps, TimeStep};
@@ -25,6 +24,7 @@ use self::handles::Handle;
 use self::parts::{PARTS, Place, nearest, triple};
 use self::selected::{selected_entry, selected_path};
 use crate::actions::Act;
+use crate::clock::FrameTime;
 use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};

@@ -3,11 +3,11 @@
 mod panel;
 mod state;
 
-use crate::clock::FrameTime;
 use egui::{Align2, Ui};
 use motion::Request;
 
 use self::state::{FRESH_LARGE_S, FRESH_S, LARGE_NET, circumstances};
+use crate::clock::FrameTime;
 use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::View;

@@ -7,13 +7,13 @@ mod state;
 
 use std::collections::BTreeSet;
 
-use crate::clock::FrameTime;
 use egui::{Align2, Painter, Rect, Ui};
 use motion::{Request, TimeStep};
 use render::Frame;
 
 use self::state::{MOST_BODIES, Twins};
 use crate::actions::Act;
+use crate::clock::FrameTime;
 use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::stage::notices::Topic;

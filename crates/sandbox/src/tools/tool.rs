@@ -1,10 +1,10 @@
 //! What a tool is: something that a key opens beside the picture.
 
-use crate::clock::FrameTime;
 use egui::{Align2, Painter, Rect, Ui};
 use motion::Request;
 use render::Frame;
 
+use crate::clock::FrameTime;
 use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::view::View;
@@ -99,7 +99,7 @@ pub(crate) trait Tool {
     /// The stage has another world: of the same scene after a reset or a seek, or of another scene.
     fn restart(&mut self, _stage: &mut Stage) {}
 
-    /// Before the input of a frame, and before the requests in it are carried out; also when a scene was opened.
+    /// The input of a frame was taken, and the requests in it are not carried out yet; or a scene was opened.
     fn begin_frame(&mut self, _stage: &mut Stage, _open: bool) {}
 
     /// The stage carried out requests between two ticks.
