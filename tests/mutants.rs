@@ -123,9 +123,9 @@ pub const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         mistake: "a scene that could not be saved is left",
-        file: "crates/sandbox/src/window.rs",
-        from: "Order::Quit | Order::Open(_) if unsaved => {}",
-        to: "Order::Quit | Order::Open(_) if unsaved && false => {}",
+        file: "crates/sandbox/src/output/orders.rs",
+        from: "Order::Open(_) | Order::Quit if unsaved => {}",
+        to: "Order::Open(_) | Order::Quit if unsaved && false => {}",
         killed_by: "window::a_scene_that_could_not_be_saved_is_not_left",
     },
     Mutant {

@@ -4,6 +4,9 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use render::Image;
+use serde_json::Value;
+
 use crate::black_box::with_a_fault;
 use crate::harness::{folder, output, program, sandbox, wait_for};
 
@@ -295,4 +298,14 @@ fn a_file_of_a_run_has_no_name_that_its_pictures_may_have() {
     is_refused(folder.path(), "run ./shot.png --ticks 2 --script shots.script", words);
     let fine = "--frames out --state out/frame_1.png --summary out/out.json --film frame_000000.png";
     sandbox(&folder, &format!("run fine.ron --ticks 2 --size 16x16 {fine}")).fine();
+}
+
+#[test]
+fn a_script_that_presses_the_key_of_screenshots_writes_them_without_other_pictures() {
+    let folder = folder([("fine.ron", FALL), ("f12.script", "[(at_frame: 2, do: press(\"F12\"))]")]);
+    sandbox(&folder, "run fine.ron --seconds 0.1 --size 16x16 --script f12.script --summary out.json").fine();
+    let picture = Image::read_png(folder.path().join("screenshot_000002.png")).unwrap();
+    assert_eq!(picture.size_px, [16, 16]);
+    let summary: Value = serde_json::from_slice(&fs::read(folder.path().join("out.json")).unwrap()).unwrap();
+    assert_eq!(summary["frames"], 1);
 }

@@ -3,6 +3,7 @@
 pub(crate) mod black_box;
 pub(crate) mod bundle;
 pub mod files;
+pub(crate) mod orders;
 pub(crate) mod pictures;
 pub(crate) mod progress;
 pub mod report;

@@ -1,42 +1,32 @@
 //! Pictures of sessions as files.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use render::{Gpu, Image, Offscreen, Quality, Renderer};
 
 use crate::app::bundle::PROGRAM;
 use crate::app::session::Session;
 use crate::failure::Failure;
-use crate::output::files::{make_folder, write};
+use crate::output::files::write;
 use crate::output::report;
 use crate::stage::Stage;
 
-/// Draws frames into files.
+/// Draws pictures without a window.
 pub(crate) struct Camera {
     pub gpu: Gpu,
     renderer: Renderer,
     target: Offscreen,
-    folder: PathBuf,
-    pub pictures: u64,
 }
 
 impl Camera {
-    pub fn new(size: [u32; 2], quality: Quality, folder: PathBuf) -> Result<Self, Failure> {
-        let camera = Self::without_folder(size, quality)?;
-        // Last, so that a run that cannot draw leaves no folder.
-        make_folder(&folder)?;
-        Ok(Self { folder, ..camera })
-    }
-
-    /// One that draws, and writes nothing.
-    pub fn without_folder(size: [u32; 2], quality: Quality) -> Result<Self, Failure> {
+    pub fn new(size: [u32; 2], quality: Quality) -> Result<Self, Failure> {
         let gpu = Gpu::headless()?;
         let renderer = Renderer::new(&gpu, render::OFFSCREEN_FORMAT, quality);
         let target = Offscreen::new(&gpu, size)?;
-        Ok(Self { gpu, renderer, target, folder: PathBuf::new(), pictures: 0 })
+        Ok(Self { gpu, renderer, target })
     }
 
-    pub fn draw(&mut self, frame: &render::Frame) -> Result<(), Failure> {
+    fn draw(&mut self, frame: &render::Frame) -> Result<(), Failure> {
         if self.target.size_px() != frame.size_px {
             self.target = Offscreen::new(&self.gpu, frame.size_px)?;
         }
@@ -47,20 +37,7 @@ impl Camera {
     /// The present picture of `session`.
     pub fn picture(&mut self, session: &mut Session) -> Result<Image, Failure> {
         self.draw(&session.picture())?;
-        self.read()
-    }
-
-    /// What was drawn last.
-    pub fn read(&self) -> Result<Image, Failure> {
         Ok(self.target.read(&self.gpu)?)
-    }
-
-    pub fn write(&mut self, name: &str, stage: &Stage) -> Result<(), Failure> {
-        let image = self.read()?;
-        let path = self.folder.join(name);
-        write_picture(&image, &path, stage)?;
-        self.pictures += 1;
-        Ok(())
     }
 }
 

@@ -5,8 +5,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::files::{claim, sweep, write};
+use crate::stage::notices::Topic;
 
 /// A scene file, and what it had when it was opened or saved last.
 type OwnFile = (PathBuf, Arc<str>);
@@ -44,9 +46,15 @@ impl Drafts {
         Self { own, told: false }
     }
 
-    /// Keeps these unsaved changes in place of those before, with the file that they were made in; whether they are kept.
-    /// `tell` hears once why they are not.
-    pub fn keep(
+    /// Keeps the unsaved changes of `session` for a crash, in place of those before; whether there is nothing that is not kept.
+    pub fn keep(&mut self, session: &mut Session) -> bool {
+        let unsaved = session.has_unsaved_changes().then(|| Arc::clone(&session.stage.scene().text));
+        let file = unsaved.as_ref().and_then(|_| session.tools.own_file());
+        self.keep_text(unsaved.as_ref(), file.as_ref(), |words| session.stage.notices.say(Topic::File, words))
+    }
+
+    /// `tell` hears once why changes are not kept.
+    fn keep_text(
         &mut self,
         unsaved: Option<&Arc<str>>,
         file: Option<&OwnFile>,
@@ -253,10 +261,10 @@ mod tests {
         fs::remove_dir_all(folder.path().join("gone")).expect("a folder of its own");
         for drafts in [&mut none, &mut gone] {
             let mut told = Vec::new();
-            assert!(drafts.keep(None, None, |words| told.push(words)), "there is nothing to keep");
+            assert!(drafts.keep_text(None, None, |words| told.push(words)), "there is nothing to keep");
             assert_eq!(told, [] as [String; 0]);
             for text in [&first, &first, &second] {
-                assert!(!drafts.keep(Some(text), None, |words| told.push(words)));
+                assert!(!drafts.keep_text(Some(text), None, |words| told.push(words)));
             }
             let [words] = &told[..] else { panic!("{told:?}") };
             assert!(words.starts_with("a crash would lose your unsaved changes: cannot write "), "{words}");

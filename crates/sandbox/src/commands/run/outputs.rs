@@ -1,7 +1,7 @@
 //! What a run without a window writes: pictures, the states of its ticks, a summary, a bundle, and how it ended.
 
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use motion::Totals;
 use motion::ledger::Ledger;
@@ -10,35 +10,90 @@ use scene::{Action, Script};
 use serde_json::Value;
 
 use crate::app::session::Session;
-use crate::commands::run::RunArgs;
+use crate::commands::run::{RunArgs, forecast_start, keep_ledger};
 use crate::failure::Failure;
 use crate::output::black_box::{self, BlackBox};
-use crate::output::files::{Output, output_file, place};
-use crate::output::pictures::{Camera, with_settings};
+use crate::output::files::{Output, make_folder, output_file, place};
+use crate::output::orders::{BUNDLE, GRAPH, Kind, Program, SCREENSHOT};
+use crate::output::pictures::{Camera, with_settings, write_picture};
 use crate::output::report::{self, STATE_HEADER, Summary};
 use crate::output::{show, tell};
-use crate::stage::Stage;
+use crate::stage::options::Options;
+use crate::stage::{SceneFile, Stage};
 
-/// What a run is written into when it is over.
+/// What a run writes, while it runs and when it is over.
 pub(super) struct Outputs<'a> {
-    pub args: &'a RunArgs,
+    args: &'a RunArgs,
     pub watch: Watch,
-    pub camera: Option<Camera>,
-    pub film: Option<(Film, Output)>,
-    pub summary: Option<Output>,
-    pub black_box: Option<Output>,
+    camera: Option<Camera>,
+    /// Pictures that were written.
+    pictures: u64,
+    film: Option<(Film, Output)>,
+    summary: Option<Output>,
+    black_box: Option<Output>,
+    longest_frame: f64,
+    /// Why the run was not gone on with.
+    pub refused: Result<(), Failure>,
 }
 
-impl Outputs<'_> {
-    /// Writes all of it, and says how the run of `session` ended, which began with `start`; `refused` is why it was not
-    /// gone on with.
-    pub fn finish(
-        self,
-        mut session: Session,
-        start: Totals,
-        refused: Result<(), Failure>,
-    ) -> Result<(), Failure> {
-        let Self { args, mut watch, camera, film, summary: summary_file, black_box: box_file } = self;
+impl<'a> Outputs<'a> {
+    /// Opens all files before the run: a place that cannot be written is found out now, and not after an hour.
+    pub fn open(args: &'a RunArgs, session: &Session, longest_frame: f64) -> Result<Self, Failure> {
+        let Options { size_px, pictures, .. } = session.stage.run.options;
+        let camera = pictures.then(|| Camera::new(size_px, args.quality.into())).transpose()?;
+        if camera.is_some() {
+            make_folder(pictures_folder(args))?;
+        }
+        let open = |path: &Option<PathBuf>| path.as_deref().map(output_file).transpose();
+        let outputs = Self {
+            args,
+            watch: Watch::new(args.state.as_deref().map(state_file).transpose()?, args.every),
+            summary: open(&args.summary)?,
+            black_box: open(&args.black_box)?,
+            film: open(&args.film)?.map(|file| (Film::default(), file)),
+            camera,
+            pictures: 0,
+            longest_frame,
+            refused: Ok(()),
+        };
+        if let Some(camera) = &outputs.camera {
+            eprintln!("drawing with {}", camera.gpu.info);
+        }
+        Ok(outputs)
+    }
+
+    /// Adds a frame that ended at `now`, s, to the film and to the pictures.
+    pub fn after_frame(&mut self, session: &mut Session, now: f64) -> Result<(), Failure> {
+        let Some(camera) = &mut self.camera else { return Ok(()) };
+        let frame = session.stage.frames() - 1;
+        let is_written = self.args.frames.is_some() && frame.is_multiple_of(self.args.frame_every);
+        if !is_written && self.film.is_none() {
+            return Ok(());
+        }
+        let image = camera.picture(session)?;
+        if is_written {
+            write_picture(&image, &self.folder().join(numbered(PICTURE, frame)), &session.stage)?;
+            self.pictures += 1;
+        }
+        if let Some((film, _)) = &mut self.film {
+            film.add(image, now).map_err(|error| Failure::Usage(format!("--film: {error}")))?;
+        }
+        Ok(())
+    }
+
+    /// Writes the rest, and says how the run of `session` ended, which began with `start`.
+    pub fn finish(self, mut session: Session, start: Totals) -> Result<(), Failure> {
+        let Self {
+            args,
+            mut watch,
+            camera,
+            pictures,
+            film,
+            summary: summary_file,
+            black_box: box_file,
+            refused,
+            ..
+        } = self;
         if let Err(failure) = watch.finish(&session.stage, args.state.as_deref()) {
             if session.stage.fault().is_none() && session.stage.all_quarantined().is_empty() {
                 return Err(failure);
@@ -47,7 +102,6 @@ impl Outputs<'_> {
             tell(&failure.to_string());
         }
         let adapter = camera.as_ref().map(|camera| camera.gpu.info.to_string());
-        let pictures = camera.as_ref().map_or(0, |camera| camera.pictures);
         let mut summary = Summary::of(&mut session, start, pictures, adapter);
         let picture = |session: &mut Session| still(session, camera);
         let mut black_box = None;
@@ -89,6 +143,40 @@ impl Outputs<'_> {
             tell(&failure.to_string());
         }
         verdict.and(written)
+    }
+}
+
+impl Program for Outputs<'_> {
+    fn picture(&mut self, session: &mut Session) -> Result<Option<Image>, Failure> {
+        self.camera.as_mut().map(|camera| camera.picture(session)).transpose()
+    }
+
+    fn folder(&self) -> &Path {
+        pictures_folder(self.args)
+    }
+
+    fn name(&self, kind: Kind, session: &Session) -> String {
+        numbered(kind, session.stage.frames() - 1)
+    }
+
+    /// Writes nothing: a recording that is repeated must not replace what came after it.
+    fn save_scene(&mut self, session: &mut Session, file: &SceneFile) -> Result<(), Failure> {
+        eprintln!("{}: only the window writes scenes; nothing was written", file.path.display());
+        session.tools.saved_scene(&mut session.stage, file);
+        Ok(())
+    }
+
+    fn report(&mut self, _: &mut Session, outcome: Result<&Path, Failure>) -> Result<(), Failure> {
+        let path = outcome?;
+        self.pictures += u64::from(path.extension().is_some_and(|end| end == SCREENSHOT[1]));
+        Ok(())
+    }
+
+    fn opened(&mut self, session: &mut Session) -> Result<(), Failure> {
+        let told = forecast_start(self.args, session, self.longest_frame);
+        self.refused = told.map(|told| told.iter().for_each(|line| tell(line)));
+        keep_ledger(self.args, session);
+        Ok(())
     }
 }
 
@@ -175,18 +263,15 @@ pub(super) fn refuse_same_files(args: &RunArgs, script: Option<&Script>) -> Resu
 const INPUTS: [&str; 2] = ["--script", "--frame-times"];
 
 /// Where pictures are written, and what keys of a script write.
-pub(super) fn pictures_folder(args: &RunArgs) -> &Path {
+fn pictures_folder(args: &RunArgs) -> &Path {
     args.frames.as_deref().unwrap_or(Path::new("."))
 }
 
-/// Files that a frame writes, as the start and the end of their names.
-pub(super) const PICTURE: [&str; 2] = ["frame", "png"];
-pub(super) const SCREENSHOT: [&str; 2] = ["screenshot", "png"];
-pub(super) const GRAPH: [&str; 2] = ["graph", "csv"];
-pub(super) const BUNDLE: [&str; 2] = ["bundle", "zip"];
+/// The picture of a frame.
+const PICTURE: Kind = ["frame", "png"];
 
-/// The name of such a file of that frame.
-pub(super) fn numbered([what, extension]: [&str; 2], frame: u64) -> String {
+/// The name of a file of that kind and frame.
+fn numbered([what, extension]: Kind, frame: u64) -> String {
     format!("{what}_{frame:06}.{extension}")
 }
 
@@ -202,7 +287,7 @@ fn is_numbered(name: &str) -> bool {
 fn still(session: &mut Session, camera: Option<Camera>) -> Result<Image, Failure> {
     let mut camera = match camera {
         Some(camera) => camera,
-        None => Camera::without_folder(session.view.size_px(), Quality::FIXED)?,
+        None => Camera::new(session.view.size_px(), Quality::FIXED)?,
     };
     session.lay_out_still();
     camera.picture(session)
@@ -217,7 +302,7 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    pub const fn new(state: Option<Output>, every: u64) -> Self {
+    const fn new(state: Option<Output>, every: u64) -> Self {
         Self { state, every, last: None, error: None }
     }
 
@@ -248,7 +333,7 @@ impl Watch {
 }
 
 /// Starts the file with the state of every so many ticks.
-pub(super) fn state_file(path: &Path) -> Result<Output, Failure> {
+fn state_file(path: &Path) -> Result<Output, Failure> {
     let mut state = output_file(path)?;
     writeln!(state, "{STATE_HEADER}").map_err(|error| Failure::file("write", path, &error))?;
     Ok(state)

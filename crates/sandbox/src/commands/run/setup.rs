@@ -1,0 +1,206 @@
+//! What a run is set up with: the scene, its script, its frames and its length, checked before anything is written.
+
+use history::Overrides;
+use scene::{Action, Keeps, Scene, Script, StepKind};
+
+use super::{RunArgs, keeps_ledger};
+use crate::actions::{self, Act};
+use crate::app::script::{load_script, player_of};
+use crate::app::session::{DEFAULT_FPS, Session};
+use crate::args::{MOST_TICKS, check_seconds};
+use crate::clock::{FrameClock, FrameTime};
+use crate::failure::Failure;
+use crate::input::SwitchedBy;
+use crate::panels::Panel;
+use crate::stage::CATCH_UP;
+use crate::stage::options::{Options, check};
+use render::Quality;
+
+/// Seconds of a run that does not say how long.
+const DEFAULT_SECONDS: f64 = 10.0;
+
+/// A run before it begins.
+pub(super) struct Setup {
+    pub scene: Scene,
+    pub script: Option<Script>,
+    pub options: Options,
+    pub ends: FrameEnds,
+    /// Ticks of the run; `None`: to the end of the frame times.
+    pub ticks: Option<u64>,
+    /// Whether the run may go back: the last minute is kept.
+    pub goes_back: bool,
+}
+
+impl Setup {
+    /// Reads and checks what `args` name.
+    pub fn new(args: &RunArgs) -> Result<Self, Failure> {
+        let mut scene = scene::load(&args.scene)?;
+        if args.damping.is_some() && scene.damping.is_none() {
+            return Err(Failure::Usage(format!("{} declares no damping; leave --damping out", args.scene)));
+        }
+        if args.hz.is_some() && follows_frames(&scene) {
+            let what = format!("{} takes a step a frame; leave --hz out and give --fps", args.scene);
+            return Err(Failure::Usage(what));
+        }
+        let script = args.script.as_ref().map(|path| load_script(path, &scene)).transpose()?;
+        let recording = script.as_ref().and_then(|script| script.recording.as_ref());
+        if recording.is_some() && (args.frame_times.is_some() || args.fps.is_some()) {
+            let what = "a recording has frame times of its own; leave --fps and --frame-times out";
+            return Err(Failure::Usage(what.to_owned()));
+        }
+        let overrides = Overrides {
+            method: args.step.method.or(recording.and_then(|recording| recording.method)),
+            step_hz: args.hz,
+            damping: args.damping,
+            substeps: args.step.substeps,
+        };
+        check(overrides, &scene)?;
+        overrides.apply(&mut scene);
+        let pictures =
+            args.frames.is_some() || args.film.is_some() || script.as_ref().is_some_and(takes_pictures);
+        // Frames between two ticks are for pictures and scripts.
+        let unwatched = script.is_none() && !pictures && !follows_frames(&scene);
+        let fps = args.fps.unwrap_or(DEFAULT_FPS);
+        let fps = if unwatched { fps.min(scene.step_hz) } else { fps };
+        let ends = FrameEnds::new(args, recording.map(|recording| recording.frame_ends_s.clone()), fps)?;
+        let ticks = tick_limit(args, &scene, &ends)?;
+        // As the window does, whose recording it is.
+        let goes_back = recording.is_some() || script.as_ref().is_some_and(goes_back);
+        let options = Options {
+            size_px: recording.map_or(args.size, |recording| recording.size_px.into()),
+            pictures,
+            hud: !args.no_hud,
+            interpolate: pictures || script.is_some(),
+            catch_up: match ends {
+                FrameEnds::Constant { rate } => Some((1.0 / rate).max(CATCH_UP)),
+                _ => None,
+            },
+            paused: false,
+            overrides,
+            threads: args.step.threads,
+        };
+        Ok(Self { scene, script, options, ends, ticks, goes_back })
+    }
+
+    /// Checks that the memory allows what the run keeps.
+    pub fn check_memory(&self, args: &RunArgs) -> Result<(), Failure> {
+        let Options { size_px, pictures, .. } = self.options;
+        let keeps = Keeps {
+            ledger: keeps_ledger(args, &self.scene),
+            black_box: args.black_box.is_some() || self.goes_back,
+            pictures: pictures.then(|| Quality::from(args.quality).device_bytes(size_px)),
+        };
+        self.scene.check_memory(keeps).map_err(|what| {
+            let cure = "give fewer bodies, leave outputs out, or give more with --memory";
+            Failure::Usage(format!("{}: {what}; {cure}", args.scene))
+        })
+    }
+
+    /// The session of the run, its frames and its length.
+    pub fn begin(self, args: &RunArgs) -> Result<(Session, FrameEnds, Option<u64>), Failure> {
+        let mut session = Session::new(self.scene, self.options);
+        if let Some(script) = self.script {
+            session.play(player_of(script));
+        }
+        for effect in &args.without {
+            session.stage.switch_effect(*effect, false, SwitchedBy::Flag).map_err(|error| {
+                Failure::Usage(format!("{}: {error}; leave --without {effect} out", args.scene))
+            })?;
+        }
+        Ok((session, self.ends, self.ticks))
+    }
+}
+
+/// Whether a script takes a screenshot.
+fn takes_pictures(script: &Script) -> bool {
+    script.steps.iter().any(|step| matches!(step.action, Action::Screenshot(_)))
+        || presses(script, &[Act::Screenshot])
+}
+
+/// Whether a script does what needs the last minute.
+fn goes_back(script: &Script) -> bool {
+    presses(script, &[Act::StepBack, Act::Panel(Panel::Timeline), Act::SaveBundle])
+}
+
+/// Whether a script presses the key of one of `acts`.
+fn presses(script: &Script, acts: &[Act]) -> bool {
+    let mut keys = script.steps.iter().filter_map(|step| step.action.key());
+    keys.any(|word| actions::is_one_of(word, acts))
+}
+
+/// When frames end.
+pub(super) enum FrameEnds {
+    /// Frame i at exactly `i / rate` seconds.
+    Constant { rate: f64 },
+    /// One length after the other.
+    Lengths(std::vec::IntoIter<f64>),
+    /// The ends of a recording.
+    Recorded(std::vec::IntoIter<f64>),
+}
+
+impl FrameEnds {
+    /// `fps` a second where no list says otherwise.
+    fn new(args: &RunArgs, recorded: Option<Vec<f64>>, fps: f64) -> Result<Self, Failure> {
+        if let Some(path) = &args.frame_times {
+            let text = scene::read_text(path)?;
+            let times = scene::parse_frame_times(&path.display().to_string(), &text)?;
+            return Ok(Self::Lengths(times.into_iter()));
+        }
+        let constant = Self::Constant { rate: fps };
+        Ok(recorded.map_or(constant, |ends| Self::Recorded(ends.into_iter())))
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
+    pub fn next(&mut self, clock: &mut FrameClock, frame: u64) -> Option<FrameTime> {
+        let time = match self {
+            Self::Constant { rate } => clock.advance_to(frame as f64 / *rate),
+            Self::Lengths(lengths) => clock.advance_by(lengths.next()?),
+            Self::Recorded(ends) => clock.advance_to(ends.next()?),
+        };
+        Some(time.expect("checked when the times were read"))
+    }
+
+    /// The longest frame, s.
+    pub fn longest(&self) -> f64 {
+        match self {
+            Self::Constant { rate } => 1.0 / rate,
+            Self::Lengths(lengths) => lengths.as_slice().iter().copied().fold(0.0, f64::max),
+            Self::Recorded(ends) => {
+                let starts = [0.0].iter().chain(ends.as_slice());
+                ends.as_slice().iter().zip(starts).map(|(end, start)| end - start).fold(0.0, f64::max)
+            }
+        }
+    }
+}
+
+/// Ticks of the run; `None`: to the end of the frame times.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive and rounded")]
+fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<u64>, Failure> {
+    let rate = match ends {
+        FrameEnds::Constant { rate } if follows_frames(scene) => *rate,
+        _ => scene.step_hz,
+    };
+    let ticks = match (args.ticks, args.seconds, ends) {
+        (Some(ticks), ..) => ticks,
+        (None, None, FrameEnds::Lengths(_) | FrameEnds::Recorded(_)) => return Ok(None),
+        (None, seconds, _) => {
+            let seconds = seconds.unwrap_or(DEFAULT_SECONDS);
+            check_seconds(seconds, rate)?;
+            (seconds * rate).round() as u64
+        }
+    };
+    #[expect(clippy::cast_precision_loss, reason = "a bound")]
+    if let FrameEnds::Constant { rate: fps } = ends
+        && ticks as f64 / rate * fps > MOST_TICKS
+    {
+        let what =
+            format!("{ticks} ticks at {rate:e} Hz are more frames, at {fps:e} a second, than a run can have");
+        return Err(Failure::Usage(format!("{what}; give a lower --fps, or fewer ticks")));
+    }
+    Ok(Some(ticks))
+}
+
+/// Whether ticks follow the frames.
+const fn follows_frames(scene: &Scene) -> bool {
+    matches!(scene.step, StepKind::Frame)
+}

@@ -1,0 +1,68 @@
+//! The window and what draws into it.
+
+use std::sync::Arc;
+
+use render::{Gpu, Image, Offscreen, Quality, Renderer, WindowTarget};
+use winit::dpi::PhysicalSize;
+use winit::event_loop::ActiveEventLoop;
+use winit::window::Window;
+
+use super::display;
+use crate::app::session::Session;
+use crate::failure::Failure;
+
+/// The window and what draws into it.
+pub(super) struct Screen {
+    pub window: Arc<Window>,
+    pub gpu: Gpu,
+    pub target: WindowTarget,
+    renderer: Renderer,
+}
+
+impl Screen {
+    pub fn new(event_loop: &ActiveEventLoop, [width, height]: [u32; 2]) -> Result<Self, Failure> {
+        let monitor = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
+        let most = monitor.map(|monitor| monitor.size()).filter(|most| most.width > 0 && most.height > 0);
+        let most = most.unwrap_or(PhysicalSize::new(width, height));
+        let attributes = Window::default_attributes()
+            .with_title("Inertia")
+            .with_inner_size(PhysicalSize::new(width.min(most.width), height.min(most.height)));
+        let window = event_loop.create_window(attributes).map_err(|error| {
+            let error = display::without_place(&error.to_string());
+            Failure::NoDisplay(format!("cannot open a window: {error}; `sandbox run` needs none"))
+        })?;
+        let window = Arc::new(window);
+        let display = Box::new(event_loop.owned_display_handle());
+        let (gpu, surface) = Gpu::for_window(Arc::clone(&window), display)?;
+        eprintln!("drawing with {}", gpu.info);
+        let size = window.inner_size();
+        let target = WindowTarget::new(surface, &gpu, [size.width, size.height])?;
+        let renderer = Renderer::new(&gpu, target.format(), Quality::for_adapter(&gpu.info));
+        Ok(Self { window, gpu, target, renderer })
+    }
+
+    /// Draws the session; `false`: there was nothing to draw on.
+    pub fn draw(&mut self, session: &mut Session) -> Result<bool, Failure> {
+        let Some(target) = self.target.acquire(&self.gpu) else {
+            if self.target.lost() {
+                let surface = self.gpu.surface(Arc::clone(&self.window))?;
+                self.target.replace_surface(&self.gpu, surface);
+            }
+            return Ok(false);
+        };
+        let mut frame = session.picture();
+        frame.size_px = target.size_px();
+        self.renderer.draw(&self.gpu, &frame, target.view());
+        self.window.pre_present_notify();
+        target.present(&self.gpu);
+        Ok(true)
+    }
+
+    /// The picture of the session, as the window shows it.
+    pub fn image(&mut self, session: &mut Session) -> Result<Image, Failure> {
+        let frame = session.picture();
+        let copy = Offscreen::with_format(&self.gpu, frame.size_px, self.target.format())?;
+        self.renderer.draw(&self.gpu, &frame, copy.view());
+        Ok(copy.read(&self.gpu)?)
+    }
+}

@@ -1,0 +1,374 @@
+//! The window's events, its clock and its frames.
+
+use std::collections::HashMap;
+use std::ops::ControlFlow as Look;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use winit::application::ApplicationHandler;
+use winit::event::{DeviceEvent, DeviceId, ElementState, KeyEvent, MouseButton, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::keyboard::{ModifiersState, PhysicalKey};
+use winit::window::WindowId;
+
+use super::drafts::Drafts;
+use super::pointer::Pointer;
+use super::program::WindowProgram;
+use super::recorder::Recorder;
+use super::screen::Screen;
+use super::speed::{self, Speed, SpeedSetting};
+use super::wheel::Wheel;
+use super::{keys, remembered};
+use crate::actions::{Act, Binding, binding};
+use crate::app::session::Session;
+use crate::clock::FrameClock;
+use crate::failure::Failure;
+use crate::input::{Button, Input, InputFrame, Key};
+use crate::output::orders::carry_out;
+use crate::stage::Order;
+use crate::stage::notices::Topic;
+
+/// Shortest time between two frames: vertical sync does not pace every display.
+const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
+
+/// Longest time that the ticks of a frame may take; the others are dropped, and reported like those of a hitch. Scenes of more
+/// ticks a second than there is time for run slower, and never stop the window.
+const PATIENCE: Duration = Duration::from_millis(250);
+
+/// Time between two frames of a window that is not seen: it simulates on and draws nothing.
+const HIDDEN_FRAME: Duration = Duration::from_millis(100);
+
+/// Frames that are drawn after something happened: panels may take their place one layout later.
+const SETTLING_FRAMES: u32 = 3;
+
+/// The window and its session.
+pub(super) struct Shell {
+    pub session: Session,
+    pub recorder: Option<Recorder>,
+    screen: Option<Screen>,
+    pub drafts: Drafts,
+    pointer: Pointer,
+    events: Vec<Input>,
+    /// What each key meant when it went down: shift may be let go before it.
+    down: HashMap<PhysicalKey, Key>,
+    modifiers: ModifiersState,
+    focused: bool,
+    /// A key that changes the mode waits for its frame: until then motion could mean either.
+    mode_changes: bool,
+    clock: FrameClock,
+    start: Instant,
+    last_frame: Option<Instant>,
+    /// Frames to be drawn before it may rest.
+    unsettled: u32,
+    /// Whether it waited since the last frame, because nothing changed.
+    rested: bool,
+    occluded: bool,
+    wheel: Wheel,
+    speed: Speed,
+    pub failure: Option<Failure>,
+    /// How the panels are to be arranged when the window is there.
+    pub arrangement: Option<String>,
+    /// The scene files that were remembered last, if they are.
+    pub files: Option<Vec<PathBuf>>,
+}
+
+impl ApplicationHandler for Shell {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.screen.is_some() {
+            return;
+        }
+        match Screen::new(event_loop, self.session.view.size_px()) {
+            Ok(screen) => {
+                let size = screen.window.inner_size();
+                self.events.push(Input::Resized([size.width, size.height]));
+                self.events.push(Input::Scaled(screen.window.scale_factor()));
+                // As input of the first frame, so that a recording has it too.
+                self.events.extend(self.arrangement.take().map(Input::Arrange));
+                self.screen = Some(screen);
+                self.start = Instant::now();
+            }
+            Err(failure) => self.fail(event_loop, failure),
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if !matches!(event, WindowEvent::RedrawRequested) {
+            self.unsettled = SETTLING_FRAMES;
+        }
+        match event {
+            // As its key, so that a recording has it and unsaved changes are asked about.
+            WindowEvent::CloseRequested => self.press(Act::Quit),
+            WindowEvent::Resized(size) => {
+                if let Some(screen) = &mut self.screen {
+                    screen.target.resize(&screen.gpu, [size.width, size.height]);
+                }
+                // A minimized window keeps the picture's size: rays and panels need one.
+                if size.width > 0 && size.height > 0 {
+                    self.events.push(Input::Resized([size.width, size.height]));
+                }
+            }
+            WindowEvent::ScaleFactorChanged { scale_factor, .. } => {
+                self.events.push(Input::Scaled(scale_factor));
+            }
+            WindowEvent::Focused(focused) => self.focus(focused),
+            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(&event),
+            WindowEvent::CursorMoved { position, .. } => {
+                let known = !self.mode_changes && self.pointer.holds() == self.session.view.grabs_pointer();
+                if let (Some(screen), true) = (&self.screen, known) {
+                    self.events.extend(self.pointer.moved(&screen.window, position));
+                }
+            }
+            WindowEvent::MouseInput { state, button, .. } => {
+                let button = match button {
+                    MouseButton::Left => Button::Left,
+                    MouseButton::Right => Button::Right,
+                    MouseButton::Middle => Button::Middle,
+                    _ => return,
+                };
+                let pressed = state == ElementState::Pressed;
+                self.events.push(if pressed { Input::ButtonDown(button) } else { Input::ButtonUp(button) });
+            }
+            WindowEvent::MouseWheel { delta, .. } => {
+                self.events.extend(self.wheel.notches(delta).map(Input::Wheel));
+            }
+            WindowEvent::DroppedFile(path) => match &self.recorder {
+                None => self.session.leave(Order::Open(path.to_string_lossy().into_owned())),
+                Some(_) => {
+                    let what = "a recording keeps its scene; drop files on a window that does not record";
+                    self.session.stage.notices.say(Topic::File, what.to_owned());
+                }
+            },
+            WindowEvent::Occluded(occluded) => self.occluded = occluded,
+            WindowEvent::RedrawRequested => self.frame(event_loop),
+            _ => {}
+        }
+    }
+
+    fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
+        self.wheel.raw(&event);
+        if let (DeviceEvent::MouseMotion { delta }, false) = (event, self.mode_changes) {
+            self.events.extend(self.pointer.raw(delta));
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        let now = Instant::now();
+        let changes_in = if self.is_unsettled() { 0.0 } else { self.session.changes_in_s() };
+        let hidden = self.is_hidden();
+        let shortest = if hidden { HIDDEN_FRAME } else { SHORTEST_FRAME };
+        // Nothing changes for a time that no clock has: it waits for an event.
+        let waits = Duration::try_from_secs_f64(changes_in).ok().map(|waits| waits.max(shortest));
+        let due = self.last_frame.map_or(Some(now), |last| last.checked_add(waits?));
+        match due {
+            Some(due) if due > now => {
+                self.rested |= changes_in > 0.0;
+                event_loop.set_control_flow(ControlFlow::WaitUntil(due));
+            }
+            // Some systems ask for no frame of a window that is not seen.
+            Some(_) if hidden => {
+                self.frame(event_loop);
+                event_loop.set_control_flow(ControlFlow::WaitUntil(now + HIDDEN_FRAME));
+            }
+            Some(_) => {
+                event_loop.set_control_flow(ControlFlow::Wait);
+                if let Some(screen) = &self.screen {
+                    screen.window.request_redraw();
+                }
+            }
+            None => {
+                self.rested = true;
+                event_loop.set_control_flow(ControlFlow::Wait);
+            }
+        }
+    }
+}
+
+impl Shell {
+    pub fn new(session: Session, recorder: Option<Recorder>) -> Self {
+        Self {
+            session,
+            recorder,
+            screen: None,
+            drafts: Drafts::begin(),
+            pointer: Pointer::default(),
+            events: Vec::new(),
+            down: HashMap::new(),
+            modifiers: ModifiersState::empty(),
+            focused: true,
+            mode_changes: false,
+            clock: FrameClock::default(),
+            start: Instant::now(),
+            last_frame: None,
+            unsettled: SETTLING_FRAMES,
+            rested: false,
+            occluded: false,
+            wheel: Wheel::default(),
+            speed: Speed::default(),
+            failure: None,
+            arrangement: None,
+            files: None,
+        }
+    }
+
+    fn fail(&mut self, event_loop: &ActiveEventLoop, failure: Failure) {
+        self.failure = Some(failure);
+        event_loop.exit();
+    }
+
+    /// Does an action as its key does, in the coming frame.
+    fn press(&mut self, act: Act) {
+        let key = act.key();
+        self.events.extend([Input::KeyDown(key.clone()), Input::KeyUp(key)]);
+    }
+
+    fn focus(&mut self, focused: bool) {
+        self.focused = focused;
+        if !focused {
+            self.down.clear();
+            self.events.push(Input::FocusLost);
+        }
+    }
+
+    fn key(&mut self, event: &KeyEvent) {
+        match event.state {
+            ElementState::Pressed => {
+                let Some(key) = keys::named(event, self.modifiers) else { return };
+                let repeats = || binding(&key).is_some_and(Binding::repeats);
+                if !event.repeat || self.session.takes_text() || repeats() {
+                    self.mode_changes |= binding(&key).is_some_and(|row| row.act == Act::ToggleMode);
+                    self.events.push(Input::KeyDown(key.clone()));
+                    self.down.insert(event.physical_key, key);
+                }
+                let ctrl = self.modifiers.control_key();
+                if let (Some(text), false, true) = (&event.text, ctrl, self.session.takes_text()) {
+                    self.events.push(Input::Text(text.to_string()));
+                }
+            }
+            ElementState::Released => {
+                if let Some(key) = self.down.remove(&event.physical_key) {
+                    self.events.push(Input::KeyUp(key));
+                }
+            }
+        }
+    }
+
+    /// Whether the next frame may be another one without the session changing by itself.
+    fn is_unsettled(&self) -> bool {
+        self.unsettled > 0 || !self.events.is_empty()
+    }
+
+    /// Whether the window is not seen. One that has the keyboard is not minimized, which takes a question to the system.
+    fn is_hidden(&self) -> bool {
+        let minimized = |screen: &Screen| screen.window.is_minimized() == Some(true);
+        self.occluded || (!self.focused && self.screen.as_ref().is_some_and(minimized))
+    }
+
+    /// One frame: what happened since the last one, ticks, a picture if it is seen.
+    fn frame(&mut self, event_loop: &ActiveEventLoop) {
+        let now = Instant::now();
+        let hidden = self.is_hidden();
+        // A recording is repeated with panels in every frame.
+        self.session.set_unseen(hidden && self.recorder.is_none());
+        self.unsettled = self.unsettled.saturating_sub(1);
+        if std::mem::take(&mut self.rested) {
+            // What ended the rest happened now, not ever since it began.
+            self.advance(now.checked_sub(SHORTEST_FRAME).unwrap_or(now), Vec::new());
+        }
+        let events = std::mem::take(&mut self.events);
+        self.advance(now, events);
+        self.last_frame = Some(now);
+        self.mode_changes = false;
+        if let Some(screen) = &self.screen {
+            let holds = self.focused && self.session.view.grabs_pointer();
+            let [corner, size] = self.session.view.view_area();
+            self.pointer.follow(&screen.window, holds, corner + size / 2.0);
+        }
+        let drawn = match &mut self.screen {
+            Some(screen) if !hidden => screen.draw(&mut self.session),
+            _ => Ok(false),
+        };
+        if !hidden && matches!(drawn, Ok(false)) {
+            self.unsettled = self.unsettled.max(1);
+        }
+        if hidden && self.session.asks() {
+            self.show();
+        }
+        match drawn.and_then(|drawn| self.carry_out_orders(drawn)) {
+            Ok(false) => {}
+            Ok(true) => event_loop.exit(),
+            Err(failure) => self.fail(event_loop, failure),
+        }
+        self.drafts.keep(&mut self.session);
+        self.keep_files();
+    }
+
+    /// Carries out what the frame ordered; whether the window is to close. What has a picture waits for a frame that was drawn.
+    fn carry_out_orders(&mut self, drawn: bool) -> Result<bool, Failure> {
+        let has_picture = |order: &Order| matches!(order, Order::Screenshot(_) | Order::Bundle);
+        let orders = self.session.stage.take_orders();
+        let (now, later) = orders.into_iter().partition(|order| drawn || !has_picture(order));
+        self.session.stage.orders = later;
+        let mut program = WindowProgram { screen: self.screen.as_mut(), drafts: &mut self.drafts };
+        carry_out(now, &mut self.session, &mut program)
+    }
+
+    /// Remembers which files were opened and saved, at once: a crash forgets none.
+    fn keep_files(&mut self) {
+        let files = self.session.stage.files();
+        if let Some(before) = self.files.as_deref().filter(|before| *before != files) {
+            remembered::keep_files(before, files);
+            self.files = Some(files.to_owned());
+        }
+    }
+
+    /// Brings a window back that has something to ask.
+    fn show(&self) {
+        if let Some(screen) = &self.screen {
+            screen.window.set_minimized(false);
+            screen.window.focus_window();
+        }
+    }
+
+    /// Lets the session go on to `now`.
+    fn advance(&mut self, now: Instant, events: Vec<Input>) {
+        // Wall time only goes forward, and so does this.
+        let Ok(time) = self.clock.advance_to((now - self.start).as_secs_f64()) else {
+            self.events.splice(0..0, events);
+            return;
+        };
+        if let Some(recorder) = &mut self.recorder {
+            let inputs = self.session.chosen.iter().chain(&events);
+            if let Err(failure) = recorder.record(self.session.stage.frames(), time.total(), inputs) {
+                self.session
+                    .stage
+                    .notices
+                    .say(Topic::File, format!("the recording is written at the end: {failure}"));
+            }
+        }
+        let (before, ticks_before) = (Instant::now(), self.session.stage.ticks());
+        let progress_before = self.session.stage.progress();
+        // To the end of the last tick: the panels, which come after it, take longer than all ticks.
+        let mut after = before;
+        // A recording is played back without a wall clock.
+        let patience = if self.recorder.is_some() { Duration::MAX } else { PATIENCE };
+        let had_arrived = self.session.stage.arrived();
+        self.session.advance_watched(&InputFrame { events }, time, &mut |_, _| {
+            after = Instant::now();
+            if after - before > patience { Look::Break(()) } else { Look::Continue(()) }
+        });
+        // Panels are laid out before a way back ends.
+        if !had_arrived && self.session.stage.arrived() {
+            self.unsettled = SETTLING_FRAMES;
+        }
+        self.speed.frame(speed::Sample {
+            length_s: time.length(),
+            // A run that went back simulated nothing.
+            simulated_s: (self.session.stage.progress() - progress_before).max(0.0),
+            ticks: self.session.stage.ticks().saturating_sub(ticks_before),
+            ticking: after - before,
+            setting: SpeedSetting::of(&self.session),
+        });
+        self.session.set_measured(self.speed.measured());
+    }
+}
