@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{Elastic, Link, PhysicsBody, SoftBody, Transform};
-use scene::{Appearance, BodySpec, Scene, SoftBodyName, SoftBodySpec, SoftKind};
+use scene::{Appearance, BodySpec, Scene, SoftBodyName, SoftBodySpec};
 
 /// Mass of a point, kg.
 pub const POINT_MASS: f64 = 0.25;
@@ -87,7 +87,7 @@ impl Soft {
         scene.bodies.extend(self.places.iter().enumerate().map(point));
         scene.soft_bodies.push(SoftBodySpec {
             name: "soft".to_owned(),
-            kind: SoftKind::Cloth,
+            sheet: true,
             points,
             links: self.links(),
             triangles: self.triangles,

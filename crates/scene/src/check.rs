@@ -23,7 +23,7 @@ pub(crate) const MASS: &str = "give a positive number of kilograms";
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scope {
     pub section: &'static str,
-    index: Option<usize>,
+    pub index: Option<usize>,
 }
 
 impl Scope {

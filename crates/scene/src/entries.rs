@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::generate::may_be_taken_apart;
 use crate::scene::Scene;
 
 /// An entry of a scene file that makes bodies. They have one method and one number of substeps.
@@ -20,6 +21,12 @@ impl Entry {
     #[must_use]
     pub fn path(&self) -> String {
         format!("{}[{}]", self.list, self.index)
+    }
+
+    /// Whether its bodies may become entries of `bodies`.
+    #[must_use]
+    pub fn may_be_taken_apart(&self) -> bool {
+        may_be_taken_apart(self.list)
     }
 }
 

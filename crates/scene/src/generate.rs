@@ -30,6 +30,53 @@ pub(crate) use soft::elastic;
 /// Most bodies that a scene may have; four times what the documentation promises to be able to watch.
 pub const BODY_LIMIT: u64 = 4_000_000;
 
+/// The lists that make bodies, in the order of the stable id. Each has the function that resolves an entry, and of an entry what its
+/// bodies are called if it has no name, its name, and whether its bodies may become entries of `bodies`.
+macro_rules! generators {
+    ($($list:ident: $resolve:path, $raw:ident => ($kind:expr, $name:expr, $apart:literal);)*) => {
+        fn resolve_entries(raw: &raw::Scene, faults: &mut Faults) -> Vec<GeneratedEntry> {
+            let mut entries = Vec::<GeneratedEntry>::new();
+            $(for (i, raw) in raw.$list.iter().enumerate() {
+                entries.extend(Option::from($resolve(raw, i, faults)));
+            })*
+            entries
+        }
+
+        /// What the bodies of an entry are called if it has no name, and its name; `None` if there is no such entry.
+        pub(crate) fn kind_and_name<'a>(
+            raw: &'a raw::Scene,
+            list: &str,
+            index: usize,
+        ) -> Option<(&'a str, Option<&'a str>)> {
+            Some(match list {
+                "bodies" => ("body", raw.bodies.get(index)?.name.as_deref()),
+                $(stringify!($list) => {
+                    let $raw = raw.$list.get(index)?;
+                    ($kind, $name.as_deref())
+                })*
+                _ => return None,
+            })
+        }
+
+        /// Whether the bodies of an entry of `list` may become entries of `bodies`.
+        pub(crate) fn may_be_taken_apart(list: &str) -> bool {
+            match list {
+                $(stringify!($list) => $apart,)*
+                _ => false,
+            }
+        }
+
+        const LISTS: &[&str] = &[$(stringify!($list)),*];
+    };
+}
+
+generators! {
+    grids: grid::grid, raw => ("grid", raw.name, true);
+    clouds: cloud::cloud, raw => ("cloud", raw.name, true);
+    emitters: emitter::emitter, raw => ("emitter", raw.name, false);
+    soft_bodies: soft::soft, raw => (&raw.word, raw.keys.name, false);
+}
+
 /// Resolves all bodies and draws what the generators draw, from one stream in the order of the stable id.
 pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut Faults) -> Bodies {
     let mut names = Names::default();
@@ -48,11 +95,7 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
         }
         check_fresh(names.add(name.clone()), &name, scope, faults);
     }
-    let mut entries: Vec<GeneratedEntry<'_>> = Vec::new();
-    entries.extend(raw.grids.iter().enumerate().map(|(i, raw)| grid::grid(raw, i, faults)));
-    entries.extend(raw.clouds.iter().enumerate().map(|(i, raw)| cloud::cloud(raw, i, faults)));
-    entries.extend(raw.emitters.iter().enumerate().map(|(i, raw)| emitter::emitter(raw, i, faults)));
-    entries.extend(raw.soft_bodies.iter().enumerate().filter_map(|(i, raw)| soft::soft(raw, i, faults)));
+    let entries = resolve_entries(raw, faults);
     let Some(total) = check_size(raw, &entries, faults) else { return made };
 
     let mut random = Pcg64::seed_from_u64(seed);
@@ -60,18 +103,21 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
     made.bodies.reserve_exact(total as usize - made.bodies.len());
     for entry in entries {
         let GeneratedEntry { scope, count, numbering, .. } = entry;
+        let Some((kind, name)) = kind_and_name(raw, scope.section, scope.index.unwrap_or_default()) else {
+            continue;
+        };
         let (first, count) = (names.len() as u32, count as u32);
         let own = (entry.own_method, entry.own_substeps);
         made.sections.push(Section::new(scope, first..first + count, own, &entry.body, scenes));
-        let number = of_kind.entry(entry.kind).or_default();
+        let number = of_kind.entry(kind).or_default();
         *number += 1;
-        let prefix = match entry.name {
+        let prefix = match name {
             Some(name) => {
                 check_name(name, scope, faults);
                 name.to_owned()
             }
-            None if *number == 1 => entry.kind.to_owned(),
-            None => format!("{}{number}", entry.kind),
+            None if *number == 1 => kind.to_owned(),
+            None => format!("{kind}{number}"),
         };
         let fresh = names.add_run(scope.section, prefix.clone(), count, numbering);
         check_fresh(fresh, &prefix, scope, faults);
@@ -88,7 +134,7 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
 }
 
 /// How many bodies there are in all; `None`, with a fault, where they are too many.
-fn check_size(raw: &raw::Scene, entries: &[GeneratedEntry<'_>], faults: &mut Faults) -> Option<u64> {
+fn check_size(raw: &raw::Scene, entries: &[GeneratedEntry], faults: &mut Faults) -> Option<u64> {
     let written = raw.bodies.len() as u64;
     let total = entries.iter().fold(written, |sum, entry| sum.saturating_add(entry.count));
     if total > BODY_LIMIT {
@@ -117,13 +163,12 @@ fn check_size(raw: &raw::Scene, entries: &[GeneratedEntry<'_>], faults: &mut Fau
 }
 
 /// The list that makes the most bodies.
-fn largest(written: u64, entries: &[GeneratedEntry<'_>]) -> &'static str {
+fn largest(written: u64, entries: &[GeneratedEntry]) -> &'static str {
     let of = |list: &str| {
         let counts = entries.iter().filter(|entry| entry.scope.section == list).map(|entry| entry.count);
         counts.fold(0, u64::saturating_add)
     };
-    let lists = ["soft_bodies", "emitters", "clouds", "grids"].map(|list| (of(list), list));
-    lists.into_iter().fold((written, "bodies"), |most, list| most.max(list)).1
+    LISTS.iter().rev().map(|list| (of(list), *list)).fold((written, "bodies"), |most, list| most.max(list)).1
 }
 
 /// Most characters of the name of a scene or an entry.

@@ -54,7 +54,7 @@ pub use parts::Part;
 pub use resolve::declared::key_of_law;
 pub use resolve::springs::unsolvable;
 pub use resolve::survival::EXPLODES;
-pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SoftKind, SpringSpec};
+pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
 pub use scene::names::Names;
 pub use scene::survival::{Bounds, Lengths, Measure, Steps, SurvivalRow};
 pub use scene::{

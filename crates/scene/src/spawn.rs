@@ -8,7 +8,6 @@ use motion::{
     PhysicsBody, SoftBody, SourceMass, SpeedLimit, Spring, StableId, Substeps, Transform, mark_method,
 };
 
-use crate::scene::coupled::SoftKind;
 use crate::scene::{BodySpec, Scene};
 
 /// What a thing looks like beside its shape.
@@ -81,7 +80,7 @@ impl Scene {
                 points: entities[soft.points.start as usize..soft.points.end as usize].to_vec(),
                 springs: soft.links.clone(),
                 triangles: soft.triangles.clone(),
-                sheet: soft.kind == SoftKind::Cloth,
+                sheet: soft.sheet,
             };
             world.spawn((body, SoftBodyName(soft.name.clone()), plain(soft.color), i));
         }

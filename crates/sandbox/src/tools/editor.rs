@@ -221,9 +221,8 @@ impl Editor {
             {
                 desk.intents.push(Intent::Act(Act::Delete));
             }
-            let apart = matches!(entry.list, "grids" | "clouds");
             let separate = "makes single bodies of it, each with its own values; at most 1000";
-            if apart && ui.button("Take apart").on_hover_text(separate).clicked() {
+            if entry.may_be_taken_apart() && ui.button("Take apart").on_hover_text(separate).clicked() {
                 let apart = scene.apart(&path);
                 match apart.is_empty() {
                     true => self.error = Some(format!("{path} has more than 1000 bodies")),

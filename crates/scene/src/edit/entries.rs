@@ -9,6 +9,7 @@ use super::fields::{Field, Value};
 use super::rewrite::{TextEdit, rewrite};
 use crate::action::Action;
 use crate::entries::Entry;
+use crate::generate::{kind_and_name, may_be_taken_apart};
 use crate::raw;
 use crate::scene::{BodySpec, Scene};
 use crate::text::{locate, syntax};
@@ -49,7 +50,7 @@ impl Scene {
     pub fn without(&self, path: &str) -> Vec<TextEdit> {
         let Some((list, index)) = entry(path) else { return Vec::new() };
         let mut edits = vec![TextEdit::Remove { list: list.to_owned(), index }];
-        if let Some(raw) = self.raw().filter(|_| makes_bodies(list)) {
+        if let Some(raw) = self.raw().filter(|raw| kind_and_name(raw, list, index).is_some()) {
             edits.extend(self.renamed(&raw, |name| self.name_without(&raw, (list, index), name)));
         }
         edits
@@ -119,13 +120,13 @@ impl Scene {
         edits
     }
 
-    /// Takes a grid or a cloud apart into single bodies that stand where its bodies stand; nothing for other entries and for
-    /// those of more than 1000 bodies.
+    /// Takes an entry of independent bodies apart, as of a grid, into one entry per body; nothing for other entries and for those of
+    /// more than 1000 bodies.
     #[must_use]
     pub fn apart(&self, path: &str) -> Vec<TextEdit> {
         let present = self.entry_at(path);
         let Some((Entry { list, index, bodies }, raw)) = present.zip(self.raw()) else { return Vec::new() };
-        if !matches!(list, "grids" | "clouds") || bodies.len() > MOST_APART {
+        if !may_be_taken_apart(list) || bodies.len() > MOST_APART {
             return Vec::new();
         }
         let name = |id| self.names.get(id).unwrap_or_default().replace('.', "-");
@@ -232,31 +233,13 @@ fn entry(path: &str) -> Option<(&str, usize)> {
     Some((list, index.parse().ok()?))
 }
 
-fn makes_bodies(list: &str) -> bool {
-    matches!(list, "bodies" | "grids" | "clouds" | "emitters" | "soft_bodies")
-}
-
 fn written_name<'a>(raw: &'a raw::Scene, list: &str, index: usize) -> Option<&'a str> {
-    let name = match list {
-        "bodies" => &raw.bodies.get(index)?.name,
-        "grids" => &raw.grids.get(index)?.name,
-        "clouds" => &raw.clouds.get(index)?.name,
-        "emitters" => &raw.emitters.get(index)?.name,
-        "soft_bodies" => &raw.soft_bodies.get(index)?.keys.name,
-        _ => return None,
-    };
-    name.as_deref()
+    kind_and_name(raw, list, index)?.1
 }
 
 /// What bodies of an entry are called that has no name.
 fn kind<'a>(raw: &'a raw::Scene, list: &str, index: usize) -> &'a str {
-    match list {
-        "bodies" => "body",
-        "grids" => "grid",
-        "clouds" => "cloud",
-        "emitters" => "emitter",
-        _ => raw.soft_bodies.get(index).map_or("", |soft| &soft.word),
-    }
+    kind_and_name(raw, list, index).unwrap_or_default().0
 }
 
 /// Which of its kind an entry is, from 1.

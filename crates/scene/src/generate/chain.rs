@@ -5,7 +5,6 @@ use glam::{DVec3, IVec3, UVec3};
 use super::form::{ALL, FIRST, Form, LAST, Place, pinned, points, within_numbers};
 use crate::check::Scope;
 use crate::raw;
-use crate::scene::coupled::SoftKind;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
 
@@ -20,7 +19,7 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
         faults.add(scope.key("to_m"), "a chain cannot reach from there to there", cure);
     }
     Form {
-        kind: SoftKind::Chain,
+        sheet: false,
         numbering: Numbering::Line,
         points: UVec3::new(points(keys.points, (scope, "points"), faults), 1, 1),
         steps: vec![IVec3::X],

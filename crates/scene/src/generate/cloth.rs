@@ -5,7 +5,6 @@ use glam::{DVec3, IVec3, UVec3};
 use super::form::{ALL, FIRST, Form, LAST, Place, pinned, points, within_numbers};
 use crate::check::Scope;
 use crate::raw;
-use crate::scene::coupled::SoftKind;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
 
@@ -47,7 +46,7 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
         }
     }
     Form {
-        kind: SoftKind::Cloth,
+        sheet: true,
         numbering: Numbering::Sheet { columns },
         points: UVec3::new(rows, columns, 1),
         steps,

@@ -11,7 +11,7 @@ use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
 
 /// Resolves cloud `index` of the list.
-pub(super) fn cloud<'a>(raw: &'a raw::Cloud, index: usize, faults: &mut Faults) -> GeneratedEntry<'a> {
+pub(super) fn cloud(raw: &raw::Cloud, index: usize, faults: &mut Faults) -> GeneratedEntry {
     let scope = Scope::item("clouds", index);
     let half_extents = raw.half_extents_m.map_or(DVec3::ZERO, DVec3::from_array);
     let center = faults.vector((scope, "center_m"), raw.center_m, DVec3::ZERO);
@@ -31,8 +31,6 @@ pub(super) fn cloud<'a>(raw: &'a raw::Cloud, index: usize, faults: &mut Faults) 
     };
     GeneratedEntry {
         scope,
-        kind: "cloud",
-        name: raw.name.as_deref(),
         own_method: raw.method.is_some(),
         own_substeps: raw.substeps.is_some(),
         count: count.into(),

@@ -24,7 +24,7 @@ const SPREAD: Rule = (
 );
 
 /// Resolves emitter `index` of the list.
-pub(super) fn emitter<'a>(raw: &'a raw::Emitter, index: usize, faults: &mut Faults) -> GeneratedEntry<'a> {
+pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> GeneratedEntry {
     let scope = Scope::item("emitters", index);
     faults.require(raw.rate_per_s.is_some(), (scope, "rate_per_s"), "add one such as `rate_per_s: 100.0`");
     faults.require(raw.speed_m_s.is_some(), (scope, "speed_m_s"), "add one such as `speed_m_s: 10.0`");
@@ -51,8 +51,6 @@ pub(super) fn emitter<'a>(raw: &'a raw::Emitter, index: usize, faults: &mut Faul
     };
     GeneratedEntry {
         scope,
-        kind: "emitter",
-        name: raw.name.as_deref(),
         own_method: raw.method.is_some(),
         own_substeps: raw.substeps.is_some(),
         count: capacity,

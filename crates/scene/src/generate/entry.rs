@@ -40,11 +40,8 @@ pub(crate) struct Section {
 }
 
 /// An entry that makes bodies.
-pub(super) struct GeneratedEntry<'a> {
+pub(super) struct GeneratedEntry {
     pub scope: Scope,
-    /// What its bodies are called where it has no name.
-    pub kind: &'static str,
-    pub name: Option<&'a str>,
     /// Whether it names a method itself, and a number of substeps.
     pub own_method: bool,
     pub own_substeps: bool,
@@ -58,7 +55,7 @@ pub(super) struct GeneratedEntry<'a> {
     pub make: Box<dyn Fn(String, &mut Bodies, &mut Pcg64)>,
 }
 
-impl GeneratedEntry<'_> {
+impl GeneratedEntry {
     pub fn census(&self, attracts: bool) -> Census {
         let (is_pool, is_soft) = (self.scope.section == "emitters", self.scope.section == "soft_bodies");
         let those = |are: bool| if are { self.count } else { 0 };

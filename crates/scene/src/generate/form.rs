@@ -4,7 +4,6 @@ use glam::{DVec3, IVec3, UVec3};
 
 use crate::check::{Key, Scope};
 use crate::raw;
-use crate::scene::coupled::SoftKind;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
@@ -12,7 +11,8 @@ use crate::text::syntax::Word;
 
 /// What a kind of soft body resolves to. The last axis is the inner loop of the numbers of points.
 pub(super) struct Form {
-    pub kind: SoftKind,
+    /// Whether its surface is a sheet, against which air flows.
+    pub sheet: bool,
     pub numbering: Numbering,
     /// Points along each axis, 1 where it has no such axis, 0 where they cannot be counted.
     pub points: UVec3,

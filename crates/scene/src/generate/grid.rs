@@ -19,7 +19,7 @@ const GRID_SPACING: f64 = 3.5;
 const GRID_MASS: f64 = 0.1;
 
 /// Resolves grid `index` of the list.
-pub(super) fn grid<'a>(raw: &'a raw::Grid, index: usize, faults: &mut Faults) -> GeneratedEntry<'a> {
+pub(super) fn grid(raw: &raw::Grid, index: usize, faults: &mut Faults) -> GeneratedEntry {
     const CUBE: Shape = Shape::Cuboid { half_extents: DVec3::splat(GRID_SIZE) };
     const SPHERE: Shape = Shape::Sphere { radius: GRID_SIZE };
     let scope = Scope::item("grids", index);
@@ -48,8 +48,6 @@ pub(super) fn grid<'a>(raw: &'a raw::Grid, index: usize, faults: &mut Faults) ->
     };
     GeneratedEntry {
         scope,
-        kind: "grid",
-        name: raw.name.as_deref(),
         own_method: raw.method.is_some(),
         own_substeps: raw.substeps.is_some(),
         count: u64::from(rows) * u64::from(columns),

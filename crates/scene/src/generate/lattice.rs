@@ -5,7 +5,6 @@ use glam::{DVec3, IVec3, UVec3};
 use super::form::{ALL, FIRST, Form, LAST, Place, pinned, within_numbers};
 use crate::check::{Scope, positive, shown_vector};
 use crate::raw;
-use crate::scene::coupled::SoftKind;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
 
@@ -38,7 +37,7 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
     // Of the 26 neighbors, the 13 that come later: edges, diagonals of faces and diagonals of cells.
     let steps = (14..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
     Form {
-        kind: SoftKind::Lattice,
+        sheet: false,
         numbering: Numbering::Lattice { y: points.y, z: points.z },
         points,
         steps: steps.collect(),

@@ -14,11 +14,7 @@ use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
 
 /// Resolves soft body `index` of the list; `None` if it is of no known kind.
-pub(super) fn soft<'a>(
-    raw: &'a raw::SoftBody,
-    index: usize,
-    faults: &mut Faults,
-) -> Option<GeneratedEntry<'a>> {
+pub(super) fn soft<'a>(raw: &'a raw::SoftBody, index: usize, faults: &mut Faults) -> Option<GeneratedEntry> {
     let scope = Scope::item("soft_bodies", index);
     for key in raw.strange_keys() {
         faults.add(scope.key(key), format!("a {} has no `{key}`", raw.word), "remove it");
@@ -50,8 +46,6 @@ pub(super) fn soft<'a>(
     let form = form?;
     Some(GeneratedEntry {
         scope,
-        kind: form.kind.name(),
-        name: keys.name.as_deref(),
         own_method: keys.method.is_some(),
         own_substeps: keys.substeps.is_some(),
         count: form.count(),
@@ -104,7 +98,7 @@ fn make(
     };
     soft_bodies.push(SoftBodySpec {
         name,
-        kind: form.kind,
+        sheet: form.sheet,
         links: form.pairs().into_iter().map(link).collect(),
         triangles: (form.triangles)(form),
         points: first as u32..bodies.len() as u32,

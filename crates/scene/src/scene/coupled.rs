@@ -24,8 +24,8 @@ pub struct SpringSpec {
 pub struct SoftBodySpec {
     /// What its points' names begin with.
     pub name: String,
-    /// What it is.
-    pub kind: SoftKind,
+    /// Whether its surface is a sheet, against which air flows.
+    pub sheet: bool,
     /// Stable ids of its points, at least 2.
     pub points: Range<u32>,
     /// Its springs; ends are numbers of points, counted from the first. All springs that begin at one point stand
@@ -36,29 +36,6 @@ pub struct SoftBodySpec {
     pub triangles: Vec<[u32; 3]>,
     /// Linear red, green and blue, each 0 to 1.
     pub color: [f32; 3],
-}
-
-/// Kinds of soft bodies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum SoftKind {
-    /// Points in a line.
-    Chain,
-    /// A sheet of rows and columns, against which air flows.
-    Cloth,
-    /// A block of cells.
-    Lattice,
-}
-
-impl SoftKind {
-    /// The word for it in scene files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Chain => "chain",
-            Self::Cloth => "cloth",
-            Self::Lattice => "lattice",
-        }
-    }
 }
 
 /// A source of particles with a fixed pool, whose bodies are bodies of the scene.

@@ -97,7 +97,7 @@ impl Editor {
     /// Removes the selection from the scene. One of several bodies that an entry makes: asks whether alone.
     pub(super) fn delete_selection(&mut self, stage: &mut Stage, open: bool) -> Next {
         let Some((entry, name)) = edited_entry(stage, open) else { return Vec::new() };
-        if matches!(entry.list, "grids" | "clouds") && entry.bodies.len() > 1 {
+        if entry.may_be_taken_apart() && entry.bodies.len() > 1 {
             let body = stage.here.selection.and_then(|thing| stage.here.ids.get(&thing).copied());
             let alone = body.filter(|_| !stage.sim.scene.apart(&entry.path()).is_empty());
             vec![Intent::Ask(Question::Deleting { name, entry, alone })]

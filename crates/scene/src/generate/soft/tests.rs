@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
-use crate::{Scene, SoftBodySpec, SoftKind};
+use crate::{Scene, SoftBodySpec};
 
 fn parse(text: &str) -> Scene {
     Scene::parse("t", &format!("(version: 1, soft_bodies: [{text}])"))
@@ -50,7 +50,7 @@ fn a_chain_joins_neighbors_and_may_be_held_at_its_ends() {
             velocity_m_s: (0, 0, 7), color: (1, 0, 0), damping_per_s: 2, gravity_off: true, method: yoshida_4, substeps: 2)"#,
     );
     let soft = check(&scene, 2.5);
-    assert_eq!((soft.name.as_str(), soft.kind, soft.color), ("rope", SoftKind::Chain, [1.0, 0.0, 0.0]));
+    assert_eq!((soft.name.as_str(), soft.sheet, soft.color), ("rope", false, [1.0, 0.0, 0.0]));
     let ends: Vec<_> = soft.links.iter().map(|link| link.ends).collect();
     assert_eq!(ends, [[0, 1], [1, 2], [2, 3], [3, 4]]);
     assert!(soft.links.iter().all(|link| (link.elastic.rest_length - 2.5).abs() < 1e-15));
