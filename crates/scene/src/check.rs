@@ -12,6 +12,7 @@ use crate::text::syntax::{Triple, Word};
 pub(crate) type Rule = (fn(f64) -> bool, &'static str, &'static str);
 
 pub(crate) const DAMPING_RATE: Rule = (not_negative, "a damping rate", "give a rate per second from 0 up");
+pub(crate) const RADIUS: Rule = (positive, "a radius", "give a positive number of meters");
 pub(crate) const SPEED: Rule = (not_negative, "a speed", "give meters per second from 0 up");
 pub(crate) const STEP_RATE: Rule =
     (|v| positive(v) && (1.0 / v).is_finite(), "a step rate", "give a positive number of steps a second");

@@ -24,6 +24,16 @@ pub(super) fn in_cone(random: &mut Pcg64, sine_of_half: f64) -> DVec3 {
     DVec3::new(a * scale, b * scale, 1.0 - 2.0 * s)
 }
 
+/// A uniformly drawn point inside the sphere of radius 1.
+pub(super) fn in_ball(random: &mut Pcg64) -> DVec3 {
+    loop {
+        let place = DVec3::new(symmetric(random), symmetric(random), symmetric(random));
+        if place.length_squared() < 1.0 {
+            return place;
+        }
+    }
+}
+
 /// A point inside the circle of radius 1.
 fn in_disc(random: &mut Pcg64) -> (f64, f64) {
     loop {

@@ -227,6 +227,7 @@ pub(crate) struct Cloud {
     pub count: Option<u32>,
     pub center_m: Option<Triple>,
     pub half_extents_m: Option<Triple>,
+    pub radius_m: Option<f64>,
     pub speed_m_s: Option<f64>,
     pub mass_kg: Option<f64>,
     pub color: Option<Triple>,
@@ -298,7 +299,7 @@ mod tests {
             keys("bodies[12].shape"),
             [("half_extents_m", Kind::Numbers(3)), ("radius_m", Kind::Number)],
         );
-        assert_eq!(keys("clouds[0]").len(), 9);
+        assert_eq!(keys("clouds[0]").len(), 10);
         assert_eq!(keys("nothing"), []);
         let (of_chain, of_cloth) = (kinds_at("soft_bodies[0]", "chain"), kinds_at("soft_bodies[1]", "cloth"));
         assert!(of_chain.contains(&("points", Kind::Count)) && of_chain.contains(&("mass_kg", Kind::Number)));

@@ -1,10 +1,10 @@
-//! Clouds: particles at random in a box.
+//! Clouds: particles at random in a box or a ball.
 
 use glam::DVec3;
 
 use super::entry::{GeneratedEntry, count};
-use crate::check::{MASS, SPEED, Scope, not_negative, shown_vector};
-use crate::random::{direction, symmetric};
+use crate::check::{MASS, RADIUS, SPEED, Scope, not_negative, shown_vector};
+use crate::random::{direction, in_ball, symmetric};
 use crate::raw;
 use crate::scene::BodySpec;
 use crate::scene::names::Numbering;
@@ -13,7 +13,12 @@ use crate::text::faults::Faults;
 /// Resolves cloud `index` of the list.
 pub(super) fn cloud(raw: &raw::Cloud, index: usize, faults: &mut Faults) -> GeneratedEntry {
     let scope = Scope::item("clouds", index);
-    let half_extents = raw.half_extents_m.map_or(DVec3::ZERO, DVec3::from_array);
+    if raw.half_extents_m.is_some() && raw.radius_m.is_some() {
+        let what = "a cloud fills either a box or a ball";
+        faults.add(scope.key("radius_m"), what, "leave out `radius_m` or `half_extents_m`");
+    }
+    let radius = faults.optional((scope, "radius_m"), raw.radius_m, RADIUS);
+    let half_extents = raw.half_extents_m.map_or(DVec3::splat(radius.unwrap_or(0.0)), DVec3::from_array);
     let center = faults.vector((scope, "center_m"), raw.center_m, DVec3::ZERO);
     let is_extent = half_extents.to_array().into_iter().all(not_negative);
     if !(is_extent && (center + half_extents).is_finite() && (center - half_extents).is_finite()) {
@@ -39,7 +44,10 @@ pub(super) fn cloud(raw: &raw::Cloud, index: usize, faults: &mut Faults) -> Gene
         body,
         make: Box::new(move |_, bodies, random| {
             for _ in 0..count {
-                let place = DVec3::new(symmetric(random), symmetric(random), symmetric(random));
+                let place = match radius {
+                    Some(_) => in_ball(random),
+                    None => DVec3::new(symmetric(random), symmetric(random), symmetric(random)),
+                };
                 let position = center + half_extents * place;
                 let velocity = if speed > 0.0 { speed * direction(random) } else { DVec3::ZERO };
                 bodies.bodies.push(BodySpec { position, velocity, ..body });

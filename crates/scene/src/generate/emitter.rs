@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::entry::{GeneratedEntry, count};
-use crate::check::{MASS, Rule, SPEED, Scope, positive, shown_vector};
+use crate::check::{MASS, RADIUS, Rule, SPEED, Scope, positive, shown_vector};
 use crate::random::in_cone;
 use crate::raw;
 use crate::scene::BodySpec;
@@ -13,7 +13,6 @@ use crate::text::faults::Faults;
 
 const RATE: Rule = (positive, "a rate", "give a positive number of particles a second");
 const LIFE: Rule = (positive, "a time to live", "give a positive number of seconds");
-const RADIUS: Rule = (positive, "a radius", "give a positive number of meters");
 /// The radius of a particle if the scene names none, m.
 const DROP_M: f64 = 0.04;
 /// Half the angle of the cone.

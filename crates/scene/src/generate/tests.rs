@@ -77,6 +77,16 @@ fn a_cloud_fills_its_box_at_its_speed() {
 }
 
 #[test]
+fn a_cloud_with_a_radius_fills_its_ball() {
+    let scene = parse("seed: 3, clouds: [(count: 2000, center_m: (5, 0, 0), radius_m: 2)]");
+    let distances = scene.bodies.iter().map(|body| body.position.distance(DVec3::new(5.0, 0.0, 0.0)));
+    assert!(distances.clone().all(|distance| distance < 2.0));
+    // An eighth of the volume lies within half the radius: five standard errors of a count of 2000 are 74.
+    let inner = distances.filter(|distance| *distance < 1.0).count();
+    assert!((250 - 74..250 + 74).contains(&inner), "{inner}");
+}
+
+#[test]
 fn a_million_particles_are_not_a_million_names() {
     let scene = parse("clouds: [(count: 1000000, half_extents_m: (9, 9, 9), speed_m_s: 1)]");
     assert_eq!(scene.bodies.len(), 1_000_000);
