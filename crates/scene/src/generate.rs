@@ -1,5 +1,5 @@
-//! Every body of a scene in the order of the stable id: the written ones, then those of grids, clouds, emitters and
-//! soft bodies.
+//! Every body of a scene in the order of the stable id: the written ones, then those of grids, clouds, rings, emitters
+//! and soft bodies.
 
 mod body;
 mod chain;
@@ -10,6 +10,7 @@ mod entry;
 mod form;
 mod grid;
 mod lattice;
+mod ring;
 mod soft;
 
 use std::collections::HashMap;
@@ -73,6 +74,7 @@ macro_rules! generators {
 generators! {
     grids: grid::grid, raw => ("grid", raw.name, true);
     clouds: cloud::cloud, raw => ("cloud", raw.name, true);
+    rings: ring::ring, raw => ("ring", raw.name, true);
     emitters: emitter::emitter, raw => ("emitter", raw.name, false);
     soft_bodies: soft::soft, raw => (&raw.word, raw.keys.name, false);
 }

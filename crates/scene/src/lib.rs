@@ -9,7 +9,7 @@
 //! - `raw`: a scene as a person writes it; every key is optional.
 //! - `resolve`: fills in defaults, converts units and finds faults. Nothing after it sees an absent number. `check` has the checks
 //!   of single values.
-//! - `generate`: the bodies of grids, clouds, emitters and soft bodies. `random` draws their random numbers.
+//! - `generate`: the bodies of grids, clouds, rings, emitters and soft bodies. `random` draws their random numbers.
 //! - [`Scene`]: a scene as the program uses it; `scene` has its parts, such as [`BodySpec`], and [`Names`] of bodies.
 //! - `spawn`: entities from a scene, each with the components that it needs and no others.
 //!
@@ -21,7 +21,7 @@
 //! - [`memory`](memory()): the memory that a scene takes, estimated before any of it is allocated.
 //! - [`shipped`](shipped()): the scenes and hard cases in the program, and scenes by name or path.
 //!
-//! The stable id of a body is its place in the file: first `bodies`, then `grids`, `clouds`, `emitters` and
+//! The stable id of a body is its place in the file: first `bodies`, then `grids`, `clouds`, `rings`, `emitters` and
 //! `soft_bodies`, each in the order in which they are written; in a grid and in a lattice x is the outer loop, in a
 //! cloth the row.
 

@@ -67,6 +67,7 @@ scene! {
     bodies: Vec<Body>,
     grids: Vec<Grid>,
     clouds: Vec<Cloud>,
+    rings: Vec<Ring>,
     emitters: Vec<Emitter>,
     springs: Vec<Spring>,
     soft_bodies: Vec<SoftBody>,
@@ -228,6 +229,20 @@ pub(crate) struct Cloud {
     pub center_m: Option<Triple>,
     pub half_extents_m: Option<Triple>,
     pub radius_m: Option<f64>,
+    pub speed_m_s: Option<f64>,
+    pub mass_kg: Option<f64>,
+    pub color: Option<Triple>,
+    pub method: Option<Word>,
+    pub substeps: Option<u32>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Ring {
+    pub name: Option<String>,
+    pub count: Option<u32>,
+    pub center_m: Option<Triple>,
+    pub radius_m: Option<f64>,
+    pub axis: Option<Triple>,
     pub speed_m_s: Option<f64>,
     pub mass_kg: Option<f64>,
     pub color: Option<Triple>,

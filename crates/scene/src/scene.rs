@@ -66,7 +66,7 @@ pub struct Scene {
     pub trails: bool,
     /// Whether a click selects what cannot be moved, as the tutorial's does.
     pub select_immovable: bool,
-    /// Every body in the order of the stable id: the written ones, then those of grids, clouds, emitters and soft
+    /// Every body in the order of the stable id: the written ones, then those of grids, clouds, rings, emitters and soft
     /// bodies.
     pub bodies: Vec<BodySpec>,
     /// The name of every body, by stable id.

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::entry::{GeneratedEntry, count};
-use crate::check::{MASS, RADIUS, Rule, SPEED, Scope, positive, shown_vector};
+use super::entry::{GeneratedEntry, count, direction};
+use crate::check::{MASS, RADIUS, Rule, SPEED, Scope, positive};
 use crate::random::in_cone;
 use crate::raw;
 use crate::scene::BodySpec;
@@ -35,7 +35,7 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
         None => (rate * life).ceil() as u64,
         Some(_) => u64::from(count(raw.capacity, (scope, "capacity"), faults)),
     };
-    let direction = direction(raw, scope, faults);
+    let direction = direction((scope, "direction"), raw.direction, faults);
     let spread_deg = faults.number((scope, "spread_deg"), raw.spread_deg, 0.0, SPREAD);
     let speed = faults.number((scope, "speed_m_s"), raw.speed_m_s, 0.0, SPEED);
     let radius = faults.number((scope, "radius_m"), raw.radius_m, DROP_M, RADIUS) as f32;
@@ -82,15 +82,5 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
 }
 
 /// Where it points, as a unit vector; up if it does not say.
-fn direction(raw: &raw::Emitter, scope: Scope, faults: &mut Faults) -> DVec3 {
-    let given = faults.vector((scope, "direction"), raw.direction, DVec3::Y);
-    given.try_normalize().unwrap_or_else(|| {
-        let what = format!("{} is not a direction", shown_vector(given));
-        let cure = "give a vector that is not zero; its length does not matter";
-        faults.add(scope.key("direction"), what, cure);
-        DVec3::Y
-    })
-}
-
 #[cfg(test)]
 mod tests;

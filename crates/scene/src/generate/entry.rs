@@ -2,16 +2,18 @@
 
 use std::ops::Range;
 
+use glam::DVec3;
 use motion::Method;
 use rand_pcg::Pcg64;
 
 use super::body::Defaults;
-use crate::check::{Key, Scope};
+use crate::check::{Key, Scope, shown_vector};
 use crate::memory::Census;
 use crate::scene::BodySpec;
 use crate::scene::coupled::{EmitterSpec, SoftBodySpec};
 use crate::scene::names::{Names, Numbering};
 use crate::text::faults::Faults;
+use crate::text::syntax::Triple;
 
 /// Every body of a scene and what belongs to it by stable id.
 #[derive(Default)]
@@ -95,4 +97,14 @@ pub(super) fn count(value: Option<u32>, (scope, key): Key<'_>, faults: &mut Faul
         faults.add(scope.key(key), format!("{key} is 0, which makes no body"), CURE);
     }
     value.unwrap_or(0)
+}
+
+/// A unit vector; up if it is missing or invalid.
+pub(super) fn direction((scope, key): Key<'_>, value: Option<Triple>, faults: &mut Faults) -> DVec3 {
+    let given = faults.vector((scope, key), value, DVec3::Y);
+    given.try_normalize().unwrap_or_else(|| {
+        let what = format!("{} is not a direction", shown_vector(given));
+        faults.add(scope.key(key), what, "give a vector that is not zero; its length does not matter");
+        DVec3::Y
+    })
 }

@@ -1,4 +1,4 @@
-//! Grids and clouds: places, names and draws.
+//! Grids, clouds and rings: places, names and draws.
 
 use glam::DVec3;
 use pick::Shape;
@@ -84,6 +84,25 @@ fn a_cloud_with_a_radius_fills_its_ball() {
     // An eighth of the volume lies within half the radius: five standard errors of a count of 2000 are 74.
     let inner = distances.filter(|distance| *distance < 1.0).count();
     assert!((250 - 74..250 + 74).contains(&inner), "{inner}");
+}
+
+#[test]
+fn the_particles_of_a_ring_are_on_its_circle_and_move_along_it_about_the_axis() {
+    let scene = parse(
+        "rings: [(count: 12, center_m: (1, 2, 3), radius_m: 2, axis: (0, 3, 4), speed_m_s: 5, mass_kg: 0.5), (count: 1, radius_m: 1)]",
+    );
+    let (center, axis) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 0.6, 0.8));
+    let ring = &scene.bodies[..12];
+    for (body, next) in ring.iter().zip(ring.iter().cycle().skip(1)) {
+        let spoke = body.position - center;
+        assert!((spoke.length() - 2.0).abs() < 1e-14 && spoke.dot(axis).abs() < 1e-14);
+        assert!((body.velocity - 2.5 * axis.cross(spoke)).length() < 1e-13);
+        // A twelfth of a turn to the next one, in the direction of motion.
+        let turned = (next.position - center).dot(body.velocity) / (2.0 * 5.0);
+        assert!((turned - 0.5).abs() < 1e-14, "{turned}");
+        assert_eq!((body.shape, body.inverse_mass), (None, Some(2.0)));
+    }
+    assert_eq!(scene.names.iter().skip(11).collect::<Vec<_>>(), ["ring.11", "ring2.0"]);
 }
 
 #[test]

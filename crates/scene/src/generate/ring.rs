@@ -1,0 +1,52 @@
+//! Rings: particles at equal distances on a circle, each moving along it.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::entry::{GeneratedEntry, count, direction};
+use crate::check::{MASS, RADIUS, SPEED, Scope, shown};
+use crate::raw;
+use crate::scene::BodySpec;
+use crate::scene::names::Numbering;
+use crate::text::faults::Faults;
+
+/// Resolves ring `index` of the list.
+pub(super) fn ring(raw: &raw::Ring, index: usize, faults: &mut Faults) -> GeneratedEntry {
+    let scope = Scope::item("rings", index);
+    let count = count(raw.count, (scope, "count"), faults);
+    let center = faults.vector((scope, "center_m"), raw.center_m, DVec3::ZERO);
+    faults.require(raw.radius_m.is_some(), (scope, "radius_m"), "add one such as `radius_m: 10.0`");
+    let radius = faults.number((scope, "radius_m"), raw.radius_m, 1.0, RADIUS);
+    if !((center + radius).is_finite() && (center - radius).is_finite()) {
+        let what = format!("a ring of {} m reaches beyond all numbers", shown(radius));
+        faults.add(scope.key("radius_m"), what, "give a smaller radius");
+    }
+    let axis = direction((scope, "axis"), raw.axis, faults);
+    let speed = faults.number((scope, "speed_m_s"), raw.speed_m_s, 0.0, SPEED);
+    let body = BodySpec {
+        inverse_mass: Some(faults.inverse_mass(scope, raw.mass_kg, (1.0, 1.0), MASS)),
+        color: faults.color(scope, raw.color),
+        method: faults.method(scope, raw.method.as_ref()),
+        substeps: faults.substeps(scope, raw.substeps),
+        ..BodySpec::DEFAULT
+    };
+    GeneratedEntry {
+        scope,
+        own_method: raw.method.is_some(),
+        own_substeps: raw.substeps.is_some(),
+        count: count.into(),
+        springs: 0,
+        numbering: Numbering::Line,
+        body,
+        make: Box::new(move |_, bodies, _| {
+            // `right`, `up` and `axis` are right-handed: counterclockwise, seen from where the axis points.
+            let (right, up) = axis.any_orthonormal_pair();
+            bodies.bodies.extend((0..count).map(|number| {
+                let (sin, cos) = libm::sincos(TAU * f64::from(number) / f64::from(count));
+                let position = center + radius * (cos * right + sin * up);
+                BodySpec { position, velocity: speed * (cos * up - sin * right), ..body }
+            }));
+        }),
+    }
+}
