@@ -13,6 +13,7 @@ struct Globals {
     shadow_map: vec4f,      // x: size of a texel in uv, y: meters a texel spans at 1 m from the light
     picture: vec4f,         // xy: size of the whole picture with its panels, points; z: 1 = a sky without a horizon
     ground: vec4f,          // x: height, m; y: meters from line to line; zw: where the camera is between the lines, m
+    look: vec4f,            // x: 1 = soft light on matte bodies, 0 = the tutorial's look
 }
 
 @group(0) @binding(0) var<uniform> globals: Globals;

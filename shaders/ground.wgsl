@@ -3,6 +3,9 @@
 
 const PLAIN = vec3f(0.56, 0.59, 0.61);
 const LINE_ON_GROUND = vec3f(0.40, 0.43, 0.46);
+const SOFT_PLAIN = vec3f(0.80, 0.82, 0.83);
+const SOFT_LINE = vec3f(0.66, 0.69, 0.72);
+const SOFT_FAR = vec3f(0.80, 0.85, 0.88);
 // What is left of the light in shadow.
 const IN_SHADOW = 0.72;
 // The distance at which half of the ground has faded, in spacings of its lines.
@@ -18,7 +21,9 @@ fn fs_ground(in: Sky) -> @location(0) vec4f {
     let from_line = abs(fract(place - 0.5) - 0.5) / width;
     // Lines closer together than pixels are left out.
     let lines = clamp(1.5 - from_line, vec2f(0.0), vec2f(1.0)) * clamp(1.0 - 4.0 * width, vec2f(0.0), vec2f(1.0));
-    var color = mix(PLAIN, LINE_ON_GROUND, max(lines.x, lines.y));
+    let soft = globals.look.x > 0.0;
+    let plain = select(PLAIN, SOFT_PLAIN, soft);
+    var color = mix(plain, select(LINE_ON_GROUND, SOFT_LINE, soft), max(lines.x, lines.y));
 
     let point = toward * away;
     let facing_light = normalize(globals.light_position.xyz - point).y;
@@ -26,5 +31,5 @@ fn fs_ground(in: Sky) -> @location(0) vec4f {
     color *= select(1.0, mix(IN_SHADOW, 1.0, lit), facing_light > 0.0);
 
     let faded = away / (away + HALF_FADED * globals.ground.y);
-    return vec4f(stored(select(sky, mix(color, GROUND, faded), toward.y < 0.0)), 1.0);
+    return vec4f(stored(select(sky, mix(color, select(GROUND, SOFT_FAR, soft), faded), toward.y < 0.0)), 1.0);
 }

@@ -1,4 +1,5 @@
-// Blinn-Phong with one point light and a shadow map: the constants are those of the tutorial (CSC8503).
+// Blinn-Phong with one point light and a shadow map: the constants are those of the tutorial (CSC8503). In the soft look, the sky
+// lights what the lamp does not reach, and bodies are matte.
 
 @group(1) @binding(0) var shadow_map: texture_depth_2d;
 @group(1) @binding(1) var shadow_sampler: sampler_comparison;
@@ -6,6 +7,11 @@
 const AMBIENT = 0.05;
 const DIFFUSE = 0.9;
 const LIT = 0.5;
+
+// What reaches a surface that faces up and one that faces down in the soft look, and how much is left of highlights.
+const SKY_LIGHT = 0.62;
+const FLOOR_LIGHT = 0.34;
+const MATTE = 0.06;
 
 // 0 in shadow to `LIT`; outside the map everything is lit.
 fn light_reaching(position: vec3f, normal: vec3f, facing_light: f32) -> f32 {
@@ -67,7 +73,8 @@ fn sent_back(position: vec3f, normal: vec3f, albedo: vec3f, is_matt: bool) -> ve
     } else {
         let to_light = normalize(globals.light_position.xyz - position);
         let facing_light = dot(normal, to_light);
-        out = albedo * AMBIENT;
+        let soft = globals.look.x > 0.0;
+        out = albedo * select(AMBIENT, mix(FLOOR_LIGHT, SKY_LIGHT, 0.5 + 0.5 * normal.y), soft);
         if facing_light > 0.0 {
             let reaching = light_reaching(position, normal, facing_light);
             let halfway = normalize(to_light + to_camera);
@@ -78,6 +85,7 @@ fn sent_back(position: vec3f, normal: vec3f, albedo: vec3f, is_matt: bool) -> ve
             } else {
                 specular = to_the_80th(mirrored);
             }
+            specular *= select(1.0, MATTE, soft);
             out += (albedo * (DIFFUSE * facing_light) + specular) * globals.light_color.rgb * reaching;
         }
     }

@@ -25,6 +25,8 @@ pub struct Frame {
     pub camera: Camera,
     /// Whether nothing is up: the sky is without a horizon.
     pub space: bool,
+    /// Whether light is soft, bodies are matte and the ground is light; else all is as in the tutorial.
+    pub soft: bool,
     /// A plain below everything.
     pub ground: Option<Ground>,
     /// The one lamp; without it everything is lit softly from the camera.

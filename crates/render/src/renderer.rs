@@ -30,6 +30,7 @@ struct Globals {
     shadow_map: Vec4,
     picture: Vec4,
     ground: Vec4,
+    look: Vec4,
 }
 
 /// So many spheres are drawn with all their triangles, however small they are.
@@ -228,6 +229,7 @@ impl Renderer {
                 let [x, z] = ground.offset_m;
                 Vec4::new(ground.height_m, ground.spacing_m, x, z)
             }),
+            look: Vec4::new(f32::from(u8::from(frame.soft)), 0.0, 0.0, 0.0),
         }
     }
 

@@ -28,7 +28,7 @@ pub fn number(value: f64, digits: usize) -> String {
 }
 
 /// Significant digits, zeros at the end among them; a power of ten outside of `range`.
-fn significant(value: f64, digits: u8, range: Range<f64>) -> String {
+pub fn significant(value: f64, digits: u8, range: Range<f64>) -> String {
     let size = value.abs();
     if value == 0.0 {
         "0".to_owned()

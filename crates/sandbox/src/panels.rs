@@ -51,7 +51,46 @@ macro_rules! panels {
 
 with_panels!(panels);
 
+/// A tab of the dock: panels of one role.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Tab {
+    /// What the selection does.
+    #[default]
+    Look,
+    /// What accuracy costs, and where energy goes.
+    Measure,
+    /// The scene and its settings.
+    Build,
+    /// The last minute.
+    Past,
+}
+
+impl Tab {
+    pub const ALL: [Self; 4] = [Self::Look, Self::Measure, Self::Build, Self::Past];
+
+    /// Its icon, its name, and what it is for.
+    pub const fn words(self) -> [&'static str; 3] {
+        match self {
+            Self::Look => ["👁", "Look", "the selection, its forces, and graphs"],
+            Self::Measure => ["📏", "Measure", "accuracy and cost, ghosts, energy, stability, effects"],
+            Self::Build => ["🔨", "Build", "change the scene and its settings"],
+            Self::Past => ["⏱", "Past", "go back, and save what went wrong"],
+        }
+    }
+}
+
 impl Panel {
+    /// The tab of the dock that has it; `None` for a window over the picture.
+    pub(crate) const fn tab(self) -> Option<Tab> {
+        match self {
+            Self::Help | Self::Finder => None,
+            Self::Graphs => Some(Tab::Look),
+            Self::Effects | Self::Cost | Self::Ghosts | Self::Ledger | Self::Forecast => Some(Tab::Measure),
+            Self::Editor | Self::Settings => Some(Tab::Build),
+            Self::Timeline => Some(Tab::Past),
+        }
+    }
+
     /// Whether the arrangement does not remember it: ghosts end with their scene, help and finder are soon closed again.
     pub(crate) const fn is_passing(self) -> bool {
         matches!(self, Self::Ghosts | Self::Help | Self::Finder)

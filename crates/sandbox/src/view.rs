@@ -2,8 +2,10 @@
 //! nothing of the stage.
 
 pub(crate) mod arrows;
+mod art;
 pub(crate) mod camera;
 pub(crate) mod card;
+pub(crate) mod flash;
 mod ground;
 pub(crate) mod hud;
 pub(crate) mod inks;
@@ -20,7 +22,9 @@ use glam::DVec2;
 use pick::{SoftTargets, Targets};
 use scene::Scene;
 
+use self::art::Lamp;
 use self::camera::Camera;
+use self::flash::Flash;
 use self::ground::Ground;
 use self::trails::Trails;
 use crate::stage::Stage;
@@ -79,9 +83,12 @@ pub struct View {
     pub(crate) force_scale: Option<f64>,
     /// The causes of those arrows.
     pub(crate) force_causes: Vec<&'static str>,
+    /// A push by a click, while it is shown.
+    pub(crate) flash: Option<Flash>,
     /// Words beside bodies, by stable id.
     pub(crate) labels: Vec<(u32, String)>,
     pub(crate) ground: Ground,
+    lamp: Lamp,
     /// What the camera follows.
     pub(crate) locked: Option<Thing>,
     seen: Seen,
@@ -107,8 +114,10 @@ impl View {
             trails: scene.trails,
             force_scale: None,
             force_causes: Vec::new(),
+            flash: None,
             labels: scene.labels.clone(),
             ground: Ground::of(scene),
+            lamp: Lamp::of(scene),
             locked: None,
             seen: Seen::default(),
             trail: Trails::default(),
@@ -146,9 +155,14 @@ impl View {
         self.forget_world();
     }
 
+    /// Whether the picture has the program's own look, and not the tutorial's: with bars around it, or without words.
+    pub(crate) fn is_own_look(&self, stage: &Stage) -> bool {
+        self.has_bars() || !stage.run.options.hud
+    }
+
     /// Forgets what belonged to another world.
     pub(crate) fn forget_world(&mut self) {
-        (self.seen, self.trail) = (Seen::default(), Trails::default());
+        (self.seen, self.trail, self.flash) = (Seen::default(), Trails::default(), None);
     }
 
     /// Draws trails from now on, or no more.
@@ -195,6 +209,11 @@ impl View {
     #[must_use]
     pub const fn size_px(&self) -> [u32; 2] {
         self.size_px
+    }
+
+    /// Whether bars and a dock are around the view.
+    pub(crate) const fn has_bars(&self) -> bool {
+        self.view_px.is_some()
     }
 
     /// Whether the pointer is to be hidden and held by the window.

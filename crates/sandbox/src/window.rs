@@ -71,6 +71,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let remembers = !args.bare && args.script.is_none();
     if remembers {
         shell.arrangement = Some(remembered::read(remembered::ARRANGEMENT));
+        shell.opened = true;
         let left = shell.drafts.left_behind().into_iter().next();
         // A recording keeps its scene, and shows no list that another machine does not have.
         if shell.recorder.is_none() {

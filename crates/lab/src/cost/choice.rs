@@ -9,6 +9,9 @@ use super::record::{Cell, Host, Precision, Setting, Study};
 /// chooses by.
 const EVEN: f64 = 0.03;
 
+/// An error so many times smaller is worth a change of the setting.
+const WORTH: f64 = 1.5;
+
 /// Steps at which an error exceeds this part of the motion are too coarse for anything.
 const USABLE: f64 = 0.1;
 
@@ -113,6 +116,40 @@ impl Study {
         let error = |cell: &Cell| self.error(cell, accuracy).unwrap_or(f64::INFINITY);
         ties.sort_by(|a, b| error(a).total_cmp(&error(b)));
         Some(Cheapest { cell, ties })
+    }
+
+    /// The most accurate cell that costs no more than `present`, and how many times smaller its error is, if it is at least
+    /// [`WORTH`] times smaller with the truth's own error added to it.
+    pub fn nearer_at_the_cost_of(
+        &self,
+        present: &Cell,
+        accuracy: Accuracy,
+        cost: Cost,
+    ) -> Option<(&Cell, f64)> {
+        let (price, error) = (self.cost(present, cost)?, self.error(present, accuracy)?);
+        let own = present.setting.method;
+        let is_affordable = |cell: &&Cell| {
+            let most = price * (1.0 + self.tie(cost, [own, cell.setting.method]));
+            self.cost(cell, cost).is_some_and(|other| other <= most)
+        };
+        let with_error = |cell| Some((cell, self.promised(cell, accuracy)?));
+        let errors = self.in_double().filter(is_affordable).filter_map(with_error);
+        let (cell, least) = errors.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        let times = error / least;
+        (times >= WORTH).then_some((cell, times))
+    }
+
+    /// Whether substeps do little for most methods: their error at the most substeps is above half of that at the fewest.
+    pub fn is_flat(&self, accuracy: Accuracy) -> bool {
+        let ends = |method: &Method| {
+            let mut errors =
+                self.curve(*method, Precision::F64).filter_map(|cell| self.error(cell, accuracy));
+            let first = errors.next()?;
+            Some((first, errors.last()?))
+        };
+        let methods: Vec<_> = Method::ALL.iter().filter_map(ends).collect();
+        let flat = methods.iter().filter(|(first, last)| *first > 0.0 && *last > 0.5 * first).count();
+        2 * flat > methods.len()
     }
 
     /// The largest error that a cell may have: what was measured, and the truth's own.

@@ -2,9 +2,10 @@
 
 use crate::actions::Act;
 use crate::app::ui::Ui;
-use crate::panels::PANELS;
+use crate::panels::{PANELS, Tab};
 
 const DOCK_WIDTH: &str = "dock_width";
+const DOCK_TAB: &str = "dock_tab";
 
 /// Most steps between two sizes of panels that are believed.
 const MOST_SIZES: isize = 10;
@@ -19,6 +20,9 @@ pub(crate) fn of(ui: &Ui) -> String {
         0 => {}
         up @ 1.. => text += &format!("larger {up}\n"),
         down => text += &format!("smaller {}\n", -down),
+    }
+    if ui.cockpit.tab != Tab::default() {
+        text += &format!("{DOCK_TAB} {}\n", ui.cockpit.tab.words()[1]);
     }
     if let Some(points) = ui.cockpit.chosen_dock_width() {
         text += &format!("{DOCK_WIDTH} {points}\n");
@@ -52,6 +56,8 @@ pub(crate) fn arrange(ui: &mut Ui, text: &str) -> Vec<Act> {
             acts.push(act);
         }
     }
+    let tab = state(DOCK_TAB).and_then(|name| Tab::ALL.into_iter().find(|tab| tab.words()[1] == name));
+    ui.cockpit.next_tab = tab;
     let dock_width = state(DOCK_WIDTH).and_then(|points| points.parse().ok());
     if let Some(points) = dock_width.filter(|points: &f64| points.is_finite() && *points > 0.0) {
         ui.cockpit.set_dock_width(points);

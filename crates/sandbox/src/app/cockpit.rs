@@ -1,5 +1,6 @@
 //! The cockpit: everything within reach of the mouse, around the view and never over it.
 
+mod away;
 mod browser;
 mod dock;
 mod fault;
@@ -11,7 +12,7 @@ use egui::{Color32, Frame, Panel as Side, Pos2, Rect, Response, Ui};
 use self::browser::Browser;
 use self::fault::FaultBar;
 use crate::intent::Intent;
-use crate::panels::Panel;
+use crate::panels::{Panel, Tab};
 use crate::stage::Stage;
 use crate::tools::Tools;
 use crate::view::View;
@@ -67,6 +68,9 @@ pub(crate) struct Cockpit {
     /// Whether the browser is open; until a person says so, it is where there is room.
     browses: Option<bool>,
     pub dock: bool,
+    /// The chosen tab of the dock, and which one is to be.
+    pub tab: Tab,
+    pub next_tab: Option<Tab>,
     dock_width: DockWidth,
     /// The part to which the keyboard is to go.
     pub focuses: Option<Part>,
@@ -84,6 +88,8 @@ impl Default for Cockpit {
             browser: Browser::default(),
             browses: None,
             dock: true,
+            tab: Tab::default(),
+            next_tab: None,
             dock_width: DockWidth::default(),
             focuses: None,
             parts: Vec::new(),
@@ -172,6 +178,7 @@ impl Cockpit {
         self.lay_out_part(Part::Toolbar, bar.response.rect, &bar.inner);
         Side::bottom("hints").frame(bare).show(root, |ui| hints::show(ui, (stage, view), &tools.editor));
         self.fault.show(root, stage, intents);
+        away::show(root, stage, view, intents);
         if browses {
             let side = Side::left("scenes").frame(bare).resizable(false).exact_size(BROWSER);
             let here = (&*stage.sim.scene.name, &*stage.run.files);
@@ -186,7 +193,11 @@ impl Cockpit {
                 side = side.exact_size(set.clamp(*range.start(), range.end().max(*range.start())));
             }
             let newest = opened.last().copied().filter(|panel| !self.opened.contains(panel));
-            let side = side.show(root, |ui| dock::show(ui, (opened, newest), (stage, view), tools, intents));
+            let opens = newest.and_then(Panel::tab);
+            self.tab = self.next_tab.take().or(opens).unwrap_or(self.tab);
+            let side = side.show(root, |ui| {
+                dock::show(ui, &mut self.tab, (opened, newest), (stage, view), tools, intents)
+            });
             self.dock_width.note(width, side.response.rect.width());
             self.lay_out_part(Part::Dock, side.response.rect, &side.inner);
         }

@@ -261,9 +261,11 @@ impl Hands {
         if !(hit.is_some() && stage.moves_selection()) && moves_camera {
             self.drag = Some(Drag::Orbit(view.pivot(stage)));
         }
-        let body = hit.and_then(|hit| stage.sim.id(hit.pushed?));
-        let push = body.map(|id| Change::Push(id, ray.direction() * view.click_force));
-        push.map(|push| Intent::Change(push, SwitchedBy::Key)).into_iter().collect()
+        let Some((hit, body)) = hit.and_then(|hit| Some((hit, hit.pushed?))) else { return Vec::new() };
+        let Some(id) = stage.sim.id(body) else { return Vec::new() };
+        let newtons = ray.direction() * view.click_force;
+        view.flash(stage, body, ray.at(hit.distance), newtons);
+        vec![Intent::Change(Change::Push(id, newtons), SwitchedBy::Key)]
     }
 
     /// Lets go of what the buttons of the mouse hold.

@@ -32,7 +32,7 @@ pub(super) fn lay_out(
     view.surround = [r, g, b];
     view.view_px = docks.then(|| pixels(ui.view, context.pixels_per_point()));
     for (panel, tool) in tools.each().filter(|(panel, _)| ui.shows(*panel)) {
-        if docks && tool.docks() {
+        if docks && panel.tab().is_some() {
             continue;
         }
         let (place, inward) = tool.anchor(&titles);
@@ -62,6 +62,9 @@ pub(super) fn lay_out(
     }
     hud::show(&painter, stage, view);
     view.write_pull(stage, &painter);
+    if docks {
+        view.write_flash(stage, &painter);
+    }
     let selected = stage.here.selection.filter(|_| !docks).and_then(|thing| Selected::of(stage, thing));
     if let Some(selected) = selected {
         card::show(&context, &selected, stage.sim.method());

@@ -177,6 +177,7 @@ impl Session {
     /// Lays the panels out for this frame and does what the person wants by them.
     pub(crate) fn lay_out_panels(&mut self, time: FrameTime) {
         self.stage.notices.expire(time.total());
+        self.view.expire_flash(time.total());
         let Self { stage, view, tools, ui, .. } = self;
         let (mut intents, text) = (Vec::new(), Arc::clone(&stage.sim.scene.text));
         ui.run(time, |ui, root| intents.extend(lay_out(ui, root, stage, view, tools)));
@@ -520,6 +521,12 @@ impl Session {
         self.tools.open_unsaved(&self.stage, file);
     }
 
+    /// Whether the scene left the camera to the program, which sees its bodies from far away.
+    #[must_use]
+    pub fn wants_frame(&self) -> bool {
+        self.view.wants_frame(&self.stage)
+    }
+
     /// Plays a script from the next frame on, beside the input of frames.
     pub fn play(&mut self, player: Player) {
         self.player = Some(player);
@@ -614,6 +621,7 @@ impl Session {
             return 0.0;
         }
         let now = self.stage.clock.now();
-        (self.stage.notices.next_end(now).min(self.ui.lays_out_at()) - now).max(0.0)
+        let flash = self.view.flash.as_ref().map_or(f64::INFINITY, |flash| flash.until);
+        (self.stage.notices.next_end(now).min(self.ui.lays_out_at()).min(flash) - now).max(0.0)
     }
 }

@@ -24,10 +24,6 @@ impl Tool for Finder {
         (Align2::CENTER_TOP, [0.0, 80.0])
     }
 
-    fn docks(&self) -> bool {
-        false
-    }
-
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let field = TextEdit::singleline(&mut self.query);
         let field =

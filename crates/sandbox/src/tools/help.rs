@@ -21,10 +21,6 @@ impl Tool for Help {
         (Align2::CENTER_CENTER, [0.0, 0.0])
     }
 
-    fn docks(&self) -> bool {
-        false
-    }
-
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let keys = (desk.keys)();
         let most = ui.ctx().content_rect().size() - MARGINS;

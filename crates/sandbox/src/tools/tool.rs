@@ -38,11 +38,6 @@ pub(crate) trait Tool {
     /// Where the panel stands while those of these titles are open.
     fn anchor(&self, open: &[&str]) -> Anchor;
 
-    /// Whether the cockpit has a place for the panel in its dock; another one stands over the picture.
-    fn docks(&self) -> bool {
-        true
-    }
-
     /// Whether the next scene closes the panel.
     fn closes_with_scene(&self) -> bool {
         false

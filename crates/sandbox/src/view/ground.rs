@@ -16,23 +16,36 @@ pub(crate) struct Ground {
     /// Height of the ground that is drawn, m: that of the bottom of the scene's slabs or, without one, far enough below everything
     /// that nothing reaches it soon. `None` if a body is the floor, or if nothing falls.
     height: Option<f64>,
+    /// Height of the top of the bodies that are the floor, m: in the program's own look the ground is drawn in their place.
+    pub floor_top: Option<f64>,
     /// From line to line, m.
     spacing: f64,
 }
 
+/// Whether a shape can be a floor.
+fn is_flat(half: DVec3) -> bool {
+    half.x.min(half.z) >= (FLOOR_FLATNESS * half.y).max(FLOOR_HALF_M)
+}
+
 impl Ground {
-    /// The ground as it is seen from `eye`, m, if that is above it.
+    /// The ground as it is seen from `eye`, m, if that is above it; `for_floor` also in place of bodies that are the floor.
     #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
-    pub fn seen_from(self, eye: DVec3) -> Option<render::Ground> {
-        let Self { height, spacing, .. } = self;
-        let height_m = (height? - eye.y) as f32;
+    pub fn seen_from(self, eye: DVec3, for_floor: bool) -> Option<render::Ground> {
+        let Self { height, floor_top, spacing, .. } = self;
+        let height_m = (height.or(floor_top.filter(|_| for_floor))? - eye.y) as f32;
         let past = |at: f64| at.rem_euclid(spacing) as f32;
         let (spacing_m, offset_m) = (spacing as f32, [past(eye.x), past(eye.z)]);
         (height_m < 0.0).then_some(render::Ground { height_m, spacing_m, offset_m })
     }
 
+    /// Whether the ground is drawn in place of an immovable box whose middle is that high, m.
+    pub fn replaces(self, shape: &Shape, height: f64) -> bool {
+        let half = shape.half_extents();
+        let is_top = |top: f64| (height + half.y - top).abs() <= 1e-4 * (1.0 + top.abs());
+        self.floor_top.is_some_and(is_top) && is_flat(half) && matches!(shape, Shape::Cuboid { .. })
+    }
+
     pub fn of(scene: &Scene) -> Self {
-        let is_flat = |half: DVec3| half.x.min(half.z) >= (FLOOR_FLATNESS * half.y).max(FLOOR_HALF_M);
         let is_floor = |body: &&BodySpec| {
             let still = body.inverse_mass.is_none_or(|inverse| inverse == 0.0);
             still && matches!(body.shape, Some(Shape::Cuboid { half_extents }) if is_flat(half_extents))
@@ -44,17 +57,21 @@ impl Ground {
         };
         let high = others.iter().map(|body| body.position + half(body)).fold(DVec3::NEG_INFINITY, DVec3::max);
         let size = (high - low(&others)).max_element().max(1.0);
+        // A slab in the air, above other bodies, stands on nothing.
+        let stands = low(&floors).y <= low(&others).y;
+        let are_scenery = floors.iter().all(|body| body.inverse_mass.is_none());
+        let tops = floors.iter().map(|body| (body.position + half(body)).y);
+        let floor_top = tops.reduce(f64::max).filter(|_| stands && !are_scenery);
         let height = if floors.is_empty() {
             scene.gravity.is_some().then(|| low(&others).y - size)
         } else {
-            // A slab in the air, above other bodies, stands on nothing.
-            let stands = low(&floors).y <= low(&others).y;
-            (stands && floors.iter().all(|body| body.inverse_mass.is_none())).then(|| low(&floors).y)
+            (stands && are_scenery).then(|| low(&floors).y)
         };
         let height = height.filter(|height| height.is_finite() && size.is_finite());
         Self {
             has_up: !floors.is_empty() || scene.gravity.is_some(),
             height,
+            floor_top: floor_top.filter(|top| top.is_finite() && size.is_finite()),
             spacing: 10.0_f64.powf(size.log10().round()),
         }
     }

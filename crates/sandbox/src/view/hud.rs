@@ -1,4 +1,5 @@
-//! The tutorial's words in the tutorial's places, a cross-hair, and the state of the clock.
+//! The tutorial's words in the tutorial's places, a cross-hair, and the state of the run. Within the cockpit its bars say what they
+//! can, and here stand legends and warnings alone.
 
 use egui::text::LayoutJob;
 use egui::{Align, Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui, Vec2};
@@ -25,6 +26,7 @@ const GRAVITY_AT: Vec2 = Vec2::new(5.0, 95.0);
 
 /// Ours, below all that stands at the top: a notice may be wide.
 const NOTICES_AT: Vec2 = Vec2::new(50.0, 26.0);
+const NOTICES_IN_COCKPIT_AT: Vec2 = Vec2::new(50.0, 3.0);
 
 /// Widest line of a notice, of the width of the window.
 const NOTICE_WIDTH: f32 = 0.94;
@@ -38,22 +40,25 @@ struct Words {
     color: Color32,
 }
 
-/// The tutorial's glyphs are 1.9 % of the width apart; of a narrow view within the cockpit they could not be read.
-fn font(painter: &Painter, view: &View) -> FontId {
-    let least = if view.view_px.is_some() { 16.0 } else { 10.0 };
-    FontId::monospace((painter.clip_rect().width() * 0.019 / 0.6).clamp(least, 40.0) * 0.75)
+/// Size of the words, points: the tutorial's glyphs are 1.9 % of the width apart.
+fn size(painter: &Painter, view: &View) -> f32 {
+    match view.view_px {
+        Some(_) => 16.0,
+        None => (painter.clip_rect().width() * 0.019 / 0.6).clamp(10.0, 40.0) * 0.75,
+    }
 }
 
 fn at(painter: &Painter, percent: Vec2) -> Pos2 {
     painter.clip_rect().min + painter.clip_rect().size() * percent / 100.0
 }
 
-/// Writes all of it; within the cockpit, without the keys that its buttons name.
+/// Writes all of it.
 pub(crate) fn show(painter: &Painter, stage: &Stage, view: &View) {
     for Words { at, anchor, text: words, font, color } in words(painter, stage, view) {
         text(painter, at, anchor, &words, font, color);
     }
-    notices(painter, at(painter, NOTICES_AT), stage.notices(), font(painter, view).size * 0.8);
+    let notices_at = if view.has_bars() { NOTICES_IN_COCKPIT_AT } else { NOTICES_AT };
+    notices(painter, at(painter, notices_at), stage.notices(), size(painter, view) * 0.8);
     if view.mode == Mode::Camera {
         cross_hair(painter, painter.clip_rect().center());
     }
@@ -68,37 +73,17 @@ pub(crate) fn places(painter: &Painter, stage: &Stage, view: &View) -> Vec<Rect>
 }
 
 fn words(painter: &Painter, stage: &Stage, view: &View) -> Vec<Words> {
-    let font = font(painter, view);
+    let size = size(painter, view);
     let mut all = Vec::new();
-    let mut tutorial = |percent: Vec2, words: &str| {
-        all.push(Words {
+    let small = FontId::proportional(size * 0.8);
+    if !view.has_bars() {
+        all.extend(tutorial(stage, view).into_iter().map(|(percent, text)| Words {
             at: at(painter, percent),
             anchor: Align2::LEFT_BOTTOM,
-            text: words.to_owned(),
-            font: font.clone(),
+            text,
+            font: FontId::monospace(size),
             color: TEXT,
-        });
-    };
-    if stage.sim.scene.push.is_some() {
-        tutorial(CLICK_FORCE_AT, &format!("Click Force:{:.6}", view.click_force));
-    }
-    match (view.locked, stage.here.selection) {
-        (Some(_), _) => tutorial(LOCK_HINT_AT, "Press L to unlock object!"),
-        (None, Some(_)) => tutorial(LOCK_HINT_AT, "Press L to lock selected object!"),
-        _ => {}
-    }
-    tutorial(
-        MODE_HINT_AT,
-        match view.mode {
-            Mode::Camera => "Press Q to change to select mode!",
-            Mode::Selection => "Press Q to change to camera mode!",
-        },
-    );
-    if let Some(gravity) = stage.sim.world.get_resource::<Gravity>() {
-        tutorial(GRAVITY_AT, if gravity.on { "(G)ravity on" } else { "(G)ravity off" });
-    }
-    let small = FontId::proportional(font.size * 0.8);
-    if view.view_px.is_none() {
+        }));
         all.push(Words {
             at: at(painter, Vec2::new(99.0, 97.0)),
             anchor: Align2::RIGHT_BOTTOM,
@@ -111,6 +96,28 @@ fn words(painter: &Painter, stage: &Stage, view: &View) -> Vec<Words> {
     for (text, color) in state(stage, view) {
         all.push(Words { at: corner, anchor: Align2::RIGHT_TOP, text, font: small.clone(), color });
         corner.y += small.size * 1.3;
+    }
+    all
+}
+
+/// The words of the tutorial, and where they stand.
+fn tutorial(stage: &Stage, view: &View) -> Vec<(Vec2, String)> {
+    let mut all = Vec::new();
+    if stage.sim.scene.push.is_some() {
+        all.push((CLICK_FORCE_AT, format!("Click Force:{:.6}", view.click_force)));
+    }
+    match (view.locked, stage.here.selection) {
+        (Some(_), _) => all.push((LOCK_HINT_AT, "Press L to unlock object!".to_owned())),
+        (None, Some(_)) => all.push((LOCK_HINT_AT, "Press L to lock selected object!".to_owned())),
+        _ => {}
+    }
+    let other = match view.mode {
+        Mode::Camera => "select",
+        Mode::Selection => "camera",
+    };
+    all.push((MODE_HINT_AT, format!("Press Q to change to {other} mode!")));
+    if let Some(gravity) = stage.sim.world.get_resource::<Gravity>() {
+        all.push((GRAVITY_AT, format!("(G)ravity {}", if gravity.on { "on" } else { "off" })));
     }
     all
 }
@@ -139,8 +146,8 @@ fn notices<'a>(painter: &Painter, mut place: Pos2, notices: impl Iterator<Item =
     }
 }
 
-/// Scene and clock, for the top right corner.
-fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
+/// The scene and its clock, each in a line; of what the shell measured, one while the run goes on.
+pub(crate) fn clock(stage: &Stage, view: &View) -> Vec<String> {
     let (stepper, world) = (&stage.sim.stepper, &stage.sim.world);
     let own = if stepper.plan().own.is_empty() { "" } else { " and bodies' own" };
     let method = stepper.method().claims().title;
@@ -148,17 +155,25 @@ fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
     let step_hz = 1.0 / world.resource::<TimeStep>().0;
     let word = if bodies == 1 { "body" } else { "bodies" };
     let mut lines = vec![
-        (format!("{}   {bodies} {word}   {method}{own}", stage.sim.scene.name), THIN),
-        (format!("{scene_s:.2} s at {} Hz", (step_hz * 1e6).round() / 1e6), THIN),
+        format!("{}   {bodies} {word}   {method}{own}", stage.sim.scene.name),
+        format!("{scene_s:.2} s at {} Hz", (step_hz * 1e6).round() / 1e6),
     ];
     // Paused, frames are drawn when something changes.
     if let Some(measured) = view.measured.filter(|_| !stage.paused) {
         let Measured { frames_per_second, tick, simulated_over_real } = measured;
         let tick = tick * 1e6;
-        let words = format!(
+        lines.push(format!(
             "{frames_per_second:.0} frames/s   tick {tick:.1} us   {simulated_over_real:.2} x real time"
-        );
-        lines.push((words, THIN));
+        ));
+    }
+    lines
+}
+
+/// The state of the run, for the top right corner.
+fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
+    let mut lines = Vec::new();
+    if !view.has_bars() {
+        lines.extend(clock(stage, view).into_iter().map(|line| (line, THIN)));
     }
     if let Some(newtons) = view.force_scale {
         lines.push((format!("force arrows: 1 m is {newtons} N"), THIN));
@@ -167,7 +182,7 @@ fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
         );
     }
     let pace = stage.clock.pace();
-    if pace != 1.0 {
+    if !view.has_bars() && pace != 1.0 {
         lines.push((format!("{pace} x speed"), WARNING));
     }
     if stage.paused {

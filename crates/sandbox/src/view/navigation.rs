@@ -1,9 +1,10 @@
 //! The mouse moves the camera: orbit, pan, zoom and frame. Only within the cockpit: without it the mouse is the tutorial's.
 
+use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use motion::{PhysicsBody, SoftBody};
 use pick::Shape;
-use scene::{BodySpec, Scene};
+use scene::{BodySpec, CameraSpec, Scene};
 
 use crate::stage::Stage;
 use crate::view::View;
@@ -16,6 +17,12 @@ const CLOSER: f64 = 0.9;
 
 /// How much room a framed thing leaves around it.
 const ROOM: f64 = 1.3;
+
+/// So many times as far away as need be, bodies are seen from far away.
+const FAR: f64 = 1.6;
+
+/// So many bodies are looked for in the view.
+const CROWD: usize = 10_000;
 
 /// Least radius that is framed, m.
 const SMALLEST: f64 = 0.5;
@@ -73,11 +80,36 @@ impl View {
     pub(crate) fn frame(&mut self, stage: &Stage) {
         let Some((middle, radius)) = extent(stage) else { return };
         self.locked = None;
+        self.camera.position = middle - self.viewpoint().forward() * self.framed_distance(radius);
+    }
+
+    /// Whether the scene left the camera to the program, which sees its bodies from far away.
+    pub(crate) fn wants_frame(&self, stage: &Stage) -> bool {
+        let Some((middle, radius)) = extent(stage) else { return false };
+        stage.sim.scene.camera == CameraSpec::TUTORIAL
+            && self.camera.position.distance(middle) > FAR * self.framed_distance(radius)
+    }
+
+    /// The distance at which a ball of that radius fills the view, m.
+    fn framed_distance(&self, radius: f64) -> f64 {
         let (view, [_, size]) = (self.viewpoint(), self.view_area());
         let half_up = (0.5 * view.fov_y_rad).tan();
         let half = half_up.min(half_up * size.x / size.y.max(1.0)).atan();
-        let distance = ROOM * radius.max(SMALLEST) / half.sin();
-        self.camera.position = middle - view.forward() * distance;
+        ROOM * radius.max(SMALLEST) / half.sin()
+    }
+
+    /// Whether nothing that moves is inside the view, of the first bodies of a crowd.
+    pub(crate) fn is_empty(&self, stage: &Stage) -> bool {
+        let mut moving = moving(stage).take(CROWD).peekable();
+        let is_seen = |place: DVec3| self.seen_at(place).is_some_and(|(_, inside)| inside);
+        moving.peek().is_some() && !moving.any(|thing| stage.drawn_position(thing).is_some_and(is_seen))
+    }
+
+    /// Whether everything that moves is below the floor.
+    pub(crate) fn all_fell_through(&self, stage: &Stage) -> bool {
+        let height = |thing| stage.drawn_position(thing).map_or(f64::NAN, |place| place.y);
+        let top = self.ground.floor_top;
+        top.is_some_and(|top| moving(stage).take(CROWD).all(|thing| height(thing) < top))
     }
 
     /// Back to where the scene put the camera, locked to nothing.
@@ -95,18 +127,23 @@ impl View {
     }
 }
 
-/// Middle and radius of the selection or, without one, of all that moves, m; of everything where nothing moves.
-fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
-    let movable = |thing: &_| {
+/// The bodies that move, and the points of soft bodies.
+fn moving(stage: &Stage) -> impl Iterator<Item = Entity> {
+    let moves = |thing: &Entity| {
         let body = stage.sim.world.get::<PhysicsBody>(*thing);
         body.is_some_and(|body| body.inverse_mass > 0.0)
     };
+    stage.things().filter(moves)
+}
+
+/// Middle and radius of the selection or, without one, of all that moves, m; of everything where nothing moves.
+fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
     let mut things: Vec<_> = match stage.here.selection {
         Some(thing) => {
             let soft = stage.sim.world.get::<SoftBody>(thing);
             soft.map_or_else(|| vec![thing], |soft| soft.points.clone())
         }
-        None => stage.things().filter(movable).collect(),
+        None => moving(stage).collect(),
     };
     if things.is_empty() {
         things = stage.things().collect();

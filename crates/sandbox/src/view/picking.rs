@@ -73,7 +73,7 @@ impl View {
         let [corner, size] = self.view_area();
         let at = self.pointer - corner;
         let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(size).all();
-        if self.view_px.is_none() || self.mode == Mode::Camera || stage.here.pull.is_some() || !inside {
+        if !self.has_bars() || self.mode == Mode::Camera || stage.here.pull.is_some() || !inside {
             return None;
         }
         let ray = self.picking_ray();

@@ -10,7 +10,7 @@ use scene::{Appearance, PointRadius};
 
 use crate::stage::Stage;
 use crate::stage::things::drawn;
-use crate::view::View;
+use crate::view::{View, art};
 
 /// The tutorial's color of the selection.
 pub(crate) const SELECTED: [f32; 4] = [0.0, 1.0, 0.0, 1.0];
@@ -44,7 +44,7 @@ impl View {
     pub(crate) fn begin_picture(&mut self, stage: &Stage, ratio: Ratio<'_>, immovable: bool) -> Frame {
         self.see(stage);
         let eye = self.camera.position;
-        let view = self.viewpoint();
+        let (view, own_look) = (self.viewpoint(), self.is_own_look(stage));
         let mut frame = Frame {
             size_px: self.size_px,
             view_px: self.view_px,
@@ -58,14 +58,18 @@ impl View {
                 #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
                 far_m: view.far_m as f32,
             },
-            light: stage.sim.scene.light.map(|light| Light {
-                position: (light.position - eye).as_vec3(),
-                target: (-eye).as_vec3(),
-                color: Vec3::from_array(light.color),
-                shadows: light.shadows,
+            light: stage.sim.scene.light.map(|light| match own_look {
+                true => self.lamp.seen_from(eye, light.shadows),
+                false => Light {
+                    position: (light.position - eye).as_vec3(),
+                    target: (-eye).as_vec3(),
+                    color: Vec3::from_array(light.color),
+                    shadows: light.shadows,
+                },
             }),
             space: !self.ground.has_up,
-            ground: self.ground.seen_from(eye),
+            soft: own_look,
+            ground: self.ground.seen_from(eye, own_look),
             ..Default::default()
         };
         let hovered = self.hovered(stage, immovable);
@@ -80,6 +84,7 @@ impl View {
     pub(crate) fn finish_picture(&mut self, stage: &Stage, frame: &mut Frame) {
         self.add_arrows(stage, frame);
         self.add_pull(stage, frame);
+        self.add_flash(stage, frame);
         if self.trails {
             self.add_trails(stage, frame);
         }
@@ -87,25 +92,29 @@ impl View {
 
     fn add_shapes(&self, stage: &Stage, frame: &mut Frame, hovered: Option<Entity>) {
         let mut looks = stage.query::<&Appearance>();
+        let (own_look, has_ground) = (frame.soft, frame.ground.is_some());
         let targets = &self.seen.targets;
         let (xs, ys, zs) = targets.positions();
         for (i, entity) in targets.entities().iter().enumerate() {
             let look = looks.get(&stage.sim.world, *entity).copied().unwrap_or(PLAIN);
             let selected = stage.here.selection == Some(*entity);
-            // Within the cockpit the outline says it of what cannot be moved, which may be as large as a floor.
-            let tinted = selected && (self.view_px.is_none() || stage.is_movable(*entity));
-            let [r, g, b] = look.color;
-            let mut surface = if look.checker { render::CHECKER } else { 0 };
+            let shape = targets.shape(i);
+            let mut surface = if look.checker && !own_look { render::CHECKER } else { 0 };
             if selected || hovered == Some(*entity) {
                 surface |= render::OUTLINED;
             }
-            let shape = targets.shape(i);
+            let color = match own_look {
+                true if has_ground && surface == 0 && self.is_ground(stage, *entity, shape) => continue,
+                true => art::color(look, shape, stage.is_movable(*entity)),
+                false => look.color,
+            };
+            let [r, g, b] = color;
             let instance = Instance {
                 position: [xs[i], ys[i], zs[i]],
                 surface,
                 half_extents: shape.half_extents().as_vec3().to_array(),
                 orientation: targets.orientation(i).to_array(),
-                color: if tinted { SELECTED } else { [r, g, b, 1.0] },
+                color: if selected && !own_look { SELECTED } else { [r, g, b, 1.0] },
                 ..Default::default()
             };
             match shape {
@@ -113,6 +122,12 @@ impl View {
                 Shape::Sphere { .. } => frame.spheres.push(instance),
             }
         }
+    }
+
+    /// Whether the ground is drawn in place of a body.
+    fn is_ground(&self, stage: &Stage, body: Entity, shape: &Shape) -> bool {
+        let height = stage.drawn_position(body).map(|place| place.y);
+        !stage.is_movable(body) && height.is_some_and(|height| self.ground.replaces(shape, height))
     }
 
     fn add_trails(&self, stage: &Stage, frame: &mut Frame) {

@@ -1,5 +1,7 @@
 //! Soft bodies and springs in the picture: surfaces, ropes, pins and the view of springs by strain.
 
+use std::f32::consts::TAU;
+
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
 use motion::{Dormant, PhysicsBody, Quarantined, SoftBody, Spring};
@@ -14,6 +16,13 @@ use crate::view::picture::{PLAIN, Ratio, SELECTED};
 /// A spring outside the view of springs.
 const SPRING_COLOR: [f32; 4] = [0.30, 0.30, 0.34, 1.0];
 const SPRING_WIDTH_PX: f32 = 2.0;
+
+/// A spring between two bodies is a coil in the program's own look, of so many turns, each of so many lines, and so wide for its
+/// length at rest; springs of a crowd are straight.
+const TURNS: u16 = 9;
+const LINES_PER_TURN: u16 = 8;
+const COIL_RADIUS: f64 = 0.035;
+const MOST_COILS: usize = 100;
 
 /// Strain at which a spring has its full color.
 const FULL_STRAIN: f64 = 0.1;
@@ -189,7 +198,7 @@ impl View {
             let selected = stage.here.selection == Some(pose.entity());
             let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
             let outlined = selected || hovered == Some(pose.entity());
-            let color = if selected { SELECTED } else { [r, g, b, 1.0] };
+            let color = if selected && !frame.soft { SELECTED } else { [r, g, b, 1.0] };
             let alone = self.springs || ratio.is_some();
             Drawing { pose, color, outlined, thinnest }.add(frame, body, alone, ratio);
         }
@@ -199,6 +208,7 @@ impl View {
     pub(super) fn add_springs(&self, stage: &Stage, frame: &mut Frame, ratio: Ratio<'_>) {
         let eye = self.camera.position;
         let mut springs = stage.query::<&Spring>();
+        let coiled = frame.soft && springs.iter(&stage.sim.world).count() <= MOST_COILS;
         let mut ends =
             stage.query_filtered::<(), (With<PhysicsBody>, Without<Quarantined>, Without<Dormant>)>();
         let ends = ends.query(&stage.sim.world);
@@ -212,10 +222,34 @@ impl View {
                 } else {
                     SPRING_COLOR
                 };
-                let (from, to) = ((from - eye).as_vec3(), (to - eye).as_vec3());
-                frame.lines.push(Line::new(from, to, color, SPRING_WIDTH_PX));
+                let ends = [from, to].map(|end| (end - eye).as_vec3());
+                let rest = spring.elastic.rest_length;
+                match coiled && rest > 0.0 {
+                    true => add_coil(frame, ends, rest, color),
+                    false => frame.lines.push(Line::new(ends[0], ends[1], color, SPRING_WIDTH_PX)),
+                }
             }
         }
+    }
+}
+
+/// A helix from end to end, with a straight piece at each.
+fn add_coil(frame: &mut Frame, [from, to]: [Vec3; 2], rest: f64, color: [f32; 4]) {
+    let along = to - from;
+    let Some(axis) = along.try_normalize() else { return };
+    let (right, up) = axis.any_orthonormal_pair();
+    #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
+    let radius = (COIL_RADIUS * rest) as f32;
+    let lines = TURNS * LINES_PER_TURN;
+    let point = |number: u16| {
+        let (sin, cos) = (TAU * f32::from(number) / f32::from(LINES_PER_TURN)).sin_cos();
+        let share = 0.1 + 0.8 * f32::from(number) / f32::from(lines);
+        from + along * share + (right * cos + up * sin) * radius
+    };
+    let points = std::iter::once(from).chain((0..=lines).map(point)).chain([to]);
+    let mut points = points.peekable();
+    while let (Some(start), Some(end)) = (points.next(), points.peek()) {
+        frame.lines.push(Line::new(start, *end, color, SPRING_WIDTH_PX));
     }
 }
 

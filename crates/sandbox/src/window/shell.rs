@@ -63,6 +63,8 @@ pub(super) struct Shell {
     /// Whether it waited since the last frame, because nothing changed.
     rested: bool,
     occluded: bool,
+    /// A scene was opened, and its bodies are to be framed once the view has its place.
+    pub opened: bool,
     wheel: Wheel,
     speed: Speed,
     pub failure: Option<Failure>,
@@ -203,6 +205,7 @@ impl Shell {
             unsettled: SETTLING_FRAMES,
             rested: false,
             occluded: false,
+            opened: false,
             wheel: Wheel::default(),
             speed: Speed::default(),
             failure: None,
@@ -279,6 +282,10 @@ impl Shell {
         self.advance(now, events);
         self.last_frame = Some(now);
         self.mode_changes = false;
+        // As its key, so that a recording has it.
+        if self.session.view.has_bars() && std::mem::take(&mut self.opened) && self.session.wants_frame() {
+            self.press(Act::Frame);
+        }
         if let Some(screen) = &self.screen {
             let holds = self.focused && self.session.view.grabs_pointer();
             let [corner, size] = self.session.view.view_area();
@@ -309,6 +316,7 @@ impl Shell {
         let orders = self.session.stage.take_orders();
         let (now, later) = orders.into_iter().partition(|order| drawn || !has_picture(order));
         self.session.stage.orders = later;
+        self.opened |= now.iter().any(|order: &Order| matches!(order, Order::Open(_) | Order::Restore(_)));
         let mut program = WindowProgram { screen: self.screen.as_mut(), drafts: &mut self.drafts };
         carry_out(now, &mut self.session, &mut program)
     }

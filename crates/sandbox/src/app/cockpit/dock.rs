@@ -1,39 +1,35 @@
-//! The dock at the right: the selection, and a section for every tool.
+//! The dock at the right: a tab per role, with the selection or a section for every tool.
 
 use egui::style::ScrollAnimation;
-use egui::{Align, CollapsingHeader, Response, ScrollArea, TextStyle, Ui};
+use egui::{Align, Button, CollapsingHeader, Response, Role, ScrollArea, TextStyle, Ui, WidgetInfo};
 
 use crate::actions::{self, Act};
 use crate::app::focus::reveal_focus;
 use crate::intent::Intent;
-use crate::panels::Panel;
+use crate::panels::{Panel, Tab};
 use crate::stage::Stage;
 use crate::tools::Tools;
 use crate::tools::tool::Desk;
 use crate::view::View;
 use crate::view::card::{self, Selected};
 
-/// Lays out the sections; those of `opened` panels are open, and the `newest` one is scrolled to. Returns the first header.
+/// Lays out the tabs and the sections of the chosen one; those of `opened` panels are open, and the `newest` one is scrolled to.
+/// Returns the first control.
 pub(super) fn show(
     ui: &mut Ui,
+    tab: &mut Tab,
     (opened, newest): (&[Panel], Option<Panel>),
     (stage, view): (&mut Stage, &mut View),
     tools: &mut Tools,
     intents: &mut Vec<Intent>,
 ) -> Response {
-    let area = ScrollArea::vertical().auto_shrink(false);
-    let shown = area.show(ui, |ui| {
-        let selection = CollapsingHeader::new("Selection").default_open(true).show(ui, |ui| {
-            let selected = stage.here.selection.and_then(|thing| Selected::of(stage, thing));
-            if let Some(selected) = selected {
-                sideways(ui, "selection", |ui| {
-                    card::lines(ui, &selected, stage.sim.method(), TextStyle::Body);
-                });
-            } else {
-                ui.weak("Click a body to select it.");
-            }
-        });
-        let mut sections: Vec<_> = tools.each().filter(|(_, tool)| tool.docks()).collect();
+    let first = tabs(ui, tab);
+    ui.separator();
+    ScrollArea::vertical().id_salt(*tab as usize).auto_shrink(false).show(ui, |ui| {
+        if *tab == Tab::Look {
+            selection(ui, stage);
+        }
+        let mut sections: Vec<_> = tools.each().filter(|(panel, _)| panel.tab() == Some(*tab)).collect();
         // How high it is depends on the time that measuring took: below it nothing would stand where a recording clicked.
         sections.sort_by_key(|(panel, _)| *panel == Panel::Cost);
         for (panel, tool) in sections {
@@ -56,9 +52,38 @@ pub(super) fn show(
             }
         }
         reveal_focus(ui);
-        selection.header_response
     });
-    shown.inner
+    first
+}
+
+/// The row of tabs; its first control.
+fn tabs(ui: &mut Ui, chosen: &mut Tab) -> Response {
+    let row = ui.horizontal_wrapped(|ui| {
+        let buttons = Tab::ALL.map(|tab| {
+            let [icon, name, what] = tab.words();
+            let button = ui.add(Button::selectable(*chosen == tab, (icon, name))).on_hover_text(what);
+            button.widget_info(|| WidgetInfo::selected(Role::Button, true, *chosen == tab, name));
+            if button.clicked() {
+                *chosen = tab;
+            }
+            button
+        });
+        let [first, ..] = buttons;
+        first
+    });
+    row.inner
+}
+
+/// What the selection does.
+fn selection(ui: &mut Ui, stage: &Stage) {
+    let selected = stage.here.selection.and_then(|thing| Selected::of(stage, thing));
+    if let Some(selected) = selected {
+        sideways(ui, "selection", |ui| {
+            card::lines(ui, &selected, stage.sim.method(), TextStyle::Body);
+        });
+    } else {
+        ui.weak("Click a body to select it.");
+    }
 }
 
 /// Lets what is wider than the dock be scrolled; text is wrapped at its width.

@@ -1,6 +1,8 @@
-//! The line at the bottom: what the mouse does now.
+//! The line at the bottom: what the mouse does now and, where there is room, how large and fast the run is.
 
-use egui::{RichText, Ui};
+use egui::{Align, Label, Layout, RichText, Ui};
+use history::rate_of;
+use motion::TimeStep;
 use report::numbers::digits;
 
 use crate::stage::Stage;
@@ -17,7 +19,31 @@ pub(super) fn show(ui: &mut Ui, (stage, view): (&Stage, &View), editor: &Editor)
         }
         None => words(stage, view),
     };
-    ui.label(RichText::new(words).weak());
+    let (words, state) = (RichText::new(words).weak(), RichText::new(state(stage, view)).weak());
+    ui.horizontal(|ui| {
+        let width = |text: &RichText| {
+            let text = egui::WidgetText::from(text.clone());
+            text.into_galley(ui, Some(egui::TextWrapMode::Extend), f32::INFINITY, egui::TextStyle::Body)
+                .size()
+                .x
+        };
+        let has_room = width(&words) + width(&state) + 24.0 <= ui.available_width();
+        ui.add(Label::new(words).truncate());
+        if has_room {
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(state));
+        }
+    });
+}
+
+/// How many bodies there are, how often they are moved and, while the run goes on, how fast.
+fn state(stage: &Stage, view: &View) -> String {
+    let bodies = stage.sim.bodies.len();
+    let word = if bodies == 1 { "body" } else { "bodies" };
+    let rate = rate_of(stage.sim.world.resource::<TimeStep>().0);
+    let measured = view.measured.filter(|_| !stage.paused).map_or(String::new(), |measured| {
+        format!("   tick {:.1} us   {:.0} frames/s", measured.tick * 1e6, measured.frames_per_second)
+    });
+    format!("{bodies} {word}   {} Hz{measured}", digits(rate))
 }
 
 fn words(stage: &Stage, view: &View) -> String {

@@ -1,14 +1,16 @@
 //! The bar at the top: time, method, what is drawn, and the modes.
 
-use egui::{Button, ComboBox, DragValue, Response, Ui, Vec2};
-use history::Change;
+use egui::{Button, ComboBox, DragValue, PopupCloseBehavior, Response, Role, Ui, Vec2, WidgetInfo};
+use history::{Change, rate_of};
 use motion::clock::StepClock;
-use motion::{Gravity, Method, MutualGravity, Substeps};
+use motion::{Gravity, Method, MutualGravity, Substeps, TimeStep};
+use report::numbers::digits;
 use scene::unsolvable;
 
 use crate::actions::Act;
 use crate::input::SwitchedBy;
 use crate::intent::Intent;
+use crate::methods;
 use crate::panels::Panel;
 use crate::stage::Stage;
 use crate::view::{Mode, View};
@@ -22,7 +24,10 @@ const REPEAT_EVERY_S: f64 = 0.05;
 
 /// Least size of the button that pauses, points: with "Play" it is as wide as with "Pause", so that no button moves when it is
 /// pressed.
-const PAUSE: Vec2 = Vec2::new(48.0, 0.0);
+const PAUSE: Vec2 = Vec2::new(72.0, 0.0);
+
+/// From so many points of width on, the last buttons have words beside their icons: with them, a narrower bar would take two rows.
+const ROOM_FOR_WORDS: f32 = 1400.0;
 
 /// Lays out the bar; its first control.
 pub(super) fn show(
@@ -31,16 +36,18 @@ pub(super) fn show(
     [browses, dock]: [bool; 2],
     intents: &mut Vec<Intent>,
 ) -> Response {
+    let has_room = ui.available_width() >= ROOM_FOR_WORDS;
     let shown = ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
-        let scenes = act(ui, intents, Act::ToggleBrowser, "Scenes", browses);
+        ui.spacing_mut().button_padding.x = 3.0;
+        let scenes = act(ui, intents, Act::ToggleBrowser, ("☰", "Scenes"), browses);
         ui.separator();
-        let paused = stage.paused;
-        let pause = Button::selectable(false, if paused { "Play" } else { "Pause" });
-        act_by(ui, intents, Act::Pause, pause.min_size(PAUSE));
-        act_while_held(ui, intents, Act::StepBack, "Back");
-        act_while_held(ui, intents, Act::Step, "Step");
-        act(ui, intents, Act::ResetWorld, "Reset", false);
+        let words = if stage.paused { ("⏵", "Play") } else { ("⏸", "Pause") };
+        let fill = ui.visuals().selection.bg_fill;
+        act_by(ui, intents, Act::Pause, words.1, Button::new(words).fill(fill).min_size(PAUSE));
+        act_while_held(ui, intents, Act::StepBack, ("⏮", "Back"));
+        act_while_held(ui, intents, Act::Step, ("⏭", "Step"));
+        act(ui, intents, Act::ResetWorld, ("⟲", "Reset"), false);
         pace(ui, stage.clock.pace(), intents);
         let seconds = stage.sim.world.resource::<StepClock>().scene_seconds();
         ui.monospace(format!("{seconds:7.2} s"));
@@ -48,31 +55,40 @@ pub(super) fn show(
         method(ui, stage, intents);
         ui.separator();
         if let Some(gravity) = stage.sim.world.get_resource::<Gravity>() {
-            act(ui, intents, Act::ToggleGravity, "Gravity", gravity.on);
+            act(ui, intents, Act::ToggleGravity, ("⬇", "Gravity"), gravity.on);
         }
-        act(ui, intents, Act::VelocityArrows, "v", view.velocity_arrows);
-        act(ui, intents, Act::ForceArrows, "F", view.force_arrows);
-        act(ui, intents, Act::Springs, "Springs", view.springs);
-        act(ui, intents, Act::Trails, "Trails", view.trails);
+        act(ui, intents, Act::VelocityArrows, ("➡", "Velocity"), view.velocity_arrows);
+        act(ui, intents, Act::ForceArrows, ("⬈", "Forces"), view.force_arrows);
+        act(ui, intents, Act::Springs, ("➿", "Springs"), view.springs);
+        act(ui, intents, Act::Trails, ("☄", "Trails"), view.trails);
         ui.separator();
-        act(ui, intents, Act::Frame, "Frame", false);
-        act(ui, intents, Act::ToggleMode, "Fly", view.mode == Mode::Camera);
-        act(ui, intents, Act::ToggleDock, "Tools", dock);
-        act(ui, intents, Act::Panel(Panel::Help), "Help", false);
+        let mut last = |action, (icon, name): Words, on| {
+            let button = match has_room {
+                true => Button::selectable(on, (icon, name)),
+                false => Button::selectable(on, icon),
+            };
+            act_by(ui, intents, action, name, button);
+        };
+        last(Act::Frame, ("⛶", "Frame"), false);
+        last(Act::ToggleMode, ("✈", "Fly"), view.mode == Mode::Camera);
+        last(Act::ToggleDock, ("🛠", "Tools"), dock);
+        last(Act::Panel(Panel::Help), ("❓", "Help"), false);
         scenes
     });
     shown.inner
 }
 
+/// The icon and the name of a button.
+type Words = (&'static str, &'static str);
+
 /// A button for an action of the table, which says what it does and names its key.
-fn act(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: &str, on: bool) -> Response {
-    act_by(ui, intents, action, Button::selectable(on, words))
+fn act(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: Words, on: bool) -> Response {
+    act_by(ui, intents, action, words.1, Button::selectable(on, words))
 }
 
 /// A button that repeats its action while it is held, as a key does.
-fn act_while_held(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: &str) {
-    let button = ui.add(Button::selectable(false, words));
-    let button = button.on_hover_text(action.binding().tooltip());
+fn act_while_held(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: Words) {
+    let button = add(ui, action, words.1, Button::selectable(false, words));
     let (held, now) = (button.is_pointer_button_down_on(), ui.input(|input| input.time));
     // When it acts next, and whether it has acted while it was held.
     let (due, acted) = ui.data(|data| data.get_temp(button.id)).unwrap_or((now + REPEAT_AFTER_S, false));
@@ -93,11 +109,18 @@ fn act_while_held(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: &s
     }
 }
 
-fn act_by(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, button: Button<'_>) -> Response {
-    let button = ui.add(button).on_hover_text(action.binding().tooltip());
+fn act_by(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, name: &str, button: Button<'_>) -> Response {
+    let button = add(ui, action, name, button);
     if button.clicked() {
         intents.push(Intent::Act(action));
     }
+    button
+}
+
+/// Adds a button, which screen readers call by its `name` without the icon.
+fn add(ui: &mut Ui, action: Act, name: &str, button: Button<'_>) -> Response {
+    let button = ui.add(button).on_hover_text(action.binding().tooltip());
+    button.widget_info(|| WidgetInfo::labeled(Role::Button, true, name));
     button
 }
 
@@ -119,27 +142,37 @@ fn pace(ui: &mut Ui, pace: f64, intents: &mut Vec<Intent>) {
     }
 }
 
+/// Method and step as one control: the list says order and cost of each method, and below it has the substeps.
 fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     let setting = stage.setting();
     let mut chosen = setting;
     let attracts = stage.sim.world.contains_resource::<MutualGravity>();
+    let rate = digits(rate_of(stage.sim.world.resource::<TimeStep>().0));
+    let present = format!("{}, {rate} Hz x {}", setting.method.claims().title, setting.substeps);
     ComboBox::from_id_salt("method of the scene")
-        .width(132.0)
+        .width(216.0)
         .height(400.0)
-        .selected_text(setting.method.claims().title)
+        .close_behavior(PopupCloseBehavior::CloseOnClickOutside)
+        .selected_text(present)
         .show_ui(ui, |ui| {
             for method in Method::ALL {
                 let why = unsolvable(method, attracts);
+                let claims = method.claims();
                 ui.add_enabled_ui(why.is_none(), |ui| {
-                    let row = ui.selectable_value(&mut chosen.method, method, method.claims().title);
-                    row.on_disabled_hover_text(why.unwrap_or_default());
+                    let row = ui.selectable_value(&mut chosen.method, method, claims.title);
+                    let words = format!("order {}, {}", claims.position_order, methods::cost(claims));
+                    if row.on_hover_text(words).on_disabled_hover_text(why.unwrap_or_default()).clicked() {
+                        ui.close();
+                    }
                 });
             }
+            ui.separator();
+            let substeps = DragValue::new(&mut chosen.substeps).range(1..=Substeps::MOST).speed(0.1);
+            ui.add(substeps.prefix("x ").suffix(" substeps per tick"))
+                .on_hover_text("more are more accurate and cost more time");
         })
         .response
-        .on_hover_text("method of integration (I and Shift+I)");
-    let substeps = DragValue::new(&mut chosen.substeps).range(1..=Substeps::MOST).speed(0.1).prefix("x ");
-    ui.add(substeps).on_hover_text("substeps per tick: more are more accurate and cost more time");
+        .on_hover_text("method of integration and step (I and Shift+I)");
     if chosen.substeps != setting.substeps {
         intents.push(Intent::ApplySetting(chosen));
     } else if chosen.method != setting.method {

@@ -8,6 +8,7 @@ use egui_plot::{Line, LineStyle, MarkerShape, Plot, PlotPoint, PlotPoints, PlotU
 use lab::cost::{Accuracy, Cell, Cost, Setting, Study};
 use motion::Method;
 use report::ink;
+use report::numbers::{digits, fold, length, share};
 
 use crate::intent::Intent;
 use crate::tools::cost::state::{self, SHARE};
@@ -33,6 +34,8 @@ const HEIGHT: f32 = 300.0;
 /// Least height of what is below the legend in the dock, points: how much there is to say depends on the machine, and a dock that is
 /// scrolled to its end is not to stand elsewhere when a recording is repeated.
 const FOOT: f32 = 280.0;
+/// Least height of what stands first, points: with the study it grows to three lines.
+const HEAD: f32 = 66.0;
 /// Methods beside each other in the legend.
 const COLUMNS: usize = 4;
 /// A click belongs to the nearest dot, if that is no farther, points.
@@ -53,9 +56,10 @@ pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool
     // They stay as they are chosen when another scene is opened.
     let id = Id::unique("cost axes");
     let mut axes: Axes = ui.data(|data| data.get_temp(id)).unwrap_or_default();
+    let present = desk.stage.setting();
+    let taken = first(ui, study, axes, present);
     choose(ui, &mut axes);
     ui.data_mut(|data| data.insert_temp(id, axes));
-    let present = desk.stage.setting();
     let clicked = plot(ui, study, axes, present, width);
     legend(ui, study);
     let pressed = ui.scope(|ui| {
@@ -66,7 +70,7 @@ pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool
         foot(ui, study, width);
         pressed
     });
-    desk.intents.extend(clicked.or(pressed.inner).map(Intent::ApplySetting));
+    desk.intents.extend(taken.or(clicked).or(pressed.inner).map(Intent::ApplySetting));
     again
 }
 
@@ -88,6 +92,42 @@ fn head(ui: &mut Ui, study: &Study, progress: f64, width: f32) -> bool {
         again
     })
     .inner
+}
+
+/// What accuracy costs at the present setting, and which other one is nearer at the same cost; the setting that is taken.
+fn first(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Setting> {
+    let row = ui.scope(|ui| {
+        ui.set_min_height(HEAD);
+        if study.is_flat(axes.accuracy) {
+            ui.label("More substeps bring most methods no nearer here; the details say what does the error.");
+        }
+        let mine = study.cells.iter().find(|cell| cell.setting == present);
+        let Some(mine) = mine else {
+            ui.weak("Your setting is not among those that are measured.");
+            return None;
+        };
+        let Some(error) = study.error(mine, axes.accuracy) else {
+            ui.weak("Your setting has no error yet, or fails.");
+            return None;
+        };
+        let cost = study.cost(mine, axes.cost).map_or(String::new(), |cost| match axes.cost {
+            Cost::RealTime => format!(", {} of real time", share(cost, 2)),
+            _ => format!(", {} evaluations per body per s", digits(cost)),
+        });
+        let off = match axes.accuracy {
+            Accuracy::Position => length(error, 2),
+            _ => share(error, 2),
+        };
+        ui.strong(format!("Yours: up to {off} off within {} s{cost}.", digits(study.simulated_s)));
+        let (cell, times) = study.nearer_at_the_cost_of(mine, axes.accuracy, axes.cost)?;
+        let words = format!("{}: {} times nearer at the same cost.", title(cell.setting), fold(times));
+        ui.horizontal_wrapped(|ui| {
+            ui.label(words);
+            ui.button("Use").clicked().then_some(cell.setting)
+        })
+        .inner
+    });
+    row.inner
 }
 
 fn choose(ui: &mut Ui, axes: &mut Axes) {
@@ -315,13 +355,13 @@ fn title(Setting { method, substeps, .. }: Setting) -> String {
 }
 
 fn foot(ui: &mut Ui, study: &Study, width: f32) {
-    ui.scope(|ui| {
+    egui::CollapsingHeader::new("Details").show(ui, |ui| {
         ui.set_max_width(width);
-        for sentence in report::time_words(study) {
-            ui.label(sentence);
-        }
         for note in &study.notes {
-            ui.weak(note);
+            ui.label(note);
+        }
+        for sentence in report::time_words(study) {
+            ui.weak(sentence);
         }
     });
 }

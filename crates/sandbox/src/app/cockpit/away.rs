@@ -1,0 +1,41 @@
+//! The bar that says where everything went, once the view is empty.
+
+use egui::{Panel as Side, Ui};
+
+use crate::actions::Act;
+use crate::intent::Intent;
+use crate::stage::Stage;
+use crate::view::View;
+
+/// Lays out the bar at the bottom of `root`, if nothing that moves is in the view.
+pub(super) fn show(root: &mut Ui, stage: &Stage, view: &View, intents: &mut Vec<Intent>) {
+    let Some(words) = words(stage, view) else { return };
+    Side::bottom("away").show(root, |ui| {
+        ui.horizontal_wrapped(|ui| {
+            ui.label(words);
+            if ui.button("Reset").on_hover_text(Act::ResetWorld.binding().tooltip()).clicked() {
+                intents.push(Intent::Act(Act::ResetWorld));
+            }
+            if ui
+                .button("Follow")
+                .on_hover_text("the camera goes with the selection or the first body (L)")
+                .clicked()
+            {
+                if stage.here.selection.is_none() {
+                    intents.push(Intent::Act(Act::NextBody));
+                }
+                intents.push(Intent::Act(Act::LockCamera));
+            }
+        });
+    });
+}
+
+fn words(stage: &Stage, view: &View) -> Option<&'static str> {
+    if view.locked.is_some() || !view.is_empty(stage) {
+        return None;
+    }
+    Some(match view.all_fell_through(stage) {
+        true => "Nothing collides here: everything fell through the floor.",
+        false => "Everything that moves has left the view.",
+    })
+}

@@ -1,0 +1,66 @@
+//! The program's own look, where the picture is not the tutorial's: one palette for what a scene did not paint, and a soft lamp at
+//! one side.
+
+use glam::{DVec3, Vec3};
+use pick::Shape;
+use render::Light;
+use scene::{Appearance, BodySpec, Scene};
+
+use crate::view::camera::Camera;
+
+const BOX: [f32; 3] = [0.28, 0.50, 0.80];
+const BALL: [f32; 3] = [0.95, 0.58, 0.25];
+const IMMOVABLE: [f32; 3] = [0.60, 0.62, 0.65];
+
+/// Linear.
+const LAMP_COLOR: Vec3 = Vec3::new(1.15, 1.12, 1.05);
+
+/// Where the lamp is, as seen from the scene's camera: to the left, up and toward the camera.
+const LAMP_ASIDE: [f64; 3] = [0.55, 1.0, 0.45];
+
+/// How far away the lamp is, in radii of what moves: its shadows cover 22.5 degrees to each side.
+const LAMP_DISTANCE: f64 = 5.0;
+
+/// The color of a body, as displayed.
+pub(super) fn color(look: Appearance, shape: &Shape, movable: bool) -> [f32; 3] {
+    match shape {
+        _ if look.color != [1.0; 3] => look.color,
+        _ if !movable => IMMOVABLE,
+        Shape::Cuboid { .. } => BOX,
+        Shape::Sphere { .. } => BALL,
+    }
+}
+
+/// The lamp of a scene that declares a light.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Lamp {
+    /// The middle of what moves at the start, m.
+    middle: DVec3,
+    /// From there, m.
+    offset: DVec3,
+}
+
+impl Lamp {
+    pub fn of(scene: &Scene) -> Self {
+        let moves = |body: &&BodySpec| body.inverse_mass.is_some_and(|inverse| inverse > 0.0);
+        let places = || scene.bodies.iter().filter(moves).map(|body| body.position);
+        let (least, most) = (places().reduce(DVec3::min), places().reduce(DVec3::max));
+        let (least, most) = least.zip(most).unwrap_or_default();
+        let (middle, radius) = ((least + most) / 2.0, most.distance(least) / 2.0);
+        let view = Camera::new(scene.camera).viewpoint();
+        let [left, up, near] = LAMP_ASIDE;
+        let toward = -left * view.right() + up * DVec3::Y - near * view.forward();
+        Self { middle, offset: toward.normalize_or(DVec3::Y) * (LAMP_DISTANCE * radius.max(2.0)) }
+    }
+
+    /// The lamp relative to `eye`, m.
+    pub fn seen_from(self, eye: DVec3, shadows: bool) -> Light {
+        let middle = self.middle - eye;
+        Light {
+            position: (middle + self.offset).as_vec3(),
+            target: middle.as_vec3(),
+            color: LAMP_COLOR,
+            shadows,
+        }
+    }
+}
