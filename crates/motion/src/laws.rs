@@ -25,7 +25,7 @@ use glam::DMat3;
 
 use crate::units::Vector;
 
-pub(crate) use declared::{Changes, Declared, DeclaredParam, WorldLaw};
+pub(crate) use declared::{Changes, SharedLaws, SharedLawsParam, WorldLaw};
 pub use declared::{LAWS, WorldLaws};
 pub use drag::Drag;
 pub use gravity::Gravity;
@@ -270,7 +270,7 @@ pub struct Laws(pub Vec<Box<dyn Law>>);
 /// but no law that was [switched](crate::effects::switch()) off.
 pub fn laws(world: &World) -> impl Iterator<Item = &dyn Law> {
     let gravity = world.get_resource::<Gravity>();
-    Declared::of(world).on_body(gravity, false, &[])
+    SharedLaws::of(world).on_body(gravity, false, &[])
 }
 
 #[cfg(test)]

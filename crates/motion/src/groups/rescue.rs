@@ -10,7 +10,7 @@ use super::suspects::{RowStates, Suspects, springs_by_row};
 use super::{Group, Groups};
 use crate::kernels::record::vector;
 use crate::kernels::{
-    Applied, Batch, BodyOptions, MethodStateRows, OfRows, RowOptions, StepStatistics, Terms,
+    AppliedForces, Batch, BodyOptions, MethodStateRows, OfRows, RowOptions, StepStatistics, TickParameters,
 };
 use crate::laws::{Affine, Law};
 use crate::methods::MethodStateKind;
@@ -175,7 +175,8 @@ impl Rescue<'_, '_, '_, '_> {
                     Err(first) if !first.is_empty() => {
                         let breach = |row: usize| {
                             let ([a, b, c, _], [d, e, f, _]) = (state.0[row], state.1[row]);
-                            let breach = self.environment.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]);
+                            let breach =
+                                self.environment.parameters.bounds.breach(&[a, b, c], &[d, e, f, w[row]]);
                             // A row that failed within the tick may be finite at its end.
                             breach.unwrap_or(Breach { of: Quantity::Velocity, finite: false })
                         };
@@ -201,13 +202,14 @@ impl Rescue<'_, '_, '_, '_> {
         (x, v, last): &mut (Vec<Row>, Vec<Row>, Vec<Scalar>),
         statistics: &mut StepStatistics,
     ) -> Result<(), Breach> {
-        let GroupEnvironment { shared, terms, .. } = self.environment;
+        let GroupEnvironment { shared, parameters, .. } = self.environment;
         let none = Affine { constant: Vector::ZERO, rate: 0.0 };
         let air = shared.laws.drag.and_then(Law::affine).unwrap_or(none);
-        let mut terms: Terms<'_> = *terms;
-        terms.gravity += air.constant + if options.gravity_off { Vector::ZERO } else { shared.free_fall() };
-        terms.drag += air.rate;
-        let terms = terms.damped(terms.damping);
+        let mut parameters: TickParameters<'_> = *parameters;
+        parameters.gravity +=
+            air.constant + if options.gravity_off { Vector::ZERO } else { shared.free_fall() };
+        parameters.drag += air.rate;
+        let parameters = parameters.damped(parameters.damping);
         // The substeps are the group's.
         let options = BodyOptions { substeps: None, ..options };
         let [a, b, c, _] = x[0];
@@ -216,9 +218,9 @@ impl Rescue<'_, '_, '_, '_> {
             MethodStateKind::LastStep => MethodStateRows::LastStep(last),
             _ => MethodStateRows::None,
         };
-        let applied = Some(Applied { forces: &[force], rows: &[(0, 0)], offset: 0 });
+        let applied = Some(AppliedForces { forces: &[force], rows: &[(0, 0)], offset: 0 });
         let mut batch = Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state };
-        let outcome = self.kernel.single.integrate_row(&terms, options, &mut batch, 0, statistics);
+        let outcome = self.kernel.single.integrate_row(&parameters, options, &mut batch, 0, statistics);
         let ([a, b, c], [d, e, f, _]) = (positions[0], bodies[0]);
         (x[0], v[0]) = ([a, b, c, 0.0], [d, e, f, 0.0]);
         outcome

@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use crate::groups::{GroupKernel, Groups, update_groups};
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
-use crate::laws::{Declared, MutualGravity};
+use crate::laws::{MutualGravity, SharedLaws};
 use crate::methods::markers::{OwnMethod, is_marked};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
@@ -165,7 +165,7 @@ pub(crate) struct PlanInputs {
 
 impl PlanInputs {
     pub fn of(world: &World) -> Self {
-        let laws = Declared::of(world);
+        let laws = SharedLaws::of(world);
         let mut called = laws.called().peekable();
         let calls = called.peek().is_some();
         Self {
