@@ -113,7 +113,7 @@ enum RequestFields {
     SwitchGravity(bool),
     SetDamping(#[serde(with = "damping")] Damping),
     Switch(#[serde(with = "words")] Effect, bool),
-    SetBodyMethod(u32, #[serde(with = "own_method")] Option<Method>),
+    SetBodyMethod(u32, #[serde(with = "words::optional")] Option<Method>),
     Remove(u32),
 }
 
@@ -206,19 +206,5 @@ mod damping {
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Damping, D::Error> {
         Deserialize::deserialize(source).map(|(Name(model), rate)| Damping { model, rate })
-    }
-}
-
-mod own_method {
-    //! A method, if there is one.
-
-    use super::{Deserialize, Deserializer, Method, Name, Serialize, Serializer};
-
-    pub(super) fn serialize<S: Serializer>(own: &Option<Method>, serializer: S) -> Result<S::Ok, S::Error> {
-        own.map(Name).serialize(serializer)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Method>, D::Error> {
-        Option::deserialize(source).map(|own| own.map(|Name(method)| method))
     }
 }
