@@ -30,8 +30,8 @@ pub(super) struct Rescue<'a, 'w, 's, 'n> {
 
 impl Rescue<'_, '_, '_, '_> {
     /// Finds the rows that failed first, leaves them as they were before the tick, and repeats the tick of the others
-    /// as if these rows had been removed before; as often as it takes. Rows that do not act on each other are removed
-    /// together: in a net that fails as a whole, one at a time would take a tick per row.
+    /// as if these rows had been removed before. Does so until no row fails. Rows that do not act on each other are
+    /// removed together: in a net that fails as a whole, one at a time would take a tick per row.
     #[cold]
     pub fn run(
         &mut self,
@@ -68,8 +68,8 @@ impl Rescue<'_, '_, '_, '_> {
             before: &before,
         };
         let mut removed = vec![false; coupling.rows];
-        // Rows that fail whatever the others do are removed at once: one at a time would take a tick of the group for
-        // each.
+        // Rows that fail regardless of the others are removed together: one at a time would take a tick of the group
+        // for each.
         for (row, removed) in removed.iter_mut().enumerate() {
             if let Some(cause) = suspects.lost(row) {
                 *removed = true;

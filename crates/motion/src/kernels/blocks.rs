@@ -178,7 +178,7 @@ fn note<X: BlockSpace<N>, const N: usize>(
     x: X,
 ) {
     match (method_state, called) {
-        // One that was not a number stays: it tells why its row was refused.
+        // A last step that is not finite stays: it shows why its row was refused.
         (MethodStateRows::LastStep(steps), _) => {
             steps.iter_mut().filter(|step| step.is_finite()).for_each(|step| *step = last_step);
         }

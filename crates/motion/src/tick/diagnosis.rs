@@ -1,5 +1,5 @@
-//! Finds out why a body was refused: after the fact, the state of the body is inspected and what acts on it is
-//! evaluated again.
+//! Finds out why a body was refused: afterwards, its state is inspected and the forces and laws on it are evaluated
+//! again.
 
 use crate::laws::{BodyState, EvaluationTime, Law};
 use crate::state::components::PhysicsBody;

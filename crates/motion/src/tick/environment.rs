@@ -1,4 +1,4 @@
-//! The environment of a tick: what acts on every body, and where the systems write what happened.
+//! The environment of a tick: the laws, forces and settings of all bodies, and the output of the systems.
 
 use std::ops::Range;
 

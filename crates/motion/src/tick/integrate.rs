@@ -283,7 +283,7 @@ pub fn integrate_acceleration(param: EnvironmentParam, output: TickOutput, bodie
     advance(const { Kernel::of::<Kick>() }, param, output, bodies);
 }
 
-/// `x += v h`, with the damping, speed limit and axis locks that stand before and after the move.
+/// `x += v h`, with the damping, speed limit and axis locks that apply before and after the move.
 pub fn integrate_velocity(param: EnvironmentParam, output: TickOutput, bodies: Bodies<Unmarked>) {
     advance(const { Kernel::of::<Drift>() }, param, output, bodies);
 }

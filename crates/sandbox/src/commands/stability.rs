@@ -1,4 +1,4 @@
-//! `sandbox stability`: what survives what.
+//! `sandbox stability`: the survival matrix, every method on every hard case.
 
 use std::path::PathBuf;
 

@@ -19,7 +19,7 @@ pub(crate) struct GroupCache {
     key: Option<CacheKey>,
 }
 
-/// What the accelerations depend on besides the rows and their classes.
+/// The inputs of the accelerations besides the rows and their classes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct CacheKey {
     time: Scalar,
