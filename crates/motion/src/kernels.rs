@@ -132,11 +132,6 @@ impl<'a> TickParameters<'a> {
         Self { times: self.times.since(time), ..*self }.damped(self.damping)
     }
 
-    /// Whether velocities decay by linear drag and by damping in the same step: only the kernel of blocks does that.
-    pub fn drags_and_damps(&self) -> bool {
-        self.rate != 0.0 && self.damping.is_some() && self.traits.damps_inside
-    }
-
     /// The factors of damping in a segment; those around a tick are the same in every segment.
     fn decay_in(&self, segment: Segment) -> Decay {
         if !self.traits.damps_inside || segment.length == self.times.substep() {
@@ -343,7 +338,9 @@ fn integrate_batch<M: Integrator>(
         return;
     }
     let TickParameters { laws, decay, times, .. } = parameters;
-    if !laws.is_empty() || parameters.drags_and_damps() || !M::PASSES_TIME {
+    // Linear drag and damping in the same step: only the kernel of blocks does that.
+    let drags_and_damps = parameters.rate != 0.0 && parameters.damping.is_some() && M::DAMPS_INSIDE;
+    if !laws.is_empty() || drags_and_damps || !M::PASSES_TIME {
         blocks::run::<M>(parameters, &BodyOptions::NONE, None, batch, rows, statistics, refuse);
         return;
     }

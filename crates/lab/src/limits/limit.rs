@@ -71,7 +71,16 @@ pub(super) fn largest_stable(start: f64, by: f64, mut stable: impl FnMut(f64) ->
     if low == 0.0 {
         return 0.0;
     }
-    while high - low > 2e-4 * high {
+    bisect([low, high], 2e-4, stable)
+}
+
+/// The largest stable value between a stable and an unstable one, to a relative `precision`.
+pub(super) fn bisect(
+    [mut low, mut high]: [f64; 2],
+    precision: f64,
+    mut stable: impl FnMut(f64) -> bool,
+) -> f64 {
+    while high - low > precision * high {
         let middle = f64::midpoint(low, high);
         if stable(middle) { low = middle } else { high = middle }
     }

@@ -7,7 +7,7 @@ use motion::{Drag, Elastic, Method, PhysicsBody, Spring, StableId, Stepper, Time
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
-use super::limit::{Criterion, Limit, largest_stable};
+use super::limit::{Criterion, Limit, bisect, largest_stable};
 
 /// A net of springs between masses and a post.
 #[derive(Clone, Debug, PartialEq)]
@@ -170,11 +170,7 @@ fn between(theory: f64, mut stays: impl FnMut(f64) -> bool) -> f64 {
     while stays(high) {
         (low, high, by) = (high, high * by, by * by);
     }
-    while high - low > 1e-3 * high {
-        let middle = f64::midpoint(low, high);
-        if stays(middle) { low = middle } else { high = middle }
-    }
-    f64::midpoint(low, high)
+    bisect([low, high], 1e-3, stays)
 }
 
 impl Stepped {
