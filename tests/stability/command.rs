@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lab::stability::{Matrix, Survey};
+use lab::stability::{Matrix, StabilityRun};
 use motion::Method;
 use tempfile::TempDir;
 
@@ -74,9 +74,9 @@ fn a_scene_of_ones_own_is_a_case_too() {
             (at_s: 0.5, do: reverse_velocities), (at_s: 0.75, do: set_velocity(\"a\", (nan, 0, 0)))])))";
     let row = |ticks| {
         let scene = scene::Scene::parse("own", text).unwrap();
-        let mut survey = Survey::new(vec![scene], &[Method::VelocityVerlet], ticks);
-        while !survey.work(0.01) {}
-        survey.matrix().rows[0].clone()
+        let mut run = StabilityRun::new(vec![scene], &[Method::VelocityVerlet], ticks);
+        while !run.work(0.01) {}
+        run.matrix().rows[0].clone()
     };
     let prefix = row(Some(80));
     assert_eq!((prefix.cells[0].class.name(), prefix.ticks), ("exact", 80));

@@ -1,7 +1,7 @@
 //! Every cell is run again. Of runs longer than `PREFIX` ticks that is their beginning, for which the matrix has a number of
 //! its own: a million ticks at rest take minutes.
 
-use lab::stability::{Cell, Class, Matrix, PREFIX, Prefix, Survey};
+use lab::stability::{Cell, Class, Matrix, PREFIX, Prefix, StabilityRun};
 use motion::Method;
 use scene::Scene;
 
@@ -43,9 +43,9 @@ fn differences(committed: &Matrix, found: &Matrix, of: fn(&Cell) -> Prefix) -> V
 }
 
 fn found(cases: Vec<Scene>, methods: &[Method], ticks: Option<u64>) -> Matrix {
-    let mut survey = Survey::new(cases, methods, ticks);
-    while !survey.work(1.0) {}
-    survey.matrix().clone()
+    let mut run = StabilityRun::new(cases, methods, ticks);
+    while !run.work(1.0) {}
+    run.matrix().clone()
 }
 
 #[track_caller]

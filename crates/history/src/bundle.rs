@@ -1,9 +1,9 @@
 //! A black box: one file that holds a run, to be attached to a report.
 //!
-//! A ZIP archive of `scene.ron`, the text of the scene as it was read; `manifest.json`, what the run was and what
-//! went wrong; `state.cbor`, the snapshot that the run is repeated from and what came from outside after it, in
-//! CBOR (RFC 8949), whose numbers are exact; and `picture.png`, if there was an adapter. The archive's comment ends
-//! with the XXH3-64 of all bytes before it.
+//! A ZIP archive of `scene.ron`, the text of the scene as it was read; `manifest.json`, the description of the run
+//! and its faults; `state.cbor`, the snapshot from which the run is repeated and the events after it, in CBOR (RFC
+//! 8949), whose numbers are exact; and `picture.png`, if there was an adapter. The archive's comment ends with the
+//! XXH3-64 of all bytes before it.
 
 mod archive;
 mod energy;
@@ -26,29 +26,29 @@ use crate::snapshot::Snapshot;
 pub struct Bundle {
     /// Text of the scene file.
     pub scene: String,
-    /// What the run was.
+    /// The description of the run.
     pub manifest: Manifest,
-    /// Where it is repeated from.
+    /// The snapshot from which the run is repeated.
     pub snapshot: Snapshot,
-    /// What came from outside after the snapshot, in its order.
+    /// The events after the snapshot, in their order.
     pub events: Vec<Event>,
-    /// What was known of the energy of the run at the snapshot, if it was watched.
+    /// The state of the watch over energy at the snapshot, if the run was watched.
     pub energy: Option<EnergyState>,
     /// A PNG of the last good tick.
     pub picture: Option<Vec<u8>>,
 }
 
-/// Something that was done to a run from outside.
+/// A change of a run from outside, with its tick.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
     /// Ticks that had been simulated.
     pub tick: u64,
-    /// What it was.
+    /// The change.
     pub what: Change,
 }
 
 impl Event {
-    /// Bytes of memory that it takes.
+    /// Bytes of memory of the event.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let list = match &self.what {
@@ -60,10 +60,10 @@ impl Event {
 }
 
 impl Bundle {
-    /// The scene, with the settings of the run, known in messages as `name`.
+    /// The scene with the settings of the run; messages call it `name`.
     ///
     /// # Errors
-    /// A text that this program does not read as a scene.
+    /// If the text is not a valid scene.
     pub fn scene(&self, name: &str) -> Result<Scene, SceneError> {
         let mut scene = Scene::parse(name, &self.scene)?;
         self.manifest.settings.apply(&mut scene);

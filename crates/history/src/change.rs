@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use crate::simulation::Simulation;
 use crate::snapshot::{requests, vector, words};
 
-/// A change of a running simulation. Bodies are stable ids, so that it means the same in every world of a scene. Scripts,
-/// panels, recordings and bundles make changes.
+/// A change of a running simulation. It names bodies by stable id, so that it has the same meaning in every world of
+/// a scene. Scripts, panels, recordings and bundles make changes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Change {
@@ -42,7 +42,7 @@ impl Change {
     /// picture.
     ///
     /// # Errors
-    /// If the action names a body that is gone.
+    /// If the action names a body that was removed.
     pub fn of(action: &Action, simulation: &Simulation) -> Result<Option<Self>, Gone> {
         let id = |name: &String| {
             let body = simulation.named(name).and_then(|body| simulation.id(body));
@@ -86,8 +86,8 @@ impl Change {
 }
 
 impl Simulation {
-    /// What the next tick will take in, in its order: requests first, then pushes, of which the sustained ones will be there
-    /// in the tick after it as well. What concerns a thing without a stable id is left out.
+    /// The changes that the next tick takes in, in its order: requests, then pushes. Sustained pushes act in the
+    /// ticks after it as well. Changes of a thing without a stable id are left out.
     #[must_use]
     pub fn pending(&self) -> Vec<Change> {
         let requests: Vec<_> = self.requested().collect();
@@ -97,7 +97,7 @@ impl Simulation {
         requests.into_iter().chain(pushes).collect()
     }
 
-    /// The requests alone: what a simulation that is paused carries out at once.
+    /// The requests that wait for the next tick, which a paused simulation carries out at once.
     pub fn requested(&self) -> impl Iterator<Item = Request<u32>> + '_ {
         let requests = self.world.resource::<Requests>().pending();
         requests.filter_map(|request| request.rename(|body| self.id(body)))
@@ -109,8 +109,8 @@ impl Simulation {
         self.world.get::<StableId>(body).map(|id| id.0)
     }
 
-    /// Makes a change, between two ticks. Requests and pushes wait for the coming tick. What concerns a body that is gone is
-    /// left out.
+    /// Makes a change, between two ticks. Requests and pushes wait for the coming tick. Changes of a body that was
+    /// removed are left out.
     pub fn give(&mut self, change: &Change) {
         match change {
             Change::Requests(requests) => {
@@ -125,7 +125,7 @@ impl Simulation {
             Change::Step(step) if *step > 0.0 && step.is_finite() => {
                 self.world.insert_resource(TimeStep(*step));
             }
-            // No step that a run can have taken.
+            // No tick has such a length.
             Change::Step(_) => {}
             Change::Push(body, newtons) => {
                 if let Some(body) = self.body(*body) {

@@ -1,4 +1,4 @@
-//! How far apart the bodies of two simulations of one scene are.
+//! Distances between the bodies of two simulations of one scene.
 
 use bevy_ecs::prelude::*;
 use motion::units::Vector;
@@ -7,14 +7,14 @@ use motion::{Dormant, PhysicsBody, Quarantined, Transform};
 use crate::simulation::Simulation;
 
 impl Simulation {
-    /// The body of that stable id, unless it is gone, quarantined or not born.
+    /// The body of that stable id, unless it is removed, quarantined or not born.
     #[must_use]
     pub fn present(&self, id: u32) -> Option<EntityRef<'_>> {
         let body = self.world.get_entity(*self.bodies.get(id as usize)?).ok()?;
         (!body.contains::<Quarantined>() && !body.contains::<Dormant>()).then_some(body)
     }
 
-    /// The same if it moves: one that is immovable has no distance from anywhere.
+    /// [`Self::present`] if the body is movable.
     #[must_use]
     pub fn moving(&self, id: u32) -> Option<EntityRef<'_>> {
         self.present(id)
@@ -26,7 +26,7 @@ impl Simulation {
     }
 }
 
-/// How far bodies are from where others have them.
+/// The distance of each body from its position in another simulation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Distances {
     /// Stable id and distance, m, of each body that moves in both, ascending by id.
@@ -34,7 +34,7 @@ pub struct Distances {
 }
 
 impl Distances {
-    /// Those of the bodies of `simulation` from where `other`, of the same scene, has them.
+    /// The distances between the bodies of `simulation` and those of `other`, of the same scene.
     #[must_use]
     pub fn between(simulation: &Simulation, other: &Simulation) -> Self {
         let distance = |id| Some((id, simulation.position(id)?.distance(other.position(id)?)));
@@ -59,7 +59,7 @@ pub struct DistancesSoFar {
 }
 
 impl DistancesSoFar {
-    /// Adds those of one more tick.
+    /// Adds the distances of one more tick.
     pub fn add(&mut self, distances: &Distances) {
         for (id, distance) in &distances.each {
             let at = *id as usize;

@@ -1,8 +1,8 @@
-//! Running scenes that can be changed, copied, followed and gone back in.
+//! Running scenes that can be changed, copied, followed and rewound.
 //!
 //! - [`Simulation`]: a scene that runs, with the world and the stepper that run it.
 //! - [`Change`]: everything that is done to a running simulation from outside, and the one place that applies it.
-//! - [`RunSettings`]: what a run is set to now; [`Overrides`]: what it has in place of what its scenes say.
+//! - [`RunSettings`]: the present settings of a run; [`Overrides`]: the settings that replace those of its scenes.
 //! - [`Snapshot`]: the state of a simulation between two ticks, by stable id, for files and for new worlds of the same scene.
 //! - [`Timeline`]: the last minute of a run. [`Seek`] goes to another tick, [`Watch`] looks for a [`Fault`], and [`Replay`] simulates
 //!   the ticks from a snapshot again.

@@ -11,7 +11,7 @@ thread_local! {
     static ROOM: Cell<usize> = const { Cell::new(usize::MAX) };
 }
 
-/// What `read` reads, with lists of at most `bytes` bytes, all of them together.
+/// Runs `read`, in which all lists together may take at most `bytes` bytes.
 pub(crate) fn within<T>(bytes: usize, read: impl FnOnce() -> T) -> T {
     ROOM.set(bytes);
     let read = read();
@@ -19,10 +19,10 @@ pub(crate) fn within<T>(bytes: usize, read: impl FnOnce() -> T) -> T {
     read
 }
 
-/// Reads a list. Every list of a file is read by this, or is not counted.
+/// Reads a list and counts its bytes: every list of a file must be read by this function.
 ///
 /// # Errors
-/// One of more bytes than there is room for, as soon as it is too large.
+/// If the list takes more bytes than are left, as soon as it does.
 pub(crate) fn list<'de, D: Deserializer<'de>, T: Deserialize<'de>>(source: D) -> Result<Vec<T>, D::Error> {
     source.deserialize_seq(Entries(PhantomData))
 }

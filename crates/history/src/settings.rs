@@ -1,4 +1,4 @@
-//! Settings of a run: [`Overrides`], what it has in place of what its scenes say, and [`RunSettings`], what it has now.
+//! Settings of a run: [`Overrides`], which replace those of its scenes, and [`RunSettings`], the present ones.
 
 use motion::effects::Effect;
 use motion::snapshot::Effects;
@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 use crate::simulation::Simulation;
 use crate::snapshot::words;
 
-/// What a run has in place of what its scenes say; absent is what a scene says.
+/// Settings that replace those of a run's scenes; `None` keeps the scene's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Overrides {
-    /// Method of the scene; bodies with a method of their own keep it.
+    /// Method of the scene; bodies with their own method keep it.
     #[serde(with = "words::optional")]
     pub method: Option<Method>,
     /// Ticks per second, positive and finite.
@@ -26,7 +26,7 @@ pub struct Overrides {
 }
 
 impl Overrides {
-    /// Those that `scene` has as it is.
+    /// The settings of `scene` itself.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         Self {
@@ -37,7 +37,7 @@ impl Overrides {
         }
     }
 
-    /// Why `scene` cannot have them, if it cannot: their method does not solve one of its laws.
+    /// Why `scene` cannot have these settings, if it cannot: their method cannot solve one of its laws.
     #[must_use]
     pub fn unsolvable(self, scene: &Scene) -> Option<&'static str> {
         unsolvable(self.method?, scene.mutual_gravity.is_some())
@@ -56,7 +56,7 @@ impl Overrides {
     }
 }
 
-/// What a running simulation is set to now, whatever its scene says: method, ticks, and effects as they are.
+/// The present settings of a running simulation: method, ticks and effects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunSettings {
     /// Method of bodies without their own.
@@ -70,7 +70,7 @@ pub struct RunSettings {
 }
 
 impl RunSettings {
-    /// What `simulation` is set to now. It is mutable for queries alone.
+    /// The present settings of `simulation`, which is mutable only for queries.
     pub fn of(simulation: &mut Simulation) -> Self {
         Self {
             method: simulation.method(),
@@ -86,16 +86,16 @@ impl RunSettings {
         rate_of(self.step)
     }
 
-    /// Sets `scene` to them, so that a run of it starts with them.
+    /// Applies the settings to `scene`, so that a run of it starts with them.
     pub fn apply(&self, scene: &mut Scene) {
         (scene.method, scene.substeps, scene.step_hz) = (self.method, self.substeps, self.step_hz());
         (scene.gravity, scene.damping) = (self.effects.gravity, self.effects.damping);
-        // Gravity says itself whether it is on.
+        // Gravity has its own flag.
         let off = self.effects.off.iter().copied();
         scene.off_at_start = off.filter(|effect| *effect != Effect::Gravity).collect();
     }
 
-    /// Sets another run of the same scene to them, except substeps, which it has from its scene.
+    /// Applies the settings to another run of the same scene, except substeps, which it has from its scene.
     pub fn put(&self, simulation: &mut Simulation) {
         simulation.world.insert_resource(TimeStep(self.step));
         self.effects.put(&mut simulation.world);

@@ -11,8 +11,8 @@ use xxhash_rust::xxh3::Xxh3;
 
 /// A running scene: its world, the stepper of that world, and its bodies.
 ///
-/// The fields are open: queries, resources and measurements need them. Between two ticks, a body is moved by requests and
-/// pushes, which keep what methods remember about it right.
+/// The fields are public for queries, resources and measurements. Change a body by requests and pushes, which keep
+/// the method state valid.
 pub struct Simulation {
     /// The scene that the world was spawned from.
     pub scene: Arc<Scene>,
@@ -20,7 +20,7 @@ pub struct Simulation {
     pub world: World,
     /// Its stepper.
     pub stepper: Stepper,
-    /// Its bodies by stable id, as [`Scene::spawn`] returned them; some may be gone.
+    /// Its bodies by stable id, as [`Scene::spawn`] returned them; some may have been removed.
     pub bodies: Vec<Entity>,
 }
 
@@ -31,7 +31,7 @@ impl Simulation {
         Self::prepared(scene, |_, _| ())
     }
 
-    /// The start of `scene`, with what `prepare` does to the spawned world and its bodies before it has a stepper.
+    /// The start of `scene`, whose spawned world and bodies `prepare` may change before it has a stepper.
     #[must_use]
     pub fn prepared(scene: impl Into<Arc<Scene>>, prepare: impl FnOnce(&mut World, &[Entity])) -> Self {
         let scene = scene.into();
@@ -42,7 +42,7 @@ impl Simulation {
         Self { scene, world, stepper, bodies }
     }
 
-    /// The method of bodies without one of their own.
+    /// The method of bodies without their own.
     #[must_use]
     pub const fn method(&self) -> Method {
         self.stepper.method()
@@ -60,7 +60,7 @@ impl Simulation {
         self.world.resource::<StepClock>().ticks()
     }
 
-    /// Goes on with another method of bodies without one of their own: see [`Stepper::set_method`].
+    /// Changes the method of bodies without their own: see [`Stepper::set_method`].
     pub fn set_method(&mut self, method: Method) {
         self.stepper.set_method(&mut self.world, method);
     }
@@ -70,19 +70,19 @@ impl Simulation {
         self.stepper.tick(&mut self.world);
     }
 
-    /// Simulates so many ticks.
+    /// Simulates a number of ticks.
     pub fn run(&mut self, ticks: u64) {
         (0..ticks).for_each(|_| self.tick());
     }
 
-    /// The body of that stable id, unless it is gone.
+    /// The body of that stable id, unless it was removed.
     #[must_use]
     pub fn body(&self, id: u32) -> Option<Entity> {
         let body = *self.bodies.get(id as usize)?;
         self.world.get_entity(body).is_ok().then_some(body)
     }
 
-    /// The body of that name, unless it is gone.
+    /// The body of that name, unless it was removed.
     #[must_use]
     pub fn named(&self, name: &str) -> Option<Entity> {
         self.body(self.scene.names.find(name)?)
@@ -93,12 +93,12 @@ impl Simulation {
         self.world.resource_mut::<PushQueue>().push_once(body, newtons);
     }
 
-    /// Asks for a change before the coming tick.
+    /// Requests a change before the coming tick.
     pub fn request(&mut self, request: Request) {
         self.world.resource_mut::<Requests>().ask(request);
     }
 
-    /// Carries out at once what was asked for.
+    /// Carries out the pending requests at once.
     pub fn carry_out_requests(&mut self) {
         self.stepper.carry_out_requests(&mut self.world);
     }

@@ -27,8 +27,8 @@ pub(crate) use words::Name;
 
 /// The state of a simulation between two ticks.
 ///
-/// Numbers are those of the world, bit for bit, also in a file. A key that a file has beside these is passed over,
-/// one that it has not is empty.
+/// Numbers are those of the world, bit for bit, also in a file. Unknown keys of a file are ignored, and absent ones
+/// are empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Snapshot {
@@ -37,16 +37,16 @@ pub struct Snapshot {
     /// Length of a tick, s.
     pub(crate) step_s: f64,
     pub(crate) method: Name<Method>,
-    /// Substeps of bodies without a number of their own.
+    /// Substeps of bodies without their own.
     pub(crate) substeps: u32,
     #[serde(with = "EffectsFields")]
     pub(crate) effects: Effects,
     pub(crate) counts: CountsEntry,
-    /// Things that are there, scenery too: runs of stable ids, ascending, each its first one and its length.
+    /// Things that exist, scenery too: runs of stable ids, ascending, each as its first id and its length.
     #[serde(deserialize_with = "list")]
     pub(crate) things: Vec<[u32; 2]>,
-    /// Bodies with physics, in the order of the tables that they stand in: laws are called for several rows at once,
-    /// so that counts of evaluations depend on which ones are neighbors. Runs as above.
+    /// Bodies with physics, in the order of their tables: laws are called for several rows at once, so that counts of
+    /// evaluations depend on which rows are neighbors. Runs as above.
     #[serde(deserialize_with = "list")]
     pub(crate) bodies: Vec<[u32; 2]>,
     /// Positions of the bodies in that order, m.
@@ -55,12 +55,12 @@ pub struct Snapshot {
     /// Their velocities, m/s, and inverse masses, 1/kg.
     #[serde(deserialize_with = "list")]
     pub(crate) velocities: Vec<[f64; 4]>,
-    /// Where bodies were before the last tick, m, in runs that draw between ticks.
+    /// Positions of bodies before the last tick, m, in runs that draw between ticks.
     #[serde(deserialize_with = "list")]
     pub(crate) drawn_from: Vec<(u32, [f64; 3])>,
     #[serde(deserialize_with = "list")]
     pub(crate) quarantined: Vec<u32>,
-    /// Particles that do not live.
+    /// Particles that are not alive.
     #[serde(deserialize_with = "list")]
     pub(crate) dormant: Vec<u32>,
     #[serde(deserialize_with = "list")]
@@ -72,7 +72,7 @@ pub struct Snapshot {
     pub(crate) last_steps: Vec<(u32, f64)>,
     #[serde(deserialize_with = "list")]
     pub(crate) records: Vec<RecordEntry>,
-    /// What each emitter has thrown out so far, by its place in the scene file.
+    /// The state of each emitter, by its index in the scene file.
     #[serde(deserialize_with = "list")]
     pub(crate) emissions: Vec<(u32, EmissionEntry)>,
     /// Pushes that wait for a tick.
@@ -87,7 +87,7 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// Ticks simulated until then.
+    /// Ticks simulated before the snapshot.
     #[must_use]
     pub const fn ticks(&self) -> u64 {
         self.clock.ticks
@@ -103,7 +103,7 @@ impl Snapshot {
         hash_of_states(rows.into_iter().map(|(_, (position, [x, y, z, _]))| (*position, [*x, *y, *z])))
     }
 
-    /// Bytes of memory that it takes, lists as they are allocated.
+    /// Bytes of memory of the snapshot, lists as they are allocated.
     #[must_use]
     pub fn bytes(&self) -> usize {
         // A field that is not named here does not compile.
@@ -149,7 +149,7 @@ impl Snapshot {
             + list_bytes(requests)
     }
 
-    /// Takes off what waits for the next tick: pushes and requests.
+    /// Drops the inputs that wait for the next tick: pushes and requests.
     pub(crate) fn without_inputs(mut self) -> Self {
         self.pushes.clear();
         self.sustained.clear();
@@ -157,15 +157,15 @@ impl Snapshot {
         self
     }
 
-    /// Takes off what was counted and noted so far: evaluations and quarantined bodies' records.
+    /// Drops the counts of evaluations and the records of quarantined bodies.
     pub(crate) fn without_history(mut self) -> Self {
         self.counts = CountsEntry::default();
         self.records.clear();
         self
     }
 
-    /// Lets it be the start of `scene`, whose methods are others: every body has the method of the scene, and those
-    /// that start as position Verlet remembers do so only by it.
+    /// Makes it the start of `scene`, which has other methods: every body gets the method of the scene, and a
+    /// previous position of position Verlet counts only under that method.
     pub(crate) fn begin_by_method_of(&mut self, scene: &Scene) {
         self.method = Name(scene.method);
         self.own_methods.clear();

@@ -1,6 +1,6 @@
-//! The last minute of a run: snapshots at some ticks, and what came from outside between them.
+//! The last minute of a run: snapshots at some ticks, and the changes from outside between them.
 //!
-//! A state at any tick is that of the nearest snapshot before it, with the ticks from there simulated again.
+//! The state at any tick is restored from the nearest snapshot before it, by simulating the ticks from there again.
 
 mod replay;
 mod rerun;
@@ -23,16 +23,16 @@ pub use rerun::Rerun;
 pub use seek::Seek;
 pub use watch::{ENERGY_JUMP, Fault, Watch};
 
-/// Bytes that a timeline takes at most.
+/// Most bytes of a timeline.
 pub const TIMELINE_BYTES: usize = 64 << 20;
 
-/// Simulated time that stays within reach as long as the bytes allow, s.
+/// Simulated time that a timeline keeps, if its bytes suffice, s.
 pub const TIMELINE_SECONDS: f64 = 60.0;
 
-/// Ticks from one snapshot to the next, at first: at most so many are simulated again.
+/// Ticks between two snapshots at first: the most ticks that are simulated again.
 const FIRST_SPACING: u64 = 32;
 
-/// A snapshot and what belongs to it.
+/// A snapshot, its hash, its time and its size.
 #[derive(Clone, Debug)]
 struct Keyframe {
     snapshot: Snapshot,
@@ -62,9 +62,9 @@ impl Keyframe {
 pub struct Timeline {
     cap: usize,
     keyframes: VecDeque<Keyframe>,
-    /// A snapshot more, where the run went back to last.
+    /// One more snapshot, at the tick to which the run last went back.
     near: Option<Box<Keyframe>>,
-    /// What came since the oldest snapshot, ascending by tick.
+    /// The events since the oldest snapshot, ascending by tick.
     events: VecDeque<Event>,
     spacing: u64,
     head: u64,
@@ -74,8 +74,8 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// A timeline of `simulation` that begins now, between two ticks, and takes at most `cap` bytes. `None` where that
-    /// is less than two snapshots take. `energy` is [`Watch::energy`].
+    /// A timeline of `simulation` that begins now, between two ticks, and takes at most `cap` bytes. `None` if two
+    /// snapshots take more. `energy` is [`Watch::energy`].
     pub fn new(simulation: &mut Simulation, cap: usize, energy: EnergyState) -> Option<Self> {
         let mut timeline = Self {
             cap,
@@ -92,7 +92,7 @@ impl Timeline {
         (timeline.bytes() * 2 <= cap).then_some(timeline)
     }
 
-    /// Ticks that can be gone to.
+    /// Ticks that can be sought.
     #[must_use]
     pub fn range(&self) -> RangeInclusive<u64> {
         self.keyframes.front().map_or(self.head, |first| first.snapshot.ticks())..=self.head
@@ -108,21 +108,21 @@ impl Timeline {
         self.keyframes.iter().map(|keyframe| (keyframe.snapshot.ticks(), keyframe.seconds))
     }
 
-    /// Bytes that it takes.
+    /// Bytes of the timeline.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let near = self.near.as_ref().map_or(0, |near| near.bytes);
         size_of::<Self>() + self.keyframe_bytes + near + self.event_bytes
     }
 
-    /// Bytes that it takes at most.
+    /// Most bytes of the timeline.
     #[must_use]
     pub const fn cap(&self) -> usize {
         self.cap
     }
 
-    /// Notes what is done at once, between two ticks. Drops what was recorded of ticks after the present one, if the run went
-    /// back.
+    /// Notes a change that is made at once, between two ticks. Drops the record of ticks after the present one, if
+    /// the run went back.
     pub fn note(&mut self, simulation: &Simulation, what: Change) {
         let tick = simulation.ticks();
         self.forget_after(tick);
@@ -134,7 +134,7 @@ impl Timeline {
         self.events.push_back(event);
     }
 
-    /// Notes the requests that are carried out now; whether there are some.
+    /// Notes the requests that are carried out now. Returns whether there are any.
     pub fn note_requests(&mut self, simulation: &Simulation) -> bool {
         let requests: Vec<_> = simulation.requested().collect();
         let some = !requests.is_empty();
@@ -144,7 +144,7 @@ impl Timeline {
         some
     }
 
-    /// Notes what the coming tick takes in; whether there are requests or pushes.
+    /// Notes the changes that the coming tick takes in. Returns whether there are requests or pushes.
     pub fn before_tick(&mut self, simulation: &Simulation) -> bool {
         self.forget_after(simulation.ticks());
         let mut some = self.note_requests(simulation);
@@ -169,15 +169,15 @@ impl Timeline {
         self.keep_within_cap();
     }
 
-    /// Where a run that is written into a file is repeated from, the events after it, and what was known of the energy
-    /// then.
+    /// The oldest snapshot, from which a bundle repeats the run, the events after it, and the state of the watch over
+    /// its energy.
     #[must_use]
     pub fn origin(&self) -> Option<(&Snapshot, Vec<Event>, EnergyState)> {
         let first = self.keyframes.front()?;
         Some((&first.snapshot, self.events.iter().cloned().collect(), first.energy))
     }
 
-    /// What was done to the world after tick number `tick` and before the next one.
+    /// The events after tick number `tick` and before the next one.
     pub fn events_after(&self, tick: u64) -> impl Iterator<Item = &Event> {
         let first = self.events.partition_point(|event| event.tick < tick);
         self.events.iter().skip(first).take_while(move |event| event.tick == tick)
@@ -197,7 +197,7 @@ impl Timeline {
         Some(near.filter(|near| near.snapshot.ticks() > regular.snapshot.ticks()).unwrap_or(regular))
     }
 
-    /// Keeps a snapshot more, in place of the last such one, if there is room for it.
+    /// Keeps one more snapshot, in place of the last one of that kind, if it fits.
     fn keep_near(&mut self, near: Keyframe) {
         self.near = None;
         if self.bytes() + near.bytes <= self.cap {
@@ -205,7 +205,7 @@ impl Timeline {
         }
     }
 
-    /// Forgets what came after the end of tick number `now`, if the run went back to it.
+    /// Drops the record of ticks after tick number `now`, if the run went back to it.
     fn forget_after(&mut self, now: u64) {
         if now >= self.head {
             return;
@@ -218,7 +218,7 @@ impl Timeline {
             self.event_bytes -= event.bytes();
         }
         self.head = now;
-        // The length of ticks may have been changed in what is forgotten.
+        // The dropped ticks may have changed the length of ticks.
         self.step = f64::NAN;
     }
 
@@ -255,7 +255,7 @@ impl Timeline {
         if let Some(oldest) = self.keyframes.pop_front() {
             self.keyframe_bytes -= oldest.bytes;
         }
-        // A snapshot is taken before anything is done to its world: what came at its tick came after it.
+        // A snapshot is taken before the events of its tick, so these stay.
         let first = *self.range().start();
         self.near.take_if(|near| near.snapshot.ticks() < first);
         while let Some(event) = self.events.pop_front_if(|event| event.tick < first) {

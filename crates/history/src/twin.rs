@@ -1,4 +1,4 @@
-//! Simulations that follow another one: the same scene and the same inputs in the same ticks, by a method of their own.
+//! Twins: simulations that repeat another one in step with it, with the same scene and inputs, by their own method.
 
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
@@ -10,45 +10,44 @@ use scene::Scene;
 use crate::change::Change;
 use crate::simulation::Simulation;
 
-/// The method that others are compared with: of those that take every law, the one of the highest order.
+/// The method of references: of those that can solve every law, the one of the highest order.
 pub const REFERENCE_METHOD: Method = Method::RungeKutta4;
 
-/// Substeps of the reference, or twice as many as the scene has if that is more. Its error is then some
-/// `16^4 = 65,536` times smaller than that of Runge-Kutta 4 in whole ticks. Substeps and not shorter ticks:
-/// a push is a force over a tick, and another tick would be another problem.
+/// Substeps of the reference, or twice as many as the scene has if that is more. Its error is then some `16^4 =
+/// 65,536` times smaller than that of Runge-Kutta 4 in whole ticks. Substeps instead of shorter ticks, because a push
+/// is a force over a tick: other ticks would be another problem.
 pub const REFERENCE_SUBSTEPS: u32 = 16;
 
-/// A simulation of the same scene as another one, its leader, that takes in what the leader takes in.
+/// A simulation of the scene of another one, its leader, that takes in the same changes.
 ///
-/// Every body of it has the one method of the twin, whatever methods bodies of the leader have. Particles of
-/// emitters come along.
+/// All of its bodies have the method of the twin, even those that have their own in the leader.
 pub struct Twin {
     simulation: Simulation,
     failure: Option<Failure>,
 }
 
-/// Why a twin is not simulated any further.
+/// Why a twin stopped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Failure {
     /// Stable id of the first body that was quarantined.
     pub body: u32,
-    /// The tick that it did not survive.
+    /// The tick in which it was quarantined.
     pub tick: u64,
-    /// What would have become non-finite.
+    /// The cause of the quarantine.
     pub cause: Cause,
 }
 
 impl Twin {
-    /// A twin that starts from the present state of `leader`, between two ticks, with `substeps` parts of a tick
-    /// for every body or, where `None`, as the leader has them.
+    /// A twin that starts from the present state of `leader`, between two ticks, with `substeps` substeps per tick
+    /// for every body, or with those of the leader if `None`.
     ///
-    /// Before the first tick it has the bits of a scene whose method this is. Later it takes over what the
-    /// leader's methods keep, and changes the method as [`Simulation::set_method`] does: the velocities of position
-    /// Verlet, which lag half a step behind, are brought to the time of the positions first. What waits in the
-    /// leader for the next tick is not taken over: that tick will bring it.
+    /// Before the first tick it has the bits of a scene with this method. Later it takes over the method state of the
+    /// leader, and changes the method as [`Simulation::set_method`] does: the velocities of position Verlet, which
+    /// lag half a step behind, are first brought to the time of the positions. Changes that wait in the leader for
+    /// the next tick are not taken over, because [`Twin::tick`] gets them.
     ///
     /// # Panics
-    /// When the bodies of `leader` are not those of its scene.
+    /// If the bodies of `leader` are not those of its scene.
     #[must_use]
     pub fn new(leader: &mut Simulation, method: Method, substeps: Option<u32>) -> Self {
         let begins = leader.world.resource::<StepClock>().scene_seconds() == 0.0;
@@ -73,7 +72,7 @@ impl Twin {
         Self { simulation, failure: None }
     }
 
-    /// The reference for twins of `leader`; how fine it is, [`REFERENCE_SUBSTEPS`] says.
+    /// The reference for twins of `leader`, with at least [`REFERENCE_SUBSTEPS`].
     ///
     /// # Panics
     /// As [`Twin::new`].
@@ -90,19 +89,20 @@ impl Twin {
         self.simulation.method()
     }
 
-    /// What it is, to look at.
+    /// The simulation of the twin.
     #[must_use]
     pub const fn simulation(&self) -> &Simulation {
         &self.simulation
     }
 
-    /// Why it goes no further, if that is so.
+    /// Why the twin stopped, if it did.
     #[must_use]
     pub const fn failure(&self) -> Option<Failure> {
         self.failure
     }
 
-    /// Simulates a tick of `step` with what the leader's takes in, which is [`Simulation::pending`] before it.
+    /// Simulates a tick of `step` with the changes of the leader's tick, which are its [`Simulation::pending`] before
+    /// the tick.
     pub fn tick(&mut self, step: TimeStep, changes: &[Change]) {
         if self.failure.is_none() {
             changes.iter().for_each(|change| self.take_in(change));
@@ -112,7 +112,8 @@ impl Twin {
         }
     }
 
-    /// Takes in at once what the leader carries out between two ticks, which is [`Simulation::requested`] before it.
+    /// Carries out at once the requests that the leader carries out between two ticks, which are its
+    /// [`Simulation::requested`] before that.
     pub fn carry_out(&mut self, requests: &[Request<u32>]) {
         if self.failure.is_none() && !requests.is_empty() {
             self.take_in(&Change::Requests(requests.to_vec()));
@@ -121,14 +122,14 @@ impl Twin {
         }
     }
 
-    /// Remembers every position for drawing between two ticks; of a leader that does not, no twin does.
+    /// Remembers every position for drawing between two ticks. To be called only if the leader does the same.
     pub fn remember_positions(&mut self) {
         self.simulation.world.run_system_cached(remember_positions).expect("a query and nothing else");
     }
 
     fn take_in(&mut self, change: &Change) {
         let Change::Requests(requests) = change else { return self.simulation.give(change) };
-        // A method of one body in the leader is no method of a twin.
+        // All bodies of a twin keep its method.
         let of_twins = |request: &Request<u32>| !matches!(request, Request::SetBodyMethod(..));
         let requests = requests.iter().copied().filter(of_twins).collect();
         self.simulation.give(&Change::Requests(requests));
@@ -145,7 +146,7 @@ fn entities<Who: bevy_ecs::query::QueryFilter>(world: &mut World) -> Vec<Entity>
     world.query_filtered::<Entity, Who>().iter(world).collect()
 }
 
-/// Lets every body go on with `method`.
+/// Changes the method of every body to `method`.
 fn unify_methods(simulation: &mut Simulation, method: Method) {
     for body in entities::<With<OwnMethod>>(&mut simulation.world) {
         simulation.request(Request::SetBodyMethod(body, None));

@@ -13,24 +13,24 @@ use crate::run::{ByEffect, started, step_times};
 /// A run without one effect, against the full one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Absence {
-    /// What was left out.
+    /// The effect that was left out.
     pub effect: Effect,
-    /// Largest distance of a body at the end from where the full run has it, m.
+    /// Largest distance of a body at the end from its place in the full run, m.
     pub max_distance: f64,
     /// Root of the mean square of the distances, m.
     pub rms_distance: f64,
     /// Whether every position and velocity is the same to the last bit.
     pub identical: bool,
-    /// Evaluations that a step saves.
+    /// Evaluations that a step saves without it.
     pub evaluations_saved: f64,
-    /// Thread CPU time that a step saves, ns.
+    /// Thread CPU time that a step saves without it, ns.
     pub ns_saved: f64,
-    /// Whether the picture at the end is another one, if both were drawn.
+    /// Whether the pictures at the end differ; `None` if they were not drawn.
     pub picture_differs: Option<bool>,
 }
 
 impl Absence {
-    /// Whether leaving the effect out changes anything that is seen.
+    /// Whether the run or its picture differs without the effect.
     pub fn needed(&self) -> bool {
         !self.identical || self.picture_differs == Some(true)
     }

@@ -5,9 +5,8 @@
 //! ([`TickTime`]), energy over time ([`Drift`]), a second at several frame rates ([`RateRow`]). A [`Report`] is the studies
 //! of one command and the [`Machine`] that they were made on.
 //!
-//! An error is the largest of all ticks: runs go side by side with the truth, and nothing of their ticks is kept. Error and
-//! time are measured in runs of their own (Rein, Liu 2012; Rackauckas, Nie 2017): the one without a clock, the other
-//! without a comparison.
+//! An error is the largest over all ticks: each run advances beside the truth, and no states are stored. Errors and
+//! times come from separate runs (Rein, Liu 2012; Rackauckas, Nie 2017).
 
 mod arithmetic;
 mod bench;

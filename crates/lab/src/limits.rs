@@ -14,7 +14,7 @@ pub use nets::{Net, Stepped};
 pub use oscillator::Oscillator;
 pub use theory::{Damped, oscillator_limit};
 
-/// Damping ratios that are measured; 0 is none.
+/// Damping ratios that are measured; 0 for no damping.
 pub const RATIOS: [f64; 6] = [0.0, 0.05, 0.2, 0.5, 1.0, 2.0];
 
 /// The oscillators whose limits are measured: by every method without damping and with drag of every ratio, and by the two
@@ -29,8 +29,8 @@ pub fn oscillators() -> Vec<Oscillator> {
     drag.chain(models).map(|(method, damped)| Oscillator { method, damped }).collect()
 }
 
-/// The nets whose limits are measured: so many random ones, by number, after chains with a last mass of 1, 1e6, 1e-3 and
-/// 1e-6 kg.
+/// The nets whose limits are measured: chains with a last mass of 1, 1e6, 1e-3 and 1e-6 kg, then this number of
+/// random nets.
 pub fn nets(random: u64) -> Vec<Net> {
     let chains = [1.0, 1e6, 1e-3, 1e-6].map(Net::chain);
     chains.into_iter().chain((0..random).map(Net::random)).collect()

@@ -1,40 +1,44 @@
-//! The receipt of a scene: each effect, whether it acts, because of what, on how many bodies, and what it costs.
+//! The receipt of a scene: each effect, whether it acts and why, on how many bodies, and what it costs in time and
+//! memory.
+
+mod memory;
 
 use bevy_ecs::prelude::*;
 use history::Simulation;
-use motion::effects::{Effect, EffectState, column_bytes};
+use motion::effects::{Effect, EffectState};
 use motion::snapshot::{LastAcceleration, LastStep};
 use motion::{Dormant, Evaluations, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method};
 use scene::{Declaration, Scene};
 
+use self::memory::{column_bytes, effect_bytes};
 use crate::run::{ByEffect, started, step_times};
 
 /// One line of a receipt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReceiptLine {
-    /// The word for it.
+    /// Its name.
     pub name: &'static str,
-    /// The effect; `None` is what methods and pictures bring with them.
+    /// The effect; `None` for the state of methods and for pictures.
     pub effect: Option<Effect>,
     /// Whether it acts.
     pub state: EffectState,
-    /// What brought it: a key of the scene file, with its line where that is known, or who switched it.
+    /// Why it acts: the key of the scene file that declares it, with its line if that is known, or what switched it.
     pub because: Option<String>,
     /// Bodies that it acts on.
     pub bodies: usize,
-    /// Evaluations a step, as the step itself counted them.
+    /// Evaluations per step, counted in the run.
     pub evaluations: f64,
-    /// What a step saves without it, thread CPU ns, if that was measured. Below 0, or next to it, it is lost in
-    /// what measurements differ by.
+    /// Thread CPU time that a step saves without it, ns; `None` if not measured. A value near 0 or below is within
+    /// the noise.
     pub ns: Option<f64>,
-    /// The same as a part of the whole step.
+    /// `ns` as a part of the whole step.
     pub share: Option<f64>,
     /// Bytes of state in the world.
     pub bytes: usize,
 }
 
 impl ReceiptLine {
-    /// A row without effect and cost.
+    /// A line without an effect and without costs.
     pub const fn of(name: &'static str, state: EffectState) -> Self {
         Self {
             name,
@@ -50,7 +54,7 @@ impl ReceiptLine {
     }
 }
 
-/// What the effects of a run do and cost: every effect, declared or not, then what methods keep.
+/// What the effects of a run do and cost: every effect, declared or not, then the state of methods.
 pub type Receipt = ByEffect<ReceiptLine>;
 
 /// The receipt of `ticks` ticks of `scene`, at least 1, from its start, with effects switched off before the first tick.
@@ -84,7 +88,7 @@ pub fn receipt(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
 
 const IMPLICIT_SOLVER: &str = "implicit_solver";
 
-/// What there is to see in a simulation without running it: evaluations and times are left open.
+/// The lines of a simulation as it is, without running it: evaluations and times are not filled in.
 pub fn look(simulation: &mut Simulation) -> Vec<ReceiptLine> {
     let method = simulation.method();
     let Simulation { scene, world, .. } = simulation;
@@ -96,7 +100,7 @@ pub fn look(simulation: &mut Simulation) -> Vec<ReceiptLine> {
                 effect: Some(effect),
                 because: (state != EffectState::NotDeclared).then(|| because(scene, effect)),
                 bodies: effect.bodies(world),
-                bytes: effect.bytes(world),
+                bytes: effect_bytes(world, effect),
                 ..ReceiptLine::of(effect.name(), state)
             }
         })
@@ -122,7 +126,7 @@ pub fn look(simulation: &mut Simulation) -> Vec<ReceiptLine> {
     rows
 }
 
-/// The first key of the scene file that calls for an effect, with its line where that is known.
+/// The first key of the scene file that declares an effect, with its line if that is known.
 fn because(scene: &Scene, effect: Effect) -> String {
     let declared = scene.declared.iter().find(|declared| declared.effect == effect);
     match declared {
@@ -132,15 +136,15 @@ fn because(scene: &Scene, effect: Effect) -> String {
     }
 }
 
-/// Bodies that a step looks at.
-type Looked = (Without<Quarantined>, Without<Static>, Without<Dormant>);
+/// Bodies that a step integrates.
+type Integrated = (Without<Quarantined>, Without<Static>, Without<Dormant>);
 
-/// Movable bodies that `sought` moves.
+/// Number of movable bodies that `sought` integrates.
 fn bodies_of(world: &mut World, scene: Method, sought: Method) -> usize {
     let moves = |body: &PhysicsBody| body.inverse_mass > 0.0;
-    let mut own = world.query_filtered::<(EntityRef, &PhysicsBody), (With<OwnMethod>, Looked)>();
-    let asks = |(body, state): &(EntityRef, &PhysicsBody)| moves(state) && own_method(*body) == Some(sought);
-    let asking = own.iter(world).filter(asks).count();
-    let mut others = world.query_filtered::<&PhysicsBody, (Without<OwnMethod>, Looked)>();
-    asking + if scene == sought { others.iter(world).filter(|body| moves(body)).count() } else { 0 }
+    let mut own = world.query_filtered::<(EntityRef, &PhysicsBody), (With<OwnMethod>, Integrated)>();
+    let uses = |(body, state): &(EntityRef, &PhysicsBody)| moves(state) && own_method(*body) == Some(sought);
+    let with_own = own.iter(world).filter(uses).count();
+    let mut others = world.query_filtered::<&PhysicsBody, (Without<OwnMethod>, Integrated)>();
+    with_own + if scene == sought { others.iter(world).filter(|body| moves(body)).count() } else { 0 }
 }

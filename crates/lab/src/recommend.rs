@@ -4,7 +4,7 @@
 
 use crate::cost::{Accuracy, Cell, Cost, Errors, Setting, Study};
 
-/// What is asked of a choice.
+/// The requirement on a choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
     /// No body farther than this from the truth after any tick, m, above 0: farther from the reference by no more than this
@@ -14,12 +14,12 @@ pub enum Goal {
     Budget(f64),
 }
 
-/// What a price is counted in, each for 1/60 s of the scene.
+/// Unit of prices, each for 1/60 s of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// Thread CPU time, ms.
     Milliseconds,
-    /// Evaluations of one body, those of solvers among them; for studies without times.
+    /// Evaluations per body, including those of solvers; for studies without times.
     Evaluations,
 }
 
@@ -36,7 +36,7 @@ pub struct Point {
     pub price: f64,
 }
 
-/// What is chosen for one part.
+/// The choice for one part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartChoice {
     /// Name of the part.
@@ -45,9 +45,9 @@ pub struct PartChoice {
     pub bodies: usize,
     /// The choice, a point of the measured front.
     pub pick: Point,
-    /// Points of other methods that cost the same, as far as it can be told.
+    /// Points of other methods whose cost is the same within the noise.
     pub ties: Vec<Point>,
-    /// Errors below this cannot be told from the reference's own, m.
+    /// Error of the reference itself, m: smaller errors cannot be measured.
     pub reference_error_m: f64,
     /// Its part of the total, 0 to 1.
     pub share: f64,
@@ -60,14 +60,14 @@ pub struct Rung {
     pub error_m: f64,
     /// Its price, all parts together.
     pub total: f64,
-    /// The rows that it changes, and to what.
+    /// The rows that change, each with its new point.
     pub picks: Vec<(usize, Point)>,
 }
 
 /// A choice for every part of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recommendation {
-    /// One a part, in their order; at least one.
+    /// One row per part, in their order; at least one.
     pub rows: Vec<PartChoice>,
     /// Unit of all prices.
     pub unit: Unit,
@@ -78,14 +78,14 @@ pub struct Recommendation {
     /// The row of the largest error.
     pub limiting: usize,
     /// For an error, the cheapest choice for a tenth of it; for a budget, the cheapest one with a smaller largest
-    /// error. `None` if none was measured, or it could not be told from the reference's own error.
+    /// error. `None` if none was measured, or its error is below that of the reference.
     pub next: Option<Rung>,
 }
 
 /// Why there is no choice.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
-    /// There is no part.
+    /// The scene has no part.
     #[error("no body of the scene can move, so there is no method to choose")]
     NothingMoves,
     /// Every setting of a part failed.
@@ -94,13 +94,13 @@ pub enum Refusal {
         /// Its name.
         part: String,
     },
-    /// No time was measured, so that none can be promised.
+    /// No time was measured.
     #[error("no time was measured, so none can be promised; ask for an error")]
     NoTimes,
     /// The reference of a part is farther from the truth than the error that is asked for.
     #[error(
         "{part}: the reference itself may be off by {reference_error_m:.1e} m, so that an error of {error_m:e} m cannot \
-         be told; give a larger error, or fewer seconds"
+         be measured; give a larger error, or fewer seconds"
     )]
     Uncertain {
         /// Its name.
@@ -129,7 +129,7 @@ pub enum Refusal {
     TooCheap {
         /// The time asked for, ms.
         budget_ms: f64,
-        /// What the cheapest choice takes, ms.
+        /// The time of the cheapest choice, ms.
         least_ms: f64,
     },
 }
@@ -137,7 +137,7 @@ pub enum Refusal {
 /// Chooses a method and substeps for each part, by its name and its study.
 ///
 /// # Errors
-/// Where no choice that was measured does what is asked, or it cannot be told.
+/// If no measured choice meets the goal, or the reference is too uncertain to show it.
 pub fn recommend(parts: &[(&str, &Study)], goal: Goal) -> Result<Recommendation, Refusal> {
     if parts.is_empty() {
         return Err(Refusal::NothingMoves);
@@ -200,12 +200,12 @@ impl<'a> Front<'a> {
         Some(Point { setting: cell.setting, error_m, rms_m, price })
     }
 
-    /// The error that a point keeps for certain, m; errors below the reference's own cannot be told apart.
+    /// An upper bound on the error of a point, m: errors below the reference's own cannot be measured.
     const fn bound(&self, point: &Point) -> f64 {
         point.error_m.max(self.own) + self.own
     }
 
-    /// The cheapest point that keeps an error.
+    /// The cheapest point with an error of at most `error`.
     fn cheapest(&self, error: f64) -> Option<Pick> {
         let found = self.study.cheapest(Accuracy::Position, self.cost, error)?;
         let ties = found.ties.into_iter().filter_map(|cell| self.point(cell)).collect();
@@ -225,7 +225,7 @@ fn below(fronts: &[Front<'_>], error: f64) -> Result<Vec<Pick>, Refusal> {
         let part = || front.part.to_owned();
         let best = front.best().ok_or_else(|| Refusal::NothingFinished { part: part() })?;
         front.cheapest(error).ok_or_else(|| {
-            // An error of the reference that is not a number is no bound either.
+            // A reference whose own error is NaN gives no bound.
             if best.error_m <= error || front.own > error || front.own.is_nan() {
                 Refusal::Uncertain { part: part(), error_m: error, reference_error_m: front.own }
             } else {
@@ -260,7 +260,8 @@ fn better(fronts: &[Front<'_>], picks: &[Pick]) -> Option<(f64, Vec<Pick>)> {
     Some((bound(&next), next))
 }
 
-/// The largest error of a choice is that of one of its points: few enough to try each, ascending.
+/// The bounds of all points, ascending. The largest error of a choice is one of them, and they are few enough to try
+/// each.
 fn bounds(fronts: &[Front<'_>]) -> Vec<f64> {
     let mut bounds: Vec<f64> = fronts.iter().flat_map(|front| front.bounds.iter().copied()).collect();
     bounds.sort_by(f64::total_cmp);
@@ -268,7 +269,7 @@ fn bounds(fronts: &[Front<'_>]) -> Vec<f64> {
     bounds
 }
 
-/// The cheapest point of each part that keeps an error.
+/// The cheapest point of each part with an error of at most `error`.
 fn choice(fronts: &[Front<'_>], error: f64) -> Option<Vec<Pick>> {
     fronts.iter().map(|front| front.cheapest(error)).collect()
 }

@@ -1,4 +1,4 @@
-//! A scene on its way, and how long its steps take.
+//! A running scene, and the time of its steps.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use motion::effects::Effect;
 use motion::{Method, Request};
 use scene::{BodySpec, Names, Scene};
 
-/// A run and its effects.
+/// What a study of effects found in a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ByEffect<R> {
     /// Name of the scene.
@@ -18,23 +18,23 @@ pub struct ByEffect<R> {
     pub method: Method,
     /// Ticks of the run.
     pub ticks: u64,
-    /// Thread CPU time of a step with everything, ns.
+    /// Thread CPU time of a step with all effects on, ns.
     pub ns: f64,
     /// A row for each effect.
     pub rows: Vec<R>,
 }
 
-/// Ticks before a measurement: schedules, caches and the columns of methods are there after them.
+/// Ticks before a measurement, in which schedules, caches and the columns of methods are built.
 const WARM_UP: u64 = 5;
 
-/// How often each block is measured; the least of them counts.
+/// How often each block is measured; the least time counts.
 const ROUNDS: usize = 9;
 
-/// Length of a block, s: long against the clock, short against the time slices of a machine that does other
-/// things too.
+/// Length of a block, s: long compared with the resolution of the clock, short compared with the time slices of the
+/// system.
 const BLOCK: f64 = 1e-3;
 
-/// The start of `scene`, with effects switched off; those that it never declared are off anyway.
+/// The start of `scene` with the effects of `without` switched off.
 pub(crate) fn started(scene: impl Into<Arc<Scene>>, without: &[Effect]) -> Simulation {
     let mut simulation = Simulation::new(scene);
     without.iter().for_each(|effect| simulation.request(Request::Switch(*effect, false)));
@@ -54,16 +54,16 @@ fn time(ticks: u64, mut tick: impl FnMut()) -> f64 {
     start.elapsed().as_secs_f64() / ticks as f64
 }
 
-/// Ticks of a block, at most `ticks`, when one of them takes so many seconds.
+/// Ticks of a block, at most `ticks`, if one takes `tick` seconds.
 fn block_of(tick: f64, ticks: u64) -> u64 {
     ((BLOCK / tick.max(1e-9)) as u64).clamp(1, ticks.max(1))
 }
 
-/// Least thread CPU time of a step of `scene` without each of those lists of effects, ns, over at most `ticks` of
-/// them.
+/// Least thread CPU time of a step of `scene` without each list of effects in `variants`, ns, over at most `ticks`
+/// ticks.
 ///
-/// Every block starts from the same state, and blocks of all variants take turns: what else the machine does hits
-/// all of them alike.
+/// Every block starts from the same state, and blocks of all variants take turns, so that other load of the machine
+/// affects all of them alike.
 pub(crate) fn step_times(scene: &Scene, variants: &[Vec<Effect>], ticks: u64) -> Vec<f64> {
     let scene = Arc::new(scene.clone());
     let time = |without: &[Effect], ticks| {
@@ -83,11 +83,11 @@ pub(crate) fn step_times(scene: &Scene, variants: &[Vec<Effect>], ticks: u64) ->
     least.into_iter().map(|seconds| seconds * 1e9).collect()
 }
 
-/// Ticks before a watch is measured: longer than books are kept after the start of a fall.
+/// Ticks before a watch is measured: longer than it keeps a ledger after the start of a fall.
 const WATCH_WARM_UP: u64 = 32;
 
-/// What a [`Watch`] adds to a tick of `scene`, least thread CPU time, ns, while nothing grows. It is measured by itself:
-/// beside a tick of many springs it would be lost in what measurements differ by.
+/// Least thread CPU time that a [`Watch`] adds to a tick of `scene`, ns, while no energy grows. It is measured by
+/// itself: beside a tick of many springs it would be within the noise.
 pub fn watch_time(scene: &Scene) -> f64 {
     let mut simulation = Simulation::new(scene.clone());
     let mut watch = Watch::new(&mut simulation.world);
@@ -111,11 +111,11 @@ const SAMPLE: usize = 2_000;
 pub struct AttractionTick {
     /// Bodies that move and attract each other.
     pub bodies: usize,
-    /// Thread CPU time of a tick, s: what a tick of some of them takes here, by the square of their number.
+    /// Thread CPU time of a tick, s, estimated from a tick of some of them by the square of their number.
     pub seconds: f64,
 }
 
-/// What a tick of `scene` takes if that is mostly attraction: of more than 2,000 bodies. `None` otherwise.
+/// The time of a tick of `scene` in which more than 2,000 bodies attract each other; `None` for other scenes.
 pub fn attraction_tick(scene: &Scene) -> Option<AttractionTick> {
     scene.mutual_gravity?;
     let is_particle = |id: u32| scene.emitters.iter().any(|emitter| emitter.pool.contains(&id));
@@ -138,7 +138,7 @@ pub fn attraction_tick(scene: &Scene) -> Option<AttractionTick> {
         ..scene.clone()
     };
     let mut simulation = Simulation::new(sample);
-    // The first tick makes columns and caches, and may have more to start.
+    // The first tick makes columns and caches.
     simulation.tick();
     Some(AttractionTick { bodies, seconds: time(1, || simulation.tick()) * share * share })
 }

@@ -1,13 +1,13 @@
-//! Survival: every method on every hard case, each cell with the number that says so and the bound it is
-//! held to.
+//! The survival matrix: every method on every hard case, each cell with its class, the number that decided it, and
+//! the bound on that number.
 
 mod class;
-mod gauge;
-mod host;
 mod matrix;
+mod metric;
 mod record;
+mod row_run;
 mod run;
 
 pub use class::Class;
-pub use matrix::Survey;
+pub use matrix::StabilityRun;
 pub use record::{CaseRow, Cell, FORMAT, Matrix, PREFIX, Prefix};

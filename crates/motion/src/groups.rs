@@ -1,7 +1,7 @@
 //! Groups: bodies that act on each other, integrated together.
 //!
-//! A group is a connected component of the graph that springs and mutual gravity make of the movable bodies;
-//! immovable bodies are anchors and connect nothing. A group has one method and one number of substeps: those of its
+//! A group is a connected component of the graph whose edges are springs and mutual gravity between movable bodies.
+//! Immovable bodies are anchors and connect nothing. A group has one method and one number of substeps: those of its
 //! member with the lowest id. Its rows are copied out of the tables, integrated, and copied back, all or none.
 
 mod combination;
@@ -42,7 +42,7 @@ use crate::units::Scalar;
 /// The groups of a world, compiled from its springs, soft bodies and mutual gravity; absent in a world without them.
 #[derive(Resource, Debug, Default)]
 pub struct Groups {
-    /// Whether there were springs, and mutual gravity, at the last check.
+    /// Whether the world had springs, and mutual gravity, at the last check.
     reasons: (bool, bool),
     pub(crate) list: Vec<Group>,
     /// The places of the rows of groups in the tables, by table and row.
@@ -89,13 +89,13 @@ struct TableRun {
 }
 
 impl Groups {
-    /// How many groups there are.
+    /// The number of groups.
     #[must_use]
     pub fn len(&self) -> usize {
         self.list.len()
     }
 
-    /// Whether there are none.
+    /// Whether the world has no groups.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
@@ -135,7 +135,7 @@ impl Groups {
                 break;
             }
             let members = &bodies[..coupling.movable];
-            // Counted, not `any`: every member must be removed from `alone`.
+            // `count` instead of `any`, which would stop before every member is removed from `alone`.
             if members.iter().filter(|member| alone.remove(*member)).count() > 0 {
                 all.extend(members);
             }

@@ -48,9 +48,9 @@ pub(crate) const BLOCK: usize = 4;
 
 type Row = [f64; 4];
 
-/// The numbers of an environment that a kernel needs for a tick of one method.
+/// The parameters of a tick of one method, computed from the environment.
 #[derive(Clone, Copy)]
-pub(crate) struct Terms<'a> {
+pub(crate) struct TickParameters<'a> {
     /// Acceleration by the constant laws, m/s².
     pub gravity: Vector,
     /// Rate of linear drag of the laws, 1/s.
@@ -73,8 +73,8 @@ pub(crate) struct Terms<'a> {
     pub traits: Traits,
 }
 
-impl<'a> Terms<'a> {
-    /// The terms of a tick of a method, without bounds.
+impl<'a> TickParameters<'a> {
+    /// The parameters of a tick of a method, without bounds.
     pub fn new(
         traits: Traits,
         affine: Affine,
@@ -85,7 +85,7 @@ impl<'a> Terms<'a> {
     ) -> Self {
         let decay = Decay::none(times.substep());
         let Affine { constant: gravity, rate: drag } = affine;
-        let terms = Self {
+        let parameters = Self {
             gravity,
             drag,
             rate: drag,
@@ -97,17 +97,17 @@ impl<'a> Terms<'a> {
             bounds: Bounds::FINITE,
             traits,
         };
-        terms.damped(damping)
+        parameters.damped(damping)
     }
 
-    /// The same terms with `bounds`.
+    /// The same parameters with `bounds`.
     #[must_use]
     pub const fn within(mut self, bounds: Bounds) -> Self {
         self.bounds = bounds;
         self
     }
 
-    /// The same terms with other damping.
+    /// The same parameters with other damping.
     #[must_use]
     pub fn damped(mut self, damping: Option<Damping>) -> Self {
         self.damping = damping;
@@ -126,15 +126,10 @@ impl<'a> Terms<'a> {
         self
     }
 
-    /// The same terms for a body that is born at `time`, s: its tick is the rest of the tick.
+    /// The same parameters for a body that is born at `time`, s: its tick is the rest of the tick.
     #[must_use]
     pub fn since(&self, time: Scalar) -> Self {
         Self { times: self.times.since(time), ..*self }.damped(self.damping)
-    }
-
-    /// Whether velocities decay by linear drag and by damping in the same step: only the kernel of blocks does that.
-    pub fn drags_and_damps(&self) -> bool {
-        self.rate != 0.0 && self.damping.is_some() && self.traits.damps_inside
     }
 
     /// The factors of damping in a segment; those around a tick are the same in every segment.
@@ -175,7 +170,7 @@ pub(crate) fn count(counts: &mut Counts, name: &'static str, more: u64) {
 pub(crate) struct StepStatistics {
     /// Evaluations of the acceleration of one body by all laws.
     pub accelerations: u64,
-    /// Evaluations of each law in [`Terms::laws`].
+    /// Evaluations of each law in [`TickParameters::laws`].
     pub calls: SmallVec<[u64; 8]>,
     /// Evaluations of the laws of single bodies, by name.
     pub own: Counts,
@@ -208,7 +203,7 @@ pub(crate) struct Batch<'a> {
     /// (velocity, inverse mass) of every body.
     pub bodies: &'a mut [Row],
     /// The applied forces, if any body is pushed.
-    pub applied: Option<Applied<'a>>,
+    pub applied: Option<AppliedForces<'a>>,
     /// What the method keeps of every body.
     pub method_state: MethodStateRows<'a>,
 }
@@ -243,7 +238,7 @@ impl<'a> Batch<'a> {
 /// The applied forces of a batch and the rows that are pushed; the forces of all other rows are zero and are not
 /// read.
 #[derive(Clone, Copy)]
-pub(crate) struct Applied<'a> {
+pub(crate) struct AppliedForces<'a> {
     /// The force on every body, N.
     pub forces: &'a [[f64; 3]],
     /// Table and row of the pushed bodies, rows ascending.
@@ -252,7 +247,7 @@ pub(crate) struct Applied<'a> {
     pub offset: usize,
 }
 
-impl Applied<'_> {
+impl AppliedForces<'_> {
     /// The forces of some rows.
     pub fn part(&self, rows: Range<usize>) -> Self {
         let before = |pushed: &[(usize, usize)], row: usize| {
@@ -278,7 +273,7 @@ pub(crate) struct Kernel {
     pub traits: Traits,
     /// Integrates a tick of some rows of a batch, whose options are given if they have any.
     pub integrate: fn(
-        &Terms<'_>,
+        &TickParameters<'_>,
         &mut Batch<'_>,
         Range<usize>,
         Option<&dyn RowOptions>,
@@ -296,7 +291,7 @@ impl Kernel {
     /// Integrates a tick of one row with these options, or says why it was refused.
     pub fn integrate_row(
         self,
-        terms: &Terms<'_>,
+        parameters: &TickParameters<'_>,
         options: BodyOptions<'_>,
         batch: &mut Batch<'_>,
         row: usize,
@@ -304,14 +299,14 @@ impl Kernel {
     ) -> Result<(), Breach> {
         let mut outcome = Ok(());
         let refuse = &mut |_, breach| outcome = Err(breach);
-        (self.integrate)(terms, batch, row..row + 1, Some(&options), statistics, refuse);
+        (self.integrate)(parameters, batch, row..row + 1, Some(&options), statistics, refuse);
         outcome
     }
 }
 
 /// Integrates a tick of some rows of a batch; those with options together where nothing but their own laws differs.
 fn integrate_batch<M: Integrator>(
-    terms: &Terms<'_>,
+    parameters: &TickParameters<'_>,
     batch: &mut Batch<'_>,
     rows: Range<usize>,
     options: Option<&dyn RowOptions>,
@@ -323,11 +318,11 @@ fn integrate_batch<M: Integrator>(
         let mut start = rows.start;
         while start < rows.end {
             let first = options.row(start);
-            let mut own = *terms;
+            let mut own = *parameters;
             if let Some(substeps) = first.substeps {
                 own.times.substeps = substeps;
             }
-            let own = own.damped(first.damping(terms.damping));
+            let own = own.damped(first.damping(parameters.damping));
             let joins_first = |row: &usize| {
                 let next = options.row(*row);
                 first.is_like(&next) && !next.jumps(&own.times)
@@ -342,9 +337,11 @@ fn integrate_batch<M: Integrator>(
         }
         return;
     }
-    let Terms { laws, decay, times, .. } = terms;
-    if !laws.is_empty() || terms.drags_and_damps() || !M::PASSES_TIME {
-        blocks::run::<M>(terms, &BodyOptions::NONE, None, batch, rows, statistics, refuse);
+    let TickParameters { laws, decay, times, .. } = parameters;
+    // Linear drag and damping in the same step: only the kernel of blocks does that.
+    let drags_and_damps = parameters.rate != 0.0 && parameters.damping.is_some() && M::DAMPS_INSIDE;
+    if !laws.is_empty() || drags_and_damps || !M::PASSES_TIME {
+        blocks::run::<M>(parameters, &BodyOptions::NONE, None, batch, rows, statistics, refuse);
         return;
     }
     // The affine kernel does not know the first and the last substep, where factors around a tick act.
@@ -353,10 +350,10 @@ fn integrate_batch<M: Integrator>(
     let in_registers = !around && statistics.record.is_none();
     let start = rows.start;
     let refuse_part = &mut |row, breach| refuse(start + row, breach);
-    let done = in_registers.then(|| affine::run::<M>(terms, &mut batch.part(rows.clone()), refuse_part));
+    let done = in_registers.then(|| affine::run::<M>(parameters, &mut batch.part(rows.clone()), refuse_part));
     match done.flatten() {
         Some(evaluations) => statistics.accelerations += evaluations,
         // The same bits.
-        None => blocks::run::<M>(terms, &BodyOptions::NONE, None, batch, rows, statistics, refuse),
+        None => blocks::run::<M>(parameters, &BodyOptions::NONE, None, batch, rows, statistics, refuse),
     }
 }

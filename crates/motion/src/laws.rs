@@ -5,7 +5,6 @@
 //! no method.
 
 pub(crate) mod damping;
-mod declared;
 mod drag;
 pub(crate) mod epoch;
 mod gravity;
@@ -13,6 +12,7 @@ mod gravity;
 mod lift;
 mod mutual_gravity;
 pub(crate) mod own;
+mod shared;
 mod thrust;
 pub(crate) mod tick_times;
 mod wells;
@@ -25,13 +25,13 @@ use glam::DMat3;
 
 use crate::units::Vector;
 
-pub(crate) use declared::{Changes, Declared, DeclaredParam, WorldLaw};
-pub use declared::{LAWS, WorldLaws};
 pub use drag::Drag;
 pub use gravity::Gravity;
 #[cfg(test)]
 pub use lift::Lift;
 pub use mutual_gravity::{MutualGravity, SourceMass};
+pub(crate) use shared::{Changes, SharedLaws, SharedLawsParam, WorldLaw};
+pub use shared::{LAWS, WorldLaws};
 pub use thrust::{Curve, Thrust};
 pub use wells::{Well, Wells};
 pub(crate) use wind::Air;
@@ -270,7 +270,7 @@ pub struct Laws(pub Vec<Box<dyn Law>>);
 /// but no law that was [switched](crate::effects::switch()) off.
 pub fn laws(world: &World) -> impl Iterator<Item = &dyn Law> {
     let gravity = world.get_resource::<Gravity>();
-    Declared::of(world).on_body(gravity, false, &[])
+    SharedLaws::of(world).on_body(gravity, false, &[])
 }
 
 #[cfg(test)]

@@ -55,8 +55,8 @@ pub(crate) struct Tree {
     refitted: u32,
 }
 
-/// Refits after which the tree is built anew: bodies have then drifted away from those they were grouped with.
-/// At 16, the build adds half a refit's cost to each.
+/// Refits after which the tree is rebuilt: bodies have then drifted away from those that they were grouped with. At
+/// 16, the build adds half a refit's cost to each.
 const REFITS_BEFORE_REBUILD: u32 = 16;
 
 impl Tree {

@@ -95,8 +95,8 @@ const STRIDE: usize = 256;
 
 dispatched!(write(to: Positions<'_>, rows: Rows<'_>, writing: Writing) -> usize, write_rows);
 
-/// Writes the drawn positions and returns how many of them are not where they were, or just some number above
-/// `enough`: counting costs as much as writing, and where all things move nobody needs the number.
+/// Writes the drawn positions and returns how many of them have moved, or some number above `enough`: counting costs
+/// as much as writing, and is not needed if most things move.
 ///
 /// Positions are compared relative to the old anchor: so a thing at rest is told from a moving one without a
 /// second copy of the world, however the camera flies.

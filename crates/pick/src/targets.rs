@@ -46,8 +46,8 @@ pub struct Hit {
 /// The drawn poses of one frame, relative to an anchor: structure of arrays in f32, filled once a frame, read by
 /// ray casts and by the extraction of instances.
 ///
-/// The closest hit wins (the lower row among equals); floor, immovable bodies and scenery are hit like all else.
-/// A shape that contains the ray's origin is not hit, since nobody sees a body from inside: so does the tutorial's
+/// The closest hit wins (the lower row among equals); floor, immovable bodies and scenery are hit like all else. A
+/// shape that contains the ray's origin is not hit, since a body cannot be seen from inside: so does the tutorial's
 /// box; its sphere is hit at a negative distance instead, a slip that is not repeated here. What is behind the
 /// origin, at a position that is not finite, or farther than 1e18 m is never hit.
 ///
@@ -110,7 +110,7 @@ impl Targets {
             }
             let positions = self.columns.rows_mut(from, from + count);
             let rows = Rows { transforms: chunk.transforms, previous: chunk.previous };
-            // A tree finds out by itself who moved.
+            // A tree itself finds the bodies that moved.
             let enough = self.tree.get().is_none().then_some(enough);
             moved += write(positions, rows, Writing { alpha, old_anchor, anchor, enough });
             if let Some(tree) = self.tree.get_mut() {

@@ -1,4 +1,4 @@
-//! How surfaces are drawn: their pipelines, and the buffers that each frame fills anew.
+//! How surfaces are drawn: their pipelines, and the buffers that each frame refills.
 //!
 //! A sheet has no inside, so that both sides are drawn and the outline of a selected one is copies of it moved on the screen
 //! instead of a larger body behind it.

@@ -1,4 +1,4 @@
-//! How translucent bodies are drawn: their pipelines, and the buffers that each frame fills anew.
+//! How translucent bodies are drawn: their pipelines, and the buffers that each frame refills.
 //!
 //! They write no depth, and count as a little farther away than they are, so that a solid body at the same place hides them.
 

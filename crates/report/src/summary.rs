@@ -6,7 +6,7 @@ use super::table::Table;
 use super::tables::{every_run, ranking, tables};
 use super::words::words;
 
-/// The answers in short: who is the cheapest, the times of methods, and the machine. Every number is the study's.
+/// The answers in short: the cheapest methods, the times of methods, and the machine. Every number is the study's.
 pub fn brief(study: &Study, machine: &Machine) -> String {
     let mut text: String = words(study).iter().map(|sentence| format!("- {sentence}\n")).collect();
     let ranking = ranking(study);

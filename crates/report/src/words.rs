@@ -22,7 +22,7 @@ pub fn words(study: &Study) -> Vec<String> {
     words
 }
 
-/// The answer in one line: who leads the front, and down to which error.
+/// The answer in one line: which method leads the front, and down to which error.
 pub(crate) fn headline(study: &Study) -> String {
     if !study.moves() {
         return "Nothing moves here: every method is exact, and the cheapest will do.".to_owned();
@@ -169,7 +169,7 @@ fn truth(study: &Study) -> String {
             title(*method),
             length(*position_error_m, 2),
             if *exact_damping {
-                "; damping that multiplies once per tick stands in it as the law that it stands for"
+                "; damping that multiplies once per tick is replaced there by its law"
             } else {
                 ""
             },

@@ -20,7 +20,7 @@ macro_rules! with_panels {
         $callback! {
             Editor in editor: "toggle_editor", ["M"], "Editor", "editor: add, move, join and remove bodies, change every value, undo, save as a scene file";
             Settings in settings: "settings", ["Tab"], "Settings", "settings: gravity, damping, tick rate, methods, the selection's mass and velocity";
-            Effects in effects: "toggle_effects_panel", ["E"], "Effects", "effects: what acts, why, on how many bodies, at what cost; on and off";
+            Effects in effects: "toggle_effects_panel", ["E"], "Effects", "effects: which are on, why, on how many bodies, at what cost; on and off";
             Cost in cost: "toggle_cost_panel", ["C"], "Accuracy and cost", "accuracy and cost: one dot per method and step, measured on a copy of the scene; click one to use it";
             Ghosts in ghosts: "toggle_ghosts", ["T"], "Ghosts", "ghosts: the same run by every method, and how far each is from a fine reference";
             Ledger in ledger: "toggle_ledger_panel", ["B"], "Ledger", "ledger: where energy and momentum go, and what the method invents";

@@ -1,4 +1,4 @@
-//! Which entry of its file each body of a scene comes from.
+//! The entries of a scene's file, each with the bodies that it makes.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use crate::scene::Scene;
 /// An entry of a scene file that makes bodies. They have one method and one number of substeps.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// The list that it stands in, as in `soft_bodies`.
+    /// The name of its list, as in `soft_bodies`.
     pub list: &'static str,
     /// Its place in the list, from 0.
     pub index: usize,
@@ -42,7 +42,7 @@ impl Scene {
         written.chain(self.generated()).collect()
     }
 
-    /// The entries that make more than the bodies that they write.
+    /// The entries that generate bodies: all but those of the list `bodies`.
     pub(crate) fn generated(&self) -> impl Iterator<Item = Entry> {
         let mut before: Option<(&str, usize)> = None;
         self.names.runs().map(move |(list, bodies)| {

@@ -28,7 +28,7 @@ use entry::GeneratedEntry;
 pub(crate) use entry::{Bodies, Section};
 pub(crate) use soft::elastic;
 
-/// Most bodies that a scene may have; four times what the documentation promises to be able to watch.
+/// Most bodies of a scene: four times the number that the documentation promises to show.
 pub const BODY_LIMIT: u64 = 4_000_000;
 
 /// The lists that make bodies, in the order of the stable id. Each has the function that resolves an entry, and of an entry what its
@@ -79,7 +79,7 @@ generators! {
     soft_bodies: soft::soft, raw => (&raw.word, raw.keys.name, false);
 }
 
-/// Resolves all bodies and draws what the generators draw, from one stream in the order of the stable id.
+/// Resolves all bodies. Generators draw their random numbers from one stream, in the order of the stable id.
 pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut Faults) -> Bodies {
     let mut names = Names::default();
     let mut made = Bodies::default();
@@ -90,7 +90,7 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
         made.sections.push(Section::new(scope, id..id + 1, own, &body, scenes));
         made.bodies.push(body);
         made.labels.extend(body::label(raw, scope, faults).map(|label| (id, label)));
-        // The dot keeps names that nobody wrote apart from those that somebody did.
+        // The dot tells generated names from written ones.
         let name = raw.name.clone().unwrap_or_else(|| format!("body.{i}"));
         if raw.name.is_some() {
             check_name(&name, scope, faults);
@@ -123,7 +123,7 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
         };
         let fresh = names.add_run(scope.section, prefix.clone(), count, numbering);
         check_fresh(fresh, &prefix, scope, faults);
-        // Made even where there are faults: it is asked which bodies are immovable.
+        // Made even if there are faults: later checks need to know which bodies are immovable.
         (entry.make)(prefix, &mut made, &mut random);
         let these = &made.bodies[first as usize..];
         if !these.is_empty() && these.iter().all(|body| body.inverse_mass == Some(0.0)) {
@@ -135,7 +135,7 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
     made
 }
 
-/// How many bodies there are in all; `None`, with a fault, where they are too many.
+/// The number of all bodies; `None`, with a fault, if it is too large.
 fn check_size(raw: &raw::Scene, entries: &[GeneratedEntry], faults: &mut Faults) -> Option<u64> {
     let written = raw.bodies.len() as u64;
     let total = entries.iter().fold(written, |sum, entry| sum.saturating_add(entry.count));
@@ -176,9 +176,9 @@ fn largest(written: u64, entries: &[GeneratedEntry]) -> &'static str {
 /// Most characters of the name of a scene or an entry.
 pub(crate) const NAME_LIMIT: usize = 100;
 
-/// Names stand in scripts, tables and generated names, so they are plain words.
+/// Names are plain words, because scripts, tables and generated names contain them.
 fn check_name(name: &str, scope: Scope, faults: &mut Faults) {
-    // An umlaut may be a letter and the dots on it.
+    // An umlaut may be written as a letter and a combining mark.
     let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '\u{300}'..='\u{36f}');
     let length = name.chars().count();
     if length > NAME_LIMIT {

@@ -147,13 +147,14 @@ impl Scene {
     }
 }
 
-/// Bytes that there are for scenes: what the person allows, or what the machine has free; `None` where it does not say.
+/// Bytes of memory for scenes: those that the person allows, or those that the machine has free; `None` if it does
+/// not report them.
 #[must_use]
 pub fn memory() -> Option<u64> {
     ALLOWED.get().copied().or_else(free)
 }
 
-/// What is allowed, if that is less than `needed` bytes, and whether it was the person who allowed it.
+/// The allowed bytes, if they are less than `needed`, and whether the person set them.
 pub(crate) fn too_little_for(needed: u64) -> Option<(u64, bool)> {
     let (least, by_person) = match ALLOWED.get() {
         Some(allowed) => (*allowed, true),

@@ -21,9 +21,9 @@ pub struct Part {
     /// The entries of the whole scene's file whose bodies it moves.
     pub entries: Vec<Entry>,
     /// Stable ids of its bodies in the whole scene, ascending; in [`Part::scene`] they are counted from 0 in this
-    /// order. Bodies that cannot move are in every part that hangs on them or is attracted by them.
+    /// order. A body that cannot move is in every part that is joined to it or attracted by it.
     pub bodies: Vec<u32>,
-    /// These bodies and what acts on them, as a scene of its own.
+    /// A scene of these bodies alone, with the forces and laws on them.
     pub scene: Scene,
 }
 
@@ -123,7 +123,7 @@ impl Scene {
             Effect::SpeedLimits => self.bodies.iter().any(|body| body.max_speed.is_some()),
             Effect::AxisLocks => self.bodies.iter().any(|body| body.locks != AxisLocks::default()),
             Effect::Emitters => !self.emitters.is_empty(),
-            // What acts on every body acts in every part.
+            // Effects on every body act in every part.
             _ => true,
         });
         self.declared = declared;

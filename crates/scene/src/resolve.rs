@@ -123,7 +123,7 @@ fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// The one place where defaults are filled in. Gives a scene even where there are faults, which nobody sees.
+/// The one place where defaults are filled in. Returns a scene even if there are faults; it is then not used.
 fn resolve(
     raw: &raw::Scene,
     declared: Vec<Declaration>,

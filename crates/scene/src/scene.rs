@@ -23,26 +23,26 @@ use crate::scene::survival::SurvivalRow;
 /// Version of the scene format that this program reads.
 pub const SCENE_VERSION: u32 = 1;
 
-/// A scene, resolved: what a world is spawned from, as often as one likes.
+/// A resolved scene, from which any number of worlds can be spawned.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The text that it was read from.
     pub text: Arc<str>,
-    /// What the scene is called; the name of its file where it does not say.
+    /// The name of the scene, or of its file if it declares none.
     pub name: String,
     /// One line for the scene list; may be empty.
     pub description: String,
     /// Where the scene came from.
     pub source: Source,
-    /// Ticks a second, positive and finite.
+    /// Ticks per second, positive and finite.
     pub step_hz: f64,
-    /// What a tick follows.
+    /// The length of ticks.
     pub step: StepKind,
-    /// Integration method of every body that names none.
+    /// Integration method of every body without its own.
     pub method: Method,
-    /// Parts into which a tick is divided for every body that names no number, 1 to 100,000.
+    /// Substeps per tick of every body without its own number, 1 to 100,000.
     pub substeps: u32,
-    /// What the generators drew from.
+    /// The seed of the generators.
     pub seed: u64,
     /// Uniform gravity, if the scene declares it.
     pub gravity: Option<Gravity>,
@@ -54,7 +54,7 @@ pub struct Scene {
     pub mutual_gravity: Option<MutualGravity>,
     /// The range that bodies have to stay in, if the scene declares one.
     pub range: Option<Range>,
-    /// Laws of single bodies, by stable id.
+    /// Own laws of bodies, by stable id.
     pub own_laws: BTreeMap<u32, OwnLawsSpec>,
     /// Pushes by pointer, if the scene declares them.
     pub push: Option<PushSpec>,
@@ -64,7 +64,7 @@ pub struct Scene {
     pub light: Option<LightSpec>,
     /// Whether trails are shown from the start.
     pub trails: bool,
-    /// Whether a click selects what cannot be moved, as the tutorial's does.
+    /// Whether a click also selects bodies that cannot be moved, as in the tutorial.
     pub select_immovable: bool,
     /// Every body in the order of the stable id: the written ones, then those of grids, clouds, rings, emitters and soft
     /// bodies.
@@ -79,25 +79,27 @@ pub struct Scene {
     pub springs: Vec<SpringSpec>,
     /// Chains, cloths and lattices, in the order of the file.
     pub soft_bodies: Vec<SoftBodySpec>,
-    /// Effects that are switched off at the start; one that the scene never declares is off anyway.
+    /// Effects that are switched off at the start.
     pub off_at_start: Vec<Effect>,
-    /// Where the scene calls for each of its effects, in the order of the receipt; one entry an effect.
+    /// The key that declares each effect of the scene, in the order of the receipt.
     pub declared: Vec<Declaration>,
-    /// What `run --assert` checks, if the scene says so.
+    /// The bounds that `run --assert` checks, if the scene has any.
     pub expect: Option<ExpectSpec>,
     /// Rows of the survival matrix, at least one, if the scene is a hard case.
     pub survival: Option<Vec<SurvivalRow>>,
 }
 
 impl SurvivalRow {
-    /// The scene as this row has it: its step, substeps, damping and place, and no method or substeps of single bodies.
+    /// The scene with the step, substeps, damping and offset of this row, and without methods or substeps of single
+    /// bodies.
     #[must_use]
     pub fn scene(&self, scene: &Scene) -> Scene {
         let mut scene = scene.clone();
         (scene.step_hz, scene.substeps, scene.damping) = (self.step_hz, self.substeps, self.damping);
         for body in &mut scene.bodies {
             body.position += self.offset;
-            // One method alone knows a previous position: it would run another problem than the others.
+            // Only position Verlet reads a previous position, and would start from another state than the other
+            // methods.
             (body.method, body.substeps, body.verlet_previous) = (None, None, None);
         }
         let own = scene.own_laws.values_mut().flat_map(|laws| &mut laws.wells);
@@ -109,7 +111,7 @@ impl SurvivalRow {
 }
 
 impl Scene {
-    /// The scene with the damping that its methods go for: that of the law, whatever the model does with a tick.
+    /// The scene with the damping that its methods approximate: the law, in place of a model that damps per tick.
     #[must_use]
     pub fn damped_by_law(mut self) -> Self {
         if let Some(damping) = &mut self.damping {
@@ -126,11 +128,11 @@ pub enum Source {
     Shipped(&'static str),
     /// A file.
     File(PathBuf),
-    /// A text that someone handed over.
+    /// A text without a file.
     Text,
 }
 
-/// What a tick follows.
+/// The length of ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum StepKind {
     /// Ticks of `1 / step_hz` seconds, as many as are due.
@@ -145,7 +147,7 @@ pub enum StepKind {
 pub struct PushSpec {
     /// Strength at the start, N; a negative one pulls.
     pub start: f64,
-    /// What one notch of the wheel adds, N.
+    /// Strength that one notch of the wheel adds, N.
     pub per_notch: f64,
 }
 
@@ -157,7 +159,7 @@ impl PushSpec {
 /// A camera: right-handed, y up, looking along -z at yaw 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraSpec {
-    /// Place of the eye, m.
+    /// Position of the eye, m.
     pub position: DVec3,
     /// Turn about the camera's right, degrees, -90 to 90; positive looks up.
     pub pitch_deg: f64,
@@ -186,11 +188,11 @@ impl CameraSpec {
 /// A point light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSpec {
-    /// Where it is, m.
+    /// Position, m.
     pub position: DVec3,
     /// Linear red, green and blue, each at least 0.
     pub color: [f32; 3],
-    /// Whether it throws shadows.
+    /// Whether it casts shadows.
     pub shadows: bool,
 }
 
@@ -226,11 +228,11 @@ pub struct BodySpec {
     pub shape: Option<Shape>,
     /// Center, m.
     pub position: DVec3,
-    /// How it is turned, if it is.
+    /// Its rotation, if it has one.
     pub orientation: Option<DQuat>,
     /// Velocity at the start, m/s; zero for scenery and immovable bodies.
     pub velocity: DVec3,
-    /// Where it was one substep before the start, m, for position Verlet in place of its own start.
+    /// Position one substep before the start, m, from which position Verlet starts.
     pub verlet_previous: Option<DVec3>,
     /// Reciprocal of the mass, 1/kg; 0 is immovable, `None` is scenery: a collision volume without physics.
     pub inverse_mass: Option<f64>,
@@ -238,11 +240,11 @@ pub struct BodySpec {
     pub source_mass: Option<f64>,
     /// Linear red, green and blue, each 0 to 1.
     pub color: [f32; 3],
-    /// Whether it wears the checker texture.
+    /// Whether it has the checker texture.
     pub checker: bool,
     /// Integration method in place of the scene's.
     pub method: Option<Method>,
-    /// Parts into which a tick is divided in place of the scene's, 1 to 100,000.
+    /// Substeps per tick in place of the scene's, 1 to 100,000.
     pub substeps: Option<u32>,
     /// Decay rate in place of the scene's, 1/s, at least 0.
     pub damping_rate: Option<f64>,
@@ -250,12 +252,12 @@ pub struct BodySpec {
     pub max_speed: Option<f64>,
     /// Axes along which it cannot move.
     pub locks: AxisLocks,
-    /// Whether gravity passes it by.
+    /// Whether gravity does not act on it.
     pub gravity_off: bool,
 }
 
 impl BodySpec {
-    /// A white particle of 1 kg at rest at the origin: what an empty body is, and the tutorial's inverse mass.
+    /// A white particle of 1 kg at rest at the origin: the body of an entry without keys.
     pub const DEFAULT: Self = Self {
         shape: None,
         position: DVec3::ZERO,
@@ -281,7 +283,7 @@ impl BodySpec {
     }
 }
 
-/// The scene's own contract, checked by `run --assert`.
+/// Bounds of the scene's run, checked by `run --assert`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ExpectSpec {
     /// Bound of the relative energy drift, above 0.

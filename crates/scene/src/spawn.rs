@@ -1,4 +1,4 @@
-//! From a resolved scene to entities: each carries the components that it asks for and no others.
+//! From a resolved scene to entities: each has only the components that its body needs.
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
@@ -10,32 +10,32 @@ use motion::{
 
 use crate::scene::{BodySpec, Scene};
 
-/// What a thing looks like beside its shape.
+/// The looks of a thing besides its shape.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub struct Appearance {
     /// Linear red, green and blue, each 0 to 1.
     pub color: [f32; 3],
-    /// Whether it wears the checker texture.
+    /// Whether it has the checker texture.
     pub checker: bool,
 }
 
-/// Which entry of its list a thing is: on a [`Spring`] of [`Scene::springs`], on a [`SoftBody`] of
+/// The index of a thing in its list: on a [`Spring`] of [`Scene::springs`], on a [`SoftBody`] of
 /// [`Scene::soft_bodies`], on an [`Emitter`] of [`Scene::emitters`].
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FileIndex(pub u32);
 
-/// How large a body without a shape is drawn, for one that has this: a radius, m. It is a point to all of physics.
+/// Radius with which a body without a shape is drawn, m. Physics treats it as a point.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub struct PointRadius(pub f32);
 
 impl Default for PointRadius {
-    /// That of a particle of its own: to be seen from where a scene of bodies of a meter is seen.
+    /// Large enough to be seen in a scene of bodies of a meter.
     fn default() -> Self {
         Self(0.15)
     }
 }
 
-/// What a soft body is called. One without is called as its first point is, up to the first dot.
+/// The name of a soft body. One without this component has the name of its first point up to the first dot.
 #[derive(Component, Clone, Debug, PartialEq, Eq)]
 pub struct SoftBodyName(pub String);
 
@@ -68,7 +68,7 @@ impl Scene {
         entities
     }
 
-    /// Spawns what stands beside bodies and names them.
+    /// Spawns the springs, soft bodies and emitters, which name bodies.
     fn spawn_coupled(&self, world: &mut World, entities: &[Entity]) {
         let plain = |color| Appearance { color, checker: false };
         for (i, spring) in (0..).map(FileIndex).zip(&self.springs) {
@@ -101,8 +101,8 @@ impl Scene {
         }
     }
 
-    /// Velocity of a body that starts as position Verlet remembers it, m/s, and the length of that step, s. Another
-    /// method, asked for in place of the scene's, remembers nothing.
+    /// Velocity of a body that starts with a previous position of position Verlet, m/s, and the length of that step,
+    /// s. `None` if another method was chosen in place of the scene's.
     #[must_use]
     pub fn verlet_start(&self, body: &BodySpec) -> Option<(DVec3, LastStep)> {
         let previous = body.verlet_previous?;
@@ -142,7 +142,7 @@ fn give<C: Component>(entity: &mut EntityWorldMut<'_>, component: Option<C>) {
     }
 }
 
-/// A body as most are: nothing of its own but place, mass and shape.
+/// The components of most bodies: place, mass and shape.
 fn spawn_plain<'w>(
     world: &'w mut World,
     id: StableId,
@@ -152,7 +152,8 @@ fn spawn_plain<'w>(
     let look = Appearance { color: body.color, checker: body.checker };
     let common = (Transform::at(body.position), id, look);
     let physics = body.inverse_mass.map(|inverse_mass| PhysicsBody { velocity, inverse_mass });
-    // The common kinds in one go each: inserting piece by piece would move a million bodies several times.
+    // Common kinds are spawned whole: inserting one component after another would move a million bodies several
+    // times.
     match (physics, body.shape) {
         (Some(physics), Some(shape)) => world.spawn((common, physics, shape)),
         (Some(physics), None) => world.spawn((common, physics)),
@@ -220,7 +221,7 @@ mod tests {
             Some(laws.laws().iter().map(|law| law.name()).collect::<Vec<_>>())
         };
         assert_eq!((names(plain), names(own)), (None, Some(vec!["wells", "thrusts", "thrusts"])));
-        // A method that is named is kept, also if it is the scene's.
+        // A body keeps the method that its entry names, even if it is the scene's.
         assert!(world.get::<RungeKutta4>(own).is_some() && world.get::<RungeKutta4>(plain).is_none());
     }
 

@@ -60,7 +60,7 @@ impl BadBundle {
     }
 }
 
-/// What stands in `state.cbor`.
+/// The content of `state.cbor`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 struct State<S> {

@@ -1,12 +1,12 @@
-//! What the watch over the energy of a run remembers between two ticks, so that a bundle goes on with it.
+//! The state of the watch over the energy of a run between two ticks, saved so that a bundle continues with it.
 
 use serde::{Deserialize, Serialize};
 
-/// What is known of the energy of a run. The default is that of a run without energy.
+/// The energy of a run as a watch has seen it. The default is that of a run without energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct EnergyState {
-    /// The largest energy so far, J: the magnitude of the first, or the largest kinetic one since.
+    /// The largest energy so far, J: the magnitude of the energy at the start, or the largest kinetic energy since.
     pub largest_j: f64,
     /// Tick at which the last look ended.
     pub looked_tick: u64,
@@ -14,23 +14,23 @@ pub struct EnergyState {
     pub looked_j: f64,
     /// Kinetic and potential energy then, J.
     pub total_j: Option<f64>,
-    /// The first tick after something last came from outside.
+    /// The first tick after the last change from outside.
     pub changed_tick: u64,
-    /// The growth that every look since it began found to be invented.
+    /// The growth in progress: every look since it began found that the method invented it.
     pub growth: Option<EnergyGrowth>,
-    /// The look that is being taken: a ledger is kept.
+    /// The look in progress, for which a ledger is kept.
     pub look: Option<EnergyLook>,
 }
 
 impl EnergyState {
-    /// That of a run whose largest energy so far is `largest_j`. An infinite one is not watched.
+    /// The state of a run whose largest energy so far is `largest_j`. Infinite energy is not watched.
     #[must_use]
     pub fn at(tick: u64, largest_j: f64) -> Self {
         Self { largest_j, looked_tick: tick, looked_j: largest_j, ..Self::default() }
     }
 }
 
-/// Energy that grows, look by look, by what the method invents.
+/// A growth of energy that the method invents, look by look.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct EnergyGrowth {
@@ -40,23 +40,23 @@ pub struct EnergyGrowth {
     pub own_j: f64,
     /// Kinetic and potential energy then, J.
     pub total_j: Option<f64>,
-    /// What the looks since then found to come from elsewhere, J.
+    /// Energy that the looks since then attributed to other causes, J.
     pub elsewhere_j: f64,
     /// Whether it was reported.
     pub reported: bool,
 }
 
-/// A look at what makes energy grow.
+/// A look: some ticks with a ledger, which finds the cause of a growth of energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct EnergyLook {
     /// The tick in which energy had grown; the ledger begins after it.
     pub since: u64,
-    /// The last tick that multiplied it.
+    /// The last tick that multiplied the energy.
     pub last: u64,
-    /// What was invented since the ledger began, J.
+    /// Energy that the method invented since the ledger began, J.
     pub invented_j: f64,
-    /// What pushes, laws without a potential, damping and all other causes added since then, J.
+    /// Energy that pushes, laws without a potential, damping and all other causes added since then, J.
     pub caused_j: f64,
     /// Whether something else may add energy at any time: an engine, wind, births.
     pub fed: bool,

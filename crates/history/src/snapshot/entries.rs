@@ -1,4 +1,4 @@
-//! What a snapshot is made of, as it is written into files.
+//! The parts of a snapshot, as files contain them.
 
 use motion::clock::ClockState;
 use motion::effects::Effect;
@@ -13,7 +13,7 @@ use crate::lists::list;
 /// A push: stable id and newtons.
 pub(crate) type PushEntry = (u32, [f64; 3]);
 
-/// What a clock of ticks counts from.
+/// The state of a clock of ticks.
 #[derive(Default, Serialize, Deserialize)]
 #[serde(remote = "ClockState", default)]
 pub(crate) struct ClockFields {
@@ -24,7 +24,7 @@ pub(crate) struct ClockFields {
     scene_began: Scalar,
 }
 
-/// Gravity and damping of a world, and which effects are off.
+/// Gravity and damping of a world, and the effects that are off.
 #[derive(Default, Serialize, Deserialize)]
 #[serde(remote = "Effects", default)]
 pub(crate) struct EffectsFields {
@@ -38,7 +38,7 @@ pub(crate) struct EffectsFields {
     off: Vec<Effect>,
 }
 
-/// What was counted so far.
+/// The counts of evaluations so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct CountsEntry {
@@ -69,7 +69,7 @@ pub(crate) struct RecordEntry {
     pub fault: SavedFault,
 }
 
-/// What had happened to it.
+/// The fault of a quarantined body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum SavedFault {
@@ -82,7 +82,7 @@ pub(crate) enum SavedFault {
     Request,
 }
 
-/// What an emitter goes on from.
+/// The state of an emitter.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EmissionEntry(#[serde(with = "EmissionFields")] pub EmissionState);
 
@@ -113,7 +113,7 @@ enum RequestFields {
     SwitchGravity(bool),
     SetDamping(#[serde(with = "damping")] Damping),
     Switch(#[serde(with = "words")] Effect, bool),
-    SetBodyMethod(u32, #[serde(with = "own_method")] Option<Method>),
+    SetBodyMethod(u32, #[serde(with = "words::optional")] Option<Method>),
     Remove(u32),
 }
 
@@ -164,7 +164,7 @@ mod gravity {
 }
 
 mod scene_damping {
-    //! Damping, if there is some.
+    //! Damping, which may be absent.
 
     use super::{Damping, Deserialize, Deserializer, Name, Serialize, Serializer};
 
@@ -206,19 +206,5 @@ mod damping {
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Damping, D::Error> {
         Deserialize::deserialize(source).map(|(Name(model), rate)| Damping { model, rate })
-    }
-}
-
-mod own_method {
-    //! A method, if there is one.
-
-    use super::{Deserialize, Deserializer, Method, Name, Serialize, Serializer};
-
-    pub(super) fn serialize<S: Serializer>(own: &Option<Method>, serializer: S) -> Result<S::Ok, S::Error> {
-        own.map(Name).serialize(serializer)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Method>, D::Error> {
-        Option::deserialize(source).map(|own| own.map(|Name(method)| method))
     }
 }

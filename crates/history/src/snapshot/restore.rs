@@ -1,4 +1,4 @@
-//! A simulation from a snapshot.
+//! Restores a simulation from a snapshot.
 
 use std::sync::Arc;
 
@@ -16,7 +16,8 @@ use scene::{FileIndex, Scene, unsolvable};
 use super::{CountsEntry, EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};
 use crate::simulation::Simulation;
 
-/// Largest count that a restored run may start from: no run comes near it, and none gets from it beyond a `u64`.
+/// Largest count of evaluations in a snapshot: no run comes near it, and no run that continues from it overflows a
+/// `u64`.
 const MOST_COUNTED: u64 = 1 << 53;
 
 /// Why a snapshot does not match a scene.
@@ -29,12 +30,11 @@ fn ensure(holds: bool, what: &'static str) -> Result<(), BadSnapshot> {
 }
 
 impl Simulation {
-    /// A simulation of `scene` in that state. It goes on, bit for bit, as the one that the snapshot was taken of; its first
-    /// tick evaluates accelerations again that were cached there. `scene` is what that one was spawned from, options that
-    /// change scenes included.
+    /// A simulation of `scene` in that state. It continues the run of the snapshot bit for bit; its first tick
+    /// evaluates cached accelerations again. `scene` must be the scene of that run, with the options that changed it.
     ///
     /// # Errors
-    /// A snapshot that cannot have been taken of a simulation of that scene.
+    /// If the snapshot cannot be of a simulation of that scene.
     pub fn restore(scene: impl Into<Arc<Scene>>, snapshot: &Snapshot) -> Result<Self, BadSnapshot> {
         let scene = scene.into();
         let ids = snapshot.check(&scene)?;
@@ -51,7 +51,7 @@ impl Simulation {
 }
 
 impl Snapshot {
-    /// Whether it can be of `scene`; the ids of its bodies in their order.
+    /// Checks that the snapshot can be of `scene`. Returns the ids of its bodies in their order.
     fn check(&self, scene: &Scene) -> Result<Vec<u32>, BadSnapshot> {
         let count = scene.bodies.len();
         ensure(self.step_s > 0.0 && self.step_s.is_finite(), "its ticks have no length")?;
@@ -102,7 +102,8 @@ impl Snapshot {
         remove(next..bodies.len());
     }
 
-    /// It in `world`, which has the `bodies` of its scene; `ids` are those of its own in their order.
+    /// The snapshot of `world`, which has the `bodies` of the scene; `ids` are those of the snapshot's bodies in
+    /// their order.
     fn state(
         &self,
         world: &mut World,
@@ -171,7 +172,7 @@ impl Snapshot {
 }
 
 impl RecordEntry {
-    /// It in a world that has these `bodies`.
+    /// The record in a world that has these `bodies`.
     fn of(&self, bodies: &[Entity]) -> QuarantineRecord {
         let (fault, other_end) = match self.fault {
             SavedFault::Found => (Fault::Found, None),
@@ -191,7 +192,7 @@ impl RecordEntry {
     }
 }
 
-/// Those of bodies that are there.
+/// The values of bodies that exist.
 fn of_bodies<Saved, T>(
     all: &[(u32, Saved)],
     body: impl Fn(u32) -> Option<Entity>,
@@ -200,7 +201,7 @@ fn of_bodies<Saved, T>(
     all.iter().filter_map(|(id, saved)| Some((body(*id)?, value(saved)))).collect()
 }
 
-/// The numbers of runs; `None` where there are more than `count`, one is not below it, or a run is empty.
+/// The ids in `runs`; `None` if there are more than `count`, one is not below it, or a run is empty.
 fn expand(runs: &[[u32; 2]], count: usize) -> Option<Vec<u32>> {
     let mut all = Vec::new();
     for [first, length] in runs {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser};
 
 /// A choice that has a word.
 pub trait Worded: Copy {
-    /// The word for it.
+    /// Its word.
     fn word(self) -> &'static str;
     /// The choice of that word.
     fn of_word(word: &str) -> Option<Self>;
@@ -33,13 +33,13 @@ pub fn serialize<T: Worded, S: Serializer>(choice: &T, serializer: S) -> Result<
 ///
 /// # Errors
 ///
-/// If this program does not know the word.
+/// If no choice has that word.
 pub fn deserialize<'de, T: Worded, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
     let word = String::deserialize(deserializer)?;
     T::of_word(&word).ok_or_else(|| de::Error::custom(unknown(&word)))
 }
 
-/// The same of a choice that may be absent.
+/// A choice that may be absent, as its word.
 pub(crate) mod optional {
     use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};
 

@@ -1,4 +1,4 @@
-//! A run that is simulated again from a snapshot and what came from outside.
+//! A run that is simulated again from a snapshot and the events after it.
 
 use std::iter::Peekable;
 use std::sync::Arc;
@@ -10,11 +10,11 @@ use crate::bundle::{EnergyState, Event};
 use crate::simulation::Simulation;
 use crate::snapshot::{BadSnapshot, Snapshot};
 
-/// A run that came out differently when it was simulated again.
+/// The error that a run came out differently when it was simulated again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("tick {tick} comes out differently when it is simulated again")]
 pub struct Broken {
-    /// The tick at which it was looked at.
+    /// The tick at which the states were compared.
     pub tick: u64,
 }
 
@@ -22,15 +22,15 @@ pub struct Broken {
 pub struct Replay {
     /// The simulation.
     pub simulation: Simulation,
-    /// What looks for faults.
+    /// The watch for faults.
     pub watch: Watch,
 }
 
 impl Replay {
-    /// A simulation of `scene` in the state of `snapshot`, when `energy` was what [`Watch::energy`] was.
+    /// A simulation of `scene` in the state of `snapshot`, with `energy` as [`Watch::energy`] returned it then.
     ///
     /// # Errors
-    /// A snapshot of another scene.
+    /// If the snapshot is of another scene.
     pub fn of(
         scene: impl Into<Arc<Scene>>,
         snapshot: &Snapshot,
@@ -41,7 +41,7 @@ impl Replay {
         Ok(Self { simulation, watch })
     }
 
-    /// Simulates a tick with the next of `events` that belong to it; what went wrong in it.
+    /// Simulates a tick with the next of `events` that belong to it. Returns its fault, if it has one.
     pub fn tick<'a>(&mut self, events: &mut Peekable<impl Iterator<Item = &'a Event>>) -> Option<Fault> {
         let now = self.simulation.ticks();
         if self.carry_out(events) {
@@ -50,8 +50,8 @@ impl Replay {
         self.watch.tick(&mut self.simulation, None)
     }
 
-    /// Does what the next of `events` did at this tick; those of ticks before it are passed over. Pushes wait for the
-    /// coming tick. Whether there were some.
+    /// Applies the next of `events` that belong to this tick, and skips those of ticks before it. Pushes wait for the
+    /// coming tick. Returns whether any were applied.
     pub fn carry_out<'a>(&mut self, events: &mut Peekable<impl Iterator<Item = &'a Event>>) -> bool {
         let now = self.simulation.ticks();
         let mut some = false;

@@ -1,4 +1,4 @@
-//! A bundle, simulated again: the timeline that it was written of, and what differs from it.
+//! A bundle, simulated again: its timeline, and the first difference from the recorded run.
 
 use std::sync::Arc;
 
@@ -7,15 +7,15 @@ use scene::Scene;
 use super::{Fault, Replay, Timeline};
 use crate::bundle::{BadBundle, Bundle, CONTRADICTION, EnergyState, UNDAMAGED};
 
-/// What a bundle came to when it was simulated again.
+/// The result of simulating a bundle again.
 pub struct Rerun {
     /// Its timeline, as far back as the bytes allow.
     pub timeline: Timeline,
-    /// The run at its end, with everything that was done to it since the last tick.
+    /// The run at its end, with the changes since the last tick.
     pub end: Replay,
-    /// Everything that went wrong.
+    /// All faults.
     pub faults: Vec<Fault>,
-    /// The first keyframe of the bundle whose state was another one.
+    /// Tick of the first keyframe of the bundle whose state differs.
     pub diverged_at: Option<u64>,
     /// State hash at the end of the last tick.
     pub state_hash: u64,
@@ -26,7 +26,7 @@ impl Rerun {
     /// the number of every simulated tick.
     ///
     /// # Errors
-    /// A bundle that contradicts itself, or that is too large.
+    /// If the bundle contradicts itself or is too large.
     pub fn of(
         scene: impl Into<Arc<Scene>>,
         bundle: &Bundle,

@@ -1,4 +1,4 @@
-//! Going to another tick, a few ticks at a time.
+//! A seek to another tick, a few ticks at a time.
 
 use std::sync::Arc;
 
@@ -16,13 +16,13 @@ pub struct Seek {
 }
 
 impl Seek {
-    /// The tick at whose end it ends.
+    /// The tick that is sought.
     #[must_use]
     pub const fn to(&self) -> u64 {
         self.to
     }
 
-    /// Ticks that are left.
+    /// Ticks that are left to simulate.
     #[must_use]
     pub fn ticks_left(&self) -> u64 {
         self.to.saturating_sub(self.replay.simulation.ticks())
@@ -30,11 +30,11 @@ impl Seek {
 }
 
 impl Timeline {
-    /// Begins to seek the end of tick number `tick`, or of the nearest one that is left. What is noted meanwhile makes the
-    /// seek worthless.
+    /// Begins to seek the end of tick number `tick`, or of the nearest one that the timeline still has. An event that
+    /// is noted meanwhile invalidates the seek.
     ///
     /// # Errors
-    /// A snapshot that gives another state than it was taken of, which is a fault of this program.
+    /// If a snapshot restores another state than it was taken of, which is a bug of this program.
     pub fn begin_seek(&self, scene: &Arc<Scene>, tick: u64) -> Result<Seek, Broken> {
         let to = self.nearest(tick);
         let keyframe = self.keyframe_before(to).ok_or(Broken { tick: to })?;
@@ -46,7 +46,8 @@ impl Timeline {
         Ok(Seek { from: replay.simulation.ticks(), to, near: None, replay })
     }
 
-    /// Lets `seek` end at tick number `tick` instead, if that is ahead of it and no snapshot is nearer; whether it is so.
+    /// Makes `seek` end at tick number `tick` instead, if that is ahead of it and no snapshot is nearer. Returns
+    /// whether it does.
     pub fn redirect(&self, seek: &mut Seek, tick: u64) -> bool {
         let (to, now) = (self.nearest(tick), seek.replay.simulation.ticks());
         let ahead = now <= to && self.keyframe_before(to).is_some_and(|near| near.snapshot.ticks() <= now);
@@ -56,7 +57,7 @@ impl Timeline {
         ahead
     }
 
-    /// Simulates a tick of `seek`; whether there was one left.
+    /// Simulates a tick of `seek`. Returns whether one was left.
     pub fn go_on(&self, seek: &mut Seek) -> bool {
         let left = seek.ticks_left();
         if left == 0 {
@@ -72,7 +73,7 @@ impl Timeline {
         true
     }
 
-    /// The run at the end of `seek`. At the last tick it is the present one, with everything that was done to it since.
+    /// The run at the end of `seek`. At the last tick it is the present run, with all changes since.
     pub fn finish_seek(&mut self, seek: Seek) -> Replay {
         let Seek { mut replay, near, .. } = seek;
         if replay.simulation.ticks() >= self.head {
@@ -84,7 +85,8 @@ impl Timeline {
         replay
     }
 
-    /// The run at the end of tick number `tick`, out of the range the nearest that there is, simulated again in one go. At the last tick it is the present one, with everything that was done to it since.
+    /// The run at the end of tick number `tick`, or of the nearest one in the range, simulated again in one go. At
+    /// the last tick it is the present run, with all changes since.
     ///
     /// # Errors
     /// As [`Timeline::begin_seek`].

@@ -17,21 +17,21 @@ pub const ENERGY_JUMP: f64 = 2.0;
 /// Growth of the kinetic energy that is looked into, relative to the largest energy at the last look.
 const GROWTH: f64 = 1.5;
 
-/// Ticks for which a ledger is kept after the last one that multiplied the energy by [`GROWTH`]: in an oscillation that
-/// explodes, kinetic energy grows in some of them only.
+/// Ticks for which a ledger is kept after the last tick that multiplied the energy by [`GROWTH`]: in an oscillation
+/// that explodes, kinetic energy grows only in some ticks.
 const PATIENCE: u64 = 8;
 
-/// Most ticks of a look: where each multiplies the energy, it would have no end.
+/// Most ticks of a look, which would never end if every tick multiplied the energy.
 const LONGEST_LOOK: u64 = 4 * PATIENCE;
 
-/// Share of a growth from which on what invents it is what makes it grow.
+/// Share of a growth that a cause must explain to count as its cause.
 const MOST: f64 = 0.5;
 
 /// Growth of kinetic and potential energy, relative to the largest energy when a growth was first seen, below which a look
 /// that finds nothing ends it.
 const GROWN: f64 = 0.25;
 
-/// Something that went wrong.
+/// A fault of a run: a quarantined body, or energy from nowhere.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// Number of the tick that went wrong, counted from 1; the last good one is before it.
@@ -47,7 +47,7 @@ pub struct Fault {
 }
 
 impl Fault {
-    /// The same for people and programs elsewhere, by the name that the body has in `names`.
+    /// The fault as an entry of a bundle or a summary, with the name that the body has in `names`.
     #[must_use]
     pub fn named(&self, names: &Names) -> FaultEntry {
         let body = self.body.and_then(|id| Some(names.get(id)?.into_owned()));
@@ -61,9 +61,9 @@ impl Fault {
 /// after every tick; where it has grown by half since the last look, a ledger is kept for some ticks, and says what the
 /// method invents. A fault is the same whether a ledger is kept anyway or not.
 ///
-/// A jump is seen in one look. Slow growth is what look after look finds to be invented for the larger part; it is a
-/// fault when it comes to [`EXPLODES`] times the energy at the end of the first of them. Demonstrations of methods grow
-/// less, and falls, pushes and swings grow by less or by what a ledger knows.
+/// A jump is seen in one look. A slow growth is one that look after look finds to be invented for the larger part; it
+/// is a fault when it reaches [`EXPLODES`] times the energy at the end of the first look. Demonstrations of methods
+/// grow less, and the ledger explains the growth of falls, pushes and swings.
 #[derive(Debug)]
 pub struct Watch {
     records: usize,
@@ -79,7 +79,7 @@ impl Watch {
     pub fn new(world: &mut World) -> Self {
         let totals = totals(world);
         let energy = (totals.kinetic_energy + totals.potential_energy).abs();
-        // Infinite ones of both signs: it is measured by what moves.
+        // The sum of infinite energies of both signs is NaN: then only the kinetic energy counts.
         let largest = if energy.is_nan() { 0.0 } else { energy };
         let tick = world.resource::<StepClock>().ticks();
         Self::going_on(
@@ -98,13 +98,13 @@ impl Watch {
         Self { records, kinetic: KineticEnergy::new(world), energy, ledger: None }
     }
 
-    /// What is known of the energy, to go on from.
+    /// The state of the watch over energy, for [`Watch::going_on`].
     #[must_use]
     pub const fn energy(&self) -> EnergyState {
         self.energy
     }
 
-    /// Bytes that it takes while nothing grows.
+    /// Bytes of a watch while no energy grows.
     #[must_use]
     pub const fn bytes() -> usize {
         size_of::<Self>()
@@ -178,7 +178,7 @@ impl Watch {
     }
 }
 
-/// What a ledger says of a tick; nothing where none was kept.
+/// The entries of a ledger for a tick; all 0 without a ledger.
 #[derive(Clone, Copy, Default)]
 struct Booked {
     /// Energy that the method invented, J.
@@ -187,7 +187,7 @@ struct Booked {
     caused: f64,
     /// Kinetic and potential energy at its end, J.
     total: f64,
-    /// Whether something else than the method may add energy at any time.
+    /// Whether anything but the method may add energy at any time.
     fed: bool,
 }
 
@@ -231,7 +231,7 @@ fn jump(energy: &mut EnergyState, tick: u64, Booked { invented, total, .. }: Boo
     let found_before =
         energy.growth.filter(|growth| energy.looked_tick <= growth.since.saturating_add(2 * LONGEST_LOOK));
     let look = energy.look.as_mut()?;
-    // Written so that what is not a number is too much; beyond every number there is nothing to compare.
+    // NaN counts as too much; with an infinite energy before, no jump can be judged.
     if invented.abs() <= ENERGY_JUMP * before || before.is_infinite() {
         look.jumped = None;
         return None;
@@ -241,7 +241,7 @@ fn jump(energy: &mut EnergyState, tick: u64, Booked { invented, total, .. }: Boo
     // The tick that raised the doubt was not booked: where the next one invents, it did.
     let multiplied = look.total_j.is_some_and(|at_first| at_first > GROWTH * energy.looked_j);
     let since = if grew == look.since.saturating_add(1) || (alone && multiplied) { began } else { grew };
-    // Where the look before this one found energy invented, too, it is one explosion.
+    // If the look before this one found invented energy, both are one explosion.
     let since = found_before.map_or(since, |growth| growth.since.min(since));
     (tick == first.saturating_add(1)).then_some(Nowhere { since, joules: invented, before })
 }
@@ -323,7 +323,7 @@ fn first_tick(energy: &EnergyState, now: u64, total: f64) -> u64 {
     let per_tick = libm::log(total / at_first) / now.saturating_sub(since) as f64;
     // The first tick of a spring from rest multiplies more than the later ones.
     let ticks = (libm::log(grown) / per_tick).ceil() + f64::from(per_tick > libm::log(GROWTH));
-    // Written so that what is not a number is nothing.
+    // NaN counts as no earlier tick.
     let earlier = if grown > 1.0 && per_tick > 0.0 && ticks.is_finite() { ticks as u64 } else { 0 };
     let earliest = energy.changed_tick.max(energy.looked_tick.saturating_add(1));
     since.saturating_sub(earlier).max(earliest).min(since)

@@ -1,8 +1,8 @@
 //! The arithmetic alone: the problems of single bodies in loops over plain arrays.
 //!
-//! The methods are those of the program, and so is their arithmetic, but here the compiler sees the law: nothing is called,
-//! copied or checked. The time of such a loop is the price of the method; what the program takes longer is its own. The
-//! same loops run in single precision, which the program itself has not.
+//! The methods are those of the program, and so is their arithmetic, but here the compiler sees the law: nothing is
+//! called, copied or checked. The time of such a loop is the price of the method; the rest of a tick's time is
+//! overhead of the program. The loops also run in single precision, in which the program itself does not.
 
 mod numbers;
 
@@ -198,8 +198,8 @@ impl<F: Formula, S: LoopSpace> Loop<F, S> {
         }
     }
 
-    /// A step of every body. Whether accelerations are cached, and known, is no branch of the loop: it would keep the
-    /// compiler from vector instructions.
+    /// A step of every body. `CACHES` and `KNOWN` are constants, because a branch in the loop would keep the compiler
+    /// from vector instructions.
     fn step_each<M: Integrator, const CACHES: bool, const KNOWN: bool>(&mut self) {
         let (field, last_step) = (self.field, self.last_step);
         let step = |field: &mut OneBody<F, S>, x, v, start| {

@@ -1,7 +1,8 @@
 //! A running study: a list of jobs, done in small pieces.
 //!
-//! A piece is one tick of a run, or one timing. The command line runs pieces one after the other, the window for a tenth of
-//! each frame. Both get the same numbers, because a job does not depend on the time between its pieces.
+//! A piece is one tick of a run, or one timing. The command line runs pieces one after the other, the window spends a
+//! tenth of each frame on them. Both get the same numbers, because a job does not depend on the time between its
+//! pieces.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -10,7 +11,7 @@ use history::REFERENCE_METHOD;
 use motion::Method;
 
 use super::clock::{Clock, thread_time};
-use super::drift::Drifting;
+use super::drift::DriftRun;
 use super::hosts::{Make, make};
 use super::plan::{Plan, work};
 use super::record::{Cell, Failure, Host, Outcome, Precision, Setting, Study, Truth};
@@ -23,14 +24,14 @@ use crate::run::movable;
 /// Relative error above which a reference is not used.
 const TRUSTED: f64 = 1e-2;
 
-/// What damping by the tick does to methods of higher order.
-const TICKWISE: &str = "the damping of this scene is a factor a substep of the two explicit Eulers, and a factor a tick of every \
-                        other method: no substeps make that part of their error smaller";
+/// The note on damping per tick, which limits methods of higher order.
+const TICKWISE: &str = "the damping of this scene is a factor per substep in the two explicit Eulers, and a factor per tick in every \
+                        other method: more substeps do not make that part of their error smaller";
 
 /// Why a run was made shorter.
 const CHAOTIC: &str = "later, references of different steps no longer agree";
 
-/// A study that is being made. [`Bench::work`] goes on with it.
+/// A study in progress. [`Bench::work`] continues it.
 pub struct Bench {
     subject: Subject,
     plan: Plan,
@@ -41,52 +42,52 @@ pub struct Bench {
     scales: Option<Scales>,
     timings: Timings,
     jobs: VecDeque<Job>,
-    current: Option<(Job, Running)>,
+    current: Option<(Job, CurrentRun)>,
     /// Weight of the work that is done, and of all.
     done: f64,
     total: f64,
-    /// Thread CPU time that may be spent, s; below 0 after a piece that was longer than what was left.
+    /// Thread CPU time that may be spent, s; below 0 after a piece that took longer than the rest of it.
     credit: f64,
 }
 
 /// A run that takes many pieces.
-enum Running {
+enum CurrentRun {
     Reference(Box<Reference>),
     Comparison(Box<Comparison>),
-    Drifting(Box<Drifting>),
+    DriftRun(Box<DriftRun>),
 }
 
-impl Running {
+impl CurrentRun {
     fn tick(&mut self) -> bool {
         match self {
             Self::Reference(run) => run.tick(),
             Self::Comparison(runs) => runs.tick(),
-            Self::Drifting(run) => run.tick(),
+            Self::DriftRun(run) => run.tick(),
         }
     }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Job {
-    /// The reference of so many substeps: its own error, and its scales.
+    /// The reference with this number of substeps: its own error, and its scales.
     Reference(u32),
-    /// The errors of the cells from the one to before the other, side by side.
+    /// The errors of the cells from the first index up to the second, side by side.
     Errors(usize, usize),
     /// One pass of a timing.
     Time(usize),
     /// The ledger of a setting.
     Drift(Setting),
-    /// A second at the frame rates.
+    /// A second at each frame rate.
     Rates,
 }
 
 impl Bench {
-    /// A study of `subject`, nothing run yet.
+    /// A study of `subject`, of which nothing was run yet.
     pub fn new(subject: Subject, plan: Plan) -> Self {
         Self::with(subject, plan, Box::new(make), Box::new(thread_time))
     }
 
-    /// The same of runs that `make` makes, timed by `clock`.
+    /// [`Self::new`] with runs from `make` and times from `clock`.
     pub fn with(mut subject: Subject, plan: Plan, make: Box<Make>, clock: Box<Clock>) -> Self {
         let rungs = plan.affordable(&mut subject, &*clock);
         Self::of_rungs(subject, plan, make, clock, &rungs)
@@ -143,7 +144,7 @@ impl Bench {
         bench
     }
 
-    /// Takes over what an earlier study of the same subject and plan has: those cells are not run again.
+    /// Takes over the results of an earlier study of the same subject and plan: those cells are not run again.
     pub fn resume(&mut self, earlier: &Study) {
         let same = (&earlier.subject, earlier.ticks, earlier.step_hz.to_bits())
             == (&self.study.subject, self.study.ticks, self.study.step_hz.to_bits());
@@ -184,7 +185,7 @@ impl Bench {
 
     fn plan_jobs(&mut self, rungs: &[u32]) {
         match self.subject.exact() {
-            Some((exact, _)) => self.aim(Target::scales(&self.subject, exact)),
+            Some((exact, _)) => self.set_scales(Target::scales(&self.subject, exact)),
             None => self.jobs.push_back(Job::Reference(self.plan.reference(rungs).substeps)),
         }
         let batches = self.plan.batches(&self.subject, rungs);
@@ -215,9 +216,9 @@ impl Bench {
         methods.into_iter().map(move |method| Setting { method, substeps, precision: Precision::F64 })
     }
 
-    /// Goes on for about `seconds` of thread CPU time; `true`: it is done.
+    /// Works for about `seconds` of thread CPU time. Returns whether the study is done.
     ///
-    /// A piece that cannot be divided may take longer; then less is done the next times.
+    /// A piece cannot be divided and may take longer; the next calls then do less.
     pub fn work(&mut self, seconds: f64) -> bool {
         self.credit = (self.credit + seconds).min(seconds);
         while self.credit > 0.0 {
@@ -236,30 +237,30 @@ impl Bench {
         self.jobs.is_empty() && self.current.is_none()
     }
 
-    /// What is done of all, in [0, 1].
+    /// The part of the work that is done, in [0, 1].
     pub fn progress(&self) -> f64 {
         if self.is_done() { 1.0 } else { (self.done / self.total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) }
     }
 
-    /// What is studied, as long as it is at present.
+    /// The subject, with the present length of its run.
     pub const fn subject(&self) -> &Subject {
         &self.subject
     }
 
-    /// What is known so far: a cell that was not run yet is [`Failure::NotRun`](super::Failure::NotRun).
+    /// The study so far: a cell that was not run yet is [`Failure::NotRun`](super::Failure::NotRun).
     pub const fn study(&self) -> &Study {
         &self.study
     }
 
-    /// A run of the reference from its start, of so many substeps.
+    /// The start of a reference with this number of substeps.
     fn reference_of(&self, substeps: u32) -> Result<Box<dyn Runner>, Failure> {
         let setting = Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 };
-        // The truth is the program's own run, whatever is studied.
+        // Not `self.make`: the truth is a run of the program itself.
         make(&self.subject.continuous().0, setting, Host::World)
     }
 
-    /// A run that errors are measured from, from its start; `None` where there is a closed form, or before it is known
-    /// how far the reference is to be trusted.
+    /// The start of the run that errors are measured against; `None` for a closed form, or before the error of the
+    /// reference is known.
     pub fn reference(&self) -> Option<Box<dyn Runner>> {
         match self.study.truth {
             Truth::Reference { substeps, .. } if substeps > 0 => self.reference_of(substeps).ok(),
@@ -267,7 +268,7 @@ impl Bench {
         }
     }
 
-    /// One tick, or one timing; `false`: there is nothing left.
+    /// Runs one tick or one timing. Returns false if no work is left.
     fn piece(&mut self) -> bool {
         if let Some((job, run)) = &mut self.current {
             let job = *job;
@@ -286,11 +287,13 @@ impl Bench {
                     let target = Target::run(&self.subject, fine);
                     Ok(Reference::new(target, self.reference_of(substeps / 2)?, self.subject.ticks))
                 });
-                pair.map(|pair| Running::Reference(Box::new(pair)))
+                pair.map(|pair| CurrentRun::Reference(Box::new(pair)))
                     .map_err(|failure| self.study.notes.push(format!("no reference: {failure}")))
                     .ok()
             }
-            Job::Errors(from, to) => self.compare(from..to).map(|runs| Running::Comparison(Box::new(runs))),
+            Job::Errors(from, to) => {
+                self.compare(from..to).map(|runs| CurrentRun::Comparison(Box::new(runs)))
+            }
             Job::Time(timing) => {
                 let how = (&*self.make, &*self.clock);
                 self.timings.pass(timing, &mut self.study, &self.subject, &self.plan, how);
@@ -300,8 +303,8 @@ impl Bench {
                 None
             }
             Job::Drift(setting) => {
-                let run = Drifting::new(&self.subject, setting, self.plan.longer);
-                Some(Running::Drifting(Box::new(run)))
+                let run = DriftRun::new(&self.subject, setting, self.plan.longer);
+                Some(CurrentRun::DriftRun(Box::new(run)))
             }
             Job::Rates => {
                 self.study.rates = super::rates::rates(&self.subject);
@@ -315,23 +318,23 @@ impl Bench {
         true
     }
 
-    fn finish(&mut self, job: Job, run: Running) {
+    fn finish(&mut self, job: Job, run: CurrentRun) {
         match (job, run) {
-            (_, Running::Drifting(run)) => self.study.drifts.extend(run.finish()),
-            (Job::Reference(substeps), Running::Reference(run)) => self.finish_reference(substeps, *run),
-            (_, Running::Comparison(runs)) => {
+            (_, CurrentRun::DriftRun(run)) => self.study.drifts.extend(run.finish()),
+            (Job::Reference(substeps), CurrentRun::Reference(run)) => self.finish_reference(substeps, *run),
+            (_, CurrentRun::Comparison(runs)) => {
                 for Compared { cell, outcome, mut runner } in runs.finish() {
                     let cell = &mut self.study.cells[cell];
                     cell.outcome = outcome;
                     cell.counts = runner.counts();
                 }
             }
-            (_, Running::Reference(_)) => {}
+            (_, CurrentRun::Reference(_)) => {}
         }
     }
 
-    /// The runs of those cells that were not run yet, from their start beside the truth; `None` if all were, or the truth
-    /// is not known.
+    /// The runs of those cells that were not run yet, at their start beside the truth; `None` if all were, or the
+    /// truth is not known.
     fn compare(&mut self, cells: Range<usize>) -> Option<Comparison> {
         let scales = self.scales?;
         let mut runs = Vec::new();
@@ -366,15 +369,15 @@ impl Bench {
         if let Some(failure) = failure {
             self.study.notes.push(format!("the reference itself failed: {failure}"));
         }
-        // An error that is not finite is no bound, either.
+        // An error that is NaN gives no bound.
         if relative.is_nan() || relative > TRUSTED {
             let mut shorter = self.subject.clone();
             if shorter.halve(CHAOTIC) {
-                self.begin_again(shorter);
+                self.restart(shorter);
                 return;
             }
             self.study.notes.push(format!(
-                "the reference itself is only known to {relative:.1e}: what is nearer to it cannot be told apart"
+                "the reference itself may be off by {relative:.1e}: smaller errors cannot be compared"
             ));
         }
         if let Truth::Reference { substeps: own, relative_error, position_error_m, .. } =
@@ -382,11 +385,11 @@ impl Bench {
         {
             (*own, *relative_error, *position_error_m) = (substeps, relative, position_m);
         }
-        self.aim(scales);
+        self.set_scales(scales);
     }
 
-    /// Starts over with a shorter run of the same rungs.
-    fn begin_again(&mut self, subject: Subject) {
+    /// Restarts with a shorter run of the same rungs.
+    fn restart(&mut self, subject: Subject) {
         let mut rungs: Vec<_> = self.study.cells.iter().map(|cell| cell.setting.substeps).collect();
         rungs.dedup();
         let make = std::mem::replace(&mut self.make, Box::new(make));
@@ -395,17 +398,17 @@ impl Bench {
         *self = Self { credit, ..Self::of_rungs(subject, self.plan.clone(), make, clock, &rungs) };
     }
 
-    fn aim(&mut self, scales: Scales) {
+    fn set_scales(&mut self, scales: Scales) {
         (self.study.position_scale_m, self.study.velocity_scale_m_s) = scales.divisors();
         self.scales = Some(scales);
     }
 
-    /// Notes how much work all jobs are.
+    /// Sums up the work of all jobs.
     fn weigh(&mut self) {
         self.total = self.jobs.iter().map(|job| self.weight(*job)).sum();
     }
 
-    /// About how much work a job is, in evaluations of a tick.
+    /// Approximate work of a job, in evaluations.
     fn weight(&self, job: Job) -> f64 {
         let ticks = self.subject.ticks as f64;
         let finest = self.study.cells.last().map(|cell| cell.setting.substeps);
@@ -418,7 +421,7 @@ impl Bench {
                 (cells + beside) * ticks
             }
             Job::Time(at) => match self.timings.what(at, &self.study) {
-                // As many as there is time for, of some tenths of a microsecond.
+                // As many ticks as there is time for, of some tenths of a microsecond each.
                 Some((Some(copies), _)) => (1e7 * self.plan.timed).max(f64::from(copies)),
                 Some((None, setting)) => work(setting) * ticks.min(20.0),
                 None => 0.0,

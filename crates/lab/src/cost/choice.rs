@@ -5,23 +5,23 @@ use motion::Method;
 use super::front::{Accuracy, Cost};
 use super::record::{Cell, Host, Precision, Setting, Study};
 
-/// Counts that differ by less than this part are equal: the single evaluation with which some methods start is not what one
-/// chooses by.
+/// Counts that differ by less than this part are equal: the single start-up evaluation of some methods does not
+/// decide a choice.
 const EVEN: f64 = 0.03;
 
 /// An error so many times smaller is worth a change of the setting.
 const WORTH: f64 = 1.5;
 
-/// Steps at which an error exceeds this part of the motion are too coarse for anything.
+/// Steps at which the error exceeds this part of the motion are too coarse to use.
 const USABLE: f64 = 0.1;
 
-/// Bounds that are answered, at most, a decade each.
+/// Most bounds that are answered, one per decade.
 const DECADES: i32 = 6;
 
 /// The cheapest setting for an error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cheapest<'a> {
-    /// It.
+    /// The cell of the setting.
     pub cell: &'a Cell,
     /// The best setting of each other method that costs the same, the most accurate first: counts that differ by less than
     /// 3 %, or times that differ by no more than the spread of their rounds.
@@ -45,16 +45,16 @@ impl<'a> Cheapest<'a> {
 pub struct Answer<'a> {
     /// The bound, m.
     pub below_m: f64,
-    /// By the cost that was asked for.
+    /// The cheapest setting by the cost that was asked for.
     pub cheapest: Cheapest<'a>,
 }
 
-/// Methods that are the cheapest ones down to an error.
+/// The methods that are the cheapest down to an error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lead {
     /// The methods, which tie if there are several.
     pub methods: Vec<Method>,
-    /// The smallest bound for which they are, m.
+    /// The smallest bound for which they are the cheapest, m.
     pub below_m: f64,
     /// Whether all of them are exact.
     pub are_exact: bool,
@@ -80,7 +80,7 @@ impl Choice<'_> {
     }
 }
 
-/// Answers with the same methods as one.
+/// Joins successive answers with the same methods.
 fn leads(study: &Study, answers: &[Answer<'_>]) -> Vec<Lead> {
     let methods = |answer: &Answer<'_>| answer.cheapest.methods();
     let lead = |same: &[Answer<'_>]| {
@@ -163,7 +163,7 @@ impl Study {
         Some(self.error(cell, accuracy)? + own)
     }
 
-    /// Part by which the costs of two methods may differ and are equal: of times, the spread of their rounds.
+    /// Part by which equal costs of two methods may differ: for times, the spread of their rounds.
     fn tie(&self, cost: Cost, methods: [Method; 2]) -> f64 {
         match cost {
             Cost::Evaluations | Cost::Instructions => EVEN,
@@ -172,7 +172,7 @@ impl Study {
         }
     }
 
-    /// Whether the positions of a run that went through are near enough to the truth to be of use.
+    /// Whether a run finished with positions near enough to the truth to be of use.
     pub fn is_usable(&self, cell: &Cell) -> bool {
         cell.errors().is_some_and(|errors| errors.position_m <= USABLE * self.position_scale_m)
     }
@@ -202,7 +202,7 @@ impl Study {
             return Vec::new();
         }
         let start = largest.log10().ceil() as i32;
-        // Not by powi: 10^-3 is to be the number that is written 0.001.
+        // Parsed, because `powi` may miss the number that is written 0.001.
         let bounds = (0..DECADES).filter_map(|down| format!("1e{}", start - down).parse::<f64>().ok());
         let answer = |below_m: f64| {
             let cheapest = self.cheapest(Accuracy::Position, cost, below_m)?;
@@ -211,13 +211,13 @@ impl Study {
         bounds.filter(|below_m| *below_m >= least).filter_map(answer).collect()
     }
 
-    /// The methods and the error down to which each is the cheapest.
+    /// The methods that are the cheapest, each with the smallest error for which they are.
     pub fn leads(&self, cost: Cost) -> Vec<Lead> {
         leads(self, &self.answers(cost))
     }
 
-    /// Who leads by time with [`Self::size`] bodies, and with each other size at which others lead than with the size before
-    /// it; empty where nothing was timed.
+    /// The leads by time with [`Self::size`] bodies, and with each other size at which they differ from the size
+    /// before; empty if nothing was timed.
     pub fn leads_by_size(&self) -> Vec<(usize, Vec<Lead>)> {
         let methods = |answers: &[Answer<'_>]| -> Vec<_> {
             answers.iter().map(|answer| answer.cheapest.methods()).collect()
@@ -241,8 +241,8 @@ impl Study {
         found
     }
 
-    /// What is cheapest at each error by evaluations, by time and by the arithmetic alone, the largest error first. Of errors
-    /// with the same settings there is the smallest, which says the others.
+    /// What is cheapest at each error by evaluations, by time and by the arithmetic alone, the largest error first.
+    /// Of errors with the same settings only the smallest is listed.
     pub fn choices<'a>(&'a self) -> Vec<Choice<'a>> {
         let [by_evaluations, by_time, by_arithmetic] =
             [Cost::Evaluations, Cost::Time, Cost::Arithmetic].map(|cost| self.answers(cost));
@@ -261,7 +261,7 @@ impl Study {
         same.filter_map(|same| same.last().cloned()).collect()
     }
 
-    /// Methods that are the best choice somewhere; `None` where no error is of use.
+    /// Methods that are the best choice for some error; `None` if no error is usable.
     pub fn ever_best(&self, cost: Cost) -> Option<Vec<Method>> {
         if self.answers(cost).is_empty() {
             return None;
@@ -270,7 +270,8 @@ impl Study {
         Some(self.methods(Precision::F64).into_iter().filter(|method| !never.contains(method)).collect())
     }
 
-    /// Methods whose every setting another one beats clearly in error or cost, and does not lose to in the other.
+    /// Methods of which every setting is clearly beaten in error or cost by another setting that is as good in the
+    /// other.
     fn never_best(&self, cost: Cost) -> Vec<Method> {
         let points: Vec<_> = self
             .in_double()
@@ -282,12 +283,12 @@ impl Study {
             (price * more < *other_price && *error <= other_error * (1.0 + EVEN))
                 || (error * (1.0 + EVEN) < *other_error && *price <= other_price * more)
         };
-        let stands = |point: &&(&Cell, f64, f64)| {
+        let unbeaten = |point: &&(&Cell, f64, f64)| {
             self.is_usable(point.0) && !points.iter().any(|other| beats(other, point))
         };
         let never = |method: &Method| {
             let mut own = points.iter().filter(|(cell, ..)| cell.setting.method == *method).peekable();
-            own.peek().is_some() && own.find(stands).is_none()
+            own.peek().is_some() && own.find(unbeaten).is_none()
         };
         Method::ALL.into_iter().filter(never).collect()
     }

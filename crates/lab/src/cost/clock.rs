@@ -1,8 +1,8 @@
 //! Thread CPU time of runs, block by block and in turns with a yardstick.
 //!
-//! A run is cut into blocks of about a millisecond: long against the clock, short against the time slices of a
-//! machine that does other things too. It is run several times, and the least time of each block counts; what
-//! disturbs one of them does not disturb the same block of all. Other settings run between two runs of one.
+//! A run is cut into blocks of about a millisecond: long compared with the resolution of the clock, short compared
+//! with the time slices of the system. It is repeated, and the least time of each block counts: a disturbance rarely
+//! hits the same block every time. Other settings run between two runs of the same setting.
 //!
 //! Whole runs are timed, because ticks of one run differ: conjugate gradients take few iterations on a flag at rest and
 //! hundreds on one in the wind.
@@ -27,7 +27,7 @@ const BLOCK: f64 = 1e-3;
 /// The times of one setting over all passes.
 #[derive(Clone, Debug, Default)]
 pub struct Trial {
-    /// Ticks of a block; 0: not known yet.
+    /// Ticks of a block; 0 before the first pass.
     block: u64,
     /// Ticks that are timed.
     ticks: u64,
@@ -87,8 +87,8 @@ impl Trial {
     }
 }
 
-/// A fixed loop of semi-implicit Euler over bodies that fall: what one substep of one body takes at its plainest.
-/// It is never changed, so that ratios to it can be compared from one version to the next.
+/// A fixed loop of semi-implicit Euler over falling bodies: the least that a substep of a body can take. It is never
+/// changed, so that ratios to it can be compared between versions.
 #[derive(Clone, Debug)]
 pub struct Yardstick {
     x: Vec<[f64; 3]>,
@@ -103,7 +103,7 @@ impl Default for Yardstick {
 }
 
 impl Yardstick {
-    /// Times it once more.
+    /// Times the loop once more.
     pub fn measure(&mut self, clock: &Clock) {
         const STEPS: u32 = 40;
         let (g, h) = (black_box([0.0, -9.8, 0.0]), black_box(1e-6));
@@ -118,7 +118,7 @@ impl Yardstick {
         }
         black_box(&self.x);
         let time = (clock() - start) / f64::from(STEPS) / 1e3;
-        // A clock may be too coarse to see it.
+        // A coarse clock may measure 0.
         self.least = self.least.min(time.max(1e-12));
     }
 

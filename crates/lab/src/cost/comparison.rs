@@ -1,18 +1,18 @@
-//! How the methods of a study compare: which of them count, at equal evaluations, and in single precision.
+//! Comparisons of the methods of a study: at equal evaluations, by the order that they show, and in single precision.
 
 use motion::Method;
 
 use super::front::{Accuracy, Cost};
 use super::record::{Cell, Failure, Outcome, Phase, Precision, Setting, Study};
 
-/// The errors that methods are compared by: those of positions, which is what one sees.
+/// The errors by which methods are compared: those of positions, which a person sees.
 pub const SEEN: Accuracy = Accuracy::Position;
 
-/// Costs that differ by less than this part are equal: rungs are a factor of two apart, and a start-up evaluation or two
-/// is not what a comparison hangs on.
+/// Costs that differ by less than this part are equal: rungs are a factor of two apart, and one or two start-up
+/// evaluations do not decide a comparison.
 const EQUAL: f64 = 0.15;
 
-/// A fitted order that differs by more than this is another one than the claimed.
+/// A fitted order differs from the claimed one if it is off by more than this.
 const OTHER_ORDER: f64 = 0.25;
 
 /// Two methods at one cost.
@@ -39,12 +39,12 @@ pub struct Contest<'a> {
     pub one_wins: bool,
 }
 
-/// The order of a method as its errors show it.
+/// The order that the errors of a method show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShownOrder {
     /// The slope of its errors.
     pub shows: f64,
-    /// What the table of methods claims, where that is another order.
+    /// The order that the table of methods claims, if it differs.
     pub claimed: Option<u32>,
 }
 
@@ -59,10 +59,10 @@ pub struct LeastError<'a> {
     pub finer_is_worse: bool,
 }
 
-/// What single precision leaves of a method.
+/// How accurate a method is in single precision.
 #[derive(Clone, Copy, Debug)]
 pub struct SinglePrecision<'a> {
-    /// The least error in it.
+    /// The least error in single precision.
     pub least: LeastError<'a>,
     /// Whether that is as good as double precision.
     pub is_as_good: bool,
@@ -93,7 +93,7 @@ pub struct FailedRuns<'a> {
 }
 
 impl Phase {
-    /// How late the run is, s, if it has a phase: farther off than the motion is large it has none.
+    /// How late the run is, s; `None` if it is farther off its path than the size of the motion.
     pub fn known_late_s(&self) -> Option<f64> {
         (self.off_path < 1.0).then_some(self.late_s)
     }
@@ -110,7 +110,7 @@ impl Study {
         self.moves() && self.has_finished() && !self.is_uncertain()
     }
 
-    /// Whether any run in double precision went through.
+    /// Whether any run in double precision finished.
     pub fn has_finished(&self) -> bool {
         self.in_double().any(|cell| cell.errors().is_some())
     }
@@ -126,14 +126,14 @@ impl Study {
         error > self.trusted(cell, SEEN)
     }
 
-    /// Whether no step of a method can be told from the truth.
+    /// Whether the errors of a method are below the noise floor at every step.
     pub fn is_exact(&self, method: Method) -> bool {
         let mut cells = self.curve(method, Precision::F64).peekable();
         cells.peek().is_some()
             && cells.all(|cell| self.error(cell, SEEN).is_some_and(|error| !self.above_noise(cell, error)))
     }
 
-    /// Two methods at equal evaluations, in every round of use in which their errors can be compared; `None` if there is no
+    /// Two methods at equal evaluations, over all rounds in which their errors can be compared; `None` if there is no
     /// such round.
     pub fn contest(&self, first: Method, second: Method) -> Option<Contest<'_>> {
         let rounds = self.rounds(first, second);
@@ -162,7 +162,7 @@ impl Study {
         self.curve(first, Precision::F64).filter_map(round).collect()
     }
 
-    /// Two cells at one cost, where both went through, either is of use and either is above the noise floor.
+    /// Two cells at one cost, if both finished, one of them is usable and one is above the noise floor.
     fn round<'a>(&self, evaluations: f64, first: &'a Cell, second: &'a Cell) -> Option<Round<'a>> {
         let errors = (self.error(first, SEEN)?, self.error(second, SEEN)?);
         let is_useful = self.is_usable(first) || self.is_usable(second);
@@ -175,7 +175,7 @@ impl Study {
         (factor.is_finite() && factor > 0.0).then_some(Round { evaluations, better, worse, times })
     }
 
-    /// The order that the errors of a method show, if its finest run is of use.
+    /// The order that the errors of a method show, if its finest run is usable.
     pub fn shown_order(&self, method: Method) -> Option<ShownOrder> {
         let finest = self.curve(method, Precision::F64).filter(|cell| cell.errors().is_some()).last()?;
         let shows = self.order(method, SEEN).filter(|_| self.is_usable(finest))?;
@@ -184,8 +184,8 @@ impl Study {
         Some(ShownOrder { shows, claimed: claimed.filter(|claimed| off(claimed) > OTHER_ORDER) })
     }
 
-    /// What the table claims of the order of positions. Methods that take more evaluations under laws of velocity show by
-    /// that whether the scene has such laws; where none of them was run, it is not known.
+    /// The order of positions that the table of methods claims: two orders if it is not known whether the laws depend
+    /// on the velocity.
     fn claimed_orders(&self, method: Method) -> Vec<u32> {
         let claims = method.claims();
         let (plain, with_velocity) = (claims.position_order, claims.order_with_velocity_laws);
@@ -209,8 +209,8 @@ impl Study {
         Some(a_step > 0.5 * f64::from(claims.evaluations + claims.evaluations_with_velocity_laws))
     }
 
-    /// The cost of a cell, failed or not. A run that failed stopped counting when it did: it would have cost what its
-    /// method claims.
+    /// The cost of a cell, failed or not. A failed run counted evaluations only until it failed, so it has at least
+    /// the cost that its method claims.
     pub fn cost_or_claim(&self, cell: &Cell, cost: Cost) -> Option<f64> {
         let counted = self.cost(cell, cost);
         if cost != Cost::Evaluations || cell.errors().is_some() {
@@ -226,7 +226,7 @@ impl Study {
         counted.map(|counted| counted.max(claimed))
     }
 
-    /// The cost at which a frame of 60 a second is full.
+    /// The cost that fills a frame at 60 frames per second.
     pub fn budget(&self, cost: Cost) -> Option<f64> {
         match cost {
             Cost::RealTime => Some(1.0),
@@ -246,7 +246,7 @@ impl Study {
         Some(LeastError { cell, error_m, finer_is_worse })
     }
 
-    /// What single precision leaves of a method; `None` where no run of it went through.
+    /// How accurate a method is in single precision; `None` if no run of it finished.
     pub fn single_precision(&self, method: Method) -> Option<SinglePrecision<'_>> {
         let least_m = |precision| self.least_error(method, precision).map(|least| least.error_m);
         let least = self.least_error(method, Precision::F32)?;
@@ -258,7 +258,7 @@ impl Study {
         })
     }
 
-    /// Phase and amplitude at the end of the run apart, of every method at the same step: the middle one of those that were
+    /// Errors of phase and amplitude at the end of the run, of every method at the middle step of those that were
     /// run.
     pub fn phases(&self) -> Vec<(&Cell, Phase)> {
         let with_phase = self.in_double().filter_map(|cell| Some((cell, cell.errors()?.phase?)));

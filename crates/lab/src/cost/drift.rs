@@ -7,11 +7,11 @@ use super::record::{Drift, EnergyScale, Setting};
 use super::subject::Subject;
 use super::truth::larger;
 
-/// Points of a series, about.
+/// Approximate number of points of a series.
 const POINTS: u64 = 200;
 
 /// A run with a ledger.
-pub(crate) struct Drifting {
+pub(crate) struct DriftRun {
     setting: Setting,
     run: Simulation,
     ledger: Ledger,
@@ -29,10 +29,10 @@ pub(crate) struct Drifting {
     found: Vec<Drift>,
 }
 
-impl Drifting {
+impl DriftRun {
     /// A run of `setting` that is `longer` times as long as the subject's, at least once.
     pub fn new(subject: &Subject, setting: Setting, longer: u32) -> Self {
-        // The ticks of a problem are far longer than its substeps, and a ledger goes by the tick.
+        // The ticks of a problem are far longer than its substeps, and a ledger samples once per tick.
         let by_steps = subject.problem.is_some();
         let (subject, inner) = if by_steps { subject.by_steps(setting) } else { (subject.clone(), setting) };
         let mut run = subject.run(inner);
@@ -53,7 +53,7 @@ impl Drifting {
         }
     }
 
-    /// Simulates one tick; whether it was the last.
+    /// Simulates one tick. Returns whether it was the last.
     pub fn tick(&mut self) -> bool {
         self.ledger.tick(&mut self.run.stepper, &mut self.run.world);
         let tick = self.run.ticks();

@@ -1,30 +1,30 @@
-//! What becomes of energy over a run.
+//! How the energy of a run develops.
 
 use super::record::Drift;
 
-/// What became of the energy of a run. Parts are of [`Drift::scale`].
+/// How the energy of a run developed. Parts are relative to [`Drift::scale`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fate {
     /// The run failed.
     Failed,
-    /// It stays to rounding.
+    /// It is conserved to rounding.
     RoundOff,
     /// Most of it is lost: the largest part.
     Lost(f64),
-    /// It grows exponentially, to so many times the energy at the start.
+    /// It grows exponentially, to this multiple of the energy at the start.
     Exponential(f64),
-    /// The residual grows as this power of the time, to that part.
+    /// The residual grows as this power of the time, to this part.
     Power(f64, f64),
-    /// It grows otherwise, to that part.
+    /// It grows in another way, to this part.
     Grows(f64),
-    /// It varies, by up to that part, and by more than a tenth.
+    /// It varies by up to this part, which is more than a tenth.
     Varies(f64),
-    /// It stays within that part.
+    /// It stays within this part.
     Within(f64),
 }
 
 impl Drift {
-    /// What became of the energy.
+    /// How the energy developed.
     pub fn fate(&self) -> Fate {
         let Some(largest) = self.largest else { return Fate::Failed };
         if largest < ROUND_OFF {

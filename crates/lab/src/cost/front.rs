@@ -1,10 +1,10 @@
-//! Errors and costs of the cells of a study, and what they say: orders, the front, errors at a cost.
+//! Errors and costs of the cells of a study, and what follows from them: orders, the front, errors at a cost.
 
 use motion::Method;
 
 use super::record::{Cell, Precision, Setting, Study, Time};
 
-/// What an error is counted in.
+/// The kind of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Accuracy {
     /// [`Errors::relative`](super::Errors::relative).
@@ -15,18 +15,18 @@ pub enum Accuracy {
     Velocity,
 }
 
-/// What a cost is counted in.
+/// The kind of a cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Cost {
-    /// Evaluations of one body a simulated second, those of solvers among them.
+    /// Evaluations per body per simulated second, including those of solvers.
     Evaluations,
-    /// Thread CPU time of one simulated second of one body, ns.
+    /// Thread CPU time per body per simulated second, ns.
     Time,
-    /// The same of the arithmetic alone, without this program.
+    /// The time of the arithmetic alone, without this program, per body per simulated second, ns.
     Arithmetic,
-    /// Thread CPU seconds a simulated second: the reciprocal of the real-time factor.
+    /// Thread CPU seconds per simulated second: the reciprocal of the real-time factor.
     RealTime,
-    /// Instructions of a simulated second.
+    /// Instructions per simulated second.
     Instructions,
 }
 
@@ -81,7 +81,7 @@ impl Study {
         self.cells.iter().filter(|cell| cell.setting.precision == Precision::F64)
     }
 
-    /// The smallest error of a run of `steps` steps in f64 that is above round-off and above the error of the reference.
+    /// The noise floor of a cell: larger errors are above round-off and above the error of the reference.
     pub fn trusted(&self, cell: &Cell, accuracy: Accuracy) -> f64 {
         let steps = self.ticks as f64 * f64::from(cell.setting.substeps);
         let (relative, position_m) = self.truth.own_error();
@@ -93,9 +93,9 @@ impl Study {
         (1e3 * f64::EPSILON * steps * scale).max(10.0 * own)
     }
 
-    /// The order of a method: the slope of its error against the step on the finest two rungs of f64 whose
-    /// errors stand well above round-off and the truth's own, as numbers of the usual convergence test have it
-    /// (SciML, `analyticless_convergence_tests`). `None` where no two of them do: a method that is exact.
+    /// The order of a method: the slope of its error against the step on the finest two rungs of f64 whose errors are
+    /// well above round-off and the truth's own, as in the usual convergence test (SciML,
+    /// `analyticless_convergence_tests`). `None` if fewer than two are, as for an exact method.
     pub fn order(&self, method: Method, accuracy: Accuracy) -> Option<f64> {
         let points: Vec<_> = self
             .curve(method, Precision::F64)
@@ -123,8 +123,8 @@ impl Study {
         points.into_iter().map(|(.., cell)| cell).collect()
     }
 
-    /// The error of a method in double precision at a cost, between rungs by straight lines in logarithms; `None`
-    /// beyond them.
+    /// The error of a method in double precision at a cost, interpolated between rungs by straight lines in
+    /// logarithms; `None` outside the rungs.
     pub fn error_at(&self, method: Method, accuracy: Accuracy, cost: Cost, at: f64) -> Option<f64> {
         let points = self
             .curve(method, Precision::F64)

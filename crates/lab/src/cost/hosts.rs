@@ -7,10 +7,10 @@ use super::subject::Subject;
 /// Makes the run of a setting, or says why it cannot.
 pub type Make = dyn Fn(&Subject, Setting, Host) -> Result<Box<dyn Runner>, Failure> + Send;
 
-/// The runs of the program itself.
+/// Makes a run of the program itself.
 ///
 /// # Errors
-/// A method that cannot solve what the subject declares.
+/// If the method cannot solve what the subject declares, or no loop was written for it.
 pub fn make(subject: &Subject, setting: Setting, host: Host) -> Result<Box<dyn Runner>, Failure> {
     if let Some(why) = subject.refusal(setting.method) {
         return Err(Failure::Unsolvable { why });

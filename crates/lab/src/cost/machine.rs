@@ -5,7 +5,7 @@ use std::thread::available_parallelism;
 use super::record::Machine;
 
 impl Machine {
-    /// This one.
+    /// The machine that this program runs on.
     pub fn here() -> Self {
         Self {
             processor: processor(),
@@ -19,7 +19,7 @@ impl Machine {
     }
 }
 
-/// The processor's name, where the system tells.
+/// The processor's name, if the system reports it.
 fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text.lines().find(|line| line.starts_with("model name")).and_then(|line| line.split_once(':'));
@@ -38,7 +38,7 @@ fn caches() -> Vec<u64> {
     (0..8).filter_map(of).collect()
 }
 
-/// Vector instructions that the kernels take here.
+/// Vector instructions that the kernels use on this machine.
 fn instructions() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {

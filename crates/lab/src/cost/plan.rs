@@ -1,4 +1,4 @@
-//! What is run: methods, rungs, precisions, how carefully time is measured, and what there is time for.
+//! What a study runs: methods, rungs, precisions, how carefully times are measured, and how long all of it may take.
 
 use std::ops::Range;
 
@@ -10,21 +10,21 @@ use super::clock::Clock;
 use super::record::{Precision, Setting};
 use super::subject::Subject;
 
-/// Work of the runs that are compared side by side, at least, in that of their reference: as each batch runs it again, it adds
-/// a third at most.
+/// Least work of a batch of runs, as a multiple of the work of their reference: each batch runs the reference again,
+/// which adds a third at most.
 const BATCH: f64 = 3.0;
 
-/// Memory of the runs that are compared side by side, at most, bytes, and its part of what there is.
+/// Most memory of a batch of runs, bytes, and the divisor of the machine's memory that also bounds it.
 const SIDE_BY_SIDE: u64 = 1 << 30;
 const PART: u64 = 4;
 
-/// Rungs below which none are left out, however long they take.
+/// Rungs that are never left out, however long they take.
 const AT_LEAST: usize = 3;
 
-/// Rungs that are not given up for a longer run.
+/// Rungs that are left out only after the run was shortened.
 const ENOUGH: usize = 5;
 
-/// A run of a scene is made no shorter to save time, s.
+/// A run shorter than this is not shortened to save time, s.
 const SHORTEST: f64 = 0.75;
 
 /// Why a run was made shorter.
@@ -35,7 +35,8 @@ const LONG: &str = "more would have taken too long for this plan";
 pub struct Plan {
     /// Methods of f64.
     pub methods: Vec<Method>,
-    /// Methods of single precision, plain and compensated, in the loops of problems; of no use beyond `methods`.
+    /// Methods of single precision, plain and compensated, in the loops of problems; those that `methods` lacks are
+    /// ignored.
     pub single: Vec<Method>,
     /// Substeps that are tried: those within the subject's own range; ascending.
     pub rungs: Vec<u32>,
@@ -43,11 +44,11 @@ pub struct Plan {
     pub finer: u32,
     /// Bodies of the copies of a problem that methods are ranked at, at least 1. A scene is timed as it is.
     pub bodies: u32,
-    /// How often each setting is timed; 0: not at all.
+    /// How often each setting is timed; 0 for not at all.
     pub passes: u32,
-    /// Thread CPU time of one timing at most, s: of a longer run, its beginning is timed.
+    /// Most thread CPU time of one timing, s; of a longer run only the beginning is timed.
     pub timed: f64,
-    /// How many times longer the long runs of energy are; 0: none.
+    /// How many times longer the long runs of energy are; 0 for none.
     pub longer: u32,
     /// Whether the same second is run at several frame rates.
     pub rates: bool,
@@ -56,7 +57,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Everything.
+    /// The plan that runs everything.
     pub fn full() -> Self {
         Self {
             methods: Method::ALL.to_vec(),
@@ -72,7 +73,7 @@ impl Plan {
         }
     }
 
-    /// An answer for `subjects` of them within a minute.
+    /// The plan that answers for this number of subjects within a minute.
     pub fn quick(subjects: usize) -> Self {
         let share = 1.0 / subjects.max(1) as f64;
         Self {
@@ -86,7 +87,8 @@ impl Plan {
         }
     }
 
-    /// For a running window: the same errors and counts at fewer rungs, without what the window does not show.
+    /// The plan for a running window: the same errors and counts at fewer rungs, without what the window does not
+    /// show.
     pub fn live() -> Self {
         Self {
             single: Vec::new(),
@@ -100,7 +102,8 @@ impl Plan {
         }
     }
 
-    /// The rungs for `subject`: of a scene up to 64, beyond which hardly any is worth its price, and its own.
+    /// The rungs for `subject`: those of a scene go up to 64, beyond which hardly any is worth its price, and include
+    /// its own.
     pub(crate) fn rungs_of(&self, subject: &Subject) -> Vec<u32> {
         let (coarsest, finest) = subject.problem.map_or((1, 64), |problem| problem.ladder);
         let fits = |rung: &u32| (coarsest..=finest).contains(rung);
@@ -139,7 +142,7 @@ impl Plan {
         rungs
     }
 
-    /// Evaluations of a tick that all errors take together, about.
+    /// Approximate evaluations per tick of all runs that measure errors.
     fn evaluations(&self, subject: &Subject, rungs: &[u32]) -> f64 {
         let batches = self.batches(subject, rungs).len() as f64;
         let reference = work(self.reference(rungs));
@@ -155,7 +158,7 @@ impl Plan {
         Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 }
     }
 
-    /// The places of the settings that are compared with the truth side by side: each alone where there is a closed form.
+    /// Ranges of the settings that are compared with the truth side by side; with a closed form, each setting alone.
     pub(crate) fn batches(&self, subject: &Subject, rungs: &[u32]) -> Vec<Range<usize>> {
         let enough = BATCH * work(self.reference(rungs));
         let room = scene::memory().map_or(SIDE_BY_SIDE, |bytes| SIDE_BY_SIDE.min(bytes / PART));
@@ -174,7 +177,7 @@ impl Plan {
         batches
     }
 
-    /// Copies that a problem of so many bodies is timed with, ascending: powers of ten, and those of
+    /// Numbers of copies that a problem with `bodies` bodies is timed with, ascending: for powers of ten, and for
     /// [`Self::bodies`].
     pub(crate) fn copies(&self, bodies: u32) -> Vec<u32> {
         let powers = (0..=5).map(|power| 10_u32.pow(power));
@@ -203,14 +206,14 @@ impl Plan {
     }
 }
 
-/// Evaluations of a tick of a setting, about: an implicit step iterates, and compensated sums take twice as long.
+/// Approximate evaluations per tick of a setting: an implicit step iterates, and compensated sums take twice as long.
 pub(crate) fn work(Setting { method, substeps, precision }: Setting) -> f64 {
     let solves = if method == Method::ImplicitEuler { 10.0 } else { 1.0 };
     let sums = if precision == Precision::CompensatedF32 { 2.0 } else { 1.0 };
     f64::from(method.claims().evaluations_with_velocity_laws) * f64::from(substeps) * solves * sums
 }
 
-/// Thread CPU time of one evaluation of all bodies, s, about.
+/// Approximate thread CPU time of one evaluation of all bodies, s.
 fn evaluation(subject: &Subject, substeps: u32, clock: &Clock) -> f64 {
     let probe = Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 };
     let (by_steps, step) = subject.by_steps(probe);

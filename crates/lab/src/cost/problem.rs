@@ -13,13 +13,13 @@ use super::exact::{eccentric_anomaly, jacobi};
 /// Position, m, and velocity, m/s.
 pub type State = (DVec3, DVec3);
 
-/// The state of every body that can move, in the order of the file, at a time in s, and whose work that is.
+/// The state of every body that can move, in the order of the file, at a time in s, and the source of the formula.
 pub(crate) type Exact = (fn(f64) -> Vec<State>, &'static str);
 
-/// A problem that every method can be tried on.
+/// A problem on which methods are compared.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem {
-    /// The word for it on the command line.
+    /// Its name on the command line.
     pub name: &'static str,
     /// One line about it.
     pub description: &'static str,
@@ -33,9 +33,9 @@ pub struct Problem {
     pub(crate) exact: Option<Exact>,
     /// Length of a natural period, s.
     pub(crate) period: Option<f64>,
-    /// Steps of a tick: from hopeless to round-off.
+    /// Least and most substeps per tick: from useless errors to round-off.
     pub(crate) ladder: (u32, u32),
-    /// The same in a loop over arrays, for a problem of single bodies.
+    /// The problem in a loop over arrays, if its bodies are single.
     pub(crate) in_loop: Option<MakeLoop>,
 }
 
@@ -159,7 +159,7 @@ impl Formula for Spring {
     }
 }
 
-/// The same with drag c, 1/s.
+/// [`Spring`] with drag c, 1/s.
 #[derive(Clone, Copy)]
 struct DampedSpring(Spring, f64);
 
@@ -403,7 +403,7 @@ pub const PROBLEMS: [Problem; 11] = [
     },
     Problem {
         name: "damped_oscillator",
-        description: "The same with drag of a fifth of the critical damping, 2 periods",
+        description: "A mass on an ideal spring with a fifth of the critical damping, 2 periods",
         scene: || {
             let start = "position_m: (1, 0, 0), velocity_m_s: (0.5, 0, 0)";
             one_body(4.0 * FREQUENCY / TAU, &format!("drag: (linear_per_s: {DECAY:?}),"), start, SPRING)
@@ -510,7 +510,7 @@ pub fn problem(name: &str) -> Option<&'static Problem> {
     PROBLEMS.iter().find(|problem| problem.name == name)
 }
 
-/// A scene with one body of 1 kg and, where something hangs on it, an anchor at the origin.
+/// A scene with one body of 1 kg and, if it has springs, an anchor at the origin.
 fn one_body(step_hz: f64, laws: &str, start: &str, springs: &str) -> String {
     let anchor = if springs.is_empty() { "" } else { "(name: \"anchor\", immovable: true)," };
     format!(
@@ -568,7 +568,7 @@ fn duffing(t: f64) -> Vec<State> {
     vec![(DVec3::X * cn, DVec3::X * (-w * sn * dn))]
 }
 
-/// The oscillator over so many whole periods, at least 1.
+/// The oscillator over `periods` whole periods, at least 1.
 pub(crate) fn oscillator_scene(periods: u32) -> String {
     let step_hz = 8.0 / f64::from(periods) * FREQUENCY / TAU;
     one_body(step_hz, "", "position_m: (1, 0, 0), velocity_m_s: (0.5, 0, 0)", SPRING)

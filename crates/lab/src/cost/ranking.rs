@@ -14,7 +14,7 @@ fn spread(quartiles: [f64; 3]) -> f64 {
 }
 
 impl TimedTick {
-    /// Which one is shorter; `None` for a tie: they differ by no more than the spread of their rounds.
+    /// Compares two times; `None` for a tie, if they differ by no more than the spread of their rounds.
     fn compare(&self, other: &Self) -> Option<Ordering> {
         let noise = (self.ns * spread(self.quartiles)).max(other.ns * spread(other.quartiles));
         ((self.ns - other.ns).abs() > noise).then(|| self.ns.total_cmp(&other.ns))
@@ -22,7 +22,7 @@ impl TimedTick {
 }
 
 impl TickTime {
-    /// The times of those points, without a fitted line yet.
+    /// The times at `points`, without a fitted line yet.
     pub(crate) fn open(setting: Setting, host: Host, points: Vec<TimedTick>) -> Self {
         let Setting { method, precision, .. } = setting;
         let (fixed_ns, ns_per_body_step, yardstick_ns) = (0.0, 0.0, 1.0);
@@ -33,7 +33,7 @@ impl TickTime {
         (self.method, self.precision, self.host) == (setting.method, setting.precision, host)
     }
 
-    /// With the line of its points.
+    /// Fits the line through its points.
     pub(crate) fn fit(self) -> Self {
         let (fixed_ns, ns_per_body_step) = line(&self.points);
         Self { fixed_ns, ns_per_body_step, ..self }
@@ -46,7 +46,8 @@ impl TickTime {
 }
 
 /// Intercept and slope, neither below 0, with the least sum of relative deviations. Such a line passes through two of
-/// the points, or through one if it ends at a bound: all of them are tried. A size that was disturbed bends it little.
+/// the points, or through one if it ends at a bound: all of them are tried. A disturbed measurement of one size bends
+/// it little.
 fn line(points: &[TimedTick]) -> (f64, f64) {
     let single = |point: &TimedTick| [(point.ns, 0.0), (0.0, point.ns / point.body_steps)];
     let through = |a: &TimedTick, b: &TimedTick| {
@@ -87,16 +88,16 @@ impl Place {
 /// A size at which two methods change places.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// The method with the shorter step from there on.
+    /// The method with the shorter step above that size.
     pub above: Method,
-    /// The method with the shorter step below.
+    /// The method with the shorter step below that size.
     pub below: Method,
     /// Bodies times steps of a tick.
     pub body_steps: f64,
 }
 
 impl Study {
-    /// Bodies that times are of.
+    /// Number of bodies that times refer to.
     pub fn size(&self) -> usize {
         self.timed_bodies.unwrap_or(self.bodies).max(1)
     }
@@ -134,7 +135,7 @@ impl Study {
         timed.into_iter().enumerate().map(place).collect()
     }
 
-    /// How many times as long as the arithmetic alone a step of this program takes, by method.
+    /// The time of a step of this program relative to that of the arithmetic alone, by method.
     pub fn over_arithmetic(&self) -> Vec<(Method, f64)> {
         let alone = self.ranking(Host::Arithmetic);
         let over = |place: Place| {
@@ -144,8 +145,8 @@ impl Study {
         self.ranking(Host::World).into_iter().filter_map(over).collect()
     }
 
-    /// The sizes at which the ranking changes, ascending: between two that were timed the difference of times is
-    /// taken for a line. Ties change nothing.
+    /// The sizes at which the ranking changes, ascending, interpolated linearly between sizes that were timed. Ties
+    /// change nothing.
     pub fn crossings(&self) -> Vec<Crossing> {
         let times: Vec<_> = self.world_times().collect();
         let pairs = (0..times.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
@@ -164,7 +165,7 @@ impl Study {
         sizes
     }
 
-    /// The same with the times of copies of so many bodies, one of [`Self::sizes`].
+    /// This study with the times of copies with `bodies` bodies, one of [`Self::sizes`].
     pub fn at_size(&self, bodies: usize) -> Self {
         let mut study = Self { timed_bodies: Some(bodies), ..self.clone() };
         study.time_cells();
@@ -217,7 +218,7 @@ impl Study {
         let cells = self.curve(setting.method, setting.precision);
         let (points, yardsticks): (Vec<_>, Vec<_>) = cells.filter_map(timed).unzip();
         let yardstick_ns = yardsticks.into_iter().fold(f64::INFINITY, f64::min);
-        // One alone says nothing of what is fixed.
+        // One point alone does not show the fixed cost.
         if points.len() < 2 {
             return;
         }
@@ -228,7 +229,7 @@ impl Study {
         }
     }
 
-    /// Part by which prices of two methods in time may differ by chance.
+    /// Part by which the times of two methods may differ by chance.
     pub(crate) fn largest_spread(&self, methods: [Method; 2], host: Host) -> f64 {
         methods.map(|method| self.spread(method, host)).into_iter().fold(0.0, f64::max)
     }

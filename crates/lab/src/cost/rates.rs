@@ -7,16 +7,17 @@ use super::record::{Precision, RateRow, Setting};
 use super::subject::Subject;
 use crate::run::movable;
 
-/// Frames a second.
+/// Frame rates, frames per second.
 const RATES: [f64; 5] = [15.0, 30.0, 60.0, 144.0, 240.0];
 
-/// How many times finer the second is that others are compared with.
+/// Substeps of the run that others are compared with.
 const FINER: u32 = 100;
 
-/// The frame rate at which a force for one frame is the impulse that it is compared with.
+/// The frame rate at which a force for one frame equals the impulse.
 const EVEN: f64 = 60.0;
 
-/// Rows that a second takes: two kinds of step and two of push, and two models of damping where there is one.
+/// Simulated seconds that [`rates`] takes: per frame rate two kinds of step and two of push, with each model of
+/// damping.
 pub(crate) fn seconds(subject: &Subject) -> usize {
     RATES.len() * 4 * models(subject).len()
 }
@@ -33,7 +34,7 @@ fn models(subject: &Subject) -> Vec<Option<DampingModel>> {
 pub(crate) fn rates(subject: &Subject) -> Vec<RateRow> {
     let Some((body, spec)) = movable(&subject.scene).next() else { return Vec::new() };
     let newtons = subject.scene.push.map_or(10.0, |push| push.start);
-    // Where it ends, m; nothing if it was quarantined on the way.
+    // Position of the body at the end, m; `None` if it was quarantined.
     let pushed = |model: Option<DampingModel>, setting: Setting, tick_hz: f64, push: &str| {
         let mut subject = subject.clone();
         subject.scene.damping =

@@ -1,4 +1,4 @@
-//! What a study of accuracy and cost found: the plain data of `report.json`, which is read again.
+//! The results of a study of accuracy and cost: the plain data of `report.json`, which is read again.
 
 use std::fmt;
 
@@ -23,7 +23,7 @@ impl Precision {
     /// All of them, the most precise first.
     pub const ALL: [Self; 3] = [Self::F64, Self::CompensatedF32, Self::F32];
 
-    /// The word for it in tables and files.
+    /// Its name in tables and files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::F64 => "f64",
@@ -32,7 +32,7 @@ impl Precision {
         }
     }
 
-    /// What errors and costs of it are measured in: the program simulates in double precision alone.
+    /// Where its errors and costs are measured: the program itself simulates in double precision only.
     pub const fn host(self) -> Host {
         match self {
             Self::F64 => Host::World,
@@ -41,13 +41,13 @@ impl Precision {
     }
 }
 
-/// One point of the diagram: a method, the parts of a tick, a precision.
+/// A setting of a run: a method, its substeps per tick, a precision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Setting {
     /// Method of every body.
     #[serde(with = "words")]
     pub method: Method,
-    /// Parts of a tick, at least 1.
+    /// Substeps per tick, at least 1.
     pub substeps: u32,
     /// The precision that it is computed in.
     pub precision: Precision,
@@ -87,11 +87,11 @@ pub struct Phase {
     pub off_path: f64,
 }
 
-/// Why a run is a mark and no point.
+/// Why a run produced no data point.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum Failure {
-    /// It left the scale of the motion more than [`BLOWN_UP`] fold, or turned non-finite.
+    /// Its relative error exceeded [`BLOWN_UP`], or it turned non-finite.
     #[error("blew up")]
     BlewUp,
     /// A body was quarantined.
@@ -102,13 +102,13 @@ pub enum Failure {
         /// The tick that it did not survive.
         tick: u64,
     },
-    /// Implicit steps were taken as the last iteration left them.
+    /// Implicit steps did not converge; their last iterates were used.
     #[error("{steps} steps did not converge")]
     Unconverged {
-        /// How many.
+        /// Number of such steps.
         steps: u64,
     },
-    /// The study was stopped before it.
+    /// The study was stopped before this run.
     #[error("was not run")]
     NotRun,
     /// The method cannot solve what the scene declares.
@@ -119,30 +119,30 @@ pub enum Failure {
     },
 }
 
-/// A relative error from which a run has blown up.
+/// Relative error above which a run has blown up.
 pub const BLOWN_UP: f64 = 100.0;
 
-/// What became of a run.
+/// The outcome of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// It went through.
+    /// It finished.
     Finished(Errors),
-    /// It did not: a mark at its cost, and no point.
+    /// It failed: charts show a mark at its cost instead of a point.
     Failed(Failure),
 }
 
-/// What a run took in evaluations, counted in the run.
+/// Evaluations of a run, counted in the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     /// Accelerations of one body by all laws together, evaluated once.
     pub accelerations: u64,
-    /// What solvers took on top, in accelerations of one body: Newton iterations, and products of a group's
-    /// derivatives, one for each of its bodies an iteration of conjugate gradients.
+    /// Work of solvers on top, in accelerations of one body: one per Newton iteration, and one per body per iteration
+    /// of conjugate gradients.
     pub solver: u64,
 }
 
-/// What a run takes in thread CPU time with [`Study::size`] bodies: the least of several rounds, block by block.
+/// Thread CPU time of a run with [`Study::size`] bodies: the least of several rounds, block by block.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Time {
     /// Per body per step, ns; a share of the fixed cost of the tick is in it.
@@ -155,7 +155,7 @@ pub struct Time {
     pub quartiles: [f64; 3],
 }
 
-/// What a run is run in.
+/// Where a run is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Host {
@@ -198,13 +198,13 @@ pub struct TimedTick {
     pub quartiles: [f64; 3],
 }
 
-/// A setting and what it came to.
+/// A setting and its results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
     /// What was run.
     #[serde(flatten)]
     pub setting: Setting,
-    /// How accurate it was.
+    /// Its errors, or why it failed.
     pub outcome: Outcome,
     /// Evaluations of the whole run.
     pub counts: Counts,
@@ -219,7 +219,7 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// Nothing run yet.
+    /// The cell of a setting that was not run yet.
     pub(crate) const fn open(setting: Setting) -> Self {
         Self {
             setting,
@@ -244,7 +244,7 @@ impl Cell {
         }
     }
 
-    /// The errors of a run that went through.
+    /// The errors of a run that finished.
     pub const fn errors(&self) -> Option<Errors> {
         match self.outcome {
             Outcome::Finished(errors) => Some(errors),
@@ -267,19 +267,19 @@ pub enum Truth {
         /// Its method.
         #[serde(with = "words")]
         method: Method,
-        /// Its parts of a tick.
+        /// Its substeps per tick.
         substeps: u32,
         /// Its own error, from its distance to a run of half as many: as [`Errors::relative`].
         relative_error: f64,
-        /// The same in m.
+        /// Its own error of positions, m.
         position_error_m: f64,
-        /// Whether tick-wise damping stood as the law that it stands for.
+        /// Whether damping per tick was replaced by its law.
         exact_damping: bool,
     },
 }
 
 impl Truth {
-    /// Errors below this cannot be told from those of the truth itself: relative, m.
+    /// The error of the truth itself, relative and in m: smaller errors cannot be measured.
     pub const fn own_error(&self) -> (f64, f64) {
         match self {
             Self::ClosedForm { .. } => (0.0, 0.0),
@@ -312,8 +312,7 @@ pub struct Drift {
     pub scale: EnergyScale,
     /// Energy at the start.
     pub start: f64,
-    /// Largest magnitude of the ledger's residual of energy after any tick; not finite where the run failed (written as
-    /// null).
+    /// Largest magnitude of the ledger's residual of energy after any tick; `None` if the run failed.
     pub largest: Option<f64>,
     /// Times, s, and residuals of some of the ticks, evenly spread: above 0 what the method invented, below 0 what it
     /// lost.
@@ -323,9 +322,9 @@ pub struct Drift {
 /// One simulated second at a frame rate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RateRow {
-    /// Frames a second.
+    /// Frames per second.
     pub frame_hz: f64,
-    /// `frame`: a tick of each frame's own length, or `fixed`: ticks of the scene's, as many as are due.
+    /// `frame` for one tick per frame, of the frame's length, or `fixed` for ticks of the scene's own length.
     pub step: String,
     /// Model of damping, `none` without.
     pub damping: String,
@@ -333,9 +332,9 @@ pub struct RateRow {
     pub push: String,
     /// Ticks that were simulated.
     pub ticks: u64,
-    /// How far the pushed body came, m; `None` if it did not survive.
+    /// How far the pushed body moved, m; `None` if it was quarantined.
     pub moved_m: Option<f64>,
-    /// How far it is from where a hundred times finer steps have it after the same impulse, m.
+    /// Distance of the pushed body from its place after the same impulse in a run with 100 substeps, m.
     pub off_m: Option<f64>,
 }
 
@@ -346,7 +345,7 @@ pub struct Study {
     pub subject: String,
     /// One line about it.
     pub description: String,
-    /// Ticks a second: pushes and pictures see these, substeps divide them.
+    /// Ticks per second; substeps divide them.
     pub step_hz: f64,
     /// Ticks of a run.
     pub ticks: u64,
@@ -356,7 +355,7 @@ pub struct Study {
     pub bodies: usize,
     /// Length of a natural period, s, for subjects that have one.
     pub period_s: Option<f64>,
-    /// What the scene itself asks for.
+    /// The scene's own setting.
     pub own: Setting,
     /// What errors are measured against.
     pub truth: Truth,
@@ -376,18 +375,18 @@ pub struct Study {
     pub drifts: Vec<Drift>,
     /// The same second at several frame rates; empty if it was not asked for.
     pub rates: Vec<RateRow>,
-    /// What a reader has to know: what was switched on, left out, or cut short.
+    /// Notes for the reader: what was switched on, left out, or cut short.
     pub notes: Vec<String>,
 }
 
-/// Where and with what it was measured.
+/// The machine and the compiler of a report.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Machine {
     /// Model of the processor.
     pub processor: String,
     /// Its cores that this program may use.
     pub cores: usize,
-    /// Bytes of its caches of data, the nearest first; empty where the system does not tell.
+    /// Sizes of its data caches, bytes, the nearest first; empty if the system does not report them.
     #[serde(default)]
     pub caches: Vec<u64>,
     /// Operating system and architecture.
@@ -396,7 +395,7 @@ pub struct Machine {
     pub instructions: String,
     /// Version of this program.
     pub version: String,
-    /// The compiler that it was built with, and whether optimised.
+    /// The compiler that it was built with, and whether optimized.
     pub compiler: String,
 }
 
@@ -411,7 +410,7 @@ pub struct Report {
     pub machine: Machine,
     /// Whether every planned run is in it.
     pub complete: bool,
-    /// One a subject.
+    /// One study per subject.
     pub studies: Vec<Study>,
 }
 

@@ -1,6 +1,6 @@
-//! Things that run a subject: its world of entities, or a loop over arrays.
+//! Runs of a subject: in a world of entities, or in a loop over arrays.
 //!
-//! Tests put runs of their own behind the same trait: a slow one and a broken one.
+//! Tests implement the trait for a slow run and for a broken one.
 
 use std::borrow::Cow;
 
@@ -14,7 +14,7 @@ use super::record::{Counts, Failure};
 /// Stable id, position, m, and velocity, m/s.
 pub type Sample = (u32, DVec3, DVec3);
 
-/// A run that is under way.
+/// A run in progress.
 pub trait Runner {
     /// Simulates one tick.
     fn tick(&mut self);
@@ -22,7 +22,7 @@ pub trait Runner {
     fn states(&mut self) -> Vec<Sample>;
     /// Evaluations so far.
     fn counts(&mut self) -> Counts;
-    /// Why the run produced no data point; non-finite states and large errors are looked for elsewhere.
+    /// Why the run produced no data point; non-finite states and large errors are found elsewhere.
     fn failure(&mut self) -> Option<Failure>;
 }
 
@@ -53,7 +53,7 @@ impl Runner for Simulation {
     }
 }
 
-/// Bodies of a group in the mean: an iteration of a solver is of one group.
+/// Mean number of bodies of a group: an iteration of a solver is of one group.
 fn mean_group(run: &Simulation) -> u64 {
     run.world.get_resource::<Groups>().map_or(0, |groups| groups.bodies() as u64 / groups.len().max(1) as u64)
 }

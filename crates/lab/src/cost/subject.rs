@@ -10,29 +10,29 @@ use super::problem::{Exact, Problem};
 use super::record::{Precision, Setting};
 use crate::run::movable;
 
-/// What more there is of a scene of so short ticks is left out.
+/// Most ticks of a run of a scene; the rest is left out.
 const MOST_TICKS: f64 = 1e15;
 
-/// A run of fewer ticks is made no shorter.
+/// A run of fewer ticks is not shortened.
 const LEAST_TICKS: u64 = 16;
 
-/// How long a scene is studied unless someone says so, s.
+/// Default length of the run of a scene, s.
 const SECONDS: f64 = 10.0;
 
 /// A problem or a scene, and for how long.
 #[derive(Clone, Debug)]
 pub struct Subject {
     pub(crate) scene: Scene,
-    /// The problem that the scene is of, if it is of one.
+    /// The problem, if the subject is one.
     pub(crate) problem: Option<Problem>,
     pub(crate) ticks: u64,
-    /// Whether nobody asked for that length: a run may then be shortened.
+    /// Whether the run may be shortened, because its length is the default.
     pub(crate) yields: bool,
     pub(crate) notes: Vec<String>,
 }
 
 impl Subject {
-    /// Its start, in a world.
+    /// The start of a run in a world.
     pub(crate) fn run(&self, setting: Setting) -> Simulation {
         let mut run = Simulation::new(self.scene_with(setting));
         let laws = self.laws();
@@ -49,7 +49,7 @@ impl Subject {
         law.map(|law| Box::new(law) as Box<dyn Law>).into_iter().collect()
     }
 
-    /// A problem.
+    /// The subject of a problem.
     ///
     /// # Errors
     /// Where its bodies take more memory than is allowed.
@@ -82,8 +82,7 @@ impl Subject {
     /// A scene from its start, for `seconds` rounded up to whole ticks; if `None`, for 10, or less where that takes too
     /// long or the motion is chaotic.
     ///
-    /// Gravity that waits for someone to switch it on is switched on, or there would be nothing to see; a note
-    /// says so.
+    /// Gravity that is off at the start is switched on, because nothing would move without it; a note says so.
     pub fn of_scene(mut scene: Scene, seconds: Option<f64>) -> Self {
         let mut notes = Vec::new();
         if let Some(gravity) = &mut scene.gravity
@@ -97,7 +96,7 @@ impl Subject {
         Self { scene, problem: None, ticks, yields: seconds.is_none(), notes }
     }
 
-    /// Makes it half as long, with a note that says why, if it may be.
+    /// Halves the run, if it may be shortened, with a note that says why. Returns whether it did.
     pub(crate) fn halve(&mut self, why: &str) -> bool {
         let halves = self.yields && self.ticks >= LEAST_TICKS;
         if halves {
@@ -108,7 +107,8 @@ impl Subject {
         halves
     }
 
-    /// Copies of a problem that have so many bodies that move, and whose ticks are as long as one of so many substeps.
+    /// Copies of a problem with at least `bodies` movable bodies, whose ticks are as long as one of `substeps`
+    /// substeps.
     pub fn of_bodies(&self, bodies: u32, substeps: u32) -> Self {
         let each = movable(&self.scene).count();
         self.copies(bodies.div_ceil(u32::try_from(each.max(1)).unwrap_or(u32::MAX)), substeps)
@@ -141,7 +141,7 @@ impl Subject {
         (subject, Setting { substeps: 1, ..setting })
     }
 
-    /// The word for it on the command line.
+    /// Its name on the command line.
     pub fn name(&self) -> &str {
         &self.scene.name
     }
@@ -166,7 +166,7 @@ impl Subject {
         self.ticks as f64 / self.scene.step_hz
     }
 
-    /// What the scene itself asks for.
+    /// The scene's own setting.
     pub fn own(&self) -> Setting {
         Setting { method: self.scene.method, substeps: self.scene.substeps, precision: Precision::F64 }
     }
@@ -187,13 +187,14 @@ impl Subject {
         (scene.method, scene.substeps) = (setting.method, setting.substeps);
         for body in &mut scene.bodies {
             (body.method, body.substeps) = (None, None);
-            // One method alone knows it: it would run another problem than the others.
+            // Only position Verlet reads it, and would start from another state than the other methods.
             body.verlet_previous = None;
         }
         scene
     }
 
-    /// The motion that every method goes for: damping by the tick is its law. Whether that changes anything.
+    /// The motion that every method approximates: damping per tick is replaced by its law. Also returns whether that
+    /// changes the subject.
     pub(crate) fn continuous(&self) -> (Self, bool) {
         let mut truth = self.clone();
         if !self.is_off(Effect::Damping) {

@@ -1,4 +1,4 @@
-//! What is timed of a study, pass by pass: the cells of a scene as it is, or copies of a problem at several sizes.
+//! The timings of a study, pass by pass: of the cells of a scene, or of copies of a problem at several sizes.
 
 use super::clock::{Clock, Trial, Yardstick};
 use super::hosts::Make;
@@ -23,12 +23,12 @@ pub(super) struct Timings {
     yardstick: Yardstick,
     /// Copies that are timed at present.
     many: Option<(u32, Subject)>,
-    /// What all timings of that size took beside the ticks that were timed, s.
+    /// Time that all timings of that size took besides the ticks that were timed, s.
     spent: f64,
 }
 
 impl Timings {
-    /// Every cell of a scene; of a problem, every method and precision with steps of the rung `middle`.
+    /// The timings of every cell of a scene, or of every method and precision of a problem at the rung `middle`.
     pub fn of(study: &mut Study, subject: &Subject, plan: &Plan, middle: u32) -> Self {
         let problem = subject.problem.is_some();
         let bodies = u32::try_from(study.bodies.max(1)).unwrap_or(u32::MAX);
@@ -71,7 +71,7 @@ impl Timings {
         }
     }
 
-    /// One pass of a timing, unless it was given up: sizes that would take too long are.
+    /// Runs one pass of a timing, unless its size would take too long: such sizes are given up.
     pub fn pass(
         &mut self,
         at: usize,
@@ -120,8 +120,8 @@ impl Timings {
         self.spent += (clock() - start - plan.timed).max(0.0);
     }
 
-    /// Whether the timings of so many copies and more would take too long, by what the size before took in the first
-    /// pass. The size that methods are ranked at, and smaller ones, never do.
+    /// Whether the timings of this number of copies and more would take too long, judged by the first pass of the
+    /// size before. Sizes up to the one that methods are ranked at never do.
     fn is_too_long(&mut self, at: usize, copies: u32, study: &Study, plan: &Plan) -> bool {
         let before = self.many.as_ref().map_or(1, |(count, _)| *count);
         if copies == before || self.list[at].trial.tick().is_some() {

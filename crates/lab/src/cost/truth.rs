@@ -1,5 +1,5 @@
-//! What runs are compared with, tick by tick: of a run nothing stays but its largest error and the mean of its squares,
-//! so that a long run takes no more memory than a short one.
+//! The truth that runs are compared with, tick by tick. Only the largest errors of a run and their mean square are
+//! stored, so that a long run takes no more memory than a short one.
 
 use super::problem::State;
 use super::record::{BLOWN_UP, Errors, Failure, Outcome, Phase};
@@ -7,10 +7,10 @@ use super::runner::{Runner, Sample};
 use super::subject::Subject;
 use crate::run::movable;
 
-/// Times at which the scales of a closed form are read.
+/// Number of times at which the scales of a closed form are read.
 const LOOKS: u32 = 1024;
 
-/// Parts of a period at which the nearest state of a closed form is looked for first.
+/// Parts of a period into which the first search for the nearest state of a closed form divides it.
 const PHASES: f64 = 256.0;
 
 /// Scales of the motion of a truth: the largest distance of a body from the origin, m, and the largest speed, m/s.
@@ -28,7 +28,7 @@ impl Scales {
         }
     }
 
-    /// Position and velocity, to divide by: 1 for what is 0 or not finite.
+    /// The scales of position and velocity as divisors: 1 if a scale is 0 or not finite.
     pub const fn divisors(self) -> (f64, f64) {
         (divisor(self.position_m), divisor(self.velocity_m_s))
     }
@@ -119,7 +119,7 @@ impl Target {
     }
 }
 
-/// How far a run was from the truth so far.
+/// The errors of a run so far.
 #[derive(Clone, Copy, Debug, Default)]
 struct Deviation {
     largest: Errors,
@@ -129,7 +129,7 @@ struct Deviation {
 }
 
 impl Deviation {
-    /// Looks at a run at the end of a tick.
+    /// Compares a run with the truth at the end of a tick.
     fn look(&mut self, truth: &[Sample], run: &[Sample], (position_m, velocity_m_s): (f64, f64)) {
         let mut rest = run.iter();
         for (id, x, v) in truth {
@@ -164,7 +164,7 @@ impl Reference {
         Self { truth, coarse, apart: Deviation::default(), scales: Scales::default(), ticks }
     }
 
-    /// Simulates one tick; whether it was the last.
+    /// Simulates one tick. Returns whether it was the last.
     pub fn tick(&mut self) -> bool {
         self.truth.tick();
         self.coarse.tick();
@@ -173,10 +173,11 @@ impl Reference {
         self.truth.tick == self.ticks
     }
 
-    /// Its scales, its own relative error and that of positions, m, and why it failed, if it did.
+    /// The scales, the reference's own relative error and its own error of positions, m, and why it failed, if it
+    /// did.
     pub fn finish(self) -> (Scales, [f64; 2], Option<Failure>) {
         let (Errors { position_m, velocity_m_s, .. }, scales) = (self.apart.errors(), self.scales.divisors());
-        // Not below the largest of any one time.
+        // At least the largest relative error at any one time.
         let relative = (position_m / scales.0).hypot(velocity_m_s / scales.1);
         let failure = match self.truth.source {
             Source::Run(mut runner) => runner.failure(),
@@ -204,7 +205,7 @@ pub(crate) struct Comparison {
     ticks: u64,
 }
 
-/// What a run came to, and the run.
+/// The outcome of a run, and the run.
 pub(crate) struct Compared {
     pub cell: usize,
     pub outcome: Outcome,
@@ -225,7 +226,7 @@ impl Comparison {
         Self { truth, period, scales: scales.divisors(), runs, turn: 0, ticks }
     }
 
-    /// Simulates one tick of one run; whether that was the last of the last one.
+    /// Simulates one tick of one run. Returns whether it was the last tick of the last run.
     pub fn tick(&mut self) -> bool {
         if self.turn == 0 {
             self.truth.tick();
@@ -242,7 +243,7 @@ impl Comparison {
         self.truth.tick == self.ticks
     }
 
-    /// What became of each run.
+    /// The outcome of each run.
     pub fn finish(self) -> impl Iterator<Item = Compared> {
         let Self { truth, period, scales, runs, .. } = self;
         runs.into_iter().map(move |Run { cell, mut runner, deviation }| {
@@ -250,7 +251,7 @@ impl Comparison {
             let errors = Errors { phase, ..deviation.errors() };
             let outcome = match runner.failure() {
                 Some(failure) => Outcome::Failed(failure),
-                // Written so that an error that is not a number fails.
+                // An error that is NaN fails this comparison.
                 None if errors.relative <= BLOWN_UP => Outcome::Finished(errors),
                 None => Outcome::Failed(Failure::BlewUp),
             };
@@ -259,7 +260,7 @@ impl Comparison {
     }
 }
 
-/// The one of the larger magnitude; what is not a number stays.
+/// The number of larger magnitude; NaN if either is NaN.
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.abs() <= a.abs() { a } else { b }
 }

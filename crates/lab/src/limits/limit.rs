@@ -12,7 +12,7 @@ pub enum Criterion {
 }
 
 impl Criterion {
-    /// What it is called in tables.
+    /// Its name in tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Amplitude => "amplitude",
@@ -25,21 +25,21 @@ impl Criterion {
 /// One largest stable step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limit {
-    /// What was stepped.
+    /// The system that was stepped.
     pub system: String,
-    /// By which method, by its name.
+    /// Name of the method.
     pub method: &'static str,
-    /// How it was judged.
+    /// The criterion of stability.
     pub criterion: Criterion,
-    /// The largest stable w h that was found, w being the largest frequency without damping: 0 for none, infinite for
-    /// no limit up to 1e6.
+    /// The largest stable w h that was found, w being the largest frequency without damping: 0 if no step is stable,
+    /// infinite if every step up to 1e6 is.
     pub measured: f64,
-    /// The same by its closed form.
+    /// The largest stable w h by the closed form.
     pub theory: f64,
 }
 
 impl Limit {
-    /// How far the measured one is from the closed form, relative to it; 0 where they are equal, infinite ones too.
+    /// Difference of `measured` from `theory`, relative to it; 0 if both are infinite.
     pub fn relative_difference(&self) -> f64 {
         if self.measured == self.theory { 0.0 } else { self.measured / self.theory - 1.0 }
     }
@@ -58,8 +58,8 @@ impl Limit {
     }
 }
 
-/// The largest stable value: from `start` up in steps of `by`, and of 10 beyond 10, then by halving to 1 in 5,000. Infinite
-/// where all up to 1e6 are stable, 0 where `start` is not.
+/// The largest stable value: from `start` up in steps of `by`, and of 10 beyond 10, then by halving to 1 in 5,000.
+/// Infinite if all up to 1e6 are stable, 0 if `start` is not.
 pub(super) fn largest_stable(start: f64, by: f64, mut stable: impl FnMut(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, start);
     while stable(high) {
@@ -71,7 +71,16 @@ pub(super) fn largest_stable(start: f64, by: f64, mut stable: impl FnMut(f64) ->
     if low == 0.0 {
         return 0.0;
     }
-    while high - low > 2e-4 * high {
+    bisect([low, high], 2e-4, stable)
+}
+
+/// The largest stable value between a stable and an unstable one, to a relative `precision`.
+pub(super) fn bisect(
+    [mut low, mut high]: [f64; 2],
+    precision: f64,
+    mut stable: impl FnMut(f64) -> bool,
+) -> f64 {
+    while high - low > precision * high {
         let middle = f64::midpoint(low, high);
         if stable(middle) { low = middle } else { high = middle }
     }

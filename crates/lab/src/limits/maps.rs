@@ -1,4 +1,4 @@
-//! Maps of what a step does to an oscillator: one panel a method.
+//! Maps of what a step does to an oscillator: one panel per method.
 
 use motion::Method;
 
@@ -24,7 +24,7 @@ impl LongRun {
     /// Every class.
     pub const ALL: [Self; 5] = [Self::Keeps, Self::Decays, Self::Creeps, Self::Flips, Self::Grows];
 
-    /// From one tick.
+    /// The class of an oscillator from the matrix of one tick.
     pub fn of(tick: Matrix) -> Self {
         // Where real eigenvalues meet, rounding moves them by its square root.
         let (size, least, swings, rounding) = match eigenvalues(tick) {
@@ -44,7 +44,7 @@ impl LongRun {
         }
     }
 
-    /// What it is called in a legend.
+    /// Its name in a legend.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Keeps => "swings on",
@@ -59,22 +59,22 @@ impl LongRun {
 /// A map: classes by step and by something else, for every method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
-    /// What it shows.
+    /// The title of the map.
     pub title: String,
-    /// What stands along the axes, with units.
+    /// Labels of the axes, with units.
     pub axes: [String; 2],
     /// Middles of the cells along the first axis and along the second, in equal ratios.
     pub places: [Vec<f64>; 2],
-    /// A panel a method: classes, row by row of the second axis, and the closed form of the limit over it.
+    /// One panel per method.
     pub panels: Vec<Panel>,
 }
 
-/// One method.
+/// The panel of one method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
     /// The method.
     pub method: Method,
-    /// Classes, the first axis running faster.
+    /// Classes, row by row of the second axis.
     pub classes: Vec<LongRun>,
     /// Points of the line beyond which the closed form says that it grows.
     pub theory: Vec<(f64, f64)>,
@@ -85,7 +85,7 @@ fn ratios(low: f64, high: f64, n: u32) -> Vec<f64> {
     (0..n).map(|i| low * (high / low).powf((f64::from(i) + 0.5) / f64::from(n))).collect()
 }
 
-/// Step against stiffness, without damping: `side` cells a side.
+/// Step against stiffness, without damping: `side` cells per axis.
 pub fn stiffness_map(side: u32) -> Map {
     let damped = Damped::by_drag(0.0);
     map(
@@ -97,7 +97,7 @@ pub fn stiffness_map(side: u32) -> Map {
     )
 }
 
-/// Step against damping by linear drag, of an oscillator of frequency w: `side` cells a side.
+/// Step against damping by linear drag, of an oscillator of frequency w: `side` cells per axis.
 pub fn damping_map(side: u32) -> Map {
     map(
         "Step against damping by linear drag",

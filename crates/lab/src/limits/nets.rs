@@ -7,12 +7,12 @@ use motion::{Drag, Elastic, Method, PhysicsBody, Spring, StableId, Stepper, Time
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
-use super::limit::{Criterion, Limit, largest_stable};
+use super::limit::{Criterion, Limit, bisect, largest_stable};
 
 /// A net of springs between masses and a post.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Net {
-    /// What it is.
+    /// Name of the net.
     pub name: String,
     /// Masses, kg. The post is the body before the first.
     pub masses: Vec<f64>,
@@ -22,7 +22,7 @@ pub struct Net {
     pub drag: f64,
 }
 
-/// A net in a world of its own.
+/// A net in its own world.
 pub struct Stepped {
     /// The world.
     pub world: World,
@@ -31,17 +31,18 @@ pub struct Stepped {
     bodies: Vec<Entity>,
 }
 
-/// A run that exceeds this times its start has failed.
+/// A run that exceeds this multiple of its start has failed.
 const MOST: f64 = 1e3;
 
-/// Ticks of a run: what is 0.1 % beyond the limit without damping has failed by then.
+/// Ticks of a run: a step 0.1 % above the limit without damping has failed by then.
 const TICKS: u32 = 400;
-/// The same of methods that are not symplectic: their growth begins slowly, that of the others like a root.
+/// Ticks of a run of a method that is not symplectic, whose growth begins slowly.
 const TICKS_OF_SLOW_GROWTH: u32 = 2_000;
-/// The same of a method that has no limit.
+/// Ticks of a run of a method without a limit.
 const TICKS_OF_NO_LIMIT: u32 = 100;
 
-/// What of a change of energy is rounding; Runge-Kutta 2 at w h = 0.01 adds 2.5e-9 of what the fastest mode has.
+/// Relative change of energy that may be rounding; Runge-Kutta 2 at w h = 0.01 adds 2.5e-9 of the energy of the
+/// fastest mode.
 const ROUNDING: f64 = 1e-12;
 
 /// Ten to a random power in a range.
@@ -50,7 +51,7 @@ fn decade(random: &mut Pcg64, [low, high]: [f64; 2]) -> f64 {
 }
 
 impl Net {
-    /// Ten bodies in a row from a post, of 1 kg but the last, on springs of 100 N/m.
+    /// Ten bodies in a row from a post, joined by springs of 100 N/m; all but the last have 1 kg.
     pub fn chain(last: f64) -> Self {
         let mut masses = vec![1.0; 10];
         masses[9] = last;
@@ -58,7 +59,7 @@ impl Net {
         Self { name: format!("chain of 10, last mass {last:e} kg"), masses, springs, drag: 0.0 }
     }
 
-    /// 3 to 12 bodies of 1e-3 to 1e3 kg, joined at random on springs of 10 to 1e4 N/m, all of them to the post in the end.
+    /// 3 to 12 bodies of 1e-3 to 1e3 kg, joined at random by springs of 10 to 1e4 N/m, and all connected to the post.
     pub fn random(number: u64) -> Self {
         let random = &mut Pcg64::seed_from_u64(number);
         let n = random.random_range(3..13);
@@ -99,7 +100,7 @@ impl Net {
         (0.5 * (logarithm + weight * largest(&a).ln())).exp()
     }
 
-    /// In a world of its own, moved at random.
+    /// The net in its own world, displaced at random.
     pub fn stepped(&self, method: Method, h: f64) -> Stepped {
         let mut world = World::new();
         if self.drag > 0.0 {
@@ -145,7 +146,7 @@ impl Net {
         self.energy(stepped) > before * (1.0 + ROUNDING)
     }
 
-    /// J.
+    /// Energy, J.
     fn energy(&self, stepped: &Stepped) -> f64 {
         let at = |body: usize| {
             stepped.world.get::<Transform>(stepped.bodies[body]).map_or(DVec3::ZERO, |at| at.position)
@@ -159,8 +160,8 @@ impl Net {
     }
 }
 
-/// The largest stable value, near `theory`: from there wider and wider until both ends are what they should be, the closed
-/// form says only where to begin.
+/// The largest stable value near `theory`, by bisection of an interval that is widened until its lower end is stable
+/// and its upper end is not.
 fn between(theory: f64, mut stays: impl FnMut(f64) -> bool) -> f64 {
     let (mut low, mut high, mut by) = (0.98 * theory, 1.02 * theory, 1.1);
     while !stays(low) {
@@ -169,11 +170,7 @@ fn between(theory: f64, mut stays: impl FnMut(f64) -> bool) -> f64 {
     while stays(high) {
         (low, high, by) = (high, high * by, by * by);
     }
-    while high - low > 1e-3 * high {
-        let middle = f64::midpoint(low, high);
-        if stays(middle) { low = middle } else { high = middle }
-    }
-    f64::midpoint(low, high)
+    bisect([low, high], 1e-3, stays)
 }
 
 impl Stepped {
@@ -191,7 +188,7 @@ impl Stepped {
         self.bodies.iter().map(far).fold(0.0, f64::max)
     }
 
-    /// What its forecast says.
+    /// The forecast of the net.
     pub fn forecast(&mut self) -> Forecast {
         Forecast::of(&mut self.world, self.stepper.method())
     }

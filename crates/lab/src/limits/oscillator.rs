@@ -11,7 +11,7 @@ use super::theory::{Damped, Matrix, by_columns, oscillator_limit, product, radiu
 /// An oscillator of frequency 1 and its method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Oscillator {
-    /// How it is stepped.
+    /// Its method.
     pub method: Method,
     /// How it is damped.
     pub damped: Damped,
@@ -42,12 +42,12 @@ impl Law for Spring {
     }
 }
 
-/// A run that exceeds this times its start has failed.
+/// A run that exceeds this multiple of its start has failed.
 const MOST: f64 = 1e3;
 
-/// Ticks of a run: what is 0.1 % beyond the limit has failed by then.
+/// Ticks of a run: a step 0.1 % above the limit has failed by then.
 const TICKS: u32 = 6_000;
-/// The same of methods of order 2 without a limit, which grow slowest where damping is weak.
+/// Ticks of a run of a method of order 2 without a limit, whose growth is slowest at weak damping.
 const TICKS_OF_ORDER_2: u32 = 40_000;
 
 impl Oscillator {
@@ -62,8 +62,8 @@ impl Oscillator {
         }
     }
 
-    /// One tick of `h` seconds of an oscillator of stiffness `k`, as rows and columns of (w x, v). Of position Verlet it is
-    /// a tick after another.
+    /// One tick of `h` seconds of an oscillator of stiffness `k`, as rows and columns of (w x, v). For position
+    /// Verlet it is the second tick.
     pub fn tick(&self, k: f64, h: f64) -> Matrix {
         let w = k.sqrt();
         let run = |[x, v]: [f64; 2], ticks: u32| {
@@ -76,13 +76,13 @@ impl Oscillator {
         if self.method != Method::PositionVerlet {
             return after(1);
         }
-        // Its first tick has a Taylor start: what leads from there to the next state.
+        // The first tick of position Verlet is a Taylor step: this is the map from its end to the next state.
         let [[a, b], [c, d]] = after(1);
         let scale = a * d - b * c;
         product(after(2), [[d / scale, -b / scale], [-c / scale, a / scale]])
     }
 
-    /// Whether a run of ticks of `h` seconds stays in sight of its start.
+    /// Whether a run of ticks of `h` seconds stays bounded.
     fn stays(&self, h: f64) -> bool {
         let mut bare = self.bare(1.0, h);
         bare.add([1.0, 0.0, 0.0], [0.3, 0.0, 0.0], 1.0);
@@ -97,7 +97,7 @@ impl Oscillator {
 
     /// Its largest stable step.
     pub fn limit(&self) -> Limit {
-        // Runge-Kutta 2 at w h = 0.01 grows by 1.25e-9 a tick.
+        // Runge-Kutta 2 at w h = 0.01 grows by 1.25e-9 per tick.
         let by_radius = |h: f64| radius(self.tick(1.0, h)) <= 1.0 + 1e-11;
         let (criterion, measured) = if self.method == Method::ExplicitEuler || !by_radius(0.01) {
             (Criterion::SpectralRadius, largest_stable(0.01, 1.02, by_radius))

@@ -21,12 +21,12 @@ pub(super) fn product(a: Matrix, b: Matrix) -> Matrix {
 pub struct Damped {
     /// Damping ratio zeta, at least 0: a rate of `2 zeta` for a frequency of 1.
     pub ratio: f64,
-    /// By a model of damping, or else by a law of linear drag.
+    /// Model of damping; `None` for a law of linear drag.
     pub model: Option<DampingModel>,
 }
 
 impl Damped {
-    /// By a law of drag.
+    /// An oscillator damped by a law of linear drag.
     pub const fn by_drag(ratio: f64) -> Self {
         Self { ratio, model: None }
     }
@@ -97,7 +97,7 @@ fn euler(method: Method, h: f64, [keep, gain, before, after]: [f64; 4]) -> Matri
 fn step(method: Method, h: f64, c: f64) -> Matrix {
     match method {
         Method::ExplicitEuler => taylor(h, c, 1),
-        // Position Verlet's velocity is half a step behind, and it evaluates drag at that one.
+        // Position Verlet evaluates drag at its velocity, which is half a step behind.
         Method::SemiImplicitEuler | Method::PositionVerlet => {
             let (by_x, by_v) = (-h, 1.0 - h * c);
             [[1.0 + h * by_x, h * by_v], [by_x, by_v]]
@@ -128,8 +128,9 @@ fn damped_step(method: Method, model: DampingModel, h: f64, c: f64) -> Matrix {
     euler(method, h, factors)
 }
 
-/// The largest stable w h of one oscillator, where the characteristic polynomial of its step first leaves the unit circle;
-/// 0 for none, infinite for no limit. Of the two Eulers with a model of damping, and of every method with drag.
+/// The largest stable w h of one oscillator, where the characteristic polynomial of its step first leaves the unit
+/// circle; 0 if no step is stable, infinite if every step is. Known for the two explicit Eulers with a model of
+/// damping, and for every method with drag.
 pub fn oscillator_limit(method: Method, damped: Damped) -> f64 {
     let c = 2.0 * damped.ratio;
     let z = damped.ratio;

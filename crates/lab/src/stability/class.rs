@@ -5,17 +5,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::cost::larger;
 
-/// What became of a run.
+/// The class of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Class {
-    /// As exact as rounding lets it be, all the way.
+    /// Exact to rounding, all the way.
     Exact,
     /// Within the bound, all the way.
     Bounded,
     /// Beyond the bound.
     Drifts,
-    /// What was to be kept is lost at the end, by more than the bound.
+    /// A conserved quantity is lost at the end, by more than the bound.
     Decays,
     /// Beyond all bounds, or not finite.
     Explodes,
@@ -28,7 +28,7 @@ impl Class {
     pub const ALL: [Self; 6] =
         [Self::Exact, Self::Bounded, Self::Drifts, Self::Decays, Self::Explodes, Self::Refused];
 
-    /// The word for it in tables and files.
+    /// Its name in tables and files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Exact => "exact",
@@ -46,13 +46,13 @@ impl Class {
 pub struct Verdict {
     /// The class.
     pub class: Class,
-    /// What decided: the last number of a run that decays, else the one of the largest magnitude.
+    /// The number that decided: the last one of a run that decays, else the one of the largest magnitude.
     pub number: f64,
-    /// What its magnitude was held to.
+    /// The bound on its magnitude.
     pub bound: f64,
 }
 
-/// The numbers of a run that matter. Not a number stays, whatever comes after it.
+/// The numbers that decide the class of a run. A NaN stays.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Extremes {
     /// The number of the largest magnitude so far, with its sign.
@@ -67,7 +67,7 @@ impl Extremes {
         (self.largest, self.last) = (larger(self.largest, number), number);
     }
 
-    /// What a run with these numbers is. A comparison with what is not a number fails, and such a run has exploded.
+    /// The verdict on a run with these numbers. Comparisons with NaN are false, so that a run with one has exploded.
     pub fn verdict(&self, bounds: &Bounds) -> Verdict {
         let size = self.largest.abs();
         let finite = size <= bounds.explodes;

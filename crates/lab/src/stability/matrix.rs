@@ -1,4 +1,4 @@
-//! The matrix on its way: cells one after the other, a little at a time.
+//! The stability run: fills the survival matrix cell by cell, a little at a time.
 
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -8,23 +8,23 @@ use history::REFERENCE_METHOD;
 use motion::Method;
 use scene::{Measure, Scene, SurvivalRow};
 
-use super::gauge::Target;
+use super::metric::Target;
 use super::record::{CaseRow, FORMAT, Matrix};
-use super::run::{Running, Targeting};
+use super::run::{CellRun, TargetRun};
 use crate::cost::Precision;
 
 /// Ticks between two looks at the clock.
 const PIECE: u32 = 64;
 
-/// A matrix that is being made. [`Survey::work`] goes on with it.
-pub struct Survey {
+/// A survival matrix in progress. [`StabilityRun::work`] continues it.
+pub struct StabilityRun {
     scenes: Vec<Scene>,
     /// Each with the place of its scene.
     rows: Vec<(usize, SurvivalRow)>,
     matrix: Matrix,
     jobs: VecDeque<Job>,
-    current: Option<(Job, Going)>,
-    /// What the row, or the cell, that is being run is compared with.
+    current: Option<(Job, CurrentRun)>,
+    /// The states that the current row or cell is compared with.
     target: Option<Rc<Target>>,
     done: f64,
     total: f64,
@@ -35,11 +35,11 @@ pub struct Survey {
 struct Job {
     row: usize,
     method: Method,
-    what: What,
+    kind: JobKind,
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum What {
+enum JobKind {
     /// The fine run of the row.
     Reference,
     /// The same method at the origin.
@@ -47,14 +47,14 @@ enum What {
     Cell,
 }
 
-enum Going {
-    Target(Box<Targeting>),
-    Cell(Box<Running>),
+enum CurrentRun {
+    Target(Box<TargetRun>),
+    Cell(Box<CellRun>),
 }
 
-impl Survey {
-    /// The rows of `scenes` by `methods`, each of at most `ticks`, nothing run yet. A scene that is no hard case has
-    /// no rows.
+impl StabilityRun {
+    /// The rows of `scenes` by `methods`, each of at most `ticks`, of which nothing was run yet. A scene without
+    /// survival rows adds none.
     pub fn new(scenes: Vec<Scene>, methods: &[Method], ticks: Option<u64>) -> Self {
         let mut rows = Vec::new();
         for (at, scene) in scenes.iter().enumerate() {
@@ -65,19 +65,19 @@ impl Survey {
         }
         let mut jobs = VecDeque::new();
         for (at, (_, row)) in rows.iter().enumerate() {
-            let job = |what, method| Job { row: at, method, what };
+            let job = |kind, method| Job { row: at, method, kind };
             if row.measure == Measure::Reference {
-                jobs.push_back(job(What::Reference, REFERENCE_METHOD));
+                jobs.push_back(job(JobKind::Reference, REFERENCE_METHOD));
             }
             for &method in methods {
                 if row.measure == Measure::Origin {
-                    jobs.push_back(job(What::Origin, method));
+                    jobs.push_back(job(JobKind::Origin, method));
                 }
-                jobs.push_back(job(What::Cell, method));
+                jobs.push_back(job(JobKind::Cell, method));
             }
         }
         let open = rows.iter().map(|(at, row)| open(&scenes[*at], row)).collect();
-        let mut survey = Self {
+        let mut run = Self {
             scenes,
             rows,
             matrix: Matrix { format: FORMAT, rows: open },
@@ -87,11 +87,11 @@ impl Survey {
             done: 0.0,
             total: 0.0,
         };
-        survey.total = survey.jobs.iter().map(|job| survey.weight(*job)).sum();
-        survey
+        run.total = run.jobs.iter().map(|job| run.weight(*job)).sum();
+        run
     }
 
-    /// Goes on for about `seconds` of thread CPU time; `true`: it is done.
+    /// Works for about `seconds` of thread CPU time. Returns whether the matrix is done.
     pub fn work(&mut self, seconds: f64) -> bool {
         let start = ThreadTime::now();
         while self.piece() {
@@ -107,54 +107,54 @@ impl Survey {
         self.jobs.is_empty() && self.current.is_none()
     }
 
-    /// What is done of all, in [0, 1].
+    /// The part of the work that is done, in [0, 1].
     pub fn progress(&self) -> f64 {
         if self.is_done() { 1.0 } else { (self.done / self.total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) }
     }
 
-    /// The row that is being run, as people call it.
+    /// The title of the row that is being run.
     pub fn now(&self) -> Option<String> {
         let job = self.current.as_ref().map(|(job, _)| *job).or(self.jobs.front().copied())?;
         Some(self.matrix.rows[job.row].title())
     }
 
-    /// What is known so far: cells that were run.
+    /// The matrix so far, with the cells that were run.
     pub const fn matrix(&self) -> &Matrix {
         &self.matrix
     }
 
-    /// Evaluations of a run of the job, about.
+    /// Approximate evaluations of a job.
     fn weight(&self, job: Job) -> f64 {
         let row = &self.rows[job.row].1;
-        let substeps = if job.what == What::Reference { row.reference_substeps } else { row.substeps };
+        let substeps = if job.kind == JobKind::Reference { row.reference_substeps } else { row.substeps };
         row.ticks as f64 * f64::from(substeps) * f64::from(job.method.claims().evaluations)
     }
 
-    /// Some ticks; `false`: there is nothing left.
+    /// Runs some ticks. Returns false if no work is left.
     fn piece(&mut self) -> bool {
-        if let Some((job, going)) = &mut self.current {
-            let over = (0..PIECE).any(|_| match going {
-                Going::Target(run) => run.tick(),
-                Going::Cell(run) => run.tick(),
+        if let Some((job, run)) = &mut self.current {
+            let over = (0..PIECE).any(|_| match run {
+                CurrentRun::Target(run) => run.tick(),
+                CurrentRun::Cell(run) => run.tick(),
             });
             let job = *job;
-            if over && let Some((_, going)) = self.current.take() {
-                self.finish(job, going);
+            if over && let Some((_, run)) = self.current.take() {
+                self.finish(job, run);
             }
             return true;
         }
         let Some(job) = self.jobs.pop_front() else { return false };
         let (at, row) = &self.rows[job.row];
         let scene = &self.scenes[*at];
-        let target = |run| Going::Target(Box::new(run));
-        let begun = match job.what {
-            What::Reference => Ok(target(Targeting::reference(scene, row))),
-            What::Origin => Ok(target(Targeting::origin(scene, row, job.method))),
-            What::Cell => {
+        let target = |run| CurrentRun::Target(Box::new(run));
+        let begun = match job.kind {
+            JobKind::Reference => Ok(target(TargetRun::reference(scene, row))),
+            JobKind::Origin => Ok(target(TargetRun::origin(scene, row, job.method))),
+            JobKind::Cell => {
                 let is_compared = matches!(row.measure, Measure::Reference | Measure::Origin);
-                let run = Running::new(scene, row, job.method, self.target.clone().filter(|_| is_compared));
+                let run = CellRun::new(scene, row, job.method, self.target.clone().filter(|_| is_compared));
                 let cells = &mut self.matrix.rows[job.row].cells;
-                run.map(|run| Going::Cell(Box::new(run))).map_err(|cell| cells.push(cell))
+                run.map(|run| CurrentRun::Cell(Box::new(run))).map_err(|cell| cells.push(cell))
             }
         };
         match begun {
@@ -164,10 +164,10 @@ impl Survey {
         true
     }
 
-    fn finish(&mut self, job: Job, going: Going) {
-        match going {
-            Going::Target(run) => self.target = Some(Rc::new(run.finish())),
-            Going::Cell(run) => self.matrix.rows[job.row].cells.push(run.finish()),
+    fn finish(&mut self, job: Job, run: CurrentRun) {
+        match run {
+            CurrentRun::Target(run) => self.target = Some(Rc::new(run.finish())),
+            CurrentRun::Cell(run) => self.matrix.rows[job.row].cells.push(run.finish()),
         }
         self.done += self.weight(job);
     }

@@ -22,18 +22,18 @@ pub struct Matrix {
     pub rows: Vec<CaseRow>,
 }
 
-/// What every method makes of one row of a case.
+/// One row of a case, with a cell per method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CaseRow {
     /// Name of the scene.
     pub case: String,
     /// One line about it.
     pub description: String,
-    /// What tells the row from others of the scene; empty where there is one alone.
+    /// The label that tells the row from others of the scene; empty for a single row.
     pub label: String,
     /// The precision of its states.
     pub precision: Precision,
-    /// What the numbers say: a word of [`scene::Measure`].
+    /// What the numbers measure: the name of a [`scene::Measure`].
     pub measure: String,
     /// Length of a run, ticks.
     pub ticks: u64,
@@ -57,32 +57,32 @@ impl CaseRow {
     }
 }
 
-/// What one method makes of one row.
+/// The result of one method on one row.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
     /// The method.
     #[serde(with = "words")]
     pub method: Method,
-    /// What became of the run.
+    /// The class of the run.
     pub class: Class,
-    /// The number that says so, with its sign; not a number where the method was refused.
+    /// The number that decided, with its sign; NaN if the method was refused.
     #[serde(with = "number")]
     pub number: f64,
-    /// What its magnitude was held to; not a number where the method was refused.
+    /// The bound on its magnitude; NaN if the method was refused.
     #[serde(with = "number")]
     pub bound: f64,
-    /// Why it ended early, was refused, or what else a reader has to know; may be empty.
+    /// Why it ended early or was refused, or another note; may be empty.
     pub why: String,
-    /// What it was after [`PREFIX`] ticks, of runs that are longer.
+    /// Its class after [`PREFIX`] ticks, for longer runs.
     pub prefix: Option<Prefix>,
 }
 
-/// What a run was on its way.
+/// The class of the first part of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Prefix {
     /// Its class.
     pub class: Class,
-    /// The number that says so.
+    /// The number that decided.
     #[serde(with = "number")]
     pub number: f64,
 }
@@ -116,7 +116,7 @@ mod number {
         match Written::deserialize(from)? {
             Written::Number(number) => Ok(number),
             Written::Word(word) => {
-                word.parse().map_err(|_| de::Error::custom(format!("`{word}` is no number")))
+                word.parse().map_err(|_| de::Error::custom(format!("`{word}` is not a number")))
             }
         }
     }

@@ -1,4 +1,4 @@
-//! One cell on its way.
+//! The run of a cell, and the run of the states that cells are compared with.
 
 use std::rc::Rc;
 
@@ -7,18 +7,18 @@ use motion::Method;
 use scene::{Measure, Scene, SurvivalRow, unsolvable};
 
 use super::class::{Class, Extremes, Verdict};
-use super::gauge::{Gauge, Target};
-use super::host::Host;
+use super::metric::{Metric, Target};
 use super::record::{Cell, PREFIX, Prefix};
+use super::row_run::RowRun;
 
-/// A run whose positions others are compared with.
-pub(super) struct Targeting {
-    host: Host,
-    gauge: Gauge,
+/// A run whose states others are compared with.
+pub(super) struct TargetRun {
+    run: RowRun,
+    metric: Metric,
     target: Target,
 }
 
-impl Targeting {
+impl TargetRun {
     /// The fine run of a row.
     pub fn reference(scene: &Scene, row: &SurvivalRow) -> Self {
         let mut fine = row.scene(scene).damped_by_law();
@@ -26,7 +26,7 @@ impl Targeting {
         Self::new(&fine, row)
     }
 
-    /// The same method at the origin.
+    /// The run of the same method at the origin.
     pub fn origin(scene: &Scene, row: &SurvivalRow, method: Method) -> Self {
         let row = SurvivalRow { offset: motion::units::Vector::ZERO, ..row.clone() };
         let mut there = row.scene(scene);
@@ -36,57 +36,57 @@ impl Targeting {
 
     fn new(scene: &Scene, row: &SurvivalRow) -> Self {
         let row = SurvivalRow { single: false, ..row.clone() };
-        let mut host = Host::new(scene, &row, false);
-        let gauge = Gauge::new(scene, &row, None);
-        let target = Target::new(&mut host);
-        Self { host, gauge, target }
+        let mut run = RowRun::new(scene, &row, false);
+        let metric = Metric::new(scene, &row, None);
+        let target = Target::new(&mut run);
+        Self { run, metric, target }
     }
 
-    /// Simulates one tick; whether it was the last: one in which something turned non-finite is.
+    /// Simulates one tick. Returns whether it was the last: one in which a state turned non-finite is.
     pub fn tick(&mut self) -> bool {
-        self.host.tick();
-        if self.host.failure().is_some() {
+        self.run.tick();
+        if self.run.failure().is_some() {
             return true;
         }
-        if self.gauge.is_look(self.host.ticks()) {
-            self.target.look(&mut self.host);
+        if self.metric.is_look(self.run.ticks()) {
+            self.target.look(&mut self.run);
         }
-        self.host.ticks() == self.gauge.ticks
+        self.run.ticks() == self.metric.ticks
     }
 
-    /// What others are compared with, up to where something turned non-finite.
+    /// The states that others are compared with, up to the first that is not finite.
     pub fn finish(self) -> Target {
         let mut target = self.target;
-        target.failure = self.host.failure();
+        target.failure = self.run.failure();
         target
     }
 }
 
-/// The cell of a method without a number.
+/// The cell of a refused method.
 const fn refused(method: Method, why: String) -> Cell {
     Cell { method, class: Class::Refused, number: f64::NAN, bound: f64::NAN, why, prefix: None }
 }
 
 /// A run of one method.
-pub(super) struct Running {
+pub(super) struct CellRun {
     row: SurvivalRow,
     method: Method,
-    host: Host,
-    gauge: Gauge,
+    run: RowRun,
+    metric: Metric,
     target: Option<Rc<Target>>,
     looks: usize,
     extremes: Extremes,
     prefix: Option<Prefix>,
-    /// Whether it went on where what it is compared with did not.
+    /// Whether it outlived the run that it is compared with.
     outlived: bool,
     why: String,
 }
 
-impl Running {
-    /// The start of `row` of `scene` by `method`; `target` is what it is compared with, if it is.
+impl CellRun {
+    /// The start of `row` of `scene` by `method`, compared with `target` if it is given.
     ///
     /// # Errors
-    /// Why the method is refused, as the cell that it is then.
+    /// The cell of a refused method.
     pub fn new(
         scene: &Scene,
         row: &SurvivalRow,
@@ -98,12 +98,12 @@ impl Running {
         }
         let mut own = row.scene(scene);
         own.method = method;
-        let host = Host::new(&own, row, row.measure == Measure::Energy);
+        let run = RowRun::new(&own, row, row.measure == Measure::Energy);
         Ok(Self {
             row: row.clone(),
             method,
-            host,
-            gauge: Gauge::new(&own, row, target.as_deref()),
+            run,
+            metric: Metric::new(&own, row, target.as_deref()),
             target,
             looks: 0,
             extremes: Extremes::default(),
@@ -113,21 +113,21 @@ impl Running {
         })
     }
 
-    /// Simulates one tick; whether it was the last: of a run that has exploded nothing more is to be learned.
+    /// Simulates one tick. Returns whether it was the last: a run ends when it has exploded.
     pub fn tick(&mut self) -> bool {
-        self.host.tick();
-        let ticks = self.host.ticks();
+        self.run.tick();
+        let ticks = self.run.ticks();
         let last = ticks == self.row.ticks;
         let mut over = false;
-        if let Some(why) = self.host.failure() {
+        if let Some(why) = self.run.failure() {
             self.extremes.look(f64::INFINITY);
             (self.why, over) = (why, true);
-        } else if self.gauge.is_look(ticks) {
+        } else if self.metric.is_look(ticks) {
             if let Some(why) = self.target.as_ref().and_then(|target| target.ends_before(self.looks)) {
                 self.why = format!("the run that it is compared with failed: {why}");
                 (self.outlived, over) = (true, true);
             } else {
-                self.extremes.look(self.gauge.number(&mut self.host, self.target.as_deref(), self.looks));
+                self.extremes.look(self.metric.number(&mut self.run, self.target.as_deref(), self.looks));
                 self.looks += 1;
                 over = self.extremes.verdict(&self.row.bounds).class == Class::Explodes;
                 if over && !last {
@@ -145,7 +145,7 @@ impl Running {
     pub fn finish(self) -> Cell {
         let Verdict { class, number, bound } = self.extremes.verdict(&self.row.bounds);
         let mut why = self.why;
-        let steps = self.host.unconverged();
+        let steps = self.run.unconverged();
         if steps > 0 {
             let separator = if why.is_empty() { "" } else { "; " };
             why += &format!("{separator}{steps} implicit steps did not converge");

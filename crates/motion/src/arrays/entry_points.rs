@@ -17,8 +17,8 @@ impl Bare {
     /// clock's time on. Outdated groups of the world are compiled again; otherwise it does not change. Rows
     /// are in the order of [`StableId`](crate::StableId).
     ///
-    /// `laws` returns those of a body with [`OwnLaws`](crate::OwnLaws), in their order, and `shared` are those of
-    /// [`Laws`](crate::Laws). Emitters continue as they are, on or off.
+    /// `laws` returns the own laws of a body with [`OwnLaws`](crate::OwnLaws), in their order, and `shared` are the
+    /// laws in [`Laws`](crate::Laws). Emitters continue as they are, on or off.
     ///
     /// A body whose velocity is half a step behind, because position Verlet integrated it, is synchronized if
     /// it has another method here, as by [`Bare::set_method`]. The ticks are those of

@@ -1,4 +1,4 @@
-//! What acts on bodies in plain arrays.
+//! The environment of bodies in plain arrays.
 
 use crate::groups::Solver;
 use crate::laws::damping::Damping;
@@ -7,7 +7,7 @@ use crate::laws::{Gravity, Law, MutualGravity, WorldLaws};
 use crate::state::range::Range;
 use crate::tick::environment::Environment;
 
-/// The owner of what an [`Environment`] of arrays borrows; resources in a world.
+/// The laws and settings that an [`Environment`] of arrays borrows; in a world, they are resources.
 #[derive(Debug, Default)]
 pub(super) struct Resources {
     pub gravity: Option<Gravity>,
@@ -29,7 +29,7 @@ impl Resources {
             damping: self.damping,
             range: self.range.as_ref(),
             times,
-            // Laws change only where all cached accelerations are dropped.
+            // Constant, because every change of a law drops all cached accelerations.
             epoch: 0,
         }
     }

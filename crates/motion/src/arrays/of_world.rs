@@ -38,8 +38,8 @@ impl std::error::Error for NotForArrays {}
 pub type LawsOf<'a> = &'a dyn Fn(Entity) -> Vec<Box<dyn Law>>;
 
 impl Bare {
-    /// Copies the bodies, their options and what acts on them; `last_steps` are those of the world, whatever the
-    /// methods are.
+    /// Copies the bodies, their options, and the forces and laws on them; `last_steps` are those of the world, even
+    /// of methods that do not use them.
     pub(super) fn gathered(
         world: &mut World,
         method: Method,

@@ -2,7 +2,7 @@
 
 use super::Bare;
 use super::bodies::{Kind, Run};
-use crate::kernels::{Applied, Batch, Kernel, MethodStateRows, RowOptions, StepStatistics};
+use crate::kernels::{AppliedForces, Batch, Kernel, MethodStateRows, RowOptions, StepStatistics};
 use crate::laws::tick_times::TickTimes;
 use crate::methods::table::Method;
 use crate::methods::{Integrator, MethodStateKind};
@@ -68,15 +68,15 @@ impl Bare {
         }
         let environment = resources.environment(times);
         let called = environment.called();
-        let mut terms = environment.terms(kernel.traits, &called);
+        let mut parameters = environment.parameters(kernel.traits, &called);
         if !gravity_off {
-            terms.gravity += environment.free_fall();
+            parameters.gravity += environment.free_fall();
         }
         forces.resize(bodies.len(), [0.0; 3]);
         let calls = !called.is_empty() || own.is_some();
         let mut method_state =
             method_state(kernel.traits.state, &mut self.last_steps, &mut self.cached, bodies.len(), calls);
-        let applied = Applied { forces, rows: pushed, offset: 0 }.part(rows.clone());
+        let applied = AppliedForces { forces, rows: pushed, offset: 0 }.part(rows.clone());
         let mut batch = Batch {
             positions: &mut positions[rows.clone()],
             bodies: &mut bodies[rows.clone()],
@@ -88,7 +88,7 @@ impl Bare {
         let mut counted = StepStatistics::default();
         let refuse = &mut |row, _| refused.push(rows.start + row);
         let all = 0..rows.len();
-        (kernel.integrate)(&terms, &mut batch, all, options, &mut counted, refuse);
+        (kernel.integrate)(&parameters, &mut batch, all, options, &mut counted, refuse);
         statistics.add(&counted);
     }
 }

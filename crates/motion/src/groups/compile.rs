@@ -93,7 +93,7 @@ struct Node {
     source: Scalar,
 }
 
-/// The graph of everything that acts between bodies.
+/// The graph of springs, sheets and mutual gravity between bodies.
 #[derive(Default)]
 struct Graph {
     nodes: Vec<Node>,
@@ -305,7 +305,7 @@ fn agree(world: &mut World, list: &mut [Group]) {
         let substeps = world.get::<OwnSubsteps>(first).copied();
         for body in &group.bodies[1..group.coupling.movable] {
             if own_method(world.entity(*body)) != method {
-                // The state of its old method is of no use to the new one.
+                // The new method cannot use the state of the old one.
                 let mut body = world.entity_mut(*body);
                 body.remove::<(LastStep, LastAcceleration)>();
                 mark_method(&mut body, method);

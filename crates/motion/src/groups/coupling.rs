@@ -14,7 +14,7 @@ pub(crate) struct SheetRow {
     pub mass: f64,
 }
 
-/// What acts between the rows of a group: first the movable rows, then the anchors.
+/// Springs, air on sheets and mutual gravity of a group. Its rows are first the movable ones, then the anchors.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Coupling {
     /// The number of rows, anchors included.
@@ -118,7 +118,7 @@ impl Coupling {
     /// position.
     pub fn squared_frequency(&self, law: &MutualGravity, rows: [usize; 2], x: &[Row], w: &[f64]) -> f64 {
         let [from, to] = rows.map(|row| vector(&x[row]));
-        // A row that does not move follows no other.
+        // An immovable row orbits no other.
         let [mass, other] = [[0, 1], [1, 0]].map(|[of, by]| {
             let follows = rows[by] < self.movable && w[rows[by]] > 0.0;
             if follows { self.mass(rows[of], w) } else { 0.0 }

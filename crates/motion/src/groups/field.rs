@@ -18,10 +18,10 @@ use super::coupling::Coupling;
 use super::pull::Share;
 use super::rows::{Row, RowArray};
 use super::solver::Solver;
-use crate::kernels::{Kernel, RowOptions, StepStatistics, Terms, TickField, drive};
+use crate::kernels::{Kernel, RowOptions, StepStatistics, TickField, TickParameters, drive};
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::Segment;
-use crate::laws::{Declared, Law};
+use crate::laws::{Law, SharedLaws};
 use crate::methods::{Field, Integrator, MethodStateKind, StepState, Traits};
 use crate::state::range::Bounds;
 use crate::state::threads::Threads;
@@ -32,8 +32,8 @@ use crate::tick::environment::Environment;
 pub(crate) struct GroupEnvironment<'a> {
     /// The environment of every body.
     pub shared: Environment<'a>,
-    /// Its terms without gravity and drag, which do not act on all rows.
-    pub terms: Terms<'a>,
+    /// Its parameters without gravity and drag, which do not act on all rows.
+    pub parameters: TickParameters<'a>,
     /// How implicit steps are solved.
     pub solver: Solver,
     /// Names of the laws that are summed before a tick, with exact damping, without gravity.
@@ -52,8 +52,14 @@ impl<'a> GroupEnvironment<'a> {
         summed: &'a [&'static str],
         threads: Option<&'a Threads>,
     ) -> Self {
-        let laws = Declared { drag: None, ..shared.laws };
-        Self { shared, terms: Environment { laws, ..shared }.terms(method, called), solver, summed, threads }
+        let laws = SharedLaws { drag: None, ..shared.laws };
+        Self {
+            shared,
+            parameters: Environment { laws, ..shared }.parameters(method, called),
+            solver,
+            summed,
+            threads,
+        }
     }
 }
 
@@ -155,9 +161,9 @@ impl<'a> GroupField<'a> {
         scratch: &'a mut Scratch,
         statistics: &'a mut StepStatistics,
     ) -> Self {
-        let GroupEnvironment { terms, .. } = environment;
-        let [start, end] = terms.times.ends();
-        let segment = Segment { start, end, length: terms.times.substep(), jump: false };
+        let GroupEnvironment { parameters, .. } = environment;
+        let [start, end] = parameters.times.ends();
+        let segment = Segment { start, end, length: parameters.times.substep(), jump: false };
         Self {
             coupling,
             environment,
@@ -191,8 +197,8 @@ impl<'a> GroupField<'a> {
         if let Some(cache) = &mut cache {
             step_state.start = self.recall(cache);
         }
-        let ((x, v), terms, segments) = (start(), &self.environment.terms, self.segments());
-        drive::<M, _>(&mut self, terms, &segments, x, v, &mut step_state);
+        let ((x, v), parameters, segments) = (start(), &self.environment.parameters, self.segments());
+        drive::<M, _>(&mut self, parameters, &segments, x, v, &mut step_state);
         self.snap();
         if keeps_last_step {
             self.rows.last.fill(step_state.last_step);
@@ -213,7 +219,7 @@ impl<'a> GroupField<'a> {
 
     fn outcome(self) -> Result<(), Vec<usize>> {
         let movable = self.coupling.movable;
-        let Bounds { position, speed } = self.environment.terms.bounds;
+        let Bounds { position, speed } = self.environment.parameters.bounds;
         let within = |row: &Row, bound: f64| {
             (row[0].abs() <= bound) & (row[1].abs() <= bound) & (row[2].abs() <= bound)
         };
@@ -322,7 +328,7 @@ impl Field for GroupField<'_> {
             |row: &u32| self.options.row(*row as usize).laws.iter().any(|law| law.depends_on_velocity());
         self.coupling.depends_on_velocity(self.environment.shared.laws.drag.is_some())
             || self.scratch.classes.list.iter().any(|class| class.rate != 0.0)
-            || self.environment.terms.laws.iter().any(|law| law.depends_on_velocity())
+            || self.environment.parameters.laws.iter().any(|law| law.depends_on_velocity())
             || self.rows.with_laws.iter().any(own)
     }
 

@@ -339,8 +339,8 @@ impl Stiff {
     }
 }
 
-/// The larger of `most` and the largest eigenvalue of a symmetric matrix of three rows: its diagonal and what stands at
-/// yz, zx and xy (Smith 1961).
+/// The larger of `most` and the largest eigenvalue of a symmetric matrix of three rows (Smith 1961): its diagonal,
+/// and `beside`, its entries yz, zx and xy.
 fn largest_of_three(diagonal: DVec3, beside: DVec3, most: Scalar) -> Scalar {
     let mean = diagonal.element_sum() / 3.0;
     let from_mean = diagonal - DVec3::splat(mean);

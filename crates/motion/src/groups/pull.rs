@@ -46,8 +46,8 @@ pub(crate) struct SpringBlock {
 pub(crate) type AxisBlock = [[f64; AT_ONCE]; 2];
 
 /// The direction of a spring whose second end is at `d` from the first, and its stiffness across that direction as a
-/// fraction of its stiffness, which is negative for a spring shorter than at rest. A spring without a length pulls alike
-/// in all directions if its rest length is 0, and is skipped if not.
+/// fraction of its stiffness, which is negative for a spring shorter than at rest. A spring whose ends coincide has
+/// no direction: it is isotropic if its rest length is 0, and is skipped if not.
 pub(super) fn axis(d: Vector, rest_length: f64) -> (Vector, f64) {
     let length = d.dot(d).sqrt();
     if length > 0.0 {

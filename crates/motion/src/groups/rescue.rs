@@ -10,7 +10,7 @@ use super::suspects::{RowStates, Suspects, springs_by_row};
 use super::{Group, Groups};
 use crate::kernels::record::vector;
 use crate::kernels::{
-    Applied, Batch, BodyOptions, MethodStateRows, OfRows, RowOptions, StepStatistics, Terms,
+    AppliedForces, Batch, BodyOptions, MethodStateRows, OfRows, RowOptions, StepStatistics, TickParameters,
 };
 use crate::laws::{Affine, Law};
 use crate::methods::MethodStateKind;
@@ -30,8 +30,8 @@ pub(super) struct Rescue<'a, 'w, 's, 'n> {
 
 impl Rescue<'_, '_, '_, '_> {
     /// Finds the rows that failed first, leaves them as they were before the tick, and repeats the tick of the others
-    /// as if these rows had been removed before; as often as it takes. Rows that do not act on each other are removed
-    /// together: in a net that fails as a whole, one at a time would take a tick per row.
+    /// as if these rows had been removed before. Does so until no row fails. Rows that do not act on each other are
+    /// removed together: in a net that fails as a whole, one at a time would take a tick per row.
     #[cold]
     pub fn run(
         &mut self,
@@ -68,8 +68,8 @@ impl Rescue<'_, '_, '_, '_> {
             before: &before,
         };
         let mut removed = vec![false; coupling.rows];
-        // Rows that fail whatever the others do are removed at once: one at a time would take a tick of the group for
-        // each.
+        // Rows that fail regardless of the others are removed together: one at a time would take a tick of the group
+        // for each.
         for (row, removed) in removed.iter_mut().enumerate() {
             if let Some(cause) = suspects.lost(row) {
                 *removed = true;
@@ -175,7 +175,8 @@ impl Rescue<'_, '_, '_, '_> {
                     Err(first) if !first.is_empty() => {
                         let breach = |row: usize| {
                             let ([a, b, c, _], [d, e, f, _]) = (state.0[row], state.1[row]);
-                            let breach = self.environment.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]);
+                            let breach =
+                                self.environment.parameters.bounds.breach(&[a, b, c], &[d, e, f, w[row]]);
                             // A row that failed within the tick may be finite at its end.
                             breach.unwrap_or(Breach { of: Quantity::Velocity, finite: false })
                         };
@@ -201,13 +202,14 @@ impl Rescue<'_, '_, '_, '_> {
         (x, v, last): &mut (Vec<Row>, Vec<Row>, Vec<Scalar>),
         statistics: &mut StepStatistics,
     ) -> Result<(), Breach> {
-        let GroupEnvironment { shared, terms, .. } = self.environment;
+        let GroupEnvironment { shared, parameters, .. } = self.environment;
         let none = Affine { constant: Vector::ZERO, rate: 0.0 };
         let air = shared.laws.drag.and_then(Law::affine).unwrap_or(none);
-        let mut terms: Terms<'_> = *terms;
-        terms.gravity += air.constant + if options.gravity_off { Vector::ZERO } else { shared.free_fall() };
-        terms.drag += air.rate;
-        let terms = terms.damped(terms.damping);
+        let mut parameters: TickParameters<'_> = *parameters;
+        parameters.gravity +=
+            air.constant + if options.gravity_off { Vector::ZERO } else { shared.free_fall() };
+        parameters.drag += air.rate;
+        let parameters = parameters.damped(parameters.damping);
         // The substeps are the group's.
         let options = BodyOptions { substeps: None, ..options };
         let [a, b, c, _] = x[0];
@@ -216,9 +218,9 @@ impl Rescue<'_, '_, '_, '_> {
             MethodStateKind::LastStep => MethodStateRows::LastStep(last),
             _ => MethodStateRows::None,
         };
-        let applied = Some(Applied { forces: &[force], rows: &[(0, 0)], offset: 0 });
+        let applied = Some(AppliedForces { forces: &[force], rows: &[(0, 0)], offset: 0 });
         let mut batch = Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state };
-        let outcome = self.kernel.single.integrate_row(&terms, options, &mut batch, 0, statistics);
+        let outcome = self.kernel.single.integrate_row(&parameters, options, &mut batch, 0, statistics);
         let ([a, b, c], [d, e, f, _]) = (positions[0], bodies[0]);
         (x[0], v[0]) = ([a, b, c, 0.0], [d, e, f, 0.0]);
         outcome

@@ -20,7 +20,7 @@ pub(crate) fn row_of(v: Vector) -> Row {
 #[repr(C, align(64))]
 struct Line([u8; 64]);
 
-/// An array of rows of which none crosses a cache line: loads and stores of those take twice as long.
+/// An array of rows that never cross a cache line: loads and stores across one take twice as long.
 #[derive(Default)]
 pub(crate) struct RowArray {
     lines: Vec<Line>,

@@ -27,7 +27,7 @@ use crate::state::threads::Threads;
 pub struct Solver {
     /// Norm of the residual, relative to that of the right side, at which the iteration stops.
     pub tolerance: f64,
-    /// Iterations after which a step is taken as it is, and counted as not converged; at least 1.
+    /// Most iterations: after them the step uses the last iterate and counts as not converged; at least 1.
     pub most_iterations: u32,
     /// Largest number of Newton iterations after the linearized step of a group without laws that depend on the state of a
     /// body. With such laws it is at least [`MOST_ITERATIONS`](crate::methods::MOST_ITERATIONS).
@@ -41,7 +41,7 @@ impl Default for Solver {
     }
 }
 
-/// Largest number of directions that generalized conjugate residuals keep before they start again, and of all directions.
+/// Most directions that generalized conjugate residuals keep before they restart, and most directions in all.
 const KEPT_DIRECTIONS: usize = 10;
 const MOST_DIRECTIONS: usize = 60;
 
@@ -80,8 +80,8 @@ impl Gradients {
         }
     }
 
-    /// Solves for the first `movable` rows from 0 (Hestenes, Stiefel 1952); `multiply` writes the product of A and its
-    /// first rows into its second. A guess other than 0 would have to be one that keeps momentum.
+    /// Solves for the first `movable` rows from 0 (Hestenes, Stiefel 1952); `multiply` writes the product of A and
+    /// its first rows into its second. Another guess would have to conserve momentum.
     pub fn solve(
         &mut self,
         solver: Solver,
@@ -225,7 +225,7 @@ fn dot_shared(threads: Option<&Threads>, a: &[Row], b: &[Row]) -> f64 {
     x + y + z
 }
 
-/// Adds `factor` times `by`.
+/// Adds `factor` times `by` to `sum`.
 pub(super) fn advance(sum: &mut [Row], by: &[Row], factor: f64) {
     for (sum, by) in sum.as_flattened_mut().iter_mut().zip(by.as_flattened()) {
         *sum += *by * factor;

@@ -66,7 +66,7 @@ impl Suspects<'_, '_, '_> {
             return cause(evidence);
         }
         let ([a, b, c, _], [d, e, f, _]) = (x[row], v[row]);
-        if let Some(breach) = self.environment.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]) {
+        if let Some(breach) = self.environment.parameters.bounds.breach(&[a, b, c], &[d, e, f, w[row]]) {
             let no_range =
                 self.environment.shared.found(Exposure { kicks: false, gravity_off: true, own_rate: true });
             return Some(self.environment.shared.cause(SYSTEM, breach, no_range));
@@ -80,7 +80,7 @@ impl Suspects<'_, '_, '_> {
             return cause((place::MUTUAL_GRAVITY, Fault::Found));
         }
         // Infinite damping is valid for some methods: it stops the body.
-        let stops = self.environment.terms.damping.is_some_and(|damping| damping.rate.is_infinite());
+        let stops = self.environment.parameters.damping.is_some_and(|damping| damping.rate.is_infinite());
         let own_rate = damping_rate.is_some() || stops;
         self.environment.shared.found(Exposure { kicks: true, gravity_off, own_rate }).and_then(cause)
     }
@@ -91,7 +91,7 @@ impl Suspects<'_, '_, '_> {
         let own_rate = damping_rate.is_some();
         let exposure = Exposure { kicks: true, gravity_off, own_rate };
         let last = self.before.last[row];
-        let damping_rate = damping_rate.filter(|_| self.environment.terms.damping.is_some());
+        let damping_rate = damping_rate.filter(|_| self.environment.parameters.damping.is_some());
         let suspect =
             Suspect { damping_rate, limit: speed_limit, last_step: Some(last), laws, ..self.state_of(row) };
         let evidence = suspect
@@ -99,7 +99,7 @@ impl Suspects<'_, '_, '_> {
             .or_else(|| self.environment.shared.found(exposure))
             .or_else(|| self.attraction_is_invalid().then_some((place::MUTUAL_GRAVITY, Fault::Found)))
             .or_else(|| self.spring_at_fault(row, removed))
-            .or_else(|| suspect.own_law(self.environment.terms.times.ends()))
+            .or_else(|| suspect.own_law(self.environment.parameters.times.ends()))
             .or_else(|| self.environment.shared.law_at_fault(suspect.state()))
             .or_else(|| self.attraction_at_fault(row, removed));
         self.environment.shared.cause(SYSTEM, breach, evidence)

@@ -71,19 +71,19 @@ fn advance_groups(
     let solver = solver.as_deref().copied().unwrap_or_default();
     let mut environment =
         GroupEnvironment::new(kernel.single.traits, shared, &called, solver, &summed, param.threads());
-    let substeps = environment.terms.times.substeps;
+    let substeps = environment.parameters.times.substeps;
     for number in 0..groups.list.len() {
         if groups.seen[number] != groups.list[number].coupling.movable {
             continue;
         }
         let own = groups.list[number].substeps.unwrap_or(substeps);
-        if own != environment.terms.times.substeps {
-            environment.terms.times.substeps = own;
-            environment.terms = environment.terms.damped(environment.terms.damping);
+        if own != environment.parameters.times.substeps {
+            environment.parameters.times.substeps = own;
+            environment.parameters = environment.parameters.damped(environment.parameters.damping);
         }
         let Group { first, coupling, .. } = &mut groups.list[number];
         coupling.weigh(&groups.w[*first..*first + coupling.movable]);
-        let holds = groups.hold(number, &anchors, environment.terms.bounds, &mut changed);
+        let holds = groups.hold(number, &anchors, environment.parameters.bounds, &mut changed);
         let record = output.records.recorder(groups.list[number].coupling.rows);
         let mut statistics = StepStatistics { record, ..StepStatistics::default() };
         if holds && groups.tick(kernel, number, &environment, &options, &mut statistics).is_ok() {
@@ -91,7 +91,7 @@ fn advance_groups(
             output.records.add(&groups.list[number].bodies, statistics.record);
         } else {
             // A tick that failed may have overwritten the anchors as well.
-            let _ = groups.hold(number, &anchors, environment.terms.bounds, &mut changed);
+            let _ = groups.hold(number, &anchors, environment.parameters.bounds, &mut changed);
             let (environment, options, output) = (&environment, &options, &mut output);
             let mut rescue = Rescue { kernel, environment, options, output };
             rescue.run(groups, number, &mut |body| {

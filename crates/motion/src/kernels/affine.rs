@@ -7,7 +7,7 @@ use fearless_simd::{Simd, f64x4, prelude::*, u32x4, u32x8};
 use super::field::{Constants, RowField, parts};
 use super::lanes::{Rows, each_row};
 use super::method_state::MethodStateRows;
-use super::{Applied, BLOCK, Batch, Refuse, Row, Terms};
+use super::{AppliedForces, BLOCK, Batch, Refuse, Row, TickParameters};
 use crate::methods::{Integrator, MethodStateKind, StepState};
 use crate::simd::{LEVEL, Lanes as _};
 use crate::state::range::{Bounds, Breach};
@@ -22,19 +22,19 @@ const STAY: usize = 32 * BLOCK;
 /// hold a row.
 #[must_use]
 pub(super) fn run<M: Integrator>(
-    terms: &Terms<'_>,
+    parameters: &TickParameters<'_>,
     batch: &mut Batch<'_>,
     refuse: Refuse<'_>,
 ) -> Option<u64> {
-    let (rows, substeps) = (batch.bodies.len(), terms.times.substeps);
+    let (rows, substeps) = (batch.bodies.len(), parameters.times.substeps);
     if substeps == 1 {
-        return step_all::<M>(terms, batch, 0..rows, refuse);
+        return step_all::<M>(parameters, batch, 0..rows, refuse);
     }
     let mut evaluations = 0;
     // Nothing here depends on time, so every substep is the same step. A row that one substep refuses keeps its
     // state, so the next ones refuse it as well; it is restored to its state before the tick. The range is checked
     // only at the end of the tick.
-    let inner = terms.within(Bounds::FINITE);
+    let inner = parameters.within(Bounds::FINITE);
     let mut refused: Vec<(usize, Breach)> = Vec::new();
     let mut before = ([[0.0; 3]; STAY], [[0.0; 4]; STAY]);
     for start in (0..rows).step_by(STAY) {
@@ -46,12 +46,13 @@ pub(super) fn run<M: Integrator>(
             let refuse = &mut |row, breach| refused.push((row, breach));
             evaluations += step_all::<M>(&inner, batch, rows.clone(), refuse)?;
         }
-        if terms.bounds != Bounds::FINITE {
+        if parameters.bounds != Bounds::FINITE {
             for row in rows {
-                let breach = terms.bounds.breach(&batch.positions[row], &batch.bodies[row]);
+                let breach = parameters.bounds.breach(&batch.positions[row], &batch.bodies[row]);
                 let (x, body) = (&before.0[row - start], &before.1[row - start]);
-                refused
-                    .extend(breach.filter(|_| is_missed(&terms.bounds, x, body)).map(|breach| (row, breach)));
+                refused.extend(
+                    breach.filter(|_| is_missed(&parameters.bounds, x, body)).map(|breach| (row, breach)),
+                );
             }
         }
         for (row, _) in &refused[first..] {
@@ -78,7 +79,7 @@ fn refuse_once(mut refused: Vec<(usize, Breach)>, refuse: Refuse<'_>) {
 /// A step of some rows; returns the number of evaluations.
 #[must_use]
 fn step_all<M: Integrator>(
-    terms: &Terms<'_>,
+    parameters: &TickParameters<'_>,
     batch: &mut Batch<'_>,
     rows: Range<usize>,
     refuse: Refuse<'_>,
@@ -87,7 +88,7 @@ fn step_all<M: Integrator>(
         return Some(0);
     }
     let mut whole = batch.part(rows.clone());
-    let evaluations = step::<M>(terms, &mut whole, &mut |row, breach| refuse(rows.start + row, breach))?;
+    let evaluations = step::<M>(parameters, &mut whole, &mut |row, breach| refuse(rows.start + row, breach))?;
     // A block is loaded one number beyond its last row, so the last block is copied, with a row beyond it.
     let rest = (rows.len() - 1) % BLOCK + 1;
     let last = rows.end - rest..rows.end;
@@ -98,7 +99,7 @@ fn step_all<M: Integrator>(
     bodies[..rest].copy_from_slice(&batch.bodies[last.clone()]);
     let (mut pushed, mut count) = ([(0, 0); BLOCK], 0);
     if let Some(applied) = batch.applied {
-        let Applied { forces: all, rows, offset } = applied.part(last.clone());
+        let AppliedForces { forces: all, rows, offset } = applied.part(last.clone());
         forces[..rest].copy_from_slice(all);
         count = rows.len();
         pushed.iter_mut().zip(rows).for_each(|(copy, (table, row))| *copy = (*table, row - offset));
@@ -110,9 +111,9 @@ fn step_all<M: Integrator>(
         steps[..rest].copy_from_slice(&all[last.clone()]);
         method_state = MethodStateRows::LastStep(&mut steps);
     }
-    let applied = (count > 0).then_some(Applied { forces: &forces, rows: &pushed[..count], offset: 0 });
+    let applied = (count > 0).then_some(AppliedForces { forces: &forces, rows: &pushed[..count], offset: 0 });
     let mut copy = Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state };
-    let of_last = step::<M>(terms, &mut copy, &mut |row, breach| refuse(last.start + row, breach))?;
+    let of_last = step::<M>(parameters, &mut copy, &mut |row, breach| refuse(last.start + row, breach))?;
     batch.positions[last.clone()].copy_from_slice(&positions[..rest]);
     batch.bodies[last.clone()].copy_from_slice(&bodies[..rest]);
     if let MethodStateRows::LastStep(all) = &mut batch.method_state {
@@ -124,19 +125,23 @@ fn step_all<M: Integrator>(
 /// A step of every whole block that has a row beyond it; on x86 with AVX2 alone, because every instruction set is a copy
 /// of every method.
 #[must_use]
-fn step<M: Integrator>(terms: &Terms<'_>, batch: &mut Batch<'_>, refuse: Refuse<'_>) -> Option<u64> {
+fn step<M: Integrator>(
+    parameters: &TickParameters<'_>,
+    batch: &mut Batch<'_>,
+    refuse: Refuse<'_>,
+) -> Option<u64> {
     #[cfg(target_arch = "x86_64")]
     {
         let simd = LEVEL.as_avx2()?;
         Some(simd.vectorize(
             #[inline(always)]
-            || step_with::<M, _>(simd, terms, batch, refuse),
+            || step_with::<M, _>(simd, parameters, batch, refuse),
         ))
     }
     #[cfg(not(target_arch = "x86_64"))]
     {
         let level = *LEVEL;
-        Some(fearless_simd::dispatch!(level, simd => step_with::<M, _>(simd, terms, batch, refuse)))
+        Some(fearless_simd::dispatch!(level, simd => step_with::<M, _>(simd, parameters, batch, refuse)))
     }
 }
 
@@ -144,21 +149,21 @@ fn step<M: Integrator>(terms: &Terms<'_>, batch: &mut Batch<'_>, refuse: Refuse<
 #[inline(always)]
 fn step_with<M: Integrator, S: Simd>(
     simd: S,
-    terms: &Terms<'_>,
+    parameters: &TickParameters<'_>,
     batch: &mut Batch<'_>,
     refuse: Refuse<'_>,
 ) -> u64 {
     use parts::{AFTER, BEFORE, DRAG, KEEP};
-    let rows = AffineKernel { simd, terms, batch, refuse };
+    let rows = AffineKernel { simd, parameters, batch, refuse };
     if !M::DAMPS_INSIDE {
         // Methods that save an evaluation under constant accelerations have a kernel for that.
-        let constant = M::STATE == MethodStateKind::LastAcceleration && terms.rate == 0.0;
+        let constant = M::STATE == MethodStateKind::LastAcceleration && parameters.rate == 0.0;
         return if constant { rows.run::<M, 0>() } else { rows.run::<M, DRAG>() };
     }
-    let decay = &terms.decay;
+    let decay = &parameters.decay;
     if M::KICKS && decay.keep.is_some() {
         rows.run::<M, KEEP>()
-    } else if M::KICKS && terms.rate != 0.0 {
+    } else if M::KICKS && parameters.rate != 0.0 {
         rows.run::<M, DRAG>()
     } else if M::MOVES && decay.before_move.is_some() {
         rows.run::<M, BEFORE>()
@@ -171,7 +176,7 @@ fn step_with<M: Integrator, S: Simd>(
 
 struct AffineKernel<'a, 't, 'r, S> {
     simd: S,
-    terms: &'a Terms<'t>,
+    parameters: &'a TickParameters<'t>,
     batch: &'a mut Batch<'r>,
     refuse: Refuse<'a>,
 }
@@ -180,11 +185,11 @@ impl<S: Simd> AffineKernel<'_, '_, '_, S> {
     /// Returns the number of evaluations.
     #[inline(always)]
     fn run<M: Integrator, const PARTS: u8>(self) -> u64 {
-        let Self { simd, terms, batch: Batch { positions, bodies, applied, method_state, .. }, refuse } =
+        let Self { simd, parameters, batch: Batch { positions, bodies, applied, method_state, .. }, refuse } =
             self;
-        let step = StepOf { constants: Constants::new(simd, terms), terms };
-        let limit = Limit::of::<M>(terms);
-        let mut pushed = Pushed::new(*applied, bodies.len());
+        let step = StepOf { constants: Constants::new(simd, parameters), parameters };
+        let limit = Limit::of::<M>(parameters);
+        let mut pushed = PushedBlocks::new(*applied, bodies.len());
         let count = bodies.len().saturating_sub(1) / BLOCK;
         let (blocks, _) = bodies.as_chunks_mut::<BLOCK>();
         let mut positions: &mut [f64] = positions.as_flattened_mut();
@@ -227,7 +232,7 @@ impl<S: Simd> AffineKernel<'_, '_, '_, S> {
 #[derive(Clone, Copy)]
 struct StepOf<'a, 't, S: Simd> {
     constants: Constants<S>,
-    terms: &'a Terms<'t>,
+    parameters: &'a TickParameters<'t>,
 }
 
 type NewRows<S> = (Rows<S, BLOCK>, Rows<S, BLOCK>);
@@ -297,7 +302,7 @@ impl<S: Simd> StepOf<'_, '_, S> {
         mut v: Rows<S, N>,
         last: Option<&mut [f64; N]>,
     ) -> ((Rows<S, N>, Rows<S, N>), u64) {
-        let Terms { decay, rate, .. } = self.terms;
+        let TickParameters { decay, rate, .. } = self.parameters;
         let mut step_state = StepState::default();
         if let (MethodStateKind::LastStep, Some(last)) = (M::STATE, &last) {
             step_state.last_step = last[0];
@@ -320,18 +325,18 @@ impl<S: Simd> StepOf<'_, '_, S> {
     }
 }
 
-/// Finds the pushed blocks in one pass over the rows.
-struct Pushed<'a> {
+/// The blocks with pushed rows, found in one pass over the rows.
+struct PushedBlocks<'a> {
     numbers: &'a [f64],
     rows: &'a [(usize, usize)],
     offset: usize,
     next: usize,
 }
 
-impl<'a> Pushed<'a> {
-    fn new(applied: Option<Applied<'a>>, rows: usize) -> Self {
-        let Applied { forces, rows: pushed, offset } =
-            applied.unwrap_or(Applied { forces: &[], rows: &[], offset: 0 });
+impl<'a> PushedBlocks<'a> {
+    fn new(applied: Option<AppliedForces<'a>>, rows: usize) -> Self {
+        let AppliedForces { forces, rows: pushed, offset } =
+            applied.unwrap_or(AppliedForces { forces: &[], rows: &[], offset: 0 });
         assert!(pushed.is_empty() || forces.len() == rows, "a force for every body");
         Self { numbers: forces.as_flattened(), rows: pushed, offset, next: first_row(pushed, offset) }
     }
@@ -382,11 +387,11 @@ struct Limit {
 }
 
 impl Limit {
-    fn of<M: Integrator>(terms: &Terms<'_>) -> Self {
+    fn of<M: Integrator>(parameters: &TickParameters<'_>) -> Self {
         // A factor after the move may enlarge the velocity after it entered the position.
-        let grows = terms.decay.after_move.is_some_and(|factor| factor.abs() > 1.0 || factor.is_nan());
-        let is_of_numbers = terms.bounds == Bounds::FINITE && !(M::MOVES_WITH_NEW_VELOCITY && grows);
-        Self { bounds: terms.bounds, is_of_numbers }
+        let grows = parameters.decay.after_move.is_some_and(|factor| factor.abs() > 1.0 || factor.is_nan());
+        let is_of_numbers = parameters.bounds == Bounds::FINITE && !(M::MOVES_WITH_NEW_VELOCITY && grows);
+        Self { bounds: parameters.bounds, is_of_numbers }
     }
 }
 

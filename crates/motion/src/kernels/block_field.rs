@@ -7,7 +7,7 @@ use glam::DMat3;
 use super::block::{Block, BlockSpace, fill};
 use super::drive::TickField;
 use super::record::{Note, TickRecord, vector};
-use super::{Applied, BodyOptions, Row, RowOptions, StepStatistics, Terms, restrain};
+use super::{AppliedForces, BodyOptions, Row, RowOptions, StepStatistics, TickParameters, restrain};
 use crate::laws::damping::{Decay, SNAP};
 use crate::laws::tick_times::Segment;
 use crate::laws::{BLOCK_BODIES, BodyBlock, BodyState, EvaluationTime, Law};
@@ -17,7 +17,7 @@ use crate::units::Vector;
 
 /// The field of the `N` bodies of a block, whose states are elements of the space `X`.
 pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
-    pub terms: &'a Terms<'a>,
+    pub parameters: &'a TickParameters<'a>,
     /// The options of the bodies.
     pub options: &'a BodyOptions<'a>,
     /// The options of every row of the batch, where the own laws of bodies differ.
@@ -57,7 +57,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     /// The field of blocks of bodies with the same options, or with the same but for their own laws, which `rows` has then;
     /// before [`Self::enter_block`].
     pub fn new<M: Integrator>(
-        terms: &'a Terms<'a>,
+        parameters: &'a TickParameters<'a>,
         options: &'a BodyOptions<'a>,
         rows: Option<&'a dyn RowOptions>,
         statistics: &'a mut StepStatistics,
@@ -65,17 +65,17 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     ) -> Self {
         let closed = options.closed_axes(M::LIMITS_AFTER_KICK);
         Self {
-            terms,
+            parameters,
             options,
             rows,
             own_laws: [(options.laws, options.laws_version); N],
             open: closed.map_or([true; 3], |closed| [!closed.x, !closed.y, !closed.z]),
             // Adding 0 turns -0 into 0: a row gets the same bits whether its block has a force or not.
-            gravity: terms.gravity.to_array().map(|g| g + 0.0),
-            decay: terms.decay,
-            h: terms.times.substep(),
+            gravity: parameters.gravity.to_array().map(|g| g + 0.0),
+            decay: parameters.decay,
+            h: parameters.times.substep(),
             segment: None,
-            calls_with_velocity: terms.calls_with_velocity(options.laws),
+            calls_with_velocity: parameters.calls_with_velocity(options.laws),
             drags: false,
             least: 0.0,
             w: [0.0; N],
@@ -93,7 +93,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     /// Enters a block of `bodies`, (velocity, inverse mass) each, at most `N`, with the forces applied to them; `first` is
     /// the row of the first.
     #[inline(never)]
-    pub fn enter_block(&mut self, first: usize, bodies: &[Row], applied: Option<Applied<'_>>) {
+    pub fn enter_block(&mut self, first: usize, bodies: &[Row], applied: Option<AppliedForces<'_>>) {
         self.len = bodies.len();
         if let Some(rows) = self.rows {
             for (k, own) in self.own_laws[..bodies.len()].iter_mut().enumerate() {
@@ -102,10 +102,10 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
             }
         }
         self.segment = None;
-        self.h = self.terms.times.substep();
+        self.h = self.parameters.times.substep();
         // What precedes the tick snaps only where something linear slows.
-        self.drags = self.terms.rate > 0.0;
-        self.set_decay(self.terms.decay);
+        self.drags = self.parameters.rate > 0.0;
+        self.set_decay(self.parameters.decay);
         self.drags |= self.calls_with_velocity;
         self.movable = vectorize(
             #[inline(always)]
@@ -123,7 +123,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
             self.applied = Block::ZERO;
         }
         self.pushed = false;
-        if let Some(Applied { forces, rows, offset }) = applied {
+        if let Some(AppliedForces { forces, rows, offset }) = applied {
             for row in rows.iter().map(|(_, row)| row - offset) {
                 self.pushed = true;
                 for (axis, force) in forces[row].iter().enumerate() {
@@ -149,15 +149,16 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
 
     /// What changes whenever a law of body `k` changes.
     pub const fn laws_version(&self, k: usize) -> (u64, u64) {
-        (self.terms.epoch, self.own_laws[k].1)
+        (self.parameters.epoch, self.own_laws[k].1)
     }
 
     pub const fn inverse_masses(&self) -> &[f64; N] {
         &self.w
     }
 
-    /// The inverse masses, the versions of the own laws, and [`Self::called`] to write to.
-    pub fn conditions_and_called(&mut self) -> (&[f64; N], [u64; N], &mut Block<N>) {
+    /// The inverse masses and the versions of the own laws, which cached accelerations are compared with, and
+    /// [`Self::called`] to write to.
+    pub fn cache_key_and_called(&mut self) -> (&[f64; N], [u64; N], &mut Block<N>) {
         (&self.w, self.own_laws.map(|(_, version)| version), &mut self.called)
     }
 
@@ -172,7 +173,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     #[inline(always)]
     fn accelerated<const PUSHED: bool>(&self, called: &Block<N>, v: X) -> X {
         let Self { gravity, open, w, applied, .. } = self;
-        let (gravity, open, rate) = (*gravity, *open, self.terms.rate);
+        let (gravity, open, rate) = (*gravity, *open, self.parameters.rate);
         let laws = |axis: usize, k: usize, v: f64| (gravity[axis] - v * rate) + called.0[axis][k];
         if self.all_move && !PUSHED {
             return v.map(laws);
@@ -192,13 +193,13 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
 
     /// The laws that are called for body `k`: those of all bodies and its own.
     fn laws_of(&self, k: usize) -> impl Iterator<Item = &'a dyn Law> + Clone + use<'a, X, N> {
-        self.terms.laws.iter().copied().chain(self.own_laws[k].0.iter().map(|law| &**law))
+        self.parameters.laws.iter().copied().chain(self.own_laws[k].0.iter().map(|law| &**law))
     }
 
     /// The laws that are called for all of the bodies alike.
     fn called_laws(&self) -> impl Iterator<Item = &'a dyn Law> + Clone + use<'a, X, N> {
         let own = if self.rows.is_some() { &[] } else { self.options.laws };
-        self.terms.laws.iter().copied().chain(own.iter().map(|law| &**law))
+        self.parameters.laws.iter().copied().chain(own.iter().map(|law| &**law))
     }
 
     /// Counts an evaluation of these bodies, some of which may be immovable.
@@ -254,7 +255,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         let mut laws = self.called_laws();
         let law = laws.next().filter(|_| laws.next().is_none() && self.all_move && !self.pushed)?;
         let inverse_masses: &[f64; BLOCK_BODIES] = (&self.w as &dyn Any).downcast_ref()?;
-        let (gravity, rate) = (self.gravity, self.terms.rate);
+        let (gravity, rate) = (self.gravity, self.parameters.rate);
         let a = x.write(v, |x, v, a| {
             if let (Some(positions), Some(velocities), Some(sum)) = (x.axes(), v.axes(), a.axes_mut()) {
                 if rate == 0.0 {
@@ -440,7 +441,7 @@ impl<X: BlockSpace<N>, const N: usize> Field for BlockField<'_, X, N> {
 
     #[inline(always)]
     fn depends_on_velocity(&self) -> bool {
-        self.terms.rate != 0.0 || self.calls_with_velocity
+        self.parameters.rate != 0.0 || self.calls_with_velocity
     }
 
     #[inline(always)]
@@ -498,11 +499,11 @@ impl<X: BlockSpace<N>, const N: usize> Field for BlockField<'_, X, N> {
 impl<X: BlockSpace<N>, const N: usize> NewtonField for BlockField<'_, X, N> {
     #[inline(always)]
     fn linear_rate(&self) -> Option<f64> {
-        (self.terms.laws.is_empty() && self.options.laws.is_empty()).then_some(self.terms.rate)
+        (self.parameters.laws.is_empty() && self.options.laws.is_empty()).then_some(self.parameters.rate)
     }
 
     fn correction(&mut self, x: X, v: X, residual: X) -> X {
-        let (h, at, rate) = (self.h, self.evaluation_time(1.0), self.terms.rate);
+        let (h, at, rate) = (self.h, self.evaluation_time(1.0), self.parameters.rate);
         let open = self.open;
         let (x, v, mut solved) = (x.read(|x| *x), v.read(|v| *v), residual.read(|r| *r));
         let immovable = self.w.map(|w| w <= 0.0);

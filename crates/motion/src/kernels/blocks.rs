@@ -9,7 +9,7 @@ use super::block::{Block, BlockSpace, Slot, Slots};
 use super::block_field::BlockField;
 use super::drive::drive;
 use super::method_state::MethodStateRows;
-use super::{Batch, BodyOptions, Refuse, RowOptions, StepStatistics, Terms};
+use super::{Batch, BodyOptions, Refuse, RowOptions, StepStatistics, TickParameters};
 use crate::laws::BLOCK_BODIES;
 use crate::laws::tick_times::Segments;
 use crate::methods::{Integrator, MethodStateKind, StepState};
@@ -22,7 +22,7 @@ const FEW: usize = 4;
 
 /// Integrates a tick of some rows with these options; where only their own laws differ, `own` has those.
 pub(super) fn run<M: Integrator>(
-    terms: &Terms<'_>,
+    parameters: &TickParameters<'_>,
     options: &BodyOptions<'_>,
     own: Option<&dyn RowOptions>,
     batch: &mut Batch<'_>,
@@ -30,16 +30,16 @@ pub(super) fn run<M: Integrator>(
     statistics: &mut StepStatistics,
     refuse: Refuse<'_>,
 ) {
-    statistics.calls.resize(terms.laws.len(), 0);
-    let segments = terms.segments(options.laws);
+    statistics.calls.resize(parameters.laws.len(), 0);
+    let segments = parameters.segments(options.laws);
     if M::SOLVES || rows.len() <= FEW {
-        let field = &mut BlockField::<Block<1>, 1>::new::<M>(terms, options, own, statistics, ());
+        let field = &mut BlockField::<Block<1>, 1>::new::<M>(parameters, options, own, statistics, ());
         rows.for_each(|row| integrate::<M, _, 1>(field, &segments, batch, row..row + 1, refuse));
         return;
     }
     Slots::lend(|slots| {
         let field =
-            &mut BlockField::<Slot<'_>, BLOCK_BODIES>::new::<M>(terms, options, own, statistics, slots);
+            &mut BlockField::<Slot<'_>, BLOCK_BODIES>::new::<M>(parameters, options, own, statistics, slots);
         run_blocks::<M>(field, &segments, batch, rows, refuse);
     });
 }
@@ -62,7 +62,7 @@ fn run_blocks<M: Integrator>(
         }
         start = rows.end;
         if rows.len() <= FEW {
-            run::<M>(field.terms, field.options, field.rows, batch, rows, field.statistics, refuse);
+            run::<M>(field.parameters, field.options, field.rows, batch, rows, field.statistics, refuse);
         } else {
             integrate::<M, _, BLOCK_BODIES>(field, segments, batch, rows, refuse);
         }
@@ -87,14 +87,14 @@ fn integrate<M: Integrator, X: BlockSpace<N>, const N: usize>(
         _ => None,
     };
     let mut step_state = StepState { last_step, start };
-    let terms = field.terms;
-    let (x, v) = drive::<M, _>(field, terms, segments, x, v, &mut step_state);
+    let parameters = field.parameters;
+    let (x, v) = drive::<M, _>(field, parameters, segments, x, v, &mut step_state);
     if M::STATE != MethodStateKind::None {
         let called = step_state.start.is_some().then_some(&field.called);
         note(field, &mut method_state, step_state.last_step, called, x);
     }
     let w = field.inverse_masses();
-    x.read_both(v, |x, v| store::<N>(&terms.bounds, batch, rows, (x, v, w), refuse));
+    x.read_both(v, |x, v| store::<N>(&parameters.bounds, batch, rows, (x, v, w), refuse));
 }
 
 /// Enters the block of `rows`. Returns their positions and velocities.
@@ -178,12 +178,12 @@ fn note<X: BlockSpace<N>, const N: usize>(
     x: X,
 ) {
     match (method_state, called) {
-        // One that was not a number stays: it tells why its row was refused.
+        // A last step that is not finite stays: it shows why its row was refused.
         (MethodStateRows::LastStep(steps), _) => {
             steps.iter_mut().filter(|step| step.is_finite()).for_each(|step| *step = last_step);
         }
         (MethodStateRows::LastAcceleration(cached), Some(called)) => {
-            let (time, w) = (field.terms.times.end, field.inverse_masses());
+            let (time, w) = (field.parameters.times.end, field.inverse_masses());
             x.read(|x| {
                 for (k, cached) in cached.iter_mut().enumerate() {
                     let ([x, y, z], acceleration, laws) = (x.body(k), called.body(k), field.laws_version(k));
@@ -207,8 +207,8 @@ fn recall<X: BlockSpace<N>, const N: usize>(
 ) -> Option<X> {
     // What was evaluated before a jump is of no use after it.
     let first = segments.iter().next().filter(|first| !first.jump)?;
-    let (time, epoch) = (field.terms.times.start, field.terms.epoch);
-    let (w, versions, called) = field.conditions_and_called();
+    let (time, epoch) = (field.parameters.times.start, field.parameters.epoch);
+    let (w, versions, called) = field.cache_key_and_called();
     let mut fits = [true; N];
     x.read(|x| {
         for (k, cached) in cached.iter().enumerate().take(N) {

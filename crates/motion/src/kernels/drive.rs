@@ -1,6 +1,6 @@
 //! The driver of a tick: segment by segment, with damping inside the steps or around them all.
 
-use super::Terms;
+use super::TickParameters;
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::{Segment, Segments};
 use crate::methods::{Field, Integrator, StepState};
@@ -34,7 +34,7 @@ pub(crate) trait TickField: Field + Sized {
 #[inline(always)]
 pub(crate) fn drive<M: Integrator, F: TickField>(
     field: &mut F,
-    terms: &Terms<'_>,
+    parameters: &TickParameters<'_>,
     segments: &Segments,
     mut x: F::Space,
     mut v: F::Space,
@@ -47,7 +47,7 @@ pub(crate) fn drive<M: Integrator, F: TickField>(
         if number > 0 {
             field.recycle(&mut x, &mut v, step_state);
         }
-        field.enter::<M>(segment, terms.decay_in(segment));
+        field.enter::<M>(segment, parameters.decay_in(segment));
         if segment.jump {
             // It was evaluated before the jump.
             step_state.start = None;

@@ -78,16 +78,6 @@ impl Evaluations {
         count(&mut self.laws, law, evaluations);
     }
 
-    /// Counts evaluations of the laws that are summed before the tick, named by `laws`.
-    pub(crate) fn count_accelerations(
-        &mut self,
-        accelerations: u64,
-        laws: impl Iterator<Item = &'static str>,
-    ) {
-        self.accelerations += accelerations;
-        laws.for_each(|law| self.count(law, accelerations));
-    }
-
     /// Adds the statistics of a table in which the laws `called` were called and `affine` were not.
     pub(crate) fn add(
         &mut self,
@@ -98,7 +88,8 @@ impl Evaluations {
         if statistics.accelerations == 0 {
             return;
         }
-        self.count_accelerations(statistics.accelerations, affine);
+        self.accelerations += statistics.accelerations;
+        affine.for_each(|law| self.count(law, statistics.accelerations));
         called
             .iter()
             .zip(statistics.calls.as_slice())

@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, f64x4, prelude::*};
 
-use super::Terms;
+use super::TickParameters;
 use super::lanes::{Rows, each_row};
 use crate::laws::damping::{Decay, SNAP};
 use crate::methods::Field;
@@ -49,26 +49,26 @@ impl<S: Simd> Copy for Constants<S> {}
 
 impl<S: Simd> Constants<S> {
     #[inline(always)]
-    pub fn new(simd: S, terms: &Terms<'_>) -> Self {
+    pub fn new(simd: S, parameters: &TickParameters<'_>) -> Self {
         let three = |number: f64, fourth: f64| f64x4::simd_from(simd, [number, number, number, fourth]);
         let factor = |factor: Option<f64>| three(factor.unwrap_or(1.0), 1.0);
-        let [x, y, z] = terms.gravity.to_array();
-        let Decay { keep, gain, before_move, after_move } = terms.decay;
+        let [x, y, z] = parameters.gravity.to_array();
+        let Decay { keep, gain, before_move, after_move } = parameters.decay;
         let decays = keep.is_some() || before_move.is_some() || after_move.is_some();
         Self {
             simd,
             // Adding 0 turns -0 into 0: a row gets the same bits whether its block has a force or not.
             gravity: f64x4::simd_from(simd, [x + 0.0, y + 0.0, z + 0.0, 0.0]),
-            rate: three(terms.rate, 0.0),
+            rate: three(parameters.rate, 0.0),
             keep: factor(keep),
             before: factor(before_move),
             after: factor(after_move),
             // No inverse mass is above infinity, so the last lane, the inverse mass itself, is never accelerated.
             immovable: three(0.0, f64::INFINITY),
             // No inverse mass is below 0, so the last lane is never snapped; neither are velocities that do not decay.
-            least: three(if decays || terms.rate > 0.0 { SNAP } else { 0.0 }, 0.0),
+            least: three(if decays || parameters.rate > 0.0 { SNAP } else { 0.0 }, 0.0),
             gain,
-            h: terms.times.substep(),
+            h: parameters.times.substep(),
         }
     }
 

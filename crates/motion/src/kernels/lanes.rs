@@ -1,7 +1,7 @@
 //! Blocks of rows in registers, as a space for methods.
 //!
-//! Loops and no closures: a closure that is not inlined is compiled without the vector instructions of its
-//! surroundings, and passes registers through memory.
+//! Loops instead of closures: a closure that is not inlined is compiled without the vector instructions of its
+//! caller, and passes registers through memory.
 
 use std::ops::{Add, Mul, Sub};
 

@@ -6,7 +6,7 @@ use crate::laws::tick_times::TickTimes;
 use crate::state::components::AxisLocks;
 use crate::units::Scalar;
 
-/// What a body has in addition to, or in place of, what acts on all bodies.
+/// The options of a body, which add to the environment of all bodies or replace a part of it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BodyOptions<'a> {
     pub gravity_off: bool,

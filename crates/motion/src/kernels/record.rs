@@ -7,14 +7,14 @@ use bevy_ecs::prelude::*;
 
 use crate::units::{Scalar, Vector};
 
-/// A change of energy per mass, m²/s², and of velocity, m/s.
+/// A change of velocity, m/s, and of kinetic energy per mass, m²/s².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Change {
+pub(crate) struct VelocityChange {
     pub energy: Scalar,
     pub velocity: Vector,
 }
 
-impl Change {
+impl VelocityChange {
     /// Adds the change of a velocity.
     pub fn turn(&mut self, from: Vector, to: Vector) {
         let change = to - from;
@@ -32,9 +32,9 @@ impl Change {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct TickRecord {
     /// Change by damping, except where damping is a law.
-    pub damping: Change,
+    pub damping: VelocityChange,
     /// Change by speed limit and axis locks.
-    pub limits: Change,
+    pub limits: VelocityChange,
     /// Sum over the kicks of their length times the mean of the velocities before and after, m: the path along which
     /// a constant force does work. `None` for methods that do not change velocity and position one after the other.
     pub kicked: Option<Vector>,

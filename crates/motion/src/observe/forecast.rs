@@ -13,7 +13,7 @@ use modes::Stepping;
 use crate::groups::{Group, Groups, compile_groups};
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
-use crate::laws::{Declared, MutualGravity};
+use crate::laws::{MutualGravity, SharedLaws};
 use crate::methods::markers::own_method;
 use crate::methods::table::Method;
 use crate::state::archetypes::may_exist;
@@ -204,6 +204,6 @@ impl Forecast {
 fn may_be_stiff(world: &World) -> bool {
     world.contains_resource::<Groups>()
         || world.contains_resource::<Damping>()
-        || Declared::of(world).all().next().is_some()
+        || SharedLaws::of(world).all().next().is_some()
         || may_exist::<OwnLaws>(world)
 }

@@ -144,7 +144,7 @@ impl Ledger {
         let mut paths = Vec::with_capacity(bodies.len());
         for body in &bodies {
             let record = records.get(&body.entity).copied().unwrap_or_default();
-            paths.push(match body.is_moved_by_forces() {
+            paths.push(match body.is_movable() && !body.quarantined {
                 true => ledger_tick.add_body(body, &record, &mut totals),
                 false => Path::new(body.ends, tick),
             });

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use crate::groups::{Groups, compile_groups};
-use crate::laws::{Declared, Gravity};
+use crate::laws::{Gravity, SharedLaws};
 use crate::state::components::PhysicsBody;
 use crate::state::emitter::Dormant;
 use crate::tick::columns::ObservedColumns;
@@ -30,7 +30,7 @@ pub fn totals(world: &mut World) -> Totals {
     let mut query = world.query_filtered::<ObservedColumns, Without<Dormant>>();
     let world = &*world;
     let gravity = world.get_resource::<Gravity>();
-    let declared = Declared::of(world);
+    let shared = SharedLaws::of(world);
     let mut rows: Vec<_> = query.iter(world).filter(|row| row.body.inverse_mass > 0.0).collect();
     rows.sort_by_key(|row| row.key().0);
     let mut sum = Totals {
@@ -42,7 +42,7 @@ pub fn totals(world: &mut World) -> Totals {
         sum.kinetic_energy += row.body.kinetic_energy();
         sum.momentum += momentum;
         sum.angular_momentum += state.position.cross(momentum);
-        let laws = declared.on_body(gravity.filter(|_| !options.gravity_off), false, options.laws);
+        let laws = shared.on_body(gravity.filter(|_| !options.gravity_off), false, options.laws);
         for law in laws.filter(|law| law.has_potential()) {
             sum.potential_energy += law.potential_energy(state);
         }

@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use crate::groups::{GroupKernel, Groups, update_groups};
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
-use crate::laws::{Declared, MutualGravity};
+use crate::laws::{MutualGravity, SharedLaws};
 use crate::methods::markers::{OwnMethod, is_marked};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
@@ -29,18 +29,10 @@ pub enum Passes {
     One,
 }
 
-impl Passes {
-    /// The number of bodies from which one pass is taken. One pass is faster at every size (bench `motion_step`): 1.25
-    /// times at 100,000 bodies, 1.7 times at a million. Below this number it saves less than 0.1 µs, and the four
-    /// systems of the tutorial stay separate to be seen and stepped through.
-    pub const CROSSOVER: usize = 256;
-
-    /// The passes for `bodies` bodies, where both are possible.
-    #[must_use]
-    pub const fn for_bodies(bodies: usize) -> Self {
-        if bodies < Self::CROSSOVER { Self::Two } else { Self::One }
-    }
-}
+/// The number of bodies from which one pass is taken. One pass is faster at every size (bench `motion_step`): 1.25
+/// times at 100,000 bodies, 1.7 times at a million. Below this number it saves less than 0.1 µs, and the four
+/// systems of the tutorial stay separate to be seen and stepped through.
+const CROSSOVER: usize = 256;
 
 /// A method of another crate, which is not in the table.
 #[derive(Clone, Copy, Debug)]
@@ -141,7 +133,7 @@ impl StepPlan {
             && !inputs.range
             && !moves_first
             && inputs.substeps == 1;
-        let passes = if separable { Passes::for_bodies(bodies) } else { Passes::One };
+        let passes = if separable && bodies < CROSSOVER { Passes::Two } else { Passes::One };
         let caches_accelerations = inputs.caches_accelerations;
         Self { method, passes, own, grouped_only, groups, emits, caches_accelerations, outside }
     }
@@ -165,7 +157,7 @@ pub(crate) struct PlanInputs {
 
 impl PlanInputs {
     pub fn of(world: &World) -> Self {
-        let laws = Declared::of(world);
+        let laws = SharedLaws::of(world);
         let mut called = laws.called().peekable();
         let calls = called.peek().is_some();
         Self {

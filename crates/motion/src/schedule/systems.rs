@@ -85,7 +85,7 @@ pub fn step_systems(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<S
 /// The systems that change velocities and positions.
 fn integration(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
     let mut systems = Vec::new();
-    // Groups first: the single bodies that they hang on are then still where the tick began.
+    // Groups first, while the single bodies that anchor them are still at the start of the tick.
     for own in &plan.groups {
         let (kernel, which) = (plan.kernel(*own), BodyFilter::of_method(world, *own));
         // A group caches the accelerations of its members itself.

@@ -17,7 +17,7 @@ use crate::state::emitter::Dormant;
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::substeps::OwnSubsteps;
 
-/// The columns of a body's options. Most bodies have none of them.
+/// The columns of a body's options, which most bodies lack.
 #[derive(QueryData)]
 #[query_data(contiguous(all))]
 pub struct OptionColumns {

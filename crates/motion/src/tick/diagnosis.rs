@@ -1,9 +1,9 @@
-//! Finds out why a body was refused: after the fact, the state of the body is inspected and what acts on it is
-//! evaluated again.
+//! Finds out why a body was refused: afterwards, its state is inspected and the forces and laws on it are evaluated
+//! again.
 
 use crate::laws::{BodyState, EvaluationTime, Law};
 use crate::state::components::PhysicsBody;
-use crate::state::range::{Breach, Quantity, Range};
+use crate::state::range::{Breach, Quantity};
 use crate::tick::environment::Environment;
 use crate::tick::quarantine::{Cause, Fault, place};
 use crate::units::{Scalar, Vector};
@@ -83,7 +83,7 @@ impl Environment<'_> {
         let falls = kicks && !gravity_off;
         let Self { laws, gravity, .. } = self;
         let places = [
-            (self.range.is_some_and(is_no_range), place::RANGE),
+            (self.range.is_some_and(|range| range.position.is_nan() || range.speed.is_nan()), place::RANGE),
             (falls && gravity.is_some_and(|gravity| !gravity.acceleration.is_finite()), place::GRAVITY),
             (!own_rate && self.damping.is_some_and(|damping| !damping.rate.is_finite()), place::DAMPING),
         ];
@@ -116,8 +116,4 @@ impl Environment<'_> {
         };
         Cause { system, component, fault }
     }
-}
-
-fn is_no_range(range: &Range) -> bool {
-    range.position.is_nan() || range.speed.is_nan()
 }

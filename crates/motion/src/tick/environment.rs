@@ -1,4 +1,4 @@
-//! The environment of a tick: what acts on every body, and where the systems write what happened.
+//! The environment of a tick: the laws, forces and settings of all bodies, and the output of the systems.
 
 use std::ops::Range;
 
@@ -9,11 +9,11 @@ use smallvec::SmallVec;
 
 use crate::kernels::evaluations::Evaluations;
 use crate::kernels::record::TickRecords;
-use crate::kernels::{BodyOptions, Terms};
+use crate::kernels::{BodyOptions, TickParameters};
 use crate::laws::damping::Damping;
 use crate::laws::epoch::Epoch;
 use crate::laws::tick_times::TickTimes;
-use crate::laws::{Affine, Declared, DeclaredParam, Gravity, Law, MutualGravity};
+use crate::laws::{Affine, Gravity, Law, MutualGravity, SharedLaws, SharedLawsParam};
 use crate::methods::Traits;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::emitter::Emissions;
@@ -32,7 +32,7 @@ pub(crate) struct Environment<'a> {
     /// Gravity, if it is on.
     pub gravity: Option<&'a Gravity>,
     /// All other laws of single bodies.
-    pub laws: Declared<'a>,
+    pub laws: SharedLaws<'a>,
     /// Gravity between the bodies of a group.
     pub attraction: Option<&'a MutualGravity>,
     pub damping: Option<Damping>,
@@ -48,7 +48,7 @@ impl<'a> Environment<'a> {
     pub fn of(world: &'a World, clock: StepClock, tick: Scalar) -> Self {
         Self {
             gravity: world.get_resource::<Gravity>().filter(|gravity| gravity.on),
-            laws: Declared::of(world),
+            laws: SharedLaws::of(world),
             attraction: world.get_resource(),
             damping: world.get_resource().copied(),
             range: world.get_resource(),
@@ -82,10 +82,17 @@ impl<'a> Environment<'a> {
         called
     }
 
-    /// The terms of a tick of `method`, without gravity; `called` are the [called laws](Self::called).
-    pub fn terms<'c>(&self, method: Traits, called: &'c [&'c dyn Law]) -> Terms<'c> {
-        Terms::new(method, Affine::sum(self.laws.all()), self.damping, called, self.epoch, self.times)
-            .within(self.bounds())
+    /// The parameters of a tick of `method`, without gravity; `called` are the [called laws](Self::called).
+    pub fn parameters<'c>(&self, method: Traits, called: &'c [&'c dyn Law]) -> TickParameters<'c> {
+        TickParameters::new(
+            method,
+            Affine::sum(self.laws.all()),
+            self.damping,
+            called,
+            self.epoch,
+            self.times,
+        )
+        .within(self.bounds())
     }
 
     /// Acceleration of free fall, m/s²; zero where gravity is off.
@@ -111,7 +118,7 @@ pub struct EnvironmentParam<'w, 's> {
     gravity: Option<Res<'w, Gravity>>,
     damping: Option<Res<'w, Damping>>,
     range: Option<Res<'w, range::Range>>,
-    laws: DeclaredParam<'w>,
+    laws: SharedLawsParam<'w>,
     threads: Option<Res<'w, Threads>>,
     pushed: Res<'w, PushedBodies>,
     entities: &'w Entities,

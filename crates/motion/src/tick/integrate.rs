@@ -9,7 +9,8 @@ use bytemuck::TransparentWrapper as _;
 
 use crate::kernels::record::TickRecords;
 use crate::kernels::{
-    self, Applied, Batch, BodyOptions, Kernel, MethodStateRows, RowOptions, StepStatistics, Terms,
+    self, AppliedForces, Batch, BodyOptions, Kernel, MethodStateRows, RowOptions, StepStatistics,
+    TickParameters,
 };
 use crate::methods::euler::{Drift, Kick};
 use crate::methods::markers::OwnMethod;
@@ -49,7 +50,7 @@ struct TableTick<'a> {
     options: Option<&'a (dyn RowOptions + Sync)>,
     gravity_off: bool,
     environment: &'a Environment<'a>,
-    terms: &'a Terms<'a>,
+    parameters: &'a TickParameters<'a>,
     /// The births in the table, by row.
     births: &'a [Birth],
     /// Tells whether the tick is recorded for a ledger.
@@ -80,7 +81,7 @@ impl RowOptions for TablePart<'_> {
 impl TablePart<'_> {
     /// Integrates a tick of every row.
     fn integrate(self, mut batch: Batch<'_>) -> Done {
-        let TableTick { terms, births, records, .. } = self.table;
+        let TableTick { parameters, births, records, .. } = self.table;
         let rows = batch.bodies.len();
         let mut done = Done::default();
         done.statistics.record = records.recorder(rows);
@@ -88,25 +89,31 @@ impl TablePart<'_> {
         let mut next = 0;
         for Birth { place, time } in &births[row(0)..row(rows)] {
             let born = place.1 - self.start;
-            self.integrate_rows(next..born, terms, &mut batch, &mut done);
-            self.integrate_rows(born..born + 1, &terms.since(*time), &mut batch, &mut done);
+            self.integrate_rows(next..born, parameters, &mut batch, &mut done);
+            self.integrate_rows(born..born + 1, &parameters.since(*time), &mut batch, &mut done);
             next = born + 1;
         }
-        self.integrate_rows(next..rows, terms, &mut batch, &mut done);
+        self.integrate_rows(next..rows, parameters, &mut batch, &mut done);
         done
     }
 
     /// Integrates some of the rows, all of which have the same tick.
-    fn integrate_rows(self, rows: Range<usize>, terms: &Terms<'_>, batch: &mut Batch<'_>, done: &mut Done) {
+    fn integrate_rows(
+        self,
+        rows: Range<usize>,
+        parameters: &TickParameters<'_>,
+        batch: &mut Batch<'_>,
+        done: &mut Done,
+    ) {
         if rows.is_empty() {
             return;
         }
         let mut refused: Vec<(usize, Breach)> = Vec::new();
         let options = self.table.options.map(|_| &self as &dyn RowOptions);
         let refuse = &mut |row, breach| refused.push((row, breach));
-        (self.table.kernel.integrate)(terms, batch, rows, options, &mut done.statistics, refuse);
+        (self.table.kernel.integrate)(parameters, batch, rows, options, &mut done.statistics, refuse);
         for (row, breach) in refused {
-            done.refused.push(self.diagnose(terms, batch, row, breach));
+            done.refused.push(self.diagnose(parameters, batch, row, breach));
         }
     }
 
@@ -114,7 +121,13 @@ impl TablePart<'_> {
     /// half, the first half is stored, as it is where the halves are systems of their own; not in a tick of several
     /// steps, nor at the border of a range.
     #[cold]
-    fn diagnose(self, terms: &Terms<'_>, batch: &mut Batch<'_>, row: usize, breach: Breach) -> Refused {
+    fn diagnose(
+        self,
+        parameters: &TickParameters<'_>,
+        batch: &mut Batch<'_>,
+        row: usize,
+        breach: Breach,
+    ) -> Refused {
         const KICK: &str = "integrate_acceleration";
         const DRIFT: &str = "integrate_velocity";
         let options = self.row(row);
@@ -131,17 +144,17 @@ impl TablePart<'_> {
             let [first, second] =
                 if method == Method::SemiImplicitEuler { halves } else { [halves[1], halves[0]] };
             let statistics = &mut StepStatistics::default();
-            match first.0.integrate_row(terms, options, batch, row, statistics) {
+            match first.0.integrate_row(parameters, options, batch, row, statistics) {
                 Ok(()) => (second.1, breach),
                 Err(breach) => (first.1, breach),
             }
         };
-        if breach.finite || options.substeps.unwrap_or(terms.times.substeps) > 1 {
+        if breach.finite || options.substeps.unwrap_or(parameters.times.substeps) > 1 {
             (batch.positions[row], batch.bodies[row]) = before;
         }
         let transform = Transform::at(Vector::from_array(batch.positions[row]));
         let state: PhysicsBody = bytemuck::cast(batch.bodies[row]);
-        let damping_rate = options.damping_rate.filter(|_| terms.damping.is_some());
+        let damping_rate = options.damping_rate.filter(|_| parameters.damping.is_some());
         let suspect = Suspect {
             position: transform.position,
             body: state,
@@ -157,7 +170,7 @@ impl TablePart<'_> {
         let own_rate = damping_rate.is_some();
         let evidence = suspect
             .found()
-            .or_else(|| suspect.own_law(terms.times.ends()))
+            .or_else(|| suspect.own_law(parameters.times.ends()))
             .or_else(|| environment.found(Exposure { kicks, gravity_off, own_rate }))
             .or_else(|| if kicks { environment.law_at_fault(suspect.state()) } else { None });
         let cause = environment.cause(system, breach, evidence);
@@ -206,7 +219,7 @@ fn advance<Who: ArchetypeFilter>(
     param.prepare();
     let environment = param.environment();
     let called = environment.called();
-    let without_gravity = environment.terms(kernel.traits, &called);
+    let without_gravity = environment.parameters(kernel.traits, &called);
     let mut with_gravity = without_gravity;
     with_gravity.gravity += environment.free_fall();
     for columns in bodies.contiguous_iter_mut().expect("every component of a body is stored in tables") {
@@ -233,7 +246,7 @@ fn advance<Who: ArchetypeFilter>(
             )),
             (None, None) => MethodStateRows::None,
         };
-        let applied = Applied { forces: bytemuck::cast_slice(forces), rows: pushed, offset: 0 };
+        let applied = AppliedForces { forces: bytemuck::cast_slice(forces), rows: pushed, offset: 0 };
         let batch = Batch {
             positions: bytemuck::cast_slice_mut(transforms),
             bodies: bytemuck::cast_slice_mut(bodies.bypass_change_detection()),
@@ -247,7 +260,7 @@ fn advance<Who: ArchetypeFilter>(
             options: options.is_more().then_some(&options as _),
             gravity_off,
             environment: &environment,
-            terms: if gravity_off { &without_gravity } else { &with_gravity },
+            parameters: if gravity_off { &without_gravity } else { &with_gravity },
             births,
             records: &output.records,
         };
@@ -270,7 +283,7 @@ pub fn integrate_acceleration(param: EnvironmentParam, output: TickOutput, bodie
     advance(const { Kernel::of::<Kick>() }, param, output, bodies);
 }
 
-/// `x += v h`, with the damping, speed limit and axis locks that stand before and after the move.
+/// `x += v h`, with the damping, speed limit and axis locks that apply before and after the move.
 pub fn integrate_velocity(param: EnvironmentParam, output: TickOutput, bodies: Bodies<Unmarked>) {
     advance(const { Kernel::of::<Drift>() }, param, output, bodies);
 }

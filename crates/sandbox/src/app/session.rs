@@ -85,9 +85,9 @@ impl Session {
         self.advance_watched(input, time, &mut |_, _| ControlFlow::Continue(()));
     }
 
-    /// [`Session::advance`] with a look at the state after every tick. A look that breaks drops the frame's other ticks,
-    /// which are counted as dropped time: a run that waits for them too long would never catch up. Those on the way to a past
-    /// tick are left to the next frame instead, and nothing else is simulated until it is there.
+    /// [`Session::advance`] with a look at the state after every tick. A look that breaks drops the frame's other
+    /// ticks, which are counted as dropped time: a run that waits for them too long would never catch up. The ticks
+    /// of a seek are left to the next frame instead, and nothing else is simulated until the seek ends.
     pub fn advance_watched(
         &mut self,
         input: &InputFrame,

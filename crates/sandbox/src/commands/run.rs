@@ -82,7 +82,7 @@ pub(crate) struct RunArgs {
     /// Ticks between two states
     #[arg(long, value_name = "K", default_value_t = 1, requires = "state", allow_negative_numbers = true, value_parser = above_0)]
     pub every: u64,
-    /// Stop at the first fault, a quarantined body or a jump of energy, and write a bundle for `sandbox replay`
+    /// Stop at the first fault, a quarantined body or energy from nowhere, and write a bundle for `sandbox replay`
     #[arg(long, value_name = "FILE")]
     pub black_box: Option<PathBuf>,
     /// Write the summary as JSON

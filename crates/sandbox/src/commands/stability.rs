@@ -1,10 +1,10 @@
-//! `sandbox stability`: what survives what.
+//! `sandbox stability`: the survival matrix, every method on every hard case.
 
 use std::path::PathBuf;
 
 use clap::Args;
 use lab::limits::{self, Limit, Map, Oscillator};
-use lab::stability::Survey;
+use lab::stability::StabilityRun;
 use motion::Method;
 use scene::{Scene, SceneError, cases, load_case};
 
@@ -55,17 +55,17 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
         // Found out now, and not after minutes.
         tempfile::tempfile_in(folder).map_err(|error| Failure::file("write into", folder, &error))?;
     }
-    let mut survey = Survey::new(scenes, &methods, args.ticks);
+    let mut run = StabilityRun::new(scenes, &methods, args.ticks);
     let progress = Progress::new(1);
     loop {
-        progress.say(survey.now().unwrap_or_default());
-        if survey.work(PIECE) {
+        progress.say(run.now().unwrap_or_default());
+        if run.work(PIECE) {
             break;
         }
-        progress.show(survey.progress());
+        progress.show(run.progress());
     }
     drop(progress);
-    let matrix = survey.matrix();
+    let matrix = run.matrix();
     // First: what was measured is not lost where a file cannot be written.
     match args.format {
         Format::Table => show(&report::stability::table(matrix).aligned())?,

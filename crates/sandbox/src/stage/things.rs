@@ -21,7 +21,7 @@ pub(crate) enum Thing {
 }
 
 impl Thing {
-    /// What it is in `simulation`, unless it is gone.
+    /// Its entity in `simulation`, unless it was removed.
     pub fn entity(self, simulation: &Simulation) -> Option<Entity> {
         match self {
             Self::Body(id) => simulation.body(id),
@@ -34,12 +34,12 @@ impl Thing {
     }
 }
 
-/// What a ray found.
+/// A hit of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Picked {
     /// The closest thing, as a whole.
     pub entity: Entity,
-    /// From the ray's origin, m.
+    /// Distance from the ray's origin, m.
     pub distance: f64,
     /// The body that a push there acts on, if there is one.
     pub pushed: Option<Entity>,
@@ -54,7 +54,7 @@ pub(crate) struct Motion {
     /// Acceleration, m/s², and force, N; unknown of a soft body, which pins may hold.
     pub forced: Option<[DVec3; 2]>,
     pub kinetic_energy: f64,
-    /// The method that moves it.
+    /// Its method.
     pub method: Method,
 }
 

@@ -6,7 +6,7 @@ use report::numbers::four_digits;
 
 use crate::view::inks;
 
-/// Largest value in a plot; of larger ones, and of what is not finite, its margins would be infinite.
+/// Largest value in a plot: larger ones and ones that are not finite would make its margins infinite.
 const LARGEST_DRAWN: f64 = 1e200;
 
 /// A quantity over time.
@@ -14,14 +14,14 @@ pub(crate) struct Curve {
     /// Its name, with the unit.
     pub name: String,
     pub color: Color32,
-    /// Points.
+    /// Width of its line, points.
     pub width: f32,
     /// Times, s, and values.
     pub points: Vec<[f64; 2]>,
 }
 
-/// Lays out a plot of that height, points, and the names if there is a legend. The pointer reads values off; it neither moves nor
-/// zooms what moves by itself.
+/// Lays out a plot, and the names if it has a legend. The pointer reads values; it does not drag or zoom, because the
+/// plot scrolls by itself.
 pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, legend: Option<Legend>, curves: &[Curve]) {
     let can_be_drawn = |point: &[f64; 2]| point.iter().all(|value| value.abs() <= LARGEST_DRAWN);
     let drawn = |curve: &Curve| curve.points.iter().copied().filter(can_be_drawn).collect::<Vec<_>>();
@@ -39,7 +39,7 @@ pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, legend: Option<Le
         .y_grid_spacer(|input: GridInput| marks(input.bounds))
         .y_axis_formatter(|mark, _| four_digits(mark.value));
     let plot = legend.into_iter().fold(plot, Plot::legend);
-    // Each by itself: the others can be hidden with a click on their names.
+    // One curve each, because a click on its name hides a curve.
     let plot = curves.iter().fold(plot, |plot, (_, points)| {
         let [times, values] = [0, 1].map(|axis| apart(points.iter().map(|point| point[axis])));
         let plot = times.into_iter().flatten().fold(plot, Plot::include_x);
@@ -54,8 +54,8 @@ pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, legend: Option<Le
     });
 }
 
-/// Two ends a little beyond all values, where these are nearly one: the margin of a plot around a single large number is
-/// lost to rounding.
+/// Two ends a little beyond all values, if these are nearly equal: the margin of a plot around a single large number
+/// is lost to rounding.
 fn apart(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     let (low, high) = values
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));

@@ -1,4 +1,4 @@
-//! Effects: what acts, why, and at what cost.
+//! Effects: which are on, why, and at what cost.
 
 mod panel;
 mod state;

@@ -10,18 +10,18 @@ const SIZE: f32 = 17.0;
 /// Points between a body and its words.
 const GAP: f32 = 5.0;
 
-/// Farthest that words stand from the middle of a body, points: those of a floor belong to its middle.
+/// Largest distance of words from the middle of a body, points, so that those of a floor are near its middle.
 const FARTHEST: f32 = 120.0;
 
-/// Radius of the ring around a body that went wrong, points: never so small that it is not seen, and not larger than
-/// that it is seen as a ring.
+/// Least and largest radius of the ring around a faulty body, points: large enough to be seen, and small enough to
+/// look like a ring.
 const RING: [f32; 2] = [14.0, 200.0];
 
-/// The color of what went wrong.
+/// The color of faults.
 pub(crate) const FAULT: Color32 = Color32::from_rgb(255, 110, 90);
 
-/// Draws them where nothing is `taken`, the nearest first, if possible beside the bodies of the others, and leaves out what
-/// finds no place; adds where they stand.
+/// Draws labels where nothing is `taken`, the nearest first, if possible beside the bodies of the others, and leaves
+/// out those without room. Adds their rectangles to `taken`.
 pub(crate) fn show(painter: &Painter, labels: &[Label], taken: &mut Vec<Rect>) {
     let reach = |label: &Label| label_reach(painter, label).min(FARTHEST);
     let body =
@@ -34,7 +34,7 @@ pub(crate) fn show(painter: &Painter, labels: &[Label], taken: &mut Vec<Rect>) {
     }
 }
 
-/// A ring around a body that went wrong, with words beside it; where they stand.
+/// Draws a ring around a faulty body, with words beside it. Returns their rectangle.
 pub(crate) fn show_mark(painter: &Painter, mark: &Label) -> Rect {
     let radius = (1.3 * label_reach(painter, mark)).clamp(RING[0], RING[1]);
     // Seen on dark, on bright and on red.

@@ -1,11 +1,11 @@
-//! From winit's keys to ours.
+//! From winit's keys to those of the program.
 
 use winit::event::KeyEvent;
 use winit::keyboard::{Key as Logical, ModifiersState, NamedKey};
 
 use crate::input::Key;
 
-/// The key that went down; `None` for keys that mean nothing to the program.
+/// The key that went down; `None` for keys that the program does not use.
 pub(super) fn named(event: &KeyEvent, modifiers: ModifiersState) -> Option<Key> {
     let name = match &event.logical_key {
         Logical::Character(text) => {

@@ -1,4 +1,4 @@
-//! What stands in one pair of brackets of a RON text, and where something can be put in or taken out.
+//! The content of one pair of brackets of a RON text, and the places where entries can be added or removed.
 
 use std::ops::Range;
 

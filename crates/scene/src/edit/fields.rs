@@ -1,4 +1,4 @@
-//! What stands in a group of a scene's text, key by key: what a form is made from.
+//! The keys of a group in a scene's text, with their values, from which a form is made.
 
 use std::fmt;
 

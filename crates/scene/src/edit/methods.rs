@@ -33,8 +33,8 @@ impl Scene {
         (common, entries.filter(differs).collect())
     }
 
-    /// The text of the scene with `common` as the method and substeps of the scene, and those of `entries` as their own;
-    /// `name` is what messages call it. A key that would say what holds without it is not written.
+    /// The text of the scene with `common` as the method and substeps of the scene, and those of `entries` as their
+    /// own; `name` is what messages call it. A key is not written if its value is already the default.
     ///
     /// ```
     /// use motion::Method;
@@ -52,7 +52,7 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// If the new text would be no scene, or one in which anything but these methods and substeps is different.
+    /// If the new text would not be a valid scene, or would change anything but these methods and substeps.
     pub fn with_methods(
         &self,
         name: &str,
@@ -65,7 +65,7 @@ impl Scene {
             .flat_map(|(entry, setting)| edits(&entry.path(), *setting, common, self.written_methods(entry)));
         let edits: Vec<_> = edits("", common, (Method::default(), 1), written).chain(own).collect();
         let text = rewrite(name, &self.text, &edits)?;
-        // A scene from a file may go by the file's name.
+        // Parsed by the same name, because a scene without a name has that of its file.
         let before = Self::parse(name, &self.text)?;
         if before.differs_only_in(&Self::parse(name, &text)?, common, entries) {
             return Ok(text);
@@ -99,7 +99,7 @@ impl Scene {
                 body.method.get_or_insert(scene.method);
                 body.substeps.get_or_insert(scene.substeps);
             }
-            // The text is another one, and lines move down where one comes in.
+            // Ignores the text and the line numbers, which the edits change.
             scene.text = Arc::default();
             scene.declared.iter_mut().for_each(|declaration| declaration.line = None);
             scene

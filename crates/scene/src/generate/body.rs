@@ -13,7 +13,7 @@ use crate::text::syntax::Word;
 /// What a body has of the scene where it says nothing itself.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Defaults {
-    /// `None` where what is written is no method.
+    /// `None` if the text is not the name of a method.
     pub method: Option<Method>,
     pub substeps: u32,
     pub step_hz: f64,

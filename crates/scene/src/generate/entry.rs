@@ -33,11 +33,11 @@ pub(crate) struct Bodies {
 pub(crate) struct Section {
     pub scope: Scope,
     pub ids: Range<u32>,
-    /// What moves them; `None` where what is written is no method.
+    /// Their method; `None` if the text is not the name of a method.
     pub method: Option<Method>,
     /// Whether the entry itself names the method.
     pub own_method: bool,
-    /// `None` where what is written is no number of substeps.
+    /// Their substeps; `None` if the text is not a valid number of substeps.
     pub substeps: Option<u32>,
 }
 

@@ -1,4 +1,4 @@
-//! Which key of a scene calls for which effect.
+//! The keys of a scene that declare its effects.
 
 use motion::effects::Effect;
 

@@ -99,7 +99,7 @@ pub(crate) fn check_groups(bodies: &Bodies, springs: &[SpringSpec], attracting: 
     }
     springs.iter().for_each(|spring| join(spring.ends));
 
-    // The first body that can move stands for its group, and for all if every one attracts every other.
+    // The first body that can move represents its group, or all bodies if they attract each other.
     let mut first: Vec<Option<(u32, &Section)>> = vec![None; bodies.bodies.len()];
     let mut told = HashSet::new();
     for (i, section) in of_groups().enumerate() {

@@ -244,7 +244,7 @@ impl<'a> Row<'a> {
 
     fn steps(self, faults: &mut Faults) -> Steps {
         let key = (self.scope, "steps");
-        // What is missing is no number.
+        // A missing value is NaN.
         let mut number = |value: Option<f64>, default, rule| {
             faults.number(key, Some(value.unwrap_or(f64::NAN)), default, rule)
         };

@@ -1,4 +1,4 @@
-//! Springs, soft bodies and emitters as the program uses them, and where a scene calls for its effects.
+//! Springs, soft bodies and emitters as the program uses them, and the keys that declare a scene's effects.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use motion::{Elastic, Link};
 pub struct SpringSpec {
     /// Stable ids of the bodies that it joins: two different ones, neither of them scenery, not both immovable.
     pub ends: [u32; 2],
-    /// How it pulls.
+    /// Its stiffness, damping and rest length.
     pub elastic: Elastic,
     /// Linear red, green and blue, each 0 to 1.
     pub color: [f32; 3],
@@ -22,14 +22,14 @@ pub struct SpringSpec {
 /// A soft body: points, which are bodies of the scene, and springs between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SoftBodySpec {
-    /// What its points' names begin with.
+    /// The beginning of its points' names.
     pub name: String,
     /// Whether its surface is a sheet, against which air flows.
     pub sheet: bool,
     /// Stable ids of its points, at least 2.
     pub points: Range<u32>,
-    /// Its springs; ends are numbers of points, counted from the first. All springs that begin at one point stand
-    /// together, and points come in the order of their ids.
+    /// Its springs; ends are numbers of points, counted from the first. Springs are sorted by the point at which they
+    /// begin.
     pub links: Arc<[Link]>,
     /// Its surface, by numbers of points: of a chain, none; of a cloth, both its sides once; of a lattice, each
     /// triangle counterclockwise as seen from outside.
@@ -41,9 +41,9 @@ pub struct SoftBodySpec {
 /// A source of particles with a fixed pool, whose bodies are bodies of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EmitterSpec {
-    /// What its particles' names begin with.
+    /// The beginning of its particles' names.
     pub name: String,
-    /// Particles a second, above 0.
+    /// Particles per second, above 0.
     pub rate: f64,
     /// How long each of them lives, s, above 0.
     pub life: f64,
@@ -55,18 +55,18 @@ pub struct EmitterSpec {
     pub launches: Vec<DVec3>,
     /// Reciprocal of the mass of each of them, 1/kg.
     pub inverse_mass: f64,
-    /// How large each of them is drawn: a radius, m, above 0.
+    /// Radius with which each of them is drawn, m, above 0.
     pub radius: f32,
     /// Linear red, green and blue, each 0 to 1.
     pub color: [f32; 3],
 }
 
-/// Where a scene calls for an effect.
+/// The place at which a scene declares an effect.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Declaration {
     /// The effect.
     pub effect: Effect,
-    /// The first key that calls for it, as in `gravity` or `bodies[3].max_speed_m_s`.
+    /// The first key that declares it, as in `gravity` or `bodies[3].max_speed_m_s`.
     pub path: String,
     /// Its line in the scene's text, from 1.
     pub line: Option<usize>,

@@ -42,7 +42,7 @@ pub struct SurvivalRow {
 /// What the number of a row says. Every one of them is relative, without a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Measure {
-    /// Energy that the method invented (positive) or lost (negative) since the start, by the books, relative to the
+    /// Energy that the method invented (positive) or lost (negative) since the start, by the ledger, relative to the
     /// larger of energy and kinetic energy at the start, or to a stated one.
     Energy,
     /// Farthest that a body is from where a fine run has it, relative to the way of the body that goes farthest.

@@ -16,12 +16,12 @@ pub(crate) struct GroupCache {
     w: Vec<f64>,
     a: RowArray,
     classes: Classes,
-    conditions: Option<Conditions>,
+    key: Option<CacheKey>,
 }
 
-/// What the accelerations depend on besides the rows and their classes.
+/// The inputs of the accelerations besides the rows and their classes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Conditions {
+struct CacheKey {
     time: Scalar,
     epoch: u64,
     /// A hash that changes whenever own laws of rows change.
@@ -50,11 +50,11 @@ impl GroupField<'_> {
         0.0
     }
 
-    fn conditions(&self, time: Scalar) -> Conditions {
+    fn cache_key(&self, time: Scalar) -> CacheKey {
         let versions = self.rows.with_laws.iter().map(|row| self.options.row(*row as usize).laws_version);
-        Conditions {
+        CacheKey {
             time,
-            epoch: self.environment.terms.epoch,
+            epoch: self.environment.parameters.epoch,
             own: versions.fold(0, |sum, version| sum.wrapping_add(version).wrapping_mul(0x100_0000_01b3)),
             attraction: self.environment.shared.attraction.copied(),
         }
@@ -62,7 +62,7 @@ impl GroupField<'_> {
 
     /// Takes the accelerations out of the cache, if they are those of this state.
     pub(super) fn recall(&mut self, cache: &mut GroupCache) -> Option<Combination> {
-        let fits = cache.conditions.take() == Some(self.conditions(self.environment.terms.times.start))
+        let fits = cache.key.take() == Some(self.cache_key(self.environment.parameters.times.start))
             && cache.classes == self.scratch.classes
             && cache.w == self.rows.w
             && *cache.x == *self.rows.x;
@@ -73,7 +73,7 @@ impl GroupField<'_> {
     }
 
     pub(super) fn note(&mut self, cache: &mut GroupCache, is_cached: bool) {
-        cache.conditions = is_cached.then(|| self.conditions(self.environment.terms.times.end));
+        cache.key = is_cached.then(|| self.cache_key(self.environment.parameters.times.end));
         if is_cached {
             // Allocates nothing once the lists have their lengths.
             cache.classes.list.clone_from(&self.scratch.classes.list);

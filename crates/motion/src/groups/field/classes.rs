@@ -51,7 +51,7 @@ impl Classes {
 
 impl GroupField<'_> {
     pub(super) fn sort_into_classes(&mut self) {
-        let GroupEnvironment { shared, terms, .. } = self.environment;
+        let GroupEnvironment { shared, parameters, .. } = self.environment;
         let (gravity, drag) = (shared.free_fall(), shared.laws.drag);
         let none = Affine { constant: Vector::ZERO, rate: 0.0 };
         let air = drag.and_then(Law::affine).unwrap_or(none);
@@ -64,17 +64,17 @@ impl GroupField<'_> {
             let air = if in_sheet { none } else { air };
             let gravity = if options.gravity_off { Vector::ZERO } else { gravity };
             let own = match options.damping_rate {
-                Some(_) => &terms.damped(options.damping(terms.damping)),
-                None => terms,
+                Some(_) => &parameters.damped(options.damping(parameters.damping)),
+                None => parameters,
             };
             Class {
-                constant: terms.gravity + gravity + air.constant,
+                constant: parameters.gravity + gravity + air.constant,
                 rate: own.rate + air.rate,
                 damping: own.damping,
                 decay: own.decay,
                 limit: options.speed_limit,
                 locks: options.locks,
-                closed: options.closed_axes(terms.traits.limits_after_kick),
+                closed: options.closed_axes(parameters.traits.limits_after_kick),
                 gravity_off: options.gravity_off,
             }
         };
@@ -113,9 +113,9 @@ impl GroupField<'_> {
     }
 
     pub(super) fn segments(&self) -> Segments {
-        let terms = &self.environment.terms;
-        let discontinuities = terms.laws.iter().flat_map(|law| law.discontinuities());
+        let parameters = &self.environment.parameters;
+        let discontinuities = parameters.laws.iter().flat_map(|law| law.discontinuities());
         let own = self.rows.with_laws.iter().flat_map(|row| self.options.row(*row as usize).laws);
-        terms.times.segments(&mut discontinuities.chain(own.flat_map(|law| law.discontinuities())))
+        parameters.times.segments(&mut discontinuities.chain(own.flat_map(|law| law.discontinuities())))
     }
 }

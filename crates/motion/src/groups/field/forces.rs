@@ -145,7 +145,7 @@ impl<'a> GroupField<'a> {
     pub(super) fn call(&self, at: EvaluationTime, x: &[Row], v: &mut [Row], sum: &mut [Row]) {
         let movable = self.coupling.movable;
         v.iter_mut().zip(self.rows.w).for_each(|(row, w)| row[3] = *w);
-        for law in self.environment.terms.laws {
+        for law in self.environment.parameters.laws {
             let in_sheets = self.in_sheets(*law);
             // Laws skip rows of inverse mass 0.
             in_sheets.iter().for_each(|row| v[*row as usize][3] = 0.0);
@@ -171,11 +171,11 @@ impl<'a> GroupField<'a> {
     /// Counts an evaluation of all laws.
     pub(super) fn count(&mut self) {
         let Self { coupling, environment, rows, options, with_gravity, statistics, .. } = self;
-        let (movable, terms) = (coupling.movable as u64, &environment.terms);
+        let (movable, parameters) = (coupling.movable as u64, &environment.parameters);
         statistics.accelerations += movable;
         statistics.count_own("gravity", *with_gravity);
         environment.summed.iter().for_each(|law| statistics.count_own(law, movable));
-        for law in terms.laws {
+        for law in parameters.laws {
             statistics.count_own(law.name(), movable);
         }
         for row in rows.with_laws {

@@ -36,12 +36,12 @@ impl GroupField<'_> {
 
     /// Whether any law is called.
     pub(super) fn calls(&self) -> bool {
-        !self.environment.terms.laws.is_empty() || !self.rows.with_laws.is_empty()
+        !self.environment.parameters.laws.is_empty() || !self.rows.with_laws.is_empty()
     }
 
     /// Calls `each` for every called law and every row that it acts on.
     fn each_call(&self, mut each: impl FnMut(usize, &dyn Law)) {
-        for law in self.environment.terms.laws {
+        for law in self.environment.parameters.laws {
             for row in 0..self.coupling.movable {
                 if self.in_sheets(*law).binary_search(&(row as u32)).is_err() {
                     each(row, *law);

@@ -32,7 +32,7 @@ impl State {
         }
     }
 
-    fn batch<'a, M: Integrator>(&'a mut self, applied: Applied<'a>) -> Batch<'a> {
+    fn batch<'a, M: Integrator>(&'a mut self, applied: AppliedForces<'a>) -> Batch<'a> {
         let method_state = match M::STATE {
             MethodStateKind::LastStep => MethodStateRows::LastStep(&mut self.steps),
             _ => MethodStateRows::None,
@@ -41,23 +41,23 @@ impl State {
     }
 }
 
-fn terms<M: Integrator>(damping: Option<Damping>, drag: f64, substeps: u32) -> Terms<'static> {
+fn parameters<M: Integrator>(damping: Option<Damping>, drag: f64, substeps: u32) -> TickParameters<'static> {
     let h = 1.0 / 120.0;
     let times = TickTimes { start: 0.0, end: h, tick: h, substeps };
     let gravity = glam::DVec3::new(0.1, -9.8, 1e-3);
     let affine = Affine { constant: gravity, rate: drag };
-    Terms::new(Traits::of::<M>(), affine, damping, &[], 0, times)
+    TickParameters::new(Traits::of::<M>(), affine, damping, &[], 0, times)
 }
 
 /// The state after 50 ticks by each of the ways in which a table can be integrated.
 fn every_way<M: Integrator>(damping: Option<Damping>, drag: f64, substeps: u32) -> Vec<State> {
-    let terms = terms::<M>(damping, drag, substeps);
+    let parameters = parameters::<M>(damping, drag, substeps);
     let forces: Vec<[f64; 3]> = (0..ROWS)
         .map(|i| if [1, 2, 7, 10].contains(&i) { [i as f64, 1.0, -1.0] } else { [0.0; 3] })
         .collect();
     let pushed = [1, 2, 7, 10].map(|row| (0, row));
-    let applied = Applied { forces: &forces, rows: &pushed, offset: 0 };
-    let start = State::new(terms.times.tick);
+    let applied = AppliedForces { forces: &forces, rows: &pushed, offset: 0 };
+    let start = State::new(parameters.times.tick);
     let mut states = Vec::new();
     let mut run = |tick: &mut dyn FnMut(&mut State)| {
         let mut state = start.clone();
@@ -69,16 +69,17 @@ fn every_way<M: Integrator>(damping: Option<Damping>, drag: f64, substeps: u32) 
     let statistics = &mut StepStatistics::default();
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
-        (Kernel::of::<M>().integrate)(&terms, batch, 0..ROWS, None, statistics, refuse);
+        (Kernel::of::<M>().integrate)(&parameters, batch, 0..ROWS, None, statistics, refuse);
     });
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
-        blocks::run::<M>(&terms, &BodyOptions::NONE, None, batch, 0..ROWS, statistics, refuse);
+        blocks::run::<M>(&parameters, &BodyOptions::NONE, None, batch, 0..ROWS, statistics, refuse);
     });
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
         for row in 0..ROWS {
-            let done = Kernel::of::<M>().integrate_row(&terms, BodyOptions::NONE, batch, row, statistics);
+            let done =
+                Kernel::of::<M>().integrate_row(&parameters, BodyOptions::NONE, batch, row, statistics);
             assert_eq!(done, Ok(()));
         }
     });

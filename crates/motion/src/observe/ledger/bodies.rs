@@ -93,11 +93,6 @@ impl BodyTick<'_> {
         self.inverse_mass > 0.0
     }
 
-    /// Whether forces move it.
-    pub fn is_moved_by_forces(&self) -> bool {
-        self.is_movable() && !self.quarantined
-    }
-
     /// Mass, kg.
     pub fn mass(&self) -> Scalar {
         1.0 / self.inverse_mass

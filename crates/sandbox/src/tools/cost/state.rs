@@ -1,4 +1,4 @@
-//! What accuracy costs in the running scene: a study of a copy, a little in every frame.
+//! The study of accuracy and cost of the running scene: on a copy, a little in every frame.
 
 use history::RunSettings;
 use lab::cost::{Bench, Study};
@@ -10,10 +10,10 @@ use crate::stage::Stage;
 /// Part of a frame's time that the study may take.
 pub(super) const SHARE: f64 = 0.1;
 
-/// The longest frame of which that part is taken, s: a hitch is no reason for another.
+/// The longest frame of which that part is taken, s, so that one hitch does not cause another.
 pub(super) const LONGEST_FRAME: f64 = 0.05;
 
-/// A study of the scene as it is set at present.
+/// A study of the scene with its present settings.
 pub(crate) struct Live {
     pub bench: Bench,
     pub(super) of: RunSettings,
@@ -37,7 +37,8 @@ impl Cost {
     }
 }
 
-/// What a study of the running scene would come out differently with: it has methods and substeps of its own, so that those of the run do not count, and gravity on if the scene has.
+/// The settings on which the result of a study of the running scene depends: not methods and substeps, of which it
+/// has its own, and with gravity on or off as in the scene.
 pub(super) fn settings(stage: &mut Stage) -> RunSettings {
     let now = RunSettings::of(&mut stage.sim);
     let mut settings = RunSettings { method: Method::default(), substeps: 1, ..now };

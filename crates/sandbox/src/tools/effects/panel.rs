@@ -1,4 +1,4 @@
-//! The panel of effects: what acts, because of what, on how many bodies, at what cost; and switching it.
+//! The panel of effects: which are on, why, on how many bodies and at what cost; and switches for them.
 
 use egui::{Grid, RichText, Ui};
 use history::Change;

@@ -32,8 +32,8 @@ pub(crate) struct Effects {
 }
 
 impl Effects {
-    /// The receipt of the stage as it is: what acts, because of what, on how many bodies; evaluations per step are those
-    /// since the last look, times those of the last measurement.
+    /// The receipt of the stage as it is: which effects are on, why, on how many bodies; evaluations per step are
+    /// those since the last look, times those of the last measurement.
     pub fn receipt(&mut self, stage: &mut Stage, view: &View) -> Vec<ReceiptLine> {
         self.look_at_rates(stage);
         let mut rows = lab::look(&mut stage.sim);

@@ -9,13 +9,13 @@ use crate::view::hud::as_in_picture;
 use crate::view::inks;
 use crate::view::springs::margin_color;
 
-/// Rows that are listed.
+/// Most rows that are listed.
 const MOST_ROWS: usize = 14;
 
 pub(super) const WIDTH: f32 = 320.0;
 const BAR_HEIGHT: f32 = 8.0;
 
-/// What a full bar is, as a multiple of the limit.
+/// The value of a full bar, as a multiple of the limit.
 const FULL: f64 = 1.25;
 
 /// The color of a cure.
@@ -51,7 +51,7 @@ fn sentence(rows: &[ForecastRow]) -> String {
     }
 }
 
-/// A part of the scene: what it is, how much of its limit it takes, and what would help.
+/// A row of the panel: the part of the scene, how much of its limit it takes, and its cure.
 fn part(ui: &mut Ui, row: &ForecastRow) {
     let margin = &row.margin;
     ui.add_space(4.0);

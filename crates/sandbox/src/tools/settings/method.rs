@@ -1,4 +1,4 @@
-//! Choosing a method of integration, with what the chosen one promises.
+//! The choice of a method of integration, with the claims of the chosen one.
 
 use egui::{ComboBox, Grid, Ui};
 use history::Change;
@@ -10,7 +10,7 @@ use crate::intent::Intent;
 use crate::methods::{stable, yes_or_no};
 use crate::view::card::Selected;
 
-/// Points in which a long source is broken into lines.
+/// Width at which a long source is broken into lines, points.
 const WIDTH: f32 = 280.0;
 
 /// The scene's method.
@@ -56,7 +56,7 @@ fn promises(ui: &mut Ui, claims: &Claims) {
     });
 }
 
-/// The selected body's method: the scene's, or one of its own.
+/// The selected body's method: the scene's, or its own.
 pub(super) fn of_body(
     ui: &mut Ui,
     (id, selected): (u32, &Selected),

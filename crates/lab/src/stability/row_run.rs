@@ -1,4 +1,4 @@
-//! What a row is run in: a world of entities, whose states may be rounded to single precision.
+//! A run of a row: a world of entities, whose states may be rounded to single precision.
 
 use std::collections::VecDeque;
 
@@ -11,8 +11,8 @@ use scene::{Names, Scene, Step, SurvivalRow};
 
 use crate::cost::Sample;
 
-/// A run on its way.
-pub(super) struct Host {
+/// A run of a row in progress.
+pub(super) struct RowRun {
     simulation: Box<Simulation>,
     ledger: Option<Box<Ledger>>,
     /// Whether positions and velocities are rounded to single precision at the start and after every tick.
@@ -25,8 +25,8 @@ pub(super) struct Host {
     clock: StepClock,
 }
 
-impl Host {
-    /// The start of `scene`, which is that of `row`.
+impl RowRun {
+    /// The start of a run of `scene`, which is the scene of `row`.
     pub fn new(scene: &Scene, row: &SurvivalRow, with_ledger: bool) -> Self {
         let mut simulation = Box::new(Simulation::new(scene.clone()));
         if row.single {
@@ -50,7 +50,7 @@ impl Host {
         self.clock.ticks()
     }
 
-    /// Simulates one tick of the row's own length with what its script does in it.
+    /// Simulates one tick of the row's own length, with the actions of its script.
     pub fn tick(&mut self) {
         let length = self.lengths.next().unwrap_or(self.length);
         let start = self.clock.seconds();
@@ -80,12 +80,12 @@ impl Host {
         self.simulation.states().collect()
     }
 
-    /// The books, where they are kept.
+    /// The ledger, if the run has one.
     pub fn ledger(&self) -> Option<&Ledger> {
         self.ledger.as_deref()
     }
 
-    /// What turned non-finite, if something did.
+    /// The first body that turned non-finite, if any did, and when.
     pub fn failure(&self) -> Option<String> {
         let record = self.simulation.world.resource::<Quarantine>().records().first()?;
         let id = record.id.map_or(u32::MAX, |id| id.0);
@@ -93,7 +93,7 @@ impl Host {
         Some(format!("{name}: {} in tick {}", record.cause.what(), record.tick))
     }
 
-    /// Implicit steps that were taken as the last iteration left them.
+    /// Number of implicit steps that did not converge.
     pub fn unconverged(&self) -> u64 {
         self.simulation.world.resource::<Evaluations>().unconverged_steps()
     }

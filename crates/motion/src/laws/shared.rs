@@ -1,4 +1,4 @@
-//! The laws of every body, without gravity: those that are resources of a world, and your own.
+//! The laws that all bodies share, except gravity: those that are resources of a world, and your own.
 
 use bevy_ecs::change_detection::Tick;
 use bevy_ecs::prelude::*;
@@ -10,11 +10,6 @@ use super::{Gravity, Law, Laws, with_world_laws};
 pub(crate) trait WorldLaw: Resource + Clone + Law {
     /// Whether its parameters are numbers that it can compute with.
     fn is_finite(&self) -> bool;
-
-    /// Size of the lists that it holds, bytes.
-    fn list_bytes(&self) -> usize {
-        0
-    }
 }
 
 macro_rules! declare {
@@ -56,19 +51,19 @@ macro_rules! declare {
             }
 
             /// These laws and `more`.
-            pub(crate) fn and<'a>(&'a self, more: &'a [Box<dyn Law>]) -> Declared<'a> {
-                Declared { $($law: self.$law.as_ref(),)* more }
+            pub(crate) fn and<'a>(&'a self, more: &'a [Box<dyn Law>]) -> SharedLaws<'a> {
+                SharedLaws { $($law: self.$law.as_ref(),)* more }
             }
         }
 
-        /// The laws of every body, without gravity, in the order in which they are summed.
+        /// The laws that all bodies share, except gravity, in the order in which they are summed.
         #[derive(Clone, Copy)]
-        pub(crate) struct Declared<'a> {
+        pub(crate) struct SharedLaws<'a> {
             $(pub $law: Option<&'a super::$Law>,)*
             pub more: &'a [Box<dyn Law>],
         }
 
-        impl<'a> Declared<'a> {
+        impl<'a> SharedLaws<'a> {
             /// The laws that are resources, with the names of the resources.
             pub fn resources(self) -> impl Iterator<Item = (&'static str, &'a dyn Law)> {
                 let laws = [$(self.$law.map(|law| (stringify!($Law), law as &dyn Law)),)*];
@@ -82,7 +77,7 @@ macro_rules! declare {
             }
         }
 
-        impl<'a> Declared<'a> {
+        impl<'a> SharedLaws<'a> {
             /// The laws of `world`.
             pub fn of(world: &'a World) -> Self {
                 let more = world.get_resource::<Laws>().map_or(&[][..], |laws| &laws.0);
@@ -90,17 +85,17 @@ macro_rules! declare {
             }
         }
 
-        /// The laws of every body, without gravity as a parameter of a system.
+        /// [`SharedLaws`] as a parameter of a system.
         #[derive(SystemParam)]
-        pub struct DeclaredParam<'w> {
+        pub struct SharedLawsParam<'w> {
             $($law: Option<Res<'w, super::$Law>>,)*
             more: Option<Res<'w, Laws>>,
         }
 
-        impl DeclaredParam<'_> {
-            pub(crate) fn laws(&self) -> Declared<'_> {
+        impl SharedLawsParam<'_> {
+            pub(crate) fn laws(&self) -> SharedLaws<'_> {
                 let more = self.more.as_deref().map_or(&[][..], |laws| &laws.0);
-                Declared { $($law: self.$law.as_deref(),)* more }
+                SharedLaws { $($law: self.$law.as_deref(),)* more }
             }
 
             /// When the laws have changed last.
@@ -123,7 +118,7 @@ macro_rules! declare {
 
 with_world_laws!(declare);
 
-impl<'a> Declared<'a> {
+impl<'a> SharedLaws<'a> {
     /// The laws that act on a body with its `own` laws, and `gravity` if that acts on it. On a body in a sheet drag
     /// does not act: it acts on the triangles of the sheet.
     pub fn on_body(
@@ -139,7 +134,7 @@ impl<'a> Declared<'a> {
     }
 }
 
-impl<'a> Declared<'a> {
+impl<'a> SharedLaws<'a> {
     /// Every law.
     pub fn all(self) -> impl Iterator<Item = &'a dyn Law> {
         self.resources().map(|(_, law)| law).chain(self.more.iter().map(|law| &**law))

@@ -1,45 +1,45 @@
-//! The number of a run at a moment of it.
+//! The metric of a row: one number per look at a run.
 
 use motion::ledger::Energies;
 use motion::units::{Scalar, Vector};
 use scene::{Measure, Scene, SurvivalRow};
 
-use super::host::Host;
 use super::record::PREFIX;
+use super::row_run::RowRun;
 use crate::cost::{Sample, larger};
 use crate::run::movable;
 
-/// Looks at a run, about, unless they would be more than [`EVERY`] ticks apart.
+/// Approximate number of looks at a run, unless they would be more than [`EVERY`] ticks apart.
 const LOOKS: u64 = 256;
 
-/// Ticks between two looks at most.
+/// Most ticks between two looks.
 const EVERY: u64 = 64;
 
-/// What positions are compared with: those of another run at the same looks.
+/// The states of another run at the same looks, which positions are compared with.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Target {
     looks: Vec<Vec<Sample>>,
     start: Vec<Sample>,
-    /// Why there are no more looks, if something turned non-finite.
+    /// Why the looks end early, if a state turned non-finite.
     pub failure: Option<String>,
 }
 
 impl Target {
     /// The target for a run that begins now.
-    pub fn new(host: &mut Host) -> Self {
-        Self { looks: Vec::new(), start: host.states(), failure: None }
+    pub fn new(run: &mut RowRun) -> Self {
+        Self { looks: Vec::new(), start: run.states(), failure: None }
     }
 
-    /// Why there is no look of that number, from 0, if something turned non-finite before it.
+    /// Why look number `look`, from 0, is missing, if a state turned non-finite before it.
     pub fn ends_before(&self, look: usize) -> Option<&str> {
         self.failure.as_deref().filter(|_| look >= self.looks.len())
     }
 
-    pub fn look(&mut self, host: &mut Host) {
-        self.looks.push(host.states());
+    pub fn look(&mut self, run: &mut RowRun) {
+        self.looks.push(run.states());
     }
 
-    /// The longest way from the start to a look, m; 1 where nothing moves.
+    /// The largest distance from the start at any look, m; 1 if no body moves.
     fn way(&self) -> Scalar {
         let ways = self.looks.iter().flat_map(|look| distances(look, &self.start, Vector::ZERO));
         let longest = ways.fold(0.0, Scalar::max);
@@ -47,7 +47,7 @@ impl Target {
     }
 }
 
-/// Distances of bodies from where others have them, `offset` apart. What is gone in one of both has none.
+/// Distances of the bodies that both lists have, with `offset` taken off the first.
 fn distances<'a>(
     states: &'a [Sample],
     others: &'a [Sample],
@@ -61,19 +61,19 @@ fn distances<'a>(
     })
 }
 
-/// The state of a body, if it is there.
+/// The state of body `id`, if the list has it.
 fn of(states: &[Sample], id: u32) -> Option<&Sample> {
     states.binary_search_by_key(&id, |(id, ..)| *id).ok().map(|at| &states[at])
 }
 
-/// Takes the number of a row.
-pub(super) struct Gauge {
+/// Computes the numbers of a run of a row.
+pub(super) struct Metric {
     measure: Measure,
     every: u64,
     /// Length of a run.
     pub ticks: u64,
     scale: Option<Scalar>,
-    /// Stable id and mass, kg, of what moves.
+    /// Stable id and mass, kg, of each movable body.
     masses: Vec<(u32, Scalar)>,
     /// Ends and rest length, m, of springs that have one.
     springs: Vec<([u32; 2], Scalar)>,
@@ -83,8 +83,8 @@ pub(super) struct Gauge {
     way: Scalar,
 }
 
-impl Gauge {
-    /// For `scene`, which is that of `row`, and a target where the measure has one.
+impl Metric {
+    /// The metric of `row` in its `scene`, with a target if the measure needs one.
     pub fn new(scene: &Scene, row: &SurvivalRow, target: Option<&Target>) -> Self {
         let masses = movable(scene).filter_map(|(id, body)| Some((id, 1.0 / body.inverse_mass?)));
         let single = scene.springs.iter().map(|spring| (spring.ends, spring.elastic.rest_length));
@@ -107,53 +107,53 @@ impl Gauge {
         }
     }
 
-    /// Whether a run that has so many ticks is looked at.
+    /// Whether a run is looked at after this number of ticks.
     pub fn is_look(&self, ticks: u64) -> bool {
         match self.measure {
-            // What is asked for is the end.
+            // Only the end counts.
             Measure::TerminalSpeed => ticks == self.ticks,
             // A run that ends with the prefix has a look there, and a longer one must have the same.
             _ => ticks.is_multiple_of(self.every) || ticks == PREFIX || ticks == self.ticks,
         }
     }
 
-    /// The number of a run that is at its look of that number, from 0.
-    pub fn number(&self, host: &mut Host, target: Option<&Target>, look: usize) -> Scalar {
+    /// The number of a run at look number `look`, from 0.
+    pub fn number(&self, run: &mut RowRun, target: Option<&Target>, look: usize) -> Scalar {
         match self.measure {
-            Measure::Energy => self.energy(host),
+            Measure::Energy => self.energy(run),
             Measure::Reference | Measure::Origin => {
-                let states = host.states();
+                let states = run.states();
                 let there = target.and_then(|target| target.looks.get(look));
                 let farthest = |there: &Vec<Sample>| distances(&states, there, self.offset).fold(0.0, larger);
                 there.map_or(Scalar::NAN, farthest) / self.way
             }
             Measure::Rest => {
-                let states = host.states();
+                let states = run.states();
                 let energy = self.moving(&states).map(|(mass, v)| 0.5 * mass * v.length_squared());
                 energy.sum::<Scalar>() / self.scale.unwrap_or(1.0)
             }
-            Measure::Stretch => self.stretch(&host.states()),
+            Measure::Stretch => self.stretch(&run.states()),
             Measure::TerminalSpeed => {
                 let (down, speed) = self.terminal;
-                let states = host.states();
+                let states = run.states();
                 self.moving(&states).map(|(_, v)| v.dot(down) / speed - 1.0).fold(0.0, larger)
             }
         }
     }
 
-    fn energy(&self, host: &Host) -> Scalar {
-        let Some(ledger) = host.ledger() else { return Scalar::NAN };
+    fn energy(&self, run: &RowRun) -> Scalar {
+        let Some(ledger) = run.ledger() else { return Scalar::NAN };
         let start = ledger.energies_at_opening();
         let size = |energies: &Energies| energies.total().abs().max(energies.kinetic);
-        // What begins without any is measured by what it has got.
+        // A run that begins without energy is measured by its present energy.
         let at_start = Some(size(start)).filter(|scale| *scale > 0.0);
         let scale = self.scale.or(at_start).unwrap_or_else(|| size(ledger.energies()));
         let residual = ledger.since_opening().energy.residual;
-        // What has no energy and invents none is exact.
+        // A run with neither energy nor residual is exact.
         if residual == 0.0 { 0.0 } else { residual / scale }
     }
 
-    /// Mass, kg, and velocity, m/s, of everything that moves and is there.
+    /// Mass, kg, and velocity, m/s, of every movable body that still exists.
     fn moving<'a>(&'a self, states: &'a [Sample]) -> impl Iterator<Item = (Scalar, Vector)> + 'a {
         self.masses.iter().filter_map(|(id, mass)| Some((*mass, of(states, *id)?.2)))
     }
