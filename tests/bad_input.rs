@@ -8,12 +8,12 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use crate::harness::{self, Said, json, output, program, root, wait_for};
+use crate::rigs::{self, Said, json, output, program, root, wait_for};
 use cases::{ARGUMENTS, Argument, CASES, Case, FILES};
 
 /// A folder with [`FILES`].
 fn folder() -> TempDir {
-    harness::folder(FILES.iter().copied())
+    rigs::folder(FILES.iter().copied())
 }
 
 fn write(folder: &Path, name: &str, bytes: &str) {
@@ -79,9 +79,8 @@ fn refused_in_a_line(line: &str, variables: &[(&str, &str)], code: i32, start: &
 
 /// A text of a case with the names that it has places for.
 fn with_names(text: &str) -> String {
-    let names = |scenes: &[scene::ShippedScene]| {
-        scenes.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ")
-    };
+    let names =
+        |scenes: &[scene::ShippedScene]| scenes.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ");
     text.replace("{SCENES}", &names(scene::shipped()))
         .replace("{CASES}", &names(scene::cases()))
         .replace("{METHODS}", &motion::Method::ALL.map(motion::Method::name).join(", "))

@@ -7,8 +7,7 @@ use pick::Viewpoint;
 use sandbox::input::{Button, Input};
 use sandbox::{Control, Mode, Options, Order, Overrides, Panel, Session};
 
-use crate::drive::{Drive, at, click, down, tap, up};
-use crate::harness::H;
+use crate::rigs::{Drive, H, at, click, down, tap, up};
 
 /// A session with the cockpit, whose controls have names.
 pub struct Cockpit {

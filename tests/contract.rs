@@ -8,7 +8,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::harness::{folder, json, root, sandbox, summarized};
+use crate::rigs::{folder, json, root, sandbox, summarized};
 
 #[track_caller]
 fn run(line: &str) -> String {

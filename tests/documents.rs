@@ -10,7 +10,7 @@ use motion::{Claims, METHODS};
 use sandbox::{actions, methods};
 use tempfile::TempDir;
 
-use crate::harness::{blesses, output, root, sandbox, stored};
+use crate::rigs::{blesses, output, root, sandbox, stored};
 use crate::stability::committed;
 use crate::tidy::{assert_named, cargo_metadata, named};
 

@@ -11,8 +11,7 @@ use sandbox::{Order, Overrides, Panel, SwitchedBy};
 use scene::{BodySpec, Scene};
 
 use crate::cockpit::Cockpit;
-use crate::dice::Dice;
-use crate::drive::{Drive, at};
+use crate::rigs::{Dice, Drive, at};
 
 /// A paused scene with the editor open.
 fn editor(scene: &str) -> Cockpit {

@@ -15,10 +15,7 @@ use proptest::prelude::any;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use sandbox::input::{Button, Input};
 
-use crate::drive::{Drive, push, remove};
-use crate::environment::{Environment, Start};
-use crate::groups::lab::elastic;
-use crate::harness::{H, Lab, bits};
+use crate::rigs::{Drive, Environment, H, Lab, Start, bits, elastic, push, remove};
 
 fn number(name: &str) -> Option<u32> {
     let text = std::env::var(name).ok()?;

@@ -12,8 +12,7 @@ use sandbox::input::Input;
 use sandbox::{GhostRow, GhostState};
 use scene::{Action, Scene};
 
-use crate::drive::{Drive, change, own_method, push, remove, tap};
-use crate::harness::{H, scene_of};
+use crate::rigs::{Drive, H, change, own_method, push, remove, scene_of, tap};
 
 /// Free bodies, a group of two on an anchor, particles that come and go; laws of position, velocity and time.
 pub fn mixed() -> Scene {
@@ -173,7 +172,7 @@ fn a_held_key_pushes_ghosts_too_and_what_is_told_is_the_selection() {
         drive.press("Q").ticks(4);
         let ball = drive.pixel(drive.x("ball"));
         assert_eq!(drive.select(ball).as_deref(), Some("ball"));
-        drive.give([crate::drive::down("Up")]).ticks(60).give([crate::drive::up("Up")]).ticks(9);
+        drive.give([crate::rigs::down("Up")]).ticks(60).give([crate::rigs::up("Up")]).ticks(9);
         drive
     };
     let mut drive = Drive::of(mixed());

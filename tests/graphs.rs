@@ -10,8 +10,7 @@ use sandbox::input::Button;
 use scene::Scene;
 
 use crate::cockpit::Cockpit;
-use crate::drive::remove;
-use crate::harness::{H, bits, close};
+use crate::rigs::{H, bits, close, remove};
 
 /// A row of a saved graph.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,9 +30,9 @@ struct Row {
 fn saved(cockpit: &mut Cockpit) -> Vec<Row> {
     cockpit.drive.give([]);
     let middle = cockpit.middle_of("Save CSV");
-    let click = crate::drive::click(Button::Left);
+    let click = crate::rigs::click(Button::Left);
     // The run stands still meanwhile: the table is of the last tick.
-    cockpit.drive.give([crate::drive::at(middle)]).give(click).give([]);
+    cockpit.drive.give([crate::rigs::at(middle)]).give(click).give([]);
     let orders = cockpit.drive.session.stage.take_orders();
     let [Order::Table(table)] = &orders[..] else { panic!("{orders:?}") };
     let mut lines = table.lines();
@@ -77,8 +76,8 @@ fn select(cockpit: &mut Cockpit, body: &str) {
 /// Clicks the control of that name while the run stands still.
 fn click(cockpit: &mut Cockpit, name: &str) {
     let middle = cockpit.middle_of(name);
-    let click = crate::drive::click(Button::Left);
-    cockpit.drive.give([crate::drive::at(middle)]).give(click).give([]);
+    let click = crate::rigs::click(Button::Left);
+    cockpit.drive.give([crate::rigs::at(middle)]).give(click).give([]);
 }
 
 fn keep(cockpit: &mut Cockpit, bodies: &[&str]) {

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::black_box::with_a_fault;
-use crate::harness::{folder, output, program, sandbox, wait_for};
+use crate::rigs::{folder, output, program, sandbox, wait_for};
 
 /// A scene that falls, for as long as it is asked to.
 const FALL: &str = "(version: 1, gravity: (), bodies: [(name: \"ball\")])";
@@ -34,8 +34,8 @@ mod on_unix {
 
     use super::*;
     use crate::bad_input::listing;
-    use crate::dice::Dice;
-    use crate::harness::root;
+    use crate::rigs::Dice;
+    use crate::rigs::root;
 
     fn mode(path: &Path) -> u32 {
         fs::metadata(path).unwrap().permissions().mode() & 0o777

@@ -6,9 +6,7 @@ use motion::{Gravity, Method};
 use sandbox::input::{Button, Input};
 use sandbox::{Order, Panel};
 
-use crate::drive::{Drive, at, click, down, tap, up};
-use crate::film::Film;
-use crate::harness::H;
+use crate::rigs::{Drive, Film, H, at, click, down, tap, up};
 
 /// A pixel of the settings, which stand at the middle of the left edge.
 const ON_SETTINGS: DVec2 = DVec2::new(60.0, 360.0);

@@ -8,7 +8,7 @@ use std::process::Command;
 use acceptance::mutants::{MUTANTS, Mutant};
 use motion::effects::Effect;
 
-use crate::harness::{output, root, sandbox};
+use crate::rigs::{output, root, sandbox};
 
 /// Every Rust file of the workspace with its text.
 fn sources() -> Vec<(PathBuf, String)> {
@@ -527,7 +527,7 @@ fn no_test_is_ignored_and_nothing_is_left_to_do() {
 fn what_a_test_starts_has_a_deadline() {
     never(
         "tests",
-        &["tests/harness.rs", "tests/tidy.rs", "tests/bin"],
+        &["tests/rigs/program.rs", "tests/tidy.rs", "tests/bin"],
         &[".output()", ".wait_with_output()"],
     );
 }

@@ -6,10 +6,9 @@ use motion::Gravity;
 use sandbox::input::Input;
 use sandbox::report::state_hash;
 
-use crate::drive::{Drive, change, push, tap};
 use crate::ghosts::mixed;
-use crate::harness::H;
 use crate::panels::write_step_hz;
+use crate::rigs::{Drive, H, change, push, tap};
 
 pub fn recording() -> Drive {
     Drive::of(mixed()).recording()

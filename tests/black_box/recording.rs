@@ -6,7 +6,7 @@ use motion::effects::Effect;
 use motion::{Method, PushQueue, Request, TimeStep};
 
 use crate::ghosts::mixed;
-use crate::harness::scene_of;
+use crate::rigs::scene_of;
 use crate::snapshot::{Outcome, outcome};
 
 /// Nothing is known of its energy.

@@ -10,9 +10,8 @@ use lab::recommend::{Goal, recommend};
 use motion::Method;
 use scene::Scene;
 
-use crate::dice::Dice;
-use crate::harness::scene_of;
 use crate::methods::problems::kepler_state;
+use crate::rigs::{Dice, scene_of};
 
 /// Recommends for the scene of one body, applies that to its text, and returns the largest distance of the body from
 /// `exact` after any tick of the run that was measured.

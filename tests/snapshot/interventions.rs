@@ -9,7 +9,7 @@ use motion::{
 
 use super::{caches, outcome, restored};
 use crate::ghosts::mixed;
-use crate::harness::scene_of;
+use crate::rigs::scene_of;
 
 /// What is asked for, and pushed, before tick number `tick`.
 pub(super) fn act(run: &mut Simulation, tick: u64) {

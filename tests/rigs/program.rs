@@ -15,7 +15,7 @@ use process_control::{ChildExt as _, Control as _};
 use scene::Scene;
 use tempfile::TempDir;
 
-use crate::environment::Start;
+use crate::rigs::Start;
 
 /// The tutorial's tick, s.
 pub const H: f64 = 1.0 / 120.0;

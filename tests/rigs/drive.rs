@@ -8,7 +8,7 @@ use sandbox::input::{Button, Input, InputFrame};
 use sandbox::{Options, Session};
 use scene::{Action, Scene};
 
-use crate::harness::{H, scene_of};
+use crate::rigs::{H, scene_of};
 
 /// Size of the picture, pixels.
 pub const SIZE: DVec2 = DVec2::new(1280.0, 720.0);
