@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
 use crate::rigs::{self, Said, json, output, program, root, wait_for};
-use cases::{ARGUMENTS, Argument, CASES, Case, FILES};
+use cases::{ARGUMENTS, CASES, Case, FILES};
 
 /// A folder with [`FILES`].
 fn folder() -> TempDir {
@@ -99,10 +99,10 @@ fn bad_input_is_refused_with_a_message_that_names_the_cure() {
             );
         }
     }
-    for Argument { name, line, says } in ARGUMENTS {
+    for (line, says) in ARGUMENTS {
         let said = refused(line, &[]);
         if said.code != 2 || !says.iter().all(|words| said.err.contains(&with_names(words))) {
-            wrong += &format!("{name}: not 2 with {says:?}: {}\n\n", said.all());
+            wrong += &format!("not 2 with {says:?}: {}\n\n", said.all());
         }
     }
     assert!(wrong.is_empty(), "{wrong}");

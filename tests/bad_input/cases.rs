@@ -193,159 +193,47 @@ bad.times:5:1: "soon" is not a frame time; give seconds from 0 up, one number a 
     Case { name: "a recording without a display", line: "tutorial --record out.ron", code: 5, message: "sandbox: no display found; type `sandbox run tutorial` to run without a window, `sandbox --help` for everything else" },
 ];
 
-/// A command line that the parser of arguments refuses: exit code 2, nothing on standard output, nothing left behind. The rest of
-/// its message on standard error is the parser's own.
-pub struct Argument {
-    pub name: &'static str,
-    pub line: &'static str,
-    /// The flag or value that is named, and what we say about it.
-    pub says: &'static [&'static str],
-}
-
-pub const ARGUMENTS: &[Argument] = &[
-    Argument { name: "a subcommand without a scene", line: "run", says: &["<SCENE>"] },
-    Argument {
-        name: "a misspelled subcommand",
-        line: "runn tutorial",
-        says: &[
-            "'tutorial' is one argument too many; the commands are run, list, plan, effects, ablate, cost, recommend, stability, replay",
+/// Command lines that the parser of arguments refuses, each with what its message names and what we say about that:
+/// exit code 2, nothing on standard output, nothing left behind. The rest of the message is the parser's own.
+pub const ARGUMENTS: &[(&str, &[&str])] = &[
+    ("run", &["<SCENE>"]),
+    (
+        "runn tutorial",
+        &[
+            "tutorial",
+            "is one argument too many; the commands are run, list, plan, effects, ablate, cost, recommend, stability, replay",
         ],
-    },
-    Argument { name: "a scene and then a subcommand", line: "tutorial run tutorial", says: &["'run'"] },
-    Argument { name: "an unknown flag", line: "run fine.ron --sed 3", says: &["--sed"] },
-    Argument {
-        name: "an unknown method",
-        line: "run fine.ron --method euler",
-        says: &["--method", "the methods are {METHODS}"],
-    },
-    Argument {
-        name: "an unknown method for the plan",
-        line: "plan fine.ron --method rk4",
-        says: &["--method", "the methods are {METHODS}"],
-    },
-    Argument {
-        name: "an unknown damping model",
-        line: "run damped.ron --damping wet",
-        says: &["--damping", "the models are tutorial, clamped, exact"],
-    },
-    Argument {
-        name: "no step rate",
-        line: "run fine.ron --hz 0",
-        says: &["--hz", "give a finite number above 0"],
-    },
-    Argument {
-        name: "a negative step rate",
-        line: "run fine.ron --hz -60",
-        says: &["--hz", "give a finite number above 0"],
-    },
-    Argument {
-        name: "a step rate that is no number",
-        line: "run fine.ron --hz nan",
-        says: &["--hz", "give a finite number above 0"],
-    },
-    Argument {
-        name: "a step rate whose step is infinite",
-        line: "run fine.ron --hz 1e-320",
-        says: &["--hz", "give a number farther above 0"],
-    },
-    Argument {
-        name: "no time at all",
-        line: "run fine.ron --seconds 0",
-        says: &["--seconds", "give a finite number above 0"],
-    },
-    Argument {
-        name: "endless time",
-        line: "run fine.ron --seconds inf",
-        says: &["--seconds", "give a finite number above 0"],
-    },
-    Argument {
-        name: "ticks beside seconds",
-        line: "run fine.ron --ticks 1 --seconds 1",
-        says: &["--ticks", "--seconds"],
-    },
-    Argument {
-        name: "negative ticks",
-        line: "run fine.ron --ticks -1",
-        says: &["--ticks", "give a whole number from 0 up"],
-    },
-    Argument {
-        name: "half a tick",
-        line: "run fine.ron --ticks 1.5",
-        says: &["--ticks", "give a whole number from 0 up"],
-    },
-    Argument {
-        name: "no frame rate",
-        line: "run fine.ron --fps 0",
-        says: &["--fps", "give a finite number above 0"],
-    },
-    Argument {
-        name: "a frame rate beside frame times",
-        line: "run fine.ron --fps 30 --frame-times bad.times",
-        says: &["--fps", "--frame-times"],
-    },
-    Argument {
-        name: "a state every 0 ticks",
-        line: "run fine.ron --state out.csv --every 0",
-        says: &["--every", "give a whole number from 1 up"],
-    },
-    Argument {
-        name: "a distance of states without states",
-        line: "run fine.ron --every 2",
-        says: &["--state"],
-    },
-    Argument {
-        name: "a distance of pictures without pictures",
-        line: "run fine.ron --frame-every 2",
-        says: &["--frames"],
-    },
-    Argument {
-        name: "a picture without width",
-        line: "run fine.ron --size 0x10",
-        says: &["--size", "give width and height from 1 to 16384 pixels, as in 1280x720"],
-    },
-    Argument {
-        name: "a picture with one side",
-        line: "run fine.ron --size 10",
-        says: &["--size", "give width and height from 1 to 16384 pixels, as in 1280x720"],
-    },
-    Argument {
-        name: "a picture that is too wide",
-        line: "run fine.ron --size 99999x1",
-        says: &["--size", "give width and height from 1 to 16384 pixels, as in 1280x720"],
-    },
-    Argument {
-        name: "no substeps",
-        line: "run fine.ron --substeps 0",
-        says: &["--substeps", "give a whole number from 1 to 100000"],
-    },
-    Argument {
-        name: "too many substeps",
-        line: "run fine.ron --substeps 100001",
-        says: &["--substeps", "give a whole number from 1 to 100000"],
-    },
-    Argument {
-        name: "no threads",
-        line: "fine.ron --threads 0",
-        says: &["--threads", "give a whole number from 1 to 256"],
-    },
-    Argument {
-        name: "negative threads",
-        line: "run fine.ron --threads -2",
-        says: &["--threads", "give a whole number from 1 to 256"],
-    },
-    Argument {
-        name: "an unknown method for the matrix",
-        line: "stability --method euler --out out",
-        says: &["--method", "the methods are {METHODS}"],
-    },
-    Argument {
-        name: "an unknown list",
-        line: "list bodies",
-        says: &["bodies", "scenes", "cases", "methods", "laws", "keys"],
-    },
-    Argument {
-        name: "an unknown format",
-        line: "list keys --format xml",
-        says: &["--format", "xml", "table", "json"],
-    },
+    ),
+    ("tutorial run tutorial", &["run"]),
+    ("run fine.ron --sed 3", &["--sed"]),
+    ("run fine.ron --method euler", &["--method", "the methods are {METHODS}"]),
+    ("plan fine.ron --method rk4", &["--method", "the methods are {METHODS}"]),
+    ("run damped.ron --damping wet", &["--damping", "the models are tutorial, clamped, exact"]),
+    ("run fine.ron --hz 0", &["--hz", "give a finite number above 0"]),
+    ("run fine.ron --hz -60", &["--hz", "give a finite number above 0"]),
+    ("run fine.ron --hz nan", &["--hz", "give a finite number above 0"]),
+    ("run fine.ron --hz 1e-320", &["--hz", "give a number farther above 0"]),
+    ("run fine.ron --seconds 0", &["--seconds", "give a finite number above 0"]),
+    ("run fine.ron --seconds inf", &["--seconds", "give a finite number above 0"]),
+    ("run fine.ron --ticks 1 --seconds 1", &["--ticks", "--seconds"]),
+    ("run fine.ron --ticks -1", &["--ticks", "give a whole number from 0 up"]),
+    ("run fine.ron --ticks 1.5", &["--ticks", "give a whole number from 0 up"]),
+    ("run fine.ron --fps 0", &["--fps", "give a finite number above 0"]),
+    ("run fine.ron --fps 30 --frame-times bad.times", &["--fps", "--frame-times"]),
+    ("run fine.ron --state out.csv --every 0", &["--every", "give a whole number from 1 up"]),
+    ("run fine.ron --every 2", &["--state"]),
+    ("run fine.ron --frame-every 2", &["--frames"]),
+    ("run fine.ron --size 0x10", &["--size", "give width and height from 1 to 16384 pixels, as in 1280x720"]),
+    ("run fine.ron --size 10", &["--size", "give width and height from 1 to 16384 pixels, as in 1280x720"]),
+    (
+        "run fine.ron --size 99999x1",
+        &["--size", "give width and height from 1 to 16384 pixels, as in 1280x720"],
+    ),
+    ("run fine.ron --substeps 0", &["--substeps", "give a whole number from 1 to 100000"]),
+    ("run fine.ron --substeps 100001", &["--substeps", "give a whole number from 1 to 100000"]),
+    ("fine.ron --threads 0", &["--threads", "give a whole number from 1 to 256"]),
+    ("run fine.ron --threads -2", &["--threads", "give a whole number from 1 to 256"]),
+    ("stability --method euler --out out", &["--method", "the methods are {METHODS}"]),
+    ("list bodies", &["bodies", "scenes", "cases", "methods", "laws", "keys"]),
+    ("list keys --format xml", &["--format", "xml", "table", "json"]),
 ];
