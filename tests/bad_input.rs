@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use crate::rigs::{self, Said, json, output, program, root, wait_for};
+use crate::rigs::{self, Said, json, listing, output, program, root, wait_for};
 use cases::{ARGUMENTS, CASES, Case, FILES};
 
 /// A folder with [`FILES`].
@@ -20,22 +20,7 @@ fn write(folder: &Path, name: &str, bytes: &str) {
     fs::write(folder.join(name), bytes).unwrap();
 }
 
-/// Everything in a folder, the folders in it too.
-pub fn listing(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        // A link is an entry like any other, wherever it leads.
-        if path.is_dir() && !path.is_symlink() {
-            found.extend(listing(&path));
-        }
-        found.push(path);
-    }
-    found.sort();
-    found
-}
-
-/// The same, of a folder without links, with what is in the files.
+/// Everything in a folder without links, with what is in the files.
 fn contents(folder: &Path) -> Vec<(PathBuf, Option<Vec<u8>>)> {
     listing(folder).into_iter().map(|path| (path.clone(), fs::read(path).ok())).collect()
 }

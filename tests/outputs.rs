@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::black_box::with_a_fault;
-use crate::rigs::{folder, output, program, sandbox, wait_for};
+use crate::rigs::{folder, listing, output, program, sandbox, wait_for};
 
 /// A scene that falls, for as long as it is asked to.
 const FALL: &str = "(version: 1, gravity: (), bodies: [(name: \"ball\")])";
@@ -14,7 +14,7 @@ const FALL: &str = "(version: 1, gravity: (), bodies: [(name: \"ball\")])";
 #[track_caller]
 fn is_refused(folder: &Path, line: &str, words: &str) {
     let contents = || {
-        let files = crate::bad_input::listing(folder).into_iter();
+        let files = listing(folder).into_iter();
         files.map(|path| (fs::read(&path).ok(), path)).collect::<Vec<_>>()
     };
     let before = contents();
@@ -33,9 +33,7 @@ mod on_unix {
     use lab::cost::{Machine, Report};
 
     use super::*;
-    use crate::bad_input::listing;
-    use crate::rigs::Dice;
-    use crate::rigs::root;
+    use crate::rigs::{Dice, root};
 
     fn mode(path: &Path) -> u32 {
         fs::metadata(path).unwrap().permissions().mode() & 0o777

@@ -3,12 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use acceptance::mutants::{MUTANTS, Mutant};
 use motion::effects::Effect;
 
-use crate::rigs::{output, root, sandbox};
+use crate::rigs::{cargo_metadata, root, sandbox};
 
 /// Every Rust file of the workspace with its text.
 fn sources() -> Vec<(PathBuf, String)> {
@@ -544,13 +543,6 @@ fn unwrap_is_for_tests() {
             assert!(!before_tests.contains(".unwrap()"), "{} unwraps", path.display());
         }
     }
-}
-
-/// What cargo says of the workspace.
-pub fn cargo_metadata(flags: &[&str]) -> serde_json::Value {
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["metadata", "--format-version", "1", "--manifest-path"]).arg(root().join("Cargo.toml"));
-    serde_json::from_str(&output(cargo.args(flags)).fine()).unwrap()
 }
 
 #[test]

@@ -21,8 +21,7 @@ use sandbox::{Mode, Options, Order, Session};
 use scene::{Action, MouseButton, Recording, Script};
 use tempfile::TempDir;
 
-use crate::cockpit::Cockpit;
-use crate::rigs::{Difference, FILM_SIZE, Film, Studio, json, output, program, sandbox, wait_for};
+use crate::rigs::{Cockpit, Difference, FILM_SIZE, Film, Studio, json, output, program, sandbox, wait_for};
 
 /// A screen and the size that the window asks for.
 const USUAL: [[u32; 2]; 2] = [[1280, 720], FILM_SIZE];

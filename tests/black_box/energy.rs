@@ -7,8 +7,7 @@ use motion::ledger::Ledger;
 use motion::{Method, Request};
 
 use super::program::STIFF;
-use crate::ghosts::mixed;
-use crate::rigs::{Dice, scene_of};
+use crate::rigs::{Dice, mixed, scene_of};
 use crate::snapshot::{outcome, restored};
 
 fn run(text: &str) -> Simulation {
