@@ -735,8 +735,8 @@ fn thousands_of_random_events_over_all_tools_do_no_harm() {
     let buttons = [Button::Left, Button::Right, Button::Middle];
     for scene in ["tutorial", "orbits_race", "jelly", "bridge", "everything"] {
         let mut cockpit = Cockpit::of(scene, [1024, 600]);
-        for _ in 0..250 {
-            let events: Vec<_> = (0..8)
+        for _ in 0..125 {
+            let events: Vec<_> = (0..16)
                 .flat_map(|_| match random(12) {
                     0 => tap(keys[random(44) as usize]).to_vec(),
                     1 => vec![down(keys[random(44) as usize])],

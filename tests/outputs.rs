@@ -178,7 +178,7 @@ mod on_unix {
             for seed in 0..5 {
                 threads.spawn(move || {
                     let mut dice = Dice(seed);
-                    (0..40).for_each(|_| signaled(&mut dice));
+                    (0..20).for_each(|_| signaled(&mut dice));
                 });
             }
         });
