@@ -1,4 +1,4 @@
-//! What a person gets wrong: each case of bad input with its exit code and its message, word for word.
+//! What a person gets wrong: each case of bad input with its exit code and our message, word for word.
 
 mod cases;
 
@@ -8,34 +8,19 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use crate::harness::{self, Said, json, output, program, root, wait_for};
-use cases::{CASES, Case, FILES};
+use crate::rigs::{self, Said, json, listing, output, program, root, wait_for};
+use cases::{ARGUMENTS, CASES, Case, FILES};
 
 /// A folder with [`FILES`].
 fn folder() -> TempDir {
-    harness::folder(FILES.iter().copied())
+    rigs::folder(FILES.iter().copied())
 }
 
 fn write(folder: &Path, name: &str, bytes: &str) {
     fs::write(folder.join(name), bytes).unwrap();
 }
 
-/// Everything in a folder, the folders in it too.
-pub fn listing(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        // A link is an entry like any other, wherever it leads.
-        if path.is_dir() && !path.is_symlink() {
-            found.extend(listing(&path));
-        }
-        found.push(path);
-    }
-    found.sort();
-    found
-}
-
-/// The same, of a folder without links, with what is in the files.
+/// Everything in a folder without links, with what is in the files.
 fn contents(folder: &Path) -> Vec<(PathBuf, Option<Vec<u8>>)> {
     listing(folder).into_iter().map(|path| (path.clone(), fs::read(path).ok())).collect()
 }
@@ -77,22 +62,32 @@ fn refused_in_a_line(line: &str, variables: &[(&str, &str)], code: i32, start: &
     assert!(said.err.lines().count() == 1 && said.err.starts_with(start), "{}", said.all());
 }
 
+/// A text of a case with the names that it has places for.
+fn with_names(text: &str) -> String {
+    let names =
+        |scenes: &[scene::ShippedScene]| scenes.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ");
+    text.replace("{SCENES}", &names(scene::shipped()))
+        .replace("{CASES}", &names(scene::cases()))
+        .replace("{METHODS}", &motion::Method::ALL.map(motion::Method::name).join(", "))
+}
+
 #[test]
 fn bad_input_is_refused_with_a_message_that_names_the_cure() {
-    let names = |scenes: &[scene::ShippedScene]| scenes.iter().map(|scene| scene.name).collect::<Vec<_>>();
-    let (scenes, cases) = (names(scene::shipped()), names(scene::cases()));
     let mut wrong = String::new();
     for Case { name, line, code, message } in CASES {
-        let expected = message
-            .replace("{SCENES}", &scenes.join(", "))
-            .replace("{CASES}", &cases.join(", "))
-            .replace("{METHODS}", &motion::Method::ALL.map(motion::Method::name).join(", "));
+        let expected = with_names(message);
         let said = refused(line, &[]);
         if (said.code, said.err.trim_end_matches('\n')) != (*code, expected.as_str()) {
             wrong += &format!(
                 "{name}: `sandbox {line}` gave {}\n{}\nnot {code}\n{expected}\n\n",
                 said.code, said.err
             );
+        }
+    }
+    for (line, says) in ARGUMENTS {
+        let said = refused(line, &[]);
+        if said.code != 2 || !says.iter().all(|words| said.err.contains(&with_names(words))) {
+            wrong += &format!("not 2 with {says:?}: {}\n\n", said.all());
         }
     }
     assert!(wrong.is_empty(), "{wrong}");

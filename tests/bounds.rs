@@ -6,9 +6,8 @@ use std::process::{Command, Stdio};
 use sandbox::Options;
 use scene::{Keeps, Scene};
 
-use crate::drive::Drive;
 use crate::effects::allocations::most_held;
-use crate::harness::{Said, folder, output, program, sandbox, scene_of, wait_for};
+use crate::rigs::{Drive, Said, folder, output, program, sandbox, scene_of, wait_for};
 
 fn scene(entries: &str) -> String {
     format!("(version: 1, step_hz: 100, {entries})")

@@ -8,8 +8,7 @@ use sandbox::input::{Button, Input};
 use sandbox::{Mode, Order, SwitchedBy};
 use scene::CameraSpec;
 
-use crate::drive::{Drive, at, click, down, own_method, tap, up};
-use crate::harness::{H, close};
+use crate::rigs::{Drive, H, at, click, close, down, own_method, tap, up};
 
 fn gravity_on(drive: &Drive) -> bool {
     drive.session.stage.world().resource::<Gravity>().on
@@ -335,8 +334,8 @@ fn one_step_a_frame_depends_on_the_frame_rate_and_a_fixed_step_does_not() {
     let (slow, fast) = (end("frame_step", 30), end("frame_step", 60));
     assert_eq!((slow.0, fast.0), (30, 60));
     // The drops of one second that the tutorial's scheme gives at these rates.
-    crate::harness::digits(slow.1 - 5.0, "-4.467492");
-    crate::harness::digits(fast.1 - 5.0, "-4.387138");
+    crate::rigs::digits(slow.1 - 5.0, "-4.467492");
+    crate::rigs::digits(fast.1 - 5.0, "-4.387138");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use motion::units::Vector;
 use motion::{AxisLocks, Damping, DampingModel, DampingRate, Method, PhysicsBody, SpeedLimit};
 
-use crate::harness::{G, H, Lab, close, digits};
+use crate::rigs::{G, H, Lab, close, digits};
 
 fn fall(model: DampingModel, hz: f64, seconds: f64) -> (f64, f64) {
     let mut lab = Lab::new(Method::SemiImplicitEuler, 1.0 / hz).with_gravity();

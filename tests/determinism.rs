@@ -14,7 +14,7 @@ use scene::Scene;
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::harness::{blesses, json, output, program, root, scene_of, stored, world_bits};
+use crate::rigs::{blesses, json, output, program, root, scene_of, stored, world_bits};
 
 fn pins() -> PathBuf {
     root().join("tests/determinism/hashes.txt")

@@ -10,9 +10,9 @@ use motion::{Claims, METHODS};
 use sandbox::{actions, methods};
 use tempfile::TempDir;
 
-use crate::harness::{blesses, output, root, sandbox, stored};
+use crate::rigs::{blesses, cargo_metadata, output, root, sandbox, stored};
 use crate::stability::committed;
-use crate::tidy::{assert_named, cargo_metadata, named};
+use crate::tidy::{assert_named, named};
 
 fn read(document: &str) -> String {
     fs::read_to_string(root().join(document)).unwrap()

@@ -10,9 +10,7 @@ use sandbox::input::{Button, Input};
 use sandbox::{Order, Overrides, Panel, SwitchedBy};
 use scene::{BodySpec, Scene};
 
-use crate::cockpit::Cockpit;
-use crate::dice::Dice;
-use crate::drive::{Drive, at};
+use crate::rigs::{Cockpit, Dice, Drive, at, middle};
 
 /// A paused scene with the editor open.
 fn editor(scene: &str) -> Cockpit {
@@ -29,6 +27,11 @@ fn scene(cockpit: &Cockpit) -> &Scene {
 /// The text that saving orders to be written.
 fn saved(cockpit: &mut Cockpit) -> Arc<str> {
     cockpit.drive.press("Ctrl+Shift+S");
+    ordered_text(cockpit)
+}
+
+/// The text of the one order, which is to write a scene.
+fn ordered_text(cockpit: &mut Cockpit) -> Arc<str> {
     let orders = cockpit.drive.session.stage.take_orders();
     let [Order::Scene(file)] = &orders[..] else { panic!("{orders:?}") };
     Arc::clone(&file.text)
@@ -279,13 +282,8 @@ fn a_change_that_makes_no_scene_says_why_and_changes_nothing() {
     let player = cockpit.seen("player");
     cockpit.drive.click(Button::Left, player).ticks(2);
     let before = Arc::clone(&scene(&cockpit).text);
-    let fields = cockpit.drive.session.controls().into_iter();
-    let field = fields
-        .filter(|control| control.role == "TextInput")
-        .find(|control| control.name == "player")
-        .unwrap();
-    let [left, top, right, bottom] = field.rect_px;
-    cockpit.drive.click(Button::Left, DVec2::new(left + right, top + bottom) / 2.0).ticks(2);
+    let field = cockpit.drive.find(|control| control.role == "TextInput" && control.name == "player");
+    cockpit.drive.click(Button::Left, middle(&field)).ticks(2);
     assert!(cockpit.drive.session.takes_text());
     cockpit.drive.give([Input::Text(" one".to_owned())]).press("Enter").ticks(2);
     assert_eq!(scene(&cockpit).text, before);
@@ -334,10 +332,8 @@ fn with_a_mass() -> (Cockpit, DVec2) {
     cockpit.drive.press("P").press("M").ticks(2);
     let a = cockpit.seen("a");
     cockpit.drive.click(Button::Left, a).ticks(2);
-    let fields = cockpit.drive.session.controls();
-    let field = fields.iter().find(|control| control.role == "SpinButton" && control.name == "kg");
-    let [left, top, right, bottom] = field.unwrap_or_else(|| panic!("{fields:#?}")).rect_px;
-    (cockpit, DVec2::new(left + right, top + bottom) / 2.0)
+    let field = cockpit.drive.find(|control| control.role == "SpinButton" && control.name == "kg");
+    (cockpit, middle(&field))
 }
 
 #[test]
@@ -367,9 +363,8 @@ fn a_typed_value_is_taken_when_another_body_is_clicked_and_when_the_scene_is_sav
     let (mut cockpit, field) = with_a_mass();
     cockpit.drive.click(Button::Left, field).ticks(3);
     cockpit.drive.give([Input::Text("5".to_owned())]).ticks(2).press("Ctrl+Shift+S").ticks(1);
-    let orders = cockpit.drive.session.stage.take_orders();
-    let [Order::Scene(file)] = &orders[..] else { panic!("{orders:?}") };
-    assert!(file.text.contains("mass_kg: 5.0"), "{}", file.text);
+    let text = ordered_text(&mut cockpit);
+    assert!(text.contains("mass_kg: 5.0"), "{text}");
 }
 
 /// One thing that a person does in the editor.

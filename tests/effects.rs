@@ -16,7 +16,7 @@ use motion::{
     Wells, Wind,
 };
 
-use crate::harness::{H, Lab};
+use crate::rigs::{H, Lab};
 
 /// Effects that act on single bodies, so that this crate can declare them without springs or pairs.
 const LOCAL: [Effect; 9] = [

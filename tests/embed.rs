@@ -17,7 +17,7 @@ use motion::{
     Transform, Well, Wells,
 };
 
-use crate::harness::{Bits, bits};
+use crate::rigs::{Bits, bits};
 
 /// The bits of every body, in stable-id order, and who of them lives.
 fn state(world: &mut World) -> Vec<(StableId, Bits, bool)> {

@@ -14,8 +14,7 @@ use motion::{
 };
 use scene::Scene;
 
-use crate::environment::Formula;
-use crate::harness::scene_of;
+use crate::rigs::{Formula, scene_of};
 
 /// A step that is short against everything that moves, s.
 const SHORT: f64 = 1.0 / (1_u64 << 27) as f64;

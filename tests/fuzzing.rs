@@ -13,12 +13,10 @@ use motion::{Damping, DampingModel, Method, Request, Transform};
 use proptest::collection::vec;
 use proptest::prelude::any;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use sandbox::Panel;
 use sandbox::input::{Button, Input};
 
-use crate::drive::{Drive, push, remove};
-use crate::environment::{Environment, Start};
-use crate::groups::lab::elastic;
-use crate::harness::{H, Lab, bits};
+use crate::rigs::{Drive, Environment, H, Lab, Start, bits, elastic, push, remove};
 
 fn number(name: &str) -> Option<u32> {
     let text = std::env::var(name).ok()?;
@@ -120,6 +118,7 @@ fn a_ledger_of_huge_energies_is_drawn() {
             "(name: \"a\", shape: sphere(radius_m: 0.1), mass_kg: 1.0, velocity_m_s: ({speed:e}, 0, 0))"
         ));
         drive.press("B").ticks(40);
+        assert_eq!(drive.session.open_panels(), [Panel::Ledger]);
         drive.session.picture();
     }
 }
@@ -134,6 +133,7 @@ fn a_ledger_is_drawn_after_a_frame_without_end() {
     for length in [1.0 / 60.0, 1e250, 1.0] {
         drive.frame(length, []);
     }
+    assert_eq!((drive.session.open_panels(), drive.session.stage.ticks()), (&[Panel::Ledger][..], 3));
 }
 
 /// `1 - c t` overflows, and zero positions times that are NaN.
@@ -288,6 +288,7 @@ fn a_pointer_goes_to_the_end_of_the_world_and_back() {
         drive.frame(1.0 / 60.0, events).click(Button::Left, DVec2::new(x, 1e30)).ticks(3);
         drive.session.picture();
     }
+    assert_eq!(drive.session.open_panels(), [Panel::Help]);
 }
 
 #[test]
@@ -296,6 +297,7 @@ fn a_study_of_the_shortest_ticks_is_begun() {
     let mut drive = Drive::text(text);
     drive.session.stage.limit_ticks(4);
     drive.press("C").frame(1.0 / 60.0, []);
+    assert_eq!(drive.session.open_panels(), [Panel::Cost]);
 }
 
 /// Velocities that decay to next to nothing snap to zero at the same places in every kernel, also where damping acts on

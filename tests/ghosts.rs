@@ -12,35 +12,7 @@ use sandbox::input::Input;
 use sandbox::{GhostRow, GhostState};
 use scene::{Action, Scene};
 
-use crate::drive::{Drive, change, own_method, push, remove, tap};
-use crate::harness::{H, scene_of};
-
-/// Free bodies, a group of two on an anchor, particles that come and go; laws of position, velocity and time.
-pub fn mixed() -> Scene {
-    let text = r#"(
-        version: 1, step_hz: 60, seed: 3, push: (),
-        gravity: (acceleration_m_s2: (0, -9.8, 0), on_at_start: false),
-        damping: (model: clamped, rate_per_s: 0.2), drag: (quadratic_per_m: 0.02),
-        wells: [(position_m: (0, 5, -4), strength_m3_s2: 60, softening_m: 1)],
-        thrusts: [(body: "box", curve: sine(amplitude_n: (0, 3, 1), angular_frequency_rad_s: 5, phase_rad: 0.3))],
-        camera: (position_m: (0, 4, 24), pitch_deg: 0, yaw_deg: 0),
-        bodies: [
-            (name: "anchor", shape: cuboid(half_extents_m: (0.3, 0.3, 0.3)), position_m: (-6, 8, 0), immovable: true),
-            (name: "ball", shape: sphere(radius_m: 1), position_m: (4, 4, 0), velocity_m_s: (0, 3, -1)),
-            (name: "box", shape: cuboid(half_extents_m: (0.5, 0.6, 0.7)), position_m: (8, 6, 0), rotation_deg: (0, 30, 0)),
-            (name: "first", shape: sphere(radius_m: 0.4), position_m: (-6, 5, 0), mass_kg: 2),
-            (name: "second", shape: sphere(radius_m: 0.4), position_m: (-4, 3, 0), velocity_m_s: (0, 0, 2)),
-            (name: "dust", position_m: (1, 9, 1), velocity_m_s: (-2, 0, 0), mass_kg: 0.1),
-            (name: "spare", position_m: (1, 1, 1), velocity_m_s: (0, 1, 0)),
-        ],
-        emitters: [(rate_per_s: 20, position_m: (0, 0, -3), speed_m_s: 8, spread_deg: 15, life_s: 0.7)],
-        springs: [
-            (between: ("anchor", "first"), stiffness_n_m: 60, damping_n_s_m: 0.1, rest_length_m: 2.5),
-            (between: ("first", "second"), stiffness_n_m: 30, damping_n_s_m: 0.1),
-        ],
-    )"#;
-    scene_of(text)
-}
+use crate::rigs::{Drive, H, change, mixed, own_method, push, remove, scene_of, tap};
 
 /// A run of `scene` by one method, for every body of it.
 fn alone(mut scene: Scene, method: Method, substeps: Option<u32>) -> Drive {
@@ -173,7 +145,7 @@ fn a_held_key_pushes_ghosts_too_and_what_is_told_is_the_selection() {
         drive.press("Q").ticks(4);
         let ball = drive.pixel(drive.x("ball"));
         assert_eq!(drive.select(ball).as_deref(), Some("ball"));
-        drive.give([crate::drive::down("Up")]).ticks(60).give([crate::drive::up("Up")]).ticks(9);
+        drive.give([crate::rigs::down("Up")]).ticks(60).give([crate::rigs::up("Up")]).ticks(9);
         drive
     };
     let mut drive = Drive::of(mixed());

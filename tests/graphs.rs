@@ -5,13 +5,10 @@ use std::collections::BTreeSet;
 use glam::{DVec2, DVec3};
 use history::{REFERENCE_SUBSTEPS, Simulation};
 use motion::Method;
-use sandbox::Order;
 use sandbox::input::Button;
 use scene::Scene;
 
-use crate::cockpit::Cockpit;
-use crate::drive::remove;
-use crate::harness::{H, bits, close};
+use crate::rigs::{Cockpit, H, bits, close, remove};
 
 /// A row of a saved graph.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,12 +27,9 @@ struct Row {
 /// What `Save CSV` saves; an absent column is an empty text.
 fn saved(cockpit: &mut Cockpit) -> Vec<Row> {
     cockpit.drive.give([]);
-    let middle = cockpit.middle_of("Save CSV");
-    let click = crate::drive::click(Button::Left);
     // The run stands still meanwhile: the table is of the last tick.
-    cockpit.drive.give([crate::drive::at(middle)]).give(click).give([]);
-    let orders = cockpit.drive.session.stage.take_orders();
-    let [Order::Table(table)] = &orders[..] else { panic!("{orders:?}") };
+    click(cockpit, "Save CSV");
+    let table = cockpit.saved_table();
     let mut lines = table.lines();
     let header: Vec<_> = lines.next().unwrap().split(',').collect();
     lines.map(|line| row(&header, &line.split(',').collect::<Vec<_>>())).collect()
@@ -77,8 +71,7 @@ fn select(cockpit: &mut Cockpit, body: &str) {
 /// Clicks the control of that name while the run stands still.
 fn click(cockpit: &mut Cockpit, name: &str) {
     let middle = cockpit.middle_of(name);
-    let click = crate::drive::click(Button::Left);
-    cockpit.drive.give([crate::drive::at(middle)]).give(click).give([]);
+    cockpit.drive.click(Button::Left, middle).give([]);
 }
 
 fn keep(cockpit: &mut Cockpit, bodies: &[&str]) {

@@ -5,7 +5,6 @@ mod conserved;
 mod direct_sum;
 mod hostile;
 mod implicit;
-pub(crate) mod lab;
 mod manufactured;
 mod members;
 mod orders;

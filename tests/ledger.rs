@@ -17,7 +17,7 @@ use motion::ledger::Ledger;
 use motion::{Method, PhysicsBody, Request, Transform, totals};
 use scene::Scene;
 
-use crate::harness::scene_of;
+use crate::rigs::scene_of;
 
 /// A scene whose books are kept.
 pub struct Kept {

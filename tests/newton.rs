@@ -8,8 +8,7 @@ use motion::{
 };
 use scene::unsolvable;
 
-use crate::environment::Start;
-use crate::harness::{H, Lab, close};
+use crate::rigs::{H, Lab, Start, close};
 
 #[test]
 fn first_law_a_body_left_alone_keeps_its_velocity_and_one_at_rest_its_place() {

@@ -8,7 +8,7 @@ use render::Image;
 use serde_json::Value;
 
 use crate::black_box::with_a_fault;
-use crate::harness::{folder, output, program, sandbox, wait_for};
+use crate::rigs::{folder, listing, output, program, sandbox, wait_for};
 
 /// A scene that falls, for as long as it is asked to.
 const FALL: &str = "(version: 1, gravity: (), bodies: [(name: \"ball\")])";
@@ -17,7 +17,7 @@ const FALL: &str = "(version: 1, gravity: (), bodies: [(name: \"ball\")])";
 #[track_caller]
 fn is_refused(folder: &Path, line: &str, words: &str) {
     let contents = || {
-        let files = crate::bad_input::listing(folder).into_iter();
+        let files = listing(folder).into_iter();
         files.map(|path| (fs::read(&path).ok(), path)).collect::<Vec<_>>()
     };
     let before = contents();
@@ -36,9 +36,7 @@ mod on_unix {
     use lab::cost::{Machine, Report};
 
     use super::*;
-    use crate::bad_input::listing;
-    use crate::dice::Dice;
-    use crate::harness::root;
+    use crate::rigs::{Dice, root};
 
     fn mode(path: &Path) -> u32 {
         fs::metadata(path).unwrap().permissions().mode() & 0o777
@@ -183,7 +181,7 @@ mod on_unix {
             for seed in 0..5 {
                 threads.spawn(move || {
                     let mut dice = Dice(seed);
-                    (0..40).for_each(|_| signaled(&mut dice));
+                    (0..20).for_each(|_| signaled(&mut dice));
                 });
             }
         });

@@ -6,12 +6,7 @@ use motion::{Gravity, Method};
 use sandbox::input::{Button, Input};
 use sandbox::{Order, Panel};
 
-use crate::drive::{Drive, at, click, down, tap, up};
-use crate::film::Film;
-use crate::harness::H;
-
-/// A pixel of the settings, which stand at the middle of the left edge.
-const ON_SETTINGS: DVec2 = DVec2::new(60.0, 360.0);
+use crate::rigs::{Drive, Film, H, at, click, down, middle, tap, up, write_step_hz};
 
 /// In selection mode, looking down 35 degrees so that the floor is behind the settings; and the pixel of the player.
 fn looking_down() -> (Drive, DVec2) {
@@ -24,17 +19,14 @@ fn looking_down() -> (Drive, DVec2) {
 /// The same with the settings open.
 fn with_settings() -> (Drive, DVec2) {
     let (mut drive, player) = looking_down();
+    let _ = drive.session.controls();
     drive.press("Tab").ticks(2);
     (drive, player)
 }
 
-/// Clicks the field of `step_hz` in the settings, somewhere above their middle, which makes it a text field.
-pub fn write_step_hz(drive: &mut Drive) {
-    let field = (0..20).find(|row| {
-        let pixel = DVec2::new(100.0, 346.0 - 3.0 * f64::from(*row));
-        drive.frame(H, [at(pixel)]).frame(H, click(Button::Left)).ticks(2).session.takes_text()
-    });
-    assert!(field.is_some());
+/// A pixel of the open settings that takes no click: the name of a number.
+fn on_settings() -> DVec2 {
+    middle(&with_settings().0.find(|control| control.name == "step_hz"))
 }
 
 #[test]
@@ -79,12 +71,11 @@ fn escape_closes_what_was_opened_last_and_then_clears_the_selection() {
 fn escape_closes_an_open_list_and_a_number_being_typed_before_their_panel() {
     let (mut drive, _) = with_settings();
     let method = |drive: &Drive| drive.session.stage.stepper().method();
-    // As the test of the list below finds it, but Escape comes before the click on its first line.
-    let row = method_row(&mut with_settings().0);
-    drive.frame(H, [at(DVec2::new(120.0, row))]).frame(H, click(Button::Left)).ticks(2);
+    drive.click_on(Method::SemiImplicitEuler.claims().title);
+    let other = middle(&drive.control(Method::ExplicitEuler.claims().title));
     drive.press("Escape").ticks(1);
     assert_eq!(drive.session.open_panels(), [Panel::Settings]);
-    drive.frame(H, [at(DVec2::new(120.0, row + 29.0))]).frame(H, click(Button::Left)).ticks(2);
+    drive.frame(H, [at(other)]).frame(H, click(Button::Left)).ticks(2);
     assert_eq!(method(&drive), Method::SemiImplicitEuler, "the list is closed");
 
     write_step_hz(&mut drive);
@@ -141,37 +132,40 @@ fn beside_open_settings_clicks_wheel_and_keys_reach_the_scene() {
 
 #[test]
 fn a_click_on_open_settings_neither_selects_nor_clears() {
+    let on_settings = on_settings();
     let (mut drive, _) = looking_down();
-    assert_eq!(drive.select(ON_SETTINGS).as_deref(), Some("floor"), "behind the settings");
+    assert_eq!(drive.select(on_settings).as_deref(), Some("floor"), "behind the settings");
     let (mut drive, player) = with_settings();
-    drive.frame(H, [at(ON_SETTINGS)]).frame(H, click(Button::Left)).ticks(1);
+    drive.frame(H, [at(on_settings)]).frame(H, click(Button::Left)).ticks(1);
     assert_eq!(drive.selected(), None);
     assert_eq!(drive.frame(H, [Input::Wheel(1.0)]).session.view.click_force(), 10.0);
     drive.frame(H, [at(player)]).frame(H, click(Button::Left)).ticks(1);
-    drive.frame(H, [at(ON_SETTINGS)]).frame(H, click(Button::Left)).ticks(1);
+    drive.frame(H, [at(on_settings)]).frame(H, click(Button::Left)).ticks(1);
     assert_eq!(drive.selected().as_deref(), Some("player"));
 }
 
 #[test]
 fn a_pointer_that_moves_and_clicks_in_one_frame_clicks_where_it_came_to() {
+    let on_settings = on_settings();
     let (mut drive, player) = with_settings();
     let onto = |pixel| [at(pixel)].into_iter().chain(click(Button::Left));
-    drive.frame(H, onto(ON_SETTINGS)).ticks(1);
+    drive.frame(H, onto(on_settings)).ticks(1);
     assert_eq!(drive.selected(), None);
     assert_eq!(drive.frame(H, onto(player)).selected().as_deref(), Some("player"));
-    drive.frame(H, onto(ON_SETTINGS));
+    drive.frame(H, onto(on_settings));
     assert_eq!(drive.selected().as_deref(), Some("player"));
-    assert_eq!(drive.frame(H, [at(ON_SETTINGS), Input::Wheel(1.0)]).session.view.click_force(), 10.0);
+    assert_eq!(drive.frame(H, [at(on_settings), Input::Wheel(1.0)]).session.view.click_force(), 10.0);
     assert_eq!(drive.frame(H, [at(player), Input::Wheel(1.0)]).session.view.click_force(), 110.0);
 }
 
 #[test]
 fn closed_settings_take_no_clicks_and_camera_mode_leaves_the_wheel_to_the_scene() {
+    let on_settings = on_settings();
     let (mut drive, _) = with_settings();
-    drive.frame(H, [at(ON_SETTINGS)]).press("Q").ticks(1);
+    drive.frame(H, [at(on_settings)]).press("Q").ticks(1);
     assert_eq!(drive.frame(H, [Input::Wheel(1.0)]).session.view.click_force(), 110.0);
     drive.press("Tab").press("Q").ticks(1);
-    assert_eq!(drive.select(ON_SETTINGS).as_deref(), Some("floor"));
+    assert_eq!(drive.select(on_settings).as_deref(), Some("floor"));
 }
 
 #[test]
@@ -241,33 +235,16 @@ fn a_number_being_typed_into_the_settings_takes_the_keys() {
 #[test]
 fn what_is_changed_in_the_settings_acts_on_the_scene() {
     let (mut drive, _) = with_settings();
-    // The box that switches gravity on is at the left edge, near the top.
-    let switch = (0..20).find(|row| {
-        let pixel = DVec2::new(24.0, 218.0 - 3.0 * f64::from(*row));
-        drive.frame(H, [at(pixel)]).frame(H, click(Button::Left)).ticks(2);
-        drive.session.stage.world().resource::<Gravity>().on
-    });
-    assert!(switch.is_some());
+    drive.click_on("on");
+    assert!(drive.session.stage.world().resource::<Gravity>().on);
     assert!(drive.ticks(5).v("player").y < 0.0);
-}
-
-/// Chooses explicit Euler in the open settings; the height of the box.
-fn method_row(drive: &mut Drive) -> f64 {
-    // A click on the box below the middle opens the list; its first line is 27 pixels lower.
-    let row = (0..20).map(|row| 350.0 + 4.0 * f64::from(row)).find(|row| {
-        for y in [*row, row + 29.0] {
-            drive.frame(H, [at(DVec2::new(120.0, y))]).frame(H, click(Button::Left)).ticks(2);
-        }
-        drive.session.stage.stepper().method() == Method::ExplicitEuler
-    });
-    row.expect("a list of methods")
 }
 
 #[test]
 fn a_method_is_chosen_from_the_list_in_the_settings() {
     let (mut drive, _) = with_settings();
     assert_eq!(drive.session.stage.stepper().method(), Method::SemiImplicitEuler);
-    method_row(&mut drive);
+    drive.click_on(Method::SemiImplicitEuler.claims().title).click_on(Method::ExplicitEuler.claims().title);
     assert_eq!(drive.session.stage.methods(), [(Method::ExplicitEuler, 28)]);
 }
 

@@ -6,8 +6,7 @@ use pick::Shape;
 use sandbox::input::{Button, Input};
 use scene::Scene;
 
-use crate::drive::{Drive, SIZE, at, change, click, down, push, remove, up};
-use crate::harness::{H, close, digits};
+use crate::rigs::{Drive, H, SIZE, at, change, click, close, digits, down, push, remove, up};
 
 /// What the tutorial's damping leaves of a velocity after one tick.
 const KEEP: f64 = 1.0 - 0.4 * H;
@@ -372,7 +371,7 @@ fn a_click_right_after_a_reset_finds_the_new_bodies_also_from_the_origin() {
     let mut drive = selecting(Drive::bodies(TWO));
     let pixel = drive.pixel(DVec3::new(3.5, 0.0, -40.0));
     let events = [at(pixel)].into_iter().chain(click(Button::Left));
-    drive.give(events.chain(crate::drive::tap("F1")).chain(click(Button::Left)));
+    drive.give(events.chain(crate::rigs::tap("F1")).chain(click(Button::Left)));
     assert_eq!(drive.selected().as_deref(), Some("far"));
 }
 

@@ -11,11 +11,10 @@ use sandbox::player::Player;
 use sandbox::{Mode, Options, Order, Session};
 use scene::{Scene, Script};
 
-use crate::drive::{change, down, remove, tap};
-use crate::film::{
-    CHANNEL, Difference, Film, SIZE, Studio, assert_pictures, compared, green, places, yellow,
+use crate::rigs::{
+    CHANNEL, Difference, FILM_SIZE, Film, Studio, assert_pictures, change, compared, down, green, output,
+    places, program, remove, root, sandbox, tap, yellow,
 };
-use crate::harness::{output, program, root, sandbox};
 
 /// A stage close by, `offset` meters along x and z from the world's origin.
 fn stage(offset: f64, shadows: bool, grid: bool) -> Scene {
@@ -66,8 +65,8 @@ fn tour(wanted: &[&str]) -> Vec<Image> {
     let script = Script::parse("tour.ron", &std::fs::read_to_string(path).unwrap()).unwrap();
     let mut player = Player::new(script).unwrap();
     let scene = scene::load("tutorial").unwrap();
-    let mut session = Session::new(scene, Options { size_px: SIZE, ..Options::default() });
-    let (mut clock, mut studio, mut pictures) = (FrameClock::default(), Studio::new(SIZE), Vec::new());
+    let mut session = Session::new(scene, Options { size_px: FILM_SIZE, ..Options::default() });
+    let (mut clock, mut studio, mut pictures) = (FrameClock::default(), Studio::new(FILM_SIZE), Vec::new());
     while !player.finished() {
         let time = clock.advance_to(session.stage.frames() as f64 / 60.0).unwrap();
         let mut events = player.of_frame(session.stage.frames(), session.stage.ticks(), time.total());
@@ -91,7 +90,7 @@ fn tour(wanted: &[&str]) -> Vec<Image> {
 #[test]
 fn the_start_view_of_the_tutorial_is_its_reference() {
     let mut film = Film::shipped("tutorial");
-    assert_pictures(["tutorial_start"], &[Studio::new(SIZE).draw(&mut film.session)]);
+    assert_pictures(["tutorial_start"], &[Studio::new(FILM_SIZE).draw(&mut film.session)]);
 }
 
 #[test]
@@ -104,19 +103,19 @@ fn the_tour_falls_and_ends_as_its_references() {
 fn a_selected_body_close_by_is_its_reference() {
     let mut film = Film::of(stage(0.0, true, true));
     film.select("box");
-    assert_pictures(["selected"], &[Studio::new(SIZE).draw(&mut film.session)]);
+    assert_pictures(["selected"], &[Studio::new(FILM_SIZE).draw(&mut film.session)]);
 }
 
 #[test]
 fn the_settings_beside_a_selected_body_are_their_reference() {
     let mut film = Film::of(stage(0.0, true, false));
     film.select("ball").press("Tab");
-    assert_pictures(["settings"], &[Studio::new(SIZE).draw(&mut film.session)]);
+    assert_pictures(["settings"], &[Studio::new(FILM_SIZE).draw(&mut film.session)]);
 }
 
 #[test]
 fn a_selected_body_is_green_and_outlined_where_it_is_projected_to() {
-    let mut studio = Studio::new(SIZE);
+    let mut studio = Studio::new(FILM_SIZE);
     for body in ["box", "ball"] {
         let mut film = Film::of(stage(0.0, true, false));
         let before = studio.draw_bodies(&mut film.session);
@@ -135,7 +134,7 @@ fn a_selected_body_is_green_and_outlined_where_it_is_projected_to() {
 
 #[test]
 fn a_push_along_the_ray_takes_the_selected_body_away_from_the_eye() {
-    let mut studio = Studio::new(SIZE);
+    let mut studio = Studio::new(FILM_SIZE);
     let mut film = Film::of(stage(0.0, true, false));
     film.select("ball");
     let (aim, before) = (film.pixel("ball"), studio.draw_bodies(&mut film.session));
@@ -156,7 +155,7 @@ fn a_push_along_the_ray_takes_the_selected_body_away_from_the_eye() {
 
 #[test]
 fn a_push_key_to_the_right_moves_the_selected_body_to_the_right_and_not_the_floor() {
-    let mut studio = Studio::new(SIZE);
+    let mut studio = Studio::new(FILM_SIZE);
     let mut film = Film::of(stage(0.0, true, false));
     film.select("box");
     let (from, before) = (film.pixel("box"), studio.draw_bodies(&mut film.session));
@@ -174,7 +173,7 @@ fn a_push_key_to_the_right_moves_the_selected_body_to_the_right_and_not_the_floo
 
 #[test]
 fn gravity_makes_the_grid_lower_in_the_picture() {
-    let mut studio = Studio::new(SIZE);
+    let mut studio = Studio::new(FILM_SIZE);
     // Without shadows a difference to the empty stage is a body.
     let empty = studio.draw_bodies(&mut Film::of(stage(0.0, false, false)).session);
     let mut film = Film::of(stage(0.0, false, true));
@@ -192,7 +191,7 @@ fn gravity_makes_the_grid_lower_in_the_picture() {
 
 #[test]
 fn velocity_arrows_add_pixels_of_their_color_where_something_moves() {
-    let mut studio = Studio::new(SIZE);
+    let mut studio = Studio::new(FILM_SIZE);
     let arrow = |[r, g, b, _]: [u8; 4]| r.abs_diff(77) < 4 && g.abs_diff(191) < 4 && b > 251;
     let mut film = Film::of(stage(0.0, true, false));
     let mut count = |film: &mut Film| places(&studio.draw_bodies(&mut film.session), arrow).len();
@@ -208,7 +207,7 @@ fn velocity_arrows_add_pixels_of_their_color_where_something_moves() {
 fn pictures_of_one_state_are_equal_to_the_bit() {
     let pictures: Vec<_> = (0..2)
         .map(|_| {
-            let mut studio = Studio::new(SIZE);
+            let mut studio = Studio::new(FILM_SIZE);
             let mut film = Film::of(stage(0.0, true, true));
             film.select("box").press("G").frames(20);
             [studio.draw(&mut film.session), studio.draw(&mut film.session)]
@@ -220,7 +219,7 @@ fn pictures_of_one_state_are_equal_to_the_bit() {
 
 #[test]
 fn a_session_100_km_from_the_origin_draws_the_same_picture() {
-    let mut studio = Studio::new(SIZE);
+    let mut studio = Studio::new(FILM_SIZE);
     // Without shadows: the shadow map looks at the world's origin, as the tutorial's does.
     let mut pictures = [0.0, 1e5].map(|offset| {
         let mut film = Film::of(stage(offset, false, true));
@@ -235,7 +234,7 @@ fn a_session_100_km_from_the_origin_draws_the_same_picture() {
 
 #[test]
 fn a_picture_without_one_small_body_is_rejected() {
-    let mut studio = Studio::new(SIZE);
+    let mut studio = Studio::new(FILM_SIZE);
     let mut pictures = [false, true].map(|removes| {
         let mut film = Film::shipped("tutorial");
         film.frame(removes.then(|| remove("grid.x4.z4"))).frame([]);

@@ -14,9 +14,7 @@ use motion::{
 use sandbox::{Options, Overrides, Session};
 use scene::Scene;
 
-use crate::drive::Drive;
-use crate::environment::Start;
-use crate::harness::{H, Lab, blesses, root, stored};
+use crate::rigs::{Drive, H, Lab, Start, blesses, root, stored};
 
 /// A shipped scene as a headless run without pictures has it, a few ticks on.
 fn session(name: &str) -> Session {

@@ -13,8 +13,7 @@ use motion::{
     Transform,
 };
 
-use crate::environment::Start;
-use crate::harness::Lab;
+use crate::rigs::{Lab, Start};
 
 fn crowd(n: usize) -> Lab {
     let mut lab = Lab::tutorial();

@@ -10,7 +10,7 @@ use motion::Method;
 use scene::{Scene, load, shipped};
 use serde_json::Value;
 
-use crate::harness::{self, Bits, all_bits, sandbox};
+use crate::rigs::{self, Bits, all_bits, sandbox};
 
 /// Stiff cloth, a rope with a weight, and free debris: three parts that differ in what they need.
 const GROUPS: &str = r#"// Stiff cloth and free debris.
@@ -162,7 +162,7 @@ fn settings_are_written_into_every_shipped_scene() {
 }
 
 fn folder() -> tempfile::TempDir {
-    harness::folder([("groups.ron", GROUPS)])
+    rigs::folder([("groups.ron", GROUPS)])
 }
 
 /// The pick of each part in a JSON report, checked against the part's own study: (name, method, substeps, price).

@@ -7,8 +7,7 @@ use sandbox::input::{Button, Input, InputFrame};
 use sandbox::player::Player;
 use scene::{Script, When};
 
-use crate::drive::{Drive, at, change, click, down, remove, tap, up};
-use crate::harness::H;
+use crate::rigs::{Drive, H, at, change, click, down, remove, tap, up};
 
 /// Reads `script` as the program does: every body has to be one of the session's, every key one of the table's.
 fn read(drive: &Drive, script: &str) -> Result<Script, scene::SceneError> {

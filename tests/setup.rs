@@ -7,7 +7,7 @@ use std::process::Command;
 
 use tempfile::TempDir;
 
-use crate::harness::{output, root};
+use crate::rigs::{output, root};
 
 /// A folder that stands for all of `PATH`.
 struct Machine(TempDir);

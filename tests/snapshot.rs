@@ -9,7 +9,7 @@ use std::sync::Arc;
 use history::Simulation;
 use motion::{Evaluations, Iterations, Method, Quarantine, StableId};
 
-use crate::harness::scene_of;
+use crate::rigs::scene_of;
 
 /// The same in a new world.
 pub fn restored(run: &mut Simulation) -> Simulation {

@@ -5,8 +5,7 @@ use glam::DVec3;
 use motion::{Elastic, Link, PhysicsBody, SoftBody, Transform};
 use sandbox::input::Button;
 
-use crate::drive::{Drive, SIZE, at, click, down, up};
-use crate::harness::{H, close, scene_of};
+use crate::rigs::{Drive, H, SIZE, at, click, close, down, scene_of, up};
 use crate::soft::{POINT_MASS, Soft};
 
 /// Selection mode, at `offset`, looking along -z at these soft bodies and bodies.

@@ -6,9 +6,7 @@ use render::Image;
 use sandbox::input::Button;
 use scene::{PointRadius, Scene};
 
-use crate::drive;
-use crate::film::{Film, SIZE, Studio, green, places, yellow};
-use crate::harness::scene_of;
+use crate::rigs::{FILM_SIZE, Film, Studio, green, places, scene_of, yellow};
 use crate::soft::Soft;
 
 /// A floor with its top at y = 0, seen from `eye` at 3 m height along -z, or from behind along +z.
@@ -47,14 +45,14 @@ fn waves(rows: u32, columns: u32) -> Soft {
 /// What is drawn of `film` without words, kept beside other evidence to be looked at.
 fn draw(studio: &mut Studio, film: &mut Film, name: &str) -> Image {
     let picture = studio.draw_bodies(&mut film.session);
-    let folder = crate::harness::root().join("target/pictures");
+    let folder = crate::rigs::root().join("target/pictures");
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join(format!("soft_{name}.png")), picture.png(&[]).unwrap()).unwrap();
     picture
 }
 
 fn draw_once(film: &mut Film, name: &str) -> Image {
-    draw(&mut Studio::new(SIZE), film, name)
+    draw(&mut Studio::new(FILM_SIZE), film, name)
 }
 
 fn light([r, g, b, _]: [u8; 4]) -> f64 {
@@ -124,7 +122,7 @@ fn the_view_of_springs_shows_stretched_ones_red_and_compressed_ones_blue() {
     for (stretch, name) in [(1.0, "rest"), (1.2, "stretched"), (0.8, "compressed")] {
         let sheet = Soft { stretch, ..Soft::upright(9, 12, DVec3::new(0.0, 2.1, 0.0)) };
         let mut film = film(stage(12.0, true), [sheet]);
-        let mut studio = Studio::new(SIZE);
+        let mut studio = Studio::new(FILM_SIZE);
         let before = draw(&mut studio, &mut film, &format!("surface_{name}"));
         assert_eq!(places(&before, red).len() + places(&before, blue).len(), 0, "{name}");
         film.press("3");
@@ -143,11 +141,11 @@ fn a_selected_soft_body_is_green_and_outlined_where_it_is() {
     let rope = || Soft::rope(8, DVec3::new(-1.8, 3.6, 0.0), DVec3::new(1.8, 0.6, 0.0));
     for (soft, name) in [(Soft::upright(9, 12, at), "sheet"), (rope(), "rope")] {
         let mut film = film(stage(6.0, true), [soft]);
-        let mut studio = Studio::new(SIZE);
+        let mut studio = Studio::new(FILM_SIZE);
         let before = draw(&mut studio, &mut film, &format!("plain_{name}"));
         assert_eq!(places(&before, |pixel| green(pixel) || yellow(pixel)), []);
         let pixel = film.press("Q").pixel_of(at);
-        film.frame([drive::at(pixel)]).click(Button::Left);
+        film.frame([crate::rigs::at(pixel)]).click(Button::Left);
         let selected = film.session.stage.selection().unwrap_or_else(|| panic!("{name} is not selected"));
         assert_eq!(film.session.stage.name(selected), "soft");
         let after = draw(&mut studio, &mut film, &format!("selected_{name}"));
@@ -252,7 +250,7 @@ fn a_cloth_100_km_from_the_origin_draws_the_same_picture() {
         cloth.places.iter_mut().for_each(|place| *place += offset);
         draw_once(&mut film(scene, [cloth]), "far")
     });
-    let difference = crate::film::Difference::between(&pictures[0], &pictures[1]);
+    let difference = crate::rigs::Difference::between(&pictures[0], &pictures[1]);
     assert!(difference.accepted(), "{difference}");
 }
 

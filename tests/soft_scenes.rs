@@ -3,8 +3,7 @@
 use glam::DVec3;
 use sandbox::input::{Button, Input};
 
-use crate::drive::{Drive, at};
-use crate::film::{Film, SIZE, Studio, assert_pictures};
+use crate::rigs::{Drive, FILM_SIZE, Film, Studio, assert_pictures, at};
 
 /// Rows and columns of points of the flag, and the distance between two neighbors at the start, m.
 const ROWS: u32 = 17;
@@ -49,7 +48,7 @@ fn farthest(apart: &[f64]) -> usize {
 
 #[test]
 fn scenes_after_two_seconds_are_their_references() {
-    let mut studio = Studio::new(SIZE);
+    let mut studio = Studio::new(FILM_SIZE);
     let names = ["flag", "cape", "fountain"];
     let pictures = names.map(|name| {
         let mut film = Film::shipped(name);
@@ -64,7 +63,7 @@ fn scenes_after_two_seconds_are_their_references() {
 fn the_springs_of_the_flag_are_their_reference() {
     let mut film = Film::shipped("flag");
     film.frames(120).press("P").press("3");
-    assert_pictures(["flag_springs"], &[Studio::new(SIZE).draw_bodies(&mut film.session)]);
+    assert_pictures(["flag_springs"], &[Studio::new(FILM_SIZE).draw_bodies(&mut film.session)]);
 }
 
 #[test]
@@ -80,7 +79,7 @@ fn a_pushed_jelly_is_its_reference() {
         film.click(Button::Right);
     }
     film.press("Escape").frames(1);
-    assert_pictures(["jelly_pushed"], &[Studio::new(SIZE).draw_bodies(&mut film.session)]);
+    assert_pictures(["jelly_pushed"], &[Studio::new(FILM_SIZE).draw_bodies(&mut film.session)]);
 }
 
 #[test]

@@ -7,7 +7,7 @@ mod theory;
 use lab::stability::{Cell, Matrix};
 use motion::Method;
 
-use crate::harness::root;
+use crate::rigs::root;
 
 /// The matrix in the repository; `scripts/studies stability` makes it again.
 pub fn committed() -> Matrix {

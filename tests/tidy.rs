@@ -3,12 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use acceptance::mutants::{MUTANTS, Mutant};
 use motion::effects::Effect;
 
-use crate::harness::{output, root, sandbox};
+use crate::rigs::{cargo_metadata, root, sandbox};
 
 /// Every Rust file of the workspace with its text.
 fn sources() -> Vec<(PathBuf, String)> {
@@ -119,40 +118,82 @@ const FROM_NUMBERS_TO_PAGES: &[&str] = &[
     "stability",
 ];
 
-/// The heads of the paths from the root of its crate that a module names, with their lines: those of `crate::` and of
-/// `super::` that leave the `depth` modules that it is in.
-fn named_at_the_root(text: &str, depth: usize) -> Vec<(usize, String)> {
-    let tests = text.find("#[cfg(test)]\nmod tests {").map(|at| text[..at].lines().count());
-    let is_name = |c: char| c.is_alphanumeric() || c == '_';
-    let mut heads = Vec::new();
-    for (line, code) in code(text).enumerate() {
-        let depth = depth + usize::from(tests.is_some_and(|tests| line > tests));
-        let starts = ["crate::", "super::"].into_iter().flat_map(|start| code.match_indices(start));
-        // A quote after it ends a piece of text that a macro makes a link of.
-        let whole = starts.filter(|(at, start)| {
-            !code[..*at].ends_with(|c| is_name(c) || c == ':') && !code[at + start.len()..].starts_with('"')
-        });
-        for (at, start) in whole {
-            let supers = code[at..].split("::").take_while(|part| *part == "super").count();
-            if start == "crate::" || supers >= depth {
-                let head = code[at..].split("::").nth(supers.max(1)).unwrap_or_default();
-                heads.push((line + 1, head.chars().take_while(|c| is_name(*c)).collect()));
+/// The paths that one with braces stands for.
+fn apart(path: &str) -> Vec<String> {
+    let Some((before, inside)) = path.split_once('{') else { return vec![path.trim().to_owned()] };
+    let inside = inside.trim().strip_suffix('}').unwrap();
+    let (mut depth, mut start, mut paths) = (0, 0, Vec::new());
+    for (at, c) in inside.char_indices().chain([(inside.len(), ',')]) {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => {
+                let part = inside[start..at].trim();
+                paths.extend(
+                    apart(part).iter().filter(|part| !part.is_empty()).map(|part| format!("{before}{part}")),
+                );
+                start = at + 1;
             }
+            _ => {}
         }
     }
-    heads
+    paths
+}
+
+/// The paths that the code of `module` names by `crate`, `self` or `super`, from the root of its crate, with their lines.
+fn paths(module: &str, text: &str) -> Vec<(usize, String)> {
+    let tests = text.find("#[cfg(test)]\nmod tests {").map(|at| text[..at].lines().count());
+    let code = code(text).collect::<Vec<_>>().join("\n");
+    let is_name = |c: char| c.is_alphanumeric() || c == '_';
+    let is_path = |c: char| is_name(c) || c == ':';
+    let mut found = Vec::new();
+    for (at, _) in ["crate::", "self::", "super::"].into_iter().flat_map(|start| code.match_indices(start)) {
+        let rest = &code[at..];
+        let end = rest.find(|c| !is_path(c)).unwrap_or(rest.len());
+        // A quote ends a piece of text that a macro makes a link of.
+        if code[..at].ends_with(is_path) || rest[end..].starts_with('"') {
+            continue;
+        }
+        let mut depth = 0;
+        let closes = |(_, c): &(usize, char)| {
+            depth += i32::from(*c == '{') - i32::from(*c == '}');
+            depth == 0
+        };
+        let close = rest[end..].char_indices().find(closes).map_or(0, |(at, c)| at + usize::from(c == '}'));
+        let line = code[..at].matches('\n').count() + 1;
+        for path in apart(&rest[..end + close]) {
+            let mut modules: Vec<_> = module.split("::").collect();
+            modules.extend(tests.is_some_and(|tests| line > tests).then_some("tests"));
+            for part in path.split("::").map(|part| part.split_whitespace().next().unwrap_or_default()) {
+                match part {
+                    "crate" => modules.clear(),
+                    "super" => modules.truncate(modules.len().saturating_sub(1)),
+                    "self" | "" => {}
+                    name => modules.push(name),
+                }
+            }
+            found.push((line, modules.join("::")));
+        }
+    }
+    found
+}
+
+/// The module of the file at that path below the sources of its crate.
+fn module_of(path: &Path) -> String {
+    path.with_extension("").to_str().unwrap().replace('/', "::")
 }
 
 /// The uses of a later layer, or of what is no layer, in the file at that path below the sources of its crate.
 fn wrong_uses(layers: &[&str], path: &Path, text: &str) -> Vec<String> {
-    let modules: Vec<_> =
-        path.with_extension("").iter().map(|part| part.to_str().unwrap().to_owned()).collect();
+    let module = module_of(path);
+    let head = |path: &str| path.split("::").next().unwrap_or_default().to_owned();
     let place = |name: &str| layers.iter().position(|layer| *layer == name);
-    let own = place(&modules[0]);
-    named_at_the_root(text, modules.len())
+    let own = place(&head(&module));
+    paths(&module, text)
         .into_iter()
+        .map(|(line, path)| (line, head(&path)))
         .filter(|(_, head)| place(head).is_none() || place(head) > own)
-        .map(|(line, head)| format!("{}:{line}: {} uses `{head}`", path.display(), modules[0]))
+        .map(|(line, head)| format!("{}:{line}: {module} uses `{head}`", path.display()))
         .collect()
 }
 
@@ -208,6 +249,7 @@ fn a_use_of_a_later_layer_is_found() {
         ("tick.rs", "use super::schedule::systems;", true),
         ("kernels/affine.rs", "$crate::groups::rows!();", true),
         ("tick/integrate.rs", "use crate::kernels::Account;", false),
+        ("tick/integrate.rs", "use crate::{\n    laws::{Law, Wells},\n    state,\n};", false),
         ("tick/integrate.rs", "use super::super::laws::Law;", false),
         ("tick/integrate.rs", "use super::quarantine::Cause;", false),
         ("tick/integrate.rs", "/// See [`Stepper`](crate::Stepper).", false),
@@ -218,59 +260,18 @@ fn a_use_of_a_later_layer_is_found() {
     }
 }
 
-/// The paths that a `use` names after its keyword, with its braces taken apart.
-fn apart(path: &str) -> Vec<String> {
-    let Some((before, inside)) = path.split_once('{') else { return vec![path.trim().to_owned()] };
-    let inside = inside.trim().strip_suffix('}').unwrap();
-    let (mut depth, mut start, mut paths) = (0, 0, Vec::new());
-    for (at, c) in inside.char_indices().chain([(inside.len(), ',')]) {
-        match c {
-            '{' => depth += 1,
-            '}' => depth -= 1,
-            ',' if depth == 0 => {
-                let part = inside[start..at].trim();
-                paths.extend(
-                    apart(part).iter().filter(|part| !part.is_empty()).map(|part| format!("{before}{part}")),
-                );
-                start = at + 1;
-            }
-            _ => {}
-        }
-    }
-    paths
-}
-
-/// The modules of `known` that the one of that name uses, outside its tests: by the paths in its text. Those around it and in it
-/// do not count: a module shows what is in its folder.
+/// The modules of `known` that the one of that name uses, outside its tests. Those around it and in it do not count: a module
+/// shows what is in its folder.
 fn used(module: &str, text: &str, known: &BTreeMap<String, &str>) -> BTreeSet<String> {
-    let text = text.split("#[cfg(test)]").next().unwrap();
-    let text = code(text).collect::<Vec<_>>().join(" ");
-    let is_use = |at: &usize| !text[..*at].ends_with(char::is_alphanumeric);
-    let from = |at: usize| text[at + 4..].split(';').next().unwrap();
-    let uses = text.match_indices("use ").map(|(at, _)| at).filter(is_use).map(from);
-    let own = |path: &&str| ["crate::", "self::", "super::"].iter().any(|start| path.starts_with(start));
-    let uses = uses.filter(own).flat_map(apart);
-    let inline = text.match_indices("crate::").map(|(at, _)| {
-        let is_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
-        text[at..].chars().take_while(|c| is_path(*c)).collect::<String>()
-    });
-    let absolute = |path: String| {
-        let path = path.split(" as ").next().unwrap().replace(' ', "");
-        let parent = module.rsplit_once("::").map_or("", |(parent, _)| parent);
-        path.strip_prefix("crate::")
-            .map(str::to_owned)
-            .or_else(|| Some(format!("{module}::{}", path.strip_prefix("self::")?)))
-            .or_else(|| Some(format!("{parent}::{}", path.strip_prefix("super::")?)))
-    };
-    let file = |path: String| {
-        let mut path = path.trim_matches(':');
+    let is_inside = |one: &str, other: &str| one == other || one.starts_with(&format!("{other}::"));
+    let file = |(_, path): (usize, String)| {
+        let mut path = path.as_str();
         while !known.contains_key(path) {
             path = path.rsplit_once("::")?.0;
         }
-        let is_inside = |one: &str, other: &str| one == other || one.starts_with(&format!("{other}::"));
         Some(path.to_owned()).filter(|path| !is_inside(path, module) && !is_inside(module, path))
     };
-    uses.chain(inline).filter_map(absolute).filter_map(file).collect()
+    paths(module, text.split("#[cfg(test)]").next().unwrap()).into_iter().filter_map(file).collect()
 }
 
 /// The modules from which following what they use leads back to them.
@@ -293,16 +294,14 @@ fn no_two_files_need_each_other() {
     let found = |text| used("b", text, &known).into_iter().collect::<Vec<_>>();
     assert_eq!(found("use crate::{a::X, d::{e::{Y, Z}}};"), ["a", "d::e"]);
     assert_eq!(found("use self::c::Y; fn f(x: crate::a::X) {}"), ["a"]);
+    assert_eq!(found("use super::{a::{self, X}, d::e as f};"), ["a", "d::e"]);
     assert_eq!(found("// crate::a::X\n#[cfg(test)]\nuse crate::a::X;"), [""; 0]);
     let all = sources();
     for name in ["motion", "pick", "scene", "history", "render", "lab", "report", "sandbox"] {
         let folder = root().join(format!("crates/{name}/src"));
         let texts: BTreeMap<_, _> = all
             .iter()
-            .filter_map(|(path, text)| {
-                let path = path.strip_prefix(&folder).ok()?.with_extension("");
-                Some((path.to_str()?.replace('/', "::"), &**text))
-            })
+            .filter_map(|(path, text)| Some((module_of(path.strip_prefix(&folder).ok()?), &**text)))
             .filter(|(module, _)| !["lib", "main"].contains(&&**module))
             .collect();
         assert!(texts.len() > 10, "{name} has no files");
@@ -527,7 +526,7 @@ fn no_test_is_ignored_and_nothing_is_left_to_do() {
 fn what_a_test_starts_has_a_deadline() {
     never(
         "tests",
-        &["tests/harness.rs", "tests/tidy.rs", "tests/bin"],
+        &["tests/rigs/program.rs", "tests/tidy.rs", "tests/bin"],
         &[".output()", ".wait_with_output()"],
     );
 }
@@ -544,13 +543,6 @@ fn unwrap_is_for_tests() {
             assert!(!before_tests.contains(".unwrap()"), "{} unwraps", path.display());
         }
     }
-}
-
-/// What cargo says of the workspace.
-pub fn cargo_metadata(flags: &[&str]) -> serde_json::Value {
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["metadata", "--format-version", "1", "--manifest-path"]).arg(root().join("Cargo.toml"));
-    serde_json::from_str(&output(cargo.args(flags)).fine()).unwrap()
 }
 
 #[test]

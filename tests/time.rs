@@ -9,7 +9,7 @@ use sandbox::clock::{BadTime, FrameClock, TickClock};
 use sandbox::input::InputFrame;
 use sandbox::{Options, Session};
 
-use crate::harness::{Lab, scene_of};
+use crate::rigs::{Lab, scene_of};
 
 /// Ticks of each frame when frames end at `ends`.
 fn ticks(rate: f64, ends: impl Iterator<Item = f64>) -> Vec<u64> {

@@ -5,8 +5,7 @@ use motion::{Damping, PhysicsBody, Transform};
 use sandbox::Stage;
 use sandbox::input::Button;
 
-use crate::drive::{Drive, at, click, down, push, tap, up};
-use crate::harness::{G, H};
+use crate::rigs::{Drive, G, H, at, click, down, push, tap, up};
 
 /// A body in plain numbers.
 struct Body {
@@ -72,7 +71,7 @@ fn the_tutorials_two_loops_and_the_schedule_visit_the_same_bits_for_ten_seconds(
     drive.press("Q");
     let player = drive.pixel(drive.x("player"));
     assert_eq!(drive.select(player).as_deref(), Some("player"));
-    let along = drive.session.view.camera().viewpoint().ray_through(player, crate::drive::SIZE).direction();
+    let along = drive.session.view.camera().viewpoint().ray_through(player, crate::rigs::SIZE).direction();
     for tick in 0..1200_u32 {
         let mut events = Vec::new();
         if [200, 420, 500, 900].contains(&tick) {

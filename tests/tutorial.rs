@@ -3,7 +3,7 @@
 use motion::units::Vector;
 use motion::{Gravity, Method};
 
-use crate::harness::{G, H, Lab, close, digits};
+use crate::rigs::{G, H, Lab, close, digits};
 
 /// Closed form of n ticks from rest under constant acceleration: stored velocity and way.
 fn closed_form(a: f64, d: f64, n: f64) -> (f64, f64) {

@@ -21,12 +21,10 @@ use sandbox::{Mode, Options, Order, Session};
 use scene::{Action, MouseButton, Recording, Script};
 use tempfile::TempDir;
 
-use crate::cockpit::Cockpit;
-use crate::film::{Difference, Film, SIZE, Studio};
-use crate::harness::{json, output, program, sandbox, wait_for};
+use crate::rigs::{Cockpit, Difference, FILM_SIZE, Film, Studio, json, output, program, sandbox, wait_for};
 
 /// A screen and the size that the window asks for.
-const USUAL: [[u32; 2]; 2] = [[1280, 720], SIZE];
+const USUAL: [[u32; 2]; 2] = [[1280, 720], FILM_SIZE];
 
 /// How long nothing happens where that is what is looked at.
 const REST: Duration = Duration::from_secs(2);
@@ -293,7 +291,7 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
     let notches = |action: &&&Action| matches!(action, Action::Wheel(_));
     assert_eq!(recorded.iter().filter(notches).collect::<Vec<_>>(), [&&Action::Wheel(1.0)]);
 
-    let mut studio = Studio::like_the_window(SIZE);
+    let mut studio = Studio::like_the_window(FILM_SIZE);
     let (mut seen, mut replayed) = (Vec::new(), None);
     let end = replay(&script, &recording, |session, orders| {
         if orders.contains(&Order::Screenshot(None)) {
@@ -543,7 +541,7 @@ fn a_resized_window_goes_on_in_its_new_size_and_records_it() {
     window.quit();
     let (script, recording) = window.recording();
     assert!(script.steps.iter().any(|step| step.action == Action::Resize(500, 300)));
-    assert_eq!(recording.size_px, SIZE.into());
+    assert_eq!(recording.size_px, FILM_SIZE.into());
     let end = replay(&script, &recording, |_, _| {});
     assert_eq!(end.view.size_px(), wanted);
     assert!(end.stage.ticks() >= resized.tick);
@@ -786,7 +784,7 @@ fn a_window_that_is_not_seen_simulates_on_with_few_frames() {
 #[test]
 fn a_wayland_display_that_is_gone_falls_back_to_x11() {
     let mut window = Window::open(&[("WAYLAND_DISPLAY", "/nonexistent/wayland-9")]);
-    assert_eq!(window.screenshot().image.size_px, SIZE);
+    assert_eq!(window.screenshot().image.size_px, FILM_SIZE);
     window.quit();
 }
 

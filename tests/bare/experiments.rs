@@ -6,7 +6,7 @@ use motion::arrays::Bare;
 use motion::{Damping, DampingModel, Gravity, Method, Request};
 
 use super::{arrays, arrays_by, run, states, twin};
-use crate::harness::all_bits;
+use crate::rigs::all_bits;
 
 const IMPULSE: DVec3 = DVec3::new(0.5, -2.0, 0.25);
 const VELOCITY: DVec3 = DVec3::new(-1.0, 3.0, 0.5);

@@ -6,7 +6,7 @@ use motion::arrays::{Bare, NotForArrays};
 use motion::{Method, StableId, TimeStep};
 
 use super::{arrays, run, states};
-use crate::harness::{all_bits, scene_of};
+use crate::rigs::{all_bits, scene_of};
 
 const SCENE: &str = r#"(version: 1, gravity: (acceleration_m_s2: (0, -9.8, 0)), bodies: [
     (name: "free", mass_kg: 2), (name: "a", position_m: (3, 0, 0)), (name: "b", position_m: (4.5, 0, 0)),

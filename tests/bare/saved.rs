@@ -5,7 +5,7 @@ use motion::Method;
 use motion::arrays::Bare;
 
 use super::{run, states};
-use crate::groups::lab::{Environment, Net, Start, elastic};
+use crate::rigs::{Environment, Net, Start, elastic};
 
 #[test]
 fn a_saved_state_is_gone_back_to() {

@@ -6,7 +6,7 @@ use motion::{Evaluations, Method, Quarantine};
 use scene::{Scene, shipped};
 
 use super::{arrays, run, states, twin};
-use crate::harness::all_bits;
+use crate::rigs::all_bits;
 
 fn scenes() -> impl Iterator<Item = Scene> {
     shipped().iter().map(|shipped| shipped.load().unwrap())

@@ -7,9 +7,7 @@ use motion::ledger::Ledger;
 use motion::{Method, Request};
 
 use super::program::STIFF;
-use crate::dice::Dice;
-use crate::ghosts::mixed;
-use crate::harness::scene_of;
+use crate::rigs::{Dice, mixed, scene_of};
 use crate::snapshot::{outcome, restored};
 
 fn run(text: &str) -> Simulation {

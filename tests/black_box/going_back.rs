@@ -6,10 +6,7 @@ use motion::Gravity;
 use sandbox::input::Input;
 use sandbox::report::state_hash;
 
-use crate::drive::{Drive, change, push, tap};
-use crate::ghosts::mixed;
-use crate::harness::H;
-use crate::panels::write_step_hz;
+use crate::rigs::{Drive, H, change, mixed, push, tap, write_step_hz};
 
 pub fn recording() -> Drive {
     Drive::of(mixed()).recording()
@@ -104,6 +101,7 @@ fn ticks_are_asked_for_as_often_as_their_length_says_that_was_gone_back_to() {
         drive.frames(60).session.stage.ticks() - before
     };
     assert_eq!(in_a_second(&mut drive), 120);
+    let _ = drive.session.controls();
     drive.press("Q").press("Tab").ticks(2);
     write_step_hz(&mut drive);
     drive.frame(H, [Input::Text("30".to_owned())]).frame(H, tap("Enter")).press("Tab").ticks(4);

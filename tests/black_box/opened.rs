@@ -8,7 +8,7 @@ use sandbox::report::state_hash;
 use sandbox::{Options, Repetition, Session};
 
 use super::going_back::{go, recording, with_a_fault};
-use crate::drive::{Drive, push, tap};
+use crate::rigs::{Drive, push, tap};
 
 /// A session of what `bundle` is when it was a file, at the end of its run.
 fn reopened(bundle: &Bundle, interpolate: bool) -> (Drive, Repetition) {

@@ -7,7 +7,7 @@ use history::Bundle;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::harness::{self, Said, json, sandbox};
+use crate::rigs::{self, Said, json, sandbox};
 
 pub const CLOTH: &str = "(version: 1, name: \"sheet\", gravity: (), soft_bodies: [
     cloth(name: \"cloth\", rows: 5, columns: 5, along_m: (2, 0, 0), down_m: (0, -2, 0), stiffness_n_m: 50,
@@ -20,7 +20,7 @@ pub const STIFF: &str = "(version: 1, step_hz: 100, bodies: [
 
 pub fn folder() -> TempDir {
     let script = "[(at_tick: 10, do: press(\"G\")), (at_tick: 70, do: push(\"cloth.r2.c2\", (nan, 0, 0)))]";
-    harness::folder([("sheet.ron", CLOTH), ("stiff.ron", STIFF), ("nan.script", script)])
+    rigs::folder([("sheet.ron", CLOTH), ("stiff.ron", STIFF), ("nan.script", script)])
 }
 
 pub fn bundle(folder: &Path, name: &str) -> Bundle {

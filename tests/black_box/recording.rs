@@ -5,8 +5,7 @@ use history::{EnergyState, Simulation, Timeline};
 use motion::effects::Effect;
 use motion::{Method, PushQueue, Request, TimeStep};
 
-use crate::ghosts::mixed;
-use crate::harness::scene_of;
+use crate::rigs::{mixed, scene_of};
 use crate::snapshot::{Outcome, outcome};
 
 /// Nothing is known of its energy.

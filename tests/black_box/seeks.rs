@@ -8,8 +8,7 @@ use sandbox::input::Input;
 
 use super::going_back::{go, recording};
 use super::recording::{assert_outcome_at, outcome_at, recorded};
-use crate::drive::{Drive, push, tap};
-use crate::ghosts::mixed;
+use crate::rigs::{Drive, mixed, push, tap};
 use crate::snapshot::outcome;
 
 /// A frame that looks away after every tick, and how many there were on the way to another tick.

@@ -5,7 +5,7 @@ use std::fs;
 use serde_json::{Value, json};
 
 use super::program::{CLOTH, bundle, folder};
-use crate::harness::{Said, json, sandbox};
+use crate::rigs::{Said, json, sandbox};
 
 const FAILING: &str = "run sheet.ron --script nan.script --seconds 2 --black-box box.zip --summary s.json";
 

@@ -1,5 +1,7 @@
 //! The harmonic oscillator: everything that a study finds about it is known beforehand.
 
+use std::sync::LazyLock;
+
 use lab::cost::{Accuracy, Cost, Plan, Precision, Study, Subject};
 use motion::{METHODS, Method};
 
@@ -10,13 +12,19 @@ fn study(periods: u32, rungs: Vec<u32>, methods: &[Method]) -> Study {
     studied(Subject::oscillator(periods).unwrap(), plain(methods, rungs)).study().clone()
 }
 
+/// Five periods by every method in many numbers of substeps.
+fn by_all_methods() -> &'static Study {
+    static STUDY: LazyLock<Study> = LazyLock::new(|| study(5, octaves(8, 4096), &Method::ALL));
+    &STUDY
+}
+
 fn octaves(from: u32, to: u32) -> Vec<u32> {
     std::iter::successors(Some(from), |rung| Some(rung * 2)).take_while(|rung| *rung <= to).collect()
 }
 
 #[test]
 fn fitted_orders_are_those_of_the_table() {
-    let study = study(5, octaves(8, 4096), &Method::ALL);
+    let study = by_all_methods();
     for claims in METHODS {
         let both = f64::from(claims.position_order.min(claims.velocity_order));
         let expected = [
@@ -99,7 +107,7 @@ fn runge_kutta_2_is_16_times_worse_than_verlet_at_equal_cost() {
 
 #[test]
 fn explicit_euler_is_never_on_the_front() {
-    let study = study(5, octaves(8, 4096), &Method::ALL);
+    let study = by_all_methods();
     for accuracy in [Accuracy::Relative, Accuracy::Position, Accuracy::Velocity] {
         let front = study.front(accuracy, Cost::Evaluations);
         let sound = |method| front.iter().any(|cell| cell.setting.method == method);

@@ -4,8 +4,7 @@ use glam::DVec2;
 use lab::cost::{Cell, Outcome, Plan, Report, Study, Subject, Truth};
 use sandbox::input::Button;
 
-use crate::drive::Drive;
-use crate::harness::sandbox;
+use crate::rigs::{Drive, sandbox};
 
 /// A session of `scene` with the panel open and its study done.
 fn studied(scene: &str) -> Drive {

@@ -9,7 +9,7 @@ use motion::{Elastic, Method};
 use scene::Scene;
 
 use super::{plain, studied};
-use crate::harness::scene_of;
+use crate::rigs::scene_of;
 
 /// A scene of springs, uniform and mutual gravity, and damping, as a system of first order: positions, then
 /// velocities, of all bodies.

@@ -9,7 +9,7 @@ use motion::groups::Solver;
 use motion::{Method, PushQueue};
 
 use super::{COUPLED, LOCAL, lab_of, world_of};
-use crate::harness::{H, Lab};
+use crate::rigs::{H, Lab};
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };

@@ -11,8 +11,7 @@ use motion::{
 };
 
 use super::emitters::{AT, expected, fountain, launch, living, now};
-use crate::environment::Start;
-use crate::harness::Lab;
+use crate::rigs::{Lab, Start};
 
 /// No laws of single bodies.
 const NONE: LawsOf<'_> = &|_| Vec::new();

@@ -11,7 +11,7 @@ use motion::{
     Transform, Well, Wells,
 };
 
-use crate::harness::{H, Lab};
+use crate::rigs::{H, Lab};
 
 pub(super) const AT: Vector = Vector::new(1.0, 2.0, 3.0);
 

@@ -7,8 +7,7 @@ use sandbox::{SwitchedBy, report};
 use scene::Scene;
 use serde_json::Value;
 
-use crate::drive::Drive;
-use crate::harness::{folder, json, sandbox, scene_of};
+use crate::rigs::{Drive, folder, json, sandbox, scene_of};
 
 const SCENE: &str = "(version: 1, step_hz: 100, method: runge_kutta_4, gravity: (), drag: (quadratic_per_m: 0.1),
     wells: [(strength_m3_s2: 3, softening_m: 1, bodies: [\"a\"])],

@@ -7,8 +7,7 @@ use motion::systems::{Bodies, Unmarked};
 use motion::units::Vector;
 use motion::{Damping, Drag, Elastic, Gravity, Method, PhysicsBody, PushQueue, Request, Static, Transform};
 
-use crate::environment::Start;
-use crate::harness::{H, Lab};
+use crate::rigs::{H, Lab, Start};
 
 fn is_static(lab: &Lab, body: Entity) -> bool {
     lab.world.get::<Static>(body).is_some()

@@ -11,7 +11,7 @@ use motion::{
 use scene::Scene;
 
 use super::{COUPLED, LOCAL, lab_of, world_of};
-use crate::harness::{H, Lab, world_bits};
+use crate::rigs::{H, Lab, world_bits};
 
 fn ask(lab: &mut Lab, requests: impl IntoIterator<Item = Request>) {
     for request in requests {

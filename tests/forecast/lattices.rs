@@ -7,8 +7,7 @@ use history::Simulation;
 use motion::Method;
 use motion::forecast::{Forecast, Margin};
 
-use crate::groups::lab::{Environment, Net, Start, elastic};
-use crate::harness::scene_of;
+use crate::rigs::{Environment, Net, Start, elastic, scene_of};
 
 fn worst(soft_body: &str) -> Margin {
     let scene = scene_of(&format!("(version: 1, step_hz: 120, soft_bodies: [{soft_body}])"));

@@ -5,8 +5,7 @@ use lab::limits::Net;
 use motion::forecast::{Forecast, LimitingPart, Margin};
 use motion::{Damping, DampingModel, Drag, Elastic, Method, MutualGravity, OwnLaws, Substeps, Well, Wells};
 
-use crate::dice::Dice;
-use crate::groups::lab::{Environment, Lab, Net as Springs, Start, elastic};
+use crate::rigs::{Dice, Environment, Lab, Net as Springs, Start, elastic};
 
 /// What is foretold of the world of a rig.
 fn forecast(rig: &mut Lab) -> Forecast {
@@ -218,7 +217,7 @@ fn a_well_is_looked_at_from_where_bodies_are() {
 
 #[test]
 fn the_limiting_spring_is_named_and_its_margin_is_that_of_the_group() {
-    let mut net = crate::groups::lab::chain(6, 100.0, 1.0, 1.0);
+    let mut net = crate::rigs::chain(6, 100.0, 1.0, 1.0);
     net.springs[3].1.stiffness = 5e4;
     let mut rig = net.lab(&Environment::default(), Method::VelocityVerlet, 1.0 / 60.0);
     let forecast = Forecast::with_springs(&mut rig.world, Method::VelocityVerlet);

@@ -5,7 +5,7 @@ use render::Frame;
 use sandbox::Session;
 use scene::Scene;
 
-use crate::film::{Film, SIZE, Studio};
+use crate::rigs::{FILM_SIZE, Film, Studio};
 
 /// Four weights on a row of springs, the third of which is the stiffest, in a scene at 60 Hz.
 fn hung(stiffest: f64) -> Film {
@@ -120,13 +120,13 @@ fn the_open_panel_changes_no_bit_of_a_run() {
 fn the_panel_is_drawn() {
     let mut film = hung(1.15 * 7200.0);
     film.press("V").frames(3);
-    let picture = Studio::new(SIZE).draw(&mut film.session);
+    let picture = Studio::new(FILM_SIZE).draw(&mut film.session);
     let closed = {
         let mut film = hung(1.15 * 7200.0);
         film.frames(3);
-        Studio::new(SIZE).draw(&mut film.session)
+        Studio::new(FILM_SIZE).draw(&mut film.session)
     };
-    assert!(crate::film::Difference::between(&picture, &closed).pixels > 5_000);
+    assert!(crate::rigs::Difference::between(&picture, &closed).pixels > 5_000);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use motion::forecast::{Cure, LimitingPart, Margin};
 use sandbox::ForecastRow;
 use serde_json::Value;
 
-use crate::harness::{Said, folder, sandbox, summarized};
+use crate::rigs::{Said, folder, sandbox, summarized};
 
 /// A weight of 1 kg on a spring of `stiffness` N/m, its end of rest.
 fn hung(stiffness: f64) -> String {

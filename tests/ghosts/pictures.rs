@@ -3,9 +3,7 @@
 use render::{Frame, Line};
 use scene::Scene;
 
-use crate::drive::change;
-use crate::film::{Film, SIZE, Studio, assert_pictures};
-use crate::harness::scene_of;
+use crate::rigs::{FILM_SIZE, Film, Studio, assert_pictures, change, scene_of};
 
 /// Seconds of `scene` with ghosts from the start.
 fn haunted(scene: Scene, seconds: u32) -> Film {
@@ -17,7 +15,7 @@ fn haunted(scene: Scene, seconds: u32) -> Film {
 #[test]
 fn ghosts_are_drawn_translucent_in_the_colors_of_their_methods() {
     let mut film = haunted(scene::load("third_law").unwrap(), 4);
-    let picture = Studio::new(SIZE).draw(&mut film.session);
+    let picture = Studio::new(FILM_SIZE).draw(&mut film.session);
     assert_pictures(["ghosts"], &[picture]);
 }
 
@@ -91,5 +89,5 @@ fn what_is_on_its_way_to_infinity_is_not_drawn() {
     let places = moving(&film.session.picture());
     assert_eq!(places.len(), 9);
     assert!(places.iter().flatten().all(|part| part.is_finite()));
-    Studio::new(SIZE).draw(&mut film.session);
+    Studio::new(FILM_SIZE).draw(&mut film.session);
 }

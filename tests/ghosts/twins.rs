@@ -7,7 +7,7 @@ use motion::snapshot::LastStep;
 use motion::{Method, OwnMethod, Request, TimeStep};
 use scene::Scene;
 
-use super::mixed;
+use crate::rigs::mixed;
 
 type State = (u32, DVec3, DVec3);
 

@@ -6,7 +6,7 @@ use motion::{Method, MutualGravity};
 use sandbox::input::Input;
 use scene::Action;
 
-use crate::drive::Drive;
+use crate::rigs::Drive;
 
 fn give(drive: &mut Drive, action: Action) {
     drive.frame(1.0 / 120.0, [Input::Act(action)]);

@@ -3,8 +3,7 @@
 use glam::{DMat3, DVec3};
 use motion::{AxisLocks, BodyState, Jacobians, Laws, Method};
 
-use super::lab::{Environment, H, Lab, Net, Start, elastic, ring};
-use crate::environment::Formula;
+use crate::rigs::{Environment, Formula, Lab, Net, Start, elastic, net::H, ring};
 
 const IMPLICIT: Method = Method::ImplicitEuler;
 

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use motion::{Method, Request};
 
-use super::lab::{Environment, Lab, Net, Start, elastic, pendulum, ring, tetrahedron};
 use super::orders::figure_eight;
 use crate::methods::fingerprint::{determinant, exact, matrix, terms, trace};
+use crate::rigs::{Environment, Lab, Net, Start, elastic, pendulum, ring, tetrahedron};
 
 /// Most that momentum (kg m/s) and angular momentum differ from those at the start, and the sums of magnitudes.
 fn drifts(rig: &mut Lab, ticks: u64) -> [[f64; 2]; 2] {

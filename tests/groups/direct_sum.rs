@@ -3,8 +3,7 @@
 use glam::DVec3;
 use motion::{Method, MutualGravity, SourceMass, Threads};
 
-use super::lab::{Environment, H, Net, Start};
-use crate::dice::Dice;
+use crate::rigs::{Dice, Environment, Net, Start, net::H};
 
 /// Not a multiple of the bodies that are computed at once, and enough for several threads.
 const BODIES: usize = 411;

@@ -7,9 +7,7 @@ use motion::{
     OwnLaws, Request, SoftBody, Thrust, Wind,
 };
 
-use super::lab::{Environment, H, Lab, Net, Start, elastic, pendulum, tetrahedron};
-use crate::dice::Dice;
-use crate::environment::Formula;
+use crate::rigs::{Dice, Environment, Formula, Lab, Net, Start, elastic, net::H, pendulum, tetrahedron};
 
 /// Two triangles joined by a bridge, hung on a post, and two bodies beside them.
 fn bridge() -> Net {

@@ -4,8 +4,7 @@ use glam::DVec3;
 use motion::groups::Solver;
 use motion::{AxisLocks, Elastic, Method};
 
-use super::lab::{Environment, H, Lab, Net, Start, chain, elastic};
-use crate::dice::Dice;
+use crate::rigs::{Dice, Environment, Lab, Net, Start, chain, elastic, net::H};
 
 const IMPLICIT: Method = Method::ImplicitEuler;
 

@@ -3,9 +3,8 @@
 use glam::DVec3;
 use motion::{BodyState, Drag, Law, OwnLaws, Thrust};
 
-use super::lab::{Environment, Net, Start, State, elastic};
 use super::orders::Problem;
-use crate::environment::{self, Formula};
+use crate::rigs::{self, Environment, Formula, Net, Start, State, elastic};
 
 /// Where the fourth body is held.
 const POST: DVec3 = DVec3::new(6.0, 1.0, 1.0);
@@ -13,7 +12,7 @@ const POST: DVec3 = DVec3::new(6.0, 1.0, 1.0);
 const DRAG: Drag = Drag::new(0.4, 0.05);
 
 fn engine(body: usize) -> Thrust {
-    environment::engine([DVec3::new(1.0, -0.5, 0.2) * (1.0 + body as f64), DVec3::new(0.3, 0.8, -1.0)])
+    rigs::engine([DVec3::new(1.0, -0.5, 0.2) * (1.0 + body as f64), DVec3::new(0.3, 0.8, -1.0)])
 }
 
 /// Position, velocity and acceleration of a body.

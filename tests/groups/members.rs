@@ -8,7 +8,7 @@ use motion::{
     Method, OwnLaws, Request, SpeedLimit, Thrust, Well, Wells, Wind,
 };
 
-use super::lab::{Environment, H, Lab, Net, Start, State, elastic, extrapolated, tetrahedron};
+use crate::rigs::{Environment, Lab, Net, Start, State, elastic, extrapolated, net::H, tetrahedron};
 
 /// Two bodies on a spring that does not pull, or on none, and a post that moves on, on such a spring as well or on
 /// none.

@@ -4,9 +4,9 @@ use glam::DVec3;
 use motion::groups::Solver;
 use motion::{Claims, Damping, DampingModel, METHODS, Method, MutualGravity, OwnLaws};
 
-use super::lab::{Environment, Net, Start, State, elastic, extrapolated, pendulum, tetrahedron};
 use super::manufactured::manufactured;
 use crate::methods::orders::{claimed_orders, relative_errors};
+use crate::rigs::{Environment, Net, Start, State, elastic, extrapolated, pendulum, tetrahedron};
 
 /// Parts of the span at whose ends the error is looked at.
 const SAMPLES: usize = 8;

@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::groups::Solver;
 use motion::{Damping, DampingModel, Method, Request};
 
-use super::lab::{Environment, H, Lab, Net, Start, chain, elastic};
+use crate::rigs::{Environment, Lab, Net, Start, chain, elastic, net::H};
 
 const G: f64 = 9.8;
 

@@ -3,8 +3,7 @@
 use glam::DVec3;
 use motion::{METHODS, Method};
 
-use super::lab::{Environment, Lab, Net, Start, elastic};
-use crate::dice::Dice;
+use crate::rigs::{Dice, Environment, Lab, Net, Start, elastic};
 
 const LINKS: usize = 10;
 

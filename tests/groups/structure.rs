@@ -8,8 +8,7 @@ use motion::{
     SoftBody, Spring, StableId, Transform,
 };
 
-use super::lab::{Bits, Environment, H, Lab, Net, Start, elastic, pendulum, tetrahedron};
-use crate::dice::Dice;
+use crate::rigs::{Bits, Dice, Environment, Lab, Net, Start, elastic, net::H, pendulum, tetrahedron};
 
 /// Seven bodies and a post, ten springs, some of them damped.
 fn web(seed: u64) -> Net {
@@ -163,7 +162,7 @@ fn springs_come_and_go_in_the_middle_of_a_run() {
         rig.agrees(&mut twin, 20, &[], &what);
         // Another one in its place.
         let mut stiffer = net.clone();
-        stiffer.springs[0].1 = super::lab::elastic(90.0, 0.1);
+        stiffer.springs[0].1 = crate::rigs::elastic(90.0, 0.1);
         let spring = Spring { ends: ends.map(|end| rig.bodies[end]), elastic: stiffer.springs[0].1 };
         let old = *rig.springs.last().unwrap();
         rig.world.entity_mut(old).insert(spring);

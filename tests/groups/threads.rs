@@ -3,8 +3,7 @@
 use glam::DVec3;
 use motion::{DampingModel, Elastic, Method, Threads};
 
-use super::lab::{Bits, Environment, H, Net, Start};
-use crate::dice::Dice;
+use crate::rigs::{Bits, Dice, Environment, Net, Start, net::H};
 
 /// Points along the two edges of a cloth. Their product is not a multiple of what is computed at once.
 const EDGES: [usize; 2] = [149, 137];

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use motion::{Method, MutualGravity, Request, SourceMass};
 
-use super::lab::{Environment, H, Net, Start, elastic, ring, tetrahedron};
+use crate::rigs::{Environment, Net, Start, elastic, net::H, ring, tetrahedron};
 
 #[test]
 fn springs_store_half_of_stiffness_times_stretch_squared() {

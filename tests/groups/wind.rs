@@ -4,8 +4,7 @@ use glam::DVec3;
 use motion::groups::Solver;
 use motion::{Affine, BodyState, Drag, EvaluationTime, Law, METHODS, Method, Request, Wind};
 
-use super::lab::{Environment, H, Net, Start, State, elastic, extrapolated};
-use crate::dice::Dice;
+use crate::rigs::{Dice, Environment, Net, Start, State, elastic, extrapolated, net::H};
 
 fn wind(velocity: DVec3) -> Wind {
     Wind { velocity, gust: 0.0, gust_hz: 0.0 }

@@ -2,8 +2,7 @@
 
 use serde_json::Value;
 
-use crate::drive::Drive;
-use crate::harness::{H, Said, summarized};
+use crate::rigs::{Drive, H, Said, summarized};
 
 /// Runs the program on a scene, with a script if it has steps.
 fn run(scene: &str, script: &str, flags: &str) -> (Said, Value) {

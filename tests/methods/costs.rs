@@ -8,7 +8,7 @@ use motion::{BodyState, Jacobians, Method};
 
 use super::problems;
 use super::{SKEW, Stepper};
-use crate::environment::{Formula, pull};
+use crate::rigs::{Formula, pull};
 
 /// An oscillator that counts, damped or not.
 fn counted(calls: Arc<AtomicU64>, rate: f64) -> Formula {

@@ -4,7 +4,7 @@ use motion::{Damping, DampingModel, Method};
 
 use super::fingerprint::{last_stable, yoshida_steps};
 use super::{Check, SKEW, Stepper, all_pass, position, velocity, within};
-use crate::environment::engine;
+use crate::rigs::engine;
 use motion::arrays::Bare;
 
 const H: f64 = 1.0 / 60.0;

@@ -7,7 +7,7 @@ use super::laws::Spring;
 use super::orders::errors;
 use super::problems::{ACROSS, Problem};
 use super::{Check, SKEW, Stepper, all_pass, within};
-use crate::environment::Formula;
+use crate::rigs::Formula;
 
 /// An engine that nobody was told about: no step is split where it comes on, and it is on wherever a stage lies
 /// beyond.

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use motion::units::outer;
 use motion::{BodyState, EvaluationTime, Jacobians, Law};
 
-use crate::environment::Formula;
+use crate::rigs::Formula;
 
 /// A spring to the origin, `a = -k x / m`: bodies of different masses swing at different frequencies.
 #[derive(Debug)]

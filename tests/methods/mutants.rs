@@ -10,7 +10,7 @@ use motion::{Axes, BLOCK_BODIES, BodyBlock, BodyState, EvaluationTime, Gravity, 
 
 use super::pushes::{check_gravity, check_passes_over};
 use super::{Check, Stepper, damping, fingerprint, orders, pushes, verlet};
-use crate::environment::Formula;
+use crate::rigs::Formula;
 
 /// A check of a method.
 type Checked = (&'static str, fn(&Stepper) -> Check);

@@ -5,7 +5,7 @@ use motion::{BodyState, Drag, Gravity, Law, Well, Wells};
 
 use super::laws::{self, Spring};
 use super::{SKEW, Stepper};
-use crate::environment::{Formula, engine, pull};
+use crate::rigs::{Formula, engine, pull};
 use motion::arrays::Bare;
 
 /// A unit vector across [`SKEW`].

@@ -5,7 +5,7 @@ use motion::{Curve, Damping, DampingModel, Drag, Gravity, Thrust};
 
 use super::problems::sun;
 use super::{Stepper, position, velocity};
-use crate::environment::pull;
+use crate::rigs::pull;
 use motion::arrays::Bare;
 
 const H: f64 = 1.0 / 60.0;

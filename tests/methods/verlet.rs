@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::{Gravity, Method};
 
 use super::{Check, Stepper, all_pass, position, velocity, within};
-use crate::environment::pull;
+use crate::rigs::pull;
 
 const H: f64 = 1.0 / 60.0;
 

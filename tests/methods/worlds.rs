@@ -17,9 +17,7 @@ use glam::DVec3;
 use motion::arrays::Bare;
 use motion::{Curve, Method, OwnLaws, Thrust};
 
-use crate::dice::Dice;
-use crate::environment::{Environment, Start, wells};
-use crate::harness::{Bits, Lab, bits};
+use crate::rigs::{Bits, Dice, Environment, Lab, Start, bits, wells};
 
 const H: f64 = 1.0 / 60.0;
 

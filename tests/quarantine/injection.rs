@@ -16,8 +16,7 @@ use motion::{
 use scene::Scene;
 
 use super::rig::{Harm, bits, is_finite, records, run, run_harmed, scenes, start, systems};
-use crate::environment::Formula;
-use crate::harness::Bits;
+use crate::rigs::{Bits, Formula};
 
 /// Ticks before the one that is disturbed, and ticks that are compared.
 const LEAD: u64 = 3;

@@ -10,7 +10,7 @@ use motion::{
 use scene::Scene;
 
 use super::rig::{Harm, bits, is_finite, records, run, run_harmed, scenes, start, systems};
-use crate::harness::scene_of;
+use crate::rigs::scene_of;
 
 const LEAD: u64 = 3;
 

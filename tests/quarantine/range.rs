@@ -6,9 +6,7 @@ use motion::arrays::Bare;
 use motion::{Cause, Damping, DampingModel, Drag, Elastic, Fault, Gravity, Method, Range, Request, StableId};
 
 use super::rig::{bits, records, run, scenes, start};
-use crate::drive::Drive;
-use crate::groups::lab::{Environment, Net, Start, elastic};
-use crate::harness::{H, Lab, scene_of};
+use crate::rigs::{Drive, Environment, H, Lab, Net, Start, elastic, scene_of};
 
 /// Bodies that fall side by side, of which one flies off at 50 m/s.
 fn crowd(method: Method, range: Option<Range>, called: bool) -> Lab {

@@ -11,7 +11,7 @@ use motion::{
 };
 use scene::Scene;
 
-use crate::harness::{Bits, all_bits};
+use crate::rigs::{Bits, all_bits};
 
 /// What someone does to a world in the middle of a tick.
 pub type Harm = Box<dyn Fn(&mut World) + Send + Sync>;

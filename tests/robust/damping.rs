@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::arrays::Bare;
 use motion::{Damping, DampingModel, Method};
 
-use crate::environment::pull;
+use crate::rigs::pull;
 
 const RATES_HZ: [u32; 4] = [30, 60, 120, 240];
 

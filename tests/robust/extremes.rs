@@ -4,8 +4,7 @@ use glam::DVec3;
 use motion::arrays::Bare;
 use motion::{Drag, Gravity, Method};
 
-use crate::groups::lab::{Environment, Net, Start, elastic};
-use crate::harness::{H, Lab, close};
+use crate::rigs::{Environment, H, Lab, Net, Start, close, elastic};
 
 #[test]
 fn a_body_at_1e20_m_s_flies_on_and_no_other_notices() {

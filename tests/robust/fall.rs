@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::Method;
 use motion::arrays::Bare;
 
-use crate::environment::pull;
+use crate::rigs::pull;
 
 /// Height after `n` steps of h seconds, in exact arithmetic: `x0 + v0 n h + g h² c`, with c twice that of the scheme.
 fn closed_form(method: Method, n: i128, [x0, v0, g]: [i128; 3]) -> i128 {

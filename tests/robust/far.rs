@@ -3,7 +3,7 @@
 use glam::DVec3;
 use motion::{Damping, DampingModel, Elastic, Method};
 
-use crate::groups::lab::{Environment, Net, Start};
+use crate::rigs::{Environment, Net, Start};
 
 const H: f64 = 1.0 / 128.0;
 

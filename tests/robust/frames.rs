@@ -3,8 +3,7 @@
 use motion::{PhysicsBody, Transform};
 use sandbox::clock::BadTime;
 
-use crate::drive::Drive;
-use crate::harness::{folder, json, sandbox};
+use crate::rigs::{Drive, folder, json, sandbox};
 
 /// Lengths of frames, s: none, next to none, a hitch, a usual one.
 const FRAMES: [f64; 9] = [1.0 / 60.0, 0.0, 1e-9, 1.0, 0.0, 1.0 / 60.0, 1e-300, 100.0, 1.0 / 60.0];

@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::arrays::Bare;
 use motion::{Damping, DampingModel, DampingRate, Drag, Elastic, Method, SpeedLimit};
 
-use crate::groups::lab::{Environment, Lab, Net, Start};
+use crate::rigs::{Environment, Lab, Net, Start};
 
 /// 2,000 s in ticks of 1/30 s.
 const TICKS: u32 = 60_000;

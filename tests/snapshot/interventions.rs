@@ -8,8 +8,7 @@ use motion::{
 };
 
 use super::{caches, outcome, restored};
-use crate::ghosts::mixed;
-use crate::harness::scene_of;
+use crate::rigs::{mixed, scene_of};
 
 /// What is asked for, and pushed, before tick number `tick`.
 pub(super) fn act(run: &mut Simulation, tick: u64) {

@@ -8,8 +8,7 @@ use motion::{Forces, Method, PhysicsBody, Stepper, TimeStep, Transform};
 
 use super::interventions::{TICKS, act};
 use super::outcome;
-use crate::ghosts::mixed;
-use crate::harness::bits;
+use crate::rigs::{bits, mixed};
 
 /// The tick after which no body is removed any more.
 const FIRST: u64 = 8;

@@ -7,7 +7,7 @@ use motion::Method;
 use tempfile::TempDir;
 
 use super::committed;
-use crate::harness::sandbox;
+use crate::rigs::sandbox;
 
 fn said(folder: impl AsRef<Path>, line: &str) -> String {
     let said = sandbox(folder, line);

@@ -4,7 +4,7 @@ use lab::stability::Class;
 use motion::Method;
 
 use super::cell;
-use crate::harness::close;
+use crate::rigs::close;
 
 /// The methods that keep an oscillator of w h = 1.05, which is what a chain of 63 rad/s has at 60 Hz.
 const STABLE: [Method; 6] = [

@@ -5,7 +5,7 @@ use motion::snapshot::{LastAcceleration, LastStep};
 use motion::{Drag, Gravity, Method, PhysicsBody, Request, Static};
 
 use super::{Environment, H, crowd, crowd_with_engines, starts, wells};
-use crate::harness::Lab;
+use crate::rigs::Lab;
 
 /// Bodies that carry what position Verlet keeps, and what velocity Verlet and Yoshida's composition do.
 fn kept(lab: &mut Lab) -> (Vec<Entity>, Vec<Entity>) {

@@ -7,7 +7,7 @@ use motion::{
 };
 
 use super::{Bits, Environment, H, IMMOVABLE, add, bare_bits, crowd, engine, engines, pushes, starts, wells};
-use crate::harness::Lab;
+use crate::rigs::Lab;
 
 const TICKS: usize = 200;
 

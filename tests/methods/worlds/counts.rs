@@ -7,8 +7,7 @@ use motion::{
 };
 
 use super::{Dice, Environment, Start, crowd, engines, starts};
-use crate::environment::engine;
-use crate::harness::Lab;
+use crate::rigs::{Lab, engine};
 
 const TICKS: u64 = 10;
 

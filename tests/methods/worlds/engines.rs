@@ -4,8 +4,7 @@ use glam::DVec3;
 use motion::{Curve, Drag, Gravity, Method, OwnLaws, Thrust};
 
 use super::{Environment, H, Start, starts, wells};
-use crate::dice::Dice;
-use crate::harness::bits;
+use crate::rigs::{Dice, bits};
 
 const TICKS: u64 = 12;
 

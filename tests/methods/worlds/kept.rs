@@ -9,8 +9,7 @@ use motion::{
 };
 
 use super::{Bits, Environment, H, crowd_with_engines, starts, wells};
-use crate::environment::engine;
-use crate::harness::Lab;
+use crate::rigs::{Lab, engine};
 
 const METHODS: [Method; 2] = [Method::VelocityVerlet, Method::Yoshida4];
 

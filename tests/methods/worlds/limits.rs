@@ -7,8 +7,7 @@ use motion::{
 };
 
 use super::{Environment, H, crowd_with_engines, pushes, starts, wells};
-use crate::groups::lab::elastic;
-use crate::harness::Lab;
+use crate::rigs::{Lab, elastic};
 
 const TICKS: usize = 100;
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::{Drag, Gravity, Method, Request, mark_method};
 
 use super::{Bits, Environment, H, crowd_with_engines, engines, starts, wells};
-use crate::harness::Lab;
+use crate::rigs::Lab;
 
 const MANY: usize = Method::ALL.len();
 

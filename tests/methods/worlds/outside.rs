@@ -7,7 +7,7 @@ use motion::methods::{
 use motion::{Damping, DampingModel, Drag, Elastic, Gravity, Method, Request, Stepper, TimeStep};
 
 use super::{Environment, H, crowd_with_engines, pushes, wells};
-use crate::harness::Lab;
+use crate::rigs::Lab;
 
 /// The method `M`, made again outside of the library.
 #[derive(Clone, Copy, Default)]

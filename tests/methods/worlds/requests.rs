@@ -5,8 +5,8 @@ use glam::DVec3;
 use motion::{Damping, DampingModel, Gravity, Method, OwnLaws, Request};
 
 use super::{Environment, H, Start, engine, engines};
-use crate::harness::Lab;
 use crate::methods::pushes::uniform_step;
+use crate::rigs::Lab;
 
 const START: Start = Start { x: DVec3::new(1.5, 0.2, -0.3), v: DVec3::new(0.3, 1.1, 0.4), w: 0.5 };
 

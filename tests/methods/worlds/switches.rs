@@ -7,7 +7,7 @@ use motion::{Gravity, Method};
 
 use super::super::{position, velocity};
 use super::{Environment, H, Start, add};
-use crate::harness::Lab;
+use crate::rigs::Lab;
 
 const START: Start = Start { x: DVec3::new(1.0, 0.2, -0.3), v: DVec3::new(0.3, 1.1, 0.4), w: 0.5 };
 

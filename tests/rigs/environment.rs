@@ -8,7 +8,7 @@ use motion::{
     PhysicsBody, Substeps, Thrust, Transform, Well, Wells,
 };
 
-use crate::harness::Lab;
+use crate::rigs::Lab;
 
 /// A body at the start of a run.
 #[derive(Clone, Copy, Debug)]

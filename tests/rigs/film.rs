@@ -10,11 +10,10 @@ use sandbox::input::{Button, Input, InputFrame};
 use sandbox::{Options, Session};
 use scene::Scene;
 
-use crate::drive::{at, click, tap};
-use crate::harness::{blesses, root};
+use crate::rigs::{at, blesses, click, root, tap};
 
 /// Small: drawn in software, and stored; large enough that the panels leave the bodies in sight.
-pub const SIZE: [u32; 2] = [640, 360];
+pub const FILM_SIZE: [u32; 2] = [640, 360];
 
 /// A channel may be off by this much of 255. Versions of a software renderer differ by 1 or 2 where they round
 /// and interpolate otherwise; a body, a shadow, a word in the wrong place is off by dozens.
@@ -179,7 +178,7 @@ pub struct Film {
 impl Film {
     pub fn of(scene: Scene) -> Self {
         let mut film = Self {
-            session: Session::new(scene, Options { size_px: SIZE, ..Options::default() }),
+            session: Session::new(scene, Options { size_px: FILM_SIZE, ..Options::default() }),
             clock: FrameClock::default(),
         };
         film.frame([]);
@@ -225,7 +224,7 @@ impl Film {
     }
 
     pub fn pixel_of(&self, point: DVec3) -> DVec2 {
-        let size = DVec2::from_array(SIZE.map(f64::from));
+        let size = DVec2::from_array(FILM_SIZE.map(f64::from));
         self.session.view.camera().viewpoint().project(point, size).unwrap()
     }
 

@@ -3,9 +3,7 @@
 use glam::DVec3;
 use motion::{Elastic, Link, Method, QuarantineRecord, SoftBody, StableId};
 
-use crate::dice::Dice;
-pub use crate::environment::{Environment, Start};
-pub use crate::harness::{Bits, Lab};
+use crate::rigs::{Dice, Environment, Lab, Start};
 
 /// The tick of most of these tests, s.
 pub const H: f64 = 1.0 / 60.0;

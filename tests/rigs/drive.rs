@@ -5,10 +5,10 @@ use glam::{DVec2, DVec3};
 use motion::{Method, PhysicsBody, Transform};
 use sandbox::clock::FrameClock;
 use sandbox::input::{Button, Input, InputFrame};
-use sandbox::{Options, Session};
+use sandbox::{Control, Options, Session};
 use scene::{Action, Scene};
 
-use crate::harness::{H, scene_of};
+use super::{H, scene_of};
 
 /// Size of the picture, pixels.
 pub const SIZE: DVec2 = DVec2::new(1280.0, 720.0);
@@ -102,6 +102,33 @@ impl Drive {
         self.selected()
     }
 
+    /// The first control that `is` so. The first call of [`Session::controls`] must be frames ago.
+    #[track_caller]
+    pub fn find(&self, is: impl FnMut(&Control) -> bool) -> Control {
+        let mut controls = self.session.controls();
+        let found = controls.iter().position(is);
+        controls.swap_remove(found.unwrap_or_else(|| panic!("not among {controls:#?}")))
+    }
+
+    /// The control of that name, which is no label.
+    #[track_caller]
+    pub fn control(&self, name: &str) -> Control {
+        assert!(self.has(name), "no {name} among {:#?}", self.session.controls());
+        self.find(|control| control.name == name && control.role != "Label")
+    }
+
+    /// Whether there is a control of that name, which is no label.
+    pub fn has(&self, name: &str) -> bool {
+        self.session.controls().iter().any(|control| control.name == name && control.role != "Label")
+    }
+
+    /// Clicks the control of that name.
+    #[track_caller]
+    pub fn click_on(&mut self, name: &str) -> &mut Self {
+        let middle = middle(&self.control(name));
+        self.frame(H, [at(middle)]).frame(H, click(Button::Left)).ticks(2)
+    }
+
     /// Name of the selection.
     pub fn selected(&self) -> Option<String> {
         self.session.stage.selection().map(|thing| self.session.stage.name(thing))
@@ -178,4 +205,15 @@ pub fn at(pixel: DVec2) -> Input {
 
 pub fn click(button: Button) -> [Input; 2] {
     [Input::ButtonDown(button), Input::ButtonUp(button)]
+}
+
+/// The middle of a control, pixels.
+pub fn middle(control: &Control) -> DVec2 {
+    let [left, top, right, bottom] = control.rect_px;
+    DVec2::new(left + right, top + bottom) / 2.0
+}
+
+/// Clicks the number `step_hz` of the settings, whose controls have names, which makes it a text field.
+pub fn write_step_hz(drive: &mut Drive) {
+    assert!(drive.click_on("Hz").session.takes_text());
 }
