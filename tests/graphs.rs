@@ -28,6 +28,7 @@ struct Row {
 fn saved(cockpit: &mut Cockpit) -> Vec<Row> {
     cockpit.drive.give([]);
     // The run stands still meanwhile: the table is of the last tick.
+    click(cockpit, "Look");
     click(cockpit, "Save CSV");
     let table = cockpit.saved_table();
     let mut lines = table.lines();

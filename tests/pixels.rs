@@ -1,6 +1,5 @@
 //! Pictures against references, and relations between pictures.
 
-use std::collections::BTreeSet;
 use std::process::Command;
 
 use glam::DVec2;
@@ -8,12 +7,12 @@ use render::Image;
 use sandbox::clock::FrameClock;
 use sandbox::input::{Button, Input, InputFrame};
 use sandbox::player::Player;
-use sandbox::{Mode, Options, Order, Session};
+use sandbox::{Mode, Options, Order, Session, Words};
 use scene::{Scene, Script};
 
 use crate::rigs::{
-    CHANNEL, Difference, FILM_SIZE, Film, Studio, assert_pictures, change, compared, down, green, output,
-    places, program, remove, root, sandbox, tap, yellow,
+    CHANNEL, Difference, FILM_SIZE, Film, Studio, assert_pictures, blesses, change, compared, down, green,
+    output, places, program, remove, root, sandbox, tap, yellow,
 };
 
 /// A stage close by, `offset` meters along x and z from the world's origin.
@@ -321,16 +320,31 @@ fn the_cockpit_is_its_reference_at_four_sizes_and_in_both_themes() {
     assert_pictures(["cockpit_1024", "cockpit_1280", "cockpit_1920", "cockpit_2560"], &pictures);
 }
 
-/// The scenes whose thumbnails `scripts/pictures` draws, and after how many frames.
-fn thumbnails() -> Vec<(String, u32)> {
-    let script = std::fs::read_to_string(root().join("scripts/pictures")).unwrap();
-    let list = script.split_once("for scene in ").unwrap().1.split_once("; do").unwrap().0;
-    let words = list.split_whitespace().filter(|word| *word != "\\");
-    let entry = |word: &str| {
-        let (name, seconds) = word.split_once(':').unwrap_or((word, "2"));
-        (name.to_owned(), 60 * seconds.parse::<u32>().unwrap())
-    };
-    words.map(entry).collect()
+/// The thumbnails of a scene that shows little after two seconds, after so many.
+const SECONDS: [(&str, u32); 9] = [
+    ("orbits_race", 6),
+    ("orbit", 6),
+    ("figure_eight", 6),
+    ("ship", 4),
+    ("ship_between", 6),
+    ("verlet_start", 3),
+    ("coast", 3),
+    ("everything", 5),
+    ("fountain", 4),
+];
+
+/// The thumbnail of a shipped scene: without words, framed if the scene leaves that to the program.
+fn thumbnail(name: &str, studio: &mut Studio) -> Image {
+    let options = Options { size_px: [240, 135], words: Words::None, pictures: false, ..Options::default() };
+    let mut session = Session::new(scene::load(name).unwrap(), options);
+    let mut clock = FrameClock::default();
+    let seconds = SECONDS.iter().find(|(other, _)| *other == name).map_or(2, |(_, seconds)| *seconds);
+    for frame in 0..=60 * seconds {
+        let frames = frame == 0 && session.wants_frame();
+        let events = if frames { tap("F").to_vec() } else { Vec::new() };
+        session.advance(&InputFrame { events }, clock.advance_to(f64::from(frame) / 60.0).unwrap());
+    }
+    studio.draw(&mut session)
 }
 
 /// How many tiles of two pictures have another mean color. Edges differ by the renderer.
@@ -359,22 +373,20 @@ fn other_tiles(a: &Image, b: &Image) -> usize {
 fn every_thumbnail_shows_its_scene() {
     // Of 1080 tiles.
     const MOST: usize = 5;
-    let thumbnails = thumbnails();
-    let names: BTreeSet<_> = thumbnails.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(names, scene::shipped().iter().map(|scene| scene.name).collect());
     let mut studio = Studio::of_high_quality([240, 135]);
-    let stored = |name: &str| Image::read_png(root().join(format!("assets/thumbnails/{name}.png"))).unwrap();
-    let stored: Vec<_> = thumbnails.iter().map(|(name, _)| stored(name)).collect();
-    for (i, (name, frames)) in thumbnails.iter().enumerate() {
-        let options = Options { size_px: [240, 135], hud: false, pictures: false, ..Options::default() };
-        let (mut session, mut clock) =
-            (Session::new(scene::load(name).unwrap(), options), FrameClock::default());
-        for frame in 0..=*frames {
-            session.advance(&InputFrame::NOTHING, clock.advance_to(f64::from(frame) / 60.0).unwrap());
+    let path = |name: &str| root().join(format!("assets/thumbnails/{name}.png"));
+    let names: Vec<_> = scene::shipped().iter().map(|scene| scene.name).collect();
+    let pictures: Vec<_> = names.iter().map(|name| thumbnail(name, &mut studio)).collect();
+    if blesses() {
+        for (name, picture) in names.iter().zip(&pictures) {
+            std::fs::write(path(name), picture.png(&[]).unwrap()).unwrap();
         }
-        let picture = studio.draw(&mut session);
-        let off: Vec<_> = stored.iter().map(|stored| other_tiles(&picture, stored)).collect();
-        assert!(off[i] <= MOST, "{name}: {} tiles are off; scripts/pictures draws it again", off[i]);
+        panic!("the thumbnails are written: look at them, and run again without BLESS");
+    }
+    let stored: Vec<_> = names.iter().map(|name| Image::read_png(path(name)).unwrap()).collect();
+    for (i, (name, picture)) in names.iter().zip(&pictures).enumerate() {
+        let off: Vec<_> = stored.iter().map(|stored| other_tiles(picture, stored)).collect();
+        assert!(off[i] <= MOST, "{name}: {} tiles are off; BLESS=1 draws it again", off[i]);
         // The tutorial and its step by frames look alike; no other two scenes do.
         let alike = off.iter().filter(|off| **off <= MOST).count();
         assert!(alike <= 2, "{name} looks like {alike} thumbnails");

@@ -36,7 +36,7 @@ pub use input::SwitchedBy;
 pub use output::{STDOUT_IS_CLOSED, files, report, tell};
 pub use panels::{Panel, PanelRow};
 pub use stage::notices::QuarantinedBody;
-pub use stage::options::Options;
+pub use stage::options::{Options, Words};
 pub use stage::{Order, SceneFile, Simulated, Stage};
 pub use tools::Tools;
 pub use tools::forecast::ForecastRow;

@@ -28,6 +28,7 @@ use self::flash::Flash;
 use self::ground::Ground;
 use self::trails::Trails;
 use crate::stage::Stage;
+use crate::stage::options::Words;
 use crate::stage::things::Thing;
 
 /// What the pointer is for.
@@ -157,7 +158,7 @@ impl View {
 
     /// Whether the picture has the program's own look, and not the tutorial's: with bars around it, or without words.
     pub(crate) fn is_own_look(&self, stage: &Stage) -> bool {
-        self.has_bars() || !stage.run.options.hud
+        self.has_bars() || stage.run.options.words != Words::All
     }
 
     /// Forgets what belonged to another world.

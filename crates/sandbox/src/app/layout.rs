@@ -7,6 +7,7 @@ use crate::app::focus::show_focus;
 use crate::app::ui::Ui;
 use crate::intent::{Answer, Intent, Question};
 use crate::stage::Stage;
+use crate::stage::options::Words;
 use crate::tools::Tools;
 use crate::tools::tool::Desk;
 use crate::view::card::{self, Selected};
@@ -48,24 +49,29 @@ pub(super) fn lay_out(
     }
     windows.iter().filter(|(.., closes)| *closes).for_each(|(panel, ..)| ui.close(*panel));
     show_focus(&context);
-    if !stage.run.options.hud {
+    let words = stage.run.options.words;
+    if words == Words::None {
         return intents;
     }
     let painter = context.layer_painter(LayerId::new(egui::Order::Background, Id::unique("hud")));
     let painter = painter.with_clip_rect(ui.view);
-    let mut taken = hud::places(&painter, stage, view);
+    let has_all = words == Words::All;
+    let mut taken = if has_all { hud::places(&painter, stage, view) } else { Vec::new() };
     marks::show(&painter, &view.visible_labels(stage), &mut taken);
     taken.extend(view.fault_mark(stage).map(|mark| marks::show_mark(&painter, &mark)));
     for (panel, tool) in tools.each() {
         let window = windows.iter().find(|(other, ..)| *other == panel).and_then(|(_, rect, _)| *rect);
         tool.write(stage, view, &painter, window, taken.clone());
     }
-    hud::show(&painter, stage, view);
+    if has_all {
+        hud::show(&painter, stage, view);
+    }
     view.write_pull(stage, &painter);
-    if docks {
+    if view.is_own_look(stage) {
         view.write_flash(stage, &painter);
     }
-    let selected = stage.here.selection.filter(|_| !docks).and_then(|thing| Selected::of(stage, thing));
+    let selected =
+        stage.here.selection.filter(|_| !docks && has_all).and_then(|thing| Selected::of(stage, thing));
     if let Some(selected) = selected {
         card::show(&context, &selected, stage.sim.method());
     }

@@ -94,7 +94,7 @@ pub(crate) struct RunArgs {
     /// Frames between two pictures
     #[arg(long, value_name = "K", default_value_t = 1, requires = "frames", allow_negative_numbers = true, value_parser = above_0)]
     pub frame_every: u64,
-    /// Write all frames as one animated PNG; --fps says how many per second
+    /// Write all frames as one animated PNG, without words but labels; --fps says how many per second
     #[arg(long, value_name = "FILE.png")]
     pub film: Option<PathBuf>,
     /// Size of the pictures, pixels
@@ -103,7 +103,7 @@ pub(crate) struct RunArgs {
     /// How pictures are drawn: fixed is the same on every machine, high has smooth edges, round balls and fine shadows
     #[arg(long, value_enum, default_value_t)]
     pub quality: PictureQuality,
-    /// Leave the words out of the pictures
+    /// Leave the words out of the pictures, which have the program's own look then
     #[arg(long)]
     pub no_hud: bool,
 }

@@ -16,6 +16,18 @@ pub(crate) fn check(overrides: Overrides, scene: &Scene) -> Result<(), Failure> 
     }
 }
 
+/// Which words are written over the scene. Without all of them, the picture has the program's own look instead of the tutorial's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Words {
+    /// The tutorial's, the state of the run, and labels.
+    #[default]
+    All,
+    /// The labels of bodies, and what pushes and pulls do.
+    Labels,
+    /// None.
+    None,
+}
+
 /// Options of a session.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
@@ -23,8 +35,8 @@ pub struct Options {
     pub size_px: [u32; 2],
     /// Whether frames are drawn; without pictures the panels are laid out only while one is open.
     pub pictures: bool,
-    /// Whether words are written over the scene.
-    pub hud: bool,
+    /// Words over the scene.
+    pub words: Words,
     /// Whether poses between two ticks are drawn and picked. A run without input and pictures needs none.
     pub interpolate: bool,
     /// Longest frame that is caught up with, s, if not the usual quarter of a second.
@@ -42,7 +54,7 @@ impl Default for Options {
         Self {
             size_px: [1280, 720],
             pictures: true,
-            hud: true,
+            words: Words::All,
             interpolate: true,
             catch_up: None,
             paused: false,

@@ -13,7 +13,7 @@ use crate::app::focus::reveal_focus;
 use crate::intent::Intent;
 use crate::tools::finder::{list_files, your_files};
 
-/// Makes the groups: titles, scenes and their pictures, PNG files that `scripts/pictures` draws.
+/// Makes the groups: titles, scenes and their pictures, PNG files that `tests/pixels.rs` draws.
 macro_rules! groups {
     ($($title:literal: $($name:literal)*;)*) => {
         &[$(($title, &[$(

@@ -172,7 +172,7 @@ fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
                 .on_hover_text("more are more accurate and cost more time");
         })
         .response
-        .on_hover_text("method of integration and step (I and Shift+I)");
+        .on_hover_text("method of integration (I and Shift+I)");
     if chosen.substeps != setting.substeps {
         intents.push(Intent::ApplySetting(chosen));
     } else if chosen.method != setting.method {

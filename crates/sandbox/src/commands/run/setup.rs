@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::input::SwitchedBy;
 use crate::panels::Panel;
 use crate::stage::CATCH_UP;
-use crate::stage::options::{Options, check};
+use crate::stage::options::{Options, Words, check};
 use render::Quality;
 
 /// Seconds of a run that does not say how long.
@@ -69,7 +69,11 @@ impl Setup {
         let options = Options {
             size_px: recording.map_or(args.size, |recording| recording.size_px.into()),
             pictures,
-            hud: !args.no_hud,
+            words: match (args.no_hud, args.film.is_some()) {
+                (true, _) => Words::None,
+                (false, true) => Words::Labels,
+                (false, false) => Words::All,
+            },
             interpolate: pictures || script.is_some(),
             catch_up: match ends {
                 FrameEnds::Constant { rate } => Some((1.0 / rate).max(CATCH_UP)),
