@@ -1,16 +1,13 @@
 //! The receipt of a scene: each effect, whether it acts and why, on how many bodies, and what it costs in time and
 //! memory.
 
-mod memory;
-
 use bevy_ecs::prelude::*;
 use history::Simulation;
-use motion::effects::{Effect, EffectState};
+use motion::effects::{Effect, EffectState, column_bytes};
 use motion::snapshot::{LastAcceleration, LastStep};
 use motion::{Dormant, Evaluations, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method};
 use scene::{Declaration, Scene};
 
-use self::memory::{column_bytes, effect_bytes};
 use crate::run::{ByEffect, started, step_times};
 
 /// One line of a receipt.
@@ -100,7 +97,7 @@ pub fn look(simulation: &mut Simulation) -> Vec<ReceiptLine> {
                 effect: Some(effect),
                 because: (state != EffectState::NotDeclared).then(|| because(scene, effect)),
                 bodies: effect.bodies(world),
-                bytes: effect_bytes(world, effect),
+                bytes: effect.bytes(world),
                 ..ReceiptLine::of(effect.name(), state)
             }
         })

@@ -103,7 +103,7 @@ pub mod clock {
 
 /// The effects of a scene, such as gravity, drag and springs, and the switch that turns them off and on.
 pub mod effects {
-    pub use crate::schedule::effects::{Effect, EffectState, NeverDeclared, state, switch};
+    pub use crate::schedule::effects::{Effect, EffectState, NeverDeclared, column_bytes, state, switch};
 }
 
 /// The forecast of instability: which parts of a world are too stiff for the step, before it is taken.

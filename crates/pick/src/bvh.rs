@@ -39,7 +39,7 @@ pub(crate) mod cost {
 }
 
 /// How far the camera may be from the origin of the tree's frame, m: the boxes are loosened for f32 errors up to
-/// there (by 1e-6 of it and of their own distance), and beyond it the tree is built anew.
+/// there (by 1e-6 of it and of their own distance), and beyond it the tree is rebuilt.
 const ROAM: f64 = 4096.0;
 
 /// A tree whose leaf numbers are row numbers.

@@ -147,7 +147,7 @@ impl Chart {
         }
     }
 
-    /// The budget: a vertical line with words along its top; one that lies beyond the axis stands at the edge.
+    /// The budget: a vertical line with words along its top, drawn at the edge if it is beyond the axis.
     pub(crate) fn budget(&mut self, x: f64, words: &str) {
         let beyond = !self.x.holds(x);
         let (x, _) = self.at((x, 1.0));

@@ -11,7 +11,7 @@ pub struct Table {
     pub header: Vec<String>,
     /// Cells, one per column.
     pub rows: Vec<Vec<String>>,
-    /// Whether all but the first column are numbers, which stand at the right.
+    /// Whether all but the first column are numbers, which are aligned to the right.
     pub numbers: bool,
 }
 

@@ -20,7 +20,7 @@ pub(crate) const STEP_RATE: Rule =
 /// The cure for a bad mass.
 pub(crate) const MASS: &str = "give a positive number of kilograms";
 
-/// Where a group of keys stands in the file; paths are only put together for faults.
+/// The place of a group of keys in the file; its path is built only for faults.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scope {
     pub section: &'static str,
@@ -77,7 +77,7 @@ pub(crate) fn shown_vector(v: DVec3) -> String {
     format!("({})", v.to_array().map(shown).join(", "))
 }
 
-/// A key and the group that it stands in.
+/// A key and its group.
 pub(crate) type Key<'a> = (Scope, &'a str);
 
 impl Faults {

@@ -81,7 +81,7 @@ pub fn find(query: &str) -> Vec<&'static ShippedScene> {
     found.into_iter().map(|(_, scene)| scene).collect()
 }
 
-/// How far apart the letters of `query` stand in `name`, and how late they begin; `None` if one is missing.
+/// How far apart the letters of `query` are in `name`, and how late they begin; `None` if one is missing.
 fn spread(name: &str, query: &str) -> Option<(usize, usize)> {
     let letters = |text: &str| {
         text.chars().filter(|c| !c.is_whitespace()).flat_map(char::to_lowercase).collect::<Vec<_>>()

@@ -10,6 +10,11 @@ use super::{Gravity, Law, Laws, with_world_laws};
 pub(crate) trait WorldLaw: Resource + Clone + Law {
     /// Whether its parameters are numbers that it can compute with.
     fn is_finite(&self) -> bool;
+
+    /// Size of the lists that it holds, bytes.
+    fn list_bytes(&self) -> usize {
+        0
+    }
 }
 
 macro_rules! declare {

@@ -52,6 +52,10 @@ impl WorldLaw for Wells {
             |well: &Well| well.position.is_finite() && well.strength.is_finite() && !well.softening.is_nan();
         self.0.iter().all(is_finite)
     }
+
+    fn list_bytes(&self) -> usize {
+        self.0.capacity() * size_of::<Well>()
+    }
 }
 
 impl Law for Wells {

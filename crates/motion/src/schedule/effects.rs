@@ -13,8 +13,9 @@ use bevy_ecs::prelude::*;
 use crate::laws::damping::Damping;
 use crate::laws::{self, with_world_laws};
 use crate::state::components::{AxisLocks, SpeedLimit};
+pub use values::column_bytes;
 use values::{
-    DAMPING_RATES, EMITTERS, GRAVITY, MUTUAL_GRAVITY, PartOfLaw, SPRINGS, Values, component, own_laws,
+    DAMPING_RATES, EMITTERS, GRAVITY, MUTUAL_GRAVITY, PartOfLaw, SPRINGS, Values, component, law, own_laws,
     resource,
 };
 
@@ -58,7 +59,7 @@ macro_rules! effects {
                 (
                     Effect::$Law,
                     stringify!($law),
-                    &[resource::<laws::$Law>(), own_laws::<{ Effect::$Law as usize }>()],
+                    &[law::<laws::$Law>(), own_laws::<{ Effect::$Law as usize }>()],
                 ),
                 $((Effect::$Part, stringify!($part), &[laws::$Part::VALUES]),)?
             )*
@@ -106,6 +107,12 @@ impl Effect {
     pub fn bodies(self, world: &mut World) -> usize {
         let on = self.values().iter().find(|values| (values.state)(world)[0]);
         on.map_or(0, |values| (values.bodies)(world))
+    }
+
+    /// The bytes of the effect's state in `world`, on or off: columns as they are allocated, resources, and the lists
+    /// that they hold.
+    pub fn bytes(self, world: &mut World) -> usize {
+        self.values().iter().map(|values| (values.bytes)(world)).sum()
     }
 }
 

@@ -26,8 +26,8 @@ impl Transform {
 
 /// Velocity and inverse mass w of a moving body (Newton's second law as `a = F w`).
 ///
-/// The step multiplies by the inverse mass; 0 stands for an infinite mass, which no force, law or NaN moves. Only
-/// values above 0 are movable.
+/// The step multiplies by the inverse mass; 0 is an infinite mass, which no force, law or NaN moves. Only values
+/// above 0 are movable.
 ///
 /// Aligned to its size, so that no row crosses a cache line.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

@@ -121,7 +121,7 @@ impl Axis {
         self
     }
 
-    /// Where a value stands, 0 at the low end and 1 at the high one; what lies outside stands at the end.
+    /// The position of a value, 0 at the low end and 1 at the high one; values outside are moved to the end.
     pub(crate) fn place(&self, value: f64) -> f64 {
         let at = if self.logarithmic {
             (value / self.low).ln() / (self.high / self.low).ln()

@@ -52,7 +52,7 @@ pub(super) fn in_sight<'a>(
     (floor > 0.0 && floor > 1e-3 * least).then_some(floor)
 }
 
-/// The axis of errors, with room for failures at its top. An error of 0 stands at its foot.
+/// The axis of errors, with room for failures at its top. An error of 0 is drawn at its foot.
 pub(super) fn error_axis<'a>(
     study: &Study,
     accuracy: Accuracy,
@@ -69,7 +69,7 @@ pub(super) fn error_axis<'a>(
     Axis::logarithmic(title, errors.into_iter().flatten().chain(also), label).with_room(room)
 }
 
-/// Draws a curve whose cells stand at `place`, with `words` under the pointer; whether any run of it failed.
+/// Draws a curve with its cells at `place`, and `words` under the pointer. Returns whether any run of it failed.
 pub(super) fn draw(
     chart: &mut Chart,
     study: &Study,

@@ -22,7 +22,7 @@ const SHARE: f64 = 0.15;
 /// How much longer an arrow may grow before the scale is chosen again.
 const GROWTH: f64 = 3.0;
 
-/// What stands for the sum of all forces on a body.
+/// The name of the sum of all forces on a body.
 pub(crate) const NET: &str = "net";
 
 /// A vector at a body, m.

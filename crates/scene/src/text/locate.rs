@@ -125,7 +125,7 @@ fn walk(text: &str, root: &str, mut visit: impl FnMut(&str, usize)) {
     }
     let mut path = root.to_owned();
     let mut frames: Vec<Frame> = Vec::new();
-    // Whether the path of the coming value is set: a key or the name of a variant stands before it.
+    // Whether the path of the coming value is set, because a key or the name of a variant precedes it.
     let mut announced = false;
     let mut tokens = Tokens::new(text).peekable();
     while let Some((token, range)) = tokens.next() {

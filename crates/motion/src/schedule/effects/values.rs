@@ -1,6 +1,6 @@
-//! The values of effects: where a world keeps them while they are on and while they are off.
+//! The values of effects: where they are while on and while off, and how much of a world they take.
 
-use std::mem::replace;
+use std::mem::{replace, size_of, size_of_val};
 
 use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
@@ -10,14 +10,15 @@ use super::EFFECTS;
 use crate::groups::Groups;
 use crate::laws::damping::DampingRate;
 use crate::laws::own::OwnLaws;
-use crate::laws::{Drag, Gravity, MutualGravity, Wind};
+use crate::laws::{Drag, Gravity, Law, MutualGravity, SourceMass, Wind, WorldLaw};
 use crate::schedule::restart::{end_half_steps, restart_bodies};
 use crate::schedule::systems::Moving;
 use crate::state::components::{GravityOff, PhysicsBody};
 use crate::state::coupling::CouplingChanged;
-use crate::state::emitter::{Emitter, Particle};
-use crate::state::springs::{SoftBody, Spring};
+use crate::state::emitter::{Emission, Emitter, Particle};
+use crate::state::springs::{Link, SoftBody, Spring};
 use crate::state::switched_off::{Off, OffResource, SpringsOff};
+use crate::units::Vector;
 
 /// Values of an effect, all of one kind.
 pub(super) struct Values {
@@ -28,6 +29,7 @@ pub(super) struct Values {
     pub restart: fn(&mut World),
     /// How many bodies they act on while they are on.
     pub bodies: fn(&mut World) -> usize,
+    pub bytes: fn(&mut World) -> usize,
 }
 
 /// A resource, which is in the world while it is on.
@@ -45,6 +47,21 @@ pub(super) const fn resource<R: Resource>() -> Values {
         },
         restart: end_half_steps,
         bodies: movable::<()>,
+        bytes: |world| {
+            (resource::<R>().state)(world).map(|there| usize::from(there) * size_of::<R>()).iter().sum()
+        },
+    }
+}
+
+/// A law that is a resource, with its lists.
+pub(super) const fn law<R: WorldLaw>() -> Values {
+    Values {
+        bytes: |world| {
+            let off = world.get_resource::<OffResource<R>>().map(|off| &off.0);
+            let lists = world.get_resource().or(off).map_or(0, R::list_bytes);
+            lists + (resource::<R>().bytes)(world)
+        },
+        ..resource::<R>()
     }
 }
 
@@ -58,6 +75,7 @@ pub(super) const fn component<C: Component>() -> Values {
         },
         restart: |_| {},
         bodies: |world| world.query_filtered::<&C, Moving>().iter(world).count(),
+        bytes: |world| column_bytes::<C>(world) + column_bytes::<Off<C>>(world),
     }
 }
 
@@ -110,6 +128,17 @@ pub(super) const fn own_laws<const EFFECT: usize>() -> Values {
             let mut bodies = world.query_filtered::<&OwnLaws, Moving>();
             bodies.iter(world).filter(|laws| have::<EFFECT>(laws)).count()
         },
+        bytes: |world| {
+            sum(world, |laws: &OwnLaws| {
+                let laws = laws.laws().iter().enumerate().filter(|(_, law)| law.name() == EFFECTS[EFFECT].1);
+                let bytes = laws.map(|(place, law)| {
+                    // The component goes to the first law of the body.
+                    let component = if place == 0 { size_of::<OwnLaws>() } else { 0 };
+                    size_of_val(&**law) + size_of::<Box<dyn Law>>() + size_of::<usize>() + component
+                });
+                bytes.sum()
+            })
+        },
     }
 }
 
@@ -158,6 +187,7 @@ impl PartOfLaw for Wind {
                 world.insert_resource(OffWind(wind));
             }
         },
+        bytes: |_| 0,
         ..resource::<Drag>()
     };
 }
@@ -168,6 +198,10 @@ pub(super) const MUTUAL_GRAVITY: Values = Values {
         CouplingChanged::set(world);
     },
     bodies: |world| world.get_resource::<Groups>().map_or(0, Groups::bodies),
+    bytes: |world| {
+        let groups = if springs_are_on(world) { 0 } else { group_bytes(world) };
+        groups + column_bytes::<SourceMass>(world) + (resource::<MutualGravity>().bytes)(world)
+    },
     ..resource::<MutualGravity>()
 };
 
@@ -183,13 +217,46 @@ pub(super) const SPRINGS: Values = Values {
     },
     restart: end_half_steps,
     bodies: spring_ends,
+    bytes: |world| {
+        let lists = |body: &SoftBody| {
+            body.points.capacity() * size_of::<Entity>()
+                + body.springs.len() * size_of::<Link>()
+                + body.triangles.capacity() * size_of::<[u32; 3]>()
+        };
+        let lists: usize = world.query::<&SoftBody>().iter(world).map(lists).sum();
+        let groups = if springs_are_on(world) { group_bytes(world) } else { 0 };
+        lists + groups + column_bytes::<Spring>(world) + column_bytes::<SoftBody>(world)
+    },
 };
 
-pub(super) const EMITTERS: Values =
-    Values { bodies: |world| world.query::<&Particle>().iter(world).count(), ..component::<Emitter>() };
+pub(super) const EMITTERS: Values = Values {
+    bodies: |world| world.query::<&Particle>().iter(world).count(),
+    bytes: |world| {
+        let lists = |emitter: &Emitter| {
+            emitter.pool.capacity() * (size_of::<Entity>() + size_of::<u64>())
+                + emitter.launches.capacity() * size_of::<Vector>()
+        };
+        sum(world, lists) + column_bytes::<Emission>(world) + (component::<Emitter>().bytes)(world)
+    },
+    ..component::<Emitter>()
+};
+
+/// Bytes allocated for the column of a component, in all tables that have one.
+#[must_use]
+pub fn column_bytes<C: Component>(world: &World) -> usize {
+    let Some(component) = world.components().component_id::<C>() else { return 0 };
+    let tables = world.storages().tables.iter().filter(|table| table.has_column(component));
+    tables.map(|table| table.capacity() * size_of::<C>()).sum()
+}
 
 fn exists<F: QueryFilter>(world: &mut World) -> bool {
     world.query_filtered::<(), F>().iter(world).next().is_some()
+}
+
+/// The sum over a component, on or off.
+fn sum<C: Component>(world: &mut World, of: impl Fn(&C) -> usize) -> usize {
+    let on: usize = world.query::<&C>().iter(world).map(&of).sum();
+    on + world.query::<&Off<C>>().iter(world).map(|off| of(&off.0)).sum::<usize>()
 }
 
 fn entities_with<C: Component>(world: &mut World) -> Vec<Entity> {
@@ -224,4 +291,9 @@ fn spring_ends(world: &mut World) -> usize {
         ends.extend(points.filter_map(|point| body.points.get(point as usize)));
     }
     ends.len()
+}
+
+/// Bytes of the groups. They are the springs', or mutual gravity's if no springs are on.
+fn group_bytes(world: &World) -> usize {
+    world.get_resource::<Groups>().map_or(0, Groups::bytes)
 }
