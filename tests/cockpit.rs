@@ -836,7 +836,7 @@ fn a_control_with_the_keyboard_takes_the_keys_that_move_on_and_press_and_no_othe
 fn tab_passes_every_control_in_sight_of_all_tools_and_frames_it() {
     let everywhere = ["Step", "Help", "tutorial", "coincident points", "Look", "Past"];
     for (opens, names) in
-        [("Tab", ["Settings", "Moon"]), ("E", ["Effects", "measure"]), ("Y", ["Graphs", "speed"])]
+        [("Tab", ["Settings", "Moon"]), ("E", ["Effects", "measure"]), ("Y", ["Graphs", "Measure"])]
     {
         let passed = passed(opens);
         for name in everywhere.into_iter().chain(names) {

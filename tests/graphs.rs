@@ -188,6 +188,7 @@ fn ghosts_have_the_states_of_runs_by_their_methods_and_the_distances_of_their_li
     close(ghost.kinetic, 0.5 * ghost.velocity.length_squared(), 1e-12);
 
     // A hidden ghost is in no graph, and without ghosts there is one run.
+    click(&mut cockpit, "Measure");
     click(&mut cockpit, Method::Yoshida4.claims().title);
     cockpit.drive.give([]);
     assert!(saved(&mut cockpit).iter().all(|row| row.method != Method::Yoshida4.name()));

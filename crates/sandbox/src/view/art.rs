@@ -55,10 +55,9 @@ impl Lamp {
 
     /// The lamp relative to `eye`, m.
     pub fn seen_from(self, eye: DVec3, shadows: bool) -> Light {
-        let middle = self.middle - eye;
         Light {
-            position: (middle + self.offset).as_vec3(),
-            target: middle.as_vec3(),
+            position: (self.middle + self.offset - eye).as_vec3(),
+            target: (self.middle - eye).as_vec3(),
             color: LAMP_COLOR,
             shadows,
         }

@@ -16,7 +16,7 @@ pub(crate) struct Ground {
     /// Height of the ground that is drawn, m: that of the bottom of the scene's slabs or, without one, far enough below everything
     /// that nothing reaches it soon. `None` if a body is the floor, or if nothing falls.
     height: Option<f64>,
-    /// Height of the top of the bodies that are the floor, m: in the program's own look the ground is drawn in their place.
+    /// Height of the top of the slabs that are the floor, m: in the program's own look the ground is drawn in their place.
     pub floor_top: Option<f64>,
     /// From line to line, m.
     spacing: f64,
@@ -28,11 +28,11 @@ fn is_flat(half: DVec3) -> bool {
 }
 
 impl Ground {
-    /// The ground as it is seen from `eye`, m, if that is above it; `for_floor` also in place of bodies that are the floor.
+    /// The ground as it is seen from `eye`, m, if that is above it; `for_floor` also in place of slabs that are the floor.
     #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
     pub fn seen_from(self, eye: DVec3, for_floor: bool) -> Option<render::Ground> {
         let Self { height, floor_top, spacing, .. } = self;
-        let height_m = (height.or(floor_top.filter(|_| for_floor))? - eye.y) as f32;
+        let height_m = (floor_top.filter(|_| for_floor).or(height)? - eye.y) as f32;
         let past = |at: f64| at.rem_euclid(spacing) as f32;
         let (spacing_m, offset_m) = (spacing as f32, [past(eye.x), past(eye.z)]);
         (height_m < 0.0).then_some(render::Ground { height_m, spacing_m, offset_m })
@@ -61,7 +61,7 @@ impl Ground {
         let stands = low(&floors).y <= low(&others).y;
         let are_scenery = floors.iter().all(|body| body.inverse_mass.is_none());
         let tops = floors.iter().map(|body| (body.position + half(body)).y);
-        let floor_top = tops.reduce(f64::max).filter(|_| stands && !are_scenery);
+        let floor_top = tops.reduce(f64::max).filter(|_| stands);
         let height = if floors.is_empty() {
             scene.gravity.is_some().then(|| low(&others).y - size)
         } else {

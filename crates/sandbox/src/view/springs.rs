@@ -15,6 +15,8 @@ use crate::view::picture::{PLAIN, Ratio, SELECTED};
 
 /// A spring outside the view of springs.
 const SPRING_COLOR: [f32; 4] = [0.30, 0.30, 0.34, 1.0];
+/// A coil on the dark sky of space.
+const SPRING_IN_SPACE: [f32; 4] = [0.82, 0.84, 0.88, 1.0];
 const SPRING_WIDTH_PX: f32 = 2.0;
 
 /// A spring between two bodies is a coil in the program's own look, of so many turns, each of so many lines, and so wide for its
@@ -219,6 +221,8 @@ impl View {
                     margin_color(ratio(spring.ends))
                 } else if self.springs {
                     strain_color(strain(from.distance(to), spring.elastic.rest_length))
+                } else if frame.soft && frame.space {
+                    SPRING_IN_SPACE
                 } else {
                     SPRING_COLOR
                 };

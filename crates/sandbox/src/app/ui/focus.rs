@@ -81,7 +81,7 @@ impl Ui {
                 [egui::Key::Enter, egui::Key::Space].iter().any(|key| input.key_pressed(*key)),
             )
         });
-        if *was_list && list && chosen && focused != *opener {
+        if *was_list && chosen && focused != *opener {
             // egui closes a list for a click alone.
             Popup::close_all(context);
             (list, focused) = (false, None);
