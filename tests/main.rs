@@ -18,6 +18,7 @@ mod documents;
 mod editor;
 mod effects;
 mod embed;
+mod first_screen;
 mod forces;
 mod forecast;
 mod fuzzing;

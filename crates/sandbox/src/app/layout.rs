@@ -66,6 +66,9 @@ pub(super) fn lay_out(
     if has_all {
         hud::show(&painter, stage, view);
     }
+    if docks || words == Words::Captions {
+        hud::caption(&painter, stage, view);
+    }
     view.write_pull(stage, &painter);
     if view.is_own_look(stage) {
         view.write_flash(stage, &painter);

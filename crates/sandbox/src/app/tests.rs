@@ -319,3 +319,17 @@ fn the_settings_declare_an_effect_and_say_so_and_a_script_is_refused() {
     let said = "gravity is declared by the settings now, not by the scene".to_owned();
     assert_eq!(declared_by(SwitchedBy::Settings), (true, said));
 }
+
+#[test]
+fn every_icon_has_a_glyph() {
+    let sources = [include_str!("cockpit/toolbar.rs"), include_str!("../panels.rs")].concat();
+    let icons: Vec<_> = sources.chars().filter(|icon| *icon >= '\u{2190}').collect();
+    assert!(icons.len() > 15, "{icons:?}");
+    let context = egui::Context::default();
+    context.run_ui(egui::RawInput::default(), |_| {}).textures_delta.clear();
+    let font = egui::FontId::proportional(14.0);
+    context.fonts_mut(|fonts| {
+        let missing: Vec<_> = icons.iter().filter(|icon| !fonts.has_glyph(&font, **icon)).collect();
+        assert!(missing.is_empty(), "{missing:?}");
+    });
+}

@@ -97,6 +97,9 @@ pub(crate) struct RunArgs {
     /// Write all frames as one animated PNG, without words but labels; --fps says how many per second
     #[arg(long, value_name = "FILE.png")]
     pub film: Option<PathBuf>,
+    /// Write what the scene shows, and its time, into the film
+    #[arg(long, requires = "film", conflicts_with = "no_hud")]
+    pub captions: bool,
     /// Size of the pictures, pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: [u32; 2],

@@ -22,6 +22,8 @@ pub enum Words {
     /// The tutorial's, the state of the run, and labels.
     #[default]
     All,
+    /// What the scene shows, its time, and labels.
+    Captions,
     /// The labels of bodies, and what pushes and pulls do.
     Labels,
     /// None.

@@ -64,6 +64,18 @@ pub(crate) fn show(painter: &Painter, stage: &Stage, view: &View) {
     }
 }
 
+/// Writes what the scene shows at the bottom and, into pictures without bars, its time at the top.
+pub(crate) fn caption(painter: &Painter, stage: &Stage, view: &View) {
+    let font = FontId::proportional(14.0);
+    let write =
+        |percent, anchor, words: &str| text(painter, at(painter, percent), anchor, words, font.clone(), THIN);
+    write(Vec2::new(2.0, 98.0), Align2::LEFT_BOTTOM, &stage.sim.scene.description);
+    if !view.has_bars() {
+        let seconds = stage.sim.world.resource::<StepClock>().scene_seconds();
+        write(Vec2::new(2.0, 3.0), Align2::LEFT_TOP, &format!("t = {seconds:.2} s"));
+    }
+}
+
 /// Where words stand that do not come and go.
 pub(crate) fn places(painter: &Painter, stage: &Stage, view: &View) -> Vec<Rect> {
     let place = |Words { at, anchor, text, font, color }| {

@@ -69,10 +69,11 @@ impl Setup {
         let options = Options {
             size_px: recording.map_or(args.size, |recording| recording.size_px.into()),
             pictures,
-            words: match (args.no_hud, args.film.is_some()) {
-                (true, _) => Words::None,
-                (false, true) => Words::Labels,
-                (false, false) => Words::All,
+            words: match args {
+                RunArgs { no_hud: true, .. } => Words::None,
+                RunArgs { captions: true, .. } => Words::Captions,
+                RunArgs { film: Some(_), .. } => Words::Labels,
+                _ => Words::All,
             },
             interpolate: pictures || script.is_some(),
             catch_up: match ends {

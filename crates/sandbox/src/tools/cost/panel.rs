@@ -119,7 +119,10 @@ fn first(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Set
             _ => share(error, 2),
         };
         ui.strong(format!("Yours: up to {off} off within {} s{cost}.", digits(study.simulated_s)));
-        let (cell, times) = study.nearer_at_the_cost_of(mine, axes.accuracy, axes.cost)?;
+        let Some((cell, times)) = study.nearer_at_the_cost_of(mine, axes.accuracy, axes.cost) else {
+            ui.weak("Nothing that is measured is much nearer at this cost.");
+            return None;
+        };
         let words = format!("{}: {} times nearer at the same cost.", title(cell.setting), fold(times));
         ui.horizontal_wrapped(|ui| {
             ui.label(words);
