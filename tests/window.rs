@@ -354,6 +354,10 @@ fn a_person_with_a_mouse_alone_goes_the_first_time_path_and_the_recording_repeat
                     let saved = window.folder.path().join(&name);
                     let name = if saved.exists() { saved.display().to_string() } else { name };
                     here.drive.session.open(scene::load(&name).unwrap());
+                    here.drive.ticks(3);
+                    if here.session().wants_frame() {
+                        here.press("F");
+                    }
                 }
                 Order::Scene(file) => {
                     here.drive.session.tools.saved_scene(&mut here.drive.session.stage, &file);
@@ -389,10 +393,12 @@ fn a_person_with_a_mouse_alone_goes_the_first_time_path_and_the_recording_repeat
     let method = Method::RungeKutta4.claims().title;
     clicks(&mut window, &mut here, "method of integration (I and Shift+I)");
     clicks(&mut window, &mut here, method);
+    clicks(&mut window, &mut here, "Measure");
     clicks(&mut window, &mut here, "Ghosts");
     let _ = window.screenshot();
     clicks(&mut window, &mut here, "Ghosts");
 
+    clicks(&mut window, &mut here, "Build");
     clicks(&mut window, &mut here, "Editor");
     clicks(&mut window, &mut here, "Sphere");
     clicks(&mut window, &mut here, "Box");
@@ -411,7 +417,8 @@ fn a_person_with_a_mouse_alone_goes_the_first_time_path_and_the_recording_repeat
     let (script, _) = window.recording();
     let by_mouse = |action: &Action| match action {
         Action::KeyDown(key) | Action::KeyUp(key) => {
-            ["F12", "F10", "Q", "Ctrl", "Ctrl+Q"].contains(&key.as_str())
+            // The window frames a scene without a camera of its own.
+            ["F12", "F10", "F", "Q", "Ctrl", "Ctrl+Q"].contains(&key.as_str())
         }
         _ => true,
     };

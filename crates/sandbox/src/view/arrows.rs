@@ -14,7 +14,7 @@ const ARROW_WIDTH_PX: f32 = 2.5;
 const NET_WIDTH_PX: f32 = 5.0;
 
 /// Meters of an arrow per m/s.
-const VELOCITY_SCALE: f64 = 0.5;
+pub(crate) const VELOCITY_SCALE: f64 = 0.5;
 
 /// Length of the longest force arrow where its scale is chosen, as a share of the distance from the camera.
 const SHARE: f64 = 0.15;

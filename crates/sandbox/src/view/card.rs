@@ -1,9 +1,10 @@
 //! The card of the selection: the tutorial's quantities with their units.
 
 use bevy_ecs::prelude::*;
-use egui::{Align2, Grid, RichText, TextStyle, Ui};
+use egui::{Align2, Grid, Id, RichText, Sense, Stroke, TextStyle, Ui, Vec2};
 use glam::DVec3;
 use motion::{ForceCause, Method, PhysicsBody, Transform};
+use pick::Viewpoint;
 use report::numbers::three_decimals;
 
 use crate::stage::Stage;
@@ -15,6 +16,9 @@ const MARGIN: f32 = 8.0;
 
 /// Points that three components of two digits before the point need.
 const WIDTH: f32 = 340.0;
+
+/// Side of the place of an arrow, points.
+const DIRECTION: f32 = 13.0;
 
 /// Lengths, m, and velocities, m/s, that rounding leaves of what would be 0.
 const NOISE: f64 = 1e-14;
@@ -114,7 +118,7 @@ pub(crate) fn show(context: &egui::Context, selected: &Selected, scene: Method) 
         .show(context, |ui| {
             // Else the card's edge would jump with every digit.
             ui.set_min_width(WIDTH);
-            lines(ui, selected, scene, TextStyle::Monospace);
+            lines(ui, selected, scene);
         });
     // It stood where it fits as wide as it was last.
     let edge = context.content_rect().right() - MARGIN;
@@ -123,42 +127,115 @@ pub(crate) fn show(context: &egui::Context, selected: &Selected, scene: Method) 
     }
 }
 
-/// What the card says, with the values in `letters`: in a narrow place those that are less wide.
-pub(crate) fn lines(ui: &mut Ui, selected: &Selected, scene: Method, letters: TextStyle) {
+/// What the card says.
+fn lines(ui: &mut Ui, selected: &Selected, scene: Method) {
     ui.label(RichText::new(&selected.name).strong());
     Grid::new("quantities").num_columns(2).show(ui, |ui| {
         for (quantity, value) in rows(selected, scene) {
             ui.label(quantity);
-            ui.label(RichText::new(value).text_style(letters.clone()));
+            ui.label(RichText::new(value).text_style(TextStyle::Monospace));
             ui.end_row();
         }
     });
 }
 
+/// What the card says, with vectors by their length and an arrow as they point in the picture of `camera`, or by their components
+/// where a person asks for these.
+pub(crate) fn dock_lines(ui: &mut Ui, selected: &Selected, scene: Method, camera: &Viewpoint) {
+    let id = Id::unique("components of vectors");
+    let mut components = ui.data(|data| data.get_temp(id)).unwrap_or(false);
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(&selected.name).strong());
+        ui.toggle_value(&mut components, "x y z")
+            .on_hover_text("components of vectors instead of their lengths");
+    });
+    ui.data_mut(|data| data.insert_temp(id, components));
+    Grid::new("quantities").num_columns(2).show(ui, |ui| {
+        for (quantity, value) in quantities(selected, scene) {
+            match value {
+                // The velocity has it.
+                Quantity::Text(_) if quantity == "speed" && !components => continue,
+                Quantity::Vector(v, noise, unit) if quantity != "position" && !components => {
+                    ui.label(quantity);
+                    ui.horizontal(|ui| {
+                        let length = scalar(length(v), noise);
+                        direction(ui, v, noise, camera);
+                        ui.label(format!("{length} {unit}")).on_hover_text(value.text());
+                    });
+                }
+                value => {
+                    ui.label(quantity);
+                    ui.label(value.text());
+                }
+            }
+            ui.end_row();
+        }
+    });
+}
+
+/// An arrow as `v` points in the picture of `camera`, a dot if it points along the line of sight, nothing if it is 0.
+fn direction(ui: &mut Ui, v: DVec3, noise: f64, camera: &Viewpoint) {
+    let (place, _) = ui.allocate_exact_size(Vec2::splat(DIRECTION), Sense::hover());
+    let Some(along) = v.try_normalize().filter(|_| length(v) > noise) else { return };
+    #[expect(clippy::cast_possible_truncation, reason = "points")]
+    let arrow = Vec2::new(along.dot(camera.right()) as f32, -along.dot(camera.up()) as f32) * DIRECTION;
+    let color = ui.visuals().text_color();
+    if arrow.length() < 0.3 * DIRECTION {
+        ui.painter().circle_filled(place.center(), 2.0, color);
+    } else {
+        ui.painter().arrow(place.center() - arrow / 2.0, arrow, Stroke::new(1.5, color));
+    }
+}
+
 /// Causes of forces that are listed.
 const CAUSES: usize = 6;
 
+/// A value of the card.
+enum Quantity {
+    /// A vector, below which length it is 0, and its unit.
+    Vector(DVec3, f64, &'static str),
+    Text(String),
+}
+
+impl Quantity {
+    /// A vector by its components.
+    fn text(&self) -> String {
+        match self {
+            Self::Vector(v, noise, unit) => vector(*v, *noise, unit),
+            Self::Text(text) => text.clone(),
+        }
+    }
+}
+
 /// The forces that there are, where they are more than one.
-fn causes(forces: &[(String, DVec3)]) -> Vec<(&str, String)> {
+fn causes(forces: &[(String, DVec3)]) -> Vec<(&str, Quantity)> {
     let acting: Vec<_> = forces.iter().filter(|(_, newtons)| *newtons != DVec3::ZERO).collect();
     if acting.len() < 2 {
         return Vec::new();
     }
     let listed = acting.iter().take(CAUSES);
-    let mut rows: Vec<_> = listed.map(|(cause, newtons)| (&**cause, vector(*newtons, 0.0, "N"))).collect();
+    let mut rows: Vec<_> =
+        listed.map(|(cause, newtons)| (&**cause, Quantity::Vector(*newtons, 0.0, "N"))).collect();
     if let Some(others) = acting.get(CAUSES..).filter(|others| !others.is_empty()) {
-        rows.push(("by others", vector(others.iter().map(|(_, newtons)| *newtons).sum(), 0.0, "N")));
+        let sum = others.iter().map(|(_, newtons)| *newtons).sum();
+        rows.push(("by others", Quantity::Vector(sum, 0.0, "N")));
     }
     rows
 }
 
+/// What the card says, as text.
 pub(crate) fn rows(selected: &Selected, scene: Method) -> Vec<(&str, String)> {
+    quantities(selected, scene).into_iter().map(|(quantity, value)| (quantity, value.text())).collect()
+}
+
+fn quantities(selected: &Selected, scene: Method) -> Vec<(&str, Quantity)> {
+    use Quantity::{Text, Vector};
     let mut rows = vec![
-        ("position", vector(selected.position, NOISE, "m")),
-        ("displacement", vector(selected.displacement, NOISE, "m")),
+        ("position", Vector(selected.position, NOISE, "m")),
+        ("displacement", Vector(selected.displacement, NOISE, "m")),
     ];
     let Some(body) = selected.body else {
-        rows.push(("physics", "none: scenery".to_owned()));
+        rows.push(("physics", Text("none: scenery".to_owned())));
         return rows;
     };
     if let Some(soft) = &selected.soft {
@@ -172,24 +249,27 @@ pub(crate) fn rows(selected: &Selected, scene: Method) -> Vec<(&str, String)> {
     let weight = selected.forces.iter().find(|(cause, _)| cause == "by gravity");
     let weight = weight.map_or(DVec3::ZERO, |(_, newtons)| *newtons);
     rows.extend([
-        ("velocity", vector(body.velocity, NOISE, "m/s")),
-        ("speed", format!("{} m/s", scalar(length(body.velocity), NOISE))),
-        ("acceleration", vector(force * body.inverse_mass, noise * body.inverse_mass, "m/s²")),
-        ("force", vector(force, noise, "N")),
+        ("velocity", Vector(body.velocity, NOISE, "m/s")),
+        ("speed", Text(format!("{} m/s", scalar(length(body.velocity), NOISE)))),
+        ("acceleration", Vector(force * body.inverse_mass, noise * body.inverse_mass, "m/s²")),
+        ("force", Vector(force, noise, "N")),
     ]);
     rows.extend(causes(&selected.forces));
     rows.extend([
-        ("mass", if movable { format!("{} kg", three_decimals(body.mass())) } else { "infinite".to_owned() }),
-        ("inverse mass", format!("{} 1/kg", three_decimals(body.inverse_mass))),
-        ("momentum", vector(body.momentum(), NOISE * body.mass(), "kg m/s")),
-        ("weight", format!("{} N", three_decimals(length(weight)))),
+        (
+            "mass",
+            Text(if movable { format!("{} kg", three_decimals(body.mass())) } else { "infinite".to_owned() }),
+        ),
+        ("inverse mass", Text(format!("{} 1/kg", three_decimals(body.inverse_mass)))),
+        ("momentum", Vector(body.momentum(), NOISE * body.mass(), "kg m/s")),
+        ("weight", Text(format!("{} N", three_decimals(length(weight))))),
     ]);
     if movable {
         let (method, whose) = selected.own_method.map_or((scene, "the scene's"), |own| (own, "its own"));
-        rows.push(("method", format!("{}, {whose}", method.claims().title)));
+        rows.push(("method", Text(format!("{}, {whose}", method.claims().title))));
     }
     if let Some(why) = &selected.quarantined {
-        rows.push(("quarantined", why.clone()));
+        rows.push(("quarantined", Text(why.clone())));
     }
     rows
 }
@@ -212,7 +292,8 @@ fn scalar(value: f64, noise: f64) -> String {
 }
 
 /// What the points have together. No acceleration: pins hold a soft body with forces that only its springs know.
-fn soft_rows(soft: &SoftSum) -> Vec<(&'static str, String)> {
+fn soft_rows(soft: &SoftSum) -> Vec<(&'static str, Quantity)> {
+    use Quantity::{Text, Vector};
     let SoftSum { body, points, pinned, quarantined, springs, .. } = soft;
     let mut counted = points.to_string();
     for (count, word) in [(pinned, "pinned"), (quarantined, "quarantined")] {
@@ -226,14 +307,14 @@ fn soft_rows(soft: &SoftSum) -> Vec<(&'static str, String)> {
         "infinite".to_owned()
     };
     vec![
-        ("velocity", vector(body.velocity, NOISE, "m/s")),
-        ("speed", format!("{} m/s", scalar(length(body.velocity), NOISE))),
-        ("points", counted),
-        ("springs", springs.to_string()),
-        ("mass", mass),
-        ("momentum", vector(body.momentum(), NOISE * body.mass(), "kg m/s")),
-        ("kinetic energy", format!("{} J", three_decimals(soft.kinetic_energy))),
-        ("spring energy", format!("{} J", three_decimals(soft.spring_energy))),
+        ("velocity", Vector(body.velocity, NOISE, "m/s")),
+        ("speed", Text(format!("{} m/s", scalar(length(body.velocity), NOISE)))),
+        ("points", Text(counted)),
+        ("springs", Text(springs.to_string())),
+        ("mass", Text(mass)),
+        ("momentum", Vector(body.momentum(), NOISE * body.mass(), "kg m/s")),
+        ("kinetic energy", Text(format!("{} J", three_decimals(soft.kinetic_energy)))),
+        ("spring energy", Text(format!("{} J", three_decimals(soft.spring_energy)))),
     ]
 }
 

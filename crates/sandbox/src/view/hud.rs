@@ -7,7 +7,7 @@ use motion::clock::StepClock;
 use motion::{Gravity, TimeStep};
 
 use crate::stage::Stage;
-use crate::view::arrows::color_of;
+use crate::view::arrows::{VELOCITY_SCALE, color_of};
 use crate::view::{Measured, Mode, View};
 
 /// The light gray in which the tutorial's texts are drawn.
@@ -186,6 +186,9 @@ fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
     let mut lines = Vec::new();
     if !view.has_bars() {
         lines.extend(clock(stage, view).into_iter().map(|line| (line, THIN)));
+    }
+    if view.has_bars() && view.velocity_arrows {
+        lines.push((format!("velocity arrows: 1 m is {} m/s", VELOCITY_SCALE.recip()), THIN));
     }
     if let Some(newtons) = view.force_scale {
         lines.push((format!("force arrows: 1 m is {newtons} N"), THIN));

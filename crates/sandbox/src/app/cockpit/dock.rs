@@ -1,7 +1,7 @@
 //! The dock at the right: a tab per role, with the selection or a section for every tool.
 
 use egui::style::ScrollAnimation;
-use egui::{Align, Button, CollapsingHeader, Response, Role, ScrollArea, TextStyle, Ui, WidgetInfo};
+use egui::{Align, Button, CollapsingHeader, Response, Role, ScrollArea, Ui, WidgetInfo};
 
 use crate::actions::{self, Act};
 use crate::app::focus::reveal_focus;
@@ -27,7 +27,7 @@ pub(super) fn show(
     ui.separator();
     ScrollArea::vertical().id_salt(*tab as usize).auto_shrink(false).show(ui, |ui| {
         if *tab == Tab::Look {
-            selection(ui, stage);
+            selection(ui, stage, view);
         }
         let mut sections: Vec<_> = tools.each().filter(|(panel, _)| panel.tab() == Some(*tab)).collect();
         // How high it is depends on the time that measuring took: below it nothing would stand where a recording clicked.
@@ -75,11 +75,11 @@ fn tabs(ui: &mut Ui, chosen: &mut Tab) -> Response {
 }
 
 /// What the selection does.
-fn selection(ui: &mut Ui, stage: &Stage) {
+fn selection(ui: &mut Ui, stage: &Stage, view: &View) {
     let selected = stage.here.selection.and_then(|thing| Selected::of(stage, thing));
     if let Some(selected) = selected {
         sideways(ui, "selection", |ui| {
-            card::lines(ui, &selected, stage.sim.method(), TextStyle::Body);
+            card::dock_lines(ui, &selected, stage.sim.method(), &view.viewpoint());
         });
     } else {
         ui.weak("Click a body to select it.");
