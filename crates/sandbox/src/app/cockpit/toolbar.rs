@@ -1,6 +1,6 @@
 //! The bar at the top: time, method, what is drawn, and the modes.
 
-use egui::{Button, ComboBox, DragValue, PopupCloseBehavior, Response, Role, Ui, Vec2, WidgetInfo};
+use egui::{Button, ComboBox, DragValue, PopupCloseBehavior, Response, RichText, Role, Ui, Vec2, WidgetInfo};
 use history::{Change, rate_of};
 use motion::clock::StepClock;
 use motion::{Gravity, Method, MutualGravity, Substeps, TimeStep};
@@ -28,6 +28,9 @@ const PAUSE: Vec2 = Vec2::new(72.0, 0.0);
 
 /// From so many points of width on, the last buttons have words beside their icons: with them, a narrower bar would take two rows.
 const ROOM_FOR_WORDS: f32 = 1400.0;
+
+/// Width of the list of methods, points.
+const LIST: f32 = 440.0;
 
 /// Lays out the bar; its first control.
 pub(super) fn show(
@@ -155,13 +158,18 @@ fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
         .close_behavior(PopupCloseBehavior::CloseOnClickOutside)
         .selected_text(present)
         .show_ui(ui, |ui| {
+            ui.set_min_width(LIST);
             for method in Method::ALL {
                 let why = unsolvable(method, attracts);
                 let claims = method.claims();
                 ui.add_enabled_ui(why.is_none(), |ui| {
-                    let row = ui.selectable_value(&mut chosen.method, method, claims.title);
                     let words = format!("order {}, {}", claims.position_order, methods::cost(claims));
-                    if row.on_hover_text(words).on_disabled_hover_text(why.unwrap_or_default()).clicked() {
+                    let is_chosen = chosen.method == method;
+                    let row = Button::selectable(is_chosen, claims.title);
+                    let row = ui.add(row.right_text(RichText::new(words).weak()));
+                    row.widget_info(|| WidgetInfo::selected(Role::Button, true, is_chosen, claims.title));
+                    if row.on_disabled_hover_text(why.unwrap_or_default()).clicked() {
+                        chosen.method = method;
                         ui.close();
                     }
                 });

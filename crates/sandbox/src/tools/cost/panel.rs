@@ -99,7 +99,7 @@ fn first(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Set
     let row = ui.scope(|ui| {
         ui.set_min_height(HEAD);
         if study.is_flat(axes.accuracy) {
-            ui.label("More substeps bring most methods no nearer here; the details say what does the error.");
+            ui.label("More substeps bring most methods no nearer here; the details say why.");
         }
         let mine = study.cells.iter().find(|cell| cell.setting == present);
         let Some(mine) = mine else {
