@@ -118,8 +118,8 @@ impl Study {
         Some(Cheapest { cell, ties })
     }
 
-    /// The most accurate cell that costs no more than `present`, and how many times smaller its error is, if it is at least
-    /// [`WORTH`] times smaller with the truth's own error added to it.
+    /// The most accurate cell that costs no more than `present`, and how many times smaller its error is, if it is at least 1.5 times
+    /// smaller with the truth's own error added to it.
     pub fn nearer_at_the_cost_of(
         &self,
         present: &Cell,

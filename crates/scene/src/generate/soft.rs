@@ -14,7 +14,7 @@ use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
 
 /// Resolves soft body `index` of the list; `None` if it is of no known kind.
-pub(super) fn soft<'a>(raw: &'a raw::SoftBody, index: usize, faults: &mut Faults) -> Option<GeneratedEntry> {
+pub(super) fn soft(raw: &raw::SoftBody, index: usize, faults: &mut Faults) -> Option<GeneratedEntry> {
     let scope = Scope::item("soft_bodies", index);
     for key in raw.strange_keys() {
         faults.add(scope.key(key), format!("a {} has no `{key}`", raw.word), "remove it");
