@@ -266,8 +266,8 @@ mod tests {
         assert_ne!(clicked, start);
         (0..10).for_each(|_| live.frame(Vec::new()));
 
-        // The last control before the edge of the dock is the list of settings.
-        for key in ["F6", "Shift+Tab", "Shift+Tab"] {
+        // The last controls before the edge of the dock are the list of settings and the details.
+        for key in ["F6", "Shift+Tab", "Shift+Tab", "Shift+Tab"] {
             live.press(key);
         }
         let focused = |live: &Live| live.session.controls().into_iter().find(|control| control.focused);

@@ -91,6 +91,7 @@ mod tests {
     use crate::actions::key_of_word;
     use crate::app::session::Session;
     use crate::input::{Input, InputFrame};
+    use crate::panels::Tab;
     use crate::stage::options::Options;
     use crate::view::inks::{WORDS, contrast};
 
@@ -130,8 +131,8 @@ mod tests {
         }
     }
 
-    /// The cockpit with every tool, above each other in a high window.
-    fn painted(scene: &str, keys: &[&str]) -> Painted {
+    /// The cockpit with every tool of `tab`, above each other in a high window.
+    fn painted(scene: &str, keys: &[&str], tab: Tab) -> Painted {
         let options = Options { pictures: false, size_px: [1600, 4000], ..Options::default() };
         let mut session = Session::new(scene::load(scene).expect("it is shipped"), options);
         let mut clock = FrameClock::default();
@@ -145,7 +146,11 @@ mod tests {
         ];
         let more = ["toggle_ledger_panel", "toggle_forecast_panel", "toggle_timeline_panel", "frame"];
         session.stage.keep_timeline();
-        for word in ["toggle_cockpit"].iter().chain(keys).chain(&tools).chain(&more).chain(&["", "", ""]) {
+        let words = ["toggle_cockpit"].iter().chain(keys).chain(&tools).chain(&more);
+        for word in words.chain(&["", "", "", "", ""]) {
+            if word.is_empty() {
+                session.ui.cockpit.next_tab = Some(tab);
+            }
             let key = key_of_word(word).ok();
             let events = key.into_iter().flat_map(|key| [Input::KeyDown(key.clone()), Input::KeyUp(key)]);
             session.advance(&InputFrame::from_iter(events), clock.advance_by(0.02).expect("a time"));
@@ -163,9 +168,10 @@ mod tests {
     fn words_stand_out_in_both_themes() {
         for keys in [&[][..], &["toggle_theme"]] {
             for scene in ["tutorial", "bridge"] {
-                let painted = painted(scene, keys);
+                let painted: Vec<_> = Tab::ALL.map(|tab| painted(scene, keys, tab)).into();
                 // Fainter ones belong to what cannot be used now, and to marks between marks.
-                let full = painted.words.iter().filter(|(_, color, ..)| color.a() == 255);
+                let words = painted.iter().flat_map(|painted| &painted.words);
+                let full = words.filter(|(_, color, ..)| color.a() == 255);
                 let mut seen = 0;
                 for (words, color, behind, _) in full {
                     let contrast = contrast(*color, *behind);
@@ -175,7 +181,7 @@ mod tests {
                     );
                     seen += 1;
                 }
-                assert!(seen > 150, "{seen}");
+                assert!(seen > 300, "{seen}");
             }
         }
     }
@@ -206,8 +212,9 @@ mod tests {
 
     #[test]
     fn words_have_at_most_three_sizes() {
-        let painted = painted("bridge", &["help"]);
-        let sizes: BTreeSet<_> = painted.words.iter().map(|(_, _, _, size)| format!("{size}")).collect();
+        let painted = Tab::ALL.map(|tab| painted("bridge", &["help"], tab));
+        let words = painted.iter().flat_map(|painted| &painted.words);
+        let sizes: BTreeSet<_> = words.map(|(_, _, _, size)| format!("{size}")).collect();
         assert!(sizes.len() <= 3, "{sizes:?}");
     }
 

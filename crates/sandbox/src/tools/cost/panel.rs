@@ -34,8 +34,8 @@ const HEIGHT: f32 = 300.0;
 /// Least height of what is below the legend in the dock, points: how much there is to say depends on the machine, and a dock that is
 /// scrolled to its end is not to stand elsewhere when a recording is repeated.
 const FOOT: f32 = 280.0;
-/// Least height of what stands first, points: with the study it grows to three lines.
-const HEAD: f32 = 66.0;
+/// Height of the sentences that come first, points: room for six lines, so that what is below them does not move while a study goes on.
+const HEAD: f32 = 112.0;
 /// Methods beside each other in the legend.
 const COLUMNS: usize = 4;
 /// A click belongs to the nearest dot, if that is no farther, points.
@@ -52,12 +52,12 @@ pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool
         return false;
     };
     mouse_hint(ui, desk.view);
-    let again = head(ui, study, cost.progress(), width);
     // They stay as they are chosen when another scene is opened.
     let id = Id::unique("cost axes");
     let mut axes: Axes = ui.data(|data| data.get_temp(id)).unwrap_or_default();
     let present = desk.stage.setting();
-    let taken = first(ui, study, axes, present);
+    let (again, uses) = head(ui, study, cost.progress(), width);
+    let nearer = first(ui, study, axes, present).filter(|_| uses);
     choose(ui, &mut axes);
     ui.data_mut(|data| data.insert_temp(id, axes));
     let clicked = plot(ui, study, axes, present, width);
@@ -70,44 +70,43 @@ pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool
         foot(ui, study, width);
         pressed
     });
-    desk.intents.extend(taken.or(clicked).or(pressed.inner).map(Intent::ApplySetting));
+    desk.intents.extend(nearer.or(clicked).or(pressed.inner).map(Intent::ApplySetting));
     again
 }
 
-/// How far the study is; whether it is to start again.
-fn head(ui: &mut Ui, study: &Study, progress: f64, width: f32) -> bool {
+/// How far the study is; whether it is to start again, and whether the setting is to be used that is nearer at the same cost. The
+/// button for that is there before there is one: a recording counts the controls.
+fn head(ui: &mut Ui, study: &Study, progress: f64, width: f32) -> (bool, bool) {
     ui.horizontal(|ui| {
         let again = ui.button("again").clicked();
+        let uses = ui.button("Use").on_hover_text("goes on with what is nearer at the same cost").clicked();
         if progress < 1.0 {
             #[expect(clippy::cast_possible_truncation, reason = "a part of 1")]
             let done = progress as f32;
             let words = format!("measuring, {:.0} % of each frame", SHARE * 100.0);
-            ui.add(ProgressBar::new(done).desired_width(width - 110.0).text(words));
+            ui.add(ProgressBar::new(done).desired_width(width - 150.0).text(words));
         } else {
             let Study { simulated_s, bodies, .. } = study;
             let s = if *bodies == 1 { "y" } else { "ies" };
             let words = format!("{bodies} bod{s}, {simulated_s:.3} s from the start, on a copy");
             ui.add(Label::new(words).truncate());
         }
-        again
+        (again, uses)
     })
     .inner
 }
 
-/// What accuracy costs at the present setting, and which other one is nearer at the same cost; the setting that is taken.
+/// What accuracy costs at the present setting, and which other one is nearer at the same cost; that one, if there is one.
 fn first(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Setting> {
-    let row = ui.scope(|ui| {
+    let lines = ui.scope(|ui| {
         ui.set_min_height(HEAD);
         if study.is_flat(axes.accuracy) {
             ui.label("More substeps bring most methods no nearer here; the details say why.");
         }
         let mine = study.cells.iter().find(|cell| cell.setting == present);
-        let Some(mine) = mine else {
-            ui.weak("Your setting is not among those that are measured.");
-            return None;
-        };
-        let Some(error) = study.error(mine, axes.accuracy) else {
-            ui.weak("Your setting has no error yet, or fails.");
+        let Some((mine, error)) = mine.and_then(|mine| Some((mine, study.error(mine, axes.accuracy)?)))
+        else {
+            ui.weak("Your setting has no error: it is not measured, or fails.");
             return None;
         };
         let cost = study.cost(mine, axes.cost).map_or(String::new(), |cost| match axes.cost {
@@ -123,14 +122,10 @@ fn first(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Set
             ui.weak("Nothing that is measured is much nearer at this cost.");
             return None;
         };
-        let words = format!("{}: {} times nearer at the same cost.", title(cell.setting), fold(times));
-        ui.horizontal_wrapped(|ui| {
-            ui.label(words);
-            ui.button("Use").clicked().then_some(cell.setting)
-        })
-        .inner
+        ui.label(format!("{}: {} times nearer at the same cost.", title(cell.setting), fold(times)));
+        Some(cell.setting)
     });
-    row.inner
+    lines.inner
 }
 
 fn choose(ui: &mut Ui, axes: &mut Axes) {
