@@ -21,7 +21,7 @@ fn fs_ground(in: Sky) -> @location(0) vec4f {
     let from_line = abs(fract(place - 0.5) - 0.5) / width;
     // Lines closer together than pixels are left out.
     let lines = clamp(1.5 - from_line, vec2f(0.0), vec2f(1.0)) * clamp(1.0 - 4.0 * width, vec2f(0.0), vec2f(1.0));
-    let soft = globals.look.x > 0.0;
+    let soft = globals.picture.w > 0.0;
     let plain = select(PLAIN, SOFT_PLAIN, soft);
     var color = mix(plain, select(LINE_ON_GROUND, SOFT_LINE, soft), max(lines.x, lines.y));
 

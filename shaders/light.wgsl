@@ -73,7 +73,7 @@ fn sent_back(position: vec3f, normal: vec3f, albedo: vec3f, is_matt: bool) -> ve
     } else {
         let to_light = normalize(globals.light_position.xyz - position);
         let facing_light = dot(normal, to_light);
-        let soft = globals.look.x > 0.0;
+        let soft = globals.picture.w > 0.0;
         out = albedo * select(AMBIENT, mix(FLOOR_LIGHT, SKY_LIGHT, 0.5 + 0.5 * normal.y), soft);
         if facing_light > 0.0 {
             let reaching = light_reaching(position, normal, facing_light);

@@ -340,7 +340,7 @@ fn thumbnail(name: &str, studio: &mut Studio) -> Image {
     let mut clock = FrameClock::default();
     let seconds = SECONDS.iter().find(|(other, _)| *other == name).map_or(2, |(_, seconds)| *seconds);
     for frame in 0..=60 * seconds {
-        let frames = frame == 0 && session.wants_frame();
+        let frames = frame == 0 && session.view.wants_frame(&session.stage);
         let events = if frames { tap("F").to_vec() } else { Vec::new() };
         session.advance(&InputFrame { events }, clock.advance_to(f64::from(frame) / 60.0).unwrap());
     }

@@ -355,7 +355,7 @@ fn a_person_with_a_mouse_alone_goes_the_first_time_path_and_the_recording_repeat
                     let name = if saved.exists() { saved.display().to_string() } else { name };
                     here.drive.session.open(scene::load(&name).unwrap());
                     here.drive.ticks(3);
-                    if here.session().wants_frame() {
+                    if here.session().view.wants_frame(&here.session().stage) {
                         here.press("F");
                     }
                 }

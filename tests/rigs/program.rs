@@ -183,7 +183,7 @@ pub fn stored(path: &Path, text: &str, bless: bool) -> Result<(), String> {
     if golden == text {
         return Ok(());
     }
-    Err(format!("{path_shown}: BLESS=1 writes it anew\nwas\n{golden}\nis\n{text}\n"))
+    Err(format!("{path_shown}: BLESS=1 writes it again\nwas\n{golden}\nis\n{text}\n"))
 }
 
 /// Root of the repository.

@@ -30,7 +30,6 @@ struct Globals {
     shadow_map: Vec4,
     picture: Vec4,
     ground: Vec4,
-    look: Vec4,
 }
 
 /// So many spheres are drawn with all their triangles, however small they are.
@@ -224,12 +223,16 @@ impl Renderer {
             light_position,
             light_color,
             shadow_map: Vec4::new(1.0 / texels, span_m / texels, 0.0, 0.0),
-            picture: Vec4::new(picture[0] / scale, picture[1] / scale, f32::from(u8::from(frame.space)), 0.0),
+            picture: Vec4::new(
+                picture[0] / scale,
+                picture[1] / scale,
+                f32::from(u8::from(frame.space)),
+                f32::from(u8::from(frame.soft)),
+            ),
             ground: frame.ground.map_or(Vec4::ZERO, |ground| {
                 let [x, z] = ground.offset_m;
                 Vec4::new(ground.height_m, ground.spacing_m, x, z)
             }),
-            look: Vec4::new(f32::from(u8::from(frame.soft)), 0.0, 0.0, 0.0),
         }
     }
 

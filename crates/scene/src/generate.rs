@@ -104,12 +104,11 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
     let mut of_kind: HashMap<&str, usize> = HashMap::new();
     made.bodies.reserve_exact(total as usize - made.bodies.len());
     for entry in entries {
-        let GeneratedEntry { scope, count, numbering, .. } = entry;
+        let GeneratedEntry { scope, own, count, numbering, .. } = entry;
         let Some((kind, name)) = kind_and_name(raw, scope.section, scope.index.unwrap_or_default()) else {
             continue;
         };
         let (first, count) = (names.len() as u32, count as u32);
-        let own = (entry.own_method, entry.own_substeps);
         made.sections.push(Section::new(scope, first..first + count, own, &entry.body, scenes));
         let number = of_kind.entry(kind).or_default();
         *number += 1;

@@ -250,6 +250,27 @@ pub(crate) struct Ring {
     pub substeps: Option<u32>,
 }
 
+/// The keys that all entries have that make many bodies.
+pub(crate) struct SharedKeys<'a> {
+    pub mass_kg: Option<f64>,
+    pub color: Option<Triple>,
+    pub method: Option<&'a Word>,
+    pub substeps: Option<u32>,
+}
+
+macro_rules! share_keys {
+    ($($Entry:ty)*) => {
+        $(impl $Entry {
+            pub fn shared(&self) -> SharedKeys<'_> {
+                let Self { mass_kg, color, method, substeps, .. } = self;
+                SharedKeys { mass_kg: *mass_kg, color: *color, method: method.as_ref(), substeps: *substeps }
+            }
+        })*
+    };
+}
+
+share_keys!(Grid Cloud Ring Emitter SoftKeys);
+
 #[derive(Deserialize)]
 pub(crate) struct Expect {
     pub energy_drift_below: Option<f64>,

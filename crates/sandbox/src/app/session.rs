@@ -521,12 +521,6 @@ impl Session {
         self.tools.open_unsaved(&self.stage, file);
     }
 
-    /// Whether the scene left the camera to the program, which sees its bodies from far away.
-    #[must_use]
-    pub fn wants_frame(&self) -> bool {
-        self.view.wants_frame(&self.stage)
-    }
-
     /// Plays a script from the next frame on, beside the input of frames.
     pub fn play(&mut self, player: Player) {
         self.player = Some(player);

@@ -4,9 +4,10 @@
 use glam::{DVec3, Vec3};
 use pick::Shape;
 use render::Light;
-use scene::{Appearance, BodySpec, Scene};
+use scene::{Appearance, Scene};
 
 use crate::view::camera::Camera;
+use crate::view::navigation::extent_at_start;
 
 const BOX: [f32; 3] = [0.28, 0.50, 0.80];
 const BALL: [f32; 3] = [0.95, 0.58, 0.25];
@@ -42,11 +43,7 @@ pub(super) struct Lamp {
 
 impl Lamp {
     pub fn of(scene: &Scene) -> Self {
-        let moves = |body: &&BodySpec| body.inverse_mass.is_some_and(|inverse| inverse > 0.0);
-        let places = || scene.bodies.iter().filter(moves).map(|body| body.position);
-        let (least, most) = (places().reduce(DVec3::min), places().reduce(DVec3::max));
-        let (least, most) = least.zip(most).unwrap_or_default();
-        let (middle, radius) = ((least + most) / 2.0, most.distance(least) / 2.0);
+        let (middle, radius) = extent_at_start(scene).unwrap_or_default();
         let view = Camera::new(scene.camera).viewpoint();
         let [left, up, near] = LAMP_ASIDE;
         let toward = -left * view.right() + up * DVec3::Y - near * view.forward();

@@ -1,7 +1,7 @@
 //! What a click did: an arrow at the body that was pushed, with the newtons and the speed that they gave.
 
 use bevy_ecs::prelude::*;
-use egui::{Align2, FontId, Painter, Pos2, Vec2};
+use egui::{Align2, FontId, Painter, Vec2};
 use glam::DVec3;
 use motion::{PhysicsBody, TimeStep};
 use render::{Frame, Line};
@@ -10,7 +10,7 @@ use report::numbers::{digits, significant};
 use crate::stage::Stage;
 use crate::view::View;
 use crate::view::arrows::color_of;
-use crate::view::hud::{as_in_picture, text};
+use crate::view::hud::{as_in_picture, point, text};
 
 /// How long it is shown, s.
 const SHOWN_S: f64 = 1.2;
@@ -67,12 +67,10 @@ impl View {
         let inverse_mass = world.get::<PhysicsBody>(flash.body).map_or(0.0, |body| body.inverse_mass);
         let speed = newtons * inverse_mass * world.resource::<TimeStep>().0;
         let words = format!("{} N for one tick: {} m/s", digits(newtons), significant(speed, 2, 1e-3..1e4));
-        #[expect(clippy::cast_possible_truncation, reason = "pixels")]
-        let at = Pos2::new(at.x as f32, at.y as f32) / painter.ctx().pixels_per_point();
         let color = as_in_picture(color_of("push"));
         text(
             painter,
-            at + Vec2::new(0.0, 6.0),
+            point(painter, at) + Vec2::new(0.0, 6.0),
             Align2::CENTER_TOP,
             &words,
             FontId::proportional(15.0),

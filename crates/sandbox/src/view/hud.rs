@@ -3,6 +3,7 @@
 
 use egui::text::LayoutJob;
 use egui::{Align, Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui, Vec2};
+use glam::DVec2;
 use motion::clock::StepClock;
 use motion::{Gravity, TimeStep};
 
@@ -158,16 +159,21 @@ fn notices<'a>(painter: &Painter, mut place: Pos2, notices: impl Iterator<Item =
     }
 }
 
+/// How many bodies there are.
+pub(crate) fn bodies(stage: &Stage) -> String {
+    let bodies = stage.sim.bodies.len();
+    format!("{bodies} {}", if bodies == 1 { "body" } else { "bodies" })
+}
+
 /// The scene and its clock, each in a line; of what the shell measured, one while the run goes on.
-pub(crate) fn clock(stage: &Stage, view: &View) -> Vec<String> {
+fn clock(stage: &Stage, view: &View) -> Vec<String> {
     let (stepper, world) = (&stage.sim.stepper, &stage.sim.world);
     let own = if stepper.plan().own.is_empty() { "" } else { " and bodies' own" };
     let method = stepper.method().claims().title;
-    let (bodies, scene_s) = (stage.sim.bodies.len(), world.resource::<StepClock>().scene_seconds());
+    let scene_s = world.resource::<StepClock>().scene_seconds();
     let step_hz = 1.0 / world.resource::<TimeStep>().0;
-    let word = if bodies == 1 { "body" } else { "bodies" };
     let mut lines = vec![
-        format!("{}   {bodies} {word}   {method}{own}", stage.sim.scene.name),
+        format!("{}   {}   {method}{own}", stage.sim.scene.name, bodies(stage)),
         format!("{scene_s:.2} s at {} Hz", (step_hz * 1e6).round() / 1e6),
     ];
     // Paused, frames are drawn when something changes.
@@ -241,6 +247,12 @@ pub(crate) fn text(painter: &Painter, at: Pos2, anchor: Align2, words: &str, fon
         painter.text(at + corner, anchor, words, font.clone(), Color32::from_black_alpha(200));
     }
     painter.text(at, anchor, words, font, color);
+}
+
+/// A pixel of the picture, from its top left, in points.
+#[expect(clippy::cast_possible_truncation, reason = "pixels")]
+pub(crate) fn point(painter: &Painter, pixel: DVec2) -> Pos2 {
+    Pos2::new(pixel.x as f32, pixel.y as f32) / painter.ctx().pixels_per_point()
 }
 
 /// The color of a picture, red, green, blue and alpha from 0 to 1, in panels.

@@ -2,7 +2,7 @@
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Vec2};
 
-use crate::view::hud::{THIN, text};
+use crate::view::hud::{THIN, point, text};
 use crate::view::labels::Label;
 
 const SIZE: f32 = 17.0;
@@ -25,7 +25,7 @@ pub(crate) const FAULT: Color32 = Color32::from_rgb(255, 110, 90);
 pub(crate) fn show(painter: &Painter, labels: &[Label], taken: &mut Vec<Rect>) {
     let reach = |label: &Label| label_reach(painter, label).min(FARTHEST);
     let body =
-        |label: &Label| Rect::from_center_size(middle(painter, label), Vec2::splat(2.0 * reach(label)));
+        |label: &Label| Rect::from_center_size(point(painter, label.at), Vec2::splat(2.0 * reach(label)));
     for (i, label) in labels.iter().enumerate().rev() {
         let others = labels.iter().enumerate().filter(|(other, _)| *other != i).map(|(_, other)| body(other));
         let kept_free: Vec<_> = taken.iter().copied().chain(others).collect();
@@ -39,14 +39,9 @@ pub(crate) fn show_mark(painter: &Painter, mark: &Label) -> Rect {
     let radius = (1.3 * label_reach(painter, mark)).clamp(RING[0], RING[1]);
     // Seen on dark, on bright and on red.
     for (width, color) in [(7.0, Color32::BLACK), (5.0, THIN), (2.5, FAULT)] {
-        painter.circle_stroke(middle(painter, mark), radius, Stroke::new(width, color));
+        painter.circle_stroke(point(painter, mark.at), radius, Stroke::new(width, color));
     }
     words(painter, mark, radius, &[], true).unwrap_or(Rect::NOTHING)
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "pixels")]
-fn middle(painter: &Painter, label: &Label) -> Pos2 {
-    Pos2::new(label.at.x as f32, label.at.y as f32) / painter.ctx().pixels_per_point()
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "pixels")]
@@ -57,7 +52,7 @@ fn label_reach(painter: &Painter, label: &Label) -> f32 {
 /// Writes the words of a label `reach` and a gap to the right of its body, or to the left, or lines above or below, where they
 /// are in the picture and nothing is `taken`; where they stand. Words that are `needed` are always written.
 fn words(painter: &Painter, label: &Label, reach: f32, taken: &[Rect], needed: bool) -> Option<Rect> {
-    let (words, middle) = (&label.text, middle(painter, label));
+    let (words, middle) = (&label.text, point(painter, label.at));
     let font = FontId::proportional(SIZE);
     let size = painter.layout_no_wrap(words.clone(), font.clone(), THIN).size();
     let aside = Vec2::X * (reach + GAP);

@@ -84,7 +84,8 @@ impl View {
     }
 
     /// Whether the scene left the camera to the program, which sees its bodies from far away.
-    pub(crate) fn wants_frame(&self, stage: &Stage) -> bool {
+    #[must_use]
+    pub fn wants_frame(&self, stage: &Stage) -> bool {
         let Some((middle, radius)) = extent(stage) else { return false };
         stage.sim.scene.camera == CameraSpec::TUTORIAL
             && self.camera.position.distance(middle) > FAR * self.framed_distance(radius)
@@ -162,9 +163,13 @@ fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
 
 /// From the scene's camera to the middle of what moves, m; not finite where nothing does.
 pub(crate) fn distance_of(scene: &Scene) -> f64 {
+    extent_at_start(scene).map_or(f64::NAN, |(middle, _)| middle.distance(scene.camera.position))
+}
+
+/// Middle of the places of all that moves at the start of a scene, and half the diagonal of the box around them, m.
+pub(super) fn extent_at_start(scene: &Scene) -> Option<(DVec3, f64)> {
     let moves = |body: &&BodySpec| body.inverse_mass.is_some_and(|inverse| inverse > 0.0);
     let places = || scene.bodies.iter().filter(moves).map(|body| body.position);
     let (least, most) = (places().reduce(DVec3::min), places().reduce(DVec3::max));
-    let middle = least.zip(most).map(|(least, most)| (least + most) / 2.0);
-    middle.map_or(f64::NAN, |middle| middle.distance(scene.camera.position))
+    least.zip(most).map(|(least, most)| ((least + most) / 2.0, most.distance(least) / 2.0))
 }

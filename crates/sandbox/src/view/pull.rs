@@ -1,13 +1,13 @@
 //! What the pointer pulls, in the picture.
 
-use egui::{Align2, FontId, Painter, Pos2, Vec2};
-use glam::{DVec2, DVec3};
+use egui::{Align2, FontId, Painter, Vec2};
+use glam::DVec3;
 use render::{Frame, Line};
 
 use crate::stage::Stage;
 use crate::stage::pull::Pull;
 use crate::view::View;
-use crate::view::hud::{THIN, text};
+use crate::view::hud::{THIN, point, text};
 
 const COLOR: [f32; 4] = [1.0, 0.8, 0.2, 1.0];
 
@@ -41,9 +41,7 @@ impl View {
         let Some(pull) = &stage.here.pull else { return };
         let limit = if pull.limited { ", the most" } else { "" };
         let words = format!("{} N{limit}", report::numbers::digits(pull.newtons));
-        let DVec2 { x, y } = self.pointer;
-        #[expect(clippy::cast_possible_truncation, reason = "pixels")]
-        let at = Pos2::new(x as f32, y as f32) / painter.ctx().pixels_per_point();
+        let at = point(painter, self.pointer);
         let font = FontId::proportional(15.0);
         text(painter, at + Vec2::new(14.0, -10.0), Align2::LEFT_BOTTOM, &words, font, THIN);
     }

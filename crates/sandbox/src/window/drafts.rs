@@ -46,7 +46,7 @@ impl Drafts {
         Self { own, told: false }
     }
 
-    /// Keeps the unsaved changes of `session` for a crash, in place of those before; whether there is nothing that is not kept.
+    /// Keeps the unsaved changes of `session` for a crash, in place of those before; whether they are kept.
     pub fn keep(&mut self, session: &mut Session) -> bool {
         let unsaved = session.has_unsaved_changes().then(|| Arc::clone(&session.stage.scene().text));
         let file = unsaved.as_ref().and_then(|_| session.tools.own_file());

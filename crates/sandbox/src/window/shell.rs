@@ -283,7 +283,10 @@ impl Shell {
         self.last_frame = Some(now);
         self.mode_changes = false;
         // As its key, so that a recording has it.
-        if self.session.view.has_bars() && std::mem::take(&mut self.opened) && self.session.wants_frame() {
+        if self.session.view.has_bars()
+            && std::mem::take(&mut self.opened)
+            && self.session.view.wants_frame(&self.session.stage)
+        {
             self.press(Act::Frame);
         }
         if let Some(screen) = &self.screen {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::entry::{GeneratedEntry, count};
+use super::entry::{GeneratedEntry, count, shared};
 use crate::check::{MASS, RADIUS, SPEED, Scope, not_negative, shown_vector};
 use crate::random::{direction, in_ball, symmetric};
 use crate::raw;
@@ -27,17 +27,10 @@ pub(super) fn cloud(raw: &raw::Cloud, index: usize, faults: &mut Faults) -> Gene
     }
     let count = count(raw.count, (scope, "count"), faults);
     let speed = faults.number((scope, "speed_m_s"), raw.speed_m_s, 0.0, SPEED);
-    let body = BodySpec {
-        inverse_mass: Some(faults.inverse_mass(scope, raw.mass_kg, (1.0, 1.0), MASS)),
-        color: faults.color(scope, raw.color),
-        method: faults.method(scope, raw.method.as_ref()),
-        substeps: faults.substeps(scope, raw.substeps),
-        ..BodySpec::DEFAULT
-    };
+    let (body, own) = shared(&raw.shared(), scope, ((1.0, 1.0), MASS), faults);
     GeneratedEntry {
         scope,
-        own_method: raw.method.is_some(),
-        own_substeps: raw.substeps.is_some(),
+        own,
         count: count.into(),
         springs: 0,
         numbering: Numbering::Line,

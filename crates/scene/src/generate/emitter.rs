@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::entry::{GeneratedEntry, count, direction};
+use super::entry::{GeneratedEntry, count, direction, shared};
 use crate::check::{MASS, RADIUS, Rule, SPEED, Scope, positive};
 use crate::random::in_cone;
 use crate::raw;
@@ -40,18 +40,12 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
     let speed = faults.number((scope, "speed_m_s"), raw.speed_m_s, 0.0, SPEED);
     let radius = faults.number((scope, "radius_m"), raw.radius_m, DROP_M, RADIUS) as f32;
     // The whole pool is at rest at the emitter.
-    let body = BodySpec {
-        position: faults.vector((scope, "position_m"), raw.position_m, DVec3::ZERO),
-        inverse_mass: Some(faults.inverse_mass(scope, raw.mass_kg, (1.0, 1.0), MASS)),
-        color: faults.color(scope, raw.color),
-        method: faults.method(scope, raw.method.as_ref()),
-        substeps: faults.substeps(scope, raw.substeps),
-        ..BodySpec::DEFAULT
-    };
+    let (body, own) = shared(&raw.shared(), scope, ((1.0, 1.0), MASS), faults);
+    let position = faults.vector((scope, "position_m"), raw.position_m, DVec3::ZERO);
+    let body = BodySpec { position, ..body };
     GeneratedEntry {
         scope,
-        own_method: raw.method.is_some(),
-        own_substeps: raw.substeps.is_some(),
+        own,
         count: capacity,
         springs: 0,
         numbering: Numbering::Line,

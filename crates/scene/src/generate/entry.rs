@@ -9,6 +9,7 @@ use rand_pcg::Pcg64;
 use super::body::Defaults;
 use crate::check::{Key, Scope, shown_vector};
 use crate::memory::Census;
+use crate::raw;
 use crate::scene::BodySpec;
 use crate::scene::coupled::{EmitterSpec, SoftBodySpec};
 use crate::scene::names::{Names, Numbering};
@@ -45,8 +46,7 @@ pub(crate) struct Section {
 pub(super) struct GeneratedEntry {
     pub scope: Scope,
     /// Whether it names a method itself, and a number of substeps.
-    pub own_method: bool,
-    pub own_substeps: bool,
+    pub own: (bool, bool),
     pub count: u64,
     /// Between its bodies.
     pub springs: u64,
@@ -87,6 +87,24 @@ impl Section {
             substeps: if own_substeps { body.substeps } else { Some(scenes.substeps) },
         }
     }
+}
+
+/// What the bodies of an entry have in common by its shared keys, and whether it names a method itself, and a number of substeps. The
+/// mass is that of so many bodies together, with its default and the cure of a wrong one.
+pub(super) fn shared(
+    keys: &raw::SharedKeys<'_>,
+    scope: Scope,
+    (mass, cure): ((f64, f64), &str),
+    faults: &mut Faults,
+) -> (BodySpec, (bool, bool)) {
+    let body = BodySpec {
+        inverse_mass: Some(faults.inverse_mass(scope, keys.mass_kg, mass, cure)),
+        color: faults.color(scope, keys.color),
+        method: faults.method(scope, keys.method),
+        substeps: faults.substeps(scope, keys.substeps),
+        ..BodySpec::DEFAULT
+    };
+    (body, (keys.method.is_some(), keys.substeps.is_some()))
 }
 
 /// A number of bodies, at least 1; 0 if it is missing or invalid.

@@ -4,7 +4,7 @@ use glam::DVec3;
 use pick::Shape;
 use rand::RngExt;
 
-use super::entry::{GeneratedEntry, count};
+use super::entry::{GeneratedEntry, count, shared};
 use crate::check::{MASS, Scope, positive, shown};
 use crate::raw;
 use crate::scene::BodySpec;
@@ -38,18 +38,11 @@ pub(super) fn grid(raw: &raw::Grid, index: usize, faults: &mut Faults) -> Genera
     } else if !(origin + span).is_finite() {
         faults.add(scope.key("spacing_m"), "the grid reaches beyond all numbers", "give a smaller spacing");
     }
-    let body = BodySpec {
-        inverse_mass: Some(faults.inverse_mass(scope, raw.mass_kg, (GRID_MASS, 1.0), MASS)),
-        color: faults.color(scope, raw.color),
-        checker: true,
-        method: faults.method(scope, raw.method.as_ref()),
-        substeps: faults.substeps(scope, raw.substeps),
-        ..BodySpec::DEFAULT
-    };
+    let (body, own) = shared(&raw.shared(), scope, ((GRID_MASS, 1.0), MASS), faults);
+    let body = BodySpec { checker: true, ..body };
     GeneratedEntry {
         scope,
-        own_method: raw.method.is_some(),
-        own_substeps: raw.substeps.is_some(),
+        own,
         count: u64::from(rows) * u64::from(columns),
         springs: 0,
         numbering: Numbering::Grid { rows },

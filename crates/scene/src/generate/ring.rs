@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::entry::{GeneratedEntry, count, direction};
+use super::entry::{GeneratedEntry, count, direction, shared};
 use crate::check::{MASS, RADIUS, SPEED, Scope, shown};
 use crate::raw;
 use crate::scene::BodySpec;
@@ -24,17 +24,10 @@ pub(super) fn ring(raw: &raw::Ring, index: usize, faults: &mut Faults) -> Genera
     }
     let axis = direction((scope, "axis"), raw.axis, faults);
     let speed = faults.number((scope, "speed_m_s"), raw.speed_m_s, 0.0, SPEED);
-    let body = BodySpec {
-        inverse_mass: Some(faults.inverse_mass(scope, raw.mass_kg, (1.0, 1.0), MASS)),
-        color: faults.color(scope, raw.color),
-        method: faults.method(scope, raw.method.as_ref()),
-        substeps: faults.substeps(scope, raw.substeps),
-        ..BodySpec::DEFAULT
-    };
+    let (body, own) = shared(&raw.shared(), scope, ((1.0, 1.0), MASS), faults);
     GeneratedEntry {
         scope,
-        own_method: raw.method.is_some(),
-        own_substeps: raw.substeps.is_some(),
+        own,
         count: count.into(),
         springs: 0,
         numbering: Numbering::Line,

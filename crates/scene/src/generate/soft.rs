@@ -3,7 +3,7 @@
 use glam::DVec3;
 use motion::{Elastic, Link};
 
-use super::entry::{Bodies, GeneratedEntry};
+use super::entry::{Bodies, GeneratedEntry, shared};
 use super::form::Form;
 use super::{chain, cloth, lattice};
 use crate::check::{DAMPING_RATE, Rule, Scope, not_negative};
@@ -33,21 +33,17 @@ pub(super) fn soft(raw: &raw::SoftBody, index: usize, faults: &mut Faults) -> Op
     };
     let points = form.as_ref().map_or(1, |form| form.count().max(1)) as f64;
     let mass = "give a positive number of kilograms for all points together";
+    let (body, own) = shared(&keys.shared(), scope, ((1.0, points), mass), faults);
     let body = BodySpec {
-        inverse_mass: Some(faults.inverse_mass(scope, keys.mass_kg, (1.0, points), mass)),
-        color: faults.color(scope, keys.color),
-        method: faults.method(scope, keys.method.as_ref()),
-        substeps: faults.substeps(scope, keys.substeps),
         damping_rate: faults.optional((scope, "damping_per_s"), keys.damping_per_s, DAMPING_RATE),
         gravity_off: keys.gravity_off == Some(true),
-        ..BodySpec::DEFAULT
+        ..body
     };
     let velocity = faults.vector((scope, "velocity_m_s"), keys.velocity_m_s, DVec3::ZERO);
     let form = form?;
     Some(GeneratedEntry {
         scope,
-        own_method: keys.method.is_some(),
-        own_substeps: keys.substeps.is_some(),
+        own,
         count: form.count(),
         springs: form.springs(),
         numbering: form.numbering,

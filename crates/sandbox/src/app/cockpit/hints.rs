@@ -1,12 +1,12 @@
 //! The line at the bottom: what the mouse does now and, where there is room, how large and fast the run is.
 
 use egui::{Align, Label, Layout, RichText, Ui};
-use history::rate_of;
-use motion::TimeStep;
 use report::numbers::digits;
 
+use crate::app::cockpit::toolbar;
 use crate::stage::Stage;
 use crate::tools::editor::Editor;
+use crate::view::hud::bodies;
 use crate::view::{Mode, View};
 
 /// Says what the mouse does.
@@ -37,13 +37,10 @@ pub(super) fn show(ui: &mut Ui, (stage, view): (&Stage, &View), editor: &Editor)
 
 /// How many bodies there are, how often they are moved and, while the run goes on, how fast.
 fn state(stage: &Stage, view: &View) -> String {
-    let bodies = stage.sim.bodies.len();
-    let word = if bodies == 1 { "body" } else { "bodies" };
-    let rate = rate_of(stage.sim.world.resource::<TimeStep>().0);
     let measured = view.measured.filter(|_| !stage.paused).map_or(String::new(), |measured| {
         format!("   tick {:.1} us   {:.0} frames/s", measured.tick * 1e6, measured.frames_per_second)
     });
-    format!("{bodies} {word}   {} Hz{measured}", digits(rate))
+    format!("{}   {} Hz{measured}", bodies(stage), toolbar::rate(stage))
 }
 
 fn words(stage: &Stage, view: &View) -> String {

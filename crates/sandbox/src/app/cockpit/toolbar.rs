@@ -145,13 +145,17 @@ fn pace(ui: &mut Ui, pace: f64, intents: &mut Vec<Intent>) {
     }
 }
 
+/// Ticks per simulated second.
+pub(super) fn rate(stage: &Stage) -> String {
+    digits(rate_of(stage.sim.world.resource::<TimeStep>().0))
+}
+
 /// Method and step as one control: the list says order and cost of each method, and below it has the substeps.
 fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     let setting = stage.setting();
     let mut chosen = setting;
     let attracts = stage.sim.world.contains_resource::<MutualGravity>();
-    let rate = digits(rate_of(stage.sim.world.resource::<TimeStep>().0));
-    let present = format!("{}, {rate} Hz x {}", setting.method.claims().title, setting.substeps);
+    let present = format!("{}, {} Hz x {}", setting.method.claims().title, rate(stage), setting.substeps);
     ComboBox::from_id_salt("method of the scene")
         .width(216.0)
         .height(400.0)

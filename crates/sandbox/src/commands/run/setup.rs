@@ -1,6 +1,7 @@
 //! What a run is set up with: the scene, its script, its frames and its length, checked before anything is written.
 
 use history::Overrides;
+use render::Quality;
 use scene::{Action, Keeps, Scene, Script, StepKind};
 
 use super::{RunArgs, keeps_ledger};
@@ -14,7 +15,6 @@ use crate::input::SwitchedBy;
 use crate::panels::Panel;
 use crate::stage::CATCH_UP;
 use crate::stage::options::{Options, Words, check};
-use render::Quality;
 
 /// Seconds of a run that does not say how long.
 const DEFAULT_SECONDS: f64 = 10.0;

@@ -1,7 +1,7 @@
 //! Handles at the selection: arrows along the axes that move its entry when they are dragged.
 
-use egui::{Color32, Painter, Pos2, Stroke};
-use glam::{DQuat, DVec2, DVec3};
+use egui::{Color32, Painter, Stroke};
+use glam::{DQuat, DVec3};
 use motion::{Orientation, SoftBody};
 use pick::Shape;
 use render::{Frame, Instance, Particle};
@@ -11,6 +11,7 @@ use super::parts::nearest;
 use super::selected::selected_entry;
 use crate::stage::Stage;
 use crate::view::View;
+use crate::view::hud::point;
 use crate::view::picture::PLAIN;
 
 /// The axes and the colors of their arrows.
@@ -112,11 +113,9 @@ impl Handle {
 /// Paints the arrows of the selection over the picture: inside a body, or behind one, they would not be seen.
 pub(super) fn paint_handles(stage: &Stage, view: &View, painter: &Painter) {
     let Some((from, length)) = arrows(stage, view) else { return };
-    let scale = painter.ctx().pixels_per_point();
-    #[expect(clippy::cast_possible_truncation, reason = "pixels")]
-    let point = |(at, _): (DVec2, bool)| Pos2::new(at.x as f32, at.y as f32) / scale;
     for (axis, color) in AXES {
-        let ends = [from, from + axis * length].map(|place| view.seen_at(place).map(point));
+        let ends =
+            [from, from + axis * length].map(|place| view.seen_at(place).map(|(at, _)| point(painter, at)));
         if let [Some(tail), Some(tip)] = ends {
             for (width, color) in [(5.0, Color32::from_black_alpha(160)), (3.0, color)] {
                 painter.arrow(tail, tip - tail, Stroke::new(width, color));

@@ -7,7 +7,7 @@ use report::{Ink, REFERENCE_INK, ink};
 use crate::tools::ghosts::state::{GhostLabel, GhostRow, GhostState, Ghosts, Twins, subject};
 use crate::tools::tool::Desk;
 use crate::view::Mode;
-use crate::view::hud::{THIN, swatch, text};
+use crate::view::hud::{THIN, point, swatch, text};
 
 /// Size of the words in the picture, points.
 const SIZE: f32 = 15.0;
@@ -165,12 +165,11 @@ fn arranged(words: &[(Pos2, Vec2)], mut taken: Vec<Rect>, around: &Around) -> Ve
 
 /// Distances beside the lines that they belong to, not on other words and not under the panel.
 pub(super) fn show_labels(painter: &Painter, labels: &[GhostLabel], taken: Vec<Rect>, panel: Option<Rect>) {
-    let scale = painter.ctx().pixels_per_point();
     let font = FontId::proportional(SIZE);
     let write = |label: &GhostLabel| {
         let words = format!("{} {}", label.ink.short, meters(label.distance));
         let size = painter.layout_no_wrap(words.clone(), font.clone(), THIN).size();
-        (words, (point(label.at, scale), size + Vec2::X * (2.0 * DOT + GAP)))
+        (words, (point(painter, label.at), size + Vec2::X * (2.0 * DOT + GAP)))
     };
     let (words, sizes): (Vec<_>, Vec<_>) = labels.iter().map(write).unzip();
     let around = Around { panel: panel.unwrap_or(Rect::NOTHING), right: painter.clip_rect().right() };
@@ -183,11 +182,6 @@ pub(super) fn show_labels(painter: &Painter, labels: &[GhostLabel], taken: Vec<R
         painter.circle(dot, DOT, ink, Stroke::new(1.0, Color32::from_black_alpha(200)));
         text(painter, dot + Vec2::X * (DOT + GAP), Align2::LEFT_CENTER, &words, font.clone(), THIN);
     }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "pixels")]
-fn point(at: glam::DVec2, scale: f32) -> Pos2 {
-    Pos2::new(at.x as f32, at.y as f32) / scale
 }
 
 #[cfg(test)]
