@@ -138,7 +138,7 @@ fn every_command_is_one() {
                 assert!(said.code == 0, "{document}: {line}: {}", said.err);
                 let words: Vec<_> = arguments.split_whitespace().collect();
                 let opened = match words[..] {
-                    ["list" | "cost" | "replay", ..] => None,
+                    ["list" | "cost" | "replay" | "lessons", ..] => None,
                     ["run" | "plan" | "effects" | "ablate" | "recommend" | "stability", name, ..] => {
                         Some(name)
                     }

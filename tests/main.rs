@@ -26,6 +26,7 @@ mod ghosts;
 mod graphs;
 mod groups;
 mod ledger;
+mod lessons;
 mod methods;
 mod newton;
 mod outputs;

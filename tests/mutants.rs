@@ -254,4 +254,11 @@ pub const MUTANTS: &[Mutant] = &[
         to: "if chosen.substeps != setting.substeps && false {",
         killed_by: "cockpit::the_toolbar_changes_method_and_substeps",
     },
+    Mutant {
+        mistake: "every number answers a question",
+        file: "crates/sandbox/src/tools/learn/state.rs",
+        from: "<= within * right.abs()",
+        to: "<= within + right.abs() * 1e9",
+        killed_by: "lessons::every_lesson_is_done_by_its_solution_and_not_by_wrong_ones_and_its_claims_hold_at_two_steps",
+    },
 ];

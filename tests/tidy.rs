@@ -93,6 +93,7 @@ const FROM_TEXT_TO_SCENE: &[&str] = &[
     "parts",
     "edit",
     "shipped",
+    "lesson",
 ];
 
 /// The same of `crates/history/src`.
@@ -100,7 +101,7 @@ const HISTORY: &[&str] =
     &["simulation", "distances", "lists", "snapshot", "settings", "change", "bundle", "timeline", "twin"];
 
 /// The same of `crates/lab/src`.
-const LAB: &[&str] = &["run", "cost", "limits", "ablation", "receipt", "recommend", "stability"];
+const LAB: &[&str] = &["run", "cost", "limits", "ablation", "receipt", "recommend", "stability", "lesson"];
 
 /// The same of `crates/report/src`.
 const FROM_NUMBERS_TO_PAGES: &[&str] = &[
@@ -115,6 +116,7 @@ const FROM_NUMBERS_TO_PAGES: &[&str] = &[
     "csv",
     "summary",
     "page",
+    "handout",
     "stability",
 ];
 
@@ -650,6 +652,36 @@ fn the_contract_names_every_key_of_scenes() {
 }
 
 #[test]
+fn the_contract_names_every_key_and_measure_of_lessons() {
+    let page = contract("lesson");
+    let words: BTreeSet<_> = page.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();
+    let source = |file: &str| fs::read_to_string(root().join("crates/scene/src").join(file)).unwrap();
+    let (keys, measures) = (source("lesson/raw.rs"), source("lesson.rs"));
+    let structs = keys.split("\nstruct Raw").skip(1).map(|text| text.split_once("\n}").unwrap().0);
+    let keys =
+        structs.flat_map(str::lines).filter_map(|line| Some(line.trim().split_once(": ")?.0.to_owned()));
+    let measures = measures.split_once("pub enum Measure {").unwrap().1.split_once("\n}").unwrap().0;
+    let measures = code(measures).map(|line| line.trim().trim_end_matches(',').split('(').next().unwrap());
+    let measures = measures.filter(|word| word.starts_with(|c: char| c.is_ascii_uppercase())).map(snake_case);
+    let all: Vec<_> = keys.chain(measures).collect();
+    assert!(all.len() > 50, "found only {all:?}");
+    let missing: Vec<_> = all.iter().filter(|key| !words.contains(key.as_str())).collect();
+    assert!(missing.is_empty(), "docs/contract/lesson.md lacks {missing:?}");
+}
+
+/// The name in files of a variant.
+fn snake_case(variant: &str) -> String {
+    let mut name = String::new();
+    for c in variant.chars() {
+        if c.is_ascii_uppercase() && !name.is_empty() {
+            name.push('_');
+        }
+        name.push(c.to_ascii_lowercase());
+    }
+    name
+}
+
+#[test]
 fn the_contract_names_every_action_of_scripts() {
     let page = contract("script");
     let source = fs::read_to_string(root().join("crates/scene/src/action.rs")).unwrap();
@@ -660,13 +692,7 @@ fn the_contract_names_every_action_of_scripts() {
         .collect();
     assert!(variants.len() > 20, "found only {variants:?}");
     for variant in variants {
-        let mut name = String::new();
-        for c in variant.chars() {
-            if c.is_ascii_uppercase() && !name.is_empty() {
-                name.push('_');
-            }
-            name.push(c.to_ascii_lowercase());
-        }
+        let name = snake_case(variant);
         let named = ["`", "("].iter().any(|end| page.contains(&format!("`{name}{end}")));
         assert!(named, "docs/contract/script.md lacks the action {name}");
     }

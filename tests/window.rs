@@ -636,6 +636,28 @@ fn the_window_remembers_how_its_panels_were_arranged_and_a_recording_has_it() {
 }
 
 #[test]
+fn the_card_of_the_first_start_comes_once_and_to_every_guest() {
+    let record = ["--record", "recording.ron"];
+    let mut folder = tempfile::tempdir().unwrap();
+    for (guest, welcomed) in [(false, true), (false, false), (true, true), (false, false)] {
+        let arguments: Vec<_> = record.into_iter().chain(guest.then_some("--guest")).collect();
+        let before = fs::read_to_string(folder.path().join("settings/inertia/window"));
+        let mut window = Window::open_in(folder, &arguments, &[], USUAL);
+        window.quit();
+        let (script, recording) = window.recording();
+        let is_welcome =
+            |action: &Action| matches!(action, Action::Arrange(text) if text.contains("welcome on"));
+        assert_eq!(script.steps.iter().any(|step| is_welcome(&step.action)), welcomed, "{script:?}");
+        assert!(!replay(&script, &recording, |_, _| {}).arrangement().contains("welcome"));
+        folder = std::mem::replace(&mut window.folder, tempfile::tempdir().unwrap());
+        let after = fs::read_to_string(folder.path().join("settings/inertia/window"));
+        assert!(!guest || before.unwrap() == after.unwrap(), "a guest leaves nothing");
+        fs::remove_file(folder.path().join("recording.ron")).unwrap();
+        let _ = fs::remove_file(folder.path().join("screenshot_001.png"));
+    }
+}
+
+#[test]
 fn of_two_windows_at_once_each_remembers_its_scene_files() {
     let mut first = Window::open_in(tempfile::tempdir().unwrap(), &[], &[], USUAL);
     let settings = first.folder.path().join("settings");

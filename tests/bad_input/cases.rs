@@ -201,7 +201,7 @@ pub const ARGUMENTS: &[(&str, &[&str])] = &[
         "runn tutorial",
         &[
             "tutorial",
-            "is one argument too many; the commands are run, list, plan, effects, ablate, cost, recommend, stability, replay",
+            "is one argument too many; the commands are run, list, lessons, plan, effects, ablate, cost, recommend, stability, replay",
         ],
     ),
     ("tutorial run tutorial", &["run"]),

@@ -7,12 +7,14 @@
 //! - [`stability`]: the survival matrix, every method on every hard case.
 //! - [`limits`]: the largest stable steps, measured and as closed forms.
 //! - [`receipt`](receipt()): each effect of a scene, and what it costs; [`ablate`]: the scene run again without each effect in turn.
+//! - [`lesson`]: what lessons measure.
 //! - `run`: what these share: a running scene, and the time of its steps.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
 mod ablation;
 pub mod cost;
+pub mod lesson;
 pub mod limits;
 mod receipt;
 pub mod recommend;

@@ -1,6 +1,6 @@
 //! A session: a stage, how it is looked at and its tools, and what a person or a script does to them.
 
-mod arrangement;
+pub(crate) mod arrangement;
 pub(crate) mod bundle;
 mod cockpit;
 mod focus;

@@ -4,6 +4,7 @@ mod ablate;
 pub(crate) mod cost;
 pub(crate) mod effects;
 mod instructions;
+mod lessons;
 pub(crate) mod list;
 pub mod plan;
 mod recommend;
@@ -17,6 +18,7 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 use self::ablate::AblateArgs;
 use self::cost::CostArgs;
 use self::effects::EffectsArgs;
+use self::lessons::LessonsArgs;
 use self::list::ListArgs;
 use self::plan::PlanArgs;
 use self::recommend::RecommendArgs;
@@ -58,6 +60,9 @@ enum Command {
     /// List scenes, hard cases, methods, laws or keys
     #[command(after_help = list::EXAMPLES)]
     List(ListArgs),
+    /// List lessons, check one, or print all
+    #[command(after_help = lessons::EXAMPLES)]
+    Lessons(LessonsArgs),
     /// Print the systems of one tick, in order, as compiled
     #[command(after_help = plan::EXAMPLES)]
     Plan(PlanArgs),
@@ -96,6 +101,7 @@ pub fn run() -> Result<(), Failure> {
     match command {
         None => window::open(&window),
         Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Lessons(args)) => lessons::run(&args),
         Some(Command::List(args)) => list::run(args),
         Some(Command::Plan(args)) => plan::run(&args),
         Some(Command::Effects(args)) => effects::run(&args),

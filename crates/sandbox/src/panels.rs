@@ -26,6 +26,7 @@ macro_rules! with_panels {
             Ledger in ledger: "toggle_ledger_panel", ["B"], "Ledger", "ledger: where energy and momentum go, and what the method invents";
             Forecast in forecast: "toggle_forecast_panel", ["V"], "Forecast", "forecast: how near every spring, damper and well is to instability, and what would help";
             Graphs in graphs: "toggle_graphs", ["Y"], "Graphs", "graphs: position, velocity, acceleration, force and energy of bodies and their ghosts over the last seconds";
+            Learn in learn: "toggle_lessons", ["N"], "Learn", "lessons: what to do, what to watch, and questions whose answers are measured";
             Timeline in timeline: "toggle_timeline_panel", ["R"], "Timeline", "timeline: go anywhere in the last minute; what went wrong, and saving it";
             Help in help: "help", ["H", "?"], "Keys and mouse", "this help";
             Finder in finder: "find_scene", ["Ctrl+O"], "Find scene", "find a scene by name, or open a file";
@@ -83,7 +84,7 @@ impl Panel {
     /// The tab of the dock that has it; `None` for a window over the picture.
     pub(crate) const fn tab(self) -> Option<Tab> {
         match self {
-            Self::Help | Self::Finder => None,
+            Self::Help | Self::Finder | Self::Learn => None,
             Self::Graphs => Some(Tab::Look),
             Self::Effects | Self::Cost | Self::Ghosts | Self::Ledger | Self::Forecast => Some(Tab::Measure),
             Self::Editor | Self::Settings => Some(Tab::Build),
@@ -91,9 +92,10 @@ impl Panel {
         }
     }
 
-    /// Whether the arrangement does not remember it: ghosts end with their scene, help and finder are soon closed again.
+    /// Whether the arrangement does not remember it: ghosts end with their scene, lessons with the window, help and finder are soon closed
+    /// again.
     pub(crate) const fn is_passing(self) -> bool {
-        matches!(self, Self::Ghosts | Self::Help | Self::Finder)
+        matches!(self, Self::Ghosts | Self::Help | Self::Finder | Self::Learn)
     }
 
     /// How it is named and opened.

@@ -9,6 +9,7 @@ pub(crate) mod forecast;
 pub(crate) mod ghosts;
 mod graphs;
 mod help;
+pub(crate) mod learn;
 pub(crate) mod ledger;
 mod settings;
 mod timeline;
@@ -25,6 +26,7 @@ use motion::ledger::Ledger;
 
 use self::forecast::ForecastRow;
 use self::ghosts::GhostRow;
+use self::learn::LessonState;
 use self::tool::Tool;
 use crate::clock::FrameTime;
 use crate::intent::Intent;
@@ -95,6 +97,8 @@ impl Tools {
 
     /// Lets every tool see the ticks of a frame, which are over.
     pub(crate) fn after_ticks(&mut self, stage: &mut Stage, view: &View, opened: &[Panel], time: FrameTime) {
+        self.learn.opened.clear();
+        self.learn.opened.extend(opened);
         for (panel, tool) in self.each() {
             tool.after_ticks(stage, view, opened.contains(&panel), time);
         }
@@ -185,6 +189,23 @@ impl Tools {
     #[must_use]
     pub fn cost_progress(&self) -> f64 {
         self.cost.progress()
+    }
+
+    /// How far the open lesson has come.
+    #[must_use]
+    pub fn lesson(&self) -> Option<LessonState> {
+        self.learn.state()
+    }
+
+    /// Whether `text` is a right answer to the question of the open lesson.
+    #[must_use]
+    pub fn lesson_accepts(&self, text: &str) -> bool {
+        self.learn.accepts(text)
+    }
+
+    /// Answers the question of the open lesson; whether the answer is right.
+    pub fn answer_lesson(&mut self, text: &str) -> bool {
+        self.learn.answer(text)
     }
 
     /// The receipt of the session as it is: its effects, their causes and the number of bodies of each; evaluations per step

@@ -16,11 +16,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 use history::Overrides;
+use lab::lesson::run_lesson;
 use scene::Source;
+use scene::lesson::beside;
 use winit::event_loop::DeviceEvents;
 
 use self::recorder::Recorder;
 use self::shell::Shell;
+use crate::app::arrangement::FIRST_START;
 use crate::app::script::{load_script, player_of};
 use crate::app::session::{DEFAULT_FPS, Session};
 use crate::args::{StepArgs, size};
@@ -49,6 +52,12 @@ pub(crate) struct WindowArgs {
     pub size: [u32; 2],
     #[command(flatten)]
     pub step: StepArgs,
+    /// Begin this lesson: a lesson of the program, or a file
+    #[arg(long, value_name = "LESSON", conflicts_with_all = ["scene", "script", "bare", "record"])]
+    pub lesson: Option<String>,
+    /// Start as for the first time, and remember nothing: for computers that many people use
+    #[arg(long)]
+    pub guest: bool,
     /// Record inputs and frame times, for `run --script`
     #[arg(long, value_name = "FILE", conflicts_with_all = ["script", "paused", "substeps"])]
     pub record: Option<PathBuf>,
@@ -56,8 +65,14 @@ pub(crate) struct WindowArgs {
 
 /// Opens the window and runs until it is closed.
 pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
-    let name = args.scene.as_deref().unwrap_or("tutorial");
+    let lesson = args.lesson.as_deref().map(scene::lesson::load).transpose()?;
+    let home = lesson.as_ref().map(|lesson| beside(&lesson.name, &lesson.scene));
+    let name = args.scene.as_deref().or(home.as_deref()).unwrap_or("tutorial");
     let mut session = session(args, name)?;
+    if let Some(lesson) = lesson {
+        let of_runs = run_lesson(&lesson, 1.0)?;
+        session.begin_lesson(lesson, of_runs);
+    }
     if let Some(path) = &args.script {
         let script = load_script(path, session.stage.scene())?;
         session.play(player_of(script));
@@ -68,10 +83,20 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     display::end_with(&event_loop);
     let mut shell = Shell::new(session, recorder);
     forecast_start(&mut shell.session);
-    let remembers = !args.bare && args.script.is_none();
-    if remembers {
-        shell.arrangement = Some(remembered::read(remembered::ARRANGEMENT));
+    let has_bars = !args.bare && args.script.is_none();
+    let remembers = has_bars && !args.guest;
+    if has_bars {
+        let first = args.guest || remembered::is_first();
+        let begins = if first && args.lesson.is_none() { FIRST_START.to_owned() } else { String::new() };
+        let left = if args.guest { String::new() } else { remembered::read(remembered::ARRANGEMENT) };
+        shell.arrangement = Some(begins + &left);
         shell.opened = true;
+    }
+    if remembers {
+        if remembered::is_first() {
+            // The card is not shown again, however this window ends.
+            remembered::keep(remembered::ARRANGEMENT, "");
+        }
         let left = shell.drafts.left_behind().into_iter().next();
         // A recording keeps its scene, and shows no list that another machine does not have.
         if shell.recorder.is_none() {

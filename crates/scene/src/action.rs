@@ -271,7 +271,7 @@ mod triple {
     }
 }
 
-mod method {
+pub(crate) mod method {
     //! A method of integration as its bare name.
 
     use std::sync::LazyLock;
@@ -283,11 +283,11 @@ mod method {
 
     static NAMES: LazyLock<Vec<&str>> = LazyLock::new(|| Method::ALL.map(Method::name).to_vec());
 
-    pub(super) fn serialize<S: Serializer>(method: &Method, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<S: Serializer>(method: &Method, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_unit_variant("Method", *method as u32, method.name())
     }
 
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Method, D::Error> {
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Method, D::Error> {
         let Word(word) = Word::deserialize(deserializer)?;
         Method::from_name(&word).ok_or_else(|| de::Error::unknown_variant(&word, &NAMES))
     }

@@ -16,6 +16,7 @@
 //! Beside it:
 //!
 //! - [`Script`] and [`Recording`]: what happens when; [`Action`] lists what can happen. [`parse_frame_times`]: lengths of frames.
+//! - [`lesson`]: what a lesson shows, asks and measures.
 //! - [`TextEdit`] and [`rewrite`]: changes of the text of a scene, which keeps its comments and layout.
 //! - [`Entry`] and [`Part`]: which entry a body comes from, and which bodies act on each other.
 //! - [`memory`](memory()): the memory that a scene takes, estimated before any of it is allocated.
@@ -33,6 +34,7 @@ mod edit;
 mod entries;
 mod frame_times;
 mod generate;
+pub mod lesson;
 mod memory;
 mod parts;
 mod random;

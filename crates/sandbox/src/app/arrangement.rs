@@ -3,15 +3,20 @@
 use crate::actions::Act;
 use crate::app::ui::Ui;
 use crate::panels::{PANELS, Tab};
+use crate::tools::learn::Learn;
 
 const DOCK_WIDTH: &str = "dock_width";
 const DOCK_TAB: &str = "dock_tab";
+const LESSON_DONE: &str = "lesson_done";
+
+/// The line of a first start, which shows a card.
+pub(crate) const FIRST_START: &str = "welcome on\n";
 
 /// Most steps between two sizes of panels that are believed.
 const MOST_SIZES: isize = 10;
 
 /// How the panels are arranged, an action and its state in each line: `on`, `off`, or how many times it was done.
-pub(crate) fn of(ui: &Ui) -> String {
+pub(crate) fn of(ui: &Ui, learn: &Learn) -> String {
     let chosen = |(act, _): &(Act, bool)| *act != Act::ToggleBrowser || ui.cockpit.has_chosen_browser();
     let switches = switches(ui).into_iter().filter(chosen);
     let mut text: String =
@@ -27,12 +32,13 @@ pub(crate) fn of(ui: &Ui) -> String {
     if let Some(points) = ui.cockpit.chosen_dock_width() {
         text += &format!("{DOCK_WIDTH} {points}\n");
     }
+    text.extend(learn.done.iter().map(|name| format!("{LESSON_DONE} {name}\n")));
     text
 }
 
 /// Arranges the panels as `text` says, whatever is open or asked; the actions that this takes. Unknown lines change nothing;
 /// without one about them, the bars and the dock are shown.
-pub(crate) fn arrange(ui: &mut Ui, text: &str) -> Vec<Act> {
+pub(crate) fn arrange(ui: &mut Ui, learn: &mut Learn, text: &str) -> Vec<Act> {
     let states: Vec<_> = text.lines().filter_map(|line| line.split_once(' ')).collect();
     let state = |name: &str| states.iter().find(|(other, _)| *other == name).map(|(_, state)| *state);
     let count =
@@ -41,6 +47,10 @@ pub(crate) fn arrange(ui: &mut Ui, text: &str) -> Vec<Act> {
     for _ in 0..sizes.abs() {
         ui.zoom_by(sizes.signum());
     }
+    learn.welcome = text.contains(FIRST_START);
+    learn
+        .done
+        .extend(states.iter().filter(|(name, _)| *name == LESSON_DONE).map(|(_, name)| (*name).to_owned()));
     let mut acts = Vec::new();
     for (act, on) in switches(ui) {
         let wanted = match state(act.name()) {

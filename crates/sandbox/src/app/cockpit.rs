@@ -11,10 +11,12 @@ use egui::{Color32, Frame, Panel as Side, Pos2, Rect, Response, Ui};
 
 use self::browser::Browser;
 use self::fault::FaultBar;
+use crate::actions;
 use crate::intent::Intent;
 use crate::panels::{Panel, Tab};
 use crate::stage::Stage;
-use crate::tools::Tools;
+use crate::tools::tool::{Desk, Tool as _};
+use crate::tools::{Tools, learn};
 use crate::view::View;
 
 /// The scene browser stands open from so many points of width on.
@@ -172,9 +174,11 @@ impl Cockpit {
         // What is around the view has their color already: painting it again would take half the time of a frame in software.
         let bare = Frame::side_top_panel(root.style()).fill(Color32::TRANSPARENT);
         let browses = self.browses(width);
+        let learns = opened.contains(&Panel::Learn);
         self.parts.clear();
         let bar = Side::top("toolbar").frame(bare);
-        let bar = bar.show(root, |ui| toolbar::show(ui, (stage, view), [browses, self.dock], intents));
+        let bar =
+            bar.show(root, |ui| toolbar::show(ui, (stage, view), [browses, self.dock, learns], intents));
         self.lay_out_part(Part::Toolbar, bar.response.rect, &bar.inner);
         Side::bottom("hints").frame(bare).show(root, |ui| hints::show(ui, (stage, view), &tools.editor));
         self.fault.show(root, stage, intents);
@@ -200,6 +204,14 @@ impl Cockpit {
             });
             self.dock_width.note(width, side.response.rect.width());
             self.lay_out_part(Part::Dock, side.response.rect, &side.inner);
+        }
+        if opened.contains(&Panel::Learn) {
+            let strip = Side::bottom("lesson").resizable(false).exact_size(learn::HEIGHT);
+            strip.show(root, |ui| {
+                let dock_width = Some(ui.available_width());
+                let mut desk = Desk { stage, view, dock_width, keys: actions::rows, intents, closes: false };
+                tools.learn.show(ui, &mut desk);
+            });
         }
         self.opened = opened.to_owned();
     }

@@ -1,7 +1,10 @@
-//! The control that has the keyboard: scrolled to, and framed.
+//! The control that has the keyboard: scrolled to, and framed. And the one at which a lesson points.
 
 use egui::style::ScrollAnimation;
-use egui::{Context, Id, LayerId, Order, Rect, Stroke, StrokeKind};
+use egui::{Context, Id, LayerId, Order, Rect, Response, Stroke, StrokeKind};
+
+use crate::tools::learn::pointed_at;
+use crate::view::marks::POINTER;
 
 /// Width of the frame around the control that has the keyboard, points.
 const FRAME: f32 = 2.0;
@@ -30,4 +33,12 @@ pub(super) fn show_focus(context: &Context) {
     let painter = context.layer_painter(LayerId::new(Order::Tooltip, Id::unique("focus")));
     let color = context.global_style().visuals.selection.stroke.color;
     painter.rect_stroke(place, 3.0, Stroke::new(FRAME, color), StrokeKind::Outside);
+}
+
+/// Frames `control` if the open lesson points at that name.
+pub(super) fn point_at(ui: &egui::Ui, name: &str, control: &Response) {
+    if pointed_at(ui.ctx()).is_some_and(|pointed| pointed == name) {
+        let painter = ui.ctx().layer_painter(LayerId::new(Order::Tooltip, Id::unique("lesson")));
+        painter.rect_stroke(control.rect, 3.0, Stroke::new(FRAME, POINTER), StrokeKind::Outside);
+    }
 }

@@ -6,12 +6,16 @@ use crate::actions;
 use crate::app::focus::show_focus;
 use crate::app::ui::Ui;
 use crate::intent::{Answer, Intent, Question};
+use crate::panels::Panel;
 use crate::stage::Stage;
 use crate::stage::options::Words;
-use crate::tools::Tools;
 use crate::tools::tool::Desk;
+use crate::tools::{Tools, learn};
 use crate::view::card::{self, Selected};
 use crate::view::{View, hud, marks};
+
+/// Points from the bottom of the view to the card of the first start: below what the scene shows.
+const WELCOME_ABOVE: f32 = 56.0;
 
 /// Lays out all that is written over the picture; what the person wants by it.
 pub(super) fn lay_out(
@@ -32,8 +36,17 @@ pub(super) fn lay_out(
     let [r, g, b, _] = root.visuals().panel_fill.to_array();
     view.surround = [r, g, b];
     view.view_px = docks.then(|| pixels(ui.view, context.pixels_per_point()));
+    if !ui.shows(Panel::Learn) {
+        learn::point_at_nothing(&context);
+    }
+    if docks && tools.learn.welcome {
+        let place = ui.view.center_bottom() - egui::Vec2::Y * WELCOME_ABOVE;
+        learn::welcome(&context, place, &mut tools.learn, &mut intents);
+    }
     for (panel, tool) in tools.each().filter(|(panel, _)| ui.shows(*panel)) {
-        if docks && panel.tab().is_some() {
+        // A lesson is in its strip, and not over pictures for people.
+        let has_place = docks || stage.run.options.words != Words::All;
+        if (docks && panel.tab().is_some()) || (has_place && panel == Panel::Learn) {
             continue;
         }
         let (place, inward) = tool.anchor(&titles);
@@ -66,8 +79,11 @@ pub(super) fn lay_out(
     if has_all {
         hud::show(&painter, stage, view);
     }
-    if docks || words == Words::Captions {
-        hud::caption(&painter, stage, view);
+    // A lesson says what there is to see.
+    if (docks && !ui.shows(Panel::Learn)) || words == Words::Captions {
+        let lesson = tools.learn.caption().filter(|_| ui.shows(Panel::Learn));
+        let words = lesson.unwrap_or_else(|| stage.sim.scene.description.clone());
+        hud::caption(&painter, stage, view, &words);
     }
     view.write_pull(stage, &painter);
     if view.is_own_look(stage) {

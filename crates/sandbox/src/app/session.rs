@@ -8,8 +8,10 @@ use std::sync::Arc;
 
 use history::{Change, Fault};
 use lab::cost::Setting;
+use lab::lesson::Quantities;
 use motion::clock::StepClock;
 use motion::{Method, MutualGravity, TimeStep};
+use scene::lesson::Lesson;
 use scene::{Action, Scene, Source, unsolvable};
 
 use crate::actions::Act;
@@ -230,7 +232,7 @@ impl Session {
             Input::Scaled(scale) => self.ui.set_scale(*scale),
             Input::DockWidth(points) => self.ui.cockpit.set_dock_width(*points),
             Input::Arrange(text) => {
-                let acts = arrangement::arrange(&mut self.ui, text);
+                let acts = arrangement::arrange(&mut self.ui, &mut self.tools.learn, text);
                 acts.into_iter().for_each(|act| self.carry_out(Intent::Act(act)));
             }
             _ => {
@@ -521,6 +523,12 @@ impl Session {
         self.tools.open_unsaved(&self.stage, file);
     }
 
+    /// Opens the panel of lessons with `lesson`, whose scene this session has and whose runs measured `of_runs`.
+    pub fn begin_lesson(&mut self, lesson: Lesson, of_runs: Quantities) {
+        self.tools.learn.open(lesson, of_runs);
+        self.ui.open(Panel::Learn);
+    }
+
     /// Plays a script from the next frame on, beside the input of frames.
     pub fn play(&mut self, player: Player) {
         self.player = Some(player);
@@ -584,7 +592,7 @@ impl Session {
     /// How the panels are arranged, an action and its state in each line: `on`, `off`, or how many times it was done.
     #[must_use]
     pub fn arrangement(&self) -> String {
-        arrangement::of(&self.ui)
+        arrangement::of(&self.ui, &self.tools.learn)
     }
 
     /// Whether a text field takes what is typed.

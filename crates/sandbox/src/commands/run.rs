@@ -14,6 +14,7 @@ use crate::app::player::Player;
 use crate::app::session::Session;
 use crate::args::{StepArgs, above_0, damping, effect, positive, rate, size, whole};
 use crate::clock::FrameClock;
+use crate::commands::lessons::pupil::Demonstration;
 use crate::failure::Failure;
 use crate::input::InputFrame;
 use crate::output::orders::carry_out;
@@ -67,6 +68,9 @@ pub(crate) struct RunArgs {
     /// Play a script or a recording
     #[arg(long, value_name = "FILE")]
     pub script: Option<PathBuf>,
+    /// Show this lesson, of the program or a file, whose scene this is: each step is read, then done by its solution
+    #[arg(long, value_name = "LESSON", conflicts_with_all = ["script", "frame_times"])]
+    pub lesson: Option<String>,
     /// Check what the scene expects
     #[arg(long)]
     pub assert: bool,
@@ -97,7 +101,7 @@ pub(crate) struct RunArgs {
     /// Write all frames as one animated PNG, without words but labels; --fps says how many per second
     #[arg(long, value_name = "FILE.png")]
     pub film: Option<PathBuf>,
-    /// Write what the scene shows, and its time, into the film
+    /// Write what the scene or the lesson says, the time and a scale bar into the film
     #[arg(long, requires = "film", conflicts_with = "no_hud")]
     pub captions: bool,
     /// Size of the pictures, pixels
@@ -136,7 +140,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     setup.check_memory(args)?;
     loading.next();
     let goes_back = setup.goes_back;
+    let demonstration = setup.demonstration(args)?;
     let (mut session, ends, ticks) = setup.begin(args)?;
+    if let Some(demonstration) = &demonstration {
+        demonstration.begin(&mut session)?;
+    }
     // Before anything is written.
     loading.next();
     let longest_frame = ends.longest();
@@ -157,7 +165,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     } else if goes_back {
         session.stage.keep_timeline();
     }
-    simulate(args, &mut session, &mut outputs, ends, ticks)?;
+    simulate(args, &mut session, &mut outputs, (ends, ticks), demonstration)?;
     outputs.finish(session, start)
 }
 
@@ -166,8 +174,8 @@ fn simulate(
     args: &RunArgs,
     session: &mut Session,
     outputs: &mut Outputs<'_>,
-    mut ends: FrameEnds,
-    ticks: Option<u64>,
+    (mut ends, ticks): (FrameEnds, Option<u64>),
+    mut demonstration: Option<Demonstration>,
 ) -> Result<(), Failure> {
     outputs.watch.look(&session.stage);
     let progress = progress_bar(ticks);
@@ -176,6 +184,9 @@ fn simulate(
     }
     let mut clock = FrameClock::default();
     while ticks.is_none_or(|ticks| session.stage.ticks() < ticks) || session.stage.frames() == 0 {
+        if let Some(demonstration) = &mut demonstration {
+            demonstration.before_frame(session)?;
+        }
         let Some(time) = ends.next(&mut clock, session.stage.frames()) else { break };
         session.advance_watched(&InputFrame::NOTHING, time, &mut |stage: &Stage, simulated| {
             if simulated == Simulated::New {

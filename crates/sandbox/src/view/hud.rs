@@ -6,6 +6,7 @@ use egui::{Align, Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Stroke, U
 use glam::DVec2;
 use motion::clock::StepClock;
 use motion::{Gravity, TimeStep};
+use report::numbers::digits;
 
 use crate::stage::Stage;
 use crate::view::arrows::{VELOCITY_SCALE, color_of};
@@ -65,16 +66,52 @@ pub(crate) fn show(painter: &Painter, stage: &Stage, view: &View) {
     }
 }
 
-/// Writes what the scene shows at the bottom and, into pictures without bars, its time at the top.
-pub(crate) fn caption(painter: &Painter, stage: &Stage, view: &View) {
+/// Writes `words` at the bottom and, into pictures without bars, the time of the scene and a scale bar at the top.
+pub(crate) fn caption(painter: &Painter, stage: &Stage, view: &View, words: &str) {
     let font = FontId::proportional(14.0);
     let write =
         |percent, anchor, words: &str| text(painter, at(painter, percent), anchor, words, font.clone(), THIN);
-    write(Vec2::new(2.0, 98.0), Align2::LEFT_BOTTOM, &stage.sim.scene.description);
+    let lines = wrapped(painter, words, &font, 0.94 * painter.clip_rect().width());
+    write(Vec2::new(2.0, 98.0), Align2::LEFT_BOTTOM, &lines);
     if !view.has_bars() {
         let seconds = stage.sim.world.resource::<StepClock>().scene_seconds();
         write(Vec2::new(2.0, 3.0), Align2::LEFT_TOP, &format!("t = {seconds:.2} s"));
+        scale_bar(painter, stage, view, &font);
     }
+}
+
+/// `words` in lines that are no wider than `width` points.
+fn wrapped(painter: &Painter, words: &str, font: &FontId, width: f32) -> String {
+    let galley = painter.layout(words.to_owned(), font.clone(), THIN, width);
+    galley.rows.iter().map(|row| row.text().trim_end().to_owned()).collect::<Vec<_>>().join("\n")
+}
+
+/// Longest scale bar, of the width of the picture.
+const SCALE_BAR: f32 = 0.2;
+
+/// Draws a bar of 1, 2 or 5 times a power of ten meters, as long as it is at the middle of what moves.
+#[expect(clippy::cast_possible_truncation, reason = "points")]
+fn scale_bar(painter: &Painter, stage: &Stage, view: &View, font: &FontId) {
+    let Some(pixels) = view.pixels_per_meter(stage) else { return };
+    let meter = pixels as f32 / painter.ctx().pixels_per_point();
+    let meters = round_below(f64::from(SCALE_BAR * painter.clip_rect().width() / meter));
+    let end = at(painter, Vec2::new(98.0, 6.0));
+    let start = end - Vec2::X * (meters as f32 * meter);
+    for (width, color) in [(4.0, Color32::from_black_alpha(160)), (2.0, THIN)] {
+        let stroke = Stroke::new(width, color);
+        painter.line_segment([start, end], stroke);
+        for place in [start, end] {
+            painter.line_segment([place - Vec2::Y * 4.0, place + Vec2::Y * 4.0], stroke);
+        }
+    }
+    let words = format!("{} m", digits(meters));
+    text(painter, start.lerp(end, 0.5) - Vec2::Y * 4.0, Align2::CENTER_BOTTOM, &words, font.clone(), THIN);
+}
+
+/// The largest of 1, 2 and 5 times a power of ten that is no more than `value`.
+fn round_below(value: f64) -> f64 {
+    let ten = 10_f64.powf(value.log10().floor());
+    [5.0, 2.0, 1.0].map(|part| part * ten).into_iter().find(|part| *part <= value).unwrap_or(ten)
 }
 
 /// Where words stand that do not come and go.

@@ -34,14 +34,23 @@ pub(crate) fn show(painter: &Painter, labels: &[Label], taken: &mut Vec<Rect>) {
     }
 }
 
+/// The color of what a lesson points at.
+pub(crate) const POINTER: Color32 = Color32::from_rgb(255, 200, 60);
+
 /// Draws a ring around a faulty body, with words beside it. Returns their rectangle.
 pub(crate) fn show_mark(painter: &Painter, mark: &Label) -> Rect {
-    let radius = (1.3 * label_reach(painter, mark)).clamp(RING[0], RING[1]);
     // Seen on dark, on bright and on red.
-    for (width, color) in [(7.0, Color32::BLACK), (5.0, THIN), (2.5, FAULT)] {
-        painter.circle_stroke(point(painter, mark.at), radius, Stroke::new(width, color));
-    }
+    let radius = ring(painter, mark, &[(7.0, Color32::BLACK), (5.0, THIN), (2.5, FAULT)]);
     words(painter, mark, radius, &[], true).unwrap_or(Rect::NOTHING)
+}
+
+/// Draws a ring around a body in lines of those widths, points, and colors; its radius, points.
+pub(crate) fn ring(painter: &Painter, mark: &Label, lines: &[(f32, Color32)]) -> f32 {
+    let radius = (1.3 * label_reach(painter, mark)).clamp(RING[0], RING[1]);
+    for (width, color) in lines {
+        painter.circle_stroke(point(painter, mark.at), radius, Stroke::new(*width, *color));
+    }
+    radius
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "pixels")]

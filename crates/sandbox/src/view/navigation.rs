@@ -99,6 +99,13 @@ impl View {
         ROOM * radius.max(SMALLEST) / half.sin()
     }
 
+    /// Pixels per meter across the picture, at the middle of the selection or, without one, of all that moves.
+    pub(crate) fn pixels_per_meter(&self, stage: &Stage) -> Option<f64> {
+        let (middle, _) = extent(stage)?;
+        let [at, aside] = [middle, middle + self.viewpoint().right()].map(|place| self.seen_at(place));
+        Some(at?.0.distance(aside?.0)).filter(|pixels| pixels.is_finite() && *pixels > 0.0)
+    }
+
     /// Whether nothing that moves is inside the view, of the first bodies of a crowd.
     pub(crate) fn is_empty(&self, stage: &Stage) -> bool {
         let mut moving = moving(stage).take(CROWD).peekable();

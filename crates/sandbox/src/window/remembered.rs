@@ -28,6 +28,11 @@ pub(super) fn read(name: &str) -> String {
     path(name).filter(small).and_then(|path| fs::read_to_string(path).ok()).unwrap_or_default()
 }
 
+/// Whether no window remembered anything yet.
+pub(super) fn is_first() -> bool {
+    path(ARRANGEMENT).is_some_and(|path| !path.exists())
+}
+
 /// Writes it, whole or not at all. A failure is told and changes nothing: the next window starts as if none had been before.
 pub(super) fn keep(name: &str, text: &str) {
     let Some(path) = path(name) else { return };

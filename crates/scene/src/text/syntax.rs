@@ -216,8 +216,8 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for KeysVisitor<T> {
     }
 }
 
-/// The name of a variant, whatever it is.
-struct Name(String);
+/// The name of a variant or of a key, whatever it is.
+pub(crate) struct Name(pub String);
 
 impl<'de> Deserialize<'de> for Name {
     fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {

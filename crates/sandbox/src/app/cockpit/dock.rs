@@ -4,9 +4,9 @@ use egui::style::ScrollAnimation;
 use egui::{Align, Button, CollapsingHeader, Response, Role, ScrollArea, Ui, WidgetInfo};
 
 use crate::actions::{self, Act};
-use crate::app::focus::reveal_focus;
+use crate::app::focus::{point_at, reveal_focus};
 use crate::intent::Intent;
-use crate::panels::{Panel, Tab};
+use crate::panels::{PANELS, Panel, Tab};
 use crate::stage::Stage;
 use crate::tools::Tools;
 use crate::tools::tool::Desk;
@@ -44,6 +44,7 @@ pub(super) fn show(
                 });
             });
             let header = shown.header_response.on_hover_text(format!("{} ({})", row.what, row.keys[0]));
+            point_at(ui, row.title, &header);
             if newest == Some(panel) {
                 header.scroll_to_me_animation(Some(Align::TOP), ScrollAnimation::none());
             }
@@ -63,6 +64,11 @@ fn tabs(ui: &mut Ui, chosen: &mut Tab) -> Response {
             let [icon, name, what] = tab.words();
             let button = ui.add(Button::selectable(*chosen == tab, (icon, name))).on_hover_text(what);
             button.widget_info(|| WidgetInfo::selected(Role::Button, true, *chosen == tab, name));
+            point_at(ui, name, &button);
+            if *chosen != tab {
+                let titles = PANELS.iter().filter(|(panel, _)| panel.tab() == Some(tab));
+                titles.for_each(|(_, row)| point_at(ui, row.title, &button));
+            }
             if button.clicked() {
                 *chosen = tab;
             }

@@ -8,6 +8,7 @@ use report::numbers::digits;
 use scene::unsolvable;
 
 use crate::actions::Act;
+use crate::app::focus::point_at;
 use crate::input::SwitchedBy;
 use crate::intent::Intent;
 use crate::methods;
@@ -36,7 +37,7 @@ const LIST: f32 = 440.0;
 pub(super) fn show(
     ui: &mut Ui,
     (stage, view): (&Stage, &View),
-    [browses, dock]: [bool; 2],
+    [browses, dock, learns]: [bool; 3],
     intents: &mut Vec<Intent>,
 ) -> Response {
     let has_room = ui.available_width() >= ROOM_FOR_WORDS;
@@ -44,6 +45,7 @@ pub(super) fn show(
         ui.spacing_mut().item_spacing.x = 2.0;
         ui.spacing_mut().button_padding.x = 3.0;
         let scenes = act(ui, intents, Act::ToggleBrowser, ("☰", "Scenes"), browses);
+        act(ui, intents, Act::Panel(Panel::Learn), ("🎓", "Learn"), learns);
         ui.separator();
         let words = if stage.paused { ("⏵", "Play") } else { ("⏸", "Pause") };
         let fill = ui.visuals().selection.bg_fill;
@@ -124,6 +126,7 @@ fn act_by(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, name: &str, butto
 fn add(ui: &mut Ui, action: Act, name: &str, button: Button<'_>) -> Response {
     let button = ui.add(button).on_hover_text(action.binding().tooltip());
     button.widget_info(|| WidgetInfo::labeled(Role::Button, true, name));
+    point_at(ui, name, &button);
     button
 }
 
@@ -156,7 +159,7 @@ fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     let mut chosen = setting;
     let attracts = stage.sim.world.contains_resource::<MutualGravity>();
     let present = format!("{}, {} Hz x {}", setting.method.claims().title, rate(stage), setting.substeps);
-    ComboBox::from_id_salt("method of the scene")
+    let list = ComboBox::from_id_salt("method of the scene")
         .width(216.0)
         .height(400.0)
         .close_behavior(PopupCloseBehavior::CloseOnClickOutside)
@@ -185,6 +188,7 @@ fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
         })
         .response
         .on_hover_text("method of integration (I and Shift+I)");
+    point_at(ui, "method", &list);
     if chosen.substeps != setting.substeps {
         intents.push(Intent::ApplySetting(chosen));
     } else if chosen.method != setting.method {

@@ -2,6 +2,7 @@
 
 use history::Overrides;
 use render::Quality;
+use scene::lesson::beside;
 use scene::{Action, Keeps, Scene, Script, StepKind};
 
 use super::{RunArgs, keeps_ledger};
@@ -10,6 +11,7 @@ use crate::app::script::{load_script, player_of};
 use crate::app::session::{DEFAULT_FPS, Session};
 use crate::args::{MOST_TICKS, check_seconds};
 use crate::clock::{FrameClock, FrameTime};
+use crate::commands::lessons::pupil::Demonstration;
 use crate::failure::Failure;
 use crate::input::SwitchedBy;
 use crate::panels::Panel;
@@ -59,13 +61,14 @@ impl Setup {
         let pictures =
             args.frames.is_some() || args.film.is_some() || script.as_ref().is_some_and(takes_pictures);
         // Frames between two ticks are for pictures and scripts.
-        let unwatched = script.is_none() && !pictures && !follows_frames(&scene);
+        let unwatched = script.is_none() && args.lesson.is_none() && !pictures && !follows_frames(&scene);
         let fps = args.fps.unwrap_or(DEFAULT_FPS);
         let fps = if unwatched { fps.min(scene.step_hz) } else { fps };
         let ends = FrameEnds::new(args, recording.map(|recording| recording.frame_ends_s.clone()), fps)?;
         let ticks = tick_limit(args, &scene, &ends)?;
         // As the window does, whose recording it is.
-        let goes_back = recording.is_some() || script.as_ref().is_some_and(goes_back);
+        let goes_back =
+            recording.is_some() || args.lesson.is_some() || script.as_ref().is_some_and(goes_back);
         let options = Options {
             size_px: recording.map_or(args.size, |recording| recording.size_px.into()),
             pictures,
@@ -75,7 +78,7 @@ impl Setup {
                 RunArgs { film: Some(_), .. } => Words::Labels,
                 _ => Words::All,
             },
-            interpolate: pictures || script.is_some(),
+            interpolate: pictures || script.is_some() || args.lesson.is_some(),
             catch_up: match ends {
                 FrameEnds::Constant { rate } => Some((1.0 / rate).max(CATCH_UP)),
                 _ => None,
@@ -85,6 +88,18 @@ impl Setup {
             threads: args.step.threads,
         };
         Ok(Self { scene, script, options, ends, ticks, goes_back })
+    }
+
+    /// The lesson that the run shows.
+    pub fn demonstration(&self, args: &RunArgs) -> Result<Option<Demonstration>, Failure> {
+        let Some(name) = &args.lesson else { return Ok(None) };
+        let lesson = scene::lesson::load(name)?;
+        let home = beside(&lesson.name, &lesson.scene);
+        if home != args.scene {
+            let what = format!("the lesson {name} plays in {home}, not in {}; run {home}", args.scene);
+            return Err(Failure::Usage(what));
+        }
+        Ok(Some(Demonstration::new(lesson, args.fps.unwrap_or(DEFAULT_FPS))))
     }
 
     /// Checks that the memory allows what the run keeps.

@@ -1,0 +1,198 @@
+//! What lessons measure: quantities of a simulation, and the runs that are made for a lesson.
+
+use std::collections::BTreeMap;
+
+use history::{Change, Distances, Overrides, Simulation, Twin, rate_of};
+use motion::clock::StepClock;
+use motion::effects::{self, Effect, EffectState};
+use motion::units::Vector;
+use motion::{Damping, Evaluations, Gravity, PhysicsBody, Quarantine, TimeStep, Transform, totals};
+use scene::SceneError;
+use scene::lesson::{Axis, Lesson, LessonRun, Measure, Quantity, beside};
+
+/// Values of quantities by name, and what they were before: see [`Quantity`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Quantities(BTreeMap<String, Values>);
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Values {
+    now: f64,
+    before: f64,
+    most: f64,
+    least: f64,
+}
+
+impl Quantities {
+    /// Notes the present value of a quantity.
+    pub fn note(&mut self, name: &str, now: f64) {
+        match self.0.get_mut(name) {
+            Some(values) => {
+                values.now = now;
+                (values.most, values.least) = (values.most.max(now), values.least.min(now));
+            }
+            None => {
+                self.0.insert(name.to_owned(), Values { now, before: now, most: now, least: now });
+            }
+        }
+    }
+
+    /// The present values are those before from now on.
+    pub fn begin(&mut self) {
+        for Values { now, before, most, least } in self.0.values_mut() {
+            (*before, *most, *least) = (*now, *now, *now);
+        }
+    }
+
+    /// Forgets all values: what is noted next is what was before.
+    pub fn forget(&mut self) {
+        self.0.clear();
+    }
+
+    /// Adds all of `other`.
+    pub fn extend(&mut self, other: Self) {
+        self.0.extend(other.0);
+    }
+
+    /// The value of `name`, which may end in `_before`, `_most` or `_least`.
+    #[must_use]
+    pub fn value(&self, name: &str) -> Option<f64> {
+        if let Some(values) = self.0.get(name) {
+            return Some(values.now);
+        }
+        let (name, part) = name.rsplit_once('_')?;
+        let values = self.0.get(name)?;
+        match part {
+            "before" => Some(values.before),
+            "most" => Some(values.most),
+            "least" => Some(values.least),
+            _ => None,
+        }
+    }
+}
+
+/// The value of `measure` in `simulation`, which is mutable only for queries; NaN for a body that was removed, `None` if a
+/// simulation alone does not have it.
+#[must_use]
+pub fn measured(simulation: &mut Simulation, measure: &Measure) -> Option<f64> {
+    let state = |name: &str| {
+        let body = simulation.world.get_entity(simulation.named(name)?).ok()?;
+        Some((body.get::<Transform>()?.position, *body.get::<PhysicsBody>()?))
+    };
+    let position = |name: &str| state(name).map(|(position, _)| position);
+    let world = &simulation.world;
+    let value = match measure {
+        Measure::Time => Some(world.resource::<StepClock>().scene_seconds()),
+        Measure::Position(body, axis) => position(body).map(|v| along(v, *axis)),
+        Measure::Velocity(body, axis) => state(body).map(|(_, body)| along(body.velocity, *axis)),
+        Measure::Speed(body) => state(body).map(|(_, body)| body.velocity.length()),
+        Measure::Mass(body) => state(body).map(|(_, body)| 1.0 / body.inverse_mass),
+        Measure::Distance(one, other) => {
+            position(one).zip(position(other)).map(|(one, other)| one.distance(other))
+        }
+        Measure::Energy | Measure::KineticEnergy | Measure::Momentum(_) => {
+            let totals = totals(&mut simulation.world);
+            return Some(match measure {
+                Measure::Momentum(axis) => along(totals.momentum, *axis),
+                Measure::KineticEnergy => totals.kinetic_energy,
+                _ => totals.kinetic_energy + totals.potential_energy,
+            });
+        }
+        Measure::Gravity => {
+            let gravity = world.get_resource::<Gravity>().filter(|gravity| gravity.on);
+            Some(gravity.map_or(0.0, |gravity| gravity.acceleration.length()))
+        }
+        Measure::Damping => {
+            let on = effects::state(&mut simulation.world, Effect::Damping) == EffectState::On;
+            let damping = simulation.world.get_resource::<Damping>().filter(|_| on);
+            Some(damping.map_or(0.0, |damping| damping.rate))
+        }
+        Measure::StepHz => Some(rate_of(world.resource::<TimeStep>().0)),
+        Measure::Substeps => Some(f64::from(simulation.substeps())),
+        Measure::Method(method) => Some(f64::from(u8::from(simulation.method() == *method))),
+        #[expect(clippy::cast_precision_loss, reason = "a count")]
+        Measure::Evaluations => Some(world.resource::<Evaluations>().accelerations() as f64),
+        #[expect(clippy::cast_precision_loss, reason = "a count")]
+        Measure::Quarantined => Some(world.resource::<Quarantine>().records().len() as f64),
+        _ => return None,
+    };
+    Some(value.unwrap_or(f64::NAN))
+}
+
+fn along(v: Vector, axis: Axis) -> f64 {
+    match axis {
+        Axis::X => v.x,
+        Axis::Y => v.y,
+        Axis::Z => v.z,
+    }
+}
+
+/// What the runs of `lesson` measure, with `times` as many ticks per second as they say.
+///
+/// # Errors
+/// If a scene cannot be read.
+pub fn run_lesson(lesson: &Lesson, times: f64) -> Result<Quantities, SceneError> {
+    let mut all = Quantities::default();
+    for run in &lesson.runs {
+        all.extend(measure_run(lesson, run, times)?);
+    }
+    Ok(all)
+}
+
+fn measure_run(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<Quantities, SceneError> {
+    let mut scene = scene::load(&beside(&lesson.name, run.scene.as_ref().unwrap_or(&lesson.scene)))?;
+    let step_hz = Some(run.step_hz.unwrap_or(scene.step_hz) * times);
+    Overrides { method: run.method, step_hz, substeps: run.substeps, damping: None }.apply(&mut scene);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the ticks of a short run")]
+    let ticks = (run.seconds * scene.step_hz).round() as u64;
+    let mut simulation = Simulation::new(scene);
+    let has_error = run.measure.iter().any(|quantity| quantity.measure == Measure::Error);
+    let mut reference = has_error.then(|| Twin::reference(&mut simulation));
+    for action in &run.start {
+        // Bodies are named that the scene has: the lesson was checked against it.
+        if let Ok(Some(change)) = Change::of(action, &simulation) {
+            simulation.give(&change);
+        }
+    }
+    let (mut quantities, mut farthest) = (Quantities::default(), 0.0_f64);
+    note(&mut quantities, &run.measure, &mut simulation, farthest);
+    let step = *simulation.world.resource::<TimeStep>();
+    for _ in 0..ticks {
+        let changes = simulation.pending();
+        simulation.tick();
+        if let Some(reference) = &mut reference {
+            reference.tick(step, &changes);
+            let apart = Distances::between(&simulation, reference.simulation()).farthest(|_| true);
+            farthest = farthest.max(apart.map_or(f64::NAN, |(_, distance)| distance));
+        }
+        note(&mut quantities, &run.measure, &mut simulation, farthest);
+    }
+    Ok(quantities)
+}
+
+fn note(quantities: &mut Quantities, measure: &[Quantity], simulation: &mut Simulation, error: f64) {
+    for Quantity { name, measure } in measure {
+        let value = if *measure == Measure::Error { Some(error) } else { measured(simulation, measure) };
+        quantities.note(name, value.unwrap_or(f64::NAN));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quantity_remembers_its_start_and_its_extremes() {
+        let mut all = Quantities::default();
+        for value in [2.0, 5.0, -1.0, 3.0] {
+            all.note("v", value);
+        }
+        let values = ["v", "v_before", "v_most", "v_least"].map(|name| all.value(name));
+        assert_eq!(values, [3.0, 2.0, 5.0, -1.0].map(Some));
+        assert_eq!(all.value("w"), None);
+        assert_eq!(all.value("v_worst"), None);
+        all.begin();
+        all.note("v", 4.0);
+        let values = ["v", "v_before", "v_most", "v_least"].map(|name| all.value(name));
+        assert_eq!(values, [4.0, 3.0, 4.0, 3.0].map(Some));
+    }
+}

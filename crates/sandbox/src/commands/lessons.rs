@@ -1,0 +1,55 @@
+//! `sandbox lessons`: the lessons in the program, and a lesson played by its own solution and by wrong ones.
+
+mod pages;
+pub(super) mod pupil;
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use report::aligned;
+use scene::lesson::{Lesson, load, shipped};
+
+use self::pupil::check;
+use crate::failure::Failure;
+use crate::output::show;
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  sandbox lessons
+  sandbox lessons check force
+  sandbox lessons --html pages";
+
+/// Lists lessons, checks one, or writes pages of all.
+#[derive(Args, Debug)]
+#[command(args_conflicts_with_subcommands = true)]
+pub(crate) struct LessonsArgs {
+    #[command(subcommand)]
+    what: Option<What>,
+    /// Write a page for each lesson, to be printed, and one with the answers
+    #[arg(long, value_name = "DIR")]
+    html: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    /// Play a lesson by its solution, which has to be accepted, and by its wrong ways, which must not; at two step sizes
+    Check {
+        /// A lesson of the program, or a file
+        lesson: String,
+    },
+}
+
+/// Does what `sandbox lessons` says.
+pub(crate) fn run(args: &LessonsArgs) -> Result<(), Failure> {
+    match (&args.what, &args.html) {
+        (Some(What::Check { lesson }), _) => show(&check(&load(lesson)?)?),
+        (None, Some(folder)) => pages::write(folder),
+        (None, None) => {
+            let rows = shipped().iter().map(|(name, text)| {
+                let lesson = Lesson::parse(name, text)?;
+                Ok(vec![(*name).to_owned(), format!("{} min", lesson.minutes), lesson.title, lesson.about])
+            });
+            show(&aligned(&rows.collect::<Result<Vec<_>, Failure>>()?, false))
+        }
+    }
+}

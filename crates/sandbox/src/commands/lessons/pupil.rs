@@ -1,0 +1,297 @@
+//! Plays a lesson without a window, as a person would who has its solution.
+
+use history::Overrides;
+use lab::lesson::{Quantities, run_lesson};
+use report::numbers::digits;
+use scene::lesson::{Goal, Lesson, beside};
+use scene::{Action, Script, Step, StepKind, When};
+
+use crate::actions::Act;
+use crate::app::player::Player;
+use crate::app::session::Session;
+use crate::clock::FrameClock;
+use crate::failure::Failure;
+use crate::input::InputFrame;
+use crate::intent::Intent;
+use crate::output::orders::{Program, carry_out};
+use crate::stage::options::Options;
+use crate::view::Mode;
+
+/// Frames per second.
+const FPS: f64 = 60.0;
+
+/// Simulated seconds in which a solution has to do its step.
+const PATIENCE_S: f64 = 20.0;
+
+/// Least simulated seconds after which a wrong way did not do it, and so many times as long as the solution took.
+const WRONG_S: f64 = 3.0;
+const LONGER: f64 = 1.2;
+
+/// What the runs of a lesson measured, with `times` as many ticks per second as they say.
+pub(super) struct Runs {
+    times: f64,
+    measured: Quantities,
+}
+
+impl Runs {
+    pub fn new(lesson: &Lesson, times: f64) -> Result<Self, Failure> {
+        Ok(Self { times, measured: run_lesson(lesson, times)? })
+    }
+}
+
+/// A session that plays a lesson.
+pub(super) struct Pupil {
+    pub session: Session,
+    clock: FrameClock,
+    fps: f64,
+}
+
+impl Pupil {
+    /// Begins `lesson`, with `times` as many ticks per second as its scenes have.
+    pub fn begin(lesson: &Lesson, runs: &Runs, options: Options) -> Result<Self, Failure> {
+        let Runs { times, measured } = runs;
+        let scene = scene::load(&beside(&lesson.name, &lesson.scene))?;
+        // A scene of one tick per frame has more ticks by more frames.
+        let fps = if scene.step == StepKind::Fixed { FPS } else { FPS * times };
+        let overrides = Overrides { step_hz: Some(scene.step_hz * times), ..Overrides::default() };
+        let mut session = Session::new(scene, Options { overrides, ..options });
+        session.stage.keep_timeline();
+        session.set_unseen(!options.pictures);
+        free_pointer(&mut session);
+        session.begin_lesson(lesson.clone(), measured.clone());
+        let mut pupil = Self { session, clock: FrameClock::default(), fps };
+        pupil.frames(2);
+        Ok(pupil)
+    }
+
+    /// The number of the present step.
+    pub fn step(&self) -> usize {
+        self.session.tools.lesson().map_or(0, |state| state.step)
+    }
+
+    fn frames(&mut self, frames: u32) {
+        for _ in 0..frames {
+            let Ok(time) = self.clock.advance_by(1.0 / self.fps) else { return };
+            self.session.advance(&InputFrame::NOTHING, time);
+        }
+    }
+
+    /// Does `actions`, each in frames of its own, and waits until the step is done, but no longer than `patience` seconds of
+    /// simulated time after them. Whether the lesson went on.
+    fn act(&mut self, actions: &[Action], patience: f64) -> Result<bool, Failure> {
+        let before = self.step();
+        let (player, frame) = player(actions, self.session.stage.frames(), self.fps)?;
+        self.session.play(player);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few thousand frames")]
+        let last = frame + (patience * self.fps).ceil() as u64;
+        while self.session.stage.frames() < last && self.step() == before {
+            self.frames(1);
+            carry_out(self.session.stage.take_orders(), &mut self.session, &mut Alone)?;
+        }
+        Ok(self.step() > before)
+    }
+
+    /// Does the present step by its solution; whether the lesson went on.
+    pub fn solve(&mut self, lesson: &Lesson) -> Result<bool, Failure> {
+        match &lesson.steps[self.step()].goal {
+            Goal::Done { solution, .. } => self.act(solution, PATIENCE_S),
+            Goal::Number { solution, .. } | Goal::Choice { solution, .. } => {
+                let right = self.session.tools.answer_lesson(solution);
+                self.frames(2);
+                Ok(right)
+            }
+        }
+    }
+}
+
+/// Goes to the mode in which the window with bars begins.
+fn free_pointer(session: &mut Session) {
+    if session.view.mode == Mode::Camera {
+        session.carry_out(Intent::Act(Act::ToggleMode));
+    }
+}
+
+/// Frames the bodies if the scene leaves the camera to the program.
+pub(super) fn frame_bodies(session: &mut Session) {
+    if session.view.wants_frame(&session.stage) {
+        session.carry_out(Intent::Act(Act::Frame));
+    }
+}
+
+/// A player that carries out `actions` from the frame of that number on, each in frames of its own, and the frame after them.
+fn player(actions: &[Action], mut frame: u64, fps: f64) -> Result<(Player, u64), Failure> {
+    let steps = actions.iter().map(|action| {
+        let step = Step { when: When::Frame(frame), action: action.clone() };
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "frames of a key")]
+        let held = match action {
+            Action::Hold(_, seconds) => (seconds * fps).ceil() as u64,
+            _ => 0,
+        };
+        frame += 2 + held;
+        step
+    });
+    let script = Script { steps: steps.collect(), recording: None };
+    let player = Player::new(script).map_err(|unknown| {
+        let words: Vec<_> = unknown.iter().map(|(_, key)| key.to_string()).collect();
+        Failure::Usage(words.join("; "))
+    })?;
+    Ok((player, frame))
+}
+
+/// Seconds for which a step of a demonstration is read before it is done.
+const READ_S: f64 = 3.0;
+
+/// A lesson that is shown in a run: each step is read, then done by its solution.
+pub(crate) struct Demonstration {
+    lesson: Lesson,
+    fps: f64,
+    /// The step that is being done, and the frame in which its question is answered.
+    step: Option<(usize, u64)>,
+}
+
+impl Demonstration {
+    /// Shows `lesson` at `fps` frames per second.
+    pub fn new(lesson: Lesson, fps: f64) -> Self {
+        Self { lesson, fps, step: None }
+    }
+
+    /// Begins it in `session`, which has its scene.
+    pub fn begin(&self, session: &mut Session) -> Result<(), Failure> {
+        session.begin_lesson(self.lesson.clone(), run_lesson(&self.lesson, 1.0)?);
+        free_pointer(session);
+        frame_bodies(session);
+        Ok(())
+    }
+
+    /// Lets `session` do what is due in the coming frame.
+    pub fn before_frame(&mut self, session: &mut Session) -> Result<(), Failure> {
+        let Some(state) = session.tools.lesson() else { return Ok(()) };
+        let Some(step) = self.lesson.steps.get(state.step) else { return Ok(()) };
+        let now = session.stage.frames();
+        if self.step.is_none_or(|(before, _)| before != state.step) {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a few hundred frames"
+            )]
+            let due = now + (READ_S * self.fps).ceil() as u64;
+            self.step = Some((state.step, due));
+            if let Goal::Done { solution, .. } = &step.goal {
+                session.play(player(solution, due, self.fps)?.0);
+            }
+        }
+        if let Goal::Number { solution, .. } | Goal::Choice { solution, .. } = &step.goal
+            && self.step.is_some_and(|(_, due)| due == now)
+        {
+            session.tools.answer_lesson(solution);
+        }
+        Ok(())
+    }
+}
+
+/// Nothing around a session: it opens scenes and writes nothing.
+struct Alone;
+
+impl Program for Alone {
+    fn picture(&mut self, _: &mut Session) -> Result<Option<render::Image>, Failure> {
+        Ok(None)
+    }
+
+    fn folder(&self) -> &std::path::Path {
+        std::path::Path::new("")
+    }
+
+    fn name(&self, kind: crate::output::orders::Kind, _: &Session) -> String {
+        kind.join(".")
+    }
+
+    fn save_scene(&mut self, _: &mut Session, _: &crate::stage::SceneFile) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    fn report(&mut self, _: &mut Session, outcome: Result<&std::path::Path, Failure>) -> Result<(), Failure> {
+        outcome.map(drop)
+    }
+
+    fn opened(&mut self, _: &mut Session) -> Result<(), Failure> {
+        Ok(())
+    }
+}
+
+/// Plays `lesson` at its step and at half of it: by its solution, which has to be accepted and whose claims have to hold, and by
+/// every wrong way. Says what was measured.
+pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
+    let mut lines = format!("{}: {}\n", lesson.name, lesson.title);
+    for times in [1.0, 2.0] {
+        let runs = Runs::new(lesson, times)?;
+        let mut pupil = Pupil::begin(lesson, &runs, quiet())?;
+        lines += &format!("at {} Hz\n", digits(pupil.session.stage.step_hz()));
+        for (number, step) in lesson.steps.iter().enumerate() {
+            let fail = |what: String| {
+                Err(Failure::Expectation(format!(
+                    "{}: steps[{number}] at {times} times the rate: {what}",
+                    lesson.name
+                )))
+            };
+            let began = pupil.session.stage.simulated();
+            if !pupil.solve(lesson)? {
+                return fail("the solution is not accepted".to_owned());
+            }
+            let state = pupil.session.tools.lesson().filter(|state| state.step == number + 1);
+            let Some(state) = state else { return fail("more than one step was done at once".to_owned()) };
+            if !state.holds {
+                return fail(format!(
+                    "`{}` is not true",
+                    step.holds.as_ref().map_or("", |holds| holds.text())
+                ));
+            }
+            let took = pupil.session.stage.simulated() - began;
+            for (way, went_on) in wrong_ways(lesson, number, &runs, WRONG_S.max(LONGER * took))? {
+                if went_on {
+                    return fail(format!("the wrong way {way} is accepted"));
+                }
+            }
+            let said = state.said.unwrap_or_default();
+            lines += &format!("  {} done after {} s. {said}\n", number + 1, digits(took));
+        }
+    }
+    lines += &format!("{} wrong ways were refused\n", lesson.wrong_ways());
+    Ok(lines)
+}
+
+/// Every wrong way of step `number`, and whether the lesson went on by it within `patience` simulated seconds.
+fn wrong_ways(
+    lesson: &Lesson,
+    number: usize,
+    runs: &Runs,
+    patience: f64,
+) -> Result<Vec<(String, bool)>, Failure> {
+    let there = || {
+        let mut pupil = Pupil::begin(lesson, runs, quiet())?;
+        while pupil.step() < number && pupil.solve(lesson)? {}
+        Ok::<_, Failure>(pupil)
+    };
+    let judged = |answers: Vec<&String>| {
+        let pupil = there()?;
+        let judge = |answer: &String| (format!("{answer:?}"), pupil.session.tools.lesson_accepts(answer));
+        Ok::<Vec<_>, Failure>(answers.into_iter().map(judge).collect())
+    };
+    match &lesson.steps[number].goal {
+        Goal::Done { wrong, .. } => {
+            let play = |(way, actions): (usize, &Vec<Action>)| {
+                Ok((format!("wrong[{way}]"), there()?.act(actions, patience)?))
+            };
+            wrong.iter().enumerate().map(play).collect()
+        }
+        Goal::Number { wrong, .. } => judged(wrong.iter().collect()),
+        Goal::Choice { choices, .. } => {
+            // Several may be right, but not all.
+            let all = judged(choices.iter().map(|(say, _)| say).collect())?;
+            Ok(if all.iter().all(|(_, right)| *right) { all } else { Vec::new() })
+        }
+    }
+}
+
+fn quiet() -> Options {
+    Options { pictures: false, ..Options::default() }
+}

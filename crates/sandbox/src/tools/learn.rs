@@ -1,0 +1,82 @@
+//! Lessons: what to do next, what to watch, and questions whose answers are measured.
+
+mod panel;
+mod state;
+
+use egui::{Align2, Color32, Context, Id, Painter, Rect, Ui};
+
+use crate::clock::FrameTime;
+use crate::panels::Panel;
+use crate::stage::Stage;
+use crate::tools::tool::{Anchor, Desk, Tool};
+use crate::view::labels::around;
+use crate::view::{View, marks};
+
+pub(crate) use panel::{HEIGHT, welcome};
+pub(crate) use state::Learn;
+pub use state::LessonState;
+
+impl Tool for Learn {
+    fn anchor(&self, _: &[&str]) -> Anchor {
+        (Align2::LEFT_BOTTOM, [8.0, -8.0])
+    }
+
+    fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        ui.set_width(desk.width(panel::WIDTH));
+        let pointed_at = self.points_at().map(str::to_owned);
+        ui.ctx().data_mut(|data| data.insert_temp(points_at(), pointed_at));
+        panel::show(ui, self, desk);
+    }
+
+    fn toggle(&mut self, _: &mut Stage, open: bool) -> bool {
+        self.welcome = false;
+        !open
+    }
+
+    /// Lessons go from scene to scene.
+    fn next_scene(&mut self, _: bool) {
+        self.forget_world();
+    }
+
+    fn restart(&mut self, _: &mut Stage) {
+        self.forget_world();
+    }
+
+    fn after_ticks(&mut self, stage: &mut Stage, view: &View, open: bool, _: FrameTime) {
+        if stage.here.pull.is_some() {
+            self.welcome = false;
+        }
+        if open {
+            self.look(stage, view);
+        }
+    }
+
+    fn write(&self, stage: &Stage, view: &View, painter: &Painter, _: Option<Rect>, _: Vec<Rect>) {
+        let shown = self.opened.contains(&Panel::Learn);
+        let body =
+            self.points_at().filter(|_| shown && self.is_at_home(stage)).and_then(|name| stage.body(name));
+        if let Some((_, label)) = body.and_then(|body| view.label(stage, body, "", around)) {
+            marks::ring(painter, &label, &[(5.0, Color32::from_black_alpha(140)), (2.5, marks::POINTER)]);
+        }
+    }
+}
+
+/// Where egui keeps the name of the control at which the open lesson points.
+fn points_at() -> Id {
+    Id::unique("what a lesson points at")
+}
+
+/// The name of the control at which the open lesson points.
+pub(crate) fn pointed_at(context: &Context) -> Option<String> {
+    context.data(|data| data.get_temp::<Option<String>>(points_at())).flatten()
+}
+
+/// Lets no lesson point at anything: its panel is closed.
+pub(crate) fn point_at_nothing(context: &Context) {
+    context.data_mut(|data| data.remove_temp::<Option<String>>(points_at()));
+}
+
+/// Whether the panel with that name in scripts is one.
+pub(crate) fn panel_of(name: &str) -> Option<Panel> {
+    crate::panels::PANELS.iter().find(|(_, row)| row.name == name).map(|(panel, _)| *panel)
+}

@@ -1,0 +1,188 @@
+//! The strip of a lesson, the list of lessons, and the card of the first start.
+
+use std::sync::LazyLock;
+
+use egui::{
+    Align, Align2, Button, Context, Key, Layout, Pos2, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo,
+    Window,
+};
+use lab::lesson::run_lesson;
+use scene::lesson::{Goal, Lesson, LessonStep, load, shipped};
+
+use super::Learn;
+use crate::actions::Act;
+use crate::intent::Intent;
+use crate::panels::Panel;
+use crate::tools::tool::Desk;
+
+/// Width of the lesson in a window of its own, points.
+pub(super) const WIDTH: f32 = 560.0;
+
+/// Height of the strip in the cockpit, points: the view keeps its size from step to step.
+pub(crate) const HEIGHT: f32 = 132.0;
+
+/// Name, title and subject of the lessons in the program.
+static LESSONS: LazyLock<Vec<Lesson>> =
+    LazyLock::new(|| shipped().iter().filter_map(|(name, text)| Lesson::parse(name, text).ok()).collect());
+
+/// Lays out the open lesson, or the list of lessons.
+pub(super) fn show(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
+    // A window is as high as what is in it.
+    if desk.dock_width.is_none() {
+        return show_all(ui, learn, desk);
+    }
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        show_all(ui, learn, desk);
+    });
+}
+
+fn show_all(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
+    match learn.lesson() {
+        Some((lesson, step, present)) => {
+            let (lesson, present) = (lesson.clone(), present.cloned());
+            running(ui, learn, (&lesson, step, present.as_ref()), desk);
+        }
+        None => list(ui, learn, desk),
+    }
+}
+
+fn list(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
+    ui.label("Lessons: each says what to do, goes on when it is done, and measures what it claims.");
+    ui.horizontal_wrapped(|ui| {
+        for (number, lesson) in LESSONS.iter().enumerate() {
+            let done = if learn.done.contains(&lesson.name) { "✔ " } else { "" };
+            let words = format!("{done}{} {}", number + 1, lesson.title);
+            let about = format!("{} {} min. Belongs to: {}", lesson.about, lesson.minutes, lesson.page);
+            if ui.button(words).on_hover_text(about).clicked() {
+                open(learn, &lesson.name, desk.intents);
+            }
+        }
+        if ui.button("Close").clicked() {
+            desk.intents.push(Intent::Act(Act::Panel(Panel::Learn)));
+        }
+    });
+    if let Some(fault) = &learn.fault {
+        ui.colored_label(ui.visuals().error_fg_color, fault);
+    }
+}
+
+/// Opens the lesson of that name, and its scene.
+fn open(learn: &mut Learn, name: &str, intents: &mut Vec<Intent>) {
+    match load(name).and_then(|lesson| Ok((run_lesson(&lesson, 1.0)?, lesson))) {
+        Ok((of_runs, lesson)) => {
+            learn.open(lesson, of_runs);
+            intents.extend(learn.home().map(Intent::Open));
+        }
+        Err(error) => learn.fault = Some(error.to_string()),
+    }
+}
+
+fn running(
+    ui: &mut Ui,
+    learn: &mut Learn,
+    (lesson, number, step): (&Lesson, usize, Option<&LessonStep>),
+    desk: &mut Desk<'_>,
+) {
+    let home = learn.is_at_home(desk.stage);
+    ui.horizontal(|ui| {
+        let of = lesson.steps.len();
+        let place = if step.is_some() { format!("{} of {of}", number + 1) } else { "done".to_owned() };
+        ui.label(RichText::new(format!("{}: {place}", lesson.title)).strong());
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if ui.button("Leave").on_hover_text("close this lesson; the list of lessons comes back").clicked()
+            {
+                learn.leave();
+            }
+            let skip = ui.add_enabled(step.is_some(), Button::new("Skip"));
+            if skip.on_hover_text("go on without doing it").clicked() {
+                learn.go_on();
+            }
+            if ui.add_enabled(number > 0, Button::new("Previous")).on_hover_text("the step before").clicked()
+            {
+                learn.go_back();
+            }
+        });
+    });
+    let [said, refused] = learn.said().map(|words| words.map(str::to_owned));
+    if let Some(said) = said {
+        ui.label(RichText::new(format!("✔ {said}")).color(ui.visuals().hyperlink_color));
+    }
+    let Some(step) = step else { return at_end(ui, learn, lesson, desk.intents) };
+    if !home {
+        ui.label("This lesson plays in another scene.");
+        if let Some(scene) = learn.home().filter(|_| ui.button("Open its scene").clicked()) {
+            desk.intents.push(Intent::Open(scene));
+        }
+        return;
+    }
+    ui.label(RichText::new(&step.task).strong());
+    if !step.watch.is_empty() {
+        ui.label(&step.watch);
+    }
+    match &step.goal {
+        Goal::Done { .. } => {}
+        Goal::Number { unit, .. } => {
+            ui.horizontal(|ui| {
+                let field =
+                    ui.add(TextEdit::singleline(&mut learn.typed).desired_width(90.0).hint_text("a number"));
+                ui.label(unit);
+                field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "answer"));
+                let enter = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+                let typed = learn.typed.clone();
+                if (ui.button("Answer").clicked() || enter) && !typed.trim().is_empty() {
+                    learn.answer(&typed);
+                }
+                refusal(ui, refused.as_deref());
+            });
+        }
+        Goal::Choice { choices, .. } => {
+            ui.horizontal_wrapped(|ui| {
+                for (say, _) in choices {
+                    if ui.button(say).clicked() {
+                        learn.answer(say);
+                    }
+                }
+                refusal(ui, refused.as_deref());
+            });
+        }
+    }
+}
+
+fn refusal(ui: &mut Ui, refused: Option<&str>) {
+    if let Some(refused) = refused {
+        ui.colored_label(
+            ui.visuals().warn_fg_color,
+            format!("Measured, it is not {refused}. Try again, or Skip."),
+        );
+    }
+}
+
+fn at_end(ui: &mut Ui, learn: &mut Learn, lesson: &Lesson, intents: &mut Vec<Intent>) {
+    let here = LESSONS.iter().position(|other| other.name == lesson.name);
+    ui.horizontal(|ui| {
+        if let Some(next) = here.and_then(|here| LESSONS.get(here + 1)) {
+            if ui.button(format!("Next: {}", next.title)).clicked() {
+                open(learn, &next.name, intents);
+            }
+        }
+        if ui.button("All lessons").clicked() {
+            learn.leave();
+        }
+    });
+}
+
+/// Lays out the card of the first start, whose lower edge has its middle at `place`.
+pub(crate) fn welcome(context: &Context, place: Pos2, learn: &mut Learn, intents: &mut Vec<Intent>) {
+    let mut stays = true;
+    let card = Window::new("Welcome").collapsible(false).resizable(false).open(&mut stays);
+    card.pivot(Align2::CENTER_BOTTOM).fixed_pos(place).show(context, |ui| {
+        ui.label("Drag a ball.");
+        ui.label("Press G: gravity.");
+        let Some(first) = LESSONS.first() else { return };
+        if ui.button(format!("Start the first lesson ({} min)", first.minutes)).clicked() {
+            open(learn, &first.name, intents);
+            intents.push(Intent::Act(Act::Panel(Panel::Learn)));
+        }
+    });
+    learn.welcome &= stays;
+}

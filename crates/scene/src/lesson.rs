@@ -1,0 +1,269 @@
+//! Lessons: what a person does and watches, step by step, and questions whose answers are measured.
+
+mod formula;
+mod raw;
+
+use std::path::Path;
+
+use motion::Method;
+use serde::Deserialize;
+
+pub use self::formula::{Formula, Sentence};
+pub use self::raw::beside;
+use crate::action::{Action, method};
+use crate::shipped::read_text;
+use crate::text::faults::SceneError;
+
+/// Version of lessons that this program reads.
+pub const LESSON_VERSION: u32 = 1;
+
+/// A lesson.
+#[derive(Clone, Debug)]
+pub struct Lesson {
+    /// Name of a lesson in the program, or path of its file.
+    pub name: String,
+    /// What it is called.
+    pub title: String,
+    /// What it is about, in a sentence.
+    pub about: String,
+    /// The page of the tutorial that it belongs to.
+    pub page: String,
+    /// How long it takes, minutes.
+    pub minutes: u32,
+    /// Name or path of its scene.
+    pub scene: String,
+    /// What is measured of the scene on the screen.
+    pub measure: Vec<Quantity>,
+    /// Runs that are made for it, beside the one on the screen.
+    pub runs: Vec<LessonRun>,
+    /// Its steps, at least one.
+    pub steps: Vec<LessonStep>,
+}
+
+/// A measured quantity and its name in formulas. Beside `name` they know `name_before`, its value when the step or run
+/// began, and `name_most` and `name_least` since then.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// Its name.
+    pub name: String,
+    /// What is measured.
+    pub measure: Measure,
+}
+
+/// What can be measured. In a file it is written as its name in snake case: `speed("ball")`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    /// Simulated time of the scene, s.
+    Time,
+    /// A coordinate of a body, m.
+    Position(String, Axis),
+    /// A component of the velocity of a body, m/s.
+    Velocity(String, Axis),
+    /// Speed of a body, m/s.
+    Speed(String),
+    /// Mass of a body, kg; infinite if it cannot be moved.
+    Mass(String),
+    /// Distance between two bodies, m.
+    Distance(String, String),
+    /// Sum of kinetic and potential energy, J.
+    Energy,
+    /// Kinetic energy, J.
+    KineticEnergy,
+    /// A component of the momentum of all bodies, kg m/s.
+    Momentum(Axis),
+    /// Acceleration of gravity, m/s²; 0 while it is off.
+    Gravity,
+    /// Damping rate, 1/s; 0 while it is off.
+    Damping,
+    /// Ticks per second.
+    StepHz,
+    /// Substeps per tick.
+    Substeps,
+    /// 1 if this is the method of the scene, else 0.
+    Method(#[serde(with = "method")] Method),
+    /// Evaluations of the acceleration of a body so far, in all bodies.
+    Evaluations,
+    /// Bodies that were quarantined because their state was not finite any more.
+    Quarantined,
+    /// Largest distance of a body from the same run by a fine reference, m, up to now. Of runs only.
+    Error,
+    /// 1 if the body is selected, else 0. Of the screen only.
+    Selected(String),
+    /// The force of a click, N. Of the screen only.
+    ClickForce,
+    /// 1 while the panel with that name in scripts is open. Of the screen only.
+    Shows(String),
+    /// 1 while the run is paused. Of the screen only.
+    Paused,
+    /// 1 after something went wrong: a body was quarantined, or energy came from nowhere. Of the screen only.
+    Fault,
+}
+
+/// A coordinate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the coordinates")]
+pub enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+impl Measure {
+    /// The bodies that it names.
+    pub fn bodies(&self) -> impl Iterator<Item = &str> {
+        let [one, other] = match self {
+            Self::Position(body, _)
+            | Self::Velocity(body, _)
+            | Self::Speed(body)
+            | Self::Mass(body)
+            | Self::Selected(body) => [Some(body), None],
+            Self::Distance(one, other) => [Some(one), Some(other)],
+            _ => [None, None],
+        };
+        one.into_iter().chain(other).map(String::as_str)
+    }
+
+    /// Whether only the run on the screen has it.
+    #[must_use]
+    pub const fn is_of_screen(&self) -> bool {
+        matches!(self, Self::Selected(_) | Self::ClickForce | Self::Shows(_) | Self::Paused | Self::Fault)
+    }
+}
+
+/// A run that is made for a lesson.
+#[derive(Clone, Debug)]
+pub struct LessonRun {
+    /// Its scene; that of the lesson if `None`.
+    pub scene: Option<String>,
+    /// Its method, if not the scene's.
+    pub method: Option<Method>,
+    /// Its substeps per tick, if not the scene's.
+    pub substeps: Option<u32>,
+    /// Its ticks per second, if not the scene's.
+    pub step_hz: Option<f64>,
+    /// How long it is, s.
+    pub seconds: f64,
+    /// Changes before its first tick.
+    pub start: Vec<Action>,
+    /// What is measured.
+    pub measure: Vec<Quantity>,
+}
+
+/// A step of a lesson.
+#[derive(Clone, Debug)]
+pub struct LessonStep {
+    /// What to do, or the question.
+    pub task: String,
+    /// What to watch.
+    pub watch: String,
+    /// The control or the body at which it points.
+    pub point_at: Option<String>,
+    /// What ends it.
+    pub goal: Goal,
+    /// What is said then, with measured numbers.
+    pub then: Sentence,
+    /// What has to be true of these numbers.
+    pub holds: Option<Formula>,
+}
+
+/// What ends a step.
+#[derive(Clone, Debug)]
+pub enum Goal {
+    /// Something is done.
+    Done {
+        /// True when it is.
+        when: Formula,
+        /// What does it.
+        solution: Vec<Action>,
+        /// What does not.
+        wrong: Vec<Vec<Action>>,
+    },
+    /// A number is given.
+    Number {
+        /// The right one.
+        right: Formula,
+        /// How far off an answer may be, as a part of the right one.
+        within: f64,
+        /// Its unit.
+        unit: String,
+        /// The answer.
+        solution: String,
+        /// Wrong ones.
+        wrong: Vec<String>,
+    },
+    /// One of several is chosen.
+    Choice {
+        /// What can be chosen, and when it is right.
+        choices: Vec<(String, Formula)>,
+        /// The answer.
+        solution: String,
+    },
+}
+
+impl Lesson {
+    /// Reads a lesson and its scene, whose bodies it names.
+    ///
+    /// # Errors
+    /// Every fault of the text; those of the scene if that cannot be read.
+    pub fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
+        raw::parse(name, text)
+    }
+
+    /// How many wrong ways it has.
+    #[must_use]
+    pub fn wrong_ways(&self) -> usize {
+        let count = |step: &LessonStep| match &step.goal {
+            Goal::Done { wrong, .. } => wrong.len(),
+            Goal::Number { wrong, .. } => wrong.len(),
+            Goal::Choice { choices, .. } => choices.len().saturating_sub(1),
+        };
+        self.steps.iter().map(count).sum()
+    }
+
+    /// The names of its quantities.
+    pub fn quantities(&self) -> impl Iterator<Item = &Quantity> {
+        self.measure.iter().chain(self.runs.iter().flat_map(|run| &run.measure))
+    }
+}
+
+/// Names and texts of the lessons in the program, in their order.
+#[must_use]
+pub const fn shipped() -> &'static [(&'static str, &'static str)] {
+    macro_rules! lessons {
+        ($($name:literal),+ $(,)?) => {
+            &[$(($name, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/lessons/", $name, ".ron")))),+]
+        };
+    }
+    lessons![
+        "force",
+        "mass",
+        "gravity",
+        "eulers",
+        "verlet",
+        "runge_kutta",
+        "frame_time",
+        "springs",
+        "momentum",
+        "energy",
+        "further_work",
+    ]
+}
+
+/// Loads a lesson by its name, or a file by its path.
+///
+/// # Errors
+/// As [`Lesson::parse`]; if there is no such lesson or file.
+pub fn load(name_or_path: &str) -> Result<Lesson, SceneError> {
+    if let Some((name, text)) = shipped().iter().find(|(name, _)| *name == name_or_path) {
+        return Lesson::parse(name, text);
+    }
+    let path = Path::new(name_or_path);
+    if path.extension().is_none() && !path.exists() {
+        let names: Vec<_> = shipped().iter().map(|(name, _)| *name).collect();
+        let cure = format!("the lessons are {}; a file needs its path", names.join(", "));
+        return Err(SceneError::of_file(name_or_path, "there is no such lesson", cure));
+    }
+    Lesson::parse(name_or_path, &read_text(path)?)
+}

@@ -1,0 +1,181 @@
+//! Formulas over measured quantities, and sentences with formulas in them.
+
+use exmex::{BinOp, Express, FlatEx, MakeOperators, Operator};
+
+/// The arithmetic of formulas: all values are numbers, true is 1 and false is 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Arithmetic;
+
+impl MakeOperators<f64> for Arithmetic {
+    fn make<'a>() -> Vec<Operator<'a, f64>> {
+        let binary = |name, prio, apply: fn(f64, f64) -> f64| {
+            Operator::make_bin(name, BinOp { apply, prio, is_commutative: false })
+        };
+        vec![
+            binary("||", 0, |a, b| truth(a != 0.0 || b != 0.0)),
+            binary("&&", 1, |a, b| truth(a != 0.0 && b != 0.0)),
+            binary("<=", 2, |a, b| truth(a <= b)),
+            binary(">=", 2, |a, b| truth(a >= b)),
+            binary("==", 2, |a, b| truth(a == b)),
+            binary("!=", 2, |a, b| truth(a != b)),
+            binary("<", 2, |a, b| truth(a < b)),
+            binary(">", 2, |a, b| truth(a > b)),
+            Operator::make_bin_unary(
+                "+",
+                BinOp { apply: |a, b| a + b, prio: 3, is_commutative: false },
+                |a| a,
+            ),
+            Operator::make_bin_unary(
+                "-",
+                BinOp { apply: |a, b| a - b, prio: 3, is_commutative: false },
+                |a| -a,
+            ),
+            binary("*", 4, |a, b| a * b),
+            binary("/", 4, |a, b| a / b),
+            binary("^", 5, f64::powf),
+            binary("min", 6, f64::min),
+            binary("max", 6, f64::max),
+            Operator::make_unary("abs", f64::abs),
+            Operator::make_unary("sqrt", f64::sqrt),
+        ]
+    }
+}
+
+fn truth(holds: bool) -> f64 {
+    f64::from(u8::from(holds))
+}
+
+/// A formula over named quantities: `+ - * / ^`, `abs(x)`, `sqrt(x)`, `min(x, y)`, `max(x, y)`, comparisons, `&&` and `||`.
+#[derive(Clone, Debug)]
+pub struct Formula {
+    text: String,
+    tree: FlatEx<f64, Arithmetic>,
+}
+
+impl Formula {
+    /// Longest formula that is read, bytes: the parser is recursive.
+    const LONGEST: usize = 500;
+
+    /// Reads a formula.
+    ///
+    /// # Errors
+    /// What is wrong with it, as a clause.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        // The parser takes whatever stands in braces for a name, and knows brackets beside the round ones.
+        if text.len() > Self::LONGEST || text.contains(['{', '}', '[', ']', '"']) || text.trim().is_empty() {
+            return Err(format!("`{text}` is not a formula"));
+        }
+        let tree = FlatEx::parse(text).map_err(|error| format!("`{text}` is not a formula: {error}"))?;
+        Ok(Self { text: text.to_owned(), tree })
+    }
+
+    /// The formula as it was written.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The quantities that it names.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        self.tree.var_names()
+    }
+
+    /// Its value, if `quantity` gives the value of each name; NaN if it does not know one.
+    pub fn value(&self, quantity: impl Fn(&str) -> Option<f64>) -> f64 {
+        let values: Vec<f64> = self.names().iter().map(|name| quantity(name).unwrap_or(f64::NAN)).collect();
+        self.tree.eval(&values).unwrap_or(f64::NAN)
+    }
+
+    /// Whether it holds: its value is a number other than 0.
+    pub fn holds(&self, quantity: impl Fn(&str) -> Option<f64>) -> bool {
+        let value = self.value(quantity);
+        !value.is_nan() && value != 0.0
+    }
+}
+
+/// A sentence with formulas in braces.
+#[derive(Clone, Debug, Default)]
+pub struct Sentence(Vec<Part>);
+
+#[derive(Clone, Debug)]
+enum Part {
+    Words(String),
+    Number(Formula),
+}
+
+impl Sentence {
+    /// Reads a sentence.
+    ///
+    /// # Errors
+    /// What is wrong with it, as a clause.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let mut parts = Vec::new();
+        let mut rest = text;
+        while let Some((words, after)) = rest.split_once('{') {
+            let Some((formula, after)) = after.split_once('}') else {
+                return Err("a brace is not closed".to_owned());
+            };
+            parts.extend([Part::Words(words.to_owned()), Part::Number(Formula::parse(formula)?)]);
+            rest = after;
+        }
+        parts.push(Part::Words(rest.to_owned()));
+        Ok(Self(parts))
+    }
+
+    /// The formulas in it.
+    pub fn formulas(&self) -> impl Iterator<Item = &Formula> {
+        self.0.iter().filter_map(|part| match part {
+            Part::Number(formula) => Some(formula),
+            Part::Words(_) => None,
+        })
+    }
+
+    /// The sentence with the values of its formulas, as `written` writes them.
+    pub fn filled(&self, quantity: impl Fn(&str) -> Option<f64>, written: impl Fn(f64) -> String) -> String {
+        let part = |part: &Part| match part {
+            Part::Words(words) => words.clone(),
+            Part::Number(formula) => written(formula.value(&quantity)),
+        };
+        self.0.iter().map(part).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formulas_are_arithmetic_of_numbers_and_truth_is_1() {
+        let quantity = |name: &str| match name {
+            "v" => Some(1.5),
+            "v_most" => Some(3.0),
+            _ => None,
+        };
+        let value = |text: &str| Formula::parse(text).unwrap().value(quantity);
+        assert_eq!(value("1 / 2"), 0.5);
+        assert_eq!(value("v_most / v - 1"), 1.0);
+        assert_eq!(value("-v < 0 && v >= 1.5"), 1.0);
+        assert_eq!(value("v == 1 || v_most < v"), 0.0);
+        assert_eq!(value("min(v, v_most) + max(v, v_most) * 2 ^ 2"), 13.5);
+        assert_eq!(value("abs(v - v_most) + sqrt(4)"), 3.5);
+        assert!(value("strange").is_nan());
+        assert!(!Formula::parse("strange > 0").unwrap().holds(quantity));
+    }
+
+    #[test]
+    fn what_is_no_formula_is_refused() {
+        for text in ["", "v +", "v $ 3", "{v}", "foo(v)", "v v", "(v", "\"v\" > 2", "[1].2"] {
+            assert!(Formula::parse(text).is_err(), "{text}");
+        }
+        assert!(Formula::parse(&"(".repeat(10_000)).is_err());
+        assert!(Sentence::parse("fast: {v").is_err());
+    }
+
+    #[test]
+    fn a_sentence_is_filled_with_its_numbers() {
+        let sentence = Sentence::parse("It moves at {v} m/s, {v * 2} later.").unwrap();
+        assert_eq!(sentence.filled(|_| Some(1.5), |v| v.to_string()), "It moves at 1.5 m/s, 3 later.");
+        assert_eq!(sentence.formulas().count(), 2);
+    }
+}

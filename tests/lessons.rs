@@ -1,0 +1,243 @@
+//! Lessons: each is played by its own solution and by wrong ones, its claims are measured, and a person does the first by mouse.
+
+use std::fs;
+
+use glam::DVec2;
+use lab::lesson::Quantities;
+use sandbox::input::{Button, Input};
+use scene::lesson::{Goal, Lesson, shipped};
+
+use crate::rigs::{Cockpit, Said, folder, sandbox};
+
+/// A lesson of two questions, with `more` keys in its first step.
+fn lesson(more: &str) -> String {
+    format!(
+        r#"(
+    version: 1, title: "T", about: "A.", page: "P", scene: "oscillator",
+    measure: (x: position("ball", x)),
+    runs: [(seconds: 1, measure: (e: energy))],
+    steps: [
+        (task: "Push it.", done: "x > x_before + 0.5", {more}
+         solution: [push("ball", (5000, 0, 0))], wrong: [[press("G")], [push("ball", (-50, 0, 0))]],
+         then: "At {{x}} m.", holds: "x > 3"),
+    ],
+)"#
+    )
+}
+
+fn check(text: &str) -> Said {
+    sandbox(folder([("my.ron", text)]), "lessons check my.ron")
+}
+
+#[test]
+fn every_lesson_is_done_by_its_solution_and_not_by_wrong_ones_and_its_claims_hold_at_two_steps() {
+    let names: Vec<_> = shipped().iter().map(|(name, _)| *name).collect();
+    assert!(names.len() > 10, "{names:?}");
+    std::thread::scope(|scope| {
+        for half in names.chunks(names.len().div_ceil(2)) {
+            scope.spawn(move || {
+                for name in half {
+                    let said = sandbox(".", &format!("lessons check {name}")).fine();
+                    assert_eq!(said.matches(" Hz\n").count(), 2, "{said}");
+                }
+            });
+        }
+    });
+}
+
+#[test]
+fn every_lesson_is_short_asks_something_and_says_what_it_measured() {
+    for (name, text) in shipped() {
+        let lesson = Lesson::parse(name, text).unwrap();
+        assert!((3..=6).contains(&lesson.steps.len()), "{name}");
+        assert!(lesson.wrong_ways() >= 2, "{name}");
+        assert!(lesson.page.starts_with("Physics - Linear Motion"), "{name}");
+        assert!(lesson.steps.iter().any(|step| !matches!(step.goal, Goal::Done { .. })), "{name}");
+        assert!(lesson.steps.iter().any(|step| step.then.formulas().next().is_some()), "{name}");
+        for step in &lesson.steps {
+            let sentences = step.task.matches(['.', '?', '!', ':']).count();
+            assert!(sentences <= 4, "{name}: {}", step.task);
+        }
+    }
+}
+
+#[test]
+fn a_teachers_lesson_is_checked() {
+    let said = check(&lesson("")).fine();
+    assert!(said.contains("1 done after") && said.contains("2 wrong ways were refused"), "{said}");
+    let fails = |text: &str, words: &str| check(text).fails(1, words);
+    fails(&lesson("").replace("5000", "5"), "steps[0] at 1 times the rate: the solution is not accepted");
+    fails(&lesson("").replace("-50, 0", "9000, 0"), "the wrong way wrong[1] is accepted");
+    fails(&lesson("").replace("holds: \"x > 3", "holds: \"x > 300"), "`x > 300` is not true");
+}
+
+#[test]
+fn the_lesson_of_the_document_is_one() {
+    let page = fs::read_to_string(crate::rigs::root().join("docs/lessons.md")).unwrap();
+    let text = page.split_once("```ron\n").unwrap().1.split_once("```").unwrap().0;
+    check(text).fine();
+}
+
+#[test]
+fn faults_of_a_lesson_have_their_places_and_cures() {
+    for (from, to, place, words) in [
+        ("version: 1", "version: 2", "my.ron:2:", "version 2 of lessons is not one that this program reads"),
+        ("title: \"T\", ", "", "my.ron", "`title` is missing; add `title: \"...\"`"),
+        ("\"oscillator\"", "\"oscilator\"", "scene", "the scene oscilator cannot be read"),
+        ("position(\"ball\", x)", "position(\"bal\", x)", "my.ron:3:15: measure.x", "bal"),
+        ("position(\"ball\", x)", "positon(\"ball\", x)", "my.ron:3:", "did you mean `position`?"),
+        ("x_before + 0.5", "y_before + 0.5", "my.ron:6:28: steps[0].done", "nothing measures `y_before`"),
+        ("x_before + 0.5", "x_before +", "steps[0].done", "is not a formula"),
+        ("measure: (e: energy)", "measure: (e: paused)", "runs[0].measure.e", "a run has no screen"),
+        ("seconds: 1,", "", "runs[0]", "`seconds` is missing"),
+        ("seconds: 1,", "seconds: 1e9,", "runs[0].seconds", "is not a length of a run"),
+        (", holds: \"x > 3\"", "", "steps[0]", "`holds` is missing"),
+        ("solution: [push(\"ball\", (5000, 0, 0))], ", "", "steps[0]", "`solution` is missing"),
+        (
+            ", wrong: [[press(\"G\")], [push(\"ball\", (-50, 0, 0))]]",
+            "",
+            "steps",
+            "fewer than two wrong ways",
+        ),
+        ("done:", "number: \"x\", done:", "steps[0]", "a step ends in one way"),
+        ("task:", "tusk:", "steps[0].tusk", "did you mean `task`?"),
+    ] {
+        let text = lesson("");
+        assert!(text.contains(from), "{from}");
+        let said = check(&text.replace(from, to));
+        said.fails(2, words);
+        said.fails(2, place);
+    }
+}
+
+#[test]
+fn the_first_lesson_is_done_by_mouse_alone() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    cockpit.press("F");
+    cockpit.click("Learn");
+    cockpit.drive.ticks(3);
+    cockpit.click("1 What a force does");
+    cockpit.drive.ticks(3);
+    let scene = cockpit.drive.session.stage.take_orders();
+    assert_eq!(format!("{scene:?}"), r#"[Open("tutorial")]"#);
+    let open = scene::load("tutorial").unwrap();
+    cockpit.drive.session.open(open);
+    cockpit.press("F");
+    let step = |cockpit: &Cockpit| cockpit.session().tools.lesson().unwrap().step;
+    // A click beside the ball does not do it.
+    let click = |cockpit: &mut Cockpit, body: &str, button| {
+        let at = cockpit.seen(body);
+        cockpit
+            .drive
+            .give([Input::Mouse(at.x, at.y), Input::ButtonDown(button)])
+            .give([Input::ButtonUp(button)]);
+        cockpit.drive.ticks(4);
+    };
+    click(&mut cockpit, "player", Button::Left);
+    assert_eq!(step(&cockpit), 0);
+    click(&mut cockpit, "grid.x0.z4", Button::Left);
+    assert_eq!(step(&cockpit), 1);
+    assert!(cockpit.has("✔ It stands still: 0 m/s. No force, no change."));
+    click(&mut cockpit, "grid.x0.z4", Button::Right);
+    assert_eq!(step(&cockpit), 2);
+    let ball = cockpit.seen("grid.x0.z4");
+    cockpit.drive.give([Input::Mouse(ball.x, ball.y), Input::Wheel(2.0)]);
+    click(&mut cockpit, "grid.x0.z4", Button::Right);
+    assert_eq!(step(&cockpit), 3);
+    cockpit.click("answer");
+    cockpit.drive.give([Input::Text("0.175".to_owned())]).ticks(2);
+    cockpit.click("Answer");
+    cockpit.drive.ticks(3);
+    assert_eq!(step(&cockpit), 3, "a wrong answer");
+    assert!(cockpit.has("Measured, it is not 0.175. Try again, or Skip."));
+    cockpit.click("Skip");
+    cockpit.drive.ticks(3);
+    assert_eq!(step(&cockpit), 4);
+    assert!(cockpit.has("✔ Measured in a run: 17.5 m/s. Force times time over mass says 17.5 m/s."));
+    assert!(cockpit.session().arrangement().contains("lesson_done force\n"));
+    cockpit.click("Next: Mass and inverse mass");
+    cockpit.drive.ticks(3);
+    assert_eq!(cockpit.session().tools.lesson().unwrap().name, "mass");
+}
+
+#[test]
+fn back_and_skip_work_and_a_lesson_waits_in_another_scene() {
+    let mut cockpit = Cockpit::of("tutorial", [1024, 600]);
+    let text = shipped()[0].1;
+    let lesson = Lesson::parse("force", text).unwrap();
+    cockpit.drive.session.begin_lesson(lesson, Quantities::default());
+    cockpit.drive.ticks(3);
+    let step = |cockpit: &Cockpit| cockpit.session().tools.lesson().unwrap().step;
+    for (button, then) in [("Skip", 1), ("Skip", 2), ("Previous", 1), ("Previous", 0)] {
+        cockpit.click(button);
+        cockpit.drive.ticks(3);
+        assert_eq!(step(&cockpit), then);
+    }
+    cockpit.drive.session.open(scene::load("oscillator").unwrap());
+    cockpit.drive.ticks(3);
+    cockpit.click("Open its scene");
+    assert_eq!(format!("{:?}", cockpit.drive.session.stage.take_orders()), r#"[Open("tutorial")]"#);
+    cockpit.click("Leave");
+    cockpit.drive.ticks(3);
+    assert!(cockpit.session().tools.lesson().is_none());
+    cockpit.click("Close");
+    cockpit.drive.ticks(3);
+    assert!(cockpit.session().open_panels().is_empty());
+}
+
+#[test]
+fn the_first_start_shows_a_card_until_something_is_done() {
+    let start = |cockpit: &mut Cockpit| {
+        cockpit.drive.give([Input::Arrange("welcome on\n".to_owned())]).ticks(3);
+        assert!(cockpit.has("Drag a ball."));
+    };
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    cockpit.press("F");
+    assert!(!cockpit.has("Drag a ball."));
+    start(&mut cockpit);
+    let ball = cockpit.seen("grid.x0.z4");
+    cockpit.drag(Button::Left, ball, ball + DVec2::new(60.0, 0.0));
+    cockpit.drive.ticks(3);
+    assert!(!cockpit.has("Drag a ball."));
+    assert!(!cockpit.session().arrangement().contains("welcome"));
+    start(&mut cockpit);
+    cockpit.click("Start the first lesson (2 min)");
+    cockpit.drive.ticks(3);
+    assert_eq!(cockpit.session().tools.lesson().unwrap().name, "force");
+    assert!(!cockpit.has("Drag a ball."));
+}
+
+#[test]
+fn a_run_shows_a_lesson_in_its_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = "run tutorial --lesson force --seconds 13 --fps 4 --size 320x180 --film f.png --captions --summary s.json";
+    sandbox(&folder, line).fine();
+    let film = fs::read(folder.path().join("f.png")).unwrap();
+    assert!(film.windows(4).any(|word| word == b"acTL"));
+    let summary: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.path().join("s.json")).unwrap()).unwrap();
+    let momentum = summary["momentum_kg_m_s"].as_array().map(|parts| parts[2].as_f64().unwrap());
+    assert!(momentum.unwrap_or_default() < -0.5, "the ball was pushed: {summary}");
+    let message = "sandbox: the lesson force plays in tutorial, not in orbit; run tutorial\n";
+    sandbox(&folder, "run orbit --lesson force").says(2, message);
+}
+
+#[test]
+fn pages_ask_and_the_sheet_answers() {
+    let folder = tempfile::tempdir().unwrap();
+    sandbox(&folder, "lessons --html out").fine();
+    let read = |name: &str| fs::read_to_string(folder.path().join("out").join(name)).unwrap();
+    let sheet = read("answers.html");
+    for (name, text) in shipped() {
+        let lesson = Lesson::parse(name, text).unwrap();
+        let page = read(&format!("{name}.html"));
+        for number in 1..=lesson.steps.len() {
+            let picture = format!("{name}-{number}.png");
+            assert!(page.contains(&picture));
+            assert!(folder.path().join("out").join(picture).metadata().unwrap().len() > 1000);
+        }
+        assert!(sheet.contains(&lesson.title));
+    }
+    assert!(sheet.contains("<td>17.5 m/s</td>"));
+    assert!(!read("force.html").contains("17.5"));
+}
