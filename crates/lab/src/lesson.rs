@@ -61,6 +61,10 @@ impl Quantities {
         }
         let (name, part) = name.rsplit_once('_')?;
         let values = self.0.get(name)?;
+        // A body that was removed has no value, and had none that counts.
+        if values.now.is_nan() {
+            return Some(f64::NAN);
+        }
         match part {
             "before" => Some(values.before),
             "most" => Some(values.most),
@@ -162,7 +166,9 @@ fn measure_run(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<Quantitie
         if let Some(reference) = &mut reference {
             reference.tick(step, &changes);
             let apart = Distances::between(&simulation, reference.simulation()).farthest(|_| true);
-            farthest = farthest.max(apart.map_or(f64::NAN, |(_, distance)| distance));
+            // A maximum drops what is not a number.
+            let distance = apart.map_or(f64::NAN, |(_, distance)| distance);
+            farthest = if distance.is_nan() || farthest.is_nan() { f64::NAN } else { farthest.max(distance) };
         }
         note(&mut quantities, &run.measure, &mut simulation, farthest);
     }

@@ -87,7 +87,14 @@ pub fn answers(lessons: &[Handout]) -> String {
         )
     };
     let sections: String = lessons.iter().map(lesson).collect();
-    document("Answers", "Every number was measured in the run of its lesson.", RULES, "", &sections, "")
+    document(
+        "Answers",
+        "The answers are those of the lesson, and were accepted by what its runs measured.",
+        RULES,
+        "",
+        &sections,
+        "",
+    )
 }
 
 #[cfg(test)]

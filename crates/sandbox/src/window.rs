@@ -87,7 +87,11 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let remembers = has_bars && !args.guest;
     if has_bars {
         let first = args.guest || remembered::is_first();
-        let begins = if first && args.lesson.is_none() { FIRST_START.to_owned() } else { String::new() };
+        let begins = if first && args.lesson.is_none() && args.scene.is_none() {
+            FIRST_START.to_owned()
+        } else {
+            String::new()
+        };
         let left = if args.guest { String::new() } else { remembered::read(remembered::ARRANGEMENT) };
         shell.arrangement = Some(begins + &left);
         shell.opened = true;

@@ -9,7 +9,7 @@ use motion::Method;
 use serde::Deserialize;
 
 pub use self::formula::{Formula, Sentence};
-pub use self::raw::beside;
+pub use self::raw::{beside, is_same_scene};
 use crate::action::{Action, method};
 use crate::shipped::read_text;
 use crate::text::faults::SceneError;
@@ -86,17 +86,19 @@ pub enum Measure {
     Evaluations,
     /// Bodies that were quarantined because their state was not finite any more.
     Quarantined,
-    /// Largest distance of a body from the same run by a fine reference, m, up to now. Of runs only.
+    /// Largest distance of a body from the same run by a fine reference, m, up to now. Measured in runs only.
     Error,
-    /// 1 if the body is selected, else 0. Of the screen only.
+    /// 1 if the body is selected, else 0. Measured on the screen only.
     Selected(String),
-    /// The force of a click, N. Of the screen only.
+    /// The force of a click, N. Measured on the screen only.
     ClickForce,
-    /// 1 while the panel with that name in scripts is open. Of the screen only.
+    /// 1 while the panel with that name in scripts is open. Measured on the screen only.
     Shows(String),
-    /// 1 while the run is paused. Of the screen only.
+    /// 1 while the run is paused. Measured on the screen only.
     Paused,
-    /// 1 after something went wrong: a body was quarantined, or energy came from nowhere. Of the screen only.
+    /// 1 while the camera follows a body. Measured on the screen only.
+    Follows,
+    /// 1 after something went wrong: a body was quarantined, or energy came from nowhere. Measured on the screen only.
     Fault,
 }
 
@@ -128,7 +130,15 @@ impl Measure {
     /// Whether only the run on the screen has it.
     #[must_use]
     pub const fn is_of_screen(&self) -> bool {
-        matches!(self, Self::Selected(_) | Self::ClickForce | Self::Shows(_) | Self::Paused | Self::Fault)
+        matches!(
+            self,
+            Self::Selected(_)
+                | Self::ClickForce
+                | Self::Shows(_)
+                | Self::Paused
+                | Self::Follows
+                | Self::Fault
+        )
     }
 }
 
@@ -220,11 +230,6 @@ impl Lesson {
             Goal::Choice { choices, .. } => choices.len().saturating_sub(1),
         };
         self.steps.iter().map(count).sum()
-    }
-
-    /// The names of its quantities.
-    pub fn quantities(&self) -> impl Iterator<Item = &Quantity> {
-        self.measure.iter().chain(self.runs.iter().flat_map(|run| &run.measure))
     }
 }
 

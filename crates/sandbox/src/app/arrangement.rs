@@ -9,6 +9,8 @@ const DOCK_WIDTH: &str = "dock_width";
 const DOCK_TAB: &str = "dock_tab";
 const LESSON_DONE: &str = "lesson_done";
 
+const WELCOME: &str = "welcome";
+
 /// The line of a first start, which shows a card.
 pub(crate) const FIRST_START: &str = "welcome on\n";
 
@@ -47,7 +49,7 @@ pub(crate) fn arrange(ui: &mut Ui, learn: &mut Learn, text: &str) -> Vec<Act> {
     for _ in 0..sizes.abs() {
         ui.zoom_by(sizes.signum());
     }
-    learn.welcome = text.contains(FIRST_START);
+    learn.welcome = state(WELCOME) == Some("on");
     learn
         .done
         .extend(states.iter().filter(|(name, _)| *name == LESSON_DONE).map(|(_, name)| (*name).to_owned()));

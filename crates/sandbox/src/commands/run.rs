@@ -219,6 +219,9 @@ fn simulate(
         }
     }
     progress.finish_and_clear();
+    if let Some(left) = demonstration.and_then(|demonstration| demonstration.left(session)) {
+        tell(&left);
+    }
     Ok(())
 }
 

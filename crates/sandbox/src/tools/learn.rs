@@ -4,6 +4,7 @@ mod panel;
 mod state;
 
 use egui::{Align2, Color32, Context, Id, Painter, Rect, Ui};
+use motion::Gravity;
 
 use crate::clock::FrameTime;
 use crate::panels::Panel;
@@ -23,7 +24,7 @@ impl Tool for Learn {
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         ui.set_width(desk.width(panel::WIDTH));
-        let pointed_at = self.points_at().map(str::to_owned);
+        let pointed_at = self.points_at().filter(|_| self.is_at_home(desk.stage)).map(str::to_owned);
         ui.ctx().data_mut(|data| data.insert_temp(points_at(), pointed_at));
         panel::show(ui, self, desk);
     }
@@ -43,9 +44,8 @@ impl Tool for Learn {
     }
 
     fn after_ticks(&mut self, stage: &mut Stage, view: &View, open: bool, _: FrameTime) {
-        if stage.here.pull.is_some() {
-            self.welcome = false;
-        }
+        let falls = stage.sim.world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on);
+        self.tried = [self.tried[0] || stage.here.pull.is_some(), self.tried[1] || falls];
         if open {
             self.look(stage, view);
         }

@@ -1,5 +1,7 @@
 //! Formulas over measured quantities, and sentences with formulas in them.
 
+use std::sync::Arc;
+
 use exmex::{BinOp, Express, FlatEx, MakeOperators, Operator};
 
 /// The arithmetic of formulas: all values are numbers, true is 1 and false is 0.
@@ -32,7 +34,7 @@ impl MakeOperators<f64> for Arithmetic {
             ),
             binary("*", 4, |a, b| a * b),
             binary("/", 4, |a, b| a / b),
-            binary("^", 5, f64::powf),
+            binary("^", 5, libm::pow),
             binary("min", 6, f64::min),
             binary("max", 6, f64::max),
             Operator::make_unary("abs", f64::abs),
@@ -49,7 +51,8 @@ fn truth(holds: bool) -> f64 {
 #[derive(Clone, Debug)]
 pub struct Formula {
     text: String,
-    tree: FlatEx<f64, Arithmetic>,
+    /// Large, and copied with its lesson.
+    tree: Arc<FlatEx<f64, Arithmetic>>,
 }
 
 impl Formula {
@@ -66,7 +69,7 @@ impl Formula {
             return Err(format!("`{text}` is not a formula"));
         }
         let tree = FlatEx::parse(text).map_err(|error| format!("`{text}` is not a formula: {error}"))?;
-        Ok(Self { text: text.to_owned(), tree })
+        Ok(Self { text: text.to_owned(), tree: Arc::new(tree) })
     }
 
     /// The formula as it was written.
@@ -81,9 +84,13 @@ impl Formula {
         self.tree.var_names()
     }
 
-    /// Its value, if `quantity` gives the value of each name; NaN if it does not know one.
+    /// Its value, if `quantity` gives the value of each name; NaN if one of them has none.
     pub fn value(&self, quantity: impl Fn(&str) -> Option<f64>) -> f64 {
         let values: Vec<f64> = self.names().iter().map(|name| quantity(name).unwrap_or(f64::NAN)).collect();
+        // `max`, `||` and others would hide it.
+        if values.iter().any(|value| value.is_nan()) {
+            return f64::NAN;
+        }
         self.tree.eval(&values).unwrap_or(f64::NAN)
     }
 
@@ -160,7 +167,9 @@ mod tests {
         assert_eq!(value("min(v, v_most) + max(v, v_most) * 2 ^ 2"), 13.5);
         assert_eq!(value("abs(v - v_most) + sqrt(4)"), 3.5);
         assert!(value("strange").is_nan());
-        assert!(!Formula::parse("strange > 0").unwrap().holds(quantity));
+        for text in ["strange > 0", "strange != 0", "strange || 1", "max(strange, 1)"] {
+            assert!(!Formula::parse(text).unwrap().holds(quantity), "{text}");
+        }
     }
 
     #[test]

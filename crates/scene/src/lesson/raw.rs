@@ -10,7 +10,9 @@ use serde::de::{Deserializer, MapAccess, Visitor};
 use super::{Formula, Goal, LESSON_VERSION, Lesson, LessonRun, LessonStep, Measure, Quantity, Sentence};
 use crate::action::Action;
 use crate::check::{Rule, STEP_RATE, Scope, positive};
+use crate::resolve::springs::unsolvable;
 use crate::scene::Scene;
+use crate::script::undeclared;
 use crate::shipped;
 use crate::text::faults::{Faults, SceneError};
 use crate::text::nearest::suggest;
@@ -21,6 +23,10 @@ const LONGEST_RUN: f64 = 120.0;
 
 const DURATION: Rule =
     (|v| positive(v) && v <= LONGEST_RUN, "a length of a run", "give seconds above 0, at most 120");
+
+/// Longest time that a key is held, s, and most steps of bodies in a run.
+const LONGEST_HOLD: f64 = 20.0;
+const MOST_BODY_STEPS: f64 = 2e7;
 
 /// How far off an answer may be if the question does not say.
 const WITHIN: f64 = 0.05;
@@ -168,6 +174,13 @@ impl Reader<'_> {
         let runs: Vec<_> = raw.runs.into_iter().enumerate().map(|(i, run)| self.run(i, run, &file)).collect();
         let mut names = HashSet::new();
         for (i, quantity) in measure.iter().chain(runs.iter().flat_map(|run| &run.measure)).enumerate() {
+            let name = quantity.name.as_str();
+            let is_word = name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+            let ends = ["_before", "_most", "_least"].iter().any(|end| name.ends_with(end));
+            if !is_word || ends || ["abs", "sqrt", "min", "max"].contains(&name) {
+                let what = format!("`{name}` means something else in formulas");
+                self.faults.add("measure", what, "give it another name, of letters, digits and _");
+            }
             if !names.insert(quantity.name.clone()) {
                 let path = if i < measure.len() { "measure" } else { "runs" };
                 self.faults.add(
@@ -265,24 +278,52 @@ impl Reader<'_> {
             let path = format!("runs[{i}].start[{n}]");
             if !action.is_change() {
                 let cure = "give a change, such as `push` or `switch_effect`";
-                self.faults.add(&*path, "a run has no person", cure);
+                self.faults.add(&*path, "a run takes only changes", cure);
             }
             self.action(&path, action, scene.as_ref());
         }
+        let method = self.faults.method(scope, raw.method.as_ref());
+        let substeps = self.faults.substeps(scope, raw.substeps);
+        let step_hz = self.faults.optional((scope, "step_hz"), raw.step_hz, STEP_RATE);
+        let seconds = self.faults.number((scope, "seconds"), raw.seconds, 1.0, DURATION);
+        if let Some(scene) = &scene {
+            let set = raw.start.iter().filter_map(|action| match action {
+                Action::SetMethod(method) | Action::SetBodyMethod(_, method) => Some(*method),
+                _ => None,
+            });
+            let attracts = scene.mutual_gravity.is_some();
+            if let Some(why) = method.into_iter().chain(set).find_map(|method| unsolvable(method, attracts)) {
+                self.faults.add(scope.key("method"), why, "take another method");
+            }
+            let substeps = f64::from(substeps.unwrap_or(scene.substeps));
+            #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
+            let work = seconds * step_hz.unwrap_or(scene.step_hz) * substeps * scene.bodies.len() as f64;
+            if work > MOST_BODY_STEPS {
+                let what = format!("{work:.1e} steps of bodies are too many to wait for");
+                self.faults.add(
+                    scope.path(),
+                    what,
+                    "give fewer seconds, steps or bodies: at most 2e7 in all",
+                );
+            }
+        }
         LessonRun {
             scene: raw.scene,
-            method: self.faults.method(scope, raw.method.as_ref()),
-            substeps: self.faults.substeps(scope, raw.substeps),
-            step_hz: self.faults.optional((scope, "step_hz"), raw.step_hz, STEP_RATE),
-            seconds: self.faults.number((scope, "seconds"), raw.seconds, 1.0, DURATION),
+            method,
+            substeps,
+            step_hz,
+            seconds,
             start: raw.start,
             measure: self.quantities(&scope.key("measure"), raw.measure, scene.as_ref(), true),
         }
     }
 
     fn action(&mut self, path: &str, action: &Action, scene: Option<&Scene>) {
-        if let Some((what, cure)) = action.fault() {
+        if let Some((what, cure)) = action.fault().or_else(|| undeclared(action, scene?)) {
             self.faults.add(path, what, cure);
+        }
+        if matches!(action, Action::Hold(_, seconds) if *seconds > LONGEST_HOLD) {
+            self.faults.add(path, "the key is held too long", "hold it for at most 20 s");
         }
         if let Some(body) = action.body() {
             self.body(path, body, scene);
@@ -302,6 +343,18 @@ impl Reader<'_> {
         if goals.into_iter().filter(|given| *given).count() != 1 {
             let cure = "give one of `done`, `number` and `choices`";
             self.faults.add(scope.path(), "a step ends in one way", cure);
+        }
+        let is_done = raw.done.is_some();
+        let of_others = [
+            ("solution", !is_done && raw.solution.is_some()),
+            ("wrong", !is_done && !raw.wrong.is_empty()),
+            ("answer", is_done && raw.answer.is_some()),
+            ("wrong_answers", raw.number.is_none() && !raw.wrong_answers.is_empty()),
+            ("unit", raw.number.is_none() && raw.unit.is_some()),
+            ("within", raw.number.is_none() && raw.within.is_some()),
+        ];
+        for (key, _) in of_others.into_iter().filter(|(_, given)| *given) {
+            self.faults.add(scope.key(key), "this key belongs to another kind of step", "remove it");
         }
         let goal = if let Some(when) = &raw.done {
             self.faults.require(raw.solution.is_some(), (scope, "solution"), "list the actions that do it");
@@ -327,7 +380,7 @@ impl Reader<'_> {
                     if !choices.iter().any(|(say, _)| *say == solution) {
                         self.faults.add(
                             scope.key("answer"),
-                            "it is none of the choices",
+                            "the answer is not among the choices",
                             "repeat one of them",
                         );
                     }
@@ -339,7 +392,11 @@ impl Reader<'_> {
                         (scope, "within"),
                         raw.within,
                         WITHIN,
-                        (|v| v > 0.0 && v < 1.0, "a part", "give a number between 0 and 1"),
+                        (
+                            |v| v > 0.0 && v < 1.0,
+                            "a part of the right answer",
+                            "give a number between 0 and 1",
+                        ),
                     ),
                     unit: raw.unit.unwrap_or_default(),
                     solution,
@@ -413,6 +470,13 @@ impl Reader<'_> {
             self.faults.add(path.clone(), format!("nothing measures `{name}`"), suggest(name, &known));
         }
     }
+}
+
+/// Whether both are the name of one scene, or paths of one file.
+#[must_use]
+pub fn is_same_scene(one: &str, other: &str) -> bool {
+    let path = |name: &str| std::fs::canonicalize(name).ok();
+    one == other || path(one).is_some_and(|one| path(other) == Some(one))
 }
 
 /// The scene of that name, or the path of `file` as seen from the folder of the lesson.

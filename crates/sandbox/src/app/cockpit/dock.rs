@@ -64,8 +64,8 @@ fn tabs(ui: &mut Ui, chosen: &mut Tab) -> Response {
             let [icon, name, what] = tab.words();
             let button = ui.add(Button::selectable(*chosen == tab, (icon, name))).on_hover_text(what);
             button.widget_info(|| WidgetInfo::selected(Role::Button, true, *chosen == tab, name));
-            point_at(ui, name, &button);
             if *chosen != tab {
+                point_at(ui, name, &button);
                 let titles = PANELS.iter().filter(|(panel, _)| panel.tab() == Some(tab));
                 titles.for_each(|(_, row)| point_at(ui, row.title, &button));
             }

@@ -3,10 +3,10 @@
 use history::Overrides;
 use lab::lesson::{Quantities, run_lesson};
 use report::numbers::digits;
-use scene::lesson::{Goal, Lesson, beside};
+use scene::lesson::{Goal, Lesson, Measure, Quantity, beside};
 use scene::{Action, Script, Step, StepKind, When};
 
-use crate::actions::Act;
+use crate::actions::{Act, key_of_word};
 use crate::app::player::Player;
 use crate::app::session::Session;
 use crate::clock::FrameClock;
@@ -15,6 +15,7 @@ use crate::input::InputFrame;
 use crate::intent::Intent;
 use crate::output::orders::{Program, carry_out};
 use crate::stage::options::Options;
+use crate::tools::learn::panel_of;
 use crate::view::Mode;
 
 /// Frames per second.
@@ -93,9 +94,10 @@ impl Pupil {
 
     /// Does the present step by its solution; whether the lesson went on.
     pub fn solve(&mut self, lesson: &Lesson) -> Result<bool, Failure> {
-        match &lesson.steps[self.step()].goal {
-            Goal::Done { solution, .. } => self.act(solution, PATIENCE_S),
-            Goal::Number { solution, .. } | Goal::Choice { solution, .. } => {
+        match lesson.steps.get(self.step()).map(|step| &step.goal) {
+            None => Ok(false),
+            Some(Goal::Done { solution, .. }) => self.act(solution, PATIENCE_S),
+            Some(Goal::Number { solution, .. } | Goal::Choice { solution, .. }) => {
                 let right = self.session.tools.answer_lesson(solution);
                 self.frames(2);
                 Ok(right)
@@ -127,7 +129,7 @@ fn player(actions: &[Action], mut frame: u64, fps: f64) -> Result<(Player, u64),
             Action::Hold(_, seconds) => (seconds * fps).ceil() as u64,
             _ => 0,
         };
-        frame += 2 + held;
+        frame = frame.saturating_add(held.saturating_add(2));
         step
     });
     let script = Script { steps: steps.collect(), recording: None };
@@ -161,6 +163,13 @@ impl Demonstration {
         free_pointer(session);
         frame_bodies(session);
         Ok(())
+    }
+
+    /// What is left of it in `session`, if it did not come to its end.
+    pub fn left(&self, session: &Session) -> Option<String> {
+        let (step, all) = (session.tools.lesson()?.step, self.lesson.steps.len());
+        let what = format!("{}: {step} of {all} steps were done; let the run last longer", self.lesson.name);
+        (step < all).then_some(what)
     }
 
     /// Lets `session` do what is due in the coming frame.
@@ -222,6 +231,8 @@ impl Program for Alone {
 /// every wrong way. Says what was measured.
 pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
     let mut lines = format!("{}: {}\n", lesson.name, lesson.title);
+    check_names(lesson)?;
+    let mut refused = 0;
     for times in [1.0, 2.0] {
         let runs = Runs::new(lesson, times)?;
         let mut pupil = Pupil::begin(lesson, &runs, quiet())?;
@@ -233,12 +244,15 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
                     lesson.name
                 )))
             };
+            pupil.frames(2);
+            if pupil.step() != number {
+                return fail("it is done before anything was done".to_owned());
+            }
             let began = pupil.session.stage.simulated();
             if !pupil.solve(lesson)? {
                 return fail("the solution is not accepted".to_owned());
             }
-            let state = pupil.session.tools.lesson().filter(|state| state.step == number + 1);
-            let Some(state) = state else { return fail("more than one step was done at once".to_owned()) };
+            let Some(state) = pupil.session.tools.lesson() else { return fail("it was left".to_owned()) };
             if !state.holds {
                 return fail(format!(
                     "`{}` is not true",
@@ -250,13 +264,45 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
                 if went_on {
                     return fail(format!("the wrong way {way} is accepted"));
                 }
+                refused += 1;
             }
             let said = state.said.unwrap_or_default();
             lines += &format!("  {} done after {} s. {said}\n", number + 1, digits(took));
         }
     }
-    lines += &format!("{} wrong ways were refused\n", lesson.wrong_ways());
+    // Each was tried at two step sizes.
+    refused /= 2;
+    if refused < 2 {
+        return Err(Failure::Expectation(format!("{}: fewer than two wrong ways are refused", lesson.name)));
+    }
+    lines += &format!("{refused} wrong ways were refused\n");
     Ok(lines)
+}
+
+/// Checks the names of keys and panels, which the reader of lessons does not know.
+fn check_names(lesson: &Lesson) -> Result<(), Failure> {
+    let wrong =
+        |place: String, what: String| Err(Failure::Usage(format!("{}: {place}: {what}", lesson.name)));
+    for Quantity { name, measure } in &lesson.measure {
+        if let Measure::Shows(panel) = measure
+            && panel_of(panel).is_none()
+        {
+            let cure = "`sandbox list keys` names the panels";
+            return wrong(format!("measure.{name}"), format!("there is no panel `{panel}`; {cure}"));
+        }
+    }
+    for (i, step) in lesson.steps.iter().enumerate() {
+        let Goal::Done { solution, wrong: ways, .. } = &step.goal else { continue };
+        let ways = ways.iter().enumerate().map(|(n, way)| (format!("wrong[{n}]"), way));
+        for (key, way) in [("solution".to_owned(), solution)].into_iter().chain(ways) {
+            for (n, action) in way.iter().enumerate() {
+                if let Some(error) = action.key().and_then(|key| key_of_word(key).err()) {
+                    return wrong(format!("steps[{i}].{key}[{n}]"), error.to_string());
+                }
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Every wrong way of step `number`, and whether the lesson went on by it within `patience` simulated seconds.
@@ -287,7 +333,8 @@ fn wrong_ways(
         Goal::Choice { choices, .. } => {
             // Several may be right, but not all.
             let all = judged(choices.iter().map(|(say, _)| say).collect())?;
-            Ok(if all.iter().all(|(_, right)| *right) { all } else { Vec::new() })
+            let none_is_wrong = all.iter().all(|(_, right)| *right);
+            Ok(all.into_iter().filter(|(_, right)| none_is_wrong || !right).collect())
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use history::Overrides;
 use render::Quality;
-use scene::lesson::beside;
+use scene::lesson::{beside, is_same_scene};
 use scene::{Action, Keeps, Scene, Script, StepKind};
 
 use super::{RunArgs, keeps_ledger};
@@ -95,7 +95,7 @@ impl Setup {
         let Some(name) = &args.lesson else { return Ok(None) };
         let lesson = scene::lesson::load(name)?;
         let home = beside(&lesson.name, &lesson.scene);
-        if home != args.scene {
+        if !is_same_scene(&home, &args.scene) {
             let what = format!("the lesson {name} plays in {home}, not in {}; run {home}", args.scene);
             return Err(Failure::Usage(what));
         }

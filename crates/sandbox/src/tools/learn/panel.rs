@@ -21,7 +21,7 @@ pub(super) const WIDTH: f32 = 560.0;
 /// Height of the strip in the cockpit, points: the view keeps its size from step to step.
 pub(crate) const HEIGHT: f32 = 132.0;
 
-/// Name, title and subject of the lessons in the program.
+/// The lessons in the program.
 static LESSONS: LazyLock<Vec<Lesson>> =
     LazyLock::new(|| shipped().iter().filter_map(|(name, text)| Lesson::parse(name, text).ok()).collect());
 
@@ -95,7 +95,7 @@ fn running(
             }
             let skip = ui.add_enabled(step.is_some(), Button::new("Skip"));
             if skip.on_hover_text("go on without doing it").clicked() {
-                learn.go_on();
+                learn.skip();
             }
             if ui.add_enabled(number > 0, Button::new("Previous")).on_hover_text("the step before").clicked()
             {
@@ -150,20 +150,16 @@ fn running(
 
 fn refusal(ui: &mut Ui, refused: Option<&str>) {
     if let Some(refused) = refused {
-        ui.colored_label(
-            ui.visuals().warn_fg_color,
-            format!("Measured, it is not {refused}. Try again, or Skip."),
-        );
+        ui.colored_label(ui.visuals().warn_fg_color, format!("\"{refused}\" is not what was measured."));
     }
 }
 
 fn at_end(ui: &mut Ui, learn: &mut Learn, lesson: &Lesson, intents: &mut Vec<Intent>) {
     let here = LESSONS.iter().position(|other| other.name == lesson.name);
     ui.horizontal(|ui| {
-        if let Some(next) = here.and_then(|here| LESSONS.get(here + 1)) {
-            if ui.button(format!("Next: {}", next.title)).clicked() {
-                open(learn, &next.name, intents);
-            }
+        let next = here.and_then(|here| LESSONS.get(here + 1));
+        if let Some(next) = next.filter(|next| ui.button(format!("Next: {}", next.title)).clicked()) {
+            open(learn, &next.name, intents);
         }
         if ui.button("All lessons").clicked() {
             learn.leave();
@@ -176,8 +172,10 @@ pub(crate) fn welcome(context: &Context, place: Pos2, learn: &mut Learn, intents
     let mut stays = true;
     let card = Window::new("Welcome").collapsible(false).resizable(false).open(&mut stays);
     card.pivot(Align2::CENTER_BOTTOM).fixed_pos(place).show(context, |ui| {
-        ui.label("Drag a ball.");
-        ui.label("Press G: gravity.");
+        let things = ["Drag a ball.", "Press G: everything falls, through the floor."];
+        for (words, done) in things.into_iter().zip(learn.tried) {
+            ui.label(if done { format!("✔ {words}") } else { words.to_owned() });
+        }
         let Some(first) = LESSONS.first() else { return };
         if ui.button(format!("Start the first lesson ({} min)", first.minutes)).clicked() {
             open(learn, &first.name, intents);

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use lab::lesson::{Quantities, measured};
 use report::numbers::digits;
 use scene::Source;
-use scene::lesson::{Formula, Goal, Lesson, LessonStep, Measure, beside};
+use scene::lesson::{Formula, Goal, Lesson, LessonStep, Measure, beside, is_same_scene};
 
 use crate::stage::Stage;
 use crate::tools::learn::panel_of;
@@ -17,8 +17,9 @@ pub(crate) struct Learn {
     running: Option<Running>,
     /// Names of the lessons that were done to their end.
     pub done: BTreeSet<String>,
-    /// Whether the card of the first start is shown.
+    /// Whether the card of the first start is shown, and which of its two things were done.
     pub welcome: bool,
+    pub tried: [bool; 2],
     /// Why no lesson could be opened.
     pub fault: Option<String>,
     /// What was typed as an answer.
@@ -27,7 +28,7 @@ pub(crate) struct Learn {
     pub opened: Vec<crate::panels::Panel>,
 }
 
-/// A lesson on its way.
+/// A lesson that was begun.
 struct Running {
     lesson: Lesson,
     step: usize,
@@ -39,11 +40,13 @@ struct Running {
     said: Option<String>,
     /// Whether what that step claims was true.
     held: bool,
+    /// Whether a step was skipped.
+    skipped: bool,
     /// The last answer, if it was not right.
     refused: Option<String>,
 }
 
-/// What there is to say of an open lesson.
+/// Progress in the open lesson.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LessonState {
     /// Its name.
@@ -60,8 +63,16 @@ impl Learn {
     /// Opens `lesson`, whose runs measured `of_runs`. Its scene has to be opened, too.
     pub fn open(&mut self, lesson: Lesson, of_runs: Quantities) {
         let of_screen = Quantities::default();
-        self.running =
-            Some(Running { lesson, step: 0, of_runs, of_screen, said: None, held: true, refused: None });
+        self.running = Some(Running {
+            lesson,
+            step: 0,
+            of_runs,
+            of_screen,
+            said: None,
+            held: true,
+            skipped: false,
+            refused: None,
+        });
         (self.welcome, self.fault) = (false, None);
         self.typed.clear();
     }
@@ -71,7 +82,7 @@ impl Learn {
         self.running = None;
     }
 
-    /// The open lesson and its step, or `None` of it at its end.
+    /// The open lesson, the number of its step, and the step, which is `None` at the end.
     pub fn lesson(&self) -> Option<(&Lesson, usize, Option<&LessonStep>)> {
         let Running { lesson, step, .. } = self.running.as_ref()?;
         Some((lesson, *step, lesson.steps.get(*step)))
@@ -94,7 +105,7 @@ impl Learn {
         Some(said.into_iter().chain(task).collect::<Vec<_>>().join(" "))
     }
 
-    /// What there is to say of it.
+    /// Progress in it.
     pub fn state(&self) -> Option<LessonState> {
         let running = self.running.as_ref()?;
         let (name, said) = (running.lesson.name.clone(), running.said.clone());
@@ -115,7 +126,7 @@ impl Learn {
     pub fn is_at_home(&self, stage: &Stage) -> bool {
         self.home().is_some_and(|home| match &stage.sim.scene.source {
             Source::Shipped(name) => *name == home,
-            Source::File(path) => *path == std::path::Path::new(&home),
+            Source::File(path) => is_same_scene(&path.to_string_lossy(), &home),
             Source::Text => false,
         })
     }
@@ -177,7 +188,7 @@ impl Learn {
         running.said = Some(said).filter(|said| running.held && !said.is_empty());
         running.step += 1;
         running.refused = None;
-        if running.step == running.lesson.steps.len() {
+        if running.step == running.lesson.steps.len() && !running.skipped {
             self.done.insert(running.lesson.name.clone());
         }
         self.typed.clear();
@@ -185,6 +196,14 @@ impl Learn {
         if running.step < running.lesson.steps.len() {
             running.of_screen.begin();
         }
+    }
+
+    /// Goes on without doing the step.
+    pub fn skip(&mut self) {
+        if let Some(running) = &mut self.running {
+            running.skipped = true;
+        }
+        self.go_on();
     }
 
     /// Goes back to the step before.
@@ -212,7 +231,8 @@ impl Running {
                 let text = text.trim();
                 let number = text.strip_suffix(unit.as_str()).unwrap_or(text).trim().replace(',', ".");
                 let right = right.value(|name| self.value(name));
-                number.parse::<f64>().is_ok_and(|number| (number - right).abs() <= within * right.abs())
+                let is_near = |number: f64| (number - right).abs() <= within * right.abs();
+                right.is_finite() && number.parse::<f64>().is_ok_and(is_near)
             }
             Some(Goal::Choice { choices, .. }) => {
                 choices.iter().any(|(say, right)| say == text && self.holds(right))
@@ -232,6 +252,7 @@ fn seen(measure: &Measure, stage: &Stage, view: &View, opened: &[crate::panels::
         Measure::ClickForce => view.click_force,
         Measure::Shows(name) => truth(panel_of(name).is_some_and(|panel| opened.contains(&panel))),
         Measure::Paused => truth(stage.paused),
+        Measure::Follows => truth(view.locked.is_some()),
         Measure::Fault => truth(stage.fault().is_some() || !stage.run.quarantined.is_empty()),
         _ => f64::NAN,
     }
