@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use exmex::{BinOp, Express, FlatEx, MakeOperators, Operator};
+use exmex::{BinOp, Express, FlatEx, MakeOperators, MatchLiteral, Operator, literal_matcher_from_pattern};
 
 /// The arithmetic of formulas: all values are numbers, true is 1 and false is 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,6 +43,8 @@ impl MakeOperators<f64> for Arithmetic {
     }
 }
 
+literal_matcher_from_pattern!(Numbers, r"^[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]+)?");
+
 fn truth(holds: bool) -> f64 {
     f64::from(u8::from(holds))
 }
@@ -52,7 +54,7 @@ fn truth(holds: bool) -> f64 {
 pub struct Formula {
     text: String,
     /// Large, and copied with its lesson.
-    tree: Arc<FlatEx<f64, Arithmetic>>,
+    tree: Arc<FlatEx<f64, Arithmetic, Numbers>>,
 }
 
 impl Formula {
@@ -68,7 +70,7 @@ impl Formula {
         if text.len() > Self::LONGEST || text.contains(['{', '}', '[', ']', '"']) || text.trim().is_empty() {
             return Err(format!("`{text}` is not a formula"));
         }
-        let tree = FlatEx::parse(text).map_err(|error| format!("`{text}` is not a formula: {error}"))?;
+        let tree = FlatEx::parse(text).map_err(|_| format!("`{text}` is not a formula"))?;
         Ok(Self { text: text.to_owned(), tree: Arc::new(tree) })
     }
 
@@ -161,6 +163,8 @@ mod tests {
         };
         let value = |text: &str| Formula::parse(text).unwrap().value(quantity);
         assert_eq!(value("1 / 2"), 0.5);
+        assert_eq!(value("1e-3 + 2.5E2"), 250.001);
+        assert_eq!(value("max(1, (max(2, 3)))"), 3.0);
         assert_eq!(value("v_most / v - 1"), 1.0);
         assert_eq!(value("-v < 0 && v >= 1.5"), 1.0);
         assert_eq!(value("v == 1 || v_most < v"), 0.0);
