@@ -3,6 +3,7 @@
 use egui::{Panel as Side, Ui};
 
 use crate::actions::Act;
+use crate::app::focus::point_at;
 use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::view::View;
@@ -16,11 +17,10 @@ pub(super) fn show(root: &mut Ui, stage: &Stage, view: &View, intents: &mut Vec<
             if ui.button("Reset").on_hover_text(Act::ResetWorld.binding().tooltip()).clicked() {
                 intents.push(Intent::Act(Act::ResetWorld));
             }
-            if ui
-                .button("Follow")
-                .on_hover_text("the camera goes with the selection or the first body (L)")
-                .clicked()
-            {
+            let follow = ui.button("Follow");
+            point_at(ui, "Follow", &follow);
+            let what = "the camera goes with the selection or the first body (L)";
+            if follow.on_hover_text(what).clicked() {
                 if stage.here.selection.is_none() {
                     intents.push(Intent::Act(Act::NextBody));
                 }
