@@ -97,12 +97,11 @@ impl Tools {
 
     /// Lets every tool see the ticks of a frame, which are over.
     pub(crate) fn after_ticks(&mut self, stage: &mut Stage, view: &View, opened: &[Panel], time: FrameTime) {
-        self.learn.opened.clear();
-        self.learn.opened.extend(opened);
         for (panel, tool) in self.each() {
             tool.after_ticks(stage, view, opened.contains(&panel), time);
         }
         self.graphs.sample(stage, &self.ghosts, opened.contains(&Panel::Graphs));
+        self.learn.look(stage, view, opened);
     }
 
     /// How much of its limit a spring between two bodies takes, while that is shown.
@@ -195,17 +194,6 @@ impl Tools {
     #[must_use]
     pub fn lesson(&self) -> Option<LessonState> {
         self.learn.state()
-    }
-
-    /// Whether `text` is a right answer to the question of the open lesson.
-    #[must_use]
-    pub fn lesson_accepts(&self, text: &str) -> bool {
-        self.learn.accepts(text)
-    }
-
-    /// Answers the question of the open lesson; whether the answer is right.
-    pub fn answer_lesson(&mut self, text: &str) -> bool {
-        self.learn.answer(text)
     }
 
     /// The receipt of the session as it is: its effects, their causes and the number of bodies of each; evaluations per step

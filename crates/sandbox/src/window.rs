@@ -86,8 +86,8 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let has_bars = !args.bare && args.script.is_none();
     let remembers = has_bars && !args.guest;
     if has_bars {
-        let first = args.guest || remembered::is_first();
-        let begins = if first && args.lesson.is_none() && args.scene.is_none() {
+        let is_first = args.guest || remembered::is_first();
+        let begins = if is_first && args.lesson.is_none() && args.scene.is_none() {
             FIRST_START.to_owned()
         } else {
             String::new()

@@ -212,6 +212,21 @@ pub enum Goal {
     },
 }
 
+impl Goal {
+    /// The actions of its solution and of its wrong ways, with their places in the step: `wrong[0][1]`.
+    pub fn actions(&self) -> impl Iterator<Item = (String, &Action)> {
+        let (solution, wrong) = match self {
+            Self::Done { solution, wrong, .. } => (solution.as_slice(), wrong.as_slice()),
+            _ => (&[][..], &[][..]),
+        };
+        let wrong = wrong.iter().enumerate().map(|(n, way)| (format!("wrong[{n}]"), way.as_slice()));
+        let ways = std::iter::once(("solution".to_owned(), solution)).chain(wrong);
+        ways.flat_map(|(key, way)| {
+            way.iter().enumerate().map(move |(n, action)| (format!("{key}[{n}]"), action))
+        })
+    }
+}
+
 impl Lesson {
     /// Reads a lesson and its scene, whose bodies it names.
     ///

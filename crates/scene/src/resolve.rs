@@ -17,7 +17,6 @@ use crate::scene::coupled::Declaration;
 use crate::scene::{CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, Source, StepKind};
 use crate::text::faults::{Faults, SceneError};
 use crate::text::locate;
-use crate::text::nearest::suggest;
 use crate::text::syntax::{self, Word};
 use laws::OwnLaws;
 
@@ -94,13 +93,12 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
 }
 
 fn unknown_key(raw: &raw::Scene, faults: &mut Faults, path: &str) {
-    let (group, key) = path.rsplit_once('.').unwrap_or(("", path));
+    let group = path.rsplit_once('.').map_or("", |(group, _)| group);
     let soft =
         group.strip_prefix("soft_bodies[").and_then(|rest| rest.strip_suffix(']')?.parse::<usize>().ok());
     let kind = soft.and_then(|index| raw.soft_bodies.get(index)).map_or("", |soft| &soft.word);
     let known: Vec<_> = raw::kinds_at(group, kind).into_iter().map(|(key, _)| key).collect();
-    let cure = if known.is_empty() { "remove it".to_owned() } else { suggest(key, &known) };
-    faults.add(path, format!("unknown key `{key}`"), cure);
+    faults.unknown_key(path, &known);
 }
 
 /// The name that the file gives.

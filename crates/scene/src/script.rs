@@ -9,7 +9,6 @@ use crate::action::{Action, Step, When};
 use crate::scene::Scene;
 use crate::text::faults::{Faults, SceneError};
 use crate::text::locate;
-use crate::text::nearest::suggest;
 use crate::text::syntax::{self, Word, keys_of};
 
 /// Version of recordings that this program reads and writes.
@@ -94,11 +93,9 @@ impl Script {
             (steps, unknown, None)
         };
         for path in unknown {
-            let (group, key) = path.rsplit_once('.').unwrap_or(("", &path));
-            let keys =
-                if group.is_empty() { keys_of::<RawRecording<'_>>() } else { keys_of::<RawStep<'_>>() };
-            let fault = (format!("unknown key `{key}`"), suggest(key, keys));
-            faults.add(path, fault.0, fault.1);
+            let is_header = !path.contains('.');
+            let keys = if is_header { keys_of::<RawRecording<'_>>() } else { keys_of::<RawStep<'_>>() };
+            faults.unknown_key(&path, keys);
         }
         let mut earlier = Vec::new();
         let mut steps = Vec::with_capacity(raw_steps.len());

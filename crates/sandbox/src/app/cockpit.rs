@@ -11,7 +11,6 @@ use egui::{Color32, Frame, Panel as Side, Pos2, Rect, Response, Ui};
 
 use self::browser::Browser;
 use self::fault::FaultBar;
-use crate::actions;
 use crate::intent::Intent;
 use crate::panels::{Panel, Tab};
 use crate::stage::Stage;
@@ -209,7 +208,7 @@ impl Cockpit {
             let strip = Side::bottom("lesson").resizable(false).exact_size(learn::HEIGHT);
             strip.show(root, |ui| {
                 let dock_width = Some(ui.available_width());
-                let mut desk = Desk { stage, view, dock_width, keys: actions::rows, intents, closes: false };
+                let mut desk = Desk { stage, view, dock_width, intents, closes: false };
                 tools.learn.show(ui, &mut desk);
             });
         }

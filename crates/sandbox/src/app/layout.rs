@@ -2,7 +2,6 @@
 
 use egui::{Id, LayerId, Rect, Window};
 
-use crate::actions;
 use crate::app::focus::show_focus;
 use crate::app::ui::Ui;
 use crate::intent::{Answer, Intent, Question};
@@ -51,8 +50,7 @@ pub(super) fn lay_out(
         }
         let (place, inward) = tool.anchor(&titles);
         let window = Window::new(panel.row().title).resizable(false).collapsible(false).anchor(place, inward);
-        let mut desk =
-            Desk { stage, view, dock_width: None, keys: actions::rows, intents: &mut intents, closes: false };
+        let mut desk = Desk { stage, view, dock_width: None, intents: &mut intents, closes: false };
         let shown = window.show(&context, |ui| tool.show(ui, &mut desk));
         windows.push((panel, shown.map(|shown| shown.response.rect), desk.closes));
     }

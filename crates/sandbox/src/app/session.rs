@@ -344,7 +344,8 @@ impl Session {
         }
     }
 
-    fn free_pointer(&mut self) {
+    /// Leaves the camera mode.
+    pub(crate) fn free_pointer(&mut self) {
         if self.view.mode == Mode::Camera {
             self.with_hands(Hands::toggle_mode);
         }
@@ -525,7 +526,7 @@ impl Session {
 
     /// Opens the panel of lessons with `lesson`, whose scene this session has and whose runs measured `of_runs`.
     pub fn begin_lesson(&mut self, lesson: Lesson, of_runs: Quantities) {
-        self.tools.learn.open(lesson, of_runs);
+        self.tools.learn.open(Arc::new(lesson), of_runs);
         self.ui.open(Panel::Learn);
     }
 

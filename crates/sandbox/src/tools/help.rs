@@ -2,7 +2,7 @@
 
 use egui::{Align2, Grid, Label, RichText, ScrollArea, Ui, Vec2};
 
-use crate::actions::Act;
+use crate::actions::{self, Act};
 use crate::intent::Intent;
 use crate::tools::tool::{Anchor, Desk, Tool};
 
@@ -22,7 +22,7 @@ impl Tool for Help {
     }
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
-        let keys = (desk.keys)();
+        let keys = actions::rows();
         let most = ui.ctx().content_rect().size() - MARGINS;
         ui.set_max_size(most);
         ui.horizontal(|ui| {

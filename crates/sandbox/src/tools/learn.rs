@@ -7,7 +7,7 @@ use egui::{Align2, Color32, Context, Id, Painter, Rect, Ui};
 use motion::Gravity;
 
 use crate::clock::FrameTime;
-use crate::panels::Panel;
+use crate::panels::{PANELS, Panel};
 use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::labels::around;
@@ -43,18 +43,17 @@ impl Tool for Learn {
         self.forget_world();
     }
 
-    fn after_ticks(&mut self, stage: &mut Stage, view: &View, open: bool, _: FrameTime) {
+    fn after_ticks(&mut self, stage: &mut Stage, _: &View, open: bool, _: FrameTime) {
+        self.shown = open;
         let falls = stage.sim.world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on);
         self.tried = [self.tried[0] || stage.here.pull.is_some(), self.tried[1] || falls];
-        if open {
-            self.look(stage, view);
-        }
     }
 
     fn write(&self, stage: &Stage, view: &View, painter: &Painter, _: Option<Rect>, _: Vec<Rect>) {
-        let shown = self.opened.contains(&Panel::Learn);
-        let body =
-            self.points_at().filter(|_| shown && self.is_at_home(stage)).and_then(|name| stage.body(name));
+        let body = self
+            .points_at()
+            .filter(|_| self.shown && self.is_at_home(stage))
+            .and_then(|name| stage.body(name));
         if let Some((_, label)) = body.and_then(|body| view.label(stage, body, "", around)) {
             marks::ring(painter, &label, &[(5.0, Color32::from_black_alpha(140)), (2.5, marks::POINTER)]);
         }
@@ -78,5 +77,5 @@ pub(crate) fn point_at_nothing(context: &Context) {
 
 /// Whether the panel with that name in scripts is one.
 pub(crate) fn panel_of(name: &str) -> Option<Panel> {
-    crate::panels::PANELS.iter().find(|(_, row)| row.name == name).map(|(panel, _)| *panel)
+    PANELS.iter().find(|(_, row)| row.name == name).map(|(panel, _)| *panel)
 }

@@ -15,8 +15,6 @@ pub(crate) struct Desk<'a> {
     pub view: &'a mut View,
     /// Points from side to side that the dock has; a window is as wide as its panel.
     pub dock_width: Option<f32>,
-    /// Gives input, what it does and when, for every key and for the mouse.
-    pub keys: fn() -> Vec<(String, &'static str, &'static str)>,
     /// Takes what the person wants.
     pub intents: &'a mut Vec<Intent>,
     /// Set by a panel that is done.

@@ -28,6 +28,9 @@ const DURATION: Rule =
 const LONGEST_HOLD: f64 = 20.0;
 const MOST_BODY_STEPS: f64 = 2e7;
 
+/// What follows the name of a quantity in formulas: see [`Quantity`].
+const SUFFIXES: [&str; 3] = ["_before", "_most", "_least"];
+
 /// How far off an answer may be if the question does not say.
 const WITHIN: f64 = 0.05;
 
@@ -128,23 +131,22 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Lesson, SceneError> {
     let (raw, unknown) =
         syntax::read::<RawLesson>(text, "").map_err(|error| syntax::error(name, text, "", &error))?;
     let mut faults = Faults::default();
-    unknown.into_iter().for_each(|path| unknown_key(path, &mut faults));
+    unknown.iter().for_each(|path| faults.unknown_key(path, keys_at(path)));
     let lesson = Reader { faults: &mut faults, name }.lesson(raw);
     faults.check(name, text, "")?;
     Ok(lesson)
 }
 
-fn unknown_key(path: String, faults: &mut Faults) {
-    let (group, key) = path.rsplit_once('.').unwrap_or(("", &path));
+/// The keys of the group that has the key at `path`.
+fn keys_at(path: &str) -> &'static [&'static str] {
+    let group = path.rsplit_once('.').map_or("", |(group, _)| group);
     let group = group.rsplit('.').next().and_then(|group| group.split('[').next()).unwrap_or_default();
-    let keys = match group {
+    match group {
         "runs" => keys_of::<RawRun>(),
         "steps" => keys_of::<RawStep>(),
         "choices" => keys_of::<RawChoice>(),
         _ => keys_of::<RawLesson>(),
-    };
-    let fault = (format!("unknown key `{key}`"), suggest(key, keys));
-    faults.add(path, fault.0, fault.1);
+    }
 }
 
 /// Finds the faults of a lesson.
@@ -176,7 +178,7 @@ impl Reader<'_> {
         for (i, quantity) in measure.iter().chain(runs.iter().flat_map(|run| &run.measure)).enumerate() {
             let name = quantity.name.as_str();
             let is_word = name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
-            let ends = ["_before", "_most", "_least"].iter().any(|end| name.ends_with(end));
+            let ends = SUFFIXES.iter().any(|end| name.ends_with(end));
             if !is_word || ends || ["abs", "sqrt", "min", "max"].contains(&name) {
                 let what = format!("`{name}` means something else in formulas");
                 self.faults.add("measure", what, "give it another name, of letters, digits and _");
@@ -358,15 +360,12 @@ impl Reader<'_> {
         }
         let goal = if let Some(when) = &raw.done {
             self.faults.require(raw.solution.is_some(), (scope, "solution"), "list the actions that do it");
-            let solution = raw.solution.unwrap_or_default();
-            let ways = [("solution".to_owned(), &solution)];
-            let wrong = raw.wrong.iter().enumerate().map(|(n, way)| (format!("wrong[{n}]"), way));
-            for (key, way) in ways.into_iter().chain(wrong) {
-                for (n, action) in way.iter().enumerate() {
-                    self.action(&scope.key(&format!("{key}[{n}]")), action, scene);
-                }
+            let when = self.formula(scope.key("done"), when, names);
+            let goal = Goal::Done { when, solution: raw.solution.unwrap_or_default(), wrong: raw.wrong };
+            for (path, action) in goal.actions() {
+                self.action(&scope.key(&path), action, scene);
             }
-            Goal::Done { when: self.formula(scope.key("done"), when, names), solution, wrong: raw.wrong }
+            goal
         } else {
             self.faults.require(raw.answer.is_some(), (scope, "answer"), "add the answer that is right");
             let solution = raw.answer.unwrap_or_default();
@@ -457,12 +456,8 @@ impl Reader<'_> {
 
     fn known(&mut self, path: String, formula: &Formula, names: &HashSet<String>) {
         let is_known = |name: &str| {
-            let parts = ["_before", "_most", "_least"];
-            names.contains(name)
-                || parts
-                    .into_iter()
-                    .filter_map(|part| name.strip_suffix(part))
-                    .any(|name| names.contains(name))
+            let mut stems = SUFFIXES.iter().filter_map(|suffix| name.strip_suffix(suffix));
+            names.contains(name) || stems.any(|name| names.contains(name))
         };
         for name in formula.names().iter().filter(|name| !is_known(name)) {
             let mut known: Vec<_> = names.iter().map(String::as_str).collect();

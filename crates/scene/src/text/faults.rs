@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::text::locate;
+use crate::text::nearest::suggest;
 
 /// One thing that is wrong with a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -80,6 +81,13 @@ impl Faults {
     /// A fault of the key at `path`.
     pub fn add(&mut self, path: impl Into<String>, what: impl Into<String>, cure: impl Into<String>) {
         self.push(None, Some(path.into()), what.into(), cure.into());
+    }
+
+    /// A key at `path` that its group does not have; `known` are those that it has.
+    pub fn unknown_key(&mut self, path: &str, known: &[&str]) {
+        let key = path.rsplit_once('.').map_or(path, |(_, key)| key);
+        let cure = if known.is_empty() { "remove it".to_owned() } else { suggest(key, known) };
+        self.add(path, format!("unknown key `{key}`"), cure);
     }
 
     /// A fault at byte `offset` of the text.

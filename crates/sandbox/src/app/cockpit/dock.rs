@@ -3,7 +3,7 @@
 use egui::style::ScrollAnimation;
 use egui::{Align, Button, CollapsingHeader, Response, Role, ScrollArea, Ui, WidgetInfo};
 
-use crate::actions::{self, Act};
+use crate::actions::Act;
 use crate::app::focus::{point_at, reveal_focus};
 use crate::intent::Intent;
 use crate::panels::{PANELS, Panel, Tab};
@@ -38,8 +38,7 @@ pub(super) fn show(
             let shown = header.show(ui, |ui| {
                 sideways(ui, row.name, |ui| {
                     let dock_width = Some(ui.max_rect().width());
-                    let mut desk =
-                        Desk { stage, view, dock_width, keys: actions::rows, intents, closes: false };
+                    let mut desk = Desk { stage, view, dock_width, intents, closes: false };
                     tool.show(ui, &mut desk);
                 });
             });

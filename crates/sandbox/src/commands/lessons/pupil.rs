@@ -1,7 +1,10 @@
 //! Plays a lesson without a window, as a person would who has its solution.
 
+use std::path::Path;
+
 use history::Overrides;
 use lab::lesson::{Quantities, run_lesson};
+use render::Image;
 use report::numbers::digits;
 use scene::lesson::{Goal, Lesson, Measure, Quantity, beside};
 use scene::{Action, Script, Step, StepKind, When};
@@ -13,10 +16,10 @@ use crate::clock::FrameClock;
 use crate::failure::Failure;
 use crate::input::InputFrame;
 use crate::intent::Intent;
-use crate::output::orders::{Program, carry_out};
+use crate::output::orders::{Kind, Program, carry_out};
+use crate::stage::SceneFile;
 use crate::stage::options::Options;
 use crate::tools::learn::panel_of;
-use crate::view::Mode;
 
 /// Frames per second.
 const FPS: f64 = 60.0;
@@ -58,7 +61,8 @@ impl Pupil {
         let mut session = Session::new(scene, Options { overrides, ..options });
         session.stage.keep_timeline();
         session.set_unseen(!options.pictures);
-        free_pointer(&mut session);
+        // As the window with bars begins.
+        session.free_pointer();
         session.begin_lesson(lesson.clone(), measured.clone());
         let mut pupil = Self { session, clock: FrameClock::default(), fps };
         pupil.frames(2);
@@ -98,18 +102,11 @@ impl Pupil {
             None => Ok(false),
             Some(Goal::Done { solution, .. }) => self.act(solution, PATIENCE_S),
             Some(Goal::Number { solution, .. } | Goal::Choice { solution, .. }) => {
-                let right = self.session.tools.answer_lesson(solution);
+                let right = self.session.tools.learn.answer(solution);
                 self.frames(2);
                 Ok(right)
             }
         }
-    }
-}
-
-/// Goes to the mode in which the window with bars begins.
-fn free_pointer(session: &mut Session) {
-    if session.view.mode == Mode::Camera {
-        session.carry_out(Intent::Act(Act::ToggleMode));
     }
 }
 
@@ -160,7 +157,7 @@ impl Demonstration {
     /// Begins it in `session`, which has its scene.
     pub fn begin(&self, session: &mut Session) -> Result<(), Failure> {
         session.begin_lesson(self.lesson.clone(), run_lesson(&self.lesson, 1.0)?);
-        free_pointer(session);
+        session.free_pointer();
         frame_bodies(session);
         Ok(())
     }
@@ -192,7 +189,7 @@ impl Demonstration {
         if let Goal::Number { solution, .. } | Goal::Choice { solution, .. } = &step.goal
             && self.step.is_some_and(|(_, due)| due == now)
         {
-            session.tools.answer_lesson(solution);
+            session.tools.learn.answer(solution);
         }
         Ok(())
     }
@@ -202,23 +199,23 @@ impl Demonstration {
 struct Alone;
 
 impl Program for Alone {
-    fn picture(&mut self, _: &mut Session) -> Result<Option<render::Image>, Failure> {
+    fn picture(&mut self, _: &mut Session) -> Result<Option<Image>, Failure> {
         Ok(None)
     }
 
-    fn folder(&self) -> &std::path::Path {
-        std::path::Path::new("")
+    fn folder(&self) -> &Path {
+        Path::new("")
     }
 
-    fn name(&self, kind: crate::output::orders::Kind, _: &Session) -> String {
+    fn name(&self, kind: Kind, _: &Session) -> String {
         kind.join(".")
     }
 
-    fn save_scene(&mut self, _: &mut Session, _: &crate::stage::SceneFile) -> Result<(), Failure> {
+    fn save_scene(&mut self, _: &mut Session, _: &SceneFile) -> Result<(), Failure> {
         Ok(())
     }
 
-    fn report(&mut self, _: &mut Session, outcome: Result<&std::path::Path, Failure>) -> Result<(), Failure> {
+    fn report(&mut self, _: &mut Session, outcome: Result<&Path, Failure>) -> Result<(), Failure> {
         outcome.map(drop)
     }
 
@@ -292,13 +289,9 @@ fn check_names(lesson: &Lesson) -> Result<(), Failure> {
         }
     }
     for (i, step) in lesson.steps.iter().enumerate() {
-        let Goal::Done { solution, wrong: ways, .. } = &step.goal else { continue };
-        let ways = ways.iter().enumerate().map(|(n, way)| (format!("wrong[{n}]"), way));
-        for (key, way) in [("solution".to_owned(), solution)].into_iter().chain(ways) {
-            for (n, action) in way.iter().enumerate() {
-                if let Some(error) = action.key().and_then(|key| key_of_word(key).err()) {
-                    return wrong(format!("steps[{i}].{key}[{n}]"), error.to_string());
-                }
+        for (path, action) in step.goal.actions() {
+            if let Some(error) = action.key().and_then(|key| key_of_word(key).err()) {
+                return wrong(format!("steps[{i}].{path}"), error.to_string());
             }
         }
     }
@@ -319,7 +312,7 @@ fn wrong_ways(
     };
     let judged = |answers: Vec<&String>| {
         let pupil = there()?;
-        let judge = |answer: &String| (format!("{answer:?}"), pupil.session.tools.lesson_accepts(answer));
+        let judge = |answer: &String| (format!("{answer:?}"), pupil.session.tools.learn.accepts(answer));
         Ok::<Vec<_>, Failure>(answers.into_iter().map(judge).collect())
     };
     match &lesson.steps[number].goal {

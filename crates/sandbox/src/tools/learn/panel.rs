@@ -1,13 +1,13 @@
 //! The strip of a lesson, the list of lessons, and the card of the first start.
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use egui::{
     Align, Align2, Button, Context, Key, Layout, Pos2, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo,
     Window,
 };
 use lab::lesson::run_lesson;
-use scene::lesson::{Goal, Lesson, LessonStep, load, shipped};
+use scene::lesson::{Goal, Lesson, LessonStep, shipped};
 
 use super::Learn;
 use crate::actions::Act;
@@ -22,8 +22,10 @@ pub(super) const WIDTH: f32 = 560.0;
 pub(crate) const HEIGHT: f32 = 132.0;
 
 /// The lessons in the program.
-static LESSONS: LazyLock<Vec<Lesson>> =
-    LazyLock::new(|| shipped().iter().filter_map(|(name, text)| Lesson::parse(name, text).ok()).collect());
+static LESSONS: LazyLock<Vec<Arc<Lesson>>> = LazyLock::new(|| {
+    let lessons = shipped().iter().filter_map(|(name, text)| Lesson::parse(name, text).ok());
+    lessons.map(Arc::new).collect()
+});
 
 /// Lays out the open lesson, or the list of lessons.
 pub(super) fn show(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
@@ -38,9 +40,9 @@ pub(super) fn show(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
 
 fn show_all(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
     match learn.lesson() {
-        Some((lesson, step, present)) => {
-            let (lesson, present) = (lesson.clone(), present.cloned());
-            running(ui, learn, (&lesson, step, present.as_ref()), desk);
+        Some((lesson, step, _)) => {
+            let lesson = Arc::clone(lesson);
+            running(ui, learn, (&lesson, step, lesson.steps.get(step)), desk);
         }
         None => list(ui, learn, desk),
     }
@@ -54,7 +56,7 @@ fn list(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
             let words = format!("{done}{} {}", number + 1, lesson.title);
             let about = format!("{} {} min. Belongs to: {}", lesson.about, lesson.minutes, lesson.page);
             if ui.button(words).on_hover_text(about).clicked() {
-                open(learn, &lesson.name, desk.intents);
+                open(learn, lesson, desk.intents);
             }
         }
         if ui.button("Close").clicked() {
@@ -66,11 +68,11 @@ fn list(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
     }
 }
 
-/// Opens the lesson of that name, and its scene.
-fn open(learn: &mut Learn, name: &str, intents: &mut Vec<Intent>) {
-    match load(name).and_then(|lesson| Ok((run_lesson(&lesson, 1.0)?, lesson))) {
-        Ok((of_runs, lesson)) => {
-            learn.open(lesson, of_runs);
+/// Opens `lesson` and its scene.
+fn open(learn: &mut Learn, lesson: &Arc<Lesson>, intents: &mut Vec<Intent>) {
+    match run_lesson(lesson, 1.0) {
+        Ok(of_runs) => {
+            learn.open(Arc::clone(lesson), of_runs);
             intents.extend(learn.home().map(Intent::Open));
         }
         Err(error) => learn.fault = Some(error.to_string()),
@@ -159,7 +161,7 @@ fn at_end(ui: &mut Ui, learn: &mut Learn, lesson: &Lesson, intents: &mut Vec<Int
     ui.horizontal(|ui| {
         let next = here.and_then(|here| LESSONS.get(here + 1));
         if let Some(next) = next.filter(|next| ui.button(format!("Next: {}", next.title)).clicked()) {
-            open(learn, &next.name, intents);
+            open(learn, next, intents);
         }
         if ui.button("All lessons").clicked() {
             learn.leave();
@@ -178,7 +180,7 @@ pub(crate) fn welcome(context: &Context, place: Pos2, learn: &mut Learn, intents
         }
         let Some(first) = LESSONS.first() else { return };
         if ui.button(format!("Start the first lesson ({} min)", first.minutes)).clicked() {
-            open(learn, &first.name, intents);
+            open(learn, first, intents);
             intents.push(Intent::Act(Act::Panel(Panel::Learn)));
         }
     });

@@ -1,12 +1,14 @@
 //! How far a lesson has come.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use lab::lesson::{Quantities, measured};
 use report::numbers::digits;
 use scene::Source;
 use scene::lesson::{Formula, Goal, Lesson, LessonStep, Measure, beside, is_same_scene};
 
+use crate::panels::Panel;
 use crate::stage::Stage;
 use crate::tools::learn::panel_of;
 use crate::view::View;
@@ -24,13 +26,13 @@ pub(crate) struct Learn {
     pub fault: Option<String>,
     /// What was typed as an answer.
     pub typed: String,
-    /// The panels that are open.
-    pub opened: Vec<crate::panels::Panel>,
+    /// Whether its panel is open.
+    pub shown: bool,
 }
 
-/// A lesson that was begun.
+/// A lesson in progress.
 struct Running {
-    lesson: Lesson,
+    lesson: Arc<Lesson>,
     step: usize,
     /// What its runs measured.
     of_runs: Quantities,
@@ -61,7 +63,7 @@ pub struct LessonState {
 
 impl Learn {
     /// Opens `lesson`, whose runs measured `of_runs`. Its scene has to be opened, too.
-    pub fn open(&mut self, lesson: Lesson, of_runs: Quantities) {
+    pub fn open(&mut self, lesson: Arc<Lesson>, of_runs: Quantities) {
         let of_screen = Quantities::default();
         self.running = Some(Running {
             lesson,
@@ -83,7 +85,7 @@ impl Learn {
     }
 
     /// The open lesson, the number of its step, and the step, which is `None` at the end.
-    pub fn lesson(&self) -> Option<(&Lesson, usize, Option<&LessonStep>)> {
+    pub fn lesson(&self) -> Option<(&Arc<Lesson>, usize, Option<&LessonStep>)> {
         let Running { lesson, step, .. } = self.running.as_ref()?;
         Some((lesson, *step, lesson.steps.get(*step)))
     }
@@ -138,28 +140,25 @@ impl Learn {
         }
     }
 
-    /// Measures the present state, and goes on if it is what the step is about.
-    pub fn look(&mut self, stage: &mut Stage, view: &View) {
-        if !self.is_at_home(stage) {
+    /// Measures the present state, with these `opened` panels, and goes on if it is what the step is about.
+    pub fn look(&mut self, stage: &mut Stage, view: &View, opened: &[Panel]) {
+        if !self.shown || !self.is_at_home(stage) {
             return;
         }
-        let opened = std::mem::take(&mut self.opened);
-        if let Some(running) = &mut self.running {
-            for quantity in &running.lesson.measure {
-                let value = match measured(&mut stage.sim, &quantity.measure) {
-                    Some(value) => value,
-                    None => seen(&quantity.measure, stage, view, &opened),
-                };
-                running.of_screen.note(&quantity.name, value);
-            }
-            let step = running.lesson.steps.get(running.step);
-            if let Some(LessonStep { goal: Goal::Done { when, .. }, .. }) = step
-                && running.holds(when)
-            {
-                self.go_on();
-            }
+        let Some(running) = &mut self.running else { return };
+        for quantity in &running.lesson.measure {
+            let value = match measured(&mut stage.sim, &quantity.measure) {
+                Some(value) => value,
+                None => seen(&quantity.measure, stage, view, opened),
+            };
+            running.of_screen.note(&quantity.name, value);
         }
-        self.opened = opened;
+        let step = running.lesson.steps.get(running.step);
+        if let Some(LessonStep { goal: Goal::Done { when, .. }, .. }) = step
+            && running.holds(when)
+        {
+            self.go_on();
+        }
     }
 
     /// Whether that is a right answer to the present question.
@@ -243,7 +242,7 @@ impl Running {
 }
 
 /// What only the screen has.
-fn seen(measure: &Measure, stage: &Stage, view: &View, opened: &[crate::panels::Panel]) -> f64 {
+fn seen(measure: &Measure, stage: &Stage, view: &View, opened: &[Panel]) -> f64 {
     let truth = |holds: bool| f64::from(u8::from(holds));
     match measure {
         Measure::Selected(body) => {
