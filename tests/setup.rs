@@ -43,7 +43,7 @@ impl Machine {
         self.fake("dpkg-query", &format!("[ $4 != {package} ] && echo installed"));
     }
 
-    /// Runs `scripts/setup` with the words of `line`: settings, then `run` or `test`.
+    /// Runs `scripts/setup` with the words of `line`: settings, then `run`, `test` or `systems`.
     fn setup(&self, line: &str) -> Said {
         let mut setup = Command::new(self.path("env"));
         setup.env_clear().env("PATH", self.0.path()).env("HOME", self.0.path());
@@ -93,6 +93,7 @@ impl Said {
 fn a_machine_with_everything_is_left_alone() {
     Machine::new().setup("run").is_silent();
     Machine::new().setup("test").is_silent();
+    Machine::new().setup("systems").is_silent();
 }
 
 #[test]
@@ -125,6 +126,11 @@ fn root_and_a_sudo_without_a_password_install() {
     machine.lacks("xvfb");
     machine.setup("run").is_silent();
     machine.setup("test").installs("xvfb");
+
+    let machine = Machine::new();
+    machine.lacks("rust-web-src");
+    machine.setup("test").is_silent();
+    machine.setup("systems").installs("rust-web-src");
 
     let machine = Machine::new();
     machine.lacks("libxi6");

@@ -18,6 +18,31 @@ pub(crate) fn vectorize<R>(arithmetic: impl FnOnce() -> R) -> R {
     arithmetic()
 }
 
+/// Evaluates an expression with the vector instructions of the machine: on x86 AVX2, or else none, because every
+/// instruction set is a copy of the code. It gives the same bits on every machine.
+macro_rules! with_simd {
+    ($simd:ident => $do:expr) => {{
+        #[cfg(target_arch = "x86_64")]
+        {
+            if let Some($simd) = $crate::simd::LEVEL.as_avx2() {
+                $simd.vectorize(
+                    #[inline(always)]
+                    || $do,
+                )
+            } else {
+                let $simd = fearless_simd::Fallback::new();
+                $do
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            let level = *$crate::simd::LEVEL;
+            fearless_simd::dispatch!(level, $simd => $do)
+        }
+    }};
+}
+pub(crate) use with_simd;
+
 /// Four numbers in a register: the row of a body.
 pub(crate) trait Lanes<S: Simd>: SimdFloat<S, Element = f64> {
     /// Keeps the lanes where the mask holds and sets the others to 0: one instruction, where a select takes two.

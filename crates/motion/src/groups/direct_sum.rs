@@ -1,11 +1,10 @@
 //! The direct sum of mutual gravity, four bodies at a time, on all threads.
 
-use fearless_simd::{Fallback, Simd, f64x4, prelude::*};
+use fearless_simd::{Simd, f64x4, prelude::*};
 
 use super::rows::Row;
 use crate::laws::MutualGravity;
-#[cfg(target_arch = "x86_64")]
-use crate::simd::{LEVEL, Lanes as _};
+use crate::simd::{Lanes as _, with_simd};
 use crate::state::threads::Threads;
 
 /// Bodies whose forces are summed at once.
@@ -36,15 +35,7 @@ impl DirectSum<'_> {
 
     /// Adds the forces on the rows from `first` on.
     fn attract_from(self, first: usize, forces: &mut [Row]) {
-        #[cfg(target_arch = "x86_64")]
-        if let Some(simd) = LEVEL.as_avx2() {
-            return simd.vectorize(
-                #[inline(always)]
-                || self.attract_with(simd, first, forces),
-            );
-        }
-        // The same bits.
-        self.attract_with(Fallback::new(), first, forces);
+        with_simd!(simd => self.attract_with(simd, first, forces));
     }
 
     #[inline(always)]

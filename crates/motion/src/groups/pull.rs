@@ -2,11 +2,10 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Fallback, Simd, f64x4, prelude::*};
+use fearless_simd::{Simd, f64x4, prelude::*};
 
 use super::rows::Row;
-#[cfg(target_arch = "x86_64")]
-use crate::simd::{LEVEL, Lanes as _};
+use crate::simd::{Lanes as _, with_simd};
 use crate::state::springs::Elastic;
 use crate::state::threads::Threads;
 use crate::units::Vector;
@@ -225,15 +224,7 @@ impl Springs {
         forces: &mut [Row],
     ) {
         let blocks = numbers.clone().zip(&self.blocks[numbers]);
-        #[cfg(target_arch = "x86_64")]
-        if let Some(simd) = LEVEL.as_avx2() {
-            return simd.vectorize(
-                #[inline(always)]
-                || add_with::<_, _, SHARED>(simd, blocks, end_forces, first, forces),
-            );
-        }
-        // The same bits.
-        add_with::<_, _, SHARED>(Fallback::new(), blocks, end_forces, first, forces);
+        with_simd!(simd => add_with::<_, _, SHARED>(simd, blocks, end_forces, first, forces));
     }
 
     /// Sets `axes` to those of all springs at the positions `x`.
@@ -241,15 +232,7 @@ impl Springs {
         axes.resize(self.blocks.len(), [[0.0; AT_ONCE]; 2]);
         Threads::share(threads, axes, |first, axes| {
             let blocks = self.blocks[first..].iter().zip(axes);
-            #[cfg(target_arch = "x86_64")]
-            if let Some(simd) = LEVEL.as_avx2() {
-                return simd.vectorize(
-                    #[inline(always)]
-                    || find_axes(simd, blocks, x),
-                );
-            }
-            // The same bits.
-            find_axes(Fallback::new(), blocks, x);
+            with_simd!(simd => find_axes(simd, blocks, x));
         });
     }
 }
