@@ -279,3 +279,92 @@ fn the_last_good_tick_has_at_most_twice_the_starting_energy_where_only_the_metho
         assert!(good <= 2.0, "{good} times the energy: {case}");
     }
 }
+
+/// A bullet of 5 kJ whose tick ends 10 µm from a weak well.
+fn bullet(method: &str) -> String {
+    format!(
+        "(version: 1, step_hz: 100, method: {method}, wells: [(strength_m3_s2: 1e-3)],
+        bodies: [(name: \"bullet\", position_m: (-2, 0.00001, 0), velocity_m_s: (100, 0, 0), mass_kg: 1.0)])"
+    )
+}
+
+#[test]
+fn a_single_tick_that_invents_more_than_there_was_is_a_fault_in_that_tick() {
+    for method in ["velocity_verlet", "semi_implicit_euler", "position_verlet"] {
+        for books in [false, true] {
+            let (tick, body, what) = first_fault(run(&bullet(method)), books, 60, |_, _| {}).expect(method);
+            // Velocity Verlet feels the pull at the end of tick 2, the others in tick 3.
+            assert!(
+                [2, 3].contains(&tick) && body == Some(0) && what.contains("out of nowhere"),
+                "{method} {tick} {what}"
+            );
+        }
+        let beside = bullet(method).replace("step_hz: 100", "step_hz: 99");
+        assert_eq!(first_fault(run(&beside), false, 60, |_, _| {}), None, "{method}");
+    }
+    // One frame of 4 s, and then ticks that hold.
+    let spring = "(version: 1, step_hz: 60, bodies: [(name: \"wall\", immovable: true), (name: \"ball\", position_m: (1.2, 0, 0))],
+        springs: [(between: (\"wall\", \"ball\"), stiffness_n_m: 40, rest_length_m: 1)])";
+    let hitch = |run: &mut Simulation, tick| match tick {
+        30 => run.world.insert_resource(motion::TimeStep(4.0)),
+        31 => run.world.insert_resource(motion::TimeStep(1.0 / 60.0)),
+        _ => {}
+    };
+    assert_eq!(first_fault(run(spring), false, 200, |_, _| {}), None);
+    let (tick, ..) = first_fault(run(spring), false, 200, hitch).unwrap();
+    assert_eq!(tick, 31);
+}
+
+#[test]
+fn a_fall_from_rest_where_energy_begins_at_0_is_no_fault() {
+    for method in Method::ALL {
+        let fall = format!(
+            "(version: 1, step_hz: 60, method: {}, gravity: (acceleration_m_s2: (0, -9.8, 0)), bodies: [(name: \"a\")])",
+            method.name()
+        );
+        assert_eq!(first_fault(run(&fall), false, 120, |_, _| {}), None, "{method:?}");
+    }
+}
+
+/// A comet of semi-major axis 5 m about a well of 100 m³/s², from its far end.
+fn comet(eccentricity: f64, method: &str, substeps: u32) -> String {
+    let far = 5.0 * (1.0 + eccentricity);
+    let speed = (100.0 * (2.0 / far - 1.0 / 5.0)).sqrt();
+    format!(
+        "(version: 1, step_hz: 60, method: {method}, substeps: {substeps}, wells: [(strength_m3_s2: 100.0)],
+        bodies: [(name: \"comet\", position_m: ({far:?}, 0, 0), velocity_m_s: (0, {speed:?}, 0), mass_kg: 1.0)])"
+    )
+}
+
+#[test]
+fn a_bound_orbit_that_becomes_free_is_a_fault_unless_something_works_on_it() {
+    for eccentricity in [0.97, 0.99, 0.999] {
+        for method in ["semi_implicit_euler", "velocity_verlet", "runge_kutta_4", "yoshida_4"] {
+            // Half a year is 211 ticks.
+            let found = first_fault(run(&comet(eccentricity, method, 1)), false, 1200, |_, _| {});
+            let (tick, ..) = found.unwrap_or_else(|| panic!("{eccentricity} {method}"));
+            assert!((200..=640).contains(&tick), "{eccentricity} {method} {tick}");
+        }
+    }
+    for method in ["semi_implicit_euler", "position_verlet", "velocity_verlet", "runge_kutta_4", "yoshida_4"]
+    {
+        // Symplectic methods show an orbit free for a moment where it is nearest, and keep it.
+        for (eccentricity, substeps) in [(0.6, 1), (0.9, 8), (0.99, 200)] {
+            let text = comet(eccentricity, method, substeps);
+            assert_eq!(first_fault(run(&text), false, 2600, |_, _| {}), None, "{eccentricity} {method}");
+        }
+    }
+    // A push may throw it out.
+    let push = |run: &mut Simulation, tick| {
+        if tick == 100 {
+            let comet = run.bodies[0];
+            run.push(comet, DVec3::X * 6000.0);
+        }
+    };
+    assert_eq!(first_fault(run(&comet(0.6, "velocity_verlet", 1)), false, 1200, push), None);
+    // Two bodies fall on each other, and fly apart.
+    let pair = "(version: 1, step_hz: 60, method: velocity_verlet, mutual_gravity: (constant_m3_kg_s2: 1.0),
+        bodies: [(name: \"a\", mass_kg: 1.0), (name: \"b\", mass_kg: 1.0, position_m: (2, 0, 0))])";
+    let (_, _, what) = first_fault(run(pair), false, 1200, |_, _| {}).unwrap();
+    assert!(what.contains("free") || what.contains("nowhere"), "{what}");
+}

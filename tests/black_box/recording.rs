@@ -14,6 +14,7 @@ const UNWATCHED: EnergyState = EnergyState {
     looked_tick: 0,
     looked_j: 0.0,
     total_j: None,
+    kinetic_j: None,
     changed_tick: 0,
     growth: None,
     look: None,

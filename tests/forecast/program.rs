@@ -4,7 +4,7 @@ use std::fs;
 
 use bevy_ecs::entity::Entity;
 use motion::Method;
-use motion::forecast::{Cure, LimitingPart, Margin};
+use motion::forecast::{Cure, Fate, LimitingPart, Margin, Occasion};
 use sandbox::ForecastRow;
 use serde_json::Value;
 
@@ -152,7 +152,7 @@ fn drag_that_turns_a_body_back_and_slows_it_down_is_stable() {
 fn particles_that_are_not_born_yet_are_looked_at() {
     let scene = "(version: 1, damping: (model: tutorial, rate_per_s: 300.0),
         emitters: [(rate_per_s: 100.0, speed_m_s: 1.0, life_s: 1.0)])";
-    refused(scene, "", "c h = 2.5, the limit of semi_implicit_euler is 2");
+    refused(scene, "", "c h = 2.5 at birth, the limit of semi_implicit_euler is 2");
 }
 
 #[test]
@@ -194,9 +194,12 @@ fn what_cannot_be_decided_says_so() {
         method: Method::SemiImplicitEuler,
         substeps: 1,
         value: 1.996,
+        now: 1.996,
+        occasion: Occasion::Now,
         at_most: 2.004,
         limit: 2.0,
-        is_unstable: false,
+        lasts: None,
+        fate: Fate::Holds,
         growth_per_s: 1.0,
         cure: Cure { substeps: Some(2), method: None },
     };

@@ -51,6 +51,9 @@ pub struct PartChoice {
     pub reference_error_m: f64,
     /// Its part of the total, 0 to 1.
     pub share: f64,
+    /// How many times longer ticks would do, by the order of the method: where one substep is more accurate than asked for,
+    /// the tick is what costs most. At least 2.
+    pub longer_ticks: Option<f64>,
 }
 
 /// The next better choice.
@@ -112,9 +115,9 @@ pub enum Refusal {
     },
     /// No setting of a part is as accurate.
     #[error(
-        "{part}: nothing reaches an error of {error_m:e} m: the best is {} at {:.1e} m; give a larger error",
+        "{part}: nothing reaches an error of {error_m:e} m: the best is {} at {} m; give a larger error",
         best.setting,
-        best.error_m
+        above(best.error_m, *error_m)
     )]
     TooAccurate {
         /// Its name.
@@ -132,6 +135,13 @@ pub enum Refusal {
         /// The time of the cheapest choice, ms.
         least_ms: f64,
     },
+}
+
+/// A number with as many digits as show that it is above `bound`, two at least.
+fn above(value: f64, bound: f64) -> String {
+    let texts = (1..=16).map(|digits| format!("{value:.digits$e}"));
+    let is_above = |text: &String| text.parse::<f64>().is_ok_and(|shown| shown > bound);
+    texts.clone().find(is_above).or_else(|| texts.last()).unwrap_or_default()
 }
 
 /// Chooses a method and substeps for each part, by its name and its study.
@@ -161,7 +171,15 @@ pub fn recommend(parts: &[(&str, &Study)], goal: Goal) -> Result<Recommendation,
         Goal::Error(error) => below(&fronts, error / 10.0).ok().map(|next| (error / 10.0, next)),
         Goal::Budget(_) => better(&fronts, &picks),
     };
-    Ok(result(&fronts, &picks, next, unit))
+    let mut found = result(&fronts, &picks, next, unit);
+    if let Goal::Error(error) = goal {
+        found
+            .rows
+            .iter_mut()
+            .zip(&fronts)
+            .for_each(|(row, front)| row.longer_ticks = front.longer_ticks(&row.pick, error));
+    }
+    Ok(found)
 }
 
 /// A point, and those that tie with it.
@@ -203,6 +221,16 @@ impl<'a> Front<'a> {
     /// An upper bound on the error of a point, m: errors below the reference's own cannot be measured.
     const fn bound(&self, point: &Point) -> f64 {
         point.error_m.max(self.own) + self.own
+    }
+
+    /// How many times longer the ticks of a point may be for an error of `error`, m.
+    fn longer_ticks(&self, point: &Point, error: f64) -> Option<f64> {
+        let claims = point.setting.method.claims();
+        let order = f64::from(claims.position_order.min(claims.order_with_velocity_laws));
+        let times = ((error - self.own) / point.error_m).powf(1.0 / order).floor();
+        // An exact method says nothing of longer ticks.
+        (point.setting.substeps == 1 && point.error_m > 2.0 * self.own && times >= 2.0 && times.is_finite())
+            .then_some(times)
     }
 
     /// The cheapest point with an error of at most `error`.
@@ -292,6 +320,7 @@ fn result(
         ties: ties.clone(),
         reference_error_m: front.own,
         share: if sum > 0.0 { pick.price / sum } else { 0.0 },
+        longer_ticks: None,
     };
     let rows: Vec<_> = fronts.iter().zip(picks).map(row).collect();
     let first_largest = |of: &dyn Fn(usize) -> f64| {

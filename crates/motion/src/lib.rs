@@ -66,6 +66,7 @@ pub use methods::markers::{OwnMethod, mark_method, own_method};
 pub use methods::table::{Claims, METHODS, Method};
 pub use observe::forces_on::{ForceCause, each_force, forces_on};
 pub use observe::law_texts::LawTexts;
+pub use observe::orbits::{Orbit, orbits};
 pub use observe::totals::{KineticEnergy, Totals, totals};
 pub use schedule::plan::{OutsideMethod, Passes, StepPlan};
 #[cfg(feature = "bevy")]
@@ -108,7 +109,9 @@ pub mod effects {
 
 /// The forecast of instability: which parts of a world are too stiff for the step, before it is taken.
 pub mod forecast {
-    pub use crate::observe::forecast::{Cure, Forecast, LimitingPart, Margin, SpringMargin};
+    pub use crate::observe::forecast::{
+        Cure, Deviation, Fate, Forecast, LASTING_TURNS, LimitingPart, Margin, Occasion, SpringMargin,
+    };
 }
 
 /// The ledger of energy and momentum: what each cause added, and the residual, which is the error of the method.

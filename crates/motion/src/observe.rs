@@ -4,4 +4,5 @@ pub(crate) mod forces_on;
 pub(crate) mod forecast;
 pub(crate) mod law_texts;
 pub(crate) mod ledger;
+pub(crate) mod orbits;
 pub(crate) mod totals;

@@ -173,12 +173,12 @@ pub(crate) fn by_precision(study: &Study) -> Table {
     )
 }
 
-/// What each method is worth: its order, whether it is ever the best choice, what single precision leaves of it, and
+/// What each method is worth: its order, whether it is ever the cheapest, what single precision leaves of it, and
 /// what it does to energy.
 pub(crate) fn of_methods(study: &Study) -> Table {
     let ranks = study.ranks();
     let best = [("evaluations", Cost::Evaluations), ("time", Cost::Time)]
-        .map(|(name, cost)| (name, study.ever_best(cost)));
+        .map(|(name, cost)| (name, study.ever_cheapest(cost)));
     let best = |method: Method| {
         let by = best.iter().filter(|(_, best)| best.as_ref().is_some_and(|best| best.contains(&method)));
         match &by.map(|(name, _)| *name).collect::<Vec<_>>()[..] {
@@ -203,7 +203,7 @@ pub(crate) fn of_methods(study: &Study) -> Table {
         }
         row
     };
-    let header = ["method", "order", "best choice by", "in single precision"].map(str::to_owned);
+    let header = ["method", "order", "cheapest of these by", "in single precision"].map(str::to_owned);
     let energy = lengths.iter().map(|(_, s)| format!("energy invented or lost over {} s", number(*s, 3)));
     let rows = study.methods(Precision::F64).into_iter().map(row);
     Table::words("Methods", header.into_iter().chain(energy), rows)

@@ -59,7 +59,7 @@ pub const fn cases() -> &'static [ShippedScene] {
     files_of![
         "cases":
         "stiff_spring", "heavy_light_chain", "compressed_spring", "over_damping", "dashpot",
-        "close_passage", "coincident_points", "zero_length_spring", "far_from_origin", "tiny_steps",
+        "close_passage", "comet", "passage", "terminal_fall", "coincident_points", "zero_length_spring", "far_from_origin", "tiny_steps",
         "huge_steps", "jittered_fall", "jittered_spring", "hitch", "at_rest", "subnormals",
         "enormous_forces", "gravity_toggled", "come_and_go",
     ]

@@ -14,6 +14,8 @@ pub struct EnergyState {
     pub looked_j: f64,
     /// Kinetic and potential energy then, J.
     pub total_j: Option<f64>,
+    /// Kinetic energy after the last tick, J.
+    pub kinetic_j: Option<f64>,
     /// The first tick after the last change from outside.
     pub changed_tick: u64,
     /// The growth in progress: every look since it began found that the method invented it.
@@ -66,4 +68,6 @@ pub struct EnergyLook {
     pub grew: Option<u64>,
     /// The first of the ticks in a row that invented too much.
     pub jumped: Option<u64>,
+    /// The largest energy before the tick that raised the doubt, J, if that tick by itself invented more.
+    pub leapt_over_j: Option<f64>,
 }

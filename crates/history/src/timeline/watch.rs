@@ -1,6 +1,9 @@
 //! The watch for faults: bodies that are quarantined, and energy out of nowhere.
 
+mod bound;
+
 use bevy_ecs::prelude::*;
+use bound::BoundOrbits;
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
 use motion::{Dormant, KineticEnergy, PhysicsBody, Quarantine, StableId, totals};
@@ -31,7 +34,7 @@ const MOST: f64 = 0.5;
 /// that finds nothing ends it.
 const GROWN: f64 = 0.25;
 
-/// A fault of a run: a quarantined body, or energy from nowhere.
+/// A fault of a run: a quarantined body, energy from nowhere, or a bound orbit that becomes free.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// Number of the tick that went wrong, counted from 1; the last good one is before it.
@@ -40,7 +43,7 @@ pub struct Fault {
     pub found: u64,
     /// Stable id of the body that was quarantined, or that has most of the energy.
     pub body: Option<u32>,
-    /// Whether the body was quarantined; else energy came out of nowhere.
+    /// Whether the body was quarantined; else energy came out of nowhere, or an orbit became free.
     pub quarantined: bool,
     /// What happened, and in which part of the step.
     pub what: String,
@@ -61,9 +64,11 @@ impl Fault {
 /// after every tick; where it has grown by half since the last look, a ledger is kept for some ticks, and says what the
 /// method invents. A fault is the same whether a ledger is kept anyway or not.
 ///
-/// A jump is seen in one look. A slow growth is one that look after look finds to be invented for the larger part; it
+/// A jump is seen in one look, and so is a *leap*, a single tick that invents more than the run had. A slow growth is one that look after look finds to be invented for the larger part; it
 /// is a fault when it reaches [`EXPLODES`] times the energy at the end of the first look. Demonstrations of methods
 /// grow less, and the ledger explains the growth of falls, pushes and swings.
+///
+/// Where attraction alone moves bodies, their orbits are watched, too: none becomes free by itself.
 #[derive(Debug)]
 pub struct Watch {
     records: usize,
@@ -71,6 +76,7 @@ pub struct Watch {
     energy: EnergyState,
     /// During a look, from the tick after the first on, unless a ledger is kept anyway.
     ledger: Option<Ledger>,
+    orbits: BoundOrbits,
 }
 
 impl Watch {
@@ -86,6 +92,7 @@ impl Watch {
             world,
             EnergyState {
                 total_j: Some(totals.kinetic_energy + totals.potential_energy),
+                kinetic_j: Some(totals.kinetic_energy),
                 ..EnergyState::at(tick, largest)
             },
         )
@@ -95,7 +102,8 @@ impl Watch {
     #[must_use]
     pub fn going_on(world: &mut World, energy: EnergyState) -> Self {
         let records = world.resource::<Quarantine>().records().len();
-        Self { records, kinetic: KineticEnergy::new(world), energy, ledger: None }
+        let orbits = BoundOrbits::of(world);
+        Self { records, kinetic: KineticEnergy::new(world), energy, ledger: None, orbits }
     }
 
     /// The state of the watch over energy, for [`Watch::going_on`].
@@ -132,7 +140,8 @@ impl Watch {
 
     fn look_at(&mut self, world: &mut World, booked: Booked) -> Option<Fault> {
         let jump = self.look_at_energy(world, booked);
-        self.look_for_quarantined(world).or(jump)
+        let escape = self.orbits.look(world);
+        self.look_for_quarantined(world).or(jump).or(escape)
     }
 
     /// Looks at a tick that was simulated without the watch, for measuring what a look costs.
@@ -141,8 +150,9 @@ impl Watch {
     }
 
     /// Notes that something came from outside after tick number `tick`: no later growth begins before it.
-    pub const fn note_change(&mut self, tick: u64) {
+    pub fn note_change(&mut self, tick: u64) {
         self.energy.changed_tick = tick.saturating_add(1);
+        self.orbits.forget();
     }
 
     fn look_for_quarantined(&mut self, world: &World) -> Option<Fault> {
@@ -163,17 +173,26 @@ impl Watch {
         enter(&mut self.energy, tick, booked);
         let jump = jump(&mut self.energy, tick, booked);
         let growth = growth(&mut self.energy);
-        take_in(&mut self.energy, tick, kinetic, booked.total);
+        let now = || {
+            let totals = totals(world);
+            totals.kinetic_energy + totals.potential_energy
+        };
+        let leap = take_in(&mut self.energy, tick, kinetic, booked.total, now);
         self.ledger.take_if(|_| self.energy.look.is_none());
-        let Nowhere { since, joules, before } = jump.or(growth)?;
+        let Nowhere { since, joules, before } = jump.or(growth).or(leap)?;
         Some(Fault {
             tick: since,
             found: tick,
             body: most_energetic(world),
             quarantined: false,
-            what: format!(
-                "energy out of nowhere from here on, {joules:.3e} J where there were {before:.3e} J"
-            ),
+            what: if joules < 0.0 {
+                format!(
+                    "energy lost to nowhere from here on, {:.3e} J where there were {before:.3e} J",
+                    -joules
+                )
+            } else {
+                format!("energy out of nowhere from here on, {joules:.3e} J where there were {before:.3e} J")
+            },
         })
     }
 }
@@ -195,8 +214,9 @@ impl Booked {
     fn of(ledger: &Ledger, births: bool) -> Self {
         let lines = &ledger.last_tick().energy;
         let caused = lines.change() - lines.residual;
-        // An engine that rests in this tick has a line, too.
-        let fed = births || caused > 0.0 || !lines.laws.is_empty();
+        // An engine that rests in this tick has a line, too. Drag only takes, unless there is wind.
+        let gives = |(law, joules): &(&str, f64)| *law != "drag" || *joules > 0.0;
+        let fed = births || caused > 0.0 || lines.laws.iter().any(gives);
         Self { invented: lines.residual, caused, total: ledger.energies().total(), fed }
     }
 }
@@ -243,7 +263,9 @@ fn jump(energy: &mut EnergyState, tick: u64, Booked { invented, total, .. }: Boo
     let since = if grew == look.since.saturating_add(1) || (alone && multiplied) { began } else { grew };
     // If the look before this one found invented energy, both are one explosion.
     let since = found_before.map_or(since, |growth| growth.since.min(since));
-    (tick == first.saturating_add(1)).then_some(Nowhere { since, joules: invented, before })
+    // An unstable spring takes in some ticks what it gives in others: all that it gave is what there is now.
+    let joules = if invented < 0.0 && total > before { total - before } else { invented };
+    (tick == first.saturating_add(1)).then_some(Nowhere { since, joules, before })
 }
 
 /// A growth that has come to too much with this tick, if it was booked.
@@ -256,24 +278,49 @@ fn growth(energy: &mut EnergyState) -> Option<Nowhere> {
 }
 
 /// Takes in the kinetic energy after a tick: begins a look, goes on with it, or ends it. `total` is kinetic and potential
-/// energy, if the tick was booked.
-fn take_in(energy: &mut EnergyState, tick: u64, kinetic: f64, total: f64) {
+/// energy, if the tick was booked, and `total_now` computes it. Returns a leap that the end of a look makes certain.
+fn take_in(
+    energy: &mut EnergyState,
+    tick: u64,
+    kinetic: f64,
+    total: f64,
+    total_now: impl FnOnce() -> f64,
+) -> Option<Nowhere> {
     let before = energy.largest_j;
+    let risen = kinetic - energy.kinetic_j.replace(kinetic).unwrap_or(kinetic);
     energy.largest_j = before.max(kinetic);
     if kinetic > GROWTH * energy.looked_j && energy.look.is_none() {
-        energy.look = Some(EnergyLook { since: tick, last: tick, ..EnergyLook::default() });
+        // Nothing has kept a ledger of this tick, but where nothing else gives energy, all that is new is the method's.
+        let invented = energy.total_j.filter(|_| risen > before).map(|then| total_now() - then);
+        let leapt_over_j = invented.filter(|invented| *invented > before).map(|_| before);
+        energy.look = Some(EnergyLook { since: tick, last: tick, leapt_over_j, ..EnergyLook::default() });
     }
-    let Some(look) = &mut energy.look else { return };
+    let look = energy.look.as_mut()?;
     if kinetic > GROWTH * before {
         look.last = tick;
     }
     let over = look.last.saturating_add(PATIENCE).min(look.since.saturating_add(LONGEST_LOOK));
     if look.jumped.is_some() || tick < over {
-        return;
+        return None;
     }
+    let leap = leap(energy, total);
     energy.growth = growth_after_look(energy, tick, total);
     energy.look = None;
     (energy.looked_tick, energy.looked_j, energy.total_j) = (tick, energy.largest_j, Some(total));
+    leap
+}
+
+/// A leap at the start of the look that ends at an energy of `total`: most of the energy that there is now came in that
+/// tick. A fall from rest begins with a tick that invents as much as it has, and leaves it behind.
+fn leap(energy: &EnergyState, total: f64) -> Option<Nowhere> {
+    let look = energy.look.filter(|_| is_alone(energy))?;
+    let (before, joules) = (look.leapt_over_j?, total - energy.total_j?);
+    // What continues to grow is no leap: then many ticks have brought the energy, also before. Velocity Verlet leaps in two, by
+    // the acceleration that it has cached.
+    let continues = look.last > look.since.saturating_add(1);
+    let grows = continues && look.total_j.is_some_and(|at_first| total > GROWTH * at_first);
+    let stays = joules > before && joules >= MOST * energy.largest_j && !grows;
+    stays.then_some(Nowhere { since: look.since, joules, before })
 }
 
 /// The growth that goes on or begins with a look that ends with tick number `now`, at an energy of `total`.

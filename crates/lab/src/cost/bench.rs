@@ -200,7 +200,7 @@ impl Bench {
         if self.plan.longer > 0 {
             self.jobs.extend(self.drifts(rungs).map(Job::Drift));
         }
-        if self.plan.rates && self.subject.problem.is_none() {
+        if self.plan.rates && self.subject.problem.is_none() && super::rates::are_compared(&self.subject) {
             self.jobs.push_back(Job::Rates);
         }
         self.weigh();

@@ -261,35 +261,12 @@ impl Study {
         same.filter_map(|same| same.last().cloned()).collect()
     }
 
-    /// Methods that are the best choice for some error; `None` if no error is usable.
-    pub fn ever_best(&self, cost: Cost) -> Option<Vec<Method>> {
-        if self.answers(cost).is_empty() {
-            return None;
-        }
-        let never = self.never_best(cost);
-        Some(self.methods(Precision::F64).into_iter().filter(|method| !never.contains(method)).collect())
-    }
-
-    /// Methods of which every setting is clearly beaten in error or cost by another setting that is as good in the
-    /// other.
-    fn never_best(&self, cost: Cost) -> Vec<Method> {
-        let points: Vec<_> = self
-            .in_double()
-            .filter_map(|cell| Some((cell, self.cost(cell, cost)?, self.resolved(cell)?)))
-            .collect();
-        let beats = |(cell, price, error): &(&Cell, f64, f64),
-                     (other, other_price, other_error): &(&Cell, f64, f64)| {
-            let more = 1.0 + self.tie(cost, [cell.setting.method, other.setting.method]);
-            (price * more < *other_price && *error <= other_error * (1.0 + EVEN))
-                || (error * (1.0 + EVEN) < *other_error && *price <= other_price * more)
-        };
-        let unbeaten = |point: &&(&Cell, f64, f64)| {
-            self.is_usable(point.0) && !points.iter().any(|other| beats(other, point))
-        };
-        let never = |method: &Method| {
-            let mut own = points.iter().filter(|(cell, ..)| cell.setting.method == *method).peekable();
-            own.peek().is_some() && own.find(unbeaten).is_none()
-        };
-        Method::ALL.into_iter().filter(never).collect()
+    /// Methods that are among the cheapest for some error, ties included, in the order of the table; `None` if no error is
+    /// usable.
+    pub fn ever_cheapest(&self, cost: Cost) -> Option<Vec<Method>> {
+        let answers = self.answers(cost);
+        let cheapest: Vec<_> = answers.iter().flat_map(|answer| answer.cheapest.methods()).collect();
+        (!answers.is_empty())
+            .then(|| Method::ALL.into_iter().filter(|method| cheapest.contains(method)).collect())
     }
 }

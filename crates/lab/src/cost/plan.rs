@@ -24,8 +24,8 @@ const AT_LEAST: usize = 3;
 /// Rungs that are left out only after the run was shortened.
 const ENOUGH: usize = 5;
 
-/// A run shorter than this is not shortened to save time, s.
-const SHORTEST: f64 = 0.75;
+/// A run of fewer ticks is not shortened to save time.
+const SHORTEST: u64 = 64;
 
 /// Why a run was made shorter.
 const LONG: &str = "more would have taken too long for this plan";
@@ -126,7 +126,7 @@ impl Plan {
         while price(subject, &rungs) > self.patience {
             if rungs.len() > ENOUGH || rungs.len() > AT_LEAST && !subject.yields {
                 rungs.pop();
-            } else if subject.seconds() < SHORTEST || !subject.halve(LONG) {
+            } else if subject.ticks < SHORTEST || !subject.halve(LONG) {
                 if rungs.len() <= AT_LEAST {
                     break;
                 }

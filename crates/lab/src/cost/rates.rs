@@ -16,6 +16,11 @@ const FINER: u32 = 100;
 /// The frame rate at which a force for one frame equals the impulse.
 const EVEN: f64 = 60.0;
 
+/// Whether frames of a screen mean anything to a subject: it runs for a second, in ticks that are not longer than frames.
+pub(crate) fn are_compared(subject: &Subject) -> bool {
+    subject.seconds() >= 1.0 && subject.scene.step_hz >= RATES[0]
+}
+
 /// Simulated seconds that [`rates`] takes: per frame rate two kinds of step and two of push, with each model of
 /// damping.
 pub(crate) fn seconds(subject: &Subject) -> usize {

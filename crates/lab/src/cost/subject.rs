@@ -19,6 +19,9 @@ const LEAST_TICKS: u64 = 16;
 /// Default length of the run of a scene, s.
 const SECONDS: f64 = 10.0;
 
+/// Least number of ticks of that run: what takes its time in hours has as long a tick.
+const TICKS: f64 = 600.0;
+
 /// A problem or a scene, and for how long.
 #[derive(Clone, Debug)]
 pub struct Subject {
@@ -79,8 +82,8 @@ impl Subject {
         })
     }
 
-    /// A scene from its start, for `seconds` rounded up to whole ticks; if `None`, for 10, or less where that takes too
-    /// long or the motion is chaotic.
+    /// A scene from its start, for `seconds` rounded up to whole ticks; if `None`, for 10 s and at least 600 ticks, or less
+    /// where that takes too long or the motion is chaotic.
     ///
     /// Gravity that is off at the start is switched on, because nothing would move without it; a note says so.
     pub fn of_scene(mut scene: Scene, seconds: Option<f64>) -> Self {
@@ -91,7 +94,7 @@ impl Subject {
             gravity.on = true;
             notes.push("gravity, which waits for the key G in this scene, is on from the start".to_owned());
         }
-        let ticks = seconds.unwrap_or(SECONDS) * scene.step_hz;
+        let ticks = seconds.map_or((SECONDS * scene.step_hz).max(TICKS), |seconds| seconds * scene.step_hz);
         let ticks = (ticks - 1e-9).ceil().clamp(1.0, MOST_TICKS) as u64;
         Self { scene, problem: None, ticks, yields: seconds.is_none(), notes }
     }

@@ -114,17 +114,15 @@ impl Coupling {
         self.attraction(law, rows.map(|row| self.mass(row, w)), rows.map(|row| vector(&x[row])))
     }
 
-    /// Square of the angular frequency, 1/s², at which two rows would orbit each other at their distance; 0 at the same
-    /// position.
-    pub fn squared_frequency(&self, law: &MutualGravity, rows: [usize; 2], x: &[Row], w: &[f64]) -> f64 {
-        let [from, to] = rows.map(|row| vector(&x[row]));
+    /// The strength mu of the well in which the second of two rows moves as seen from the first, m³/s²: `G (m1 + m2)` without
+    /// the masses that nothing moves by.
+    pub fn pair_strength(&self, law: &MutualGravity, rows: [usize; 2], w: &[f64]) -> f64 {
         // An immovable row orbits no other.
         let [mass, other] = [[0, 1], [1, 0]].map(|[of, by]| {
             let follows = rows[by] < self.movable && w[rows[by]] > 0.0;
             if follows { self.mass(rows[of], w) } else { 0.0 }
         });
-        self.reach(law, from, to)
-            .map_or(0.0, |(_, inverse)| law.constant * (mass + other) * inverse * inverse * inverse)
+        law.constant * (mass + other)
     }
 
     /// The vector r from one body to another and `(r² + s²)^(-1/2)`; `None` at the same position.

@@ -13,7 +13,7 @@ use super::rows::{Row, row_of};
 use super::states_of;
 use crate::kernels::record::vector;
 use crate::laws::damping::{Damping, DampingRate};
-use crate::laws::{BodyState, Drag, EvaluationTime, Law};
+use crate::laws::{BodyState, Drag, EvaluationTime, Law, Wells};
 use crate::state::clock::StepClock;
 use crate::state::components::AxisLocks;
 use crate::state::threads::Threads;
@@ -48,6 +48,8 @@ pub(crate) struct LinearGroup<'a> {
     sheets: Vec<([usize; 3], DVec3, Scalar)>,
     /// Negative derivative of drag by velocity of every row, 1/s; empty without drag.
     drag: Vec<DMat3>,
+    /// The part of the negative derivative of wells by position that pulls every row back, 1/s²; empty without wells.
+    wells: Vec<DMat3>,
     /// Rates of the scene's damping by row, 1/s; empty without damping.
     rates: Vec<Scalar>,
     /// Length of the steps that damping acts on, in steps of the laws.
@@ -66,6 +68,8 @@ pub(crate) enum Contributor {
     Damper([usize; 2]),
     Drag(usize),
     Damping(usize),
+    /// All wells at a row.
+    Well(usize),
 }
 
 impl<'a> LinearGroup<'a> {
@@ -85,6 +89,7 @@ impl<'a> LinearGroup<'a> {
             root: root.collect(),
             sheets: Vec::new(),
             drag: Vec::new(),
+            wells: Vec::new(),
             rates: Vec::new(),
             decays: 1.0,
             threads,
@@ -95,6 +100,13 @@ impl<'a> LinearGroup<'a> {
         if let Some(drag) = world.get_resource::<Drag>() {
             let time = world.get_resource::<StepClock>().map_or(0.0, StepClock::scene_seconds);
             group.add_drag(drag, time, &states);
+        }
+        if let Some(Wells(wells)) = world.get_resource() {
+            let pull = |state: &BodyState| {
+                let pulls = wells.iter().filter(|_| state.inverse_mass > 0.0);
+                pulls.map(|well| well.restoring(state.position)).fold(DMat3::ZERO, |sum, pull| sum + pull)
+            };
+            group.wells = states[..movable].iter().map(pull).collect();
         }
         if let Some(damping) = world.get_resource::<Damping>() {
             let rate =
@@ -203,6 +215,12 @@ impl<'a> LinearGroup<'a> {
             let part = DVec3::select(open, *drag * y * rate, DVec3::ZERO).to_array();
             (0..3).for_each(|axis| out[3 * row + axis] += part[axis]);
         }
+        for (row, pull) in self.wells.iter().enumerate() {
+            let open = self.root[row].cmpgt(DVec3::ZERO);
+            let y = DVec3::select(open, DVec3::from_slice(&y[3 * row..]), DVec3::ZERO);
+            let part = DVec3::select(open, *pull * y * stiffness, DVec3::ZERO).to_array();
+            (0..3).for_each(|axis| out[3 * row + axis] += part[axis]);
+        }
         if decays {
             self.damp(rate, y, out);
         }
@@ -262,7 +280,12 @@ impl<'a> LinearGroup<'a> {
             let beside = DVec3::new(*yz * r.y * r.z, *zx * r.z * r.x, *xy * r.x * r.y);
             largest_of_three(diagonal, beside, most)
         });
-        most + rate * self.largest_rate()
+        most + stiffness * self.largest_pull() + rate * self.largest_rate()
+    }
+
+    /// A bound of the squared frequency of wells at a row, 1/s².
+    pub fn largest_pull(&self) -> Scalar {
+        self.wells.iter().map(size).fold(0.0, larger)
     }
 
     /// Largest rate of drag and of the scene's damping on a row, 1/s.
@@ -322,7 +345,12 @@ impl<'a> LinearGroup<'a> {
             .enumerate()
             .map(|(row, damping)| (row, rate * self.decays * damping * own(row).length_squared()))
             .map(|(row, part)| (part, Contributor::Damping(row)));
-        let all = by_springs.chain(by_sheets).chain(by_drag).chain(by_damping);
+        let by_wells = self
+            .wells
+            .iter()
+            .enumerate()
+            .map(|(row, pull)| (stiffness * own(row).dot(*pull * own(row)), Contributor::Well(row)));
+        let all = by_springs.chain(by_sheets).chain(by_drag).chain(by_damping).chain(by_wells);
         all.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, contributor)| contributor)
     }
 }
@@ -356,7 +384,7 @@ fn largest_of_three(diagonal: DVec3, beside: DVec3, most: Scalar) -> Scalar {
     larger(most, mean + 2.0 * spread * libm::cos(turn))
 }
 
-/// A bound of the norm of a derivative of drag, 1/s.
+/// A bound of the norm of a derivative.
 fn size(drag: &DMat3) -> Scalar {
     drag.to_cols_array_2d()
         .map(|column| DVec3::from(column).abs().element_sum())

@@ -41,6 +41,21 @@ impl Well {
     }
 }
 
+impl Well {
+    /// The part of the negative derivative of the acceleration that pulls back, 1/s²: across the line to the well, and along
+    /// it where softening is large enough.
+    pub(crate) fn restoring(&self, position: Vector) -> DMat3 {
+        let r = position - self.position;
+        let squared = r.length_squared();
+        let across = self.squared_frequency(position).max(0.0);
+        let along = across * (1.0 - 3.0 * squared / (squared + self.softening * self.softening)).max(0.0);
+        if squared == 0.0 {
+            return DMat3::IDENTITY * across;
+        }
+        DMat3::IDENTITY * across + outer(r, r) * ((along - across) / squared)
+    }
+}
+
 /// Every well of the scene.
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
 pub struct Wells(pub Vec<Well>);

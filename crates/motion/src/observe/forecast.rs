@@ -1,14 +1,19 @@
 //! The forecast of instability: which springs, dampers, drag and wells are too stiff for the step, before it is taken.
 
 mod cure;
+mod flight;
 mod groups;
+mod judged;
 mod lanczos;
+mod many;
 mod matrix;
 mod modes;
+mod orbit;
 mod single_bodies;
 
 use bevy_ecs::prelude::*;
 use modes::Stepping;
+pub use orbit::LASTING_TURNS;
 
 use crate::groups::{Group, Groups, compile_groups};
 use crate::laws::damping::Damping;
@@ -40,6 +45,49 @@ pub enum LimitingPart {
     MutualGravity([Entity; 2]),
 }
 
+/// The state whose value a margin has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Occasion {
+    /// The present state.
+    #[default]
+    Now,
+    /// The closest approach to come, by energy and angular momentum.
+    ClosestApproach,
+    /// The largest value that the true motion meets.
+    Met,
+    /// The terminal speed of a fall.
+    TerminalSpeed,
+    /// The fastest gust.
+    Gust,
+    /// The birth of a particle.
+    Birth,
+}
+
+/// How a method misses the true motion without growing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Deviation {
+    /// The velocity changes its sign.
+    Reverses,
+    /// The velocity settles on this multiple of the true one.
+    Settles(Scalar),
+    /// The velocity never settles: its least and largest multiple of the true one.
+    Alternates([Scalar; 2]),
+}
+
+/// What becomes of a motion under the method.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Fate {
+    /// It stays near the true motion.
+    #[default]
+    Holds,
+    /// It does not grow, but is wrong.
+    Wrong(Deviation),
+    /// An orbit leaves half and twice its size after so many turns, up to [`LASTING_TURNS`].
+    Drifts(Scalar),
+    /// It grows in every step.
+    Grows,
+}
+
 /// The changes that would make an unstable part stable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cure {
@@ -61,20 +109,28 @@ pub struct Margin {
     pub method: Method,
     /// Substeps per tick.
     pub substeps: u32,
-    /// w h of springs and wells, or c h of damping, of the fastest mode in the current state for a step of h seconds.
-    /// This is a lower bound: a mode that is predicted to grow does grow.
+    /// w h of springs and attraction, or c h of damping, of the fastest mode for a step of h seconds. For springs, in the
+    /// present state, this is a lower bound: a mode that is predicted to grow does grow.
     pub value: Scalar,
+    /// The value in the present state, if `value` is that of another one.
+    pub now: Scalar,
+    /// The state that has `value`.
+    pub occasion: Occasion,
     /// Upper bound of the value. It is within 1 % of the value, except for groups of more than some 30,000 bodies
     /// without a regular structure. If the limit is in between, the search continues until it is not, or until the bound
     /// is within 0.1 %; for groups of more than a million bodies it may end earlier.
     pub at_most: Scalar,
     /// The value above which the mode grows: the next such limit above the current value if that is stable. 0 if no
-    /// step is stable, or if the limit is below 5e-3 for one mode or 0.05 for several; infinite if every step is
+    /// step is stable, or if the limit is below 5e-3, or below 0.05 for several modes by a method of order 2; infinite if every step is
     /// stable. Yoshida 4 with damping is stable again at some longer steps.
     pub limit: Scalar,
-    /// Whether the mode grows in the current state.
-    pub is_unstable: bool,
-    /// Factor of growth per second, after many seconds; 1 if it does not grow.
+    /// The value of a circular orbit above which the method does not keep it within half and twice its radius for
+    /// [`LASTING_TURNS`]; 0 for none. `None` for what is not an orbit.
+    pub lasts: Option<Scalar>,
+    /// What becomes of the motion.
+    pub fate: Fate,
+    /// Factor of growth per second, after many seconds; 1 if it does not grow. For an orbit that drifts, a factor of 2 in
+    /// its turns.
     pub growth_per_s: Scalar,
     /// The changes that would make it stable, even if the value is its upper bound. Empty if it is known to be stable.
     pub cure: Cure,
@@ -87,16 +143,32 @@ impl Margin {
         self.at_most <= 1.01 * self.value || self.at_most == self.value
     }
 
+    /// Whether the motion grows, or drifts out of its orbit.
+    #[must_use]
+    pub const fn is_unstable(&self) -> bool {
+        matches!(self.fate, Fate::Grows | Fate::Drifts(_))
+    }
+
     /// Whether it is unknown if the mode grows: the limit is between the value and its upper bound.
     #[must_use]
     pub fn may_be_unstable(&self) -> bool {
-        !self.is_unstable && (self.value..self.at_most).contains(&self.limit)
+        !self.is_unstable() && (self.value..self.at_most).contains(&self.limit)
     }
 
-    /// Value over limit: the mode grows above 1.
+    /// Value over the limit that is reached first.
     #[must_use]
     pub fn ratio(&self) -> Scalar {
-        if self.limit == 0.0 { Scalar::INFINITY } else { self.value / self.limit }
+        let limit = self.lasts.unwrap_or(Scalar::INFINITY).min(self.limit);
+        if limit == 0.0 { Scalar::INFINITY } else { self.value / limit }
+    }
+
+    /// The time in which growth counts, s: [`LASTING_TURNS`] revolutions of w, or as many ticks of `tick` seconds if that is
+    /// longer.
+    #[must_use]
+    pub fn lasting_s(&self, tick: Scalar) -> Scalar {
+        // value = w h with h = tick / substeps.
+        let turn = std::f64::consts::TAU / (self.value * Scalar::from(self.substeps)) * tick;
+        LASTING_TURNS * tick.max(if turn.is_finite() { turn } else { 0.0 })
     }
 }
 
@@ -110,16 +182,17 @@ pub struct SpringMargin {
     pub ratio: Scalar,
 }
 
-/// A forecast of instability: the stability margins of all bodies in their current state. Springs and dampers are
-/// linearized, drag is taken at the current velocities and wells at the current distances.
+/// A forecast of instability: the stability margins of all bodies. Springs and dampers are linearized in the present state.
+/// Attraction is taken at the closest approach to come, drag at the fastest speed; there the method itself steps the body on
+/// all of its laws, beside the true motion.
 ///
 /// The method itself steps the linear system, so that a tick is a matrix. The system is stable if no eigenvalue of the
 /// matrix exceeds 1 in magnitude. The system of a group is reduced to its fastest modes, by stiffness and damping
 /// together, which Lanczos's iteration finds. The single fastest mode suffices without damping, or with the same
 /// damping everywhere. Groups of up to four bodies are not reduced.
 ///
-/// Mutual gravity is that of the fastest pair at its present distance. The forecast does not combine mutual gravity, wells
-/// and own laws with the springs of a group.
+/// Mutual gravity is that of the pair that comes nearest to its limit, alone. The forecast does not combine mutual gravity with
+/// the springs of a group.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Forecast {
     margins: Vec<Margin>,
@@ -154,7 +227,9 @@ impl Forecast {
         forecast.add_groups(world, scenes, springs);
         forecast.margins.sort_by(|a, b| {
             let by_ratio = b.ratio().total_cmp(&a.ratio());
-            let rank = |margin: &Margin| (margin.is_unstable, margin.may_be_unstable());
+            let rank = |margin: &Margin| {
+                (margin.is_unstable(), margin.may_be_unstable(), margin.fate != Fate::Holds)
+            };
             rank(b).cmp(&rank(a)).then(by_ratio).then(b.value.total_cmp(&a.value))
         });
         forecast
@@ -175,7 +250,7 @@ impl Forecast {
 
     /// The margins of modes that grow, the worst first.
     pub fn unstable(&self) -> impl Iterator<Item = &Margin> {
-        self.margins.iter().filter(|margin| margin.is_unstable)
+        self.margins.iter().filter(|margin| margin.is_unstable())
     }
 
     /// The margins of all springs, group by group; empty without [`Self::with_springs`].

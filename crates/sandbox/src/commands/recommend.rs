@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use lab::cost::{Bench, Plan, Study, Subject};
 use lab::recommend::{Goal, PartChoice, Point, Recommendation, Rung, Unit, recommend};
-use report::numbers::{count, json_number as number, three_digits};
+use motion::Method;
+use report::numbers::{digits, duration, json_number as number, three_digits};
 use scene::{Part, Scene, Source};
 use serde_json::{Value, json};
 
@@ -159,6 +160,7 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
         Unit::Milliseconds => "ms",
         Unit::Evaluations => "evaluations",
     };
+    let span = Span::of(scene);
     let heading = [
         "part",
         "bodies",
@@ -176,44 +178,88 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
         vec![
             row.part.clone(),
             row.bodies.to_string(),
-            count(study.simulated_s),
+            digits(study.simulated_s),
             row.pick.setting.method.name().to_owned(),
             row.pick.setting.substeps.to_string(),
             format!("{:.2e}", row.pick.error_m),
             format!("{:.2e}", row.pick.rms_m),
             format!("{:.1e}", row.reference_error_m),
-            three_digits(row.pick.price),
+            three_digits(row.pick.price * span.times),
             format!("{:.0} %", row.share * 100.0),
         ]
     };
     let lines: Vec<_> = std::iter::once(heading).chain(found.rows.iter().zip(studies).map(line)).collect();
     let mut text = format!(
-        "`{}`: {price} for 1/60 s of it, in ticks of 1/{} s\n{}",
+        "`{}`: {price} for {}, in ticks of {}\n{}",
         scene.name,
-        scene.step_hz,
+        span.words,
+        duration(1e9 / scene.step_hz, 3),
         report::aligned(&lines, false)
     );
-    text += &format!("total {} {price}\n", three_digits(found.total));
+    text += &format!("total {} {price}\n", three_digits(found.total * span.times));
     let dearest = &found.rows[found.dearest];
     text += &format!("the price is set by {}: {:.0} % of it\n", dearest.part, dearest.share * 100.0);
-    text += &found.rows.iter().map(|row| tie_words(row, price)).collect::<String>();
-    text += &next_words(found, price);
+    text += &found.rows.iter().map(|row| tie_words(row, price, &span)).collect::<String>();
+    text += &next_words(found, price, &span);
+    text += &found.rows.iter().map(|row| row_notes(row, scene.step_hz)).collect::<String>();
     for (row, study) in found.rows.iter().zip(studies) {
         study.notes.iter().for_each(|note| text += &format!("{}: {note}\n", row.part));
     }
     text
 }
 
+/// The time of the scene that prices are for.
+struct Span {
+    words: &'static str,
+    /// In lengths of 1/60 s, the unit of prices.
+    times: f64,
+}
+
+impl Span {
+    /// A frame or, for a scene whose ticks are longer, a tick.
+    fn of(scene: &Scene) -> Self {
+        if scene.step_hz < 60.0 {
+            Self { words: "a tick of it", times: 60.0 / scene.step_hz }
+        } else {
+            Self { words: "1/60 s of it", times: 1.0 }
+        }
+    }
+}
+
+/// What to know of a choice besides its error and its price.
+fn row_notes(row: &PartChoice, step_hz: f64) -> String {
+    let mut text = String::new();
+    if let Some(times) = row.longer_ticks {
+        text += &format!(
+            "{}: by the order of its method, ticks {times} times as long would do; try step_hz: {}\n",
+            row.part,
+            digits(step_hz / times)
+        );
+    }
+    if row.pick.setting.method == Method::PositionVerlet {
+        text += &format!(
+            "{}: the velocities of position Verlet are half a step late, and of order 1\n",
+            row.part
+        );
+    }
+    text
+}
+
 /// Names the settings that cost the same as the choice.
-fn tie_words(row: &PartChoice, price: &str) -> String {
+fn tie_words(row: &PartChoice, price: &str, span: &Span) -> String {
     let tie = |point: &Point| {
-        format!("{} ({:.2e} m, {} {price})", point.setting, point.error_m, three_digits(point.price))
+        format!(
+            "{} ({:.2e} m, {} {price})",
+            point.setting,
+            point.error_m,
+            three_digits(point.price * span.times)
+        )
     };
     let ties: Vec<_> = row.ties.iter().map(tie).collect();
     if ties.is_empty() { String::new() } else { format!("{} ties with {}\n", row.part, ties.join(", ")) }
 }
 
-fn next_words(found: &Recommendation, price: &str) -> String {
+fn next_words(found: &Recommendation, price: &str, span: &Span) -> String {
     let Some(Rung { error_m, total, picks }) = &found.next else {
         return "nothing more accurate was measured, or could be told from the references' own errors\n"
             .to_owned();
@@ -221,7 +267,7 @@ fn next_words(found: &Recommendation, price: &str) -> String {
     let change = |(row, point): &(usize, Point)| format!("{} by {}", found.rows[*row].part, point.setting);
     let changes: Vec<_> = picks.iter().map(change).collect();
     let with = if changes.is_empty() { "the same".to_owned() } else { changes.join(", ") };
-    format!("an error of {error_m:.2e} m costs {} {price}, with {with}\n", three_digits(*total))
+    format!("an error of {error_m:.2e} m costs {} {price}, with {with}\n", three_digits(*total * span.times))
 }
 
 fn json(scene: &Scene, found: &Recommendation, parts: &[Part], studies: &[Study]) -> String {
@@ -242,6 +288,7 @@ fn json(scene: &Scene, found: &Recommendation, parts: &[Part], studies: &[Study]
             "pick": point(&row.pick),
             "ties": row.ties.iter().map(point).collect::<Vec<_>>(),
             "share": number(row.share),
+            "longer_ticks": row.longer_ticks.map_or(Value::Null, number),
             "reference_error_m": number(row.reference_error_m),
             "study": study,
         })

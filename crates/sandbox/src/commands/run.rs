@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use lab::AttractionTick;
 use motion::DampingModel;
 use motion::effects::Effect;
+use motion::forecast::Fate;
 use render::Quality;
 use scene::Scene;
 
@@ -247,12 +248,13 @@ fn forecast_start(args: &RunArgs, session: &mut Session, frame: f64) -> Result<V
     let rows = session.tools.forecast_start(&mut session.stage, frame);
     let line = |row: &ForecastRow| format!("{scene} is {}: {}", row.verdict(), row.line());
     let mut lines: Vec<_> = rows.iter().take(MOST_WARNINGS).map(line).collect();
-    if args.refuse_unstable && !lines.is_empty() {
+    // The worst is first: what is wrong without growing comes last.
+    if args.refuse_unstable && rows.first().is_some_and(|row| !matches!(row.margin.fate, Fate::Wrong(_))) {
         return Err(Failure::Expectation(lines.swap_remove(0)));
     }
     let more = rows.len() - lines.len();
     if more > 0 {
-        lines.push(format!("{scene}: {more} more are unstable; key V in the window lists them"));
+        lines.push(format!("{scene}: {more} more are unstable or wrong; key V in the window lists them"));
     }
     Ok(lines)
 }

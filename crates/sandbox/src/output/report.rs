@@ -96,9 +96,12 @@ impl Summary {
                     "element": row.element,
                     "method": row.margin.method.name(),
                     "substeps": row.margin.substeps,
+                    "verdict": row.verdict(),
                     "value": number(row.margin.value),
+                    "now": number(row.margin.now),
                     "at_most": number(row.margin.at_most),
                     "limit": number(row.margin.limit),
+                    "lasts": row.margin.lasts.map_or(Value::Null, number),
                     "growth_per_s": number(row.margin.growth_per_s),
                     "cure": row.cure,
                 })

@@ -63,7 +63,9 @@ fn bundle() -> Bundle {
                 total_j: Some(f64::NEG_INFINITY),
                 grew: Some(17),
                 jumped: Some(18),
+                leapt_over_j: Some(0.7),
             }),
+            kinetic_j: Some(0.2),
             ..EnergyState::at(15, 0.1)
         }),
         picture: Some(vec![1, 2, 3]),

@@ -1,7 +1,7 @@
 //! The largest stable step of a linear system, and what would make an unstable one stable.
 
 use super::modes::{Modes, Stepping};
-use super::{Cure, LimitingPart, Margin};
+use super::{Cure, Fate, LimitingPart, Margin, Occasion};
 use crate::methods::table::Method;
 use crate::state::substeps::Substeps;
 use crate::units::Scalar;
@@ -14,8 +14,8 @@ pub(super) struct LinearSystem {
     guess: Option<Modes>,
 }
 
-/// Smallest limits of one oscillator and of several: below, no step counts as stable. At shorter steps the growth of
-/// Runge-Kutta 2 is below the tolerance for rounding.
+/// Smallest limits of one oscillator or a method of order 1, and of several by any other: below, no step counts as stable.
+/// At shorter steps the growth of Runge-Kutta 2 is below the tolerance for rounding.
 const SMALLEST_LIMITS: [Scalar; 2] = [5e-3, 0.05];
 
 /// The search for limits ends at this value and at its reciprocal.
@@ -55,7 +55,9 @@ impl LinearSystem {
             return 0.0;
         }
         let longer = |value_then: Scalar| Stepping { tick: stepping.tick * (value_then / value), ..stepping };
-        let least = SMALLEST_LIMITS[usize::from(self.guess.is_some())];
+        let is_first_order =
+            stepping.method.claims().velocity_order == 1 && stepping.method.claims().position_order == 1;
+        let least = SMALLEST_LIMITS[usize::from(self.guess.is_some() && !is_first_order)];
         let stable = |value| self.is_stable(longer(value));
         let found = match &self.guess {
             None => bracket(&stable, 1.25, value.max(least)),
@@ -93,8 +95,23 @@ impl LinearSystem {
         let longer = Stepping { tick: stepping.tick * at_most.max(value) / value, ..stepping };
         let Stepping { method, substeps, .. } = stepping;
         let cure = Cure::default();
-        let margin =
-            Margin { part, bodies, method, substeps, value, at_most, limit, is_unstable, growth_per_s, cure };
+        let fate = if is_unstable { Fate::Grows } else { Fate::Holds };
+        let (now, occasion, lasts) = (value, Occasion::Now, None);
+        let margin = Margin {
+            part,
+            bodies,
+            method,
+            substeps,
+            value,
+            now,
+            occasion,
+            at_most,
+            limit,
+            lasts,
+            fate,
+            growth_per_s,
+            cure,
+        };
         if is_unstable || margin.may_be_unstable() {
             Margin { cure: self.cure(longer, limit > 0.0), ..margin }
         } else {
@@ -103,17 +120,11 @@ impl LinearSystem {
     }
 
     fn cure(&self, stepping: Stepping, has_limit: bool) -> Cure {
-        let claims = stepping.method.claims();
-        let as_good = |method: &Method| {
-            let other = method.claims();
-            other.position_order >= claims.position_order && other.velocity_order >= claims.velocity_order
-        };
-        let last = Some(Method::ImplicitEuler).into_iter();
         let stable = |method: &Method| {
             let is_solvable = stepping.may_be_implicit || *method != Method::ImplicitEuler;
             is_solvable && self.is_stable(Stepping { method: *method, ..stepping })
         };
-        let method = Method::ALL.into_iter().filter(as_good).chain(last).find(stable);
+        let method = as_good_as(stepping.method).find(stable);
         Cure { substeps: if has_limit { self.substeps(stepping) } else { None }, method }
     }
 
@@ -136,6 +147,16 @@ impl LinearSystem {
         }
         Some(high)
     }
+}
+
+/// The methods whose order is not lower, and then implicit Euler.
+pub(super) fn as_good_as(method: Method) -> impl Iterator<Item = Method> {
+    let claims = method.claims();
+    let as_good = move |method: &Method| {
+        let other = method.claims();
+        other.position_order >= claims.position_order && other.velocity_order >= claims.velocity_order
+    };
+    Method::ALL.into_iter().filter(as_good).chain([Method::ImplicitEuler])
 }
 
 /// Finds a stable value and an unstable one, a factor of `by` apart, starting from `start`. The second is infinite if
@@ -206,11 +227,11 @@ mod tests {
     #[test]
     fn an_interval_with_the_limit_in_it_is_neither_stable_nor_unstable() {
         let undecided = margin([1.99, 2.01]);
-        assert!(!undecided.is_unstable && undecided.may_be_unstable(), "{undecided:?}");
+        assert!(!undecided.is_unstable() && undecided.may_be_unstable(), "{undecided:?}");
         assert_eq!(undecided.cure.substeps, Some(2));
         for (known, is_unstable) in [([1.98, 1.99], false), ([2.01, 2.02], true)] {
             let margin = margin(known);
-            assert!(margin.is_unstable == is_unstable && !margin.may_be_unstable(), "{margin:?}");
+            assert!(margin.is_unstable() == is_unstable && !margin.may_be_unstable(), "{margin:?}");
             assert_eq!(margin.cure != Cure::default(), is_unstable);
         }
     }

@@ -1,15 +1,20 @@
 //! The forecast of groups: the fastest modes of springs and dampers.
 
 use bevy_ecs::prelude::*;
+use glam::DVec3;
 
 use super::cure::LinearSystem;
+use super::flight::Subject;
+use super::judged::{Attracted as _, Orbit, Pair};
 use super::lanczos::{Largest, dot, largest, orthogonalize};
+use super::many::{self, Attracting};
 use super::matrix::Matrix;
 use super::modes::{MOST, Modes, Stepping};
 use super::{LimitingPart, Margin, SpringMargin};
-use crate::groups::{Contributor, Coupling, LinearGroup, Solver, larger, row_of, states_of};
-use crate::laws::MutualGravity;
+use crate::groups::{Contributor, Coupling, LinearGroup, Solver, larger, states_of};
 use crate::laws::damping::{Damping, DampingRate};
+use crate::laws::{BodyState, Law, MutualGravity, Well, Wells};
+use crate::state::components::Transform;
 use crate::units::Scalar;
 
 /// The margin of a group, if anything acts in it. Adds the margins of its springs to `spring_margins`, if given.
@@ -26,7 +31,7 @@ pub(super) fn margin(
     let h = stepping.tick / f64::from(stepping.substeps);
     let most = |most: [Scalar; 2], bound: [Scalar; 2]| [0, 1].map(|i| larger(most[i], bound[i]));
     let [stiffest, rate] = group.bounds().fold([0.0; 2], most);
-    let rate = rate + group.largest_rate();
+    let (stiffest, rate) = (stiffest + group.largest_pull(), rate + group.largest_rate());
     let over = times_over([stiffest, rate], h);
     if over == 0.0 {
         return None;
@@ -63,17 +68,18 @@ fn group_margin(
     bodies: &[Entity],
 ) -> Option<Margin> {
     let damping = world.get_resource::<Damping>().copied();
-    let undamped_step = (stepping.method.claims().stability_limit == 0.0).then_some(h);
+    let growing = (stepping.method.claims().stability_limit == 0.0).then_some((stepping, h));
     let solver = world.get_resource::<Solver>().copied().unwrap_or_default();
     // Also the power of the value that the eigenvalue is proportional to.
     let with_threshold = |threshold| {
         let LimitingMode { system, mode: y, largest, quotients: [stiffness, rate], excess } =
-            limiting_mode(group, damping, short, bounds, undamped_step, threshold)?;
+            limiting_mode(group, damping, short, bounds, growing, threshold)?;
         let name = |row: usize| bodies[row];
         let (part, value, power) = match group.largest_contributor([short * short, 2.0 * short], &y)? {
             Contributor::Spring(ends) => (LimitingPart::Spring(ends.map(name)), h * stiffness.sqrt(), 2.0),
             Contributor::Damper(ends) => (LimitingPart::Damper(ends.map(name)), h * rate, 1.0),
             Contributor::Drag(row) => (LimitingPart::Drag(name(row)), h * rate, 1.0),
+            Contributor::Well(row) => (strongest_well(world, name(row)), h * stiffness.sqrt(), 2.0),
             Contributor::Damping(row) => (LimitingPart::Damping(name(row)), h * rate, 1.0),
         };
         let converges = converges(solver, group, h * h * stiffness + h * rate);
@@ -89,8 +95,17 @@ fn group_margin(
     Some(margin)
 }
 
-/// The margin of the mutual gravity of a group, alone: that of the pair that would orbit each other fastest at its present
-/// distance. `None` if no body attracts another.
+/// The well that pulls most at a body.
+fn strongest_well(world: &World, body: Entity) -> LimitingPart {
+    let position = world.get::<Transform>(body).copied().unwrap_or_default().position;
+    let wells = world.get_resource::<Wells>().into_iter().flat_map(|Wells(wells)| wells);
+    let pulls = wells.map(|well| well.squared_frequency(position)).enumerate();
+    let strongest = pulls.max_by(|(_, a), (_, b)| a.total_cmp(b)).map_or(0, |(number, _)| number);
+    LimitingPart::Well(strongest, body)
+}
+
+/// The margin of the mutual gravity of a group: that of the pair that would come nearest to its limit if it were alone.
+/// `None` if no body attracts another.
 pub(super) fn attraction_margin(
     world: &World,
     coupling: &Coupling,
@@ -99,14 +114,46 @@ pub(super) fn attraction_margin(
 ) -> Option<Margin> {
     let law = world.get_resource::<MutualGravity>().filter(|_| coupling.attracts)?;
     let states = states_of(world, bodies);
-    let (x, w): (Vec<_>, Vec<_>) =
-        states.iter().map(|state| (row_of(state.position), state.inverse_mass)).unzip();
+    let w: Vec<_> = states.iter().map(|state| state.inverse_mass).collect();
+    // The second as seen from the first, in its well.
+    let relative = |[a, b]: [usize; 2]| {
+        let strength = coupling.pair_strength(law, [a, b], &w);
+        let well = Well { position: DVec3::ZERO, strength, softening: law.softening };
+        let start = BodyState {
+            position: states[b].position - states[a].position,
+            velocity: states[b].velocity - states[a].velocity,
+            inverse_mass: 1.0,
+        };
+        (well, start)
+    };
     let pairs = (0..coupling.movable).flat_map(|a| (a + 1..coupling.rows).map(move |b| [a, b]));
-    let fastest = pairs.map(|pair| (coupling.squared_frequency(law, pair, &x, &w), pair));
-    let (stiffness, pair) =
-        fastest.max_by(|(a, _), (b, _)| a.total_cmp(b)).filter(|(most, _)| *most > 0.0)?;
-    let value = stepping.tick / f64::from(stepping.substeps) * stiffness.sqrt();
-    let damping = world.get_resource::<Damping>().copied();
+    let damping = world.get_resource::<Damping>().copied().filter(|damping| damping.rate > 0.0);
+    // Of more than two bodies no pair is alone. With springs, damping, or too many of them they are judged by pairs.
+    let is_alone = coupling.rows == 2;
+    let is_many =
+        !is_alone && coupling.rows <= many::MOST && coupling.springs.is_empty() && damping.is_none();
+    let fastest = pairs.map(|pair| {
+        let (well, start) = relative(pair);
+        let now = start.position.length();
+        let r = if is_alone { well.apsides(start).nearest } else { now };
+        // No force acts at the same position.
+        let squared = if now > 0.0 { well.squared_frequency(DVec3::X * r) } else { 0.0 };
+        (squared, pair)
+    });
+    let (_, pair) = fastest.max_by(|(a, _), (b, _)| a.total_cmp(b)).filter(|(most, _)| *most > 0.0)?;
+    let part = LimitingPart::MutualGravity(pair.map(|row| bodies[row]));
+    if is_many {
+        let masses: Vec<_> = (0..coupling.rows).map(|row| coupling.mass(row, &w)).collect();
+        let many = Attracting { law, states: &states, movable: coupling.movable, masses: &masses };
+        return Some(many.margin(part, coupling.movable, stepping));
+    }
+    let (well, start) = relative(pair);
+    if !is_alone || !coupling.springs.is_empty() {
+        let pair = Pair { well, distance: start.position.length() };
+        return Some(pair.margin(part, coupling.movable, stepping));
+    }
+    let wells = Wells(vec![well]);
+    let laws = [&wells as &dyn Law];
     let rate = |row: usize| world.get::<DampingRate>(bodies[row]).map(DampingRate::rate);
     let damping = damping.map(|scenes| {
         let least = pair
@@ -115,9 +162,10 @@ pub(super) fn attraction_margin(
             .map(|row| rate(row).unwrap_or(scenes.rate));
         Damping { rate: least.fold(Scalar::INFINITY, Scalar::min), ..scenes }
     });
-    let part = LimitingPart::MutualGravity(pair.map(|row| bodies[row]));
-    let system = LinearSystem::one(Modes::one(stiffness, 0.0, damping));
-    Some(system.margin(part, coupling.movable, [value; 2], stepping))
+    let subject = Subject { laws: &laws, damping, locks: None, speed_limit: None, start, time: 0.0 };
+    let pull = |x: DVec3| well.squared_frequency(x);
+    let orbit = Orbit { subject, well, is_alone: damping.is_none(), pull: &pull };
+    Some(orbit.margin(part, coupling.movable, stepping))
 }
 
 /// The margin of a group whose fastest mode may be infinitely fast; `shares` are those of its springs in it.
@@ -179,8 +227,8 @@ struct LimitingMode {
     excess: Scalar,
 }
 
-/// Finds the mode that decides whether a group is stable at steps of about `h` seconds. This is the fastest mode or,
-/// for a method that is stable only with damping, at steps of `undamped_step` seconds, the one with too little damping.
+/// Finds the mode that decides whether a group is stable at steps of about `h` seconds. This is the fastest mode or, for a
+/// method that is stable only with damping, whose steps `growing` has with their length, the one that grows most.
 /// `stiffest`, 1/s², and `rate`, 1/s, are bounds of the stiffness and of the damping. With a `threshold`, the search goes
 /// on until it is known on which side of it the largest eigenvalue is.
 ///
@@ -190,7 +238,7 @@ fn limiting_mode(
     damping: Option<Damping>,
     h: Scalar,
     [stiffest, rate]: [Scalar; 2],
-    undamped_step: Option<Scalar>,
+    growing: Option<(Stepping, Scalar)>,
     threshold: Option<Scalar>,
 ) -> Option<LimitingMode> {
     let n = group.coordinates();
@@ -217,7 +265,7 @@ fn limiting_mode(
         let quotients = [stiffness, quotient(group, [0.0, 1.0], &fastest)];
         return Some(LimitingMode { system, mode: fastest, largest: value, quotients, excess });
     }
-    let undamped: Vec<_> = undamped_step.map_or_else(Vec::new, |h| {
+    let undamped: Vec<_> = growing.map_or_else(Vec::new, |(_, h)| {
         // A mode of explicit Euler grows if h² w² - h c is above 0; the shift makes every eigenvalue positive.
         let shift = h * rate;
         let less = |y: &[Scalar], out: &mut [Scalar]| {
@@ -230,7 +278,24 @@ fn limiting_mode(
             .map(|(_, y)| y)
             .collect()
     });
-    let limiting = undamped.first().unwrap_or(&fastest).clone();
+    // A mode alone. The scene's damping has its own formulas. It need not be exact.
+    let alone = |mode: &[Scalar]| {
+        let [stiffness, all] = [[1.0, 0.0], [0.0, 1.0]].map(|factors| quotient(group, factors, mode));
+        let mut own = vec![0.0; n];
+        group.damp(1.0, mode, &mut own);
+        let own = dot(&own, mode);
+        let rate = group.rates().iter().zip(mode.chunks_exact(3)).map(|(rate, y)| rate * dot(y, y));
+        let rate = group.rates().first().map(|_| rate.sum::<Scalar>());
+        ([stiffness, all], Modes::one(stiffness, (all - own).max(0.0), scenes(rate)))
+    };
+    let grows_most = growing.and_then(|(stepping, _)| {
+        let modes = undamped.iter().chain(pairs.iter().map(|(_, y)| y));
+        let growing = modes.map(|y| (y, alone(y).1)).filter(|(_, mode)| !mode.is_stable(stepping));
+        let growing = growing.map(|(y, mode)| (mode.growth(stepping), y));
+        growing.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, y)| y.clone())
+    });
+    let limiting = grows_most.unwrap_or_else(|| fastest.clone());
+    let (quotients, guess) = alone(&limiting);
     let basis: Vec<Vec<Scalar>> = if n <= MOST {
         (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect()
     } else {
@@ -238,16 +303,8 @@ fn limiting_mode(
         orthonormal(undamped.into_iter().chain(fast), MOST)
     };
     let modes = reduced(group, damping, &basis);
-    let [stiffness, all] = [[1.0, 0.0], [0.0, 1.0]].map(|factors| quotient(group, factors, &limiting));
-    // The scene's damping has its own formulas. The guess need not be exact.
-    let mut own = vec![0.0; n];
-    group.damp(1.0, &limiting, &mut own);
-    let own = dot(&own, &limiting);
-    let rate = group.rates().iter().zip(limiting.chunks_exact(3)).map(|(rate, y)| rate * dot(y, y));
-    let rate = group.rates().first().map(|_| rate.sum::<Scalar>());
-    let guess = Modes::one(stiffness, (all - own).max(0.0), scenes(rate));
     let system = LinearSystem::joined(modes, guess);
-    Some(LimitingMode { system, mode: limiting, largest: value, quotients: [stiffness, all], excess })
+    Some(LimitingMode { system, mode: limiting, largest: value, quotients, excess })
 }
 
 /// An orthonormal basis of up to `most` of `vectors`; skips a vector that the earlier ones span.

@@ -1,27 +1,39 @@
 //! The forecast of single bodies: damping, drag, wells and your own laws.
 
+use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
 use glam::{DMat3, DVec3};
+use smallvec::SmallVec;
 
 use super::cure::LinearSystem;
+use super::flight::Subject;
+use super::judged::{Attracted as _, Orbit, Pair, Slowed};
 use super::lanczos::largest;
 use super::modes::{Modes, Stepping};
-use super::{Forecast, LimitingPart, Margin};
-use crate::laws::damping::Damping;
-use crate::laws::{Drag, EvaluationTime, Gravity, Jacobians, SharedLaws};
+use super::{Forecast, LimitingPart, Margin, Occasion};
+use crate::laws::{BodyState, Drag, EvaluationTime, Jacobians, Law, SharedLaws, Well};
 use crate::state::clock::StepClock;
 use crate::state::components::Quarantined;
-use crate::tick::columns::{ObservedColumns, ObservedColumnsItem};
+use crate::state::emitter::Emitter;
+use crate::tick::columns::{ObservedColumns, ObservedColumnsItem, options_of};
+use crate::tick::environment::Environment;
 use crate::units::Scalar;
 
 /// One body as an oscillator.
 #[derive(Clone, Copy, Debug)]
 struct Oscillator {
     body: Entity,
+    state: BodyState,
+    /// Whether springs or mutual gravity join it to others.
+    grouped: bool,
     /// Square of the frequency, 1/s².
     stiffness: Scalar,
-    /// Rates of drag and of the scene's damping, 1/s.
+    /// Largest rate of drag to come, and that of the present state, 1/s.
     drag: Scalar,
+    drag_now: Scalar,
+    /// The state that has the largest rate.
+    occasion: Occasion,
+    /// Rate of the scene's damping, 1/s.
     damping: Scalar,
 }
 
@@ -43,6 +55,8 @@ struct StepClass {
     fastest: Vec<(Limit, Option<Oscillator>)>,
     /// The fastest for each well, by its number.
     wells: Vec<Option<Oscillator>>,
+    /// The well that is the fastest of all: its body is tried.
+    fastest_well: Option<usize>,
 }
 
 /// Largest number of wells that are listed for the bodies of a class: the fastest.
@@ -50,13 +64,13 @@ const MOST_WELLS: usize = 64;
 
 impl Forecast {
     pub(super) fn add_single_bodies(&mut self, world: &mut World, scenes: Stepping) {
-        let damping = world.get_resource::<Damping>().copied();
-        let gravity = world.get_resource::<Gravity>().and_then(Gravity::active_acceleration);
-        let gravity = gravity.is_some_and(|acceleration| acceleration != DVec3::ZERO);
-        let time = world.get_resource::<StepClock>().map_or(0.0, StepClock::scene_seconds);
+        let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
+        let time = clock.scene_seconds();
+        let launches = launches(world);
         let mut query = world.query_filtered::<ObservedColumns, Without<Quarantined>>();
         let world = &*world;
-        let laws = SharedLaws::of(world);
+        let environment = Environment::of(world, clock, scenes.tick);
+        let (laws, damping) = (environment.laws, environment.damping);
         let others = SharedLaws { drag: None, wells: None, ..laws };
         let wells = laws.wells.map_or(&[][..], |wells| &wells.0);
         let at = EvaluationTime { time, within_step: time };
@@ -64,12 +78,11 @@ impl Forecast {
         for row in query.iter(world) {
             let ObservedColumnsItem { entity, grouped, dormant, .. } = row;
             let mut state = row.state();
+            if dormant && let Some((position, velocity)) = launches.get(&entity) {
+                (state.position, state.velocity) = (*position, *velocity);
+            }
             if state.inverse_mass <= 0.0 {
                 continue;
-            }
-            if dormant {
-                // The velocity of a particle that is not born yet is unknown.
-                state.velocity = DVec3::ZERO;
             }
             let options = row.options.options();
             let stepping = Stepping {
@@ -77,19 +90,30 @@ impl Forecast {
                 substeps: options.substeps.unwrap_or(scenes.substeps),
                 ..scenes
             };
-            // Without a driving force, k |u| u reverses and grows from k |u| h = 2 on. A falling body approaches its
-            // terminal speed, where the slope is twice as steep.
-            let slope = if gravity && !options.gravity_off { 2.0 } else { 1.0 };
-            let of_drag =
-                |drag: &Drag| drag.linear + slope * drag.quadratic * drag.against(time, state).length();
-            let oscillator = Oscillator {
+            let mut oscillator = Oscillator {
                 body: entity,
+                state,
+                grouped,
                 stiffness: 0.0,
-                drag: laws.drag.map_or(0.0, of_drag),
+                drag: 0.0,
+                drag_now: 0.0,
+                occasion: if dormant { Occasion::Birth } else { Occasion::Now },
                 damping: options.damping(damping).map_or(0.0, |damping| damping.rate),
             };
+            if let Some(drag) = laws.drag {
+                let driven = environment.gravity.filter(|_| !options.gravity_off);
+                let driven = driven.and_then(Law::affine).map_or(DVec3::ZERO, |law| law.constant);
+                let own = options.laws.iter().map(|law| law.acceleration(at, state)).sum::<DVec3>();
+                oscillator.slow(drag, time, (driven + own).length());
+            }
             let class = classes.iter().position(|class| class.stepping == stepping).unwrap_or_else(|| {
-                classes.push(StepClass { stepping, bodies: 0, fastest: Vec::new(), wells: Vec::new() });
+                classes.push(StepClass {
+                    stepping,
+                    bodies: 0,
+                    fastest: Vec::new(),
+                    wells: Vec::new(),
+                    fastest_well: None,
+                });
                 classes.len() - 1
             });
             let class = &mut classes[class];
@@ -97,11 +121,13 @@ impl Forecast {
             if !grouped {
                 class.keep(Limit::Damping, oscillator);
             }
-            if dormant {
-                continue;
-            }
-            for (number, well) in wells.iter().enumerate() {
-                let stiffness = well.squared_frequency(state.position);
+            let alone = wells.len() == 1 && !grouped;
+            // Of bodies that springs join, wells are in the sum of their group.
+            let joined = grouped && environment.attraction.is_none();
+            for (number, well) in wells.iter().enumerate().filter(|_| !joined) {
+                let r =
+                    if alone { well.apsides(state).nearest } else { state.position.distance(well.position) };
+                let stiffness = well.squared_frequency(well.position + DVec3::X * r);
                 class.keep(Limit::Well(number), Oscillator { stiffness, ..oscillator });
             }
             for law in others.all().chain(options.laws.iter().map(|law| &**law)) {
@@ -113,12 +139,42 @@ impl Forecast {
                 }
             }
         }
+        let judge = Judge { world, environment, wells };
         for mut class in classes {
             class.list_wells();
             class.fastest.sort_by_key(|(limit, _)| limit.rank());
             let fastest =
                 class.fastest.iter().filter_map(|(limit, oscillator)| Some((*limit, (*oscillator)?)));
-            self.margins.extend(fastest.map(|(limit, oscillator)| class.margin(limit, oscillator, damping)));
+            self.margins.extend(fastest.map(|(limit, oscillator)| judge.margin(&class, limit, oscillator)));
+        }
+    }
+}
+
+/// Where every body of an emitter is born, and how fast.
+fn launches(world: &mut World) -> EntityHashMap<(DVec3, DVec3)> {
+    let mut emitters = world.query::<&Emitter>();
+    let mut launches = EntityHashMap::default();
+    for Emitter { position, pool, launches: velocities, .. } in emitters.iter(world) {
+        launches.extend(pool.iter().zip(velocities).map(|(body, velocity)| (*body, (*position, *velocity))));
+    }
+    launches
+}
+
+impl Oscillator {
+    /// Sets the rates of drag of a body that everything else accelerates by so much, m/s².
+    fn slow(&mut self, drag: &Drag, time: Scalar, acceleration: Scalar) {
+        self.drag_now = drag.linear + drag.quadratic * drag.against(time, self.state).length();
+        let wind = drag.wind.unwrap_or_default();
+        let fastest =
+            (self.state.velocity - wind.velocity).length() + if wind.is_steady() { 0.0 } else { wind.gust };
+        let in_gusts = drag.linear + drag.quadratic * fastest;
+        // At the terminal speed v, c v + k v² = a, the slope is c + 2 k v.
+        let terminal = (drag.linear * drag.linear + 4.0 * drag.quadratic * acceleration).sqrt();
+        self.drag = self.drag_now;
+        for (rate, occasion) in [(in_gusts, Occasion::Gust), (terminal, Occasion::TerminalSpeed)] {
+            if rate > self.drag * (1.0 + 1e-9) {
+                (self.drag, self.occasion) = (rate, occasion);
+            }
         }
     }
 }
@@ -168,22 +224,67 @@ impl StepClass {
         let mut wells: Vec<_> = wells.map(|(number, well)| (Limit::Well(number), well)).collect();
         let speed = |well: &(Limit, Option<Oscillator>)| well.1.map_or(0.0, |well| well.stiffness);
         wells.sort_by(|a, b| speed(b).total_cmp(&speed(a)));
+        self.fastest_well = wells.first().and_then(|(limit, _)| match limit {
+            Limit::Well(number) => Some(*number),
+            Limit::Damping | Limit::Law(_) => None,
+        });
         self.fastest.extend(wells.into_iter().take(MOST_WELLS));
     }
+}
 
-    /// The margin of these bodies at a limit, of which the oscillator is the fastest.
-    fn margin(&self, limit: Limit, oscillator: Oscillator, damping: Option<Damping>) -> Margin {
-        let h = self.stepping.tick / f64::from(self.stepping.substeps);
-        let Oscillator { body, stiffness, drag, damping: rate } = oscillator;
-        let (part, value) = match limit {
-            Limit::Damping if drag >= rate => (LimitingPart::Drag(body), h * (drag + rate)),
-            Limit::Damping => (LimitingPart::Damping(body), h * (drag + rate)),
-            Limit::Well(number) => (LimitingPart::Well(number, body), h * stiffness.sqrt()),
-            Limit::Law(name) => (LimitingPart::Law(name, body), h * stiffness.sqrt().max(drag)),
+/// Computes the margins of bodies of a world.
+struct Judge<'w> {
+    world: &'w World,
+    environment: Environment<'w>,
+    wells: &'w [Well],
+}
+
+impl Judge<'_> {
+    /// The margin of the bodies of a class at a limit, of which the oscillator is the fastest.
+    fn margin(&self, class: &StepClass, limit: Limit, oscillator: Oscillator) -> Margin {
+        let (stepping, bodies) = (class.stepping, class.bodies);
+        let h = stepping.tick / f64::from(stepping.substeps);
+        let Oscillator { body, state, grouped, stiffness, drag, drag_now, occasion, damping: rate } =
+            oscillator;
+        let options = options_of(self.world.entity(body));
+        let laws: SmallVec<[&dyn Law; 8]> = self.environment.on_body(&options, false).collect();
+        let subject = Subject {
+            laws: &laws,
+            damping: options.damping(self.environment.damping),
+            locks: options.locks,
+            speed_limit: options.speed_limit,
+            start: state,
+            time: self.environment.times.start,
         };
-        let damping = damping.map(|scenes| Damping { rate, ..scenes });
-        let system = LinearSystem::one(Modes::one(stiffness, drag, damping));
-        system.margin(part, self.bodies, [value; 2], self.stepping)
+        let linear = |part: LimitingPart, stiffness: Scalar, value: Scalar| {
+            let system = LinearSystem::one(Modes::one(stiffness, drag, subject.damping));
+            system.margin(part, bodies, [value; 2], stepping)
+        };
+        match limit {
+            Limit::Damping => {
+                let part = if drag >= rate { LimitingPart::Drag(body) } else { LimitingPart::Damping(body) };
+                let is_quadratic = self.environment.laws.drag.is_some_and(|drag| drag.quadratic != 0.0);
+                let slowed =
+                    Slowed { subject, rate: drag + rate, now: drag_now + rate, occasion, is_quadratic };
+                slowed.margin(linear(part, 0.0, h * (drag + rate)), stepping)
+            }
+            Limit::Well(number)
+                if class.fastest_well != Some(number) || self.wells.len() > MOST_WELLS || grouped =>
+            {
+                let well = self.wells[number];
+                let pair = Pair { well, distance: state.position.distance(well.position) };
+                pair.margin(LimitingPart::Well(number, body), bodies, stepping)
+            }
+            Limit::Well(number) => {
+                let pull = |x: DVec3| self.wells.iter().map(|well| well.squared_frequency(x).max(0.0)).sum();
+                let is_alone = self.wells.len() == 1 && laws.len() == 1 && subject.damping.is_none();
+                let orbit = Orbit { subject, well: self.wells[number], is_alone, pull: &pull };
+                orbit.margin(LimitingPart::Well(number, body), bodies, stepping)
+            }
+            Limit::Law(name) => {
+                linear(LimitingPart::Law(name, body), stiffness, h * stiffness.sqrt().max(drag))
+            }
+        }
     }
 }
 

@@ -85,7 +85,7 @@ fn cures(stage: &mut Stage) -> Vec<Cure> {
     let of_scene = |margin: &Margin| (margin.method, margin.substeps) == (present.method, present.substeps);
     let rows = forecast::rows(stage);
     let worst =
-        rows.iter().map(|row| &row.margin).find(|margin| margin.is_unstable || margin.may_be_unstable());
+        rows.iter().map(|row| &row.margin).find(|margin| margin.is_unstable() || margin.may_be_unstable());
     let (substeps, method, why) = match worst {
         Some(margin) if of_scene(margin) => {
             (margin.cure.substeps, margin.cure.method, "Stable by the forecast. Play goes on with it.")

@@ -63,7 +63,10 @@ impl Setup {
         // Frames between two ticks are for pictures and scripts.
         let unwatched = script.is_none() && args.lesson.is_none() && !pictures && !follows_frames(&scene);
         let fps = args.fps.unwrap_or(DEFAULT_FPS);
-        let fps = if unwatched { fps.min(scene.step_hz) } else { fps };
+        // A script acts between ticks: more frames than ticks would change nothing but the time that it takes.
+        let acts_alone = script.is_some() && recording.is_none() && !pictures && args.fps.is_none();
+        let fps =
+            if unwatched || acts_alone && !follows_frames(&scene) { fps.min(scene.step_hz) } else { fps };
         let ends = FrameEnds::new(args, recording.map(|recording| recording.frame_ends_s.clone()), fps)?;
         let ticks = tick_limit(args, &scene, &ends)?;
         // As the window does, whose recording it is.

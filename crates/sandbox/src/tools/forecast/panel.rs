@@ -1,10 +1,11 @@
 //! The panel of the forecast: how near everything is to instability, and what would help.
 
 use egui::{Color32, Rect, RichText, Sense, Ui, Vec2};
+use motion::forecast::Fate;
 use report::numbers::digits;
 
 use crate::tools::forecast::ForecastRow;
-use crate::tools::forecast::state::growth;
+use crate::tools::forecast::state::{growth, turns_in_words, wrong};
 use crate::view::hud::as_in_picture;
 use crate::view::inks;
 use crate::view::springs::margin_color;
@@ -34,12 +35,12 @@ pub(super) fn show(ui: &mut Ui, rows: &[ForecastRow]) {
 
 /// What it comes to.
 fn sentence(rows: &[ForecastRow]) -> String {
-    let unstable = rows.iter().filter(|row| row.margin.is_unstable).count();
+    let unstable = rows.iter().filter(|row| row.margin.is_unstable()).count();
     match (rows.first(), unstable) {
         (None, _) => {
             "nothing here can become unstable: no springs, damping, drag, wells or mutual gravity".to_owned()
         }
-        (Some(row), 0) if row.margin.may_be_unstable() => {
+        (Some(row), 0) if row.margin.may_be_unstable() || row.margin.fate != Fate::Holds => {
             format!("{}: {}", row.verdict(), row.element)
         }
         (Some(row), 0) if row.margin.limit.is_infinite() => "stable: nothing here has a limit".to_owned(),
@@ -55,7 +56,7 @@ fn sentence(rows: &[ForecastRow]) -> String {
 fn part(ui: &mut Ui, row: &ForecastRow) {
     let margin = &row.margin;
     ui.add_space(4.0);
-    let limit = match margin.limit {
+    let limit = match margin.lasts.unwrap_or(margin.limit) {
         0.0 => "never stable".to_owned(),
         limit if limit.is_infinite() => "no limit".to_owned(),
         limit => format!("of {}", digits(limit)),
@@ -72,8 +73,11 @@ fn part(ui: &mut Ui, row: &ForecastRow) {
         let color = inks::words(ui.visuals(), CURE);
         ui.label(RichText::new(&row.cure).color(color).strong());
     }
-    if margin.is_unstable {
-        ui.weak(growth(margin.growth_per_s));
+    match margin.fate {
+        Fate::Holds => {}
+        Fate::Grows => _ = ui.weak(growth(margin.growth_per_s)),
+        Fate::Drifts(turns) => _ = ui.weak(format!("leaves its orbit {}", turns_in_words(turns))),
+        Fate::Wrong(deviation) => _ = ui.weak(wrong(deviation)),
     }
 }
 

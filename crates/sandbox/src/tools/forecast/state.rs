@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
 use history::RunSettings;
-use motion::forecast::{LimitingPart, Margin};
+use motion::forecast::{Deviation, Fate, LASTING_TURNS, LimitingPart, Margin, Occasion};
 use motion::groups::Groups;
 use motion::{Method, Substeps, TimeStep, forecast};
 use report::numbers::{digits, number};
@@ -20,9 +20,9 @@ pub(super) const FRESH_S: f64 = 0.25;
 pub(super) const FRESH_LARGE_S: f64 = 2.0;
 pub(super) const LARGE_NET: usize = 20_000;
 
-/// What grows by less than this factor in a second, and in a tick, is listed and not told: Runge-Kutta 2 is never quite
+/// Growth in a hundred turns or ticks below which it is listed and not told, as a factor: Runge-Kutta 2 is never quite
 /// stable.
-const TOLD_GROWTH: f64 = 1.01;
+const TOLD_GROWTH: f64 = 2.0;
 
 /// Growth in a second that is said as a number, %.
 const LEAST_PERCENT: f64 = 0.001;
@@ -62,10 +62,39 @@ impl ForecastRow {
         }
     }
 
-    /// What is said of a row that is unstable, or may be.
+    /// What is said of a row that is unstable, or may be, or is wrong.
     #[must_use]
     pub const fn verdict(&self) -> &'static str {
-        if self.margin.is_unstable { "unstable" } else { "at its limit" }
+        match self.margin.fate {
+            Fate::Grows => "unstable",
+            Fate::Drifts(turns) if turns > 1.0 => "unstable in the long run",
+            Fate::Drifts(_) => "unstable",
+            Fate::Wrong(_) => "stable, but wrong",
+            Fate::Holds => "at its limit",
+        }
+    }
+
+    /// Whether there is anything to say of it.
+    fn is_told(&self, tick: f64) -> bool {
+        let Margin { fate, growth_per_s, .. } = self.margin;
+        match fate {
+            Fate::Grows => growth_per_s.powf(self.margin.lasting_s(tick)) >= TOLD_GROWTH,
+            Fate::Drifts(_) | Fate::Wrong(_) => true,
+            Fate::Holds => self.margin.may_be_unstable(),
+        }
+    }
+
+    /// The state that has the value, and the present value, where that is another one.
+    fn occasion(&self) -> String {
+        let when = match self.margin.occasion {
+            Occasion::Now => return String::new(),
+            Occasion::ClosestApproach => "at its closest approach",
+            Occasion::Met => "at its largest in the run",
+            Occasion::TerminalSpeed => "at the terminal speed",
+            Occasion::Gust => "in the fastest gust",
+            Occasion::Birth => return " at birth".to_owned(),
+        };
+        format!(" {when}, {} now", digits(self.margin.now))
     }
 
     /// One line for it.
@@ -73,24 +102,50 @@ impl ForecastRow {
     pub fn line(&self) -> String {
         let Self { margin, element, cure } = self;
         let (symbol, value, method) = (self.symbol(), self.value(), margin.method.name());
-        let limit = match margin.limit {
-            limit if margin.may_be_unstable() => {
+        let limit = match (margin.limit, margin.lasts) {
+            (limit, None) if margin.may_be_unstable() => {
                 let apart = (limit / margin.value).max(margin.at_most / limit) - 1.0;
                 // Rounded up: the interval is not narrower than it says.
                 let percent = format!("{:.1} %", (1000.0 * apart).ceil() / 10.0);
                 format!("within {percent} of the limit of {method}, {}", digits(limit))
             }
-            0.0 => format!("{method} is never stable here"),
-            limit if limit.is_infinite() => format!("{method} has no limit here"),
-            limit => format!("the limit of {method} is {}", digits(limit)),
+            (0.0, None) => format!("{method} is never stable here"),
+            (_, Some(0.0)) => format!("{method} keeps no orbit"),
+            (limit, None) if limit.is_infinite() => format!("{method} has no limit here"),
+            (limit, None) => format!("the limit of {method} is {}", digits(limit)),
+            (limit, Some(lasts)) => {
+                let grows =
+                    if limit > lasts { format!(" and grows from {}", digits(limit)) } else { String::new() };
+                format!("{method} keeps a circle for {LASTING_TURNS} turns up to {}{grows}", digits(lasts))
+            }
         };
-        let grows = if !margin.is_unstable || margin.limit > 0.0 {
-            String::new()
-        } else {
-            format!(", {}", growth(margin.growth_per_s))
+        let fate = match margin.fate {
+            Fate::Drifts(turns) => format!(", leaves its orbit {}", turns_in_words(turns)),
+            Fate::Wrong(deviation) => format!(", {}", wrong(deviation)),
+            Fate::Grows if margin.limit == 0.0 => format!(", {}", growth(margin.growth_per_s)),
+            Fate::Grows | Fate::Holds => String::new(),
         };
         let cure = if cure.is_empty() { String::new() } else { format!("; {cure}") };
-        format!("{element}: {symbol} = {value}, {limit}{grows}{cure}")
+        format!("{element}: {symbol} = {value}{}, {limit}{fate}{cure}", self.occasion())
+    }
+}
+
+pub(super) fn turns_in_words(turns: f64) -> String {
+    if turns <= 1.0 {
+        "in its first turn".to_owned()
+    } else {
+        format!("within {} turns", number(turns.ceil(), 3))
+    }
+}
+
+/// How a method misses the true motion.
+pub(super) fn wrong(deviation: Deviation) -> String {
+    match deviation {
+        Deviation::Reverses => "turns the body back".to_owned(),
+        Deviation::Settles(multiple) => format!("settles at {} of the true velocity", number(multiple, 2)),
+        Deviation::Alternates([least, most]) => {
+            format!("alternates between {} and {} of the true velocity", number(least, 2), number(most, 2))
+        }
     }
 }
 
@@ -109,14 +164,14 @@ pub(super) fn growth(factor: f64) -> String {
 }
 
 fn cure_in_words(margin: &Margin) -> String {
-    if !(margin.is_unstable || margin.may_be_unstable()) {
+    if margin.fate == Fate::Holds && !margin.may_be_unstable() {
         return String::new();
     }
     match (margin.cure.substeps, margin.cure.method.map(Method::name)) {
         (Some(substeps), Some(method)) => format!("needs {substeps} substeps, or {method}"),
         (Some(substeps), None) => format!("needs {substeps} substeps"),
         (None, Some(method)) => format!("needs {method}"),
-        (None, None) => format!("nothing up to {} substeps helps", Substeps::MOST),
+        (None, None) => format!("no other method helps, nor up to {} substeps", Substeps::MOST),
     }
 }
 
@@ -150,7 +205,7 @@ pub(crate) struct Forecast {
 }
 
 impl Forecast {
-    /// The rows at the start of the scene that are unstable, or may be.
+    /// The rows at the start of the scene that are unstable, or may be, or are wrong.
     pub fn at_start(&self) -> &[ForecastRow] {
         &self.at_start
     }
@@ -165,20 +220,16 @@ impl Forecast {
         self.shown.as_ref().map(|shown| shown.springs.get(&in_order(ends)).copied().unwrap_or(0.0))
     }
 
-    /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the rows that are unstable, or may be, for the
-    /// summary; tells and returns those whose growth would soon be seen.
+    /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the rows that are unstable, or may
+    /// be, or are wrong, for the summary; tells and returns those that would be seen.
     pub fn begin(&mut self, stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
         if stage.sim.scene.step == StepKind::Frame {
             stage.sim.world.insert_resource(TimeStep(frame));
         }
         let tick = stage.sim.world.resource::<TimeStep>().0;
-        let grows = |row: &ForecastRow| row.margin.is_unstable || row.margin.may_be_unstable();
-        self.at_start = rows(stage).into_iter().filter(grows).collect();
-        let is_seen = |row: &&ForecastRow| {
-            let a_second = row.margin.growth_per_s;
-            a_second.max(a_second.powf(tick)) >= TOLD_GROWTH || row.margin.may_be_unstable()
-        };
-        let told: Vec<_> = self.at_start.iter().filter(is_seen).cloned().collect();
+        let is_listed = |row: &ForecastRow| row.margin.fate != Fate::Holds || row.margin.may_be_unstable();
+        self.at_start = rows(stage).into_iter().filter(is_listed).collect();
+        let told: Vec<_> = self.at_start.iter().filter(|row| row.is_told(tick)).cloned().collect();
         if let Some(worst) = told.first() {
             stage.notices.say(Topic::Forecast, format!("{}: {}", worst.verdict(), worst.line()));
         }

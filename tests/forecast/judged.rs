@@ -1,0 +1,270 @@
+//! Orbits and drag: what the forecast says, beside runs of the kernels.
+
+use glam::DVec3;
+use motion::arrays::Bare;
+use motion::forecast::{Deviation, Fate, Forecast, LimitingPart, Margin, Occasion};
+use motion::{Drag, Gravity, Law, Method, MutualGravity, Substeps, Well, Wells};
+
+use crate::rigs::{Dice, Environment, Net as Springs, Start};
+
+/// The methods that single bodies in wells are tried with.
+const METHODS: [Method; 8] = [
+    Method::ExplicitEuler,
+    Method::SemiImplicitEuler,
+    Method::PositionVerlet,
+    Method::VelocityVerlet,
+    Method::RungeKutta2Midpoint,
+    Method::RungeKutta2Heun,
+    Method::RungeKutta4,
+    Method::Yoshida4,
+];
+
+fn well() -> Wells {
+    Wells(vec![Well { position: DVec3::ZERO, strength: 1.0, softening: 0.0 }])
+}
+
+/// The worst margin of a body that is at `x` with the velocity `v`.
+fn margin(around: &Environment, [x, v]: [DVec3; 2], method: Method, h: f64) -> Margin {
+    let mut rig = Springs::free([Start::of(1.0, x, v)]).lab(around, method, h);
+    Forecast::of(&mut rig.world, method).margins()[0]
+}
+
+/// Whether an orbit about a well of strength 1 stays between half its nearest and twice its farthest distance for so many
+/// turns of the kernels.
+fn stays(apsides: [f64; 2], method: Method, h: f64, substeps: u32, turns: f64) -> bool {
+    let [near, far] = apsides;
+    let a = near.midpoint(far);
+    let mut bare = Bare::new(method, h).with_law(well()).with_substeps(substeps);
+    bare.add([far, 0.0, 0.0], [0.0, (2.0 / far - 1.0 / a).sqrt(), 0.0], 1.0);
+    let ticks = (turns * std::f64::consts::TAU * a.powf(1.5) / h).ceil() as u64;
+    (0..ticks).all(|_| {
+        bare.tick();
+        let r = DVec3::from(bare.positions[0]).length();
+        2.0 * r >= near && r <= 2.0 * far && !bare.has_failed()
+    })
+}
+
+/// An ellipse that begins at its farthest point.
+fn ellipse(e: f64) -> ([f64; 2], [DVec3; 2]) {
+    let (near, far) = (1.0 - e, 1.0 + e);
+    ([near, far], [DVec3::X * far, DVec3::Y * (2.0 / far - 1.0).sqrt()])
+}
+
+#[test]
+fn circles_and_ellipses_are_judged_like_their_runs_and_cures_keep_them() {
+    let around = Environment { wells: Some(well()), ..Environment::default() };
+    let mut dice = Dice(42);
+    let (mut alarms, mut cures) = (0, 0);
+    let (mut false_alarms, mut missed, mut broken) = (Vec::new(), Vec::new(), Vec::new());
+    for case in 0..500 {
+        let method = METHODS[case % METHODS.len()];
+        let e = if case % 3 == 0 { 0.0 } else { 0.9 * dice.number().abs() };
+        // w h at the closest approach.
+        let value = 10.0_f64.powf(0.75 * dice.number() - 0.25);
+        let (apsides, start) = ellipse(e);
+        let h = value * apsides[0].powf(1.5);
+        let margin = margin(&around, start, method, h);
+        assert!((margin.value / value - 1.0).abs() < 1e-6, "{margin:?} {value}");
+        let holds = stays(apsides, method, h, 1, 100.0);
+        alarms += usize::from(margin.is_unstable());
+        match (margin.is_unstable(), holds) {
+            (true, true) => false_alarms.push((method, value, e, margin.fate)),
+            (false, false) => missed.push((method, value, e, margin.fate)),
+            _ => {}
+        }
+        let substeps = margin.cure.substeps.map(|substeps| (method, substeps));
+        for (method, substeps) in substeps.into_iter().chain(margin.cure.method.map(|method| (method, 1))) {
+            cures += 1;
+            if method == Method::ImplicitEuler || !stays(apsides, method, h, substeps, 100.0) {
+                broken.push((case, method, substeps, value, e));
+            }
+        }
+    }
+    assert!(alarms > 150 && cures > 200, "{alarms} {cures}");
+    assert!(false_alarms.is_empty() && missed.is_empty(), "{alarms} {false_alarms:?} {missed:?}");
+    assert!(broken.is_empty(), "of {cures}: {broken:?}");
+}
+
+#[test]
+fn circles_hold_and_break_on_either_side_of_their_limits() {
+    let around = Environment { wells: Some(well()), ..Environment::default() };
+    for method in METHODS {
+        let (apsides, start) = ellipse(0.0);
+        let here = margin(&around, start, method, 0.3);
+        let lasts = here.lasts.unwrap();
+        assert_eq!(lasts == 0.0, method == Method::ExplicitEuler, "{here:?}");
+        for part in [0.9, 0.99, 1.01, 1.05].into_iter().filter(|_| lasts > 0.0) {
+            let margin = margin(&around, start, method, part * lasts);
+            // Near the limit there are resonances: above it values at which a circle lasts again, and some below at which it
+            // does not.
+            let holds = stays(apsides, method, part * lasts, 1, 100.0);
+            assert_eq!(margin.is_unstable(), !holds, "{part} {margin:?}");
+            assert!(holds || part > 0.9, "{method:?} {part}");
+        }
+        if method.claims().symplectic {
+            let margin = margin(&around, start, method, 1.01 * here.limit);
+            assert_eq!(margin.fate, Fate::Grows, "{margin:?}");
+        }
+    }
+}
+
+#[test]
+fn implicit_euler_keeps_no_orbit_and_cures_none() {
+    let around = Environment { wells: Some(well()), ..Environment::default() };
+    let (_, start) = ellipse(0.0);
+    for value in [0.05, 0.5, 1.43, 2.1] {
+        assert!(margin(&around, start, Method::ImplicitEuler, value).is_unstable(), "{value}");
+        let cure = margin(&around, start, Method::SemiImplicitEuler, value).cure;
+        assert_ne!(cure.method, Some(Method::ImplicitEuler), "{value}");
+    }
+}
+
+#[test]
+fn two_bodies_are_an_orbit_and_more_are_run() {
+    // A circle of 1 m about their center of mass.
+    let pair = |w: f64| {
+        let circle = |side: f64| Start::of(2.0, DVec3::X * (0.5 * side), DVec3::Y * (0.5 * side * w));
+        (MutualGravity { constant: w * w / 4.0, softening: 0.0 }, [circle(1.0), circle(-1.0)])
+    };
+    let h = 1.0 / 60.0;
+    for (value, fate) in [(1.0, Some(Fate::Holds)), (1.1, None), (1.45, Some(Fate::Grows))] {
+        let (law, bodies) = pair(value / h);
+        let around = Environment { attraction: Some(law), ..Environment::default() };
+        let mut rig = Springs::free(bodies).lab(&around, Method::VelocityVerlet, h);
+        let margin = Forecast::of(&mut rig.world, Method::VelocityVerlet).margins()[0];
+        assert_eq!(margin.part, LimitingPart::MutualGravity([rig.bodies[0], rig.bodies[1]]));
+        assert!((margin.value - value).abs() < 1e-6, "{margin:?}");
+        assert!(
+            fate.map_or(matches!(margin.fate, Fate::Drifts(_)), |fate| margin.fate == fate),
+            "{margin:?}"
+        );
+    }
+    // A comet that passes a sun and its planet: nothing but the run tells how near it comes.
+    let sun = Start::of(100.0, DVec3::ZERO, DVec3::ZERO);
+    let planet = Start::of(0.1, DVec3::Z * 4.0, DVec3::X * 5.0);
+    let comet = Start::of(1e-3, DVec3::X * 8.0, DVec3::Y * 0.5);
+    let law = MutualGravity { constant: 1.0, softening: 0.0 };
+    let around = Environment { attraction: Some(law), ..Environment::default() };
+    for (method, hz, unstable) in [
+        (Method::VelocityVerlet, 60.0, true),
+        (Method::VelocityVerlet, 20_000.0, false),
+        (Method::ExplicitEuler, 60.0, true),
+    ] {
+        let mut rig = Springs::free([sun, planet, comet]).lab(&around, method, 1.0 / hz);
+        let margin = Forecast::of(&mut rig.world, method).margins()[0];
+        assert_eq!(margin.occasion, Occasion::Met, "{margin:?}");
+        assert!(margin.value > 5.0 * margin.now && margin.is_unstable() == unstable, "{hz} {margin:?}");
+    }
+}
+
+#[test]
+fn two_wells_and_a_well_with_a_spring_are_summed() {
+    let h = 1.0 / 60.0;
+    let strength = |value: f64| (value / h) * (value / h);
+    for (value, unstable) in [(1.3, false), (1.5, true)] {
+        let side = |x: f64| Well { position: DVec3::X * x, strength: strength(value), softening: 0.0 };
+        let around =
+            Environment { wells: Some(Wells(vec![side(1.0), side(-1.0)])), ..Environment::default() };
+        let margin = margin(&around, [DVec3::Y * 0.1, DVec3::ZERO], Method::SemiImplicitEuler, h);
+        assert_eq!(margin.is_unstable(), unstable, "{margin:?}");
+    }
+    for (spring, pull, unstable) in
+        [(1.9, 0.0, false), (1.9, 0.6, false), (1.9, 0.64, true), (1.9, 1.2, true)]
+    {
+        let mut net = crate::rigs::chain(1, strength(spring), 1.0, 1.0);
+        let at = net.bodies.iter().find(|body| body.w > 0.0).unwrap().x;
+        let axis = (at - net.bodies[0].x).normalize();
+        let across = axis.any_orthonormal_vector();
+        net.bodies.iter_mut().filter(|body| body.w > 0.0).for_each(|body| body.x += across * 1e-3);
+        let wells = Wells(vec![Well { position: at + across, strength: strength(pull), softening: 0.0 }]);
+        let around = Environment { wells: Some(wells), ..Environment::default() };
+        let mut rig = net.lab(&around, Method::SemiImplicitEuler, h);
+        let margin = Forecast::of(&mut rig.world, Method::SemiImplicitEuler).margins()[0];
+        assert_eq!(margin.is_unstable(), unstable, "{spring} {pull} {margin:?}");
+    }
+}
+
+/// Whether a body that only quadratic drag slows down from 1 m/s grows beyond four times its speed.
+fn grows(k: f64, method: Method, h: f64, substeps: u32) -> bool {
+    let mut bare = Bare::new(method, h).with_law(Drag::new(0.0, k)).with_substeps(substeps);
+    bare.add([0.0; 3], [1.0, 0.0, 0.0], 1.0);
+    (0..240).any(|_| {
+        let before = DVec3::from(bare.positions[0]);
+        bare.tick();
+        !(DVec3::from(bare.positions[0]).distance(before) <= 4.0 * h) || bare.has_failed()
+    })
+}
+
+#[test]
+fn quadratic_drag_grows_from_the_limit_of_its_own_law_on() {
+    for (method, known) in [
+        (Method::ExplicitEuler, 2.0),
+        (Method::SemiImplicitEuler, 2.0),
+        (Method::PositionVerlet, 3.24),
+        (Method::RungeKutta4, 2.455),
+        (Method::Yoshida4, 1.12),
+    ] {
+        let h = 0.01;
+        let of = |value: f64| {
+            let around = Environment { drag: Some(Drag::new(0.0, value / h)), ..Environment::default() };
+            margin(&around, [DVec3::ZERO, DVec3::X], method, h)
+        };
+        let limit = of(0.9 * known).limit;
+        assert!((limit / known - 1.0).abs() < 0.01, "{method:?} {limit}");
+        for (part, unstable) in [(0.99, false), (1.01, true)] {
+            let margin = of(part * limit);
+            assert_eq!(margin.is_unstable(), unstable, "{margin:?}");
+            assert_eq!(grows(part * limit / h, method, h, 1), unstable, "{method:?} {part}");
+        }
+        let cure = of(1.5 * known).cure;
+        let substeps = cure.substeps.map(|substeps| (method, substeps));
+        for (method, substeps) in substeps.into_iter().chain(cure.method.map(|method| (method, 1))) {
+            assert!(!grows(1.5 * known / h, method, h, substeps), "{method:?} x {substeps}");
+        }
+        assert!(cure.substeps.is_some() && cure.method.is_some(), "{cure:?}");
+    }
+}
+
+#[test]
+fn a_fall_that_settles_at_a_wrong_speed_is_told_with_that_speed() {
+    let h = 1.0 / 60.0;
+    let fall = |k: f64, method: Method, h: f64| {
+        let around = Environment { drag: Some(Drag::new(0.0, k)), ..Environment::falling() };
+        (around.clone(), margin(&around, [DVec3::ZERO; 2], method, h))
+    };
+    // From rest, by Runge-Kutta 4 (computed outside: shared design, limits beyond springs).
+    for (k, multiple) in [(700.0, 0.82), (800.0, 0.56), (1000.0, 0.32)] {
+        let (_, margin) = fall(k, Method::RungeKutta4, h);
+        assert!(
+            matches!(margin.fate, Fate::Wrong(Deviation::Settles(m)) if (m - multiple).abs() < 0.02),
+            "{margin:?}"
+        );
+        assert_eq!(margin.occasion, Occasion::TerminalSpeed);
+        let mut bare = Bare::new(Method::RungeKutta4, h).with_law(Drag::new(0.0, k)).with_law(Gravity::EARTH);
+        bare.add([0.0; 3], [0.0; 3], 1.0);
+        (0..1000).for_each(|_| bare.tick());
+        let terminal = (-Gravity::EARTH.affine().unwrap().constant.y / k).sqrt();
+        assert!((-bare.bodies[0][1] / terminal - multiple).abs() < 0.02, "{:?}", bare.bodies[0]);
+    }
+    for method in [Method::ExplicitEuler, Method::SemiImplicitEuler] {
+        assert!(matches!(fall(13.0, method, 0.1).1.fate, Fate::Wrong(Deviation::Alternates(_))));
+        let (_, calm) = fall(9.0, method, 0.1);
+        assert_eq!(calm.fate, Fate::Holds, "{calm:?}");
+    }
+    assert_eq!(fall(1.0, Method::ImplicitEuler, 0.1).1.fate, Fate::Holds);
+}
+
+#[test]
+fn an_over_damped_spring_names_its_damper_and_its_cure() {
+    for method in [Method::ExplicitEuler, Method::RungeKutta2Midpoint, Method::RungeKutta2Heun] {
+        let mut net = crate::rigs::chain(1, 400.0, 1.0, 1.0);
+        net.springs[0].1.damping = 150.0;
+        let mut rig = net.lab(&Environment::default(), method, 1.0 / 60.0);
+        let margin = Forecast::of(&mut rig.world, method).margins()[0];
+        assert!(matches!(margin.part, LimitingPart::Damper(_)), "{margin:?}");
+        assert!((margin.value - 2.5).abs() < 1e-6 && margin.is_unstable(), "{margin:?}");
+        assert_eq!(margin.cure.substeps, Some(2), "{margin:?}");
+        rig.world.insert_resource(Substeps(2));
+        assert!(!Forecast::of(&mut rig.world, method).margins()[0].is_unstable());
+    }
+}
