@@ -268,3 +268,37 @@ fn an_over_damped_spring_names_its_damper_and_its_cure() {
         assert!(!Forecast::of(&mut rig.world, method).margins()[0].is_unstable());
     }
 }
+
+/// A rod that hangs from a post and has no tension yet, at 60 degrees from the vertical.
+const PENDULUM: &str =
+    "(version: 1, step_hz: 60, method: METHOD, gravity: (acceleration_m_s2: (0, -9.81, 0)), bodies: [
+    (name: \"post\", immovable: true), (name: \"bob\", position_m: (0.5, -0.8660254, 0), mass_kg: 1.0)],
+    springs: [(between: (\"post\", \"bob\"), stiffness_n_m: 200, rest_length_m: 1, damping_n_s_m: 28)])";
+
+/// A critically damped spring that begins stretched, so that it has some stiffness across, where nothing damps, until it rests.
+const SETTLING: &str = "(version: 1, step_hz: 60, method: METHOD, bodies: [
+    (name: \"post\", immovable: true), (name: \"bob\", position_m: (1.3, 0, 0), mass_kg: 1.0)],
+    springs: [(between: (\"post\", \"bob\"), stiffness_n_m: 100, rest_length_m: 1, damping_n_s_m: 20)])";
+
+#[test]
+fn methods_that_need_damping_are_judged_over_the_motion() {
+    for (scene, method, unstable) in [
+        (PENDULUM, "explicit_euler", true),
+        (PENDULUM, "semi_implicit_euler", false),
+        (SETTLING, "explicit_euler", false),
+        (SETTLING, "runge_kutta_2_heun", false),
+    ] {
+        let scene = scene.replace("METHOD", method);
+        let mut run = history::Simulation::new(crate::rigs::scene_of(&scene));
+        let method = run.method();
+        let margin = Forecast::of(&mut run.world, method).margins()[0];
+        assert_eq!(margin.is_unstable(), unstable, "{margin:?}");
+        // Over the top, or at rest.
+        let highest = (0..6000).map(|_| {
+            run.tick();
+            let bob = run.body(1).unwrap();
+            run.world.get::<motion::Transform>(bob).unwrap().position.y
+        });
+        assert_eq!(highest.fold(f64::NEG_INFINITY, f64::max) > 0.5, unstable, "{method:?}");
+    }
+}

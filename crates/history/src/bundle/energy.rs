@@ -14,8 +14,10 @@ pub struct EnergyState {
     pub looked_j: f64,
     /// Kinetic and potential energy then, J.
     pub total_j: Option<f64>,
-    /// Kinetic energy after the last tick, J.
-    pub kinetic_j: Option<f64>,
+    /// Kinetic and potential energy after the last tick, J, in a world that is small enough.
+    pub last_j: Option<f64>,
+    /// The first tick since that look after which there was half as much again.
+    pub grew_tick: Option<u64>,
     /// The first tick after the last change from outside.
     pub changed_tick: u64,
     /// The growth in progress: every look since it began found that the method invented it.

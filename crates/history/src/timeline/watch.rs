@@ -27,6 +27,9 @@ const PATIENCE: u64 = 8;
 /// Most ticks of a look, which would never end if every tick multiplied the energy.
 const LONGEST_LOOK: u64 = 4 * PATIENCE;
 
+/// Number of bodies up to which leaps are watched: their potential energy takes as long as a tick.
+const SMALL: usize = 256;
+
 /// Share of a growth that a cause must explain to count as its cause.
 const MOST: f64 = 0.5;
 
@@ -77,6 +80,8 @@ pub struct Watch {
     /// During a look, from the tick after the first on, unless a ledger is kept anyway.
     ledger: Option<Ledger>,
     orbits: BoundOrbits,
+    /// Whether the energy is computed after every tick, to see what a single tick invents.
+    is_small: bool,
 }
 
 impl Watch {
@@ -92,7 +97,7 @@ impl Watch {
             world,
             EnergyState {
                 total_j: Some(totals.kinetic_energy + totals.potential_energy),
-                kinetic_j: Some(totals.kinetic_energy),
+                last_j: Some(totals.kinetic_energy + totals.potential_energy),
                 ..EnergyState::at(tick, largest)
             },
         )
@@ -102,8 +107,9 @@ impl Watch {
     #[must_use]
     pub fn going_on(world: &mut World, energy: EnergyState) -> Self {
         let records = world.resource::<Quarantine>().records().len();
+        let is_small = world.query::<&PhysicsBody>().iter(world).count() <= SMALL;
         let orbits = BoundOrbits::of(world);
-        Self { records, kinetic: KineticEnergy::new(world), energy, ledger: None, orbits }
+        Self { records, kinetic: KineticEnergy::new(world), energy, ledger: None, orbits, is_small }
     }
 
     /// The state of the watch over energy, for [`Watch::going_on`].
@@ -173,10 +179,10 @@ impl Watch {
         enter(&mut self.energy, tick, booked);
         let jump = jump(&mut self.energy, tick, booked);
         let growth = growth(&mut self.energy);
-        let now = || {
+        let now = self.is_small.then(|| {
             let totals = totals(world);
             totals.kinetic_energy + totals.potential_energy
-        };
+        });
         let leap = take_in(&mut self.energy, tick, kinetic, booked.total, now);
         self.ledger.take_if(|_| self.energy.look.is_none());
         let Nowhere { since, joules, before } = jump.or(growth).or(leap)?;
@@ -278,24 +284,32 @@ fn growth(energy: &mut EnergyState) -> Option<Nowhere> {
 }
 
 /// Takes in the kinetic energy after a tick: begins a look, goes on with it, or ends it. `total` is kinetic and potential
-/// energy, if the tick was booked, and `total_now` computes it. Returns a leap that the end of a look makes certain.
+/// energy, if the tick was booked, and `now` is so in a small world. Returns a leap that the end of a look makes certain.
 fn take_in(
     energy: &mut EnergyState,
     tick: u64,
     kinetic: f64,
     total: f64,
-    total_now: impl FnOnce() -> f64,
+    now: Option<f64>,
 ) -> Option<Nowhere> {
     let before = energy.largest_j;
-    let risen = kinetic - energy.kinetic_j.replace(kinetic).unwrap_or(kinetic);
+    let invented = now.zip(energy.last_j).map(|(now, last)| now - last);
+    energy.last_j = now;
     energy.largest_j = before.max(kinetic);
-    if kinetic > GROWTH * energy.looked_j && energy.look.is_none() {
-        // Nothing has kept a ledger of this tick, but where nothing else gives energy, all that is new is the method's.
-        let invented = energy.total_j.filter(|_| risen > before).map(|then| total_now() - then);
-        let leapt_over_j = invented.filter(|invented| *invented > before).map(|_| before);
-        energy.look = Some(EnergyLook { since: tick, last: tick, leapt_over_j, ..EnergyLook::default() });
+    let grown =
+        now.zip(energy.total_j).is_some_and(|(now, then)| now - then > (GROWTH - 1.0) * energy.looked_j);
+    if grown && energy.grew_tick.is_none() {
+        energy.grew_tick = Some(tick);
+    }
+    let leaps = invented.is_some_and(|invented| invented > before);
+    if (kinetic > GROWTH * energy.looked_j || leaps) && energy.look.is_none() {
+        energy.look = Some(EnergyLook { since: tick, last: tick, ..EnergyLook::default() });
     }
     let look = energy.look.as_mut()?;
+    // No ledger is kept of the tick that raised the doubt, but where nothing else gives energy, all that is new is the method's.
+    if leaps && look.leapt_over_j.is_none() {
+        look.leapt_over_j = Some(before);
+    }
     if kinetic > GROWTH * before {
         look.last = tick;
     }
@@ -306,21 +320,18 @@ fn take_in(
     let leap = leap(energy, total);
     energy.growth = growth_after_look(energy, tick, total);
     energy.look = None;
+    energy.grew_tick = None;
     (energy.looked_tick, energy.looked_j, energy.total_j) = (tick, energy.largest_j, Some(total));
     leap
 }
 
-/// A leap at the start of the look that ends at an energy of `total`: most of the energy that there is now came in that
-/// tick. A fall from rest begins with a tick that invents as much as it has, and leaves it behind.
+/// A leap in the look that ends at an energy of `total`: most of the energy that there is now came in one tick. A fall from
+/// rest begins with a tick that invents as much as it has, and leaves it behind.
 fn leap(energy: &EnergyState, total: f64) -> Option<Nowhere> {
     let look = energy.look.filter(|_| is_alone(energy))?;
     let (before, joules) = (look.leapt_over_j?, total - energy.total_j?);
-    // What continues to grow is no leap: then many ticks have brought the energy, also before. Velocity Verlet leaps in two, by
-    // the acceleration that it has cached.
-    let continues = look.last > look.since.saturating_add(1);
-    let grows = continues && look.total_j.is_some_and(|at_first| total > GROWTH * at_first);
-    let stays = joules > before && joules >= MOST * energy.largest_j && !grows;
-    stays.then_some(Nowhere { since: look.since, joules, before })
+    let stays = joules > before && joules >= MOST * energy.largest_j;
+    stays.then(|| Nowhere { since: energy.grew_tick.unwrap_or(look.since), joules, before })
 }
 
 /// The growth that goes on or begins with a look that ends with tick number `now`, at an energy of `total`.

@@ -138,6 +138,11 @@ impl<'a> LinearGroup<'a> {
         self.drag = states[..coupling.movable].iter().enumerate().map(single).collect();
     }
 
+    /// Moves the bodies to these positions by row, m. Drag stays as it is.
+    pub fn move_to(&mut self, positions: Vec<Row>) {
+        self.at = positions;
+    }
+
     /// The number of movable bodies.
     pub const fn movable(&self) -> usize {
         self.root.len()

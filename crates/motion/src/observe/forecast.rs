@@ -3,6 +3,7 @@
 mod cure;
 mod flight;
 mod groups;
+mod joined;
 mod judged;
 mod lanczos;
 mod many;

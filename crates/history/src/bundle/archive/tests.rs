@@ -65,7 +65,8 @@ fn bundle() -> Bundle {
                 jumped: Some(18),
                 leapt_over_j: Some(0.7),
             }),
-            kinetic_j: Some(0.2),
+            last_j: Some(0.2),
+            grew_tick: Some(16),
             ..EnergyState::at(15, 0.1)
         }),
         picture: Some(vec![1, 2, 3]),

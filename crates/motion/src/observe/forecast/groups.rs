@@ -5,12 +5,13 @@ use glam::DVec3;
 
 use super::cure::LinearSystem;
 use super::flight::Subject;
+use super::joined::positions_met;
 use super::judged::{Attracted as _, Orbit, Pair};
 use super::lanczos::{Largest, dot, largest, orthogonalize};
 use super::many::{self, Attracting};
 use super::matrix::Matrix;
 use super::modes::{MOST, Modes, Stepping};
-use super::{LimitingPart, Margin, SpringMargin};
+use super::{Cure, Fate, LimitingPart, Margin, Occasion, SpringMargin};
 use crate::groups::{Contributor, Coupling, LinearGroup, Solver, larger, states_of};
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::{BodyState, Law, MutualGravity, Well, Wells};
@@ -27,7 +28,7 @@ pub(super) fn margin(
 ) -> Option<Margin> {
     let damps_inside = stepping.method.traits().damps_inside;
     let times = if damps_inside { 1.0 } else { f64::from(stepping.substeps) };
-    let group = LinearGroup::of(world, coupling, bodies).with_longer_decays(times);
+    let mut group = LinearGroup::of(world, coupling, bodies).with_longer_decays(times);
     let h = stepping.tick / f64::from(stepping.substeps);
     let most = |most: [Scalar; 2], bound: [Scalar; 2]| [0, 1].map(|i| larger(most[i], bound[i]));
     let [stiffest, rate] = group.bounds().fold([0.0; 2], most);
@@ -37,24 +38,53 @@ pub(super) fn margin(
         return None;
     }
     let shares = || group.bounds().map(|bound| times_over(bound, h));
-    let margin = if over.is_finite() {
+    let mut margin = if over.is_finite() {
         group_margin(world, &group, [stiffest, rate], [h, h / over], stepping, bodies)?
     } else {
         infinite_margin(&group, shares(), bodies, stepping)
     };
+    // Whether a method that is stable only with damping holds depends on where the damping is, which changes as the bodies move.
+    let is_weak = stepping.method.claims().stability_limit == 0.0 && over.is_finite();
+    let fastest = stiffest.sqrt() + rate;
+    let shares: Vec<_> = shares().collect();
+    if is_weak && let Some(met) = positions_met(world, coupling, bodies, [stepping.tick, fastest]) {
+        let margins = met.into_iter().filter_map(|positions| {
+            group.move_to(positions);
+            group_margin(world, &group, [stiffest, rate], [h, h / over], stepping, bodies)
+        });
+        margin = over_the_run(margin, &margins.collect::<Vec<_>>());
+    }
     if let Some(springs) = spring_margins {
-        let most = shares().fold(0.0, f64::max);
+        let most = shares.iter().copied().fold(0.0, f64::max);
         let ratio = |share: Scalar| match share {
             _ if !over.is_finite() => share,
             0.0 => 0.0,
             share => margin.ratio() * share / most,
         };
-        let each = group.ends().zip(shares());
+        let each = group.ends().zip(shares);
         springs.extend(
             each.map(|(ends, share)| SpringMargin { ends: ends.map(|end| bodies[end]), ratio: ratio(share) }),
         );
     }
     Some(margin)
+}
+
+/// The margin of a motion whose margins are `now` and, one after the other, those of the states that it meets: it grows if it
+/// does so on the mean of the later half, after it has settled.
+fn over_the_run(now: Margin, met: &[Margin]) -> Margin {
+    let late = &met[met.len() / 2..];
+    let mean = late.iter().map(|margin| libm::log(margin.growth_per_s)).sum::<Scalar>()
+        / late.len().max(1) as Scalar;
+    let worst = late.iter().max_by(|a, b| a.growth_per_s.total_cmp(&b.growth_per_s));
+    match worst {
+        Some(worst) if mean > 0.0 && !now.is_unstable() => {
+            Margin { now: now.value, occasion: Occasion::Met, growth_per_s: libm::exp(mean), ..*worst }
+        }
+        Some(_) if mean <= 0.0 && now.is_unstable() => {
+            Margin { fate: Fate::Holds, growth_per_s: 1.0, cure: Cure::default(), ..now }
+        }
+        _ => now,
+    }
 }
 
 /// The margin of a group at steps of `h` seconds. `bounds` are those of stiffness and damping; `short` is a step at
