@@ -302,3 +302,45 @@ fn methods_that_need_damping_are_judged_over_the_motion() {
         assert_eq!(highest.fold(f64::NEG_INFINITY, f64::max) > 0.5, unstable, "{method:?}");
     }
 }
+
+#[test]
+fn random_drag_is_judged_like_its_runs_and_cures_hold() {
+    let h = 1.0 / 60.0;
+    let mut dice = Dice(7);
+    let mut between = |low: f64, high: f64| low * (high / low).powf(0.5 * (dice.number() + 1.0));
+    let (mut alarms, mut false_alarms, mut missed, mut broken) = (0, Vec::new(), Vec::new(), Vec::new());
+    for case in 0..500 {
+        let method = Method::ALL[case % Method::ALL.len()];
+        let speed = between(0.1, 100.0);
+        let (linear, quadratic) = (between(0.01, 200.0), between(0.3, 6.0) / h / speed);
+        let drag = Drag::new(if case % 3 == 0 { linear } else { 0.0 }, quadratic);
+        let around = Environment { drag: Some(drag), ..Environment::default() };
+        let margin = margin(&around, [DVec3::ZERO, DVec3::X * speed], method, h);
+        let grows = |method: Method, substeps: u32| {
+            let mut bare = Bare::new(method, h).with_law(drag).with_substeps(substeps);
+            bare.add([0.0; 3], [speed, 0.0, 0.0], 1.0);
+            (0..240).any(|_| {
+                let before = DVec3::from(bare.positions[0]);
+                bare.tick();
+                !(DVec3::from(bare.positions[0]).distance(before) <= 4.0 * speed * h) || bare.has_failed()
+            })
+        };
+        alarms += usize::from(margin.is_unstable());
+        match (margin.is_unstable(), grows(method, 1)) {
+            (true, false) => false_alarms.push((method, drag, speed)),
+            (false, true) => missed.push((method, drag, speed)),
+            _ => {}
+        }
+        let substeps = margin.cure.substeps.map(|substeps| (method, substeps));
+        for (method, substeps) in substeps.into_iter().chain(margin.cure.method.map(|method| (method, 1))) {
+            if grows(method, substeps) {
+                broken.push((case, method, substeps));
+            }
+        }
+    }
+    assert!(alarms > 100, "{alarms}");
+    assert!(
+        false_alarms.is_empty() && missed.is_empty() && broken.is_empty(),
+        "{false_alarms:?} {missed:?} {broken:?}"
+    );
+}

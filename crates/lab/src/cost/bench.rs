@@ -323,10 +323,9 @@ impl Bench {
             (_, CurrentRun::DriftRun(run)) => self.study.drifts.extend(run.finish()),
             (Job::Reference(substeps), CurrentRun::Reference(run)) => self.finish_reference(substeps, *run),
             (_, CurrentRun::Comparison(runs)) => {
-                for Compared { cell, outcome, mut runner } in runs.finish() {
+                for Compared { cell, outcome, counts } in runs.finish() {
                     let cell = &mut self.study.cells[cell];
-                    cell.outcome = outcome;
-                    cell.counts = runner.counts();
+                    (cell.outcome, cell.counts) = (outcome, counts);
                 }
             }
             (_, CurrentRun::Reference(_)) => {}

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use glam::DVec3;
 use history::Simulation;
 use motion::groups::Groups;
-use motion::{Evaluations, Quarantine};
+use motion::{Evaluations, Method, Quarantine};
 
 use super::record::{Counts, Failure};
 
@@ -20,6 +20,8 @@ pub trait Runner {
     fn tick(&mut self);
     /// The bodies with physics, in the order of their stable ids.
     fn states(&mut self) -> Vec<Sample>;
+    /// Brings velocities that are half a step late to the time of the positions. The run is over then.
+    fn synchronize(&mut self) {}
     /// Evaluations so far.
     fn counts(&mut self) -> Counts;
     /// Why the run produced no data point; non-finite states and large errors are found elsewhere.
@@ -33,6 +35,12 @@ impl Runner for Simulation {
 
     fn states(&mut self) -> Vec<Sample> {
         Self::states(self).collect()
+    }
+
+    fn synchronize(&mut self) {
+        if self.method() == Method::PositionVerlet {
+            self.set_method(Method::VelocityVerlet);
+        }
     }
 
     fn counts(&mut self) -> Counts {

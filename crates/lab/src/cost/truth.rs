@@ -2,7 +2,7 @@
 //! stored, so that a long run takes no more memory than a short one.
 
 use super::problem::State;
-use super::record::{BLOWN_UP, Errors, Failure, Outcome, Phase};
+use super::record::{BLOWN_UP, Counts, Errors, Failure, Outcome, Phase};
 use super::runner::{Runner, Sample};
 use super::subject::Subject;
 use crate::run::movable;
@@ -209,7 +209,7 @@ pub(crate) struct Comparison {
 pub(crate) struct Compared {
     pub cell: usize,
     pub outcome: Outcome,
-    pub runner: Box<dyn Runner>,
+    pub counts: Counts,
 }
 
 impl Comparison {
@@ -247,15 +247,18 @@ impl Comparison {
     pub fn finish(self) -> impl Iterator<Item = Compared> {
         let Self { truth, period, scales, runs, .. } = self;
         runs.into_iter().map(move |Run { cell, mut runner, deviation }| {
+            let (counts, failure) = (runner.counts(), runner.failure());
+            // Otherwise position Verlet would be half a step late.
+            runner.synchronize();
             let phase = truth.phase(period, &runner.states(), scales);
             let errors = Errors { phase, ..deviation.errors() };
-            let outcome = match runner.failure() {
+            let outcome = match failure {
                 Some(failure) => Outcome::Failed(failure),
                 // An error that is NaN fails this comparison.
                 None if errors.relative <= BLOWN_UP => Outcome::Finished(errors),
                 None => Outcome::Failed(Failure::BlewUp),
             };
-            Compared { cell, outcome, runner }
+            Compared { cell, outcome, counts }
         })
     }
 }

@@ -130,8 +130,8 @@ pub struct Margin {
     pub lasts: Option<Scalar>,
     /// What becomes of the motion.
     pub fate: Fate,
-    /// Factor of growth per second, after many seconds; 1 if it does not grow. For an orbit that drifts, a factor of 2 in
-    /// its turns.
+    /// Factor of growth per second, after many seconds; 1 if it does not grow. For an orbit, a factor of 2 in the
+    /// turns after which it is left; infinite for what grows ever faster.
     pub growth_per_s: Scalar,
     /// The changes that would make it stable, even if the value is its upper bound. Empty if it is known to be stable.
     pub cure: Cure,

@@ -17,13 +17,17 @@ use crate::units::Scalar;
 /// Most ticks of a trial.
 const MOST_TICKS: f64 = 20_000.0;
 
+/// Steps after which a trial ends, but not before its least number of turns.
+const ENOUGH_STEPS: f64 = 1e6;
+const LEAST_TURNS: f64 = 2.0;
+
 /// Most steps of a trial of a cure.
-const MOST_STEPS: f64 = 4e6;
+const MOST_STEPS: f64 = 1e7;
 
 /// Share of a limit below which a motion is not tried.
 const SAFE: f64 = 0.25;
 
-/// How often a cure is made longer or shorter before none is named.
+/// How many numbers of substeps are tried before none is named.
 const MOST_TRIES: u32 = 12;
 
 /// The true motion of bodies that are attracted.
@@ -81,9 +85,13 @@ pub(super) trait Attracted {
             _ => Fate::Grows,
         };
         let is_now = truth.is_none() || value <= 1.001 * now;
+        let doubles_in = |truth: &Truth| self.leaves(truth, stepping).map(|turns| turns * truth.turn);
         let growth_per_s = match (&fate, &truth) {
-            (Fate::Drifts(turns), Some(truth)) => libm::pow(2.0, 1.0 / (turns * truth.turn)),
-            (Fate::Grows, _) => libm::pow(2.0, 1.0 / stepping.tick),
+            (Fate::Drifts(_) | Fate::Grows, Some(truth)) if value.is_finite() => {
+                let seconds = doubles_in(truth).filter(|seconds| seconds.is_finite());
+                seconds.map_or(Scalar::INFINITY, |seconds| libm::pow(2.0, 1.0 / seconds))
+            }
+            (Fate::Grows, _) => Scalar::INFINITY,
             _ => 1.0,
         };
         let Stepping { method, substeps, .. } = stepping;
@@ -151,13 +159,13 @@ impl Attracted for Orbit<'_> {
     }
 
     fn steps(&self, truth: &Truth, stepping: Stepping) -> f64 {
-        f64::from(ticks_of(truth.turn, stepping.tick)) * f64::from(stepping.substeps)
+        f64::from(ticks_of(truth.turn, stepping)) * f64::from(stepping.substeps)
     }
 
     fn leaves(&self, truth: &Truth, stepping: Stepping) -> Option<Scalar> {
         match truth.passage {
             Some(passage) => self.gains_in(passage, stepping).then_some(Scalar::INFINITY),
-            None => self.turns_kept(truth, stepping, ticks_of(truth.turn, stepping.tick)),
+            None => self.turns_kept(truth, stepping, ticks_of(truth.turn, stepping)),
         }
     }
 
@@ -178,13 +186,14 @@ impl Attracted for Orbit<'_> {
             turn,
             passage: None,
         };
-        let is_resolved = self.subject.fly_truly(tick, ticks_of(turn, tick), &mut |_, [x, _], _| {
-            let r = x.distance(self.well.position);
-            met.apsides =
-                Apsides { nearest: met.apsides.nearest.min(r), farthest: met.apsides.farthest.max(r) };
-            met.pull = met.pull.max((self.pull)(x));
-            ControlFlow::Continue(())
-        });
+        let is_resolved =
+            self.subject.fly_truly(tick, ticks_of(turn, whole_ticks(tick)), &mut |_, [x, _], _| {
+                let r = x.distance(self.well.position);
+                met.apsides =
+                    Apsides { nearest: met.apsides.nearest.min(r), farthest: met.apsides.farthest.max(r) };
+                met.pull = met.pull.max((self.pull)(x));
+                ControlFlow::Continue(())
+            });
         (is_resolved && met.apsides.farthest > 0.0).then_some(met)
     }
 }
@@ -222,7 +231,7 @@ impl Orbit<'_> {
     /// Whether a passage changes the energy by more than there was.
     fn gains_in(&self, passage: Scalar, stepping: Stepping) -> bool {
         let mut last = [DVec3::ZERO; 2];
-        let ticks = ticks_of(passage / LASTING_TURNS, stepping.tick);
+        let ticks = ticks_of(passage / LASTING_TURNS, stepping);
         let flown = self.subject.fly(stepping, ticks, &mut |_, point| {
             last = point;
             ControlFlow::Continue(())
@@ -277,9 +286,16 @@ fn softness(well: &Well, distance: Scalar) -> f64 {
 
 /// Ticks in which orbits of `turn` seconds are tried.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between two small counts")]
-fn ticks_of(turn: Scalar, tick: Scalar) -> u32 {
+fn ticks_of(turn: Scalar, stepping: Stepping) -> u32 {
+    let ticks = |turns: Scalar| (turns * turn / stepping.tick).ceil();
+    let enough = (ENOUGH_STEPS / f64::from(stepping.substeps)).max(ticks(LEAST_TURNS));
     // NaN counts as the least.
-    (LASTING_TURNS * turn / tick).ceil().clamp(20.0, MOST_TICKS) as u32
+    ticks(LASTING_TURNS).min(enough).clamp(20.0, MOST_TICKS) as u32
+}
+
+/// The stepping of a motion of which only the length of a tick counts.
+fn whole_ticks(tick: Scalar) -> Stepping {
+    Stepping { method: Method::default(), tick, substeps: 1, may_be_implicit: false }
 }
 
 /// The smallest number of substeps above `substeps` for which `holds`, near `times` as many.
@@ -343,7 +359,8 @@ impl Slowed<'_> {
             margin.limit = self.limit(margin.value, stepping);
         }
         let grows = margin.fate == Fate::Grows;
-        margin.growth_per_s = if grows { libm::pow(2.0, 1.0 / stepping.tick) } else { 1.0 };
+        // It grows ever faster.
+        margin.growth_per_s = if grows { Scalar::INFINITY } else { 1.0 };
         margin.cure = Cure::default();
         if margin.fate != Fate::Holds {
             margin.cure.substeps = shortest(stepping.substeps, 1.0, |substeps| {

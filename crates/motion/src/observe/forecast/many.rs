@@ -112,6 +112,7 @@ impl Attracting<'_> {
     fn ticks(&self, turn: Scalar, stepping: Stepping) -> u32 {
         let pairs = self.pairs().count() as f64;
         let most = MOST_PAIRS / (pairs * f64::from(stepping.substeps));
+        // NaN counts as the least.
         (LASTING_TURNS * turn / stepping.tick).ceil().clamp(20.0, most.max(20.0)) as u32
     }
 

@@ -65,6 +65,10 @@ fn part(ui: &mut Ui, row: &ForecastRow) {
         ui.label(&row.element);
         ui.monospace(format!("{} {} {limit}", row.symbol(), row.value()));
     });
+    let occasion = row.occasion();
+    if !occasion.is_empty() {
+        ui.weak(occasion.trim_start());
+    }
     bar(ui, margin.ratio());
     let substeps = if margin.substeps > 1 { format!(" x {}", margin.substeps) } else { String::new() };
     let bodies = if margin.bodies == 1 { "body" } else { "bodies" };

@@ -85,7 +85,7 @@ impl ForecastRow {
     }
 
     /// The state that has the value, and the present value, where that is another one.
-    fn occasion(&self) -> String {
+    pub(super) fn occasion(&self) -> String {
         let when = match self.margin.occasion {
             Occasion::Now => return String::new(),
             Occasion::ClosestApproach => "at its closest approach",
@@ -155,11 +155,11 @@ pub(super) fn growth(factor: f64) -> String {
     if factor.is_infinite() {
         "grows without end".to_owned()
     } else if factor >= 2.0 {
-        format!("grows {} times a second", digits(factor))
+        format!("grows {} times per second", digits(factor))
     } else if percent >= LEAST_PERCENT {
-        format!("grows by {} % a second", number(percent, 2))
+        format!("grows by {} % per second", number(percent, 2))
     } else {
-        format!("grows by less than {LEAST_PERCENT} % a second")
+        format!("grows by less than {LEAST_PERCENT} % per second")
     }
 }
 
@@ -171,7 +171,9 @@ fn cure_in_words(margin: &Margin) -> String {
         (Some(substeps), Some(method)) => format!("needs {substeps} substeps, or {method}"),
         (Some(substeps), None) => format!("needs {substeps} substeps"),
         (None, Some(method)) => format!("needs {method}"),
-        (None, None) => format!("no other method helps, nor up to {} substeps", Substeps::MOST),
+        (None, None) => {
+            format!("found no cure: no other method, and no number up to {} substeps", Substeps::MOST)
+        }
     }
 }
 
@@ -292,11 +294,11 @@ mod tests {
     #[test]
     fn what_grows_slowly_is_said_to_grow_by_a_share() {
         for (factor, words) in [
-            (49.2, "grows 49.2 times a second"),
-            (2.0, "grows 2 times a second"),
-            (1.153, "grows by 15 % a second"),
-            (1.000_021, "grows by 0.0021 % a second"),
-            (1.0 + f64::EPSILON, "grows by less than 0.001 % a second"),
+            (49.2, "grows 49.2 times per second"),
+            (2.0, "grows 2 times per second"),
+            (1.153, "grows by 15 % per second"),
+            (1.000_021, "grows by 0.0021 % per second"),
+            (1.0 + f64::EPSILON, "grows by less than 0.001 % per second"),
             (f64::INFINITY, "grows without end"),
         ] {
             assert_eq!(growth(factor), words);
