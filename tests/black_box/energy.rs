@@ -366,5 +366,13 @@ fn a_bound_orbit_that_becomes_free_is_a_fault_unless_something_works_on_it() {
     let pair = "(version: 1, step_hz: 60, method: velocity_verlet, mutual_gravity: (constant_m3_kg_s2: 1.0),
         bodies: [(name: \"a\", mass_kg: 1.0), (name: \"b\", mass_kg: 1.0, position_m: (2, 0, 0))])";
     let (_, _, what) = first_fault(run(pair), false, 1200, |_, _| {}).unwrap();
-    assert!(what.contains("free") || what.contains("nowhere"), "{what}");
+    assert!(what.contains("becomes free") || what.contains("nowhere"), "{what}");
+}
+
+#[test]
+fn a_particle_that_is_born_again_escapes_from_nothing() {
+    let text = "(version: 1, step_hz: 60, wells: [(strength_m3_s2: 100.0)], damping: (model: exact, rate_per_s: 1.0),
+        emitters: [(name: \"e\", position_m: (1, 0, 0), rate_per_s: 2.0, speed_m_s: 20.0, life_s: 2.0)])";
+    let fault = first_fault(run(text), false, 600, |_, _| {});
+    assert!(fault.as_ref().is_none_or(|(_, _, what)| !what.contains("becomes free")), "{fault:?}");
 }

@@ -184,14 +184,15 @@ fn two_wells_and_a_well_with_a_spring_are_summed() {
     }
 }
 
-/// Whether a body that only quadratic drag slows down from 1 m/s grows beyond four times its speed.
-fn grows(k: f64, method: Method, h: f64, substeps: u32) -> bool {
-    let mut bare = Bare::new(method, h).with_law(Drag::new(0.0, k)).with_substeps(substeps);
-    bare.add([0.0; 3], [1.0, 0.0, 0.0], 1.0);
+/// Whether a body that only drag slows down from a speed ever moves by more than four times as much in a tick.
+fn grows(drag: Drag, speed: f64, (method, h): (Method, f64), substeps: u32) -> bool {
+    let mut bare = Bare::new(method, h).with_law(drag).with_substeps(substeps);
+    bare.add([0.0; 3], [speed, 0.0, 0.0], 1.0);
     (0..240).any(|_| {
         let before = DVec3::from(bare.positions[0]);
         bare.tick();
-        !(DVec3::from(bare.positions[0]).distance(before) <= 4.0 * h) || bare.has_failed()
+        let holds = DVec3::from(bare.positions[0]).distance(before) <= 4.0 * speed * h;
+        !holds || bare.has_failed()
     })
 }
 
@@ -214,12 +215,19 @@ fn quadratic_drag_grows_from_the_limit_of_its_own_law_on() {
         for (part, unstable) in [(0.99, false), (1.01, true)] {
             let margin = of(part * limit);
             assert_eq!(margin.is_unstable(), unstable, "{margin:?}");
-            assert_eq!(grows(part * limit / h, method, h, 1), unstable, "{method:?} {part}");
+            assert_eq!(
+                grows(Drag::new(0.0, part * limit / h), 1.0, (method, h), 1),
+                unstable,
+                "{method:?} {part}"
+            );
         }
         let cure = of(1.5 * known).cure;
         let substeps = cure.substeps.map(|substeps| (method, substeps));
         for (method, substeps) in substeps.into_iter().chain(cure.method.map(|method| (method, 1))) {
-            assert!(!grows(1.5 * known / h, method, h, substeps), "{method:?} x {substeps}");
+            assert!(
+                !grows(Drag::new(0.0, 1.5 * known / h), 1.0, (method, h), substeps),
+                "{method:?} x {substeps}"
+            );
         }
         assert!(cure.substeps.is_some() && cure.method.is_some(), "{cure:?}");
     }
@@ -316,15 +324,7 @@ fn random_drag_is_judged_like_its_runs_and_cures_hold() {
         let drag = Drag::new(if case % 3 == 0 { linear } else { 0.0 }, quadratic);
         let around = Environment { drag: Some(drag), ..Environment::default() };
         let margin = margin(&around, [DVec3::ZERO, DVec3::X * speed], method, h);
-        let grows = |method: Method, substeps: u32| {
-            let mut bare = Bare::new(method, h).with_law(drag).with_substeps(substeps);
-            bare.add([0.0; 3], [speed, 0.0, 0.0], 1.0);
-            (0..240).any(|_| {
-                let before = DVec3::from(bare.positions[0]);
-                bare.tick();
-                !(DVec3::from(bare.positions[0]).distance(before) <= 4.0 * speed * h) || bare.has_failed()
-            })
-        };
+        let grows = |method: Method, substeps: u32| grows(drag, speed, (method, h), substeps);
         alarms += usize::from(margin.is_unstable());
         match (margin.is_unstable(), grows(method, 1)) {
             (true, false) => false_alarms.push((method, drag, speed)),
@@ -343,4 +343,89 @@ fn random_drag_is_judged_like_its_runs_and_cures_hold() {
         false_alarms.is_empty() && missed.is_empty() && broken.is_empty(),
         "{false_alarms:?} {missed:?} {broken:?}"
     );
+}
+
+/// A world of bodies of 1 kg about a well of strength 1.
+fn about_a_well(bodies: &[[DVec3; 2]], method: Method, h: f64) -> crate::rigs::Lab {
+    let around = Environment { wells: Some(well()), ..Environment::default() };
+    let starts: Vec<_> = bodies.iter().map(|[x, v]| Start::of(1.0, *x, *v)).collect();
+    Springs::free(starts).lab(&around, method, h)
+}
+
+fn worst(rig: &mut crate::rigs::Lab) -> Margin {
+    let method = rig.stepper.method();
+    Forecast::of(&mut rig.world, method).margins()[0]
+}
+
+#[test]
+fn a_body_that_only_passes_hides_no_orbit() {
+    let passing = [DVec3::X, DVec3::X * 10.0];
+    let circling = [DVec3::Y * 1.05, DVec3::Z / 1.05_f64.sqrt()];
+    let margin = worst(&mut about_a_well(&[passing, circling], Method::VelocityVerlet, 1.3));
+    assert!(matches!(margin.fate, Fate::Drifts(_)) && (margin.value - 1.208).abs() < 1e-3, "{margin:?}");
+}
+
+#[test]
+fn an_orbit_too_slow_to_be_tried_is_judged_at_its_closest_approach() {
+    // A turn of 1000 s, 60,000 ticks, half of which pass before w h is 3.3.
+    let a = (1000.0 / std::f64::consts::TAU).powf(2.0 / 3.0);
+    let far = a * 1.999;
+    let start = [DVec3::X * far, DVec3::Y * (2.0 / far - 1.0 / a).sqrt()];
+    let margin = worst(&mut about_a_well(&[start], Method::VelocityVerlet, 1.0 / 60.0));
+    assert!(margin.fate == Fate::Grows && (margin.value - 3.31).abs() < 0.01, "{margin:?}");
+}
+
+#[test]
+fn position_verlet_is_judged_with_the_velocity_of_its_position() {
+    let mut rig = about_a_well(&[[DVec3::X, DVec3::Y]], Method::PositionVerlet, 0.5);
+    for _ in 0..40 {
+        let margin = worst(&mut rig);
+        // The method's own circle is not the true one. With the velocity of half a step before it would be up to 0.8.
+        assert!(margin.fate == Fate::Holds && margin.value < 0.6, "{margin:?}");
+        rig.stepper.tick(&mut rig.world);
+    }
+}
+
+#[test]
+fn a_bead_on_a_line_comes_no_nearer_to_a_well_than_its_line() {
+    let wells = Wells(vec![Well { position: DVec3::Y, strength: 1.0, softening: 0.0 }]);
+    let around = Environment { wells: Some(wells), ..Environment::default() };
+    let net = Springs::free([Start::of(1.0, DVec3::X * 2.0, DVec3::ZERO)]);
+    let mut rig = net.lab(&around, Method::VelocityVerlet, 0.1);
+    rig.insert(0, motion::AxisLocks { x: false, y: true, z: true });
+    let margin = worst(&mut rig);
+    assert!(margin.fate == Fate::Holds && margin.value < 0.11, "{margin:?}");
+}
+
+#[test]
+fn a_lesser_well_accuses_nothing_and_a_small_quadratic_term_hides_nothing() {
+    let far = Well { position: DVec3::X * 1e6, strength: 1e-12, softening: 0.0 };
+    let wells = Wells(vec![well().0[0], far]);
+    let around = Environment { wells: Some(wells), ..Environment::default() };
+    let mut rig =
+        Springs::free([Start::of(1.0, DVec3::X, DVec3::Y)]).lab(&around, Method::ExplicitEuler, 1e-3);
+    let method = rig.stepper.method();
+    let forecast = Forecast::of(&mut rig.world, method);
+    assert!(
+        forecast
+            .margins()
+            .iter()
+            .all(|margin| margin.part == LimitingPart::Well(0, rig.bodies[0]) || !margin.is_unstable())
+    );
+    let around = Environment { drag: Some(Drag::new(200.0, 1e-3)), ..Environment::default() };
+    let margin = margin(&around, [DVec3::ZERO; 2], Method::RungeKutta4, 1.0 / 60.0);
+    assert_eq!(margin.fate, Fate::Grows, "{margin:?}");
+}
+
+#[test]
+fn a_light_body_that_is_thrown_out_is_seen_beside_heavy_ones() {
+    let circling = |mass: f64, r: f64| Start::of(mass, DVec3::X * r, DVec3::Y / r.sqrt());
+    let law = MutualGravity { constant: 1.0, softening: 0.0 };
+    let around = Environment { attraction: Some(law), ..Environment::default() };
+    let sun = Start::of(1.0, DVec3::ZERO, DVec3::ZERO);
+    for (h, unstable) in [(0.4, true), (0.2, false)] {
+        let net = Springs::free([sun, circling(0.01, 10.0), circling(1e-9, 1.0)]);
+        let margin = worst(&mut net.lab(&around, Method::RungeKutta4, h));
+        assert_eq!(margin.is_unstable(), unstable, "{margin:?}");
+    }
 }

@@ -201,6 +201,7 @@ fn what_cannot_be_decided_says_so() {
         lasts: None,
         fate: Fate::Holds,
         growth_per_s: 1.0,
+        growth_per_tick: 1.0,
         cure: Cure { substeps: Some(2), method: None },
     };
     assert!(margin.may_be_unstable());

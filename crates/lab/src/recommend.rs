@@ -137,11 +137,14 @@ pub enum Refusal {
     },
 }
 
+/// Most times that ticks are proposed to be longer: more than that would be a guess.
+const LONGEST: f64 = 8.0;
+
 /// A number with as many digits as show that it is above `bound`, two at least.
 fn above(value: f64, bound: f64) -> String {
-    let texts = (1..=16).map(|digits| format!("{value:.digits$e}"));
+    let text = |digits: usize| format!("{value:.digits$e}");
     let is_above = |text: &String| text.parse::<f64>().is_ok_and(|shown| shown > bound);
-    texts.clone().find(is_above).or_else(|| texts.last()).unwrap_or_default()
+    (1..=16).map(text).find(is_above).unwrap_or_else(|| text(16))
 }
 
 /// Chooses a method and substeps for each part, by its name and its study.
@@ -228,9 +231,9 @@ impl<'a> Front<'a> {
         let claims = point.setting.method.claims();
         let order = f64::from(claims.position_order.min(claims.order_with_velocity_laws));
         let times = ((error - self.own) / point.error_m).powf(1.0 / order).floor();
-        // An exact method says nothing of longer ticks.
-        (point.setting.substeps == 1 && point.error_m > 2.0 * self.own && times >= 2.0 && times.is_finite())
-            .then_some(times)
+        // An exact method says nothing of longer ticks, and an order nothing of far longer ones.
+        let times = times.min(LONGEST);
+        (point.setting.substeps == 1 && point.error_m > 2.0 * self.own && times >= 2.0).then_some(times)
     }
 
     /// The cheapest point with an error of at most `error`.

@@ -50,7 +50,7 @@ impl Well {
         let across = self.squared_frequency(position).max(0.0);
         let along = across * (1.0 - 3.0 * squared / (squared + self.softening * self.softening)).max(0.0);
         if squared == 0.0 {
-            return DMat3::IDENTITY * across;
+            return DMat3::from_diagonal(Vector::splat(across));
         }
         DMat3::IDENTITY * across + outer(r, r) * ((along - across) / squared)
     }

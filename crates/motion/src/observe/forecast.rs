@@ -133,6 +133,8 @@ pub struct Margin {
     /// Factor of growth per second, after many seconds; 1 if it does not grow. For an orbit, a factor of 2 in the
     /// turns after which it is left; infinite for what grows ever faster.
     pub growth_per_s: Scalar,
+    /// The same per tick.
+    pub growth_per_tick: Scalar,
     /// The changes that would make it stable, even if the value is its upper bound. Empty if it is known to be stable.
     pub cure: Cure,
 }
@@ -163,13 +165,13 @@ impl Margin {
         if limit == 0.0 { Scalar::INFINITY } else { self.value / limit }
     }
 
-    /// The time in which growth counts, s: [`LASTING_TURNS`] revolutions of w, or as many ticks of `tick` seconds if that is
-    /// longer.
+    /// Factor of growth in [`LASTING_TURNS`] turns of w, or in as many ticks if those are longer.
     #[must_use]
-    pub fn lasting_s(&self, tick: Scalar) -> Scalar {
+    pub fn growth_in_turns(&self) -> Scalar {
         // value = w h with h = tick / substeps.
-        let turn = std::f64::consts::TAU / (self.value * Scalar::from(self.substeps)) * tick;
-        LASTING_TURNS * tick.max(if turn.is_finite() { turn } else { 0.0 })
+        let ticks = std::f64::consts::TAU / (self.value * Scalar::from(self.substeps));
+        let ticks = if ticks.is_finite() { ticks.max(1.0) } else { 1.0 };
+        libm::pow(self.growth_per_tick, LASTING_TURNS * ticks)
     }
 }
 

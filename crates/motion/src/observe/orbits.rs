@@ -3,12 +3,13 @@
 use bevy_ecs::prelude::*;
 
 use crate::groups::{Group, Groups, row_of, states_of};
+use crate::laws::damping::DampingRate;
 use crate::laws::own::OwnLaws;
 use crate::laws::{Drag, Gravity, Laws, MutualGravity, SourceMass, Well, Wells};
 use crate::state::archetypes::may_exist;
 use crate::state::components::{PhysicsBody, Quarantined, StableId, Transform};
 use crate::state::coupling::Grouped;
-use crate::state::emitter::Dormant;
+use crate::state::emitter::Particle;
 use crate::units::{Scalar, Vector};
 
 /// Bodies that nothing but attraction moves: a single body in wells, or all bodies that attract each other.
@@ -58,7 +59,7 @@ pub fn orbits(world: &mut World) -> Vec<Orbit> {
         return orbits_of_groups(world);
     }
     let mut query = world
-        .query_filtered::<(&StableId, &Transform, &PhysicsBody), (Without<Dormant>, Without<Quarantined>, Without<Grouped>)>();
+        .query_filtered::<(&StableId, &Transform, &PhysicsBody), (Without<Particle>, Without<Quarantined>, Without<Grouped>)>();
     let world = &*world;
     let Some(Wells(wells)) = world.get_resource() else { return Vec::new() };
     if query.iter(world).count() > MOST_ORBITS {
@@ -97,6 +98,10 @@ fn orbits_of_groups(world: &World) -> Vec<Orbit> {
             && coupling.rows <= MOST_ATTRACTING
     });
     let orbit = |group: &Group| {
+        // Bodies that are damped at rates of their own part without gaining energy.
+        if group.bodies.iter().any(|body| world.get::<DampingRate>(*body).is_some()) {
+            return None;
+        }
         let states = states_of(world, &group.bodies);
         let movable = &states[..group.coupling.movable];
         let anchors = group.bodies[group.coupling.movable..].iter().zip(&states[group.coupling.movable..]);

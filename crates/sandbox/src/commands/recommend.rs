@@ -7,7 +7,7 @@ use lab::cost::{Bench, Plan, Study, Subject};
 use lab::recommend::{Goal, PartChoice, Point, Recommendation, Rung, Unit, recommend};
 use motion::Method;
 use report::numbers::{digits, duration, json_number as number, three_digits};
-use scene::{Part, Scene, Source};
+use scene::{Part, Scene, Source, StepKind};
 use serde_json::{Value, json};
 
 use crate::args::{check_seconds, positive};
@@ -201,7 +201,7 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
     text += &format!("the price is set by {}: {:.0} % of it\n", dearest.part, dearest.share * 100.0);
     text += &found.rows.iter().map(|row| tie_words(row, price, &span)).collect::<String>();
     text += &next_words(found, price, &span);
-    text += &found.rows.iter().map(|row| row_notes(row, scene.step_hz)).collect::<String>();
+    text += &found.rows.iter().map(|row| row_notes(row, scene)).collect::<String>();
     for (row, study) in found.rows.iter().zip(studies) {
         study.notes.iter().for_each(|note| text += &format!("{}: {note}\n", row.part));
     }
@@ -227,18 +227,18 @@ impl Span {
 }
 
 /// What to know of a choice besides its error and its price.
-fn row_notes(row: &PartChoice, step_hz: f64) -> String {
+fn row_notes(row: &PartChoice, scene: &Scene) -> String {
     let mut text = String::new();
-    if let Some(times) = row.longer_ticks {
+    if let Some(times) = row.longer_ticks.filter(|_| scene.step != StepKind::Frame) {
         text += &format!(
-            "{}: by the order of its method, ticks {times} times as long would do; try step_hz: {}\n",
+            "{}: by the order of its method, ticks {times} times as long would do where they are stable; try step_hz: {}\n",
             row.part,
-            digits(step_hz / times)
+            digits(scene.step_hz / times)
         );
     }
     if row.pick.setting.method == Method::PositionVerlet {
         text += &format!(
-            "{}: the velocities of position Verlet are half a step late, and of order 1\n",
+            "{}: the velocities of position Verlet are half a step behind, and of order 1\n",
             row.part
         );
     }

@@ -79,7 +79,7 @@ impl BoundOrbits {
                     body: Some(body),
                     quarantined: false,
                     what: format!(
-                        "free from here on though nothing works on it, {energy:.3e} J where there were {:.3e} J",
+                        "the orbit becomes free here although only attraction acts, {energy:.3e} J where there were {:.3e} J",
                         known.bound_j
                     ),
                 });

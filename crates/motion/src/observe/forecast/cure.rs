@@ -88,8 +88,8 @@ impl LinearSystem {
         stepping: Stepping,
     ) -> Margin {
         let is_unstable = !self.is_stable(stepping);
-        let growth_per_s =
-            if is_unstable { libm::pow(self.growth(stepping), 1.0 / stepping.tick) } else { 1.0 };
+        let growth_per_tick = if is_unstable { self.growth(stepping) } else { 1.0 };
+        let growth_per_s = libm::pow(growth_per_tick, 1.0 / stepping.tick);
         let limit = self.limit(stepping, value);
         // A mode faster by this factor is stable at the current steps if this one is stable at steps longer by it.
         let longer = Stepping { tick: stepping.tick * at_most.max(value) / value, ..stepping };
@@ -110,6 +110,7 @@ impl LinearSystem {
             lasts,
             fate,
             growth_per_s,
+            growth_per_tick,
             cure,
         };
         if is_unstable || margin.may_be_unstable() {

@@ -60,7 +60,8 @@ impl Subject<'_> {
         let decay =
             self.damping.filter(|_| M::DAMPS_INSIDE).map_or(Decay::none(h), |damping| damping.factors(h));
         let mut field = BodyField { body: self, h, start: self.time, rate, decay };
-        let BodyState { position: mut x, velocity: mut v, .. } = self.start;
+        let BodyState { position: mut x, velocity, .. } = self.start;
+        let mut v = field.open(velocity);
         let mut state = StepState::<BodyField<'_>>::default();
         for tick in 1..=ticks {
             v *= around.before_move.unwrap_or(1.0);
@@ -69,7 +70,7 @@ impl Subject<'_> {
                 field.start += h;
             }
             v *= around.after_move.unwrap_or(1.0);
-            if around.after_move.is_some() || field.limit(&mut v) {
+            if around.after_move.is_some() | field.limit(&mut v) {
                 state.start = None;
             }
             if !(x.is_finite() && v.is_finite()) {

@@ -6,16 +6,17 @@ use glam::DVec3;
 use super::cure::LinearSystem;
 use super::flight::Subject;
 use super::joined::positions_met;
-use super::judged::{Attracted as _, Orbit, Pair};
+use super::judged::{Attracted as _, MOST_BODIES, Orbit, Pair};
 use super::lanczos::{Largest, dot, largest, orthogonalize};
-use super::many::{self, Attracting};
+use super::many::Attracting;
 use super::matrix::Matrix;
 use super::modes::{MOST, Modes, Stepping};
 use super::{Cure, Fate, LimitingPart, Margin, Occasion, SpringMargin};
-use crate::groups::{Contributor, Coupling, LinearGroup, Solver, larger, states_of};
+use crate::groups::{Contributor, Coupling, LinearGroup, Solver, larger, row_of, states_of};
 use crate::laws::damping::{Damping, DampingRate};
-use crate::laws::{BodyState, Law, MutualGravity, Well, Wells};
+use crate::laws::{BodyState, Drag, Law, MutualGravity, Well, Wells};
 use crate::state::components::Transform;
+use crate::state::method_state::LastStep;
 use crate::units::Scalar;
 
 /// The margin of a group, if anything acts in it. Adds the margins of its springs to `spring_margins`, if given.
@@ -69,20 +70,30 @@ pub(super) fn margin(
     Some(margin)
 }
 
-/// The margin of a motion whose margins are `now` and, one after the other, those of the states that it meets: it grows if it
-/// does so on the mean of the later half, after it has settled.
-fn over_the_run(now: Margin, met: &[Margin]) -> Margin {
-    let late = &met[met.len() / 2..];
-    let mean = late.iter().map(|margin| libm::log(margin.growth_per_s)).sum::<Scalar>()
-        / late.len().max(1) as Scalar;
-    let worst = late.iter().max_by(|a, b| a.growth_per_s.total_cmp(&b.growth_per_s));
+/// The margin of a motion whose margins are `now` and, after it has settled, those of the states that it meets: it grows if it
+/// does so on the mean.
+fn over_the_run(now: Margin, late: &[Margin]) -> Margin {
+    let mean = |of: fn(&Margin) -> Scalar| {
+        late.iter().map(|margin| libm::log(of(margin))).sum::<Scalar>() / late.len().max(1) as Scalar
+    };
+    let mean_per_tick = mean(|margin| margin.growth_per_tick);
+    let mean = mean(|margin| margin.growth_per_s);
+    let worst = late.iter().max_by(|a, b| a.growth_per_tick.total_cmp(&b.growth_per_tick));
     match worst {
-        Some(worst) if mean > 0.0 && !now.is_unstable() => {
-            Margin { now: now.value, occasion: Occasion::Met, growth_per_s: libm::exp(mean), ..*worst }
-        }
-        Some(_) if mean <= 0.0 && now.is_unstable() => {
-            Margin { fate: Fate::Holds, growth_per_s: 1.0, cure: Cure::default(), ..now }
-        }
+        Some(worst) if mean_per_tick > 0.0 && !now.is_unstable() => Margin {
+            now: now.value,
+            occasion: Occasion::Met,
+            growth_per_s: libm::exp(mean),
+            growth_per_tick: libm::exp(mean_per_tick),
+            ..*worst
+        },
+        Some(_) if mean_per_tick <= 0.0 && now.is_unstable() => Margin {
+            fate: Fate::Holds,
+            growth_per_s: 1.0,
+            growth_per_tick: 1.0,
+            cure: Cure::default(),
+            ..now
+        },
         _ => now,
     }
 }
@@ -143,7 +154,8 @@ pub(super) fn attraction_margin(
     stepping: Stepping,
 ) -> Option<Margin> {
     let law = world.get_resource::<MutualGravity>().filter(|_| coupling.attracts)?;
-    let states = states_of(world, bodies);
+    let mut states = states_of(world, bodies);
+    synchronize(world, coupling, law, bodies, &mut states);
     let w: Vec<_> = states.iter().map(|state| state.inverse_mass).collect();
     // The second as seen from the first, in its well.
     let relative = |[a, b]: [usize; 2]| {
@@ -160,8 +172,11 @@ pub(super) fn attraction_margin(
     let damping = world.get_resource::<Damping>().copied().filter(|damping| damping.rate > 0.0);
     // Of more than two bodies no pair is alone. With springs, damping, or too many of them they are judged by pairs.
     let is_alone = coupling.rows == 2;
-    let is_many =
-        !is_alone && coupling.rows <= many::MOST && coupling.springs.is_empty() && damping.is_none();
+    let is_bare = coupling.springs.is_empty()
+        && damping.is_none()
+        && !world.contains_resource::<Wells>()
+        && !world.contains_resource::<Drag>();
+    let is_many = !is_alone && coupling.rows <= MOST_BODIES && is_bare;
     let fastest = pairs.map(|pair| {
         let (well, start) = relative(pair);
         let now = start.position.length();
@@ -179,7 +194,7 @@ pub(super) fn attraction_margin(
     }
     let (well, start) = relative(pair);
     if !is_alone || !coupling.springs.is_empty() {
-        let pair = Pair { well, distance: start.position.length() };
+        let pair = Pair { well, distance: start.position.length(), is_lesser: false };
         return Some(pair.margin(part, coupling.movable, stepping));
     }
     let wells = Wells(vec![well]);
@@ -196,6 +211,28 @@ pub(super) fn attraction_margin(
     let pull = |x: DVec3| well.squared_frequency(x);
     let orbit = Orbit { subject, well, is_alone: damping.is_none(), pull: &pull };
     Some(orbit.margin(part, coupling.movable, stepping))
+}
+
+/// Brings the velocities of position Verlet, which are half a step behind, to the time of the positions.
+fn synchronize(
+    world: &World,
+    coupling: &Coupling,
+    law: &MutualGravity,
+    bodies: &[Entity],
+    states: &mut [BodyState],
+) {
+    let last = |body: &Entity| world.get::<LastStep>(*body).map_or(0.0, |last| last.0);
+    if bodies.iter().all(|body| last(body) == 0.0) {
+        return;
+    }
+    let w: Vec<_> = states.iter().map(|state| state.inverse_mass).collect();
+    let x: Vec<_> = states.iter().map(|state| row_of(state.position)).collect();
+    for (row, body) in bodies[..coupling.movable].iter().enumerate() {
+        let others = (0..coupling.rows).filter(|other| *other != row);
+        let pulls = others.filter_map(|other| coupling.attraction_between(law, [row, other], &x, &w));
+        let force: DVec3 = pulls.sum();
+        states[row].velocity += force * (w[row] * 0.5 * last(body));
+    }
 }
 
 /// The margin of a group whose fastest mode may be infinitely fast; `shares` are those of its springs in it.

@@ -20,7 +20,7 @@ const MOST_BODIES: usize = 16;
 /// Ticks that are looked ahead: ten seconds at 60 Hz.
 const TICKS: u32 = 600;
 
-/// States that are looked at.
+/// States at which the motion is stopped; the later half of them is looked at.
 const LOOKS: u32 = 24;
 
 /// Most steps of the motion.
@@ -29,7 +29,7 @@ const MOST_STEPS: f64 = 60_000.0;
 /// Steps per radian of the fastest mode.
 const STEPS_PER_RADIAN: f64 = 8.0;
 
-/// Computes the positions by row that a group meets in the next ticks of `tick` seconds, where `rate` is a bound of its fastest
+/// Computes the positions by row that a group meets in the later half of the next ticks of `tick` seconds, where `rate` is a bound of its fastest
 /// frequency and damping, 1/s. `None` if that would take too long, if it is at rest in its equilibrium, or if more than springs
 /// and laws without a place act.
 pub(super) fn positions_met(
@@ -43,7 +43,8 @@ pub(super) fn positions_met(
         && coupling.sheets.is_empty()
         && coupling.rows <= MOST_BODIES;
     let steps = (tick * f64::from(TICKS) / f64::from(LOOKS) * rate * STEPS_PER_RADIAN).ceil().max(4.0);
-    if !is_net || !(steps * f64::from(LOOKS) <= MOST_STEPS) {
+    let is_short = steps * f64::from(LOOKS) <= MOST_STEPS;
+    if !(is_net && is_short) {
         return None;
     }
     let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
@@ -69,7 +70,7 @@ pub(super) fn positions_met(
     let h = tick * f64::from(TICKS) / (f64::from(LOOKS) * steps);
     let start = x.clone();
     let mut met = Vec::new();
-    for _ in 0..LOOKS {
+    for look in 0..LOOKS {
         for _ in 0..steps as u32 {
             net.step(h, time, &mut x, &mut v);
             time += h;
@@ -77,7 +78,10 @@ pub(super) fn positions_met(
         if !x.iter().all(|x| x.is_finite()) {
             return None;
         }
-        met.push(x.iter().map(|x| row_of(*x)).collect());
+        // In the first half it settles.
+        if look >= LOOKS / 2 {
+            met.push(x.iter().map(|x| row_of(*x)).collect());
+        }
     }
     let moved = x.iter().zip(&start).any(|(x, start)| x.distance(*start) > 1e-9 * (1.0 + start.length()));
     moved.then_some(met)

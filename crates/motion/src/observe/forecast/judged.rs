@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 
-use super::cure::as_good_as;
+use super::cure::{LinearSystem, as_good_as};
 use super::flight::{Point, Subject};
 use super::modes::Stepping;
 use super::orbit::{Apsides, CircleLimits, LASTING_TURNS, leaves};
@@ -13,6 +13,9 @@ use crate::laws::Well;
 use crate::methods::table::Method;
 use crate::state::substeps::Substeps;
 use crate::units::Scalar;
+
+/// Largest number of bodies that attract each other and are tried together.
+pub(super) const MOST_BODIES: usize = 16;
 
 /// Most ticks of a trial.
 const MOST_TICKS: f64 = 20_000.0;
@@ -40,13 +43,15 @@ pub(super) struct Truth {
     pub turn: Scalar,
     /// The time after which a motion that is not bound is compared, s.
     pub passage: Option<Scalar>,
+    /// Largest distance of each of several bodies from their center, m.
+    pub farthest: [Scalar; MOST_BODIES],
 }
 
 /// Bodies that are attracted, whose motion is judged by stepping it.
 pub(super) trait Attracted {
     /// Squared frequency in the present state, 1/s².
     fn pull(&self) -> Scalar;
-    /// How the largest value is known, if it is not that of the present state.
+    /// The state that has the largest value, if it is not the present one.
     fn occasion(&self) -> Occasion;
     /// Softening over distance.
     fn softness(&self, distance: Option<Scalar>) -> f64;
@@ -57,11 +62,23 @@ pub(super) trait Attracted {
     /// Turns after which the method leaves the true orbit, infinite for a gain of energy in a passage; `None` if it keeps it.
     fn leaves(&self, truth: &Truth, stepping: Stepping) -> Option<Scalar>;
 
+    /// Whether a trial ends before the body has come around.
+    fn is_too_slow(&self, truth: &Truth, stepping: Stepping) -> bool {
+        truth.passage.is_none() && truth.turn > MOST_TICKS * stepping.tick
+    }
+
     /// What becomes of a motion with that value.
     fn fate(&self, truth: &Truth, value: Scalar, stepping: Stepping) -> Fate {
         let limits = CircleLimits::of(stepping.method, self.softness(Some(truth.apsides.nearest)));
-        // Far below every limit nothing has to be tried.
-        let left = if value < SAFE * limits.lasts { None } else { self.leaves(truth, stepping) };
+        let left = if value < SAFE * limits.lasts {
+            // Far below every limit nothing has to be tried.
+            None
+        } else if self.steps(truth, stepping) > MOST_STEPS || self.is_too_slow(truth, stepping) {
+            // What cannot be tried is judged like a circle.
+            (value > limits.lasts).then_some(LASTING_TURNS)
+        } else {
+            self.leaves(truth, stepping)
+        };
         match left {
             None => Fate::Holds,
             Some(_) if limits.grows.is_some_and(|grows| value >= grows) => Fate::Grows,
@@ -81,8 +98,8 @@ pub(super) trait Attracted {
         let fate = match &truth {
             Some(truth) if value.is_finite() => self.fate(truth, value, stepping),
             // A fall into a point cannot be resolved.
-            _ if value < limits.grows.unwrap_or(limits.lasts) => Fate::Holds,
-            _ => Fate::Grows,
+            Some(_) => Fate::Grows,
+            None => self.untried(value, limits),
         };
         let is_now = truth.is_none() || value <= 1.001 * now;
         let doubles_in = |truth: &Truth| self.leaves(truth, stepping).map(|turns| turns * truth.turn);
@@ -108,19 +125,25 @@ pub(super) trait Attracted {
             lasts: Some(limits.lasts),
             fate,
             growth_per_s,
+            growth_per_tick: libm::pow(growth_per_s, stepping.tick),
             cure: Cure::default(),
         };
-        match truth.filter(|_| margin.is_unstable() && value.is_finite()) {
-            Some(truth) => Margin { cure: self.cure(&truth, value, softness, stepping), ..margin },
-            None => margin,
-        }
+        let cure = match truth.filter(|_| value.is_finite()) {
+            _ if !margin.is_unstable() => Cure::default(),
+            Some(truth) => self.cure(&truth, value, softness, stepping),
+            None => cure_of_circle(value, softness, stepping),
+        };
+        Margin { cure, ..margin }
+    }
+
+    /// What becomes of a motion that is not tried.
+    fn untried(&self, value: Scalar, limits: CircleLimits) -> Fate {
+        limits.fate(value)
     }
 
     /// The cures that keep the motion when they are tried.
     fn cure(&self, truth: &Truth, value: Scalar, softness: Scalar, stepping: Stepping) -> Cure {
-        let holds = |stepping: Stepping, value: Scalar| {
-            self.steps(truth, stepping) <= MOST_STEPS && self.fate(truth, value, stepping) == Fate::Holds
-        };
+        let holds = |stepping: Stepping, value: Scalar| self.fate(truth, value, stepping) == Fate::Holds;
         let limits = CircleLimits::of(stepping.method, softness);
         let substeps = shortest(stepping.substeps, value / limits.lasts, |substeps| {
             let value = value * f64::from(stepping.substeps) / f64::from(substeps);
@@ -178,23 +201,25 @@ impl Attracted for Orbit<'_> {
         let turn = if is_bound { self.well.turn_s(apsides) } else { passage };
         if self.is_alone {
             let passage = (!is_bound).then_some(passage);
-            return Some(Truth { pull: pull(apsides.nearest), apsides, turn, passage });
+            let farthest = [0.0; MOST_BODIES];
+            return Some(Truth { pull: pull(apsides.nearest), apsides, turn, passage, farthest });
         }
         let mut met = Truth {
             apsides: Apsides { nearest: f64::INFINITY, farthest: 0.0 },
             pull: 0.0,
             turn,
             passage: None,
+            farthest: [0.0; MOST_BODIES],
         };
-        let is_resolved =
-            self.subject.fly_truly(tick, ticks_of(turn, whole_ticks(tick)), &mut |_, [x, _], _| {
-                let r = x.distance(self.well.position);
-                met.apsides =
-                    Apsides { nearest: met.apsides.nearest.min(r), farthest: met.apsides.farthest.max(r) };
-                met.pull = met.pull.max((self.pull)(x));
-                ControlFlow::Continue(())
-            });
-        (is_resolved && met.apsides.farthest > 0.0).then_some(met)
+        // What cannot be resolved to its end is met all the same.
+        let _: bool = self.subject.fly_truly(tick, ticks_of(turn, whole_ticks(tick)), &mut |_, [x, _], _| {
+            let r = x.distance(self.well.position);
+            met.apsides =
+                Apsides { nearest: met.apsides.nearest.min(r), farthest: met.apsides.farthest.max(r) };
+            met.pull = met.pull.max((self.pull)(x));
+            ControlFlow::Continue(())
+        });
+        (met.apsides.farthest > 0.0).then_some(met)
     }
 }
 
@@ -247,10 +272,12 @@ impl Orbit<'_> {
     }
 }
 
-/// A body and what attracts it, one of many, in the present state: nothing tells what the others make of it.
+/// A body and one of many that attract it, judged in the present state because the motion of the others is unknown.
 pub(super) struct Pair {
     pub well: Well,
     pub distance: Scalar,
+    /// Whether the body is judged by another well that attracts it more.
+    pub is_lesser: bool,
 }
 
 impl Attracted for Pair {
@@ -277,6 +304,21 @@ impl Attracted for Pair {
     fn leaves(&self, _: &Truth, _: Stepping) -> Option<Scalar> {
         None
     }
+
+    fn untried(&self, value: Scalar, limits: CircleLimits) -> Fate {
+        if self.is_lesser { Fate::Holds } else { limits.fate(value) }
+    }
+}
+
+/// The cures of a circle, by its limits alone.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below a small limit")]
+fn cure_of_circle(value: Scalar, softness: f64, stepping: Stepping) -> Cure {
+    let lasts = |method: Method| CircleLimits::of(method, softness).lasts;
+    let substeps = (f64::from(stepping.substeps) * value / lasts(stepping.method)).ceil();
+    let method = as_good_as(stepping.method)
+        .filter(|method| *method != Method::ImplicitEuler && *method != stepping.method)
+        .find(|method| value <= lasts(*method));
+    Cure { substeps: (substeps <= f64::from(Substeps::MOST)).then_some(substeps as u32), method }
 }
 
 /// Softening over distance, bounded.
@@ -344,8 +386,9 @@ const WRONG: Scalar = 0.05;
 const GROWN: Scalar = 4.0;
 
 impl Slowed<'_> {
-    /// The margin of the body, where `linear` is that of linear drag at the same rate.
-    pub fn margin(&self, linear: Margin, stepping: Stepping) -> Margin {
+    /// The margin of the body, where `linear` is that of linear drag at the same rate, and `least` is its drag without the
+    /// quadratic part.
+    pub fn margin(&self, linear: Margin, least: &LinearSystem, stepping: Stepping) -> Margin {
         let mut margin =
             Margin { now: linear.value * (self.now / self.rate), occasion: self.occasion, ..linear };
         // The matrix of linear drag is exact.
@@ -353,22 +396,29 @@ impl Slowed<'_> {
             return margin;
         }
         let Some(truth) = self.truth(stepping.tick) else { return margin };
-        let holds = |stepping: Stepping| self.fate(&truth, stepping) == Fate::Holds;
-        margin.fate = self.fate(&truth, stepping);
+        let fate = |stepping: Stepping| {
+            // A body that rests tells nothing when it is stepped.
+            if least.is_stable(stepping) { self.fate(&truth, stepping) } else { Fate::Grows }
+        };
+        let holds = |stepping: Stepping| fate(stepping) == Fate::Holds;
+        margin.fate = fate(stepping);
         if self.is_quadratic {
             margin.limit = self.limit(margin.value, stepping);
         }
         let grows = margin.fate == Fate::Grows;
         // It grows ever faster.
         margin.growth_per_s = if grows { Scalar::INFINITY } else { 1.0 };
+        margin.growth_per_tick = margin.growth_per_s;
         margin.cure = Cure::default();
         if margin.fate != Fate::Holds {
-            margin.cure.substeps = shortest(stepping.substeps, 1.0, |substeps| {
+            let times = if margin.limit > 0.0 { (margin.value / margin.limit).max(1.0) } else { 1.0 };
+            margin.cure.substeps = shortest(stepping.substeps, times, |substeps| {
                 let steps = f64::from(substeps) * f64::from(DRAG_TICKS);
                 steps <= MOST_STEPS && holds(Stepping { substeps, ..stepping })
             });
             margin.cure.method = as_good_as(stepping.method)
                 .filter(|method| *method != stepping.method)
+                .filter(|method| stepping.may_be_implicit || *method != Method::ImplicitEuler)
                 .find(|method| holds(Stepping { method: *method, ..stepping }));
         }
         margin
@@ -440,7 +490,7 @@ impl Slowed<'_> {
         let grows = |times: Scalar| {
             let stepping = Stepping { tick: stepping.tick * times, ..stepping };
             let truth = self.truth(stepping.tick);
-            truth.is_none_or(|truth| self.fate(&truth, stepping) == Fate::Grows)
+            truth.is_some_and(|truth| self.fate(&truth, stepping) == Fate::Grows)
         };
         const BY: Scalar = 1.5;
         let mut low = 1.0;

@@ -6,16 +6,13 @@ use std::ops::{Add, Mul, Sub};
 use glam::DVec3;
 
 use super::Occasion;
-use super::judged::{Attracted, Truth};
+use super::judged::{Attracted, MOST_BODIES, Truth};
 use super::modes::Stepping;
 use super::orbit::{Apsides, LASTING_TURNS};
 use crate::laws::{BodyState, MutualGravity};
 use crate::methods::table::Method;
 use crate::methods::{Field, Integrator, RungeKutta4, StepState, with_method};
 use crate::units::Scalar;
-
-/// Largest number of bodies that are stepped together.
-pub(super) const MOST: usize = 16;
 
 /// Pairs that are evaluated in a trial.
 const MOST_PAIRS: f64 = 4e6;
@@ -29,12 +26,15 @@ const MOST_STEPS: u32 = 100_000;
 /// Ticks over which an energy is averaged: at a close approach that of a good method differs for a while.
 const AVERAGED: usize = 64;
 
-/// Factor of the energy that counts as another orbit.
+/// Energy, as a part of the kinetic one, below which a group is about to fly apart in any case.
+const SMALL_ENERGY: f64 = 0.2;
+
+/// Factor of the energy, or of the largest distance of a body, that counts as another orbit.
 const KEEPS_WITHIN: f64 = 2.0;
 
 /// Vectors of several bodies.
 #[derive(Clone, Copy)]
-struct Vectors([DVec3; MOST]);
+struct Vectors([DVec3; MOST_BODIES]);
 
 impl Add for Vectors {
     type Output = Self;
@@ -60,7 +60,7 @@ impl Mul<f64> for Vectors {
 /// Bodies that attract each other and nothing else.
 pub(super) struct Attracting<'a> {
     pub law: &'a MutualGravity,
-    /// Up to [`MOST`] bodies, movable ones first.
+    /// Up to [`MOST_BODIES`] bodies, movable ones first.
     pub states: &'a [BodyState],
     pub movable: usize,
     /// Masses as sources, kg.
@@ -85,7 +85,9 @@ impl Attracting<'_> {
         let pull = |[a, b]: [usize; 2]| {
             let squared = x[a].distance_squared(x[b]);
             let r = squared + self.law.softening * self.law.softening;
-            let pull = self.law.constant * (self.masses[a] + self.masses[b]) / (r * r.sqrt());
+            // What is held orbits nothing.
+            let mass = if b < self.movable { self.masses[a] + self.masses[b] } else { self.masses[b] };
+            let pull = self.law.constant * mass / (r * r.sqrt());
             // No force acts at the same position.
             (if squared > 0.0 { pull } else { 0.0 }, squared.sqrt())
         };
@@ -112,14 +114,34 @@ impl Attracting<'_> {
     fn ticks(&self, turn: Scalar, stepping: Stepping) -> u32 {
         let pairs = self.pairs().count() as f64;
         let most = MOST_PAIRS / (pairs * f64::from(stepping.substeps));
-        // NaN counts as the least.
+        // Two turns at least; NaN counts as the least.
+        let most = most.max((2.0 * turn / stepping.tick).ceil()).min(1e6);
         (LASTING_TURNS * turn / stepping.tick).ceil().clamp(20.0, most.max(20.0)) as u32
     }
 
-    fn leaves_by<M: Integrator>(&self, turn: Scalar, stepping: Stepping) -> Option<Scalar> {
+    /// Distances of the movable bodies from the center of all, m.
+    fn distances(&self, Vectors(x): &Vectors) -> impl Iterator<Item = Scalar> {
+        let total: Scalar = self.masses.iter().sum();
+        let center = (0..self.states.len()).map(|row| x[row] * self.masses[row]).sum::<DVec3>() / total;
+        let x = *x;
+        (0..self.movable).map(move |row| x[row].distance(center))
+    }
+
+    /// Kinetic energy, J.
+    fn kinetic(&self, [_, Vectors(v)]: &[Vectors; 2]) -> Scalar {
+        (0..self.movable).map(|row| 0.5 * v[row].length_squared() / self.states[row].inverse_mass).sum()
+    }
+
+    fn leaves_by<M: Integrator>(
+        &self,
+        turn: Scalar,
+        farthest: &[Scalar],
+        stepping: Stepping,
+    ) -> Option<Scalar> {
         let mut field = ManyField { bodies: self, h: stepping.tick / f64::from(stepping.substeps) };
         let [mut x, mut v] = self.start();
         let first = self.energy(&[x, v]);
+        let most_change = (1.0 - 1.0 / KEEPS_WITHIN) * first.abs().max(SMALL_ENERGY * self.kinetic(&[x, v]));
         let mut state = StepState::<ManyField<'_>>::default();
         let mut energies = [first; AVERAGED];
         for tick in 0..self.ticks(turn, stepping) as usize {
@@ -127,9 +149,12 @@ impl Attracting<'_> {
                 (x, v) = M::step(&mut field, x, v, &mut state);
             }
             energies[tick % AVERAGED] = self.energy(&[x, v]);
-            let times = energies.iter().sum::<Scalar>() / (first * AVERAGED as Scalar);
+            let change = energies.iter().sum::<Scalar>() / AVERAGED as Scalar - first;
+            let distances = self.distances(&x);
+            let is_far = |(distance, most): (Scalar, &Scalar)| distance > KEEPS_WITHIN * most;
             // NaN is outside.
-            if !(1.0 / KEEPS_WITHIN..KEEPS_WITHIN).contains(&times) {
+            let keeps_energy = change.abs() <= most_change;
+            if !keeps_energy || distances.zip(farthest).any(is_far) {
                 return Some((tick + 1) as f64 * stepping.tick / turn);
             }
         }
@@ -155,7 +180,7 @@ impl Attracted for Attracting<'_> {
         let [mut x, mut v] = self.start();
         let turn = TAU / self.fastest(&x).0.sqrt();
         let mut field = ManyField { bodies: self, h: tick };
-        let (mut pull, mut nearest) = (0.0, 0.0);
+        let (mut pull, mut nearest, mut farthest) = (0.0, 0.0, [0.0_f64; MOST_BODIES]);
         let whole = Stepping { method: Method::RungeKutta4, tick, substeps: 1, may_be_implicit: false };
         let mut left = f64::from(self.ticks(turn, whole)) * tick;
         for _ in 0..MOST_STEPS {
@@ -163,6 +188,10 @@ impl Attracted for Attracting<'_> {
             if here > pull {
                 (pull, nearest) = (here, r);
             }
+            farthest
+                .iter_mut()
+                .zip(self.distances(&x))
+                .for_each(|(most, r): (&mut Scalar, _)| *most = most.max(r));
             if left <= 0.0 || !here.is_finite() {
                 break;
             }
@@ -170,17 +199,19 @@ impl Attracted for Attracting<'_> {
             left -= field.h;
             (x, v) = RungeKutta4::step(&mut field, x, v, &mut StepState::default());
         }
-        // What could not be resolved to its end was met all the same.
+        // What cannot be resolved to its end is met all the same.
         let apsides = Apsides { nearest, farthest: Scalar::INFINITY };
-        Some(Truth { apsides, pull, turn, passage: None })
+        Some(Truth { apsides, pull, turn, passage: None, farthest })
     }
 
     fn steps(&self, truth: &Truth, stepping: Stepping) -> f64 {
-        f64::from(self.ticks(truth.turn, stepping)) * f64::from(stepping.substeps)
+        f64::from(self.ticks(truth.turn, stepping))
+            * f64::from(stepping.substeps)
+            * self.pairs().count() as f64
     }
 
     fn leaves(&self, truth: &Truth, stepping: Stepping) -> Option<Scalar> {
-        with_method!(stepping.method, M => self.leaves_by::<M>(truth.turn, stepping))
+        with_method!(stepping.method, M => self.leaves_by::<M>(truth.turn, &truth.farthest, stepping))
     }
 }
 
@@ -199,7 +230,7 @@ impl Field for ManyField<'_> {
 
     fn laws(&mut self, _: f64, Vectors(x): Vectors, _: Vectors) -> Vectors {
         let Attracting { law, masses, .. } = self.bodies;
-        let mut sum = [DVec3::ZERO; MOST];
+        let mut sum = [DVec3::ZERO; MOST_BODIES];
         for [a, b] in self.bodies.pairs() {
             let r = x[b] - x[a];
             let squared = r.length_squared() + law.softening * law.softening;
@@ -215,7 +246,7 @@ impl Field for ManyField<'_> {
     }
 
     fn applied(&self) -> Vectors {
-        Vectors([DVec3::ZERO; MOST])
+        Vectors([DVec3::ZERO; MOST_BODIES])
     }
 
     fn depends_on_velocity(&self) -> bool {

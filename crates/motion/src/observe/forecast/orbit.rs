@@ -4,17 +4,19 @@
 //! rate that the matrix of one step about such a circle tells, in the frame that turns with the body. Every method, also one
 //! below that limit, changes a circle in the long run: it lasts if it stays within half and twice its radius.
 
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
-use std::sync::OnceLock;
+use std::sync::Mutex;
 
 use glam::{DMat3, DVec3};
 
+use super::Fate;
 use super::flight::{Point, Subject};
 use super::matrix::Matrix;
 use super::modes::Stepping;
 use crate::laws::{BodyState, Law, Well, Wells};
-use crate::methods::table::{METHODS, Method};
+use crate::methods::table::Method;
 
 /// Turns after which a circle counts as lasting.
 pub const LASTING_TURNS: f64 = 100.0;
@@ -24,6 +26,12 @@ const KEEPS_WITHIN: f64 = 2.0;
 
 /// Below this w h no step counts as short enough.
 const SMALLEST: f64 = 5e-3;
+
+/// Up to this w h every method that keeps circles at all does so.
+const SHORT: f64 = 0.1;
+
+/// Softening over radius below which a well is a point.
+const LEAST_SOFTNESS: f64 = 0.01;
 
 /// No method keeps circles above this w h.
 const LARGEST: f64 = 4.0;
@@ -44,10 +52,37 @@ pub(super) struct CircleLimits {
 impl CircleLimits {
     /// The limits of `method` where the softening s is `softness` times the radius.
     pub fn of(method: Method, softness: f64) -> Self {
-        static OF_POINTS: [OnceLock<CircleLimits>; METHODS.len()] =
-            [const { OnceLock::new() }; METHODS.len()];
-        let find = || Self { grows: grows_from(method, softness), lasts: lasts_to(method, softness) };
-        if softness == 0.0 { *OF_POINTS[method as usize].get_or_init(find) } else { find() }
+        static KNOWN: Mutex<BTreeMap<(Method, u32), CircleLimits>> = Mutex::new(BTreeMap::new());
+        // In steps of 5 %: finding them takes as long as thousands of ticks.
+        let number = if softness > LEAST_SOFTNESS {
+            (libm::log(softness / LEAST_SOFTNESS) * 20.0).ceil()
+        } else {
+            0.0
+        };
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small count")]
+        let number = number.min(1e4) as u32;
+        if let Ok(known) = KNOWN.lock()
+            && let Some(limits) = known.get(&(method, number))
+        {
+            return *limits;
+        }
+        let softness = if number == 0 { 0.0 } else { LEAST_SOFTNESS * libm::exp(f64::from(number) / 20.0) };
+        let limits = Self { grows: grows_from(method, softness), lasts: lasts_to(method, softness) };
+        if let Ok(mut known) = KNOWN.lock() {
+            known.insert((method, number), limits);
+        }
+        limits
+    }
+}
+
+impl CircleLimits {
+    /// What becomes of a circle, by these limits alone. A method that keeps no circle at any step says nothing of this one.
+    pub fn fate(self, value: f64) -> Fate {
+        match self.grows {
+            Some(grows) if value >= grows => Fate::Grows,
+            _ if self.lasts > 0.0 && value > self.lasts => Fate::Drifts(LASTING_TURNS),
+            _ => Fate::Holds,
+        }
     }
 }
 
@@ -88,7 +123,7 @@ fn lasts_to(method: Method, softness: f64) -> f64 {
         let ticks = (LASTING_TURNS * TAU / h).ceil() as u32;
         leaves(&on_circle(&laws, DVec3::Y), DVec3::ZERO, [1.0; 2], steps_of(method, h), ticks).is_some()
     };
-    if leaves(SMALLEST) { 0.0 } else { first(&leaves, SMALLEST, 1.02) }
+    if leaves(SMALLEST) { 0.0 } else { first(&leaves, SHORT, 1.02) }
 }
 
 /// The smallest value for which `fails` holds, from `start` on, found in steps of a factor and halved.
@@ -151,7 +186,7 @@ fn growth_about_circle(laws: &[&dyn Law], stepping: Stepping) -> Option<f64> {
             break;
         }
     }
-    if off.iter().any(|off| !(off.abs() < 1e-9)) {
+    if !off.iter().all(|off| off.abs() < 1e-9) {
         return None;
     }
     let [u, v, angle] = guess;
@@ -221,6 +256,16 @@ impl Well {
         let is_bound = energy < 0.0;
         let most = if is_bound { self.strength / -energy } else { f64::INFINITY };
         let leaves = !is_bound && x.dot(v) >= 0.0;
+        if self.softening == 0.0 && is_bound && self.strength > 0.0 {
+            // Kepler: a (1 - e) and a (1 + e), the first without cancellation.
+            let a = 0.5 * most;
+            let e = (1.0 - momentum / (self.strength * a)).max(0.0).sqrt();
+            let nearest = (momentum / (self.strength * (1.0 + e))).min(r);
+            return Apsides {
+                nearest: if nearest < 1e-9 * r { 0.0 } else { nearest },
+                farthest: (a * (1.0 + e)).max(r),
+            };
+        }
         let inner = if leaves { r } else { turn(r, 0.0).min(r) };
         Apsides {
             // What has no angular momentum but rounding falls into the well.

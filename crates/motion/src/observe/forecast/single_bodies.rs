@@ -11,6 +11,7 @@ use super::judged::{Attracted as _, Orbit, Pair, Slowed};
 use super::lanczos::largest;
 use super::modes::{Modes, Stepping};
 use super::{Forecast, LimitingPart, Margin, Occasion};
+use crate::kernels::BodyOptions;
 use crate::laws::{BodyState, Drag, EvaluationTime, Jacobians, Law, SharedLaws, Well};
 use crate::state::clock::StepClock;
 use crate::state::components::Quarantined;
@@ -24,8 +25,6 @@ use crate::units::Scalar;
 struct Oscillator {
     body: Entity,
     state: BodyState,
-    /// Whether springs or mutual gravity join it to others.
-    grouped: bool,
     /// Square of the frequency, 1/s².
     stiffness: Scalar,
     /// Largest rate of drag to come, and that of the present state, 1/s.
@@ -55,9 +54,12 @@ struct StepClass {
     fastest: Vec<(Limit, Option<Oscillator>)>,
     /// The fastest for each well, by its number.
     wells: Vec<Option<Oscillator>>,
-    /// The well that is the fastest of all: its body is tried.
-    fastest_well: Option<usize>,
+    /// The bodies that come nearest to the limit at the well that attracts them most, by its number: they are tried.
+    tried: Vec<(usize, Oscillator)>,
 }
+
+/// Number of bodies of a class whose orbits are tried: the fastest may be one that only passes.
+const MOST_TRIED: usize = 4;
 
 /// Largest number of wells that are listed for the bodies of a class: the fastest.
 const MOST_WELLS: usize = 64;
@@ -85,6 +87,12 @@ impl Forecast {
                 continue;
             }
             let options = row.options.options();
+            let last = row.last_step.map_or(0.0, |last| last.0);
+            if last != 0.0 && !grouped {
+                // Position Verlet's velocity is half a step behind.
+                let acting = environment.on_body(&options, false);
+                state.velocity += acting.map(|law| law.acceleration(at, state)).sum::<DVec3>() * (0.5 * last);
+            }
             let stepping = Stepping {
                 method: row.method(world).unwrap_or(scenes.method),
                 substeps: options.substeps.unwrap_or(scenes.substeps),
@@ -93,7 +101,6 @@ impl Forecast {
             let mut oscillator = Oscillator {
                 body: entity,
                 state,
-                grouped,
                 stiffness: 0.0,
                 drag: 0.0,
                 drag_now: 0.0,
@@ -112,7 +119,7 @@ impl Forecast {
                     bodies: 0,
                     fastest: Vec::new(),
                     wells: Vec::new(),
-                    fastest_well: None,
+                    tried: Vec::new(),
                 });
                 classes.len() - 1
             });
@@ -121,14 +128,21 @@ impl Forecast {
             if !grouped {
                 class.keep(Limit::Damping, oscillator);
             }
-            let alone = wells.len() == 1 && !grouped;
+            let strongest = |a: &(usize, &Well), b: &(usize, &Well)| {
+                let [a, b] = [a, b].map(|(_, well)| well.squared_frequency(state.position));
+                a.total_cmp(&b)
+            };
+            let strongest = wells.iter().enumerate().max_by(strongest).map(|(number, _)| number);
             // Of bodies that springs join, wells are in the sum of their group.
             let joined = grouped && environment.attraction.is_none();
             for (number, well) in wells.iter().enumerate().filter(|_| !joined) {
-                let r =
-                    if alone { well.apsides(state).nearest } else { state.position.distance(well.position) };
-                let stiffness = well.squared_frequency(well.position + DVec3::X * r);
+                let stiffness = well.squared_frequency(state.position);
                 class.keep(Limit::Well(number), Oscillator { stiffness, ..oscillator });
+                if strongest == Some(number) && !grouped {
+                    let r = well.apsides(state).nearest;
+                    let stiffness = well.squared_frequency(well.position + DVec3::X * r);
+                    class.try_orbit(number, Oscillator { stiffness, ..oscillator });
+                }
             }
             for law in others.all().chain(options.laws.iter().map(|law| &**law)) {
                 let Jacobians { position, velocity } = law.jacobians(at, state);
@@ -145,7 +159,15 @@ impl Forecast {
             class.fastest.sort_by_key(|(limit, _)| limit.rank());
             let fastest =
                 class.fastest.iter().filter_map(|(limit, oscillator)| Some((*limit, (*oscillator)?)));
-            self.margins.extend(fastest.map(|(limit, oscillator)| judge.margin(&class, limit, oscillator)));
+            let orbit = judge.orbit(&class);
+            let judged = orbit.map(|margin| margin.part);
+            let is_other = |(limit, _): &(Limit, Oscillator)| match (limit, judged) {
+                (Limit::Well(number), Some(LimitingPart::Well(judged, _))) => *number != judged,
+                _ => true,
+            };
+            let others = fastest.filter(is_other);
+            self.margins.extend(others.map(|(limit, oscillator)| judge.margin(&class, limit, oscillator)));
+            self.margins.extend(orbit);
         }
     }
 }
@@ -218,16 +240,22 @@ impl StepClass {
         }
     }
 
+    /// Keeps an orbit to be tried if it is among the fastest.
+    fn try_orbit(&mut self, number: usize, oscillator: Oscillator) {
+        let faster = |(_, other): &(usize, Oscillator)| other.stiffness >= oscillator.stiffness;
+        let place = self.tried.partition_point(faster);
+        if place < MOST_TRIED && oscillator.stiffness > 0.0 {
+            self.tried.insert(place, (number, oscillator));
+            self.tried.truncate(MOST_TRIED);
+        }
+    }
+
     /// Moves the fastest wells into the list.
     fn list_wells(&mut self) {
         let wells = self.wells.drain(..).enumerate();
         let mut wells: Vec<_> = wells.map(|(number, well)| (Limit::Well(number), well)).collect();
         let speed = |well: &(Limit, Option<Oscillator>)| well.1.map_or(0.0, |well| well.stiffness);
         wells.sort_by(|a, b| speed(b).total_cmp(&speed(a)));
-        self.fastest_well = wells.first().and_then(|(limit, _)| match limit {
-            Limit::Well(number) => Some(*number),
-            Limit::Damping | Limit::Law(_) => None,
-        });
         self.fastest.extend(wells.into_iter().take(MOST_WELLS));
     }
 }
@@ -244,18 +272,10 @@ impl Judge<'_> {
     fn margin(&self, class: &StepClass, limit: Limit, oscillator: Oscillator) -> Margin {
         let (stepping, bodies) = (class.stepping, class.bodies);
         let h = stepping.tick / f64::from(stepping.substeps);
-        let Oscillator { body, state, grouped, stiffness, drag, drag_now, occasion, damping: rate } =
-            oscillator;
+        let Oscillator { body, state, stiffness, drag, drag_now, occasion, damping: rate } = oscillator;
         let options = options_of(self.world.entity(body));
         let laws: SmallVec<[&dyn Law; 8]> = self.environment.on_body(&options, false).collect();
-        let subject = Subject {
-            laws: &laws,
-            damping: options.damping(self.environment.damping),
-            locks: options.locks,
-            speed_limit: options.speed_limit,
-            start: state,
-            time: self.environment.times.start,
-        };
+        let subject = self.subject(&laws, &options, state);
         let linear = |part: LimitingPart, stiffness: Scalar, value: Scalar| {
             let system = LinearSystem::one(Modes::one(stiffness, drag, subject.damping));
             system.margin(part, bodies, [value; 2], stepping)
@@ -266,24 +286,58 @@ impl Judge<'_> {
                 let is_quadratic = self.environment.laws.drag.is_some_and(|drag| drag.quadratic != 0.0);
                 let slowed =
                     Slowed { subject, rate: drag + rate, now: drag_now + rate, occasion, is_quadratic };
-                slowed.margin(linear(part, 0.0, h * (drag + rate)), stepping)
-            }
-            Limit::Well(number)
-                if class.fastest_well != Some(number) || self.wells.len() > MOST_WELLS || grouped =>
-            {
-                let well = self.wells[number];
-                let pair = Pair { well, distance: state.position.distance(well.position) };
-                pair.margin(LimitingPart::Well(number, body), bodies, stepping)
+                let alone = self.environment.laws.drag.map_or(0.0, |drag| drag.linear);
+                let least = LinearSystem::one(Modes::one(0.0, alone, subject.damping));
+                slowed.margin(linear(part, 0.0, h * (drag + rate)), &least, stepping)
             }
             Limit::Well(number) => {
-                let pull = |x: DVec3| self.wells.iter().map(|well| well.squared_frequency(x).max(0.0)).sum();
-                let is_alone = self.wells.len() == 1 && laws.len() == 1 && subject.damping.is_none();
-                let orbit = Orbit { subject, well: self.wells[number], is_alone, pull: &pull };
-                orbit.margin(LimitingPart::Well(number, body), bodies, stepping)
+                let well = self.wells[number];
+                let is_lesser = !class.tried.is_empty() && self.wells.len() <= MOST_WELLS;
+                let pair = Pair { well, distance: state.position.distance(well.position), is_lesser };
+                pair.margin(LimitingPart::Well(number, body), bodies, stepping)
             }
             Limit::Law(name) => {
                 linear(LimitingPart::Law(name, body), stiffness, h * stiffness.sqrt().max(drag))
             }
+        }
+    }
+}
+
+impl Judge<'_> {
+    /// The worst of the orbits of a class that are tried.
+    fn orbit(&self, class: &StepClass) -> Option<Margin> {
+        if self.wells.len() > MOST_WELLS {
+            return None;
+        }
+        let margins = class.tried.iter().map(|(number, Oscillator { body, state, .. })| {
+            let options = options_of(self.world.entity(*body));
+            let laws: SmallVec<[&dyn Law; 8]> = self.environment.on_body(&options, false).collect();
+            let subject = self.subject(&laws, &options, *state);
+            let pull = |x: DVec3| self.wells.iter().map(|well| well.squared_frequency(x).max(0.0)).sum();
+            let is_alone = self.wells.len() == 1
+                && laws.len() == 1
+                && subject.damping.is_none_or(|damping| damping.rate == 0.0)
+                && subject.locks.is_none()
+                && subject.speed_limit.is_none();
+            let orbit = Orbit { subject, well: self.wells[*number], is_alone, pull: &pull };
+            orbit.margin(LimitingPart::Well(*number, *body), class.bodies, class.stepping)
+        });
+        margins.max_by(|a, b| a.is_unstable().cmp(&b.is_unstable()).then(a.ratio().total_cmp(&b.ratio())))
+    }
+
+    fn subject<'l>(
+        &self,
+        laws: &'l [&'l dyn Law],
+        options: &BodyOptions<'_>,
+        start: BodyState,
+    ) -> Subject<'l> {
+        Subject {
+            laws,
+            damping: options.damping(self.environment.damping),
+            locks: options.locks,
+            speed_limit: options.speed_limit,
+            start,
+            time: self.environment.times.start,
         }
     }
 }

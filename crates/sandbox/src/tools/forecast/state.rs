@@ -20,9 +20,8 @@ pub(super) const FRESH_S: f64 = 0.25;
 pub(super) const FRESH_LARGE_S: f64 = 2.0;
 pub(super) const LARGE_NET: usize = 20_000;
 
-/// Growth in a hundred turns or ticks below which it is listed and not told, as a factor: Runge-Kutta 2 is never quite
-/// stable.
-const TOLD_GROWTH: f64 = 2.0;
+/// Growth in a hundred turns or ticks from which it is reported before the run, as a factor: Runge-Kutta 2 is never quite stable.
+const REPORTED_GROWTH: f64 = 2.0;
 
 /// Growth in a second that is said as a number, %.
 const LEAST_PERCENT: f64 = 0.001;
@@ -74,11 +73,10 @@ impl ForecastRow {
         }
     }
 
-    /// Whether there is anything to say of it.
-    fn is_told(&self, tick: f64) -> bool {
-        let Margin { fate, growth_per_s, .. } = self.margin;
-        match fate {
-            Fate::Grows => growth_per_s.powf(self.margin.lasting_s(tick)) >= TOLD_GROWTH,
+    /// Whether it is reported before the run, and not only listed.
+    fn is_reported(&self) -> bool {
+        match self.margin.fate {
+            Fate::Grows => self.margin.growth_in_turns() >= REPORTED_GROWTH,
             Fate::Drifts(_) | Fate::Wrong(_) => true,
             Fate::Holds => self.margin.may_be_unstable(),
         }
@@ -228,10 +226,9 @@ impl Forecast {
         if stage.sim.scene.step == StepKind::Frame {
             stage.sim.world.insert_resource(TimeStep(frame));
         }
-        let tick = stage.sim.world.resource::<TimeStep>().0;
         let is_listed = |row: &ForecastRow| row.margin.fate != Fate::Holds || row.margin.may_be_unstable();
         self.at_start = rows(stage).into_iter().filter(is_listed).collect();
-        let told: Vec<_> = self.at_start.iter().filter(|row| row.is_told(tick)).cloned().collect();
+        let told: Vec<_> = self.at_start.iter().filter(|row| row.is_reported()).cloned().collect();
         if let Some(worst) = told.first() {
             stage.notices.say(Topic::Forecast, format!("{}: {}", worst.verdict(), worst.line()));
         }
