@@ -185,6 +185,9 @@ pub struct SpringMargin {
     pub ratio: Scalar,
 }
 
+/// Largest number of groups whose motion is computed ahead.
+const MOST_AHEAD: usize = 32;
+
 /// A forecast of instability: the stability margins of all bodies. Springs and dampers are linearized in the present state.
 /// Attraction is taken at the closest approach to come, drag at the fastest speed; there the method itself steps the body on
 /// all of its laws, beside the true motion.
@@ -264,6 +267,7 @@ impl Forecast {
 
     fn add_groups(&mut self, world: &World, scenes: Stepping, springs: bool) {
         let Some(groups) = world.get_resource::<Groups>() else { return };
+        let looks_ahead = groups.list.len() <= MOST_AHEAD;
         for Group { coupling, bodies, substeps, .. } in &groups.list {
             let first = bodies.first().and_then(|body| world.get_entity(*body).ok());
             let stepping = Stepping {
@@ -272,7 +276,14 @@ impl Forecast {
                 ..scenes
             };
             let spring_margins = springs.then_some(&mut self.springs);
-            self.margins.extend(groups::margin(world, coupling, bodies, stepping, spring_margins));
+            self.margins.extend(groups::margin(
+                world,
+                coupling,
+                bodies,
+                stepping,
+                spring_margins,
+                looks_ahead,
+            ));
             self.margins.extend(groups::attraction_margin(world, coupling, bodies, stepping));
         }
     }

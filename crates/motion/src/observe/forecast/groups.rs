@@ -19,13 +19,15 @@ use crate::state::components::Transform;
 use crate::state::method_state::LastStep;
 use crate::units::Scalar;
 
-/// The margin of a group, if anything acts in it. Adds the margins of its springs to `spring_margins`, if given.
+/// The margin of a group, if anything acts in it. Adds the margins of its springs to `spring_margins`, if given. If it
+/// `looks_ahead`, a method that only damping keeps stable is judged over the motion to come.
 pub(super) fn margin(
     world: &World,
     coupling: &Coupling,
     bodies: &[Entity],
     stepping: Stepping,
     spring_margins: Option<&mut Vec<SpringMargin>>,
+    looks_ahead: bool,
 ) -> Option<Margin> {
     let damps_inside = stepping.method.traits().damps_inside;
     let times = if damps_inside { 1.0 } else { f64::from(stepping.substeps) };
@@ -45,7 +47,7 @@ pub(super) fn margin(
         infinite_margin(&group, shares(), bodies, stepping)
     };
     // Whether a method that is stable only with damping holds depends on where the damping is, which changes as the bodies move.
-    let is_weak = stepping.method.claims().stability_limit == 0.0 && over.is_finite();
+    let is_weak = looks_ahead && stepping.method.claims().stability_limit == 0.0 && over.is_finite();
     let fastest = stiffest.sqrt() + rate;
     let shares: Vec<_> = shares().collect();
     if is_weak && let Some(met) = positions_met(world, coupling, bodies, [stepping.tick, fastest]) {

@@ -67,21 +67,29 @@ pub(super) trait Attracted {
         truth.passage.is_none() && truth.turn > MOST_TICKS * stepping.tick
     }
 
-    /// What becomes of a motion with that value.
-    fn fate(&self, truth: &Truth, value: Scalar, stepping: Stepping) -> Fate {
-        let limits = CircleLimits::of(stepping.method, self.softness(Some(truth.apsides.nearest)));
-        let left = if value < SAFE * limits.lasts {
+    /// Turns after which a motion with that value is left; `None` if it is kept.
+    fn turns(&self, truth: &Truth, value: Scalar, stepping: Stepping) -> Option<Scalar> {
+        let limits = self.limits(truth, stepping);
+        if value < SAFE * limits.lasts {
             // Far below every limit nothing has to be tried.
             None
         } else if self.steps(truth, stepping) > MOST_STEPS || self.is_too_slow(truth, stepping) {
             // What cannot be tried is judged like a circle.
-            (value > limits.lasts).then_some(LASTING_TURNS)
+            (limits.fate(value) != Fate::Holds).then_some(LASTING_TURNS)
         } else {
             self.leaves(truth, stepping)
-        };
-        match left {
+        }
+    }
+
+    fn limits(&self, truth: &Truth, stepping: Stepping) -> CircleLimits {
+        CircleLimits::of(stepping.method, self.softness(Some(truth.apsides.nearest)))
+    }
+
+    /// What becomes of a motion with that value.
+    fn fate(&self, truth: &Truth, value: Scalar, stepping: Stepping) -> Fate {
+        match self.turns(truth, value, stepping) {
             None => Fate::Holds,
-            Some(_) if limits.grows.is_some_and(|grows| value >= grows) => Fate::Grows,
+            Some(_) if self.limits(truth, stepping).grows.is_some_and(|grows| value >= grows) => Fate::Grows,
             Some(turns) if turns.is_infinite() => Fate::Grows,
             Some(turns) => Fate::Drifts(turns),
         }
@@ -102,7 +110,7 @@ pub(super) trait Attracted {
             None => self.untried(value, limits),
         };
         let is_now = truth.is_none() || value <= 1.001 * now;
-        let doubles_in = |truth: &Truth| self.leaves(truth, stepping).map(|turns| turns * truth.turn);
+        let doubles_in = |truth: &Truth| self.turns(truth, value, stepping).map(|turns| turns * truth.turn);
         let growth_per_s = match (&fate, &truth) {
             (Fate::Drifts(_) | Fate::Grows, Some(truth)) if value.is_finite() => {
                 let seconds = doubles_in(truth).filter(|seconds| seconds.is_finite());
