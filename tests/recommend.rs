@@ -297,3 +297,17 @@ fn bad_flags_are_named() {
     fails(&onto("."), "is a folder");
     assert_eq!(fs::read_to_string(folder.path().join("other.ron")).unwrap(), "mine");
 }
+
+/// Explicit Euler and Runge-Kutta 2 may be near enough for a second, and let the spring grow without end.
+#[test]
+fn what_is_chosen_is_not_refused_as_unstable() {
+    let scene = "(version: 1, step_hz: 60, method: runge_kutta_4, bodies: [(name: \"post\", immovable: true),
+        (name: \"ball\", position_m: (1.1, 0, 0))],
+        springs: [(between: (\"post\", \"ball\"), stiffness_n_m: 300, rest_length_m: 1)])";
+    for error in ["0.03", "0.001"] {
+        let folder = rigs::folder([("spring.ron", scene)]);
+        let line = format!("recommend spring.ron --error {error} --seconds 1 --quick --apply chosen.ron");
+        sandbox(&folder, &line).ends(0);
+        sandbox(&folder, "run chosen.ron --seconds 1 --refuse-unstable").ends(0);
+    }
+}

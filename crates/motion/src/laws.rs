@@ -181,6 +181,11 @@ pub trait Law: Debug + Send + Sync + 'static {
         false
     }
 
+    /// The wells that the law consists of; empty for every other law. The forecast judges them as orbits.
+    fn wells(&self) -> &[Well] {
+        &[]
+    }
+
     /// Potential energy of `body`, J, for a law with [`Law::has_potential`].
     fn potential_energy(&self, body: BodyState) -> f64 {
         let _ = body;

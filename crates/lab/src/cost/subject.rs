@@ -2,6 +2,7 @@
 
 use history::Simulation;
 use motion::effects::Effect;
+use motion::forecast::{Forecast, Margin};
 use motion::{Law, Laws, Method};
 use scene::{Scene, SceneError, unsolvable};
 
@@ -182,6 +183,12 @@ impl Subject {
     pub fn refusal(&self, method: Method) -> Option<String> {
         let attracts = self.scene.mutual_gravity.is_some() && !self.is_off(Effect::MutualGravity);
         unsolvable(method, attracts).map(|why| why.to_string())
+    }
+
+    /// Whether the forecast reports it as unstable by this setting.
+    pub fn is_unstable(&self, setting: Setting) -> bool {
+        let mut run = self.run(setting);
+        Forecast::of(&mut run.world, setting.method).margins().iter().any(Margin::is_reported)
     }
 
     /// Its scene with one method and number of substeps for every body.

@@ -128,6 +128,10 @@ impl Law for Wells {
         true
     }
 
+    fn wells(&self) -> &[Well] {
+        &self.0
+    }
+
     /// `-m mu / sqrt(r² + s²)`.
     fn potential_energy(&self, body: BodyState) -> f64 {
         let sum = self.0.iter().map(|well| well.strength * well.reach(body).1).sum::<f64>();

@@ -165,6 +165,16 @@ impl Margin {
         if limit == 0.0 { Scalar::INFINITY } else { self.value / limit }
     }
 
+    /// Whether that is seen in [`LASTING_TURNS`]: it at least doubles, or leaves its orbit. Runge-Kutta 2 is never quite stable.
+    #[must_use]
+    pub fn is_reported(&self) -> bool {
+        match self.fate {
+            Fate::Grows => self.growth_in_turns() >= 2.0,
+            Fate::Drifts(_) => true,
+            Fate::Holds | Fate::Wrong(_) => false,
+        }
+    }
+
     /// Factor of growth in [`LASTING_TURNS`] turns of w, or in as many ticks if those are longer.
     #[must_use]
     pub fn growth_in_turns(&self) -> Scalar {

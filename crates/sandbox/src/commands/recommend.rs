@@ -71,13 +71,37 @@ pub(crate) fn run(args: &RecommendArgs) -> Result<(), Failure> {
     // Opened before the runs: a place that cannot be written is found out now.
     let target = args.apply.as_deref().map(|path| Target::open(path, &scene)).transpose()?;
     let studies = measure(&parts, args);
-    let named: Vec<_> = parts.iter().zip(&studies).map(|(part, study)| (part.name.as_str(), study)).collect();
-    let found = recommend(&named, args.goal.goal()).map_err(|why| Failure::Expectation(why.to_string()))?;
+    let (found, studies) = choose(&parts, studies, args)?;
     show(&match args.format {
         Format::Table => table(&scene, &found, &studies),
         Format::Json => json(&scene, &found, &parts, &studies),
     })?;
     target.map_or(Ok(()), |target| target.write(args, &scene, &parts, &found))
+}
+
+/// The choice, and the studies with a note on each setting that was left out: one that the forecast calls unstable is not
+/// chosen, because `run --refuse-unstable` would refuse it.
+fn choose(
+    parts: &[Part],
+    mut studies: Vec<Study>,
+    args: &RecommendArgs,
+) -> Result<(Recommendation, Vec<Study>), Failure> {
+    let mut open = studies.clone();
+    loop {
+        let named: Vec<_> =
+            parts.iter().zip(&open).map(|(part, study)| (part.name.as_str(), study)).collect();
+        let found =
+            recommend(&named, args.goal.goal()).map_err(|why| Failure::Expectation(why.to_string()))?;
+        let is_unstable = |(part, row): (&Part, &PartChoice)| {
+            Subject::of_scene(part.scene.clone(), args.seconds).is_unstable(row.pick.setting)
+        };
+        let Some(row) = parts.iter().zip(&found.rows).position(is_unstable) else {
+            return Ok((found, studies));
+        };
+        let left_out = found.rows[row].pick.setting;
+        open[row].cells.retain(|cell| cell.setting != left_out);
+        studies[row].notes.push(format!("{left_out} is left out: the forecast calls it unstable"));
+    }
 }
 
 /// Says why there is nothing to compare, if so.

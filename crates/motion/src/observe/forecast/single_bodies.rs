@@ -54,8 +54,8 @@ struct StepClass {
     fastest: Vec<(Limit, Option<Oscillator>)>,
     /// The fastest for each well, by its number.
     wells: Vec<Option<Oscillator>>,
-    /// The bodies that come nearest to the limit at the well that attracts them most, by its number: they are tried.
-    tried: Vec<(usize, Oscillator)>,
+    /// The bodies that come nearest to the limit, each with the well that attracts it most: they are tried.
+    tried: Vec<(LimitingPart, Well, Oscillator)>,
 }
 
 /// Number of bodies of a class whose orbits are tried: the fastest may be one that only passes.
@@ -128,23 +128,28 @@ impl Forecast {
             if !grouped {
                 class.keep(Limit::Damping, oscillator);
             }
-            let strongest = |a: &(usize, &Well), b: &(usize, &Well)| {
-                let [a, b] = [a, b].map(|(_, well)| well.squared_frequency(state.position));
-                a.total_cmp(&b)
-            };
-            let strongest = wells.iter().enumerate().max_by(strongest).map(|(number, _)| number);
+            let own = options.laws.iter().flat_map(|law| {
+                law.wells().iter().map(|well| (LimitingPart::Law(law.name(), entity), *well))
+            });
+            let shared = wells.iter().enumerate();
+            let shared = shared.map(|(number, well)| (LimitingPart::Well(number, entity), *well));
+            let pull = |(_, well): &(LimitingPart, Well)| well.squared_frequency(state.position);
+            let strongest = shared.chain(own).max_by(|a, b| pull(a).total_cmp(&pull(b)));
+            if let Some((part, well)) = strongest.filter(|_| !grouped) {
+                let r = well.apsides(state).nearest;
+                let stiffness = well.squared_frequency(well.position + DVec3::X * r);
+                class.try_orbit(part, well, Oscillator { stiffness, ..oscillator });
+            }
             // Of bodies that springs join, wells are in the sum of their group.
             let joined = grouped && environment.attraction.is_none();
             for (number, well) in wells.iter().enumerate().filter(|_| !joined) {
                 let stiffness = well.squared_frequency(state.position);
                 class.keep(Limit::Well(number), Oscillator { stiffness, ..oscillator });
-                if strongest == Some(number) && !grouped {
-                    let r = well.apsides(state).nearest;
-                    let stiffness = well.squared_frequency(well.position + DVec3::X * r);
-                    class.try_orbit(number, Oscillator { stiffness, ..oscillator });
-                }
             }
-            for law in others.all().chain(options.laws.iter().map(|law| &**law)) {
+            // Own wells of a body that moves alone are among those that are tried.
+            let own = options.laws.iter().map(|law| &**law);
+            let own = own.filter(|law| grouped || law.wells().is_empty());
+            for law in others.all().chain(own) {
                 let Jacobians { position, velocity } = law.jacobians(at, state);
                 if position != DMat3::ZERO || velocity != DMat3::ZERO {
                     let drag = oscillator.drag + restoring_rate(velocity);
@@ -241,11 +246,12 @@ impl StepClass {
     }
 
     /// Keeps an orbit to be tried if it is among the fastest.
-    fn try_orbit(&mut self, number: usize, oscillator: Oscillator) {
-        let faster = |(_, other): &(usize, Oscillator)| other.stiffness >= oscillator.stiffness;
+    fn try_orbit(&mut self, part: LimitingPart, well: Well, oscillator: Oscillator) {
+        let faster =
+            |(_, _, other): &(LimitingPart, Well, Oscillator)| other.stiffness >= oscillator.stiffness;
         let place = self.tried.partition_point(faster);
         if place < MOST_TRIED && oscillator.stiffness > 0.0 {
-            self.tried.insert(place, (number, oscillator));
+            self.tried.insert(place, (part, well, oscillator));
             self.tried.truncate(MOST_TRIED);
         }
     }
@@ -309,18 +315,19 @@ impl Judge<'_> {
         if self.wells.len() > MOST_WELLS {
             return None;
         }
-        let margins = class.tried.iter().map(|(number, Oscillator { body, state, .. })| {
+        let margins = class.tried.iter().map(|(part, well, Oscillator { body, state, .. })| {
             let options = options_of(self.world.entity(*body));
             let laws: SmallVec<[&dyn Law; 8]> = self.environment.on_body(&options, false).collect();
             let subject = self.subject(&laws, &options, *state);
-            let pull = |x: DVec3| self.wells.iter().map(|well| well.squared_frequency(x).max(0.0)).sum();
-            let is_alone = self.wells.len() == 1
+            let wells = || self.wells.iter().chain(options.laws.iter().flat_map(|law| law.wells()));
+            let pull = |x: DVec3| wells().map(|well| well.squared_frequency(x).max(0.0)).sum();
+            let is_alone = wells().count() == 1
                 && laws.len() == 1
                 && subject.damping.is_none_or(|damping| damping.rate == 0.0)
                 && subject.locks.is_none()
                 && subject.speed_limit.is_none();
-            let orbit = Orbit { subject, well: self.wells[*number], is_alone, pull: &pull };
-            orbit.margin(LimitingPart::Well(*number, *body), class.bodies, class.stepping)
+            let orbit = Orbit { subject, well: *well, is_alone, pull: &pull };
+            orbit.margin(*part, class.bodies, class.stepping)
         });
         margins.max_by(|a, b| a.is_unstable().cmp(&b.is_unstable()).then(a.ratio().total_cmp(&b.ratio())))
     }

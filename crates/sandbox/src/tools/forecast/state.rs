@@ -20,9 +20,6 @@ pub(super) const FRESH_S: f64 = 0.25;
 pub(super) const FRESH_LARGE_S: f64 = 2.0;
 pub(super) const LARGE_NET: usize = 20_000;
 
-/// Growth in a hundred turns or ticks from which it is reported before the run, as a factor: Runge-Kutta 2 is never quite stable.
-const REPORTED_GROWTH: f64 = 2.0;
-
 /// Growth in a second that is said as a number, %.
 const LEAST_PERCENT: f64 = 0.001;
 
@@ -75,11 +72,8 @@ impl ForecastRow {
 
     /// Whether it is reported before the run, and not only listed.
     fn is_reported(&self) -> bool {
-        match self.margin.fate {
-            Fate::Grows => self.margin.growth_in_turns() >= REPORTED_GROWTH,
-            Fate::Drifts(_) | Fate::Wrong(_) => true,
-            Fate::Holds => self.margin.may_be_unstable(),
-        }
+        let is_wrong = matches!(self.margin.fate, Fate::Wrong(_));
+        self.margin.is_reported() || is_wrong || self.margin.may_be_unstable()
     }
 
     /// The state that has the value, and the present value, where that is another one.
