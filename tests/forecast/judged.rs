@@ -67,6 +67,7 @@ fn circles_and_ellipses_are_judged_like_their_runs_and_cures_keep_them() {
         assert!((margin.value / value - 1.0).abs() < 1e-6, "{margin:?} {value}");
         let holds = stays(apsides, method, h, 1, 100.0);
         alarms += usize::from(margin.is_unstable());
+        assert_eq!(margin.is_reported(), margin.is_unstable(), "{margin:?}");
         match (margin.is_unstable(), holds) {
             (true, true) => false_alarms.push((method, value, e, margin.fate)),
             (false, false) => missed.push((method, value, e, margin.fate)),
@@ -326,6 +327,7 @@ fn random_drag_is_judged_like_its_runs_and_cures_hold() {
         let margin = margin(&around, [DVec3::ZERO, DVec3::X * speed], method, h);
         let grows = |method: Method, substeps: u32| grows(drag, speed, (method, h), substeps);
         alarms += usize::from(margin.is_unstable());
+        assert_eq!(margin.is_reported(), margin.is_unstable(), "{margin:?}");
         match (margin.is_unstable(), grows(method, 1)) {
             (true, false) => false_alarms.push((method, drag, speed)),
             (false, true) => missed.push((method, drag, speed)),

@@ -169,7 +169,8 @@ impl Margin {
     #[must_use]
     pub fn is_reported(&self) -> bool {
         match self.fate {
-            Fate::Grows => self.growth_in_turns() >= 2.0,
+            // An orbit is left within them, whose turns may take far longer than those at its closest approach.
+            Fate::Grows => self.lasts.is_some() || self.growth_in_turns() >= 2.0,
             Fate::Drifts(_) => true,
             Fate::Holds | Fate::Wrong(_) => false,
         }
