@@ -131,3 +131,16 @@ fn energy_that_is_lost_and_energy_that_is_invented_have_opposite_signs() {
     let (invented, lost) = (end(Method::ExplicitEuler), end(Method::ImplicitEuler));
     assert!(invented > 0.5 && lost < -0.5, "{invented} {lost}");
 }
+
+/// Their positions are the same, and so are velocities at the time of the positions.
+#[test]
+fn position_verlet_keeps_the_energy_of_velocity_verlet() {
+    let plan = Plan { longer: 1, ..plain(&[Method::PositionVerlet, Method::VelocityVerlet], [32]) };
+    let bench = studied(Subject::oscillator(5).unwrap(), plan);
+    let largest = |method| {
+        let mut drifts = bench.study().drifts.iter().filter(|drift| drift.setting.method == method);
+        drifts.next().and_then(|drift| drift.largest).expect("its books were kept")
+    };
+    let (position, velocity) = (largest(Method::PositionVerlet), largest(Method::VelocityVerlet));
+    assert!((position / velocity - 1.0).abs() < 1e-3, "{position} {velocity}");
+}
