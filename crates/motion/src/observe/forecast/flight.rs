@@ -95,12 +95,7 @@ impl Subject<'_> {
 
     /// The true motion over as many ticks, by Runge-Kutta 4 at steps that follow the rates that it meets. `see` is called
     /// with every state and whether a tick ends there. Returns whether the motion could be resolved.
-    pub fn fly_truly(
-        &self,
-        tick: f64,
-        ticks: u32,
-        see: &mut dyn FnMut(bool, Point, Rates) -> ControlFlow<()>,
-    ) -> bool {
+    pub fn fly_truly(&self, tick: f64, ticks: u32, see: &mut dyn FnMut(bool, Point)) -> bool {
         use crate::methods::RungeKutta4;
         let rate = self.damping.map_or(0.0, |damping| damping.rate);
         let mut field = BodyField { body: self, h: tick, start: self.time, rate, decay: Decay::none(tick) };
@@ -113,8 +108,7 @@ impl Subject<'_> {
                     return false;
                 }
                 left -= 1;
-                let rates = self.rates(field.start, [x, v]);
-                let most = 1.0 / (STEPS_PER_TIME * rates.largest());
+                let most = 1.0 / (STEPS_PER_TIME * self.fastest_rate(field.start, [x, v]));
                 let steps = (rest / most).ceil().max(1.0);
                 if steps > f64::from(MOST_STEPS) || steps.is_nan() {
                     return false;
@@ -127,16 +121,14 @@ impl Subject<'_> {
                 if !(x.is_finite() && v.is_finite()) {
                     return false;
                 }
-                if see(rest == 0.0, [x, v], rates).is_break() {
-                    return true;
-                }
+                see(rest == 0.0, [x, v]);
             }
         }
         true
     }
 
-    /// The rates of the laws at a state.
-    pub fn rates(&self, time: f64, [position, velocity]: Point) -> Rates {
+    /// The largest rate at which the laws change along a motion, 1/s: by position, or by velocity.
+    fn fastest_rate(&self, time: f64, [position, velocity]: Point) -> f64 {
         let at = EvaluationTime { time, within_step: time };
         let body = BodyState { position, velocity, ..self.start };
         let mut sum = Jacobians::zero();
@@ -146,7 +138,7 @@ impl Subject<'_> {
             sum.velocity += of_law.velocity;
         }
         let damping = self.damping.map_or(0.0, |damping| damping.rate);
-        Rates { pull: size(sum.position).sqrt(), drag: size(sum.velocity) + damping }
+        size(sum.position).sqrt().max(size(sum.velocity) + damping)
     }
 
     /// Potential energy at a position, J; `None` if something takes or gives energy.
@@ -155,21 +147,6 @@ impl Subject<'_> {
             && self.laws.iter().all(|law| law.has_potential());
         let body = BodyState { position, ..self.start };
         keeps.then(|| self.laws.iter().map(|law| law.potential_energy(body)).sum())
-    }
-}
-
-/// The rates at which the laws change along a motion, 1/s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Rates {
-    /// Square root of the largest derivative of the acceleration by position.
-    pub pull: f64,
-    /// Largest derivative of the acceleration by velocity.
-    pub drag: f64,
-}
-
-impl Rates {
-    fn largest(self) -> f64 {
-        self.pull.max(self.drag)
     }
 }
 

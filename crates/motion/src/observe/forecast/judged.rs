@@ -9,7 +9,7 @@ use super::flight::{Point, Subject};
 use super::modes::Stepping;
 use super::orbit::{Apsides, CircleLimits, LASTING_TURNS, leaves};
 use super::{Cure, Deviation, Fate, LimitingPart, Margin, Occasion};
-use crate::laws::Well;
+use crate::laws::{BodyState, Well};
 use crate::methods::table::Method;
 use crate::state::substeps::Substeps;
 use crate::units::Scalar;
@@ -69,7 +69,7 @@ pub(super) trait Attracted {
 
     /// Turns after which a motion with that value is left; `None` if it is kept.
     fn turns(&self, truth: &Truth, value: Scalar, stepping: Stepping) -> Option<Scalar> {
-        let limits = self.limits(truth, stepping);
+        let limits = CircleLimits::of(stepping.method, self.softness(Some(truth.apsides.nearest)));
         if value < SAFE * limits.lasts {
             // Far below every limit nothing has to be tried.
             None
@@ -81,20 +81,6 @@ pub(super) trait Attracted {
         }
     }
 
-    fn limits(&self, truth: &Truth, stepping: Stepping) -> CircleLimits {
-        CircleLimits::of(stepping.method, self.softness(Some(truth.apsides.nearest)))
-    }
-
-    /// What becomes of a motion with that value.
-    fn fate(&self, truth: &Truth, value: Scalar, stepping: Stepping) -> Fate {
-        match self.turns(truth, value, stepping) {
-            None => Fate::Holds,
-            Some(_) if self.limits(truth, stepping).grows.is_some_and(|grows| value >= grows) => Fate::Grows,
-            Some(turns) if turns.is_infinite() => Fate::Grows,
-            Some(turns) => Fate::Drifts(turns),
-        }
-    }
-
     /// The margin of the motion.
     fn margin(&self, part: LimitingPart, bodies: usize, stepping: Stepping) -> Margin {
         let h = stepping.tick / f64::from(stepping.substeps);
@@ -103,22 +89,25 @@ pub(super) trait Attracted {
         let value = truth.map_or(now, |truth| now.max(h * truth.pull.sqrt()));
         let softness = self.softness(truth.map(|truth| truth.apsides.nearest));
         let limits = CircleLimits::of(stepping.method, softness);
-        let fate = match &truth {
-            Some(truth) if value.is_finite() => self.fate(truth, value, stepping),
+        let (fate, growth_per_s) = match &truth {
+            Some(truth) if value.is_finite() => match self.turns(truth, value, stepping) {
+                None => (Fate::Holds, 1.0),
+                // A gain of energy in a passage.
+                Some(turns) if turns.is_infinite() => (Fate::Grows, Scalar::INFINITY),
+                Some(turns) => {
+                    let grows = limits.grows.is_some_and(|grows| value >= grows);
+                    let fate = if grows { Fate::Grows } else { Fate::Drifts(turns) };
+                    (fate, libm::pow(2.0, 1.0 / (turns * truth.turn)))
+                }
+            },
             // A fall into a point cannot be resolved.
-            Some(_) => Fate::Grows,
-            None => self.untried(value, limits),
+            Some(_) => (Fate::Grows, Scalar::INFINITY),
+            None => match self.untried(value, limits) {
+                Fate::Grows => (Fate::Grows, Scalar::INFINITY),
+                fate => (fate, 1.0),
+            },
         };
         let is_now = truth.is_none() || value <= 1.001 * now;
-        let doubles_in = |truth: &Truth| self.turns(truth, value, stepping).map(|turns| turns * truth.turn);
-        let growth_per_s = match (&fate, &truth) {
-            (Fate::Drifts(_) | Fate::Grows, Some(truth)) if value.is_finite() => {
-                let seconds = doubles_in(truth).filter(|seconds| seconds.is_finite());
-                seconds.map_or(Scalar::INFINITY, |seconds| libm::pow(2.0, 1.0 / seconds))
-            }
-            (Fate::Grows, _) => Scalar::INFINITY,
-            _ => 1.0,
-        };
         let Stepping { method, substeps, .. } = stepping;
         let margin = Margin {
             part,
@@ -151,16 +140,14 @@ pub(super) trait Attracted {
 
     /// The cures that keep the motion when they are tried.
     fn cure(&self, truth: &Truth, value: Scalar, softness: Scalar, stepping: Stepping) -> Cure {
-        let holds = |stepping: Stepping, value: Scalar| self.fate(truth, value, stepping) == Fate::Holds;
+        let holds = |stepping: Stepping, value: Scalar| self.turns(truth, value, stepping).is_none();
         let limits = CircleLimits::of(stepping.method, softness);
         let substeps = shortest(stepping.substeps, value / limits.lasts, |substeps| {
             let value = value * f64::from(stepping.substeps) / f64::from(substeps);
             holds(Stepping { substeps, ..stepping }, value)
         });
-        // Implicit Euler shrinks every orbit, and throws a body out that has come near.
-        let method = as_good_as(stepping.method)
-            .filter(|method| *method != Method::ImplicitEuler && *method != stepping.method)
-            .find(|method| holds(Stepping { method: *method, ..stepping }, value));
+        let mut methods = cures_of_orbit(stepping.method);
+        let method = methods.find(|method| holds(Stepping { method: *method, ..stepping }, value));
         Cure { substeps, method }
     }
 }
@@ -220,12 +207,11 @@ impl Attracted for Orbit<'_> {
             farthest: [0.0; MOST_BODIES],
         };
         // What cannot be resolved to its end is met all the same.
-        let _: bool = self.subject.fly_truly(tick, ticks_of(turn, whole_ticks(tick)), &mut |_, [x, _], _| {
+        let _: bool = self.subject.fly_truly(tick, ticks_of(turn, whole_ticks(tick)), &mut |_, [x, _]| {
             let r = x.distance(self.well.position);
             met.apsides =
                 Apsides { nearest: met.apsides.nearest.min(r), farthest: met.apsides.farthest.max(r) };
             met.pull = met.pull.max((self.pull)(x));
-            ControlFlow::Continue(())
         });
         (met.apsides.farthest > 0.0).then_some(met)
     }
@@ -246,37 +232,29 @@ impl Orbit<'_> {
             return None;
         }
         // An orbit of a slow body is too long to be tried whole: half its energy is a factor of 2 in its size.
-        let energy = |[x, v]: Point| {
-            self.subject
-                .potential(x)
-                .map(|potential| potential * self.subject.start.inverse_mass + 0.5 * v.length_squared())
-        };
-        let start = energy([self.subject.start.position, self.subject.start.velocity])?;
-        let mut end = None;
-        self.subject.fly(stepping, ticks, &mut |_, point| {
-            end = energy(point);
+        let (start, end) = self.energies(stepping, ticks)?;
+        let turns = flown * 0.5 / (end / start - 1.0).abs();
+        (turns <= LASTING_TURNS).then_some(turns)
+    }
+
+    /// Energies before and after so many ticks, J/kg; `None` if a state is not finite, or something takes or gives energy.
+    fn energies(&self, stepping: Stepping, ticks: u32) -> Option<(Scalar, Scalar)> {
+        let BodyState { position, velocity, inverse_mass } = self.subject.start;
+        let (start, mut last) = ([position, velocity], [position, velocity]);
+        let is_finite = self.subject.fly(stepping, ticks, &mut |_, point| {
+            last = point;
             ControlFlow::Continue(())
         });
-        let turns = flown * 0.5 / (end? / start - 1.0).abs();
-        (turns <= LASTING_TURNS).then_some(turns)
+        let energy =
+            |[x, v]: Point| Some(self.subject.potential(x)? * inverse_mass + 0.5 * v.length_squared());
+        is_finite.then_some((energy(start)?, energy(last)?))
     }
 
     /// Whether a passage changes the energy by more than there was.
     fn gains_in(&self, passage: Scalar, stepping: Stepping) -> bool {
-        let mut last = [DVec3::ZERO; 2];
-        let ticks = ticks_of(passage / LASTING_TURNS, stepping);
-        let flown = self.subject.fly(stepping, ticks, &mut |_, point| {
-            last = point;
-            ControlFlow::Continue(())
-        });
-        let potential = |x: DVec3| {
-            -self.well.strength
-                / (x.distance_squared(self.well.position) + self.well.softening * self.well.softening).sqrt()
-        };
-        let energy = |[x, v]: Point| 0.5 * v.length_squared() + potential(x);
-        let start = [self.subject.start.position, self.subject.start.velocity];
-        let before = energy(start);
-        !flown || (energy(last) - before).abs() > before.abs().max(0.5 * start[1].length_squared())
+        let kinetic = 0.5 * self.subject.start.velocity.length_squared();
+        let energies = self.energies(stepping, ticks_of(passage / LASTING_TURNS, stepping));
+        energies.is_none_or(|(before, after)| (after - before).abs() > before.abs().max(kinetic))
     }
 }
 
@@ -318,14 +296,17 @@ impl Attracted for Pair {
     }
 }
 
+/// The methods that may cure an orbit of another. Implicit Euler shrinks every orbit, and throws a body out that has come near.
+fn cures_of_orbit(of: Method) -> impl Iterator<Item = Method> {
+    as_good_as(of).filter(move |method| *method != Method::ImplicitEuler && *method != of)
+}
+
 /// The cures of a circle, by its limits alone.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below a small limit")]
 fn cure_of_circle(value: Scalar, softness: f64, stepping: Stepping) -> Cure {
     let lasts = |method: Method| CircleLimits::of(method, softness).lasts;
     let substeps = (f64::from(stepping.substeps) * value / lasts(stepping.method)).ceil();
-    let method = as_good_as(stepping.method)
-        .filter(|method| *method != Method::ImplicitEuler && *method != stepping.method)
-        .find(|method| value <= lasts(*method));
+    let method = cures_of_orbit(stepping.method).find(|method| value <= lasts(*method));
     Cure { substeps: (substeps <= f64::from(Substeps::MOST)).then_some(substeps as u32), method }
 }
 
@@ -435,11 +416,10 @@ impl Slowed<'_> {
     /// The true motion after each tick.
     fn truth(&self, tick: Scalar) -> Option<Vec<Point>> {
         let mut points = Vec::new();
-        let is_resolved = self.subject.fly_truly(tick, DRAG_TICKS, &mut |ends, point, _| {
+        let is_resolved = self.subject.fly_truly(tick, DRAG_TICKS, &mut |ends, point| {
             if ends {
                 points.push(point);
             }
-            ControlFlow::Continue(())
         });
         is_resolved.then_some(points)
     }

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::Occasion;
 use super::judged::{Attracted, MOST_BODIES, Truth};
 use super::modes::Stepping;
-use super::orbit::{Apsides, LASTING_TURNS};
+use super::orbit::{Apsides, KEEPS_WITHIN, LASTING_TURNS};
 use crate::laws::{BodyState, MutualGravity};
 use crate::methods::table::Method;
 use crate::methods::{Field, Integrator, RungeKutta4, StepState, with_method};
@@ -28,9 +28,6 @@ const AVERAGED: usize = 64;
 
 /// Energy, as a part of the kinetic one, below which a group is about to fly apart in any case.
 const SMALL_ENERGY: f64 = 0.2;
-
-/// Factor of the energy, or of the largest distance of a body, that counts as another orbit.
-const KEEPS_WITHIN: f64 = 2.0;
 
 /// Vectors of several bodies.
 #[derive(Clone, Copy)]

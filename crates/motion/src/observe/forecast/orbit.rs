@@ -21,8 +21,8 @@ use crate::methods::table::Method;
 /// Turns after which a circle counts as lasting.
 pub const LASTING_TURNS: f64 = 100.0;
 
-/// Largest change of the radius of an orbit that lasts, as a factor.
-const KEEPS_WITHIN: f64 = 2.0;
+/// Largest change of the radius of an orbit that lasts, as a factor; of several bodies also of their energy.
+pub(super) const KEEPS_WITHIN: f64 = 2.0;
 
 /// Below this w h no step counts as short enough.
 const SMALLEST: f64 = 5e-3;

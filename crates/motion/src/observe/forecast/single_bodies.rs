@@ -307,9 +307,7 @@ impl Judge<'_> {
             }
         }
     }
-}
 
-impl Judge<'_> {
     /// The worst of the orbits of a class that are tried.
     fn orbit(&self, class: &StepClass) -> Option<Margin> {
         if self.wells.len() > MOST_WELLS {
