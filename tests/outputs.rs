@@ -272,7 +272,7 @@ fn a_bundle_is_not_written_over_by_what_is_unpacked_from_it() {
         is_refused(
             folder.path(),
             &format!("replay {name} --out ."),
-            &format!("{name}: --out writes a file {name} there"),
+            &format!("{name} is a name of the files that --out writes; give another folder"),
         );
     }
 }
@@ -306,4 +306,105 @@ fn a_script_that_presses_the_key_of_screenshots_writes_them_without_other_pictur
     assert_eq!(picture.size_px, [16, 16]);
     let summary: Value = serde_json::from_slice(&fs::read(folder.path().join("out.json")).unwrap()).unwrap();
     assert_eq!(summary["frames"], 1);
+}
+
+#[test]
+fn a_folder_that_is_named_keeps_the_files_that_no_run_wrote() {
+    let (bundle, _) = with_a_fault();
+    let bytes = bundle.write().unwrap();
+    let folder = folder([
+        ("box.zip", &bytes[..]),
+        ("mine/scene.ron", b"mine"),
+        ("mine/drift.csv", b"mine"),
+        ("mine/matrix.md", b"mine"),
+        ("mine/force.html", b"mine"),
+    ]);
+    let words =
+        "this file exists, and nothing says that it was written by an earlier run; give another folder";
+    for (line, name) in [
+        ("replay box.zip --out mine", "scene.ron"),
+        ("cost kepler --quick --out mine", "drift.csv"),
+        ("stability at_rest --ticks 1 --out mine", "matrix.md"),
+        ("lessons --html mine", "force.html"),
+    ] {
+        is_refused(folder.path(), line, &format!("mine/{name}: {words}"));
+    }
+    for line in ["replay box.zip --out own", "stability at_rest --ticks 1 --out own"] {
+        sandbox(&folder, line).ends(0);
+        sandbox(&folder, line).ends(0);
+    }
+}
+
+/// A lesson over the scene "oscillator" with a run of other.ron, whose solution saves what can be saved.
+const LESSON: &str = r#"(
+    version: 1, title: "T", about: "A.", page: "P", scene: "oscillator",
+    measure: (x: position("ball", x)),
+    runs: [(scene: "other.ron", seconds: 0.1, measure: (e: energy))],
+    steps: [(
+        task: "Push it.", done: "x > x_before + 0.5",
+        solution: [press("Ctrl+S"), press("F12"), push("ball", (5000, 0, 0))],
+        wrong: [[press("Ctrl+S"), press("G")], [push("ball", (-50, 0, 0))]],
+        then: "At {x} m.", holds: "x > 3",
+    )],
+)"#;
+
+#[test]
+fn no_command_writes_over_what_it_reads() {
+    let case = "(version: 1, gravity: (), bodies: [(name: \"ball\")], \
+                expect: (survival: (measure: energy, seconds: 1, bounded_below: 0.1)))";
+    let folder = folder([
+        ("w.ron", FALL),
+        ("my.ron", LESSON),
+        ("other.ron", FALL),
+        ("summary.md", FALL),
+        ("x-growth.svg", FALL),
+        ("st/matrix.md", case),
+        ("config/inertia/window", "settings"),
+    ]);
+    let same = "name the same file; give two";
+    for (line, words) in [
+        ("w.ron --record w.ron".to_owned(), format!("the scene and --record {same}")),
+        ("w.ron --record st/../w.ron".to_owned(), format!("the scene and --record {same}")),
+    ] {
+        is_refused(folder.path(), &line, &words);
+    }
+    for flag in ["--summary", "--state", "--film", "--black-box"] {
+        for (file, what) in [("my.ron", "the lesson"), ("other.ron", "a scene of the lesson")] {
+            let line = format!("run oscillator --lesson my.ron {flag} {file}");
+            is_refused(folder.path(), &line, &format!("{what} and {flag} {same}"));
+        }
+    }
+    is_refused(folder.path(), "run w.ron --frame-times my.ron --summary w.ron", "");
+    for file in ["summary.md", "x-growth.svg"] {
+        let words = "is a name of the report in that folder; give another folder";
+        is_refused(folder.path(), &format!("cost {file} --quick --out ."), words);
+    }
+    let words = "is a name of the matrix in that folder; give another folder";
+    is_refused(folder.path(), "stability st/matrix.md --ticks 1 --out st", words);
+    #[cfg(target_os = "linux")]
+    {
+        let config = folder.path().join("config");
+        let mut record = Command::new(program());
+        record.args(["w.ron", "--record", "config/inertia/window"]).env("XDG_CONFIG_HOME", &config);
+        let said = output(record.current_dir(&folder));
+        said.fails(2, &format!("the window's settings and --record {same}"));
+        assert_eq!(fs::read_to_string(config.join("inertia/window")).unwrap(), "settings");
+    }
+}
+
+#[test]
+fn a_lesson_that_saves_writes_nothing_where_no_folder_is_named() {
+    let folder = folder([("my.ron", LESSON), ("other.ron", FALL), ("bundle.zip", "mine")]);
+    let before = listing(folder.path());
+    sandbox(&folder, "lessons check my.ron").fine();
+    let line = "run oscillator --lesson my.ron --seconds 6 --fps 10 --size 16x16";
+    let said = sandbox(&folder, line).ends(0);
+    let words = "the bundle of the lesson is not written; name a folder for it with --frames";
+    assert!(said.err.contains(words), "{}", said.all());
+    assert_eq!(listing(folder.path()), before);
+    assert_eq!(fs::read_to_string(folder.path().join("bundle.zip")).unwrap(), "mine");
+    sandbox(&folder, &format!("{line} --frames out --frame-every 1000")).fine();
+    let written = listing(&folder.path().join("out"));
+    let ends = |end: &str| written.iter().any(|path| path.extension().is_some_and(|found| found == end));
+    assert!(ends("zip") && ends("png"), "{written:?}");
 }

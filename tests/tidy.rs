@@ -349,6 +349,21 @@ fn only_scene_parses_files() {
     }
 }
 
+#[test]
+fn commands_read_files_in_one_place_that_outputs_are_compared_with() {
+    let rooms = ["commands", "output", "window", "window.rs"];
+    // The one place, what saves what was opened, and a test.
+    let except = ["output/command_files.rs", "output/scenes.rs", "window/program.rs", "window/recorder.rs"];
+    let except = except.map(|file| format!("crates/sandbox/src/{file}"));
+    for room in rooms {
+        never(
+            &format!("crates/sandbox/src/{room}"),
+            &except.each_ref().map(|file| &**file),
+            &["scene::load(", "load_case(", "lesson::load", "load_script(", "read_text("],
+        );
+    }
+}
+
 /// What a place may become f32 of without a difference: sizes, directions, a streak, and what is one already.
 const NO_PLACES: &[&str] = &[
     "half_extents()",

@@ -40,20 +40,29 @@ pub use table::{Table, aligned, csv};
 pub use tables::{prices, tables};
 pub use words::{time_words, words};
 
+const TEXTS: [(&str, fn(&Report) -> String); 6] = [
+    ("report.html", page::page),
+    ("report.json", json),
+    ("summary.md", summary),
+    ("cells.csv", csv::cells),
+    ("drift.csv", csv::drift),
+    ("rates.csv", csv::rates),
+];
+
+/// Whether [`files`] may have a file of that name: one of its texts, or any picture.
+pub fn is_file(name: &str) -> bool {
+    TEXTS.iter().any(|(text, _)| *text == name) || name.ends_with(PICTURE)
+}
+
+/// How the names of figures end.
+const PICTURE: &str = ".svg";
+
 /// The files of a report by their names, none of which has a folder: `report.html` with everything in it, `report.json`
 /// as [`Report`] is read again, `summary.md`, `cells.csv`, `drift.csv`, `rates.csv`, and each figure as SVG.
 /// They are made one at a time as they are asked for.
 pub fn files(report: &Report) -> impl Iterator<Item = (String, Vec<u8>)> {
-    let texts: [(&str, fn(&Report) -> String); 6] = [
-        ("report.html", page::page),
-        ("report.json", json),
-        ("summary.md", summary),
-        ("cells.csv", csv::cells),
-        ("drift.csv", csv::drift),
-        ("rates.csv", csv::rates),
-    ];
-    let texts = texts.into_iter().map(|(name, text)| (name.to_owned(), text(report).into_bytes()));
-    let figures = drawn(report).map(|(name, figure)| (format!("{name}.svg"), figure.document().into_bytes()));
+    let texts = TEXTS.into_iter().map(|(name, text)| (name.to_owned(), text(report).into_bytes()));
+    let figures = drawn(report).map(|(name, figure)| (name + PICTURE, figure.document().into_bytes()));
     texts.chain(figures)
 }
 

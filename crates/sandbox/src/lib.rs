@@ -6,7 +6,7 @@
 //! - [`Tools`]: what can be opened beside the picture; [`Panel`] names each.
 //! - [`input`] is what reaches a session from outside, [`actions`] the table of what keys, buttons and scripts can do, and
 //!   [`player`] plays a script.
-//! - [`commands`]: the command line. [`report`] and [`files`] are what runs write.
+//! - [`commands`]: the command line. [`report`] is what runs write.
 //!
 //! Does not include: physics (`motion`), file formats (`scene`), rays (`pick`), pixels (`render`).
 
@@ -33,7 +33,7 @@ pub use app::ui::Control;
 pub use commands::plan;
 pub use history::Overrides;
 pub use input::SwitchedBy;
-pub use output::{STDOUT_IS_CLOSED, files, report, tell};
+pub use output::{STDOUT_IS_CLOSED, report, tell};
 pub use panels::{Panel, PanelRow};
 pub use stage::notices::QuarantinedBody;
 pub use stage::options::{Options, Words};

@@ -2,7 +2,8 @@
 
 pub(crate) mod black_box;
 pub(crate) mod bundle;
-pub mod files;
+pub(crate) mod command_files;
+pub(crate) mod files;
 pub(crate) mod orders;
 pub(crate) mod pictures;
 pub(crate) mod progress;

@@ -24,11 +24,12 @@ use winit::event_loop::DeviceEvents;
 use self::recorder::Recorder;
 use self::shell::Shell;
 use crate::app::arrangement::FIRST_START;
-use crate::app::script::{load_script, player_of};
+use crate::app::script::player_of;
 use crate::app::session::{DEFAULT_FPS, Session};
 use crate::args::{StepArgs, size};
 use crate::failure::Failure;
 use crate::output::bundle;
+use crate::output::command_files::CommandFiles;
 use crate::output::progress::Loading;
 use crate::output::tell;
 use crate::stage::options::{Options, check};
@@ -65,23 +66,27 @@ pub(crate) struct WindowArgs {
 
 /// Opens the window and runs until it is closed.
 pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
-    let lesson = args.lesson.as_deref().map(scene::lesson::load).transpose()?;
+    let mut files = CommandFiles::default();
+    let lesson = args.lesson.as_deref().map(|name| files.lesson(name)).transpose()?;
     let home = lesson.as_ref().map(|lesson| beside(&lesson.name, &lesson.scene));
     let name = args.scene.as_deref().or(home.as_deref()).unwrap_or("tutorial");
-    let mut session = session(args, name)?;
+    let mut session = session(args, name, &mut files)?;
     if let Some(lesson) = lesson {
         let of_runs = run_lesson(&lesson, 1.0)?;
         session.begin_lesson(lesson, of_runs);
     }
     if let Some(path) = &args.script {
-        let script = load_script(path, session.stage.scene())?;
+        let script = files.script(path, session.stage.scene())?;
         session.play(player_of(script));
     }
-    let recorder = args.record.as_ref().map(|path| Recorder::new(path, name, args.step.method, args.size));
-    let recorder = recorder.transpose()?;
+    for path in remembered::paths() {
+        files.read("the window's settings", &path)?;
+    }
+    let record = |path| Recorder::new(files.claim("--record", path)?, name, args.step.method, args.size);
+    let recorder = args.record.as_deref().map(record).transpose()?;
     let event_loop = display::event_loop(name)?;
     display::end_with(&event_loop);
-    let mut shell = Shell::new(session, recorder);
+    let mut shell = Shell::new(session, recorder, files);
     forecast_start(&mut shell.session);
     let has_bars = !args.bare && args.script.is_none();
     let remembers = has_bars && !args.guest;
@@ -105,7 +110,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         // A recording keeps its scene, and shows no list that another machine does not have.
         if shell.recorder.is_none() {
             shell.session.stage.remember_files(remembered::files());
-            shell.files = Some(shell.session.stage.files().to_owned());
+            shell.remembered = Some(shell.session.stage.files().to_owned());
             if let Source::File(path) = shell.session.stage.scene().source.clone() {
                 shell.session.stage.run.note_file(&path);
             }
@@ -137,10 +142,10 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
 }
 
 /// What the window begins with: a scene, or a bundle just before what went wrong in it.
-fn session(args: &WindowArgs, name: &str) -> Result<Session, Failure> {
+fn session(args: &WindowArgs, name: &str, files: &mut CommandFiles) -> Result<Session, Failure> {
     let StepArgs { method, substeps, threads } = args.step;
     let options = Options { size_px: args.size, paused: args.paused, threads, ..Options::default() };
-    if let Some(bundle) = bundle::named(name)? {
+    if let Some(bundle) = files.named_bundle(name)? {
         if method.is_some() || substeps.is_some() || args.record.is_some() {
             let what = "a bundle repeats its own run; leave --method, --substeps and --record out";
             return Err(Failure::Usage(format!("{name}: {what}")));
@@ -148,7 +153,7 @@ fn session(args: &WindowArgs, name: &str) -> Result<Session, Failure> {
         return bundle::opened(&bundle, name, options);
     }
     let loading = Loading::begin();
-    let scene = scene::load(name)?;
+    let scene = files.scene(name)?;
     let overrides = Overrides { method, substeps, ..Overrides::default() };
     check(overrides, &scene)?;
     loading.next();

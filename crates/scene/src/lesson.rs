@@ -276,7 +276,7 @@ pub const fn shipped() -> &'static [(&'static str, &'static str)] {
 /// # Errors
 /// As [`Lesson::parse`]; if there is no such lesson or file.
 pub fn load(name_or_path: &str) -> Result<Lesson, SceneError> {
-    if let Some((name, text)) = shipped().iter().find(|(name, _)| *name == name_or_path) {
+    if let Some((name, text)) = embedded(name_or_path) {
         return Lesson::parse(name, text);
     }
     let path = Path::new(name_or_path);
@@ -286,4 +286,14 @@ pub fn load(name_or_path: &str) -> Result<Lesson, SceneError> {
         return Err(SceneError::of_file(name_or_path, "there is no such lesson", cure));
     }
     Lesson::parse(name_or_path, &read_text(path)?)
+}
+
+/// Whether that is the name of a lesson in the program, and not the path of a file.
+#[must_use]
+pub fn is_shipped(name_or_path: &str) -> bool {
+    embedded(name_or_path).is_some()
+}
+
+fn embedded(name: &str) -> Option<&'static (&'static str, &'static str)> {
+    shipped().iter().find(|(shipped, _)| *shipped == name)
 }

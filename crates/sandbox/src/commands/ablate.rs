@@ -11,6 +11,7 @@ use crate::clock::FrameClock;
 use crate::commands::effects;
 use crate::commands::list::Format;
 use crate::input::SwitchedBy;
+use crate::output::command_files::CommandFiles;
 use crate::output::show;
 use crate::stage::options::Options;
 
@@ -42,7 +43,7 @@ pub(crate) struct AblateArgs {
 
 /// Does what `sandbox ablate` says.
 pub(crate) fn run(args: &AblateArgs) -> Result<(), Failure> {
-    let scene = scene::load(&args.scene)?;
+    let scene = CommandFiles::default().scene(&args.scene)?;
     args.seconds.map_or(Ok(()), |seconds| check_seconds(seconds, scene.step_hz))?;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive, and saturating")]
     let ticks = args.seconds.map_or(args.ticks, |seconds| ((seconds * scene.step_hz).round() as u64).max(1));

@@ -12,7 +12,8 @@ use crate::commands::list::Format;
 use crate::output::show;
 
 use crate::failure::Failure;
-use crate::output::files::{study_folder, write};
+use crate::output::command_files::CommandFiles;
+use crate::output::files::{refuse_others_files, study_folder, write};
 use crate::output::progress::Progress;
 
 pub(super) const EXAMPLES: &str = "\
@@ -71,7 +72,8 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
         let what = "--bodies is for problems: a scene is timed with the bodies that it has; leave it out";
         return Err(Failure::Usage(what.to_owned()));
     }
-    let subjects = subjects(&names, args.seconds)?;
+    let mut files = CommandFiles::default();
+    let subjects = subjects(&names, args.seconds, &mut files)?;
     if let Some(ticks) = args.ticks_of {
         return subjects.iter().try_for_each(|subject| ticks.run(subject, args.bodies));
     }
@@ -80,6 +82,17 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
     }
     let mut plan = if args.quick { Plan::quick(subjects.len()) } else { Plan::full() };
     plan.bodies = args.bodies.unwrap_or(plan.bodies);
+    if let Some(folder) = &args.out {
+        files.refuse_names(folder, report::is_file, "the report in that folder; give another folder")?;
+        // Whose report is there is asked below.
+        let is_own = args.replace || folder.join(FILE).exists();
+        refuse_others_files(
+            folder,
+            is_own,
+            report::is_file,
+            "give another folder, or --replace to write over it",
+        )?;
+    }
     let _lock = args.out.as_deref().map(study_folder).transpose()?;
     let earlier = earlier(args, &subjects)?;
     let mut report = Report {
@@ -107,20 +120,20 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
                 return Ok(());
             }
             report.studies[number].clone_from(bench.study());
-            save(&report, args.out.as_deref())
+            save(&report, args.out.as_deref(), &files)
         })?;
         report.studies[number].clone_from(bench.study());
         if args.instructions {
             progress.say(format!("{}, instructions", names[number]));
             instructions::count(&mut report.studies[number], names[number], known)?;
         }
-        save(&report, args.out.as_deref())?;
+        save(&report, args.out.as_deref(), &files)?;
     }
     drop(progress);
     report.complete = true;
     if let Some(folder) = &args.out {
         for (name, bytes) in report::files(&report) {
-            write(&folder.join(name), &bytes)?;
+            write(&files.unread(&folder.join(name))?, &bytes)?;
         }
     }
     match args.format {
@@ -137,10 +150,10 @@ fn names(args: &CostArgs) -> Vec<&str> {
 }
 
 /// The problems and scenes of those names.
-fn subjects(names: &[&str], seconds: Option<f64>) -> Result<Vec<Subject>, Failure> {
-    let subject = |name: &str| match problem(name) {
+fn subjects(names: &[&str], seconds: Option<f64>, files: &mut CommandFiles) -> Result<Vec<Subject>, Failure> {
+    let mut subject = |name: &str| match problem(name) {
         Some(problem) => Ok(Subject::of_problem(problem)?),
-        None => match scene::load(name) {
+        None => match files.scene(name) {
             Ok(scene) => {
                 seconds.map_or(Ok(()), |seconds| check_seconds(seconds, scene.step_hz))?;
                 Ok(Subject::of_scene(scene, seconds))
@@ -151,7 +164,7 @@ fn subjects(names: &[&str], seconds: Option<f64>) -> Result<Vec<Subject>, Failur
             }
         },
     };
-    names.iter().copied().map(subject).collect()
+    names.iter().copied().map(&mut subject).collect()
 }
 
 /// The report in the folder, to be resumed. One that would be lost is an error, unless `--replace` allows it.
@@ -214,6 +227,7 @@ fn command(args: &CostArgs) -> String {
     command
 }
 
-fn save(report: &Report, folder: Option<&Path>) -> Result<(), Failure> {
-    folder.map_or(Ok(()), |folder| write(&folder.join(FILE), report::json(report).as_bytes()))
+fn save(report: &Report, folder: Option<&Path>, files: &CommandFiles) -> Result<(), Failure> {
+    let Some(folder) = folder else { return Ok(()) };
+    write(&files.unread(&folder.join(FILE))?, report::json(report).as_bytes())
 }

@@ -11,6 +11,7 @@ use crate::app::session::Session;
 use crate::args::above_0;
 use crate::commands::list::Format;
 use crate::failure::Failure;
+use crate::output::command_files::CommandFiles;
 use crate::output::show;
 use crate::stage::options::Options;
 use crate::tools::effects::{ENERGY_WATCH, picture_rows};
@@ -37,7 +38,8 @@ pub(crate) struct EffectsArgs {
 
 /// Does what `sandbox effects` says.
 pub(crate) fn run(args: &EffectsArgs) -> Result<(), Failure> {
-    show(&receipt(scene::load(&args.scene)?, args.ticks, args.format))
+    let scene = CommandFiles::default().scene(&args.scene)?;
+    show(&receipt(scene, args.ticks, args.format))
 }
 
 /// The receipt of `ticks` ticks of `scene`.

@@ -7,10 +7,11 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use report::aligned;
-use scene::lesson::{Lesson, load, shipped};
+use scene::lesson::{Lesson, shipped};
 
 use self::pupil::check;
 use crate::failure::Failure;
+use crate::output::command_files::CommandFiles;
 use crate::output::show;
 
 pub(super) const EXAMPLES: &str = "\
@@ -41,9 +42,10 @@ enum What {
 
 /// Does what `sandbox lessons` says.
 pub(crate) fn run(args: &LessonsArgs) -> Result<(), Failure> {
+    let mut files = CommandFiles::default();
     match (&args.what, &args.html) {
-        (Some(What::Check { lesson }), _) => show(&check(&load(lesson)?)?),
-        (None, Some(folder)) => pages::write(folder),
+        (Some(What::Check { lesson }), _) => show(&check(&files.lesson(lesson)?)?),
+        (None, Some(folder)) => pages::write(folder, &files),
         (None, None) => {
             let rows = shipped().iter().map(|(name, text)| {
                 let lesson = Lesson::parse(name, text)?;

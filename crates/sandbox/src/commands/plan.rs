@@ -9,6 +9,7 @@ use crate::app::session::Session;
 use crate::args::method;
 use crate::failure::Failure;
 use crate::methods::cost;
+use crate::output::command_files::CommandFiles;
 use crate::output::show;
 use crate::stage::options::{Options, check};
 
@@ -29,7 +30,7 @@ pub(crate) struct PlanArgs {
 /// Does what `sandbox plan` says.
 pub(crate) fn run(args: &PlanArgs) -> Result<(), Failure> {
     let overrides = Overrides { method: args.method, ..Overrides::default() };
-    let scene = scene::load(&args.scene)?;
+    let scene = CommandFiles::default().scene(&args.scene)?;
     check(overrides, &scene)?;
     show(&text(scene, overrides))
 }

@@ -13,7 +13,8 @@ use serde_json::{Value, json};
 use crate::args::{check_seconds, positive};
 use crate::commands::list::Format;
 use crate::failure::Failure;
-use crate::output::files::{Output, output_file};
+use crate::output::command_files::CommandFiles;
+use crate::output::files::{Output, OutputPath, output_file};
 use crate::output::progress::Progress;
 use crate::output::show;
 
@@ -64,12 +65,13 @@ impl GoalArgs {
 
 /// Does what `sandbox recommend` says.
 pub(crate) fn run(args: &RecommendArgs) -> Result<(), Failure> {
-    let scene = scene::load(&args.scene)?;
+    let mut files = CommandFiles::default();
+    let scene = files.scene(&args.scene)?;
     let parts = scene.parts();
     check(&args.scene, &scene, &parts).map_err(Failure::Usage)?;
     args.seconds.map_or(Ok(()), |seconds| check_seconds(seconds, scene.step_hz))?;
     // Opened before the runs: a place that cannot be written is found out now.
-    let target = args.apply.as_deref().map(|path| Target::open(path, &scene)).transpose()?;
+    let target = args.apply.as_deref().map(|path| Target::open(path, &scene, &mut files)).transpose()?;
     let studies = measure(&parts, args);
     let (found, studies) = choose(&parts, studies, args)?;
     show(&match args.format {
@@ -127,16 +129,18 @@ struct Target<'a> {
 }
 
 impl<'a> Target<'a> {
-    fn open(path: &'a Path, scene: &Scene) -> Result<Self, Failure> {
+    fn open(path: &'a Path, scene: &Scene, files: &mut CommandFiles) -> Result<Self, Failure> {
         let own = match &scene.source {
             Source::File(file) => file.canonicalize().ok(),
             Source::Shipped(_) | Source::Text => None,
         };
-        if path.is_file() && path.canonicalize().ok() != own {
+        let is_own = own.is_some() && path.canonicalize().ok() == own;
+        if path.is_file() && !is_own {
             let what = "there is a file already, and not that of the scene; give --apply another name";
             return Err(Failure::Usage(format!("{}: {what}", path.display())));
         }
-        Ok(Self { path, file: output_file(path)? })
+        let output = if is_own { OutputPath::own(path) } else { files.claim("--apply", path)? };
+        Ok(Self { path, file: output_file(&output)? })
     }
 
     fn write(

@@ -1,5 +1,6 @@
 //! `sandbox replay`: a bundle, simulated again without a window to the same hash and the same fault.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -9,8 +10,9 @@ use serde_json::{Value, json};
 use crate::app::bundle::{PROGRAM, Repetition};
 use crate::app::session::Session;
 use crate::failure::Failure;
-use crate::output::bundle::{read, repeated};
-use crate::output::files::{make_folder, place, write};
+use crate::output::bundle::repeated;
+use crate::output::command_files::CommandFiles;
+use crate::output::files::{make_folder, refuse_others_files, write};
 use crate::output::report::{STATE_HEADER, fault_json, write_state};
 use crate::output::show;
 use crate::stage::options::Options;
@@ -33,20 +35,22 @@ pub(crate) struct ReplayArgs {
 /// Does what `sandbox replay` says.
 pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
     let (path, out) = (&args.bundle, args.out.as_deref());
-    if let Some(name) =
-        out.and_then(|folder| FILES.iter().find(|name| place(&folder.join(name)) == place(path)))
-    {
-        let what = format!("--out writes a file {name} there, over the bundle; give another folder");
-        return Err(Failure::Usage(format!("{}: {what}", path.display())));
+    let mut files = CommandFiles::default();
+    let bundle = files.bundle(path)?;
+    if let Some(folder) = out {
+        let is_written = |name: &str| FILES.contains(&name);
+        files.refuse_names(folder, is_written, "the files that --out writes; give another folder")?;
+        let earlier = fs::read_to_string(folder.join(SUMMARY)).unwrap_or_default();
+        let is_own = earlier.contains("\"first_different_tick\"");
+        refuse_others_files(folder, is_own, is_written, "give another folder")?;
     }
-    let bundle = read(path)?;
     let name = path.display().to_string();
     let options = Options { pictures: false, interpolate: false, ..Options::default() };
     let (session, repetition) = repeated(&bundle, &name, options)?;
     let manifest = &bundle.manifest;
     if let Some(folder) = out {
         make_folder(folder)?;
-        unpack(folder, &bundle, &session, &summary(&name, &bundle, &repetition))?;
+        unpack(folder, &files, &bundle, &session, &summary(&name, &bundle, &repetition))?;
     }
     let (from, to) = (manifest.snapshot_tick, manifest.end_tick);
     show(&format!("{}, ticks {from} to {to}, written by {}\n", manifest.scene, manifest.program))?;
@@ -79,18 +83,27 @@ fn summary(name: &str, bundle: &Bundle, repetition: &Repetition) -> Value {
 const PICTURE: &str = "picture.png";
 
 /// What `--out` writes.
-const FILES: [&str; 4] = ["scene.ron", "state.csv", PICTURE, "summary.json"];
+const FILES: [&str; 4] = ["scene.ron", "state.csv", PICTURE, SUMMARY];
+
+const SUMMARY: &str = "summary.json";
 
 /// The summary comes last: where it is, the others are.
-fn unpack(folder: &Path, bundle: &Bundle, session: &Session, summary: &Value) -> Result<(), Failure> {
+fn unpack(
+    folder: &Path,
+    files: &CommandFiles,
+    bundle: &Bundle,
+    session: &Session,
+    summary: &Value,
+) -> Result<(), Failure> {
     let mut state = format!("{STATE_HEADER}\n").into_bytes();
     write_state(&session.stage, &mut state).map_err(|error| Failure::file("write", folder, &error))?;
-    let [scene_file, state_file, picture_file, summary_file] = FILES.map(|name| folder.join(name));
-    write(&scene_file, bundle.scene.as_bytes())?;
-    write(&state_file, &state)?;
+    let write = |name: &str, bytes: &[u8]| write(&files.unread(&folder.join(name))?, bytes);
+    let [scene_file, state_file, picture_file, summary_file] = FILES;
+    write(scene_file, bundle.scene.as_bytes())?;
+    write(state_file, &state)?;
     if let Some(picture) = &bundle.picture {
-        write(&picture_file, picture)?;
+        write(picture_file, picture)?;
     }
     let summary = serde_json::to_string_pretty(summary).expect("numbers and strings are JSON") + "\n";
-    write(&summary_file, summary.as_bytes())
+    write(summary_file, summary.as_bytes())
 }

@@ -18,6 +18,7 @@ use crate::clock::FrameClock;
 use crate::commands::lessons::pupil::Demonstration;
 use crate::failure::Failure;
 use crate::input::InputFrame;
+use crate::output::command_files::CommandFiles;
 use crate::output::orders::carry_out;
 use crate::output::progress::{Loading, progress_bar};
 use crate::output::report::Summary;
@@ -28,7 +29,7 @@ use crate::tools::forecast::ForecastRow;
 mod outputs;
 mod setup;
 
-use outputs::{Outputs, refuse_same_files};
+use outputs::{OutputPaths, Outputs};
 use report::numbers::long_duration;
 use setup::{FrameEnds, Setup};
 
@@ -136,12 +137,13 @@ impl From<PictureQuality> for Quality {
 /// Does what `sandbox run` says.
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let loading = Loading::begin();
-    let setup = Setup::new(args)?;
-    refuse_same_files(args, setup.script.as_ref())?;
+    let mut files = CommandFiles::default();
+    let mut setup = Setup::new(args, &mut files)?;
+    let paths = OutputPaths::claim(args, setup.script.as_ref(), &mut files)?;
     setup.check_memory(args)?;
     loading.next();
     let goes_back = setup.goes_back;
-    let demonstration = setup.demonstration(args)?;
+    let demonstration = setup.demonstration.take();
     let (mut session, ends, ticks) = setup.begin(args)?;
     if let Some(demonstration) = &demonstration {
         demonstration.begin(&mut session)?;
@@ -152,7 +154,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let told = forecast_start(args, &mut session, longest_frame)?;
     let long = ticks.and_then(|ticks| long_ticks(&session, ticks));
     told.iter().chain(&long).for_each(|line| loading.tell(line));
-    let mut outputs = Outputs::open(args, &session, longest_frame)?;
+    let mut outputs = Outputs::open(args, &paths, files, &session, longest_frame)?;
     loading.next();
     let start = Summary::start(&mut session.stage);
     drop(loading);

@@ -1,19 +1,22 @@
 //! `sandbox stability`: the survival matrix, every method on every hard case.
 
+use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
 use lab::limits::{self, Limit, Map, Oscillator};
 use lab::stability::StabilityRun;
 use motion::Method;
-use scene::{Scene, SceneError, cases, load_case};
+use scene::{Scene, cases};
+use serde_json::Value;
 
 use crate::args::{above_0, method};
 use crate::commands::list::Format;
 use crate::output::show;
 
 use crate::failure::Failure;
-use crate::output::files::{study_folder, write};
+use crate::output::command_files::CommandFiles;
+use crate::output::files::{refuse_others_files, study_folder, write};
 use crate::output::progress::{PIECE, Progress};
 
 pub(super) const EXAMPLES: &str = "\
@@ -49,7 +52,18 @@ const MAP_SIDE: u32 = 96;
 /// Does what `sandbox stability` says.
 pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     let methods = methods(&args.methods);
-    let scenes = scenes(&args.cases)?;
+    let mut files = CommandFiles::default();
+    let scenes = scenes(&args.cases, &mut files)?;
+    if let Some(folder) = &args.out {
+        files.refuse_names(
+            folder,
+            report::stability::is_file,
+            "the matrix in that folder; give another folder",
+        )?;
+        let earlier = fs::read_to_string(folder.join("matrix.json")).unwrap_or_default();
+        let is_own = serde_json::from_str::<Value>(&earlier).is_ok_and(|matrix| matrix["rows"].is_array());
+        refuse_others_files(folder, is_own, report::stability::is_file, "give another folder")?;
+    }
     let _lock = args.out.as_deref().map(study_folder).transpose()?;
     if let Some(folder) = &args.out {
         // Found out now, and not after minutes.
@@ -74,7 +88,7 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     if let Some(folder) = &args.out {
         let (limits, maps) = if args.cases.is_empty() { largest_steps() } else { Default::default() };
         for (name, bytes) in report::stability::files(matrix, &limits, &maps) {
-            write(&folder.join(name), &bytes)?;
+            write(&files.unread(&folder.join(name))?, &bytes)?;
         }
     }
     Ok(())
@@ -106,9 +120,9 @@ fn methods(asked: &[Method]) -> Vec<Method> {
 }
 
 /// The cases that are asked for, each once; all if none is.
-fn scenes(asked: &[String]) -> Result<Vec<Scene>, SceneError> {
+fn scenes(asked: &[String], files: &mut CommandFiles) -> Result<Vec<Scene>, Failure> {
     if asked.is_empty() {
-        return cases().iter().map(scene::ShippedScene::load).collect();
+        return cases().iter().map(|case| Ok(case.load()?)).collect();
     }
     let mut once: Vec<&String> = Vec::new();
     for name in asked {
@@ -116,5 +130,5 @@ fn scenes(asked: &[String]) -> Result<Vec<Scene>, SceneError> {
             once.push(name);
         }
     }
-    once.into_iter().map(|name| load_case(name)).collect()
+    once.into_iter().map(|name| files.case(name)).collect()
 }

@@ -10,7 +10,7 @@ use render::Image;
 use crate::app::bundle::Repetition;
 use crate::app::session::Session;
 use crate::failure::Failure;
-use crate::output::files::{Output, output_file};
+use crate::output::files::{Output, OutputPath, output_file};
 use crate::output::pictures::png;
 use crate::output::progress::progress_bar;
 use crate::stage::Stage;
@@ -20,8 +20,8 @@ use crate::stage::options::Options;
 const MOST_BYTES: u64 = 1 << 30;
 
 /// Writes everything that `stage` has recorded, with a picture of it, into the file `path`.
-pub(crate) fn write_bundle(path: &Path, stage: &Stage, image: Option<&Image>) -> Result<(), Failure> {
-    finish_bundle(path, output_file(path)?, stage, image)
+pub(crate) fn write_bundle(path: &OutputPath, stage: &Stage, image: Option<&Image>) -> Result<(), Failure> {
+    finish_bundle(path.as_ref(), output_file(path)?, stage, image)
 }
 
 /// The same, into a file that was begun before.

@@ -83,6 +83,7 @@ pub(crate) fn sweep(folder: &Path, left: impl Fn(&Path) -> bool) {
 }
 
 /// A file that is not finished.
+#[derive(Debug)]
 struct Unfinished(PathBuf);
 
 impl Unfinished {
@@ -132,11 +133,35 @@ impl Drop for Unfinished {
     }
 }
 
+/// The path of an output that replaces nothing that was read.
+#[derive(Clone, Debug)]
+pub(crate) struct OutputPath(PathBuf);
+
+impl OutputPath {
+    /// Of a path that was compared with all that was read: see `CommandFiles`.
+    pub(super) fn unread(path: &Path) -> Self {
+        Self(path.to_owned())
+    }
+
+    /// Of a file of the program's own, such as its settings, or of a scene that a person saves into its own file.
+    pub(crate) fn own(path: &Path) -> Self {
+        Self(path.to_owned())
+    }
+}
+
+impl AsRef<Path> for OutputPath {
+    fn as_ref(&self) -> &Path {
+        &self.0
+    }
+}
+
 /// A file that appears under its name when it is finished.
-pub struct Output {
+#[derive(Debug)]
+pub(crate) struct Output {
     writer: Writer,
 }
 
+#[derive(Debug)]
 enum Writer {
     /// Renamed to `path` at the end.
     Beside {
@@ -154,7 +179,8 @@ impl Output {
     ///
     /// # Errors
     /// A folder that is missing or not writable; a `path` that is a folder itself, or a file that may not be written.
-    pub fn create(path: &Path) -> io::Result<Self> {
+    pub fn create(path: &OutputPath) -> io::Result<Self> {
+        let path = path.as_ref();
         if let Some(stream) = standard_stream(path) {
             return Ok(Self { writer: Writer::Straight(BufWriter::new(stream?)) });
         }
@@ -290,6 +316,29 @@ pub(crate) fn make_folder(folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Refuses a `folder` with a file that a person may have made, and that has the name of one that will be written there. One that
+/// `is_own`, because an earlier run filled it, is filled again.
+pub(crate) fn refuse_others_files(
+    folder: &Path,
+    is_own: bool,
+    is_written: impl Fn(&str) -> bool,
+    cure: &str,
+) -> Result<(), Failure> {
+    if is_own {
+        return Ok(());
+    }
+    let there = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<_> = there.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    names.sort_unstable();
+    match names.iter().find(|name| is_written(name)) {
+        Some(name) => {
+            let what = "this file exists, and nothing says that it was written by an earlier run";
+            Err(Failure::Usage(format!("{}: {what}; {cure}", folder.join(name).display())))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Makes the folder of a study where it is missing, and keeps other studies out of it as long as the lock is held.
 pub(crate) fn study_folder(folder: &Path) -> Result<Option<File>, Failure> {
     make_folder(folder)?;
@@ -303,18 +352,18 @@ pub(crate) fn study_folder(folder: &Path) -> Result<Option<File>, Failure> {
 }
 
 /// Starts an output file, and makes its folder.
-pub(crate) fn output_file(path: &Path) -> Result<Output, Failure> {
-    make_folder(path.parent().unwrap_or(Path::new("")))?;
-    Output::create(path).map_err(|error| Failure::file("write", path, &error))
+pub(crate) fn output_file(path: &OutputPath) -> Result<Output, Failure> {
+    make_folder(path.as_ref().parent().unwrap_or(Path::new("")))?;
+    Output::create(path).map_err(|error| Failure::file("write", path.as_ref(), &error))
 }
 
 /// Writes a whole file.
 ///
 /// # Errors
 /// As [`Output`].
-pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+pub(crate) fn write(path: &OutputPath, bytes: &[u8]) -> Result<(), Failure> {
     let written = Output::create(path).and_then(|file| file.finish_with(bytes));
-    written.map_err(|error| Failure::file("write", path, &error))
+    written.map_err(|error| Failure::file("write", path.as_ref(), &error))
 }
 
 impl Write for Output {

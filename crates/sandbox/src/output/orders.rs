@@ -1,13 +1,14 @@
 //! Carries out the orders of a session: pictures and files written, other scenes opened, the end.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use render::Image;
 
 use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::bundle::write_bundle;
-use crate::output::files::write;
+use crate::output::command_files::CommandFiles;
+use crate::output::files::{OutputPath, write};
 use crate::output::pictures::write_picture;
 use crate::stage::{Order, SceneFile};
 
@@ -23,8 +24,14 @@ pub(crate) trait Program {
     /// The picture of the session; `None` without a camera.
     fn picture(&mut self, session: &mut Session) -> Result<Option<Image>, Failure>;
 
-    /// Folder of what it writes.
-    fn folder(&self) -> &Path;
+    /// Folder of what it writes; `None` if it writes nothing.
+    fn folder(&self) -> Option<&Path>;
+
+    /// What it has read.
+    fn files(&mut self) -> &mut CommandFiles;
+
+    /// Hears that nothing was written, for want of a folder.
+    fn left_out(&self, _: Kind) {}
 
     /// Name in that folder of a file that a person did not name.
     fn name(&self, kind: Kind, session: &Session) -> String;
@@ -57,23 +64,23 @@ pub(crate) fn carry_out(
     for order in orders {
         match order {
             Order::Screenshot(name) => {
-                let name = name.unwrap_or_else(|| program.name(SCREENSHOT, session));
-                let path = program.folder().join(name);
-                if let Some(image) = program.picture(session)? {
+                if let Some(path) = output_path(program, SCREENSHOT, name, session)?
+                    && let Some(image) = program.picture(session)?
+                {
                     let written = write_picture(&image, &path, &session.stage);
-                    program.report(session, written.map(|()| &*path))?;
+                    program.report(session, written.map(|()| path.as_ref()))?;
                 }
             }
             Order::Bundle => {
-                let path = new_path(program, BUNDLE, session);
+                let Some(path) = output_path(program, BUNDLE, None, session)? else { continue };
                 let image = program.picture(session)?;
                 let written = write_bundle(&path, &session.stage, image.as_ref());
-                program.report(session, written.map(|()| &*path))?;
+                program.report(session, written.map(|()| path.as_ref()))?;
             }
             Order::Table(text) => {
-                let path = new_path(program, GRAPH, session);
+                let Some(path) = output_path(program, GRAPH, None, session)? else { continue };
                 let written = write(&path, text.as_bytes());
-                program.report(session, written.map(|()| &*path))?;
+                program.report(session, written.map(|()| path.as_ref()))?;
             }
             Order::Scene(file) => {
                 let written = program.save_scene(session, &file);
@@ -83,12 +90,12 @@ pub(crate) fn carry_out(
             Order::Forget(draft) => program.forget(&draft),
             Order::Restore(draft) => program.restore(session, &draft),
             Order::Open(_) | Order::Quit if unsaved => {}
-            Order::Open(name) => match scene::load(&name) {
+            Order::Open(name) => match program.files().scene(&name) {
                 Ok(scene) => {
                     session.open(scene);
                     program.opened(session)?;
                 }
-                Err(error) => program.report(session, Err(error.into()))?,
+                Err(failure) => program.report(session, Err(failure))?,
             },
             Order::Quit => return Ok(true),
         }
@@ -96,6 +103,20 @@ pub(crate) fn carry_out(
     Ok(false)
 }
 
-fn new_path(program: &dyn Program, kind: Kind, session: &Session) -> PathBuf {
-    program.folder().join(program.name(kind, session))
+/// Where a file of that kind is written, under `name` if the person gave one; `None` where nothing is written.
+fn output_path(
+    program: &mut dyn Program,
+    kind: Kind,
+    name: Option<String>,
+    session: &mut Session,
+) -> Result<Option<OutputPath>, Failure> {
+    let Some(folder) = program.folder() else {
+        program.left_out(kind);
+        return Ok(None);
+    };
+    let path = folder.join(name.unwrap_or_else(|| program.name(kind, session)));
+    match program.files().unread(&path) {
+        Ok(path) => Ok(Some(path)),
+        Err(failure) => program.report(session, Err(failure)).map(|()| None),
+    }
 }

@@ -1,13 +1,11 @@
 //! Pictures of sessions as files.
 
-use std::path::Path;
-
 use render::{Gpu, Image, Offscreen, Quality, Renderer};
 
 use crate::app::bundle::PROGRAM;
 use crate::app::session::Session;
 use crate::failure::Failure;
-use crate::output::files::write;
+use crate::output::files::{OutputPath, write};
 use crate::output::report;
 use crate::stage::Stage;
 
@@ -42,7 +40,7 @@ impl Camera {
 }
 
 /// Writes a picture with the settings that made it.
-pub(crate) fn write_picture(image: &Image, path: &Path, stage: &Stage) -> Result<(), Failure> {
+pub(crate) fn write_picture(image: &Image, path: &OutputPath, stage: &Stage) -> Result<(), Failure> {
     write(path, &png(image, stage))
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::app::session::Session;
 use crate::failure::Failure;
-use crate::output::files::{make_folder, write};
+use crate::output::files::{OutputPath, make_folder, write};
 use crate::stage::SceneFile;
 
 /// Writes a scene of `session` into its file. A file that has the text already stays as it is; another one that is neither new
@@ -21,7 +21,7 @@ pub(crate) fn save_scene(session: &mut Session, file: &SceneFile) -> Result<(), 
         }
         _ => {
             make_folder(path.parent().unwrap_or(Path::new("")))?;
-            write(path, text.as_bytes())?;
+            write(&OutputPath::own(path), text.as_bytes())?;
         }
     }
     session.tools.saved_scene(&mut session.stage, file);

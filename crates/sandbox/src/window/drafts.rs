@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use crate::app::session::Session;
 use crate::failure::Failure;
-use crate::output::files::{claim, sweep, write};
+use crate::output::files::{OutputPath, claim, sweep, write};
 use crate::stage::notices::Topic;
 
 /// A scene file, and what it had when it was opened or saved last.
@@ -115,11 +115,11 @@ impl Draft {
                     match file {
                         Some((file, had)) => {
                             let note = format!("{}\n{had}", file.display());
-                            write(&self.path.with_extension(FILE), note.as_bytes())?;
+                            write(&OutputPath::own(&self.path.with_extension(FILE)), note.as_bytes())?;
                         }
                         None => drop(fs::remove_file(self.path.with_extension(FILE))),
                     }
-                    write(&self.path, text.as_bytes())?;
+                    write(&OutputPath::own(&self.path), text.as_bytes())?;
                 }
                 None => {
                     drop(fs::remove_file(self.path.with_extension(FILE)));

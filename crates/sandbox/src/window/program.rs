@@ -10,6 +10,7 @@ use super::forecast_start;
 use super::screen::Screen;
 use crate::app::session::Session;
 use crate::failure::Failure;
+use crate::output::command_files::CommandFiles;
 use crate::output::orders::{Kind, Program};
 use crate::output::scenes::save_scene;
 use crate::stage::SceneFile;
@@ -19,6 +20,7 @@ use crate::stage::notices::Topic;
 pub(super) struct WindowProgram<'a> {
     pub screen: Option<&'a mut Screen>,
     pub drafts: &'a mut Drafts,
+    pub files: &'a mut CommandFiles,
 }
 
 impl Program for WindowProgram<'_> {
@@ -26,8 +28,12 @@ impl Program for WindowProgram<'_> {
         self.screen.as_mut().map(|screen| screen.image(session)).transpose()
     }
 
-    fn folder(&self) -> &Path {
-        Path::new("")
+    fn folder(&self) -> Option<&Path> {
+        Some(Path::new(""))
+    }
+
+    fn files(&mut self) -> &mut CommandFiles {
+        self.files
     }
 
     /// The first name of its kind that no file has.

@@ -6,7 +6,6 @@
 
 use std::fs::File;
 use std::io::{self, Seek as _, SeekFrom, Write as _};
-use std::path::{Path, PathBuf};
 
 use motion::Method;
 use scene::{Recording, RecordingText, Step, When};
@@ -14,14 +13,14 @@ use scene::{Recording, RecordingText, Step, When};
 use crate::app::player::recorded;
 use crate::failure::Failure;
 use crate::input::Input;
-use crate::output::files::Output;
+use crate::output::files::{Output, OutputPath, output_file};
 
 /// Fewest blanks after the ends of the frames, bytes: a minute of frames.
 const LEAST_ROOM: usize = 1 << 16;
 
 /// A recording that goes on, and its file.
 pub(super) struct Recorder {
-    path: PathBuf,
+    path: OutputPath,
     text: RecordingText,
     last_end: Option<f64>,
     file: RecordingFile,
@@ -81,9 +80,14 @@ impl Growing {
 
 impl Recorder {
     /// Starts a recording that will be written to `path`.
-    pub fn new(path: &Path, scene: &str, method: Option<Method>, size: [u32; 2]) -> Result<Self, Failure> {
+    pub fn new(
+        path: OutputPath,
+        scene: &str,
+        method: Option<Method>,
+        size: [u32; 2],
+    ) -> Result<Self, Failure> {
         // Found out before a person has played for an hour.
-        let output = Output::create(path).map_err(|error| Failure::file("write", path, &error))?;
+        let output = output_file(&path)?;
         let recording = Recording {
             scene: scene.to_owned(),
             method,
@@ -92,7 +96,7 @@ impl Recorder {
             frame_ends_s: Vec::new(),
         };
         let text = RecordingText::new(&recording);
-        Ok(Self { path: path.to_owned(), text, last_end: None, file: RecordingFile::Waiting(output) })
+        Ok(Self { path, text, last_end: None, file: RecordingFile::Waiting(output) })
     }
 
     /// Records a frame; an error, once, if the file cannot be written.
@@ -105,7 +109,7 @@ impl Recorder {
         self.add(frame, end, events);
         self.write().map_err(|error| {
             self.file = RecordingFile::Failed;
-            Failure::file("write", &self.path, &error)
+            Failure::file("write", self.path.as_ref(), &error)
         })
     }
 
@@ -143,7 +147,7 @@ impl Recorder {
             _ => Output::create(&self.path),
         };
         let written = output.and_then(|output| output.finish_with(self.text.whole(0).as_bytes()));
-        written.map_err(|error| Failure::file("write", &self.path, &error))
+        written.map_err(|error| Failure::file("write", self.path.as_ref(), &error))
     }
 }
 
@@ -248,7 +252,7 @@ mod tests {
     fn a_setting_that_was_chosen_in_a_panel_is_the_same_wherever_the_recording_is_repeated() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("recording.ron");
-        let recorder = Recorder::new(&path, "orbit", None, SIZE).expect("a file");
+        let recorder = Recorder::new(OutputPath::own(&path), "orbit", None, SIZE).expect("a file");
         let mut live = Live { session: session(), clock: FrameClock::default(), recorder };
         let start = live.session.stage.setting();
         let _ = live.session.controls();
@@ -299,7 +303,7 @@ mod tests {
     }
 
     /// The recording in the file at `path`, if it is one.
-    fn read(path: &Path) -> Result<Script, scene::SceneError> {
+    fn read(path: &std::path::Path) -> Result<Script, scene::SceneError> {
         Script::parse("recording.ron", &std::fs::read_to_string(path).expect("a file"))
     }
 
@@ -308,7 +312,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("recording.ron");
         std::fs::write(&path, "older").expect("a folder");
-        let mut recorder = Recorder::new(&path, "orbit", None, SIZE).expect("a file");
+        let mut recorder = Recorder::new(OutputPath::own(&path), "orbit", None, SIZE).expect("a file");
         assert_eq!(std::fs::read_to_string(&path).expect("a file"), "older", "until the first frame");
         let (mut ends, mut steps, mut longest) = (Vec::new(), Vec::new(), 0);
         // Some 17 bytes for each of them: the room is used up, and used up again.
@@ -335,10 +339,11 @@ mod tests {
     #[test]
     #[cfg(target_os = "linux")]
     fn a_recording_into_a_device_is_written_at_its_end() {
-        let mut recorder = Recorder::new(Path::new("/dev/null"), "orbit", None, SIZE).expect("a device");
+        let on = |device: &str| Recorder::new(OutputPath::own(device.as_ref()), "orbit", None, SIZE);
+        let mut recorder = on("/dev/null").expect("a device");
         recorder.record(0, 0.1, &[]).expect("a device");
         recorder.finish(1, &[]).expect("a device");
-        let mut recorder = Recorder::new(Path::new("/dev/full"), "orbit", None, SIZE).expect("a device");
+        let mut recorder = on("/dev/full").expect("a device");
         recorder.record(0, 0.1, &[]).expect("nothing is written yet");
         assert!(recorder.finish(1, &[]).is_err());
     }

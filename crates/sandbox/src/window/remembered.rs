@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{PathBuf, absolute};
 
-use crate::output::files::write;
+use crate::output::files::{OutputPath, write};
 
 /// Longest file that is read, bytes: an arrangement has a few hundred.
 const MOST: u64 = 65_536;
@@ -22,6 +22,11 @@ fn path(name: &str) -> Option<PathBuf> {
     Some(dirs::config_dir()?.join("inertia").join(name))
 }
 
+/// The files of this folder, which a window reads and writes.
+pub(super) fn paths() -> impl Iterator<Item = PathBuf> {
+    [ARRANGEMENT, FILES].into_iter().filter_map(path)
+}
+
 /// What the last window left under that name; nothing if there is no such file, or it cannot be read.
 pub(super) fn read(name: &str) -> String {
     let small = |path: &PathBuf| fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() <= MOST);
@@ -38,7 +43,9 @@ pub(super) fn keep(name: &str, text: &str) {
     let Some(path) = path(name) else { return };
     let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
     let written = folder.map_err(|error| error.to_string());
-    let written = written.and_then(|()| write(&path, text.as_bytes()).map_err(|failure| failure.to_string()));
+    let written = written.and_then(|()| {
+        write(&OutputPath::own(&path), text.as_bytes()).map_err(|failure| failure.to_string())
+    });
     if let Err(error) = written {
         eprintln!("{} is not written: {error}", path.display());
     }

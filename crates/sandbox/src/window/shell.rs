@@ -24,6 +24,7 @@ use crate::app::session::Session;
 use crate::clock::FrameClock;
 use crate::failure::Failure;
 use crate::input::{Button, Input, InputFrame, Key};
+use crate::output::command_files::CommandFiles;
 use crate::output::orders::carry_out;
 use crate::stage::Order;
 use crate::stage::notices::Topic;
@@ -71,7 +72,8 @@ pub(super) struct Shell {
     /// How the panels are to be arranged when the window is there.
     pub arrangement: Option<String>,
     /// The scene files that were remembered last, if they are.
-    pub files: Option<Vec<PathBuf>>,
+    pub remembered: Option<Vec<PathBuf>>,
+    files: CommandFiles,
 }
 
 impl ApplicationHandler for Shell {
@@ -187,7 +189,7 @@ impl ApplicationHandler for Shell {
 }
 
 impl Shell {
-    pub fn new(session: Session, recorder: Option<Recorder>) -> Self {
+    pub fn new(session: Session, recorder: Option<Recorder>, files: CommandFiles) -> Self {
         Self {
             session,
             recorder,
@@ -210,7 +212,8 @@ impl Shell {
             speed: Speed::default(),
             failure: None,
             arrangement: None,
-            files: None,
+            remembered: None,
+            files,
         }
     }
 
@@ -320,16 +323,17 @@ impl Shell {
         let (now, later) = orders.into_iter().partition(|order| drawn || !has_picture(order));
         self.session.stage.orders = later;
         self.opened |= now.iter().any(|order: &Order| matches!(order, Order::Open(_) | Order::Restore(_)));
-        let mut program = WindowProgram { screen: self.screen.as_mut(), drafts: &mut self.drafts };
+        let mut program =
+            WindowProgram { screen: self.screen.as_mut(), drafts: &mut self.drafts, files: &mut self.files };
         carry_out(now, &mut self.session, &mut program)
     }
 
     /// Remembers which files were opened and saved, at once: a crash forgets none.
     fn keep_files(&mut self) {
         let files = self.session.stage.files();
-        if let Some(before) = self.files.as_deref().filter(|before| *before != files) {
+        if let Some(before) = self.remembered.as_deref().filter(|before| *before != files) {
             remembered::keep_files(before, files);
-            self.files = Some(files.to_owned());
+            self.remembered = Some(files.to_owned());
         }
     }
 

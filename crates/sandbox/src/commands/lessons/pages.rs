@@ -8,8 +8,9 @@ use scene::lesson::{Goal, Lesson, shipped};
 
 use super::pupil::{Pupil, Runs, frame_bodies};
 use crate::failure::Failure;
-use crate::output::files::{make_folder, write as write_file};
-use crate::output::pictures::{Camera, write_picture};
+use crate::output::command_files::CommandFiles;
+use crate::output::files::{make_folder, refuse_others_files, write as write_file};
+use crate::output::pictures::{Camera, png};
 use crate::output::tell;
 use crate::stage::options::{Options, Words};
 
@@ -17,24 +18,39 @@ use crate::stage::options::{Options, Words};
 const SIZE: [u32; 2] = [960, 540];
 
 /// Writes the pages of all lessons and the sheet of answers into `folder`.
-pub(super) fn write(folder: &Path) -> Result<(), Failure> {
+pub(super) fn write(folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
+    let is_page = |file: &str| shipped().iter().any(|(name, _)| file == page_name(name));
+    refuse_others_files(folder, folder.join(ANSWERS).exists(), is_page, "give another folder")?;
     make_folder(folder)?;
     let mut camera = Camera::new(SIZE, Quality::HIGH)?;
-    let mut pages = Vec::new();
+    let (mut pages, mut written) = (Vec::new(), Vec::new());
     for (name, text) in shipped() {
         let lesson = Lesson::parse(name, text)?;
-        let page = played(&lesson, folder, &mut camera)?;
-        write_file(&folder.join(format!("{name}.html")), handout(&page).as_bytes())?;
-        tell(&format!("{name}.html"));
+        let page = played(&lesson, &mut written, &mut camera)?;
+        written.push((page_name(name), handout(&page).into_bytes()));
+        tell(&page_name(name));
         pages.push(page);
     }
-    write_file(&folder.join("answers.html"), answers(&pages).as_bytes())?;
-    tell("answers.html");
-    Ok(())
+    written.push((ANSWERS.to_owned(), answers(&pages).into_bytes()));
+    tell(ANSWERS);
+    // At once: a part of the pages would not be told from those of a person.
+    written.iter().try_for_each(|(name, bytes)| write_file(&files.unread(&folder.join(name))?, bytes))
 }
 
-/// Plays `lesson` and writes a picture of each step.
-fn played(lesson: &Lesson, folder: &Path, camera: &mut Camera) -> Result<Handout, Failure> {
+/// The sheet of answers.
+const ANSWERS: &str = "answers.html";
+
+/// The page of a lesson.
+fn page_name(lesson: &str) -> String {
+    format!("{lesson}.html")
+}
+
+/// Plays `lesson` and adds a picture of each step to what is written.
+fn played(
+    lesson: &Lesson,
+    written: &mut Vec<(String, Vec<u8>)>,
+    camera: &mut Camera,
+) -> Result<Handout, Failure> {
     let options = Options { size_px: SIZE, words: Words::Labels, ..Options::default() };
     let mut pupil = Pupil::begin(lesson, &Runs::new(lesson, 1.0)?, options)?;
     frame_bodies(&mut pupil.session);
@@ -46,7 +62,7 @@ fn played(lesson: &Lesson, folder: &Path, camera: &mut Camera) -> Result<Handout
         }
         let picture = format!("{}-{}.png", lesson.name, number + 1);
         let image = camera.picture(&mut pupil.session)?;
-        write_picture(&image, &folder.join(&picture), &pupil.session.stage)?;
+        written.push((picture.clone(), png(&image, &pupil.session.stage)));
         let (choices, unit, answer) = match &step.goal {
             Goal::Done { .. } => (Vec::new(), None, None),
             Goal::Number { unit, solution, .. } => (Vec::new(), Some(unit.clone()), Some(solution.clone())),

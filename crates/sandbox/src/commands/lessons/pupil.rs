@@ -16,6 +16,7 @@ use crate::clock::FrameClock;
 use crate::failure::Failure;
 use crate::input::InputFrame;
 use crate::intent::Intent;
+use crate::output::command_files::CommandFiles;
 use crate::output::orders::{Kind, Program, carry_out};
 use crate::stage::SceneFile;
 use crate::stage::options::Options;
@@ -48,13 +49,15 @@ pub(super) struct Pupil {
     pub session: Session,
     clock: FrameClock,
     fps: f64,
+    alone: Alone,
 }
 
 impl Pupil {
     /// Begins `lesson`, with `times` as many ticks per second as its scenes have.
     pub fn begin(lesson: &Lesson, runs: &Runs, options: Options) -> Result<Self, Failure> {
         let Runs { times, measured } = runs;
-        let scene = scene::load(&beside(&lesson.name, &lesson.scene))?;
+        let mut alone = Alone::default();
+        let scene = alone.files.scene(&beside(&lesson.name, &lesson.scene))?;
         // A scene of one tick per frame has more ticks by more frames.
         let fps = if scene.step == StepKind::Fixed { FPS } else { FPS * times };
         let overrides = Overrides { step_hz: Some(scene.step_hz * times), ..Overrides::default() };
@@ -64,7 +67,7 @@ impl Pupil {
         // As the window with bars begins.
         session.free_pointer();
         session.begin_lesson(lesson.clone(), measured.clone());
-        let mut pupil = Self { session, clock: FrameClock::default(), fps };
+        let mut pupil = Self { session, clock: FrameClock::default(), fps, alone };
         pupil.frames(2);
         Ok(pupil)
     }
@@ -91,7 +94,7 @@ impl Pupil {
         let last = frame + (patience * self.fps).ceil() as u64;
         while self.session.stage.frames() < last && self.step() == before {
             self.frames(1);
-            carry_out(self.session.stage.take_orders(), &mut self.session, &mut Alone)?;
+            carry_out(self.session.stage.take_orders(), &mut self.session, &mut self.alone)?;
         }
         Ok(self.step() > before)
     }
@@ -196,15 +199,22 @@ impl Demonstration {
 }
 
 /// Nothing around a session: it opens scenes and writes nothing.
-struct Alone;
+#[derive(Default)]
+struct Alone {
+    files: CommandFiles,
+}
 
 impl Program for Alone {
     fn picture(&mut self, _: &mut Session) -> Result<Option<Image>, Failure> {
         Ok(None)
     }
 
-    fn folder(&self) -> &Path {
-        Path::new("")
+    fn folder(&self) -> Option<&Path> {
+        None
+    }
+
+    fn files(&mut self) -> &mut CommandFiles {
+        &mut self.files
     }
 
     fn name(&self, kind: Kind, _: &Session) -> String {

@@ -13,7 +13,8 @@ use crate::app::session::Session;
 use crate::commands::run::{RunArgs, forecast_start, keep_ledger};
 use crate::failure::Failure;
 use crate::output::black_box::{self, BlackBox};
-use crate::output::files::{Output, make_folder, output_file, place};
+use crate::output::command_files::CommandFiles;
+use crate::output::files::{Output, OutputPath, make_folder, output_file};
 use crate::output::orders::{BUNDLE, GRAPH, Kind, Program, SCREENSHOT};
 use crate::output::pictures::{Camera, with_settings, write_picture};
 use crate::output::report::{self, STATE_HEADER, Summary};
@@ -24,6 +25,7 @@ use crate::stage::{SceneFile, Stage};
 /// What a run writes, while it runs and when it is over.
 pub(super) struct Outputs<'a> {
     args: &'a RunArgs,
+    files: CommandFiles,
     pub watch: Watch,
     camera: Option<Camera>,
     /// Pictures that were written.
@@ -38,19 +40,26 @@ pub(super) struct Outputs<'a> {
 
 impl<'a> Outputs<'a> {
     /// Opens all files before the run: a place that cannot be written is found out now, and not after an hour.
-    pub fn open(args: &'a RunArgs, session: &Session, longest_frame: f64) -> Result<Self, Failure> {
+    pub fn open(
+        args: &'a RunArgs,
+        paths: &OutputPaths,
+        files: CommandFiles,
+        session: &Session,
+        longest_frame: f64,
+    ) -> Result<Self, Failure> {
         let Options { size_px, pictures, .. } = session.stage.run.options;
         let camera = pictures.then(|| Camera::new(size_px, args.quality.into())).transpose()?;
         if camera.is_some() {
-            make_folder(pictures_folder(args))?;
+            make_folder(folder(args).unwrap_or(Path::new("")))?;
         }
-        let open = |path: &Option<PathBuf>| path.as_deref().map(output_file).transpose();
+        let open = |path: &Option<OutputPath>| path.as_ref().map(output_file).transpose();
         let outputs = Self {
             args,
-            watch: Watch::new(args.state.as_deref().map(state_file).transpose()?, args.every),
-            summary: open(&args.summary)?,
-            black_box: open(&args.black_box)?,
-            film: open(&args.film)?.map(|file| (Film::default(), file)),
+            files,
+            watch: Watch::new(paths.state.as_ref().map(state_file).transpose()?, args.every),
+            summary: open(&paths.summary)?,
+            black_box: open(&paths.black_box)?,
+            film: open(&paths.film)?.map(|file| (Film::default(), file)),
             camera,
             pictures: 0,
             longest_frame,
@@ -71,8 +80,9 @@ impl<'a> Outputs<'a> {
             return Ok(());
         }
         let image = camera.picture(session)?;
-        if is_written {
-            write_picture(&image, &self.folder().join(numbered(PICTURE, frame)), &session.stage)?;
+        if let Some(folder) = self.args.frames.as_ref().filter(|_| is_written) {
+            let path = self.files.unread(&folder.join(numbered(PICTURE, frame)))?;
+            write_picture(&image, &path, &session.stage)?;
             self.pictures += 1;
         }
         if let Some((film, _)) = &mut self.film {
@@ -151,8 +161,16 @@ impl Program for Outputs<'_> {
         self.camera.as_mut().map(|camera| camera.picture(session)).transpose()
     }
 
-    fn folder(&self) -> &Path {
-        pictures_folder(self.args)
+    fn folder(&self) -> Option<&Path> {
+        folder(self.args)
+    }
+
+    fn files(&mut self) -> &mut CommandFiles {
+        &mut self.files
+    }
+
+    fn left_out(&self, [what, _]: Kind) {
+        tell(&format!("the {what} of the lesson is not written; name a folder for it with --frames"));
     }
 
     fn name(&self, kind: Kind, session: &Session) -> String {
@@ -220,51 +238,49 @@ fn verdict(args: &RunArgs, session: &Session) -> Result<(), Failure> {
     }
 }
 
-/// Files at one place would be written over each other, or over what is read.
-pub(super) fn refuse_same_files(args: &RunArgs, script: Option<&Script>) -> Result<(), Failure> {
-    let scene = Path::new(&args.scene);
-    let files = [
-        ("the scene", Some(scene).filter(|scene| scene.is_file())),
-        ("--script", args.script.as_deref()),
-        ("--frame-times", args.frame_times.as_deref()),
-        ("--state", args.state.as_deref()),
-        ("--summary", args.summary.as_deref()),
-        ("--black-box", args.black_box.as_deref()),
-        ("--film", args.film.as_deref()),
-    ];
-    let files: Vec<_> = files.into_iter().filter_map(|(name, path)| Some((name, place(path?)))).collect();
-    for (number, (flag, path)) in files.iter().enumerate() {
-        if let Some((other, _)) = files[..number].iter().find(|(_, other)| other == path)
-            && !INPUTS.contains(flag)
-        {
-            return Err(Failure::Usage(format!("{other} and {flag} name the same file; give two")));
-        }
-    }
-    if args.frames.is_none() && script.is_none() {
-        return Ok(());
-    }
-    let folder = place(pictures_folder(args));
-    let shots = script.iter().flat_map(|script| &script.steps).filter_map(|step| match &step.action {
-        Action::Screenshot(name) => Some(&**name),
-        _ => None,
-    });
-    let shots: Vec<_> = shots.collect();
-    for (flag, path) in &files {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if path.parent() == Some(&folder) && (shots.contains(&&*name) || is_numbered(&name)) {
-            let what = "is a name of the pictures and files that the run makes there; give another";
-            return Err(Failure::Usage(format!("{flag}: {} {what}", path.display())));
-        }
-    }
-    Ok(())
+/// The paths of the outputs that flags name.
+pub(super) struct OutputPaths {
+    state: Option<OutputPath>,
+    summary: Option<OutputPath>,
+    black_box: Option<OutputPath>,
+    film: Option<OutputPath>,
 }
 
-/// Inputs may be read twice.
-const INPUTS: [&str; 2] = ["--script", "--frame-times"];
+impl OutputPaths {
+    /// Claims them, when everything has been read.
+    ///
+    /// # Errors
+    /// Two files at one place, or one with a name that pictures and files of keys may have.
+    pub fn claim(args: &RunArgs, script: Option<&Script>, files: &mut CommandFiles) -> Result<Self, Failure> {
+        let mut claim = |flag: &str, path: &Option<PathBuf>| {
+            path.as_deref().map(|path| files.claim(flag, path)).transpose()
+        };
+        let paths = Self {
+            state: claim("--state", &args.state)?,
+            summary: claim("--summary", &args.summary)?,
+            black_box: claim("--black-box", &args.black_box)?,
+            film: claim("--film", &args.film)?,
+        };
+        let writes_names = args.frames.is_some() || script.is_some();
+        if let Some(folder) = folder(args).filter(|_| writes_names) {
+            let shots =
+                script.iter().flat_map(|script| &script.steps).filter_map(|step| match &step.action {
+                    Action::Screenshot(name) => Some(&**name),
+                    _ => None,
+                });
+            let shots: Vec<_> = shots.collect();
+            let is_written = |name: &str| shots.contains(&name) || is_numbered(name);
+            let what = "the pictures and files that the run makes there; give another";
+            files.refuse_names(folder, is_written, what)?;
+        }
+        Ok(paths)
+    }
+}
 
-/// Where pictures are written, and what keys of a script write.
-fn pictures_folder(args: &RunArgs) -> &Path {
-    args.frames.as_deref().unwrap_or(Path::new("."))
+/// Where pictures are written, and what keys write. What someone else's lesson saves is written nowhere but in a folder that was
+/// named.
+fn folder(args: &RunArgs) -> Option<&Path> {
+    args.frames.as_deref().or_else(|| args.lesson.is_none().then_some(Path::new(".")))
 }
 
 /// The picture of a frame.
@@ -333,8 +349,8 @@ impl Watch {
 }
 
 /// Starts the file with the state of every so many ticks.
-fn state_file(path: &Path) -> Result<Output, Failure> {
+fn state_file(path: &OutputPath) -> Result<Output, Failure> {
     let mut state = output_file(path)?;
-    writeln!(state, "{STATE_HEADER}").map_err(|error| Failure::file("write", path, &error))?;
+    writeln!(state, "{STATE_HEADER}").map_err(|error| Failure::file("write", path.as_ref(), &error))?;
     Ok(state)
 }

@@ -7,13 +7,14 @@ use scene::{Action, Keeps, Scene, Script, StepKind};
 
 use super::{RunArgs, keeps_ledger};
 use crate::actions::{self, Act};
-use crate::app::script::{load_script, player_of};
+use crate::app::script::player_of;
 use crate::app::session::{DEFAULT_FPS, Session};
 use crate::args::{MOST_TICKS, check_seconds};
 use crate::clock::{FrameClock, FrameTime};
 use crate::commands::lessons::pupil::Demonstration;
 use crate::failure::Failure;
 use crate::input::SwitchedBy;
+use crate::output::command_files::CommandFiles;
 use crate::panels::Panel;
 use crate::stage::CATCH_UP;
 use crate::stage::options::{Options, Words, check};
@@ -25,6 +26,8 @@ const DEFAULT_SECONDS: f64 = 10.0;
 pub(super) struct Setup {
     pub scene: Scene,
     pub script: Option<Script>,
+    /// The lesson that the run shows.
+    pub demonstration: Option<Demonstration>,
     pub options: Options,
     pub ends: FrameEnds,
     /// Ticks of the run; `None`: to the end of the frame times.
@@ -35,8 +38,8 @@ pub(super) struct Setup {
 
 impl Setup {
     /// Reads and checks what `args` name.
-    pub fn new(args: &RunArgs) -> Result<Self, Failure> {
-        let mut scene = scene::load(&args.scene)?;
+    pub fn new(args: &RunArgs, files: &mut CommandFiles) -> Result<Self, Failure> {
+        let mut scene = files.scene(&args.scene)?;
         if args.damping.is_some() && scene.damping.is_none() {
             return Err(Failure::Usage(format!("{} declares no damping; leave --damping out", args.scene)));
         }
@@ -44,7 +47,8 @@ impl Setup {
             let what = format!("{} takes a step a frame; leave --hz out and give --fps", args.scene);
             return Err(Failure::Usage(what));
         }
-        let script = args.script.as_ref().map(|path| load_script(path, &scene)).transpose()?;
+        let script = args.script.as_ref().map(|path| files.script(path, &scene)).transpose()?;
+        let demonstration = demonstration(args, files)?;
         let recording = script.as_ref().and_then(|script| script.recording.as_ref());
         if recording.is_some() && (args.frame_times.is_some() || args.fps.is_some()) {
             let what = "a recording has frame times of its own; leave --fps and --frame-times out";
@@ -67,7 +71,8 @@ impl Setup {
         let acts_alone = script.is_some() && recording.is_none() && !pictures && args.fps.is_none();
         let fps =
             if unwatched || acts_alone && !follows_frames(&scene) { fps.min(scene.step_hz) } else { fps };
-        let ends = FrameEnds::new(args, recording.map(|recording| recording.frame_ends_s.clone()), fps)?;
+        let ends =
+            FrameEnds::new(args, files, recording.map(|recording| recording.frame_ends_s.clone()), fps)?;
         let ticks = tick_limit(args, &scene, &ends)?;
         // As the window does, whose recording it is.
         let goes_back =
@@ -90,19 +95,7 @@ impl Setup {
             overrides,
             threads: args.step.threads,
         };
-        Ok(Self { scene, script, options, ends, ticks, goes_back })
-    }
-
-    /// The lesson that the run shows.
-    pub fn demonstration(&self, args: &RunArgs) -> Result<Option<Demonstration>, Failure> {
-        let Some(name) = &args.lesson else { return Ok(None) };
-        let lesson = scene::lesson::load(name)?;
-        let home = beside(&lesson.name, &lesson.scene);
-        if !is_same_scene(&home, &args.scene) {
-            let what = format!("the lesson {name} plays in {home}, not in {}; run {home}", args.scene);
-            return Err(Failure::Usage(what));
-        }
-        Ok(Some(Demonstration::new(lesson, args.fps.unwrap_or(DEFAULT_FPS))))
+        Ok(Self { scene, script, demonstration, options, ends, ticks, goes_back })
     }
 
     /// Checks that the memory allows what the run keeps.
@@ -134,6 +127,18 @@ impl Setup {
     }
 }
 
+/// The lesson that the run shows.
+fn demonstration(args: &RunArgs, files: &mut CommandFiles) -> Result<Option<Demonstration>, Failure> {
+    let Some(name) = &args.lesson else { return Ok(None) };
+    let lesson = files.lesson(name)?;
+    let home = beside(&lesson.name, &lesson.scene);
+    if !is_same_scene(&home, &args.scene) {
+        let what = format!("the lesson {name} plays in {home}, not in {}; run {home}", args.scene);
+        return Err(Failure::Usage(what));
+    }
+    Ok(Some(Demonstration::new(lesson, args.fps.unwrap_or(DEFAULT_FPS))))
+}
+
 /// Whether a script takes a screenshot.
 fn takes_pictures(script: &Script) -> bool {
     script.steps.iter().any(|step| matches!(step.action, Action::Screenshot(_)))
@@ -163,9 +168,14 @@ pub(super) enum FrameEnds {
 
 impl FrameEnds {
     /// `fps` a second where no list says otherwise.
-    fn new(args: &RunArgs, recorded: Option<Vec<f64>>, fps: f64) -> Result<Self, Failure> {
+    fn new(
+        args: &RunArgs,
+        files: &mut CommandFiles,
+        recorded: Option<Vec<f64>>,
+        fps: f64,
+    ) -> Result<Self, Failure> {
         if let Some(path) = &args.frame_times {
-            let text = scene::read_text(path)?;
+            let text = files.text("--frame-times", path)?;
             let times = scene::parse_frame_times(&path.display().to_string(), &text)?;
             return Ok(Self::Lengths(times.into_iter()));
         }
