@@ -3,11 +3,12 @@
 use std::fs;
 use std::process::{Command, Stdio};
 
+use render::{Film, Image};
 use sandbox::Options;
 use scene::{Keeps, Scene};
 
 use crate::effects::allocations::most_held;
-use crate::rigs::{Drive, Said, folder, output, program, sandbox, scene_of, wait_for};
+use crate::rigs::{Dice, Drive, Said, folder, output, program, sandbox, scene_of, wait_for};
 
 fn scene(entries: &str) -> String {
     format!("(version: 1, step_hz: 100, {entries})")
@@ -163,4 +164,25 @@ fn a_long_tick_is_told_before_it_is_taken() {
     // Refused after that was told: the run itself is not waited for.
     let said = run(&stars(4_000), "run big.ron --ticks 100000000 --state big.ron/no.csv");
     said.warns(2, "4000 bodies attract each other: a tick takes some ");
+}
+
+#[test]
+fn a_film_takes_no_more_memory_for_more_pictures() {
+    let size_px = [96, 64];
+    let taken = |pictures: u32| {
+        let mut dice = Dice(7);
+        // Nothing of it can be compressed, and all of it changes.
+        let mut noise = || Image { size_px, rgba: (0..96 * 64 * 4).map(|_| dice.bits() as u8 | 1).collect() };
+        let spool = tempfile::tempfile().unwrap();
+        let out = tempfile::tempfile().unwrap();
+        most_held(|| {
+            let mut film = Film::new(spool);
+            (0..pictures).for_each(|picture| film.add(noise(), f64::from(picture)).unwrap());
+            film.finish(out, &[]).unwrap();
+        })
+    };
+    let [few, many] = [10, 200].map(taken);
+    assert!(many <= few + 1024, "{few} and {many} bytes");
+    // Beside them, what the compressor takes for itself.
+    assert!(many <= Film::bytes(size_px) + (2 << 20), "{many} bytes");
 }

@@ -1,5 +1,8 @@
 //! The physics in a schedule of one's own: the example of an outside crate, tick by tick beside a [`Stepper`].
 
+mod disabled;
+mod mistakes;
+
 #[path = "../crates/motion/examples/embed.rs"]
 #[allow(dead_code, reason = "what the example prints")]
 mod example;

@@ -304,7 +304,7 @@ fn a_study_of_the_shortest_ticks_is_begun() {
 /// one side of the move only.
 #[test]
 fn the_smallest_velocities_are_the_same_in_every_kernel() {
-    let models = DampingModel::ALL.into_iter().flat_map(|model| [0.5, 33.0, -33.0].map(|rate| (model, rate)));
+    let models = DampingModel::ALL.into_iter().flat_map(|model| [0.5, 33.0].map(|rate| (model, rate)));
     let cases = models.flat_map(|damping| [1, 3].map(|substeps| (damping, substeps)));
     for ((model, rate), substeps) in cases {
         for method in Method::ALL {

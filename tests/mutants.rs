@@ -208,7 +208,7 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         mistake: "the substeps of later after going back",
         file: "crates/history/src/snapshot/restore.rs",
-        from: "substeps: Substeps(self.substeps),",
+        from: "substeps: Substeps(self.substeps.max(1)),",
         to: "substeps: world.get_resource().copied().unwrap_or(Substeps(1)),",
         killed_by: "black_box::opened::going_back_brings_back_the_substeps_of_then",
     },

@@ -1,8 +1,9 @@
 //! Snapshots of any world: put back in place, they go on with the same bits.
 
+use bevy_ecs::entity::{EntityHashMap, MapEntities as _};
 use bevy_ecs::prelude::*;
 use history::Simulation;
-use motion::snapshot::{self, Snapshot};
+use motion::snapshot::{self, Mismatch, RestoreError, Snapshot};
 use motion::units::Vector;
 use motion::{Forces, Method, PhysicsBody, Stepper, TimeStep, Transform};
 
@@ -134,12 +135,13 @@ fn a_snapshot_of_other_bodies_is_refused_and_changes_nothing() {
     let other = world.spawn(PhysicsBody::with_mass(1.0)).id();
     let before = snapshot::take(&mut world, &stepper);
     let error = snapshot::restore(&mut world, &mut stepper, &saved).unwrap_err();
-    assert_eq!((&error.missing[..], &error.unknown[..]), (&[ball][..], &[other][..]));
+    let RestoreError::Mismatch(Mismatch { missing, unknown }) = &error else { panic!("{error}") };
+    assert_eq!((&missing[..], &unknown[..]), (&[ball][..], &[other][..]));
     assert!(error.to_string().contains("lacks 1 bodies or emitters"), "{error}");
     assert_eq!(snapshot::take(&mut world, &stepper), before);
     // With the other body in the place of the one that is gone it is accepted.
     let mut renamed = saved;
-    renamed.bodies.iter_mut().filter(|body| **body == ball).for_each(|body| *body = other);
+    renamed.map_entities(&mut EntityHashMap::from_iter([(post, post), (bob, bob), (ball, other)]));
     snapshot::restore(&mut world, &mut stepper, &renamed).unwrap();
     assert_eq!(world.get::<Transform>(other).unwrap().position.x, 4.0);
     assert!(world.get_entity(post).is_ok() && world.get_entity(bob).is_ok());

@@ -10,7 +10,7 @@ use motion::groups::compile_groups;
 use motion::{Damping, DampingModel, Fault, Method, PhysicsBody, Quarantine, Request, StableId, Transform};
 use scene::{Scene, unsolvable};
 
-use super::numbers::{any, any_vector, at_least_0, finite};
+use super::numbers::{any, any_vector, at_least_0};
 use super::scenes;
 
 /// Ticks of a run.
@@ -121,7 +121,7 @@ fn event(u: &mut Unstructured<'_>, body: u32, scene: &Scene) -> Result<Event> {
             let model = *u.choose(&DampingModel::ALL)?;
             Event::Ask(Request::SetDamping(Damping {
                 model,
-                rate: if u.ratio(1, 2)? { finite(u)? } else { any(u)? },
+                rate: if u.ratio(1, 2)? { at_least_0(u)? } else { any(u)?.abs() },
             }))
         }
         10 => match u.int_in_range(0..=3)? {

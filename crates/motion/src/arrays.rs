@@ -23,6 +23,7 @@ use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::StableId;
 use crate::state::method_state::CachedAcceleration;
 use crate::state::range::Range;
+use crate::state::substeps::Substeps;
 use crate::units::{Scalar, Vector};
 
 pub use of_world::{LawsOf, NotForArrays};
@@ -111,23 +112,35 @@ impl Bare {
     }
 
     /// Sets damping.
+    ///
+    /// # Panics
+    /// If its rate is below 0.
     #[must_use]
-    pub const fn with_damping(mut self, damping: Damping) -> Self {
+    pub fn with_damping(mut self, damping: Damping) -> Self {
+        damping.check();
         self.resources.damping = Some(damping);
         self
     }
 
     /// Sets the range of states: a row that would leave it is refused.
+    ///
+    /// # Panics
+    /// If a bound is not above 0.
     #[must_use]
-    pub const fn with_range(mut self, range: Range) -> Self {
+    pub fn with_range(mut self, range: Range) -> Self {
+        range.check();
         self.resources.range = Some(range);
         self
     }
 
-    /// Sets the number of substeps per tick, at least 1; bodies with their own number keep it.
+    /// Sets the number of substeps per tick; bodies with their own number keep it.
+    ///
+    /// # Panics
+    /// If `substeps` is 0 or above [`Substeps::MOST`].
     #[must_use]
     pub fn with_substeps(mut self, substeps: u32) -> Self {
-        self.substeps = substeps.max(1);
+        Substeps::check(substeps);
+        self.substeps = substeps;
         self
     }
 

@@ -28,6 +28,7 @@
 //! - Bodies are entities with [`Transform`], [`PhysicsBody`] and [`Force`]; options such as [`SpeedLimit`] are components.
 //! - Laws are resources ([`Gravity`], [`Drag`], [`Wells`], [`Damping`]), your own are [`Law`]s in [`Laws`] or [`OwnLaws`].
 //! - [`Stepper`] compiles the schedule of a [`Method`] and runs ticks; [`Stepper::install`] puts it into your schedule.
+//! - [`bevy_ecs`] and [`glam`], whose types are in this interface, are exported as the versions that it was built with.
 //! - [`Requests`] change bodies, laws and methods between two ticks; [`PushQueue`] and [`Forces`] push.
 //!
 //! The modules, each of which uses only those before it:
@@ -58,6 +59,8 @@ mod state;
 mod tick;
 pub mod units;
 
+pub use bevy_ecs;
+pub use glam;
 pub use kernels::evaluations::{Evaluations, Iterations};
 pub use laws::damping::{Damping, DampingModel, DampingRate};
 pub use laws::own::OwnLaws;

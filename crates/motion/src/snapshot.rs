@@ -26,7 +26,7 @@
 //! let first = second(&mut world, &mut stepper);
 //! snapshot::restore(&mut world, &mut stepper, &saved)?;
 //! assert_eq!(second(&mut world, &mut stepper), first);
-//! # Ok::<(), snapshot::Mismatch>(())
+//! # Ok::<(), snapshot::RestoreError>(())
 //! ```
 //!
 //! For a stepper that is [installed](Stepper::installed):
@@ -42,7 +42,7 @@
 use std::fmt;
 
 use bevy_ecs::component::Mutable;
-use bevy_ecs::entity::{EntityHashMap, EntityHashSet};
+use bevy_ecs::entity::{EntityHashMap, EntityHashSet, EntityMapper, MapEntities};
 use bevy_ecs::prelude::*;
 
 use crate::kernels::evaluations::Evaluations;
@@ -51,16 +51,17 @@ use crate::laws::damping::Damping;
 use crate::methods::markers::{OwnMethod, mark_method, own_method};
 use crate::methods::table::Method;
 use crate::schedule::effects::{self, Effect, EffectState};
+use crate::schedule::emission::orphans;
 use crate::schedule::requests::{Request, Requests};
 use crate::schedule::stepper::Stepper;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::CouplingChanged;
-use crate::state::emitter::{Dormant, Emission};
+use crate::state::emitter::{Dormant, Emission, Emissions};
 use crate::state::forces::{Push, PushQueue, PushedBodies};
 use crate::state::previous_position::PreviousPosition;
 use crate::state::substeps::{OwnSubsteps, Substeps};
-use crate::tick::quarantine::{Quarantine, QuarantineRecord};
+use crate::tick::quarantine::{Fault, Quarantine, QuarantineRecord};
 
 pub use crate::state::emitter::EmissionState;
 pub use crate::state::method_state::{LastAcceleration, LastStep};
@@ -68,7 +69,8 @@ pub use crate::state::switched_off::{Off, OffResource, SpringsOff};
 
 /// The state of a world between two ticks. It names bodies and emitters by their entities.
 ///
-/// To restore it into another world, as after loading a file, replace each [`Entity`] by that of the other world.
+/// To restore it into another world, as after loading a file, give it the entities of the other world by
+/// [`MapEntities::map_entities`], for example with an `EntityHashMap<Entity>`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
     /// The clock of ticks.
@@ -126,6 +128,33 @@ pub struct Effects {
     pub off: Vec<Effect>,
 }
 
+/// Why a snapshot was not restored.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RestoreError {
+    /// The world has other bodies or emitters.
+    Mismatch(Mismatch),
+    /// A field of the snapshot is none that [`take`] can have made.
+    Invalid {
+        /// The field of [`Snapshot`].
+        field: &'static str,
+        /// What is wrong with it.
+        why: &'static str,
+    },
+}
+
+impl fmt::Display for RestoreError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Mismatch(mismatch) => mismatch.fmt(out),
+            Self::Invalid { field, why } => {
+                write!(out, "`{field}` of the snapshot: {why}; restore one as `take` made it")
+            }
+        }
+    }
+}
+
+impl std::error::Error for RestoreError {}
+
 /// The bodies or emitters in which a world and a snapshot differ.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mismatch {
@@ -140,8 +169,8 @@ impl fmt::Display for Mismatch {
         let Self { missing, unknown } = self;
         write!(
             out,
-            "the world lacks {} bodies or emitters of the snapshot and has {} that the snapshot lacks, first {}; spawn and \
-             despawn until they are the same",
+            "the world lacks {} bodies or emitters of the snapshot and has {} that the snapshot lacks, first {}; spawn, \
+             despawn, enable and disable until they are the same",
             missing.len(),
             unknown.len(),
             missing.iter().chain(unknown).next().unwrap_or(&Entity::PLACEHOLDER)
@@ -151,7 +180,13 @@ impl fmt::Display for Mismatch {
 
 impl std::error::Error for Mismatch {}
 
+/// Bodies of a snapshot.
+type IsBody = (With<Transform>, With<PhysicsBody>);
+
 /// Takes the state of `world`, which `stepper` simulates, between two ticks.
+///
+/// # Panics
+/// If `stepper` was made for another world.
 #[must_use]
 pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
     let (mut bodies, mut transforms, mut states) = (Vec::new(), Vec::new(), Vec::new());
@@ -165,6 +200,8 @@ pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
     let own_methods = own.iter(world).filter_map(|body| Some((body.id(), own_method(body)?))).collect();
     let mut emissions = world.query::<(Entity, &Emission)>();
     let emissions = emissions.iter(world).map(|(emitter, emission)| (emitter, emission.state())).collect();
+    let mut dormant = marked::<Dormant>(world);
+    dormant.extend(orphans(world));
     Snapshot {
         clock: *world.resource(),
         step: *world.resource(),
@@ -181,7 +218,7 @@ pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
         own_substeps: all(world),
         quarantined: marked::<Quarantined>(world),
         records: world.resource::<Quarantine>().records().to_vec(),
-        dormant: marked::<Dormant>(world),
+        dormant,
         emissions,
         forces: PushedBodies::forces(world),
         pushes: world.resource::<PushQueue>().edges().to_vec(),
@@ -193,9 +230,14 @@ pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
 /// Puts `world` and its `stepper` into the state of `snapshot`.
 ///
 /// # Errors
-/// If the bodies or emitters of `world` are not those of `snapshot`; nothing is changed then.
-pub fn restore(world: &mut World, stepper: &mut Stepper, snapshot: &Snapshot) -> Result<(), Mismatch> {
-    snapshot.check(world)?;
+/// If the bodies or emitters of `world` are not those of `snapshot`, or if its lists do not fit each other or a number is out of
+/// its range; nothing is changed then.
+///
+/// # Panics
+/// If `stepper` was made for another world.
+pub fn restore(world: &mut World, stepper: &mut Stepper, snapshot: &Snapshot) -> Result<(), RestoreError> {
+    snapshot.check_fields(world)?;
+    snapshot.check_bodies(world)?;
     let Snapshot { clock, step, substeps, effects, evaluations, records, forces, .. } = snapshot;
     effects.put(world);
     world.insert_resource(*clock);
@@ -209,6 +251,10 @@ pub fn restore(world: &mut World, stepper: &mut Stepper, snapshot: &Snapshot) ->
         if let Some(mut emission) = world.get_mut::<Emission>(*emitter) {
             *emission = Emission::from_state(state.clone());
         }
+    }
+    // Those of a tick in which a law panicked.
+    if let Some(mut emissions) = world.get_resource_mut::<Emissions>() {
+        emissions.births.clear();
     }
     stepper.go_on(world, snapshot.method);
     // Compiling groups and preparing pools moves bodies to other tables.
@@ -261,12 +307,88 @@ impl Effects {
     }
 }
 
+impl MapEntities for Snapshot {
+    fn map_entities<M: EntityMapper>(&mut self, mapper: &mut M) {
+        fn map<'a>(entities: impl Iterator<Item = &'a mut Entity>, mapper: &mut impl EntityMapper) {
+            entities.for_each(|entity| *entity = mapper.get_mapped(*entity));
+        }
+        fn of<T>(list: &mut [(Entity, T)]) -> impl Iterator<Item = &mut Entity> {
+            list.iter_mut().map(|(entity, _)| entity)
+        }
+        // Every field is named, so that a new one is not forgotten.
+        let Self {
+            clock: _,
+            step: _,
+            method: _,
+            substeps: _,
+            effects: _,
+            evaluations: _,
+            bodies,
+            transforms: _,
+            states: _,
+            previous_positions,
+            last_steps,
+            own_methods,
+            own_substeps,
+            quarantined,
+            records,
+            dormant,
+            emissions,
+            forces,
+            pushes,
+            sustained,
+            requests,
+        } = self;
+        map([bodies, quarantined, dormant].into_iter().flatten(), mapper);
+        map(of(previous_positions), mapper);
+        map(of(last_steps), mapper);
+        map(of(own_methods), mapper);
+        map(of(own_substeps), mapper);
+        map(of(emissions), mapper);
+        map([forces, pushes, sustained].into_iter().flatten().map(|push| &mut push.body), mapper);
+        for QuarantineRecord { body, cause, .. } in records {
+            *body = mapper.get_mapped(*body);
+            if let Fault::Spring(end) = &mut cause.fault {
+                *end = mapper.get_mapped(*end);
+            }
+        }
+        for request in requests {
+            *request = request.rename(|body| Some(mapper.get_mapped(body))).expect("every body has a name");
+        }
+    }
+}
+
 impl Snapshot {
-    fn check(&self, world: &mut World) -> Result<(), Mismatch> {
-        let same = world
-            .query_filtered::<Entity, With<PhysicsBody>>()
-            .iter(world)
-            .eq(self.bodies.iter().copied())
+    /// Checks what needs no world but for the entities that it names.
+    fn check_fields(&self, world: &World) -> Result<(), RestoreError> {
+        let Self { step: TimeStep(step), substeps, effects, bodies, transforms, states, .. } = self;
+        let ensure = |holds, field, why| {
+            if holds { Ok(()) } else { Err(RestoreError::Invalid { field, why }) }
+        };
+        ensure(*step >= 0.0 && step.is_finite(), "step", "a tick is finite and at least 0 s long")?;
+        ensure(StepClock::from_state(self.clock.into()).is_some(), "clock", "no clock can show this")?;
+        ensure((1..=Substeps::MOST).contains(&substeps.0), "substeps", "their number is out of its range")?;
+        ensure(
+            effects.damping.is_none_or(|damping| damping.rate >= 0.0 || damping.rate.is_nan()),
+            "effects",
+            "damping is below 0",
+        )?;
+        let own = self.own_substeps.iter().map(|(_, own)| own.0);
+        ensure({ own }.all(|own| own <= Substeps::MOST), "own_substeps", "their number is out of its range")?;
+        ensure(transforms.len() == bodies.len(), "transforms", "there is not one for each of `bodies`")?;
+        ensure(states.len() == bodies.len(), "states", "there is not one for each of `bodies`")?;
+        let each = |field, why: Option<&'static str>| ensure(why.is_none(), field, why.unwrap_or_default());
+        each("previous_positions", fault_of(world, entities(&self.previous_positions)))?;
+        each("last_steps", fault_of(world, entities(&self.last_steps)))?;
+        each("own_methods", fault_of(world, entities(&self.own_methods)))?;
+        each("own_substeps", fault_of(world, entities(&self.own_substeps)))?;
+        each("quarantined", fault_of(world, self.quarantined.iter().copied()))?;
+        each("dormant", fault_of(world, self.dormant.iter().copied()))
+    }
+
+    /// Checks that the world has exactly the bodies and emitters of the snapshot, each of which is there once.
+    fn check_bodies(&self, world: &mut World) -> Result<(), RestoreError> {
+        let same = world.query_filtered::<Entity, IsBody>().iter(world).eq(self.bodies.iter().copied())
             && marked::<Emission>(world).into_iter().eq(self.emissions.iter().map(|(emitter, _)| *emitter));
         if same {
             return Ok(());
@@ -274,12 +396,23 @@ impl Snapshot {
         let then: EntityHashSet =
             self.bodies.iter().copied().chain(self.emissions.iter().map(|(emitter, _)| *emitter)).collect();
         let now: EntityHashSet =
-            world.query_filtered::<Entity, Or<(With<PhysicsBody>, With<Emission>)>>().iter(world).collect();
+            world.query_filtered::<Entity, Or<(IsBody, With<Emission>)>>().iter(world).collect();
         let [mut missing, mut unknown] =
             [then.difference(&now), now.difference(&then)].map(|some| some.copied().collect::<Vec<_>>());
         missing.sort_unstable();
         unknown.sort_unstable();
-        if missing.is_empty() && unknown.is_empty() { Ok(()) } else { Err(Mismatch { missing, unknown }) }
+        if !(missing.is_empty() && unknown.is_empty()) {
+            return Err(RestoreError::Mismatch(Mismatch { missing, unknown }));
+        }
+        for (field, why) in [
+            ("bodies", fault_of(world, self.bodies.iter().copied())),
+            ("emissions", fault_of(world, entities(&self.emissions))),
+        ] {
+            if let Some(why) = why {
+                return Err(RestoreError::Invalid { field, why });
+            }
+        }
+        Ok(())
     }
 
     /// Gives the bodies their methods. Accelerations that were cached by another one are not kept.
@@ -344,7 +477,7 @@ impl Snapshot {
         #[derive(Component)]
         struct Moved;
 
-        let mut bodies = world.query_filtered::<Entity, With<PhysicsBody>>();
+        let mut bodies = world.query_filtered::<Entity, IsBody>();
         if bodies.iter(world).eq(self.bodies.iter().copied()) {
             return;
         }
@@ -368,6 +501,30 @@ impl Snapshot {
 /// Every entity with that component, and its value.
 fn all<C: Component + Clone>(world: &mut World) -> Vec<(Entity, C)> {
     world.query::<(Entity, &C)>().iter(world).map(|(entity, value)| (entity, value.clone())).collect()
+}
+
+fn entities<T>(list: &[(Entity, T)]) -> impl Iterator<Item = Entity> {
+    list.iter().map(|(entity, _)| *entity)
+}
+
+/// Why a list of entities is none of `world`, if so.
+fn fault_of(world: &World, entities: impl Iterator<Item = Entity>) -> Option<&'static str> {
+    // A bit for each entity by its index, which two that exist do not share.
+    let mut seen: Vec<u64> = Vec::new();
+    for entity in entities {
+        if world.get_entity(entity).is_err() {
+            return Some("the world lacks an entity of it");
+        }
+        let (word, bit) = (entity.index_u32() as usize / 64, 1 << (entity.index_u32() % 64));
+        if seen.len() <= word {
+            seen.resize(word + 1, 0);
+        }
+        if seen[word] & bit != 0 {
+            return Some("an entity is in it twice");
+        }
+        seen[word] |= bit;
+    }
+    None
 }
 
 fn marked<C: Component>(world: &mut World) -> Vec<Entity> {

@@ -5,6 +5,7 @@ pub(crate) mod archetypes;
 pub(crate) mod clock;
 pub(crate) mod components;
 pub(crate) mod coupling;
+pub(crate) mod disabled;
 pub(crate) mod emitter;
 pub(crate) mod forces;
 pub(crate) mod method_state;

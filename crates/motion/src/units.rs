@@ -12,3 +12,11 @@ pub type Rotation = glam::DQuat;
 pub fn outer(a: Vector, b: Vector) -> glam::DMat3 {
     glam::DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
+
+/// Refuses `value`, in `unit`, of `what` if it is below 0. NaN passes: bodies that it reaches are quarantined, which names it.
+///
+/// # Panics
+/// If it is below 0.
+pub(crate) fn at_least_0(value: Scalar, what: &str, unit: &str) {
+    assert!(value >= 0.0 || value.is_nan(), "{what} cannot be {value} {unit}; give one of at least 0 {unit}");
+}

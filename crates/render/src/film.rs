@@ -1,78 +1,176 @@
 //! Pictures one after the other, as an animated PNG.
 
-use std::io;
+use std::io::{self, Read, Seek, SeekFrom, Write};
 
-use png::{BlendOp, Compression, Filter};
+use png::chunk::{ChunkType, IDAT, IEND, acTL, fcTL, fdAT};
+use png::{Compression, Filter};
 
 use crate::Image;
 
-/// A moving picture in memory: the first picture, and what changes after it.
-#[derive(Clone, Debug, Default)]
-pub struct Film {
+/// A moving picture: the first picture, and what changes after it. Each is encoded as it comes and put into `spool`, for a PNG
+/// begins with the number of its pictures; so memory does not grow with them.
+#[derive(Debug)]
+pub struct Film<S> {
+    spool: S,
     shown: Option<Image>,
-    changes: Vec<Change>,
+    /// The last change, whose end is not known yet.
+    waiting: Option<Change>,
+    /// Pictures and numbered chunks in the spool.
+    pictures: u32,
+    numbered: u32,
     /// When the last picture begins, s.
     last_s: f64,
     /// How long the picture before it is shown, s.
     length_s: f64,
 }
 
-/// The rectangle of a picture in which it differs from the one before; pixels that stay are transparent.
-#[derive(Clone, Debug)]
+/// The rectangle of a picture in which it differs from the one before, compressed; pixels that stay are transparent.
+#[derive(Debug)]
 struct Change {
     at_s: f64,
     origin_px: [u32; 2],
-    image: Image,
+    size_px: [u32; 2],
+    data: Vec<u8>,
 }
 
-impl Film {
+impl Film<()> {
+    /// Bytes that a film of pictures of that size takes at most, however many they are: two pictures, what differs between them
+    /// twice, and that compressed, which may be larger than it was.
+    #[must_use]
+    pub fn bytes([width, height]: [u32; 2]) -> u64 {
+        6 * 4 * u64::from(width) * u64::from(height)
+    }
+}
+
+impl<S: Read + Write + Seek> Film<S> {
+    /// Begins a film that is kept in `spool`, an empty file for example, until it is finished.
+    pub const fn new(spool: S) -> Self {
+        let (shown, waiting) = (None, None);
+        Self { spool, shown, waiting, pictures: 0, numbered: 0, last_s: 0.0, length_s: 0.0 }
+    }
+
     /// Adds an opaque picture that begins `at_s` seconds after the start of some clock. Times ascend.
     ///
     /// # Errors
-    /// If the picture has another size than the first one.
+    /// If the picture has another size than the first one, or the spool cannot be written.
     pub fn add(&mut self, image: Image, at_s: f64) -> io::Result<()> {
-        match &self.shown {
+        let change = match &self.shown {
             Some(shown) if shown.size_px != image.size_px => {
                 return Err(io::Error::other("a film has pictures of one size"));
             }
             Some(shown) => {
                 self.length_s = at_s - self.last_s;
-                self.changes.extend(change(shown, &image, at_s));
+                difference(shown, &image)
             }
-            None => self.changes.push(Change { at_s, origin_px: [0; 2], image: image.clone() }),
-        }
+            None => Some(([0; 2], image.clone())),
+        };
         self.last_s = at_s;
         self.shown = Some(image);
+        if let Some((origin_px, part)) = change {
+            self.end_waiting(at_s)?;
+            let (size_px, data) = (part.size_px, compressed(&part)?);
+            self.waiting = Some(Change { at_s, origin_px, size_px, data });
+        }
         Ok(())
     }
 
-    /// An animated PNG that plays without end, with `text` as keyword and value pairs. Its last picture is shown as
-    /// long as the one before it.
+    /// Writes the film into `out`: an animated PNG that plays without end, with `text` as keyword and value pairs. Its last picture
+    /// is shown as long as the one before it.
     ///
     /// # Errors
-    /// If there is no picture, or a keyword cannot be one.
-    pub fn png(&self, text: &[(&str, &str)]) -> io::Result<Vec<u8>> {
+    /// If there is no picture, a keyword cannot be one, or a file cannot be read or written.
+    pub fn finish(mut self, mut out: impl Write, text: &[(&str, &str)]) -> io::Result<()> {
         let size_px = self.shown.as_ref().map_or([0; 2], |image| image.size_px);
-        let mut bytes = Vec::new();
-        let mut encoder = Image::encoder(&mut bytes, size_px, text)?;
-        encoder.set_animated(u32::try_from(self.changes.len()).map_err(io::Error::other)?, 0)?;
-        encoder.set_blend_op(BlendOp::Over)?;
-        encoder.set_compression(Compression::High);
-        // Differences to neighbors are larger than what they replace where most pixels are transparent.
-        encoder.set_filter(Filter::NoFilter);
-        let mut writer = encoder.write_header()?;
-        let end_s = self.last_s + self.length_s;
-        let ends_s = self.changes.iter().skip(1).map(|change| change.at_s).chain([end_s]);
-        for (Change { at_s, origin_px: [x, y], image }, end_s) in self.changes.iter().zip(ends_s) {
-            writer.set_frame_delay(milliseconds(*at_s, end_s), 1000)?;
-            writer.reset_frame_position()?;
-            writer.set_frame_dimension(image.size_px[0], image.size_px[1])?;
-            writer.set_frame_position(*x, *y)?;
-            writer.write_image_data(&image.rgba)?;
+        self.end_waiting(self.last_s + self.length_s)?;
+        let mut writer = Image::encoder(&mut out, size_px, text)?.write_header()?;
+        let endless = 0_u32;
+        writer.write_chunk(acTL, &[self.pictures.to_be_bytes(), endless.to_be_bytes()].concat())?;
+        self.spool.seek(SeekFrom::Start(0))?;
+        let mut spool = io::BufReader::new(self.spool);
+        let mut data = Vec::new();
+        while let Some(kind) = read_chunk(&mut spool, &mut data)? {
+            writer.write_chunk(kind, &data)?;
         }
         writer.finish()?;
-        Ok(bytes)
+        out.flush()
     }
+
+    /// Puts the change that waits into the spool: it ends at `end_s`.
+    fn end_waiting(&mut self, end_s: f64) -> io::Result<()> {
+        let Some(Change { at_s, origin_px: [x, y], size_px: [width, height], data }) = self.waiting.take()
+        else {
+            return Ok(());
+        };
+        let [delay, per_second] = [milliseconds(at_s, end_s), 1000];
+        let mut control = self.number();
+        for number in [width, height, x, y] {
+            control.extend(number.to_be_bytes());
+        }
+        control.extend([delay, per_second].map(u16::to_be_bytes).concat());
+        // What is drawn stays, and the next picture is drawn over it.
+        control.extend([0, 1]);
+        write_chunk(&mut self.spool, fcTL, &control)?;
+        if self.pictures == 0 {
+            write_chunk(&mut self.spool, IDAT, &data)?;
+        } else {
+            let number = self.number();
+            write_chunk(&mut self.spool, fdAT, &[number, data].concat())?;
+        }
+        self.pictures += 1;
+        Ok(())
+    }
+
+    /// The number of the next chunk that has one.
+    fn number(&mut self) -> Vec<u8> {
+        self.numbered += 1;
+        (self.numbered - 1).to_be_bytes().to_vec()
+    }
+}
+
+/// The compressed rows of a picture.
+fn compressed(image: &Image) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let mut encoder = Image::encoder(&mut bytes, image.size_px, &[])?;
+    encoder.set_compression(Compression::High);
+    // Differences to neighbors are larger than what they replace where most pixels are transparent.
+    encoder.set_filter(Filter::NoFilter);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&image.rgba)?;
+    writer.finish()?;
+    let (mut rest, mut rows, mut data) = (&bytes[SIGNATURE..], Vec::new(), Vec::new());
+    while let Some(kind) = read_chunk(&mut rest, &mut data)? {
+        if kind == IDAT {
+            rows.append(&mut data);
+        }
+        rest = &rest[CHECKSUM..];
+        if kind == IEND {
+            break;
+        }
+    }
+    Ok(rows)
+}
+
+/// Bytes before the first chunk of a PNG, and after the data of each chunk.
+const SIGNATURE: usize = 8;
+const CHECKSUM: usize = 4;
+
+/// Writes a chunk as a PNG has it, without its checksum.
+fn write_chunk(spool: &mut impl Write, ChunkType(kind): ChunkType, data: &[u8]) -> io::Result<()> {
+    let length = u32::try_from(data.len()).map_err(io::Error::other)?;
+    [&length.to_be_bytes(), &kind, data].into_iter().try_for_each(|part| spool.write_all(part))
+}
+
+/// Reads a chunk into `data`, without its checksum: its kind; `None` at the end.
+fn read_chunk(spool: &mut impl Read, data: &mut Vec<u8>) -> io::Result<Option<ChunkType>> {
+    let (mut length, mut kind) = ([0; 4], [0; 4]);
+    match spool.read_exact(&mut length) {
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(None),
+        read => read?,
+    }
+    spool.read_exact(&mut kind)?;
+    data.resize(u32::from_be_bytes(length) as usize, 0);
+    spool.read_exact(data)?;
+    Ok(Some(ChunkType(kind)))
 }
 
 /// From one time to the other, at most 65,535 ms. Both are rounded, so that a long film keeps time.
@@ -81,8 +179,8 @@ fn milliseconds(from_s: f64, to_s: f64) -> u16 {
     ((to_s * 1000.0).round() - (from_s * 1000.0).round()) as u16
 }
 
-/// The smallest rectangle of `next` in which it differs from `shown`; none if they are equal.
-fn change(shown: &Image, next: &Image, at_s: f64) -> Option<Change> {
+/// The smallest rectangle of `next` in which it differs from `shown`, and where it lies; none if they are equal.
+fn difference(shown: &Image, next: &Image) -> Option<([u32; 2], Image)> {
     let [width, height] = next.size_px;
     let differs = |x: &u32, y: &u32| shown.pixel(*x, *y) != next.pixel(*x, *y);
     let (mut columns, mut rows) = ([width, 0], [height, 0]);
@@ -100,5 +198,5 @@ fn change(shown: &Image, next: &Image, at_s: f64) -> Option<Change> {
             pixel.fill(0);
         }
     }
-    Some(Change { at_s, origin_px, image })
+    Some((origin_px, image))
 }

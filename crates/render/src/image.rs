@@ -55,12 +55,12 @@ impl Image {
     }
 
     /// Begins a PNG of pictures of that size.
-    pub(crate) fn encoder<'a>(
-        bytes: &'a mut Vec<u8>,
+    pub(crate) fn encoder<W: io::Write>(
+        out: W,
         size_px: [u32; 2],
         text: &[(&str, &str)],
-    ) -> io::Result<png::Encoder<'static, &'a mut Vec<u8>>> {
-        let mut encoder = png::Encoder::new(bytes, size_px[0], size_px[1]);
+    ) -> io::Result<png::Encoder<'static, W>> {
+        let mut encoder = png::Encoder::new(out, size_px[0], size_px[1]);
         encoder.set_color(png::ColorType::Rgba);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);

@@ -414,14 +414,16 @@ fn a_film_shows_every_picture_for_its_time() {
         size_px: [3, 2],
         rgba: shades.iter().flat_map(|shade| [*shade, 1, 2, 255]).collect(),
     };
-    let mut film = Film::default();
-    assert!(film.png(&[]).is_err(), "no picture is no film");
+    let spool = || std::io::Cursor::new(Vec::new());
+    assert!(Film::new(spool()).finish(std::io::sink(), &[]).is_err(), "no picture is no film");
+    let mut film = Film::new(spool());
     for (shades, at_s) in shades.into_iter().zip([0.0, 0.1, 0.2, 0.3, 0.35]) {
         film.add(picture(shades), at_s).unwrap();
     }
     assert!(film.add(Image { size_px: [2, 3], rgba: vec![255; 24] }, 0.4).is_err());
 
-    let bytes = film.png(&[("Scene", "orbit")]).unwrap();
+    let mut bytes = Vec::new();
+    film.finish(&mut bytes, &[("Scene", "orbit")]).unwrap();
     let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
     assert_eq!(reader.info().animation_control().unwrap().num_plays, 0);
     let mut shown = picture([0; 6]);

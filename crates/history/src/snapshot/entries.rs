@@ -198,6 +198,8 @@ mod effects {
 mod damping {
     //! Damping as its model and rate.
 
+    use serde::de::Error as _;
+
     use super::{Damping, Deserialize, Deserializer, Name, Serialize, Serializer};
 
     pub(super) fn serialize<S: Serializer>(damping: &Damping, serializer: S) -> Result<S::Ok, S::Error> {
@@ -205,6 +207,10 @@ mod damping {
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Damping, D::Error> {
-        Deserialize::deserialize(source).map(|(Name(model), rate)| Damping { model, rate })
+        let (Name(model), rate) = Deserialize::deserialize(source)?;
+        if rate < 0.0 {
+            return Err(D::Error::custom("a damping rate is below 0"));
+        }
+        Ok(Damping { model, rate })
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::effects::Effect;
-use motion::snapshot::{self, EmissionState, LastStep};
+use motion::snapshot::{self, EmissionState, LastStep, RestoreError};
 use motion::units::Vector;
 use motion::{
     Cause, Emission, Evaluations, Fault, Iterations, OwnSubsteps, PhysicsBody, PreviousPosition, Push,
@@ -44,8 +44,10 @@ impl Simulation {
         snapshot.remove_absent(&mut world, &bodies);
         let state = snapshot.state(&mut world, &bodies, &ids, clock);
         let mut stepper = Stepper::new(&mut world, state.method, state.step);
-        snapshot::restore(&mut world, &mut stepper, &state)
-            .map_err(|_| BadSnapshot("its bodies are not those of the scene"))?;
+        snapshot::restore(&mut world, &mut stepper, &state).map_err(|error| match error {
+            RestoreError::Mismatch(_) => BadSnapshot("its bodies are not those of the scene"),
+            RestoreError::Invalid { why, .. } => BadSnapshot(why),
+        })?;
         Ok(Self { scene, world, stepper, bodies })
     }
 }
@@ -134,7 +136,7 @@ impl Snapshot {
             clock,
             step: TimeStep(self.step_s),
             method: self.method.0,
-            substeps: Substeps(self.substeps),
+            substeps: Substeps(self.substeps.max(1)),
             effects: self.effects.clone(),
             evaluations: self.evaluations(),
             bodies: ids.iter().map(|id| bodies[*id as usize]).collect(),
@@ -143,7 +145,9 @@ impl Snapshot {
             previous_positions: of_bodies(&self.drawn_from, moves, before),
             last_steps: of_bodies(&self.last_steps, moves, |last| LastStep(*last)),
             own_methods: of_bodies(&self.own_methods, moves, |method| method.0),
-            own_substeps: of_bodies(&self.own_substeps, moves, |own| OwnSubsteps((*own).min(Substeps::MOST))),
+            own_substeps: of_bodies(&self.own_substeps, moves, |own| {
+                OwnSubsteps((*own).clamp(1, Substeps::MOST))
+            }),
             quarantined: self.quarantined.iter().copied().filter_map(moves).collect(),
             records: self.records.iter().map(|record| record.of(bodies)).collect(),
             dormant: self.dormant.iter().copied().filter_map(moves).collect(),

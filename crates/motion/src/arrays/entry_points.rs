@@ -99,7 +99,11 @@ impl Bare {
     }
 
     /// Sets or removes damping. Restarts the methods.
+    ///
+    /// # Panics
+    /// If its rate is below 0.
     pub fn set_damping(&mut self, damping: Option<Damping>) {
+        damping.as_ref().map(Damping::check);
         self.leave();
         self.resources.damping = damping;
     }

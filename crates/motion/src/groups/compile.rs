@@ -9,14 +9,14 @@ use super::{Group, Groups};
 use crate::laws::{MutualGravity, SourceMass};
 use crate::methods::markers::{mark_method, own_method};
 use crate::state::archetypes::may_exist;
-use crate::state::components::{PhysicsBody, Quarantined, StableId};
+use crate::state::components::{Force, PhysicsBody, Quarantined, StableId, Transform};
 use crate::state::coupling::{CouplingChanged, Grouped};
-use crate::state::emitter::Particle;
+use crate::state::emitter::{Dormant, Particle};
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::springs::{Elastic, Link, SoftBody, Spring};
 use crate::state::substeps::OwnSubsteps;
 use crate::state::switched_off::SpringsOff;
-use crate::units::Scalar;
+use crate::units::{Scalar, at_least_0};
 
 /// Compiles the groups again if the coupling has changed: a spring was added or removed, a body was removed,
 /// quarantined or became immovable. The order in which forces are summed follows from stable ids, not from the order
@@ -106,6 +106,8 @@ struct Graph {
 fn compile(world: &mut World) {
     register(world);
     let graph = Graph::of(world).expect("its components are registered");
+    graph.check();
+    tell_inert_springs(world);
     let attracts = world.contains_resource::<MutualGravity>();
     let list = graph.groups(attracts);
     mark(world, &list);
@@ -131,13 +133,38 @@ fn compile(world: &mut World) {
     world.resource_mut::<CouplingChanged>().0 = false;
 }
 
+/// Logs, once per world, that springs to particles are inert.
+fn tell_inert_springs(world: &mut World) {
+    /// Whether it was told.
+    #[derive(Resource)]
+    struct Told;
+
+    if !may_exist::<Particle>(world) || world.contains_resource::<Told>() {
+        return;
+    }
+    let mut springs = world.query::<(Entity, &Spring)>();
+    let is_particle = |end: &Entity| world.get::<Particle>(*end).is_some();
+    let ends = springs.iter(world).find_map(|(spring, Spring { ends, .. })| {
+        ends.iter().find(|end| is_particle(end)).map(|end| (spring, *end))
+    });
+    if let Some((spring, end)) = ends {
+        log::warn!(
+            "the spring {spring} is inert: its end {end} is a particle of an emitter; join bodies that are in no pool"
+        );
+        world.insert_resource(Told);
+    }
+}
+
 /// Registers the components that [`Graph::of`] reads.
 fn register(world: &mut World) {
     world.register_component::<PhysicsBody>();
+    world.register_component::<Transform>();
+    world.register_component::<Force>();
     world.register_component::<StableId>();
     world.register_component::<SourceMass>();
     world.register_component::<Quarantined>();
     world.register_component::<Particle>();
+    world.register_component::<Dormant>();
     world.register_component::<Spring>();
     world.register_component::<SoftBody>();
 }
@@ -150,7 +177,7 @@ impl Graph {
             &PhysicsBody,
             Option<&StableId>,
             Option<&SourceMass>,
-        ), (Without<Quarantined>, Without<Particle>)>()?;
+        ), (With<Transform>, With<Force>, Without<Quarantined>, Without<Particle>, Without<Dormant>)>()?;
         let mut nodes: Vec<_> = bodies
             .iter(world)
             .map(|(entity, body, id, source)| {
@@ -206,6 +233,13 @@ impl Graph {
             graph.add_soft_body(&points, soft);
         }
         Some(graph)
+    }
+
+    /// # Panics
+    /// If a number is out of its range: it is in the message.
+    fn check(&self) {
+        self.springs.iter().for_each(|spring| spring.elastic.check());
+        self.nodes.iter().for_each(|node| at_least_0(node.source, "the mass of a source of gravity", "kg"));
     }
 
     fn add_spring(&mut self, spring: SpringRow) {

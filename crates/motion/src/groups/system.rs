@@ -63,6 +63,10 @@ fn advance_groups(
         groups.find(&param, &options);
         let found = groups.gather(&param, &mut members);
         debug_assert!(found, "bodies do not move between tables in the middle of a system");
+        if !found {
+            changed.0 = true;
+            return;
+        }
     }
     let shared = Environment { attraction: attraction.as_deref(), ..param.environment() };
     summed.clear();

@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 
 use crate::state::switched_off::OffResource;
-use crate::units::Scalar;
+use crate::units::{Scalar, at_least_0};
 
 /// How velocity decays. Every model takes a rate c in 1/s; q = c h is the decay of one step of h seconds.
 ///
@@ -62,6 +62,12 @@ impl Damping {
     /// The tutorial's damping: `v *= 1 - 0.4 h` after every move.
     pub const TUTORIAL: Self = Self { model: DampingModel::Tutorial, rate: 0.4 };
 
+    /// # Panics
+    /// If its rate is below 0.
+    pub(crate) fn check(&self) {
+        at_least_0(self.rate, "a damping rate", "1/s");
+    }
+
     /// Whether the model is a law of linear drag, either solved in the step or evaluated.
     pub(crate) fn is_exact(&self) -> bool {
         self.model == DampingModel::Exact
@@ -111,8 +117,12 @@ fn declare_damping(mut world: DeferredWorld, _: HookContext) {
 
 impl DampingRate {
     /// Makes a damping rate of `rate`, 1/s, at least 0.
+    ///
+    /// # Panics
+    /// If `rate` is below 0.
     #[must_use]
-    pub const fn new(rate: Scalar) -> Self {
+    pub fn new(rate: Scalar) -> Self {
+        at_least_0(rate, "a damping rate", "1/s");
         Self(rate)
     }
 

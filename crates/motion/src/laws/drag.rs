@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 use glam::DMat3;
 
 use super::{Affine, Axes, BodyBlock, BodyState, EvaluationTime, Jacobians, Law, Wind, WorldLaw};
-use crate::units::{Scalar, Vector, outer};
+use crate::units::{Scalar, Vector, at_least_0, outer};
 
 /// Drag of a fluid: `a = -c u - k |u| u`, where u is the velocity relative to the fluid. The fluid is at rest unless
 /// there is wind. The linear term is Stokes' law for slow motion, the quadratic term Newton's for fast motion; both are
@@ -50,6 +50,15 @@ impl Drag {
 }
 
 impl WorldLaw for Drag {
+    fn check(&self) {
+        at_least_0(self.linear, "the linear rate of drag", "1/s");
+        at_least_0(self.quadratic, "the quadratic coefficient of drag", "1/m");
+        if let Some(Wind { gust, gust_hz, .. }) = self.wind {
+            at_least_0(gust, "the strength of gusts", "m/s");
+            at_least_0(gust_hz, "the frequency of gusts", "Hz");
+        }
+    }
+
     fn is_finite(&self) -> bool {
         let wind = self.wind.unwrap_or_default();
         let numbers = [self.linear, self.quadratic, wind.gust, wind.gust_hz];

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use crate::state::coupling::structure_changed;
-use crate::units::Scalar;
+use crate::units::{Scalar, at_least_0};
 
 /// Gravity between every two bodies: `F = G m1 m2 r / (r² + s²)^(3/2)` (Newton; softened after Plummer 1911).
 ///
@@ -15,6 +15,14 @@ pub struct MutualGravity {
     pub constant: Scalar,
     /// s, m, at least 0: keeps the force finite in close encounters.
     pub softening: Scalar,
+}
+
+impl MutualGravity {
+    /// # Panics
+    /// If its softening is below 0.
+    pub(crate) fn check(&self) {
+        at_least_0(self.softening, "the softening of mutual gravity", "m");
+    }
 }
 
 /// Mass of an immovable body as a source of [`MutualGravity`], kg, above 0. It has no effect in a world without that

@@ -11,6 +11,12 @@ pub(crate) trait WorldLaw: Resource + Clone + Law {
     /// Whether its parameters are numbers that it can compute with.
     fn is_finite(&self) -> bool;
 
+    /// Checks that its parameters are in their range.
+    ///
+    /// # Panics
+    /// If one is not: it is in the message.
+    fn check(&self) {}
+
     /// Size of the lists that it holds, bytes.
     fn list_bytes(&self) -> usize {
         0
@@ -73,6 +79,11 @@ macro_rules! declare {
             pub fn resources(self) -> impl Iterator<Item = (&'static str, &'a dyn Law)> {
                 let laws = [$(self.$law.map(|law| (stringify!($Law), law as &dyn Law)),)*];
                 laws.into_iter().flatten()
+            }
+
+            /// [Checks](WorldLaw::check) those that are resources.
+            pub fn check(self) {
+                $(self.$law.map(WorldLaw::check);)*
             }
 
             /// The first resource that is not [finite](WorldLaw::is_finite).

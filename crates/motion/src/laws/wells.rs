@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 use glam::DMat3;
 
 use super::{Axes, BLOCK_BODIES, BodyBlock, BodyState, EvaluationTime, Jacobians, Law, WorldLaw};
-use crate::units::{Scalar, Vector, outer};
+use crate::units::{Scalar, Vector, at_least_0, outer};
 
 /// A point that attracts every body, whatever its mass: `a = -mu r / (r² + s²)^(3/2)` with r from the well to the body
 /// (Newton; softened after Plummer 1911).
@@ -61,6 +61,10 @@ impl Well {
 pub struct Wells(pub Vec<Well>);
 
 impl WorldLaw for Wells {
+    fn check(&self) {
+        self.0.iter().for_each(|well| at_least_0(well.softening, "the softening of a well", "m"));
+    }
+
     fn is_finite(&self) -> bool {
         // An infinite softening is valid: it leaves no pull.
         let is_finite =

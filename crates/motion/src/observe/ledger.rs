@@ -109,6 +109,9 @@ impl Ledger {
     }
 
     /// Simulates one tick, bit for bit as [`Stepper::tick`] does, and adds it to the ledger.
+    ///
+    /// # Panics
+    /// As [`Stepper::tick`].
     pub fn tick(&mut self, stepper: &mut Stepper, world: &mut World) {
         stepper.make_ready(world);
         if world.contains_resource::<Emissions>() {

@@ -9,6 +9,7 @@ use bevy_ecs::prelude::*;
 
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
+use crate::state::disabled::is_disabled;
 use crate::state::emitter::{Dormant, Emission, Emissions, Emitter, EmittersChanged, Particle, Tick};
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::previous_position::PreviousPosition;
@@ -28,6 +29,9 @@ pub struct ParticleChange {
 impl ParticleChange {
     fn apply(self, world: &mut World) {
         let Self { body, position, inverse_mass, birth } = self;
+        // No particle is born while its body is disabled.
+        let is_disabled = world.get_entity(body).is_ok_and(|body| is_disabled(world, body));
+        let birth = birth.filter(|_| !is_disabled);
         let Ok(mut body) = world.get_entity_mut(body) else { return };
         if body.contains::<Quarantined>() {
             return;
@@ -113,6 +117,22 @@ fn retire(world: &mut World, pools: &EntityHashSet) {
     }
 }
 
+/// The particles that the next tick makes dormant, because their emitter was removed or replaced.
+pub(crate) fn orphans(world: &mut World) -> Vec<Entity> {
+    if world.get_resource::<EmittersChanged>().is_some_and(|changed| !changed.0) {
+        return Vec::new();
+    }
+    let mut emitters = world.query::<Emitters>();
+    let mut living = EntityHashSet::default();
+    for (on, off, emission) in emitters.iter(world) {
+        let pool = on.or(off.map(|Off(emitter)| emitter)).map_or(&[][..], |emitter| &emitter.pool);
+        living.extend(pool.iter().zip(0..).filter(|(_, slot)| emission.lives(*slot)).map(|(body, _)| *body));
+    }
+    let mut particles =
+        world.query_filtered::<Entity, (With<Particle>, Without<Dormant>, Without<Quarantined>)>();
+    particles.iter(world).filter(|body| !living.contains(body)).collect()
+}
+
 /// Prepares pools: marks their bodies as [`Particle`]s, [`Dormant`] unless they live. Returns whether there are emitters,
 /// or living particles of emitters that are off.
 pub(crate) fn prepare(world: &mut World) -> bool {
@@ -128,14 +148,19 @@ pub(crate) fn prepare(world: &mut World) -> bool {
             pools.extend(emitter.pool.iter().copied().zip(lives));
         }
     }
+    let mut bodies: Vec<_> = pools.iter().map(|(body, _)| *body).collect();
+    bodies.sort_unstable();
+    if let Some(pair) = bodies.windows(2).find(|pair| pair[0] == pair[1]) {
+        panic!("the body {} is twice in the pools of emitters; give each emitter bodies of its own", pair[0]);
+    }
     let mut dormant = Vec::new();
     for (body, lives) in &pools {
-        if let Ok(mut body) = world.get_entity_mut(*body)
-            && !body.contains::<Particle>()
-        {
-            // Every particle is once in the table of the living, so that births find room there and allocate nothing.
-            body.insert(Particle).remove::<Dormant>();
-            if !lives && !body.contains::<Quarantined>() {
+        if let Ok(mut body) = world.get_entity_mut(*body) {
+            if !body.contains::<Particle>() {
+                // Every particle is once in the table of the living, so that births find room there and allocate nothing.
+                body.insert(Particle).remove::<Dormant>();
+            }
+            if !lives && !body.contains::<Quarantined>() && !body.contains::<Dormant>() {
                 dormant.push((body.id(), Dormant));
             }
         }

@@ -3,7 +3,9 @@
 use bevy_ecs::prelude::*;
 
 use crate::groups::is_outdated;
+use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
+use crate::laws::{MutualGravity, SharedLaws};
 use crate::methods::Integrator;
 use crate::methods::table::Method;
 use crate::schedule::plan::{OutsideMethod, PlanInputs, StepPlan};
@@ -13,12 +15,17 @@ use crate::schedule::systems::{
     StepSystems, apply_forces, clear_forces, inner_schedule, insert_step_resources, step_schedule,
 };
 use crate::state::clock::{StepClock, TimeStep};
+use crate::state::disabled::watch_disabled;
 use crate::state::emitter::Emissions;
 use crate::state::forces::PushedBodies;
 use crate::state::method_state::LastAcceleration;
+use crate::state::range::Range;
 use crate::state::static_bodies::{StaticWatch, mark_static};
+use crate::state::substeps::Substeps;
 use crate::tick::body_filter::BodyFilter;
 use crate::tick::quarantine::quarantine_bodies;
+
+const NOT_INSTALLED: &str = "call `Stepper::install` first; it cannot be used within itself";
 
 /// The compiled schedule of a world and what a tick does around it: before it, requests and compiling again; after it,
 /// the clock.
@@ -28,10 +35,13 @@ use crate::tick::quarantine::quarantine_bodies;
 /// - resources inserted, changed or removed: [`Gravity`](crate::Gravity), [`Damping`](crate::Damping),
 ///   [`Drag`](crate::Drag), [`Wells`](crate::Wells), [`Laws`](crate::Laws), [`MutualGravity`](crate::MutualGravity),
 ///   [`Substeps`](crate::Substeps), [`Range`](crate::Range), [`TimeStep`], [`Threads`](crate::Threads);
-/// - bodies, springs and emitters spawned or despawned;
+/// - bodies, springs and emitters spawned, despawned, disabled and enabled;
 /// - components inserted into bodies or removed from them, such as [`OwnLaws`] or another
-///   [`PhysicsBody`](crate::PhysicsBody);
+///   [`PhysicsBody`](crate::PhysicsBody), whose velocity is that at the time of the position;
 /// - a mass or a velocity given to a body that was immovable and at rest.
+///
+/// A body, spring or emitter with Bevy's [`Disabled`](bevy_ecs::entity_disabling::Disabled), and a body without its
+/// `Transform` or [`Force`](crate::Force), is out of the ticks as a removed one is, and comes back in the state in which it left.
 ///
 /// A running body's velocity, position, inverse mass and method are changed by a [`Request`](crate::Request): the method
 /// state of position Verlet belongs to the old values, and so do the counts of evaluations and the groups. Under position
@@ -44,11 +54,40 @@ pub struct Stepper {
     statics: StaticWatch,
     /// Whether it is in a schedule of the user's, which has the rest of the tick.
     installed: bool,
+    /// Whether a tick has begun and not ended: a law panicked in it.
+    interrupted: bool,
 }
 
-/// The stepper of a user's schedule; `None` while it is in use.
+/// The stepper of a user's schedule.
 #[derive(Resource)]
-struct Installed(Option<Stepper>);
+struct Installed {
+    /// `None` while it is in use.
+    stepper: Option<Stepper>,
+    /// Whether [`StepSystems::Integrate`] has run, and the clock has not counted the tick.
+    integrated: bool,
+}
+
+/// The installed stepper while it is in use; dropping it puts the stepper back, also where a law panics.
+struct Lent<'w> {
+    world: &'w mut World,
+    stepper: Option<Stepper>,
+}
+
+impl<'w> Lent<'w> {
+    fn take(world: &'w mut World) -> Self {
+        let stepper =
+            world.get_resource_mut::<Installed>().and_then(|mut installed| installed.stepper.take());
+        Self { world, stepper }
+    }
+}
+
+impl Drop for Lent<'_> {
+    fn drop(&mut self) {
+        if let Some(mut installed) = self.world.get_resource_mut::<Installed>() {
+            installed.stepper = self.stepper.take();
+        }
+    }
+}
 
 impl Stepper {
     /// Prepares `world` for ticks of `step` and compiles the schedule of `method`.
@@ -117,6 +156,7 @@ impl Stepper {
     }
 
     fn compile(world: &mut World, method: Method, outside: Option<OutsideMethod>, installed: bool) -> Self {
+        watch_disabled(world);
         mark_static(world);
         let plan = StepPlan::with(world, method, outside);
         Self::compile_plan(world, plan, installed)
@@ -126,7 +166,7 @@ impl Stepper {
         let mut schedule = if installed { inner_schedule(world, &plan) } else { step_schedule(world, &plan) };
         schedule.initialize(world).expect("the systems of a tick are totally ordered");
         let (inputs, statics) = (PlanInputs::of(world), StaticWatch::new(world));
-        Self { plan, schedule, inputs, statics, installed }
+        Self { plan, schedule, inputs, statics, installed, interrupted: false }
     }
 
     /// Puts the physics into your own schedule. Each run of it is one tick: the systems of [`StepSystems`], in that
@@ -151,6 +191,15 @@ impl Stepper {
     /// schedule.run(&mut world);
     /// ```
     ///
+    /// # Pauses
+    /// A run condition on [`StepSystems::Tick`] pauses all of it: bodies, emitters, engines, the clock, pushes and forces wait.
+    ///
+    /// # A law that panics
+    /// Where the panic is caught, the world and the stepper stay usable. The tick is not counted, and bodies that were integrated
+    /// before the panic have moved: [restore](crate::snapshot) a snapshot to undo that. The next run of a schedule with a
+    /// single-threaded executor skips the systems that ran before the panic; a new schedule, after
+    /// [`uninstall`](Self::uninstall), does not.
+    ///
     /// # Panics
     /// As [`Stepper::new`], and if `world` has an installed stepper already: two would simulate every tick twice.
     pub fn install(self, world: &mut World, schedule: &mut Schedule) {
@@ -159,14 +208,14 @@ impl Stepper {
             "a stepper is installed in this world already; change it with `Stepper::installed`"
         );
         let stepper = Self::compile(world, self.plan.method, self.plan.outside, true);
-        world.insert_resource(Installed(Some(stepper)));
+        world.insert_resource(Installed { stepper: Some(stepper), integrated: false });
         let sets = (
             StepSystems::ApplyForces,
             StepSystems::Integrate,
             StepSystems::ClearForces,
             StepSystems::Quarantine,
         );
-        schedule.configure_sets(sets.chain());
+        schedule.configure_sets(sets.chain().in_set(StepSystems::Tick));
         schedule.add_systems((
             apply_forces.in_set(StepSystems::ApplyForces),
             integrate_bodies.in_set(StepSystems::Integrate),
@@ -175,23 +224,33 @@ impl Stepper {
         ));
     }
 
+    /// Takes the stepper that was [installed](Stepper::install) out of `world`, to tick by itself or to be installed into
+    /// another schedule. The systems in the old schedule stay there: drop it.
+    ///
+    /// # Panics
+    /// If none is installed, or if it is called within [`Stepper::installed`].
+    #[must_use]
+    pub fn uninstall(world: &mut World) -> Self {
+        let stepper = Lent::take(world).stepper.take().expect(NOT_INSTALLED);
+        world.remove_resource::<Installed>();
+        Self::compile(world, stepper.plan.method, stepper.plan.outside, false)
+    }
+
     /// Calls `use_it` with the stepper that was [installed](Stepper::install), for example to change the method.
     ///
     /// # Panics
     /// If none is installed, or if it is called within itself.
     pub fn installed<R>(world: &mut World, use_it: impl FnOnce(&mut Self, &mut World) -> R) -> R {
-        let stepper = world.get_resource_mut::<Installed>().and_then(|mut installed| installed.0.take());
-        let mut stepper = stepper.expect("call `Stepper::install` first; it cannot be used within itself");
-        let result = use_it(&mut stepper, world);
-        world.resource_mut::<Installed>().0 = Some(stepper);
-        result
+        let mut lent = Lent::take(world);
+        use_it(lent.stepper.as_mut().expect(NOT_INSTALLED), lent.world)
     }
 
     /// Simulates one tick.
     ///
     /// # Panics
-    /// As [`Stepper::new`], and if `world` has an [installed](Stepper::install) stepper: then run its schedule. If
-    /// [`TimeStep`] was set to a length that is negative or not finite.
+    /// As [`Stepper::new`], and if `world` has an [installed](Stepper::install) stepper: then run its schedule. If the stepper
+    /// was made for another world. If a number of a law, a spring, an emitter, the [`TimeStep`] or [`Substeps`] is out of
+    /// the range that its documentation states; nothing has moved then.
     pub fn tick(&mut self, world: &mut World) {
         assert!(
             !world.contains_resource::<Installed>(),
@@ -207,13 +266,19 @@ impl Stepper {
     /// The part of a tick up to the end of [`StepSystems::Integrate`].
     fn integrate(&mut self, world: &mut World) {
         self.make_ready(world);
+        self.interrupted = true;
         self.schedule.run(world);
+        self.interrupted = false;
     }
 
     /// Brings the schedule up to date: carries out requests, and compiles again where the world asks for it. Idempotent.
     pub(crate) fn make_ready(&mut self, world: &mut World) {
         self.carry_out_requests(world);
-        world.resource::<TimeStep>().check();
+        check(world);
+        if self.interrupted {
+            // A schedule in which a system panicked skips those that ran before it.
+            *self = Self::compile(world, self.plan.method, self.plan.outside, self.installed);
+        }
         self.statics.release(world);
         if is_outdated(world)
             || PlanInputs::of(world) != self.inputs
@@ -224,6 +289,9 @@ impl Stepper {
     }
 
     /// Carries out the pending requests without simulating. A tick does so first; call it while the world is paused.
+    ///
+    /// # Panics
+    /// As [`Stepper::tick`].
     pub fn carry_out_requests(&mut self, world: &mut World) {
         if !world.resource::<Requests>().is_empty() && requests::carry_out(world) {
             self.recompile(world);
@@ -307,11 +375,29 @@ impl Stepper {
 fn integrate_bodies(world: &mut World) {
     Stepper::installed(world, Stepper::integrate);
     world.resource_mut::<PushedBodies>().close();
+    world.resource_mut::<Installed>().integrated = true;
 }
 
 /// The end of [`StepSystems::Quarantine`] of a user's schedule.
 fn finish_tick(world: &mut World) {
-    Stepper::installed(world, Stepper::finish);
+    if std::mem::take(&mut world.resource_mut::<Installed>().integrated) {
+        Stepper::installed(world, Stepper::finish);
+    }
+}
+
+/// Checks what holds for every body.
+///
+/// # Panics
+/// If a number is out of its range: it is in the message.
+fn check(world: &World) {
+    world.resource::<TimeStep>().check();
+    if let Some(Substeps(substeps)) = world.get_resource() {
+        Substeps::check(*substeps);
+    }
+    world.get_resource().map(Damping::check);
+    world.get_resource().map(Range::check);
+    world.get_resource().map(MutualGravity::check);
+    SharedLaws::of(world).check();
 }
 
 /// Removes the cached accelerations of bodies for which no law is called any more.

@@ -34,6 +34,9 @@ struct Step;
 /// [`Stepper::install`](crate::Stepper::install) has put the physics into.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StepSystems {
+    /// All of the sets below. A run condition on it pauses the physics, its clock, emitters and engines among it; pushes wait.
+    /// While a condition on [`StepSystems::Integrate`] alone is false, forces are cleared without having moved anything.
+    Tick,
     /// Applies queued pushes: they become the [`Force`](crate::Force) of their bodies. Order a system that adds forces
     /// before [`StepSystems::Integrate`]; one that is added later acts in the next tick.
     ApplyForces,

@@ -1,19 +1,38 @@
 //! The components of a body: three that every body has, and options that only some bodies have.
 
+use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
+use bevy_ecs::world::DeferredWorld;
 use bytemuck::{Pod, Zeroable};
 
 use crate::state::coupling::structure_changed;
-use crate::units::{Rotation, Scalar, Vector};
+use crate::state::method_state::LastStep;
+use crate::units::{Rotation, Scalar, Vector, at_least_0};
 
 /// Position of a thing in the world.
 ///
 /// Orientation is a separate component, so that a step moves no byte that it does not use.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[component(on_add = body_changed, on_remove = body_changed)]
 #[repr(C)]
 pub struct Transform {
     /// Center of the body in world space, m.
     pub position: Vector,
+}
+
+/// A body that replaces this one starts its method: its velocity is none of position Verlet's, half a step behind.
+fn body_discarded(mut world: DeferredWorld, context: HookContext) {
+    if let Some(mut last) = world.get_mut::<LastStep>(context.entity) {
+        last.0 = 0.0;
+    }
+    structure_changed(world, context);
+}
+
+/// Without one of the components that every body needs, a body is in no tick.
+fn body_changed(world: DeferredWorld, context: HookContext) {
+    if world.get_entity(context.entity).is_ok_and(|entity| entity.contains::<PhysicsBody>()) {
+        structure_changed(world, context);
+    }
 }
 
 impl Transform {
@@ -29,11 +48,14 @@ impl Transform {
 /// The step multiplies by the inverse mass; 0 is an infinite mass, which no force, law or NaN moves. Only values
 /// above 0 are movable.
 ///
+/// `Changed<PhysicsBody>` does not tell that a tick changed a velocity: a tick writes every row of a table, so that it would be
+/// true of every body in every tick. It tells of other code that wrote.
+///
 /// Aligned to its size, so that no row crosses a cache line.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C, align(32))]
 #[require(Transform, Force)]
-#[component(summary_tick, on_insert = structure_changed, on_discard = structure_changed)]
+#[component(summary_tick, on_insert = structure_changed, on_discard = body_discarded)]
 pub struct PhysicsBody {
     /// Linear velocity, m/s.
     pub velocity: Vector,
@@ -84,6 +106,7 @@ impl PhysicsBody {
 /// Only [`Forces`](crate::Forces) writes it, and keeps the list of pushed bodies, so that applying and clearing touch
 /// only those.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[component(on_add = body_changed, on_remove = body_changed)]
 #[repr(C)]
 pub struct Force(pub(crate) Vector);
 
@@ -107,8 +130,17 @@ pub struct StableId(pub u32);
 
 /// Largest speed of a body, m/s. A faster velocity is scaled down after damping and before the move; its direction
 /// stays the same (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies with a limit.
+///
+/// At least 0; inserting one below panics. The component is immutable: insert another one to change it.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
+#[component(immutable, on_insert = speed_limit_inserted)]
 pub struct SpeedLimit(pub Scalar);
+
+fn speed_limit_inserted(world: DeferredWorld, context: HookContext) {
+    if let Some(SpeedLimit(limit)) = world.get(context.entity) {
+        at_least_0(*limit, "a speed limit", "m/s");
+    }
+}
 
 /// World axes along which a body cannot move. The velocity along them is set to zero just before the move, after the
 /// speed limit (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies with a locked axis.

@@ -5,7 +5,8 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 
 use crate::state::clock::StepClock;
-use crate::units::{Scalar, Vector};
+use crate::state::coupling::structure_changed;
+use crate::units::{Scalar, Vector, at_least_0};
 
 /// A birth or death this near to the end of a tick, in births, is at its end: 1/60 s times 500 per second may be one
 /// rounding error off.
@@ -36,11 +37,11 @@ pub struct Emitter {
     pub life: Scalar,
     /// Position at which particles are born, m.
     pub position: Vector,
-    /// The pool of bodies. The first tick makes each of them a [`Particle`], [`Dormant`] until it is born.
+    /// The pool of bodies, each of which is in no other pool. The first tick makes each of them a [`Particle`], [`Dormant`] until it is born.
     pub pool: Vec<Entity>,
     /// Velocity at birth of each body of the pool, m/s; at least as many as there are bodies.
     pub launches: Vec<Vector>,
-    /// Reciprocal of the mass of each particle, 1/kg.
+    /// Reciprocal of the mass of each particle, 1/kg, at least 0.
     pub inverse_mass: Scalar,
 }
 
@@ -48,12 +49,13 @@ impl Emitter {
     /// # Panics
     /// If it cannot emit: what its fields should be is in the message.
     pub(crate) fn check(&self) {
-        let Self { rate, life, pool, launches, .. } = self;
+        let Self { rate, life, pool, launches, inverse_mass, .. } = self;
         assert!(
             *rate > 0.0 && rate.is_finite(),
             "an emitter cannot emit {rate} particles per second; give a finite `rate` above 0"
         );
         assert!(*life > 0.0, "a particle cannot live for {life} s; give the emitter a `life` above 0");
+        at_least_0(*inverse_mass, "the inverse mass of particles", "1/kg");
         let (bodies, velocities) = (pool.len(), launches.len());
         assert!(
             bodies <= velocities,
@@ -65,7 +67,15 @@ impl Emitter {
 /// Marks a particle that is not born yet or no longer lives. It rests at its emitter, every system skips it, and it is
 /// neither drawn nor picked.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[component(on_add = dormant_changed, on_remove = dormant_changed)]
 pub struct Dormant;
+
+/// Particles are in no group, so that births change none.
+fn dormant_changed(world: DeferredWorld, context: HookContext) {
+    if world.get_entity(context.entity).is_ok_and(|body| !body.contains::<Particle>()) {
+        structure_changed(world, context);
+    }
+}
 
 /// Whether emitters were inserted or removed since their pools were prepared.
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]

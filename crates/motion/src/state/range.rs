@@ -20,6 +20,18 @@ pub struct Range {
 }
 
 impl Range {
+    /// # Panics
+    /// If a bound is not above 0.
+    pub(crate) fn check(&self) {
+        for (bound, of) in [(self.position, "m"), (self.speed, "m/s")] {
+            // NaN is told apart: it quarantines every body.
+            assert!(
+                bound > 0.0 || bound.is_nan(),
+                "no body is within a range of {bound} {of}; give bounds above 0"
+            );
+        }
+    }
+
     /// The range of all finite numbers.
     pub const FINITE: Self = Self { position: Scalar::MAX, speed: Scalar::MAX };
 }

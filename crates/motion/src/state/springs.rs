@@ -5,6 +5,7 @@ use std::sync::Arc;
 use bevy_ecs::prelude::*;
 
 use crate::state::coupling::structure_changed;
+use crate::units::at_least_0;
 
 /// Stiffness, damping and rest length of a spring. The force on its first end is `F = (k (L - L0) + c u) n` and the
 /// opposite on its second, with the unit vector n from the first end to the second, their distance L and its rate of
@@ -21,9 +22,20 @@ pub struct Elastic {
     pub rest_length: f64,
 }
 
+impl Elastic {
+    /// # Panics
+    /// If a number is below 0.
+    pub(crate) fn check(&self) {
+        at_least_0(self.stiffness, "the stiffness of a spring", "N/m");
+        at_least_0(self.damping, "the damping of a spring", "N s/m");
+        at_least_0(self.rest_length, "the rest length of a spring", "m");
+    }
+}
+
 /// A spring between two bodies, as a separate entity. The component is immutable: insert another one to change it.
 ///
-/// The spring is inert if an end no longer exists, has no physics or is quarantined.
+/// The spring is inert if an end no longer exists, has no physics, is disabled or quarantined, or is a particle of an
+/// [`Emitter`](crate::Emitter), which a log message says. The first tick panics if a number is below 0.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 #[component(immutable, on_insert = structure_changed, on_discard = structure_changed)]
 pub struct Spring {

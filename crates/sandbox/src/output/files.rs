@@ -302,7 +302,7 @@ pub(crate) fn place(path: &Path) -> PathBuf {
 }
 
 /// The folder that `path` is in.
-fn folder_of(path: &Path) -> &Path {
+pub(crate) fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 

@@ -1,7 +1,7 @@
 //! What a run is set up with: the scene, its script, its frames and its length, checked before anything is written.
 
 use history::Overrides;
-use render::Quality;
+use render::{Film, Quality};
 use scene::lesson::{beside, is_same_scene};
 use scene::{Action, Keeps, Scene, Script, StepKind};
 
@@ -104,7 +104,10 @@ impl Setup {
         let keeps = Keeps {
             ledger: keeps_ledger(args, &self.scene),
             black_box: args.black_box.is_some() || self.goes_back,
-            pictures: pictures.then(|| Quality::from(args.quality).device_bytes(size_px)),
+            pictures: pictures.then(|| {
+                let film = if args.film.is_some() { Film::bytes(size_px) } else { 0 };
+                Quality::from(args.quality).device_bytes(size_px) + film
+            }),
         };
         self.scene.check_memory(keeps).map_err(|what| {
             let cure = "give fewer bodies, leave outputs out, or give more with --memory";

@@ -1,0 +1,414 @@
+//! Mistakes of programs that use `motion`: each is refused, or said, and leaves the world usable.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
+
+use bevy_ecs::entity_disabling::Disabled;
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::arrays::Bare;
+use motion::clock::StepClock;
+use motion::ledger::Ledger;
+use motion::snapshot::{self, RestoreError, Snapshot};
+use motion::{
+    Damping, DampingRate, Drag, Elastic, Emitter, Forces, Gravity, Method, MutualGravity, OwnSubsteps,
+    PhysicsBody, PushQueue, Range, Request, Requests, SourceMass, SpeedLimit, Spring, StepSystems, Stepper,
+    Substeps, TimeStep, Transform, Well, Wells, Wind,
+};
+
+use super::{ball, example, panic_of, state};
+
+/// Two bodies, a metre apart.
+fn pair() -> (World, [Entity; 2]) {
+    let mut world = World::new();
+    let body = |x: f64| (Transform::at(DVec3::X * x), PhysicsBody::with_mass(1.0));
+    let ends = [0.0, 1.0].map(|x| world.spawn(body(x)).id());
+    (world, ends)
+}
+
+const ELASTIC: Elastic = Elastic { stiffness: 10.0, damping: 0.1, rest_length: 0.5 };
+
+fn emitter(pool: Vec<Entity>) -> Emitter {
+    let launches = vec![DVec3::Y; pool.len()];
+    Emitter { rate: 10.0, life: 1.0, position: DVec3::ZERO, pool, launches, inverse_mass: 1.0 }
+}
+
+#[test]
+fn numbers_out_of_their_range_are_refused_with_the_range() {
+    type Mistake = fn(&mut World, [Entity; 2]);
+    fn insert(world: &mut World, body: Entity, component: impl Bundle) {
+        world.entity_mut(body).insert(component);
+    }
+    let mistakes: [(Mistake, &str); 19] = [
+        (
+            |world, ends| {
+                world.spawn(Spring { ends, elastic: Elastic { stiffness: -50.0, ..ELASTIC } });
+            },
+            "the stiffness of a spring cannot be -50 N/m; give one of at least 0 N/m",
+        ),
+        (
+            |world, ends| {
+                world.spawn(Spring { ends, elastic: Elastic { damping: -1.0, ..ELASTIC } });
+            },
+            "the damping of a spring cannot be -1 N s/m",
+        ),
+        (
+            |world, ends| {
+                world.spawn(Spring { ends, elastic: Elastic { rest_length: -1.0, ..ELASTIC } });
+            },
+            "the rest length of a spring cannot be -1 m",
+        ),
+        (|world, [one, _]| insert(world, one, DampingRate::new(-3.0)), "a damping rate cannot be -3 1/s"),
+        (
+            |world, _| world.insert_resource(Damping { rate: -3.0, ..Damping::TUTORIAL }),
+            "a damping rate cannot be -3 1/s",
+        ),
+        (
+            |world, [one, _]| {
+                world.spawn(Emitter { inverse_mass: -1.0, ..emitter(vec![one]) });
+            },
+            "the inverse mass of particles cannot be -1 1/kg",
+        ),
+        (
+            |world, [one, _]| {
+                (0..2).for_each(|_| {
+                    world.spawn(emitter(vec![one]));
+                });
+            },
+            "is twice in the pools of emitters; give each emitter bodies of its own",
+        ),
+        (
+            |world, [one, _]| {
+                world.spawn(emitter(vec![one, one]));
+            },
+            "is twice in the pools of emitters",
+        ),
+        (
+            |world, _| world.insert_resource(Substeps(3_000_000)),
+            "divided into 3000000 substeps; give from 1 to 100000",
+        ),
+        (|world, _| world.insert_resource(Substeps(0)), "divided into 0 substeps"),
+        (|world, [one, _]| insert(world, one, OwnSubsteps(3_000_000)), "divided into 3000000 substeps"),
+        (
+            |world, [one, _]| insert(world, one, SpeedLimit(-1.0)),
+            "a speed limit cannot be -1 m/s; give one of at least 0 m/s",
+        ),
+        (
+            |world, _| world.insert_resource(Drag::new(-0.1, 0.0)),
+            "the linear rate of drag cannot be -0.1 1/s",
+        ),
+        (|world, _| world.insert_resource(Drag::new(0.0, -0.1)), "the quadratic coefficient of drag"),
+        (
+            |world, _| {
+                let wind = Some(Wind { gust: -1.0, ..Wind::default() });
+                world.insert_resource(Drag { wind, ..Drag::new(0.1, 0.0) });
+            },
+            "the strength of gusts cannot be -1 m/s",
+        ),
+        (
+            |world, _| {
+                let well = Well { position: DVec3::ZERO, strength: 1.0, softening: -0.1 };
+                world.insert_resource(Wells(vec![well]));
+            },
+            "the softening of a well cannot be -0.1 m",
+        ),
+        (
+            |world, _| world.insert_resource(MutualGravity { constant: 1.0, softening: -0.1 }),
+            "the softening of mutual gravity cannot be -0.1 m",
+        ),
+        (
+            |world, _| {
+                world.insert_resource(MutualGravity { constant: 1.0, softening: 0.1 });
+                world.spawn((PhysicsBody::IMMOVABLE, SourceMass(-2.0)));
+            },
+            "the mass of a source of gravity cannot be -2 kg",
+        ),
+        (
+            |world, _| world.insert_resource(Range { position: -1.0, ..Range::FINITE }),
+            "no body is within a range of -1 m; give bounds above 0",
+        ),
+    ];
+    for (mistake, words) in mistakes {
+        let (mut world, ends) = pair();
+        let said = panic_of(|| {
+            mistake(&mut world, ends);
+            Stepper::new(&mut world, Method::default(), TimeStep(0.01)).tick(&mut world);
+        });
+        assert!(said.contains(words), "{said:?} does not say {words:?}");
+        assert_eq!(world.get_resource::<StepClock>().map_or(0, StepClock::ticks), 0, "{words}");
+    }
+    let bare = || Bare::new(Method::default(), 0.01);
+    let said = panic_of(|| drop(bare().with_damping(Damping { rate: -3.0, ..Damping::TUTORIAL })));
+    assert!(said.contains("a damping rate cannot be -3 1/s"), "{said}");
+    assert!(panic_of(|| drop(bare().with_substeps(3_000_000))).contains("divided into 3000000 substeps"));
+}
+
+/// Log messages of all tests.
+static LOGGED: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+struct Log;
+
+impl log::Log for Log {
+    fn enabled(&self, _: &log::Metadata<'_>) -> bool {
+        true
+    }
+
+    fn log(&self, record: &log::Record<'_>) {
+        LOGGED.lock().unwrap().push(record.args().to_string());
+    }
+
+    fn flush(&self) {}
+}
+
+#[test]
+fn a_spring_to_a_particle_is_told_once() {
+    // Another test may have been first.
+    let _ = log::set_logger(&Log);
+    log::set_max_level(log::LevelFilter::Warn);
+    let (mut world, ends) = pair();
+    let particle = world.spawn(PhysicsBody::with_mass(1.0)).id();
+    world.spawn(emitter(vec![particle]));
+    world.spawn(Spring { ends, elastic: ELASTIC });
+    let spring = world.spawn(Spring { ends: [ends[0], particle], elastic: ELASTIC }).id();
+    let mut stepper = Stepper::new(&mut world, Method::default(), TimeStep(0.01));
+    for _ in 0..3 {
+        world.spawn(PhysicsBody::with_mass(1.0));
+        stepper.tick(&mut world);
+    }
+    let words = format!("the spring {spring} is inert: its end {particle} is a particle of an emitter");
+    let told = LOGGED.lock().unwrap().iter().filter(|line| line.contains(&words)).count();
+    assert_eq!(told, 1);
+}
+
+#[test]
+fn a_law_that_panics_leaves_the_stepper_in_its_world() {
+    for installed in [false, true] {
+        let (mut world, body) = ball();
+        world.insert_resource(Gravity::EARTH);
+        let mut schedule = Schedule::default();
+        let stepper = Stepper::new(&mut world, Method::default(), TimeStep(0.01));
+        // A range that is none is found in the tick.
+        world.insert_resource(Range { position: 0.0, ..Range::FINITE });
+        let mut own = (!installed).then_some(stepper);
+        if installed {
+            let stepper = Stepper::new(&mut world, Method::default(), TimeStep(0.01));
+            stepper.install(&mut world, &mut schedule);
+        }
+        let mut tick = |world: &mut World| match &mut own {
+            Some(stepper) => stepper.tick(world),
+            None => schedule.run(world),
+        };
+        assert!(catch_unwind(AssertUnwindSafe(|| tick(&mut world))).is_err());
+        world.remove_resource::<Range>();
+        if installed {
+            let method = Stepper::installed(&mut world, |stepper, _| stepper.method());
+            assert_eq!(method, Method::default());
+        }
+        (0..3).for_each(|_| tick(&mut world));
+        let ticks = world.resource::<StepClock>().ticks();
+        // A schedule skips what ran before the panic in its next run.
+        assert_eq!(ticks, if installed { 2 } else { 3 });
+        let fallen = world.get::<PhysicsBody>(body).unwrap().velocity.y;
+        assert!((fallen + 9.8 * 0.01 * ticks as f64).abs() < 1e-12, "{fallen}");
+    }
+}
+
+#[test]
+fn a_schedule_is_rebuilt_in_one_world() {
+    let (mut world, body) = ball();
+    world.insert_resource(Gravity::EARTH);
+    Stepper::new(&mut world, Method::VelocityVerlet, TimeStep(0.01))
+        .install(&mut world, &mut Schedule::default());
+    let mut stepper = Stepper::uninstall(&mut world);
+    assert_eq!(stepper.method(), Method::VelocityVerlet);
+    stepper.tick(&mut world);
+    let mut schedule = Schedule::default();
+    stepper.install(&mut world, &mut schedule);
+    (0..2).for_each(|_| schedule.run(&mut world));
+    assert_eq!(world.resource::<StepClock>().ticks(), 3);
+    assert!((world.get::<PhysicsBody>(body).unwrap().velocity.y + 9.8 * 0.03).abs() < 1e-12);
+    let said = panic_of(|| Stepper::installed(&mut world, |_, world| drop(Stepper::uninstall(world))));
+    assert!(said.contains("it cannot be used within itself"), "{said}");
+    drop(Stepper::uninstall(&mut world));
+    assert!(panic_of(|| drop(Stepper::uninstall(&mut world))).contains("call `Stepper::install` first"));
+}
+
+#[derive(Resource)]
+struct Paused(bool);
+
+#[test]
+fn one_set_pauses_bodies_clock_emitters_engines_and_pushes() {
+    let goes = |paused: Res<Paused>| !paused.0;
+    for method in [Method::SemiImplicitEuler, Method::PositionVerlet, Method::RungeKutta4] {
+        let (mut paused, mut schedule) = example::embed(method);
+        paused.insert_resource(Paused(false));
+        schedule.configure_sets(StepSystems::Tick.run_if(goes));
+        let (mut world, mut other) = example::embed(method);
+        let body = |world: &mut World| {
+            world.query_filtered::<Entity, With<PhysicsBody>>().iter(world).next().unwrap()
+        };
+        let bodies = [body(&mut paused), body(&mut world)];
+        for tick in 0..80 {
+            paused.resource_mut::<Paused>().0 = true;
+            let before = state(&mut paused);
+            // What is pushed meanwhile waits.
+            if tick == 20 {
+                for (world, body) in [&mut paused, &mut world].into_iter().zip(bodies) {
+                    world.resource_mut::<PushQueue>().push_once(body, DVec3::X * 100.0);
+                }
+            }
+            let clock = *paused.resource::<StepClock>();
+            (0..2).for_each(|_| schedule.run(&mut paused));
+            assert_eq!((state(&mut paused), *paused.resource::<StepClock>()), (before, clock));
+            paused.resource_mut::<Paused>().0 = false;
+            schedule.run(&mut paused);
+            other.run(&mut world);
+            assert_eq!(paused.resource::<StepClock>().ticks(), tick + 1);
+            assert_eq!(paused.resource::<StepClock>(), world.resource::<StepClock>());
+        }
+    }
+}
+
+#[test]
+fn the_clock_waits_while_nothing_is_integrated() {
+    let (mut world, body) = ball();
+    world.insert_resource(Gravity::EARTH);
+    let mut schedule = Schedule::default();
+    Stepper::new(&mut world, Method::default(), TimeStep(0.01)).install(&mut world, &mut schedule);
+    schedule.configure_sets(StepSystems::Integrate.run_if(|| false));
+    (0..5).for_each(|_| schedule.run(&mut world));
+    assert_eq!(world.resource::<StepClock>().ticks(), 0);
+    assert_eq!(world.get::<PhysicsBody>(body).unwrap().velocity, DVec3::ZERO);
+}
+
+#[test]
+fn a_snapshot_that_take_cannot_have_made_is_refused_and_changes_nothing() {
+    let (mut world, ends) = pair();
+    world.spawn(Spring { ends, elastic: ELASTIC });
+    let particle = world.spawn(PhysicsBody::with_mass(1.0)).id();
+    world.spawn(emitter(vec![particle]));
+    let mut stepper = Stepper::new(&mut world, Method::PositionVerlet, TimeStep(0.01));
+    (0..5).for_each(|_| stepper.tick(&mut world));
+    let saved = snapshot::take(&mut world, &stepper);
+    let stranger = world.spawn_empty().id();
+    world.despawn(stranger);
+    type Damage = fn(&mut Snapshot, Entity);
+    let damages: [(Damage, &str, &str); 12] = [
+        (|saved, _| saved.step = TimeStep(-1.0), "step", "at least 0 s long"),
+        (|saved, _| saved.step = TimeStep(f64::NAN), "step", "at least 0 s long"),
+        (|saved, _| saved.substeps = Substeps(0), "substeps", "out of its range"),
+        (|saved, _| saved.transforms.truncate(1), "transforms", "one for each of `bodies`"),
+        (|saved, _| saved.states.truncate(2), "states", "one for each of `bodies`"),
+        (|saved, _| saved.states.push(PhysicsBody::IMMOVABLE), "states", "one for each of `bodies`"),
+        (
+            |saved, _| {
+                let first = saved.bodies[0];
+                saved.bodies.push(first);
+                saved.transforms.push(Transform::default());
+                saved.states.push(PhysicsBody::IMMOVABLE);
+            },
+            "bodies",
+            "an entity is in it twice",
+        ),
+        (
+            |saved, _| {
+                let first = saved.last_steps[0];
+                saved.last_steps.push(first);
+            },
+            "last_steps",
+            "an entity is in it twice",
+        ),
+        (
+            |saved, _| {
+                let first = saved.emissions[0].clone();
+                saved.emissions.push(first);
+            },
+            "emissions",
+            "an entity is in it twice",
+        ),
+        (
+            |saved, stranger| saved.quarantined.push(stranger),
+            "quarantined",
+            "the world lacks an entity of it",
+        ),
+        (|saved, stranger| saved.dormant.push(stranger), "dormant", "the world lacks an entity of it"),
+        (
+            |saved, _| saved.effects.damping = Some(Damping { rate: -1.0, ..Damping::TUTORIAL }),
+            "effects",
+            "damping is below 0",
+        ),
+    ];
+    for (damage, list, words) in damages {
+        let mut damaged = saved.clone();
+        damage(&mut damaged, stranger);
+        let error = snapshot::restore(&mut world, &mut stepper, &damaged).unwrap_err();
+        let RestoreError::Invalid { field, why } = &error else { panic!("{list}: {error}") };
+        assert_eq!(*field, list);
+        assert!(why.contains(words) && error.to_string().contains(list), "{error}");
+        assert_eq!(snapshot::take(&mut world, &stepper), saved, "{list}");
+    }
+    snapshot::restore(&mut world, &mut stepper, &saved).unwrap();
+}
+
+#[test]
+fn a_body_that_is_disabled_is_in_no_sum_and_costs_the_ledger_nothing() {
+    let (mut world, [one, other]) = pair();
+    world.insert_resource(Gravity::EARTH);
+    let mut stepper = Stepper::new(&mut world, Method::VelocityVerlet, TimeStep(0.01));
+    let mut ledger = Ledger::open(&mut world);
+    let mut run = |world: &mut World| {
+        for _ in 0..10 {
+            ledger.tick(&mut stepper, world);
+        }
+        ledger.relative_residual()
+    };
+    assert!(run(&mut world) < 1e-9);
+    world.entity_mut(one).insert(Disabled);
+    let alone = motion::totals(&mut world);
+    let kinetic = world.get::<PhysicsBody>(other).unwrap().kinetic_energy();
+    assert!((alone.kinetic_energy - kinetic).abs() < 1e-12);
+    assert!(run(&mut world) < 1e-9);
+    world.entity_mut(one).remove::<Disabled>();
+    assert!(run(&mut world) < 1e-9);
+}
+
+#[test]
+fn a_force_on_a_disabled_body_is_over_when_it_is_enabled() {
+    let (mut world, body) = ball();
+    let mut stepper = Stepper::new(&mut world, Method::default(), TimeStep(0.01));
+    let push = |world: &mut World| {
+        world.run_system_cached_with(
+            |In(body): In<Entity>, mut forces: Forces| forces.add(body, DVec3::X * 7.0),
+            body,
+        )
+    };
+    push(&mut world).unwrap();
+    world.entity_mut(body).insert(Disabled);
+    stepper.tick(&mut world);
+    push(&mut world).unwrap();
+    stepper.tick(&mut world);
+    world.entity_mut(body).remove::<Disabled>();
+    (0..3).for_each(|_| stepper.tick(&mut world));
+    assert_eq!(world.get::<PhysicsBody>(body).unwrap().velocity, DVec3::ZERO);
+}
+
+#[test]
+fn a_body_that_is_inserted_again_starts_its_method() {
+    for method in Method::ALL {
+        let end = |inserts: bool| {
+            let (mut world, body) = ball();
+            world.insert_resource(Gravity::EARTH);
+            let mut stepper = Stepper::new(&mut world, method, TimeStep(0.01));
+            (0..50).for_each(|_| stepper.tick(&mut world));
+            let up = DVec3::new(1.0, 4.0, 0.0);
+            if inserts {
+                world.entity_mut(body).insert(PhysicsBody::with_mass(2.0).moving_at(up));
+            } else {
+                world.resource_mut::<Requests>().ask(Request::SetVelocity(body, up));
+            }
+            (0..50).for_each(|_| stepper.tick(&mut world));
+            world.get::<Transform>(body).unwrap().position
+        };
+        assert_eq!(end(true), end(false), "{method:?}");
+    }
+}
