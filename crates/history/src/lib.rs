@@ -15,7 +15,6 @@
 mod bundle;
 mod change;
 mod distances;
-mod lists;
 mod settings;
 mod simulation;
 mod snapshot;

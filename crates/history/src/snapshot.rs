@@ -14,8 +14,8 @@ use motion::{Method, Request};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 
-use crate::lists::{list, list_bytes};
 use crate::simulation::hash_of_states;
+use scene::lists::{list, list_bytes};
 
 pub use restore::BadSnapshot;
 

@@ -19,8 +19,9 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 use crate::check::Scope;
-use crate::memory::{Census, bodies_words, byte_words, too_little_for};
+use crate::memory::{Census, byte_words, too_little_for};
 use crate::raw;
+use crate::scene::Reading;
 use crate::scene::names::Names;
 use crate::text::faults::Faults;
 pub(crate) use body::Defaults;
@@ -80,7 +81,13 @@ generators! {
 }
 
 /// Resolves all bodies. Generators draw their random numbers from one stream, in the order of the stable id.
-pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut Faults) -> Bodies {
+pub(crate) fn bodies(
+    raw: &raw::Scene,
+    reading: Reading,
+    scenes: Defaults,
+    seed: u64,
+    faults: &mut Faults,
+) -> Bodies {
     let mut names = Names::default();
     let mut made = Bodies::default();
     for (i, raw) in raw.bodies.iter().enumerate() {
@@ -98,7 +105,7 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
         check_fresh(names.add(name.clone()), &name, scope, faults);
     }
     let entries = resolve_entries(raw, faults);
-    let Some(total) = check_size(raw, &entries, faults) else { return made };
+    let Some(total) = check_size(raw, reading, &entries, faults) else { return made };
 
     let mut random = Pcg64::seed_from_u64(seed);
     let mut of_kind: HashMap<&str, usize> = HashMap::new();
@@ -135,7 +142,12 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
 }
 
 /// The number of all bodies; `None`, with a fault, if it is too large.
-fn check_size(raw: &raw::Scene, entries: &[GeneratedEntry], faults: &mut Faults) -> Option<u64> {
+fn check_size(
+    raw: &raw::Scene,
+    reading: Reading,
+    entries: &[GeneratedEntry],
+    faults: &mut Faults,
+) -> Option<u64> {
     let written = raw.bodies.len() as u64;
     let total = entries.iter().fold(written, |sum, entry| sum.saturating_add(entry.count));
     if total > BODY_LIMIT {
@@ -145,20 +157,33 @@ fn check_size(raw: &raw::Scene, entries: &[GeneratedEntry], faults: &mut Faults)
     }
     let attracts = raw.mutual_gravity.is_some();
     let grouped = if attracts { written } else { 0 };
-    let written = Census { bodies: written, moved: grouped, grouped, springs: raw.springs.len() as u64 };
-    let census = entries.iter().fold(written, |sum, entry| sum.and(entry.census(attracts)));
-    let needed = census.bytes();
+    let curves = raw.thrusts.iter().filter_map(|thrust| thrust.curve.as_ref());
+    let sections = [
+        ("bodies", Census { bodies: written, moved: grouped, grouped, ..Census::default() }),
+        ("springs", Census { springs: raw.springs.len() as u64, ..Census::default() }),
+        ("wells", Census { wells: raw.wells.len() as u64, ..Census::default() }),
+        (
+            "thrusts",
+            Census {
+                thrusts: raw.thrusts.len() as u64,
+                points: curves.map(|curve| curve.points() as u64).sum(),
+                ..Census::default()
+            },
+        ),
+    ];
+    let in_air = raw.drag.is_some() || raw.wind.is_some();
+    let made = entries.iter().map(|entry| (entry.scope.path(), entry.census(attracts, in_air)));
+    let all: Vec<_> =
+        sections.map(|(path, census)| (path.to_owned(), census)).into_iter().chain(made).collect();
+    let census = all.iter().fold(Census::default(), |sum, (_, census)| sum.and(*census));
+    let needed = census.bytes(reading, 0);
     let Some((least, by_person)) = too_little_for(needed) else { return Some(total) };
-    let needs = entries.iter().max_by_key(|entry| entry.census(attracts).bytes());
-    let path = needs.map_or_else(|| "bodies".to_owned(), |entry| entry.scope.path());
-    let bodies = bodies_words(total);
-    let so_many = match (census.springs, total) {
-        (0, 1) => format!("{bodies} takes"),
-        (0, _) => format!("{bodies} take"),
-        (springs, _) => format!("{bodies} and {springs} springs take"),
-    };
+    let largest = all.iter().max_by_key(|(_, census)| census.bytes(Reading::default(), 0));
+    let path = largest.map_or_else(|| "bodies".to_owned(), |(path, _)| path.clone());
+    let words = census.words();
+    let take = if words == "1 body" { "takes" } else { "take" };
     let have = if by_person { "are allowed" } else { "are free" };
-    let what = format!("{so_many} some {}, and {} {have}", byte_words(needed), byte_words(least));
+    let what = format!("{words} {take} some {}, and {} {have}", byte_words(needed), byte_words(least));
     faults.add(path, what, "give fewer, or more with `--memory GIB`");
     None
 }

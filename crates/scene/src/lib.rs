@@ -19,6 +19,7 @@
 //! - [`lesson`]: what a lesson shows, asks and measures.
 //! - [`TextEdit`] and [`rewrite`]: changes of the text of a scene, which keeps its comments and layout.
 //! - [`Entry`] and [`Part`]: which entry a body comes from, and which bodies act on each other.
+//! - [`lists`]: lists of files, read into no more memory than is allowed.
 //! - [`memory`](memory()): the memory that a scene takes, estimated before any of it is allocated.
 //! - [`shipped`](shipped()): the scenes and hard cases in the program, and scenes by name or path.
 //!
@@ -35,6 +36,7 @@ mod entries;
 mod frame_times;
 mod generate;
 pub mod lesson;
+pub mod lists;
 mod memory;
 mod parts;
 mod random;
@@ -60,8 +62,8 @@ pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
 pub use scene::names::Names;
 pub use scene::survival::{Bounds, Lengths, Measure, Steps, SurvivalRow};
 pub use scene::{
-    BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, SCENE_VERSION, Scene, Source,
-    StepKind,
+    BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, Reading, SCENE_VERSION, Scene,
+    Source, StepKind,
 };
 pub use script::{Recording, RecordingText, SCRIPT_VERSION, Script};
 pub use shipped::{FILE_LIMIT, ShippedScene, cases, embedded, find, load, load_case, read_text, shipped};

@@ -7,23 +7,43 @@ use std::sync::OnceLock;
 use motion::Link;
 use motion::forecast::Forecast;
 
-use crate::scene::{BodySpec, Scene};
+use crate::scene::{BodySpec, Reading, Scene};
 
 /// Bytes of a body beside its entry in the scene: its components, in columns that may have room for twice as many, and
 /// look-ups by entity and by stable id. `tests/bounds.rs` measures what these come to.
-const BODY: u64 = 450;
+const BODY: u64 = 580;
+
+/// Bytes of a scene and a world without bodies.
+const EMPTY: u64 = 256 << 10;
 
 /// What a body takes besides that moves to a table of its own, as members of groups and particles do.
-const MOVED: u64 = 250;
+const MOVED: u64 = 370;
 
 /// What a particle takes besides: its emitter's throw, and its life in the pool.
-const PARTICLE: u64 = 380;
+const PARTICLE: u64 = 700;
 
 /// What a member of a group takes besides: its rows in the arrays of a step and of a forecast.
 const GROUPED: u64 = 310;
 
-/// Bytes of a spring beside its entry in the scene: its place in the list that forces are computed from.
-const SPRING: u64 = 40;
+/// Bytes of a spring of a soft body beside its entry in the scene: its place in the list that forces are computed from.
+const LINK: u64 = 40;
+
+/// What a triangle of a sheet takes in the air.
+const TRIANGLE: u64 = 220;
+
+/// Bytes in the scene, and beside them in its world, of what is written as an entry of its own: a body (what it takes more than one
+/// that is made), a spring, a well, a thrust and a point of its curve.
+const WRITTEN_BODY: u64 = 190;
+const SPRING: [u64; 2] = [70, 350];
+const WELL: [u64; 2] = [80, 400];
+const THRUST: [u64; 2] = [130, 160];
+const POINT: [u64; 2] = [50, 50];
+
+/// Copies of each name and label.
+const COPIES_OF_WORDS: u64 = 2;
+
+/// Copies of a text while it is read: as it came, with its numbers spelled, and for the scene.
+const COPIES_OF_TEXT: u64 = 3;
 
 /// What a body takes besides in a ledger: its rows at both ends of a tick, its record, and its path.
 const LEDGER: u64 = 900;
@@ -55,7 +75,29 @@ pub(crate) struct Census {
     pub moved: u64,
     /// Those of them that are members of groups.
     pub grouped: u64,
+    /// Springs of soft bodies.
+    pub links: u64,
+    /// Triangles of sheets that air acts on.
+    pub blown: u64,
     pub springs: u64,
+    pub wells: u64,
+    pub thrusts: u64,
+    /// Points of the curves of thrusts.
+    pub points: u64,
+}
+
+impl Reading {
+    /// Bytes that are taken only while it is read, at most: a list has room for up to twice its entries.
+    const fn passing(self) -> u64 {
+        let text = self.text.saturating_mul(COPIES_OF_TEXT - 1);
+        text.saturating_add(self.entries.saturating_mul(2)).saturating_add(self.words)
+    }
+
+    /// Bytes that the scene keeps of it.
+    const fn kept(self) -> u64 {
+        let bodies = self.bodies.saturating_mul(WRITTEN_BODY);
+        self.text.saturating_add(bodies).saturating_add(self.words.saturating_mul(COPIES_OF_WORDS))
+    }
 }
 
 impl Census {
@@ -65,23 +107,68 @@ impl Census {
             bodies: self.bodies.saturating_add(other.bodies),
             moved: self.moved.saturating_add(other.moved),
             grouped: self.grouped.saturating_add(other.grouped),
+            links: self.links.saturating_add(other.links),
+            blown: self.blown.saturating_add(other.blown),
             springs: self.springs.saturating_add(other.springs),
+            wells: self.wells.saturating_add(other.wells),
+            thrusts: self.thrusts.saturating_add(other.thrusts),
+            points: self.points.saturating_add(other.points),
         }
     }
 
-    /// Bytes that it takes at most until the first tick is over.
-    pub fn bytes(self) -> u64 {
-        let forecast = if self.springs > 0 { Forecast::most_bytes(self.grouped) } else { 0 };
-        [
-            self.bodies.saturating_mul(BODY + size_of::<BodySpec>() as u64),
+    /// Those that are written as entries of their own, with their bytes in the scene and in its world.
+    const fn written(self) -> [(u64, [u64; 2]); 4] {
+        let Self { springs, wells, thrusts, points, .. } = self;
+        [(springs, SPRING), (wells, WELL), (thrusts, THRUST), (points, POINT)]
+    }
+
+    /// Bytes in the scene.
+    fn in_scene(self) -> u64 {
+        let bodies = self.bodies.saturating_mul(size_of::<BodySpec>() as u64);
+        let links = self.links.saturating_mul(size_of::<Link>() as u64);
+        let written = self.written().into_iter().map(|(count, [bytes, _])| count.saturating_mul(bytes));
+        written.fold(bodies.saturating_add(links), u64::saturating_add)
+    }
+
+    /// Bytes in its world, at most until the first tick is over.
+    fn in_world(self) -> u64 {
+        let forecast = if self.springs + self.links > 0 { Forecast::most_bytes(self.grouped) } else { 0 };
+        let of_each = [
+            self.bodies.saturating_mul(BODY),
             self.moved.saturating_mul(MOVED),
             self.grouped.saturating_mul(GROUPED),
             self.moved.saturating_sub(self.grouped).saturating_mul(PARTICLE),
-            self.springs.saturating_mul(SPRING + size_of::<Link>() as u64),
+            self.links.saturating_mul(LINK),
+            self.blown.saturating_mul(TRIANGLE),
             forecast,
-        ]
-        .into_iter()
-        .fold(0, u64::saturating_add)
+        ];
+        let written = self.written().into_iter().map(|(count, [_, bytes])| count.saturating_mul(bytes));
+        of_each.into_iter().chain(written).fold(0, u64::saturating_add)
+    }
+
+    /// Bytes that a scene of it takes at most, from its reading until the first tick of a run that keeps `more` bytes is over.
+    pub fn bytes(self, reading: Reading, more: u64) -> u64 {
+        let run = self.in_world().saturating_add(more);
+        let kept = EMPTY.saturating_add(self.in_scene()).saturating_add(reading.kept());
+        kept.saturating_add(reading.passing().max(run))
+    }
+
+    /// So many bodies and the rest, in words.
+    pub fn words(self) -> String {
+        let counts = [
+            (self.links.saturating_add(self.springs), "spring"),
+            (self.wells, "well"),
+            (self.thrusts, "thrust"),
+            (self.points, "point of curves"),
+        ];
+        let mut words = vec![bodies_words(self.bodies)];
+        for (count, what) in counts.into_iter().filter(|(count, _)| *count > 0) {
+            let (first, rest) =
+                what.split_once(' ').map_or((what, String::new()), |(a, b)| (a, format!(" {b}")));
+            words.push(format!("{count} {first}{}{rest}", if count == 1 { "" } else { "s" }));
+        }
+        let last = words.pop().unwrap_or_default();
+        if words.is_empty() { last } else { format!("{} and {last}", words.join(", ")) }
     }
 }
 
@@ -122,29 +209,55 @@ impl Scene {
     /// # Errors
     /// Where it takes more bytes than are allowed, or free.
     pub fn check_memory(&self, keeps: Keeps) -> Result<(), String> {
-        let bodies = self.bodies.len() as u64;
         let needed = self.estimated_bytes(keeps);
         let Some((least, by_person)) = too_little_for(needed) else { return Ok(()) };
         let have = if by_person { "are allowed" } else { "are free" };
         let (needed, least) = (byte_words(needed), byte_words(least));
-        let bodies = bodies_words(bodies);
-        Err(format!("{bodies} and what the run keeps of them take some {needed}, and {least} {have}"))
+        let words = self.census().words();
+        Err(format!("{words} and what the run keeps of them take some {needed}, and {least} {have}"))
     }
 
-    /// Bytes that a run of the scene that keeps all that takes at most until its first tick is over: as estimated before any
-    /// body was made.
+    /// Bytes that the scene and a run of it that keeps all that take at most, from reading it until its first tick is over: as
+    /// estimated before any body was made.
     #[must_use]
     pub fn estimated_bytes(&self, keeps: Keeps) -> u64 {
+        let census = self.census();
+        census.bytes(self.reading, keeps.bytes(census.bodies))
+    }
+
+    fn census(&self) -> Census {
         let bodies = self.bodies.len() as u64;
         let soft = self.soft_bodies.iter();
         let points: u64 = soft.clone().map(|soft| soft.points.len() as u64).sum();
-        let links: u64 = soft.map(|soft| soft.links.len() as u64).sum();
+        let links: u64 = soft.clone().map(|soft| soft.links.len() as u64).sum();
+        let in_air = self.laws.drag.is_some();
+        let blown = soft.filter(|soft| in_air && soft.sheet).map(|soft| soft.triangles.len() as u64).sum();
         let particles: u64 = self.emitters.iter().map(|emitter| emitter.pool.len() as u64).sum();
         let grouped = if self.mutual_gravity.is_some() { bodies - particles } else { points };
-        let springs = links + self.springs.len() as u64;
-        let census = Census { bodies, moved: grouped + particles, grouped, springs };
-        census.bytes().saturating_add(keeps.bytes(bodies))
+        let own = self.own_laws.values();
+        let own_wells: u64 = own.clone().map(|laws| laws.wells.len() as u64).sum();
+        let thrusts = own.flat_map(|laws| &laws.thrusts);
+        Census {
+            bodies,
+            moved: grouped + particles,
+            grouped,
+            links,
+            blown,
+            springs: self.springs.len() as u64,
+            wells: own_wells + self.laws.wells.as_ref().map_or(0, |wells| wells.0.len() as u64),
+            thrusts: thrusts.clone().count() as u64,
+            points: thrusts.map(|thrust| thrust.curve().points() as u64).sum(),
+        }
     }
+}
+
+/// Bytes that reading may take: those that are allowed, or free; a scene of less than [`SMALL`] is always read.
+pub(crate) fn room() -> usize {
+    let bytes = match ALLOWED.get() {
+        Some(allowed) => *allowed,
+        None => free().map_or(u64::MAX, |free| free.max(SMALL)),
+    };
+    usize::try_from(bytes).unwrap_or(usize::MAX)
 }
 
 /// Bytes of memory for scenes: those that the person allows, or those that the machine has free; `None` if it does
@@ -162,6 +275,16 @@ pub(crate) fn too_little_for(needed: u64) -> Option<(u64, bool)> {
         None => (free()?, false),
     };
     (needed > least).then_some((least, by_person))
+}
+
+/// That the text of a scene and its entries take more than there is.
+pub(crate) fn too_much() -> String {
+    let there = match too_little_for(u64::MAX) {
+        Some((allowed, true)) => format!("{} are allowed", byte_words(allowed)),
+        Some((free, false)) => format!("{} are free", byte_words(free)),
+        None => "no more is free".to_owned(),
+    };
+    format!("its text and its entries take more memory than there is, and {there}")
 }
 
 /// Bytes in the largest unit of which there is one.

@@ -8,6 +8,7 @@ mod survival;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
+use crate::lists::List;
 use crate::text::kinds::{Kind, kinds_of};
 use crate::text::syntax::{Triple, Word, Worded};
 pub(crate) use coupled::{Emitter, KINDS, SoftBody, SoftKeys, Spring};
@@ -54,23 +55,23 @@ scene! {
     damping: Option<Damping>,
     drag: Option<Drag>,
     wind: Option<Wind>,
-    wells: Vec<Well>,
+    wells: List<Well>,
     mutual_gravity: Option<MutualGravity>,
     range: Option<Range>,
-    thrusts: Vec<Thrust>,
+    thrusts: List<Thrust>,
     push: Option<Push>,
     camera: Option<Camera>,
     light: Option<Light>,
     trails: Option<bool>,
     select_immovable: Option<bool>,
     off_at_start: Option<Vec<Word>>,
-    bodies: Vec<Body>,
-    grids: Vec<Grid>,
-    clouds: Vec<Cloud>,
-    rings: Vec<Ring>,
-    emitters: Vec<Emitter>,
-    springs: Vec<Spring>,
-    soft_bodies: Vec<SoftBody>,
+    bodies: List<Body>,
+    grids: List<Grid>,
+    clouds: List<Cloud>,
+    rings: List<Ring>,
+    emitters: List<Emitter>,
+    springs: List<Spring>,
+    soft_bodies: List<SoftBody>,
     expect: Option<Expect>,
 }
 
@@ -93,7 +94,7 @@ impl<T: DeserializeOwned> Value for Option<T> {
     }
 }
 
-impl<T: DeserializeOwned> Value for Vec<T> {
+impl<T: DeserializeOwned> Value for List<T> {
     fn kinds() -> Vec<(&'static str, Kind)> {
         kinds_of::<T>()
     }
@@ -140,7 +141,7 @@ pub(crate) struct Well {
     pub position_m: Option<Triple>,
     pub strength_m3_s2: Option<f64>,
     pub softening_m: Option<f64>,
-    pub bodies: Option<Vec<String>>,
+    pub bodies: Option<List<String>>,
 }
 
 #[derive(Deserialize)]
@@ -293,11 +294,22 @@ pub(crate) struct Sizes {
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Curve {
     /// `polynomial([(x, y, z), ...])`.
-    Polynomial(Vec<Triple>),
+    Polynomial(List<Triple>),
     /// `sine(amplitude_n: (x, y, z), ...)`.
     Sine { amplitude_n: Option<Triple>, angular_frequency_rad_s: Option<f64>, phase_rad: Option<f64> },
     /// `table([(t, (x, y, z)), ...])`.
-    Table(Vec<(f64, Triple)>),
+    Table(List<(f64, Triple)>),
+}
+
+impl Curve {
+    /// Points of a table or coefficients.
+    pub fn points(&self) -> usize {
+        match self {
+            Self::Polynomial(coefficients) => coefficients.len(),
+            Self::Sine { .. } => 0,
+            Self::Table(points) => points.len(),
+        }
+    }
 }
 
 /// The keys of a sine.

@@ -12,9 +12,13 @@ use motion::{Damping, DampingModel, Gravity, Range};
 
 use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, positive};
 use crate::generate::{self, Bodies, Defaults, NAME_LIMIT};
+use crate::lists::counted_within;
+use crate::memory::{room, too_much};
 use crate::raw;
 use crate::scene::coupled::Declaration;
-use crate::scene::{CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, Source, StepKind};
+use crate::scene::{
+    CameraSpec, ExpectSpec, LightSpec, PushSpec, Reading, SCENE_VERSION, Scene, Source, StepKind,
+};
 use crate::text::faults::{Faults, SceneError};
 use crate::text::locate;
 use crate::text::syntax::{self, Word};
@@ -80,14 +84,25 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
         );
         return Err(faults.into_error(name, text, ""));
     }
-    let (raw, unknown) =
-        syntax::read::<raw::Scene>(text, "").map_err(|error| syntax::error(name, text, "", &error))?;
+    let room = room().saturating_sub(text.len());
+    let (read_raw, entries) = counted_within(room, || syntax::read::<raw::Scene>(text, ""));
+    let Some(entries) = entries else {
+        return Err(SceneError::of_file(name, too_much(), "write fewer, or give more with `--memory GIB`"));
+    };
+    let (raw, unknown) = read_raw.map_err(|error| syntax::error(name, text, "", &error))?;
+    let words = |words: &Option<String>| words.as_ref().map_or(0, String::len);
+    let reading = Reading {
+        text: text.len() as u64,
+        entries: entries as u64,
+        bodies: raw.bodies.len() as u64,
+        words: raw.bodies.iter().map(|body| (words(&body.name) + words(&body.label)) as u64).sum(),
+    };
     let mut faults = Faults::default();
     for path in &unknown {
         unknown_key(&raw, &mut faults, path);
     }
     let declared = declared::declared(&raw, text);
-    let scene = resolve(&raw, declared, (read, name, source), &mut faults);
+    let scene = resolve(&raw, declared, (read, name, source), reading, &mut faults);
     faults.check(name, text, "")?;
     Ok(scene)
 }
@@ -126,6 +141,7 @@ fn resolve(
     raw: &raw::Scene,
     declared: Vec<Declaration>,
     (text, name, source): (Arc<str>, &str, Source),
+    reading: Reading,
     faults: &mut Faults,
 ) -> Scene {
     const ROOT: Scope = Scope::ROOT;
@@ -170,7 +186,7 @@ fn resolve(
     let light = raw.light.as_ref().map(|raw| light(raw, faults));
     let off_at_start = off_at_start(raw.off_at_start.as_deref().unwrap_or_default(), faults);
     let expect = raw.expect.as_ref().map(|raw| expect(raw, faults));
-    let bodies = generate::bodies(raw, defaults, seed, faults);
+    let bodies = generate::bodies(raw, reading, defaults, seed, faults);
     let mut own_laws = OwnLaws::new(&bodies.bodies, bodies.names.as_ref());
     let laws = laws::world_laws(raw, &mut own_laws, faults);
     own_laws.thrusts(&raw.thrusts, faults);
@@ -184,6 +200,7 @@ fn resolve(
     let named = names.is_some();
     let mut scene = Scene {
         text,
+        reading,
         name: scene_name(raw, faults).unwrap_or_else(|| name.to_owned()),
         description: one_line(raw.description.as_deref().unwrap_or_default()),
         source,

@@ -28,6 +28,8 @@ pub const SCENE_VERSION: u32 = 1;
 pub struct Scene {
     /// The text that it was read from.
     pub text: Arc<str>,
+    /// What reading it took.
+    pub reading: Reading,
     /// The name of the scene, or of its file if it declares none.
     pub name: String,
     /// One line for the scene list; may be empty.
@@ -219,6 +221,19 @@ impl OwnLawsSpec {
         let thrusts = self.thrusts.iter().map(|thrust| Box::new(thrust.clone()) as Box<dyn Law>);
         wells.into_iter().chain(thrusts).collect()
     }
+}
+
+/// What reading a scene takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reading {
+    /// Bytes of the text.
+    pub text: u64,
+    /// Bytes of the entries of its lists while it is read.
+    pub entries: u64,
+    /// Bodies that are written as entries of their own.
+    pub bodies: u64,
+    /// Bytes of their names and labels.
+    pub words: u64,
 }
 
 /// One body, or one piece of scenery.

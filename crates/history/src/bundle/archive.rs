@@ -9,8 +9,8 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use super::{BUNDLE_FORMAT, Bundle, EnergyState, Event, Manifest};
-use crate::lists::{list, within};
 use crate::snapshot::Snapshot;
+use scene::lists::{list, within};
 
 /// A file of the archive, and the largest that it may be, bytes.
 struct Member {

@@ -4,8 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::lists::list;
 use crate::settings::Overrides;
+use scene::lists::list;
 
 /// Version of the format that this program writes and reads.
 pub const BUNDLE_FORMAT: u32 = 1;

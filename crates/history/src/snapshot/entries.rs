@@ -8,7 +8,7 @@ use motion::{Damping, Gravity, Method, Request};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::words::{self, Name};
-use crate::lists::list;
+use scene::lists::list;
 
 /// A push: stable id and newtons.
 pub(crate) type PushEntry = (u32, [f64; 3]);

@@ -23,6 +23,16 @@ pub enum Curve {
 }
 
 impl Curve {
+    /// Number of coefficients of a polynomial, or points of a table.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        match self {
+            Self::Polynomial(coefficients) => coefficients.len(),
+            Self::Sine { .. } => 0,
+            Self::Table(points) => points.len(),
+        }
+    }
+
     /// The force, N. A table takes the two points around `at.within_step`, even if `at.time` is not between them.
     fn newtons(&self, at: EvaluationTime) -> Vector {
         match self {

@@ -33,6 +33,7 @@ pub(super) fn cloud(raw: &raw::Cloud, index: usize, faults: &mut Faults) -> Gene
         own,
         count: count.into(),
         springs: 0,
+        triangles: 0,
         numbering: Numbering::Line,
         body,
         make: Box::new(move |_, bodies, random| {

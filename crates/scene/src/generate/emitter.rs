@@ -48,6 +48,7 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
         own,
         count: capacity,
         springs: 0,
+        triangles: 0,
         numbering: Numbering::Line,
         body,
         make: Box::new(move |name, bodies, random| {

@@ -50,6 +50,8 @@ pub(super) struct GeneratedEntry {
     pub count: u64,
     /// Between its bodies.
     pub springs: u64,
+    /// Of its sheet.
+    pub triangles: u64,
     pub numbering: Numbering,
     /// What its bodies have in common.
     pub body: BodySpec,
@@ -58,7 +60,7 @@ pub(super) struct GeneratedEntry {
 }
 
 impl GeneratedEntry {
-    pub fn census(&self, attracts: bool) -> Census {
+    pub fn census(&self, attracts: bool, in_air: bool) -> Census {
         let (is_pool, is_soft) = (self.scope.section == "emitters", self.scope.section == "soft_bodies");
         let those = |are: bool| if are { self.count } else { 0 };
         let is_grouped = is_soft || attracts && !is_pool;
@@ -66,7 +68,9 @@ impl GeneratedEntry {
             bodies: self.count,
             moved: those(is_grouped || is_pool),
             grouped: those(is_grouped),
-            springs: self.springs,
+            links: self.springs,
+            blown: if in_air { self.triangles } else { 0 },
+            ..Census::default()
         }
     }
 }

@@ -45,6 +45,7 @@ pub(super) fn grid(raw: &raw::Grid, index: usize, faults: &mut Faults) -> Genera
         own,
         count: u64::from(rows) * u64::from(columns),
         springs: 0,
+        triangles: 0,
         numbering: Numbering::Grid { rows },
         body,
         make: Box::new(move |_, bodies, random| {

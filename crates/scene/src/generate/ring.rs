@@ -30,6 +30,7 @@ pub(super) fn ring(raw: &raw::Ring, index: usize, faults: &mut Faults) -> Genera
         own,
         count: count.into(),
         springs: 0,
+        triangles: 0,
         numbering: Numbering::Line,
         body,
         make: Box::new(move |_, bodies, _| {

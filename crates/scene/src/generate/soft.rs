@@ -46,6 +46,8 @@ pub(super) fn soft(raw: &raw::SoftBody, index: usize, faults: &mut Faults) -> Op
         own,
         count: form.count(),
         springs: form.springs(),
+        // At most two of each cell.
+        triangles: if form.sheet { 2 * form.count() } else { 0 },
         numbering: form.numbering,
         body,
         make: Box::new(move |name, bodies, _| make(name, &form, elastic, (body, velocity), bodies)),

@@ -3,6 +3,7 @@
 use std::cell::Cell;
 use std::fmt;
 use std::marker::PhantomData;
+use std::ops::Deref;
 
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 
@@ -12,18 +13,52 @@ thread_local! {
 }
 
 /// Runs `read`, in which all lists together may take at most `bytes` bytes.
-pub(crate) fn within<T>(bytes: usize, read: impl FnOnce() -> T) -> T {
+pub fn within<T>(bytes: usize, read: impl FnOnce() -> T) -> T {
+    counted_within(bytes, read).0
+}
+
+/// The same, and the bytes that they took; `None` if they would have taken more.
+pub(crate) fn counted_within<T>(bytes: usize, read: impl FnOnce() -> T) -> (T, Option<usize>) {
     ROOM.set(bytes);
+    IS_FULL.set(false);
     let read = read();
-    ROOM.set(usize::MAX);
-    read
+    let used = bytes - ROOM.replace(usize::MAX);
+    (read, (!IS_FULL.get()).then_some(used))
+}
+
+thread_local! {
+    static IS_FULL: Cell<bool> = const { Cell::new(false) };
+}
+
+/// A list of a file, read as by [`list`].
+#[derive(Debug)]
+pub(crate) struct List<T>(Vec<T>);
+
+impl<T> Default for List<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T> Deref for List<T> {
+    type Target = Vec<T>;
+
+    fn deref(&self) -> &Vec<T> {
+        &self.0
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for List<T> {
+    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+        list(source).map(Self)
+    }
 }
 
 /// Reads a list and counts its bytes: every list of a file must be read by this function.
 ///
 /// # Errors
 /// If the list takes more bytes than are left, as soon as it does.
-pub(crate) fn list<'de, D: Deserializer<'de>, T: Deserialize<'de>>(source: D) -> Result<Vec<T>, D::Error> {
+pub fn list<'de, D: Deserializer<'de>, T: Deserialize<'de>>(source: D) -> Result<Vec<T>, D::Error> {
     source.deserialize_seq(Entries(PhantomData))
 }
 
@@ -39,8 +74,11 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Entries<T> {
     fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<Vec<T>, A::Error> {
         let mut list = Vec::new();
         while let Some(entry) = entries.next_element()? {
-            let room = ROOM.get().checked_sub(size_of::<T>());
-            ROOM.set(room.ok_or_else(|| A::Error::custom("it takes too much memory"))?);
+            let Some(room) = ROOM.get().checked_sub(size_of::<T>()) else {
+                IS_FULL.set(true);
+                return Err(A::Error::custom("it takes too much memory"));
+            };
+            ROOM.set(room);
             list.push(entry);
         }
         Ok(list)
@@ -48,7 +86,8 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Entries<T> {
 }
 
 /// Bytes that a list has allocated for its own entries.
-pub(crate) fn list_bytes<T>(list: &Vec<T>) -> usize {
+#[must_use]
+pub const fn list_bytes<T>(list: &Vec<T>) -> usize {
     list.capacity() * size_of::<T>()
 }
 
