@@ -68,6 +68,10 @@ fn with_names(text: &str) -> String {
         |scenes: &[scene::ShippedScene]| scenes.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ");
     text.replace("{SCENES}", &names(scene::shipped()))
         .replace("{CASES}", &names(scene::cases()))
+        .replace(
+            "{PROBLEMS}",
+            &lab::cost::PROBLEMS.iter().map(|problem| problem.name).collect::<Vec<_>>().join(", "),
+        )
         .replace("{METHODS}", &motion::Method::ALL.map(motion::Method::name).join(", "))
 }
 
@@ -217,7 +221,7 @@ fn a_run_writes_over_nothing_that_it_reads_or_writes() {
 fn ended_by(signals: &[&str], ignored: Option<&str>) -> Option<i32> {
     let folder = folder();
     let before = listing(folder.path());
-    let line = "run fine.ron --ticks 1000000000000 --state out.csv --summary out.json --black-box out.zip";
+    let line = "run fine.ron --hours 1e12 --ticks 1000000000000 --state out.csv --summary out.json --black-box out.zip";
     // A test that runs in the background of a script has learned to ignore interrupts.
     let mut env = Command::new("env");
     env.arg("--default-signal=INT,TERM,HUP").args(ignored.map(|signal| format!("--ignore-signal={signal}")));
@@ -308,7 +312,7 @@ fn ticks_of_days_need_no_frames_between_them() {
     run(folder.path(), "run fine.ron --ticks 3 --fps 1e12").says(0, "");
     write(folder.path(), "wait.script", "[(at_tick: 1, do: push(\"ball\", (1, 0, 0)))]");
     run(folder.path(), "run fine.ron --ticks 5 --fps 1e300 --script wait.script")
-        .warns(2, "are more frames, at 1e300 a second, than a run can have");
+        .warns(2, "are more frames than a run can have, at 1e300 per second");
 }
 
 /// Devices are reached by links: a program that renames over what it writes destroys the link and no device.

@@ -217,7 +217,7 @@ fn a_long_tick_is_told_before_it_is_taken() {
     assert!(sampled.bodies == 20_000 && sampled.seconds > 0.0 && sampled.seconds.is_finite());
     assert_eq!(lab::attraction_tick(&scene_of(&stars(2_000))), None);
     // Refused after that was told: the run itself is not waited for.
-    let said = run(&stars(4_000), "run big.ron --ticks 100000000 --state big.ron/no.csv");
+    let said = run(&stars(4_000), "run big.ron --ticks 100000000 --hours 1e12 --state big.ron/no.csv");
     said.warns(2, "4000 bodies attract each other: a tick takes some ");
 }
 
@@ -240,4 +240,59 @@ fn a_film_takes_no_more_memory_for_more_pictures() {
     assert!(many <= few + 1024, "{few} and {many} bytes");
     // Beside them, what the compressor takes for itself.
     assert!(many <= Film::bytes(size_px) + (2 << 20), "{many} bytes");
+}
+
+#[test]
+fn what_takes_longer_than_is_allowed_is_refused_with_the_flag_that_allows_it() {
+    let folder = folder([("none", "")]);
+    for line in [
+        "run orbit --ticks 1000000000000",
+        "effects orbit --ticks 18446744073709551615",
+        "ablate orbit --no-pictures --ticks 18446744073709551615",
+    ] {
+        let said = sandbox(&folder, line);
+        said.fails(2, " is allowed; give fewer ticks, or --hours ");
+    }
+    // The named hours do.
+    let said = sandbox(&folder, "run orbit --ticks 100 --hours 1e-9").ends(2);
+    let hours = said.err.trim().rsplit(' ').next().unwrap();
+    sandbox(&folder, &format!("run orbit --ticks 100 --hours {hours}")).fine();
+    sandbox(&folder, "cost kepler --seconds 1e300")
+        .fails(2, "--seconds is for scenes: a problem has a length of its own");
+}
+
+#[test]
+fn the_runs_of_a_lesson_are_bounded_by_all_that_they_compute() {
+    let lesson = |runs: &str| {
+        format!(
+            r#"(version: 1, title: "T", about: "A.", page: "P", scene: "oscillator",
+                measure: (x: position("ball", x)), runs: [{runs}],
+                steps: [(task: "Push it.", done: "x > x_before + 0.5", solution: [push("ball", (5000, 0, 0))],
+                         wrong: [[press("G")], [push("ball", (-50, 0, 0))]], then: "At {{x}} m.", holds: "x > 3")])"#
+        )
+    };
+    let stars = scene(
+        "mutual_gravity: (constant_m3_kg_s2: 1e-9, softening_m: 0.1), clouds: [(count: 4000, half_extents_m: (9, 9, 9))]",
+    );
+    // Bodies that attract each other; a reference beside the run; and any number of runs.
+    let runs = [
+        r#"(scene: "stars.ron", seconds: 60, measure: (e: energy))"#.to_owned(),
+        r#"(scene: "flag", seconds: 120, measure: (e: error))"#.to_owned(),
+        (0..4000)
+            .map(|i| format!(r#"(scene: "thousand", seconds: 20, measure: (e{i}: energy)), "#))
+            .collect(),
+    ];
+    for runs in runs {
+        let text = lesson(&runs);
+        let folder = folder([("my.ron", text.as_str()), ("stars.ron", stars.as_str())]);
+        for line in ["lessons check my.ron", "run oscillator --lesson my.ron", "--lesson my.ron"] {
+            let said = sandbox(&folder, line);
+            said.fails(2, "my.ron: its runs take some ");
+            assert!(
+                said.err.contains("s, runs[0] the longest, and 60 s are allowed; give fewer"),
+                "{}",
+                said.all()
+            );
+        }
+    }
 }

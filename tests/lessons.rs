@@ -102,10 +102,10 @@ fn faults_of_a_lesson_have_their_places_and_cures() {
         ),
         ("done:", "number: \"x\", done:", "steps[0]", "a step ends in one way"),
         (
-            "measure: (e: energy)",
-            "method: runge_kutta_4, substeps: 100000, measure: (e: energy)",
+            "seconds: 1, measure: (e: energy)",
+            "seconds: 60, method: runge_kutta_4, substeps: 100000, measure: (e: energy)",
             "runs[0]",
-            "are too many to wait for",
+            "and 60 s are allowed",
         ),
         (
             "measure: (x:",

@@ -173,7 +173,7 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         mistake: "an estimate of memory without the forecast",
         file: "crates/scene/src/memory.rs",
-        from: "if self.springs > 0 { Forecast",
+        from: "if self.springs + self.links > 0 { Forecast",
         to: "if self.springs > u64::MAX - 1 { Forecast",
         killed_by: "bounds::the_estimate_is_at_least_what_is_taken_and_not_much_more",
     },

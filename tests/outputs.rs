@@ -73,6 +73,45 @@ mod on_unix {
     }
 
     #[test]
+    fn a_replaced_file_is_no_program_of_another_user() {
+        let folder = folder([("fine.ron", FALL), ("out.csv", "")]);
+        let path = folder.path().join("out.csv");
+        set_mode(&path, 0o6755);
+        sandbox(&folder, "run fine.ron --ticks 2 --state out.csv").fine();
+        assert_eq!(format!("{:o}", fs::metadata(&path).unwrap().permissions().mode() & 0o7777), "755");
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn limits_of_the_shell_are_told_in_words_and_leave_nothing() {
+        let folder = folder([("fine.ron", FALL)]);
+        let run =
+            |line: &str| output(Command::new("bash").args(["-c", line]).arg(program()).current_dir(&folder));
+        let said = run("ulimit -f 8; exec \"$0\" run fine.ron --ticks 10000 --state big.csv");
+        said.fails(2, "cannot write big.csv: the file would be larger than is allowed; see `ulimit -f`");
+        let said = run("ulimit -v 400000; exec \"$0\" run fine.ron --ticks 2 --film film.png");
+        said.fails(4, "drawing pictures takes some 640.0 MiB of address space, and ");
+        assert_eq!(listing(folder.path()), [folder.path().join("fine.ron")]);
+    }
+
+    #[test]
+    fn a_file_that_is_led_to_standard_output_is_alone_there() {
+        let folder = folder([("fine.ron", FALL)]);
+        let run = |flag: &str| {
+            let line = format!("\"$0\" run fine.ron --ticks 2 --size 16x16 {flag} /dev/stdout > out");
+            let said =
+                output(Command::new("sh").args(["-c", &line]).arg(program()).current_dir(&folder)).ends(0);
+            assert!(said.err.contains("state_hash"), "{}", said.all());
+            fs::read(folder.path().join("out")).unwrap()
+        };
+        let film = run("--film");
+        assert!(film.starts_with(b"\x89PNG") && film.ends_with(b"IEND\xae\x42\x60\x82"));
+        let summary: Value = serde_json::from_slice(&run("--summary")).unwrap();
+        assert_eq!(summary["ticks"], 2);
+        assert!(run("--state").starts_with(b"tick,time_s"));
+    }
+
+    #[test]
     fn a_read_only_file_is_not_replaced() {
         let folder = folder([("fine.ron", FALL), ("out.csv", "mine")]);
         set_mode(&folder.path().join("out.csv"), 0o444);
@@ -104,7 +143,7 @@ mod on_unix {
         symlink("b.csv", folder.path().join("a.csv")).unwrap();
         symlink("a.csv", folder.path().join("b.csv")).unwrap();
         let said = sandbox(folder.path(), "run fine.ron --ticks 2 --state a.csv --summary out.json");
-        said.fails(2, "cannot write a.csv: ");
+        said.fails(2, "cannot write a.csv: too many levels of symbolic links\n");
         assert!(!folder.path().join("out.json").exists());
     }
 
@@ -155,8 +194,7 @@ mod on_unix {
     #[test]
     #[cfg(target_os = "linux")]
     fn a_run_that_draws_ends_by_a_signal_at_any_moment_and_leaves_no_part_of_a_file() {
-        const LINE: &str =
-            "run fine.ron --ticks 1000000000000 --frames out --frame-every 50 --size 64x64 --film film.png";
+        const LINE: &str = "run fine.ron --hours 1e12 --ticks 1000000000000 --frames out --frame-every 50 --size 64x64 --film film.png";
         const SIGNALS: [(&str, i32); 3] = [("-HUP", 1), ("-INT", 2), ("-TERM", 15)];
         let (start, first) = (Instant::now(), folder([("fine.ron", FALL)]));
         let run = Endless::start(first.path(), LINE);
@@ -196,7 +234,7 @@ mod on_unix {
             let before = unfinished(&out);
             let run = Endless::start(
                 folder.path(),
-                &format!("run fine.ron --ticks 1000000000000 --state out/{state}.csv"),
+                &format!("run fine.ron --hours 1e12 --ticks 1000000000000 --state out/{state}.csv"),
             );
             wait_for("its file", || {
                 (unfinished(&out).len() == 2 && unfinished(&out) != before).then_some(())

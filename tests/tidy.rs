@@ -81,6 +81,7 @@ const FROM_TEXT_TO_SCENE: &[&str] = &[
     "text",
     "action",
     "frame_times",
+    "lists",
     "raw",
     "scene",
     "script",
@@ -98,10 +99,11 @@ const FROM_TEXT_TO_SCENE: &[&str] = &[
 
 /// The same of `crates/history/src`.
 const HISTORY: &[&str] =
-    &["simulation", "distances", "lists", "snapshot", "settings", "change", "bundle", "timeline", "twin"];
+    &["simulation", "distances", "snapshot", "settings", "change", "bundle", "timeline", "twin"];
 
 /// The same of `crates/lab/src`.
-const LAB: &[&str] = &["run", "cost", "limits", "ablation", "receipt", "recommend", "stability", "lesson"];
+const LAB: &[&str] =
+    &["duration", "run", "cost", "limits", "ablation", "receipt", "recommend", "stability", "lesson"];
 
 /// The same of `crates/report/src`.
 const FROM_NUMBERS_TO_PAGES: &[&str] = &[

@@ -90,7 +90,7 @@ soon
 ];
 
 /// A command line in that folder and what has to come of it: the exit code, nothing on standard output, nothing
-/// left behind, and on standard error this text. `{SCENES}`, `{CASES}` and `{METHODS}` stand for the names that there are.
+/// left behind, and on standard error this text. `{SCENES}`, `{CASES}`, `{PROBLEMS}` and `{METHODS}` stand for the names that there are.
 pub struct Case {
     pub name: &'static str,
     pub line: &'static str,
@@ -146,6 +146,11 @@ laws.ron:3:61: thrusts[0].until_s: 1 s is not after the start at 2 s; give a lat
     Case { name: "a damping model for no damping", line: "run fine.ron --damping exact --state out.csv --summary out.json", code: 2, message: "sandbox: fine.ron declares no damping; leave --damping out" },
     Case { name: "more ticks than can be", line: "run fine.ron --seconds 1e300", code: 2, message: "sandbox: 1e300 s at 120 Hz are too many ticks for one run; give fewer" },
     Case { name: "a rate of more ticks than can be", line: "run fine.ron --hz 1e308", code: 2, message: "sandbox: 10 s at 1e308 Hz are too many ticks for one run; give fewer" },
+    Case { name: "a command that is misspelled", line: "lesons", code: 2, message: "sandbox: lesons: there is no such scene or command; did you mean `sandbox lessons`?" },
+    Case { name: "a lesson that is misspelled", line: "lessons check forc", code: 2, message: "sandbox: forc: there is no such lesson; did you mean force? the lessons are force, mass, gravity, eulers, verlet, runge_kutta, frame_time, springs, momentum, energy, further_work; a file needs its path" },
+    Case { name: "a problem that is misspelled", line: "cost keplr --quick", code: 2, message: "sandbox: keplr: there is no such scene; shipped scenes are {SCENES}; a file needs its path\ndid you mean the problem kepler? the problems are {PROBLEMS}" },
+    Case { name: "a file with the end of a folder", line: "run fine.ron --ticks 1 --state folder/new/", code: 2, message: "sandbox: cannot write folder/new/: it ends as a folder does; give the path of a file" },
+    Case { name: "more frames than can be", line: "run fine.ron --ticks 5 --fps 1e300 --frames out", code: 2, message: "sandbox: 5 ticks at 120 Hz are more frames than a run can have, at 1e300 per second; give a lower --fps, or fewer ticks" },
     Case { name: "a case that is misspelled", line: "stability stif_spring --out out", code: 2, message: "sandbox: stif_spring: there is no such case; did you mean stiff_spring? the cases are {CASES}; a file needs its path" },
     Case { name: "a scene that is no case", line: "stability hitch fine.ron --out out", code: 2, message: "sandbox: fine.ron: the scene is no hard case; add `expect: (survival: (measure: energy, seconds: 10, bounded_below: 0.1))`, or name a case of `sandbox list cases`" },
     Case { name: "a script that is not there", line: "run fine.ron --script missing.script --state out.csv --summary out.json", code: 2, message: "sandbox: missing.script: there is no such file; check the path" },
@@ -234,6 +239,8 @@ pub const ARGUMENTS: &[(&str, &[&str])] = &[
     ("fine.ron --threads 0", &["--threads", "give a whole number from 1 to 256"]),
     ("run fine.ron --threads -2", &["--threads", "give a whole number from 1 to 256"]),
     ("stability --method euler --out out", &["--method", "the methods are {METHODS}"]),
+    ("--guest run fine.ron", &["'run' is a command: flags before it are those of the window"]),
+    ("cost kepler --seconds 3 --hours 0", &["--hours", "give a finite number above 0"]),
     ("list bodies", &["bodies", "scenes", "cases", "methods", "laws", "keys"]),
     ("list keys --format xml", &["--format", "xml", "table", "json"]),
 ];

@@ -1,14 +1,16 @@
 //! What lessons measure: quantities of a simulation, and the runs that are made for a lesson.
 
-use std::collections::BTreeMap;
+use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap};
 
+use crate::duration::{TooLong, check_time, reference_tick_seconds, tick_seconds};
 use history::{Change, Distances, Overrides, Simulation, Twin, rate_of};
 use motion::clock::StepClock;
 use motion::effects::{self, Effect, EffectState};
 use motion::units::Vector;
 use motion::{Damping, Evaluations, Gravity, PhysicsBody, Quarantine, TimeStep, Transform, totals};
-use scene::SceneError;
 use scene::lesson::{Axis, Lesson, LessonRun, Measure, Quantity, beside};
+use scene::{Scene, SceneError};
 
 /// Values of quantities by name, and what they were before: see [`Quantity`].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -130,11 +132,24 @@ fn along(v: Vector, axis: Axis) -> f64 {
     }
 }
 
+/// Seconds for which a person waits until the runs of a lesson are done.
+pub const LONGEST_RUNS: f64 = 60.0;
+
 /// What the runs of `lesson` measure, with `times` as many ticks per second as they say.
 ///
 /// # Errors
-/// If a scene cannot be read.
+/// If a scene cannot be read, or all of them take longer than [`LONGEST_RUNS`] or what is [allowed](crate::duration::allow_time).
 pub fn run_lesson(lesson: &Lesson, times: f64) -> Result<Quantities, SceneError> {
+    let seconds = runs_seconds(lesson, times)?;
+    if let Err(TooLong { seconds: all, allowed }) = check_time(seconds.iter().sum(), Some(LONGEST_RUNS)) {
+        let longest = seconds.iter().copied().fold(0.0, f64::max);
+        let longest = seconds.iter().position(|run| *run == longest).unwrap_or_default();
+        let what = format!(
+            "its runs take some {all:.0} s, runs[{longest}] the longest, and {allowed:.0} s are allowed"
+        );
+        let cure = "give fewer or shorter runs, larger steps or fewer bodies, or more time with `--hours H`";
+        return Err(SceneError::of_file(&lesson.name, what, cure));
+    }
     let mut all = Quantities::default();
     for run in &lesson.runs {
         all.extend(measure_run(lesson, run, times)?);
@@ -142,14 +157,48 @@ pub fn run_lesson(lesson: &Lesson, times: f64) -> Result<Quantities, SceneError>
     Ok(all)
 }
 
-fn measure_run(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<Quantities, SceneError> {
-    let mut scene = scene::load(&beside(&lesson.name, run.scene.as_ref().unwrap_or(&lesson.scene)))?;
+/// Seconds that each run of `lesson` takes some.
+///
+/// # Errors
+/// If a scene cannot be read.
+pub fn runs_seconds(lesson: &Lesson, times: f64) -> Result<Vec<f64>, SceneError> {
+    let mut scenes = HashMap::new();
+    let seconds = |run: &LessonRun| {
+        let name = run.scene.as_ref().unwrap_or(&lesson.scene);
+        let scene = match scenes.entry(name.clone()) {
+            Entry::Occupied(scene) => scene.into_mut(),
+            Entry::Vacant(place) => place.insert(scene::load(&beside(&lesson.name, name))?),
+        };
+        let (scene, ticks) = with_settings(scene.clone(), run, times);
+        let reference = if has_error(run) { reference_tick_seconds(&scene) } else { 0.0 };
+        Ok(ticks as f64 * (tick_seconds(&scene) + reference))
+    };
+    lesson.runs.iter().map(seconds).collect()
+}
+
+/// The scene of a run with its settings, and its ticks.
+fn scene_of(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<(Scene, u64), SceneError> {
+    let scene = scene::load(&beside(&lesson.name, run.scene.as_ref().unwrap_or(&lesson.scene)))?;
+    Ok(with_settings(scene, run, times))
+}
+
+fn with_settings(mut scene: Scene, run: &LessonRun, times: f64) -> (Scene, u64) {
     let step_hz = Some(run.step_hz.unwrap_or(scene.step_hz) * times);
     Overrides { method: run.method, step_hz, substeps: run.substeps, damping: None }.apply(&mut scene);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the ticks of a short run")]
     let ticks = (run.seconds * scene.step_hz).round() as u64;
+    (scene, ticks)
+}
+
+/// Whether a run is compared with a reference.
+fn has_error(run: &LessonRun) -> bool {
+    run.measure.iter().any(|quantity| quantity.measure == Measure::Error)
+}
+
+fn measure_run(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<Quantities, SceneError> {
+    let (scene, ticks) = scene_of(lesson, run, times)?;
     let mut simulation = Simulation::new(scene);
-    let has_error = run.measure.iter().any(|quantity| quantity.measure == Measure::Error);
+    let has_error = has_error(run);
     let mut reference = has_error.then(|| Twin::reference(&mut simulation));
     for action in &run.start {
         // Bodies are named that the scene has: the lesson was checked against it.

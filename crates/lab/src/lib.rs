@@ -7,6 +7,7 @@
 //! - [`stability`]: the survival matrix, every method on every hard case.
 //! - [`limits`]: the largest stable steps, measured and as closed forms.
 //! - [`receipt`](receipt()): each effect of a scene, and what it costs; [`ablate`]: the scene run again without each effect in turn.
+//! - [`duration`]: how long ticks take, estimated before they are simulated.
 //! - [`lesson`]: what lessons measure.
 //! - `run`: what these share: a running scene, and the time of its steps.
 
@@ -14,6 +15,7 @@
 
 mod ablation;
 pub mod cost;
+pub mod duration;
 pub mod lesson;
 pub mod limits;
 mod receipt;

@@ -1,9 +1,10 @@
 //! Values of the command line, read and checked.
 
 use clap::Args;
+use lab::duration::TooLong;
 use motion::effects::Effect;
 use motion::{DampingModel, Method, Substeps};
-use report::numbers::number;
+use report::numbers::{long_duration, number};
 
 use crate::failure::Failure;
 
@@ -47,6 +48,23 @@ pub(crate) fn check_seconds(seconds: f64, rate: f64) -> Result<(), Failure> {
     let [seconds, rate] = [seconds, rate].map(|value| number(value, 6));
     let what = format!("{seconds} s at {rate} Hz are too many ticks for one run");
     Err(Failure::Usage(format!("{what}; give fewer")))
+}
+
+/// Refuses what takes some `seconds` where that is longer than is allowed.
+pub(crate) fn check_time(what: &str, seconds: f64) -> Result<(), Failure> {
+    lab::duration::check_time(seconds, None).map_err(|TooLong { seconds, allowed }| {
+        let [takes, allowed] = [seconds, allowed].map(long_duration);
+        let hours = three_digits_up(seconds / 3600.0);
+        Failure::Usage(format!(
+            "{what} would take some {takes}, and {allowed} is allowed; give fewer ticks, or --hours {hours}"
+        ))
+    })
+}
+
+/// A number, rounded up to three digits.
+fn three_digits_up(value: f64) -> String {
+    let scale = 10.0_f64.powf((value.log10().floor() - 2.0).max(0.0));
+    number((value / scale).ceil() * scale, 15)
 }
 
 pub(crate) fn rate(text: &str) -> Result<f64, String> {

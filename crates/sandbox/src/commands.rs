@@ -12,6 +12,8 @@ mod replay;
 pub(crate) mod run;
 mod stability;
 
+use std::path::Path;
+
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory as _, Parser, Subcommand};
 
@@ -39,6 +41,9 @@ pub struct Cli {
     /// Memory that a scene may take, GiB [default: what is free]
     #[arg(long, global = true, value_name = "GIB", allow_negative_numbers = true, value_parser = positive)]
     memory: Option<f64>,
+    /// Hours that a command may take, as estimated before it begins [default: 1]
+    #[arg(long, global = true, value_name = "H", allow_negative_numbers = true, value_parser = positive)]
+    hours: Option<f64>,
     #[command(flatten)]
     window: WindowArgs,
 }
@@ -93,13 +98,20 @@ enum Command {
 /// Whatever keeps the program from ending with exit code 0; bad flags end the process in clap.
 pub fn run() -> Result<(), Failure> {
     leave_nothing_when_ended();
-    let Cli { command, memory, window } = Cli::try_parse().unwrap_or_else(|error| worded(error).exit());
+    let Cli { command, memory, hours, window } =
+        Cli::try_parse().unwrap_or_else(|error| worded(error).exit());
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a positive number of bytes")]
     if let Some(gib) = memory {
         scene::allow_memory((gib * (1_u64 << 30) as f64) as u64);
     }
+    if let Some(hours) = hours {
+        lab::duration::allow_time(hours * 3600.0);
+    }
     match command {
-        None => window::open(&window),
+        None => {
+            check_word(window.scene.as_deref())?;
+            window::open(&window)
+        }
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Lessons(args)) => lessons::run(&args),
         Some(Command::List(args)) => list::run(args),
@@ -113,6 +125,22 @@ pub fn run() -> Result<(), Failure> {
     }
 }
 
+/// Refuses a scene that is none and looks like a command with a slip in it.
+fn check_word(scene: Option<&str>) -> Result<(), Failure> {
+    let Some(word) = scene.filter(|word| scene::embedded(word).is_none() && !Path::new(word).exists()) else {
+        return Ok(());
+    };
+    let program = Cli::command();
+    let commands: Vec<_> = program.get_subcommands().map(clap::Command::get_name).collect();
+    let scenes = scene::shipped().iter().map(|scene| scene.name);
+    match scene::nearest(word, commands.iter().copied().chain(scenes)) {
+        Some(near) if commands.contains(&near) => Err(Failure::Usage(format!(
+            "{word}: there is no such scene or command; did you mean `sandbox {near}`?"
+        ))),
+        _ => Ok(()),
+    }
+}
+
 /// clap takes the second of two scenes for a subcommand, and says so.
 fn worded(error: clap::Error) -> clap::Error {
     let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return error };
@@ -121,6 +149,14 @@ fn worded(error: clap::Error) -> clap::Error {
         return error;
     }
     let commands: Vec<_> = program.get_subcommands().map(clap::Command::get_name).collect();
+    // Behind a flag of the window a command is taken for a scene.
+    let command = std::env::args().skip(1).find(|word| commands.contains(&word.as_str()));
+    if let Some(command) = command {
+        let what = format!(
+            "'{command}' is a command: flags before it are those of the window; leave them out, or give its own after it"
+        );
+        return program.error(ErrorKind::ArgumentConflict, what);
+    }
     let what = format!("'{word}' is one argument too many; the commands are {}", commands.join(", "));
     program.error(ErrorKind::UnknownArgument, what)
 }

@@ -32,8 +32,20 @@ impl Failure {
             Kind::ReadOnlyFilesystem => "nothing can be written there; give another path",
             Kind::StorageFull => "the disk is full; make room, or give another path",
             Kind::IsADirectory => "it is a folder; give the path of a file",
+            // As one of a folder that is there, with a slash at its end.
+            Kind::AlreadyExists | Kind::NotADirectory if names_folder(path) => {
+                "it ends as a folder does; give the path of a file"
+            }
             Kind::AlreadyExists | Kind::NotADirectory => "a file is in the way; give another path",
-            _ => return Self::Usage(format!("cannot {doing} {}: {error}", path.display())),
+            Kind::InvalidFilename => {
+                "the name is too long, or has characters that no name can have; give another"
+            }
+            Kind::BrokenPipe => "nothing reads it any more; start its reader first",
+            Kind::FileTooLarge => "the file would be larger than is allowed; see `ulimit -f`, or write less",
+            Kind::OutOfMemory => "there is too little memory; close other programs, or give less to do",
+            _ => {
+                return Self::Usage(format!("cannot {doing} {}: {}", path.display(), scene::io_words(error)));
+            }
         };
         Self::Usage(format!("cannot {doing} {}: {why}", path.display()))
     }
@@ -49,6 +61,11 @@ impl Failure {
             Self::NoDisplay(_) => 5,
         }
     }
+}
+
+/// Whether a path ends with the separator of folders.
+fn names_folder(path: &Path) -> bool {
+    path.as_os_str().as_encoded_bytes().last().is_some_and(|last| std::path::is_separator(char::from(*last)))
 }
 
 impl fmt::Display for Failure {

@@ -24,6 +24,11 @@ pub fn tell(message: &str) {
     eprintln!("{}", ::report::terminal(message));
 }
 
+/// Prints results on standard error.
+pub(crate) fn tell_all(text: &str) {
+    eprint!("{}", ::report::terminal(text));
+}
+
 /// Prints results. A closed pipe (`| head`) is no failure.
 pub(crate) fn show(text: &str) -> Result<(), Failure> {
     if STDOUT_IS_CLOSED.load(Ordering::Relaxed) {

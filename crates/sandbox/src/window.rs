@@ -30,7 +30,7 @@ use crate::args::{StepArgs, size};
 use crate::failure::Failure;
 use crate::output::bundle;
 use crate::output::command_files::CommandFiles;
-use crate::output::progress::Loading;
+use crate::output::progress::{Loading, waiting_for_runs};
 use crate::output::tell;
 use crate::stage::options::{Options, check};
 
@@ -72,6 +72,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let name = args.scene.as_deref().or(home.as_deref()).unwrap_or("tutorial");
     let mut session = session(args, name, &mut files)?;
     if let Some(lesson) = lesson {
+        let _waiting = waiting_for_runs(&lesson, 1.0)?;
         let of_runs = run_lesson(&lesson, 1.0)?;
         session.begin_lesson(lesson, of_runs);
     }

@@ -53,7 +53,7 @@ pub use edit::{Field, Kind, TextEdit, Value, moved_place, rewrite};
 pub use entries::Entry;
 pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;
-pub use memory::{Keeps, allow_memory, byte_words, memory};
+pub use memory::{Keeps, address_space, allow_memory, byte_words, memory};
 pub use parts::Part;
 pub use resolve::declared::key_of_law;
 pub use resolve::springs::unsolvable;
@@ -66,9 +66,12 @@ pub use scene::{
     Source, StepKind,
 };
 pub use script::{Recording, RecordingText, SCRIPT_VERSION, Script};
-pub use shipped::{FILE_LIMIT, ShippedScene, cases, embedded, find, load, load_case, read_text, shipped};
+pub use shipped::{
+    FILE_LIMIT, ShippedScene, cases, embedded, find, io_words, load, load_case, read_text, shipped,
+};
 pub use spawn::{Appearance, FileIndex, PointRadius, SoftBodyName};
 pub use text::faults::{Fault, SceneError};
+pub use text::nearest::nearest;
 
 /// A scene with these keys.
 #[cfg(test)]

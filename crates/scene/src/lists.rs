@@ -100,9 +100,9 @@ mod tests {
 
     #[test]
     fn entries_count_by_their_size_in_memory_those_of_nested_lists_too() {
-        let json = "[[1, 2], [], [3]]";
+        let text = "[([1, 2]), ([]), ([3])]";
         let read = |bytes| {
-            within(bytes, || list::<_, Nested>(&mut serde_json::Deserializer::from_str(json)))
+            within(bytes, || list::<_, Nested>(&mut ron::Deserializer::from_str(text).unwrap()))
                 .map(|lists| lists.into_iter().map(|Nested(list)| list).collect::<Vec<_>>())
         };
         let bytes = 3 * size_of::<Nested>() + 3 * size_of::<u64>();

@@ -300,16 +300,23 @@ pub fn byte_words(bytes: u64) -> String {
 /// Bytes that this process can still have: the least of what the machine has, what its control groups leave it and
 /// what its address space has room for. `None` where the system does not say.
 fn free() -> Option<u64> {
-    let number = |line: &str| line.split_whitespace().find_map(|word| word.parse::<u64>().ok());
-    let of_file = |path: &str, key: &str| {
-        let text = fs::read_to_string(path).ok()?;
-        text.lines().find(|line| line.starts_with(key)).and_then(number)
-    };
-    let kib = |path: &str, key: &str| of_file(path, key).map(|kib| kib.saturating_mul(1024));
-    let machine = kib("/proc/meminfo", "MemAvailable:");
-    let limit = of_file("/proc/self/limits", "Max address space");
-    let space = limit.zip(kib("/proc/self/status", "VmSize:")).map(|(most, now)| most.saturating_sub(now));
-    [machine, space, free_in_control_groups()].into_iter().flatten().min()
+    let machine = in_file("/proc/meminfo", "MemAvailable:").map(|kib| kib.saturating_mul(1024));
+    [machine, address_space(), free_in_control_groups()].into_iter().flatten().min()
+}
+
+/// Bytes for which the address space of this process has room, as `ulimit -v` sets it; `None` without a limit.
+#[must_use]
+pub fn address_space() -> Option<u64> {
+    let most = in_file("/proc/self/limits", "Max address space")?;
+    let now = in_file("/proc/self/status", "VmSize:")?.saturating_mul(1024);
+    Some(most.saturating_sub(now))
+}
+
+/// The first number in the line of a file that begins with `key`.
+fn in_file(path: &str, key: &str) -> Option<u64> {
+    let text = fs::read_to_string(path).ok()?;
+    let line = text.lines().find(|line| line.starts_with(key))?;
+    line.split_whitespace().find_map(|word| word.parse().ok())
 }
 
 /// The least that the control groups of this process leave it, from its own up to the root; those of version 1 have one

@@ -163,7 +163,10 @@ pub fn read_text(path: &Path) -> Result<String, SceneError> {
     let fail = |what: &str, cure: &str| SceneError::of_file(&name, what, cure);
     let unreadable = |error: std::io::Error| match error.kind() {
         std::io::ErrorKind::NotFound => fail("there is no such file", "check the path"),
-        _ => fail(&format!("the file cannot be read: {error}"), "check the path and its permissions"),
+        _ => fail(
+            &format!("the file cannot be read: {}", io_words(&error)),
+            "check the path and its permissions",
+        ),
     };
     if path.is_dir() {
         return Err(fail("this is a folder", "give the path of a file in it"));
@@ -191,6 +194,15 @@ pub fn read_text(path: &Path) -> Result<String, SceneError> {
         Some(text) => text.to_owned(),
         None => text,
     })
+}
+
+/// What the system says of an error, without its number.
+#[must_use]
+pub fn io_words(error: &std::io::Error) -> String {
+    let text = error.to_string();
+    let words = text.split(" (os error").next().unwrap_or_default();
+    let mut characters = words.chars();
+    characters.next().map_or_else(String::new, |first| first.to_lowercase().chain(characters).collect())
 }
 
 #[cfg(test)]

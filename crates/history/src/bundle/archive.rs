@@ -125,8 +125,8 @@ impl Bundle {
         manifest.check_text()?;
         let scene = file(&mut archive, &SCENE)?.ok_or_else(|| lacking(&SCENE))?;
         let state = file(&mut archive, &STATE)?.ok_or_else(|| lacking(&STATE))?;
-        let state: State<Snapshot> =
-            within(MOST_MEMORY, || ciborium::from_reader(&state[..])).map_err(|error| unreadable(&error))?;
+        let state: State<Snapshot> = within(MOST_MEMORY, || ciborium::from_reader(&state[..]))
+            .map_err(|error| unread_state(&error))?;
         manifest.check_ticks(state.snapshot.ticks())?;
         let tick = state.snapshot.ticks();
         Ok(Self {
@@ -245,6 +245,19 @@ fn cbor(value: &impl Serialize) -> Result<Vec<u8>, BadBundle> {
 
 fn lacking(Member { name, .. }: &Member) -> BadBundle {
     BadBundle::new(format!("the bundle has no {name}"), UNDAMAGED)
+}
+
+/// What is wrong with `state.cbor`, in words: ciborium has none.
+fn unread_state(error: &ciborium::de::Error<std::io::Error>) -> BadBundle {
+    use ciborium::de::Error;
+    let what = match error {
+        Error::Io(_) => "it ends too early".to_owned(),
+        Error::Syntax(at) => format!("it is not CBOR from byte {at} on"),
+        Error::Semantic(Some(at), what) => format!("{what}, at byte {at}"),
+        Error::Semantic(None, what) => what.clone(),
+        Error::RecursionLimitExceeded => "its lists are in one another too deeply".to_owned(),
+    };
+    BadBundle::new(format!("the bundle cannot be read: {}: {what}", STATE.name), UNDAMAGED)
 }
 
 fn unreadable(error: &dyn std::error::Error) -> BadBundle {

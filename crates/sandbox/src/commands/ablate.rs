@@ -1,17 +1,20 @@
 //! A scene again without each of its effects, with the pictures at the end compared.
 
 use clap::Args;
+use lab::duration::tick_seconds;
 use motion::effects::Effect;
 use render::{Gpu, Offscreen, Quality, Renderer};
 use scene::Scene;
 
 use crate::app::session::Session;
-use crate::args::{above_0, check_seconds, positive};
+use crate::args::{above_0, check_seconds, check_time, positive};
 use crate::clock::FrameClock;
 use crate::commands::effects;
 use crate::commands::list::Format;
 use crate::input::SwitchedBy;
 use crate::output::command_files::CommandFiles;
+use crate::output::pictures::headless;
+use crate::output::progress::Waiting;
 use crate::output::show;
 use crate::stage::options::Options;
 
@@ -47,6 +50,11 @@ pub(crate) fn run(args: &AblateArgs) -> Result<(), Failure> {
     args.seconds.map_or(Ok(()), |seconds| check_seconds(seconds, scene.step_hz))?;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive, and saturating")]
     let ticks = args.seconds.map_or(args.ticks, |seconds| ((seconds * scene.step_hz).round() as u64).max(1));
+    // Once in full and once without each effect; and again for the pictures.
+    let runs = 2.0 * (1.0 + scene.declared.len() as f64);
+    let seconds = runs * ticks as f64 * tick_seconds(&scene);
+    check_time(&format!("{}: {runs} runs of {ticks} ticks", args.scene), seconds)?;
+    let _waiting = Waiting::begin("running the scene without each effect", seconds);
     let mut camera = if args.no_pictures { None } else { Pictures::new() };
     let full = camera.as_mut().map(|camera| camera.last(&scene, ticks, None)).transpose()?;
     let mut failed = None;
@@ -71,7 +79,7 @@ impl Pictures {
     /// `None`, and a line that says so, where there is no adapter.
     fn new() -> Option<Self> {
         let options = Options::default();
-        let made = Gpu::headless().and_then(|gpu| {
+        let made = headless().and_then(|gpu| {
             let target = Offscreen::new(&gpu, options.size_px)?;
             Ok(Self { renderer: Renderer::new(&gpu, render::OFFSCREEN_FORMAT, Quality::FIXED), target, gpu })
         });

@@ -72,6 +72,10 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
         let what = "--bodies is for problems: a scene is timed with the bodies that it has; leave it out";
         return Err(Failure::Usage(what.to_owned()));
     }
+    if args.seconds.is_some() && names.iter().all(|name| problem(name).is_some()) {
+        let what = "--seconds is for scenes: a problem has a length of its own; leave it out";
+        return Err(Failure::Usage(what.to_owned()));
+    }
     let mut files = CommandFiles::default();
     let subjects = subjects(&names, args.seconds, &mut files)?;
     if let Some(ticks) = args.ticks_of {
@@ -160,7 +164,9 @@ fn subjects(names: &[&str], seconds: Option<f64>, files: &mut CommandFiles) -> R
             }
             Err(error) => {
                 let problems: Vec<_> = PROBLEMS.iter().map(|problem| problem.name).collect();
-                Err(Failure::Usage(format!("{error}\nor name a problem: {}", problems.join(", "))))
+                let near = scene::nearest(name, problems.iter().copied());
+                let guess = near.map(|near| format!("did you mean the problem {near}? ")).unwrap_or_default();
+                Err(Failure::Usage(format!("{error}\n{guess}the problems are {}", problems.join(", "))))
             }
         },
     };

@@ -1,6 +1,7 @@
 //! What `sandbox effects` and `sandbox ablate` print.
 
 use clap::Args;
+use lab::duration::tick_seconds;
 use lab::{Absence, ByEffect, ReceiptLine};
 use motion::effects::{Effect, EffectState};
 use report::numbers::{count, json_number as number};
@@ -8,10 +9,11 @@ use scene::Scene;
 use serde_json::{Value, json};
 
 use crate::app::session::Session;
-use crate::args::above_0;
+use crate::args::{above_0, check_time};
 use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
+use crate::output::progress::Waiting;
 use crate::output::show;
 use crate::stage::options::Options;
 use crate::tools::effects::{ENERGY_WATCH, picture_rows};
@@ -39,6 +41,9 @@ pub(crate) struct EffectsArgs {
 /// Does what `sandbox effects` says.
 pub(crate) fn run(args: &EffectsArgs) -> Result<(), Failure> {
     let scene = CommandFiles::default().scene(&args.scene)?;
+    let seconds = args.ticks as f64 * tick_seconds(&scene);
+    check_time(&format!("{}: {} ticks", args.scene, args.ticks), seconds)?;
+    let _waiting = Waiting::begin("running the scene", seconds);
     show(&receipt(scene, args.ticks, args.format))
 }
 

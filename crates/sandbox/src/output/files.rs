@@ -1,7 +1,7 @@
 //! Output files that are whole or absent: written beside their place, then renamed into it.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File, Metadata, TryLockError};
+use std::fs::{self, File, Metadata, Permissions, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -23,6 +23,7 @@ pub(crate) fn leave_nothing_when_ended() {
     {
         use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
         use signal_hook::iterator::Signals;
+        ignore_large_files();
         // Ignored signals stay ignored: hang-ups under `nohup`, interrupts in the background of a script.
         let signals = [SIGHUP, SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal));
         if let Ok(mut signals) = Signals::new(signals) {
@@ -46,6 +47,15 @@ pub(crate) fn end(code: i32) -> ! {
     signal_hook::low_level::exit(code);
     #[cfg(not(unix))]
     std::process::exit(code);
+}
+
+/// Lets a file that would be larger than `ulimit -f` allows be an error of its writing, and not the end of the process.
+#[cfg(unix)]
+fn ignore_large_files() {
+    #[expect(unsafe_code, reason = "no library lets a signal be ignored")]
+    unsafe {
+        libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
+    }
 }
 
 /// Whether the program was started with that signal ignored.
@@ -96,7 +106,7 @@ impl Unfinished {
         let mut builder = tempfile::Builder::new();
         builder.prefix(Self::NAME[0]).suffix(Self::NAME[1]);
         match replaces {
-            Some(replaces) => builder.permissions(replaces.permissions()),
+            Some(replaces) => builder.permissions(plain(replaces.permissions())),
             // Less the bits of the umask.
             #[cfg(unix)]
             None => builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666)),
@@ -125,6 +135,17 @@ impl Unfinished {
             });
         }
     }
+}
+
+/// Permissions without the bits that let a file run as another user: what is written is no program.
+fn plain(permissions: Permissions) -> Permissions {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        Permissions::from_mode(permissions.mode() & 0o777)
+    }
+    #[cfg(not(unix))]
+    permissions
 }
 
 impl Drop for Unfinished {
@@ -239,7 +260,7 @@ impl Output {
                 use std::os::unix::fs::{MetadataExt as _, fchown};
                 let _ = fchown(file.as_file(), Some(replaces.uid()), Some(replaces.gid()));
             }
-            file.as_file().set_permissions(replaces.permissions())?;
+            file.as_file().set_permissions(plain(replaces.permissions()))?;
         }
         file.as_file().sync_all()?;
         let file = file.persist(&path).map_err(|error| error.error)?;
@@ -257,13 +278,18 @@ impl Output {
     }
 }
 
+/// Whether `path` names standard output.
+pub(crate) fn is_standard_output(path: &Path) -> bool {
+    cfg!(unix) && ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].iter().any(|name| path == Path::new(name))
+}
+
 /// The standard output or error that `path` names. Opened by name, a stream that a shell sends to a file would be a second
 /// one that writes over the first, or a file to replace.
 #[cfg(unix)]
 fn standard_stream(path: &Path) -> Option<io::Result<File>> {
     use std::os::fd::AsFd as _;
     let is = |names: [&str; 3]| names.iter().any(|name| path == Path::new(name));
-    let stream = if is(["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"]) {
+    let stream = if is_standard_output(path) {
         io::stdout().as_fd().try_clone_to_owned()
     } else if is(["/dev/stderr", "/dev/fd/2", "/proc/self/fd/2"]) {
         io::stderr().as_fd().try_clone_to_owned()

@@ -18,7 +18,7 @@ pub(crate) struct Camera {
 
 impl Camera {
     pub fn new(size: [u32; 2], quality: Quality) -> Result<Self, Failure> {
-        let gpu = Gpu::headless()?;
+        let gpu = headless()?;
         let renderer = Renderer::new(&gpu, render::OFFSCREEN_FORMAT, quality);
         let target = Offscreen::new(&gpu, size)?;
         Ok(Self { gpu, renderer, target })
@@ -37,6 +37,21 @@ impl Camera {
         self.draw(&session.picture())?;
         Ok(self.target.read(&self.gpu)?)
     }
+}
+
+/// Address space that opening a device in software takes at most, bytes: where there is less, Mesa's compiler of shaders crashes.
+const ADDRESS_SPACE: u64 = 640 << 20;
+
+/// A device that draws without a window.
+pub(crate) fn headless() -> Result<Gpu, Failure> {
+    if let Some(left) = scene::address_space().filter(|left| *left < ADDRESS_SPACE) {
+        let [takes, left] = [ADDRESS_SPACE, left].map(scene::byte_words);
+        let what = "drawing pictures takes some";
+        return Err(Failure::NoAdapter(format!(
+            "{what} {takes} of address space, and {left} are left; raise `ulimit -v`, or draw none"
+        )));
+    }
+    Ok(Gpu::headless()?)
 }
 
 /// Writes a picture with the settings that made it.

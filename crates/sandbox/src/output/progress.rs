@@ -2,12 +2,17 @@
 
 use std::io::IsTerminal as _;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lab::cost::Bench;
+use lab::lesson::runs_seconds;
+use report::numbers::long_duration;
+use scene::lesson::Lesson;
 
 use super::tell;
+use crate::failure::Failure;
 
 /// Steps of the bar per study.
 const STEPS: f64 = 1000.0;
@@ -116,6 +121,57 @@ impl Loading {
 impl Drop for Loading {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+    }
+}
+
+/// A bar over something whose end only an estimate tells, once it takes two seconds.
+pub(crate) struct Waiting {
+    /// Dropped when nothing is to be shown any more.
+    over: Option<Sender<()>>,
+    shown: Option<JoinHandle<()>>,
+}
+
+impl Waiting {
+    /// Begins to wait for `what`, which takes some `seconds`.
+    pub fn begin(what: &'static str, seconds: f64) -> Self {
+        if !std::io::stderr().is_terminal() {
+            return Self { over: None, shown: None };
+        }
+        let template = format!("{{bar:40}} {{msg}}, {{elapsed}} of some {}", long_duration(seconds.max(2.0)));
+        let style = ProgressStyle::with_template(&template).expect("a valid template");
+        let bar = ProgressBar::with_draw_target(Some(steps(1, 0.0)), ProgressDrawTarget::hidden());
+        let bar = bar.with_style(style).with_message(what);
+        let (over, waiting) = channel::<()>();
+        let shown = std::thread::spawn(move || {
+            if waiting.recv_timeout(Duration::from_secs(2)) != Err(RecvTimeoutError::Timeout) {
+                return;
+            }
+            bar.set_draw_target(ProgressDrawTarget::stderr());
+            loop {
+                // An estimate that is over does not end it.
+                let part = (bar.elapsed().as_secs_f64() / seconds.max(1e-9)).min(0.99);
+                bar.set_position(steps(0, part));
+                if waiting.recv_timeout(Duration::from_millis(200)) != Err(RecvTimeoutError::Timeout) {
+                    break;
+                }
+            }
+            bar.finish_and_clear();
+        });
+        Self { over: Some(over), shown: Some(shown) }
+    }
+}
+
+/// A bar over the runs of a lesson.
+pub(crate) fn waiting_for_runs(lesson: &Lesson, times: f64) -> Result<Waiting, Failure> {
+    Ok(Waiting::begin("measuring the runs of the lesson", runs_seconds(lesson, times)?.iter().sum()))
+}
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        drop(self.over.take());
+        if let Some(shown) = self.shown.take() {
+            let _ = shown.join();
+        }
     }
 }
 

@@ -94,7 +94,9 @@ impl Draft {
         // The number of a process comes again: what an earlier one left behind is not its own.
         for path in (0..).map(|i: u32| folder.join(format!("{}-{i}.ron", std::process::id()))) {
             let lock = path.with_extension("lock");
-            if !path.exists() {
+            // What is there and no file is not opened: a pipe would wait for its other end.
+            let is_free = lock.symlink_metadata().map_or(true, |there| there.is_file());
+            if !path.exists() && is_free {
                 let file = File::create(&lock)?;
                 if claim(&file, &lock) {
                     return Ok(Self { path, lock: (lock, file), folder: folder.to_owned(), written: None });
@@ -148,7 +150,12 @@ fn is(path: &Path, extension: &str) -> bool {
 
 /// Whether the window of the draft is gone.
 fn is_left(draft: &Path) -> bool {
-    let Ok(lock) = File::open(draft.with_extension("lock")) else { return true };
+    let path = draft.with_extension("lock");
+    // Opening a pipe would wait for its other end.
+    if !path.is_file() {
+        return true;
+    }
+    let Ok(lock) = File::open(path) else { return true };
     !matches!(lock.try_lock(), Err(TryLockError::WouldBlock))
 }
 
@@ -247,6 +254,21 @@ mod tests {
         assert_eq!(["1.lock", "2.lock", "2.ron"].map(there), [false, true, true]);
         assert!(first.lock.0.exists() && first.lock.0 != second.lock.0);
         assert_eq!(first.left_behind(), [folder.path().join("2.ron")]);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_pipe_among_the_drafts_blocks_no_start() {
+        let folder = tempfile::tempdir().expect("a folder that can be written");
+        let pipe = |name: &str| {
+            let made = std::process::Command::new("mkfifo").arg(folder.path().join(name)).status();
+            assert!(made.is_ok_and(|made| made.success()));
+        };
+        pipe("1.lock");
+        pipe(&format!("{}-0.lock", std::process::id()));
+        fs::write(folder.path().join("1.ron"), "(version: 1)").expect("a folder that can be written");
+        let draft = begin(folder.path());
+        assert_eq!(draft.left_behind(), [folder.path().join("1.ron")]);
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! A lesson as a teacher writes it, and what is wrong with it.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::marker::PhantomData;
 use std::path::Path;
+use std::sync::Arc;
 
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor};
@@ -24,9 +25,8 @@ const LONGEST_RUN: f64 = 120.0;
 const DURATION: Rule =
     (|v| positive(v) && v <= LONGEST_RUN, "a length of a run", "give seconds above 0, at most 120");
 
-/// Longest time that a key is held, s, and most steps of bodies in a run.
+/// Longest time that a key is held, s.
 const LONGEST_HOLD: f64 = 20.0;
-const MOST_BODY_STEPS: f64 = 2e7;
 
 /// What follows the name of a quantity in formulas: see [`Quantity`].
 const SUFFIXES: [&str; 3] = ["_before", "_most", "_least"];
@@ -132,7 +132,7 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Lesson, SceneError> {
         syntax::read::<RawLesson>(text, "").map_err(|error| syntax::error(name, text, "", &error))?;
     let mut faults = Faults::default();
     unknown.iter().for_each(|path| faults.unknown_key(path, keys_at(path)));
-    let lesson = Reader { faults: &mut faults, name }.lesson(raw);
+    let lesson = Reader { faults: &mut faults, name, scenes: HashMap::new() }.lesson(raw);
     faults.check(name, text, "")?;
     Ok(lesson)
 }
@@ -153,6 +153,8 @@ fn keys_at(path: &str) -> &'static [&'static str] {
 struct Reader<'a> {
     faults: &'a mut Faults,
     name: &'a str,
+    /// The scenes that were read, by their names: many runs are of one.
+    scenes: HashMap<String, Option<Arc<Scene>>>,
 }
 
 impl Reader<'_> {
@@ -172,7 +174,7 @@ impl Reader<'_> {
         let page = self.text("page", raw.page);
         let file = self.text("scene", raw.scene);
         let scene = self.scene("scene", &file);
-        let measure = self.quantities("measure", raw.measure, scene.as_ref(), false);
+        let measure = self.quantities("measure", raw.measure, scene.as_deref(), false);
         let runs: Vec<_> = raw.runs.into_iter().enumerate().map(|(i, run)| self.run(i, run, &file)).collect();
         let mut names = HashSet::new();
         for (i, quantity) in measure.iter().chain(runs.iter().flat_map(|run| &run.measure)).enumerate() {
@@ -196,7 +198,7 @@ impl Reader<'_> {
             self.faults.missing(String::new(), "steps", "add at least one step");
         }
         let steps = raw.steps.into_iter().enumerate();
-        let steps: Vec<_> = steps.map(|(i, step)| self.step(i, step, &names, scene.as_ref())).collect();
+        let steps: Vec<_> = steps.map(|(i, step)| self.step(i, step, &names, scene.as_deref())).collect();
         let lesson = Lesson {
             name: self.name.to_owned(),
             title,
@@ -224,19 +226,29 @@ impl Reader<'_> {
     }
 
     /// The scene of that name or path; a path is one from the folder of the lesson.
-    fn scene(&mut self, path: &str, file: &str) -> Option<Scene> {
+    fn scene(&mut self, path: &str, file: &str) -> Option<Arc<Scene>> {
         if file.is_empty() {
             return None;
         }
+        if let Some(known @ Some(_)) = self.scenes.get(file) {
+            return known.clone();
+        }
+        let scene = self.read_scene(path, file).map(Arc::new);
+        self.scenes.insert(file.to_owned(), scene.clone());
+        scene
+    }
+
+    fn read_scene(&mut self, path: &str, file: &str) -> Option<Scene> {
         match shipped::load(&beside(self.name, file)) {
             Ok(scene) => Some(scene),
             Err(error) => {
-                let what = error.faults.first().map(|fault| fault.what.clone()).unwrap_or_default();
-                self.faults.add(
-                    path,
-                    format!("the scene {file} cannot be read: {what}"),
-                    "see `sandbox list scenes`",
-                );
+                // Its first fault, with its own cure.
+                let (what, cure) = error
+                    .faults
+                    .first()
+                    .map(|fault| (fault.what.clone(), fault.cure.clone()))
+                    .unwrap_or_default();
+                self.faults.add(path, format!("the scene {file} cannot be read: {what}"), cure);
                 None
             }
         }
@@ -282,7 +294,7 @@ impl Reader<'_> {
                 let cure = "give a change, such as `push` or `switch_effect`";
                 self.faults.add(&*path, "a run takes only changes", cure);
             }
-            self.action(&path, action, scene.as_ref());
+            self.action(&path, action, scene.as_deref());
         }
         let method = self.faults.method(scope, raw.method.as_ref());
         let substeps = self.faults.substeps(scope, raw.substeps);
@@ -297,17 +309,6 @@ impl Reader<'_> {
             if let Some(why) = method.into_iter().chain(set).find_map(|method| unsolvable(method, attracts)) {
                 self.faults.add(scope.key("method"), why, "take another method");
             }
-            let substeps = f64::from(substeps.unwrap_or(scene.substeps));
-            #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
-            let work = seconds * step_hz.unwrap_or(scene.step_hz) * substeps * scene.bodies.len() as f64;
-            if work > MOST_BODY_STEPS {
-                let what = format!("{work:.1e} steps of bodies are too many to wait for");
-                self.faults.add(
-                    scope.path(),
-                    what,
-                    "give fewer seconds, steps or bodies: at most 2e7 in all",
-                );
-            }
         }
         LessonRun {
             scene: raw.scene,
@@ -316,7 +317,7 @@ impl Reader<'_> {
             step_hz,
             seconds,
             start: raw.start,
-            measure: self.quantities(&scope.key("measure"), raw.measure, scene.as_ref(), true),
+            measure: self.quantities(&scope.key("measure"), raw.measure, scene.as_deref(), true),
         }
     }
 

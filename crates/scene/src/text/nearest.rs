@@ -6,7 +6,8 @@ const SIMILAR: f64 = 0.8;
 
 /// The known word nearest to `word`, if any is near (Jaro and Winkler 1990). One that goes on where `word` ends is
 /// nearer than any that differs: `runge_kutta_2` is short for `runge_kutta_2_heun` and not a slip of the 4.
-pub(crate) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+#[must_use]
+pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let rated = known.into_iter().map(|candidate| (strsim::jaro_winkler(word, candidate), candidate));
     let near = rated.filter(|(similarity, _)| *similarity >= SIMILAR);
     let best = near.max_by(|(a, one), (b, other)| {

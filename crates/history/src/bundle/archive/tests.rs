@@ -220,6 +220,22 @@ fn a_flipped_cut_or_longer_file_is_refused() {
 }
 
 #[test]
+fn what_no_state_can_be_is_said_in_words() {
+    let deep = [vec![0x81; 5000], vec![0x80]].concat();
+    for (state, words) in [
+        (&b"\x1c"[..], "state.cbor: it is not CBOR from byte 0 on"),
+        (b"\xa1\x66events\x82", "state.cbor: it ends too early"),
+        (b"\xa1\x66events\x01", "state.cbor: invalid type: "),
+        (&[&b"\xa1\x66events"[..], &deep].concat(), "state.cbor: "),
+    ] {
+        let bytes = repacked(|name, whole| if name == STATE.name { state.to_vec() } else { whole });
+        let said = said(&bytes);
+        assert!(said.contains(words), "{said}");
+        assert!(!["Semantic", "Limit", "Syntax", "Io("].iter().any(|debug| said.contains(debug)), "{said}");
+    }
+}
+
+#[test]
 fn lies_about_lengths_are_errors_and_take_no_memory() {
     // A list of 2^60 numbers, and text of as many bytes.
     for lie in [&b"\x9b\x10\0\0\0\0\0\0\0"[..], b"\x7b\x10\0\0\0\0\0\0\0", b"\x5b\x10\0\0\0\0\0\0\0"] {

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use history::Overrides;
-use lab::lesson::{Quantities, run_lesson};
+use lab::duration::tick_seconds;
+use lab::lesson::{Quantities, run_lesson, runs_seconds};
 use render::Image;
 use report::numbers::digits;
 use scene::lesson::{Goal, Lesson, Measure, Quantity, beside};
@@ -12,12 +13,14 @@ use scene::{Action, Script, Step, StepKind, When};
 use crate::actions::{Act, key_of_word};
 use crate::app::player::Player;
 use crate::app::session::Session;
+use crate::args::check_time;
 use crate::clock::FrameClock;
 use crate::failure::Failure;
 use crate::input::InputFrame;
 use crate::intent::Intent;
 use crate::output::command_files::CommandFiles;
 use crate::output::orders::{Kind, Program, carry_out};
+use crate::output::progress::{Waiting, waiting_for_runs};
 use crate::stage::SceneFile;
 use crate::stage::options::Options;
 use crate::tools::learn::panel_of;
@@ -40,6 +43,7 @@ pub(super) struct Runs {
 
 impl Runs {
     pub fn new(lesson: &Lesson, times: f64) -> Result<Self, Failure> {
+        let _waiting = waiting_for_runs(lesson, times)?;
         Ok(Self { times, measured: run_lesson(lesson, times)? })
     }
 }
@@ -159,6 +163,7 @@ impl Demonstration {
 
     /// Begins it in `session`, which has its scene.
     pub fn begin(&self, session: &mut Session) -> Result<(), Failure> {
+        let _waiting = waiting_for_runs(&self.lesson, 1.0)?;
         session.begin_lesson(self.lesson.clone(), run_lesson(&self.lesson, 1.0)?);
         session.free_pointer();
         frame_bodies(session);
@@ -239,6 +244,9 @@ impl Program for Alone {
 pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
     let mut lines = format!("{}: {}\n", lesson.name, lesson.title);
     check_names(lesson)?;
+    let seconds = most_seconds(lesson)?;
+    check_time(&format!("{}: checking it", lesson.name), seconds)?;
+    let _waiting = Waiting::begin("playing the lesson", seconds);
     let mut refused = 0;
     for times in [1.0, 2.0] {
         let runs = Runs::new(lesson, times)?;
@@ -284,6 +292,31 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
     }
     lines += &format!("{refused} wrong ways were refused\n");
     Ok(lines)
+}
+
+/// Nanoseconds of a frame without a picture, beside its ticks.
+const FRAME: f64 = 200_000.0;
+
+/// Seconds that playing `lesson` at both of its rates takes at most, as estimated: each step is done by its solution once, and
+/// again before every wrong way of a later one; then a wrong way is waited for.
+fn most_seconds(lesson: &Lesson) -> Result<f64, Failure> {
+    let scene = CommandFiles::default().scene(&beside(&lesson.name, &lesson.scene))?;
+    let ways = |goal: &Goal| match goal {
+        Goal::Done { wrong, .. } => wrong.len(),
+        // Judged without being played.
+        Goal::Number { .. } | Goal::Choice { .. } => 1,
+    };
+    let steps = lesson.steps.iter().enumerate();
+    let played: usize = steps.map(|(number, step)| 1 + ways(&step.goal) * (number + 2)).sum();
+    let mut all = 0.0;
+    for times in [1.0, 2.0] {
+        let runs: f64 = runs_seconds(lesson, times)?.iter().sum();
+        let second = scene.step_hz * times * tick_seconds(&scene) + FPS * FRAME * 1e-9;
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
+        let played = played as f64 * LONGER * PATIENCE_S;
+        all += runs + played * second;
+    }
+    Ok(all)
 }
 
 /// Checks the names of keys and panels, which the reader of lessons does not know.

@@ -15,11 +15,11 @@ use crate::commands::run::{RunArgs, forecast_start, keep_ledger};
 use crate::failure::Failure;
 use crate::output::black_box::{self, BlackBox};
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{Output, OutputPath, folder_of, make_folder, output_file};
+use crate::output::files::{Output, OutputPath, folder_of, is_standard_output, make_folder, output_file};
 use crate::output::orders::{BUNDLE, GRAPH, Kind, Program, SCREENSHOT};
 use crate::output::pictures::{Camera, with_settings, write_picture};
 use crate::output::report::{self, STATE_HEADER, Summary};
-use crate::output::{show, tell};
+use crate::output::{show, tell, tell_all};
 use crate::stage::options::Options;
 use crate::stage::{SceneFile, Stage};
 
@@ -121,7 +121,14 @@ impl<'a> Outputs<'a> {
             black_box = black_box::write(path, file, &mut session, picture);
             summary.add("black_box", black_box.as_ref().map_or(Value::Null, BlackBox::json));
         }
-        let shown = show(&summary.to_table());
+        // A file that is led to standard output is not mixed with words.
+        let files = [&args.state, &args.summary, &args.black_box, &args.film];
+        let shown = if files.into_iter().flatten().any(|path| is_standard_output(path)) {
+            tell_all(&summary.to_table());
+            Ok(())
+        } else {
+            show(&summary.to_table())
+        };
         let unconverged = session.stage.evaluations().unconverged_steps();
         if unconverged > 0 {
             eprintln!(
@@ -208,7 +215,8 @@ fn steps_left(args: &RunArgs, session: &Session) -> Option<String> {
         0 => " was".to_owned(),
         others => format!(", and {others} more were"),
     };
-    let script = args.script.as_deref().unwrap_or(Path::new("")).display();
+    // What is left of a lesson is told by its steps.
+    let script = args.script.as_deref()?.display();
     let (when, tick, seconds) = (step.when, session.stage.ticks(), session.stage.simulated());
     Some(format!(
         "{script}: steps[{first}], at {when}{others} not reached: the run ended at tick {tick}, {seconds} s; let it last longer"

@@ -1,7 +1,9 @@
 //! What a run is set up with: the scene, its script, its frames and its length, checked before anything is written.
 
 use history::Overrides;
+use lab::duration::tick_seconds;
 use render::{Film, Quality};
+use report::numbers::number;
 use scene::lesson::{beside, is_same_scene};
 use scene::{Action, Keeps, Scene, Script, StepKind};
 
@@ -9,7 +11,7 @@ use super::{RunArgs, keeps_ledger};
 use crate::actions::{self, Act};
 use crate::app::script::player_of;
 use crate::app::session::{DEFAULT_FPS, Session};
-use crate::args::{MOST_TICKS, check_seconds};
+use crate::args::{MOST_TICKS, check_seconds, check_time};
 use crate::clock::{FrameClock, FrameTime};
 use crate::commands::lessons::pupil::Demonstration;
 use crate::failure::Failure;
@@ -44,7 +46,7 @@ impl Setup {
             return Err(Failure::Usage(format!("{} declares no damping; leave --damping out", args.scene)));
         }
         if args.hz.is_some() && follows_frames(&scene) {
-            let what = format!("{} takes a step a frame; leave --hz out and give --fps", args.scene);
+            let what = format!("{} takes a step per frame; leave --hz out and give --fps", args.scene);
             return Err(Failure::Usage(what));
         }
         let script = args.script.as_ref().map(|path| files.script(path, &scene)).transpose()?;
@@ -96,6 +98,20 @@ impl Setup {
             threads: args.step.threads,
         };
         Ok(Self { scene, script, demonstration, options, ends, ticks, goes_back })
+    }
+
+    /// Checks that the run takes no longer than is allowed, as far as its ticks and pictures tell.
+    pub fn check_time(&self, args: &RunArgs) -> Result<(), Failure> {
+        let Self { scene, ends, ticks, options, .. } = self;
+        let Some(ticks) = *ticks else { return Ok(()) };
+        let frames = match (ends, options.pictures) {
+            (FrameEnds::Constant { rate }, true) => ticks as f64 / tick_rate(scene, ends) * rate,
+            _ => 0.0,
+        };
+        let picture =
+            if args.film.is_some() || args.frames.is_some() { picture_seconds(options.size_px) } else { 0.0 };
+        let seconds = ticks as f64 * tick_seconds(scene) + frames * picture;
+        check_time(&format!("{}: {ticks} ticks", args.scene), seconds)
     }
 
     /// Checks that the memory allows what the run keeps.
@@ -209,13 +225,25 @@ impl FrameEnds {
     }
 }
 
+/// Nanoseconds that a pixel of a picture takes some: drawn in software, compressed and written.
+const PIXEL: f64 = 150.0;
+
+fn picture_seconds([width, height]: [u32; 2]) -> f64 {
+    f64::from(width) * f64::from(height) * PIXEL * 1e-9
+}
+
+/// Ticks per second of a run with these frames.
+fn tick_rate(scene: &Scene, ends: &FrameEnds) -> f64 {
+    match ends {
+        FrameEnds::Constant { rate } if follows_frames(scene) => *rate,
+        _ => scene.step_hz,
+    }
+}
+
 /// Ticks of the run; `None`: to the end of the frame times.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive and rounded")]
 fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<u64>, Failure> {
-    let rate = match ends {
-        FrameEnds::Constant { rate } if follows_frames(scene) => *rate,
-        _ => scene.step_hz,
-    };
+    let rate = tick_rate(scene, ends);
     let ticks = match (args.ticks, args.seconds, ends) {
         (Some(ticks), ..) => ticks,
         (None, None, FrameEnds::Lengths(_) | FrameEnds::Recorded(_)) => return Ok(None),
@@ -229,8 +257,9 @@ fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<
     if let FrameEnds::Constant { rate: fps } = ends
         && ticks as f64 / rate * fps > MOST_TICKS
     {
+        let [rate, fps] = [rate, *fps].map(|value| number(value, 6));
         let what =
-            format!("{ticks} ticks at {rate:e} Hz are more frames, at {fps:e} a second, than a run can have");
+            format!("{ticks} ticks at {rate} Hz are more frames than a run can have, at {fps} per second");
         return Err(Failure::Usage(format!("{what}; give a lower --fps, or fewer ticks")));
     }
     Ok(Some(ticks))

@@ -1,0 +1,106 @@
+//! How long ticks take, estimated by counting what they compute, before any of them is simulated.
+//!
+//! The same on every machine, so that what is refused on one is refused on all: nanoseconds of one core as docs/performance.md has
+//! them, within a factor of some three.
+
+use std::sync::OnceLock;
+
+use history::{REFERENCE_METHOD, REFERENCE_SUBSTEPS};
+use motion::Method;
+use scene::Scene;
+
+/// Nanoseconds of a tick itself.
+const TICK: f64 = 2_000.0;
+
+/// Of an evaluation of the acceleration of a body, and what it takes more as a member of a group.
+const BODY: f64 = 8.0;
+const MEMBER: f64 = 40.0;
+
+/// Of an evaluation of a spring, of a well or an engine on a body, of a triangle in the air and of two bodies that attract each other.
+const SPRING: f64 = 12.0;
+const LAW: f64 = 6.0;
+const TRIANGLE: f64 = 30.0;
+const PAIR: f64 = 1.5;
+
+/// So many evaluations an implicit step takes some.
+const ITERATIONS: f64 = 30.0;
+
+/// Seconds that a person allows a command to take without being asked.
+const USUAL: f64 = 3_600.0;
+
+/// What the person allows, s.
+static ALLOWED: OnceLock<f64> = OnceLock::new();
+
+/// Lets commands take so many seconds, as estimated; the first call decides. Without one it is an hour.
+pub fn allow_time(seconds: f64) {
+    ALLOWED.get_or_init(|| seconds);
+}
+
+/// Says how long something takes if that is longer than is allowed: what the person allowed, or else `usual` seconds, an hour
+/// where it does not say.
+///
+/// # Errors
+/// Where it takes longer: the estimate and what is allowed, s.
+pub fn check_time(seconds: f64, usual: Option<f64>) -> Result<(), TooLong> {
+    let allowed = ALLOWED.get().copied().unwrap_or(usual.unwrap_or(USUAL));
+    // NaN is too long.
+    if seconds <= allowed { Ok(()) } else { Err(TooLong { seconds, allowed }) }
+}
+
+/// Something that takes longer than is allowed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TooLong {
+    /// How long it takes some, s.
+    pub seconds: f64,
+    /// How long it may take, s.
+    pub allowed: f64,
+}
+
+/// Seconds that a tick of `scene` takes some on one core, with its method and substeps and those of its bodies.
+#[must_use]
+pub fn tick_seconds(scene: &Scene) -> f64 {
+    let evaluations = |method: Method, substeps: u32| {
+        let each = if method == Method::ImplicitEuler {
+            ITERATIONS
+        } else {
+            f64::from(method.claims().evaluations_with_velocity_laws)
+        };
+        each * f64::from(substeps)
+    };
+    let movable = scene.bodies.iter().filter(|body| body.inverse_mass.is_some_and(|w| w > 0.0));
+    let of_body = movable.map(|body| {
+        let method = body.method.unwrap_or(scene.method);
+        evaluations(method, body.substeps.unwrap_or(scene.substeps))
+    });
+    let (mut count, mut sum, mut most) = (0.0, 0.0, 0.0_f64);
+    for evaluations in of_body {
+        (count, sum, most) = (count + 1.0, sum + evaluations, most.max(evaluations));
+    }
+    let len = |count: usize| count as f64;
+    let wells = scene.laws.wells.as_ref().map_or(0.0, |wells| len(wells.0.len()));
+    let laws = wells + f64::from(u8::from(scene.laws.drag.is_some()));
+    let own = scene.own_laws.values().map(|laws| len(laws.wells.len() + laws.thrusts.len()));
+    let soft = scene.soft_bodies.iter();
+    let springs = len(scene.springs.len()) + soft.clone().map(|soft| len(soft.links.len())).sum::<f64>();
+    let in_air = scene.laws.drag.is_some();
+    let triangles: f64 =
+        soft.clone().filter(|soft| in_air && soft.sheet).map(|soft| len(soft.triangles.len())).sum();
+    let members: f64 = soft.map(|soft| len(soft.points.len())).sum::<f64>() + 2.0 * len(scene.springs.len());
+    let attracts = scene.mutual_gravity.is_some();
+    let pairs = if attracts { count * count } else { 0.0 };
+    let members = if attracts { count } else { members.min(count) };
+    let of_group = members * MEMBER + springs * SPRING + triangles * TRIANGLE + pairs * PAIR;
+    let ns = TICK + sum * (BODY + laws * LAW) + own.sum::<f64>() * most * LAW + most * of_group;
+    ns * 1e-9
+}
+
+/// Seconds that a tick of the reference of `scene` takes some.
+pub(crate) fn reference_tick_seconds(scene: &Scene) -> f64 {
+    let own = scene.bodies.iter().filter_map(|body| body.substeps);
+    let substeps = own.fold(scene.substeps, u32::max).saturating_mul(2).max(REFERENCE_SUBSTEPS);
+    let mut reference = Scene { method: REFERENCE_METHOD, substeps, ..scene.clone() };
+    for body in &mut reference.bodies {
+        (body.method, body.substeps) = (None, None);
+    }
+    tick_seconds(&reference)
+}
