@@ -249,9 +249,11 @@ fn what_takes_longer_than_is_allowed_is_refused_with_the_flag_that_allows_it() {
         "run orbit --ticks 1000000000000",
         "effects orbit --ticks 18446744073709551615",
         "ablate orbit --no-pictures --ticks 18446744073709551615",
+        "cost orbit --seconds 1e7",
+        "recommend orbit --error 1 --seconds 1e7",
     ] {
         let said = sandbox(&folder, line);
-        said.fails(2, " is allowed; give fewer ticks, or --hours ");
+        said.fails(2, " is allowed; give less, or --hours ");
     }
     // The named hours do.
     let said = sandbox(&folder, "run orbit --ticks 100 --hours 1e-9").ends(2);

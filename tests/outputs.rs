@@ -73,6 +73,22 @@ mod on_unix {
     }
 
     #[test]
+    #[cfg(target_os = "linux")]
+    fn a_scene_may_have_a_path_that_is_no_text() {
+        use std::ffi::OsStr;
+        use std::os::unix::ffi::OsStrExt as _;
+        let folder = folder([("fine.ron", FALL)]);
+        let name = OsStr::from_bytes(b"caf\xe9.ron");
+        fs::rename(folder.path().join("fine.ron"), folder.path().join(name)).unwrap();
+        for command in [&["run", "--ticks", "2"][..], &["plan"], &["effects", "--ticks", "2"]] {
+            output(Command::new(program()).args(command).arg(name).current_dir(&folder)).fine();
+        }
+        let mut same = Command::new(program());
+        same.arg("run").arg(name).args(["--ticks", "2", "--summary"]).arg(name).current_dir(&folder);
+        output(&mut same).fails(2, "the scene and --summary name the same file; give two");
+    }
+
+    #[test]
     fn a_replaced_file_is_no_program_of_another_user() {
         let folder = folder([("fine.ron", FALL), ("out.csv", "")]);
         let path = folder.path().join("out.csv");

@@ -1,12 +1,54 @@
 //! Values of the command line, read and checked.
 
+use std::ffi::OsString;
+use std::fmt;
+use std::ops::Deref;
+use std::path::Path;
+
 use clap::Args;
-use lab::duration::TooLong;
+use lab::duration::{TooLong, tick_seconds};
 use motion::effects::Effect;
 use motion::{DampingModel, Method, Substeps};
 use report::numbers::{long_duration, number};
+use scene::Scene;
 
 use crate::failure::Failure;
+
+/// A scene on the command line: its name, or the path of its file, which need not be UTF-8.
+#[derive(Clone, Debug)]
+pub(crate) struct SceneName {
+    written: OsString,
+    /// As messages have it.
+    words: String,
+}
+
+impl SceneName {
+    /// The path, if no text can be it.
+    pub fn path(&self) -> Option<&Path> {
+        self.written.to_str().is_none().then_some(Path::new(&self.written))
+    }
+}
+
+impl From<OsString> for SceneName {
+    fn from(written: OsString) -> Self {
+        let words = written.to_string_lossy().into_owned();
+        Self { written, words }
+    }
+}
+
+impl Deref for SceneName {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.words
+    }
+}
+
+impl fmt::Display for SceneName {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(&self.words)
+    }
+}
 
 /// How a tick is integrated.
 #[derive(Args, Clone, Copy, Debug)]
@@ -56,9 +98,23 @@ pub(crate) fn check_time(what: &str, seconds: f64) -> Result<(), Failure> {
         let [takes, allowed] = [seconds, allowed].map(long_duration);
         let hours = three_digits_up(seconds / 3600.0);
         Failure::Usage(format!(
-            "{what} would take some {takes}, and {allowed} is allowed; give fewer ticks, or --hours {hours}"
+            "{what} would take some {takes}, and {allowed} is allowed; give less, or --hours {hours}"
         ))
     })
+}
+
+/// Ticks of one substep that all settings of a study and its references come to, some, for each tick of the scene.
+const STUDIED: f64 = 500.0;
+
+/// Refuses a study of so many `seconds` of `scene`, if a person asked for them, where it takes longer than is allowed.
+pub(crate) fn check_study(scene: &Scene, seconds: Option<f64>) -> Result<(), Failure> {
+    let Some(seconds) = seconds else { return Ok(()) };
+    check_seconds(seconds, scene.step_hz)?;
+    let ticks = seconds * scene.step_hz;
+    check_time(
+        &format!("{}: a study of {} s", scene.name, number(seconds, 6)),
+        ticks * tick_seconds(scene) * STUDIED,
+    )
 }
 
 /// A number, rounded up to three digits.

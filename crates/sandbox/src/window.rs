@@ -12,6 +12,7 @@ mod shell;
 mod speed;
 mod wheel;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -26,7 +27,7 @@ use self::shell::Shell;
 use crate::app::arrangement::FIRST_START;
 use crate::app::script::player_of;
 use crate::app::session::{DEFAULT_FPS, Session};
-use crate::args::{StepArgs, size};
+use crate::args::{SceneName, StepArgs, size};
 use crate::failure::Failure;
 use crate::output::bundle;
 use crate::output::command_files::CommandFiles;
@@ -38,7 +39,7 @@ use crate::stage::options::{Options, check};
 #[derive(Args, Debug)]
 pub(crate) struct WindowArgs {
     /// A shipped scene, a file or a bundle [default: tutorial]
-    pub scene: Option<String>,
+    pub scene: Option<SceneName>,
     /// Start paused
     #[arg(long)]
     pub paused: bool,
@@ -69,8 +70,10 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let mut files = CommandFiles::default();
     let lesson = args.lesson.as_deref().map(|name| files.lesson(name)).transpose()?;
     let home = lesson.as_ref().map(|lesson| beside(&lesson.name, &lesson.scene));
-    let name = args.scene.as_deref().or(home.as_deref()).unwrap_or("tutorial");
-    let mut session = session(args, name, &mut files)?;
+    let tutorial = || SceneName::from(OsString::from("tutorial"));
+    let name = args.scene.clone().or(home.map(|home| OsString::from(home).into())).unwrap_or_else(tutorial);
+    let mut session = session(args, &name, &mut files)?;
+    let name = &*name;
     if let Some(lesson) = lesson {
         let _waiting = waiting_for_runs(&lesson, 1.0)?;
         let of_runs = run_lesson(&lesson, 1.0)?;
@@ -143,7 +146,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
 }
 
 /// What the window begins with: a scene, or a bundle just before what went wrong in it.
-fn session(args: &WindowArgs, name: &str, files: &mut CommandFiles) -> Result<Session, Failure> {
+fn session(args: &WindowArgs, name: &SceneName, files: &mut CommandFiles) -> Result<Session, Failure> {
     let StepArgs { method, substeps, threads } = args.step;
     let options = Options { size_px: args.size, paused: args.paused, threads, ..Options::default() };
     if let Some(bundle) = files.named_bundle(name)? {
@@ -154,7 +157,7 @@ fn session(args: &WindowArgs, name: &str, files: &mut CommandFiles) -> Result<Se
         return bundle::opened(&bundle, name, options);
     }
     let loading = Loading::begin();
-    let scene = files.scene(name)?;
+    let scene = files.named_scene(name)?;
     let overrides = Overrides { method, substeps, ..Overrides::default() };
     check(overrides, &scene)?;
     loading.next();

@@ -67,7 +67,7 @@ pub use scene::{
 };
 pub use script::{Recording, RecordingText, SCRIPT_VERSION, Script};
 pub use shipped::{
-    FILE_LIMIT, ShippedScene, cases, embedded, find, io_words, load, load_case, read_text, shipped,
+    FILE_LIMIT, ShippedScene, cases, embedded, find, io_words, load, load_case, load_path, read_text, shipped,
 };
 pub use spawn::{Appearance, FileIndex, PointRadius, SoftBodyName};
 pub use text::faults::{Fault, SceneError};

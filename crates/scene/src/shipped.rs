@@ -143,9 +143,19 @@ fn load_file(
         let cure = format!("{guess}{names_are} {}; a file needs its path", names.join(", "));
         return Err(SceneError::of_file(name_or_path, what, cure));
     }
+    load_path(path)
+}
+
+/// Loads a scene file by its path, which need not be UTF-8.
+///
+/// # Errors
+///
+/// If the file cannot be read; if it has faults, all of them.
+pub fn load_path(path: &Path) -> Result<Scene, SceneError> {
     let text = read_text(path)?;
-    let mut scene = parse_as(name_or_path, &text, Source::File(path.to_owned()))?;
-    if scene.name == name_or_path {
+    let called = path.to_string_lossy();
+    let mut scene = parse_as(&called, &text, Source::File(path.to_owned()))?;
+    if scene.name == called {
         // A scene that does not say its name goes by its file's, without folders.
         scene.name =
             path.file_stem().map_or_else(|| scene.name.clone(), |stem| stem.to_string_lossy().into_owned());

@@ -7,7 +7,7 @@ use render::{Gpu, Offscreen, Quality, Renderer};
 use scene::Scene;
 
 use crate::app::session::Session;
-use crate::args::{above_0, check_seconds, check_time, positive};
+use crate::args::{SceneName, above_0, check_seconds, check_time, positive};
 use crate::clock::FrameClock;
 use crate::commands::effects;
 use crate::commands::list::Format;
@@ -29,7 +29,7 @@ Example:
 #[derive(Args, Debug)]
 pub(crate) struct AblateArgs {
     /// A shipped scene or a file
-    pub scene: String,
+    pub scene: SceneName,
     /// Simulated seconds, in place of --ticks
     #[arg(long, value_name = "S", conflicts_with = "ticks", allow_negative_numbers = true, value_parser = positive)]
     pub seconds: Option<f64>,
@@ -46,7 +46,7 @@ pub(crate) struct AblateArgs {
 
 /// Does what `sandbox ablate` says.
 pub(crate) fn run(args: &AblateArgs) -> Result<(), Failure> {
-    let scene = CommandFiles::default().scene(&args.scene)?;
+    let scene = CommandFiles::default().named_scene(&args.scene)?;
     args.seconds.map_or(Ok(()), |seconds| check_seconds(seconds, scene.step_hz))?;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive, and saturating")]
     let ticks = args.seconds.map_or(args.ticks, |seconds| ((seconds * scene.step_hz).round() as u64).max(1));

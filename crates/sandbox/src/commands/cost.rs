@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use lab::cost::{Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem};
 
-use crate::args::{bodies, check_seconds, positive};
+use crate::args::{bodies, check_study, positive};
 use crate::commands::instructions::{self, TicksOf};
 use crate::commands::list::Format;
 use crate::output::show;
@@ -159,7 +159,7 @@ fn subjects(names: &[&str], seconds: Option<f64>, files: &mut CommandFiles) -> R
         Some(problem) => Ok(Subject::of_problem(problem)?),
         None => match files.scene(name) {
             Ok(scene) => {
-                seconds.map_or(Ok(()), |seconds| check_seconds(seconds, scene.step_hz))?;
+                check_study(&scene, seconds)?;
                 Ok(Subject::of_scene(scene, seconds))
             }
             Err(error) => {

@@ -9,7 +9,7 @@ use scene::Scene;
 use serde_json::{Value, json};
 
 use crate::app::session::Session;
-use crate::args::{above_0, check_time};
+use crate::args::{SceneName, above_0, check_time};
 use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
@@ -29,7 +29,7 @@ Example:
 #[derive(Args, Debug)]
 pub(crate) struct EffectsArgs {
     /// A shipped scene or a file
-    scene: String,
+    scene: SceneName,
     /// Ticks of the run
     #[arg(long, value_name = "N", default_value_t = DEFAULT_TICKS, allow_negative_numbers = true, value_parser = above_0)]
     ticks: u64,
@@ -40,7 +40,7 @@ pub(crate) struct EffectsArgs {
 
 /// Does what `sandbox effects` says.
 pub(crate) fn run(args: &EffectsArgs) -> Result<(), Failure> {
-    let scene = CommandFiles::default().scene(&args.scene)?;
+    let scene = CommandFiles::default().named_scene(&args.scene)?;
     let seconds = args.ticks as f64 * tick_seconds(&scene);
     check_time(&format!("{}: {} ticks", args.scene, args.ticks), seconds)?;
     let _waiting = Waiting::begin("running the scene", seconds);

@@ -6,7 +6,7 @@ use motion::{LawTexts, Method};
 use scene::{Scene, StepKind};
 
 use crate::app::session::Session;
-use crate::args::method;
+use crate::args::{SceneName, method};
 use crate::failure::Failure;
 use crate::methods::cost;
 use crate::output::command_files::CommandFiles;
@@ -21,7 +21,7 @@ Example:
 #[derive(Args, Debug)]
 pub(crate) struct PlanArgs {
     /// A shipped scene or a file
-    scene: String,
+    scene: SceneName,
     /// Method of integration; overrides the scene. Bodies with their own method keep it
     #[arg(long, value_name = "M", value_parser = method)]
     method: Option<Method>,
@@ -30,7 +30,7 @@ pub(crate) struct PlanArgs {
 /// Does what `sandbox plan` says.
 pub(crate) fn run(args: &PlanArgs) -> Result<(), Failure> {
     let overrides = Overrides { method: args.method, ..Overrides::default() };
-    let scene = CommandFiles::default().scene(&args.scene)?;
+    let scene = CommandFiles::default().named_scene(&args.scene)?;
     check(overrides, &scene)?;
     show(&text(scene, overrides))
 }

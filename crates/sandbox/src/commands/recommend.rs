@@ -10,7 +10,7 @@ use report::numbers::{digits, duration, json_number as number, three_digits};
 use scene::{Part, Scene, Source, StepKind};
 use serde_json::{Value, json};
 
-use crate::args::{check_seconds, positive};
+use crate::args::{SceneName, check_study, positive};
 use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
@@ -27,7 +27,7 @@ Examples:
 #[derive(Args, Debug)]
 pub(crate) struct RecommendArgs {
     /// A shipped scene or a file
-    pub scene: String,
+    pub scene: SceneName,
     #[command(flatten)]
     pub goal: GoalArgs,
     /// Simulated seconds over which errors are measured
@@ -66,10 +66,10 @@ impl GoalArgs {
 /// Does what `sandbox recommend` says.
 pub(crate) fn run(args: &RecommendArgs) -> Result<(), Failure> {
     let mut files = CommandFiles::default();
-    let scene = files.scene(&args.scene)?;
+    let scene = files.named_scene(&args.scene)?;
     let parts = scene.parts();
     check(&args.scene, &scene, &parts).map_err(Failure::Usage)?;
-    args.seconds.map_or(Ok(()), |seconds| check_seconds(seconds, scene.step_hz))?;
+    check_study(&scene, args.seconds)?;
     // Opened before the runs: a place that cannot be written is found out now.
     let target = args.apply.as_deref().map(|path| Target::open(path, &scene, &mut files)).transpose()?;
     let studies = measure(&parts, args);

@@ -13,7 +13,7 @@ use scene::Scene;
 
 use crate::app::player::Player;
 use crate::app::session::Session;
-use crate::args::{StepArgs, above_0, damping, effect, positive, rate, size, whole};
+use crate::args::{SceneName, StepArgs, above_0, damping, effect, positive, rate, size, whole};
 use crate::clock::FrameClock;
 use crate::commands::lessons::pupil::Demonstration;
 use crate::failure::Failure;
@@ -43,7 +43,7 @@ Examples:
 #[derive(Args, Debug)]
 pub(crate) struct RunArgs {
     /// A shipped scene or a file
-    pub scene: String,
+    pub scene: SceneName,
     /// Simulated seconds [default: 10, or to the end of the frame times]
     #[arg(long, value_name = "S", conflicts_with = "ticks", allow_negative_numbers = true, value_parser = positive)]
     pub seconds: Option<f64>,

@@ -7,6 +7,7 @@ use scene::lesson::{Lesson, beside};
 use scene::{Scene, Script, Source};
 
 use crate::app::script::load_script;
+use crate::args::SceneName;
 use crate::failure::Failure;
 use crate::output::bundle;
 use crate::output::files::{OutputPath, place};
@@ -32,6 +33,14 @@ impl CommandFiles {
     /// Loads a shipped scene, a hard case or a file: [`scene::load`].
     pub fn scene(&mut self, name: &str) -> Result<Scene, Failure> {
         let scene = scene::load(name)?;
+        self.read_scene(&scene)?;
+        Ok(scene)
+    }
+
+    /// Loads the scene that the command line names.
+    pub fn named_scene(&mut self, name: &SceneName) -> Result<Scene, Failure> {
+        let Some(path) = name.path() else { return self.scene(name) };
+        let scene = scene::load_path(path)?;
         self.read_scene(&scene)?;
         Ok(scene)
     }

@@ -41,7 +41,7 @@ pub(super) struct Setup {
 impl Setup {
     /// Reads and checks what `args` name.
     pub fn new(args: &RunArgs, files: &mut CommandFiles) -> Result<Self, Failure> {
-        let mut scene = files.scene(&args.scene)?;
+        let mut scene = files.named_scene(&args.scene)?;
         if args.damping.is_some() && scene.damping.is_none() {
             return Err(Failure::Usage(format!("{} declares no damping; leave --damping out", args.scene)));
         }
