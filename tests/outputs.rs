@@ -372,6 +372,8 @@ fn a_folder_that_is_named_keeps_the_files_that_no_run_wrote() {
         ("mine/drift.csv", b"mine"),
         ("mine/matrix.md", b"mine"),
         ("mine/force.html", b"mine"),
+        ("mine/answers.html", b"mine"),
+        ("mine/logo.svg", b"mine"),
     ]);
     let words =
         "this file exists, and nothing says that it was written by an earlier run; give another folder";
@@ -379,7 +381,8 @@ fn a_folder_that_is_named_keeps_the_files_that_no_run_wrote() {
         ("replay box.zip --out mine", "scene.ron"),
         ("cost kepler --quick --out mine", "drift.csv"),
         ("stability at_rest --ticks 1 --out mine", "matrix.md"),
-        ("lessons --html mine", "force.html"),
+        ("lessons --html mine", "answers.html"),
+        ("lessons --html new/../mine", "answers.html"),
     ] {
         is_refused(folder.path(), line, &format!("mine/{name}: {words}"));
     }
@@ -419,6 +422,10 @@ fn no_command_writes_over_what_it_reads() {
     for (line, words) in [
         ("w.ron --record w.ron".to_owned(), format!("the scene and --record {same}")),
         ("w.ron --record st/../w.ron".to_owned(), format!("the scene and --record {same}")),
+        // Folders that are not there yet.
+        ("w.ron --record new/../w.ron".to_owned(), format!("the scene and --record {same}")),
+        ("run w.ron --state new/../w.ron".to_owned(), format!("the scene and --state {same}")),
+        ("run w.ron --state new/er/../a --summary new/a".to_owned(), format!("--state and --summary {same}")),
     ] {
         is_refused(folder.path(), &line, &words);
     }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use motion::arrays::Bare;
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
-use motion::snapshot::{self, RestoreError, Snapshot};
+use motion::snapshot::{self, Mismatch, RestoreError, Snapshot};
 use motion::{
     Damping, DampingRate, Drag, Elastic, Emitter, Forces, Gravity, Method, MutualGravity, OwnSubsteps,
     PhysicsBody, PushQueue, Range, Request, Requests, SourceMass, SpeedLimit, Spring, StepSystems, Stepper,
@@ -293,10 +293,18 @@ fn a_snapshot_that_take_cannot_have_made_is_refused_and_changes_nothing() {
     let stranger = world.spawn_empty().id();
     world.despawn(stranger);
     type Damage = fn(&mut Snapshot, Entity);
-    let damages: [(Damage, &str, &str); 12] = [
+    let damages: [(Damage, &str, &str); 13] = [
         (|saved, _| saved.step = TimeStep(-1.0), "step", "at least 0 s long"),
         (|saved, _| saved.step = TimeStep(f64::NAN), "step", "at least 0 s long"),
         (|saved, _| saved.substeps = Substeps(0), "substeps", "out of its range"),
+        (
+            |saved, _| {
+                let body = saved.bodies[0];
+                saved.own_substeps.push((body, OwnSubsteps(0)));
+            },
+            "own_substeps",
+            "out of its range",
+        ),
         (|saved, _| saved.transforms.truncate(1), "transforms", "one for each of `bodies`"),
         (|saved, _| saved.states.truncate(2), "states", "one for each of `bodies`"),
         (|saved, _| saved.states.push(PhysicsBody::IMMOVABLE), "states", "one for each of `bodies`"),
@@ -348,6 +356,12 @@ fn a_snapshot_that_take_cannot_have_made_is_refused_and_changes_nothing() {
         assert_eq!(snapshot::take(&mut world, &stepper), saved, "{list}");
     }
     snapshot::restore(&mut world, &mut stepper, &saved).unwrap();
+    // A body that is gone is a mismatch, whatever it had; and an emitter is no body.
+    world.entity_mut(saved.emissions[0].0).insert(PhysicsBody::with_mass(1.0));
+    world.despawn(ends[0]);
+    let error = snapshot::restore(&mut world, &mut stepper, &saved).unwrap_err();
+    let RestoreError::Mismatch(Mismatch { missing, unknown }) = &error else { panic!("{error}") };
+    assert_eq!((&missing[..], &unknown[..]), (&[ends[0]][..], &[saved.emissions[0].0][..]));
 }
 
 #[test]

@@ -186,7 +186,7 @@ type IsBody = (With<Transform>, With<PhysicsBody>);
 /// Takes the state of `world`, which `stepper` simulates, between two ticks.
 ///
 /// # Panics
-/// If `stepper` was made for another world.
+/// If no stepper was made for `world`.
 #[must_use]
 pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
     let (mut bodies, mut transforms, mut states) = (Vec::new(), Vec::new(), Vec::new());
@@ -234,10 +234,10 @@ pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
 /// its range; nothing is changed then.
 ///
 /// # Panics
-/// If `stepper` was made for another world.
+/// If no stepper was made for `world`.
 pub fn restore(world: &mut World, stepper: &mut Stepper, snapshot: &Snapshot) -> Result<(), RestoreError> {
-    snapshot.check_fields(world)?;
     snapshot.check_bodies(world)?;
+    snapshot.check_fields(world)?;
     let Snapshot { clock, step, substeps, effects, evaluations, records, forces, .. } = snapshot;
     effects.put(world);
     world.insert_resource(*clock);
@@ -374,7 +374,11 @@ impl Snapshot {
             "damping is below 0",
         )?;
         let own = self.own_substeps.iter().map(|(_, own)| own.0);
-        ensure({ own }.all(|own| own <= Substeps::MOST), "own_substeps", "their number is out of its range")?;
+        ensure(
+            { own }.all(|own| (1..=Substeps::MOST).contains(&own)),
+            "own_substeps",
+            "their number is out of its range",
+        )?;
         ensure(transforms.len() == bodies.len(), "transforms", "there is not one for each of `bodies`")?;
         ensure(states.len() == bodies.len(), "states", "there is not one for each of `bodies`")?;
         let each = |field, why: Option<&'static str>| ensure(why.is_none(), field, why.unwrap_or_default());
@@ -393,12 +397,14 @@ impl Snapshot {
         if same {
             return Ok(());
         }
-        let then: EntityHashSet =
-            self.bodies.iter().copied().chain(self.emissions.iter().map(|(emitter, _)| *emitter)).collect();
-        let now: EntityHashSet =
-            world.query_filtered::<Entity, Or<(IsBody, With<Emission>)>>().iter(world).collect();
-        let [mut missing, mut unknown] =
-            [then.difference(&now), now.difference(&then)].map(|some| some.copied().collect::<Vec<_>>());
+        let (mut missing, mut unknown) = (Vec::new(), Vec::new());
+        let mut compare = |then: EntityHashSet, now: EntityHashSet| {
+            missing.extend(then.difference(&now).copied());
+            unknown.extend(now.difference(&then).copied());
+        };
+        let bodies = world.query_filtered::<Entity, IsBody>().iter(world).collect();
+        compare(self.bodies.iter().copied().collect(), bodies);
+        compare(entities(&self.emissions).collect(), marked::<Emission>(world).into_iter().collect());
         missing.sort_unstable();
         unknown.sort_unstable();
         if !(missing.is_empty() && unknown.is_empty()) {

@@ -109,7 +109,7 @@ pub fn run() -> Result<(), Failure> {
     }
     match command {
         None => {
-            check_word(window.scene.as_deref())?;
+            check_word(window.scene.as_ref().filter(|scene| scene.path().is_none()).map(|scene| &**scene))?;
             window::open(&window)
         }
         Some(Command::Run(args)) => run::run(&args),
@@ -150,7 +150,8 @@ fn worded(error: clap::Error) -> clap::Error {
     }
     let commands: Vec<_> = program.get_subcommands().map(clap::Command::get_name).collect();
     // Behind a flag of the window a command is taken for a scene.
-    let command = std::env::args().skip(1).find(|word| commands.contains(&word.as_str()));
+    let mut words = std::env::args_os().skip(1).filter_map(|word| word.into_string().ok());
+    let command = words.find(|word| commands.contains(&word.as_str()));
     if let Some(command) = command {
         let what = format!(
             "'{command}' is a command: flags before it are those of the window; leave them out, or give its own after it"

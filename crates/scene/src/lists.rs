@@ -19,10 +19,19 @@ pub fn within<T>(bytes: usize, read: impl FnOnce() -> T) -> T {
 
 /// The same, and the bytes that they took; `None` if they would have taken more.
 pub(crate) fn counted_within<T>(bytes: usize, read: impl FnOnce() -> T) -> (T, Option<usize>) {
-    ROOM.set(bytes);
-    IS_FULL.set(false);
+    /// Gives back the room of before, also where `read` panics.
+    struct Before(usize, bool);
+
+    impl Drop for Before {
+        fn drop(&mut self) {
+            ROOM.set(self.0);
+            IS_FULL.set(self.1);
+        }
+    }
+
+    let _before = Before(ROOM.replace(bytes), IS_FULL.replace(false));
     let read = read();
-    let used = bytes - ROOM.replace(usize::MAX);
+    let used = bytes - ROOM.get();
     (read, (!IS_FULL.get()).then_some(used))
 }
 
@@ -41,9 +50,9 @@ impl<T> Default for List<T> {
 }
 
 impl<T> Deref for List<T> {
-    type Target = Vec<T>;
+    type Target = [T];
 
-    fn deref(&self) -> &Vec<T> {
+    fn deref(&self) -> &[T] {
         &self.0
     }
 }

@@ -64,7 +64,7 @@ scene! {
     light: Option<Light>,
     trails: Option<bool>,
     select_immovable: Option<bool>,
-    off_at_start: Option<Vec<Word>>,
+    off_at_start: Option<List<Word>>,
     bodies: List<Body>,
     grids: List<Grid>,
     clouds: List<Cloud>,
@@ -205,7 +205,7 @@ pub(crate) struct Body {
     pub substeps: Option<u32>,
     pub damping_per_s: Option<f64>,
     pub max_speed_m_s: Option<f64>,
-    pub locked_axes: Option<Vec<Word>>,
+    pub locked_axes: Option<List<Word>>,
     pub gravity_off: Option<bool>,
 }
 

@@ -41,7 +41,8 @@ const NOT_INSTALLED: &str = "call `Stepper::install` first; it cannot be used wi
 /// - a mass or a velocity given to a body that was immovable and at rest.
 ///
 /// A body, spring or emitter with Bevy's [`Disabled`](bevy_ecs::entity_disabling::Disabled), and a body without its
-/// `Transform` or [`Force`](crate::Force), is out of the ticks as a removed one is, and comes back in the state in which it left.
+/// `Transform` or [`Force`](crate::Force), is out of the ticks as a removed one is. A body and a spring come back in the state in which they left, without a force; an
+/// emitter begins as a new one, and its particles are dormant meanwhile.
 ///
 /// A running body's velocity, position, inverse mass and method are changed by a [`Request`](crate::Request): the method
 /// state of position Verlet belongs to the old values, and so do the counts of evaluations and the groups. Under position

@@ -93,7 +93,7 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
         refuse_others_files(
             folder,
             is_own,
-            report::is_file,
+            |name| report::is_file(name) && !name.ends_with(".svg"),
             "give another folder, or --replace to write over it",
         )?;
     }

@@ -62,7 +62,8 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
         )?;
         let earlier = fs::read_to_string(folder.join("matrix.json")).unwrap_or_default();
         let is_own = serde_json::from_str::<Value>(&earlier).is_ok_and(|matrix| matrix["rows"].is_array());
-        refuse_others_files(folder, is_own, report::stability::is_file, "give another folder")?;
+        let is_text = |name: &str| report::stability::is_file(name) && !name.ends_with(".svg");
+        refuse_others_files(folder, is_own, is_text, "give another folder")?;
     }
     let _lock = args.out.as_deref().map(study_folder).transpose()?;
     if let Some(folder) = &args.out {

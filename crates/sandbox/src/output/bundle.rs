@@ -50,11 +50,10 @@ pub(crate) fn read(path: &Path) -> Result<Bundle, Failure> {
     Bundle::read(&bytes).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
 }
 
-/// The bundle that `name` is the path of, told by its first bytes; `None` for every scene.
-pub(crate) fn named(name: &str) -> Result<Option<Bundle>, Failure> {
-    let path = Path::new(name);
+/// The bundle in the file `path`, told by its first bytes; `None` for every scene.
+pub(crate) fn named(path: &Path) -> Result<Option<Bundle>, Failure> {
     // Reading from a pipe would use it up.
-    if scene::embedded(name).is_some() || !path.is_file() {
+    if !path.is_file() {
         return Ok(None);
     }
     let mut start = Vec::new();

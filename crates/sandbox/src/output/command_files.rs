@@ -96,10 +96,14 @@ impl CommandFiles {
     }
 
     /// The bundle that `name` is the path of: [`bundle::named`].
-    pub fn named_bundle(&mut self, name: &str) -> Result<Option<Bundle>, Failure> {
-        let bundle = bundle::named(name)?;
+    pub fn named_bundle(&mut self, name: &SceneName) -> Result<Option<Bundle>, Failure> {
+        if scene::embedded(name).is_some() {
+            return Ok(None);
+        }
+        let path = name.path().unwrap_or(Path::new(&**name));
+        let bundle = bundle::named(path)?;
         if bundle.is_some() {
-            self.read("the bundle", Path::new(name))?;
+            self.read("the bundle", path)?;
         }
         Ok(bundle)
     }

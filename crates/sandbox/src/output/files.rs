@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fs::{self, File, Metadata, Permissions, TryLockError};
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
@@ -317,14 +317,22 @@ fn behind_links(path: &Path) -> PathBuf {
     path.to_owned()
 }
 
-/// Where a file is, or will be: the same for all names of one place.
+/// Where a file is, or will be: the same for all names of one place, also in folders that are not there yet.
 pub(crate) fn place(path: &Path) -> PathBuf {
     let path = behind_links(path);
-    fs::canonicalize(&path).unwrap_or_else(|_| {
-        let folder = folder_of(&path);
-        let folder = fs::canonicalize(folder).or_else(|_| std::path::absolute(folder));
-        folder.unwrap_or_default().join(path.file_name().unwrap_or_default())
-    })
+    let mut place = PathBuf::new();
+    for part in std::path::absolute(&path).unwrap_or(path).components() {
+        match part {
+            Component::ParentDir => drop(place.pop()),
+            Component::CurDir => {}
+            other => {
+                place.push(other);
+                // Links before what follows them, as the system does.
+                place = fs::canonicalize(&place).unwrap_or(place);
+            }
+        }
+    }
+    place
 }
 
 /// The folder that `path` is in.
@@ -353,7 +361,7 @@ pub(crate) fn refuse_others_files(
     if is_own {
         return Ok(());
     }
-    let there = fs::read_dir(folder).into_iter().flatten().flatten();
+    let there = fs::read_dir(place(folder)).into_iter().flatten().flatten();
     let mut names: Vec<_> = there.filter_map(|entry| entry.file_name().into_string().ok()).collect();
     names.sort_unstable();
     match names.iter().find(|name| is_written(name)) {

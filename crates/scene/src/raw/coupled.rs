@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use crate::lists::List;
 use crate::text::kinds::{Kind, kinds_of};
 use crate::text::syntax::{Triple, Word, Worded};
 
@@ -54,7 +55,7 @@ pub(crate) struct SoftKeys {
     pub mass_kg: Option<f64>,
     pub stiffness_n_m: Option<f64>,
     pub damping_n_s_m: Option<f64>,
-    pub pinned: Option<Vec<Word>>,
+    pub pinned: Option<List<Word>>,
     pub velocity_m_s: Option<Triple>,
     pub color: Option<Triple>,
     pub method: Option<Word>,

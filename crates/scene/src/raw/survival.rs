@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use crate::action::Action;
+use crate::lists::List;
 use crate::text::syntax::{Triple, Word};
 
 /// What all rows have in common, and each of `rows`, which has what differs.
@@ -17,16 +18,16 @@ pub(crate) struct Survival {
     pub explodes_above: Option<f64>,
     pub scale_j: Option<f64>,
     pub reference_substeps: Option<u32>,
-    pub precisions: Option<Vec<Word>>,
+    pub precisions: Option<List<Word>>,
     pub steps: Option<Steps>,
     pub step_hz: Option<f64>,
     pub substeps: Option<u32>,
     pub damping_model: Option<Word>,
     pub damping_per_s: Option<f64>,
     pub offset_m: Option<Triple>,
-    pub script: Option<Vec<Step>>,
+    pub script: Option<List<Step>>,
     #[serde(default)]
-    pub rows: Vec<Survival>,
+    pub rows: List<Survival>,
 }
 
 /// `constant`, `jittered(spread: 0.5)` or `hitch(at_s: 1, length_s: 1)`.

@@ -19,8 +19,15 @@ const SIZE: [u32; 2] = [960, 540];
 
 /// Writes the pages of all lessons and the sheet of answers into `folder`.
 pub(super) fn write(folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
-    let is_page = |file: &str| shipped().iter().any(|(name, _)| file == page_name(name));
-    refuse_others_files(folder, folder.join(ANSWERS).exists(), is_page, "give another folder")?;
+    let is_of = |file: &str, name: &str| {
+        file == page_name(name) || file.ends_with(".png") && file.starts_with(&format!("{name}-"))
+    };
+    let is_page = |file: &str| file == ANSWERS || shipped().iter().any(|(name, _)| is_of(file, name));
+    // An earlier sheet of answers begins as this one does.
+    let sheet = answers(&[]);
+    let head = sheet.split("</title>").next().unwrap_or_default();
+    let earlier = std::fs::read_to_string(folder.join(ANSWERS)).unwrap_or_default();
+    refuse_others_files(folder, earlier.starts_with(head), is_page, "give another folder")?;
     make_folder(folder)?;
     let mut camera = Camera::new(SIZE, Quality::HIGH)?;
     let (mut pages, mut written) = (Vec::new(), Vec::new());
@@ -31,9 +38,9 @@ pub(super) fn write(folder: &Path, files: &CommandFiles) -> Result<(), Failure> 
         tell(&page_name(name));
         pages.push(page);
     }
-    written.push((ANSWERS.to_owned(), answers(&pages).into_bytes()));
+    // First: it tells the folder from one that a person filled.
+    written.insert(0, (ANSWERS.to_owned(), answers(&pages).into_bytes()));
     tell(ANSWERS);
-    // At once: a part of the pages would not be told from those of a person.
     written.iter().try_for_each(|(name, bytes)| write_file(&files.unread(&folder.join(name))?, bytes))
 }
 
