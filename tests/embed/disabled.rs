@@ -34,7 +34,7 @@ impl Law for Bomb {
     }
 
     fn acceleration(&self, _: EvaluationTime, _: BodyState) -> DVec3 {
-        assert!(!self.0.load(Ordering::Relaxed), "a law of one's own panics");
+        assert!(!self.0.load(Ordering::Relaxed), "this law panics");
         DVec3::ZERO
     }
 

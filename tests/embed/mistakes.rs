@@ -187,7 +187,7 @@ fn a_law_that_panics_leaves_the_stepper_in_its_world() {
         world.insert_resource(Gravity::EARTH);
         let mut schedule = Schedule::default();
         let stepper = Stepper::new(&mut world, Method::default(), TimeStep(0.01));
-        // A range that is none is found in the tick.
+        // A range that no body is within is found in the tick.
         world.insert_resource(Range { position: 0.0, ..Range::FINITE });
         let mut own = (!installed).then_some(stepper);
         if installed {

@@ -33,4 +33,4 @@ pub use snapshot::{BadSnapshot, Snapshot, words};
 pub use timeline::{
     Broken, ENERGY_JUMP, Fault, Replay, Rerun, Seek, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline, Watch,
 };
-pub use twin::{Failure, REFERENCE_METHOD, REFERENCE_SUBSTEPS, Twin};
+pub use twin::{Failure, REFERENCE_METHOD, REFERENCE_SUBSTEPS, Twin, reference_substeps};

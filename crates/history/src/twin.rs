@@ -37,6 +37,14 @@ pub struct Failure {
     pub cause: Cause,
 }
 
+/// Substeps per tick of the reference of `scene`: twice as many as any of its bodies, and at least [`REFERENCE_SUBSTEPS`].
+#[must_use]
+pub fn reference_substeps(scene: &Scene) -> u32 {
+    let own = scene.bodies.iter().filter_map(|body| body.substeps);
+    let most = own.fold(scene.substeps, u32::max);
+    REFERENCE_SUBSTEPS.max(most.saturating_mul(2))
+}
+
 impl Twin {
     /// A twin that starts from the present state of `leader`, between two ticks, with `substeps` substeps per tick
     /// for every body, or with those of the leader if `None`.
@@ -78,9 +86,8 @@ impl Twin {
     /// As [`Twin::new`].
     #[must_use]
     pub fn reference(leader: &mut Simulation) -> Self {
-        let own = leader.scene.bodies.iter().filter_map(|body| body.substeps);
-        let most = own.fold(leader.scene.substeps, u32::max);
-        Self::new(leader, REFERENCE_METHOD, Some(REFERENCE_SUBSTEPS.max(most.saturating_mul(2))))
+        let substeps = reference_substeps(&leader.scene);
+        Self::new(leader, REFERENCE_METHOD, Some(substeps))
     }
 
     /// The method of all of its bodies.

@@ -5,7 +5,7 @@
 
 use std::sync::OnceLock;
 
-use history::{REFERENCE_METHOD, REFERENCE_SUBSTEPS};
+use history::{REFERENCE_METHOD, reference_substeps};
 use motion::Method;
 use scene::Scene;
 
@@ -96,8 +96,7 @@ pub fn tick_seconds(scene: &Scene) -> f64 {
 
 /// Seconds that a tick of the reference of `scene` takes some.
 pub(crate) fn reference_tick_seconds(scene: &Scene) -> f64 {
-    let own = scene.bodies.iter().filter_map(|body| body.substeps);
-    let substeps = own.fold(scene.substeps, u32::max).saturating_mul(2).max(REFERENCE_SUBSTEPS);
+    let substeps = reference_substeps(scene);
     let mut reference = Scene { method: REFERENCE_METHOD, substeps, ..scene.clone() };
     for body in &mut reference.bodies {
         (body.method, body.substeps) = (None, None);

@@ -133,7 +133,7 @@ pub struct Effects {
 pub enum RestoreError {
     /// The world has other bodies or emitters.
     Mismatch(Mismatch),
-    /// A field of the snapshot is none that [`take`] can have made.
+    /// [`take`] cannot have made a field of the snapshot.
     Invalid {
         /// The field of [`Snapshot`].
         field: &'static str,
@@ -513,7 +513,7 @@ fn entities<T>(list: &[(Entity, T)]) -> impl Iterator<Item = Entity> {
     list.iter().map(|(entity, _)| *entity)
 }
 
-/// Why a list of entities is none of `world`, if so.
+/// Why `world` cannot have this list of entities, if so.
 fn fault_of(world: &World, entities: impl Iterator<Item = Entity>) -> Option<&'static str> {
     // A bit for each entity by its index, which two that exist do not share.
     let mut seen: Vec<u64> = Vec::new();

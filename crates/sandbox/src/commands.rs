@@ -125,7 +125,7 @@ pub fn run() -> Result<(), Failure> {
     }
 }
 
-/// Refuses a scene that is none and looks like a command with a slip in it.
+/// Refuses a word that names no scene and looks like a misspelled command.
 fn check_word(scene: Option<&str>) -> Result<(), Failure> {
     let Some(word) = scene.filter(|word| scene::embedded(word).is_none() && !Path::new(word).exists()) else {
         return Ok(());

@@ -19,7 +19,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 use crate::check::Scope;
-use crate::memory::{Census, byte_words, too_little_for};
+use crate::memory::{Census, byte_words, there_are, too_little_for};
 use crate::raw;
 use crate::scene::Reading;
 use crate::scene::names::Names;
@@ -182,8 +182,8 @@ fn check_size(
     let path = largest.map_or_else(|| "bodies".to_owned(), |(path, _)| path.clone());
     let words = census.words();
     let take = if words == "1 body" { "takes" } else { "take" };
-    let have = if by_person { "are allowed" } else { "are free" };
-    let what = format!("{words} {take} some {}, and {} {have}", byte_words(needed), byte_words(least));
+    let (needed, there) = (byte_words(needed), there_are(least, by_person));
+    let what = format!("{words} {take} some {needed}, and {there}");
     faults.add(path, what, "give fewer, or more with `--memory GIB`");
     None
 }

@@ -13,7 +13,7 @@ pub use self::raw::{beside, is_same_scene};
 use crate::action::{Action, method};
 use crate::shipped::read_text;
 use crate::text::faults::SceneError;
-use crate::text::nearest::nearest;
+use crate::text::nearest::{did_you_mean, nearest};
 
 /// Version of lessons that this program reads.
 pub const LESSON_VERSION: u32 = 1;
@@ -283,8 +283,7 @@ pub fn load(name_or_path: &str) -> Result<Lesson, SceneError> {
     let path = Path::new(name_or_path);
     if path.extension().is_none() && !path.exists() {
         let names: Vec<_> = shipped().iter().map(|(name, _)| *name).collect();
-        let guess = nearest(name_or_path, names.iter().copied());
-        let guess = guess.map(|near| format!("did you mean {near}? ")).unwrap_or_default();
+        let guess = did_you_mean(nearest(name_or_path, names.iter().copied()));
         let cure = format!("{guess}the lessons are {}; a file needs its path", names.join(", "));
         return Err(SceneError::of_file(name_or_path, "there is no such lesson", cure));
     }

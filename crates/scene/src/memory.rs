@@ -211,10 +211,9 @@ impl Scene {
     pub fn check_memory(&self, keeps: Keeps) -> Result<(), String> {
         let needed = self.estimated_bytes(keeps);
         let Some((least, by_person)) = too_little_for(needed) else { return Ok(()) };
-        let have = if by_person { "are allowed" } else { "are free" };
-        let (needed, least) = (byte_words(needed), byte_words(least));
-        let words = self.census().words();
-        Err(format!("{words} and what the run keeps of them take some {needed}, and {least} {have}"))
+        let (words, needed) = (self.census().words(), byte_words(needed));
+        let there = there_are(least, by_person);
+        Err(format!("{words} and what the run keeps of them take some {needed}, and {there}"))
     }
 
     /// Bytes that the scene and a run of it that keeps all that take at most, from reading it until its first tick is over: as
@@ -277,13 +276,15 @@ pub(crate) fn too_little_for(needed: u64) -> Option<(u64, bool)> {
     (needed > least).then_some((least, by_person))
 }
 
+/// The bytes that there are, and whether the person set them, in words.
+pub(crate) fn there_are(least: u64, by_person: bool) -> String {
+    format!("{} are {}", byte_words(least), if by_person { "allowed" } else { "free" })
+}
+
 /// That the text of a scene and its entries take more than there is.
 pub(crate) fn too_much() -> String {
-    let there = match too_little_for(u64::MAX) {
-        Some((allowed, true)) => format!("{} are allowed", byte_words(allowed)),
-        Some((free, false)) => format!("{} are free", byte_words(free)),
-        None => "no more is free".to_owned(),
-    };
+    let least = too_little_for(u64::MAX);
+    let there = least.map_or("no more is free".to_owned(), |(least, by_person)| there_are(least, by_person));
     format!("its text and its entries take more memory than there is, and {there}")
 }
 

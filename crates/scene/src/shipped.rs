@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::resolve::parse_as;
 use crate::scene::{Scene, Source};
 use crate::text::faults::SceneError;
-use crate::text::nearest::nearest;
+use crate::text::nearest::{did_you_mean, nearest};
 
 /// Largest file that is read, bytes: a scene of the most bodies, each written out, has room in it.
 pub const FILE_LIMIT: u64 = 64 << 20;
@@ -138,8 +138,8 @@ fn load_file(
     if !looks_like_path && !path.exists() {
         let names: Vec<&str> = known.iter().map(|scene| scene.name).collect();
         let all = shipped().iter().chain(cases()).map(|scene| scene.name);
-        let guess = nearest(name_or_path, names.iter().copied()).or_else(|| nearest(name_or_path, all));
-        let guess = guess.map(|near| format!("did you mean {near}? ")).unwrap_or_default();
+        let near = nearest(name_or_path, names.iter().copied()).or_else(|| nearest(name_or_path, all));
+        let guess = did_you_mean(near);
         let cure = format!("{guess}{names_are} {}; a file needs its path", names.join(", "));
         return Err(SceneError::of_file(name_or_path, what, cure));
     }

@@ -55,7 +55,7 @@ pub struct Stepper {
     statics: StaticWatch,
     /// Whether it is in a schedule of the user's, which has the rest of the tick.
     installed: bool,
-    /// Whether a tick has begun and not ended: a law panicked in it.
+    /// Whether a tick did not end, because a law panicked in it.
     interrupted: bool,
 }
 

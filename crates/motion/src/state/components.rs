@@ -20,7 +20,7 @@ pub struct Transform {
     pub position: Vector,
 }
 
-/// A body that replaces this one starts its method: its velocity is none of position Verlet's, half a step behind.
+/// A body that replaces this one starts its method: its velocity is that at the time of the position, not that of half a step before.
 fn body_discarded(mut world: DeferredWorld, context: HookContext) {
     if let Some(mut last) = world.get_mut::<LastStep>(context.entity) {
         last.0 = 0.0;

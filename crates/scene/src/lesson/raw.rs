@@ -154,7 +154,7 @@ struct Reader<'a> {
     faults: &'a mut Faults,
     name: &'a str,
     /// The scenes that were read, by their names: many runs are of one.
-    scenes: HashMap<String, Option<Arc<Scene>>>,
+    scenes: HashMap<String, Arc<Scene>>,
 }
 
 impl Reader<'_> {
@@ -230,12 +230,12 @@ impl Reader<'_> {
         if file.is_empty() {
             return None;
         }
-        if let Some(known @ Some(_)) = self.scenes.get(file) {
-            return known.clone();
+        if let Some(known) = self.scenes.get(file) {
+            return Some(Arc::clone(known));
         }
-        let scene = self.read_scene(path, file).map(Arc::new);
-        self.scenes.insert(file.to_owned(), scene.clone());
-        scene
+        let scene = Arc::new(self.read_scene(path, file)?);
+        self.scenes.insert(file.to_owned(), Arc::clone(&scene));
+        Some(scene)
     }
 
     fn read_scene(&mut self, path: &str, file: &str) -> Option<Scene> {

@@ -16,6 +16,11 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     best.map(|(_, candidate)| candidate)
 }
 
+/// A guess at what was meant, before the rest of a cure.
+pub(crate) fn did_you_mean(near: Option<&str>) -> String {
+    near.map(|near| format!("did you mean {near}? ")).unwrap_or_default()
+}
+
 /// The cure for an unknown word: the nearest known one, or all of them.
 pub(crate) fn suggest(word: &str, known: &[&str]) -> String {
     match nearest(word, known.iter().copied()) {
