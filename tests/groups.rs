@@ -9,6 +9,7 @@ mod manufactured;
 mod members;
 mod orders;
 mod rest;
+mod side_by_side;
 mod stability;
 mod structure;
 mod threads;

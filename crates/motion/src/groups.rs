@@ -9,8 +9,10 @@ mod compile;
 mod coupling;
 mod direct_sum;
 mod field;
+mod lanes;
 mod linear;
 mod members;
+mod places;
 mod pull;
 mod rescue;
 mod rows;
@@ -25,10 +27,14 @@ use bevy_ecs::prelude::*;
 pub use compile::compile_groups;
 pub(crate) use compile::{coming_couplings, couplings, is_outdated, update_groups};
 pub(crate) use coupling::{Coupling, is_open};
-pub(crate) use field::{GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Scratch, Watch};
+pub(crate) use field::{
+    GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Push, Scratch, Watch,
+};
+use lanes::Bundles;
 pub(crate) use linear::{Contributor, LinearGroup, larger};
+use places::{Place, TableRun, Unit};
 use pull::Share;
-pub(crate) use rows::{Row, RowArray, row_of};
+pub(crate) use rows::{Row, RowArray, are_at_rest, row_of};
 pub use solver::Solver;
 pub use split::Sets;
 pub(crate) use system::integrate_groups;
@@ -45,14 +51,22 @@ pub struct Groups {
     /// Whether the world had springs, and mutual gravity, at the last check.
     reasons: (bool, bool),
     pub(crate) list: Vec<Group>,
-    /// The places of the rows of groups in the tables, by table and row.
+    /// The tables that the rows of groups are in, ascending.
+    places: Vec<Place>,
+    /// The places of the movable rows of groups that are integrated alone, by table and row.
     runs: Vec<TableRun>,
-    /// The rows of all groups, one group after the other.
+    /// All groups, those of a bundle together, in the order of their numbers.
+    units: Vec<Unit>,
+    /// Groups that are integrated side by side.
+    bundles: Bundles,
+    /// The number of rows of groups that are in no bundle.
+    alone: usize,
+    /// The rows of groups that are integrated alone, one group after the other.
     x: RowArray,
     v: RowArray,
     w: Vec<Scalar>,
     last: Vec<Scalar>,
-    /// Rows of each group that the running system has found.
+    /// Rows of each group in no bundle that the running system has found.
     seen: Vec<usize>,
     /// Group, row and force, N, of every pushed row.
     pushes: Vec<(usize, usize, Row)>,
@@ -62,7 +76,7 @@ pub struct Groups {
 /// One group.
 #[derive(Debug, Default)]
 pub(crate) struct Group {
-    /// Its first row among the rows of all groups.
+    /// Its first row among the rows of groups that are integrated alone.
     first: usize,
     pub coupling: Coupling,
     /// Its bodies by row, movable ones first, then anchors, each in the order of stable ids.
@@ -76,16 +90,6 @@ pub(crate) struct Group {
     cache: GroupCache,
     /// How many threads share its springs, if it is large, and their shares; made in the first tick.
     shares: (usize, Vec<Share>),
-}
-
-/// Consecutive rows of a table that are consecutive rows of a group.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct TableRun {
-    table: usize,
-    start: usize,
-    len: usize,
-    group: usize,
-    row: usize,
 }
 
 impl Groups {
@@ -113,6 +117,12 @@ impl Groups {
         self.list.iter().map(|group| group.coupling.movable).sum()
     }
 
+    /// The number of groups that were integrated side by side with others of the same shape in the last tick.
+    #[must_use]
+    pub fn side_by_side(&self) -> usize {
+        self.bundles.list.iter().map(|bundle| bundle.groups.len()).sum()
+    }
+
     /// Allocated bytes of the lists of springs and of the arrays of rows.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -122,6 +132,7 @@ impl Groups {
             + arrays
             + (self.w.capacity() + self.last.capacity()) * size_of::<Scalar>()
             + self.scratch.bytes()
+            + self.bundles.bytes()
     }
 
     /// `bodies` and all members of their groups, each once.

@@ -36,7 +36,7 @@ use crate::state::range::{Bounds, Breach};
 use crate::units::Scalar;
 use crate::units::Vector;
 
-pub(crate) use block::Block;
+pub(crate) use block::{Block, load_axes, store_axes};
 
 pub(crate) use drive::{TickField, drive};
 pub(crate) use field::restrain;

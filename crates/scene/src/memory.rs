@@ -23,7 +23,7 @@ const MOVED: u64 = 370;
 const PARTICLE: u64 = 700;
 
 /// What a member of a group takes besides: its rows in the arrays of a step and of a forecast.
-const GROUPED: u64 = 310;
+const GROUPED: u64 = 270;
 
 /// Bytes of a spring of a soft body beside its entry in the scene: its place in the list that forces are computed from.
 const LINK: u64 = 40;

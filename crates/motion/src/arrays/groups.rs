@@ -2,7 +2,8 @@
 
 use super::Bare;
 use crate::groups::{
-    Coupling, GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Row, RowArray, Watch,
+    Coupling, GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Push, RowArray, Watch,
+    are_at_rest,
 };
 use crate::kernels::{OfRows, StepStatistics};
 use crate::methods::MethodStateKind;
@@ -63,8 +64,21 @@ impl Bare {
             self.gather_pushes(members, &mut scratch.pushes);
             let ArrayGroup { coupling, with_options, with_laws, cache, x, v, w, last, .. } = &mut group;
             let last = &mut last[..coupling.movable];
-            let (cache, shares) = (Some(cache), &[][..]);
-            let rows = GroupRows { x, v, w, last, with_options, with_laws, cache, shares };
+            let (groups, apart, springs) = (1, &[][..], &[][..]);
+            let (cache, anchors_rest) = (Some(cache), are_at_rest(&v[coupling.movable..]));
+            let rows = GroupRows {
+                x,
+                v,
+                w,
+                groups,
+                apart,
+                last,
+                with_options,
+                with_laws,
+                cache,
+                anchors_rest,
+                springs,
+            };
             let field =
                 GroupField::new(coupling, &environment, rows, &options, &mut scratch, &mut statistics);
             outcome = (kernel.tick)(field, watch);
@@ -105,14 +119,15 @@ impl Bare {
     }
 
     /// Collects the pushes on a group, by its own rows.
-    fn gather_pushes(&self, members: &[usize], pushes: &mut Vec<(usize, Row)>) {
+    fn gather_pushes(&self, members: &[usize], pushes: &mut Vec<Push>) {
         pushes.clear();
         if self.pushed.is_empty() {
             return;
         }
         pushes.extend(members.iter().enumerate().filter_map(|(own, row)| {
             let [x, y, z] = self.forces[*row];
-            self.pushed.binary_search(&(0, *row)).ok().map(|_| (own, [x, y, z, 0.0]))
+            let push = Push { lane: 0, row: own, force: [x, y, z, 0.0] };
+            self.pushed.binary_search(&(0, *row)).ok().map(|_| push)
         }));
     }
 

@@ -111,25 +111,13 @@ fn compile(world: &mut World) {
     let attracts = world.contains_resource::<MutualGravity>();
     let list = graph.groups(attracts);
     mark(world, &list);
-    let mut first = 0;
-    let mut list: Vec<_> = list
-        .into_iter()
-        .map(|(coupling, bodies)| {
-            let group = Group { first, coupling, bodies, ..Group::default() };
-            first += group.coupling.rows;
-            group
-        })
-        .collect();
+    let group = |(coupling, bodies)| Group { coupling, bodies, ..Group::default() };
+    let mut list: Vec<_> = list.into_iter().map(group).collect();
     agree(world, &mut list);
     let mut groups = world.resource_mut::<Groups>();
-    groups.x.resize(first);
-    groups.v.resize(first);
-    groups.w.resize(first, 0.0);
-    groups.last.resize(first, 0.0);
-    groups.seen.resize(list.len(), 0);
     groups.list = list;
-    // The next tick looks them up.
-    groups.runs.clear();
+    // The next tick looks for their rows.
+    groups.forget_places();
     world.resource_mut::<CouplingChanged>().0 = false;
 }
 

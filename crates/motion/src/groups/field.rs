@@ -1,13 +1,15 @@
-//! The field of a group: everything that acts on its rows.
+//! The field of a group, or of several groups of one shape: everything that acts on their rows.
 
 mod arrays;
 mod cached;
 mod classes;
 mod forces;
+mod layout;
 mod records;
 mod solving;
 
 pub(crate) use cached::GroupCache;
+pub(crate) use layout::Layout;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use classes::{Class, Classes};
@@ -15,14 +17,14 @@ use solving::Workspace;
 
 use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
 use super::coupling::Coupling;
-use super::pull::Share;
-use super::rows::{Row, RowArray};
+use super::rows::{Array, Element, Row};
 use super::solver::Solver;
 use crate::kernels::{Kernel, RowOptions, StepStatistics, TickField, TickParameters, drive};
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::Segment;
-use crate::laws::{Law, SharedLaws};
+use crate::laws::{Axes, Law, SharedLaws};
 use crate::methods::{Field, Integrator, MethodStateKind, StepState, Traits};
+use crate::simd::vectorize;
 use crate::state::range::Bounds;
 use crate::state::threads::Threads;
 use crate::tick::environment::Environment;
@@ -63,14 +65,18 @@ impl<'a> GroupEnvironment<'a> {
     }
 }
 
-/// The rows of a group.
-pub(crate) struct GroupRows<'a> {
+/// The rows of a group, or of several groups of one shape.
+pub(crate) struct GroupRows<'a, E: Layout = Row> {
     /// Positions, m; after the tick, those of its end.
-    pub x: &'a mut [Row],
+    pub x: &'a mut [E],
     /// Velocities, m/s.
-    pub v: &'a mut [Row],
-    /// Inverse masses, 1/kg.
+    pub v: &'a mut [E],
+    /// Inverse masses, 1/kg, of every lane of every element.
     pub w: &'a [f64],
+    /// The number of groups: lanes beyond it are like the first one.
+    pub groups: usize,
+    /// Groups whose results are not used, ascending: they are not counted.
+    pub apart: &'a [usize],
     /// Lengths of the last steps of the movable rows, s, for a method that keeps them.
     pub last: &'a mut [f64],
     /// Rows whose options change them, ascending.
@@ -78,47 +84,75 @@ pub(crate) struct GroupRows<'a> {
     /// Rows with own laws, ascending.
     pub with_laws: &'a [u32],
     /// The cached accelerations, if the tick may use them.
-    pub cache: Option<&'a mut GroupCache>,
-    /// The parts of threads in the forces of springs, if it is worth it.
-    pub shares: &'a [Share],
+    pub cache: Option<&'a mut GroupCache<E>>,
+    /// Whether the anchors are at rest: they stay, and all velocities may be multiplied by the same factor.
+    pub anchors_rest: bool,
+    /// How the forces of springs are computed.
+    pub springs: E::Springs<'a>,
 }
 
 /// Arrays of a step, reused for all groups and ticks.
-#[derive(Debug, Default)]
-pub(crate) struct Scratch {
-    slots: [RowArray; SLOTS],
-    stage: [RowArray; 2],
+#[derive(Debug)]
+pub(crate) struct Scratch<E: Element = Row> {
+    slots: [Array<E>; SLOTS],
+    stage: [Array<E>; 2],
     classes: Classes,
     workspace: Workspace,
     /// Masses of all rows as sources of gravity, kg, if they attract each other.
     masses: Vec<f64>,
-    /// Pushed rows and their forces, N.
-    pub pushes: Vec<(usize, Row)>,
+    /// The applied forces.
+    pub pushes: Vec<Push>,
 }
 
-impl Scratch {
+/// A force on a row of a group, N.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Push {
+    /// The number of the group, among several of one shape.
+    pub lane: usize,
+    pub row: usize,
+    pub force: Row,
+}
+
+impl<E: Element> Default for Scratch<E> {
+    fn default() -> Self {
+        Self {
+            slots: Default::default(),
+            stage: Default::default(),
+            classes: Classes::default(),
+            workspace: Workspace::default(),
+            masses: Vec::new(),
+            pushes: Vec::new(),
+        }
+    }
+}
+
+impl<E: Element> Scratch<E> {
     /// Bytes of the arrays of rows.
     pub fn bytes(&self) -> usize {
         self.slots.iter().chain(&self.stage).map(|array| size_of_val(&**array)).sum()
     }
 }
 
-/// The field of one group in one tick.
-pub(crate) struct GroupField<'a> {
+/// The field of one group, or of several of one shape, in one tick.
+pub(crate) struct GroupField<'a, E: Layout = Row> {
     coupling: &'a Coupling,
     environment: &'a GroupEnvironment<'a>,
-    rows: GroupRows<'a>,
+    rows: GroupRows<'a, E>,
+    /// Elements of a row: several if the groups are more than the lanes of an element.
+    width: usize,
+    /// Evaluations of all laws so far.
+    evaluations: u64,
+    /// The groups whose accelerations at the start were not in the cache: one more evaluation for each of them.
+    not_cached: Vec<usize>,
     options: &'a dyn RowOptions,
-    scratch: &'a mut Scratch,
+    scratch: &'a mut Scratch<E>,
     statistics: &'a mut StepStatistics,
     segment: Segment,
     /// The next free array.
     next: usize,
     pushed: bool,
-    /// Number of rows that gravity acts on.
+    /// Number of rows of a group that gravity acts on.
     with_gravity: u64,
-    /// Whether the anchors are at rest: then all velocities may be multiplied by the same factor.
-    anchors_rest: bool,
     watch: Watch,
     /// The rows that turned non-finite first, ascending, if they are searched for.
     found: Vec<usize>,
@@ -133,6 +167,8 @@ pub(crate) enum Watch {
     Off,
     /// Yes.
     On,
+    /// No: the end of the tick tells the groups in which there are any.
+    Groups,
 }
 
 /// A method compiled for groups.
@@ -140,25 +176,44 @@ pub(crate) enum Watch {
 pub(crate) struct GroupKernel {
     /// The method for a body that is left alone.
     pub single: Kernel,
+    /// Whether each group converges by itself: groups are never integrated side by side.
+    pub solves: bool,
     /// Integrates a tick. Fails if a row is not finite or not in range, with those rows that were first, ascending, if
     /// they were searched for.
     pub tick: fn(GroupField<'_>, Watch) -> Result<(), Vec<usize>>,
+    /// Integrates a tick of several groups of one shape. Fails with those of which a row is not finite or not in range.
+    pub tick_lanes: fn(GroupField<'_, Axes>) -> Result<(), Vec<usize>>,
 }
 
 impl GroupKernel {
     /// The kernel of `M`.
     pub const fn of<M: Integrator>() -> Self {
-        Self { single: Kernel::of::<M>(), tick: |field, watch| field.tick::<M>(watch) }
+        Self {
+            single: Kernel::of::<M>(),
+            solves: M::SOLVES,
+            tick: |field, watch| {
+                field.tick::<M>(watch).map_err(|broken| broken.into_iter().map(|(row, _)| row).collect())
+            },
+            tick_lanes: |field| {
+                field.tick::<M>(Watch::Groups).map_err(|broken| {
+                    let mut lanes: Vec<_> = broken.into_iter().map(|(_, lane)| lane).collect();
+                    lanes.sort_unstable();
+                    lanes.dedup();
+                    lanes
+                })
+            },
+        }
     }
 }
 
-impl<'a> GroupField<'a> {
+impl<'a, E: Layout> GroupField<'a, E> {
+    /// The field of the groups whose coupling is `coupling`, or of the same shape.
     pub fn new(
         coupling: &'a Coupling,
         environment: &'a GroupEnvironment<'a>,
-        rows: GroupRows<'a>,
+        rows: GroupRows<'a, E>,
         options: &'a dyn RowOptions,
-        scratch: &'a mut Scratch,
+        scratch: &'a mut Scratch<E>,
         statistics: &'a mut StepStatistics,
     ) -> Self {
         let GroupEnvironment { parameters, .. } = environment;
@@ -167,22 +222,24 @@ impl<'a> GroupField<'a> {
         Self {
             coupling,
             environment,
+            width: rows.x.len() / coupling.rows,
             rows,
             options,
             scratch,
             statistics,
             segment,
             next: FIRST,
+            evaluations: 0,
+            not_cached: Vec::new(),
             pushed: false,
             with_gravity: 0,
-            anchors_rest: true,
             watch: Watch::Off,
             found: Vec::new(),
             threads: Threads::for_rows(environment.threads, coupling.rows),
         }
     }
 
-    fn tick<M: Integrator>(mut self, watch: Watch) -> Result<(), Vec<usize>> {
+    fn tick<M: Integrator>(mut self, watch: Watch) -> Result<(), Vec<(usize, usize)>> {
         self.watch = watch;
         self.sort_into_classes();
         self.weigh_sources();
@@ -194,10 +251,11 @@ impl<'a> GroupField<'a> {
         }
         let caches = M::STATE == MethodStateKind::LastAcceleration && !self.depends_on_velocity();
         let mut cache = self.rows.cache.take().filter(|_| caches);
-        if let Some(cache) = &mut cache {
+        let ((x, v), parameters, segments) = (start(), &self.environment.parameters, self.segments());
+        if let (Some(cache), Some(first)) = (&mut cache, segments.iter().next()) {
+            self.segment = first;
             step_state.start = self.recall(cache);
         }
-        let ((x, v), parameters, segments) = (start(), &self.environment.parameters, self.segments());
         drive::<M, _>(&mut self, parameters, &segments, x, v, &mut step_state);
         self.snap();
         if keeps_last_step {
@@ -206,7 +264,12 @@ impl<'a> GroupField<'a> {
         if let Some(cache) = cache {
             self.note(cache, step_state.start.is_some());
         }
-        self.outcome()
+        let outcome = self.outcome();
+        match &outcome {
+            Err(broken) if watch == Watch::Groups => self.count(broken),
+            _ => self.count(&[]),
+        }
+        outcome
     }
 
     fn weigh_sources(&mut self) {
@@ -217,31 +280,69 @@ impl<'a> GroupField<'a> {
         }
     }
 
-    fn outcome(self) -> Result<(), Vec<usize>> {
-        let movable = self.coupling.movable;
+    /// Elements of the movable rows, which come first.
+    const fn movable(&self) -> usize {
+        self.coupling.movable * self.width
+    }
+
+    /// Element and lane of a row of a group.
+    const fn place(&self, row: usize, group: usize) -> (usize, usize) {
+        (row * self.width + group / E::LANES, group % E::LANES)
+    }
+
+    /// The rows that failed, each with the number of its group.
+    fn outcome(&mut self) -> Result<(), Vec<(usize, usize)>> {
+        let (movable, groups) = (self.coupling.movable, self.rows.groups);
         let Bounds { position, speed } = self.environment.parameters.bounds;
-        let within = |row: &Row, bound: f64| {
-            (row[0].abs() <= bound) & (row[1].abs() <= bound) & (row[2].abs() <= bound)
-        };
+        let within = |number: f64, bound: f64| number.abs() <= bound;
         // An inverse mass of NaN is not above 0, so nothing would act on the row: it is checked here.
-        let holds = |x: &Row, v: &Row, w: f64| within(x, position) & within(v, speed) & (w.abs() <= f64::MAX);
-        let GroupRows { x, v, w, .. } = self.rows;
-        let all = AtomicBool::new(true);
-        Threads::share_two(self.threads, &mut x[..movable], &mut v[..movable], |first, x, v| {
-            // Not `any`: a loop without an exit is vectorized.
-            let mut part = true;
-            for ((x, v), w) in x.iter().zip(v).zip(&w[first..]) {
-                part &= holds(x, v, *w);
+        let holds = |x: &E, v: &E, w: &[f64]| {
+            // Not `all`: a loop without an exit is vectorized.
+            let mut holds = true;
+            for axis in 0..3 {
+                for (x, v) in x.axis(axis).iter().zip(v.axis(axis)) {
+                    holds &= within(*x, position) & within(*v, speed);
+                }
             }
+            w.iter().fold(holds, |holds, w| holds & (w.abs() <= f64::MAX))
+        };
+        let elements = self.movable();
+        let GroupRows { x, v, w, .. } = &mut self.rows;
+        let all = AtomicBool::new(true);
+        Threads::share_two(self.threads, &mut x[..elements], &mut v[..elements], |first, x, v| {
+            let part = vectorize(
+                #[inline(always)]
+                || {
+                    let mut part = true;
+                    for ((x, v), w) in x.iter().zip(v).zip(w[first * E::LANES..].chunks_exact(E::LANES)) {
+                        part &= holds(x, v, w);
+                    }
+                    part
+                },
+            );
             all.fetch_and(part, Ordering::Relaxed);
         });
         if all.into_inner() {
             return Ok(());
         }
-        let broken = |row: &usize| !holds(&x[*row], &v[*row], w[*row]);
+        let breaks = |row: usize, group: usize| {
+            let (element, lane) = self.place(row, group);
+            let GroupRows { x, v, w, .. } = &self.rows;
+            let ([a, b, c, _], [d, e, f, _]) = (x[element].row(lane), v[element].row(lane));
+            let is_in =
+                [a, b, c].iter().all(|x| within(*x, position)) && [d, e, f].iter().all(|v| within(*v, speed));
+            !(is_in && w[element * E::LANES + lane].abs() <= f64::MAX)
+        };
         Err(match self.watch {
-            Watch::On if self.found.is_empty() => (0..movable).filter(broken).collect(),
-            _ => self.found,
+            Watch::Off => Vec::new(),
+            Watch::Groups => (0..groups)
+                .flat_map(|group| (0..movable).map(move |row| (row, group)))
+                .filter(|(row, group)| breaks(*row, *group))
+                .collect(),
+            Watch::On if self.found.is_empty() => {
+                (0..movable).filter(|row| breaks(*row, 0)).map(|row| (row, 0)).collect()
+            }
+            Watch::On => self.found.iter().map(|row| (*row, 0)).collect(),
         })
     }
 
@@ -258,9 +359,10 @@ impl<'a> GroupField<'a> {
     }
 
     /// The movable rows that are not finite.
-    pub(super) fn broken<'r>(&self, rows: &'r [Row]) -> impl Iterator<Item = usize> + use<'r> {
-        let movable = rows[..self.coupling.movable].iter().enumerate();
-        movable.filter(|(_, row)| !row[..3].iter().all(|part| part.is_finite())).map(|(row, _)| row)
+    pub(super) fn broken<'r>(&self, rows: &'r [E]) -> impl Iterator<Item = usize> + use<'r, E> {
+        let movable = rows[..self.movable()].iter().enumerate();
+        let is_finite = |row: &E| (0..3).all(|axis| row.axis(axis).iter().all(|part| part.is_finite()));
+        movable.filter(move |(_, row)| !is_finite(row)).map(|(row, _)| row)
     }
 }
 
@@ -269,7 +371,7 @@ fn start() -> (Combination, Combination) {
     (Combination::of(POSITION), Combination::of(VELOCITY))
 }
 
-impl TickField for GroupField<'_> {
+impl<E: Layout> TickField for GroupField<'_, E> {
     /// By class, because bodies may have their own damping.
     fn enter<M: Integrator>(&mut self, segment: Segment, _: Decay) {
         self.segment = segment;
@@ -308,7 +410,7 @@ impl TickField for GroupField<'_> {
     }
 }
 
-impl Field for GroupField<'_> {
+impl<E: Layout> Field for GroupField<'_, E> {
     type Space = Combination;
 
     fn step(&self) -> f64 {
@@ -334,7 +436,7 @@ impl Field for GroupField<'_> {
 
     fn kick(&mut self, v: Combination, a: Combination) -> Combination {
         let kicked = match self.scratch.classes.uniform() {
-            Some(Class { decay, .. }) if self.anchors_rest || decay.keep.is_none() => {
+            Some(Class { decay, .. }) if self.rows.anchors_rest || decay.keep.is_none() => {
                 decay.keep.map_or(v, |keep| v * keep) + a * decay.gain
             }
             _ => {
@@ -367,7 +469,7 @@ impl Field for GroupField<'_> {
 
     fn implicit_velocity(&mut self, x: Combination, v: Combination) -> Combination {
         debug_assert!(x.slot() == Some(POSITION), "an implicit step begins where the step does");
-        let solved = self.solve(v);
+        let solved = E::solve(self, v);
         let h = self.step();
         self.record_change(v, solved, &|record, _, from, to| record.kick(h, from, to));
         solved

@@ -16,6 +16,10 @@ pub(super) type Members<'w, 's> = Query<
     (With<Grouped>, Without<Quarantined>),
 >;
 
+/// The anchors of groups.
+pub(super) type Anchors<'w, 's> =
+    Query<'w, 's, (Entity, &'static Transform, &'static PhysicsBody), Without<Grouped>>;
+
 /// The options of members.
 pub(super) type MemberOptions<'w, 's> = Query<'w, 's, OptionColumns, With<Grouped>>;
 
@@ -25,8 +29,13 @@ pub(super) struct ByRow<'a, 'w, 's> {
     pub options: &'a MemberOptions<'w, 's>,
 }
 
+/// The options of a body.
+pub(super) fn of_body<'a>(options: &'a MemberOptions, body: Entity) -> BodyOptions<'a> {
+    options.get(body).map_or(BodyOptions::NONE, |columns| columns.options())
+}
+
 impl RowOptions for ByRow<'_, '_, '_> {
     fn row(&self, row: usize) -> BodyOptions<'_> {
-        self.options.get(self.bodies[row]).map_or(BodyOptions::NONE, |columns| columns.options())
+        of_body(self.options, self.bodies[row])
     }
 }

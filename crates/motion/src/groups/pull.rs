@@ -11,7 +11,7 @@ use crate::state::threads::Threads;
 use crate::units::Vector;
 
 /// Springs that are computed at once: four square roots and divisions take hardly longer than one.
-const AT_ONCE: usize = 4;
+pub(super) const AT_ONCE: usize = 4;
 
 /// A spring between two rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -293,27 +293,40 @@ impl<const DAMPED: bool> EndForces for Tension<'_, DAMPED> {
     #[inline(always)]
     fn of<S: Simd>(&self, simd: S, _: usize, block: &SpringBlock) -> [f64x4<S>; AT_ONCE] {
         let d = block.differences(simd, self.x);
-        let [dx, dy, dz] = columns(d);
-        let squared = dx * dx + dy * dy + dz * dz;
-        // A spring without a length has no direction and no force: a plain reciprocal would give 0 times infinity.
-        let pulls = squared.simd_gt(f64x4::splat(simd, 0.0));
-        let inverse = (f64x4::splat(simd, 1.0) / squared.sqrt()).only(pulls);
-        let of = |numbers: [f64; AT_ONCE]| f64x4::simd_from(simd, numbers);
-        let stretched = f64x4::splat(simd, 1.0) - of(block.rest_length) * inverse;
-        let mut tension = of(block.stiffness) * stretched;
-        if DAMPED {
-            let [ux, uy, uz] = columns(block.differences(simd, self.v));
-            let rate = dx * ux + dy * uy + dz * uz;
-            // In this order: the square of the reciprocal of a very short length is infinite.
-            tension += of(block.damping) * (rate * inverse) * inverse;
-        }
-        let tension: [f64; AT_ONCE] = tension.into();
+        let SpringBlock { stiffness, damping, rest_length, .. } = *block;
+        let [stiffness, damping] = [f64x4::simd_from(simd, stiffness), f64x4::simd_from(simd, damping)];
+        let elastic = [stiffness, damping, f64x4::simd_from(simd, rest_length)];
+        let u = if DAMPED { columns(block.differences(simd, self.v)) } else { columns(d) };
+        let tension: [f64; AT_ONCE] = tension::<_, DAMPED>(simd, elastic, columns(d), u).into();
         let mut pulls = d;
         for i in 0..AT_ONCE {
             pulls[i] = d[i] * f64x4::splat(simd, tension[i]);
         }
         pulls
     }
+}
+
+/// The forces of four springs over their lengths, N/m, of these stiffnesses, dampings and rest lengths, whose second ends
+/// are `d` from the first and move away from them with the velocities `u`.
+#[inline(always)]
+pub(super) fn tension<S: Simd, const DAMPED: bool>(
+    simd: S,
+    [stiffness, damping, rest_length]: [f64x4<S>; 3],
+    [dx, dy, dz]: [f64x4<S>; 3],
+    [ux, uy, uz]: [f64x4<S>; 3],
+) -> f64x4<S> {
+    let squared = dx * dx + dy * dy + dz * dz;
+    // A spring without a length has no direction and no force: a plain reciprocal would give 0 times infinity.
+    let pulls = squared.simd_gt(f64x4::splat(simd, 0.0));
+    let inverse = (f64x4::splat(simd, 1.0) / squared.sqrt()).only(pulls);
+    let stretched = f64x4::splat(simd, 1.0) - rest_length * inverse;
+    let mut tension = stiffness * stretched;
+    if DAMPED {
+        let rate = dx * ux + dy * uy + dz * uz;
+        // In this order: the square of the reciprocal of a very short length is infinite.
+        tension += damping * (rate * inverse) * inverse;
+    }
+    tension
 }
 
 /// Changes of the forces, linearized: `times (across u + n (n·u) (along - across))`, where u is by how much the second end

@@ -2,9 +2,9 @@
 
 use bevy_ecs::entity::Entity;
 
-use super::field::{GroupEnvironment, GroupField, GroupKernel, GroupRows, Scratch, Watch};
+use super::field::{GroupEnvironment, GroupField, GroupKernel, GroupRows, Push, Scratch, Watch};
 use super::members::{ByRow, MemberOptions};
-use super::rows::{Row, row_of};
+use super::rows::{Row, are_at_rest, row_of};
 use super::split::Part;
 use super::suspects::{RowStates, Suspects, springs_by_row};
 use super::{Group, Groups};
@@ -55,7 +55,7 @@ impl Rescue<'_, '_, '_, '_> {
         for (row, body) in group.bodies[..coupling.movable].iter().enumerate() {
             if let Some((transform, body, last)) = state_of(*body) {
                 (before.x[row], before.v[row]) = (row_of(transform.position), row_of(body.velocity));
-                before.last[row] = last;
+                (before.w[row], before.last[row]) = (body.inverse_mass, last);
             }
         }
         let whole = ByRow { bodies: &group.bodies, options: self.options };
@@ -92,7 +92,7 @@ impl Rescue<'_, '_, '_, '_> {
                 .collect();
             if culprits.is_empty() {
                 self.output.evaluations.add(&statistics, &[], std::iter::empty());
-                self.output.records.add(&group.bodies, statistics.record);
+                self.output.records.add(&group.bodies, statistics.record.as_ref(), 0);
                 break after;
             }
             for (row, breach) in culprits {
@@ -148,17 +148,22 @@ impl Rescue<'_, '_, '_, '_> {
             let options = OfRows { whole: &whole, rows: &part.rows };
             for watch in [Watch::Off, Watch::On] {
                 let mut scratch = Scratch::default();
-                scratch.pushes.clone_from(&pushes);
+                let push = |(row, force): &(usize, Row)| Push { lane: 0, row: *row, force: *force };
+                scratch.pushes.extend(pushes.iter().map(push));
                 state = (pick(&before.x), pick(&before.v), numbers(&before.last));
+                let anchors_rest = are_at_rest(&state.1[movable..]);
                 let rows = GroupRows {
                     x: &mut state.0,
                     v: &mut state.1,
                     w: &w,
+                    groups: 1,
+                    apart: &[],
                     last: &mut state.2[..movable],
                     with_options: &with_options,
                     with_laws: &with_laws,
                     cache: None,
-                    shares: &[],
+                    anchors_rest,
+                    springs: &[],
                 };
                 let record = self.output.records.recorder(part.rows.len());
                 let mut own = StepStatistics { record, ..StepStatistics::default() };

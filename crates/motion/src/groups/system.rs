@@ -3,24 +3,22 @@
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::{BoxedSystem, ParamBuilder, SystemParam, SystemState};
 
-use super::field::{GroupEnvironment, GroupField, GroupKernel, GroupRows, Watch};
-use super::members::{ByRow, MemberOptions, Members};
+use super::field::{GroupEnvironment, GroupField, GroupKernel, GroupRows, Push, Watch};
+use super::lanes::{Bundle, Bundles};
+use super::members::{Anchors, ByRow, MemberOptions, Members, of_body};
+use super::places::{Tables, Unit};
 use super::rescue::Rescue;
-use super::rows::Row;
+use super::rows::{Element as _, Row, are_at_rest};
 use super::solver::Solver;
-use super::{Group, Groups, TableRun};
+use super::{Group, Groups};
 use crate::kernels::StepStatistics;
-use crate::laws::MutualGravity;
-use crate::state::components::{PhysicsBody, Transform};
-use crate::state::coupling::{CouplingChanged, Grouped};
+use crate::laws::{BLOCK_BODIES, MutualGravity};
+use crate::methods::MethodStateKind;
+use crate::state::coupling::CouplingChanged;
 use crate::state::range::Bounds;
 use crate::state::threads::Threads;
 use crate::tick::body_filter::BodyFilter;
 use crate::tick::environment::{Environment, EnvironmentParam, TickOutput};
-use crate::units::Vector;
-
-/// The anchors of groups.
-type Anchors<'w, 's> = Query<'w, 's, (&'static Transform, &'static PhysicsBody), Without<Grouped>>;
 
 /// What the system reads and writes besides the environment and the members of its groups.
 #[derive(SystemParam)]
@@ -59,53 +57,184 @@ fn advance_groups(
     let GroupsParam { mut groups, mut changed, solver, attraction, anchors, options, mut summed } = groups;
     param.prepare();
     let groups = &mut *groups;
-    if !groups.gather(&param, &mut members) {
+    let shared = Environment { attraction: attraction.as_deref(), ..param.environment() };
+    let mut tables = Tables::of(&param, &mut members, &anchors);
+    if !groups.gather(&param, &mut tables) {
         groups.find(&param, &options);
-        let found = groups.gather(&param, &mut members);
+        let found = groups.gather(&param, &mut tables);
         debug_assert!(found, "bodies do not move between tables in the middle of a system");
         if !found {
             changed.0 = true;
             return;
         }
     }
-    let shared = Environment { attraction: attraction.as_deref(), ..param.environment() };
     summed.clear();
     summed.extend(shared.summed(true));
     let called = shared.called();
     let solver = solver.as_deref().copied().unwrap_or_default();
-    let mut environment =
+    let environment =
         GroupEnvironment::new(kernel.single.traits, shared, &called, solver, &summed, param.threads());
-    let substeps = environment.parameters.times.substeps;
-    for number in 0..groups.list.len() {
-        if groups.seen[number] != groups.list[number].coupling.movable {
-            continue;
-        }
-        let own = groups.list[number].substeps.unwrap_or(substeps);
-        if own != environment.parameters.times.substeps {
-            environment.parameters.times.substeps = own;
-            environment.parameters = environment.parameters.damped(environment.parameters.damping);
-        }
-        let Group { first, coupling, .. } = &mut groups.list[number];
-        coupling.weigh(&groups.w[*first..*first + coupling.movable]);
-        let holds = groups.hold(number, &anchors, environment.parameters.bounds, &mut changed);
-        let record = output.records.recorder(groups.list[number].coupling.rows);
-        let mut statistics = StepStatistics { record, ..StepStatistics::default() };
-        if holds && groups.tick(kernel, number, &environment, &options, &mut statistics).is_ok() {
-            output.evaluations.add(&statistics, &[], std::iter::empty());
-            output.records.add(&groups.list[number].bodies, statistics.record);
-        } else {
-            // A tick that failed may have overwritten the anchors as well.
-            let _ = groups.hold(number, &anchors, environment.parameters.bounds, &mut changed);
-            let (environment, options, output) = (&environment, &options, &mut output);
-            let mut rescue = Rescue { kernel, environment, options, output };
-            rescue.run(groups, number, &mut |body| {
-                let (_, transform, state, _, last) = members.get(body).ok()?;
-                Some((*transform, *state, last.map_or(0.0, |last| last.0)))
-            });
-            changed.0 = true;
+    let mut tick = Tick {
+        kernel,
+        substeps: environment.parameters.times.substeps,
+        environment,
+        param: &param,
+        options: &options,
+        anchors: &anchors,
+        tables: &mut tables,
+        output: &mut output,
+        changed: &mut changed,
+    };
+    for number in 0..groups.units.len() {
+        match groups.units[number] {
+            Unit::Group(number) if groups.seen[number] == groups.list[number].coupling.movable => {
+                tick.alone(groups, number);
+            }
+            Unit::Bundle(number) => tick.bundle(groups, number),
+            Unit::Group(_) => {}
         }
     }
-    groups.scatter(&param, &mut members);
+    groups.scatter(&param, &mut tables);
+}
+
+/// A tick of groups.
+struct Tick<'a, 'n, 't, 'w, 's> {
+    kernel: GroupKernel,
+    /// The environment, with the substeps of the last group.
+    environment: GroupEnvironment<'a>,
+    /// The substeps of groups that have none of their own.
+    substeps: u32,
+    param: &'a EnvironmentParam<'w, 's>,
+    options: &'a MemberOptions<'w, 's>,
+    anchors: &'a Anchors<'w, 's>,
+    tables: &'a mut Tables<'t>,
+    output: &'a mut TickOutput<'n>,
+    changed: &'a mut CouplingChanged,
+}
+
+impl Tick<'_, '_, '_, '_, '_> {
+    fn set_substeps(&mut self, own: Option<u32>) {
+        let parameters = &mut self.environment.parameters;
+        let own = own.unwrap_or(self.substeps);
+        if own != parameters.times.substeps {
+            parameters.times.substeps = own;
+            *parameters = parameters.damped(parameters.damping);
+        }
+    }
+
+    /// Integrates a group whose rows are among those of groups alone.
+    fn alone(&mut self, groups: &mut Groups, number: usize) {
+        self.set_substeps(groups.list[number].substeps);
+        let Group { first, coupling, .. } = &mut groups.list[number];
+        coupling.weigh(&groups.w[*first..*first + coupling.movable]);
+        let holds = groups.hold(number, self.anchors, self.environment.parameters.bounds, self.changed);
+        let record = self.output.records.recorder(groups.list[number].coupling.rows);
+        let mut statistics = StepStatistics { record, ..StepStatistics::default() };
+        let environment = &self.environment;
+        if holds && groups.tick(self.kernel, number, environment, self.options, &mut statistics).is_ok() {
+            self.output.evaluations.add(&statistics, &[], std::iter::empty());
+            self.output.records.add(&groups.list[number].bodies, statistics.record.as_ref(), 0);
+        } else {
+            self.rescue(groups, number);
+        }
+    }
+
+    /// Repeats the tick of a group that failed.
+    #[cold]
+    fn rescue(&mut self, groups: &mut Groups, number: usize) {
+        // A tick that failed may have overwritten the anchors as well.
+        let _ = groups.hold(number, self.anchors, self.environment.parameters.bounds, self.changed);
+        let (environment, options, output) = (&self.environment, self.options, &mut *self.output);
+        let mut rescue = Rescue { kernel: self.kernel, environment, options, output };
+        rescue.run(groups, number, &mut |body| self.tables.state_of(self.param, body));
+        self.changed.0 = true;
+    }
+
+    /// Integrates the groups of a bundle side by side, and each alone that cannot be.
+    fn bundle(&mut self, groups: &mut Groups, number: usize) {
+        if !groups.load(number, self.tables, self.environment.parameters.bounds) {
+            return;
+        }
+        let mut apart = self.apart(groups, number);
+        for (at, lane) in apart.iter().enumerate() {
+            groups.take_out(number, *lane, at);
+        }
+        let lost = std::mem::take(&mut groups.bundles.list[number].lost);
+        let alone = apart.clone();
+        apart.extend(lost.iter().filter(|lane| !alone.contains(lane)));
+        apart.sort_unstable();
+        let mut failed = lost.clone();
+        let count = groups.bundles.list[number].groups.len();
+        if apart.len() < count {
+            self.set_substeps(groups.list[groups.bundles.list[number].groups[0]].substeps);
+            let rows = groups.list[groups.bundles.list[number].groups[0]].coupling.rows;
+            let record = self.output.records.recorder(count * rows);
+            let mut statistics = StepStatistics { record, ..StepStatistics::default() };
+            groups.bundles.fill_up(number);
+            let done = groups.tick_lanes(
+                self.kernel,
+                (number, &apart),
+                &self.environment,
+                self.options,
+                &mut statistics,
+            );
+            failed.extend(done.err().into_iter().flatten().filter(|lane| !apart.contains(lane)));
+            self.output.evaluations.add(&statistics, &[], std::iter::empty());
+            if let Some(record) = &statistics.record {
+                for (lane, group) in groups.bundles.list[number].groups.iter().enumerate() {
+                    if !apart.contains(&lane) && !failed.contains(&lane) {
+                        self.output.records.add(&groups.list[*group].bodies, Some(record), lane * rows);
+                    }
+                }
+            }
+        }
+        for (at, lane) in alone.iter().enumerate().filter(|(_, lane)| !lost.contains(lane)) {
+            let group = groups.set_apart(number, *lane, at);
+            self.alone(groups, group);
+            groups.put_back(number, *lane);
+        }
+        for lane in failed {
+            let group = groups.set_apart(number, lane, 0);
+            self.rescue(groups, group);
+            groups.put_back(number, lane);
+        }
+        groups.bundles.list[number].lost = lost;
+        groups.store(number, self.tables);
+    }
+
+    /// The groups of a bundle that cannot be integrated beside its first one in this tick.
+    fn apart(&self, groups: &Groups, number: usize) -> Vec<usize> {
+        let Groups { list, bundles, .. } = groups;
+        let bundle @ Bundle { groups: members, moving, .. } = &bundles.list[number];
+        if self.kernel.solves {
+            return (0..members.len()).collect();
+        }
+        let first = &list[members[0]];
+        let differ = |lane: &usize| {
+            let of = |group: usize, row: u32| of_body(self.options, list[group].bodies[row as usize]);
+            let differs = |row: &u32| !of(members[*lane], *row).is_like(&of(members[0], *row));
+            first.with_options.iter().any(differs)
+        };
+        let mut apart = Vec::new();
+        if !first.with_options.is_empty() {
+            apart.extend((1..members.len()).filter(differ));
+        }
+        let first_moves = moving.first() == Some(&0);
+        if !moving.is_empty() {
+            apart.extend((1..members.len()).filter(|lane| moving.contains(lane) != first_moves));
+        }
+        if self.kernel.single.traits.state == MethodStateKind::LastStep {
+            let step = |row: usize, lane: usize| {
+                let (element, lane) = bundle.place(row, lane);
+                bundles.last[element * BLOCK_BODIES + lane]
+            };
+            let steps = |lane: &usize| (0..first.coupling.movable).all(|row| step(row, *lane) == step(0, 0));
+            apart.extend((0..members.len()).filter(|lane| !steps(lane)));
+        }
+        apart.sort_unstable();
+        apart.dedup();
+        apart
+    }
 }
 
 impl Group {
@@ -121,100 +250,11 @@ impl Group {
 }
 
 impl Groups {
-    /// Copies the rows of the system's groups from the tables; `false` if they are not where they were.
-    fn gather(&mut self, param: &EnvironmentParam, members: &mut Members) -> bool {
-        self.seen.fill(0);
-        self.pushes.clear();
-        for chunk in members.contiguous_iter_mut().expect("every component of a body is stored in tables") {
-            let (entities, mut transforms, mut bodies, forces, mut last) = chunk;
-            let Some(table) = param.table_of(entities[0]) else { return false };
-            let transforms = transforms.bypass_change_detection();
-            let bodies = bodies.bypass_change_detection();
-            let mut last = last.as_mut().map(|last| last.bypass_change_detection());
-            let mut count = 0;
-            for run in runs_of(&self.runs, table) {
-                let TableRun { start, len, group, row, .. } = *run;
-                let Group { first, bodies: members, .. } = &self.list[group];
-                if entities.get(start..start + len) != Some(&members[row..row + len]) {
-                    return false;
-                }
-                let to = first + row;
-                let threads = Threads::for_rows(param.threads(), len);
-                let (transforms, bodies) = (&transforms[start..], &bodies[start..]);
-                Threads::share(threads, &mut self.x[to..to + len], |first, x| {
-                    for (x, transform) in x.iter_mut().zip(&transforms[first..]) {
-                        let [a, b, c] = transform.position.to_array();
-                        *x = [a, b, c, 0.0];
-                    }
-                });
-                let (v, w) = (&mut self.v[to..to + len], &mut self.w[to..to + len]);
-                Threads::share_two(threads, v, w, |first, v, w| {
-                    for ((v, w), body) in v.iter_mut().zip(w).zip(&bodies[first..]) {
-                        let [a, b, c] = body.velocity.to_array();
-                        (*v, *w) = ([a, b, c, 0.0], body.inverse_mass);
-                    }
-                });
-                if let Some(last) = &mut last {
-                    let steps = self.last[to..to + len].iter_mut().zip(&last[start..start + len]);
-                    steps.for_each(|(to, from)| *to = from.0);
-                }
-                self.seen[group] += len;
-                count += len;
-                let pushed = param.pushed_in(table, start..start + len);
-                self.pushes.extend(pushed.iter().map(|(_, pushed)| {
-                    let [x, y, z] = forces[*pushed].newtons().to_array();
-                    (group, row + pushed - start, [x, y, z, 0.0])
-                }));
-            }
-            if count != entities.len() {
-                return false;
-            }
-        }
-        self.pushes.sort_unstable_by_key(|(group, row, _)| (*group, *row));
-        true
-    }
-
     /// The pushes on rows of a group.
     fn pushes_of(&self, number: usize) -> &[(usize, usize, Row)] {
         let start = self.pushes.partition_point(|(group, ..)| *group < number);
         let end = self.pushes.partition_point(|(group, ..)| *group <= number);
         &self.pushes[start..end]
-    }
-
-    /// Finds the rows of all groups in the tables, and the rows with options.
-    #[cold]
-    fn find(&mut self, param: &EnvironmentParam, options: &MemberOptions) {
-        self.runs.clear();
-        for (number, group) in self.list.iter_mut().enumerate() {
-            group.with_options.clear();
-            group.with_laws.clear();
-            let mut run: Option<TableRun> = None;
-            for (row, body) in group.bodies[..group.coupling.movable].iter().enumerate() {
-                let Some((table, start)) = param.place_of(*body) else { continue };
-                match &mut run {
-                    Some(run)
-                        if run.table == table && run.start + run.len == start && run.row + run.len == row =>
-                    {
-                        run.len += 1;
-                    }
-                    _ => {
-                        self.runs.extend(run.take());
-                        run = Some(TableRun { table, start, len: 1, group: number, row });
-                    }
-                }
-                let Ok(columns) = options.get(*body) else { continue };
-                #[expect(clippy::cast_possible_truncation, reason = "springs name rows by u32")]
-                let row = row as u32;
-                if columns.options().changes_row() {
-                    group.with_options.push(row);
-                }
-                if columns.laws.is_some() {
-                    group.with_laws.push(row);
-                }
-            }
-            self.runs.extend(run);
-        }
-        self.runs.sort_unstable();
     }
 
     /// Copies the state of the anchors; `false` if one of them is not finite or out of range.
@@ -230,7 +270,7 @@ impl Groups {
         let Group { first, coupling, bodies, .. } = &self.list[number];
         for (row, body) in bodies.iter().enumerate().skip(coupling.movable) {
             let row = first + row;
-            if let Ok((transform, body)) = anchors.get(*body) {
+            if let Ok((_, transform, body)) = anchors.get(*body) {
                 let ([x, y, z], [a, b, c]) = (transform.position.to_array(), body.velocity.to_array());
                 (self.x[row], self.v[row], self.w[row]) = ([x, y, z, 0.0], [a, b, c, 0.0], 0.0);
                 holds &= bounds.holds_position(&[x, y, z]) && bounds.holds_velocity(&[a, b, c]);
@@ -251,63 +291,111 @@ impl Groups {
     ) -> Result<(), Vec<usize>> {
         let mut pushes = std::mem::take(&mut self.scratch.pushes);
         pushes.clear();
-        pushes.extend(self.pushes_of(number).iter().map(|(_, row, force)| (*row, *force)));
+        let own = self.pushes_of(number).iter();
+        pushes.extend(own.map(|(_, row, force)| Push { lane: 0, row: *row, force: *force }));
         self.scratch.pushes = pushes;
         let group = &mut self.list[number];
         group.share(environment.threads);
         let rows = group.first..group.first + group.coupling.rows;
         let options = ByRow { bodies: &group.bodies, options };
         let movable = group.first..group.first + group.coupling.movable;
+        let anchors_rest = are_at_rest(&self.v[movable.end..rows.end]);
         let rows = GroupRows {
             x: &mut self.x[rows.clone()],
             v: &mut self.v[rows.clone()],
             w: &self.w[rows],
+            groups: 1,
+            apart: &[],
             last: &mut self.last[movable],
             with_options: &group.with_options,
             with_laws: &group.with_laws,
             cache: Some(&mut group.cache),
-            shares: &group.shares.1,
+            anchors_rest,
+            springs: &group.shares.1,
         };
         let field =
             GroupField::new(&group.coupling, environment, rows, &options, &mut self.scratch, statistics);
         (kernel.tick)(field, Watch::Off)
     }
 
-    /// Copies the rows of the system's groups back to the tables.
-    fn scatter(&self, param: &EnvironmentParam, members: &mut Members) {
-        for chunk in members.contiguous_iter_mut().expect("every component of a body is stored in tables") {
-            let (entities, mut transforms, mut bodies, _, mut last) = chunk;
-            let Some(table) = param.table_of(entities[0]) else { continue };
-            let (transforms, bodies) = (&mut *transforms, bodies.bypass_change_detection());
-            let mut last = last.as_mut().map(|last| last.bypass_change_detection());
-            for run in runs_of(&self.runs, table) {
-                let TableRun { start, len, group, row, .. } = *run;
-                if self.seen[group] != self.list[group].coupling.movable {
-                    continue;
-                }
-                let from = self.list[group].first + row;
-                let threads = Threads::for_rows(param.threads(), len);
-                let (transforms, bodies) =
-                    (&mut transforms[start..start + len], &mut bodies[start..start + len]);
-                Threads::share_two(threads, transforms, bodies, |first, transforms, bodies| {
-                    let rows = transforms.iter_mut().zip(bodies);
-                    let states = self.x[from + first..].iter().zip(&self.v[from + first..]);
-                    for ((transform, body), (x, v)) in rows.zip(states) {
-                        transform.position = Vector::new(x[0], x[1], x[2]);
-                        body.velocity = Vector::new(v[0], v[1], v[2]);
-                    }
-                });
-                if let Some(last) = &mut last {
-                    let steps = last[start..start + len].iter_mut().zip(&self.last[from..]);
-                    steps.for_each(|(to, from)| to.0 = *from);
-                }
+    /// Integrates a tick of the groups of a bundle; the results of those `apart` are not used. Fails with the groups of which
+    /// a row is not finite or not in range.
+    fn tick_lanes(
+        &mut self,
+        kernel: GroupKernel,
+        (number, apart): (usize, &[usize]),
+        environment: &GroupEnvironment<'_>,
+        options: &MemberOptions,
+        statistics: &mut StepStatistics,
+    ) -> Result<(), Vec<usize>> {
+        let mut pushes = std::mem::take(&mut self.bundles.scratch.pushes);
+        pushes.clear();
+        if !self.pushes.is_empty() {
+            for (lane, group) in self.bundles.list[number].groups.iter().enumerate() {
+                let own = self.pushes_of(*group).iter();
+                pushes.extend(own.map(|(_, row, force)| Push { lane, row: *row, force: *force }));
             }
         }
+        let Self { list, bundles: Bundles { list: all, x, v, w, last, scratch }, .. } = self;
+        scratch.pushes = pushes;
+        let Bundle { elements, width, ref groups, ref springs, ref mut cache, ref moving, .. } = all[number];
+        let shape = &list[groups[0]];
+        let last = &mut last[..shape.coupling.movable * width * BLOCK_BODIES];
+        let step = last[0];
+        last.fill(step);
+        let rows = GroupRows {
+            x: &mut x[..elements],
+            v: &mut v[..elements],
+            w: &w[..elements * BLOCK_BODIES],
+            groups: groups.len(),
+            apart,
+            last,
+            with_options: &shape.with_options,
+            with_laws: &[],
+            cache: Some(cache),
+            anchors_rest: moving.first() != Some(&0),
+            springs,
+        };
+        let options = ByRow { bodies: &shape.bodies, options };
+        let field = GroupField::new(&shape.coupling, environment, rows, &options, scratch, statistics);
+        (kernel.tick_lanes)(field)
     }
-}
 
-fn runs_of(runs: &[TableRun], table: usize) -> &[TableRun] {
-    let start = runs.partition_point(|run| run.table < table);
-    let end = runs.partition_point(|run| run.table <= table);
-    &runs[start..end]
+    /// Moves the state of a group of a bundle to the rows of groups alone, behind `at` others.
+    fn take_out(&mut self, number: usize, lane: usize, at: usize) {
+        let group = self.set_apart(number, lane, at);
+        let Self { list, bundles, x, v, w, last, .. } = self;
+        let bundle = &mut bundles.list[number];
+        let Group { first, coupling, cache, .. } = &mut list[group];
+        for row in 0..coupling.rows {
+            let (element, lane) = bundle.place(row, lane);
+            let (to, of_lane) = (*first + row, element * BLOCK_BODIES + lane);
+            (x[to], v[to]) = (bundles.x[element].row(lane), bundles.v[element].row(lane));
+            (w[to], last[to]) = (bundles.w[of_lane], bundles.last[of_lane]);
+        }
+        bundle.cache.give(bundle.width, coupling.rows, lane, cache);
+    }
+
+    /// Gives a group of a bundle a place among the rows of groups alone, behind `at` others. Returns its number.
+    fn set_apart(&mut self, number: usize, lane: usize, at: usize) -> usize {
+        let group = self.bundles.list[number].groups[lane];
+        let rows = self.list[group].coupling.rows;
+        self.list[group].first = self.alone + at * rows;
+        self.fit(self.x.len().max(self.alone + (at + 1) * rows));
+        group
+    }
+
+    /// Takes the state of a group back into its bundle.
+    fn put_back(&mut self, number: usize, lane: usize) {
+        let Self { list, bundles, x, v, last, .. } = self;
+        let bundle = &mut bundles.list[number];
+        let Group { first, coupling, cache, .. } = &mut list[bundle.groups[lane]];
+        for row in 0..coupling.movable {
+            let (element, of_element) = bundle.place(row, lane);
+            bundles.x[element].set_row(of_element, x[*first + row]);
+            bundles.v[element].set_row(of_element, v[*first + row]);
+            bundles.last[element * BLOCK_BODIES + of_element] = last[*first + row];
+        }
+        bundle.cache.take(bundle.width, lane, cache);
+    }
 }

@@ -27,11 +27,8 @@ impl<const N: usize> Block<N> {
     /// [`Block::of`] into this block.
     #[inline(always)]
     pub fn load<const M: usize>(&mut self, rows: &[[f64; M]]) {
-        let [x, y, z] = &mut self.0;
         if let Ok(rows) = <&[[f64; M]; N]>::try_from(rows) {
-            for (k, row) in rows.iter().enumerate() {
-                (x[k], y[k], z[k]) = (row[0], row[1], row[2]);
-            }
+            load_axes(&mut self.0, rows);
             return;
         }
         for (axis, numbers) in self.0.iter_mut().enumerate() {
@@ -43,17 +40,7 @@ impl<const N: usize> Block<N> {
     /// Stores the row of each body that `row` makes of its numbers.
     #[inline(always)]
     pub fn store<const M: usize>(&self, rows: &mut [[f64; M]], row: impl Fn([f64; 3], usize) -> [f64; M]) {
-        let (chunks, rest) = rows.as_chunks_mut::<4>();
-        let whole = 4 * chunks.len();
-        for (chunk, rows) in chunks.iter_mut().enumerate().take(N / 4) {
-            *rows = std::array::from_fn(
-                #[inline(always)]
-                |k| row(self.body(4 * chunk + k), 4 * chunk + k),
-            );
-        }
-        for (k, place) in (whole..N).zip(rest) {
-            *place = row(self.body(k), k);
-        }
+        store_axes(&self.0, rows, row);
     }
 
     /// The numbers of body `k`.
@@ -81,6 +68,36 @@ impl<const N: usize> Block<N> {
     #[inline(always)]
     pub fn axes_mut(&mut self) -> Option<&mut Axes> {
         (&mut self.0 as &mut dyn Any).downcast_mut()
+    }
+}
+
+/// Turns rows into axes.
+#[inline(always)]
+pub(crate) fn load_axes<const N: usize, const M: usize>(axes: &mut [[f64; N]; 3], rows: &[[f64; M]; N]) {
+    let [x, y, z] = axes;
+    for (k, row) in rows.iter().enumerate() {
+        (x[k], y[k], z[k]) = (row[0], row[1], row[2]);
+    }
+}
+
+/// Stores the row of each body that `row` makes of its numbers.
+#[inline(always)]
+pub(crate) fn store_axes<const N: usize, const M: usize>(
+    [x, y, z]: &[[f64; N]; 3],
+    rows: &mut [[f64; M]],
+    row: impl Fn([f64; 3], usize) -> [f64; M],
+) {
+    let of = |k: usize| row([x[k], y[k], z[k]], k);
+    let (chunks, rest) = rows.as_chunks_mut::<4>();
+    let whole = 4 * chunks.len();
+    for (chunk, rows) in chunks.iter_mut().enumerate().take(N / 4) {
+        *rows = std::array::from_fn(
+            #[inline(always)]
+            |k| of(4 * chunk + k),
+        );
+    }
+    for (k, place) in (whole..N).zip(rest) {
+        *place = of(k);
     }
 }
 

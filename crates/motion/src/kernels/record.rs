@@ -146,10 +146,10 @@ impl TickRecords {
         self.0.is_some().then(|| Recorder::of(rows))
     }
 
-    /// Adds what a system did to `bodies`. The two halves of an Euler step may be two systems.
-    pub fn add(&mut self, bodies: &[Entity], recorder: Option<Recorder>) {
+    /// Adds what a system did to `bodies`, whose records begin at `first`. The two halves of an Euler step may be two systems.
+    pub fn add(&mut self, bodies: &[Entity], recorder: Option<&Recorder>, first: usize) {
         let (Some(records), Some(recorder)) = (&mut self.0, recorder) else { return };
-        for (body, record) in bodies.iter().zip(&recorder.rows) {
+        for (body, record) in bodies.iter().zip(&recorder.rows[first..]) {
             records.entry(*body).or_default().add(record);
         }
     }

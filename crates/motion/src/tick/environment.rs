@@ -188,6 +188,11 @@ impl EnvironmentParam<'_, '_> {
         self.threads.as_deref()
     }
 
+    /// Whether bodies are pushed.
+    pub(crate) fn pushes(&self) -> bool {
+        !self.rows.is_empty()
+    }
+
     /// Table and row of `body`.
     pub(crate) fn place_of(&self, body: Entity) -> Option<(usize, usize)> {
         place_in(self.entities, body)

@@ -1,22 +1,23 @@
 //! The arrays of a step: claimed, computed, stored.
 
 use super::classes::Class;
-use super::{GroupField, Scratch};
+use super::{GroupField, Layout, Scratch};
 use crate::groups::combination::{APPLIED, CACHED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
-use crate::groups::rows::{Row, RowArray};
+use crate::groups::rows::{Array, numbers, numbers_mut};
 use crate::kernels::restrain;
 use crate::laws::damping::{Decay, SNAP};
+use crate::simd::vectorize;
 use crate::state::threads::Threads;
 
-impl GroupField<'_> {
+impl<E: Layout> GroupField<'_, E> {
     pub(super) fn claim(&mut self) -> usize {
         let slot = self.next;
         self.next += 1;
-        self.scratch.slots[slot].resize(self.coupling.rows);
+        self.scratch.slots[slot].resize(self.rows.x.len());
         slot
     }
 
-    pub(crate) fn array(&self, slot: usize) -> &[Row] {
+    pub(crate) fn array(&self, slot: usize) -> &[E] {
         match slot {
             POSITION => self.rows.x,
             VELOCITY => self.rows.v,
@@ -25,9 +26,9 @@ impl GroupField<'_> {
     }
 
     /// Computes a combination into `out`.
-    pub(super) fn compute(&self, sum: &Combination, out: &mut RowArray) {
-        out.resize(self.coupling.rows);
-        let mut parts: [(&[Row], f64); SLOTS] = [(&[], 0.0); SLOTS];
+    pub(super) fn compute(&self, sum: &Combination, out: &mut Array<E>) {
+        out.resize(self.rows.x.len());
+        let mut parts: [(&[E], f64); SLOTS] = [(&[], 0.0); SLOTS];
         let mut count = 0;
         // The state comes last: its increments are small, and are summed first.
         for slot in (0..SLOTS).rev() {
@@ -36,10 +37,23 @@ impl GroupField<'_> {
                 count += 1;
             }
         }
-        Threads::share(self.threads, out, |first, out| {
-            let mut of_rows = parts;
-            of_rows[..count].iter_mut().for_each(|(array, _)| *array = &array[first..]);
-            add_up(&of_rows[..count], out);
+        // Anchors at rest stay where they are.
+        let of_position = sum.factors[POSITION];
+        let (moving, still) = match self.rows.anchors_rest && (of_position == 0.0 || of_position == 1.0) {
+            true => out.split_at_mut(self.movable()),
+            false => out.split_at_mut(self.rows.x.len()),
+        };
+        if of_position == 1.0 {
+            still.copy_from_slice(&self.rows.x[moving.len()..]);
+        } else {
+            numbers_mut(still).fill(0.0);
+        }
+        Threads::share(self.threads, moving, |first, out| {
+            let mut of_rows = [(&[][..], 0.0); SLOTS];
+            for (of_rows, (array, factor)) in of_rows.iter_mut().zip(&parts[..count]) {
+                *of_rows = (numbers(&array[first..]), *factor);
+            }
+            add_up(&of_rows[..count], numbers_mut(out));
         });
     }
 
@@ -57,7 +71,7 @@ impl GroupField<'_> {
         // NaN if a factor of the step is infinite.
         let of_position = v.factors[POSITION];
         debug_assert!(of_position == 0.0 || !of_position.is_finite(), "a velocity is not made of positions");
-        let mut parts: [(&[Row], f64, f64); SLOTS] = [(&[], 0.0, 0.0); SLOTS];
+        let mut parts: [(&[E], f64, f64); SLOTS] = [(&[], 0.0, 0.0); SLOTS];
         let mut count = 0;
         for slot in (APPLIED..SLOTS).rev() {
             if x.factors[slot] != 0.0 || v.factors[slot] != 0.0 {
@@ -67,12 +81,15 @@ impl GroupField<'_> {
         }
         let own = [x.factors[POSITION], x.factors[VELOCITY], v.factors[VELOCITY]];
         let parts = &parts[..count];
-        Threads::share_two(self.threads, self.rows.x, self.rows.v, |first, x, v| {
+        // Anchors at rest stay where they are.
+        let moving = if self.rows.anchors_rest && own[0] == 1.0 { self.movable() } else { self.rows.x.len() };
+        let (x, v) = (&mut self.rows.x[..moving], &mut self.rows.v[..moving]);
+        Threads::share_two(self.threads, x, v, |first, x, v| {
             let mut of_rows = [(&[][..], 0.0, 0.0); SLOTS];
             for (of_rows, (array, of_x, of_v)) in of_rows.iter_mut().zip(parts) {
-                *of_rows = (&array[first..], *of_x, *of_v);
+                *of_rows = (numbers(&array[first..]), *of_x, *of_v);
             }
-            advance(x, v, own, &of_rows[..count]);
+            advance(numbers_mut(x), numbers_mut(v), own, &of_rows[..count]);
         });
         self.next = FIRST;
     }
@@ -95,10 +112,11 @@ impl GroupField<'_> {
     /// A velocity or acceleration with every movable row multiplied by the factor of its class, if there is one.
     pub(super) fn each_row(&mut self, v: Combination, factor: impl Fn(&Class) -> Option<f64>) -> Combination {
         let slot = self.own_array(&v);
+        let elements = self.movable();
         let Scratch { slots, classes, .. } = &mut *self.scratch;
-        for (row, v) in slots[slot][..self.coupling.movable].iter_mut().enumerate() {
-            if let Some(factor) = factor(classes.of(row)) {
-                v[..3].iter_mut().for_each(|part| *part *= factor);
+        for (element, v) in slots[slot][..elements].iter_mut().enumerate() {
+            if let Some(factor) = factor(classes.of(element / self.width)) {
+                (0..3).for_each(|axis| v.axis_mut(axis).iter_mut().for_each(|part| *part *= factor));
             }
         }
         Combination::of(slot)
@@ -110,7 +128,7 @@ impl GroupField<'_> {
             return v;
         }
         match self.scratch.classes.uniform() {
-            Some(class) if self.anchors_rest => factor(&class.decay).map_or(v, |factor| v * factor),
+            Some(class) if self.rows.anchors_rest => factor(&class.decay).map_or(v, |factor| v * factor),
             _ => self.each_row(v, |class| factor(&class.decay)),
         }
     }
@@ -125,7 +143,13 @@ impl GroupField<'_> {
         for row in self.rows.with_options {
             let row = *row as usize;
             let Class { limit, locks, .. } = *classes.of(row);
-            restrain(&mut slots[slot][row], limit, locks);
+            for element in &mut slots[slot][row * self.width..][..self.width] {
+                for lane in 0..E::LANES {
+                    let mut of_lane = element.row(lane);
+                    restrain(&mut of_lane, limit, locks);
+                    element.set_row(lane, of_lane);
+                }
+            }
         }
         Combination::of(slot)
     }
@@ -133,35 +157,54 @@ impl GroupField<'_> {
     /// Sets velocities that decayed below [`SNAP`] to 0.
     pub(super) fn snap(&mut self) {
         if self.decays() {
-            Threads::share(self.threads, &mut self.rows.v[..self.coupling.movable], |_, rows| {
-                for row in rows {
-                    for part in &mut row[..3] {
-                        if part.abs() < SNAP {
-                            *part = 0.0;
+            let elements = self.movable();
+            Threads::share(self.threads, &mut self.rows.v[..elements], |_, rows| {
+                vectorize(
+                    #[inline(always)]
+                    || {
+                        for part in numbers_mut(rows) {
+                            // Not "unless it is at least": NaN must stay, to be found.
+                            *part = if part.abs() < SNAP { 0.0 } else { *part };
                         }
-                    }
-                }
+                    },
+                );
             });
         }
     }
 }
 
+/// Numbers that are computed before the first of them is stored: the compiler would have to assume that each place
+/// overlaps with what the next number is computed from.
+const AT_ONCE: usize = 4;
+
+/// Parts of an array.
+fn parts_of(numbers: &[f64], len: usize) -> &[[f64; AT_ONCE]] {
+    numbers[..len].as_chunks().0
+}
+
 /// `out = f1 a1 + f2 a2 + ...`, the last part added last.
-fn add_up(parts: &[(&[Row], f64)], out: &mut [Row]) {
-    fn of<const N: usize>(parts: &[(&[Row], f64)], out: &mut [Row]) {
-        let out = out.as_flattened_mut();
-        let arrays: [&[f64]; N] = std::array::from_fn(|part| &parts[part].0.as_flattened()[..out.len()]);
+fn add_up(parts: &[(&[f64], f64)], out: &mut [f64]) {
+    fn of<const N: usize>(parts: &[(&[f64], f64)], out: &mut [f64]) {
+        let len = out.len();
+        let arrays: [_; N] = std::array::from_fn(|part| parts_of(parts[part].0, len));
         let factors: [f64; N] = std::array::from_fn(|part| parts[part].1);
-        for (i, out) in out.iter_mut().enumerate() {
-            let mut sum = arrays[0][i] * factors[0];
-            for part in 1..N {
-                sum += arrays[part][i] * factors[part];
-            }
-            *out = sum;
-        }
+        vectorize(
+            #[inline(always)]
+            || {
+                for (i, out) in out.as_chunks_mut::<AT_ONCE>().0.iter_mut().enumerate() {
+                    let mut sums = arrays[0][i];
+                    (0..AT_ONCE).for_each(|k| sums[k] *= factors[0]);
+                    for part in 1..N {
+                        let numbers = arrays[part][i];
+                        (0..AT_ONCE).for_each(|k| sums[k] += numbers[k] * factors[part]);
+                    }
+                    *out = sums;
+                }
+            },
+        );
     }
     match parts.len() {
-        0 => out.fill([0.0; 4]),
+        0 => out.fill(0.0),
         1 => of::<1>(parts, out),
         2 => of::<2>(parts, out),
         3 => of::<3>(parts, out),
@@ -169,34 +212,40 @@ fn add_up(parts: &[(&[Row], f64)], out: &mut [Row]) {
         5 => of::<5>(parts, out),
         6 => of::<6>(parts, out),
         _ => {
-            out.fill([0.0; 4]);
+            out.fill(0.0);
             for (array, factor) in parts {
-                let rows = out.as_flattened_mut().iter_mut().zip(array.as_flattened());
-                rows.for_each(|(sum, part)| *sum += *part * *factor);
+                out.iter_mut().zip(*array).for_each(|(sum, part)| *sum += *part * *factor);
             }
         }
     }
 }
 
 /// `x = xx x + xv v + ...; v = vv v + ...` in place, the states added last.
-fn advance(x: &mut [Row], v: &mut [Row], own: [f64; 3], parts: &[(&[Row], f64, f64)]) {
-    fn of<const N: usize>(x: &mut [f64], v: &mut [f64], own: [f64; 3], parts: &[(&[Row], f64, f64)]) {
-        let n = x.len();
-        let v = &mut v[..n];
-        let arrays: [&[f64]; N] = std::array::from_fn(|part| &parts[part].0.as_flattened()[..n]);
+fn advance(x: &mut [f64], v: &mut [f64], own: [f64; 3], parts: &[(&[f64], f64, f64)]) {
+    fn of<const N: usize>(x: &mut [f64], v: &mut [f64], own: [f64; 3], parts: &[(&[f64], f64, f64)]) {
+        let len = x.len();
+        let arrays: [_; N] = std::array::from_fn(|part| parts_of(parts[part].0, len));
         let factors: [(f64, f64); N] = std::array::from_fn(|part| (parts[part].1, parts[part].2));
         let [xx, xv, vv] = own;
-        for i in 0..n {
-            let (mut dx, mut dv) = (0.0, 0.0);
-            for part in 0..N {
-                dx += arrays[part][i] * factors[part].0;
-                dv += arrays[part][i] * factors[part].1;
-            }
-            x[i] = x[i] * xx + (v[i] * xv + dx);
-            v[i] = v[i] * vv + dv;
-        }
+        vectorize(
+            #[inline(always)]
+            || {
+                let rows = x.as_chunks_mut::<AT_ONCE>().0.iter_mut().zip(v.as_chunks_mut::<AT_ONCE>().0);
+                for (i, (x, v)) in rows.enumerate() {
+                    let (mut dx, mut dv) = ([0.0; AT_ONCE], [0.0; AT_ONCE]);
+                    for part in 0..N {
+                        let numbers = arrays[part][i];
+                        (0..AT_ONCE).for_each(|k| dx[k] += numbers[k] * factors[part].0);
+                        (0..AT_ONCE).for_each(|k| dv[k] += numbers[k] * factors[part].1);
+                    }
+                    let (old_x, old_v) = (*x, *v);
+                    (0..AT_ONCE).for_each(|k| dx[k] = old_x[k] * xx + (old_v[k] * xv + dx[k]));
+                    (0..AT_ONCE).for_each(|k| dv[k] += old_v[k] * vv);
+                    (*x, *v) = (dx, dv);
+                }
+            },
+        );
     }
-    let (x, v) = (x.as_flattened_mut(), v.as_flattened_mut());
     match parts.len() {
         0 => of::<0>(x, v, own, parts),
         1 => of::<1>(x, v, own, parts),
@@ -211,8 +260,8 @@ fn advance(x: &mut [Row], v: &mut [Row], own: [f64; 3], parts: &[(&[Row], f64, f
             for (i, (x, v)) in x.iter_mut().zip(&mut *v).enumerate() {
                 let (mut dx, mut dv) = (0.0, 0.0);
                 for (array, of_x, of_v) in parts {
-                    dx += array.as_flattened()[i] * *of_x;
-                    dv += array.as_flattened()[i] * *of_v;
+                    dx += array[i] * *of_x;
+                    dv += array[i] * *of_v;
                 }
                 *x = *x * own[0] + (*v * own[1] + dx);
                 *v = *v * own[2] + dv;

@@ -1,22 +1,81 @@
 //! The cached accelerations of a group.
 
 use super::classes::Classes;
-use super::{GroupField, GroupRows};
+use super::{GroupField, GroupRows, Layout};
 use crate::groups::combination::{CACHED, Combination, FIRST, POSITION, VELOCITY};
-use crate::groups::rows::RowArray;
-use crate::laws::MutualGravity;
+use crate::groups::rows::{Array, Element, Row, numbers};
+use crate::laws::{Axes, MutualGravity};
 use crate::methods::Field as _;
 use crate::state::threads::Threads;
 use crate::units::Scalar;
 
 /// The accelerations at the end of a tick, which the next tick starts with if nothing has changed.
-#[derive(Debug, Default)]
-pub(crate) struct GroupCache {
-    x: RowArray,
+#[derive(Debug)]
+pub(crate) struct GroupCache<E: Element = Row> {
+    x: Array<E>,
     w: Vec<f64>,
-    a: RowArray,
+    a: Array<E>,
     classes: Classes,
-    key: Option<CacheKey>,
+    /// The key of each group; empty if there are no accelerations.
+    keys: Vec<Option<CacheKey>>,
+}
+
+impl<E: Element> Default for GroupCache<E> {
+    fn default() -> Self {
+        Self {
+            x: Array::default(),
+            w: Vec::new(),
+            a: Array::default(),
+            classes: Classes::default(),
+            keys: Vec::new(),
+        }
+    }
+}
+
+impl GroupCache<Axes> {
+    /// Moves the cache of one group, of `rows` rows in blocks of `width` elements, to `cache`.
+    pub fn give(&mut self, width: usize, rows: usize, group: usize, cache: &mut GroupCache) {
+        let Some(key) = self.keys.get_mut(group).and_then(Option::take) else { return };
+        cache.keys.clear();
+        cache.keys.push(Some(key));
+        cache.classes.clone_from(&self.classes);
+        let lane = group % Axes::LANES;
+        let element = |row: usize| row * width + group / Axes::LANES;
+        for (to, from) in [(&mut cache.x, &self.x), (&mut cache.a, &self.a)] {
+            to.resize(rows);
+            to.iter_mut().enumerate().for_each(|(row, to)| *to = from[element(row)].row(lane));
+        }
+        cache.w.clear();
+        cache.w.extend((0..rows).map(|row| self.w[element(row) * Axes::LANES + lane]));
+    }
+
+    /// Takes the cache of one group out of `cache`. Leaves it there if there are caches of groups whose rows are in other
+    /// classes.
+    pub fn take(&mut self, width: usize, group: usize, cache: &mut GroupCache) {
+        if self.keys.len() <= group {
+            self.keys.resize(group + 1, None);
+        }
+        self.keys[group] = None;
+        let Some(key @ Some(_)) = cache.keys.last().copied() else { return };
+        let elements = cache.x.len() * width;
+        if self.keys.iter().all(Option::is_none) {
+            self.classes.clone_from(&cache.classes);
+            self.x.resize(elements);
+            self.a.resize(elements);
+            self.w.resize(elements * Axes::LANES, 0.0);
+        }
+        if self.classes == cache.classes {
+            cache.keys.clear();
+            self.keys[group] = key;
+            let lane = group % Axes::LANES;
+            for row in 0..cache.x.len() {
+                let element = row * width + group / Axes::LANES;
+                self.x[element].set_row(lane, cache.x[row]);
+                self.a[element].set_row(lane, cache.a[row]);
+                self.w[element * Axes::LANES + lane] = cache.w[row];
+            }
+        }
+    }
 }
 
 /// The inputs of the accelerations besides the rows and their classes.
@@ -29,7 +88,7 @@ struct CacheKey {
     attraction: Option<MutualGravity>,
 }
 
-impl GroupField<'_> {
+impl<E: Layout> GroupField<'_, E> {
     /// The length of the last step of all rows. If rows differ, because a velocity was set or a body is new, all
     /// velocities are synchronized with their positions, and the method restarts.
     pub(super) fn common_last_step(&mut self) -> f64 {
@@ -41,9 +100,11 @@ impl GroupField<'_> {
         let a = self.laws(0.0, x, v);
         let a = a.slot().unwrap_or(FIRST);
         let GroupRows { v, last, .. } = &mut self.rows;
-        for (row, (step, v)) in last.iter().zip(v.iter_mut()).enumerate() {
-            for (axis, part) in v[..3].iter_mut().enumerate() {
-                *part += self.scratch.slots[a][row][axis] * *step * 0.5;
+        let elements = v.iter_mut().zip(&*self.scratch.slots[a]).zip(last.chunks(E::LANES));
+        for ((v, a), steps) in elements {
+            for axis in 0..3 {
+                let rows = v.axis_mut(axis).iter_mut().zip(a.axis(axis)).zip(steps);
+                rows.for_each(|((part, a), step)| *part += a * step * 0.5);
             }
         }
         self.next = FIRST;
@@ -60,24 +121,69 @@ impl GroupField<'_> {
         }
     }
 
-    /// Takes the accelerations out of the cache, if they are those of this state.
-    pub(super) fn recall(&mut self, cache: &mut GroupCache) -> Option<Combination> {
-        let fits = cache.key.take() == Some(self.cache_key(self.environment.parameters.times.start))
-            && cache.classes == self.scratch.classes
-            && cache.w == self.rows.w
-            && *cache.x == *self.rows.x;
-        fits.then(|| {
-            std::mem::swap(&mut self.scratch.slots[CACHED], &mut cache.a);
-            Combination::of(CACHED)
+    /// Takes the accelerations out of the cache, if they are those of this state. Those of groups in another state are
+    /// computed, unless that is all of them.
+    pub(super) fn recall(&mut self, cache: &mut GroupCache<E>) -> Option<Combination> {
+        let now = Some(self.cache_key(self.environment.parameters.times.start));
+        cache.keys.resize(self.rows.groups, None);
+        // What was evaluated before a jump is of no use after it.
+        let may_fit = cache.classes == self.scratch.classes && !self.segment.jump;
+        let same = may_fit && cache.w == self.rows.w && numbers(&cache.x) == numbers(self.rows.x);
+        if !(same && cache.keys.iter().all(|key| *key == now)) {
+            let mut fits: Vec<_> = cache.keys.iter().map(|key| may_fit && *key == now).collect();
+            if !same {
+                fits.iter_mut().enumerate().for_each(|(group, fits)| *fits &= self.is_in(cache, group));
+            }
+            cache.keys.clear();
+            if !fits.contains(&true) {
+                return None;
+            }
+            self.compute_others(cache, &fits);
+        }
+        // Until the tick has new ones: it may not end.
+        cache.keys.clear();
+        std::mem::swap(&mut self.scratch.slots[CACHED], &mut cache.a);
+        Some(Combination::of(CACHED))
+    }
+
+    /// Whether a group is in the state of its cached accelerations.
+    fn is_in(&self, cache: &GroupCache<E>, group: usize) -> bool {
+        (0..self.coupling.rows).all(|row| {
+            let (element, lane) = self.place(row, group);
+            let weight = element * E::LANES + lane;
+            cache.w.get(weight) == Some(&self.rows.w[weight])
+                && cache.x[element].row(lane) == self.rows.x[element].row(lane)
         })
     }
 
-    pub(super) fn note(&mut self, cache: &mut GroupCache, is_cached: bool) {
-        cache.key = is_cached.then(|| self.cache_key(self.environment.parameters.times.end));
+    /// Computes the accelerations of the groups that `fits` is false for.
+    fn compute_others(&mut self, cache: &mut GroupCache<E>, fits: &[bool]) {
+        let others =
+            fits.iter().enumerate().filter(|(group, fits)| !**fits && !self.rows.apart.contains(group));
+        let others: Vec<_> = others.map(|(group, _)| group).collect();
+        if others.is_empty() {
+            return;
+        }
+        let (x, v) = (Combination::of(POSITION), Combination::of(VELOCITY));
+        let computed = self.laws(0.0, x, v).slot().unwrap_or(FIRST);
+        self.evaluations -= 1;
+        self.next = FIRST;
+        for group in &others {
+            for row in 0..self.coupling.rows {
+                let (element, lane) = self.place(row, *group);
+                cache.a[element].set_row(lane, self.scratch.slots[computed][element].row(lane));
+            }
+        }
+        self.not_cached = others;
+    }
+
+    pub(super) fn note(&mut self, cache: &mut GroupCache<E>, is_cached: bool) {
+        cache.keys.clear();
         if is_cached {
+            let key = self.cache_key(self.environment.parameters.times.end);
+            cache.keys.resize(self.rows.groups, Some(key));
             // Allocates nothing once the lists have their lengths.
-            cache.classes.list.clone_from(&self.scratch.classes.list);
-            cache.classes.of_row.clone_from(&self.scratch.classes.of_row);
+            cache.classes.clone_from(&self.scratch.classes);
             cache.w.clear();
             cache.w.extend_from_slice(self.rows.w);
             std::mem::swap(&mut self.scratch.slots[CACHED], &mut cache.a);

@@ -1,6 +1,6 @@
 //! Classes of rows by their options: most groups have one class.
 
-use super::{GroupEnvironment, GroupField};
+use super::{GroupEnvironment, GroupField, Layout};
 use crate::kernels::BodyOptions;
 use crate::laws::damping::{Damping, Decay};
 use crate::laws::tick_times::Segments;
@@ -28,10 +28,21 @@ pub(crate) struct Class {
 
 /// The classes of all rows.
 #[derive(Debug, Default, PartialEq)]
-pub(super) struct Classes {
+pub(crate) struct Classes {
     pub list: Vec<Class>,
     /// The class of every row; empty if there is only one class.
     pub of_row: Vec<u32>,
+}
+
+impl Clone for Classes {
+    fn clone(&self) -> Self {
+        Self { list: self.list.clone(), of_row: self.of_row.clone() }
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        self.list.clone_from(&other.list);
+        self.of_row.clone_from(&other.of_row);
+    }
 }
 
 impl Classes {
@@ -49,7 +60,7 @@ impl Classes {
     }
 }
 
-impl GroupField<'_> {
+impl<E: Layout> GroupField<'_, E> {
     pub(super) fn sort_into_classes(&mut self) {
         let GroupEnvironment { shared, parameters, .. } = self.environment;
         let (gravity, drag) = (shared.free_fall(), shared.laws.drag);
@@ -100,8 +111,15 @@ impl GroupField<'_> {
         }
         self.with_gravity =
             if gravity == Vector::ZERO { 0 } else { self.coupling.movable as u64 - without_gravity };
-        let anchors = &self.rows.v[self.coupling.movable..];
-        self.anchors_rest = anchors.iter().all(|[x, y, z, _]| [*x, *y, *z] == [0.0; 3]);
+    }
+
+    pub(super) fn class(&self, row: usize) -> &Class {
+        self.scratch.classes.of(row)
+    }
+
+    /// Whether any law is called.
+    pub(super) fn calls(&self) -> bool {
+        !self.environment.parameters.laws.is_empty() || !self.rows.with_laws.is_empty()
     }
 
     pub(super) fn decays(&self) -> bool {

@@ -1,13 +1,13 @@
 //! Records of a tick of a group for a ledger.
 
-use super::GroupField;
 use super::classes::Class;
+use super::{GroupField, Layout};
 use crate::groups::combination::Combination;
-use crate::groups::rows::RowArray;
+use crate::groups::rows::{Array, Row};
 use crate::kernels::record::{Note, vector};
 use crate::methods::Field as _;
 
-impl GroupField<'_> {
+impl<E: Layout> GroupField<'_, E> {
     /// Records a change of velocities, if a ledger wants it.
     pub(super) fn record_change(&mut self, from: Combination, to: Combination, note: Note<'_>) {
         if self.statistics.record.is_some() {
@@ -26,7 +26,7 @@ impl GroupField<'_> {
             };
             let rates: Vec<_> = (0..self.coupling.rows).map(damped).collect();
             let a = self.rows_of(&a);
-            self.record_change(v, kicked, &|record, row, from, to| match rates[row] {
+            self.record_change(v, kicked, &|record, row, from, to| match rates[row % rates.len()] {
                 Some(q) => record.damped_kick(h, q, vector(&a[row]), from, to),
                 None => record.kick(h, from, to),
             });
@@ -40,9 +40,15 @@ impl GroupField<'_> {
         limited
     }
 
-    fn rows_of(&self, sum: &Combination) -> RowArray {
-        let mut rows = RowArray::default();
-        self.compute(sum, &mut rows);
-        rows
+    /// All rows, group by group.
+    fn rows_of(&self, sum: &Combination) -> Vec<Row> {
+        let mut elements = Array::default();
+        self.compute(sum, &mut elements);
+        let row = |group: usize, row: usize| {
+            let (element, lane): (usize, usize) = self.place(row, group);
+            elements[element].row(lane)
+        };
+        let of_group = |group: usize| (0..self.coupling.rows).map(move |number| (group, number));
+        (0..self.rows.groups).flat_map(of_group).map(|(group, number)| row(group, number)).collect()
     }
 }

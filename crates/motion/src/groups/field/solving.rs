@@ -1,7 +1,7 @@
 //! Implicit Euler steps of groups: linearized, and solved by conjugate gradients.
 
-use super::GroupField;
 use super::classes::Class;
+use super::{GroupField, Layout as _};
 use crate::groups::combination::Combination;
 use crate::groups::coupling::is_open;
 use crate::groups::linear::LinearStep;
@@ -30,15 +30,6 @@ impl GroupField<'_> {
         self.segment.evaluation_time(1.0)
     }
 
-    pub(super) fn class(&self, row: usize) -> &Class {
-        self.scratch.classes.of(row)
-    }
-
-    /// Whether any law is called.
-    pub(super) fn calls(&self) -> bool {
-        !self.environment.parameters.laws.is_empty() || !self.rows.with_laws.is_empty()
-    }
-
     /// Calls `each` for every called law and every row that it acts on.
     fn each_call(&self, mut each: impl FnMut(usize, &dyn Law)) {
         for law in self.environment.parameters.laws {
@@ -58,10 +49,10 @@ impl GroupField<'_> {
         if self.calls() {
             let mut stage = std::mem::take(&mut self.scratch.stage[1]);
             stage.copy(v);
-            self.call(self.end(), x, &mut stage, sum);
+            Row::call(self, self.end(), x, &mut stage, sum);
             self.scratch.stage[1] = stage;
         }
-        self.count();
+        self.evaluations += 1;
     }
 
     /// The velocity after an implicit step from the velocity `v`, as an array.
@@ -138,7 +129,7 @@ impl Workspace {
 
     /// The forces of the coupling, N.
     fn force(&mut self, field: &GroupField<'_>, v: &[Row]) {
-        field.coupling_forces(field.end().time, &self.x, v, &mut self.linear.forces);
+        Row::pull(field, field.end().time, &self.x, v, &mut self.linear.forces);
     }
 
     /// `h W^½ (f - h K v)`, from the forces f at the start of the step; for an iteration of Newton `W^-½ (v0 + h a - v)`,
