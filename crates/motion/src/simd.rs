@@ -18,6 +18,13 @@ pub(crate) fn vectorize<R>(arithmetic: impl FnOnce() -> R) -> R {
     arithmetic()
 }
 
+/// [`vectorize`] for so many numbers: where they are few, choosing instructions takes longer than the arithmetic.
+#[inline(always)]
+pub(crate) fn vectorize_many<R>(numbers: usize, arithmetic: impl FnOnce() -> R) -> R {
+    const FEW: usize = 64;
+    if numbers < FEW { arithmetic() } else { vectorize(arithmetic) }
+}
+
 /// Evaluates an expression with the vector instructions of the machine: on x86 AVX2, or else none, because every
 /// instruction set is a copy of the code. It gives the same bits on every machine.
 macro_rules! with_simd {

@@ -17,14 +17,14 @@ use solving::Workspace;
 
 use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
 use super::coupling::Coupling;
-use super::rows::{Array, Element, Row};
+use super::rows::{Array, Element, Row, numbers};
 use super::solver::Solver;
 use crate::kernels::{Kernel, RowOptions, StepStatistics, TickField, TickParameters, drive};
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::Segment;
 use crate::laws::{Axes, Law, SharedLaws};
 use crate::methods::{Field, Integrator, MethodStateKind, StepState, Traits};
-use crate::simd::vectorize;
+use crate::simd::vectorize_many;
 use crate::state::range::Bounds;
 use crate::state::threads::Threads;
 use crate::tick::environment::Environment;
@@ -310,7 +310,8 @@ impl<'a, E: Layout> GroupField<'a, E> {
         let GroupRows { x, v, w, .. } = &mut self.rows;
         let all = AtomicBool::new(true);
         Threads::share_two(self.threads, &mut x[..elements], &mut v[..elements], |first, x, v| {
-            let part = vectorize(
+            let part = vectorize_many(
+                numbers(x).len(),
                 #[inline(always)]
                 || {
                     let mut part = true;

@@ -88,7 +88,7 @@ fn advance_groups(
     for number in 0..groups.units.len() {
         match groups.units[number] {
             Unit::Group(number) if groups.seen[number] == groups.list[number].coupling.movable => {
-                tick.alone(groups, number);
+                tick.group(groups, number);
             }
             Unit::Bundle(number) => tick.bundle(groups, number),
             Unit::Group(_) => {}
@@ -122,16 +122,24 @@ impl Tick<'_, '_, '_, '_, '_> {
         }
     }
 
+    /// Integrates a group alone.
+    fn group(&mut self, groups: &mut Groups, number: usize) {
+        let Group { first, coupling, .. } = &mut groups.list[number];
+        coupling.weigh(&groups.w[*first..*first + coupling.movable]);
+        if groups.hold(number, self.anchors, self.environment.parameters.bounds, self.changed) {
+            self.alone(groups, number);
+        } else {
+            self.rescue(groups, number);
+        }
+    }
+
     /// Integrates a group whose rows are among those of groups alone.
     fn alone(&mut self, groups: &mut Groups, number: usize) {
         self.set_substeps(groups.list[number].substeps);
-        let Group { first, coupling, .. } = &mut groups.list[number];
-        coupling.weigh(&groups.w[*first..*first + coupling.movable]);
-        let holds = groups.hold(number, self.anchors, self.environment.parameters.bounds, self.changed);
         let record = self.output.records.recorder(groups.list[number].coupling.rows);
         let mut statistics = StepStatistics { record, ..StepStatistics::default() };
         let environment = &self.environment;
-        if holds && groups.tick(self.kernel, number, environment, self.options, &mut statistics).is_ok() {
+        if groups.tick(self.kernel, number, environment, self.options, &mut statistics).is_ok() {
             self.output.evaluations.add(&statistics, &[], std::iter::empty());
             self.output.records.add(&groups.list[number].bodies, statistics.record.as_ref(), 0);
         } else {
@@ -156,6 +164,7 @@ impl Tick<'_, '_, '_, '_, '_> {
             return;
         }
         let mut apart = self.apart(groups, number);
+        groups.make_room(number, apart.len());
         for (at, lane) in apart.iter().enumerate() {
             groups.take_out(number, *lane, at);
         }
@@ -193,6 +202,7 @@ impl Tick<'_, '_, '_, '_, '_> {
             self.alone(groups, group);
             groups.put_back(number, *lane);
         }
+        groups.make_room(number, 1);
         for lane in failed {
             let group = groups.set_apart(number, lane, 0);
             self.rescue(groups, group);
@@ -376,12 +386,17 @@ impl Groups {
         bundle.cache.give(bundle.width, coupling.rows, lane, cache);
     }
 
-    /// Gives a group of a bundle a place among the rows of groups alone, behind `at` others. Returns its number.
+    /// Makes room for so many groups of a bundle behind the rows of groups alone.
+    fn make_room(&mut self, number: usize, groups: usize) {
+        let rows = self.list[self.bundles.list[number].groups[0]].coupling.rows;
+        self.fit(self.x.len().max(self.alone + groups * rows));
+    }
+
+    /// Gives a group of a bundle a place behind the rows of groups alone and of `at` others. Returns its number.
     fn set_apart(&mut self, number: usize, lane: usize, at: usize) -> usize {
         let group = self.bundles.list[number].groups[lane];
-        let rows = self.list[group].coupling.rows;
-        self.list[group].first = self.alone + at * rows;
-        self.fit(self.x.len().max(self.alone + (at + 1) * rows));
+        let Group { first, coupling, .. } = &mut self.list[group];
+        *first = self.alone + at * coupling.rows;
         group
     }
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Simd, f64x4, prelude::*, u32x4, u32x8};
+use fearless_simd::{Simd, f64x4, prelude::*};
 
 use super::field::{Constants, RowField, parts};
 use super::lanes::{Rows, each_row};
@@ -198,14 +198,11 @@ impl<S: Simd> AffineKernel<'_, '_, '_, S> {
             _ => None,
         };
         // Every block takes as many evaluations per movable body.
-        let (mut movable, mut per_body) = (u32x4::splat(simd, 0), 0);
+        let (mut movable, mut per_body) = (0, 0);
         for (number, block) in blocks[..count].iter_mut().enumerate() {
             let start = number * BLOCK;
             if M::KICKS {
-                each_row!(k in BLOCK {
-                    // The mask is -1 where it holds.
-                    movable -= step.constants.movable(&block[k]).bitcast::<u32x8<S>>().split().0;
-                });
+                movable += step.constants.count_movable(block);
             }
             let x: &mut Triples = positions.first_chunk_mut().expect("a whole block and a number");
             let steps = last.as_mut().and_then(Iterator::next);
@@ -224,7 +221,7 @@ impl<S: Simd> AffineKernel<'_, '_, '_, S> {
             }
             positions = &mut positions[3 * BLOCK..];
         }
-        u64::from(<[u32; 4]>::from(movable)[0]) * per_body
+        movable * per_body
     }
 }
 

@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, f64x4, prelude::*};
 
-use super::TickParameters;
+use super::{BLOCK, TickParameters};
 use super::lanes::{Rows, each_row};
 use crate::laws::damping::{Decay, SNAP};
 use crate::methods::Field;
@@ -33,6 +33,8 @@ pub(crate) struct Constants<S: Simd> {
     before: f64x4<S>,
     after: f64x4<S>,
     immovable: f64x4<S>,
+    /// Holds in the last lane alone.
+    last_lane: <f64x4<S> as SimdBase<S>>::Mask,
     least: f64x4<S>,
     gain: f64,
     h: f64,
@@ -65,6 +67,7 @@ impl<S: Simd> Constants<S> {
             after: factor(after_move),
             // No inverse mass is above infinity, so the last lane, the inverse mass itself, is never accelerated.
             immovable: three(0.0, f64::INFINITY),
+            last_lane: three(0.0, 1.0).simd_gt(f64x4::splat(simd, 0.0)),
             // No inverse mass is below 0, so the last lane is never snapped; neither are velocities that do not decay.
             least: three(if decays || parameters.rate > 0.0 { SNAP } else { 0.0 }, 0.0),
             gain,
@@ -77,6 +80,22 @@ impl<S: Simd> Constants<S> {
     pub fn movable(&self, body: &[f64; 4]) -> <f64x4<S> as SimdBase<S>>::Mask {
         // From memory: broadcasting a lane of a register takes shuffles.
         f64x4::splat(self.simd, body[3]).simd_gt(self.immovable)
+    }
+
+    /// The number of bodies of a block that can be accelerated: mostly all, which one test tells.
+    #[inline(always)]
+    pub fn count_movable(&self, block: &[[f64; 4]; BLOCK]) -> u64 {
+        let mut all = self.movable(&block[0]);
+        each_row!(k in BLOCK {
+            all &= self.movable(&block[k]);
+        });
+        // The last lane of a row is never accelerated.
+        if (all | self.last_lane).all_true() { BLOCK as u64 } else { Self::count_one_by_one(block) }
+    }
+
+    #[cold]
+    fn count_one_by_one(block: &[[f64; 4]; BLOCK]) -> u64 {
+        block.iter().filter(|body| body[3] > 0.0).count() as u64
     }
 
     /// Sets velocities that decayed below [`SNAP`] to 0.

@@ -6,7 +6,7 @@ use crate::groups::combination::{APPLIED, CACHED, Combination, FIRST, POSITION, 
 use crate::groups::rows::{Array, numbers, numbers_mut};
 use crate::kernels::restrain;
 use crate::laws::damping::{Decay, SNAP};
-use crate::simd::vectorize;
+use crate::simd::vectorize_many;
 use crate::state::threads::Threads;
 
 impl<E: Layout> GroupField<'_, E> {
@@ -159,10 +159,12 @@ impl<E: Layout> GroupField<'_, E> {
         if self.decays() {
             let elements = self.movable();
             Threads::share(self.threads, &mut self.rows.v[..elements], |_, rows| {
-                vectorize(
+                let numbers = numbers_mut(rows);
+                vectorize_many(
+                    numbers.len(),
                     #[inline(always)]
                     || {
-                        for part in numbers_mut(rows) {
+                        for part in numbers {
                             // Not "unless it is at least": NaN must stay, to be found.
                             *part = if part.abs() < SNAP { 0.0 } else { *part };
                         }
@@ -188,7 +190,8 @@ fn add_up(parts: &[(&[f64], f64)], out: &mut [f64]) {
         let len = out.len();
         let arrays: [_; N] = std::array::from_fn(|part| parts_of(parts[part].0, len));
         let factors: [f64; N] = std::array::from_fn(|part| parts[part].1);
-        vectorize(
+        vectorize_many(
+            len,
             #[inline(always)]
             || {
                 for (i, out) in out.as_chunks_mut::<AT_ONCE>().0.iter_mut().enumerate() {
@@ -227,7 +230,8 @@ fn advance(x: &mut [f64], v: &mut [f64], own: [f64; 3], parts: &[(&[f64], f64, f
         let arrays: [_; N] = std::array::from_fn(|part| parts_of(parts[part].0, len));
         let factors: [(f64, f64); N] = std::array::from_fn(|part| (parts[part].1, parts[part].2));
         let [xx, xv, vv] = own;
-        vectorize(
+        vectorize_many(
+            len,
             #[inline(always)]
             || {
                 let rows = x.as_chunks_mut::<AT_ONCE>().0.iter_mut().zip(v.as_chunks_mut::<AT_ONCE>().0);

@@ -4,10 +4,10 @@ use super::classes::Class;
 use super::{GroupField, Layout, Push};
 use crate::groups::combination::{APPLIED, Combination};
 use crate::groups::coupling::is_open;
-use crate::groups::rows::{Element, numbers_mut};
+use crate::groups::rows::{Element, numbers, numbers_mut};
 use crate::laws::{EvaluationTime, Law};
 use crate::methods::Field as _;
-use crate::simd::vectorize;
+use crate::simd::vectorize_many;
 use crate::state::threads::Threads;
 
 impl<'a, E: Layout> GroupField<'a, E> {
@@ -90,7 +90,8 @@ impl<'a, E: Layout> GroupField<'a, E> {
             let (v, w) = (&v[first..], w[first * E::LANES..].chunks_exact(E::LANES));
             let rows = sum.iter_mut().zip(w).zip(v);
             match classes.uniform() {
-                Some(class) => vectorize(
+                Some(class) => vectorize_many(
+                    numbers(v).len(),
                     #[inline(always)]
                     || {
                         for ((sum, w), v) in rows {
