@@ -17,7 +17,7 @@ fn difference(name: &str, method: Method) -> f64 {
         run.states()
     };
     let (world, alone) = (run(Host::World), run(Host::Arithmetic));
-    assert_eq!(alone.len(), 3, "{name}");
+    assert!(alone.len() >= 3, "{name}");
     let of = |id: u32| world.iter().find(|state| state.0 == id).unwrap();
     let off = |(id, x, v): &Sample| {
         let (_, y, w) = of(*id);
@@ -49,7 +49,7 @@ fn a_loop_over_an_engine_does_what_the_program_does() {
 
 #[test]
 fn loops_over_springs_do_what_groups_do() {
-    for name in ["harmonic_oscillator", "damped_oscillator", "elastic_pendulum"] {
+    for name in ["harmonic_oscillator", "damped_oscillator", "elastic_pendulum", "tetrahedron"] {
         for method in Method::ALL.into_iter().filter(|method| *method != Method::ImplicitEuler) {
             let off = difference(name, method);
             assert!(off <= 1e-11, "{name} by {method:?}: {off}");
@@ -58,15 +58,15 @@ fn loops_over_springs_do_what_groups_do() {
 }
 
 #[test]
-fn a_study_of_a_problem_times_the_arithmetic_alone_and_one_of_springs_between_bodies_does_not() {
+fn a_study_of_a_problem_times_the_arithmetic_alone() {
     let methods = [Method::SemiImplicitEuler, Method::RungeKutta4];
     let study = |name: &str| {
         let plan = Plan { passes: 1, timed: 1e-4, bodies: 10, patience: 0.1, ..plain(&methods, [16]) };
         studied(Subject::of_problem(problem(name).unwrap()).unwrap(), plan).study().clone()
     };
-    let kepler = study("kepler");
-    let ranked = kepler.ranking(Host::Arithmetic);
-    assert_eq!(ranked.len(), 2);
-    assert!(kepler.cells.iter().all(|cell| cell.arithmetic_time.is_some() && cell.time.is_some()));
-    assert_eq!(study("tetrahedron").ranking(Host::Arithmetic), []);
+    for name in ["kepler", "tetrahedron"] {
+        let study = study(name);
+        assert_eq!(study.ranking(Host::Arithmetic).len(), 2, "{name}");
+        assert!(study.cells.iter().all(|cell| cell.arithmetic_time.is_some() && cell.time.is_some()));
+    }
 }

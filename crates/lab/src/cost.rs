@@ -33,14 +33,14 @@ pub(crate) use truth::larger;
 
 pub use bench::Bench;
 pub use choice::{Answer, Cheapest, Choice, Lead};
-pub use clock::Clock;
+pub use clock::{Clock, take_real_time_priority};
 pub use comparison::{Contest, EqualCost, FailedRuns, LeastError, Round, SEEN, ShownOrder, SinglePrecision};
 pub use fate::Fate;
 pub use front::{Accuracy, Cost};
 pub use hosts::{Make, make};
 pub use plan::Plan;
 pub use problem::{PROBLEMS, Problem, State, problem};
-pub use ranking::{Crossing, Place};
+pub use ranking::{Crossing, OverArithmetic, Place};
 pub use record::{
     BLOWN_UP, Cell, Counts, Drift, EnergyScale, Errors, FORMAT, Failure, Host, Machine, Outcome, Phase,
     Precision, RateRow, Report, Setting, Study, TickTime, Time, TimedTick, Truth,

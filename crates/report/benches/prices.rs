@@ -3,7 +3,7 @@
 //! Prints the tables of docs/performance.md, into which `scripts/studies prices` puts them; `-- PROBLEM ...` measures these
 //! problems alone. Both sides have the same bits (`tests/cost/arithmetic.rs`).
 
-use lab::cost::{Bench, PROBLEMS, Plan, Problem, Study, Subject};
+use lab::cost::{Bench, PROBLEMS, Plan, Problem, Study, Subject, take_real_time_priority};
 
 fn study(problem: &Problem, is_test: bool) -> Study {
     let plan = Plan {
@@ -24,6 +24,9 @@ fn study(problem: &Problem, is_test: bool) -> Study {
 fn main() {
     let (flags, names): (Vec<_>, Vec<_>) = std::env::args().skip(1).partition(|word| word.starts_with('-'));
     let is_test = flags.iter().any(|flag| flag == "--test");
+    if !take_real_time_priority() {
+        eprintln!("without real-time priority: as root, or with `sudo chrt -f 1`, times agree better");
+    }
     let named = |problem: &Problem| names.is_empty() || names.iter().any(|name| name == problem.name);
     let wanted = |problem: &&Problem| problem.has_loop() && named(problem);
     let studies: Vec<_> = PROBLEMS.iter().filter(wanted).map(|problem| study(problem, is_test)).collect();

@@ -1,8 +1,8 @@
 //! What a study found, as tables.
 
 use lab::cost::{
-    Accuracy, Cell, Cheapest, Choice, Cost, EqualCost, Host, Outcome, Phase, Place, Precision, RateRow, SEEN,
-    ShownOrder, SinglePrecision, Study, TickTime,
+    Accuracy, Cell, Cheapest, Choice, Cost, EqualCost, Host, Outcome, OverArithmetic, Phase, Place,
+    Precision, RateRow, SEEN, ShownOrder, SinglePrecision, Study, TickTime,
 };
 use motion::Method;
 
@@ -72,7 +72,7 @@ pub(crate) fn ranking(study: &Study) -> Table {
     let (places, alone) = (study.ranking(Host::World), study.ranking(Host::Arithmetic));
     let (base, base_alone, over) = (Place::base(&places), Place::base(&alone), study.over_arithmetic());
     let row = |(i, place): (usize, &Place)| {
-        let Place { method, ns_per_body_step, tied, rank } = *place;
+        let Place { method, ns_per_body_step, tied, rank, .. } = *place;
         let shares = tied || places.get(i + 1).is_some_and(|next| next.tied);
         let line = study.world_times().find(|of| of.method == method);
         vec![
@@ -86,11 +86,11 @@ pub(crate) fn ranking(study: &Study) -> Table {
         .into_iter()
         .chain(base_alone.into_iter().flat_map(|base| {
             let own = alone.iter().find(|place| place.method == method).map(|place| place.ns_per_body_step);
-            let over = over.iter().find(|(of, _)| *of == method);
+            let over = over.iter().find(|over| over.method == method);
             [
                 or_none(own, |own| duration(own, 2)),
                 or_none(own, |own| number(own / base.ns_per_body_step, 2)),
-                or_none(over, |(_, times)| number(*times, 2)),
+                or_none(over, with_spread),
             ]
         }))
         .collect()
@@ -119,10 +119,9 @@ pub fn prices(studies: &[Study], sizes: &[usize]) -> Vec<Table> {
         return Vec::new();
     }
     let header = || std::iter::once("method").chain(timed.iter().map(|study| &*study.subject));
-    let rows = |cell: &dyn Fn(&Study, Method) -> Option<f64>, sizes: &[usize]| -> Vec<Vec<String>> {
+    let rows = |cell: &dyn Fn(&Study, Method) -> String, sizes: &[usize]| -> Vec<Vec<String>> {
         let at = |study: &Study, method| {
-            let each =
-                sizes.iter().map(|size| or_none(cell(&study.at_size(*size), method), |n| number(n, 2)));
+            let each = sizes.iter().map(|size| cell(&study.at_size(*size), method));
             each.collect::<Vec<_>>().join(", ")
         };
         let row = |method: Method| {
@@ -132,17 +131,19 @@ pub fn prices(studies: &[Study], sizes: &[usize]) -> Vec<Table> {
         Method::ALL.into_iter().map(row).collect()
     };
     let over = |study: &Study, method| {
-        study.over_arithmetic().into_iter().find(|(of, _)| *of == method).map(|(_, times)| times)
+        or_none(study.over_arithmetic().iter().find(|over| over.method == method), with_spread)
     };
     let alone = |study: &Study, method| {
         let places = study.ranking(Host::Arithmetic);
-        places.into_iter().find(|place| place.method == method).map(|place| place.ns_per_body_step)
+        or_none(places.iter().find(|place| place.method == method), |place| number(place.ns_per_body_step, 2))
     };
     let with: Vec<_> = sizes.iter().map(|size| bodies(*size)).collect();
     let with = with.join(" and with ");
     vec![
         Table::numbers(
-            format!("This program over the arithmetic alone, with {with}"),
+            format!(
+                "This program over the arithmetic alone, with {with}; in brackets the spread of the passes"
+            ),
             header(),
             rows(&over, sizes),
         ),
@@ -152,6 +153,11 @@ pub fn prices(studies: &[Study], sizes: &[usize]) -> Vec<Table> {
             rows(&alone, &sizes[..1]),
         ),
     ]
+}
+
+/// A ratio of times, and in brackets by how much the median of the passes lies above the least.
+fn with_spread(OverArithmetic { times, spread, .. }: &OverArithmetic) -> String {
+    format!("{} ({:.0} %)", number(*times, 2), 100.0 * spread)
 }
 
 /// Times of the arithmetic alone, by method and precision.

@@ -111,7 +111,7 @@ pub fn time_words(study: &Study) -> Vec<String> {
 /// What the arithmetic alone would choose, and what this program takes on top.
 fn alone(study: &Study) -> Option<String> {
     let (leads, over) = (study.leads(Cost::Arithmetic), study.over_arithmetic());
-    let over = || over.iter().map(|(_, times)| *times);
+    let over = || over.iter().map(|over| over.times);
     let (least, most) = (over().reduce(f64::min)?, over().reduce(f64::max)?);
     let cheapest = if leads.is_empty() {
         String::new()

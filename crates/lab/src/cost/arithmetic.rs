@@ -1,10 +1,11 @@
-//! The arithmetic alone: the problems of single bodies in loops over plain arrays.
+//! The arithmetic alone: the problems in loops over plain arrays.
 //!
 //! The methods are those of the program, and so is their arithmetic, but here the compiler sees the law: nothing is
 //! called, copied or checked. The time of such a loop is the price of the method; the rest of a tick's time is
 //! overhead of the program. The loops also run in single precision, in which the program itself does not.
 
 mod numbers;
+mod several;
 
 use std::marker::PhantomData;
 
@@ -23,6 +24,7 @@ use super::runner::{Runner, Sample};
 use crate::run::movable;
 pub(crate) use numbers::Vector;
 use numbers::{Compensated, LoopSpace, Single};
+pub(crate) use several::{Net, run_groups};
 
 /// The acceleration of one body, m/s², as a person would write it for one problem.
 pub(crate) trait Formula: Copy + Send + 'static {
@@ -138,6 +140,26 @@ struct Loop<F, S: LoopSpace> {
     steps: u64,
 }
 
+/// A loop that takes the steps of a tick by any method.
+trait Steps {
+    fn step<M: Integrator>(&mut self);
+}
+
+/// Takes the steps of a tick by `method`.
+fn step_by(method: Method, run: &mut impl Steps) {
+    match method {
+        Method::ExplicitEuler => run.step::<ExplicitEuler>(),
+        Method::SemiImplicitEuler => run.step::<SemiImplicitEuler>(),
+        Method::ImplicitEuler => run.step::<ImplicitEuler>(),
+        Method::PositionVerlet => run.step::<PositionVerlet>(),
+        Method::VelocityVerlet => run.step::<VelocityVerlet>(),
+        Method::RungeKutta2Midpoint => run.step::<RungeKutta2Midpoint>(),
+        Method::RungeKutta2Heun => run.step::<RungeKutta2Heun>(),
+        Method::RungeKutta4 => run.step::<RungeKutta4>(),
+        Method::Yoshida4 => run.step::<Yoshida4>(),
+    }
+}
+
 /// Makes the run of a scene in a loop.
 pub(crate) type MakeLoop = fn(&Scene, Setting) -> Box<dyn Runner>;
 
@@ -182,7 +204,7 @@ impl<F: Formula + Default, S: LoopSpace> Loop<F, S> {
     }
 }
 
-impl<F: Formula, S: LoopSpace> Loop<F, S> {
+impl<F: Formula, S: LoopSpace> Steps for Loop<F, S> {
     fn step<M: Integrator>(&mut self) {
         let caches =
             M::STATE == MethodStateKind::LastAcceleration && !F::DEPENDS_ON_VELOCITY && !F::IS_CONSTANT;
@@ -197,7 +219,9 @@ impl<F: Formula, S: LoopSpace> Loop<F, S> {
             self.field.start = self.steps as f64 * self.field.h;
         }
     }
+}
 
+impl<F: Formula, S: LoopSpace> Loop<F, S> {
     /// A step of every body. `CACHES` and `KNOWN` are constants, because a branch in the loop would keep the compiler
     /// from vector instructions.
     fn step_each<M: Integrator, const CACHES: bool, const KNOWN: bool>(&mut self) {
@@ -224,17 +248,7 @@ impl<F: Formula, S: LoopSpace> Loop<F, S> {
 
 impl<F: Formula, S: LoopSpace> Runner for Loop<F, S> {
     fn tick(&mut self) {
-        match self.method {
-            Method::ExplicitEuler => self.step::<ExplicitEuler>(),
-            Method::SemiImplicitEuler => self.step::<SemiImplicitEuler>(),
-            Method::ImplicitEuler => self.step::<ImplicitEuler>(),
-            Method::PositionVerlet => self.step::<PositionVerlet>(),
-            Method::VelocityVerlet => self.step::<VelocityVerlet>(),
-            Method::RungeKutta2Midpoint => self.step::<RungeKutta2Midpoint>(),
-            Method::RungeKutta2Heun => self.step::<RungeKutta2Heun>(),
-            Method::RungeKutta4 => self.step::<RungeKutta4>(),
-            Method::Yoshida4 => self.step::<Yoshida4>(),
-        }
+        step_by(self.method, self);
     }
 
     fn states(&mut self) -> Vec<Sample> {

@@ -7,7 +7,7 @@ use motion::units::outer;
 use motion::{BodyState, EvaluationTime, Jacobians, Law};
 use num_traits::Float as _;
 
-use super::arithmetic::{self, Formula, MakeLoop, Vector};
+use super::arithmetic::{self, Formula, MakeLoop, Net, Vector};
 use super::exact::{eccentric_anomaly, jacobi};
 
 /// Position, m, and velocity, m/s.
@@ -310,6 +310,22 @@ impl Formula for Engine {
     }
 }
 
+/// A soft body of four masses.
+#[derive(Clone, Copy)]
+struct Tetrahedron;
+
+impl Net<4> for Tetrahedron {
+    const MASSES: [f64; 4] = [1.0, 2.0, 3.0, 4.0];
+    const SPRINGS: &'static [([usize; 2], f64, f64)] = &[
+        ([0, 1], 50.0, 1.0),
+        ([0, 2], 50.0, 1.0),
+        ([0, 3], 50.0, 1.0),
+        ([1, 2], 50.0, 1.0),
+        ([1, 3], 50.0, 1.0),
+        ([2, 3], 50.0, 1.0),
+    ];
+}
+
 /// Eccentricity of the orbit.
 const ECCENTRICITY: f64 = 0.6;
 /// Angular frequency of the oscillators, rad/s, and decay rate of the damped one, 1/s: a fifth of critical.
@@ -491,7 +507,7 @@ pub const PROBLEMS: [Problem; 11] = [
         exact: None,
         period: None,
         ladder: (1, 256),
-        in_loop: None,
+        in_loop: Some(arithmetic::run_groups::<Tetrahedron, 4>),
     },
 ];
 

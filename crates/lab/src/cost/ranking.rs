@@ -72,6 +72,8 @@ pub struct Place {
     pub method: Method,
     /// Thread CPU time per body per step at [`Study::size`] bodies, ns.
     pub ns_per_body_step: f64,
+    /// By which part of it the median of the passes lies above it.
+    pub spread: f64,
     /// Whether it shares the rank of the place before: it ties with the first of that rank.
     pub tied: bool,
     /// Its rank, from 1.
@@ -83,6 +85,17 @@ impl Place {
     pub fn base(places: &[Self]) -> Option<&Self> {
         places.iter().find(|place| place.method == Method::SemiImplicitEuler).or(places.first())
     }
+}
+
+/// The time of a step of this program relative to that of the arithmetic alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OverArithmetic {
+    /// The method.
+    pub method: Method,
+    /// The ratio of the least times of all passes.
+    pub times: f64,
+    /// By which part the median of the passes lies above the least, of the two the larger one.
+    pub spread: f64,
 }
 
 /// A size at which two methods change places.
@@ -130,17 +143,22 @@ impl Study {
                 first = Some(tick);
                 rank = i + 1;
             }
-            Place { method, ns_per_body_step: tick.ns / at, tied, rank }
+            let spread = spread(tick.quartiles);
+            Place { method, ns_per_body_step: tick.ns / at, spread, tied, rank }
         };
         timed.into_iter().enumerate().map(place).collect()
     }
 
     /// The time of a step of this program relative to that of the arithmetic alone, by method.
-    pub fn over_arithmetic(&self) -> Vec<(Method, f64)> {
+    pub fn over_arithmetic(&self) -> Vec<OverArithmetic> {
         let alone = self.ranking(Host::Arithmetic);
         let over = |place: Place| {
             let own = alone.iter().find(|own| own.method == place.method)?;
-            Some((place.method, place.ns_per_body_step / own.ns_per_body_step))
+            Some(OverArithmetic {
+                method: place.method,
+                times: place.ns_per_body_step / own.ns_per_body_step,
+                spread: place.spread.max(own.spread),
+            })
         };
         self.ranking(Host::World).into_iter().filter_map(over).collect()
     }

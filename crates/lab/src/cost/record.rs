@@ -210,8 +210,7 @@ pub struct Cell {
     pub counts: Counts,
     /// Time in the world of entities, of f64; `None` if not measured (yet).
     pub time: Option<Time>,
-    /// Time of the arithmetic alone: a loop over arrays in which the compiler sees the law; only for problems of single
-    /// bodies.
+    /// Time of the arithmetic alone: a loop over arrays in which the compiler sees the law; only for problems.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arithmetic_time: Option<Time>,
     /// Instructions of a tick of [`Study::size`] bodies, by callgrind.

@@ -58,6 +58,7 @@ pub(super) struct Bundle {
 
 impl Bundle {
     /// Element and lane of a row of a group.
+    #[inline(always)]
     pub const fn place(&self, row: usize, group: usize) -> (usize, usize) {
         (row * self.width + group / BLOCK_BODIES, group % BLOCK_BODIES)
     }
@@ -107,6 +108,7 @@ impl LaneRun {
 
     /// Calls `each` for the parts within one element: the first row of the table and the number of rows; element and first
     /// lane.
+    #[inline(always)]
     pub fn parts(&self, bundle: &Bundle, mut each: impl FnMut((usize, usize), (usize, usize))) {
         let (mut element, mut lane) = bundle.place(self.row, self.group);
         let (mut at, mut left) = (self.start, self.bodies.len());

@@ -2,8 +2,8 @@
 
 use fearless_simd::{Simd, f64x4, prelude::*};
 
-use super::{BLOCK, TickParameters};
 use super::lanes::{Rows, each_row};
+use super::{BLOCK, TickParameters};
 use crate::laws::damping::{Decay, SNAP};
 use crate::methods::Field;
 use crate::simd::Lanes as _;

@@ -4,12 +4,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use lab::cost::{Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem};
+use lab::cost::{
+    Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem, take_real_time_priority,
+};
 
 use crate::args::{bodies, check_study, positive};
 use crate::commands::instructions::{self, TicksOf};
 use crate::commands::list::Format;
-use crate::output::show;
+use crate::output::{show, tell};
 
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
@@ -59,6 +61,10 @@ pub(crate) struct CostArgs {
 /// Studied by default: an orbit and an oscillator, things that stretch, and the tutorial.
 const DEFAULT: [&str; 5] = ["harmonic_oscillator", "kepler", "tetrahedron", "flag", "tutorial"];
 
+/// Said where this program has no real-time priority.
+const DISTURBED: &str = "other programs disturb these times; where this program may take real-time priority they agree within 1 % \
+                         even so: sudo chrt -f 1 sandbox cost ...";
+
 /// Looks between two times that an unfinished report is written.
 const SAVE: u32 = 20;
 
@@ -106,6 +112,9 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
         complete: false,
         studies: Vec::new(),
     };
+    if cfg!(target_os = "linux") && !take_real_time_priority() {
+        tell(DISTURBED);
+    }
     let progress = Progress::new(names.len());
     for (number, subject) in subjects.into_iter().enumerate() {
         progress.say(subject.name());
