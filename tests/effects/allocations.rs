@@ -123,6 +123,36 @@ fn groups_allocate_nothing_in_a_steady_tick() {
     }
 }
 
+/// Masses on springs of different stiffness to posts, of which one moves, all pushed.
+fn posts(method: Method) -> Lab {
+    let mut world = World::new();
+    world.insert_resource(motion::Gravity::EARTH);
+    for number in 0..40_u32 {
+        let at = glam::DVec3::X * f64::from(number);
+        let velocity = if number == 7 { glam::DVec3::Y } else { glam::DVec3::ZERO };
+        let post = motion::PhysicsBody { velocity, inverse_mass: 0.0 };
+        let post = world.spawn((motion::StableId(2 * number), motion::Transform::at(at), post)).id();
+        let below = motion::Transform::at(at - glam::DVec3::Y);
+        let id = motion::StableId(2 * number + 1);
+        let mass = world.spawn((id, below, motion::PhysicsBody::with_mass(1.0))).id();
+        let elastic = motion::Elastic { stiffness: 40.0 + f64::from(number), damping: 0.0, rest_length: 1.0 };
+        world.spawn(motion::Spring { ends: [post, mass], elastic });
+    }
+    let mut lab = Lab::of(world, method, H);
+    push_all(&mut lab.world);
+    lab
+}
+
+#[test]
+fn groups_side_by_side_allocate_nothing_in_a_steady_tick() {
+    for method in Method::ALL {
+        let mut lab = posts(method);
+        lab.run(20);
+        assert_eq!(lab.world.resource::<motion::groups::Groups>().side_by_side(), 40);
+        assert_eq!(allocations(&mut lab, 50), 0, "{}", method.name());
+    }
+}
+
 #[test]
 fn substeps_and_a_large_world_allocate_no_more() {
     let mut world = world_of(&[Effect::Gravity, Effect::Wells, Effect::Thrusts]);

@@ -205,6 +205,13 @@ fn operate(dice: &mut Dice, sides: &mut [Side; 2]) {
             12 if let Some(mut body) = world.get_mut::<PhysicsBody>(entity) => {
                 body.velocity = if number > 0.9 { DVec3::splat(1e3) } else { vector };
             }
+            14 if let Ok(mut body) = world.get_entity_mut(entity) => {
+                if body.contains::<GravityOff>() {
+                    body.remove::<GravityOff>();
+                } else {
+                    body.insert(GravityOff);
+                }
+            }
             _ => {}
         }
         if world.get_entity(entity).is_ok() {
@@ -222,7 +229,7 @@ fn groups_side_by_side_have_the_bits_counts_and_records_of_groups_alone() {
         let mut dice = Dice(seed ^ 0x51de_b451);
         let before = sides[0].state().0;
         for tick in 0..40 {
-            if tick > 3 && dice.below(3) == 0 {
+            if tick > 3 && dice.below(2) == 0 {
                 operate(&mut dice, &mut sides);
             }
             if dice.below(20) == 0 {

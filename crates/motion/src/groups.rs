@@ -117,7 +117,7 @@ impl Groups {
         self.list.iter().map(|group| group.coupling.movable).sum()
     }
 
-    /// The number of groups that were integrated side by side with others of the same shape in the last tick.
+    /// The number of groups that are in a bundle with others of the same shape.
     #[must_use]
     pub fn side_by_side(&self) -> usize {
         self.bundles.list.iter().map(|bundle| bundle.groups.len()).sum()

@@ -13,7 +13,7 @@ use crate::state::components::{Force, PhysicsBody, Quarantined, StableId, Transf
 use crate::state::coupling::{CouplingChanged, Grouped};
 use crate::state::emitter::{Dormant, Particle};
 use crate::state::method_state::{LastAcceleration, LastStep};
-use crate::state::springs::{Elastic, Link, SoftBody, Spring};
+use crate::state::springs::{Link, SoftBody, Spring};
 use crate::state::substeps::OwnSubsteps;
 use crate::state::switched_off::SpringsOff;
 use crate::units::{Scalar, at_least_0};
@@ -194,11 +194,8 @@ impl Graph {
             })
             .collect();
         // Two springs that are equal in all of this are interchangeable.
-        let bits = |Elastic { stiffness, damping, rest_length }: &Elastic| {
-            [stiffness, damping, rest_length].map(|number| number.to_bits())
-        };
         springs.sort_unstable_by_key(|SpringRow { ends: [a, b], elastic }| {
-            (*a.min(b), *a.max(b), bits(elastic))
+            (*a.min(b), *a.max(b), elastic.bits())
         });
         graph.springs = Springs::with_room(springs.len() + room);
         springs.into_iter().for_each(|spring| graph.add_spring(spring));
@@ -211,7 +208,7 @@ impl Graph {
             })
             .collect();
         // Soft bodies that are equal in all of this are interchangeable, as single springs are.
-        let pulls = |link: &Link| (link.ends, bits(&link.elastic));
+        let pulls = |link: &Link| (link.ends, link.elastic.bits());
         softs.sort_by(|(points, soft), (others, other)| {
             let lowest = |points: &[Option<u32>]| points.iter().flatten().copied().min();
             let by_points = || lowest(points).cmp(&lowest(others)).then_with(|| points.cmp(others));

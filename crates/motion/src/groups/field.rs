@@ -73,7 +73,7 @@ pub(crate) struct GroupRows<'a, E: Layout = Row> {
     pub v: &'a mut [E],
     /// Inverse masses, 1/kg, of every lane of every element.
     pub w: &'a [f64],
-    /// The number of groups: lanes beyond it are like the first one.
+    /// The number of groups: lanes beyond it are fillers.
     pub groups: usize,
     /// Groups whose results are not used, ascending: they are not counted.
     pub apart: &'a [usize],
@@ -102,6 +102,8 @@ pub(crate) struct Scratch<E: Element = Row> {
     masses: Vec<f64>,
     /// The applied forces.
     pub pushes: Vec<Push>,
+    /// The groups whose accelerations at the start are not in the cache, where some are: one more evaluation of each.
+    not_cached: Vec<usize>,
 }
 
 /// A force on a row of a group, N.
@@ -122,6 +124,7 @@ impl<E: Element> Default for Scratch<E> {
             workspace: Workspace::default(),
             masses: Vec::new(),
             pushes: Vec::new(),
+            not_cached: Vec::new(),
         }
     }
 }
@@ -142,8 +145,6 @@ pub(crate) struct GroupField<'a, E: Layout = Row> {
     width: usize,
     /// Evaluations of all laws so far.
     evaluations: u64,
-    /// The groups whose accelerations at the start were not in the cache: one more evaluation for each of them.
-    not_cached: Vec<usize>,
     options: &'a dyn RowOptions,
     scratch: &'a mut Scratch<E>,
     statistics: &'a mut StepStatistics,
@@ -230,7 +231,6 @@ impl<'a, E: Layout> GroupField<'a, E> {
             segment,
             next: FIRST,
             evaluations: 0,
-            not_cached: Vec::new(),
             pushed: false,
             with_gravity: 0,
             watch: Watch::Off,
@@ -245,6 +245,7 @@ impl<'a, E: Layout> GroupField<'a, E> {
         self.weigh_sources();
         self.apply_pushes();
         let mut step_state = StepState::default();
+        self.scratch.not_cached.clear();
         let keeps_last_step = M::STATE == MethodStateKind::LastStep;
         if keeps_last_step {
             step_state.last_step = self.common_last_step();

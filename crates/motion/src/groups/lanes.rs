@@ -50,6 +50,8 @@ pub(super) struct Bundle {
     pub anchors: Vec<LaneRun>,
     pub springs: LaneSprings,
     pub cache: GroupCache<Axes>,
+    /// Whether groups have caches of their own, because their rows were in other classes.
+    pub has_other_caches: bool,
     /// Groups whose anchors are not finite or out of range, ascending.
     pub lost: Vec<usize>,
     /// Groups with an anchor that moves, ascending.
@@ -132,6 +134,36 @@ pub(super) struct Bundles {
     /// Lengths of last steps, s, of every lane of every element.
     pub last: Vec<f64>,
     pub scratch: Scratch<Axes>,
+    pub lists: Lists,
+}
+
+/// Groups of the bundle that is integrated, by lane, each list ascending.
+#[derive(Debug, Default)]
+pub(super) struct Lists {
+    /// Those that are integrated alone in this tick.
+    pub alone: Vec<usize>,
+    /// These and those whose anchors are not finite or out of range.
+    pub apart: Vec<usize>,
+    /// Those that fail.
+    pub failed: Vec<usize>,
+}
+
+impl Lists {
+    /// Starts with the groups that are `lost`, and those that `list` lists.
+    pub fn sort(&mut self, lost: &[usize], list: impl FnOnce(&mut Vec<usize>)) {
+        let Self { alone, apart, failed } = self;
+        for list in [&mut *alone, &mut *apart, &mut *failed] {
+            list.clear();
+        }
+        list(alone);
+        alone.retain(|lane| lost.binary_search(lane).is_err());
+        apart.extend(alone.iter().chain(lost));
+        for list in [alone, apart] {
+            list.sort_unstable();
+            list.dedup();
+        }
+        failed.extend(lost);
+    }
 }
 
 /// Everything in which groups of one bundle agree.
@@ -215,12 +247,13 @@ impl Bundles {
                 anchors: Vec::new(),
                 springs: LaneSprings::of(&groups, list, width),
                 cache: GroupCache::default(),
+                has_other_caches: false,
                 lost: Vec::new(),
                 moving: Vec::new(),
                 groups,
             };
             for (lane, group) in bundle.groups.iter().enumerate() {
-                bundle.cache.take(width, lane, &mut list[*group].cache);
+                bundle.has_other_caches |= !bundle.cache.take(width, lane, &mut list[*group].cache);
             }
             self.list.push(bundle);
         }
@@ -241,21 +274,22 @@ impl Bundles {
         }
     }
 
-    /// Makes the lanes beyond the groups of a bundle like the first one, so that no law sees a state that no body has.
+    /// Makes the lanes beyond the last group of a bundle like the first one of their block, so that they stay finite.
     pub fn fill_up(&mut self, number: usize) {
         let Bundle { elements, width, ref groups, .. } = self.list[number];
         let rest = groups.len() % BLOCK_BODIES;
         if rest == 0 {
             return;
         }
-        for (row, last) in (width - 1..elements).step_by(width).enumerate() {
-            let from = row * width;
-            let (x, v) = (self.x[from].row(0), self.v[from].row(0));
-            let (w, step) = (self.w[from * BLOCK_BODIES], self.last[from * BLOCK_BODIES]);
+        for last in (width - 1..elements).step_by(width) {
+            let (x, v) = (self.x[last].row(0), self.v[last].row(0));
+            let w = &mut self.w[last * BLOCK_BODIES..][..BLOCK_BODIES];
+            // Laws skip bodies of inverse mass 0; a block that is almost full is faster without such bodies.
+            let filler = if rest > BLOCK_BODIES / 4 { w[0] } else { 0.0 };
+            w[rest..].fill(filler);
             for lane in rest..BLOCK_BODIES {
                 self.x[last].set_row(lane, x);
                 self.v[last].set_row(lane, v);
-                (self.w[last * BLOCK_BODIES + lane], self.last[last * BLOCK_BODIES + lane]) = (w, step);
             }
         }
     }
@@ -281,12 +315,9 @@ enum ElasticLanes {
 }
 
 impl ElasticLanes {
-    /// Those of a spring in some groups; lanes beyond them are like the first one.
+    /// Those of a spring in the groups of a block; lanes beyond them are like the first one.
     fn of(springs: &[Elastic]) -> Self {
-        let bits = |Elastic { stiffness, damping, rest_length }: &Elastic| {
-            [stiffness, damping, rest_length].map(|number| number.to_bits())
-        };
-        if springs.iter().all(|spring| bits(spring) == bits(&springs[0])) {
+        if springs.iter().all(|spring| spring.bits() == springs[0].bits()) {
             return Self::Equal(springs[0]);
         }
         let lane = |lane: usize| springs.get(lane).unwrap_or(&springs[0]);
@@ -310,9 +341,10 @@ impl LaneSprings {
     /// The springs of some groups of a list, in `width` blocks.
     fn of(groups: &[usize], list: &[Group], width: usize) -> Self {
         let mut springs: Vec<_> = groups.iter().map(|group| list[*group].coupling.springs.iter()).collect();
-        let mut blocks = Vec::with_capacity(springs.len() * width);
+        let of_each = list[groups[0]].coupling.springs.len();
+        let mut blocks = Vec::with_capacity(of_each * width);
         let mut lanes = Vec::new();
-        for _ in 0..list[groups[0]].coupling.springs.len() {
+        for _ in 0..of_each {
             for block in springs.chunks_mut(BLOCK_BODIES) {
                 lanes.clear();
                 lanes.extend(block.iter_mut().filter_map(Iterator::next).map(|spring| spring.elastic));

@@ -93,8 +93,9 @@ pub(super) struct Place {
     table: usize,
     /// Its bodies by row, if it is one of members.
     bodies: Vec<Entity>,
-    /// Its number among the tables of the running system.
-    found: Option<usize>,
+    /// Its number among the tables of members of the running system, and among those of anchors.
+    members: Option<usize>,
+    anchors: Option<usize>,
 }
 
 /// Consecutive rows of a table that are consecutive rows of a group.
@@ -149,7 +150,7 @@ impl Groups {
         }
         let place = |(table, mut bodies): (usize, Vec<(usize, Entity)>)| {
             bodies.sort_unstable_by_key(|(at, _)| *at);
-            Place { table, bodies: bodies.into_iter().map(|(_, body)| body).collect(), found: None }
+            Place { table, bodies: bodies.into_iter().map(|(_, body)| body).collect(), ..Place::default() }
         };
         self.places = tables.into_iter().map(place).collect();
         let list = &self.list;
@@ -230,23 +231,23 @@ impl Groups {
             }
         }
         self.pushes.clear();
-        self.places.iter_mut().for_each(|place| place.found = None);
+        self.places.iter_mut().for_each(|place| (place.members, place.anchors) = (None, None));
         for (number, table) in tables.members.iter().enumerate() {
             let place = self.places.binary_search_by_key(&table.number, |place| place.table);
             let Some(place) = place.ok().map(|place| &mut self.places[place]) else { return false };
             if place.bodies != table.entities {
                 return false;
             }
-            place.found = Some(number);
+            place.members = Some(number);
         }
         for (number, table) in tables.anchors.iter().enumerate() {
             if let Ok(place) = self.places.binary_search_by_key(&table.number, |place| place.table) {
-                self.places[place].found = Some(number);
+                self.places[place].anchors = Some(number);
             }
         }
         let mut anchors = self.bundles.list.iter().flat_map(|bundle| &bundle.anchors);
         let is_there = |run: &LaneRun| {
-            self.places[run.place].found.is_some_and(|table| run.is_in(tables.anchors[table].entities))
+            self.places[run.place].anchors.is_some_and(|table| run.is_in(tables.anchors[table].entities))
         };
         if !anchors.all(is_there) {
             return false;
@@ -290,7 +291,7 @@ impl Groups {
         let bundles = self.bundles.list.iter().filter(|bundle| is_seen(&self.places, bundle));
         for (bundle, run) in bundles.flat_map(|bundle| bundle.members.iter().map(move |run| (bundle, run))) {
             let LaneRun { start, step, row, group, ref bodies, .. } = *run;
-            let Some(table) = self.places[run.place].found.map(|table| &tables.members[table]) else {
+            let Some(table) = self.places[run.place].members.map(|table| &tables.members[table]) else {
                 continue;
             };
             let pushed = param.pushed_in(table.number, start..start + (bodies.len() - 1) * step + 1);
@@ -339,7 +340,7 @@ impl Groups {
         }
         let (x, v): (&mut [Axes], &mut [Axes]) = (x, v);
         for run in &bundle.members {
-            let Some(table) = places[run.place].found else { continue };
+            let Some(table) = places[run.place].members else { continue };
             let (positions, bodies, last) = tables.members[table].states();
             run.parts(bundle, |(at, rows), (element, lane)| {
                 load_rows(&mut x[element], (lane, rows), &positions[at..], run.step);
@@ -356,7 +357,7 @@ impl Groups {
         lost.clear();
         moving.clear();
         for run in &bundle.anchors {
-            let Some(table) = places[run.place].found.map(|table| &tables.anchors[table]) else { continue };
+            let Some(table) = places[run.place].anchors.map(|table| &tables.anchors[table]) else { continue };
             run.parts(bundle, |(at, rows), (element, lane)| {
                 let (x, v) = (&mut x[element], &mut v[element]);
                 load_rows(x, (lane, rows), &table.positions[at..], run.step);
@@ -391,7 +392,7 @@ impl Groups {
         let bundle = &list[number];
         let (x, v): (&[Axes], &[Axes]) = (x, v);
         for run in &bundle.members {
-            let Some(table) = places[run.place].found else { continue };
+            let Some(table) = places[run.place].members else { continue };
             let (positions, bodies, mut last) = tables.members[table].states();
             run.parts(bundle, |(at, rows), (element, lane)| {
                 let (x, v) = (&x[element], &v[element]);
@@ -441,7 +442,7 @@ fn lane_runs(
 
 /// Whether the running system has found all rows of a bundle.
 fn is_seen(places: &[Place], bundle: &Bundle) -> bool {
-    bundle.members.iter().all(|run| places[run.place].found.is_some())
+    bundle.members.iter().all(|run| places[run.place].members.is_some())
 }
 
 /// The force applied to a row, N.

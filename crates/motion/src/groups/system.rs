@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::system::{BoxedSystem, ParamBuilder, SystemParam, SystemState};
 
 use super::field::{GroupEnvironment, GroupField, GroupKernel, GroupRows, Push, Watch};
-use super::lanes::{Bundle, Bundles};
+use super::lanes::{Bundle, Bundles, Lists};
 use super::members::{Anchors, ByRow, MemberOptions, Members, of_body};
 use super::places::{Tables, Unit};
 use super::rescue::Rescue;
@@ -150,6 +150,7 @@ impl Tick<'_, '_, '_, '_, '_> {
     /// Repeats the tick of a group that failed.
     #[cold]
     fn rescue(&mut self, groups: &mut Groups, number: usize) {
+        self.set_substeps(groups.list[number].substeps);
         // A tick that failed may have overwritten the anchors as well.
         let _ = groups.hold(number, self.anchors, self.environment.parameters.bounds, self.changed);
         let (environment, options, output) = (&self.environment, self.options, &mut *self.output);
@@ -163,61 +164,66 @@ impl Tick<'_, '_, '_, '_, '_> {
         if !groups.load(number, self.tables, self.environment.parameters.bounds) {
             return;
         }
-        let mut apart = self.apart(groups, number);
-        groups.make_room(number, apart.len());
-        for (at, lane) in apart.iter().enumerate() {
+        let mut lists = std::mem::take(&mut groups.bundles.lists);
+        lists.sort(&groups.bundles.list[number].lost, |alone| self.apart(groups, number, alone));
+        let Lists { alone, apart, failed } = &mut lists;
+        groups.make_room(number, alone.len().max(1));
+        for (at, lane) in alone.iter().enumerate() {
             groups.take_out(number, *lane, at);
         }
-        let lost = std::mem::take(&mut groups.bundles.list[number].lost);
-        let alone = apart.clone();
-        apart.extend(lost.iter().filter(|lane| !alone.contains(lane)));
-        apart.sort_unstable();
-        let mut failed = lost.clone();
-        let count = groups.bundles.list[number].groups.len();
-        if apart.len() < count {
-            self.set_substeps(groups.list[groups.bundles.list[number].groups[0]].substeps);
-            let rows = groups.list[groups.bundles.list[number].groups[0]].coupling.rows;
-            let record = self.output.records.recorder(count * rows);
-            let mut statistics = StepStatistics { record, ..StepStatistics::default() };
-            groups.bundles.fill_up(number);
-            let done = groups.tick_lanes(
-                self.kernel,
-                (number, &apart),
-                &self.environment,
-                self.options,
-                &mut statistics,
-            );
-            failed.extend(done.err().into_iter().flatten().filter(|lane| !apart.contains(lane)));
-            self.output.evaluations.add(&statistics, &[], std::iter::empty());
-            if let Some(record) = &statistics.record {
-                for (lane, group) in groups.bundles.list[number].groups.iter().enumerate() {
-                    if !apart.contains(&lane) && !failed.contains(&lane) {
-                        self.output.records.add(&groups.list[*group].bodies, Some(record), lane * rows);
-                    }
-                }
-            }
+        groups.bundles.list[number].has_other_caches = false;
+        if apart.len() < groups.bundles.list[number].groups.len() {
+            self.side_by_side(groups, number, (apart, failed));
         }
-        for (at, lane) in alone.iter().enumerate().filter(|(_, lane)| !lost.contains(lane)) {
+        for (at, lane) in alone.iter().enumerate() {
             let group = groups.set_apart(number, *lane, at);
             self.alone(groups, group);
             groups.put_back(number, *lane);
         }
-        groups.make_room(number, 1);
-        for lane in failed {
-            let group = groups.set_apart(number, lane, 0);
+        for lane in &*failed {
+            let group = groups.set_apart(number, *lane, 0);
             self.rescue(groups, group);
-            groups.put_back(number, lane);
+            groups.put_back(number, *lane);
         }
-        groups.bundles.list[number].lost = lost;
+        groups.bundles.lists = lists;
         groups.store(number, self.tables);
     }
 
-    /// The groups of a bundle that cannot be integrated beside its first one in this tick.
-    fn apart(&self, groups: &Groups, number: usize) -> Vec<usize> {
+    /// Integrates the groups of a bundle but those `apart`; adds those that fail to `failed`.
+    fn side_by_side(
+        &mut self,
+        groups: &mut Groups,
+        number: usize,
+        (apart, failed): (&[usize], &mut Vec<usize>),
+    ) {
+        let members = &groups.bundles.list[number].groups;
+        let first = &groups.list[members[0]];
+        let rows = first.coupling.rows;
+        self.set_substeps(first.substeps);
+        let record = self.output.records.recorder(members.len() * rows);
+        let mut statistics = StepStatistics { record, ..StepStatistics::default() };
+        groups.bundles.fill_up(number);
+        let bundle = (number, apart);
+        let done = groups.tick_lanes(self.kernel, bundle, &self.environment, self.options, &mut statistics);
+        let is_apart = |lane: &usize| apart.binary_search(lane).is_ok();
+        failed.extend(done.err().into_iter().flatten().filter(|lane| !is_apart(lane)));
+        failed.sort_unstable();
+        self.output.evaluations.add(&statistics, &[], std::iter::empty());
+        let Some(record) = &statistics.record else { return };
+        for (lane, group) in groups.bundles.list[number].groups.iter().enumerate() {
+            if !is_apart(&lane) && failed.binary_search(&lane).is_err() {
+                self.output.records.add(&groups.list[*group].bodies, Some(record), lane * rows);
+            }
+        }
+    }
+
+    /// Lists the groups of a bundle that cannot be integrated beside its first one in this tick.
+    fn apart(&self, groups: &Groups, number: usize, apart: &mut Vec<usize>) {
         let Groups { list, bundles, .. } = groups;
         let bundle @ Bundle { groups: members, moving, .. } = &bundles.list[number];
         if self.kernel.solves {
-            return (0..members.len()).collect();
+            apart.extend(0..members.len());
+            return;
         }
         let first = &list[members[0]];
         let differ = |lane: &usize| {
@@ -225,13 +231,12 @@ impl Tick<'_, '_, '_, '_, '_> {
             let differs = |row: &u32| !of(members[*lane], *row).is_like(&of(members[0], *row));
             first.with_options.iter().any(differs)
         };
-        let mut apart = Vec::new();
         if !first.with_options.is_empty() {
             apart.extend((1..members.len()).filter(differ));
         }
         let first_moves = moving.first() == Some(&0);
         if !moving.is_empty() {
-            apart.extend((1..members.len()).filter(|lane| moving.contains(lane) != first_moves));
+            apart.extend((1..members.len()).filter(|lane| moving.binary_search(lane).is_ok() != first_moves));
         }
         if self.kernel.single.traits.state == MethodStateKind::LastStep {
             let step = |row: usize, lane: usize| {
@@ -241,9 +246,10 @@ impl Tick<'_, '_, '_, '_, '_> {
             let steps = |lane: &usize| (0..first.coupling.movable).all(|row| step(row, *lane) == step(0, 0));
             apart.extend((0..members.len()).filter(|lane| !steps(lane)));
         }
-        apart.sort_unstable();
-        apart.dedup();
-        apart
+        if bundle.has_other_caches {
+            let start = self.environment.parameters.times.start;
+            apart.extend((0..members.len()).filter(|lane| list[members[*lane]].cache.is_of(start)));
+        }
     }
 }
 
@@ -346,13 +352,16 @@ impl Groups {
                 pushes.extend(own.map(|(_, row, force)| Push { lane, row: *row, force: *force }));
             }
         }
-        let Self { list, bundles: Bundles { list: all, x, v, w, last, scratch }, .. } = self;
+        let Self { list, bundles: Bundles { list: all, x, v, w, last, scratch, .. }, .. } = self;
         scratch.pushes = pushes;
         let Bundle { elements, width, ref groups, ref springs, ref mut cache, ref moving, .. } = all[number];
         let shape = &list[groups[0]];
         let last = &mut last[..shape.coupling.movable * width * BLOCK_BODIES];
-        let step = last[0];
-        last.fill(step);
+        if kernel.single.traits.state == MethodStateKind::LastStep {
+            // The others are apart.
+            let step = last[0];
+            last.fill(step);
+        }
         let rows = GroupRows {
             x: &mut x[..elements],
             v: &mut v[..elements],
@@ -411,6 +420,6 @@ impl Groups {
             bundles.v[element].set_row(of_element, v[*first + row]);
             bundles.last[element * BLOCK_BODIES + of_element] = last[*first + row];
         }
-        bundle.cache.take(bundle.width, lane, cache);
+        bundle.has_other_caches |= !bundle.cache.take(bundle.width, lane, cache);
     }
 }

@@ -23,6 +23,11 @@ pub struct Elastic {
 }
 
 impl Elastic {
+    /// The bits of its numbers: two springs that have the same are interchangeable.
+    pub(crate) fn bits(&self) -> [u64; 3] {
+        [self.stiffness, self.damping, self.rest_length].map(f64::to_bits)
+    }
+
     /// # Panics
     /// If a number is below 0.
     pub(crate) fn check(&self) {

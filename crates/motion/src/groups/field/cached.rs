@@ -32,6 +32,13 @@ impl<E: Element> Default for GroupCache<E> {
     }
 }
 
+impl GroupCache {
+    /// Whether it has accelerations of the time `time`, s.
+    pub fn is_of(&self, time: Scalar) -> bool {
+        self.keys.iter().flatten().any(|key| key.time == time)
+    }
+}
+
 impl GroupCache<Axes> {
     /// Moves the cache of one group, of `rows` rows in blocks of `width` elements, to `cache`.
     pub fn give(&mut self, width: usize, rows: usize, group: usize, cache: &mut GroupCache) {
@@ -49,14 +56,15 @@ impl GroupCache<Axes> {
         cache.w.extend((0..rows).map(|row| self.w[element(row) * Axes::LANES + lane]));
     }
 
-    /// Takes the cache of one group out of `cache`. Leaves it there if there are caches of groups whose rows are in other
-    /// classes.
-    pub fn take(&mut self, width: usize, group: usize, cache: &mut GroupCache) {
+    /// Takes the cache of one group out of `cache`. Leaves it there, and returns `false`, if there are caches of groups whose
+    /// rows are in other classes.
+    #[must_use]
+    pub fn take(&mut self, width: usize, group: usize, cache: &mut GroupCache) -> bool {
         if self.keys.len() <= group {
             self.keys.resize(group + 1, None);
         }
         self.keys[group] = None;
-        let Some(key @ Some(_)) = cache.keys.last().copied() else { return };
+        let Some(key @ Some(_)) = cache.keys.last().copied() else { return true };
         let elements = cache.x.len() * width;
         if self.keys.iter().all(Option::is_none) {
             self.classes.clone_from(&cache.classes);
@@ -64,17 +72,19 @@ impl GroupCache<Axes> {
             self.a.resize(elements);
             self.w.resize(elements * Axes::LANES, 0.0);
         }
-        if self.classes == cache.classes {
-            cache.keys.clear();
-            self.keys[group] = key;
-            let lane = group % Axes::LANES;
-            for row in 0..cache.x.len() {
-                let element = row * width + group / Axes::LANES;
-                self.x[element].set_row(lane, cache.x[row]);
-                self.a[element].set_row(lane, cache.a[row]);
-                self.w[element * Axes::LANES + lane] = cache.w[row];
-            }
+        if self.classes != cache.classes {
+            return false;
         }
+        cache.keys.clear();
+        self.keys[group] = key;
+        let lane = group % Axes::LANES;
+        for row in 0..cache.x.len() {
+            let element = row * width + group / Axes::LANES;
+            self.x[element].set_row(lane, cache.x[row]);
+            self.a[element].set_row(lane, cache.a[row]);
+            self.w[element * Axes::LANES + lane] = cache.w[row];
+        }
+        true
     }
 }
 
@@ -130,15 +140,20 @@ impl<E: Layout> GroupField<'_, E> {
         let may_fit = cache.classes == self.scratch.classes && !self.segment.jump;
         let same = may_fit && cache.w == self.rows.w && numbers(&cache.x) == numbers(self.rows.x);
         if !(same && cache.keys.iter().all(|key| *key == now)) {
-            let mut fits: Vec<_> = cache.keys.iter().map(|key| may_fit && *key == now).collect();
-            if !same {
-                fits.iter_mut().enumerate().for_each(|(group, fits)| *fits &= self.is_in(cache, group));
-            }
+            let mut others = std::mem::take(&mut self.scratch.not_cached);
+            others.clear();
+            let fits =
+                |group: usize| may_fit && cache.keys[group] == now && (same || self.is_in(cache, group));
+            others.extend((0..self.rows.groups).filter(|group| !fits(*group)));
+            let none = others.len() == self.rows.groups;
+            others.retain(|group| self.rows.apart.binary_search(group).is_err());
+            self.scratch.not_cached = others;
             cache.keys.clear();
-            if !fits.contains(&true) {
+            if none {
+                self.scratch.not_cached.clear();
                 return None;
             }
-            self.compute_others(cache, &fits);
+            self.compute_others(cache);
         }
         // Until the tick has new ones: it may not end.
         cache.keys.clear();
@@ -156,25 +171,21 @@ impl<E: Layout> GroupField<'_, E> {
         })
     }
 
-    /// Computes the accelerations of the groups that `fits` is false for.
-    fn compute_others(&mut self, cache: &mut GroupCache<E>, fits: &[bool]) {
-        let others =
-            fits.iter().enumerate().filter(|(group, fits)| !**fits && !self.rows.apart.contains(group));
-        let others: Vec<_> = others.map(|(group, _)| group).collect();
-        if others.is_empty() {
+    /// Computes the accelerations of the groups that are not cached.
+    fn compute_others(&mut self, cache: &mut GroupCache<E>) {
+        if self.scratch.not_cached.is_empty() {
             return;
         }
         let (x, v) = (Combination::of(POSITION), Combination::of(VELOCITY));
         let computed = self.laws(0.0, x, v).slot().unwrap_or(FIRST);
         self.evaluations -= 1;
         self.next = FIRST;
-        for group in &others {
+        for group in &self.scratch.not_cached {
             for row in 0..self.coupling.rows {
                 let (element, lane) = self.place(row, *group);
                 cache.a[element].set_row(lane, self.scratch.slots[computed][element].row(lane));
             }
         }
-        self.not_cached = others;
     }
 
     pub(super) fn note(&mut self, cache: &mut GroupCache<E>, is_cached: bool) {

@@ -133,12 +133,13 @@ impl<'a, E: Layout> GroupField<'a, E> {
     /// Counts the evaluations of all laws of the tick, except those of groups that failed, whose broken rows these are.
     pub(super) fn count(&mut self, broken: &[(usize, usize)]) {
         let Self { coupling, environment, rows, options, with_gravity, statistics, .. } = self;
-        let counts = |group: &usize| !rows.apart.contains(group) && !broken.iter().any(|(_, of)| of == group);
+        let is_apart = |group: &usize| rows.apart.binary_search(group).is_ok();
+        let counts = |group: &usize| !is_apart(group) && !broken.iter().any(|(_, of)| of == group);
         let groups = match (rows.apart, broken) {
             ([], []) => rows.groups,
             _ => (0..rows.groups).filter(counts).count(),
         };
-        let not_cached = self.not_cached.iter().filter(|group| counts(group)).count();
+        let not_cached = self.scratch.not_cached.iter().filter(|group| counts(group)).count();
         let evaluations = self.evaluations * groups as u64 + not_cached as u64;
         let movable = coupling.movable as u64 * evaluations;
         statistics.accelerations += movable;
