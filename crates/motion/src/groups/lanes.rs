@@ -150,7 +150,7 @@ pub(super) struct Lists {
 
 impl Lists {
     /// Starts with the groups that are `lost`, and those that `list` lists.
-    pub fn sort(&mut self, lost: &[usize], list: impl FnOnce(&mut Vec<usize>)) {
+    pub fn fill(&mut self, lost: &[usize], list: impl FnOnce(&mut Vec<usize>)) {
         let Self { alone, apart, failed } = self;
         for list in [&mut *alone, &mut *apart, &mut *failed] {
             list.clear();

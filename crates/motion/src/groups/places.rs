@@ -20,7 +20,11 @@ use crate::state::range::Bounds;
 use crate::state::threads::Threads;
 use crate::tick::environment::EnvironmentParam;
 
+/// Why tables are slices.
+const DENSE: &str = "every component of a body is stored in tables";
+
 /// The tables of a running system.
+#[derive(Default)]
 pub(super) struct Tables<'w> {
     members: SmallVec<[MemberTable<'w>; 16]>,
     anchors: SmallVec<[AnchorTable<'w>; 16]>,
@@ -57,20 +61,25 @@ impl MemberTable<'_> {
 }
 
 impl<'w> Tables<'w> {
-    /// The tables of a system.
-    pub fn of(param: &EnvironmentParam, members: &'w mut Members, anchors: &'w Anchors) -> Self {
-        let dense = "every component of a body is stored in tables";
-        let number = |entities: &[Entity]| entities.first().and_then(|body| param.table_of(*body));
-        let members = members.contiguous_iter_mut().expect(dense);
-        let members = members.filter_map(|(entities, transforms, bodies, forces, last)| {
-            Some(MemberTable { number: number(entities)?, entities, transforms, bodies, forces, last })
-        });
-        let anchors = anchors.contiguous_iter().expect(dense);
-        let anchors = anchors.filter_map(|(entities, transforms, bodies)| {
+    /// Lists the tables of members. Not a constructor: the lists are long, and moving them would take as long as the tick of a
+    /// small group.
+    pub fn list_members(&mut self, param: &EnvironmentParam, members: &'w mut Members) {
+        let members = members.contiguous_iter_mut().expect(DENSE);
+        self.members.extend(members.filter_map(|(entities, transforms, bodies, forces, last)| {
+            let number = param.table_of(*entities.first()?)?;
+            Some(MemberTable { number, entities, transforms, bodies, forces, last })
+        }));
+    }
+
+    /// Lists the tables of anchors, which bundles read.
+    pub fn list_anchors(&mut self, param: &EnvironmentParam, anchors: &'w Anchors) {
+        self.anchors.clear();
+        let anchors = anchors.contiguous_iter().expect(DENSE);
+        self.anchors.extend(anchors.filter_map(|(entities, transforms, bodies)| {
+            let number = param.table_of(*entities.first()?)?;
             let (positions, bodies) = (bytemuck::cast_slice(transforms), bytemuck::cast_slice(bodies));
-            Some(AnchorTable { number: number(entities)?, entities, positions, bodies })
-        });
-        Self { members: members.collect(), anchors: anchors.collect() }
+            Some(AnchorTable { number, entities, positions, bodies })
+        }));
     }
 
     /// State of a body and length of its last step, s.

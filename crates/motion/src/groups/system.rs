@@ -58,9 +58,14 @@ fn advance_groups(
     param.prepare();
     let groups = &mut *groups;
     let shared = Environment { attraction: attraction.as_deref(), ..param.environment() };
-    let mut tables = Tables::of(&param, &mut members, &anchors);
+    let mut tables = Tables::default();
+    tables.list_members(&param, &mut members);
+    if groups.side_by_side() > 0 {
+        tables.list_anchors(&param, &anchors);
+    }
     if !groups.gather(&param, &mut tables) {
         groups.find(&param, &options);
+        tables.list_anchors(&param, &anchors);
         let found = groups.gather(&param, &mut tables);
         debug_assert!(found, "bodies do not move between tables in the middle of a system");
         if !found {
@@ -165,7 +170,7 @@ impl Tick<'_, '_, '_, '_, '_> {
             return;
         }
         let mut lists = std::mem::take(&mut groups.bundles.lists);
-        lists.sort(&groups.bundles.list[number].lost, |alone| self.apart(groups, number, alone));
+        lists.fill(&groups.bundles.list[number].lost, |alone| self.apart(groups, number, alone));
         let Lists { alone, apart, failed } = &mut lists;
         groups.make_room(number, alone.len().max(1));
         for (at, lane) in alone.iter().enumerate() {
