@@ -23,9 +23,6 @@ pub(crate) fn thread_time() -> f64 {
 
 /// Gives this thread real-time priority, so that no other program takes its caches while it is timed: on Linux, as root or
 /// with the right to it. Returns whether it has that priority now.
-///
-/// On a shared machine with two cores and a load of 12, five rounds of one loop agreed within 1 % with it, and within tens of
-/// per cent by thread CPU time alone.
 pub fn take_real_time_priority() -> bool {
     #[cfg(target_os = "linux")]
     {

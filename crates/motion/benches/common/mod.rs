@@ -27,7 +27,7 @@ macro_rules! avx2_or_plain {
 #[allow(unused_imports, reason = "not every bench has a rival for all bodies")]
 pub(crate) use avx2_or_plain;
 
-/// Gives this thread real-time priority, if it may: times then agree within 1 % on a shared machine. Says so.
+/// Gives this thread real-time priority, if it may: times then agree better on a shared machine. Says so.
 fn take_real_time_priority() {
     #[cfg(target_os = "linux")]
     {

@@ -62,8 +62,7 @@ pub(crate) struct CostArgs {
 const DEFAULT: [&str; 5] = ["harmonic_oscillator", "kepler", "tetrahedron", "flag", "tutorial"];
 
 /// Said where this program has no real-time priority.
-const DISTURBED: &str = "other programs disturb these times; where this program may take real-time priority they agree within 1 % \
-                         even so: sudo chrt -f 1 sandbox cost ...";
+const DISTURBED: &str = "other programs disturb these times; with real-time priority they agree better: sudo chrt -f 1 sandbox cost ...";
 
 /// Looks between two times that an unfinished report is written.
 const SAVE: u32 = 20;
