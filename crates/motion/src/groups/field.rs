@@ -198,7 +198,6 @@ impl GroupKernel {
             tick_lanes: |field| {
                 field.tick::<M>(Watch::Groups).map_err(|broken| {
                     let mut lanes: Vec<_> = broken.into_iter().map(|(_, lane)| lane).collect();
-                    lanes.sort_unstable();
                     lanes.dedup();
                     lanes
                 })
@@ -266,10 +265,7 @@ impl<'a, E: Layout> GroupField<'a, E> {
             self.note(cache, step_state.start.is_some());
         }
         let outcome = self.outcome();
-        match &outcome {
-            Err(broken) if watch == Watch::Groups => self.count(broken),
-            _ => self.count(&[]),
-        }
+        self.count(outcome.as_ref().err().map_or(&[], Vec::as_slice));
         outcome
     }
 
@@ -287,11 +283,11 @@ impl<'a, E: Layout> GroupField<'a, E> {
     }
 
     /// Element and lane of a row of a group.
-    const fn place(&self, row: usize, group: usize) -> (usize, usize) {
-        (row * self.width + group / E::LANES, group % E::LANES)
+    fn place(&self, row: usize, group: usize) -> (usize, usize) {
+        E::place(self.width, row, group)
     }
 
-    /// The rows that failed, each with the number of its group.
+    /// The rows that failed, each with the number of its group, group by group.
     fn outcome(&mut self) -> Result<(), Vec<(usize, usize)>> {
         let (movable, groups) = (self.coupling.movable, self.rows.groups);
         let Bounds { position, speed } = self.environment.parameters.bounds;
@@ -337,14 +333,11 @@ impl<'a, E: Layout> GroupField<'a, E> {
         };
         Err(match self.watch {
             Watch::Off => Vec::new(),
-            Watch::Groups => (0..groups)
+            _ if !self.found.is_empty() => self.found.iter().map(|row| (*row, 0)).collect(),
+            _ => (0..groups)
                 .flat_map(|group| (0..movable).map(move |row| (row, group)))
                 .filter(|(row, group)| breaks(*row, *group))
                 .collect(),
-            Watch::On if self.found.is_empty() => {
-                (0..movable).filter(|row| breaks(*row, 0)).map(|row| (row, 0)).collect()
-            }
-            Watch::On => self.found.iter().map(|row| (*row, 0)).collect(),
         })
     }
 

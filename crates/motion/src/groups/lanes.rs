@@ -61,8 +61,8 @@ pub(super) struct Bundle {
 impl Bundle {
     /// Element and lane of a row of a group.
     #[inline(always)]
-    pub const fn place(&self, row: usize, group: usize) -> (usize, usize) {
-        (row * self.width + group / BLOCK_BODIES, group % BLOCK_BODIES)
+    pub fn place(&self, row: usize, group: usize) -> (usize, usize) {
+        Axes::place(self.width, row, group)
     }
 }
 
@@ -419,36 +419,51 @@ impl ElasticLanes {
                     f64x4::splat(simd, *damping),
                     f64x4::splat(simd, *rest_length),
                 ];
-                pull_with(
+                pull_elastic::<_, DAMPED>(
                     simd,
                     ends,
-                    x,
+                    (x, v),
                     sum,
                     #[inline(always)]
-                    |at, d| {
-                        let u = if DAMPED { differences(simd, at, v) } else { d };
-                        tension::<_, DAMPED>(simd, elastic, d, u)
-                    },
+                    |_| elastic,
                 );
             }
             Self::Each(numbers) => {
                 let [stiffness, damping, rest_length] = &**numbers;
-                pull_with(
+                pull_elastic::<_, DAMPED>(
                     simd,
                     ends,
-                    x,
+                    (x, v),
                     sum,
                     #[inline(always)]
-                    |at, d| {
-                        let u = if DAMPED { differences(simd, at, v) } else { d };
-                        let elastic =
-                            [four(simd, at, stiffness), four(simd, at, damping), four(simd, at, rest_length)];
-                        tension::<_, DAMPED>(simd, elastic, d, u)
-                    },
+                    |at| [four(simd, at, stiffness), four(simd, at, damping), four(simd, at, rest_length)],
                 );
             }
         }
     }
+}
+
+/// [`pull_with`] of the tension of springs with the stiffnesses, dampings and rest lengths that `elastic` gives of the lanes
+/// from one on.
+#[inline(always)]
+fn pull_elastic<S: Simd, const DAMPED: bool>(
+    simd: S,
+    ends: ([usize; 2], [bool; 2]),
+    (x, v): ([&Axes; 2], [&Axes; 2]),
+    sum: &mut [Axes],
+    elastic: impl Fn(usize) -> [f64x4<S>; 3],
+) {
+    pull_with(
+        simd,
+        ends,
+        x,
+        sum,
+        #[inline(always)]
+        |at, d| {
+            let u = if DAMPED { differences(simd, at, v) } else { d };
+            tension::<_, DAMPED>(simd, elastic(at), d, u)
+        },
+    );
 }
 
 /// Adds the forces of springs whose ends are at `x` to those on the ends that move; `tension` gives the forces over the

@@ -83,11 +83,7 @@ impl<'w> Tables<'w> {
     }
 
     /// State of a body and length of its last step, s.
-    pub fn state_of(
-        &mut self,
-        param: &EnvironmentParam,
-        body: Entity,
-    ) -> Option<(Transform, PhysicsBody, f64)> {
+    pub fn state_of(&self, param: &EnvironmentParam, body: Entity) -> Option<(Transform, PhysicsBody, f64)> {
         let (number, row) = param.place_of(body)?;
         let table = self.members.iter().find(|table| table.number == number)?;
         let last = table.last.as_ref().map_or(0.0, |last| last[row].0);
@@ -242,15 +238,15 @@ impl Groups {
         self.pushes.clear();
         self.places.iter_mut().for_each(|place| (place.members, place.anchors) = (None, None));
         for (number, table) in tables.members.iter().enumerate() {
-            let place = self.places.binary_search_by_key(&table.number, |place| place.table);
-            let Some(place) = place.ok().map(|place| &mut self.places[place]) else { return false };
+            let Some(place) = number_of(&self.places, table.number) else { return false };
+            let place = &mut self.places[place];
             if place.bodies != table.entities {
                 return false;
             }
             place.members = Some(number);
         }
         for (number, table) in tables.anchors.iter().enumerate() {
-            if let Ok(place) = self.places.binary_search_by_key(&table.number, |place| place.table) {
+            if let Some(place) = number_of(&self.places, table.number) {
                 self.places[place].anchors = Some(number);
             }
         }
@@ -432,6 +428,11 @@ impl Groups {
     }
 }
 
+/// The number of the place with that table.
+fn number_of(places: &[Place], table: usize) -> Option<usize> {
+    places.binary_search_by_key(&table, |place| place.table).ok()
+}
+
 /// The runs of the same row of several groups, at these places.
 fn lane_runs(
     tables: &[Place],
@@ -441,7 +442,7 @@ fn lane_runs(
     let mut runs: Vec<LaneRun> = Vec::new();
     for (group, (place, body)) in bodies.enumerate() {
         let Some((table, start)) = place else { continue };
-        let Ok(place) = tables.binary_search_by_key(&table, |place| place.table) else { continue };
+        let Some(place) = number_of(tables, table) else { continue };
         if !runs.last_mut().is_some_and(|run| run.takes(place, start, body)) {
             runs.push(LaneRun { place, start, step: 1, row, group, bodies: vec![body] });
         }

@@ -22,6 +22,12 @@ pub(crate) trait Element: Pod + Send + Sync {
     /// The number of groups.
     const LANES: usize;
 
+    /// Element and lane of a row of a group, where each row has `width` elements.
+    #[inline(always)]
+    fn place(width: usize, row: usize, group: usize) -> (usize, usize) {
+        (row * width + group / Self::LANES, group % Self::LANES)
+    }
+
     /// The numbers of all groups along an axis.
     fn axis(&self, axis: usize) -> &[f64];
 

@@ -60,7 +60,7 @@ fn advance_groups(
     let shared = Environment { attraction: attraction.as_deref(), ..param.environment() };
     let mut tables = Tables::default();
     tables.list_members(&param, &mut members);
-    if groups.side_by_side() > 0 {
+    if !groups.bundles.list.is_empty() {
         tables.list_anchors(&param, &anchors);
     }
     if !groups.gather(&param, &mut tables) {

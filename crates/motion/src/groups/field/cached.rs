@@ -46,14 +46,15 @@ impl GroupCache<Axes> {
         cache.keys.clear();
         cache.keys.push(Some(key));
         cache.classes.clone_from(&self.classes);
-        let lane = group % Axes::LANES;
-        let element = |row: usize| row * width + group / Axes::LANES;
-        for (to, from) in [(&mut cache.x, &self.x), (&mut cache.a, &self.a)] {
-            to.resize(rows);
-            to.iter_mut().enumerate().for_each(|(row, to)| *to = from[element(row)].row(lane));
+        cache.x.resize(rows);
+        cache.a.resize(rows);
+        cache.w.resize(rows, 0.0);
+        for row in 0..rows {
+            let (element, lane) = Axes::place(width, row, group);
+            cache.x[row] = self.x[element].row(lane);
+            cache.a[row] = self.a[element].row(lane);
+            cache.w[row] = self.w[element * Axes::LANES + lane];
         }
-        cache.w.clear();
-        cache.w.extend((0..rows).map(|row| self.w[element(row) * Axes::LANES + lane]));
     }
 
     /// Takes the cache of one group out of `cache`. Leaves it there, and returns `false`, if there are caches of groups whose
@@ -77,9 +78,8 @@ impl GroupCache<Axes> {
         }
         cache.keys.clear();
         self.keys[group] = key;
-        let lane = group % Axes::LANES;
         for row in 0..cache.x.len() {
-            let element = row * width + group / Axes::LANES;
+            let (element, lane) = Axes::place(width, row, group);
             self.x[element].set_row(lane, cache.x[row]);
             self.a[element].set_row(lane, cache.a[row]);
             self.w[element * Axes::LANES + lane] = cache.w[row];
@@ -139,24 +139,21 @@ impl<E: Layout> GroupField<'_, E> {
         // What was evaluated before a jump is of no use after it.
         let may_fit = cache.classes == self.scratch.classes && !self.segment.jump;
         let same = may_fit && cache.w == self.rows.w && numbers(&cache.x) == numbers(self.rows.x);
+        let mut others = std::mem::take(&mut self.scratch.not_cached);
         if !(same && cache.keys.iter().all(|key| *key == now)) {
-            let mut others = std::mem::take(&mut self.scratch.not_cached);
-            others.clear();
             let fits =
                 |group: usize| may_fit && cache.keys[group] == now && (same || self.is_in(cache, group));
             others.extend((0..self.rows.groups).filter(|group| !fits(*group)));
-            let none = others.len() == self.rows.groups;
-            others.retain(|group| self.rows.apart.binary_search(group).is_err());
-            self.scratch.not_cached = others;
-            cache.keys.clear();
-            if none {
-                self.scratch.not_cached.clear();
-                return None;
-            }
-            self.compute_others(cache);
         }
+        let none = others.len() == self.rows.groups;
+        others.retain(|group| !none && self.rows.apart.binary_search(group).is_err());
+        self.scratch.not_cached = others;
         // Until the tick has new ones: it may not end.
         cache.keys.clear();
+        if none {
+            return None;
+        }
+        self.compute_others(cache);
         std::mem::swap(&mut self.scratch.slots[CACHED], &mut cache.a);
         Some(Combination::of(CACHED))
     }
