@@ -3,14 +3,15 @@
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::effects::Effect;
+use motion::groups::{Groups, Solver};
 use motion::ledger::Ledger;
 use motion::snapshot;
 use motion::{
-    AxisLocks, Damping, DampingModel, DampingRate, Drag, Elastic, EvaluationTime, Evaluations, Gravity,
-    GravityOff, Jacobians, Law, Laws, Method, OwnSubsteps, PhysicsBody, PushQueue, Quarantine, Range,
-    Request, Requests, SpeedLimit, Spring, StableId, Stepper, Substeps, TimeStep, Transform, Well, Wells,
+    AxisLocks, BodyState, Damping, DampingModel, DampingRate, Drag, Elastic, EvaluationTime, Evaluations,
+    Gravity, GravityOff, Jacobians, Law, Laws, Method, OwnSubsteps, PhysicsBody, PushQueue, Quarantine,
+    Range, Request, Requests, SpeedLimit, Spring, StableId, Stepper, Substeps, TimeStep, Transform, Well,
+    Wells,
 };
-use motion::{BodyState, groups::Groups};
 
 use crate::rigs::{Bits, Dice, bits};
 
@@ -146,6 +147,11 @@ fn environment(world: &mut World, dice: &mut Dice) {
         world.insert_resource(Substeps(3));
     }
     world.insert_resource(Range { position: 60.0, speed: 80.0 });
+    world.insert_resource(match dice.below(4) {
+        0 => Solver { most_iterations: 2, ..Solver::default() },
+        1 => Solver { newton_iterations: 3, ..Solver::default() },
+        _ => Solver::default(),
+    });
 }
 
 /// Options of a body: few of each kind.

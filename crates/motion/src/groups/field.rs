@@ -4,6 +4,7 @@ mod arrays;
 mod cached;
 mod classes;
 mod forces;
+mod lane_solver;
 mod layout;
 mod records;
 mod solving;
@@ -13,12 +14,12 @@ pub(crate) use layout::Layout;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use classes::{Class, Classes};
-use solving::Workspace;
 
 use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
 use super::coupling::Coupling;
-use super::rows::{Array, Element, Row, numbers};
+use super::rows::{Array, Row, numbers};
 use super::solver::Solver;
+use crate::kernels::evaluations::Iterations;
 use crate::kernels::{Kernel, RowOptions, StepStatistics, TickField, TickParameters, drive};
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::Segment;
@@ -65,6 +66,13 @@ impl<'a> GroupEnvironment<'a> {
     }
 }
 
+impl GroupEnvironment<'_> {
+    /// Whether implicit steps are linear for all groups without own laws: such groups are solved side by side.
+    pub fn is_linearized(&self) -> bool {
+        self.solver.newton_iterations == 0 && self.parameters.laws.is_empty()
+    }
+}
+
 /// The rows of a group, or of several groups of one shape.
 pub(crate) struct GroupRows<'a, E: Layout = Row> {
     /// Positions, m; after the tick, those of its end.
@@ -93,11 +101,13 @@ pub(crate) struct GroupRows<'a, E: Layout = Row> {
 
 /// Arrays of a step, reused for all groups and ticks.
 #[derive(Debug)]
-pub(crate) struct Scratch<E: Element = Row> {
+pub(crate) struct Scratch<E: Layout = Row> {
     slots: [Array<E>; SLOTS],
     stage: [Array<E>; 2],
     classes: Classes,
-    workspace: Workspace,
+    workspace: E::Workspace,
+    /// Iterations of the implicit steps of each group in a tick.
+    iterations: Vec<Iterations>,
     /// Masses of all rows as sources of gravity, kg, if they attract each other.
     masses: Vec<f64>,
     /// The applied forces.
@@ -115,13 +125,14 @@ pub(crate) struct Push {
     pub force: Row,
 }
 
-impl<E: Element> Default for Scratch<E> {
+impl<E: Layout> Default for Scratch<E> {
     fn default() -> Self {
         Self {
             slots: Default::default(),
             stage: Default::default(),
             classes: Classes::default(),
-            workspace: Workspace::default(),
+            workspace: E::Workspace::default(),
+            iterations: Vec::new(),
             masses: Vec::new(),
             pushes: Vec::new(),
             not_cached: Vec::new(),
@@ -129,7 +140,7 @@ impl<E: Element> Default for Scratch<E> {
     }
 }
 
-impl<E: Element> Scratch<E> {
+impl<E: Layout> Scratch<E> {
     /// Bytes of the arrays of rows.
     pub fn bytes(&self) -> usize {
         self.slots.iter().chain(&self.stage).map(|array| size_of_val(&**array)).sum()
@@ -177,7 +188,7 @@ pub(crate) enum Watch {
 pub(crate) struct GroupKernel {
     /// The method for a body that is left alone.
     pub single: Kernel,
-    /// Whether each group converges by itself: groups are never integrated side by side.
+    /// Whether implicit steps are solved: side by side only if they are linear.
     pub solves: bool,
     /// Integrates a tick. Fails if a row is not finite or not in range, with those rows that were first, ascending, if
     /// they were searched for.
@@ -245,6 +256,7 @@ impl<'a, E: Layout> GroupField<'a, E> {
         self.apply_pushes();
         let mut step_state = StepState::default();
         self.scratch.not_cached.clear();
+        self.scratch.iterations.clear();
         let keeps_last_step = M::STATE == MethodStateKind::LastStep;
         if keeps_last_step {
             step_state.last_step = self.common_last_step();
@@ -464,7 +476,7 @@ impl<E: Layout> Field for GroupField<'_, E> {
 
     fn implicit_velocity(&mut self, x: Combination, v: Combination) -> Combination {
         debug_assert!(x.slot() == Some(POSITION), "an implicit step begins where the step does");
-        let solved = E::solve(self, v);
+        let solved = self.solve(v);
         let h = self.step();
         self.record_change(v, solved, &|record, _, from, to| record.kick(h, from, to));
         solved

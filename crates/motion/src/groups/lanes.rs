@@ -308,7 +308,7 @@ impl Bundles {
 
 /// Stiffness, damping and rest length of a spring in a block of groups, in single numbers where they are all equal.
 #[derive(Clone, Debug)]
-enum ElasticLanes {
+pub(crate) enum ElasticLanes {
     Equal(Elastic),
     /// Stiffnesses, dampings and rest lengths.
     Each(Box<[[f64; BLOCK_BODIES]; 3]>),
@@ -359,6 +359,11 @@ impl LaneSprings {
         self.blocks.capacity() * size_of::<ElasticLanes>() + each * size_of::<[[f64; BLOCK_BODIES]; 3]>()
     }
 
+    /// The springs of a block of groups.
+    pub fn of_block(&self, block: usize) -> impl Iterator<Item = &ElasticLanes> {
+        self.blocks.iter().skip(block).step_by(self.width)
+    }
+
     /// Adds the forces in the state (`x`, `v`) to those on the movable rows, N, of groups with the springs of `coupling` but
     /// for their properties.
     pub fn pull(&self, coupling: &Coupling, x: &[Axes], v: &[Axes], sum: &mut [Axes]) {
@@ -389,6 +394,19 @@ impl LaneSprings {
 }
 
 impl ElasticLanes {
+    /// Stiffnesses, dampings and rest lengths of four lanes.
+    #[inline(always)]
+    pub fn four<S: Simd>(&self, simd: S, at: usize) -> [f64x4<S>; 3] {
+        match self {
+            Self::Equal(Elastic { stiffness, damping, rest_length }) => [
+                f64x4::splat(simd, *stiffness),
+                f64x4::splat(simd, *damping),
+                f64x4::splat(simd, *rest_length),
+            ],
+            Self::Each(numbers) => three(simd, at, numbers),
+        }
+    }
+
     /// Adds the forces on the ends that move to `sum`, with the bits of [`Springs::pull`](super::pull::Springs::pull).
     #[inline(always)]
     fn pull<S: Simd, const DAMPED: bool>(
@@ -413,12 +431,8 @@ impl ElasticLanes {
                     |_, _| stiffness,
                 );
             }
-            Self::Equal(Elastic { stiffness, damping, rest_length }) => {
-                let elastic = [
-                    f64x4::splat(simd, *stiffness),
-                    f64x4::splat(simd, *damping),
-                    f64x4::splat(simd, *rest_length),
-                ];
+            Self::Equal(_) => {
+                let elastic = self.four(simd, 0);
                 pull_elastic::<_, DAMPED>(
                     simd,
                     ends,
@@ -428,17 +442,14 @@ impl ElasticLanes {
                     |_| elastic,
                 );
             }
-            Self::Each(numbers) => {
-                let [stiffness, damping, rest_length] = &**numbers;
-                pull_elastic::<_, DAMPED>(
-                    simd,
-                    ends,
-                    (x, v),
-                    sum,
-                    #[inline(always)]
-                    |at| [four(simd, at, stiffness), four(simd, at, damping), four(simd, at, rest_length)],
-                );
-            }
+            Self::Each(numbers) => pull_elastic::<_, DAMPED>(
+                simd,
+                ends,
+                (x, v),
+                sum,
+                #[inline(always)]
+                |at| three(simd, at, numbers),
+            ),
         }
     }
 }
@@ -495,17 +506,20 @@ fn pull_with<S: Simd>(
 
 /// Four lanes from `at` on.
 #[inline(always)]
-fn four<S: Simd>(simd: S, at: usize, numbers: &[f64; BLOCK_BODIES]) -> f64x4<S> {
+pub(super) fn four<S: Simd>(simd: S, at: usize, numbers: &[f64; BLOCK_BODIES]) -> f64x4<S> {
     f64x4::from_slice(simd, &numbers[at..at + AT_ONCE])
+}
+
+/// Four lanes of three numbers each.
+#[inline(always)]
+fn three<S: Simd>(simd: S, at: usize, [a, b, c]: &[[f64; BLOCK_BODIES]; 3]) -> [f64x4<S>; 3] {
+    [four(simd, at, a), four(simd, at, b), four(simd, at, c)]
 }
 
 /// x, y and z of the second minus those of the first. Without closures, which would be compiled without the vector instructions of
 /// their caller.
 #[inline(always)]
-fn differences<S: Simd>(simd: S, at: usize, [[a, b, c], [d, e, f]]: [&Axes; 2]) -> [f64x4<S>; 3] {
-    [
-        four(simd, at, d) - four(simd, at, a),
-        four(simd, at, e) - four(simd, at, b),
-        four(simd, at, f) - four(simd, at, c),
-    ]
+pub(super) fn differences<S: Simd>(simd: S, at: usize, [first, second]: [&Axes; 2]) -> [f64x4<S>; 3] {
+    let ([a, b, c], [d, e, f]) = (three(simd, at, first), three(simd, at, second));
+    [d - a, e - b, f - c]
 }

@@ -56,6 +56,18 @@ pub(super) fn axis(d: Vector, rest_length: f64) -> (Vector, f64) {
     }
 }
 
+/// The [axes](AxisBlock) of four springs whose ends are `d` apart, as [`axis`] but at least 0.
+#[inline(always)]
+pub(super) fn axes<S: Simd>(simd: S, [x, y, z]: [f64x4<S>; 3], rest_length: f64x4<S>) -> [f64x4<S>; 2] {
+    let splat = |number: f64| f64x4::splat(simd, number);
+    let length = (x * x + y * y + z * z).sqrt();
+    let has_length = length.simd_gt(splat(0.0));
+    let inverse = (splat(1.0) / length).only(has_length);
+    let without_length = splat(1.0).only(rest_length.simd_eq(splat(0.0)));
+    let taut = has_length.select(splat(1.0) - rest_length / length, without_length);
+    [inverse, taut.only(taut.simd_gt(splat(0.0)))]
+}
+
 /// A number, or 0 if it is negative or NaN.
 pub(super) fn positive(x: f64) -> f64 {
     if x > 0.0 { x } else { 0.0 }
@@ -243,8 +255,9 @@ fn find_axes<'b, S: Simd>(
     blocks: impl Iterator<Item = (&'b SpringBlock, &'b mut AxisBlock)>,
     x: &[Row],
 ) {
-    for (block, axes) in blocks {
-        *axes = block.axes(simd, columns(block.differences(simd, x))).map(Into::into);
+    for (block, of_block) in blocks {
+        let rest_length = f64x4::simd_from(simd, block.rest_length);
+        *of_block = axes(simd, columns(block.differences(simd, x)), rest_length).map(Into::into);
     }
 }
 
@@ -353,14 +366,13 @@ impl EndForces for Linearized<'_> {
         let ([dx, dy, dz], [ux, uy, uz]) = (columns(d), columns(u));
         let [inverse, taut] = match self.axes {
             Some(axes) => axes[number].map(of),
-            None => block.axes(simd, [dx, dy, dz]),
+            None => axes(simd, [dx, dy, dz], of(block.rest_length)),
         };
-        let along = splat(self.stiffness) * of(block.stiffness);
-        let across = along * taut;
-        let along = along + splat(self.damping) * of(block.damping);
+        let elastic = [of(block.stiffness), of(block.damping)];
+        let [across, beyond] = stiffnesses(simd, elastic, taut, [self.stiffness, self.damping]);
         let toward = (dx * inverse) * ux + (dy * inverse) * uy + (dz * inverse) * uz;
         let [inverse, across, beyond]: [[f64; AT_ONCE]; 3] =
-            [inverse.into(), across.into(), (toward * (along - across)).into()];
+            [inverse.into(), across.into(), (toward * beyond).into()];
         let mut pulls = u;
         for i in 0..AT_ONCE {
             let n = d[i] * splat(inverse[i]);
@@ -370,6 +382,20 @@ impl EndForces for Linearized<'_> {
     }
 }
 
+/// Of four linearized springs: `across`, and `along - across`, as in [`Linearized`].
+#[inline(always)]
+pub(super) fn stiffnesses<S: Simd>(
+    simd: S,
+    [stiffness, damping]: [f64x4<S>; 2],
+    taut: f64x4<S>,
+    [of_stiffness, of_damping]: [f64; 2],
+) -> [f64x4<S>; 2] {
+    let along = f64x4::splat(simd, of_stiffness) * stiffness;
+    let across = along * taut;
+    let along = along + f64x4::splat(simd, of_damping) * damping;
+    [across, along - across]
+}
+
 impl SpringBlock {
     fn springs(&self) -> [SpringRow; AT_ONCE] {
         let Self { ends: [a, b], stiffness, damping, rest_length } = *self;
@@ -377,20 +403,6 @@ impl SpringBlock {
             ends: [a[i], b[i]],
             elastic: Elastic { stiffness: stiffness[i], damping: damping[i], rest_length: rest_length[i] },
         })
-    }
-
-    /// The axes of four springs whose ends are `d` apart.
-    #[inline(always)]
-    fn axes<S: Simd>(&self, simd: S, [x, y, z]: [f64x4<S>; 3]) -> [f64x4<S>; 2] {
-        let splat = |number: f64| f64x4::splat(simd, number);
-        // As `axis`.
-        let length = (x * x + y * y + z * z).sqrt();
-        let has_length = length.simd_gt(splat(0.0));
-        let inverse = (splat(1.0) / length).only(has_length);
-        let rest_length = f64x4::simd_from(simd, self.rest_length);
-        let without_length = splat(1.0).only(rest_length.simd_eq(splat(0.0)));
-        let taut = has_length.select(splat(1.0) - rest_length / length, without_length);
-        [inverse, taut.only(taut.simd_gt(splat(0.0)))]
     }
 
     /// Rows of the second ends minus rows of the first.

@@ -226,7 +226,7 @@ impl Tick<'_, '_, '_, '_, '_> {
     fn apart(&self, groups: &Groups, number: usize, apart: &mut Vec<usize>) {
         let Groups { list, bundles, .. } = groups;
         let bundle @ Bundle { groups: members, moving, .. } = &bundles.list[number];
-        if self.kernel.solves {
+        if self.kernel.solves && !self.environment.is_linearized() {
             apart.extend(0..members.len());
             return;
         }

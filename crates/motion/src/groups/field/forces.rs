@@ -130,7 +130,7 @@ impl<'a, E: Layout> GroupField<'a, E> {
         }
     }
 
-    /// Counts the evaluations of all laws of the tick, except those of groups that failed, whose broken rows these are.
+    /// Counts the evaluations of all laws of the tick and the iterations of solvers, except those of groups that failed, whose broken rows these are.
     pub(super) fn count(&mut self, broken: &[(usize, usize)]) {
         let Self { coupling, environment, rows, options, with_gravity, statistics, .. } = self;
         let is_apart = |group: &usize| rows.apart.binary_search(group).is_ok();
@@ -141,6 +141,8 @@ impl<'a, E: Layout> GroupField<'a, E> {
         };
         let not_cached = self.scratch.not_cached.iter().filter(|group| counts(group)).count();
         let evaluations = self.evaluations * groups as u64 + not_cached as u64;
+        let iterations = self.scratch.iterations.iter().enumerate().filter(|(group, _)| counts(group));
+        iterations.for_each(|(_, iterations)| statistics.iterations.add(*iterations));
         let movable = coupling.movable as u64 * evaluations;
         statistics.accelerations += movable;
         statistics.count_own("gravity", *with_gravity * evaluations);

@@ -1,12 +1,16 @@
 //! What differs between the two layouts of a field: the rows of one group, or the same rows of several groups side by side.
 
+use std::fmt;
+
 use super::GroupField;
-use crate::groups::combination::Combination;
+use super::lane_solver::LaneSolver;
+use super::solving::Workspace;
 use crate::groups::direct_sum::DirectSum;
 use crate::groups::lanes::LaneSprings;
 use crate::groups::pull::{Share, Shares};
 use crate::groups::rows::{Element, Row};
 use crate::kernels::Block;
+use crate::kernels::evaluations::Iterations;
 use crate::laws::{Axes, BLOCK_BODIES, BodyBlock, EvaluationTime, Law};
 
 /// An element of the arrays of a field.
@@ -20,8 +24,12 @@ pub(crate) trait Layout: Element {
     /// Adds the accelerations of the called laws in the state (`x`, `v`).
     fn call(field: &GroupField<'_, Self>, at: EvaluationTime, x: &[Self], v: &mut [Self], sum: &mut [Self]);
 
-    /// The velocity after an implicit step from the velocity `v`, as an array.
-    fn solve(field: &mut GroupField<'_, Self>, v: Combination) -> Combination;
+    /// Arrays of an implicit step.
+    type Workspace: Default + fmt::Debug;
+
+    /// Replaces the velocities `v`, kicked by constant accelerations, by those after an implicit step, and adds to the
+    /// iterations of each group.
+    fn solve(field: &mut GroupField<'_, Self>, v: &mut [Self], iterations: &mut [Iterations]);
 }
 
 /// The rows of one group.
@@ -61,8 +69,12 @@ impl Layout for Row {
         }
     }
 
-    fn solve(field: &mut GroupField<'_>, v: Combination) -> Combination {
-        field.solve(v)
+    type Workspace = Workspace;
+
+    fn solve(field: &mut GroupField<'_>, v: &mut [Self], iterations: &mut [Iterations]) {
+        let mut work = std::mem::take(&mut field.scratch.workspace);
+        work.step(field, v, &mut iterations[0]);
+        field.scratch.workspace = work;
     }
 }
 
@@ -112,7 +124,12 @@ impl Layout for Axes {
         }
     }
 
-    fn solve(_: &mut GroupField<'_, Self>, _: Combination) -> Combination {
-        unreachable!("implicit steps of groups converge each by itself")
+    type Workspace = LaneSolver;
+
+    fn solve(field: &mut GroupField<'_, Self>, v: &mut [Self], iterations: &mut [Iterations]) {
+        let mut solver = std::mem::take(&mut field.scratch.workspace);
+        solver.solve(field, v, iterations);
+        field.scratch.workspace = solver;
+        field.evaluations += 1;
     }
 }

@@ -1,12 +1,13 @@
 //! Implicit Euler steps of groups: linearized, and solved by conjugate gradients.
 
 use super::classes::Class;
-use super::{GroupField, Layout as _};
+use super::{GroupField, Layout};
 use crate::groups::combination::Combination;
 use crate::groups::coupling::is_open;
 use crate::groups::linear::LinearStep;
 use crate::groups::rows::{Row, RowArray};
 use crate::groups::solver::{Gradients, Solved, advance, dot};
+use crate::kernels::evaluations::Iterations;
 use crate::kernels::record::vector;
 use crate::laws::{BodyState, EvaluationTime, Law};
 use crate::methods::Field as _;
@@ -15,7 +16,7 @@ use crate::state::threads::Threads;
 
 /// Arrays of a solve, reused for the next one.
 #[derive(Debug, Default)]
-pub(super) struct Workspace {
+pub(crate) struct Workspace {
     linear: LinearStep,
     gradients: Gradients,
     x: RowArray,
@@ -25,11 +26,45 @@ pub(super) struct Workspace {
     tried: RowArray,
 }
 
-impl GroupField<'_> {
-    fn end(&self) -> EvaluationTime {
+impl<E: Layout> GroupField<'_, E> {
+    pub(super) fn end(&self) -> EvaluationTime {
         self.segment.evaluation_time(1.0)
     }
 
+    /// The velocity after an implicit step from the velocity `v`, as an array.
+    pub(super) fn solve(&mut self, v: Combination) -> Combination {
+        let v = v + self.applied() * self.step();
+        let start = self.own_array(&v);
+        let mut v = std::mem::take(&mut self.scratch.slots[start]);
+        self.kick_by_constants(&mut v);
+        let mut iterations = std::mem::take(&mut self.scratch.iterations);
+        iterations.resize(self.rows.groups, Iterations::default());
+        E::solve(self, &mut v, &mut iterations);
+        self.scratch.iterations = iterations;
+        self.scratch.slots[start] = v;
+        // One row is enough: the solution depends on all of them.
+        self.look(|field| field.broken(field.array(start)).take(1).collect());
+        Combination::of(start)
+    }
+
+    /// Adds `g h` to the velocities of movable rows.
+    fn kick_by_constants(&self, v: &mut [E]) {
+        let h = self.step();
+        let rows = v[..self.movable()].iter_mut().zip(self.rows.w.chunks_exact(E::LANES));
+        for (element, (v, w)) in rows.enumerate() {
+            let Class { constant, locks, .. } = *self.class(element / self.width);
+            for (axis, g) in constant.to_array().into_iter().enumerate() {
+                if is_open(locks, axis) {
+                    for (v, w) in v.axis_mut(axis).iter_mut().zip(w) {
+                        *v = if *w > 0.0 { *v + g * h } else { *v };
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl GroupField<'_> {
     /// Calls `each` for every called law and every row that it acts on.
     fn each_call(&self, mut each: impl FnMut(usize, &dyn Law)) {
         for law in self.environment.parameters.laws {
@@ -54,55 +89,29 @@ impl GroupField<'_> {
         }
         self.evaluations += 1;
     }
-
-    /// The velocity after an implicit step from the velocity `v`, as an array.
-    pub(super) fn solve(&mut self, v: Combination) -> Combination {
-        let v = v + self.applied() * self.step();
-        let start = self.own_array(&v);
-        let mut work = std::mem::take(&mut self.scratch.workspace);
-        let mut v = std::mem::take(&mut self.scratch.slots[start]);
-        self.kick_by_constants(&mut v);
-        work.x.copy(self.rows.x);
-        work.fit(self);
-        let follows_state = work.linearize(self, &v, false);
-        work.force(self, &v);
-        work.right_side(self, &v, false);
-        let most = self.environment.solver.newton_iterations;
-        let most = if follows_state { most.max(MOST_ITERATIONS) } else { most };
-        if most > 0 {
-            work.before.copy(&v);
-        }
-        let mut converged = work.iterate(self, &mut v);
-        let nonlinear = work.converge(self, &mut v, most);
-        if follows_state {
-            converged = nonlinear;
-        }
-        self.statistics.iterations.unconverged_steps += u64::from(!converged);
-        self.scratch.slots[start] = v;
-        self.scratch.workspace = work;
-        // One row is enough: the solution depends on all of them.
-        self.look(|field| field.broken(field.array(start)).take(1).collect());
-        Combination::of(start)
-    }
-
-    /// Adds `g h` to the velocities of movable rows.
-    fn kick_by_constants(&self, v: &mut [Row]) {
-        let h = self.step();
-        for (row, v) in v[..self.coupling.movable].iter_mut().enumerate() {
-            if self.rows.w[row] > 0.0 {
-                let class = self.class(row);
-                let g = class.constant.to_array();
-                for axis in 0..3 {
-                    if is_open(class.locks, axis) {
-                        v[axis] += g[axis] * h;
-                    }
-                }
-            }
-        }
-    }
 }
 
 impl Workspace {
+    /// [`Layout::solve`] of one group.
+    pub fn step(&mut self, field: &mut GroupField<'_>, v: &mut [Row], iterations: &mut Iterations) {
+        self.x.copy(field.rows.x);
+        self.fit(field);
+        let follows_state = self.linearize(field, v, false);
+        self.force(field, v);
+        self.right_side(field, v, false);
+        let most = field.environment.solver.newton_iterations;
+        let most = if follows_state { most.max(MOST_ITERATIONS) } else { most };
+        if most > 0 {
+            self.before.copy(v);
+        }
+        let mut converged = self.iterate(field, v, iterations);
+        let nonlinear = self.converge(field, v, most, iterations);
+        if follows_state {
+            converged = nonlinear;
+        }
+        iterations.unconverged_steps += u64::from(!converged);
+    }
+
     fn fit(&mut self, field: &GroupField<'_>) {
         self.gradients.fit(field.coupling.rows);
         self.linear.fit(field.coupling.rows, &field.rows.w[..field.coupling.movable]);
@@ -181,7 +190,13 @@ impl Workspace {
     }
 
     /// Continues from `v` by Newton's method, for at most so many iterations. Returns whether it has converged.
-    fn converge(&mut self, field: &mut GroupField<'_>, v: &mut [Row], most: u32) -> bool {
+    fn converge(
+        &mut self,
+        field: &mut GroupField<'_>,
+        v: &mut [Row],
+        most: u32,
+        counts: &mut Iterations,
+    ) -> bool {
         if most == 0 {
             return false;
         }
@@ -193,8 +208,8 @@ impl Workspace {
             let before = dot(&self.gradients.r[..movable], &self.gradients.r[..movable]);
             self.linearize(field, v, true);
             let Solved { iterations, is_finite, .. } = self.solve(field, true);
-            field.statistics.iterations.newton += 1;
-            field.statistics.iterations.cg += u64::from(iterations);
+            counts.newton += 1;
+            counts.cg += u64::from(iterations);
             if !is_finite {
                 self.show_broken(field, v);
                 break;
@@ -272,7 +287,7 @@ impl Workspace {
     }
 
     /// Adds the solution of the linearized step to `v`. Returns whether it converged.
-    fn iterate(&mut self, field: &mut GroupField<'_>, v: &mut [Row]) -> bool {
+    fn iterate(&mut self, field: &mut GroupField<'_>, v: &mut [Row], counts: &mut Iterations) -> bool {
         let Solved { iterations, converged, is_finite } = self.solve(field, false);
         if !is_finite {
             self.show_broken(field, v);
@@ -282,7 +297,7 @@ impl Workspace {
         {
             (0..3).for_each(|axis| v[axis] += y[axis] * *root);
         }
-        field.statistics.iterations.cg += u64::from(iterations);
+        counts.cg += u64::from(iterations);
         converged
     }
 }

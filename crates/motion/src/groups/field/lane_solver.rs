@@ -1,0 +1,301 @@
+//! Implicit Euler steps of several groups of one shape: conjugate gradients of four groups at a time.
+//!
+//! Each lane has the operations of [`Workspace`](super::solving::Workspace), in their order, and is left alone once it has
+//! converged. Groups on which called laws act, or that continue by Newton's method, are not among them.
+
+use fearless_simd::{Simd, f64x4, prelude::*};
+
+use super::GroupField;
+use super::classes::Class;
+use super::layout::Layout as _;
+use crate::groups::coupling::is_open;
+use crate::groups::lanes::{differences, four};
+use crate::groups::pull::{AT_ONCE, axes, stiffnesses};
+use crate::groups::rows::Array;
+use crate::groups::solver::Solver;
+use crate::kernels::evaluations::Iterations;
+use crate::laws::damping::SNAP;
+use crate::laws::{Axes, BLOCK_BODIES};
+use crate::methods::Field as _;
+use crate::simd::{Lanes as _, with_simd};
+
+/// Arrays of a solve, reused for the next one.
+#[derive(Debug, Default)]
+pub(crate) struct LaneSolver {
+    /// Forces of the springs of all groups, N.
+    forces: Array<Axes>,
+    /// The movable rows and the springs of four groups.
+    rows: Vec<SolverRow>,
+    springs: Vec<SolverSpring>,
+}
+
+/// Three numbers of four groups.
+type Vectors = [[f64; AT_ONCE]; 3];
+
+/// A row of four groups.
+#[derive(Clone, Copy, Debug, Default)]
+struct SolverRow {
+    /// Square roots of the inverse masses; 0 for an anchor.
+    root: [f64; AT_ONCE],
+    /// Rate of linear drag, 1/s, and times the step.
+    rate: f64,
+    rate_in_step: f64,
+    /// The axes along which the row can move.
+    open: [bool; 3],
+    /// The solution, the residual, and the direction of conjugate gradients.
+    y: Vectors,
+    r: Vectors,
+    p: Vectors,
+    /// The direction as velocities.
+    moved: Vectors,
+    /// Forces; then the product with the direction.
+    q: Vectors,
+}
+
+/// A linearized spring of four groups.
+#[derive(Clone, Copy, Debug)]
+struct SolverSpring {
+    ends: [usize; 2],
+    /// Its directions.
+    n: Vectors,
+    /// Its [stiffnesses] in a step, kg.
+    stiffnesses: [[f64; AT_ONCE]; 2],
+}
+
+impl LaneSolver {
+    /// Replaces the velocities `v`, kicked by constant accelerations, by those at the end of the step. Adds to the iterations
+    /// of each group.
+    pub fn solve(&mut self, field: &GroupField<'_, Axes>, v: &mut [Axes], iterations: &mut [Iterations]) {
+        let mut forces = std::mem::take(&mut self.forces);
+        forces.resize(v.len());
+        Axes::pull(field, field.end().time, field.rows.x, v, &mut forces);
+        for (number, iterations) in iterations.chunks_mut(AT_ONCE).enumerate() {
+            let first = number * AT_ONCE;
+            let at = (first / BLOCK_BODIES, first % BLOCK_BODIES);
+            with_simd!(simd => self.solve_four(simd, field, at, (v, &forces), iterations));
+        }
+        self.forces = forces;
+    }
+
+    /// [`Self::solve`] for the four groups from a lane of a block on.
+    #[inline(always)]
+    fn solve_four<S: Simd>(
+        &mut self,
+        simd: S,
+        field: &GroupField<'_, Axes>,
+        at: (usize, usize),
+        (v, forces): (&mut [Axes], &[Axes]),
+        iterations: &mut [Iterations],
+    ) {
+        self.linearize(simd, field, at, (v, forces));
+        let squared = self.right_side(simd, field, at, v);
+        let movable = field.coupling.movable;
+        let [count, converged] = self.iterate(simd, field.environment.solver, movable, squared);
+        let (count, converged): ([f64; AT_ONCE], [f64; AT_ONCE]) = (count.into(), converged.into());
+        for (iterations, (count, converged)) in iterations.iter_mut().zip(count.into_iter().zip(converged)) {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+            let count = count as u64;
+            iterations.cg += count;
+            iterations.unconverged_steps += u64::from(converged == 0.0);
+        }
+        let (is_finite, zero) = (squared.simd_le(f64x4::splat(simd, f64::MAX)), f64x4::splat(simd, 0.0));
+        for (number, row) in self.rows[..movable].iter().enumerate() {
+            let v = &mut v[number * field.width + at.0];
+            let root = f64x4::simd_from(simd, row.root);
+            let (y, r) = (of(simd, &row.y), of(simd, &row.r));
+            for axis in 0..3 {
+                // Where the right side is not finite, the velocity shows it.
+                let keeps = is_finite | (r[axis] - r[axis]).simd_eq(zero);
+                let sum = keeps.select(four(simd, at.1, &v[axis]), r[axis]) + y[axis] * root;
+                sum.store_slice(&mut v[axis][at.1..at.1 + AT_ONCE]);
+            }
+        }
+    }
+
+    /// Linearizes the springs, whose forces become those after the step without accelerations, `f - h K v`.
+    #[inline(always)]
+    fn linearize<S: Simd>(
+        &mut self,
+        simd: S,
+        field: &GroupField<'_, Axes>,
+        (block, at): (usize, usize),
+        (v, forces): (&[Axes], &[Axes]),
+    ) {
+        let (h, x) = (field.step(), &field.rows.x);
+        self.rows.clear();
+        self.springs.clear();
+        for row in 0..field.coupling.rows {
+            let mut of_row = SolverRow::default();
+            if row < field.coupling.movable {
+                let element = row * field.width + block;
+                let Class { rate, locks, .. } = *field.class(row);
+                let w = f64x4::from_slice(simd, &field.rows.w[element * BLOCK_BODIES + at..][..AT_ONCE]);
+                of_row.root = w.sqrt().only(w.simd_gt(f64x4::splat(simd, 0.0))).into();
+                (of_row.rate, of_row.rate_in_step) = (rate, rate * h);
+                of_row.open = [0, 1, 2].map(|axis| is_open(locks, axis));
+                for axis in 0..3 {
+                    of_row.q[axis] = four(simd, at, &forces[element][axis]).into();
+                }
+            }
+            self.rows.push(of_row);
+        }
+        let of_block = field.rows.springs.of_block(block);
+        for (spring, elastic) in field.coupling.springs.iter().zip(of_block) {
+            let ends = spring.ends.map(|end| end as usize);
+            let [a, b] = ends.map(|end| end * field.width + block);
+            let [stiffness, damping, rest_length] = elastic.four(simd, at);
+            let (d, u) = (differences(simd, at, [&x[a], &x[b]]), differences(simd, at, [&v[a], &v[b]]));
+            let [inverse, taut] = axes(simd, d, rest_length);
+            let n = [d[0] * inverse, d[1] * inverse, d[2] * inverse];
+            let elastic = [stiffness, damping];
+            let without_damping = stiffnesses(simd, elastic, taut, [h * h, 0.0]);
+            self.pull(simd, ends, pulls(n, u, without_damping, f64x4::splat(simd, 1.0 / h)));
+            let stiffnesses = stiffnesses(simd, elastic, taut, [h * h, h]).map(Into::into);
+            self.springs.push(SolverSpring { ends, n: n.map(Into::into), stiffnesses });
+        }
+    }
+
+    /// Adds forces to those on the first end of a spring, and subtracts them from those on the second.
+    #[inline(always)]
+    fn pull<S: Simd>(&mut self, simd: S, [a, b]: [usize; 2], pulls: [f64x4<S>; 3]) {
+        for axis in 0..3 {
+            let sum = f64x4::simd_from(simd, self.rows[a].q[axis]) + pulls[axis];
+            self.rows[a].q[axis] = sum.into();
+            let sum = f64x4::simd_from(simd, self.rows[b].q[axis]) - pulls[axis];
+            self.rows[b].q[axis] = sum.into();
+        }
+    }
+
+    /// Sets residual and direction to the right side, from the forces. Returns its square.
+    #[inline(always)]
+    fn right_side<S: Simd>(
+        &mut self,
+        simd: S,
+        field: &GroupField<'_, Axes>,
+        (block, at): (usize, usize),
+        v: &[Axes],
+    ) -> f64x4<S> {
+        let splat = |number: f64| f64x4::splat(simd, number);
+        let (h, zero) = (splat(field.step()), splat(0.0));
+        let mut squares = [zero; 3];
+        for (number, row) in self.rows[..field.coupling.movable].iter_mut().enumerate() {
+            let root = f64x4::simd_from(simd, row.root);
+            let v = &v[number * field.width + block];
+            for axis in (0..3).filter(|axis| row.open[*axis]) {
+                let a = zero - splat(row.rate) * four(simd, at, &v[axis]);
+                let force = f64x4::simd_from(simd, row.q[axis]);
+                let r = (h * root * force + (h * a + zero) / root).only(root.simd_gt(zero));
+                squares[axis] += r * r;
+                (row.r[axis], row.p[axis]) = (r.into(), r.into());
+            }
+        }
+        squares[0] + squares[1] + squares[2]
+    }
+
+    /// [`Gradients::solve`](crate::groups::solver::Gradients::solve) for a right side of this square. Returns the iterations of
+    /// each group, and 1 for those that converged.
+    #[inline(always)]
+    fn iterate<S: Simd>(
+        &mut self,
+        simd: S,
+        solver: Solver,
+        movable: usize,
+        mut squared: f64x4<S>,
+    ) -> [f64x4<S>; 2] {
+        let splat = |number: f64| f64x4::splat(simd, number);
+        let (zero, one, tolerance) = (splat(0.0), splat(1.0), splat(solver.tolerance));
+        let enough = squared * tolerance * tolerance;
+        let mut iterations = zero;
+        let mut converged = squared.simd_eq(zero);
+        let mut active = !converged;
+        for _ in 0..solver.most_iterations.max(1) {
+            if !active.any_true() {
+                break;
+            }
+            let curvature = self.multiply(simd, movable);
+            // Not finite, or lost to rounding.
+            active &= curvature.simd_gt(zero) & curvature.simd_le(splat(f64::MAX));
+            let step = squared / curvature;
+            let mut squares = [zero; 3];
+            for row in &mut self.rows[..movable] {
+                let (y, r) = (of(simd, &row.y), of(simd, &row.r));
+                let (p, q) = (of(simd, &row.p), of(simd, &row.q));
+                for axis in 0..3 {
+                    row.y[axis] = active.select(y[axis] + p[axis] * step, y[axis]).into();
+                    let r = active.select(r[axis] + q[axis] * -step, r[axis]);
+                    row.r[axis] = r.into();
+                    squares[axis] += r * r;
+                }
+            }
+            iterations += one.only(active);
+            let left = squares[0] + squares[1] + squares[2];
+            converged |= active & left.simd_le(enough);
+            let keep = left / squared;
+            for row in &mut self.rows[..movable] {
+                let (r, p) = (of(simd, &row.r), of(simd, &row.p));
+                for axis in 0..3 {
+                    row.p[axis] = (r[axis] + p[axis] * keep).into();
+                }
+            }
+            squared = active.select(left, squared);
+            active &= !converged;
+        }
+        // The square of a tiny number is 0: no tolerance is below that.
+        [iterations, one.only(converged | squared.simd_lt(splat(SNAP)))]
+    }
+
+    /// Sets `q = A p`. Returns the product of p and q.
+    #[inline(always)]
+    fn multiply<S: Simd>(&mut self, simd: S, movable: usize) -> f64x4<S> {
+        let (zero, minus_one) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, -1.0));
+        for row in &mut self.rows[..movable] {
+            let root = f64x4::simd_from(simd, row.root);
+            for axis in 0..3 {
+                row.moved[axis] = (f64x4::simd_from(simd, row.p[axis]) * root).into();
+            }
+            row.q = Vectors::default();
+        }
+        for number in 0..self.springs.len() {
+            let SolverSpring { ends, n, stiffnesses } = self.springs[number];
+            let [a, b] = ends.map(|end| of(simd, &self.rows[end].moved));
+            let u = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+            let stiffnesses = stiffnesses.map(|numbers| f64x4::simd_from(simd, numbers));
+            self.pull(simd, ends, pulls(of(simd, &n), u, stiffnesses, minus_one));
+        }
+        let mut products = [zero; 3];
+        for row in &mut self.rows[..movable] {
+            let (root, rate) = (f64x4::simd_from(simd, row.root), f64x4::splat(simd, row.rate_in_step));
+            let (p, q) = (of(simd, &row.p), of(simd, &row.q));
+            for axis in 0..3 {
+                let product = match row.open[axis] {
+                    true => p[axis] + root * q[axis] + rate * p[axis] + zero,
+                    false => p[axis],
+                };
+                products[axis] += p[axis] * product;
+                row.q[axis] = product.into();
+            }
+        }
+        products[0] + products[1] + products[2]
+    }
+}
+
+#[inline(always)]
+fn of<S: Simd>(simd: S, [x, y, z]: &Vectors) -> [f64x4<S>; 3] {
+    [f64x4::simd_from(simd, *x), f64x4::simd_from(simd, *y), f64x4::simd_from(simd, *z)]
+}
+
+/// `times` the changes of the forces on the first end of linearized springs whose second ends move by `u` from the first.
+#[inline(always)]
+fn pulls<S: Simd>(
+    n: [f64x4<S>; 3],
+    u: [f64x4<S>; 3],
+    [across, beyond]: [f64x4<S>; 2],
+    times: f64x4<S>,
+) -> [f64x4<S>; 3] {
+    let beyond = (n[0] * u[0] + n[1] * u[1] + n[2] * u[2]) * beyond;
+    [
+        (u[0] * across + n[0] * beyond) * times,
+        (u[1] * across + n[1] * beyond) * times,
+        (u[2] * across + n[2] * beyond) * times,
+    ]
+}
