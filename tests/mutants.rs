@@ -45,6 +45,13 @@ pub const MUTANTS: &[Mutant] = &[
         killed_by: "groups::implicit::a_spring_of_half_its_length_comes_to_its_length",
     },
     Mutant {
+        mistake: "a group that has converged still solved beside one that has not",
+        file: "crates/motion/src/groups/field/lane_solver.rs",
+        from: "            active &= !converged;",
+        to: "            active &= !(converged & squared.simd_eq(zero));",
+        killed_by: "groups::side_by_side::groups_side_by_side_have_the_bits_counts_and_records_of_groups_alone",
+    },
+    Mutant {
         mistake: "time computed in single precision",
         file: "crates/sandbox/src/clock.rs",
         from: "let passed = self.carried + (frame.total - self.anchor) * self.pace * self.rate;",

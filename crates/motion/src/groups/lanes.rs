@@ -69,7 +69,7 @@ impl Bundle {
 /// Rows of a table at equal distances that are the same row of consecutive groups of a bundle.
 #[derive(Debug)]
 pub(super) struct LaneRun {
-    /// The number of the table among the [places](Groups::places).
+    /// The number of the table among the [places](super::Groups::places).
     pub place: usize,
     pub start: usize,
     pub step: usize,
@@ -512,7 +512,7 @@ pub(super) fn four<S: Simd>(simd: S, at: usize, numbers: &[f64; BLOCK_BODIES]) -
 
 /// Four lanes of three numbers each.
 #[inline(always)]
-fn three<S: Simd>(simd: S, at: usize, [a, b, c]: &[[f64; BLOCK_BODIES]; 3]) -> [f64x4<S>; 3] {
+pub(super) fn three<S: Simd>(simd: S, at: usize, [a, b, c]: &[[f64; BLOCK_BODIES]; 3]) -> [f64x4<S>; 3] {
     [four(simd, at, a), four(simd, at, b), four(simd, at, c)]
 }
 

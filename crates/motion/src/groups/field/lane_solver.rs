@@ -9,7 +9,7 @@ use super::GroupField;
 use super::classes::Class;
 use super::layout::Layout as _;
 use crate::groups::coupling::is_open;
-use crate::groups::lanes::{differences, four};
+use crate::groups::lanes::{differences, four, three};
 use crate::groups::pull::{AT_ONCE, axes, stiffnesses};
 use crate::groups::rows::Array;
 use crate::groups::solver::Solver;
@@ -98,14 +98,15 @@ impl LaneSolver {
             iterations.cg += count;
             iterations.unconverged_steps += u64::from(converged == 0.0);
         }
-        let (is_finite, zero) = (squared.simd_le(f64x4::splat(simd, f64::MAX)), f64x4::splat(simd, 0.0));
+        let most = f64x4::splat(simd, f64::MAX);
+        let is_finite = squared.simd_le(most);
         for (number, row) in self.rows[..movable].iter().enumerate() {
             let v = &mut v[number * field.width + at.0];
             let root = f64x4::simd_from(simd, row.root);
             let (y, r) = (of(simd, &row.y), of(simd, &row.r));
             for axis in 0..3 {
                 // Where the right side is not finite, the velocity shows it.
-                let keeps = is_finite | (r[axis] - r[axis]).simd_eq(zero);
+                let keeps = is_finite | r[axis].abs().simd_le(most);
                 let sum = keeps.select(four(simd, at.1, &v[axis]), r[axis]) + y[axis] * root;
                 sum.store_slice(&mut v[axis][at.1..at.1 + AT_ONCE]);
             }
@@ -133,9 +134,7 @@ impl LaneSolver {
                 of_row.root = w.sqrt().only(w.simd_gt(f64x4::splat(simd, 0.0))).into();
                 (of_row.rate, of_row.rate_in_step) = (rate, rate * h);
                 of_row.open = [0, 1, 2].map(|axis| is_open(locks, axis));
-                for axis in 0..3 {
-                    of_row.q[axis] = four(simd, at, &forces[element][axis]).into();
-                }
+                of_row.q = three(simd, at, &forces[element]).map(Into::into);
             }
             self.rows.push(of_row);
         }
@@ -158,12 +157,10 @@ impl LaneSolver {
     /// Adds forces to those on the first end of a spring, and subtracts them from those on the second.
     #[inline(always)]
     fn pull<S: Simd>(&mut self, simd: S, [a, b]: [usize; 2], pulls: [f64x4<S>; 3]) {
-        for axis in 0..3 {
-            let sum = f64x4::simd_from(simd, self.rows[a].q[axis]) + pulls[axis];
-            self.rows[a].q[axis] = sum.into();
-            let sum = f64x4::simd_from(simd, self.rows[b].q[axis]) - pulls[axis];
-            self.rows[b].q[axis] = sum.into();
-        }
+        let (sum, [x, y, z]) = (of(simd, &self.rows[a].q), pulls);
+        self.rows[a].q = [sum[0] + x, sum[1] + y, sum[2] + z].map(Into::into);
+        let sum = of(simd, &self.rows[b].q);
+        self.rows[b].q = [sum[0] - x, sum[1] - y, sum[2] - z].map(Into::into);
     }
 
     /// Sets residual and direction to the right side, from the forces. Returns its square.
