@@ -29,6 +29,12 @@ fn stored(display: vec3f) -> vec3f {
     return select(high, low, display <= vec3f(0.04045));
 }
 
+// A point below the ground at the place on it that hides the point, which is seen at the same place.
+fn on_ground(point: vec3f) -> vec3f {
+    let height = globals.ground.x;
+    return point * select(1.0, height / point.y, height < 0.0 && point.y < height);
+}
+
 // Depth as if the point were `meters` nearer to the camera, its place on the screen unchanged.
 fn pulled_nearer(clip: vec4f, meters: f32) -> vec4f {
     let distance = max(clip.w - meters, globals.camera_forward.w);

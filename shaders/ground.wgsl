@@ -1,5 +1,4 @@
-// A sky with a ground below: a plane with lines that fades into the horizon. It takes shadows and hides nothing, so that a body
-// that falls through stays in sight.
+// A sky with a ground below: a plane with lines that fades into the horizon. It takes shadows, and hides what is below it.
 
 const PLAIN = vec3f(0.56, 0.59, 0.61);
 const LINE_ON_GROUND = vec3f(0.40, 0.43, 0.46);
@@ -10,6 +9,19 @@ const SOFT_FAR = vec3f(0.80, 0.85, 0.88);
 const IN_SHADOW = 0.72;
 // The distance at which half of the ground has faded, in spacings of its lines.
 const HALF_FADED = 25.0;
+
+// How much farther away the ground counts as: a body that is drawn in its place is in front of it.
+const GIVES_WAY = 1.0005;
+
+// The plane as far as the far plane. Its depth is linear on the screen.
+@vertex
+fn vs_plain(@builtin(vertex_index) index: u32) -> Sky {
+    var out = sky_corner(index);
+    let constant = globals.viewport.w;
+    let depth = constant * out.direction.y / (GIVES_WAY * globals.ground.x) - constant / globals.camera_forward.w;
+    out.clip = vec4f(out.clip.xy, depth, 1.0);
+    return out;
+}
 
 @fragment
 fn fs_ground(in: Sky) -> @location(0) vec4f {

@@ -1,4 +1,4 @@
-// Lines: quads of a width in pixels, unlit, hidden by what is in front of them.
+// Lines: quads of a width in pixels, unlit, hidden by bodies in front of them, and not by the ground.
 
 struct Line {
     @location(0) start: vec3f,
@@ -17,8 +17,8 @@ struct Stroke {
 
 @vertex
 fn vs_line(@builtin(vertex_index) index: u32, line: Line) -> Stroke {
-    var start = globals.view_projection * vec4f(line.start, 1.0);
-    var end = globals.view_projection * vec4f(line.end, 1.0);
+    var start = globals.view_projection * vec4f(on_ground(line.start), 1.0);
+    var end = globals.view_projection * vec4f(on_ground(line.end), 1.0);
     let near = globals.camera_forward.w;
     var out: Stroke;
     if start.w < near && end.w < near {

@@ -14,8 +14,8 @@ struct Sky {
     @location(0) direction: vec3f,
 }
 
-@vertex
-fn vs_sky(@builtin(vertex_index) index: u32) -> Sky {
+// A corner of a triangle that covers the view, on the far plane.
+fn sky_corner(index: u32) -> Sky {
     let corner = vec2f(f32((index << 1u) & 2u), f32(index & 2u)) * 2.0 - 1.0;
     var out: Sky;
     out.clip = vec4f(corner, 1.0, 1.0);
@@ -23,6 +23,11 @@ fn vs_sky(@builtin(vertex_index) index: u32) -> Sky {
         + globals.camera_right.xyz * (corner.x * globals.camera_right.w)
         + globals.camera_up.xyz * (corner.y * globals.camera_up.w);
     return out;
+}
+
+@vertex
+fn vs_sky(@builtin(vertex_index) index: u32) -> Sky {
+    return sky_corner(index);
 }
 
 // In a direction that goes up by `height` of its length.

@@ -15,8 +15,11 @@ use motion::{
 
 use crate::rigs::{Bits, Dice, bits};
 
-/// Groups of each shape: more than a block of them.
-const GROUPS: usize = 40;
+/// Groups of each shape: more than a block of them, and no whole number of vectors.
+const GROUPS: usize = 41;
+
+/// Worlds of each method.
+const WORLDS: u64 = 30;
 
 /// Bodies that move, and the joined bodies: of a mass on a post, a pair, a chain between two posts.
 const SHAPES: [(usize, &[[usize; 2]]); 3] =
@@ -63,16 +66,16 @@ struct Side {
 }
 
 impl Side {
-    fn new(seed: u64, alone: bool) -> Self {
+    fn new(method: Method, seed: u64, alone: bool) -> Self {
         let mut dice = Dice(seed);
         let mut world = World::new();
         world.insert_resource(Gravity::EARTH);
         environment(&mut world, &mut dice);
-        let elastic = |dice: &mut Dice| Elastic {
-            stiffness: 40.0 + 20.0 * dice.number(),
-            damping: if seed.is_multiple_of(3) { 0.3 } else { 0.0 },
-            rest_length: if seed.is_multiple_of(4) { 0.0 } else { 1.0 },
-        };
+        let damping = if dice.below(3) == 0 { 0.3 } else { 0.0 };
+        let rest_length = if dice.below(3) == 0 { 0.0 } else { 1.0 };
+        let (with_options, kind, with_ledger) = (dice.below(3) > 0, dice.below(5), dice.below(4) == 0);
+        let elastic =
+            |dice: &mut Dice| Elastic { stiffness: 40.0 + 20.0 * dice.number(), damping, rest_length };
         let (mut bodies, mut springs, mut id) = (Vec::new(), Vec::new(), 0);
         for group in 0..u32::try_from(GROUPS).unwrap() {
             for (movable, joined) in SHAPES {
@@ -86,8 +89,8 @@ impl Side {
                     let at = Transform::at(dice.vector() * 2.0);
                     let mut body = world.spawn((StableId(id), at, PhysicsBody { velocity, inverse_mass }));
                     id += 1;
-                    if row < movable && seed.is_multiple_of(2) {
-                        options(&mut body, &mut dice, seed);
+                    if row < movable && with_options {
+                        options(&mut body, &mut dice, kind);
                     }
                     if alone {
                         mark(&mut body, group);
@@ -101,9 +104,8 @@ impl Side {
                 }));
             }
         }
-        let method = Method::ALL[usize::try_from(seed).unwrap() % Method::ALL.len()];
         let mut stepper = Stepper::new(&mut world, method, TimeStep(1.0 / 60.0));
-        let ledger = seed.is_multiple_of(5).then(|| {
+        let ledger = with_ledger.then(|| {
             stepper.recompile(&mut world);
             Ledger::open(&mut world)
         });
@@ -136,7 +138,7 @@ fn environment(world: &mut World, dice: &mut Dice) {
     if let model @ 0..3 = dice.below(5) {
         world.insert_resource(Damping { model: DampingModel::ALL[model], rate: 0.4 });
     }
-    match dice.below(5) {
+    match dice.below(8) {
         0 => world.insert_resource(Drag::new(0.1, 0.0)),
         1 => world.insert_resource(Drag::new(0.1, 0.05)),
         2 => world.insert_resource(Wells(vec![Well { position: DVec3::Y, strength: 3.0, softening: 0.5 }])),
@@ -148,15 +150,15 @@ fn environment(world: &mut World, dice: &mut Dice) {
     }
     world.insert_resource(Range { position: 60.0, speed: 80.0 });
     world.insert_resource(match dice.below(4) {
-        0 => Solver { most_iterations: 2, ..Solver::default() },
+        0 => Solver { most_iterations: u32::try_from(dice.below(4)).unwrap(), ..Solver::default() },
         1 => Solver { newton_iterations: 3, ..Solver::default() },
         _ => Solver::default(),
     });
 }
 
 /// Options of a body: few of each kind.
-fn options(body: &mut EntityWorldMut, dice: &mut Dice, seed: u64) {
-    match seed % 5 {
+fn options(body: &mut EntityWorldMut, dice: &mut Dice, kind: usize) {
+    match kind {
         0 => drop(body.insert(SpeedLimit([1.5, 4.0][dice.below(2)]))),
         1 => drop(body.insert(AxisLocks { x: dice.below(2) == 0, y: false, z: true })),
         2 => drop(body.insert(DampingRate::new([0.2, 0.9][dice.below(2)]))),
@@ -230,8 +232,9 @@ fn operate(dice: &mut Dice, sides: &mut [Side; 2]) {
 
 #[test]
 fn groups_side_by_side_have_the_bits_counts_and_records_of_groups_alone() {
-    for seed in 0..180 {
-        let mut sides = [false, true].map(|alone| Side::new(seed, alone));
+    let worlds = Method::ALL.into_iter().flat_map(|method| (0..WORLDS).map(move |seed| (method, seed)));
+    for (method, seed) in worlds {
+        let mut sides = [false, true].map(|alone| Side::new(method, seed, alone));
         let mut dice = Dice(seed ^ 0x51de_b451);
         let before = sides[0].state().0;
         for tick in 0..40 {
@@ -246,8 +249,12 @@ fn groups_side_by_side_have_the_bits_counts_and_records_of_groups_alone() {
             }
             sides.iter_mut().for_each(Side::tick);
             let [(rows, all), (others, of_others)] = sides.each_mut().map(Side::state);
-            assert!(rows == others, "seed {seed}, tick {tick}: {:?}", first_difference(&rows, &others));
-            assert_eq!(all, of_others, "seed {seed}, tick {tick}");
+            assert!(
+                rows == others,
+                "{method:?}, seed {seed}, tick {tick}: {:?}",
+                first_difference(&rows, &others)
+            );
+            assert_eq!(all, of_others, "{method:?}, seed {seed}, tick {tick}");
         }
         assert_ne!(before, sides[0].state().0);
     }
@@ -260,7 +267,7 @@ fn first_difference<T: PartialEq + Copy>(rows: &[T], others: &[T]) -> Option<(T,
 /// The worlds of this test have bundles, and the others have none.
 #[test]
 fn groups_alone_are_in_no_bundle() {
-    let mut sides = [false, true].map(|alone| Side::new(7, alone));
+    let mut sides = [false, true].map(|alone| Side::new(Method::RungeKutta4, 7, alone));
     sides.iter_mut().for_each(Side::tick);
     let bundled = sides.each_ref().map(|side| side.world.resource::<Groups>().side_by_side());
     assert_eq!(bundled, [GROUPS * SHAPES.len(), 0]);

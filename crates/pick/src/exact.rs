@@ -54,6 +54,24 @@ impl Volume {
         }
     }
 
+    /// Whether the shape is at least `finest` m wide, seen in a direction: no thin plate from its edge.
+    #[inline]
+    fn is_seen(&self, orientation: Quat, direction: DVec3, finest: f64) -> bool {
+        if 2.0 * f64::from(self.bounding_radius()) < finest {
+            return false;
+        }
+        let Self::Cuboid(cuboid) = self else { return true };
+        if finest <= 2.0 * f64::from(cuboid.half_extents.min_element()) {
+            return true;
+        }
+        // The picture of a box is as wide across as its edges are together, and narrowest across one of them.
+        let edges =
+            [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| (orientation * (axis * cuboid.half_extents)).as_dvec3());
+        let width = |across: DVec3| edges.iter().map(|edge| 2.0 * edge.dot(across).abs()).sum::<f64>();
+        let across = edges.iter().filter_map(|edge| direction.cross(*edge).try_normalize());
+        across.map(width).all(|width| width >= finest)
+    }
+
     /// Distance along `ray` to the shape whose center is at `center` (m from the ray's origin), if it is hit
     /// at all and closer than `limit` m.
     ///
@@ -77,6 +95,8 @@ impl Volume {
         }?;
         // parry answers 0 to a ray that starts inside, and NaN fails the comparison as well.
         let distance = skipped + f64::from(rest);
-        (rest > 0.0 && distance <= limit).then_some(distance)
+        let drawn = ray.drawn();
+        let is_hit = rest > 0.0 && distance <= limit && drawn.reaches(distance);
+        (is_hit && self.is_seen(orientation, ray.direction(), drawn.finest * distance)).then_some(distance)
     }
 }

@@ -22,7 +22,7 @@ mod soft;
 mod targets;
 mod view;
 
-pub use ray::{Ray, RayError};
+pub use ray::{Drawn, Ray, RayError};
 pub use shape::{Shape, ShapeError};
 pub use soft::{SoftHit, SoftPoint, SoftPose, SoftTargets};
 pub use targets::{Chunk, Hit, Targets};

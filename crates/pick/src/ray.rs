@@ -1,14 +1,38 @@
-//! A half-line with a unit direction.
+//! A half-line with a unit direction, or a part of one.
 
 use std::fmt;
 
 use glam::DVec3;
 
-/// A half-line: it starts at its origin and has no end.
+/// A half-line: it starts at its origin and has no end, unless it hits only [what is drawn](Self::through).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     origin: DVec3,
     direction: DVec3,
+    drawn: Drawn,
+}
+
+/// What a picture shows along a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drawn {
+    /// Distance from which on surfaces are drawn, m: a shape that is entered before it is not seen from inside.
+    pub nearest: f64,
+    /// Distance up to which surfaces are drawn, m.
+    pub farthest: f64,
+    /// Width below which a shape leaves no trace in the picture, as a share of its distance.
+    pub finest: f64,
+}
+
+impl Drawn {
+    /// Everything.
+    const ALL: Self = Self { nearest: 0.0, farthest: f64::INFINITY, finest: 0.0 };
+
+    /// Whether a surface that is entered at `distance` m is drawn. NaN is not.
+    #[inline]
+    #[must_use]
+    pub fn reaches(&self, distance: f64) -> bool {
+        distance > 0.0 && distance >= self.nearest && distance <= self.farthest
+    }
 }
 
 /// Why no ray could be made.
@@ -44,7 +68,18 @@ impl Ray {
             return Err(RayError::Origin(origin));
         }
         let direction = direction.try_normalize().ok_or(RayError::Direction(direction))?;
-        Ok(Self { origin, direction })
+        Ok(Self { origin, direction, drawn: Drawn::ALL })
+    }
+
+    /// The same ray, which hits nothing but what is drawn.
+    #[must_use]
+    pub const fn through(self, drawn: Drawn) -> Self {
+        Self { drawn, ..self }
+    }
+
+    /// What the ray can hit.
+    pub(crate) const fn drawn(&self) -> Drawn {
+        self.drawn
     }
 
     /// Where the ray starts, world space, m.

@@ -6,8 +6,8 @@ use motion::{Link, SoftBody};
 use parry3d::query::Ray as LocalRay;
 use parry3d::query::details::local_ray_intersection_with_triangle;
 
-use crate::Ray;
 use crate::exact::within_reach;
+use crate::{Drawn, Ray};
 
 /// Radius of a point of a rope, as a share of the mean length at which its springs rest.
 const POINT_RADIUS: f64 = 0.12;
@@ -211,6 +211,7 @@ struct Near {
     /// What the ray has passed, m.
     skipped: f64,
     thinnest: f64,
+    drawn: Drawn,
 }
 
 impl Near {
@@ -226,7 +227,7 @@ impl Near {
             return None;
         }
         let skipped = (along - radius).max(0.0);
-        Some(Self { start: shift + direction * skipped, direction, skipped, thinnest })
+        Some(Self { start: shift + direction * skipped, direction, skipped, thinnest, drawn: ray.drawn() })
     }
 
     fn local(&self, point: Vec3) -> DVec3 {
@@ -242,7 +243,7 @@ impl Near {
             let [a, b, c] = corners.map(|corner| self.local(corner).as_vec3());
             if let Some((met, weights)) = local_ray_intersection_with_triangle(a, b, c, &ray)
                 && met.time_of_impact < closest
-                && self.skipped + f64::from(met.time_of_impact) > 0.0
+                && self.drawn.reaches(self.skipped + f64::from(met.time_of_impact))
             {
                 closest = met.time_of_impact;
                 hit = Some((number, *triangle, weights));
@@ -312,7 +313,7 @@ impl Near {
         }
         let entry = entries.into_iter().flatten().min_by(f64::total_cmp)?;
         let distance = self.skipped + entry;
-        (distance > 0.0).then_some(distance)
+        self.drawn.reaches(distance).then_some(distance)
     }
 }
 

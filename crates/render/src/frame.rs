@@ -27,7 +27,7 @@ pub struct Frame {
     pub space: bool,
     /// Whether light is soft, bodies are matte and the ground is light; else all is as in the tutorial.
     pub soft: bool,
-    /// A plain below everything.
+    /// A plain that hides what is below it, but for lines and translucent bodies.
     pub ground: Option<Ground>,
     /// The one lamp; without it everything is lit softly from the camera.
     pub light: Option<Light>,
@@ -123,7 +123,7 @@ impl Camera {
     }
 }
 
-/// An endless plane with lines, behind everything that is drawn.
+/// An endless plane with lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
     /// Height relative to the camera, m; below 0.

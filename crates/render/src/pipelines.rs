@@ -78,6 +78,8 @@ pub(crate) struct Pipelines {
     pub sky: wgpu::RenderPipeline,
     /// In place of the sky where there is a ground.
     pub ground: wgpu::RenderPipeline,
+    /// The ground itself, which hides what is below it.
+    pub plain: wgpu::RenderPipeline,
     pub particle: wgpu::RenderPipeline,
     pub sprite: wgpu::RenderPipeline,
     pub line: wgpu::RenderPipeline,
@@ -214,6 +216,16 @@ impl Pipelines {
             outline: outline("outline", OUTLINE_PX, 1.0),
             ground: Drawing { label: "ground", shader: &ground, fragment: Some("fs_ground"), ..behind }
                 .pipeline(device, &picture, to),
+            plain: Drawing {
+                label: "plain",
+                shader: &ground,
+                vertex: "vs_plain",
+                fragment: Some("fs_ground"),
+                writes_depth: true,
+                depth_compare: Some(CompareFunction::Less),
+                ..behind
+            }
+            .pipeline(device, &picture, to),
             sky: behind.pipeline(device, &picture, to),
             particle: Drawing {
                 label: "particle",

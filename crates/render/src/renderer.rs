@@ -297,8 +297,14 @@ impl Renderer {
         if let Some(surfaces) = &self.surfaces {
             surfaces.draw_plain(&mut pass);
         }
-        pass.set_pipeline(if frame.ground.is_some() { &self.pipelines.ground } else { &self.pipelines.sky });
-        pass.draw(0..3, 0..1);
+        let behind = match frame.ground {
+            Some(_) => &[&self.pipelines.plain, &self.pipelines.ground][..],
+            None => &[&self.pipelines.sky],
+        };
+        for pipeline in behind {
+            pass.set_pipeline(pipeline);
+            pass.draw(0..3, 0..1);
+        }
         // The outlines write no depth, so they come after all that they cover and before the bodies they surround.
         if self.bodies().iter().any(|(_, bodies)| bodies.plain < bodies.total) {
             for pipeline in [&self.pipelines.rim, &self.pipelines.outline, &self.pipelines.body] {

@@ -12,6 +12,7 @@ pub(crate) mod inks;
 pub(crate) mod labels;
 pub(crate) mod marks;
 pub(crate) mod navigation;
+mod passes;
 pub(crate) mod picking;
 pub(crate) mod picture;
 pub(crate) mod pull;
@@ -19,6 +20,7 @@ pub(crate) mod springs;
 mod trails;
 
 use glam::DVec2;
+use motion::TimeStep;
 use pick::{SoftTargets, Targets};
 use scene::Scene;
 
@@ -26,6 +28,8 @@ use self::art::Lamp;
 use self::camera::Camera;
 use self::flash::Flash;
 use self::ground::Ground;
+use self::passes::Passes;
+use self::picture::Point;
 use self::trails::Trails;
 use crate::stage::Stage;
 use crate::stage::options::Words;
@@ -57,6 +61,7 @@ pub struct Measured {
 struct Seen {
     targets: Targets,
     soft: SoftTargets,
+    points: Vec<Point>,
     /// The state, as the stage counts them; `None` before the first.
     version: Option<u64>,
 }
@@ -94,6 +99,7 @@ pub struct View {
     pub(crate) locked: Option<Thing>,
     seen: Seen,
     trail: Trails,
+    passes: Passes,
 }
 
 impl View {
@@ -122,6 +128,7 @@ impl View {
             locked: None,
             seen: Seen::default(),
             trail: Trails::default(),
+            passes: Passes::default(),
         }
     }
 
@@ -164,6 +171,7 @@ impl View {
     /// Forgets what belonged to another world.
     pub(crate) fn forget_world(&mut self) {
         (self.seen, self.trail, self.flash) = (Seen::default(), Trails::default(), None);
+        self.passes = Passes::default();
     }
 
     /// Draws trails from now on, or no more.
@@ -176,6 +184,10 @@ impl View {
     pub(crate) fn after_tick(&mut self, stage: &Stage) {
         if self.trails {
             self.trail.after_tick(&stage.sim.world, stage.simulated());
+        }
+        if let Some(height) = self.ground.height(self.is_own_look(stage)) {
+            let tick = stage.sim.world.resource::<TimeStep>().0;
+            self.passes.after_tick(&stage.sim.world, height, stage.simulated(), tick);
         }
     }
 

@@ -64,10 +64,8 @@ impl<'a> GroupEnvironment<'a> {
             threads,
         }
     }
-}
 
-impl GroupEnvironment<'_> {
-    /// Whether implicit steps are linear for all groups without own laws: such groups are solved side by side.
+    /// Whether implicit steps of groups without own laws are one linear solve each, so that groups can be solved side by side.
     pub fn is_linearized(&self) -> bool {
         self.solver.newton_iterations == 0 && self.parameters.laws.is_empty()
     }

@@ -24,7 +24,8 @@ impl Camera {
         Ok(Self { gpu, renderer, target })
     }
 
-    fn draw(&mut self, frame: &render::Frame) -> Result<(), Failure> {
+    /// Draws a picture.
+    pub fn draw(&mut self, frame: &render::Frame) -> Result<(), Failure> {
         if self.target.size_px() != frame.size_px {
             self.target = Offscreen::new(&self.gpu, frame.size_px)?;
         }
@@ -35,6 +36,11 @@ impl Camera {
     /// The present picture of `session`.
     pub fn picture(&mut self, session: &mut Session) -> Result<Image, Failure> {
         self.draw(&session.picture())?;
+        self.read()
+    }
+
+    /// The picture that was drawn last.
+    pub fn read(&self) -> Result<Image, Failure> {
         Ok(self.target.read(&self.gpu)?)
     }
 }

@@ -31,11 +31,16 @@ impl Ground {
     /// The ground as it is seen from `eye`, m, if that is above it; `for_floor` also in place of slabs that are the floor.
     #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
     pub fn seen_from(self, eye: DVec3, for_floor: bool) -> Option<render::Ground> {
-        let Self { height, floor_top, spacing, .. } = self;
-        let height_m = (floor_top.filter(|_| for_floor).or(height)? - eye.y) as f32;
+        let spacing = self.spacing;
+        let height_m = (self.height(for_floor)? - eye.y) as f32;
         let past = |at: f64| at.rem_euclid(spacing) as f32;
         let (spacing_m, offset_m) = (spacing as f32, [past(eye.x), past(eye.z)]);
         (height_m < 0.0).then_some(render::Ground { height_m, spacing_m, offset_m })
+    }
+
+    /// Its height, m, `for_floor` also in place of slabs that are the floor.
+    pub fn height(self, for_floor: bool) -> Option<f64> {
+        self.floor_top.filter(|_| for_floor).or(self.height)
     }
 
     /// Whether the ground is drawn in place of an immovable box whose middle is that high, m.

@@ -3,14 +3,24 @@
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use motion::{Dormant, Orientation, PhysicsBody, PreviousPosition, Quarantined, SoftBody, Transform};
-use pick::{Chunk, Ray, Shape, SoftPoint, Viewpoint};
+use pick::{Chunk, Drawn, Ray, Shape, SoftPoint, Viewpoint};
 
 use crate::stage::Stage;
 use crate::stage::things::{Picked, drawn};
+use crate::view::picture::find_points;
 use crate::view::{Mode, View};
 
 /// Width below which nothing of a soft body is drawn, and hit, pixels.
 const THINNEST_PX: f64 = 2.0;
+
+/// Width below which a body leaves no trace in the picture, pixels.
+const THINNEST_SHAPE_PX: f64 = 0.5;
+
+/// Smallest radius with which a particle is drawn, pixels (shaders/particle.wgsl).
+const SMALLEST_DISC_PX: f64 = 0.75;
+
+/// How much farther than the ground a floor in its place may be found, by rounding.
+const ON_GROUND: f64 = 1.0 + 1e-5;
 
 /// Half the widest vertical field of view, radians.
 const WIDEST: f64 = 1.2;
@@ -51,21 +61,64 @@ impl View {
         Some((at + corner, at.cmpge(DVec2::ZERO).all() && at.cmple(size).all()))
     }
 
-    /// The closest thing on `ray` as drawn.
+    /// The closest thing on a ray from the camera, as drawn; what the ground hides after all that it does not. Drops of emitters
+    /// are no things.
     pub(crate) fn cast(&mut self, stage: &Stage, ray: &Ray) -> Option<Picked> {
         self.see(stage);
-        let solid = self.seen.targets.cast(ray);
-        let soft = self.seen.soft.cast(ray, self.thinnest(), |body| stage.sim.world.get(body));
-        match (solid, soft) {
-            (solid, Some(soft)) if solid.is_none_or(|solid| soft.distance < solid.distance) => {
-                Some(Picked { entity: soft.entity, distance: soft.distance, pushed: soft.pushed })
-            }
-            (solid, _) => solid.map(|hit| Picked {
-                entity: hit.entity,
-                distance: hit.distance,
-                pushed: Some(hit.entity),
-            }),
+        let view = self.viewpoint();
+        let (along, finest) = (ray.direction().dot(view.forward()), self.pixel() * THINNEST_SHAPE_PX);
+        let drawn = Drawn { nearest: view.near_m / along, farthest: view.far_m / along, finest };
+        let Some(ground) = self.distance_of_ground(stage, ray).filter(|ground| *ground < drawn.farthest)
+        else {
+            return self.cast_through(stage, ray, drawn);
+        };
+        let above = self.cast_through(stage, ray, Drawn { farthest: ground * ON_GROUND, ..drawn });
+        let below =
+            |view: &Self| view.cast_through(stage, ray, Drawn { nearest: ground * ON_GROUND, ..drawn });
+        match above {
+            Some(hit) if !self.is_in_place_of_ground(stage, hit.entity) => Some(hit),
+            floor => below(self).or(floor),
         }
+    }
+
+    /// The distance along a ray from the camera to the ground that is drawn, m.
+    fn distance_of_ground(&self, stage: &Stage, ray: &Ray) -> Option<f64> {
+        let ground = self.ground.seen_from(self.camera.position, self.is_own_look(stage))?;
+        let distance = f64::from(ground.height_m) / ray.direction().y;
+        (distance > 0.0).then_some(distance)
+    }
+
+    /// Whether the ground is drawn in place of a body.
+    fn is_in_place_of_ground(&self, stage: &Stage, body: Entity) -> bool {
+        let shape = stage.sim.world.get::<Shape>(body);
+        shape.is_some_and(|shape| self.is_ground(stage, body, shape))
+    }
+
+    fn cast_through(&self, stage: &Stage, ray: &Ray, drawn: Drawn) -> Option<Picked> {
+        let through = &ray.through(drawn);
+        let solid = self.seen.targets.cast(through).map(|hit| (hit.entity, hit.distance, Some(hit.entity)));
+        let soft = self.seen.soft.cast(through, self.thinnest(), |body| stage.sim.world.get(body));
+        let soft = soft.map(|hit| (hit.entity, hit.distance, hit.pushed));
+        let disc = self.disc_on(ray, drawn).map(|(entity, distance)| (entity, distance, Some(entity)));
+        // Of equally close ones the solid one.
+        let hits = solid.into_iter().chain(soft).chain(disc);
+        let (entity, distance, pushed) = hits.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(Picked { entity, distance, pushed })
+    }
+
+    /// The closest particle that is drawn as a disc on a ray from the camera, and its distance, m.
+    fn disc_on(&self, ray: &Ray, drawn: Drawn) -> Option<(Entity, f64)> {
+        let forward = self.viewpoint().forward();
+        let along = ray.direction().dot(forward);
+        let discs = self.seen.points.iter().filter(|point| point.fade.is_none()).filter_map(|point| {
+            let center = point.position - ray.origin();
+            let depth = center.dot(forward);
+            let distance = depth / along;
+            let radius = f64::from(point.radius).max(SMALLEST_DISC_PX * self.pixel() * depth);
+            let is_hit = (ray.direction() * distance).distance_squared(center) <= radius * radius;
+            (is_hit && drawn.reaches(distance)).then_some((point.entity, distance))
+        });
+        discs.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// What a click would select within the cockpit, `immovable` things, too, or not.
@@ -82,8 +135,13 @@ impl View {
 
     /// Smallest radius with which ropes are drawn, as a share of the distance.
     pub(crate) fn thinnest(&self) -> f64 {
+        0.5 * THINNEST_PX * self.pixel()
+    }
+
+    /// What a pixel spans in the middle of the view, as a share of the distance along it.
+    pub(super) fn pixel(&self) -> f64 {
         let height = self.view_area()[1].y.max(1.0);
-        THINNEST_PX * (0.5 * self.viewpoint().fov_y_rad).tan() / height
+        2.0 * (0.5 * self.viewpoint().fov_y_rad).tan() / height
     }
 
     /// Takes over the poses of the present state, relative to the camera.
@@ -121,6 +179,10 @@ impl View {
             Some(SoftPoint { position: drawn(now, before, alpha), movable: body.inverse_mass > 0.0 })
         };
         seen.soft.update(camera.position, bodies.iter(world), point);
+        find_points(stage, &mut seen.points);
         seen.version = version;
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -35,6 +35,22 @@ const TRAIL_LIGHTNESS: f32 = 0.55;
 /// How much of the trail of a particle is seen, which is one of many.
 const TRAIL_OF_MANY: f32 = 0.3;
 
+/// The color of outlines (shaders/body.wgsl).
+const OUTLINE: [f32; 3] = [1.0, 0.87, 0.1];
+
+/// Width of the ring around a marked particle, pixels.
+const MARK_PX: f32 = 3.0;
+
+/// How much of what the ground hides is still seen.
+const HIDDEN: f32 = 0.25;
+
+/// How far a body reaches into the ground before it counts as hidden there, as a share of its half height: by rounding, one at
+/// rest may.
+const BELOW: f32 = 1e-3;
+
+/// A place on the ground as seen just before it.
+const NEARER: f32 = 0.999;
+
 /// How much of its limit a spring between two bodies takes.
 pub(crate) type Ratio<'a> = Option<&'a dyn Fn([Entity; 2]) -> f64>;
 
@@ -76,12 +92,13 @@ impl View {
         self.add_shapes(stage, &mut frame, hovered);
         self.add_soft_bodies(stage, &mut frame, ratio, hovered);
         self.add_springs(stage, &mut frame, ratio);
-        add_particles(stage, &mut frame, eye);
+        self.add_particles(stage, &mut frame, hovered);
         frame
     }
 
     /// Adds arrows and trails.
     pub(crate) fn finish_picture(&mut self, stage: &Stage, frame: &mut Frame) {
+        self.add_passes(stage, frame);
         self.add_arrows(stage, frame);
         self.add_pull(stage, frame);
         self.add_flash(stage, frame);
@@ -109,11 +126,12 @@ impl View {
                 false => look.color,
             };
             let [r, g, b] = color;
+            let orientation = targets.orientation(i);
             let instance = Instance {
                 position: [xs[i], ys[i], zs[i]],
                 surface,
                 half_extents: shape.half_extents().as_vec3().to_array(),
-                orientation: targets.orientation(i).to_array(),
+                orientation: orientation.to_array(),
                 color: if selected && !own_look { SELECTED } else { [r, g, b, 1.0] },
                 ..Default::default()
             };
@@ -121,11 +139,63 @@ impl View {
                 Shape::Cuboid { .. } => frame.cuboids.push(instance),
                 Shape::Sphere { .. } => frame.spheres.push(instance),
             }
+            let reach = shape.reach(orientation) as f32;
+            if frame.ground.is_some_and(|ground| ys[i] - reach < ground.height_m - BELOW * reach) {
+                let [r, g, b] = if surface & render::OUTLINED == 0 { color } else { OUTLINE };
+                let hidden = Instance { surface: 0, color: [r, g, b, HIDDEN], ..instance };
+                match shape {
+                    Shape::Cuboid { .. } => frame.translucent.cuboids.push(hidden),
+                    Shape::Sphere { .. } => frame.translucent.spheres.push(hidden),
+                }
+            }
+        }
+    }
+
+    /// Single particles as discs, and the drops of emitters.
+    fn add_particles(&self, stage: &Stage, frame: &mut Frame, hovered: Option<Entity>) {
+        let (eye, forward) = (self.camera.position, self.viewpoint().forward().as_vec3());
+        #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
+        let rim = MARK_PX * self.pixel() as f32;
+        for Point { entity, position, radius: radius_m, velocity, color: [r, g, b], fade } in
+            &self.seen.points
+        {
+            let (position, radius_m) = ((*position - eye).as_vec3(), *radius_m);
+            // How much nearer the place on the ground is that hides the point.
+            let nearer = frame.ground.map(|ground| ground.height_m / position.y);
+            let nearer = nearer.filter(|nearer| (0.0..1.0).contains(nearer));
+            let is_marked = stage.here.selection == Some(*entity) || hovered == Some(*entity);
+            let disc = |position: Vec3, radius_m: f32, [r, g, b]: [f32; 3], alpha: f32| Particle {
+                position: position.to_array(),
+                radius_m,
+                color: [r, g, b, alpha],
+            };
+            match (fade, nearer) {
+                (Some(fade), None) => {
+                    let streak = (velocity * EXPOSURE_S).as_vec3().to_array();
+                    let (position, color) = (position.to_array(), [*r, *g, *b, *fade]);
+                    frame.sprites.push(Sprite { position, radius_m, streak, _pad: 0.0, color });
+                }
+                (Some(_), Some(_)) => {}
+                (None, Some(nearer)) => {
+                    let color = if is_marked { OUTLINE } else { [*r, *g, *b] };
+                    let hidden = disc(position * (nearer * NEARER), radius_m * nearer, color, HIDDEN);
+                    frame.translucent.particles.push(hidden);
+                }
+                (None, None) => {
+                    if is_marked {
+                        let [r, g, b, _] = SELECTED;
+                        let color = if frame.soft { OUTLINE } else { [r, g, b] };
+                        let radius_m = radius_m + rim * position.dot(forward);
+                        frame.particles.push(disc(position, radius_m, color, 1.0));
+                    }
+                    frame.particles.push(disc(position, radius_m, [*r, *g, *b], 1.0));
+                }
+            }
         }
     }
 
     /// Whether the ground is drawn in place of a body.
-    fn is_ground(&self, stage: &Stage, body: Entity, shape: &Shape) -> bool {
+    pub(super) fn is_ground(&self, stage: &Stage, body: Entity, shape: &Shape) -> bool {
         let height = stage.drawn_position(body).map(|place| place.y);
         !stage.is_movable(body) && height.is_some_and(|height| self.ground.replaces(shape, height))
     }
@@ -148,11 +218,25 @@ impl View {
     }
 }
 
-fn add_particles(stage: &Stage, frame: &mut Frame, eye: DVec3) {
+/// A body without a shape, as it is drawn.
+pub(super) struct Point {
+    pub entity: Entity,
+    /// World space, m.
+    pub position: DVec3,
+    /// m.
+    pub radius: f32,
+    velocity: DVec3,
+    color: [f32; 3],
+    /// How much of it is seen, if it is a drop of an emitter.
+    pub fade: Option<f32>,
+}
+
+/// Sets `points` to all bodies that are drawn as points.
+pub(super) fn find_points(stage: &Stage, points: &mut Vec<Point>) {
     let alpha = stage.here.alpha;
     let of_soft_bodies = stage.points_of_soft_bodies();
     let fades = fades(stage);
-    let mut particles = stage.query_filtered::<(
+    let mut bodies = stage.query_filtered::<(
         Entity,
         &Transform,
         &PhysicsBody,
@@ -160,20 +244,16 @@ fn add_particles(stage: &Stage, frame: &mut Frame, eye: DVec3) {
         Option<&Appearance>,
         Option<&PointRadius>,
     ), (Without<Shape>, Without<Dormant>)>();
-    for (entity, now, body, before, look, radius) in particles.iter(&stage.sim.world) {
-        if of_soft_bodies.contains(entity) {
-            continue;
-        }
-        let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
-        let position = (drawn(now, before, alpha) - eye).as_vec3().to_array();
-        let radius_m = radius.copied().unwrap_or_default().0;
-        if let Some(Some(fade)) = fades.get(entity.index_u32() as usize) {
-            let streak = (body.velocity * EXPOSURE_S).as_vec3().to_array();
-            frame.sprites.push(Sprite { position, radius_m, streak, _pad: 0.0, color: [r, g, b, *fade] });
-        } else {
-            frame.particles.push(Particle { position, radius_m, color: [r, g, b, 1.0] });
-        }
-    }
+    let bodies = bodies.iter(&stage.sim.world).filter(|(entity, ..)| !of_soft_bodies.contains(*entity));
+    points.clear();
+    points.extend(bodies.map(|(entity, now, body, before, look, radius)| Point {
+        entity,
+        position: drawn(now, before, alpha),
+        radius: radius.copied().unwrap_or_default().0,
+        velocity: body.velocity,
+        color: look.copied().unwrap_or(PLAIN).color,
+        fade: fades.get(entity.index_u32() as usize).copied().flatten(),
+    }));
 }
 
 /// How much is left to see of each particle of an emitter, by the index of its entity.

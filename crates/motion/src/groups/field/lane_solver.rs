@@ -1,9 +1,10 @@
 //! Implicit Euler steps of several groups of one shape: conjugate gradients of four groups at a time.
 //!
 //! Each lane has the operations of [`Workspace`](super::solving::Workspace), in their order, and is left alone once it has
-//! converged. Groups on which called laws act, or that continue by Newton's method, are not among them.
+//! converged, or when rounding ends its iteration. Groups on which called laws act, or that continue by Newton's method, are
+//! not among them.
 
-use fearless_simd::{Simd, f64x4, prelude::*};
+use fearless_simd::{Simd, SimdBase, f64x4, prelude::*};
 
 use super::GroupField;
 use super::classes::Class;
@@ -28,6 +29,8 @@ pub(crate) struct LaneSolver {
     rows: Vec<SolverRow>,
     springs: Vec<SolverSpring>,
 }
+
+type Mask<S> = <f64x4<S> as SimdBase<S>>::Mask;
 
 /// Three numbers of four groups.
 type Vectors = [[f64; AT_ONCE]; 3];
@@ -58,7 +61,7 @@ struct SolverSpring {
     ends: [usize; 2],
     /// Its directions.
     n: Vectors,
-    /// Its [stiffnesses] in a step, kg.
+    /// Its [stiffnesses] in a step, across it and the rest, kg.
     stiffnesses: [[f64; AT_ONCE]; 2],
 }
 
@@ -90,13 +93,13 @@ impl LaneSolver {
         self.linearize(simd, field, at, (v, forces));
         let squared = self.right_side(simd, field, at, v);
         let movable = field.coupling.movable;
-        let [count, converged] = self.iterate(simd, field.environment.solver, movable, squared);
-        let (count, converged): ([f64; AT_ONCE], [f64; AT_ONCE]) = (count.into(), converged.into());
+        let (count, converged) = self.iterate(simd, field.environment.solver, movable, squared);
+        let (count, converged): ([f64; AT_ONCE], [i64; AT_ONCE]) = (count.into(), converged.into());
         for (iterations, (count, converged)) in iterations.iter_mut().zip(count.into_iter().zip(converged)) {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
             let count = count as u64;
             iterations.cg += count;
-            iterations.unconverged_steps += u64::from(converged == 0.0);
+            iterations.unconverged_steps += u64::from(converged == 0);
         }
         let most = f64x4::splat(simd, f64::MAX);
         let is_finite = squared.simd_le(most);
@@ -113,7 +116,7 @@ impl LaneSolver {
         }
     }
 
-    /// Linearizes the springs, whose forces become those after the step without accelerations, `f - h K v`.
+    /// Sets up the rows, and linearizes the springs, whose forces become those after the step without accelerations, `f - h K v`.
     #[inline(always)]
     fn linearize<S: Simd>(
         &mut self,
@@ -163,7 +166,7 @@ impl LaneSolver {
         self.rows[b].q = [sum[0] - x, sum[1] - y, sum[2] - z].map(Into::into);
     }
 
-    /// Sets residual and direction to the right side, from the forces. Returns its square.
+    /// Sets residual and direction to the right side, `h W^½ f - h W^-½ c v` from the forces. Returns the sum of its squares.
     #[inline(always)]
     fn right_side<S: Simd>(
         &mut self,
@@ -189,8 +192,8 @@ impl LaneSolver {
         squares[0] + squares[1] + squares[2]
     }
 
-    /// [`Gradients::solve`](crate::groups::solver::Gradients::solve) for a right side of this square. Returns the iterations of
-    /// each group, and 1 for those that converged.
+    /// [`Gradients::solve`](crate::groups::solver::Gradients::solve) for a right side with this sum of squares. Returns the
+    /// iterations of each group, and which ones converged.
     #[inline(always)]
     fn iterate<S: Simd>(
         &mut self,
@@ -198,7 +201,7 @@ impl LaneSolver {
         solver: Solver,
         movable: usize,
         mut squared: f64x4<S>,
-    ) -> [f64x4<S>; 2] {
+    ) -> (f64x4<S>, Mask<S>) {
         let splat = |number: f64| f64x4::splat(simd, number);
         let (zero, one, tolerance) = (splat(0.0), splat(1.0), splat(solver.tolerance));
         let enough = squared * tolerance * tolerance;
@@ -238,7 +241,7 @@ impl LaneSolver {
             active &= !converged;
         }
         // The square of a tiny number is 0: no tolerance is below that.
-        [iterations, one.only(converged | squared.simd_lt(splat(SNAP)))]
+        (iterations, converged | squared.simd_lt(splat(SNAP)))
     }
 
     /// Sets `q = A p`. Returns the product of p and q.
