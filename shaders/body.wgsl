@@ -98,7 +98,7 @@ fn fs_outline() -> @location(0) vec4f {
 
 // How much farther away translucent bodies count as, as a share of their distance: at the same place as an opaque one they are
 // hidden, where they would else fight for depth.
-const GIVES_WAY = 0.0003;
+const GIVES_WAY = 0.0005;
 // Brightness of a face seen from the side, relative to one seen straight on.
 const SIDE_LIGHT = 0.6;
 // Share of what is behind that the edge of a ball hides beyond its alpha.

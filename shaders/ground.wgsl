@@ -10,8 +10,8 @@ const IN_SHADOW = 0.72;
 // The distance at which half of the ground has faded, in spacings of its lines.
 const HALF_FADED = 25.0;
 
-// How much farther away the ground counts as: a body that is drawn in its place is in front of it.
-const GIVES_WAY = 1.0005;
+// How much farther away the ground counts as: what is drawn on it, or in its place, is in front of it.
+const GIVES_WAY = 1.0008;
 
 // The plane as far as the far plane. Its depth is linear on the screen.
 @vertex

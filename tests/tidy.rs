@@ -372,7 +372,7 @@ const NO_PLACES: &[&str] = &[
     "half_extents",
     "direction()",
     "direction",
-    "(body.velocity * EXPOSURE_S)",
+    "(velocity * EXPOSURE_S)",
     "(-eye)",
     "self.local(corner)",
     "origin",

@@ -39,7 +39,7 @@ const TRAIL_OF_MANY: f32 = 0.3;
 const OUTLINE: [f32; 3] = [1.0, 0.87, 0.1];
 
 /// Width of the ring around a marked particle, pixels.
-const MARK_PX: f32 = 3.0;
+const MARK_PX: f64 = 3.0;
 
 /// How much of what the ground hides is still seen.
 const HIDDEN: f32 = 0.25;
@@ -153,12 +153,11 @@ impl View {
 
     /// Single particles as discs, and the drops of emitters.
     fn add_particles(&self, stage: &Stage, frame: &mut Frame, hovered: Option<Entity>) {
-        let (eye, forward) = (self.camera.position, self.viewpoint().forward().as_vec3());
-        #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
-        let rim = MARK_PX * self.pixel() as f32;
+        let (eye, forward) = (self.camera.position, self.viewpoint().forward());
         for Point { entity, position, radius: radius_m, velocity, color: [r, g, b], fade } in
             &self.seen.points
         {
+            let depth = (*position - eye).dot(forward);
             let (position, radius_m) = ((*position - eye).as_vec3(), *radius_m);
             // How much nearer the place on the ground is that hides the point.
             let nearer = frame.ground.map(|ground| ground.height_m / position.y);
@@ -185,7 +184,8 @@ impl View {
                     if is_marked {
                         let [r, g, b, _] = SELECTED;
                         let color = if frame.soft { OUTLINE } else { [r, g, b] };
-                        let radius_m = radius_m + rim * position.dot(forward);
+                        #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
+                        let radius_m = radius_m + (MARK_PX * self.pixel() * depth) as f32;
                         frame.particles.push(disc(position, radius_m, color, 1.0));
                     }
                     frame.particles.push(disc(position, radius_m, [*r, *g, *b], 1.0));

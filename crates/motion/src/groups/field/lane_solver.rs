@@ -8,7 +8,6 @@ use fearless_simd::{Simd, SimdBase, f64x4, prelude::*};
 
 use super::GroupField;
 use super::classes::Class;
-use super::layout::Layout as _;
 use crate::groups::coupling::is_open;
 use crate::groups::lanes::{differences, four, three};
 use crate::groups::pull::{AT_ONCE, axes, stiffnesses};
@@ -24,7 +23,7 @@ use crate::simd::{Lanes as _, with_simd};
 #[derive(Debug, Default)]
 pub(crate) struct LaneSolver {
     /// Forces of the springs of all groups, N.
-    forces: Array<Axes>,
+    pub forces: Array<Axes>,
     /// The movable rows and the springs of four groups.
     rows: Vec<SolverRow>,
     springs: Vec<SolverSpring>,
@@ -66,18 +65,20 @@ struct SolverSpring {
 }
 
 impl LaneSolver {
-    /// Replaces the velocities `v`, kicked by constant accelerations, by those at the end of the step. Adds to the iterations
-    /// of each group.
-    pub fn solve(&mut self, field: &GroupField<'_, Axes>, v: &mut [Axes], iterations: &mut [Iterations]) {
-        let mut forces = std::mem::take(&mut self.forces);
-        forces.resize(v.len());
-        Axes::pull(field, field.end().time, field.rows.x, v, &mut forces);
+    /// Replaces the velocities `v`, kicked by constant accelerations, by those at the end of the step, given the forces of the
+    /// springs, N. Adds to the iterations of each group.
+    pub fn solve(
+        &mut self,
+        field: &GroupField<'_, Axes>,
+        forces: &[Axes],
+        v: &mut [Axes],
+        iterations: &mut [Iterations],
+    ) {
         for (number, iterations) in iterations.chunks_mut(AT_ONCE).enumerate() {
             let first = number * AT_ONCE;
             let at = (first / BLOCK_BODIES, first % BLOCK_BODIES);
-            with_simd!(simd => self.solve_four(simd, field, at, (v, &forces), iterations));
+            with_simd!(simd => self.solve_four(simd, field, at, (v, forces), iterations));
         }
-        self.forces = forces;
     }
 
     /// [`Self::solve`] for the four groups from a lane of a block on.

@@ -128,7 +128,11 @@ impl Layout for Axes {
 
     fn solve(field: &mut GroupField<'_, Self>, v: &mut [Self], iterations: &mut [Iterations]) {
         let mut solver = std::mem::take(&mut field.scratch.workspace);
-        solver.solve(field, v, iterations);
+        let mut forces = std::mem::take(&mut solver.forces);
+        forces.resize(v.len());
+        Self::pull(field, field.end().time, field.rows.x, v, &mut forces);
+        solver.solve(field, &forces, v, iterations);
+        solver.forces = forces;
         field.scratch.workspace = solver;
         field.evaluations += 1;
     }
