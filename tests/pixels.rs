@@ -68,7 +68,11 @@ fn tour(wanted: &[&str]) -> Vec<Image> {
     let (mut clock, mut studio, mut pictures) = (FrameClock::default(), Studio::new(FILM_SIZE), Vec::new());
     while !player.finished() {
         let time = clock.advance_to(session.stage.frames() as f64 / 60.0).unwrap();
-        let mut events = player.of_frame(session.stage.frames(), session.stage.ticks(), time.total());
+        let mut events = player.of_frame(
+            session.stage.frames(),
+            session.stage.ticks(),
+            [time.total() - time.length(), time.total()],
+        );
         for event in &mut events {
             // The tour points at pixels of a picture of twice the size; counts that turn the camera stay.
             if let (Input::Mouse(x, y), Mode::Selection) = (event, session.view.mode()) {

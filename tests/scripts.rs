@@ -129,8 +129,13 @@ fn a_key_that_is_held_twice_in_a_row_is_held_for_both_times() {
             let mut player = Player::new(Script::parse("test", script).unwrap()).unwrap();
             let mut is_down = false;
             let mut in_frame = |frame: u32| {
-                for event in player.of_frame(u64::from(frame), 0, f64::from(frame) / fps) {
-                    is_down = matches!(event, Input::KeyDown(_));
+                let ends = [f64::from(frame) - 1.0, f64::from(frame)].map(|frame| frame / fps);
+                for event in player.of_frame(u64::from(frame), 0, ends) {
+                    match event {
+                        Input::KeyDownUntil(..) => is_down = true,
+                        Input::KeyUp(_) => is_down = false,
+                        _ => {}
+                    }
                 }
                 is_down
             };
@@ -140,6 +145,73 @@ fn a_key_that_is_held_twice_in_a_row_is_held_for_both_times() {
         let once = held(r#"[(at_s: 0.1, do: hold("Right", 1.0))]"#);
         assert!(once.contains(&true) && !once[199]);
         assert_eq!(twice, once, "{fps} frames a second");
+    }
+}
+
+#[test]
+fn keys_of_a_recording_push_by_their_times_and_those_of_an_older_one_in_whole_frames() {
+    let ball = "(name: \"ball\", shape: sphere(radius_m: 1), position_m: (0, 0, -10), mass_kg: 1)";
+    // From 0.31 s to 0.57 s 31 ticks of 1/120 s end; frames of 0.05 s have 6 ticks.
+    for (version, times, ticks) in
+        [(2, ["(at_frame: 7, do: at(0.31)),", "(at_frame: 12, do: at(0.57)),"], 31.0), (1, [""; 2], 30.0)]
+    {
+        let mut drive = Drive::bodies(ball);
+        let at = drive.pixel(drive.x("ball"));
+        let ends: Vec<_> = (0..20).map(|frame| 0.05 * f64::from(frame)).collect();
+        let script = format!(
+            "(version: {version}, scene: \"bodies\", size_px: (1280, 720), frame_ends_s: {ends:?}, steps: [
+                (at_frame: 0, do: key_down(\"Q\")), (at_frame: 1, do: key_up(\"Q\")), (at_frame: 1, do: move_mouse({}, {})),
+                (at_frame: 1, do: mouse_down(left)), (at_frame: 2, do: mouse_up(left)),
+                {} (at_frame: 7, do: key_down(\"Right\")), {} (at_frame: 12, do: key_up(\"Right\"))])",
+            at.x, at.y, times[0], times[1]
+        );
+        drive.session.play(Player::new(read(&drive, &script).unwrap()).unwrap());
+        for end in ends {
+            let time = drive.clock.advance_to(end).unwrap();
+            drive.session.advance(&InputFrame::NOTHING, time);
+        }
+        let pushed = drive.v("ball").length() / (10.0 * H);
+        assert!((pushed - ticks).abs() < 1e-9, "version {version}: {pushed} ticks");
+    }
+}
+
+/// 30, 60, 144 frames per second, and some that do not divide the ticks.
+const RATES: [f64; 7] = [24.0, 30.0, 59.0, 60.0, 100.0, 144.0, 240.0];
+
+#[test]
+fn a_key_pushes_for_its_time_and_a_press_for_one_tick_at_every_frame_rate() {
+    // Newtons of a key; the undamped body has 1 kg.
+    const KEY_N: f64 = 10.0;
+    for (script, ticks) in [
+        ("(at_s: 1, do: press(\"Right\"))", 1),
+        ("(at_s: 1, do: hold(\"Right\", 0.5))", 60),
+        ("(at_s: 0.777, do: hold(\"Right\", 0.1))", 12),
+        ("(at_s: 1, do: hold(\"Right\", 0.001))", 1),
+        ("(at_s: 1, do: key_down(\"Right\")), (at_s: 1.25, do: key_up(\"Right\"))", 30),
+        ("(at_s: 1, do: press(\"Right\")), (at_s: 1.1, do: press(\"Right\"))", 2),
+        ("(at_s: 1, do: hold(\"Right\", 0.2)), (at_s: 1.1, do: hold(\"Right\", 0.2))", 36),
+    ] {
+        for fps in RATES {
+            let mut drive = Drive::bodies(
+                "(name: \"ball\", shape: sphere(radius_m: 1), position_m: (0, 0, -10), mass_kg: 1)",
+            );
+            let ball = drive.pixel(drive.x("ball"));
+            let script = format!(
+                "[(at_frame: 0, do: press(\"Q\")), (at_frame: 0, do: move_mouse({}, {})), (at_frame: 0, do: mouse_down(left)),
+                  (at_frame: 1, do: mouse_up(left)), {script}]",
+                ball.x, ball.y
+            );
+            drive.session.play(Player::new(read(&drive, &script).unwrap()).unwrap());
+            for frame in 0..(2.0 * fps) as u32 {
+                let time = drive.clock.advance_to(f64::from(frame) / fps).unwrap();
+                drive.session.advance(&InputFrame::NOTHING, time);
+            }
+            let pushed = drive.v("ball").length() / (KEY_N * H);
+            assert!(
+                (pushed - f64::from(ticks)).abs() < 1e-9,
+                "{script}: {pushed} ticks at {fps} frames per second"
+            );
+        }
     }
 }
 
@@ -201,7 +273,10 @@ fn a_key_at_a_late_time_is_pressed_in_the_frame_that_ends_then_and_not_before() 
         for end in [at, at.next_down(), at.next_up()] {
             let script = Script::parse("test", &format!(r#"[(at_s: {at:?}, do: press("P"))]"#)).unwrap();
             let mut player = Player::new(script).unwrap();
-            let pressed = [end - length, end].map(|end| player.of_frame(0, 0, end).len());
+            let pressed = [end - length, end].map(|end| {
+                let inputs = player.of_frame(0, 0, [end - length, end]);
+                inputs.iter().filter(|input| matches!(input, Input::KeyDownUntil(..))).count()
+            });
             assert_eq!(pressed, [0, 1], "{at} s, frame that ends at {end:?} s");
         }
     }

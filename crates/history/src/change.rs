@@ -69,6 +69,7 @@ impl Change {
             | Action::Hold(..)
             | Action::KeyDown(_)
             | Action::KeyUp(_)
+            | Action::At(_)
             | Action::Text(_)
             | Action::MoveMouse(..)
             | Action::MouseDown(_)

@@ -231,6 +231,16 @@ impl TickClock {
         Due { ticks: owed, dropped: 0.0 }
     }
 
+    /// When the tick was due that has so many ticks after it, of those that [`Self::due`] returned last, s of frame time, and
+    /// how exactly that is known, s.
+    #[expect(clippy::cast_precision_loss, reason = "a count of ticks since the anchor")]
+    #[must_use]
+    pub fn end_of_tick(&self, after_it: u64) -> [f64; 2] {
+        let tick = 1.0 / (self.pace * self.rate);
+        let number = self.done as f64 - after_it as f64;
+        [self.anchor + (number - self.carried) * tick, 2.0 * Self::NEARLY * tick]
+    }
+
     const fn re_anchor(&mut self, now: f64) {
         self.carried = self.open;
         self.anchor = now;

@@ -128,8 +128,13 @@ impl FromStr for Key {
 pub enum Input {
     /// A key went down.
     KeyDown(Key),
+    /// A key went down that comes up in a later frame: what it pushes ends at that time, s of the clock of frames, and after one
+    /// tick at least.
+    KeyDownUntil(Key, f64),
     /// A key went up.
     KeyUp(Key),
+    /// When the next key goes down or up, s of the clock of frames; without it, at the start of the frame.
+    At(f64),
     /// Text was typed; read only by a text field that has the focus.
     Text(String),
     /// In selection mode the pointer is at this pixel, from the top left; in camera mode the mouse moved by so

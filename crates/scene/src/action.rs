@@ -15,14 +15,16 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Action {
-    /// Presses the key of that name in this frame and lets it go in the next.
+    /// Presses the key of that name in this frame and lets it go in the next; one that pushes acts for one tick.
     Press(String),
-    /// Holds a key for so many seconds, above 0.
+    /// Holds a key for so many seconds, above 0; one that pushes acts in the ticks of that time.
     Hold(String, f64),
     /// Presses a key and leaves it down; for recordings.
     KeyDown(String),
     /// Lets a key go; for recordings.
     KeyUp(String),
+    /// The time at which the next key goes down or up, s, at least 0, within its frame; for recordings.
+    At(f64),
     /// Types characters into the field that has the focus; for recordings.
     Text(String),
     /// Puts the pointer on a pixel in selection mode; turns the camera by as much in camera mode.
@@ -153,6 +155,9 @@ impl Action {
             }
             Self::Hold(_, seconds) if !(*seconds > 0.0 && seconds.is_finite()) => {
                 (format!("{seconds} is not a time to hold a key"), "give a positive number of seconds")
+            }
+            Self::At(time) if !(*time >= 0.0 && time.is_finite()) => {
+                (format!("{time} s is not a time of a key"), "give a number of seconds, at least 0")
             }
             Self::MoveMouse(x, y) if !(x.is_finite() && y.is_finite()) => {
                 (format!("({x}, {y}) is not a pixel"), "give two finite numbers")

@@ -12,7 +12,10 @@ use crate::text::locate;
 use crate::text::syntax::{self, Word, keys_of};
 
 /// Version of recordings that this program reads and writes.
-pub const SCRIPT_VERSION: u32 = 1;
+pub const SCRIPT_VERSION: u32 = 2;
+
+/// The first version, in which keys have no times: what they push acts in whole frames.
+const FIRST_VERSION: u32 = 1;
 
 /// Steps in the order of their list; a recording has a header too.
 ///
@@ -271,7 +274,7 @@ fn written<T: serde::Serialize>(value: &T) -> String {
 fn header(raw: &RawRecording<'_>, faults: &mut Faults) -> Recording {
     match raw.version {
         None => faults.add("version", "the version is missing", format!("add `version: {SCRIPT_VERSION}`")),
-        Some(SCRIPT_VERSION) => {}
+        Some(FIRST_VERSION..=SCRIPT_VERSION) => {}
         Some(other) => faults.add(
             "version",
             format!("version {other} of recordings is not one that this program reads"),

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use history::Change;
 
 use crate::actions::{Act, Lasts, binding, takes_shift};
-use crate::app::held::{self, Held};
+use crate::app::held::Held;
 use crate::app::ui::Ui;
 use crate::input::{Button, Input, Key, SwitchedBy};
 use crate::intent::Intent;
@@ -28,6 +28,8 @@ const NEAR_POINTS: f64 = 8.0;
 #[derive(Default)]
 pub(crate) struct Hands {
     pub held: Held,
+    /// When the next key goes down or up, s of the clock of frames, if that is known.
+    at: Option<f64>,
     selecting: bool,
     /// When and where the last click was, s and pixels: another one soon frames what is there.
     clicked: Option<(f64, DVec2)>,
@@ -61,11 +63,13 @@ impl Hands {
     /// Takes what a person does; what they want by it.
     pub fn take(&mut self, input: &Input, mut reach: Reach<'_>) -> Vec<Intent> {
         match input {
-            Input::KeyDown(key) => return self.key_down(key, reach),
+            Input::KeyDown(key) => return self.key_down(key, None, reach),
+            Input::KeyDownUntil(key, until) => return self.key_down(key, Some(*until), reach),
             Input::KeyUp(key) => {
-                self.held.release(key);
+                self.held.release(key, self.at.take());
                 reach.ui.key(key, false);
             }
+            Input::At(time) => self.at = Some(*time),
             Input::Text(text) if reach.ui.takes_text() => reach.ui.text(text),
             Input::Mouse(x, y) => match reach.view.mode {
                 Mode::Camera => reach.view.camera.look(*x, *y),
@@ -89,7 +93,8 @@ impl Hands {
         Vec::new()
     }
 
-    fn key_down(&mut self, key: &Key, reach: Reach<'_>) -> Vec<Intent> {
+    fn key_down(&mut self, key: &Key, until: Option<f64>, reach: Reach<'_>) -> Vec<Intent> {
+        let at = self.at.take();
         let Reach { view, ui, .. } = reach;
         let binding = binding(key);
         let is_one_of = |acts: &[Act]| binding.filter(|row| acts.contains(&row.act));
@@ -107,7 +112,7 @@ impl Hands {
                 view.camera.fly(DVec3::Y, moved_s);
             }
             match binding.lasts {
-                Lasts::While(hold) => self.held.press(key, hold),
+                Lasts::While(hold) => self.held.press(key, hold, [at, until]),
                 _ => return vec![Intent::Act(binding.act)],
             }
         }
@@ -206,24 +211,13 @@ impl Hands {
         intents
     }
 
-    /// Once per frame: held keys fly the camera and set the pushes of the coming ticks, a held button selects, and the pull learns
-    /// where the pointer is.
+    /// Once per frame: held keys fly the camera, a held button selects, and the pull learns where the pointer is.
     pub fn steer(&mut self, seconds: f64, mut reach: Reach<'_>) {
-        let tapped = self.held.end_input();
-        let Reach { stage, view, .. } = &mut reach;
+        self.at = None;
+        let flight = self.held.flight(seconds);
+        let Reach { view, .. } = &mut reach;
         if view.mode == Mode::Camera && view.locked.is_none() {
-            let direction = self.held.flight(&tapped.in_frame, seconds);
-            view.camera.fly(direction, seconds);
-        }
-        let (held, tapped) = (self.held.push(), held::push(&tapped.between_ticks));
-        let selected = stage.here.selection.filter(|_| view.mode == Mode::Selection);
-        let pushes = |stage: &Stage, newtons: DVec3| match selected {
-            Some(thing) if newtons != DVec3::ZERO => stage.pushes_on(thing, newtons),
-            _ => Vec::new(),
-        };
-        stage.held = pushes(stage, held);
-        for push in pushes(stage, tapped) {
-            stage.push(push.body, push.newtons);
+            view.camera.fly(flight, seconds);
         }
         if self.selecting {
             self.select(&mut reach);
@@ -232,6 +226,17 @@ impl Hands {
         if let Some(pull) = &mut stage.here.pull {
             pull.toward = view.pulled_toward(pull.depth);
         }
+    }
+
+    /// Sets the pushes of keys in the tick that ends at `due`, s of the clock of frames up to `nearly`.
+    pub fn push(&mut self, [due, nearly]: [f64; 2], reach: Reach<'_>) {
+        let newtons = self.held.push(due, nearly);
+        let Reach { stage, view, .. } = reach;
+        let selected = stage.here.selection.filter(|_| view.mode == Mode::Selection);
+        stage.held = match selected {
+            Some(thing) if newtons != DVec3::ZERO => stage.pushes_on(thing, newtons),
+            _ => Vec::new(),
+        };
     }
 
     /// Selects what is under the pointer; nothing there clears the selection, and so does what cannot be moved, unless it is

@@ -14,28 +14,24 @@ const CHORD_S: f64 = 0.5;
 /// A key and what it does while it is held.
 type HeldKey = (Key, Hold);
 
-/// Keys that went down and up before what they steer could see them.
-pub(crate) struct Tapped {
-    /// Within one frame: they fly for that frame.
-    pub in_frame: Vec<HeldKey>,
-    /// With no tick between: they push for one tick, as a click does.
-    pub between_ticks: Vec<HeldKey>,
+/// A key that pushes.
+#[derive(Clone, Debug)]
+struct Pusher {
+    key: HeldKey,
+    /// When it went down and came up, s of the clock of frames; negative infinity without a time: it acts from the next tick on,
+    /// or no more.
+    down: f64,
+    up: Option<f64>,
+    /// Whether it acted in a tick.
+    acted: bool,
 }
 
-/// The taps of a span of time.
-#[derive(Clone, Debug, Default)]
-struct Taps {
-    /// Keys that went down in it.
-    pressed: Vec<HeldKey>,
-    /// Those of them that came up in it, too.
-    tapped: Vec<HeldKey>,
-}
-
-impl Taps {
-    fn release(&mut self, same: impl Fn(&HeldKey) -> bool) {
-        if let Some(at) = self.pressed.iter().position(same) {
-            self.tapped.push(self.pressed.remove(at));
-        }
+impl Pusher {
+    /// Whether it acts in the tick that ends at `due`, s, up to `nearly` seconds: in each that ends while it is held, and in
+    /// one where it is held for less.
+    fn acts(&self, due: f64, nearly: f64) -> bool {
+        let is_held = self.up.is_none_or(|up| due <= up + nearly);
+        due > self.down + nearly && (is_held || !self.acted)
     }
 }
 
@@ -43,10 +39,11 @@ impl Taps {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Held {
     keys: Vec<HeldKey>,
-    /// Those of this frame.
-    in_frame: Taps,
-    /// Those since the last tick.
-    between_ticks: Taps,
+    /// Those that went down in this frame.
+    pressed: Vec<HeldKey>,
+    /// Those of them that came up in it, too: they fly for it.
+    tapped: Vec<HeldKey>,
+    pushers: Vec<Pusher>,
     /// How long shift has moved the camera since it went down, s.
     shifted_s: f64,
 }
@@ -56,23 +53,36 @@ impl Held {
         self.keys.is_empty()
     }
 
-    pub fn press(&mut self, key: &Key, hold: Hold) {
-        if !self.keys.iter().any(|(other, _)| other == key) {
-            let held = (key.clone(), hold);
-            if is_shift(&held) {
-                self.shifted_s = 0.0;
+    /// A key goes down, at a time and with an end of what it pushes, s of the clock of frames, if they are known.
+    pub fn press(&mut self, key: &Key, hold: Hold, [at, until]: [Option<f64>; 2]) {
+        let held = (key.clone(), hold);
+        if self.keys.contains(&held) {
+            for pusher in self.pushers.iter_mut().filter(|pusher| pusher.key == held) {
+                pusher.up = pusher.up.zip(until).map(|(up, until)| up.max(until)).or(pusher.up);
             }
-            self.keys.push(held.clone());
-            self.in_frame.pressed.push(held.clone());
-            self.between_ticks.pressed.push(held);
+            return;
         }
+        if is_shift(&held) {
+            self.shifted_s = 0.0;
+        }
+        if let Hold::Push(_) = hold {
+            let down = at.unwrap_or(f64::NEG_INFINITY);
+            self.pushers.push(Pusher { key: held.clone(), down, up: until, acted: false });
+        }
+        self.keys.push(held.clone());
+        self.pressed.push(held);
     }
 
-    pub fn release(&mut self, key: &Key) {
+    /// A key comes up.
+    pub fn release(&mut self, key: &Key, at: Option<f64>) {
         // By name: the control or the shift key may have gone down or up since the key did.
         let same = |(other, _): &HeldKey| other.name() == key.name();
-        self.in_frame.release(same);
-        self.between_ticks.release(same);
+        if let Some(at) = self.pressed.iter().position(same) {
+            self.tapped.push(self.pressed.remove(at));
+        }
+        for pusher in self.pushers.iter_mut().filter(|pusher| same(&pusher.key)) {
+            pusher.up.get_or_insert(at.unwrap_or(f64::NEG_INFINITY));
+        }
         self.keys.retain(|held| !same(held));
     }
 
@@ -86,28 +96,15 @@ impl Held {
             return 0.0;
         }
         self.keys.retain(|key| !is_shift(key));
-        self.in_frame.pressed.retain(|key| !is_shift(key));
-        self.between_ticks.pressed.retain(|key| !is_shift(key));
+        self.pressed.retain(|key| !is_shift(key));
         std::mem::take(&mut self.shifted_s)
     }
 
-    /// Ends the input of a frame. Returns the keys that were only tapped in it: each acts once.
-    pub fn end_input(&mut self) -> Tapped {
-        self.in_frame.pressed.clear();
-        Tapped {
-            in_frame: std::mem::take(&mut self.in_frame.tapped),
-            between_ticks: std::mem::take(&mut self.between_ticks.tapped),
-        }
-    }
-
-    /// A tick begins: it sees the keys that are held now.
-    pub fn begin_tick(&mut self) {
-        self.between_ticks.pressed.clear();
-    }
-
-    /// Where the camera flies in a frame of `seconds`: right, up and forward, each -1, 0 or 1.
-    pub fn flight(&mut self, tapped: &[HeldKey], seconds: f64) -> DVec3 {
-        let direction = sum(&[&self.keys, tapped].concat(), |hold| match hold {
+    /// Where the camera flies in a frame of `seconds`, whose input is complete: right, up and forward, each -1, 0 or 1.
+    pub fn flight(&mut self, seconds: f64) -> DVec3 {
+        self.pressed.clear();
+        let tapped = std::mem::take(&mut self.tapped);
+        let direction = sum(self.keys.iter().chain(&tapped), |hold| match hold {
             Hold::Fly(along) => Some(along),
             _ => None,
         });
@@ -117,9 +114,23 @@ impl Held {
         direction
     }
 
-    /// The push of the held keys, N.
-    pub fn push(&self) -> DVec3 {
-        push(&self.keys)
+    /// The number of keys that push.
+    pub const fn pushing(&self) -> usize {
+        self.pushers.len()
+    }
+
+    /// The push in the tick that ends at `due`, s of the clock of frames, N. Each tick once, in their order.
+    pub fn push(&mut self, due: f64, nearly: f64) -> DVec3 {
+        let acting = self.pushers.iter().filter(|pusher| pusher.acts(due, nearly));
+        let along = sum(acting.map(|pusher| &pusher.key), |hold| match hold {
+            Hold::Push(along) => Some(along),
+            _ => None,
+        });
+        for pusher in &mut self.pushers {
+            pusher.acted |= pusher.acts(due, nearly);
+        }
+        self.pushers.retain(|pusher| !pusher.acted || pusher.up.is_none_or(|up| up > due));
+        along * KEY_PUSH
     }
 
     /// Whether a key is held that lets clicks select what cannot be moved.
@@ -133,21 +144,12 @@ impl Held {
     }
 }
 
-/// The push of `keys`, N.
-pub(crate) fn push(keys: &[HeldKey]) -> DVec3 {
-    let along = sum(keys, |hold| match hold {
-        Hold::Push(along) => Some(along),
-        _ => None,
-    });
-    along * KEY_PUSH
-}
-
 fn is_shift((key, _): &HeldKey) -> bool {
     key.name() == "Shift"
 }
 
 /// The sum of what `keys` do, where a key that is held and tapped counts once: of two opposite ones, 0.
-fn sum(keys: &[HeldKey], along: impl Fn(Hold) -> Option<DVec3>) -> DVec3 {
+fn sum<'a>(keys: impl Iterator<Item = &'a HeldKey>, along: impl Fn(Hold) -> Option<DVec3>) -> DVec3 {
     let mut holds: Vec<Hold> = Vec::new();
     for (_, hold) in keys {
         if !holds.contains(hold) {

@@ -70,10 +70,10 @@ impl Player {
         forever.then_some(*when)
     }
 
-    /// The input of frame number `frame`, which begins after `ticks` ticks and ends at `total` seconds.
+    /// The input of frame number `frame`, which begins after `ticks` ticks and at `start` seconds, and ends at `total` seconds.
     ///
     /// A step is due in the first frame that ends at its time or later, or begins with that many ticks done.
-    pub fn of_frame(&mut self, frame: u64, ticks: u64, total: f64) -> Vec<Input> {
+    pub fn of_frame(&mut self, frame: u64, ticks: u64, [start, total]: [f64; 2]) -> Vec<Input> {
         let mut events = std::mem::take(&mut self.afterwards);
         // Frame times are quotients: the frame that ends at 0.5 s may end a rounding earlier.
         let reached = |time: f64| time - total <= 1e-9_f64.max(4.0 * f64::EPSILON * total);
@@ -84,7 +84,14 @@ impl Player {
             When::Tick(tick) => tick <= ticks,
             When::Frame(number) => number <= frame,
         }) {
-            events.push(self.input(step.action, total));
+            // A key acts from its own time on, whatever the frames are; one of a frame from the start of the frame on.
+            let at = match step.when {
+                When::Seconds(time) => Some(time.max(start)),
+                _ => None,
+            };
+            let names_key = step.action.key().is_some();
+            events.extend(at.filter(|_| names_key).map(Input::At));
+            events.push(self.input(step.action, [at.unwrap_or(start), total]));
         }
         events
     }
@@ -95,30 +102,31 @@ impl Player {
         while let Some((_, step)) =
             self.of_ticks.pop_front_if(|(_, step)| step.when.has_come(ticks, start, length))
         {
-            inputs.push(self.input(step.action, start));
+            inputs.push(self.input(step.action, [start; 2]));
         }
         inputs
     }
 
-    /// Presses `key`, and lets it go in the first frame that ends at `until` or later. Where it is held already it is let go when
-    /// the later of both is over.
-    fn hold(&mut self, key: Key, until: f64) -> Input {
+    /// Presses `key`, and lets it go in the first frame that ends at `until` or later; what it pushes ends at `pushes_until`. Where
+    /// it is held already it is let go when the later of both is over.
+    fn hold(&mut self, key: Key, until: f64, pushes_until: f64) -> Input {
         match self.held.iter_mut().find(|(_, held)| *held == key) {
             Some((end, _)) => *end = end.max(until),
             None => self.held.push((until, key.clone())),
         }
-        Input::KeyDown(key)
+        Input::KeyDownUntil(key, pushes_until)
     }
 
-    /// What `action` is as an input, at `now` seconds.
-    fn input(&mut self, action: Action, now: f64) -> Input {
+    /// What `action` is as an input, `at` some time in a frame that ends at `end` seconds.
+    fn input(&mut self, action: Action, [at, end]: [f64; 2]) -> Input {
         let key = |word: &str| word.parse::<Key>().expect("checked when the script was read");
         match action {
-            // Until the next frame.
-            Action::Press(word) => self.hold(key(&word), now),
-            Action::Hold(word, seconds) => self.hold(key(&word), now + seconds),
+            // Until the next frame, and for one tick.
+            Action::Press(word) => self.hold(key(&word), end, at),
+            Action::Hold(word, seconds) => self.hold(key(&word), end + seconds, at + seconds),
             Action::KeyDown(word) => Input::KeyDown(key(&word)),
             Action::KeyUp(word) => Input::KeyUp(key(&word)),
+            Action::At(time) => Input::At(time),
             Action::Text(text) => Input::Text(text),
             Action::MoveMouse(x, y) => Input::Mouse(x, y),
             Action::MouseDown(button) => Input::ButtonDown(button),
@@ -144,6 +152,7 @@ pub fn recorded(input: &Input) -> Option<Action> {
     Some(match input {
         Input::KeyDown(key) => Action::KeyDown(key.to_string()),
         Input::KeyUp(key) => Action::KeyUp(key.to_string()),
+        Input::At(time) => Action::At(*time),
         Input::Text(text) => Action::Text(text.clone()),
         Input::Mouse(x, y) => Action::MoveMouse(*x, *y),
         Input::ButtonDown(which) => Action::MouseDown(*which),
@@ -155,6 +164,6 @@ pub fn recorded(input: &Input) -> Option<Action> {
         Input::Act(action @ (Action::SetMethod(_) | Action::SetSubsteps(_))) => action.clone(),
         Input::DockWidth(points) => Action::DockWidth(*points),
         Input::Arrange(text) => Action::Arrange(text.clone()),
-        Input::Act(_) => return None,
+        Input::KeyDownUntil(..) | Input::Act(_) => return None,
     })
 }

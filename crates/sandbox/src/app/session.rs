@@ -97,12 +97,12 @@ impl Session {
         after_tick: &mut dyn FnMut(&Stage, Simulated) -> ControlFlow<()>,
     ) {
         self.chosen.clear();
-        let pushes = self.stage.pushes_while_seeking();
+        let pushes = self.stage.pushes_while_seeking(self.hands.held.pushing());
         input.events.iter().for_each(|event| self.handle(event));
         self.play_frame(time);
         self.play_tick();
         self.with_hands(|hands, reach| hands.steer(time.length(), reach));
-        self.stage.give_up_seek_if_pushed(pushes);
+        self.stage.give_up_seek_if_pushed(pushes, self.hands.held.pushing());
         self.simulate(time, after_tick);
         self.view.follow_locked(&self.stage);
         self.tools.after_ticks(&mut self.stage, &self.view, self.ui.opened(), time);
@@ -118,15 +118,15 @@ impl Session {
         self.stage.carry_out_requests();
         let ticks = self.stage.begin_ticks(time, look);
         self.follow();
-        let Some(ticks) = ticks else { return };
-        if ticks > 0 {
-            self.hands.held.begin_tick();
-        }
+        let Some((ticks, step)) = ticks else { return };
         let (mut undone, mut late) = (0, false);
         for tick in 1..=ticks {
-            if tick > 1 {
-                let played = self.play_tick();
-                self.stage.between_ticks(played);
+            let played = tick > 1 && self.play_tick();
+            let due = self.stage.end_of_tick(ticks - tick);
+            self.with_hands(|hands, reach| hands.push(due, reach));
+            match tick {
+                1 => self.stage.before_first_tick(step),
+                _ => self.stage.between_ticks(played),
             }
             let last = tick == ticks && self.stage.run.options.interpolate;
             let repeated = self.stage.begin_tick(last, self.view.trails);
@@ -545,7 +545,7 @@ impl Session {
     fn play_frame(&mut self, time: FrameTime) {
         let (frame, ticks) = (self.stage.frames(), self.stage.ticks());
         let Some(player) = &mut self.player else { return };
-        for input in player.of_frame(frame, ticks, time.total()) {
+        for input in player.of_frame(frame, ticks, [time.total() - time.length(), time.total()]) {
             self.handle(&input);
         }
     }

@@ -90,14 +90,15 @@ impl Stage {
     }
 
     /// Pushes that wait for the next tick, while another one is sought.
-    pub(crate) fn pushes_while_seeking(&self) -> Option<usize> {
+    pub(crate) fn pushes_while_seeking(&self, keys: usize) -> Option<usize> {
         self.past.as_ref()?.way.as_ref()?;
-        Some(self.sim.world.resource::<PushQueue>().pending().count() + self.held.len())
+        let keys = if self.here.selection.is_some() { keys } else { 0 };
+        Some(self.sim.world.resource::<PushQueue>().pending().count() + keys)
     }
 
     /// Gives up a seek if more pushes wait for the next tick than did `before`.
-    pub(crate) fn give_up_seek_if_pushed(&mut self, before: Option<usize>) {
-        if before.is_some_and(|before| self.pushes_while_seeking() > Some(before)) {
+    pub(crate) fn give_up_seek_if_pushed(&mut self, before: Option<usize>, keys: usize) {
+        if before.is_some_and(|before| self.pushes_while_seeking(keys) > Some(before)) {
             self.give_up_seek();
         }
     }

@@ -17,8 +17,9 @@ use crate::stage::{Simulated, Stage};
 pub(crate) type Look<'a> = &'a mut dyn FnMut(&Stage, Simulated) -> ControlFlow<()>;
 
 impl Stage {
-    /// Begins the ticks of a frame; how many there are. `None` while another tick is sought.
-    pub(crate) fn begin_ticks(&mut self, time: FrameTime, look: Look<'_>) -> Option<u64> {
+    /// Begins the ticks of a frame; how many there are, and how long each is where the scene has one per frame. `None` while
+    /// another tick is sought.
+    pub(crate) fn begin_ticks(&mut self, time: FrameTime, look: Look<'_>) -> Option<(u64, Option<f64>)> {
         self.run.dropped_lately = 0.0;
         if self.go_on_seeking(look) {
             self.clock.pause(time);
@@ -43,18 +44,29 @@ impl Stage {
             ticks = ticks.min(*left);
             *left -= ticks;
         }
-        if ticks > 0 {
-            // Before `repeats` is asked: a pull or a push ends the repetition of the recorded run.
-            self.push_held();
-            self.note_pushes();
-            self.notices.retract(Topic::Place);
-        }
+        Some((ticks, step))
+    }
+
+    /// Before the first tick of a frame: gives it the pull and the held pushes, and the length of the frame's step.
+    pub(crate) fn before_first_tick(&mut self, step: Option<f64>) {
+        // Before `repeats` is asked: a pull or a push ends the repetition of the recorded run.
+        self.push_held();
+        self.note_pushes();
+        self.notices.retract(Topic::Place);
         if let Some(length) = step.filter(|length| *length > 0.0)
             && !self.repeats()
         {
             self.sim.world.insert_resource(TimeStep(length));
         }
-        Some(ticks)
+    }
+
+    /// When the tick ends that has so many ticks of its frame after it, s of the clock of frames, and how exactly that is known, s.
+    /// Where time does not pass, later than everything.
+    pub(crate) fn end_of_tick(&self, after_it: u64) -> [f64; 2] {
+        if self.paused || self.sim.scene.step == StepKind::Frame {
+            return [f64::INFINITY, 0.0];
+        }
+        self.clock.end_of_tick(after_it)
     }
 
     /// Between two ticks of a frame: carries out what a script `played`, if it did, and gives the coming tick the pull and the held

@@ -19,7 +19,7 @@ use super::screen::Screen;
 use super::speed::{self, Speed, SpeedSetting};
 use super::wheel::Wheel;
 use super::{keys, remembered};
-use crate::actions::{Act, Binding, binding};
+use crate::actions::{Act, Binding, Hold, Lasts, binding};
 use crate::app::session::Session;
 use crate::clock::FrameClock;
 use crate::failure::Failure;
@@ -243,6 +243,7 @@ impl Shell {
                 let repeats = || binding(&key).is_some_and(Binding::repeats);
                 if !event.repeat || self.session.takes_text() || repeats() {
                     self.mode_changes |= binding(&key).is_some_and(|row| row.act == Act::ToggleMode);
+                    self.note_time(&key);
                     self.events.push(Input::KeyDown(key.clone()));
                     self.down.insert(event.physical_key, key);
                 }
@@ -253,9 +254,17 @@ impl Shell {
             }
             ElementState::Released => {
                 if let Some(key) = self.down.remove(&event.physical_key) {
+                    self.note_time(&key);
                     self.events.push(Input::KeyUp(key));
                 }
             }
+        }
+    }
+
+    /// Notes when a key that pushes goes down or up, between two frames.
+    fn note_time(&mut self, key: &Key) {
+        if binding(key).is_some_and(|row| matches!(row.lasts, Lasts::While(Hold::Push(_)))) {
+            self.events.push(Input::At(self.start.elapsed().as_secs_f64()));
         }
     }
 

@@ -183,10 +183,10 @@ fn moments_of_each_kind_go_forwards_on_their_own() {
 #[test]
 fn a_recording_without_its_header_is_refused() {
     check(
-        "(version: 2, size_px: (0, 1), frame_ends_s: [0.5, 0.25, nan], setps: [])",
+        "(version: 3, size_px: (0, 1), frame_ends_s: [0.5, 0.25, nan], setps: [])",
         &[
             "t:1:1: scene: the scene is missing; add the name of a scene, such as `scene: \"tutorial\"`",
-            "t:1:2: version: version 2 of recordings is not one that this program reads; record again with this program, which writes version 1",
+            "t:1:2: version: version 3 of recordings is not one that this program reads; record again with this program, which writes version 2",
             "t:1:14: size_px: the window has no size; give one such as `size_px: (1280, 720)`",
             "t:1:51: frame_ends_s[1]: a frame cannot end at 0.25 s after one that ended at 0.5 s; give finite times that never go backwards",
             "t:1:57: frame_ends_s[2]: a frame cannot end at NaN s after one that ended at 0.5 s; give finite times that never go backwards",
