@@ -1,5 +1,8 @@
 //! Books of whole runs: the panel, the summary and the verdict.
 
+use motion::Method;
+use sandbox::input::Input;
+use scene::Action;
 use serde_json::Value;
 
 use crate::rigs::{Drive, H, Said, summarized};
@@ -98,13 +101,27 @@ fn the_panel_keeps_books_while_it_is_open_and_no_longer() {
     let residual = ledger.since_opening().energy.residual;
     assert!((residual / lost - 1.0).abs() < 0.25, "{residual} J, about {lost} J");
     assert!(ledger.since_opening().energy.damping < 0.0);
-    // A reset is an intervention.
-    let before = ledger.since_opening().energy.interventions;
-    assert_eq!(before, 0.0);
+    // It begins again with the scene.
     drive.press("F1").ticks(1);
-    assert!(drive.session.tools.ledger().unwrap().since_opening().energy.interventions.abs() > 1.0);
+    let ledger = drive.session.tools.ledger().unwrap();
+    assert!((ledger.seconds() - H).abs() < 1e-12, "{} s", ledger.seconds());
+    assert_eq!(ledger.since_opening().energy.interventions, 0.0);
     drive.press("Escape").ticks(1);
     assert!(drive.session.tools.ledger().is_none());
+}
+
+#[test]
+fn a_change_of_the_method_begins_a_ledger_and_what_was_before_stays_with_the_method_before() {
+    let method = |method| Input::Act(Action::SetMethod(method));
+    let mut drive = Drive::shipped("orbit");
+    drive.press("B").give([method(Method::ExplicitEuler)]).ticks(60);
+    let invented = |drive: &Drive| drive.session.tools.ledger().unwrap().since_opening().energy.residual;
+    let by_euler = invented(&drive);
+    assert!(by_euler > 1e-6, "{by_euler} J");
+    drive.give([method(Method::RungeKutta4)]).ticks(30);
+    let (by_runge_kutta, ledger) = (invented(&drive), drive.session.tools.ledger().unwrap());
+    assert!(by_runge_kutta.abs() < 1e-3 * by_euler, "{by_runge_kutta} J of {by_euler} J");
+    assert!(ledger.seconds() < 31.0 / drive.session.stage.scene().step_hz, "{} s", ledger.seconds());
 }
 
 #[test]

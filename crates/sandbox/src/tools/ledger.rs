@@ -24,7 +24,7 @@ impl Tool for Ledger {
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         if let Some(ledger) = self.kept() {
             ui.set_width(desk.width(panel::WIDTH));
-            panel::show(ui, desk.stage, ledger, self.points());
+            panel::show(ui, desk.stage, ledger, (self.past(), self.points()));
         }
     }
 
@@ -34,12 +34,17 @@ impl Tool for Ledger {
     }
 
     fn restart(&mut self, stage: &mut Stage) {
-        if stage.here.sought {
+        if stage.here.sought || !self.always {
             self.reopen(stage);
         }
     }
 
     fn begin_frame(&mut self, stage: &mut Stage, open: bool) {
         self.keep(stage, open || self.always);
+        self.follow_method(stage);
+    }
+
+    fn before_tick(&mut self, stage: &mut Stage, _: bool) {
+        self.follow_method(stage);
     }
 }

@@ -3,13 +3,13 @@
 use egui::{Color32, Grid, RichText, TextStyle, Ui};
 use egui_plot::Legend;
 use glam::DVec3;
+use motion::Method;
 use motion::ledger::{Ledger, LedgerLines, LedgerTotals};
-use motion::{Method, Stepper};
-use report::numbers::{four_digits, signed};
+use report::numbers::{four_digits, signed, significant};
 
 use crate::stage::Stage;
 use crate::tools::curves;
-use crate::tools::ledger::state::Point;
+use crate::tools::ledger::state::{Period, Point, method_of};
 use crate::view::inks;
 
 /// What stands out: the residual.
@@ -29,7 +29,7 @@ const CURVE: f32 = 1.5;
 /// Small: a scene with everything in it has 26 lines.
 const TEXT_SIZE: f32 = 11.0;
 
-pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, points: &[Point]) {
+pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, (past, points): (&[Period], &[Point])) {
     for style in [TextStyle::Body, TextStyle::Monospace] {
         if let Some(font) = ui.style_mut().text_styles.get_mut(&style) {
             font.size = TEXT_SIZE;
@@ -37,7 +37,11 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, points: &[Point]
     }
     let last_second = ledger.last_second();
     let color = inks::words(ui.visuals(), RESIDUAL);
-    ui.label(RichText::new(sentence(&stage.sim.stepper, ledger)).color(color).strong());
+    ui.label(RichText::new(sentence(stage, ledger)).color(color).strong());
+    if !past.is_empty() {
+        before(ui, past);
+        ui.separator();
+    }
     energy(ui, ledger, &last_second);
     ui.separator();
     momentum(ui, ledger, &last_second);
@@ -45,17 +49,37 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, points: &[Point]
     plots(ui, points);
 }
 
+/// What the methods before did since the scene began.
+fn before(ui: &mut Ui, past: &[Period]) {
+    Grid::new("ledger before").num_columns(3).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
+        ui,
+        |ui| {
+            heading(ui, ["before", "residual, J", "share"]);
+            for Period { method, from, to, residual, share } in past {
+                let times = format!("{method}, {from:.2} to {to:.2} s");
+                row(ui, &times, [signed(*residual), percent(*share)]);
+            }
+        },
+    );
+}
+
+/// A share in percent; below rounding it is 0.
+fn percent(share: f64) -> String {
+    match share {
+        share if share.is_nan() || share < ROUNDING => "0 %".to_owned(),
+        share => format!("{} %", significant(100.0 * share, 2, 1e-3..1e6)),
+    }
+}
+
 /// What the method has done, in words.
-fn sentence(stepper: &Stepper, ledger: &Ledger) -> String {
-    let method = match stepper.plan().own.is_empty() {
-        true => stepper.method().claims().title,
-        false => "The methods",
-    };
+fn sentence(stage: &Stage, ledger: &Ledger) -> String {
+    let (stepper, method) = (&stage.sim.stepper, method_of(stage));
     let (residual, seconds) = (ledger.since_opening().energy.residual, ledger.seconds());
     if seconds <= 0.0 {
         return format!("{method}: nothing simulated yet");
     }
-    if residual == 0.0 || ledger.relative_residual() < ROUNDING {
+    let share = ledger.relative_residual();
+    if residual == 0.0 || share < ROUNDING {
         return format!("{method} conserved energy to rounding over {seconds:.2} s.");
     }
     let rate = signed(ledger.last_second().energy.residual);
@@ -70,8 +94,13 @@ fn sentence(stepper: &Stepper, ledger: &Ledger) -> String {
         );
     }
     let verb = if residual > 0.0 { "invented" } else { "lost" };
-    let size = four_digits(residual.abs());
-    format!("{method} {verb} {size} J in {seconds:.2} s, {rate} J/s in the last second")
+    let (size, share) = (four_digits(residual.abs()), percent(share));
+    let at_start = ledger.energies_at_opening().total().abs();
+    let of = match residual.abs() / ledger.relative_residual() <= at_start * (1.0 + 1e-9) {
+        true => "the energy at its start",
+        false => "the largest kinetic energy",
+    };
+    format!("{method} {verb} {size} J in {seconds:.2} s, {share} of {of}; {rate} J/s in the last second")
 }
 
 fn energy(ui: &mut Ui, ledger: &Ledger, last_second: &LedgerTotals) {
@@ -202,16 +231,17 @@ fn triple(v: DVec3) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stage::Run;
 
     #[test]
     fn a_velocity_of_half_a_step_ago_is_not_called_lost() {
         let said = |method| {
             let mut scene = scene::load("orbit").expect("a shipped scene");
             scene.method = method;
-            let mut simulation = history::Simulation::new(scene);
-            let mut ledger = Ledger::open(&mut simulation.world);
-            (0..99).for_each(|_| ledger.tick(&mut simulation.stepper, &mut simulation.world));
-            sentence(&simulation.stepper, &ledger)
+            let mut stage = Stage::new(scene, Run::default());
+            let mut ledger = Ledger::open(&mut stage.sim.world);
+            (0..99).for_each(|_| ledger.tick(&mut stage.sim.stepper, &mut stage.sim.world));
+            sentence(&stage, &ledger)
         };
         assert!(
             said(Method::ExplicitEuler).starts_with("explicit Euler invented "),

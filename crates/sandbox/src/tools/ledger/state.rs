@@ -62,12 +62,48 @@ impl History {
     }
 }
 
-/// The ledger, while it is wanted, and its history.
+/// What a method did to energy while it was that of the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Period {
+    /// The method in words, with its substeps.
+    pub method: String,
+    /// Times of the scene, s.
+    pub from: f64,
+    pub to: f64,
+    /// J.
+    pub residual: f64,
+    /// Of the larger of the energy at its start and the peak kinetic energy.
+    pub share: f64,
+}
+
+/// A ledger of one method, and its history.
+struct Kept {
+    ledger: ledger::Ledger,
+    history: History,
+    /// The method in words, with its substeps.
+    method: String,
+    /// Time of the scene at its opening, s.
+    from: f64,
+}
+
+/// The ledger, while it is wanted. It begins again when the scene does and when its method changes.
 #[derive(Default)]
 pub(crate) struct Ledger {
-    /// Whether it is kept while its panel is closed, too.
+    /// Whether it is kept while its panel is closed, too, and over all methods: for the summary of a run.
     pub always: bool,
-    kept: Option<Box<(ledger::Ledger, History)>>,
+    kept: Option<Box<Kept>>,
+    /// What the methods before did, the earliest first.
+    past: Vec<Period>,
+}
+
+/// The method of a stage in words, with its substeps.
+pub(super) fn method_of(stage: &Stage) -> String {
+    let (stepper, substeps) = (&stage.sim.stepper, stage.sim.substeps());
+    let method = match stepper.plan().own.is_empty() {
+        true => stepper.method().claims().title,
+        false => "several methods",
+    };
+    if substeps > 1 { format!("{method} x {substeps}") } else { method.to_owned() }
 }
 
 fn point(ledger: &ledger::Ledger, time: f64) -> Point {
@@ -87,44 +123,62 @@ fn scene_seconds(stage: &Stage) -> f64 {
 impl Ledger {
     /// The ledger, if one is kept.
     pub fn kept(&self) -> Option<&ledger::Ledger> {
-        self.kept.as_ref().map(|kept| &kept.0)
+        self.kept.as_ref().map(|kept| &kept.ledger)
     }
 
     /// The ledger for the next tick, if one is kept.
     pub fn kept_mut(&mut self) -> Option<&mut ledger::Ledger> {
-        self.kept.as_mut().map(|kept| &mut kept.0)
+        self.kept.as_mut().map(|kept| &mut kept.ledger)
     }
 
     /// What the panel plots.
     pub(super) fn points(&self) -> &[Point] {
-        self.kept.as_ref().map_or(&[], |kept| kept.1.points())
+        self.kept.as_ref().map_or(&[], |kept| kept.history.points())
+    }
+
+    /// What the methods before did since the scene began, the earliest first.
+    pub(super) fn past(&self) -> &[Period] {
+        &self.past
     }
 
     /// Opens the ledger when it is first wanted, and forgets it when it is not.
     pub fn keep(&mut self, stage: &mut Stage, wanted: bool) {
         if !wanted {
-            self.kept = None;
+            self.close();
         } else if self.kept.is_none() {
-            let ledger = ledger::Ledger::open(&mut stage.sim.world);
-            let history = History::new(point(&ledger, scene_seconds(stage)));
-            self.kept = Some(Box::new((ledger, history)));
+            let (ledger, from) = (ledger::Ledger::open(&mut stage.sim.world), scene_seconds(stage));
+            let history = History::new(point(&ledger, from));
+            self.kept = Some(Box::new(Kept { ledger, history, method: method_of(stage), from }));
         }
     }
 
     /// Keeps none until it is wanted again.
     pub fn close(&mut self) {
         self.kept = None;
+        self.past.clear();
     }
 
-    /// Opens it again if one was kept: the run goes on from another tick.
+    /// Opens it again if one was kept: the run continues from another tick.
     pub fn reopen(&mut self, stage: &mut Stage) {
-        let kept = self.kept.take().is_some();
+        let kept = self.kept.is_some();
+        self.close();
         self.keep(stage, kept);
+    }
+
+    /// Begins again if the method is another one, of which nothing is known: the totals are those of the one before.
+    pub fn follow_method(&mut self, stage: &mut Stage) {
+        let changed = self.kept.take_if(|kept| !self.always && kept.method != method_of(stage));
+        let Some(Kept { ledger, method, from, .. }) = changed.map(|kept| *kept) else { return };
+        if ledger.seconds() > 0.0 {
+            let (residual, share) = (ledger.since_opening().energy.residual, ledger.relative_residual());
+            self.past.push(Period { method, from, to: scene_seconds(stage), residual, share });
+        }
+        self.keep(stage, true);
     }
 
     /// Notes the energies after a tick, if a ledger is kept.
     pub fn note(&mut self, stage: &Stage) {
-        if let Some((ledger, history)) = self.kept.as_deref_mut() {
+        if let Some(Kept { ledger, history, .. }) = self.kept.as_deref_mut() {
             history.note(point(ledger, scene_seconds(stage)));
         }
     }
