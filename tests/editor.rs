@@ -97,6 +97,12 @@ fn a_handle_moves_the_selection_along_its_axis() {
     let changes = scene(&cockpit).text.clone();
     cockpit.drag(Button::Left, from, from);
     assert_eq!(scene(&cockpit).text, changes);
+    // Behind another tab the editor has no handles.
+    cockpit.click("Look");
+    cockpit.drive.ticks(2);
+    cockpit.drag(Button::Left, from, to);
+    cockpit.drive.ticks(1);
+    assert_eq!(scene(&cockpit).text, changes);
 }
 
 #[test]

@@ -58,6 +58,8 @@ pub(crate) struct Editor {
     pub joins: Option<Vec<String>>,
     /// Whether the selection has handles.
     pub has_handles: bool,
+    /// Whether its panel was laid out since the last ticks: it may be open behind another tab.
+    laid_out: bool,
     /// The handle that is dragged.
     pub handle: Option<Handle>,
     form: Form,
@@ -305,6 +307,7 @@ impl Tool for Editor {
     }
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        self.laid_out = true;
         self.form.read(&desk.stage.sim.scene);
         self.leave_entry(desk);
         self.file_row(ui, desk);
@@ -389,7 +392,8 @@ impl Tool for Editor {
     }
 
     fn after_ticks(&mut self, _: &mut Stage, view: &View, open: bool, _: FrameTime) {
-        self.has_handles = open && view.mode == Mode::Selection && view.view_px.is_some();
+        let is_seen = open && std::mem::take(&mut self.laid_out);
+        self.has_handles = is_seen && view.mode == Mode::Selection && view.view_px.is_some();
     }
 
     fn draw(&self, stage: &Stage, view: &View, frame: &mut Frame) {

@@ -134,7 +134,8 @@ impl ApplicationHandler for Shell {
                 self.events.push(if pressed { Input::ButtonDown(button) } else { Input::ButtonUp(button) });
             }
             WindowEvent::MouseWheel { delta, .. } => {
-                self.events.extend(self.wheel.notches(delta).map(Input::Wheel));
+                let scale = self.screen.as_ref().map_or(1.0, |screen| screen.window.scale_factor());
+                self.events.extend(self.wheel.notches(delta, scale).map(Input::Wheel));
             }
             WindowEvent::DroppedFile(path) => match &self.recorder {
                 None => self.session.leave(Order::Open(path.to_string_lossy().into_owned())),

@@ -2,8 +2,8 @@
 
 use winit::event::{DeviceEvent, ElementState, MouseScrollDelta};
 
-/// Pixels of a touch pad that make a notch of the wheel.
-const PIXELS_PER_NOTCH: f64 = 40.0;
+/// Points of a touch pad that make a notch of the wheel.
+const POINTS_PER_NOTCH: f64 = 40.0;
 
 /// Which raw events came last.
 ///
@@ -20,11 +20,11 @@ impl Wheel {
         self.released = matches!(event, DeviceEvent::Button { button: 4..=7, state: ElementState::Released });
     }
 
-    /// The notches away from the person that the window was told of, if there are some.
-    pub fn notches(&self, delta: MouseScrollDelta) -> Option<f64> {
+    /// The notches away from the person that a window with so many pixels per point was told of, if there are some.
+    pub fn notches(&self, delta: MouseScrollDelta, scale: f64) -> Option<f64> {
         let notches = match delta {
             MouseScrollDelta::LineDelta(_, notches) => f64::from(notches),
-            MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_PER_NOTCH,
+            MouseScrollDelta::PixelDelta(pixels) => pixels.y / (POINTS_PER_NOTCH * scale),
         };
         (notches != 0.0 && !self.released).then_some(notches)
     }
@@ -32,6 +32,8 @@ impl Wheel {
 
 #[cfg(test)]
 mod tests {
+    use winit::dpi::PhysicalPosition;
+
     use super::*;
 
     /// Notches of raw events, each followed by as many lines.
@@ -39,7 +41,7 @@ mod tests {
         let mut wheel = Wheel::default();
         let counted = events.iter().filter_map(|(event, lines)| {
             wheel.raw(event);
-            lines.and_then(|lines| wheel.notches(MouseScrollDelta::LineDelta(0.0, lines)))
+            lines.and_then(|lines| wheel.notches(MouseScrollDelta::LineDelta(0.0, lines), 2.0))
         });
         counted.sum()
     }
@@ -55,6 +57,14 @@ mod tests {
         assert_eq!([&now, &mended, &smooth].map(|events| notches(events)), [1.0; 3]);
         for buttons in [&now, &mended] {
             assert_eq!(notches(&[&buttons[..], &smooth, buttons].concat()), 3.0);
+        }
+    }
+
+    #[test]
+    fn a_touch_pad_turns_as_far_on_a_display_of_every_scale() {
+        for scale in [1.0, 1.5, 2.0] {
+            let delta = MouseScrollDelta::PixelDelta(PhysicalPosition::new(0.0, 80.0 * scale));
+            assert_eq!(Wheel::default().notches(delta, scale), Some(2.0));
         }
     }
 }
