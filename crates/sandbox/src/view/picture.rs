@@ -186,7 +186,8 @@ impl View {
                         let color = if frame.soft { OUTLINE } else { [r, g, b] };
                         #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
                         let radius_m = radius_m + (MARK_PX * self.pixel() * depth) as f32;
-                        frame.particles.push(disc(position, radius_m, color, 1.0));
+                        // Just behind: discs at one place would fight for depth.
+                        frame.particles.push(disc(position / NEARER, radius_m / NEARER, color, 1.0));
                     }
                     frame.particles.push(disc(position, radius_m, [*r, *g, *b], 1.0));
                 }
