@@ -28,8 +28,8 @@ pub enum DampingModel {
     /// `v *= max(0, 1 - q)` after the force and before speed limit, locks and move (PhysX, `DyBodyCoreIntegrator.h`).
     /// The terminal speed is (1 - q) a / c; from q = 1 on no force moves the body.
     Clamped,
-    /// The exact solution of `v' = a - c v` for constant a: `v = v e^-q + (a / c)(1 - e^-q)`. Decay and terminal speed
-    /// are correct at every step size.
+    /// The exact solution of `v' = a - c v` for constant a: `v = v e^-q + (a / c)(1 - e^-q)`. In the two explicit Eulers
+    /// decay and terminal speed are correct at every step size, and the position is of order 1.
     #[default]
     Exact,
 }
