@@ -72,7 +72,7 @@ pub const FILES: &[(&str, &[u8])] = &[
         "recorded.script",
         br#"(version: 1, scene: "tutorial", size_px: (16, 16), frame_ends_s: [0.1, 0.2], steps: [])"#,
     ),
-    ("header.script", b"(version: 2, frame_ends_s: [0.2, 0.1])"),
+    ("header.script", b"(version: 3, frame_ends_s: [0.2, 0.1])"),
     (
         "bad.times",
         b"0.1 # fine
@@ -175,10 +175,11 @@ faults.script:4:2: steps[3]: the step does nothing; add an action such as `do: p
 faults.script:4:12: steps[3].od: unknown key `od`; known here: at_s, at_tick, at_frame, do"# },
     Case { name: "a recording of another scene", line: "run fine.ron --script recorded.script", code: 2, message: "sandbox: recorded.script: this was recorded in tutorial, not in fine.ron; open tutorial" },
     Case { name: "a recording for the window of another scene", line: "fine.ron --script recorded.script", code: 2, message: "sandbox: recorded.script: this was recorded in tutorial, not in fine.ron; open tutorial" },
+    Case { name: "a film of pictures that are shown for days", line: "run fine.ron --ticks 5 --fps 0.00001 --film film.png", code: 2, message: "sandbox: a film shows a picture for 0.001 to 65535 s, and these frames take 100,000 s; give another --fps, or --frames for single pictures" },
     Case { name: "a recording with frame times", line: "run tutorial --script recorded.script --fps 30", code: 2, message: "sandbox: a recording has frame times of its own; leave --fps and --frame-times out" },
     Case { name: "a recording with a bad header", line: "run tutorial --script header.script", code: 2, message: r#"sandbox: header.script:1:1: scene: the scene is missing; add the name of a scene, such as `scene: "tutorial"`
 header.script:1:1: size_px: the window has no size; give one such as `size_px: (1280, 720)`
-header.script:1:2: version: version 2 of recordings is not one that this program reads; record again with this program, which writes version 1
+header.script:1:2: version: version 3 of recordings is not one that this program reads; record again with this program, which writes version 2
 header.script:1:34: frame_ends_s[1]: a frame cannot end at 0.1 s after one that ended at 0.2 s; give finite times that never go backwards"# },
     Case { name: "frame times that are not there", line: "run fine.ron --frame-times missing.times", code: 2, message: "sandbox: missing.times: there is no such file; check the path" },
     Case { name: "frame times that are none", line: "run fine.ron --frame-times bad.times --state out.csv --summary out.json", code: 2, message: r#"sandbox: bad.times:2:1: "-1" is not a frame time; give seconds from 0 up, one number a line

@@ -34,6 +34,9 @@ struct Change {
 }
 
 impl Film<()> {
+    /// The shortest and the longest time that a picture can be shown, s.
+    pub const LENGTHS_S: [f64; 2] = [1e-3, u16::MAX as f64];
+
     /// Bytes that a film of pictures of that size takes at most, however many they are: two pictures, what differs between them
     /// twice, and that compressed, which may be larger than it was.
     #[must_use]
@@ -101,12 +104,11 @@ impl<S: Read + Write + Seek> Film<S> {
         else {
             return Ok(());
         };
-        let [delay, per_second] = [milliseconds(at_s, end_s), 1000];
         let mut control = self.number();
         for number in [width, height, x, y] {
             control.extend(number.to_be_bytes());
         }
-        control.extend([delay, per_second].map(u16::to_be_bytes).concat());
+        control.extend(delay(at_s, end_s).map(u16::to_be_bytes).concat());
         // What is drawn stays, and the next picture is drawn over it.
         control.extend([0, 1]);
         write_chunk(&mut self.spool, fcTL, &control)?;
@@ -173,10 +175,18 @@ fn read_chunk(spool: &mut impl Read, data: &mut Vec<u8>) -> io::Result<Option<Ch
     Ok(Some(ChunkType(kind)))
 }
 
-/// From one time to the other, at most 65,535 ms. Both are rounded, so that a long film keeps time.
+/// From one time to the other, as a numerator and the parts of a second that it counts: milliseconds, or the finest parts of
+/// which there are few enough. Both times are rounded, so that a long film keeps time.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rounded; casts saturate")]
-fn milliseconds(from_s: f64, to_s: f64) -> u16 {
-    ((to_s * 1000.0).round() - (from_s * 1000.0).round()) as u16
+fn delay(from_s: f64, to_s: f64) -> [u16; 2] {
+    let parts = |per_second: u16| {
+        let [from, to] = [from_s, to_s].map(|time| (time * f64::from(per_second)).round());
+        (to - from, per_second)
+    };
+    let all = [1000, 100, 10, 1].map(parts);
+    let (count, per_second) =
+        all.into_iter().find(|(count, _)| *count <= f64::from(u16::MAX)).unwrap_or(all[3]);
+    [count as u16, per_second]
 }
 
 /// The smallest rectangle of `next` in which it differs from `shown`, and where it lies; none if they are equal.
@@ -199,4 +209,24 @@ fn difference(shown: &Image, next: &Image) -> Option<([u32; 2], Image)> {
         }
     }
     Some((origin_px, image))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_is_shown_for_as_long_as_it_was_up_to_eighteen_hours() {
+        for (from, to, expected) in [
+            (0.0, 0.05, [50, 1000]),
+            (1.0 / 60.0, 2.0 / 60.0, [16, 1000]),
+            (0.0, 65.535, [65_535, 1000]),
+            (10.0, 80.0, [7_000, 100]),
+            (0.0, 700.0, [7_000, 10]),
+            (0.0, 7_000.0, [7_000, 1]),
+            (0.0, 65_535.0, [65_535, 1]),
+        ] {
+            assert_eq!(delay(from, to), expected, "{from} to {to}");
+        }
+    }
 }

@@ -75,6 +75,9 @@ impl Setup {
             if unwatched || acts_alone && !follows_frames(&scene) { fps.min(scene.step_hz) } else { fps };
         let ends =
             FrameEnds::new(args, files, recording.map(|recording| recording.frame_ends_s.clone()), fps)?;
+        if args.film.is_some() {
+            check_film(&ends)?;
+        }
         let ticks = tick_limit(args, &scene, &ends)?;
         // As the window does, whose recording it is.
         let goes_back =
@@ -223,6 +226,20 @@ impl FrameEnds {
             }
         }
     }
+}
+
+/// Checks that a film can say how long its pictures are shown.
+fn check_film(ends: &FrameEnds) -> Result<(), Failure> {
+    let [shortest, longest] = Film::LENGTHS_S;
+    let shown = ends.longest();
+    let is_too_short = matches!(ends, FrameEnds::Constant { .. }) && shown < shortest;
+    if !is_too_short && shown <= longest {
+        return Ok(());
+    }
+    let shown = number(shown, 3);
+    let what =
+        format!("a film shows a picture for {shortest} to {longest} s, and these frames take {shown} s");
+    Err(Failure::Usage(format!("{what}; give another --fps, or --frames for single pictures")))
 }
 
 /// Nanoseconds that a pixel of a picture takes some: drawn in software, compressed and written.
