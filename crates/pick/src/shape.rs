@@ -3,7 +3,7 @@
 use std::fmt;
 
 use bevy_ecs::component::Component;
-use glam::{DVec3, Quat, Vec3};
+use glam::DVec3;
 
 /// The volume that rays hit, centered on its entity's position.
 ///
@@ -89,18 +89,6 @@ impl Shape {
     pub fn bounding_radius(&self) -> f64 {
         match *self {
             Self::Cuboid { half_extents } => half_extents.length(),
-            Self::Sphere { radius } => radius,
-        }
-    }
-
-    /// How far the turned shape reaches above and below its center, m.
-    #[must_use]
-    pub fn reach(&self, orientation: Quat) -> f64 {
-        match *self {
-            Self::Cuboid { half_extents } => {
-                let up = orientation.inverse() * Vec3::Y;
-                half_extents.dot(up.as_dvec3().abs())
-            }
             Self::Sphere { radius } => radius,
         }
     }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use bevy_ecs::entity::Entity;
 use bevy_ecs::resource::Resource;
-use glam::{DVec3, Quat};
+use glam::{DVec3, Quat, Vec3};
 use motion::{Orientation, PreviousPosition, Transform};
 
 use crate::bvh::{Tree, cost};
@@ -303,6 +303,16 @@ impl Targets {
     #[must_use]
     pub fn orientation(&self, index: usize) -> Quat {
         self.orientations[index]
+    }
+
+    /// Half the edges of the axis-aligned box around row `index` as it is turned, m.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such row.
+    #[must_use]
+    pub fn reach(&self, index: usize) -> Vec3 {
+        self.volumes[index].reach(self.orientations[index])
     }
 
     /// The row of `entity`, found by walking all of them.

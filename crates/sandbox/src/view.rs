@@ -185,10 +185,20 @@ impl View {
         if self.trails {
             self.trail.after_tick(&stage.sim.world, stage.simulated());
         }
-        if let Some(height) = self.ground.height(self.is_own_look(stage)) {
+        if let Some(height) = self.ground_to_pass(stage) {
             let tick = stage.sim.world.resource::<TimeStep>().0;
             self.passes.after_tick(&stage.sim.world, height, stage.simulated(), tick);
         }
+    }
+
+    /// Whether it has to be known of every tick, and not of the last one of a frame alone, where bodies were before it.
+    pub(crate) fn follows_ticks(&self, stage: &Stage) -> bool {
+        stage.run.options.interpolate && (self.trails || self.ground_to_pass(stage).is_some())
+    }
+
+    /// The height of the ground, m, where rings show what passes it.
+    fn ground_to_pass(&self, stage: &Stage) -> Option<f64> {
+        self.ground.height(self.is_own_look(stage)).filter(|_| stage.run.options.interpolate)
     }
 
     /// Lets the camera follow what it is locked to.

@@ -228,6 +228,12 @@ impl Ledger {
         self.at_opening.momentum
     }
 
+    /// Largest kinetic energy since the ledger was opened, J.
+    #[must_use]
+    pub const fn peak_kinetic(&self) -> Scalar {
+        self.peak_kinetic
+    }
+
     /// Mean rate of the residual of energy since the ledger was opened, W; 0 before the first tick.
     #[must_use]
     pub fn mean_residual_rate(&self) -> Scalar {

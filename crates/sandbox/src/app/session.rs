@@ -129,7 +129,7 @@ impl Session {
                 _ => self.stage.between_ticks(played),
             }
             let last = tick == ticks && self.stage.run.options.interpolate;
-            let repeated = self.stage.begin_tick(last, self.view.trails);
+            let repeated = self.stage.begin_tick(last || self.view.follows_ticks(&self.stage));
             self.follow();
             self.tools.tick(&mut self.stage, last, repeated);
             self.view.after_tick(&self.stage);

@@ -8,7 +8,7 @@ use bevy_ecs::prelude::*;
 use history::Simulation;
 use lab::cost::{Precision, Setting};
 use motion::clock::StepClock;
-use motion::{Evaluations, Method, PhysicsBody, Quarantined, Stepper};
+use motion::{Evaluations, Method, PhysicsBody, Quarantined, Stepper, TimeStep};
 use scene::Scene;
 
 use crate::stage::{Order, Stage};
@@ -65,6 +65,11 @@ impl Stage {
     #[must_use]
     pub fn simulated(&self) -> f64 {
         self.sim.world.resource::<StepClock>().seconds()
+    }
+
+    /// The time at which bodies are drawn, between the last two ticks, s.
+    pub(crate) fn drawn_at(&self) -> f64 {
+        self.simulated() - (1.0 - self.here.alpha) * self.sim.world.resource::<TimeStep>().0
     }
 
     /// Time dropped in hitches, s.

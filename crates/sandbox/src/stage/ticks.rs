@@ -107,10 +107,9 @@ impl Stage {
         }
     }
 
-    /// Begins a tick, the `last` one that is drawn in its frame or not; whether it repeats one that was recorded.
-    pub(crate) fn begin_tick(&mut self, last: bool, trails: bool) -> bool {
-        // A trail has to know of every tick where its bodies were before it.
-        if last || (trails && self.run.options.interpolate) {
+    /// Begins a tick, before which positions are `remembered` or not; whether it repeats one that was recorded.
+    pub(crate) fn begin_tick(&mut self, remembered: bool) -> bool {
+        if remembered {
             self.sim.world.run_system_cached(remember_positions).expect("a query and nothing else");
         }
         self.repeat_before_tick()

@@ -16,7 +16,7 @@ pub(crate) struct Ground {
     /// Height of the ground that is drawn, m: that of the bottom of the scene's slabs or, without one, far enough below everything
     /// that nothing reaches it soon. `None` if a body is the floor, or if nothing falls.
     height: Option<f64>,
-    /// Height of the top of the slabs that are the floor, m: in the program's own look the ground is drawn in their place.
+    /// Height of the top of the lowest slabs that are the floor, m: in the program's own look the ground is drawn in their place.
     pub floor_top: Option<f64>,
     /// From line to line, m.
     spacing: f64,
@@ -66,7 +66,8 @@ impl Ground {
         let stands = low(&floors).y <= low(&others).y;
         let are_scenery = floors.iter().all(|body| body.inverse_mass.is_none());
         let tops = floors.iter().map(|body| (body.position + half(body)).y);
-        let floor_top = tops.reduce(f64::max).filter(|_| stands);
+        // The lowest: the ground would hide a floor below it.
+        let floor_top = tops.reduce(f64::min).filter(|_| stands);
         let height = if floors.is_empty() {
             scene.gravity.is_some().then(|| low(&others).y - size)
         } else {
@@ -101,6 +102,18 @@ mod tests {
             let Ground { has_up, height, .. } = ground(name);
             assert!(has_up && height == bottom, "{name}: {height:?}");
         }
+    }
+
+    #[test]
+    fn of_floors_at_two_heights_the_ground_hides_none() {
+        let floor = |name: &str, y: f64| {
+            format!(
+                "(name: \"{name}\", shape: cuboid(half_extents_m: (20, 1, 20)), position_m: (0, {y}, 0), immovable: true)"
+            )
+        };
+        let text = format!("(version: 1, bodies: [{}, {}])", floor("low", -1.0), floor("high", 4.0));
+        let scene = Scene::parse("floors", &text).expect("a good scene");
+        assert_eq!(Ground::of(&scene).floor_top, Some(0.0));
     }
 
     #[test]

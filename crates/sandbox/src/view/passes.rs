@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::{Dormant, PhysicsBody, PreviousPosition, TimeStep, Transform};
+use motion::{Dormant, PhysicsBody, PreviousPosition, Transform};
 use pick::Shape;
 use render::{Frame, Line};
 
@@ -63,10 +63,8 @@ impl Passes {
 
 impl View {
     pub(super) fn add_passes(&self, stage: &Stage, frame: &mut Frame) {
-        let drawn_at =
-            stage.simulated() - (1.0 - stage.here.alpha) * stage.sim.world.resource::<TimeStep>().0;
         for Pass { at, radius, time } in frame.ground.iter().flat_map(|_| &self.passes.0) {
-            let age = (drawn_at - time) / SHOWN_S;
+            let age = (stage.drawn_at() - time) / SHOWN_S;
             if !(0.0..1.0).contains(&age) {
                 continue;
             }

@@ -73,11 +73,12 @@ impl View {
             return self.cast_through(stage, ray, drawn);
         };
         let above = self.cast_through(stage, ray, Drawn { farthest: ground * ON_GROUND, ..drawn });
-        let below =
-            |view: &Self| view.cast_through(stage, ray, Drawn { nearest: ground * ON_GROUND, ..drawn });
         match above {
             Some(hit) if !self.is_in_place_of_ground(stage, hit.entity) => Some(hit),
-            floor => below(self).or(floor),
+            floor => {
+                let below = Drawn { nearest: ground * ON_GROUND, ..drawn };
+                self.cast_through(stage, ray, below).or(floor)
+            }
         }
     }
 
@@ -108,13 +109,13 @@ impl View {
 
     /// The closest particle that is drawn as a disc on a ray from the camera, and its distance, m.
     fn disc_on(&self, ray: &Ray, drawn: Drawn) -> Option<(Entity, f64)> {
-        let forward = self.viewpoint().forward();
+        let (forward, smallest) = (self.viewpoint().forward(), SMALLEST_DISC_PX * self.pixel());
         let along = ray.direction().dot(forward);
         let discs = self.seen.points.iter().filter(|point| point.fade.is_none()).filter_map(|point| {
             let center = point.position - ray.origin();
             let depth = center.dot(forward);
             let distance = depth / along;
-            let radius = f64::from(point.radius).max(SMALLEST_DISC_PX * self.pixel() * depth);
+            let radius = f64::from(point.radius).max(smallest * depth);
             let is_hit = (ray.direction() * distance).distance_squared(center) <= radius * radius;
             (is_hit && drawn.reaches(distance)).then_some((point.entity, distance))
         });

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
 use motion::clock::StepClock;
-use motion::{Dormant, Emission, Emitter, PhysicsBody, PreviousPosition, TimeStep, Transform};
+use motion::{Dormant, Emission, Emitter, PhysicsBody, PreviousPosition, Transform};
 use pick::Shape;
 use render::{Camera, Frame, Instance, Light, Line, Particle, Sprite};
 use scene::{Appearance, PointRadius};
@@ -36,7 +36,7 @@ const TRAIL_LIGHTNESS: f32 = 0.55;
 const TRAIL_OF_MANY: f32 = 0.3;
 
 /// The color of outlines (shaders/body.wgsl).
-const OUTLINE: [f32; 3] = [1.0, 0.87, 0.1];
+pub(super) const OUTLINE: [f32; 4] = [1.0, 0.87, 0.1, 1.0];
 
 /// Width of the ring around a marked particle, pixels.
 const MARK_PX: f64 = 3.0;
@@ -126,12 +126,11 @@ impl View {
                 false => look.color,
             };
             let [r, g, b] = color;
-            let orientation = targets.orientation(i);
             let instance = Instance {
                 position: [xs[i], ys[i], zs[i]],
                 surface,
                 half_extents: shape.half_extents().as_vec3().to_array(),
-                orientation: orientation.to_array(),
+                orientation: targets.orientation(i).to_array(),
                 color: if selected && !own_look { SELECTED } else { [r, g, b, 1.0] },
                 ..Default::default()
             };
@@ -139,14 +138,14 @@ impl View {
                 Shape::Cuboid { .. } => frame.cuboids.push(instance),
                 Shape::Sphere { .. } => frame.spheres.push(instance),
             }
-            let reach = shape.reach(orientation) as f32;
-            if frame.ground.is_some_and(|ground| ys[i] - reach < ground.height_m - BELOW * reach) {
-                let [r, g, b] = if surface & render::OUTLINED == 0 { color } else { OUTLINE };
+            let is_hidden = frame.ground.is_some_and(|ground| {
+                let reach = targets.reach(i).y;
+                ys[i] - reach < ground.height_m - BELOW * reach
+            });
+            if is_hidden {
+                let [r, g, b, _] = if surface & render::OUTLINED == 0 { [r, g, b, 1.0] } else { OUTLINE };
                 let hidden = Instance { surface: 0, color: [r, g, b, HIDDEN], ..instance };
-                match shape {
-                    Shape::Cuboid { .. } => frame.translucent.cuboids.push(hidden),
-                    Shape::Sphere { .. } => frame.translucent.spheres.push(hidden),
-                }
+                add_translucent(frame, shape, hidden);
             }
         }
     }
@@ -163,7 +162,7 @@ impl View {
             let nearer = frame.ground.map(|ground| ground.height_m / position.y);
             let nearer = nearer.filter(|nearer| (0.0..1.0).contains(nearer));
             let is_marked = stage.here.selection == Some(*entity) || hovered == Some(*entity);
-            let disc = |position: Vec3, radius_m: f32, [r, g, b]: [f32; 3], alpha: f32| Particle {
+            let disc = |position: Vec3, radius_m: f32, [r, g, b, _]: [f32; 4], alpha: f32| Particle {
                 position: position.to_array(),
                 radius_m,
                 color: [r, g, b, alpha],
@@ -176,20 +175,19 @@ impl View {
                 }
                 (Some(_), Some(_)) => {}
                 (None, Some(nearer)) => {
-                    let color = if is_marked { OUTLINE } else { [*r, *g, *b] };
+                    let color = if is_marked { OUTLINE } else { [*r, *g, *b, 1.0] };
                     let hidden = disc(position * (nearer * NEARER), radius_m * nearer, color, HIDDEN);
                     frame.translucent.particles.push(hidden);
                 }
                 (None, None) => {
                     if is_marked {
-                        let [r, g, b, _] = SELECTED;
-                        let color = if frame.soft { OUTLINE } else { [r, g, b] };
+                        let color = if frame.soft { OUTLINE } else { SELECTED };
                         #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
                         let radius_m = radius_m + (MARK_PX * self.pixel() * depth) as f32;
                         // Just behind: discs at one place would fight for depth.
                         frame.particles.push(disc(position / NEARER, radius_m / NEARER, color, 1.0));
                     }
-                    frame.particles.push(disc(position, radius_m, [*r, *g, *b], 1.0));
+                    frame.particles.push(disc(position, radius_m, [*r, *g, *b, 1.0], 1.0));
                 }
             }
         }
@@ -203,8 +201,7 @@ impl View {
 
     fn add_trails(&self, stage: &Stage, frame: &mut Frame) {
         let (world, eye) = (&stage.sim.world, self.camera.position);
-        let drawn_at = stage.simulated() - (1.0 - stage.here.alpha) * world.resource::<TimeStep>().0;
-        for (body, points) in self.trail.until(drawn_at) {
+        for (body, points) in self.trail.until(stage.drawn_at()) {
             let [r, g, b] = trail_color(world.get::<Appearance>(body).copied().unwrap_or(PLAIN).color);
             let seen = if world.get::<PointRadius>(body).is_some() { TRAIL_OF_MANY } else { 1.0 };
             let points = points.chain(stage.drawn_position(body));
@@ -216,6 +213,14 @@ impl View {
                 frame.lines.push(Line::new(from, to, [r, g, b, fade(i + 1)], 2.0));
             }
         }
+    }
+}
+
+/// Adds a body that others are seen through.
+pub(crate) fn add_translucent(frame: &mut Frame, shape: &Shape, instance: Instance) {
+    match shape {
+        Shape::Cuboid { .. } => frame.translucent.cuboids.push(instance),
+        Shape::Sphere { .. } => frame.translucent.spheres.push(instance),
     }
 }
 

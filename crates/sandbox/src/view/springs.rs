@@ -11,7 +11,7 @@ use scene::Appearance;
 
 use crate::stage::Stage;
 use crate::view::View;
-use crate::view::picture::{PLAIN, Ratio, SELECTED};
+use crate::view::picture::{OUTLINE, PLAIN, Ratio, SELECTED};
 
 /// A spring outside the view of springs.
 const SPRING_COLOR: [f32; 4] = [0.30, 0.30, 0.34, 1.0];
@@ -41,7 +41,6 @@ const LINE_SHADE: f32 = 0.7;
 /// A rope too thin to be drawn as a body: its line, and what shows of the outline of a selected one.
 const ROPE_WIDTH_PX: f32 = 2.0;
 const OUTLINE_WIDTH_PX: f32 = 6.0;
-const OUTLINE_COLOR: [f32; 4] = [1.0, 0.87, 0.1, 1.0];
 
 /// Relative change of a spring's length, 0.1 for one tenth longer than at rest; that of a spring without a length
 /// at rest is 0 or, however short it is, infinite.
@@ -129,7 +128,7 @@ impl Drawing<'_> {
             });
         } else {
             if self.outlined {
-                frame.lines.push(Line::new(from, to, OUTLINE_COLOR, OUTLINE_WIDTH_PX));
+                frame.lines.push(Line::new(from, to, OUTLINE, OUTLINE_WIDTH_PX));
             }
             let [r, g, b, a] = self.color;
             let shaded = [r * LINE_SHADE, g * LINE_SHADE, b * LINE_SHADE, a];

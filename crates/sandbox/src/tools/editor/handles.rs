@@ -12,7 +12,7 @@ use super::selected::selected_entry;
 use crate::stage::Stage;
 use crate::view::View;
 use crate::view::hud::point;
-use crate::view::picture::PLAIN;
+use crate::view::picture::{PLAIN, add_translucent};
 
 /// The axes and the colors of their arrows.
 const AXES: [(DVec3, Color32); 3] = [
@@ -102,10 +102,7 @@ impl Handle {
             let turned = world.get::<Orientation>(body).map_or(DQuat::IDENTITY, |turned| turned.0);
             let orientation = turned.as_quat().to_array();
             let instance = Instance { position, half_extents, orientation, color, ..Default::default() };
-            match shape {
-                Shape::Cuboid { .. } => frame.translucent.cuboids.push(instance),
-                Shape::Sphere { .. } => frame.translucent.spheres.push(instance),
-            }
+            add_translucent(frame, shape, instance);
         }
     }
 }

@@ -13,6 +13,7 @@ use scene::{PointRadius, Scene};
 use crate::stage::Stage;
 use crate::tools::ghosts::state::{Track, Twins, focus, place};
 use crate::view::View;
+use crate::view::picture::add_translucent;
 
 /// How much of what is behind a ghost it hides.
 const OPACITY: f32 = 0.35;
@@ -66,10 +67,7 @@ impl Looked<'_> {
             color,
             ..Instance::default()
         };
-        match shape {
-            Shape::Cuboid { .. } => frame.translucent.cuboids.push(instance),
-            Shape::Sphere { .. } => frame.translucent.spheres.push(instance),
-        }
+        add_translucent(frame, shape, instance);
     }
 }
 

@@ -96,7 +96,7 @@ fn sentence(stage: &Stage, ledger: &Ledger) -> String {
     let verb = if residual > 0.0 { "invented" } else { "lost" };
     let (size, share) = (four_digits(residual.abs()), percent(share));
     let at_start = ledger.energies_at_opening().total().abs();
-    let of = match residual.abs() / ledger.relative_residual() <= at_start * (1.0 + 1e-9) {
+    let of = match ledger.peak_kinetic() <= at_start {
         true => "the energy at its start",
         false => "the largest kinetic energy",
     };
