@@ -70,6 +70,57 @@ fn a_teachers_lesson_is_checked() {
     fails(&lesson("").replace("-50, 0", "9000, 0"), "the wrong way wrong[1] is accepted");
     fails(&lesson("").replace("x > x_before + 0.5", "1"), "it is done before anything was done");
     fails(&lesson("").replace("holds: \"x > 3", "holds: \"x > 300"), "`x > 300` is not true");
+    // Another way that does it, and one that does not; and one after which the claim is false.
+    check(&lesson("also: [[wait(2), push(\"ball\", (9000, 0, 0))]],")).fine();
+    fails(&lesson("also: [[push(\"ball\", (9, 0, 0))]],"), "also[0] is not accepted");
+    let left = lesson("also: [[push(\"ball\", (-9000, 0, 0))]],")
+        .replace("x > x_before", "abs(x - x_before) > 0 * x");
+    fails(&left, "`x > 3` is not true by also[0]");
+    // What a run measured is said whatever the person did.
+    fails(
+        &lesson("").replace("At {x} m", "At {x} m. It had {e} J"),
+        "steps[0]: `then` says {e} whatever the person does",
+    );
+    check(&lesson("").replace("At {x} m", "At {x} m, and the run had {e} J")).fine();
+    fails(&lesson("").replace("At {x} m", "Done"), "`holds` has no `then` with numbers");
+    // A script has times.
+    let folder = folder([("wait.ron", "[(at_s: 1, do: wait(2))]")]);
+    sandbox(folder, "run tutorial --seconds 1 --script wait.ron").fails(2, "a script does not wait");
+}
+
+#[test]
+fn a_step_says_what_is_missing_and_begins_where_the_person_changed_the_run() {
+    let text = lesson("begin: [reset, pause], hint: \"Push harder.\",")
+        .replace("x > x_before + 0.5", "abs(x - x_before) > 0.5");
+    let lesson = Lesson::parse("my.ron", &text).unwrap();
+    let mut cockpit = Cockpit::of("oscillator", [1280, 720]);
+    cockpit.drive.ticks(100);
+    cockpit.drive.session.begin_lesson(lesson, Quantities::default());
+    cockpit.drive.ticks(3);
+    let step = |cockpit: &Cockpit| cockpit.session().tools.lesson().unwrap().step;
+    let says = |cockpit: &Cockpit, words: &str| {
+        cockpit.session().controls().iter().any(|control| control.name.contains(words))
+    };
+    let x = cockpit.drive.x("ball").x;
+    cockpit.drive.ticks(5);
+    assert_eq!((x, cockpit.drive.x("ball").x), (3.0, 3.0), "reset and paused");
+    // Nothing was done for a while.
+    assert!(!says(&cockpit, "Not yet"));
+    cockpit.drive.run(11, 1.0);
+    assert!(says(&cockpit, "Not yet: abs(x of ball - earlier x of ball) 0 m, to be above 0.5 m."));
+    assert!(!says(&cockpit, "Push harder."));
+    cockpit.drive.run(20, 1.0);
+    assert!(says(&cockpit, "Hint: Push harder."));
+    // It swings by more than half a meter, but that is over when it is pushed.
+    cockpit.press("P");
+    cockpit.drive.give([crate::rigs::push("ball", [-1.0, 0.0, 0.0])]).ticks(3);
+    assert!(says(&cockpit, "Not yet") && step(&cockpit) == 0);
+    let before = cockpit.drive.x("ball").x;
+    cockpit.drive.give([crate::rigs::push("ball", [-9000.0, 0.0, 0.0])]).ticks(2);
+    assert_eq!(step(&cockpit), 1, "{before} m, {} m", cockpit.drive.x("ball").x);
+    // What is not true is not said, and that it is not.
+    assert!(!says(&cockpit, "At ") && says(&cockpit, "It did not come out as usual this time (x of ball "));
+    assert!(says(&cockpit, "Previous lets you try again."));
 }
 
 #[test]

@@ -67,6 +67,7 @@ impl Change {
             Action::SwitchEffect(effect, on) => Request::Switch(*effect, *on),
             Action::Press(_)
             | Action::Hold(..)
+            | Action::Wait(_)
             | Action::KeyDown(_)
             | Action::KeyUp(_)
             | Action::At(_)

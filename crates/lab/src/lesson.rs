@@ -38,7 +38,7 @@ impl Quantities {
         }
     }
 
-    /// The present values are those before from now on.
+    /// The present values are those before from now on, and the extremes.
     pub fn begin(&mut self) {
         for Values { now, before, most, least } in self.0.values_mut() {
             (*before, *most, *least) = (*now, *now, *now);

@@ -156,6 +156,8 @@ pub(crate) struct PerWorld {
     pub selection: Option<Entity>,
     /// What the pointer pulls.
     pub pull: Option<Pull>,
+    /// How many times a person or a script changed the run; a drag and a held key count once.
+    pub interventions: u64,
     /// Pushes of the last tick, N.
     pub pushes: HashMap<Entity, DVec3>,
     /// Where between the last two ticks bodies are drawn, in [0, 1].
@@ -176,6 +178,7 @@ impl PerWorld {
             ids: (0..).zip(&sim.bodies).map(|(id, entity)| (*entity, id)).collect(),
             selection: None,
             pull: None,
+            interventions: 0,
             pushes: HashMap::new(),
             alpha: 1.0,
             carried_out: Vec::new(),

@@ -26,7 +26,7 @@ use motion::ledger::Ledger;
 
 use self::forecast::ForecastRow;
 use self::ghosts::GhostRow;
-use self::learn::LessonState;
+use self::learn::{LessonState, Screen};
 use self::tool::Tool;
 use crate::clock::FrameTime;
 use crate::intent::Intent;
@@ -101,7 +101,8 @@ impl Tools {
             tool.after_ticks(stage, view, opened.contains(&panel), time);
         }
         self.graphs.sample(stage, &self.ghosts, opened.contains(&Panel::Graphs));
-        self.learn.look(stage, view, opened);
+        let screen = Screen { view, opened, ghosts: &self.ghosts, ledger: &self.ledger };
+        self.learn.look(stage, &screen, time.total());
     }
 
     /// How much of its limit a spring between two bodies takes, while that is shown.

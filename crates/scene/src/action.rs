@@ -19,6 +19,8 @@ pub enum Action {
     Press(String),
     /// Holds a key for so many seconds, above 0; one that pushes acts in the ticks of that time.
     Hold(String, f64),
+    /// Does nothing for so many seconds, above 0; in lessons.
+    Wait(f64),
     /// Presses a key and leaves it down; for recordings.
     KeyDown(String),
     /// Lets a key go; for recordings.
@@ -155,6 +157,9 @@ impl Action {
             }
             Self::Hold(_, seconds) if !(*seconds > 0.0 && seconds.is_finite()) => {
                 (format!("{seconds} is not a time to hold a key"), "give a positive number of seconds")
+            }
+            Self::Wait(seconds) if !(*seconds > 0.0 && seconds.is_finite()) => {
+                (format!("{seconds} is not a time to wait"), "give a positive number of seconds")
             }
             Self::At(time) if !(*time >= 0.0 && time.is_finite()) => {
                 (format!("{time} s is not a time of a key"), "give a number of seconds, at least 0")

@@ -8,7 +8,7 @@ use std::path::Path;
 use motion::Method;
 use serde::Deserialize;
 
-pub use self::formula::{Formula, Sentence};
+pub use self::formula::{Comparison, Formula, Sentence};
 pub use self::raw::{beside, is_same_scene};
 use crate::action::{Action, method};
 use crate::shipped::read_text;
@@ -41,8 +41,8 @@ pub struct Lesson {
     pub steps: Vec<LessonStep>,
 }
 
-/// A measured quantity and its name in formulas. Beside `name` they know `name_before`, its value when the step or run
-/// began, and `name_most` and `name_least` since then.
+/// A measured quantity and its name in formulas. Beside `name` they know `name_before`, its value when the step or run began,
+/// or just before the person last changed the run, and `name_most` and `name_least`, its extremes since then.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quantity {
     /// Its name.
@@ -89,6 +89,11 @@ pub enum Measure {
     Quarantined,
     /// Largest distance of a body from the same run by a fine reference, m, up to now. Measured in runs only.
     Error,
+    /// Largest distance of a body from the reference of the ghosts, by that method, m, after any tick since the ghosts began.
+    /// Measured on the screen only, while ghosts are shown.
+    GhostError(#[serde(with = "method")] Method),
+    /// Work of pushes and drags, J, since the ledger began. Measured on the screen only, while a ledger is kept.
+    PushWork,
     /// 1 if the body is selected, else 0. Measured on the screen only.
     Selected(String),
     /// The force of a click, N. Measured on the screen only.
@@ -133,7 +138,9 @@ impl Measure {
     pub const fn is_of_screen(&self) -> bool {
         matches!(
             self,
-            Self::Selected(_)
+            Self::GhostError(_)
+                | Self::PushWork
+                | Self::Selected(_)
                 | Self::ClickForce
                 | Self::Shows(_)
                 | Self::Paused
@@ -171,12 +178,30 @@ pub struct LessonStep {
     pub watch: String,
     /// The control or the body at which it points.
     pub point_at: Option<String>,
+    /// What is done before it.
+    pub begin: Vec<Begin>,
+    /// What is said to a person who does not get on; may be empty.
+    pub hint: String,
     /// What ends it.
     pub goal: Goal,
     /// What is said then, with measured numbers.
     pub then: Sentence,
     /// What has to be true of these numbers.
     pub holds: Option<Formula>,
+}
+
+/// What a step of a lesson begins with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Begin {
+    /// The scene is reset.
+    Reset,
+    /// The run is paused.
+    Pause,
+    /// The run goes on.
+    Play,
+    /// The camera frames all bodies.
+    Frame,
 }
 
 /// What ends a step.
@@ -188,6 +213,8 @@ pub enum Goal {
         when: Formula,
         /// What does it.
         solution: Vec<Action>,
+        /// Other ways that do it.
+        also: Vec<Vec<Action>>,
         /// What does not.
         wrong: Vec<Vec<Action>>,
     },
@@ -214,14 +241,17 @@ pub enum Goal {
 }
 
 impl Goal {
-    /// The actions of its solution and of its wrong ways, with their places in the step: `wrong[0][1]`.
+    /// The actions of its solution and of its other and wrong ways, with their places in the step: `wrong[0][1]`.
     pub fn actions(&self) -> impl Iterator<Item = (String, &Action)> {
-        let (solution, wrong) = match self {
-            Self::Done { solution, wrong, .. } => (solution.as_slice(), wrong.as_slice()),
-            _ => (&[][..], &[][..]),
+        let (solution, also, wrong) = match self {
+            Self::Done { solution, also, wrong, .. } => {
+                (solution.as_slice(), also.as_slice(), wrong.as_slice())
+            }
+            _ => (&[][..], &[][..], &[][..]),
         };
+        let others = also.iter().enumerate().map(|(n, way)| (format!("also[{n}]"), way.as_slice()));
         let wrong = wrong.iter().enumerate().map(|(n, way)| (format!("wrong[{n}]"), way.as_slice()));
-        let ways = std::iter::once(("solution".to_owned(), solution)).chain(wrong);
+        let ways = std::iter::once(("solution".to_owned(), solution)).chain(others).chain(wrong);
         ways.flat_map(|(key, way)| {
             way.iter().enumerate().map(move |(n, action)| (format!("{key}[{n}]"), action))
         })
@@ -229,6 +259,13 @@ impl Goal {
 }
 
 impl Lesson {
+    /// The quantity of the screen with that name, which may end in `_before`, `_most` or `_least`.
+    #[must_use]
+    pub fn of_screen(&self, name: &str) -> Option<&Quantity> {
+        let find = |name: &str| self.measure.iter().find(|quantity| quantity.name == name);
+        find(name).or_else(|| find(name.rsplit_once('_')?.0))
+    }
+
     /// Reads a lesson and its scene, whose bodies it names.
     ///
     /// # Errors

@@ -358,6 +358,11 @@ fn action(raw: &RawStep<'_>, i: usize, (text, root): (&str, &str), faults: &mut 
         return None;
     };
     match syntax::read::<Action>(piece, "") {
+        Ok((Action::Wait(_), _)) => {
+            let cure = "give the next step a later time";
+            faults.add(format!("steps[{i}].do"), "a script does not wait: its steps have times", cure);
+            None
+        }
         Ok((action, _)) => match action.fault() {
             Some((what, cure)) => {
                 faults.add(format!("steps[{i}].do"), what, cure);

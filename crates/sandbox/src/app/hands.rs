@@ -126,6 +126,7 @@ impl Hands {
         ui.pointer(to.x, to.y);
         if let Some((_, pull)) = self.pressed.take_if(|(from, _)| from.distance(to) > click) {
             stage.here.pull = Some(pull);
+            stage.here.interventions += 1;
         }
         if let Some(drag) = self.drag {
             view.drag(drag, to - before, ui.pixels_per_point());
@@ -233,10 +234,12 @@ impl Hands {
         let newtons = self.held.push(due, nearly);
         let Reach { stage, view, .. } = reach;
         let selected = stage.here.selection.filter(|_| view.mode == Mode::Selection);
-        stage.held = match selected {
+        let held = match selected {
             Some(thing) if newtons != DVec3::ZERO => stage.pushes_on(thing, newtons),
             _ => Vec::new(),
         };
+        stage.here.interventions += u64::from(stage.held.is_empty() && !held.is_empty());
+        stage.held = held;
     }
 
     /// Selects what is under the pointer; nothing there clears the selection, and so does what cannot be moved, unless it is

@@ -11,7 +11,7 @@ use lab::cost::Setting;
 use lab::lesson::Quantities;
 use motion::clock::StepClock;
 use motion::{Method, MutualGravity, TimeStep};
-use scene::lesson::Lesson;
+use scene::lesson::{Begin, Lesson};
 use scene::{Action, Scene, Source, unsolvable};
 
 use crate::actions::Act;
@@ -106,6 +106,8 @@ impl Session {
         self.simulate(time, after_tick);
         self.view.follow_locked(&self.stage);
         self.tools.after_ticks(&mut self.stage, &self.view, self.ui.opened(), time);
+        let begins = self.tools.learn.take_begin(&self.stage);
+        begins.into_iter().for_each(|begin| self.begin_step(begin));
         self.show_panels(time);
         self.stage.go_on_seeking(after_tick);
         self.follow();
@@ -530,6 +532,16 @@ impl Session {
         self.ui.open(Panel::Learn);
     }
 
+    /// Does what a step of a lesson begins with.
+    fn begin_step(&mut self, begin: Begin) {
+        match begin {
+            Begin::Reset => self.act(Act::ResetWorld),
+            Begin::Pause => self.stage.paused = true,
+            Begin::Play => self.stage.paused = false,
+            Begin::Frame => self.act(Act::Frame),
+        }
+    }
+
     /// Plays a script from the next frame on, beside the input of frames.
     pub fn play(&mut self, player: Player) {
         self.player = Some(player);
@@ -625,6 +637,8 @@ impl Session {
         }
         let now = self.stage.clock.now();
         let flash = self.view.flash.as_ref().map_or(f64::INFINITY, |flash| flash.until);
-        (self.stage.notices.next_end(now).min(self.ui.lays_out_at()).min(flash) - now).max(0.0)
+        let lesson = self.tools.learn.says_more_at(now);
+        let next = [self.stage.notices.next_end(now), self.ui.lays_out_at(), flash, lesson];
+        (next.into_iter().fold(f64::INFINITY, f64::min) - now).max(0.0)
     }
 }

@@ -28,6 +28,7 @@ impl Stage {
 
     /// Makes a change of the simulation; one that its methods cannot solve is refused.
     pub fn change(&mut self, change: Change, by: SwitchedBy) {
+        self.here.interventions += 1;
         match change {
             Change::Requests(requests) => {
                 requests.into_iter().for_each(|request| self.ask_by(request, by));

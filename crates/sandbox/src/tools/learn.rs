@@ -1,5 +1,6 @@
 //! Lessons: what to do next, what to watch, and questions whose answers are measured.
 
+mod missing;
 mod panel;
 mod state;
 
@@ -14,8 +15,8 @@ use crate::view::labels::around;
 use crate::view::{View, marks};
 
 pub(crate) use panel::{HEIGHT, welcome};
-pub(crate) use state::Learn;
 pub use state::LessonState;
+pub(crate) use state::{Learn, Screen};
 
 impl Tool for Learn {
     fn anchor(&self, _: &[&str]) -> Anchor {

@@ -86,6 +86,23 @@ impl Formula {
         self.tree.var_names()
     }
 
+    /// The comparisons that it joins with `&&`; `None` if it is made of anything else.
+    #[must_use]
+    pub fn comparisons(&self) -> Option<Vec<Comparison>> {
+        let (mut parts, mut start) = (Vec::new(), 0);
+        for at in outside_brackets(&self.text) {
+            if self.text[at..].starts_with("||") {
+                return None;
+            }
+            if self.text[at..].starts_with("&&") {
+                parts.push(&self.text[start..at]);
+                start = at + 2;
+            }
+        }
+        parts.push(&self.text[start..]);
+        parts.into_iter().map(Comparison::parse).collect()
+    }
+
     /// Its value, if `quantity` gives the value of each name; NaN if one of them has none.
     pub fn value(&self, quantity: impl Fn(&str) -> Option<f64>) -> f64 {
         let values: Vec<f64> = self.names().iter().map(|name| quantity(name).unwrap_or(f64::NAN)).collect();
@@ -101,6 +118,57 @@ impl Formula {
         let value = self.value(quantity);
         !value.is_nan() && value != 0.0
     }
+}
+
+/// One of the conditions that a formula joins with `&&`.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// What is compared.
+    pub left: Formula,
+    /// One of `< <= > >= == !=`.
+    pub sign: &'static str,
+    /// With what.
+    pub right: Formula,
+}
+
+impl Comparison {
+    /// Two characters first: `<` begins `<=`.
+    const SIGNS: [&'static str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
+
+    fn parse(text: &str) -> Option<Self> {
+        let (at, sign) = outside_brackets(text)
+            .find_map(|at| Some((at, *Self::SIGNS.iter().find(|sign| text[at..].starts_with(**sign))?)))?;
+        let part = |text: &str| Formula::parse(text.trim()).ok();
+        Some(Self { left: part(&text[..at])?, sign, right: part(&text[at + sign.len()..])? })
+    }
+
+    /// Whether it holds, if `quantity` gives the value of each name.
+    pub fn holds(&self, quantity: impl Fn(&str) -> Option<f64>) -> bool {
+        let (left, right) = (self.left.value(&quantity), self.right.value(&quantity));
+        // Nothing is true of what has no value.
+        let Some(order) = left.partial_cmp(&right) else { return false };
+        match self.sign {
+            "<=" => order.is_le(),
+            ">=" => order.is_ge(),
+            "==" => order.is_eq(),
+            "!=" => order.is_ne(),
+            "<" => order.is_lt(),
+            _ => order.is_gt(),
+        }
+    }
+}
+
+/// Where `text` has a character outside of all brackets.
+fn outside_brackets(text: &str) -> impl Iterator<Item = usize> {
+    let mut depth = 0;
+    text.char_indices().filter_map(move |(at, c)| {
+        match c {
+            '(' => depth += 1,
+            ')' => depth -= 1,
+            _ => {}
+        }
+        (depth == 0).then_some(at)
+    })
 }
 
 /// A sentence with formulas in braces.
@@ -140,6 +208,23 @@ impl Sentence {
         })
     }
 
+    /// The formulas of each part that ends with a period, a question mark or an exclamation mark.
+    #[must_use]
+    pub fn claims(&self) -> Vec<Vec<&Formula>> {
+        let mut claims = vec![Vec::new()];
+        for part in &self.0 {
+            match part {
+                Part::Number(formula) => claims.last_mut().expect("there is one").push(formula),
+                Part::Words(words) if [". ", "? ", "! "].iter().any(|end| words.contains(end)) => {
+                    claims.push(Vec::new());
+                }
+                Part::Words(_) => {}
+            }
+        }
+        claims.retain(|claim| !claim.is_empty());
+        claims
+    }
+
     /// The sentence with the values of its formulas, as `written` writes them.
     pub fn filled(&self, quantity: impl Fn(&str) -> Option<f64>, written: impl Fn(f64) -> String) -> String {
         let part = |part: &Part| match part {
@@ -177,6 +262,28 @@ mod tests {
     }
 
     #[test]
+    fn a_formula_is_split_into_its_comparisons() {
+        let parts = |text: &str| {
+            let parts = Formula::parse(text).unwrap().comparisons()?;
+            let words =
+                |part: &Comparison| format!("{} {} {}", part.left.text(), part.sign, part.right.text());
+            Some(parts.iter().map(words).collect::<Vec<_>>())
+        };
+        let of = |text: &str, expected: &[&str]| {
+            assert_eq!(parts(text).unwrap(), expected, "{text}");
+        };
+        of("a >= 1 && b < -2 * c&&d==1", &["a >= 1", "b < -2 * c", "d == 1"]);
+        of("abs(a - min(b, c)) <= 2", &["abs(a - min(b, c)) <= 2"]);
+        assert_eq!(parts("a > 1 || b > 2"), None);
+        assert_eq!(parts("a > 1 && (b > 2 || c > 3)"), None, "not a comparison");
+        assert_eq!(parts("a"), None);
+        for (text, holds) in [("2 >= 2", true), ("2 != 2", false), ("2 != 3", true), ("v < 3", false)] {
+            let part = Formula::parse(text).unwrap().comparisons().unwrap().remove(0);
+            assert_eq!(part.holds(|_| None), holds, "{text}");
+        }
+    }
+
+    #[test]
     fn what_is_no_formula_is_refused() {
         for text in ["", "v +", "v $ 3", "{v}", "foo(v)", "v v", "(v", "\"v\" > 2", "[1].2"] {
             assert!(Formula::parse(text).is_err(), "{text}");
@@ -190,5 +297,10 @@ mod tests {
         let sentence = Sentence::parse("It moves at {v} m/s, {v * 2} later.").unwrap();
         assert_eq!(sentence.filled(|_| Some(1.5), |v| v.to_string()), "It moves at 1.5 m/s, 3 later.");
         assert_eq!(sentence.formulas().count(), 2);
+        let claims =
+            |text: &str| Sentence::parse(text).unwrap().claims().iter().map(Vec::len).collect::<Vec<_>>();
+        assert_eq!(claims("It moves at {v} m/s, {v * 2} later. Then {v}. Good."), [2, 1]);
+        assert_eq!(claims("In 0.5 s: {v}, not {w}"), [2]);
+        assert_eq!(claims("Nothing."), [0_usize; 0]);
     }
 }

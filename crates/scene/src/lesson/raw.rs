@@ -8,7 +8,9 @@ use std::sync::Arc;
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor};
 
-use super::{Formula, Goal, LESSON_VERSION, Lesson, LessonRun, LessonStep, Measure, Quantity, Sentence};
+use super::{
+    Begin, Formula, Goal, LESSON_VERSION, Lesson, LessonRun, LessonStep, Measure, Quantity, Sentence,
+};
 use crate::action::Action;
 use crate::check::{Rule, STEP_RATE, Scope, positive};
 use crate::resolve::springs::unsolvable;
@@ -25,7 +27,7 @@ const LONGEST_RUN: f64 = 120.0;
 const DURATION: Rule =
     (|v| positive(v) && v <= LONGEST_RUN, "a length of a run", "give seconds above 0, at most 120");
 
-/// Longest time that a key is held, s.
+/// Longest time that a key is held or a way waits, s.
 const LONGEST_HOLD: f64 = 20.0;
 
 /// What follows the name of a quantity in formulas: see [`Quantity`].
@@ -71,8 +73,13 @@ struct RawStep {
     task: Option<String>,
     watch: Option<String>,
     point_at: Option<String>,
+    #[serde(default)]
+    begin: Vec<Begin>,
+    hint: Option<String>,
     done: Option<String>,
     solution: Option<Vec<Action>>,
+    #[serde(default)]
+    also: Vec<Vec<Action>>,
     #[serde(default)]
     wrong: Vec<Vec<Action>>,
     number: Option<String>,
@@ -328,6 +335,9 @@ impl Reader<'_> {
         if matches!(action, Action::Hold(_, seconds) if *seconds > LONGEST_HOLD) {
             self.faults.add(path, "the key is held too long", "hold it for at most 20 s");
         }
+        if matches!(action, Action::Wait(seconds) if *seconds > LONGEST_HOLD) {
+            self.faults.add(path, "this waits too long", "wait for at most 20 s");
+        }
         if let Some(body) = action.body() {
             self.body(path, body, scene);
         }
@@ -350,6 +360,7 @@ impl Reader<'_> {
         let is_done = raw.done.is_some();
         let of_others = [
             ("solution", !is_done && raw.solution.is_some()),
+            ("also", !is_done && !raw.also.is_empty()),
             ("wrong", !is_done && !raw.wrong.is_empty()),
             ("answer", is_done && raw.answer.is_some()),
             ("wrong_answers", raw.number.is_none() && !raw.wrong_answers.is_empty()),
@@ -362,7 +373,8 @@ impl Reader<'_> {
         let goal = if let Some(when) = &raw.done {
             self.faults.require(raw.solution.is_some(), (scope, "solution"), "list the actions that do it");
             let when = self.formula(scope.key("done"), when, names);
-            let goal = Goal::Done { when, solution: raw.solution.unwrap_or_default(), wrong: raw.wrong };
+            let (solution, also) = (raw.solution.unwrap_or_default(), raw.also);
+            let goal = Goal::Done { when, solution, also, wrong: raw.wrong };
             for (path, action) in goal.actions() {
                 self.action(&scope.key(&path), action, scene);
             }
@@ -408,6 +420,8 @@ impl Reader<'_> {
             task: raw.task.unwrap_or_default(),
             watch: raw.watch.unwrap_or_default(),
             point_at: raw.point_at,
+            begin: raw.begin,
+            hint: raw.hint.unwrap_or_default(),
             goal,
             then,
             holds,

@@ -125,15 +125,15 @@ pub(super) fn frame_bodies(session: &mut Session) {
 
 /// A player that carries out `actions` from the frame of that number on, each in frames of its own, and the frame after them.
 fn player(actions: &[Action], mut frame: u64, fps: f64) -> Result<(Player, u64), Failure> {
-    let steps = actions.iter().map(|action| {
-        let step = Step { when: When::Frame(frame), action: action.clone() };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "frames of a key")]
-        let held = match action {
-            Action::Hold(_, seconds) => (seconds * fps).ceil() as u64,
+    let steps = actions.iter().filter_map(|action| {
+        let when = When::Frame(frame);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a thousand frames")]
+        let lasts = match action {
+            Action::Hold(_, seconds) | Action::Wait(seconds) => (seconds * fps).ceil() as u64,
             _ => 0,
         };
-        frame = frame.saturating_add(held.saturating_add(2));
-        step
+        frame = frame.saturating_add(lasts.saturating_add(2));
+        (!matches!(action, Action::Wait(_))).then(|| Step { when, action: action.clone() })
     });
     let script = Script { steps: steps.collect(), recording: None };
     let player = Player::new(script).map_err(|unknown| {
@@ -238,11 +238,12 @@ impl Program for Alone {
     }
 }
 
-/// Plays `lesson` at its step and at half of it: by its solution, which has to be accepted and whose claims have to hold, and by
-/// every wrong way. Says what was measured.
+/// Plays `lesson` at its step and at half of it: by its solution and its other ways, which have to be accepted and whose claims
+/// have to hold, and by every wrong way. Says what was measured.
 pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
     let mut lines = format!("{}: {}\n", lesson.name, lesson.title);
     check_names(lesson)?;
+    check_claims(lesson)?;
     let seconds = most_seconds(lesson)?;
     check_time(&format!("{}: checking it", lesson.name), seconds)?;
     let _waiting = Waiting::begin("playing the lesson", seconds);
@@ -267,13 +268,21 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
                 return fail("the solution is not accepted".to_owned());
             }
             let Some(state) = pupil.session.tools.lesson() else { return fail("it was left".to_owned()) };
+            let untrue = |by: &str| {
+                let holds = step.holds.as_ref().map_or("", |holds| holds.text());
+                format!("`{holds}` is not true{by}")
+            };
             if !state.holds {
-                return fail(format!(
-                    "`{}` is not true",
-                    step.holds.as_ref().map_or("", |holds| holds.text())
-                ));
+                return fail(untrue(""));
             }
             let took = pupil.session.stage.simulated() - began;
+            for (way, held) in other_ways(lesson, number, &runs)? {
+                match held {
+                    None => return fail(format!("{way} is not accepted")),
+                    Some(false) => return fail(untrue(&format!(" by {way}"))),
+                    Some(true) => {}
+                }
+            }
             for (way, went_on) in wrong_ways(lesson, number, &runs, WRONG_S.max(LONGER * took))? {
                 if went_on {
                     return fail(format!("the wrong way {way} is accepted"));
@@ -301,7 +310,7 @@ const FRAME: f64 = 200_000.0;
 fn most_seconds(lesson: &Lesson) -> Result<f64, Failure> {
     let scene = CommandFiles::default().scene(&beside(&lesson.name, &lesson.scene))?;
     let ways = |goal: &Goal| match goal {
-        Goal::Done { wrong, .. } => wrong.len(),
+        Goal::Done { also, wrong, .. } => also.len() + wrong.len(),
         // Judged without being played.
         Goal::Number { .. } | Goal::Choice { .. } => 1,
     };
@@ -340,6 +349,51 @@ fn check_names(lesson: &Lesson) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Checks that each claim of a step that is done, not answered, is about what the step can change: of a run, or of masses, it would
+/// be said whatever the person did.
+fn check_claims(lesson: &Lesson) -> Result<(), Failure> {
+    let changes = |name: &String| {
+        let quantity = lesson.of_screen(name);
+        quantity.is_some_and(|quantity| !matches!(quantity.measure, Measure::Mass(_)))
+    };
+    for (i, step) in lesson.steps.iter().enumerate() {
+        let fail = |what: String| Err(Failure::Expectation(format!("{}: steps[{i}]: {what}", lesson.name)));
+        let claims = step.then.claims();
+        if claims.is_empty() && step.holds.is_some() {
+            return fail(
+                "`holds` has no `then` with numbers, so nothing says when it is not true".to_owned(),
+            );
+        }
+        let is_done = matches!(step.goal, Goal::Done { .. });
+        let fixed =
+            claims.iter().find(|claim| !claim.iter().flat_map(|formula| formula.names()).any(changes));
+        if let Some(claim) = fixed.filter(|_| is_done) {
+            let formula = claim.first().map_or("", |formula| formula.text());
+            let cure = "name a quantity of the screen that the step changes";
+            return fail(format!("`then` says {{{formula}}} whatever the person does; {cure}"));
+        }
+    }
+    Ok(())
+}
+
+/// A session that is at step `number`.
+fn at_step(lesson: &Lesson, number: usize, runs: &Runs) -> Result<Pupil, Failure> {
+    let mut pupil = Pupil::begin(lesson, runs, quiet())?;
+    while pupil.step() < number && pupil.solve(lesson)? {}
+    Ok(pupil)
+}
+
+/// Every other way of step `number`, and whether the claims hold after it; `None` if it is not accepted.
+fn other_ways(lesson: &Lesson, number: usize, runs: &Runs) -> Result<Vec<(String, Option<bool>)>, Failure> {
+    let Goal::Done { also, .. } = &lesson.steps[number].goal else { return Ok(Vec::new()) };
+    let play = |(way, actions): (usize, &Vec<Action>)| {
+        let mut pupil = at_step(lesson, number, runs)?;
+        let held = pupil.act(actions, PATIENCE_S)?.then(|| pupil.session.tools.lesson()).flatten();
+        Ok((format!("also[{way}]"), held.map(|state| state.holds)))
+    };
+    also.iter().enumerate().map(play).collect()
+}
+
 /// Every wrong way of step `number`, and whether the lesson went on by it within `patience` simulated seconds.
 fn wrong_ways(
     lesson: &Lesson,
@@ -347,20 +401,15 @@ fn wrong_ways(
     runs: &Runs,
     patience: f64,
 ) -> Result<Vec<(String, bool)>, Failure> {
-    let there = || {
-        let mut pupil = Pupil::begin(lesson, runs, quiet())?;
-        while pupil.step() < number && pupil.solve(lesson)? {}
-        Ok::<_, Failure>(pupil)
-    };
     let judged = |answers: Vec<&String>| {
-        let pupil = there()?;
+        let pupil = at_step(lesson, number, runs)?;
         let judge = |answer: &String| (format!("{answer:?}"), pupil.session.tools.learn.accepts(answer));
         Ok::<Vec<_>, Failure>(answers.into_iter().map(judge).collect())
     };
     match &lesson.steps[number].goal {
         Goal::Done { wrong, .. } => {
             let play = |(way, actions): (usize, &Vec<Action>)| {
-                Ok((format!("wrong[{way}]"), there()?.act(actions, patience)?))
+                Ok((format!("wrong[{way}]"), at_step(lesson, number, runs)?.act(actions, patience)?))
             };
             wrong.iter().enumerate().map(play).collect()
         }

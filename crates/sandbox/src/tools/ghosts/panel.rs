@@ -1,6 +1,7 @@
 //! The panel of ghosts: color and distances of each method, and which are drawn. And the distances in the picture.
 
-use egui::{Align2, Color32, FontId, Grid, Painter, Pos2, Rect, RichText, Stroke, Ui, Vec2};
+use egui::{Align2, Color32, FontId, Grid, Painter, Pos2, Rect, RichText, Stroke, TextStyle, Ui, Vec2};
+use motion::Method;
 use report::numbers::meters;
 use report::{Ink, REFERENCE_INK, ink};
 
@@ -20,11 +21,13 @@ const ASIDE: f32 = 24.0;
 const BETWEEN: f32 = 1.0;
 /// Points in which a long reason is broken into lines.
 const WIDTH: f32 = 300.0;
-/// Points that the whole names of the methods need beside three distances of a small power of ten.
-const ROOM: f32 = 320.0;
+/// Points of the box and the color before a name.
+const BEFORE_NAME: f32 = 40.0;
+/// Between two columns, points.
+const COLUMNS: f32 = 10.0;
 
-/// How much the table says.
-#[derive(Clone, Copy, PartialEq, Eq)]
+/// How much the table says: the most for which it fits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Words {
     /// Names, units and headings.
     Whole,
@@ -37,9 +40,10 @@ enum Words {
 pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
     let (stage, docks) = (&*desk.stage, desk.dock_width.is_some());
     let rows = ghosts.rows(stage);
+    let solid = stage.sim.method();
     let words = match docks {
         false => Words::Whole,
-        true if ui.available_width() >= ROOM => Words::Docked,
+        true if width(ui, &rows, Words::Docked) <= ui.available_width() => Words::Docked,
         true => Words::Short,
     };
     if desk.view.mode == Mode::Camera {
@@ -50,33 +54,31 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
         // As headings, they would be wider than the dock.
         ui.weak(format!("distance of {}, m: now, at most so far, rms of all", subject(stage)));
     }
-    Grid::new("ghosts").num_columns(4).striped(true).spacing([if docks { 8.0 } else { 10.0 }, 2.0]).show(
-        ui,
-        |ui| {
-            if !docks {
-                for heading in ["", subject(stage).as_str(), "at most", "rms of all"] {
-                    ui.weak(heading);
-                }
-                ui.end_row();
+    Grid::new("ghosts").num_columns(4).striped(true).spacing([COLUMNS, 2.0]).show(ui, |ui| {
+        if !docks {
+            for heading in ["", subject(stage).as_str(), "at most", "rms of all"] {
+                ui.weak(heading);
             }
-            for row in &rows {
-                line(ui, row, ghosts.twins.as_mut(), words);
-                ui.end_row();
-            }
-        },
-    );
+            ui.end_row();
+        }
+        for row in &rows {
+            line(ui, row, (solid, ghosts.twins.as_mut()), words);
+            ui.end_row();
+        }
+    });
     ui.scope(|ui| {
         ui.set_max_width(WIDTH);
         for row in &rows {
             if let Some(why) = trouble(row) {
-                ui.weak(format!("{}: {why}", ink_of(row).short));
+                ui.weak(format!("{}: {why}", ink_of(row, solid).short));
             }
         }
     });
 }
 
-fn ink_of(row: &GhostRow) -> Ink {
-    row.method.map_or(REFERENCE_INK, ink)
+fn ink_of(row: &GhostRow, solid: Method) -> Ink {
+    let method = row.method.or((row.state == GhostState::Mixed).then_some(solid));
+    method.map_or(REFERENCE_INK, ink)
 }
 
 fn color([r, g, b]: [u8; 3]) -> Color32 {
@@ -88,46 +90,75 @@ fn trouble(row: &GhostRow) -> Option<&str> {
     match &row.state {
         GhostState::Failed(why) => Some(why),
         GhostState::Unsolvable(why) => Some(why),
-        GhostState::Solid | GhostState::Runs => None,
+        GhostState::Solid | GhostState::Mixed | GhostState::Runs => None,
     }
 }
 
-fn line(ui: &mut Ui, row: &GhostRow, twins: Option<&mut Twins>, words: Words) {
+/// What the row is called.
+fn name(row: &GhostRow, words: Words) -> String {
+    let short = |method| ink(method).short.to_owned();
+    let name = match (row.method, &row.state, words) {
+        (Some(method), _, Words::Short) => short(method),
+        (Some(method), _, Words::Docked) => method.claims().title.replace("Runge-Kutta ", "RK"),
+        (Some(method), ..) => method.claims().title.to_owned(),
+        (None, GhostState::Mixed, _) => "solid bodies".to_owned(),
+        (None, ..) => "reference".to_owned(),
+    };
+    if row.state == GhostState::Solid { format!("{name}, solid") } else { name }
+}
+
+/// Its three distances.
+fn distances(row: &GhostRow, words: Words) -> [String; 3] {
+    let written = |distance: Option<f64>| match (distance, words) {
+        (None, _) => String::new(),
+        (Some(distance), Words::Whole) => meters(distance),
+        // The line above has the unit.
+        (Some(distance), _) => meters(distance).trim_end_matches(" m").to_owned(),
+    };
+    let now = match &row.state {
+        GhostState::Failed(_) => "failed".to_owned(),
+        GhostState::Unsolvable(_) => "cannot".to_owned(),
+        _ => written(row.distance),
+    };
+    [now, written(row.largest), written(row.rms)]
+}
+
+/// Points from side to side of the table.
+fn width(ui: &Ui, rows: &[GhostRow], words: Words) -> f32 {
+    let font = TextStyle::Body.resolve(ui.style());
+    let of = |text: String| ui.painter().layout_no_wrap(text, font.clone(), Color32::WHITE).size().x;
+    let widest =
+        |column: &dyn Fn(&GhostRow) -> String| rows.iter().map(|row| of(column(row))).fold(0.0, f32::max);
+    let numbers = (0..3).map(|number| COLUMNS + widest(&|row| distances(row, words)[number].clone()));
+    BEFORE_NAME + widest(&|row| name(row, words)) + numbers.sum::<f32>()
+}
+
+fn line(ui: &mut Ui, row: &GhostRow, (solid, twins): (Method, Option<&mut Twins>), words: Words) {
     let there = trouble(row).is_none();
     ui.horizontal(|ui| {
-        swatch(ui, color(ink_of(row).srgb));
+        swatch(ui, color(ink_of(row, solid).srgb));
+        let name = RichText::new(name(row, words));
+        if row.state == GhostState::Mixed {
+            ui.label(name.strong()).on_hover_text("several methods moved them since the ghosts began");
+            return;
+        }
         let mut shown = row.shown && there;
-        let title = row.method.map_or("reference", |method| method.claims().title);
-        let name = match words {
-            Words::Whole => title.to_owned(),
-            Words::Docked => title.replace("Runge-Kutta ", "RK"),
-            Words::Short => row.method.map_or(title, |method| ink(method).short).to_owned(),
-        };
-        let name = match row.state {
-            GhostState::Solid => RichText::new(format!("{name}, solid")).strong(),
-            _ => RichText::new(name),
-        };
+        let name = if row.state == GhostState::Solid { name.strong() } else { name };
         let box_ = ui.add_enabled(there, egui::Checkbox::new(&mut shown, name));
         let changed = box_.changed();
-        if words == Words::Short {
-            box_.on_hover_text(title);
+        if let (Words::Short, Some(method)) = (words, row.method) {
+            box_.on_hover_text(method.claims().title);
         }
         if let Some(twins) = twins.filter(|_| changed) {
             twins.show(row.method, shown);
         }
     });
-    // In the dock the line above has the unit.
-    let meters = |distance| {
-        let text = meters(distance);
-        if words == Words::Whole { text } else { text.trim_end_matches(" m").to_owned() }
-    };
-    match &row.state {
-        GhostState::Failed(_) => ui.weak("failed"),
-        GhostState::Unsolvable(_) => ui.weak("cannot"),
-        GhostState::Solid | GhostState::Runs => ui.label(row.distance.map_or_else(String::new, meters)),
-    };
-    for over_all_ticks in [row.largest, row.rms] {
-        ui.label(over_all_ticks.map_or_else(String::new, meters));
+    for (number, text) in distances(row, words).into_iter().enumerate() {
+        if number == 0 && !there {
+            ui.weak(text)
+        } else {
+            ui.label(text)
+        };
     }
 }
 

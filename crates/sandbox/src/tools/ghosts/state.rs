@@ -18,10 +18,10 @@ use crate::view::View;
 /// Bodies of a scene up to which it has ghosts: each of them is there ten times more.
 pub(super) const MOST_BODIES: usize = 10_000;
 
-/// A row of the ghosts panel: one method, or the reference.
+/// A row of the ghosts panel: one method, the solid bodies where several methods moved them, or the reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GhostRow {
-    /// The method; `None` is the reference.
+    /// The method, whose row tells what it alone did; `None` for the solid bodies and the reference.
     pub method: Option<Method>,
     /// What became of it.
     pub state: GhostState,
@@ -39,8 +39,10 @@ pub struct GhostRow {
 /// What became of a ghost.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum GhostState {
-    /// It is the method of the solid bodies; distances are theirs.
+    /// It is the method of the solid bodies.
     Solid,
+    /// The solid bodies, which this method and others moved since the ghosts began.
+    Mixed,
     /// It runs along.
     Runs,
     /// A body of it was quarantined: which, when and why.
@@ -76,8 +78,8 @@ pub(super) struct Twins {
     pub hidden: BTreeSet<Option<Method>>,
     /// Stable ids of what thin lines join: the ends of springs, the points of ropes, the neighbors on surfaces.
     pub edges: Vec<[u32; 2]>,
-    /// Distances of the runs after all ticks so far, by whether the run is the solid one, and by method.
-    so_far: BTreeMap<(bool, Method), DistancesSoFar>,
+    /// Distances after all ticks so far, of the twin of each method, and of the solid bodies under `None`.
+    so_far: BTreeMap<Option<Method>, DistancesSoFar>,
     /// The tick that was added last.
     added: Option<u64>,
 }
@@ -110,10 +112,6 @@ impl<'a> Track<'a> {
     pub fn ink(&self) -> Ink {
         ink(self.method)
     }
-
-    const fn key(&self) -> (bool, Method) {
-        (self.solid, self.method)
-    }
 }
 
 impl Twins {
@@ -138,11 +136,24 @@ impl Twins {
             return;
         }
         self.added = now;
-        let tracks: Vec<_> =
-            self.tracks(stage).into_iter().map(|track| (track.key(), track.distances)).collect();
-        for (key, distances) in tracks {
-            self.so_far.entry(key).or_default().add(&distances);
+        let Some(reference) = self.reference() else { return };
+        let twins = self.running().map(|twin| (Some(twin.method()), twin.simulation()));
+        let runs = twins.chain([(None, &stage.sim)]);
+        let distances: Vec<_> =
+            runs.map(|(run, simulation)| (run, Distances::between(simulation, reference))).collect();
+        for (run, distances) in distances {
+            self.so_far.entry(run).or_default().add(&distances);
         }
+    }
+
+    /// The twins that did not fail.
+    fn running(&self) -> impl Iterator<Item = &Twin> {
+        self.twins.iter().filter(|twin| twin.failure().is_none())
+    }
+
+    /// Distances after all ticks so far of the twin of `method`, or of the solid bodies.
+    fn so_far(&self, method: Option<Method>) -> Option<&DistancesSoFar> {
+        self.so_far.get(&method).filter(|_| self.reference().is_some())
     }
 
     pub fn all(&mut self) -> impl Iterator<Item = &mut Twin> {
@@ -171,7 +182,7 @@ impl Twins {
     pub fn tracks<'a>(&'a self, stage: &'a Stage) -> Vec<Track<'a>> {
         let Some(reference) = self.reference() else { return Vec::new() };
         let solid = stage.sim.method();
-        let running = self.twins.iter().filter(|twin| twin.failure().is_none() && twin.method() != solid);
+        let running = self.running().filter(|twin| twin.method() != solid);
         let mut tracks: Vec<_> = running
             .map(|twin| Track::new(twin.simulation(), false, reference))
             .chain([Track::new(&stage.sim, true, reference)])
@@ -187,41 +198,47 @@ pub(super) fn place(body: EntityRef<'_>, alpha: f64) -> Option<DVec3> {
 }
 
 impl Ghosts {
-    /// What there is to say of every method and, last, of the reference; nothing while no ghosts are shown.
+    /// What there is to say of every method, of the solid bodies where they are not where their method alone would have them,
+    /// and, last, of the reference; nothing while no ghosts are shown.
     pub fn rows(&self, stage: &Stage) -> Vec<GhostRow> {
         let Some(twins) = &self.twins else { return Vec::new() };
-        let (tracks, focus) = (twins.tracks(stage), focus(stage));
+        let (focus, solid) = (focus(stage), stage.sim.method());
         let declared = stage.sim.scene.mutual_gravity.is_some();
-        let of_method = |method| {
-            let track = tracks.iter().find(|track| track.method == method);
-            let twin = twins.twins.iter().find(|twin| twin.method() == method);
-            let state = match (twin.and_then(Twin::failure), unsolvable(method, declared)) {
-                _ if method == stage.sim.method() => GhostState::Solid,
-                (_, Some(why)) => GhostState::Unsolvable(why),
-                (Some(failure), _) => GhostState::Failed(words_of(stage, failure)),
-                (None, None) => GhostState::Runs,
-            };
-            let counts = |id| focus.contains(&id);
-            let so_far = track.and_then(|track| twins.so_far.get(&track.key()));
+        let counts = |id| focus.contains(&id);
+        let row = |method, state, run: Option<&Simulation>| {
+            let distances = run.zip(twins.reference()).map(|(run, other)| Distances::between(run, other));
+            let so_far = twins.so_far(method).filter(|_| run.is_some());
             GhostRow {
-                method: Some(method),
+                method,
                 state,
-                shown: twins.shows(Some(method)),
-                distance: track.and_then(|track| track.distances.farthest(counts)).map(|(_, d)| d),
+                shown: twins.shows(method.or(Some(solid))),
+                distance: distances.and_then(|distances| distances.farthest(counts)).map(|(_, d)| d),
                 largest: so_far.and_then(|so_far| so_far.largest(counts)),
                 rms: so_far.and_then(DistancesSoFar::rms),
             }
         };
-        let failed = twins.reference.failure().map(|failure| GhostState::Failed(words_of(stage, failure)));
-        let reference = GhostRow {
-            method: None,
-            state: failed.unwrap_or(GhostState::Runs),
-            shown: twins.shows(None),
-            distance: None,
-            largest: None,
-            rms: None,
+        let of_method = |method| {
+            let twin = twins.twins.iter().find(|twin| twin.method() == method);
+            let failure = twin.and_then(Twin::failure);
+            let state = match (failure, unsolvable(method, declared)) {
+                (_, Some(why)) => GhostState::Unsolvable(why),
+                (Some(failure), _) => GhostState::Failed(words_of(stage, failure)),
+                (None, None) if method == solid => GhostState::Solid,
+                (None, None) => GhostState::Runs,
+            };
+            row(Some(method), state, twin.filter(|_| failure.is_none()).map(Twin::simulation))
         };
-        Method::ALL.into_iter().map(of_method).chain([reference]).collect()
+        let is_mixed = twins.so_far(None) != twins.so_far(Some(solid));
+        let mixed = is_mixed.then(|| row(None, GhostState::Mixed, Some(&stage.sim)));
+        let failed = twins.reference.failure().map(|failure| GhostState::Failed(words_of(stage, failure)));
+        let reference =
+            GhostRow { shown: twins.shows(None), ..row(None, failed.unwrap_or(GhostState::Runs), None) };
+        Method::ALL.into_iter().map(of_method).chain(mixed).chain([reference]).collect()
+    }
+
+    /// The largest distance of a body from the reference by `method` alone, m, after any tick since the ghosts began.
+    pub fn largest(&self, method: Method) -> Option<f64> {
+        self.twins.as_ref()?.so_far(Some(method))?.largest(|_| true)
     }
 
     /// Makes ghosts of the present state.

@@ -121,6 +121,12 @@ fn running(
     if !step.watch.is_empty() {
         ui.label(&step.watch);
     }
+    if let Some((missing, hint)) = learn.missing(desk.stage.clock.now()) {
+        let words = hint.map(|hint| format!("Hint: {hint}"));
+        let missing = Some(missing).filter(|missing| !missing.is_empty());
+        let missing = missing.map(|missing| format!("Not yet: {missing}."));
+        ui.weak(missing.into_iter().chain(words).collect::<Vec<_>>().join(" "));
+    }
     match &step.goal {
         Goal::Done { .. } => {}
         Goal::Number { unit, .. } => {

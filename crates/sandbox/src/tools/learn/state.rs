@@ -4,13 +4,15 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use lab::lesson::{Quantities, measured};
-use report::numbers::digits;
 use scene::Source;
-use scene::lesson::{Formula, Goal, Lesson, LessonStep, Measure, beside, is_same_scene};
+use scene::lesson::{Begin, Formula, Goal, Lesson, LessonStep, Measure, beside, is_same_scene};
 
 use crate::panels::Panel;
 use crate::stage::Stage;
+use crate::tools::ghosts::Ghosts;
+use crate::tools::learn::missing::{in_words, missing};
 use crate::tools::learn::panel_of;
+use crate::tools::ledger::Ledger;
 use crate::view::View;
 
 /// The lesson that is open, and the lessons that were done.
@@ -36,7 +38,7 @@ struct Running {
     step: usize,
     /// What its runs measured.
     of_runs: Quantities,
-    /// What is measured of the screen, since the step began.
+    /// What is measured of the screen, since the step began or the person changed the run.
     of_screen: Quantities,
     /// What was said at the end of the step before.
     said: Option<String>,
@@ -46,6 +48,26 @@ struct Running {
     skipped: bool,
     /// The last answer, if it was not right.
     refused: Option<String>,
+    /// What the step begins with, until it is done.
+    begin: Vec<Begin>,
+    /// The changes of the run that were seen.
+    interventions: u64,
+    /// When the step began, s of the clock of frames, and whether the person changed the run since.
+    since: Option<f64>,
+    acted: bool,
+}
+
+/// Seconds after which a step says what is missing, though nothing was done, and after which it gives its hint.
+const MISSING_S: f64 = 10.0;
+const HINT_S: f64 = 30.0;
+
+/// What a lesson sees of the screen.
+pub(crate) struct Screen<'a> {
+    pub view: &'a View,
+    /// The panels that are open.
+    pub opened: &'a [Panel],
+    pub ghosts: &'a Ghosts,
+    pub ledger: &'a Ledger,
 }
 
 /// Progress in the open lesson.
@@ -64,17 +86,22 @@ pub struct LessonState {
 impl Learn {
     /// Opens `lesson`, whose runs measured `of_runs`. Its scene has to be opened, too.
     pub fn open(&mut self, lesson: Arc<Lesson>, of_runs: Quantities) {
-        let of_screen = Quantities::default();
-        self.running = Some(Running {
+        let mut running = Running {
             lesson,
             step: 0,
             of_runs,
-            of_screen,
+            of_screen: Quantities::default(),
             said: None,
             held: true,
             skipped: false,
             refused: None,
-        });
+            begin: Vec::new(),
+            interventions: 0,
+            since: None,
+            acted: false,
+        };
+        running.go_to(0);
+        self.running = Some(running);
         (self.welcome, self.fault) = (false, None);
         self.typed.clear();
     }
@@ -137,28 +164,62 @@ impl Learn {
     pub fn forget_world(&mut self) {
         if let Some(running) = &mut self.running {
             running.of_screen.forget();
+            running.interventions = 0;
         }
     }
 
-    /// Measures the present state, with these `opened` panels, and goes on if it is what the step is about.
-    pub fn look(&mut self, stage: &mut Stage, view: &View, opened: &[Panel]) {
+    /// Measures the present state at `now`, s of the clock of frames, and goes on if it is what the step is about.
+    pub fn look(&mut self, stage: &mut Stage, screen: &Screen<'_>, now: f64) {
         if !self.shown || !self.is_at_home(stage) {
             return;
         }
         let Some(running) = &mut self.running else { return };
+        running.since.get_or_insert(now);
+        if running.interventions != stage.here.interventions {
+            running.interventions = stage.here.interventions;
+            running.acted = true;
+            // What was measured last was before it.
+            running.of_screen.begin();
+        }
         for quantity in &running.lesson.measure {
             let value = match measured(&mut stage.sim, &quantity.measure) {
                 Some(value) => value,
-                None => seen(&quantity.measure, stage, view, opened),
+                None => seen(&quantity.measure, stage, screen),
             };
             running.of_screen.note(&quantity.name, value);
         }
         let step = running.lesson.steps.get(running.step);
         if let Some(LessonStep { goal: Goal::Done { when, .. }, .. }) = step
+            && running.begin.is_empty()
             && running.holds(when)
         {
             self.go_on();
         }
+    }
+
+    /// What the present step begins with, once.
+    pub fn take_begin(&mut self, stage: &Stage) -> Vec<Begin> {
+        let begins = self.shown && self.is_at_home(stage);
+        let running = self.running.as_mut().filter(|_| begins);
+        running.map(|running| std::mem::take(&mut running.begin)).unwrap_or_default()
+    }
+
+    /// What is missing for the present step at `now`, s of the clock of frames, and its hint: as soon as there is a reason to say so.
+    pub fn missing(&self, now: f64) -> Option<(String, Option<&str>)> {
+        let running = self.running.as_ref()?;
+        let LessonStep { goal: Goal::Done { when, .. }, hint, .. } = running.step()? else { return None };
+        let waited = now - running.since?;
+        let said = running.acted || waited >= MISSING_S;
+        let hint = Some(hint.as_str()).filter(|hint| waited >= HINT_S && !hint.is_empty());
+        said.then(|| (running.missing(when), hint))
+            .filter(|(missing, hint)| !missing.is_empty() || hint.is_some())
+    }
+
+    /// When the present step says more by itself, s of the clock of frames; infinite if it does not.
+    pub fn says_more_at(&self, now: f64) -> f64 {
+        let since = self.running.as_ref().filter(|_| self.shown).and_then(|running| running.since);
+        let times = since.into_iter().flat_map(|since| [since + MISSING_S, since + HINT_S]);
+        times.filter(|time| *time > now).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether that is a right answer to the present question.
@@ -178,23 +239,30 @@ impl Learn {
     }
 
     /// Goes on to the next step; what was measured is said.
-    pub fn go_on(&mut self) {
+    fn go_on(&mut self) {
+        self.finish_step(false);
+    }
+
+    fn finish_step(&mut self, skips: bool) {
         let Some(running) = &mut self.running else { return };
         let Some(step) = running.lesson.steps.get(running.step) else { return };
-        let said = step.then.filled(|name| running.value(name), digits);
+        let said = step.then.filled(|name| running.value(name), in_words);
         running.held = step.holds.as_ref().is_none_or(|holds| running.holds(holds));
-        // After a step that was skipped it may not be true.
-        running.said = Some(said).filter(|said| running.held && !said.is_empty());
-        running.step += 1;
-        running.refused = None;
+        // What is not true is not said, and that is.
+        let unlike = || {
+            let missing = step.holds.as_ref().map(|holds| running.missing(holds)).unwrap_or_default();
+            let why = if missing.is_empty() { missing } else { format!(" ({missing})") };
+            format!("It did not come out as usual this time{why}. Previous lets you try again.")
+        };
+        running.said = match running.held {
+            true => Some(said).filter(|said| !said.is_empty()),
+            false => (!skips).then(unlike),
+        };
+        running.go_to(running.step + 1);
         if running.step == running.lesson.steps.len() && !running.skipped {
             self.done.insert(running.lesson.name.clone());
         }
         self.typed.clear();
-        // At its end the sentence keeps its numbers.
-        if running.step < running.lesson.steps.len() {
-            running.of_screen.begin();
-        }
     }
 
     /// Goes on without doing the step.
@@ -202,20 +270,37 @@ impl Learn {
         if let Some(running) = &mut self.running {
             running.skipped = true;
         }
-        self.go_on();
+        self.finish_step(true);
     }
 
     /// Goes back to the step before.
     pub fn go_back(&mut self) {
         if let Some(running) = &mut self.running {
-            running.step = running.step.saturating_sub(1);
-            (running.said, running.held, running.refused) = (None, true, None);
-            running.of_screen.begin();
+            (running.said, running.held) = (None, true);
+            running.go_to(running.step.saturating_sub(1));
         }
     }
 }
 
 impl Running {
+    fn go_to(&mut self, number: usize) {
+        (self.step, self.refused, self.since, self.acted) = (number, None, None, false);
+        // At the end the last sentence keeps its numbers.
+        if let Some(step) = self.lesson.steps.get(number) {
+            self.begin.clone_from(&step.begin);
+            self.of_screen.begin();
+        }
+    }
+
+    fn step(&self) -> Option<&LessonStep> {
+        self.lesson.steps.get(self.step)
+    }
+
+    /// What of `formula` does not hold, in words.
+    fn missing(&self, formula: &Formula) -> String {
+        missing(formula, &self.lesson.measure, |name| self.value(name))
+    }
+
     fn value(&self, name: &str) -> Option<f64> {
         self.of_screen.value(name).or_else(|| self.of_runs.value(name))
     }
@@ -225,7 +310,7 @@ impl Running {
     }
 
     fn is_right(&self, text: &str) -> bool {
-        match self.lesson.steps.get(self.step).map(|step| &step.goal) {
+        match self.step().map(|step| &step.goal) {
             Some(Goal::Number { right, within, unit, .. }) => {
                 let text = text.trim();
                 let number = text.strip_suffix(unit.as_str()).unwrap_or(text).trim().replace(',', ".");
@@ -242,12 +327,15 @@ impl Running {
 }
 
 /// What only the screen has.
-fn seen(measure: &Measure, stage: &Stage, view: &View, opened: &[Panel]) -> f64 {
+fn seen(measure: &Measure, stage: &Stage, screen: &Screen<'_>) -> f64 {
+    let Screen { view, opened, ghosts, ledger } = screen;
     let truth = |holds: bool| f64::from(u8::from(holds));
     match measure {
         Measure::Selected(body) => {
             truth(stage.here.selection.is_some_and(|thing| stage.body(body) == Some(thing)))
         }
+        Measure::GhostError(method) => ghosts.largest(*method).unwrap_or(f64::NAN),
+        Measure::PushWork => ledger.kept().map_or(f64::NAN, |ledger| ledger.since_opening().energy.pushes),
         Measure::ClickForce => view.click_force,
         Measure::Shows(name) => truth(panel_of(name).is_some_and(|panel| opened.contains(&panel))),
         Measure::Paused => truth(stage.paused),

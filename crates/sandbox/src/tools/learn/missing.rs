@@ -1,0 +1,182 @@
+//! What a step of a lesson still waits for, in words.
+
+use report::numbers::{digits, number};
+use scene::lesson::{Axis, Comparison, Formula, Measure, Quantity};
+
+use crate::tools::learn::panel_of;
+
+/// Smallest number that is written; what is less is nothing that a person can see.
+const LEAST: f64 = 1e-9;
+
+/// A measured number in a sentence.
+pub(super) fn in_words(value: f64) -> String {
+    match value.abs() {
+        size if size > 0.0 && size < LEAST => format!("less than {LEAST:e}"),
+        // With commas between thousands, where there are some.
+        1e4..1e7 => number(value, 4),
+        _ => digits(value),
+    }
+}
+
+/// The comparisons of `formula` that do not hold, in words: "energy 51 J, to be below 43 J".
+pub(super) fn missing(
+    formula: &Formula,
+    measure: &[Quantity],
+    value: impl Fn(&str) -> Option<f64> + Copy,
+) -> String {
+    let Some(parts) = formula.comparisons() else { return String::new() };
+    let words = |part: &Comparison| truth(part, measure).unwrap_or_else(|| short_of(part, measure, value));
+    parts.iter().filter(|part| !part.holds(value)).map(words).collect::<Vec<_>>().join("; ")
+}
+
+/// The words of a comparison of what is so or not so.
+fn truth(part: &Comparison, measure: &[Quantity]) -> Option<String> {
+    let Quantity { measure, .. } =
+        measure.iter().find(|quantity| quantity.name == part.left.text().trim())?;
+    let wanted = part.right.value(|_| None) != 0.0;
+    let not = if wanted { "not " } else { "" };
+    Some(match measure {
+        Measure::Method(method) => format!("the method is {not}{}", method.claims().title),
+        Measure::Selected(body) => format!("{body} is {not}selected"),
+        Measure::Shows(panel) => {
+            let title = panel_of(panel)?.row().title;
+            format!("{title} is {}", if wanted { "not open" } else { "open" })
+        }
+        Measure::Paused => (if wanted { "it is not paused" } else { "it is paused" }).to_owned(),
+        Measure::Follows => format!("the camera follows {}", if wanted { "no body" } else { "a body" }),
+        Measure::Fault => (if wanted { "nothing went wrong yet" } else { "something went wrong" }).to_owned(),
+        _ => return None,
+    })
+}
+
+fn short_of(part: &Comparison, measure: &[Quantity], value: impl Fn(&str) -> Option<f64> + Copy) -> String {
+    let bound = match part.sign {
+        "<" | "<=" => "below ",
+        ">" | ">=" => "above ",
+        "!=" => "other than ",
+        _ => "",
+    };
+    let (words, unit) = described(part.left.text(), part.left.names(), measure);
+    let with_unit = |number: f64| match number.is_nan() {
+        true => "not known".to_owned(),
+        false => format!("{} {unit}", in_words(number)).trim_end().to_owned(),
+    };
+    let [now, then] = [&part.left, &part.right].map(|formula| with_unit(formula.value(value)));
+    format!("{words} {now}, to be {bound}{then}")
+}
+
+/// A formula with words for its names, and the unit of its value where that is plain.
+fn described(text: &str, names: &[String], measure: &[Quantity]) -> (String, &'static str) {
+    let find = |name: &str| measure.iter().find(|quantity| quantity.name == name);
+    let described = |name: &String| {
+        let stem = ["_before", "_most", "_least"].iter().find_map(|end| name.strip_suffix(end));
+        let quantity = find(name).or_else(|| find(stem?))?;
+        let (words, unit) = words(&quantity.measure);
+        let prefix = match name.strip_prefix(quantity.name.as_str()) {
+            Some("_before") => "earlier ",
+            Some("_most") => "largest ",
+            Some("_least") => "smallest ",
+            _ => "",
+        };
+        Some((format!("{prefix}{words}"), unit))
+    };
+    let known: Vec<_> = names.iter().map(described).collect();
+    let mut units = known.iter().map(|known| known.as_ref().map_or("", |(_, unit)| unit));
+    let unit = units.next().unwrap_or_default();
+    // A product or quotient of two of them has another unit.
+    let is_plain = !text.contains(['/', '^']) && (names.len() == 1 || !text.contains('*'));
+    let unit = if is_plain && units.all(|other| other == unit) { unit } else { "" };
+    let mut written = String::new();
+    let mut rest = text.trim();
+    while let Some(c) = rest.chars().next() {
+        let word: String = rest.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
+        let place = names.iter().position(|name| *name == word);
+        match place.and_then(|place| known[place].as_ref()) {
+            Some((words, _)) => written += words,
+            None if word.is_empty() => written.push(c),
+            None => written += &word,
+        }
+        rest = &rest[word.len().max(c.len_utf8())..];
+    }
+    (written, unit)
+}
+
+/// What is measured, in words, and its unit.
+fn words(measure: &Measure) -> (String, &'static str) {
+    let axis = |axis: &Axis| match axis {
+        Axis::X => "x",
+        Axis::Y => "y",
+        Axis::Z => "z",
+    };
+    match measure {
+        Measure::Time => ("time".to_owned(), "s"),
+        Measure::Position(body, along) => (format!("{} of {body}", axis(along)), "m"),
+        Measure::Velocity(body, along) => (format!("velocity of {body} along {}", axis(along)), "m/s"),
+        Measure::Speed(body) => (format!("speed of {body}"), "m/s"),
+        Measure::Mass(body) => (format!("mass of {body}"), "kg"),
+        Measure::Distance(one, other) => (format!("distance of {one} and {other}"), "m"),
+        Measure::Energy => ("energy".to_owned(), "J"),
+        Measure::KineticEnergy => ("kinetic energy".to_owned(), "J"),
+        Measure::Momentum(along) => (format!("momentum along {}", axis(along)), "kg m/s"),
+        Measure::Gravity => ("gravity".to_owned(), "m/s²"),
+        Measure::Damping => ("damping".to_owned(), "1/s"),
+        Measure::StepHz => ("ticks per second".to_owned(), ""),
+        Measure::Substeps => ("substeps".to_owned(), ""),
+        Measure::Method(method) => (method.claims().title.to_owned(), ""),
+        Measure::Evaluations => ("evaluations".to_owned(), ""),
+        Measure::Quarantined => ("quarantined bodies".to_owned(), ""),
+        Measure::Error => ("error".to_owned(), "m"),
+        Measure::GhostError(method) => (format!("error of {}", method.claims().title), "m"),
+        Measure::PushWork => ("work of pushes".to_owned(), "J"),
+        Measure::ClickForce => ("force of a click".to_owned(), "N"),
+        Measure::Selected(body) => (format!("{body} selected"), ""),
+        Measure::Shows(panel) => (panel.clone(), ""),
+        Measure::Paused => ("paused".to_owned(), ""),
+        Measure::Follows => ("following".to_owned(), ""),
+        Measure::Fault => ("faults".to_owned(), ""),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use motion::Method;
+
+    use super::*;
+
+    #[test]
+    fn what_is_missing_is_said_with_its_numbers() {
+        let quantity = |name: &str, measure| Quantity { name: name.to_owned(), measure };
+        let measure = [
+            quantity("e", Measure::Energy),
+            quantity("v", Measure::Speed("ball".to_owned())),
+            quantity("m", Measure::Mass("ball".to_owned())),
+            quantity("rk4", Measure::Method(Method::RungeKutta4)),
+            quantity("ledger", Measure::Shows("toggle_ledger_panel".to_owned())),
+            quantity("paused", Measure::Paused),
+        ];
+        let value = |name: &str| match name {
+            "e" | "e_most" => Some(51.0),
+            "e_before" | "e_least" => Some(50.0),
+            "v" => Some(1e-20),
+            "m" => Some(2.0),
+            "rk4" | "ledger" => Some(0.0),
+            "paused" => Some(1.0),
+            _ => None,
+        };
+        let said = |text: &str| missing(&Formula::parse(text).unwrap(), &measure, value);
+        assert_eq!(said("e < 43 && m == 2"), "energy 51 J, to be below 43 J");
+        assert_eq!(said("e < e_before * 0.85"), "energy 51 J, to be below 42.5 J");
+        assert_eq!(said("abs(e - e_before) > 3"), "abs(energy - earlier energy) 1 J, to be above 3 J");
+        assert_eq!(
+            said("e_most - e_least == 0 && 2 * m > 9"),
+            "largest energy - smallest energy 1 J, to be 0 J; 2 * mass of ball 4 kg, to be above 9 kg"
+        );
+        assert_eq!(said("v / m >= 1"), "speed of ball / mass of ball less than 1e-9, to be above 1");
+        assert_eq!(
+            said("rk4 == 1 && ledger == 1 && paused == 0"),
+            "the method is not Runge-Kutta 4; Ledger is not open; it is paused"
+        );
+        assert_eq!(said("gone > 2"), "gone not known, to be above 2");
+        assert_eq!(said("e > 60 || v > 2"), "", "no words for it");
+    }
+}
