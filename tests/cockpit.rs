@@ -15,6 +15,43 @@ fn empty_place(cockpit: &Cockpit) -> DVec2 {
 }
 
 #[test]
+fn hiding_the_bars_hides_the_panels_of_the_dock_and_a_key_or_the_bars_bring_them_back() {
+    let mut cockpit = Cockpit::of("orbit", [1280, 720]);
+    for key in ["B", "T", "V"] {
+        cockpit.press(key);
+    }
+    let windows = |cockpit: &Cockpit| {
+        let titles = ["Ledger", "Ghosts", "Forecast"];
+        let controls = cockpit.session().controls();
+        titles.into_iter().filter(|title| controls.iter().any(|control| control.name == *title)).count()
+    };
+    cockpit.press("F10");
+    assert_eq!((windows(&cockpit), cockpit.session().open_panels().len()), (0, 3));
+    assert!(cockpit.session().tools.ledger().is_some(), "its totals go on");
+    cockpit.press("B");
+    assert_eq!(windows(&cockpit), 1);
+    cockpit.press("Escape");
+    assert_eq!((windows(&cockpit), cockpit.session().open_panels().len()), (0, 2));
+    cockpit.press("F10");
+    assert!(cockpit.has("Ghosts") && cockpit.has("Forecast"));
+    assert_eq!(cockpit.session().open_panels().len(), 2);
+}
+
+#[test]
+fn the_camera_of_a_scene_without_one_comes_back_to_its_bodies() {
+    let folder = crate::rigs::folder([(
+        "far.ron",
+        "(version: 1, bodies: [(name: \"ball\", shape: sphere(radius_m: 0.1), position_m: (500, 0, 0))])",
+    )]);
+    let path = folder.path().join("far.ron");
+    let distance = |cockpit: &Cockpit| cockpit.viewpoint().position.distance(cockpit.drive.x("ball"));
+    let mut cockpit = Cockpit::of(path.to_str().unwrap(), [1280, 720]);
+    assert!(distance(&cockpit) > 100.0);
+    cockpit.press("F2");
+    assert!(distance(&cockpit) < 10.0, "{} m", distance(&cockpit));
+}
+
+#[test]
 fn the_view_is_what_bars_browser_and_dock_leave_and_nothing_overlaps() {
     for (size, scale) in
         [([1024, 600], 1.0), ([1280, 720], 1.0), ([1280, 720], 1.5), ([2560, 1440], 1.0), ([2560, 1440], 2.0)]
@@ -762,6 +799,10 @@ fn thousands_of_random_events_over_all_tools_do_no_harm() {
         cockpit.drive.give([Input::FocusLost]).ticks(3);
         assert!(cockpit.session().view.camera().position.is_finite(), "{scene}");
 
+        // Panels that went with the bars come back with them.
+        if !cockpit.session().view.has_bars() {
+            cockpit.drive.press("F10").ticks(1);
+        }
         // What is open is closed by Escape; then the scene, as it was edited, begins as one that was just opened and runs.
         for _ in 0..15 {
             cockpit.drive.press("Escape").ticks(1);

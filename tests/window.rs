@@ -639,8 +639,9 @@ fn the_window_remembers_how_its_panels_were_arranged_and_a_recording_has_it() {
 fn the_card_of_the_first_start_comes_once_and_to_every_guest() {
     let record = ["--record", "recording.ron"];
     let mut folder = tempfile::tempdir().unwrap();
-    for (guest, welcomed) in [(false, true), (false, false), (true, true), (false, false)] {
-        let arguments: Vec<_> = record.into_iter().chain(guest.then_some("--guest")).collect();
+    for (more, welcomed) in [("orbit", false), ("", true), ("", false), ("--guest", true), ("", false)] {
+        let guest = more == "--guest";
+        let arguments: Vec<_> = record.into_iter().chain((!more.is_empty()).then_some(more)).collect();
         let before = fs::read_to_string(folder.path().join("settings/inertia/window"));
         let mut window = Window::open_in(folder, &arguments, &[], USUAL);
         window.quit();
@@ -655,6 +656,30 @@ fn the_card_of_the_first_start_comes_once_and_to_every_guest() {
         fs::remove_file(folder.path().join("recording.ron")).unwrap();
         let _ = fs::remove_file(folder.path().join("screenshot_001.png"));
     }
+}
+
+#[test]
+fn a_window_that_is_killed_has_remembered_and_a_guest_leaves_no_draft() {
+    let mut window = Window::open_in(tempfile::tempdir().unwrap(), &[], &[], USUAL);
+    let path = window.folder.path().join("settings/inertia/window");
+    window.input(&["key", "F9"]);
+    wait_for("the arrangement", || {
+        let left = fs::read_to_string(&path).unwrap_or_default();
+        left.lines().any(|line| line == "toggle_dock off").then_some(())
+    });
+    window.program.kill().unwrap();
+    window.program.wait().unwrap();
+    assert!(fs::read_to_string(&path).unwrap().contains("toggle_dock off\n"));
+
+    let mut window = Window::open_in(tempfile::tempdir().unwrap(), &["--guest"], &[], USUAL);
+    window.input(&["key", "k", "m"]);
+    let _ = window.screenshot();
+    window.input(&["key", "ctrl+d"]);
+    sleep(REST);
+    window.program.kill().unwrap();
+    window.program.wait().unwrap();
+    assert!(!window.folder.path().join("inertia").exists(), "no drafts");
+    assert!(!window.folder.path().join("settings/inertia").exists(), "no arrangement");
 }
 
 #[test]
@@ -685,7 +710,7 @@ fn after_a_crash_the_window_is_arranged_as_before_and_the_mouse_brings_the_chang
     window.input(&["key", "F7", "ctrl+q"]);
     wait_for("the program to end", || window.program.try_wait().unwrap());
     let arranged = window.folder.path().join("settings/inertia/window");
-    let before = fs::read_to_string(&arranged).unwrap();
+    assert!(fs::read_to_string(&arranged).unwrap().contains("toggle_editor off"));
     let again = |window: &mut Window| {
         let folder = std::mem::replace(&mut window.folder, tempfile::tempdir().unwrap());
         fs::remove_file(folder.path().join("screenshot_001.png")).unwrap();
@@ -705,6 +730,8 @@ fn after_a_crash_the_window_is_arranged_as_before_and_the_mouse_brings_the_chang
     window.program.kill().unwrap();
     window.program.wait().unwrap();
 
+    let before = fs::read_to_string(&arranged).unwrap();
+
     let _ = fs::remove_file(window.folder.path().join("screenshot_002.png"));
     let mut window = again(&mut window);
     let mut here = Cockpit::of("tutorial", size);
@@ -720,7 +747,9 @@ fn after_a_crash_the_window_is_arranged_as_before_and_the_mouse_brings_the_chang
     assert!(text.contains("name: \"player2\""), "{text}");
     window.quit();
     assert_eq!(fs::read_to_string(&arranged).unwrap(), before);
-    assert!(before.contains("toggle_cockpit on") && before.contains("toggle_theme on"), "{before}");
+    for line in ["toggle_cockpit on", "toggle_theme on", "toggle_editor on"] {
+        assert!(before.contains(line), "{before}");
+    }
 }
 
 #[test]

@@ -22,6 +22,7 @@ use scene::Source;
 use scene::lesson::beside;
 use winit::event_loop::DeviceEvents;
 
+use self::drafts::Drafts;
 use self::recorder::Recorder;
 use self::shell::Shell;
 use crate::app::arrangement::FIRST_START;
@@ -90,26 +91,24 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let recorder = args.record.as_deref().map(record).transpose()?;
     let event_loop = display::event_loop(name)?;
     display::end_with(&event_loop);
-    let mut shell = Shell::new(session, recorder, files);
+    let drafts = if args.guest { Drafts::none() } else { Drafts::begin() };
+    let mut shell = Shell::new(session, recorder, drafts, files);
     forecast_start(&mut shell.session);
     let has_bars = !args.bare && args.script.is_none();
     let remembers = has_bars && !args.guest;
     if has_bars {
         let is_first = args.guest || remembered::is_first();
-        let begins = if is_first && args.lesson.is_none() && args.scene.is_none() {
-            FIRST_START.to_owned()
-        } else {
-            String::new()
-        };
+        let shows_card = is_first && args.lesson.is_none() && args.scene.is_none();
+        if remembers && is_first {
+            remembered::note_first(shows_card);
+        }
         let left = if args.guest { String::new() } else { remembered::read(remembered::ARRANGEMENT) };
-        shell.arrangement = Some(begins + &left);
+        let left = left.replace(FIRST_START, "");
+        shell.arrangement = Some(if shows_card { FIRST_START.to_owned() + &left } else { left.clone() });
+        shell.arranged = remembers.then_some(left);
         shell.opened = true;
     }
     if remembers {
-        if remembered::is_first() {
-            // The card is not shown again, however this window ends.
-            remembered::keep(remembered::ARRANGEMENT, "");
-        }
         let left = shell.drafts.left_behind().into_iter().next();
         // A recording keeps its scene, and shows no list that another machine does not have.
         if shell.recorder.is_none() {
@@ -133,9 +132,6 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     });
     let ended = ended.and(shell.failure.map_or(Ok(()), Err));
     shell.drafts.end();
-    if remembers && ended.is_ok() {
-        remembered::keep(remembered::ARRANGEMENT, &shell.session.arrangement());
-    }
     let recorded = shell
         .recorder
         .map_or(Ok(()), |recorder| recorder.finish(shell.session.stage.frames(), &shell.session.chosen));

@@ -7,11 +7,12 @@ use crate::tools::learn::Learn;
 
 const DOCK_WIDTH: &str = "dock_width";
 const DOCK_TAB: &str = "dock_tab";
-const LESSON_DONE: &str = "lesson_done";
+/// Begins a line for each lesson that was done.
+pub(crate) const LESSON_DONE: &str = "lesson_done";
 
 const WELCOME: &str = "welcome";
 
-/// The line of a first start, which shows a card.
+/// The line of a first start, which shows a card. It waits in the file until a window can show the card.
 pub(crate) const FIRST_START: &str = "welcome on\n";
 
 /// Most steps between two sizes of panels that are believed.

@@ -25,7 +25,8 @@ pub(super) fn lay_out(
     tools: &mut Tools,
 ) -> Vec<Intent> {
     let (mut intents, mut windows) = (Vec::new(), Vec::new());
-    let titles: Vec<_> = ui.opened().iter().map(|panel| panel.row().title).collect();
+    let titles: Vec<_> =
+        ui.opened().iter().filter(|panel| ui.lays_out(**panel)).map(|panel| panel.row().title).collect();
     let opened = ui.opened().to_owned();
     let (context, docks) = (root.ctx().clone(), ui.cockpit.shown);
     if docks {
@@ -42,7 +43,7 @@ pub(super) fn lay_out(
         let place = ui.view.center_bottom() - egui::Vec2::Y * WELCOME_ABOVE;
         learn::welcome(&context, place, &mut tools.learn, &mut intents);
     }
-    for (panel, tool) in tools.each().filter(|(panel, _)| ui.shows(*panel)) {
+    for (panel, tool) in tools.each().filter(|(panel, _)| ui.lays_out(*panel)) {
         // A lesson is in its strip, and not over pictures for people.
         let has_place = docks || stage.run.options.words != Words::All;
         if (docks && panel.tab().is_some()) || (has_place && panel == Panel::Learn) {

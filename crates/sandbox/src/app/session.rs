@@ -278,7 +278,7 @@ impl Session {
                 self.view.locked = None;
                 self.follow();
             }
-            Act::ResetCamera => self.view.reset_camera(),
+            Act::ResetCamera => self.view.reset_camera(&self.stage),
             Act::LockCamera => self.view.toggle_lock(&self.stage),
             Act::NextBody => self.select_neighbor(1),
             Act::PreviousBody => self.select_neighbor(-1),
@@ -334,6 +334,9 @@ impl Session {
         // A tool that follows the world begins where nothing waits to be done.
         self.stage.carry_out_requests();
         self.follow();
+        if self.ui.shows(panel) && !self.ui.lays_out(panel) {
+            return self.ui.open(panel);
+        }
         let open = self.ui.shows(panel);
         let Some((_, tool)) = self.tools.each().find(|(other, _)| *other == panel) else { return };
         if tool.toggle(&mut self.stage, open) {

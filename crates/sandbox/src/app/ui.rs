@@ -42,6 +42,8 @@ pub(crate) struct Ui {
     laid_out: bool,
     /// Open panels in the order in which they were opened.
     opened: Vec<Panel>,
+    /// Those of them that went with the dock when it was hidden.
+    hidden: Vec<Panel>,
     was_open: bool,
     /// The bars and the dock around the view.
     pub cockpit: Cockpit,
@@ -70,6 +72,7 @@ impl Ui {
             pointer: Pos2::ZERO,
             laid_out: false,
             opened: Vec::new(),
+            hidden: Vec::new(),
             was_open: false,
             cockpit: Cockpit::default(),
             view: Rect::EVERYTHING,
@@ -85,8 +88,14 @@ impl Ui {
         self.opened.contains(&panel)
     }
 
-    /// Opens `panel` on top of the others, if it is closed.
+    /// Whether `panel` is open and on the screen, where it is not hidden with the dock.
+    pub fn lays_out(&self, panel: Panel) -> bool {
+        self.shows(panel) && !self.hidden.contains(&panel)
+    }
+
+    /// Opens `panel` on top of the others, if it is closed or hidden.
     pub fn open(&mut self, panel: Panel) {
+        self.hidden.retain(|other| *other != panel);
         if !self.shows(panel) {
             self.opened.push(panel);
         }
@@ -94,6 +103,7 @@ impl Ui {
 
     pub fn close(&mut self, panel: Panel) {
         self.opened.retain(|other| *other != panel);
+        self.hidden.retain(|other| *other != panel);
     }
 
     /// When egui wants its next layout, s; infinite where nothing moves by itself.
@@ -132,7 +142,8 @@ impl Ui {
                 return true;
             }
         }
-        self.opened.pop().is_some()
+        let top = self.opened.iter().rposition(|panel| !self.hidden.contains(panel));
+        top.map(|top| self.opened.remove(top)).is_some()
     }
 
     /// Whether the pointer is over a panel or drags something of it.
@@ -210,9 +221,13 @@ impl Ui {
         self.events.push(Event::PointerGone);
     }
 
-    /// Shows or hides the bars and the dock around the view; whether they are shown now.
+    /// Shows or hides the bars and the dock with its panels around the view; whether they are shown now.
     pub fn toggle_cockpit(&mut self) -> bool {
         self.cockpit.shown ^= true;
+        self.hidden.clear();
+        if !self.cockpit.shown {
+            self.hidden.extend(self.opened.iter().filter(|panel| panel.tab().is_some()));
+        }
         // They have to be measured, as at the first layout.
         self.laid_out = false;
         self.cockpit.shown

@@ -121,9 +121,12 @@ impl View {
     }
 
     /// Back to where the scene put the camera, locked to nothing.
-    pub(crate) fn reset_camera(&mut self) {
+    pub(crate) fn reset_camera(&mut self, stage: &Stage) {
         self.camera.reset();
         self.locked = None;
+        if self.has_bars() && self.wants_frame(stage) {
+            self.frame(stage);
+        }
     }
 
     /// Locks the camera to the selection, or unlocks it.

@@ -18,8 +18,8 @@ const FILE: &str = "file";
 
 /// The unsaved changes of this window.
 pub(super) struct Drafts {
-    /// Its draft, or why it has none.
-    own: Result<Draft, Failure>,
+    /// Its draft, or why it has none; `None` if it keeps none.
+    own: Option<Result<Draft, Failure>>,
     /// Whether a person was told that changes are not kept.
     told: bool,
 }
@@ -43,7 +43,12 @@ impl Drafts {
             let folder = state.join("inertia/drafts");
             Draft::begin(&folder).map_err(|error| Failure::file("write into", &folder, &error))
         });
-        Self { own, told: false }
+        Self { own: Some(own), told: false }
+    }
+
+    /// Keeps nothing: whoever comes next is another person.
+    pub const fn none() -> Self {
+        Self { own: None, told: false }
     }
 
     /// Keeps the unsaved changes of `session` for a crash, in place of those before; whether they are kept.
@@ -61,9 +66,9 @@ impl Drafts {
         tell: impl FnOnce(String),
     ) -> bool {
         let kept = match &mut self.own {
-            Ok(draft) => draft.keep(unsaved, file).map_err(|failure| failure.to_string()),
-            Err(_) if unsaved.is_none() => Ok(()),
-            Err(failure) => Err(failure.to_string()),
+            Some(Ok(draft)) => draft.keep(unsaved, file).map_err(|failure| failure.to_string()),
+            Some(Err(failure)) if unsaved.is_some() => Err(failure.to_string()),
+            Some(Err(_)) | None => Ok(()),
         };
         if let (Err(why), false) = (&kept, self.told) {
             self.told = true;
@@ -74,12 +79,12 @@ impl Drafts {
 
     /// The drafts of windows that are gone, the newest first.
     pub fn left_behind(&self) -> Vec<PathBuf> {
-        self.own.as_ref().map_or_else(|_| Vec::new(), Draft::left_behind)
+        self.own.iter().flatten().flat_map(Draft::left_behind).collect()
     }
 
     /// Ends the draft of a window that is closed.
     pub fn end(self) {
-        if let Ok(Draft { lock: (path, file), .. }) = self.own {
+        if let Some(Ok(Draft { lock: (path, file), .. })) = self.own {
             drop(file);
             let _ = fs::remove_file(path);
         }
@@ -205,7 +210,7 @@ mod tests {
         assert!(!own.exists());
         draft.keep(Some(&text), None).expect("a folder that can be written");
         let lock = draft.lock.0.clone();
-        Drafts { own: Ok(draft), told: false }.end();
+        Drafts { own: Some(Ok(draft)), told: false }.end();
         assert!(own.exists() && !lock.exists());
     }
 
@@ -277,9 +282,9 @@ mod tests {
         let [first, second]: [Arc<str>; 2] = ["(version: 1)".into(), "(version: 1, )".into()];
         let file = folder.path().join("file");
         fs::write(&file, "").expect("a folder that can be written");
-        let own = Draft::begin(&file).map_err(|error| Failure::file("write into", &file, &error));
+        let own = Some(Draft::begin(&file).map_err(|error| Failure::file("write into", &file, &error)));
         let mut none = Drafts { own, told: false };
-        let mut gone = Drafts { own: Ok(begin(&folder.path().join("gone"))), told: false };
+        let mut gone = Drafts { own: Some(Ok(begin(&folder.path().join("gone")))), told: false };
         fs::remove_dir_all(folder.path().join("gone")).expect("a folder of its own");
         for drafts in [&mut none, &mut gone] {
             let mut told = Vec::new();

@@ -71,6 +71,9 @@ pub(super) struct Shell {
     pub failure: Option<Failure>,
     /// How the panels are to be arranged when the window is there.
     pub arrangement: Option<String>,
+    /// The arrangement that was remembered last, if it is, and the buttons that are down: what a drag changes is remembered at its end.
+    pub arranged: Option<String>,
+    buttons: u32,
     /// The scene files that were remembered last, if they are.
     pub remembered: Option<Vec<PathBuf>>,
     files: CommandFiles,
@@ -131,6 +134,7 @@ impl ApplicationHandler for Shell {
                     _ => return,
                 };
                 let pressed = state == ElementState::Pressed;
+                self.buttons = if pressed { self.buttons + 1 } else { self.buttons.saturating_sub(1) };
                 self.events.push(if pressed { Input::ButtonDown(button) } else { Input::ButtonUp(button) });
             }
             WindowEvent::MouseWheel { delta, .. } => {
@@ -190,12 +194,12 @@ impl ApplicationHandler for Shell {
 }
 
 impl Shell {
-    pub fn new(session: Session, recorder: Option<Recorder>, files: CommandFiles) -> Self {
+    pub fn new(session: Session, recorder: Option<Recorder>, drafts: Drafts, files: CommandFiles) -> Self {
         Self {
             session,
             recorder,
             screen: None,
-            drafts: Drafts::begin(),
+            drafts,
             pointer: Pointer::default(),
             events: Vec::new(),
             down: HashMap::new(),
@@ -213,6 +217,8 @@ impl Shell {
             speed: Speed::default(),
             failure: None,
             arrangement: None,
+            arranged: None,
+            buttons: 0,
             remembered: None,
             files,
         }
@@ -233,6 +239,7 @@ impl Shell {
         self.focused = focused;
         if !focused {
             self.down.clear();
+            self.buttons = 0;
             self.events.push(Input::FocusLost);
         }
     }
@@ -295,8 +302,9 @@ impl Shell {
         self.advance(now, events);
         self.last_frame = Some(now);
         self.mode_changes = false;
-        // As its key, so that a recording has it.
+        // As its key, so that a recording has it; a question would take it.
         if self.session.view.has_bars()
+            && !self.session.asks()
             && std::mem::take(&mut self.opened)
             && self.session.view.wants_frame(&self.session.stage)
         {
@@ -324,6 +332,7 @@ impl Shell {
         }
         self.drafts.keep(&mut self.session);
         self.keep_files();
+        self.keep_arrangement();
     }
 
     /// Carries out what the frame ordered; whether the window is to close. What has a picture waits for a frame that was drawn.
@@ -344,6 +353,19 @@ impl Shell {
         if let Some(before) = self.remembered.as_deref().filter(|before| *before != files) {
             remembered::keep_files(before, files);
             self.remembered = Some(files.to_owned());
+        }
+    }
+
+    /// Remembers how the panels are arranged and which lessons were done, at once: neither a crash nor another window loses it.
+    fn keep_arrangement(&mut self) {
+        if self.buttons > 0 || self.arrangement.is_some() {
+            return;
+        }
+        let Some(before) = &mut self.arranged else { return };
+        let now = self.session.arrangement();
+        if now != *before {
+            remembered::keep_arrangement(before, &now);
+            *before = now;
         }
     }
 

@@ -163,7 +163,7 @@ mod tests {
             "paused" => Some(1.0),
             _ => None,
         };
-        let said = |text: &str| missing(&Formula::parse(text).unwrap(), &measure, value);
+        let said = |text: &str| missing(&Formula::parse(text).expect("a formula"), &measure, value);
         assert_eq!(said("e < 43 && m == 2"), "energy 51 J, to be below 43 J");
         assert_eq!(said("e < e_before * 0.85"), "energy 51 J, to be below 42.5 J");
         assert_eq!(said("abs(e - e_before) > 3"), "abs(energy - earlier energy) 1 J, to be above 3 J");
