@@ -11,7 +11,7 @@ struct Globals {
     light_position: vec4f,  // w: 1 = casts shadows
     light_color: vec4f,     // w: 1 = a point light, 0 = the head light
     shadow_map: vec4f,      // x: size of a texel in uv, y: meters a texel spans at 1 m from the light
-    picture: vec4f,         // xy: size of the whole picture with its panels, points; z: 1 = a sky without a horizon; w: 1 = soft light, matte bodies
+    picture: vec4f,         // xy: size of the whole picture with its panels, points; z: 1 = a sky without a horizon; w: 1 = soft light, matte bodies, 2 = and for paper
     ground: vec4f,          // x: height, m; y: meters from line to line; zw: where the camera is between the lines, m
 }
 

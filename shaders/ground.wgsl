@@ -34,7 +34,8 @@ fn fs_ground(in: Sky) -> @location(0) vec4f {
     // Lines closer together than pixels are left out.
     let lines = clamp(1.5 - from_line, vec2f(0.0), vec2f(1.0)) * clamp(1.0 - 4.0 * width, vec2f(0.0), vec2f(1.0));
     let soft = globals.picture.w > 0.0;
-    let plain = select(PLAIN, SOFT_PLAIN, soft);
+    let paper = globals.picture.w > 1.0;
+    let plain = select(select(PLAIN, SOFT_PLAIN, soft), vec3f(1.0), paper);
     var color = mix(plain, select(LINE_ON_GROUND, SOFT_LINE, soft), max(lines.x, lines.y));
 
     let point = toward * away;
@@ -43,5 +44,5 @@ fn fs_ground(in: Sky) -> @location(0) vec4f {
     color *= select(1.0, mix(IN_SHADOW, 1.0, lit), facing_light > 0.0);
 
     let faded = away / (away + HALF_FADED * globals.ground.y);
-    return vec4f(stored(select(sky, mix(color, select(GROUND, SOFT_FAR, soft), faded), toward.y < 0.0)), 1.0);
+    return vec4f(stored(select(sky, mix(color, select(select(GROUND, SOFT_FAR, soft), vec3f(1.0), paper), faded), toward.y < 0.0)), 1.0);
 }

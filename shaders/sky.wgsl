@@ -32,6 +32,9 @@ fn vs_sky(@builtin(vertex_index) index: u32) -> Sky {
 
 // In a direction that goes up by `height` of its length.
 fn sky_color(height: f32) -> vec3f {
+    if globals.picture.w > 1.0 {
+        return vec3f(1.0);
+    }
     let above = mix(HORIZON, ZENITH, smoothstep(0.0, 1.0, sqrt(max(height, 0.0))));
     let below = mix(GROUND, NADIR, smoothstep(0.0, 1.0, sqrt(max(-height, 0.0))));
     let with_horizon = mix(below, above, smoothstep(-0.01, 0.004, height));

@@ -282,6 +282,9 @@ fn a_run_shows_a_lesson_in_its_scene() {
     let folder = tempfile::tempdir().unwrap();
     let line = "run tutorial --lesson force --seconds 13 --fps 4 --size 320x180 --film f.png --captions --summary s.json";
     sandbox(&folder, line).fine();
+    sandbox(&folder, "run tutorial --seconds 2 --size 320x180 --film f.gif").fine();
+    let gif = fs::read(folder.path().join("f.gif")).unwrap();
+    assert!(gif.starts_with(b"GIF89a") && gif.ends_with(b";"), "{} bytes", gif.len());
     let film = fs::read(folder.path().join("f.png")).unwrap();
     assert!(film.windows(4).any(|word| word == b"acTL"));
     let summary: serde_json::Value =
@@ -290,6 +293,39 @@ fn a_run_shows_a_lesson_in_its_scene() {
     assert!(momentum.unwrap_or_default() < -0.5, "the ball was pushed: {summary}");
     let message = "sandbox: the lesson force plays in tutorial, not in orbit; run tutorial\n";
     sandbox(&folder, "run orbit --lesson force").says(2, message);
+}
+
+#[test]
+fn a_teachers_lesson_is_printed_opened_as_a_file_and_no_scene() {
+    let text = lesson("");
+    let folder = folder([("my.ron", text.as_str())]);
+    let path = folder.path().join("my.ron");
+    let other = folder.path().join("other");
+    fs::create_dir(&other).unwrap();
+    fs::copy(&path, other.join("my.ron")).unwrap();
+    sandbox(&folder, "lessons --html out my.ron force").fine();
+    let out = folder.path().join("out");
+    let mut files: Vec<_> =
+        fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    files.sort();
+    let mut expected =
+        ["answers.html", "force.html", "index.html", "my.html", "my-1.png"].map(str::to_owned).to_vec();
+    expected.extend((1..=4).map(|step| format!("force-{step}.png")));
+    expected.sort();
+    assert_eq!(files, expected);
+    let index = fs::read_to_string(out.join("index.html")).unwrap();
+    assert!(index.contains("my.html") && index.contains("force.html") && !index.contains("mass.html"));
+    // Pictures are on white.
+    let picture =
+        render::Image::decode_png(std::io::BufReader::new(fs::File::open(out.join("my-1.png")).unwrap()))
+            .unwrap();
+    assert_eq!(picture.pixel(2, 2), Some([255; 4]));
+    let twice = "two lessons would have the page my.html; rename the file of one";
+    sandbox(&folder, "lessons --html more my.ron other/my.ron").fails(2, twice);
+    for line in ["run my.ron --seconds 1", "plan my.ron"] {
+        let message = "sandbox: my.ron: this is a lesson, not a scene; `sandbox --lesson my.ron` plays it, `sandbox lessons check my.ron` checks it\n";
+        sandbox(&folder, line).says(2, message);
+    }
 }
 
 #[test]

@@ -190,7 +190,7 @@ fn delay(from_s: f64, to_s: f64) -> [u16; 2] {
 }
 
 /// The smallest rectangle of `next` in which it differs from `shown`, and where it lies; none if they are equal.
-fn difference(shown: &Image, next: &Image) -> Option<([u32; 2], Image)> {
+pub(crate) fn difference(shown: &Image, next: &Image) -> Option<([u32; 2], Image)> {
     let [width, height] = next.size_px;
     let differs = |x: &u32, y: &u32| shown.pixel(*x, *y) != next.pixel(*x, *y);
     let (mut columns, mut rows) = ([width, 0], [height, 0]);

@@ -27,6 +27,8 @@ pub struct Frame {
     pub space: bool,
     /// Whether light is soft, bodies are matte and the ground is light; else all is as in the tutorial.
     pub soft: bool,
+    /// Whether the picture is for paper: no sky, a white ground, and light that is soft.
+    pub paper: bool,
     /// A plain that hides what is below it, but for lines and translucent bodies.
     pub ground: Option<Ground>,
     /// The one lamp; without it everything is lit softly from the camera.

@@ -6,7 +6,7 @@
 //!   and `panels` draw cloth and jelly, translucent bodies and egui's triangles.
 //! - [`Gpu`]: an adapter, real or software. [`Quality`]: how much work a picture may cost.
 //! - [`Offscreen`] and [`WindowTarget`]: where the view comes from, a texture or a swap chain.
-//! - [`Image`] and [`Film`]: a picture in memory and as a PNG file, and pictures as an animated PNG.
+//! - [`Image`], [`Film`] and [`Gif`]: a picture in memory and as a PNG file, and pictures as an animated PNG or GIF.
 //! - [`RenderError`]: what went wrong, and what to do.
 //!
 //! Does not include: loading of meshes or images, translucent surfaces, more than one light, and any knowledge of
@@ -16,6 +16,7 @@ mod buffers;
 mod error;
 mod film;
 mod frame;
+mod gif;
 mod gpu;
 mod image;
 mod lines;
@@ -31,6 +32,7 @@ mod surfaces;
 mod target;
 mod translucent;
 
+pub use self::gif::Gif;
 pub use error::RenderError;
 pub use film::Film;
 pub use frame::{

@@ -227,7 +227,7 @@ impl Renderer {
                 picture[0] / scale,
                 picture[1] / scale,
                 f32::from(u8::from(frame.space)),
-                f32::from(u8::from(frame.soft)),
+                if frame.paper { 2.0 } else { f32::from(u8::from(frame.soft)) },
             ),
             ground: frame.ground.map_or(Vec4::ZERO, |ground| {
                 let [x, z] = ground.offset_m;

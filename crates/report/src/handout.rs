@@ -1,11 +1,21 @@
-//! Lessons on paper: a page for each, with room for answers, and a sheet of the measured answers.
+//! Lessons on paper: a page for each, with room for answers, a sheet of the measured answers, and an index of all.
 
 use super::escape::html;
 use super::page::document;
 
 /// Rules of style beside those of all pages.
 const RULES: &str = "section{break-inside:avoid;margin-bottom:1.5em}img{max-width:100%;border:1px solid #999}\
-                     .room{height:3.5em;border-bottom:1px solid #999}\n";
+                     .room{height:3.5em;border-bottom:1px solid #999}.who{display:flex;gap:2em}\
+                     .who span{flex:1;border-bottom:1px solid #999}th,td{padding:2px 8px;text-align:left;vertical-align:top}\n\
+                     @page{size:A4;margin:14mm}@media print{body{font-size:10.5pt;padding:0}h1{font-size:17pt;margin:0}\
+                     h2{font-size:12.5pt;margin:.6em 0 .2em}p{margin:.3em 0}ul{margin:.2em 0}tr{break-inside:avoid}}\n";
+
+/// Those of a page with steps: two of them fit on a sheet.
+const TWO_TO_A_PAGE: &str = "@media print{section{margin:0}img{max-height:56mm;max-width:110mm}\
+                             section:nth-of-type(2n){break-after:page}section:last-of-type{break-after:auto}}\n";
+
+/// A place for the name of a pupil and the date.
+const WHO: &str = "<p class=\"who\"><span>Name:</span><span>Date:</span></p>\n";
 
 /// A lesson, played by its solution.
 #[derive(Clone, Debug)]
@@ -16,6 +26,10 @@ pub struct Handout {
     pub about: String,
     /// The page of the tutorial that it belongs to.
     pub belongs_to: String,
+    /// How long it takes, minutes.
+    pub minutes: u32,
+    /// Name of the file of its page.
+    pub page: String,
     /// Its steps.
     pub steps: Vec<HandoutStep>,
 }
@@ -33,8 +47,10 @@ pub struct HandoutStep {
     pub unit: Option<String>,
     /// Name of the file of its picture, beside the page.
     pub picture: String,
-    /// What was measured.
+    /// What was measured when its solution did it.
     pub measured: String,
+    /// Whether that depends on the way in which the step is done.
+    pub depends: bool,
     /// The right answer of a question.
     pub answer: Option<String>,
 }
@@ -44,7 +60,28 @@ pub struct HandoutStep {
 pub fn handout(lesson: &Handout) -> String {
     let sections: String = (1..).zip(&lesson.steps).map(|(number, step)| section(number, step)).collect();
     let lead = format!("{} Belongs to: {}.", html(&lesson.about), html(&lesson.belongs_to));
-    document(&lesson.title, &lead, RULES, "", &sections, "")
+    document(&lesson.title, &lead, &format!("{RULES}{TWO_TO_A_PAGE}"), WHO, &sections, "")
+}
+
+/// A page with a link to that of each lesson, and to the sheet of answers in the file `answers`.
+#[must_use]
+pub fn index(lessons: &[Handout], answers: &str) -> String {
+    let row = |lesson: &Handout| {
+        format!(
+            "<tr><td><a href=\"{}\">{}</a></td><td>{} min</td><td>{}</td><td>{}</td></tr>\n",
+            html(&lesson.page),
+            html(&lesson.title),
+            lesson.minutes,
+            html(&lesson.about),
+            html(&lesson.belongs_to),
+        )
+    };
+    let rows: String = lessons.iter().map(row).collect();
+    let table = format!(
+        "<table>\n<tr><th>lesson</th><th>takes</th><th>about</th><th>belongs to</th></tr>\n{rows}</table>\n\
+         <p><a href=\"{answers}\">The answers</a>, for teachers.</p>\n"
+    );
+    document("Lessons", "Each prints on A4, two steps to a page.", RULES, "", &table, "")
 }
 
 fn section(number: usize, step: &HandoutStep) -> String {
@@ -73,8 +110,10 @@ pub fn answers(lessons: &[Handout]) -> String {
             .map(|(number, step)| {
                 let answer = step.answer.as_deref().unwrap_or_default();
                 let unit = step.unit.as_deref().filter(|_| step.answer.is_some()).unwrap_or_default();
+                let example = if step.depends && !step.measured.is_empty() { "For example: " } else { "" };
                 format!(
-                    "<tr><td>{number}</td><td>{} {}</td><td>{}</td></tr>\n",
+                    "<tr><td>{number}</td><td>{}</td><td>{} {}</td><td>{example}{}</td></tr>\n",
+                    html(&step.task),
                     html(answer),
                     html(unit),
                     html(&step.measured)
@@ -82,7 +121,7 @@ pub fn answers(lessons: &[Handout]) -> String {
             })
             .collect();
         format!(
-            "<section>\n<h2>{}</h2>\n<table>\n<tr><th>step</th><th>answer</th><th>measured</th></tr>\n{rows}</table>\n</section>\n",
+            "<section>\n<h2>{}</h2>\n<table>\n<tr><th>step</th><th>task</th><th>answer</th><th>measured</th></tr>\n{rows}</table>\n</section>\n",
             html(&lesson.title)
         )
     };
@@ -110,6 +149,7 @@ mod tests {
             unit: unit.map(str::to_owned),
             picture: "a-1.png".to_owned(),
             measured: "It goes at 17.5 m/s.".to_owned(),
+            depends: answer.is_none(),
             answer: answer.map(str::to_owned),
         };
         let steps = vec![
@@ -117,14 +157,25 @@ mod tests {
             step(&["one", "two"], None, Some("two")),
             step(&[], Some("m/s"), Some("17.5")),
         ];
-        let lesson =
-            Handout { title: "A".to_owned(), about: "B.".to_owned(), belongs_to: "C".to_owned(), steps };
+        let lesson = Handout {
+            title: "A".to_owned(),
+            about: "B.".to_owned(),
+            belongs_to: "C".to_owned(),
+            minutes: 5,
+            page: "a.html".to_owned(),
+            steps,
+        };
         let page = handout(&lesson);
         assert!(
             page.contains("Push &lt;it&gt;.") && page.contains("____ m/s") && page.contains("\u{2610} two")
         );
         assert!(!page.contains("17.5"), "the page does not say the answer");
+        assert!(page.contains("Name:") && page.contains("Date:"));
+        let all = index(std::slice::from_ref(&lesson), "answers.html");
+        assert!(all.contains("<a href=\"a.html\">A</a>") && all.contains("answers.html"), "{all}");
         let sheet = answers(&[lesson]);
+        assert_eq!(sheet.matches("For example: It goes").count(), 1, "{sheet}");
+        assert_eq!(sheet.matches("Push &lt;it&gt;.").count(), 3, "{sheet}");
         assert!(sheet.contains("<td>17.5 m/s</td>") && sheet.contains("<td>two </td>"), "{sheet}");
     }
 }

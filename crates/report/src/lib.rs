@@ -33,7 +33,7 @@ use page::slugs;
 pub use chart::Drawing;
 pub use csv::CELLS_HEADER;
 pub use escape::terminal;
-pub use handout::{Handout, HandoutStep, answers, handout};
+pub use handout::{Handout, HandoutStep, answers, handout, index};
 pub use palette::{INKS, Ink, REFERENCE_INK, ink};
 pub use summary::{brief, markdown, table, text};
 pub use table::{Table, aligned, csv};

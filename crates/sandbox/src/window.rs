@@ -113,6 +113,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         // A recording keeps its scene, and shows no list that another machine does not have.
         if shell.recorder.is_none() {
             shell.session.stage.remember_files(remembered::files());
+            shell.session.tools.learn.own = remembered::lessons();
             shell.remembered = Some(shell.session.stage.files().to_owned());
             if let Source::File(path) = shell.session.stage.scene().source.clone() {
                 shell.session.stage.run.note_file(&path);

@@ -200,7 +200,7 @@ pub enum Begin {
     Pause,
     /// The run goes on.
     Play,
-    /// The camera frames all bodies.
+    /// The camera is where the scene puts it, or frames all bodies.
     Frame,
 }
 
@@ -325,6 +325,12 @@ pub fn load(name_or_path: &str) -> Result<Lesson, SceneError> {
         return Err(SceneError::of_file(name_or_path, "there is no such lesson", cure));
     }
     Lesson::parse(name_or_path, &read_text(path)?)
+}
+
+/// Whether the file at `path` is a lesson and not a scene: it has steps and a title, whatever else is wrong with it.
+#[must_use]
+pub fn is_file(path: &Path) -> bool {
+    read_text(path).is_ok_and(|text| raw::is_lesson(&text))
 }
 
 /// Whether that is the name of a lesson in the program, and not the path of a file.

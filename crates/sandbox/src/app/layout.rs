@@ -43,7 +43,8 @@ pub(super) fn lay_out(
         let place = ui.view.center_bottom() - egui::Vec2::Y * WELCOME_ABOVE;
         learn::welcome(&context, place, &mut tools.learn, &mut intents);
     }
-    for (panel, tool) in tools.each().filter(|(panel, _)| ui.lays_out(*panel)) {
+    let has_windows = stage.run.options.words != Words::Paper;
+    for (panel, tool) in tools.each().filter(|(panel, _)| has_windows && ui.lays_out(*panel)) {
         // A lesson is in its strip, and not over pictures for people.
         let has_place = docks || stage.run.options.words != Words::All;
         if (docks && panel.tab().is_some()) || (has_place && panel == Panel::Learn) {

@@ -541,7 +541,13 @@ impl Session {
             Begin::Reset => self.act(Act::ResetWorld),
             Begin::Pause => self.stage.paused = true,
             Begin::Play => self.stage.paused = false,
-            Begin::Frame => self.act(Act::Frame),
+            Begin::Frame => {
+                self.act(Act::ResetCamera);
+                // Also without bars, where the key does not.
+                if self.view.wants_frame(&self.stage) {
+                    self.view.frame(&self.stage);
+                }
+            }
         }
     }
 

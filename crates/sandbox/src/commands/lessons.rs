@@ -18,7 +18,8 @@ pub(super) const EXAMPLES: &str = "\
 Examples:
   sandbox lessons
   sandbox lessons check force
-  sandbox lessons --html pages";
+  sandbox lessons --html pages
+  sandbox lessons --html pages my.ron";
 
 /// Lists lessons, checks one, or writes pages of all.
 #[derive(Args, Debug)]
@@ -26,9 +27,12 @@ Examples:
 pub(crate) struct LessonsArgs {
     #[command(subcommand)]
     what: Option<What>,
-    /// Write a page for each lesson, to be printed, and one with the answers
+    /// Write a page for each lesson, to be printed, one with the answers, and an index
     #[arg(long, value_name = "DIR")]
     html: Option<PathBuf>,
+    /// The lessons of the pages: names or files [default: all of the program]
+    #[arg(value_name = "LESSON", requires = "html")]
+    lessons: Vec<String>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -45,7 +49,11 @@ pub(crate) fn run(args: &LessonsArgs) -> Result<(), Failure> {
     let mut files = CommandFiles::default();
     match (&args.what, &args.html) {
         (Some(What::Check { lesson }), _) => show(&check(&files.lesson(lesson)?)?),
-        (None, Some(folder)) => pages::write(folder, &files),
+        (None, Some(folder)) => {
+            let lessons =
+                args.lessons.iter().map(|name| files.lesson(name)).collect::<Result<Vec<_>, _>>()?;
+            pages::write(folder, lessons, &files)
+        }
         (None, None) => {
             let rows = shipped().iter().map(|(name, text)| {
                 let lesson = Lesson::parse(name, text)?;

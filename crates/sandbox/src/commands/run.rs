@@ -26,6 +26,7 @@ use crate::output::tell;
 use crate::stage::{Simulated, Stage};
 use crate::tools::forecast::ForecastRow;
 
+mod film;
 mod outputs;
 mod setup;
 
@@ -100,8 +101,8 @@ pub(crate) struct RunArgs {
     /// Frames between two pictures
     #[arg(long, value_name = "K", default_value_t = 1, requires = "frames", allow_negative_numbers = true, value_parser = above_0)]
     pub frame_every: u64,
-    /// Write all frames as one animated PNG, without words but labels; --fps says how many per second
-    #[arg(long, value_name = "FILE.png")]
+    /// Write all frames as one animated PNG or GIF, without words but labels; --fps says how many per second [GIF: 25]
+    #[arg(long, value_name = "FILE.png|FILE.gif")]
     pub film: Option<PathBuf>,
     /// Write what the scene or the lesson says, the time and a scale bar into the film
     #[arg(long, requires = "film", conflicts_with = "no_hud")]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use history::Bundle;
 use scene::lesson::{Lesson, beside};
-use scene::{Scene, Script, Source};
+use scene::{Scene, SceneError, Script, Source};
 
 use crate::app::script::load_script;
 use crate::args::SceneName;
@@ -22,6 +22,16 @@ pub(crate) struct CommandFiles {
     claimed: Vec<NamedFile>,
 }
 
+/// Why the file at `path` is not a scene, beside its faults: a lesson is something else.
+fn not_a_scene(path: &Path, error: SceneError) -> Failure {
+    if !scene::lesson::is_file(path) {
+        return error.into();
+    }
+    let path = path.display();
+    let cure = format!("`sandbox --lesson {path}` plays it, `sandbox lessons check {path}` checks it");
+    Failure::Usage(format!("{path}: this is a lesson, not a scene; {cure}"))
+}
+
 /// A file, and what the command line calls it.
 #[derive(Debug)]
 struct NamedFile {
@@ -32,7 +42,7 @@ struct NamedFile {
 impl CommandFiles {
     /// Loads a shipped scene, a hard case or a file: [`scene::load`].
     pub fn scene(&mut self, name: &str) -> Result<Scene, Failure> {
-        let scene = scene::load(name)?;
+        let scene = scene::load(name).map_err(|error| not_a_scene(Path::new(name), error))?;
         self.read_scene(&scene)?;
         Ok(scene)
     }
@@ -40,7 +50,7 @@ impl CommandFiles {
     /// Loads the scene that the command line names.
     pub fn named_scene(&mut self, name: &SceneName) -> Result<Scene, Failure> {
         let Some(path) = name.path() else { return self.scene(name) };
-        let scene = scene::load_path(path)?;
+        let scene = scene::load_path(path).map_err(|error| not_a_scene(path, error))?;
         self.read_scene(&scene)?;
         Ok(scene)
     }

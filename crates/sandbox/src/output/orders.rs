@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
+use lab::lesson::{run_lesson, runs_seconds};
 use render::Image;
+use scene::lesson::beside;
 
 use crate::app::session::Session;
 use crate::failure::Failure;
@@ -90,17 +92,39 @@ pub(crate) fn carry_out(
             Order::Forget(draft) => program.forget(&draft),
             Order::Restore(draft) => program.restore(session, &draft),
             Order::Open(_) | Order::Quit if unsaved => {}
-            Order::Open(name) => match program.files().scene(&name) {
-                Ok(scene) => {
-                    session.open(scene);
-                    program.opened(session)?;
-                }
+            Order::Open(name) => match open(&name, session, program.files()) {
+                Ok(()) => program.opened(session)?,
                 Err(failure) => program.report(session, Err(failure))?,
             },
             Order::Quit => return Ok(true),
         }
     }
     Ok(false)
+}
+
+/// Longest time for which a window waits for the runs of a lesson, s.
+const LONGEST_WAIT_S: f64 = 5.0;
+
+/// Opens a scene, or a lesson with its scene, by the name of a scene in the program or the path of a file.
+fn open(name: &str, session: &mut Session, files: &mut CommandFiles) -> Result<(), Failure> {
+    let path = Path::new(name);
+    if scene::embedded(name).is_some() || !scene::lesson::is_file(path) {
+        session.open(files.scene(name)?);
+        return Ok(());
+    }
+    let lesson = files.lesson(name)?;
+    let seconds: f64 = runs_seconds(&lesson, 1.0)?.iter().sum();
+    if seconds > LONGEST_WAIT_S {
+        let cure = format!("`sandbox --lesson {name}` waits for them");
+        return Err(Failure::Usage(format!(
+            "{name}: the runs of this lesson take some {seconds:.0} s; {cure}"
+        )));
+    }
+    let (scene, of_runs) = (files.scene(&beside(&lesson.name, &lesson.scene))?, run_lesson(&lesson, 1.0)?);
+    session.open(scene);
+    session.stage.run.note_file(path);
+    session.begin_lesson(lesson, of_runs);
+    Ok(())
 }
 
 /// Where a file of that kind is written, under `name` if the person gave one; `None` where nothing is written.

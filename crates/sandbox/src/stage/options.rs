@@ -26,6 +26,8 @@ pub enum Words {
     Captions,
     /// The labels of bodies, and what pushes and pulls do.
     Labels,
+    /// As [`Self::Labels`], on white and without panels: for paper.
+    Paper,
     /// None.
     None,
 }

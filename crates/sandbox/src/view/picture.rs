@@ -9,6 +9,7 @@ use render::{Camera, Frame, Instance, Light, Line, Particle, Sprite};
 use scene::{Appearance, PointRadius};
 
 use crate::stage::Stage;
+use crate::stage::options::Words;
 use crate::stage::things::drawn;
 use crate::view::{View, art};
 
@@ -85,6 +86,7 @@ impl View {
             }),
             space: !self.ground.has_up,
             soft: own_look,
+            paper: stage.run.options.words == Words::Paper,
             ground: self.ground.seen_from(eye, own_look),
             ..Default::default()
         };
@@ -202,7 +204,8 @@ impl View {
     fn add_trails(&self, stage: &Stage, frame: &mut Frame) {
         let (world, eye) = (&stage.sim.world, self.camera.position);
         for (body, points) in self.trail.until(stage.drawn_at()) {
-            let [r, g, b] = trail_color(world.get::<Appearance>(body).copied().unwrap_or(PLAIN).color);
+            let color = world.get::<Appearance>(body).copied().unwrap_or(PLAIN).color;
+            let [r, g, b] = if frame.paper { color.map(|channel| 0.6 * channel) } else { trail_color(color) };
             let seen = if world.get::<PointRadius>(body).is_some() { TRAIL_OF_MANY } else { 1.0 };
             let points = points.chain(stage.drawn_position(body));
             let count = points.clone().count();

@@ -220,7 +220,7 @@ impl View {
                     margin_color(ratio(spring.ends))
                 } else if self.springs {
                     strain_color(strain(from.distance(to), spring.elastic.rest_length))
-                } else if frame.soft && frame.space {
+                } else if frame.soft && frame.space && !frame.paper {
                     SPRING_IN_SPACE
                 } else {
                     SPRING_COLOR

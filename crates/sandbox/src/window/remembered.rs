@@ -89,6 +89,17 @@ pub(super) fn keep(name: &str, text: &str) {
     }
 }
 
+/// The lessons in the person's own folder, by their names.
+pub(super) fn lessons() -> Vec<PathBuf> {
+    let folder = dirs::data_dir().map(|data| data.join("inertia/lessons"));
+    let entries = folder.and_then(|folder| fs::read_dir(folder).ok());
+    let paths = entries.into_iter().flatten().flatten().map(|entry| entry.path());
+    let mut lessons: Vec<_> =
+        paths.filter(|path| path.extension().is_some_and(|end| end == "ron") && path.is_file()).collect();
+    lessons.sort();
+    lessons
+}
+
 /// The scene files of earlier windows that are still there, the newest last.
 pub(super) fn files() -> Vec<PathBuf> {
     read(FILES).lines().map(PathBuf::from).filter(|path| path.is_file()).collect()

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use serde::Deserialize;
-use serde::de::{Deserializer, MapAccess, Visitor};
+use serde::de::{Deserializer, IgnoredAny, MapAccess, Visitor};
 
 use super::{
     Begin, Formula, Goal, LESSON_VERSION, Lesson, LessonRun, LessonStep, Measure, Quantity, Sentence,
@@ -142,6 +142,18 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Lesson, SceneError> {
     let lesson = Reader { faults: &mut faults, name, scenes: HashMap::new() }.lesson(raw);
     faults.check(name, text, "")?;
     Ok(lesson)
+}
+
+/// What tells a lesson from a scene.
+#[derive(Debug, Deserialize)]
+struct Probe {
+    title: Option<IgnoredAny>,
+    steps: Option<IgnoredAny>,
+}
+
+pub(super) fn is_lesson(text: &str) -> bool {
+    let probe = syntax::read::<Probe>(text, "");
+    probe.is_ok_and(|(Probe { title, steps }, _)| title.is_some() && steps.is_some())
 }
 
 /// The keys of the group that has the key at `path`.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use render::Quality;
-use report::{Handout, HandoutStep, answers, handout};
+use report::{Handout, HandoutStep, answers, handout, index};
 use scene::lesson::{Goal, Lesson, shipped};
 
 use super::pupil::{Pupil, Runs, frame_bodies};
@@ -17,12 +17,21 @@ use crate::stage::options::{Options, Words};
 /// Size of a picture, pixels.
 const SIZE: [u32; 2] = [960, 540];
 
-/// Writes the pages of all lessons and the sheet of answers into `folder`.
-pub(super) fn write(folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
+/// Writes the pages of `lessons`, or of all in the program, the sheet of answers and the index into `folder`.
+pub(super) fn write(folder: &Path, mut lessons: Vec<Lesson>, files: &CommandFiles) -> Result<(), Failure> {
+    if lessons.is_empty() {
+        lessons = shipped().iter().map(|(name, text)| Lesson::parse(name, text)).collect::<Result<_, _>>()?;
+    }
+    let names: Vec<_> = lessons.iter().map(|lesson| file_stem(&lesson.name)).collect();
+    if let Some((_, twice)) = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
+        let what = format!("two lessons would have the page {}; rename the file of one", page_name(twice));
+        return Err(Failure::Usage(what));
+    }
     let is_of = |file: &str, name: &str| {
         file == page_name(name) || file.ends_with(".png") && file.starts_with(&format!("{name}-"))
     };
-    let is_page = |file: &str| file == ANSWERS || shipped().iter().any(|(name, _)| is_of(file, name));
+    let known = || names.iter().map(String::as_str).chain(shipped().iter().map(|(name, _)| *name));
+    let is_page = |file: &str| [ANSWERS, INDEX].contains(&file) || known().any(|name| is_of(file, name));
     // An earlier sheet of answers begins as this one does.
     let sheet = answers(&[]);
     let head = sheet.split("</title>").next().unwrap_or_default();
@@ -31,21 +40,29 @@ pub(super) fn write(folder: &Path, files: &CommandFiles) -> Result<(), Failure> 
     make_folder(folder)?;
     let mut camera = Camera::new(SIZE, Quality::HIGH)?;
     let (mut pages, mut written) = (Vec::new(), Vec::new());
-    for (name, text) in shipped() {
-        let lesson = Lesson::parse(name, text)?;
-        let page = played(&lesson, &mut written, &mut camera)?;
+    for (name, lesson) in names.iter().zip(&lessons) {
+        let page = played(lesson, name, &mut written, &mut camera)?;
         written.push((page_name(name), handout(&page).into_bytes()));
         tell(&page_name(name));
         pages.push(page);
     }
+    written.push((INDEX.to_owned(), index(&pages, ANSWERS).into_bytes()));
+    tell(INDEX);
     // First: it tells the folder from one that a person filled.
     written.insert(0, (ANSWERS.to_owned(), answers(&pages).into_bytes()));
     tell(ANSWERS);
     written.iter().try_for_each(|(name, bytes)| write_file(&files.unread(&folder.join(name))?, bytes))
 }
 
-/// The sheet of answers.
+/// The sheet of answers, and the index of all pages.
 const ANSWERS: &str = "answers.html";
+const INDEX: &str = "index.html";
+
+/// What the files of a lesson begin with: its name, or that of its file.
+fn file_stem(lesson: &str) -> String {
+    let stem = Path::new(lesson).file_stem();
+    stem.map_or_else(|| lesson.to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
 
 /// The page of a lesson.
 fn page_name(lesson: &str) -> String {
@@ -55,10 +72,11 @@ fn page_name(lesson: &str) -> String {
 /// Plays `lesson` and adds a picture of each step to what is written.
 fn played(
     lesson: &Lesson,
+    name: &str,
     written: &mut Vec<(String, Vec<u8>)>,
     camera: &mut Camera,
 ) -> Result<Handout, Failure> {
-    let options = Options { size_px: SIZE, words: Words::Labels, ..Options::default() };
+    let options = Options { size_px: SIZE, words: Words::Paper, ..Options::default() };
     let mut pupil = Pupil::begin(lesson, &Runs::new(lesson, 1.0)?, options)?;
     frame_bodies(&mut pupil.session);
     let mut steps = Vec::new();
@@ -67,7 +85,7 @@ fn played(
             let what = format!("{}: the solution of steps[{number}] is not accepted", lesson.name);
             return Err(Failure::Expectation(what));
         }
-        let picture = format!("{}-{}.png", lesson.name, number + 1);
+        let picture = format!("{name}-{}.png", number + 1);
         let image = camera.picture(&mut pupil.session)?;
         written.push((picture.clone(), png(&image, &pupil.session.stage)));
         let (choices, unit, answer) = match &step.goal {
@@ -78,13 +96,16 @@ fn played(
             }
         };
         let measured = pupil.session.tools.lesson().and_then(|state| state.said).unwrap_or_default();
+        let depends = matches!(step.goal, Goal::Done { .. });
         let (task, watch) = (step.task.clone(), step.watch.clone());
-        steps.push(HandoutStep { task, watch, choices, unit, picture, measured, answer });
+        steps.push(HandoutStep { task, watch, choices, unit, picture, measured, depends, answer });
     }
     Ok(Handout {
         title: lesson.title.clone(),
         about: lesson.about.clone(),
         belongs_to: lesson.page.clone(),
+        minutes: lesson.minutes,
+        page: page_name(name),
         steps,
     })
 }

@@ -1,23 +1,23 @@
 //! What a run without a window writes: pictures, the states of its ticks, a summary, a bundle, and how it ended.
 
-use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use motion::Totals;
 use motion::ledger::Ledger;
-use render::{Film, Image, Quality};
+use render::{Image, Quality};
 use scene::{Action, Script};
 use serde_json::Value;
 
 use crate::app::session::Session;
+use crate::commands::run::film::FilmFile;
 use crate::commands::run::{RunArgs, forecast_start, keep_ledger};
 use crate::failure::Failure;
 use crate::output::black_box::{self, BlackBox};
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{Output, OutputPath, folder_of, is_standard_output, make_folder, output_file};
+use crate::output::files::{Output, OutputPath, is_standard_output, make_folder, output_file};
 use crate::output::orders::{BUNDLE, GRAPH, Kind, Program, SCREENSHOT};
-use crate::output::pictures::{Camera, with_settings, write_picture};
+use crate::output::pictures::{Camera, write_picture};
 use crate::output::report::{self, STATE_HEADER, Summary};
 use crate::output::{show, tell, tell_all};
 use crate::stage::options::Options;
@@ -31,7 +31,7 @@ pub(super) struct Outputs<'a> {
     camera: Option<Camera>,
     /// Pictures that were written.
     pictures: u64,
-    film: Option<(Film<File>, Output)>,
+    film: Option<FilmFile>,
     summary: Option<Output>,
     black_box: Option<Output>,
     longest_frame: f64,
@@ -60,7 +60,7 @@ impl<'a> Outputs<'a> {
             watch: Watch::new(paths.state.as_ref().map(state_file).transpose()?, args.every),
             summary: open(&paths.summary)?,
             black_box: open(&paths.black_box)?,
-            film: paths.film.as_ref().map(begin_film).transpose()?,
+            film: paths.film.as_ref().map(|path| FilmFile::begin(path, size_px)).transpose()?,
             camera,
             pictures: 0,
             longest_frame,
@@ -86,7 +86,7 @@ impl<'a> Outputs<'a> {
             write_picture(&image, &path, &session.stage)?;
             self.pictures += 1;
         }
-        if let Some((film, _)) = &mut self.film {
+        if let Some(film) = &mut self.film {
             let path = self.args.film.as_deref().unwrap_or(Path::new(""));
             film.add(image, now).map_err(|error| Failure::file("write", path, &error))?;
         }
@@ -136,10 +136,9 @@ impl<'a> Outputs<'a> {
             );
         }
         let mut written = shown;
-        if let (Some(path), Some((film, mut file))) = (&args.film, film) {
-            let finished = with_settings(&session.stage, |text| film.finish(&mut file, text));
-            let finished = finished.and_then(|()| file.finish());
-            written = written.and(finished.map_err(|error| Failure::file("write", path, &error)));
+        if let (Some(path), Some(film)) = (&args.film, film) {
+            written = written
+                .and(film.finish(&session.stage).map_err(|error| Failure::file("write", path, &error)));
         }
         if let (Some(path), Some(file)) = (&args.summary, summary_file) {
             let summary = file.finish_with(summary.to_json().as_bytes());
@@ -356,16 +355,6 @@ impl Watch {
         };
         finished.map_err(|error| Failure::file("write", path.unwrap_or(Path::new("")), &error))
     }
-}
-
-/// Starts a film and its file. It is kept beside that file until it is finished, without a name: nothing is left of it however
-/// the run ends.
-fn begin_film(path: &OutputPath) -> Result<(Film<File>, Output), Failure> {
-    let file = output_file(path)?;
-    let folder = if file.is_straight() { std::env::temp_dir() } else { folder_of(path.as_ref()).to_owned() };
-    let spool =
-        tempfile::tempfile_in(&folder).map_err(|error| Failure::file("write into", &folder, &error))?;
-    Ok((Film::new(spool), file))
 }
 
 /// Starts the file with the state of every so many ticks.

@@ -1,5 +1,7 @@
 //! What a run is set up with: the scene, its script, its frames and its length, checked before anything is written.
 
+use std::path::Path;
+
 use history::Overrides;
 use lab::duration::tick_seconds;
 use render::{Film, Quality};
@@ -7,6 +9,7 @@ use report::numbers::number;
 use scene::lesson::{beside, is_same_scene};
 use scene::{Action, Keeps, Scene, Script, StepKind};
 
+use super::film::{GIF_FPS, is_gif, lengths_s};
 use super::{RunArgs, keeps_ledger};
 use crate::actions::{self, Act};
 use crate::app::script::player_of;
@@ -68,15 +71,16 @@ impl Setup {
             args.frames.is_some() || args.film.is_some() || script.as_ref().is_some_and(takes_pictures);
         // Frames between two ticks are for pictures and scripts.
         let unwatched = script.is_none() && args.lesson.is_none() && !pictures && !follows_frames(&scene);
-        let fps = args.fps.unwrap_or(DEFAULT_FPS);
+        let usual = if args.film.as_deref().is_some_and(is_gif) { GIF_FPS } else { DEFAULT_FPS };
+        let fps = args.fps.unwrap_or(usual);
         // A script acts between ticks: more frames than ticks would change nothing but the time that it takes.
         let acts_alone = script.is_some() && recording.is_none() && !pictures && args.fps.is_none();
         let fps =
             if unwatched || acts_alone && !follows_frames(&scene) { fps.min(scene.step_hz) } else { fps };
         let ends =
             FrameEnds::new(args, files, recording.map(|recording| recording.frame_ends_s.clone()), fps)?;
-        if args.film.is_some() {
-            check_film(&ends)?;
+        if let Some(path) = &args.film {
+            check_film(path, &ends)?;
         }
         let ticks = tick_limit(args, &scene, &ends)?;
         // As the window does, whose recording it is.
@@ -229,16 +233,18 @@ impl FrameEnds {
 }
 
 /// Checks that a film can say how long its pictures are shown.
-fn check_film(ends: &FrameEnds) -> Result<(), Failure> {
-    let [shortest, longest] = Film::LENGTHS_S;
+fn check_film(path: &Path, ends: &FrameEnds) -> Result<(), Failure> {
+    let [shortest, longest] = lengths_s(path);
     let shown = ends.longest();
-    let is_too_short = matches!(ends, FrameEnds::Constant { .. }) && shown < shortest;
+    let is_too_short = matches!(ends, FrameEnds::Constant { .. }) && shown < shortest * (1.0 - 1e-9);
     if !is_too_short && shown <= longest {
         return Ok(());
     }
     let shown = number(shown, 3);
-    let what =
-        format!("a film shows a picture for {shortest} to {longest} s, and these frames take {shown} s");
+    let what = format!(
+        "{}: such a film shows a picture for {shortest} to {longest} s, and these frames take {shown} s",
+        path.display()
+    );
     Err(Failure::Usage(format!("{what}; give another --fps, or --frames for single pictures")))
 }
 

@@ -1,6 +1,7 @@
 //! How far a lesson has come.
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use lab::lesson::{Quantities, measured};
@@ -19,6 +20,8 @@ use crate::view::View;
 #[derive(Default)]
 pub(crate) struct Learn {
     running: Option<Running>,
+    /// The files in the person's folder of lessons.
+    pub own: Vec<PathBuf>,
     /// Names of the lessons that were done to their end.
     pub done: BTreeSet<String>,
     /// Whether the card of the first start is shown, and which of its two things were done.
