@@ -4,6 +4,7 @@
 //! ([`Force`](crate::Force)) is constant over the tick and is not a law. Each law is one small file; a new law changes
 //! no method.
 
+mod body_drag;
 pub(crate) mod damping;
 mod drag;
 pub(crate) mod epoch;
@@ -25,6 +26,7 @@ use glam::DMat3;
 
 use crate::units::Vector;
 
+pub use body_drag::BodyDrag;
 pub use drag::Drag;
 pub use gravity::Gravity;
 #[cfg(test)]
@@ -184,6 +186,13 @@ pub trait Law: Debug + Send + Sync + 'static {
     /// The wells that the law consists of; empty for every other law. The forecast judges them as orbits.
     fn wells(&self) -> &[Well] {
         &[]
+    }
+
+    /// The drag per mass that the law is for a body of that inverse mass, 1/kg, if it is drag of single bodies. The forecast
+    /// judges it with that of all bodies.
+    fn drag(&self, inverse_mass: f64) -> Option<Drag> {
+        let _ = inverse_mass;
+        None
     }
 
     /// Potential energy of `body`, J, for a law with [`Law::has_potential`].

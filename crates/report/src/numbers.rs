@@ -81,7 +81,10 @@ pub fn meters(distance: f64) -> String {
         d if d < 10.0 => format!("{d:.2} m"),
         d if d < 100.0 => format!("{d:.1} m"),
         d if d < 1e5 => format!("{d:.0} m"),
-        d => format!("{d:.1e} m"),
+        d => {
+            let (unit, meters) = length_unit(d);
+            format!("{} {unit}", number(d / meters, 3))
+        }
     }
 }
 
@@ -96,6 +99,42 @@ pub fn long_duration(seconds: f64) -> String {
     let unit = units.iter().find(|(_, length)| seconds >= 1.5 * length);
     let (name, length) = unit.copied().unwrap_or(("ms", 1e-3));
     format!("{:.1} {name}", seconds / length)
+}
+
+/// Seconds per day and per Julian year.
+const DAY: f64 = 86_400.0;
+const YEAR: f64 = 365.25 * DAY;
+
+/// The astronomical unit, m (IAU 2012).
+const AU: f64 = 149_597_870_700.0;
+
+/// A time of a scene whose ticks last `step` seconds: in seconds, or in days and years where a tick lasts a minute or more.
+pub fn scene_time(seconds: f64, step: f64) -> String {
+    match seconds {
+        seconds if step < 60.0 => format!("{seconds:.2} s"),
+        seconds if seconds < 2.0 * YEAR => format!("{:.1} days", seconds / DAY),
+        seconds => format!("{:.2} years", seconds / YEAR),
+    }
+}
+
+/// A pace, simulated seconds per second, in words.
+pub fn pace_words(pace: f64) -> String {
+    match pace {
+        pace if pace < 1.0 => format!("1/{} x", digits(1.0 / pace)),
+        pace if pace < 3_600.0 => format!("{} x", digits(pace)),
+        pace if pace < DAY => format!("{} h/s", digits(pace / 3_600.0)),
+        pace if pace < YEAR => format!("{} days/s", digits(pace / DAY)),
+        pace => format!("{} years/s", digits(pace / YEAR)),
+    }
+}
+
+/// The unit in which a length is read, and how many meters it has: meters, kilometers or astronomical units.
+pub fn length_unit(meters: f64) -> (&'static str, f64) {
+    match meters.abs() {
+        size if size >= 0.1 * AU => ("au", AU),
+        size if size >= 10_000.0 => ("km", 1_000.0),
+        _ => ("m", 1.0),
+    }
 }
 
 /// A number, or its name where JSON has none.
@@ -265,9 +304,21 @@ mod tests {
 
     #[test]
     fn distances_have_three_digits_at_every_size() {
-        let seen = [0.0, 1.26e-7, 0.0132, 0.999_4, 1.234, 56.78, 1234.4, 3e7].map(meters);
-        let expected = ["0 m", "1.3e-7 m", "0.013 m", "0.999 m", "1.23 m", "56.8 m", "1234 m", "3.0e7 m"];
+        let seen = [0.0, 1.26e-7, 0.0132, 0.999_4, 1.234, 56.78, 1234.4, 3e7, 1.496e11].map(meters);
+        let expected =
+            ["0 m", "1.3e-7 m", "0.013 m", "0.999 m", "1.23 m", "56.8 m", "1234 m", "30,000 km", "1 au"];
         assert_eq!(seen, expected);
+    }
+
+    #[test]
+    fn times_and_paces_of_the_solar_system_are_read_in_days_and_years() {
+        let times = [(1.5, 0.01), (86_400.0, 59.0), (86_400.0, 3_600.0), (1e8, 86_400.0)];
+        assert_eq!(
+            times.map(|(seconds, step)| scene_time(seconds, step)),
+            ["1.50 s", "86400.00 s", "1.0 days", "3.17 years"]
+        );
+        let paces = [1.0 / 64.0, 1.0, 16.0, 3_600.0, 2_592_000.0, 6.3e7].map(pace_words);
+        assert_eq!(paces, ["1/64 x", "1 x", "16 x", "1 h/s", "30 days/s", "1.996 years/s"]);
     }
 
     #[test]

@@ -219,6 +219,9 @@ impl Run {
     }
 }
 
+/// Why a pace cannot be refused.
+const PACE: &str = "a checked pace is positive and finite";
+
 /// A run of a scene.
 pub struct Stage {
     pub(crate) sim: Simulation,
@@ -247,8 +250,9 @@ impl Stage {
     pub(crate) fn new(mut scene: Scene, run: Run) -> Self {
         run.options.overrides.apply(&mut scene);
         let catch_up = run.options.catch_up.unwrap_or(CATCH_UP);
-        let clock =
+        let mut clock =
             TickClock::new(scene.step_hz, catch_up).expect("a resolved scene has a positive, finite rate");
+        clock.set_pace(run.options.pace.unwrap_or(scene.pace)).expect(PACE);
         let sim = start(scene, run.options);
         Self {
             here: PerWorld::of(&sim, 0, false),
@@ -297,8 +301,13 @@ impl Stage {
         settings.put(&mut next);
         self.replace(next, false);
         self.notices.retract_run();
-        self.clock.set_pace(1.0).expect("1 is positive and finite");
+        self.clock.set_pace(self.usual_pace()).expect(PACE);
         self.restart_recording();
+    }
+
+    /// Simulated seconds per second of frame time, until a person changes that.
+    pub(crate) fn usual_pace(&self) -> f64 {
+        self.run.options.pace.unwrap_or(self.sim.scene.pace)
     }
 
     /// Goes on with another world.

@@ -183,7 +183,7 @@ impl View {
     /// Notes where bodies are at the end of a tick.
     pub(crate) fn after_tick(&mut self, stage: &Stage) {
         if self.trails {
-            self.trail.after_tick(&stage.sim.world, stage.simulated());
+            self.trail.after_tick(&stage.sim.world, stage.simulated(), stage.usual_pace());
         }
         if let Some(height) = self.ground_to_pass(stage) {
             let tick = stage.sim.world.resource::<TimeStep>().0;

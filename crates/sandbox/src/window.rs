@@ -28,7 +28,7 @@ use self::shell::Shell;
 use crate::app::arrangement::FIRST_START;
 use crate::app::script::player_of;
 use crate::app::session::{DEFAULT_FPS, Session};
-use crate::args::{SceneName, StepArgs, size};
+use crate::args::{SceneName, StepArgs, rate, size};
 use crate::failure::Failure;
 use crate::output::bundle;
 use crate::output::command_files::CommandFiles;
@@ -50,6 +50,9 @@ pub(crate) struct WindowArgs {
     /// Show the tutorial's picture alone, in camera mode; F10 shows the bars and the dock around it
     #[arg(long)]
     pub bare: bool,
+    /// Simulated seconds per second, if not those of the scene
+    #[arg(long, value_name = "P", allow_negative_numbers = true, value_parser = rate, conflicts_with = "record")]
+    pub pace: Option<f64>,
     /// Size of the window, pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: [u32; 2],
@@ -145,7 +148,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
 /// What the window begins with: a scene, or a bundle just before what went wrong in it.
 fn session(args: &WindowArgs, name: &SceneName, files: &mut CommandFiles) -> Result<Session, Failure> {
     let StepArgs { method, substeps, threads } = args.step;
-    let options = Options { size_px: args.size, paused: args.paused, threads, ..Options::default() };
+    let options = Options { size_px: args.size, paused: args.paused, pace: args.pace, threads, ..Options::default() };
     if let Some(bundle) = files.named_bundle(name)? {
         if method.is_some() || substeps.is_some() || args.record.is_some() {
             let what = "a bundle repeats its own run; leave --method, --substeps and --record out";

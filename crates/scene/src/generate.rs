@@ -157,9 +157,10 @@ fn check_size(
     }
     let attracts = raw.mutual_gravity.is_some();
     let grouped = if attracts { written } else { 0 };
+    let drags = raw.bodies.iter().filter(|body| body.drag_key().is_some()).count() as u64;
     let curves = raw.thrusts.iter().filter_map(|thrust| thrust.curve.as_ref());
     let sections = [
-        ("bodies", Census { bodies: written, moved: grouped, grouped, ..Census::default() }),
+        ("bodies", Census { bodies: written, moved: grouped, grouped, drags, ..Census::default() }),
         ("springs", Census { springs: raw.springs.len() as u64, ..Census::default() }),
         ("wells", Census { wells: raw.wells.len() as u64, ..Census::default() }),
         (

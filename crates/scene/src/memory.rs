@@ -81,6 +81,7 @@ pub(crate) struct Census {
     pub blown: u64,
     pub springs: u64,
     pub wells: u64,
+    pub drags: u64,
     pub thrusts: u64,
     /// Points of the curves of thrusts.
     pub points: u64,
@@ -111,15 +112,16 @@ impl Census {
             blown: self.blown.saturating_add(other.blown),
             springs: self.springs.saturating_add(other.springs),
             wells: self.wells.saturating_add(other.wells),
+            drags: self.drags.saturating_add(other.drags),
             thrusts: self.thrusts.saturating_add(other.thrusts),
             points: self.points.saturating_add(other.points),
         }
     }
 
     /// Those that are written as entries of their own, with their bytes in the scene and in its world.
-    const fn written(self) -> [(u64, [u64; 2]); 4] {
-        let Self { springs, wells, thrusts, points, .. } = self;
-        [(springs, SPRING), (wells, WELL), (thrusts, THRUST), (points, POINT)]
+    const fn written(self) -> [(u64, [u64; 2]); 5] {
+        let Self { springs, wells, drags, thrusts, points, .. } = self;
+        [(springs, SPRING), (wells, WELL), (drags, THRUST), (thrusts, THRUST), (points, POINT)]
     }
 
     /// Bytes in the scene.
@@ -235,6 +237,7 @@ impl Scene {
         let grouped = if self.mutual_gravity.is_some() { bodies - particles } else { points };
         let own = self.own_laws.values();
         let own_wells: u64 = own.clone().map(|laws| laws.wells.len() as u64).sum();
+        let drags = own.clone().filter(|laws| laws.drag.is_some()).count() as u64;
         let thrusts = own.flat_map(|laws| &laws.thrusts);
         Census {
             bodies,
@@ -244,6 +247,7 @@ impl Scene {
             blown,
             springs: self.springs.len() as u64,
             wells: own_wells + self.laws.wells.as_ref().map_or(0, |wells| wells.0.len() as u64),
+            drags,
             thrusts: thrusts.clone().count() as u64,
             points: thrusts.map(|thrust| thrust.curve().points() as u64).sum(),
         }

@@ -117,6 +117,9 @@ impl Scene {
             Effect::Wells => {
                 self.laws.wells.is_some() || self.own_laws.values().any(|laws| !laws.wells.is_empty())
             }
+            Effect::Drag => {
+                self.laws.drag.is_some() || self.own_laws.values().any(|laws| laws.drag.is_some())
+            }
             Effect::MutualGravity => self.mutual_gravity.is_some(),
             Effect::Thrusts => self.own_laws.values().any(|laws| !laws.thrusts.is_empty()),
             Effect::Springs => !self.springs.is_empty() || !self.soft_bodies.is_empty(),

@@ -48,6 +48,7 @@ scene! {
     description: Option<String>,
     step_hz: Option<f64>,
     step: Option<Word>,
+    pace: Option<f64>,
     method: Option<Word>,
     substeps: Option<u32>,
     seed: Option<u64>,
@@ -204,9 +205,28 @@ pub(crate) struct Body {
     pub method: Option<Word>,
     pub substeps: Option<u32>,
     pub damping_per_s: Option<f64>,
+    pub linear_drag_kg_s: Option<f64>,
+    pub quadratic_drag_kg_m: Option<f64>,
+    pub drag_area_m2: Option<f64>,
     pub max_speed_m_s: Option<f64>,
     pub locked_axes: Option<List<Word>>,
     pub gravity_off: Option<bool>,
+}
+
+impl Body {
+    /// The keys of its own drag, and their values.
+    pub const fn drags(&self) -> [(&'static str, Option<f64>); 3] {
+        [
+            ("linear_drag_kg_s", self.linear_drag_kg_s),
+            ("quadratic_drag_kg_m", self.quadratic_drag_kg_m),
+            ("drag_area_m2", self.drag_area_m2),
+        ]
+    }
+
+    /// The first key of its own drag, if it has some.
+    pub fn drag_key(&self) -> Option<&'static str> {
+        self.drags().into_iter().find_map(|(key, value)| value.map(|_| key))
+    }
 }
 
 #[derive(Deserialize)]

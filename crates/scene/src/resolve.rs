@@ -157,6 +157,9 @@ fn resolve(
         }
     }
     let step_hz = faults.number((ROOT, "step_hz"), raw.step_hz, 120.0, STEP_RATE);
+    // Sixty ticks per second are watched where one lasts longer than a person waits.
+    let usual = if step_hz < SHORTEST_WAIT_HZ { 60.0 / step_hz } else { 1.0 };
+    let pace = faults.number((ROOT, "pace"), raw.pace, usual, PACE);
     let kinds = [("fixed", StepKind::Fixed), ("frame", StepKind::Frame)];
     let step = faults.word((ROOT, "step"), raw.step.as_ref(), StepKind::Fixed, &kinds);
     let own = faults.method(ROOT, raw.method.as_ref());
@@ -206,6 +209,7 @@ fn resolve(
         source,
         step_hz,
         step,
+        pace,
         method,
         substeps,
         seed,
@@ -238,6 +242,11 @@ fn resolve(
     }
     scene
 }
+
+/// Ticks per second below which a person would wait for each.
+const SHORTEST_WAIT_HZ: f64 = 0.1;
+
+const PACE: Rule = (positive, "a pace", "give a positive number of simulated seconds per second");
 
 fn off_at_start(words: &[Word], faults: &mut Faults) -> Vec<Effect> {
     // Gravity has a key of its own for it.

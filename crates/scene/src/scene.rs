@@ -11,7 +11,7 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use motion::effects::Effect;
 use motion::{
-    AxisLocks, Damping, DampingModel, Gravity, Law, Method, MutualGravity, Range, Thrust, Well, Wells,
+    AxisLocks, BodyDrag, Damping, DampingModel, Gravity, Law, Method, MutualGravity, Range, Thrust, Well, Wells,
     WorldLaws,
 };
 use pick::Shape;
@@ -38,6 +38,8 @@ pub struct Scene {
     pub source: Source,
     /// Ticks per second, positive and finite.
     pub step_hz: f64,
+    /// Simulated seconds per second of watching, above 0.
+    pub pace: f64,
     /// The length of ticks.
     pub step: StepKind,
     /// Integration method of every body without its own.
@@ -207,6 +209,8 @@ impl LightSpec {
 /// Laws that act on one body alone.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OwnLawsSpec {
+    /// Its own drag.
+    pub drag: Option<BodyDrag>,
     /// Wells that name the body.
     pub wells: Vec<Well>,
     /// Its engines; their forces add up.
@@ -217,9 +221,10 @@ impl OwnLawsSpec {
     /// The laws themselves.
     #[must_use]
     pub fn laws(&self) -> Vec<Box<dyn Law>> {
+        let drag = self.drag.map(|drag| Box::new(drag) as Box<dyn Law>);
         let wells = (!self.wells.is_empty()).then(|| Box::new(Wells(self.wells.clone())) as Box<dyn Law>);
         let thrusts = self.thrusts.iter().map(|thrust| Box::new(thrust.clone()) as Box<dyn Law>);
-        wells.into_iter().chain(thrusts).collect()
+        drag.into_iter().chain(wells).chain(thrusts).collect()
     }
 }
 

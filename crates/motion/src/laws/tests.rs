@@ -39,6 +39,7 @@ fn stated_jacobians_are_the_derivatives() {
         jacobians_are_derivatives(&Drag { wind: Some(wind), ..Drag::new(0.4, 0.05) });
     }
     jacobians_are_derivatives(&Wells(vec![well(DVec3::ZERO), well(DVec3::ONE)]));
+    jacobians_are_derivatives(&BodyDrag::new(0.3, 0.7));
     jacobians_are_derivatives(&Thrust::new(Curve::Polynomial(vec![DVec3::X, DVec3::Y]), 0.0, 1.0));
 }
 

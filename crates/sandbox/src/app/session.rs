@@ -12,6 +12,7 @@ use lab::lesson::Quantities;
 use motion::clock::StepClock;
 use motion::{Method, MutualGravity, TimeStep};
 use scene::lesson::{Begin, Lesson};
+use report::numbers::pace_words;
 use scene::{Action, Scene, Source, unsolvable};
 
 use crate::actions::Act;
@@ -36,8 +37,8 @@ use crate::view::{Measured, Mode, View};
 /// Frames per second of a run that does not say.
 pub(crate) const DEFAULT_FPS: f64 = 60.0;
 
-/// Slowest and fastest pace that the keys reach.
-const PACES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=16.0;
+/// Slowest and fastest pace that the keys reach, in those of the scene.
+const PACES: [f64; 2] = [1.0 / 64.0, 16.0];
 
 /// A running scene: the stage, how it is looked at, and the tools.
 pub struct Session {
@@ -383,9 +384,10 @@ impl Session {
     }
 
     fn set_pace(&mut self, pace: f64) {
-        let pace = pace.clamp(*PACES.start(), *PACES.end());
+        let [slowest, fastest] = PACES.map(|times| times * self.stage.usual_pace());
+        let pace = pace.clamp(slowest, fastest);
         self.stage.clock.set_pace(pace).expect("a clamped pace is positive and finite");
-        self.stage.notices.say(Topic::Speed, format!("{pace} x speed"));
+        self.stage.notices.say(Topic::Speed, format!("{} speed", pace_words(pace)));
     }
 
     fn change_method(&mut self, other: fn(Method) -> Method) {

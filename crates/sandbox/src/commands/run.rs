@@ -65,6 +65,9 @@ pub(crate) struct RunArgs {
     /// Frames per second for scripts and pictures [default: 60]
     #[arg(long, value_name = "F", allow_negative_numbers = true, value_parser = rate)]
     pub fps: Option<f64>,
+    /// Simulated seconds per second of frames [default: that of the scene]
+    #[arg(long, value_name = "P", allow_negative_numbers = true, value_parser = rate)]
+    pub pace: Option<f64>,
     /// A file with one frame time in seconds per line, instead of --fps
     #[arg(long, value_name = "FILE", conflicts_with = "fps")]
     pub frame_times: Option<PathBuf>,

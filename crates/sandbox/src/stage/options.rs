@@ -45,6 +45,8 @@ pub struct Options {
     pub interpolate: bool,
     /// Longest frame that is caught up with, s, if not the usual quarter of a second.
     pub catch_up: Option<f64>,
+    /// Simulated seconds per second of frame time at the start, if not those of the scene.
+    pub pace: Option<f64>,
     /// Simulate nothing until told so.
     pub paused: bool,
     /// Changes of every scene.
@@ -61,6 +63,7 @@ impl Default for Options {
             words: Words::All,
             interpolate: true,
             catch_up: None,
+            pace: None,
             paused: false,
             overrides: Overrides::default(),
             threads: None,

@@ -6,7 +6,7 @@ use egui::{Align, Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Stroke, U
 use glam::DVec2;
 use motion::clock::StepClock;
 use motion::{Gravity, TimeStep};
-use report::numbers::digits;
+use report::numbers::{digits, length_unit, pace_words, scene_time};
 
 use crate::stage::Stage;
 use crate::view::arrows::{VELOCITY_SCALE, color_of};
@@ -68,16 +68,22 @@ pub(crate) fn show(painter: &Painter, stage: &Stage, view: &View) {
 
 /// Writes `words` at the bottom and, into pictures without bars, the time of the scene and a scale bar at the top.
 pub(crate) fn caption(painter: &Painter, stage: &Stage, view: &View, words: &str) {
-    let font = FontId::proportional(14.0);
+    let font = FontId::proportional(if view.has_bars() { 14.0 } else { caption_size(painter) });
     let write =
         |percent, anchor, words: &str| text(painter, at(painter, percent), anchor, words, font.clone(), THIN);
     let lines = wrapped(painter, words, &font, 0.94 * painter.clip_rect().width());
     write(Vec2::new(2.0, 98.0), Align2::LEFT_BOTTOM, &lines);
     if !view.has_bars() {
         let seconds = stage.sim.world.resource::<StepClock>().scene_seconds();
-        write(Vec2::new(2.0, 3.0), Align2::LEFT_TOP, &format!("t = {seconds:.2} s"));
+        let step = stage.sim.world.resource::<TimeStep>().0;
+        write(Vec2::new(2.0, 3.0), Align2::LEFT_TOP, &format!("t = {}", scene_time(seconds, step)));
         scale_bar(painter, stage, view, &font);
     }
+}
+
+/// Size of the words of a caption in a picture, points: they are read where the picture is half as large.
+fn caption_size(painter: &Painter) -> f32 {
+    (0.018 * painter.clip_rect().width()).clamp(11.0, 48.0)
 }
 
 /// `words` in lines that are no wider than `width` points.
@@ -94,7 +100,9 @@ const SCALE_BAR: f32 = 0.2;
 fn scale_bar(painter: &Painter, stage: &Stage, view: &View, font: &FontId) {
     let Some(pixels) = view.pixels_per_meter(stage) else { return };
     let meter = pixels as f32 / painter.ctx().pixels_per_point();
-    let meters = round_below(f64::from(SCALE_BAR * painter.clip_rect().width() / meter));
+    let longest = f64::from(SCALE_BAR * painter.clip_rect().width() / meter);
+    let unit = length_unit(longest);
+    let meters = round_below(longest / unit.1) * unit.1;
     let end = at(painter, Vec2::new(98.0, 6.0));
     let start = end - Vec2::X * (meters as f32 * meter);
     for (width, color) in [(4.0, Color32::from_black_alpha(160)), (2.0, THIN)] {
@@ -104,7 +112,7 @@ fn scale_bar(painter: &Painter, stage: &Stage, view: &View, font: &FontId) {
             painter.line_segment([place - Vec2::Y * 4.0, place + Vec2::Y * 4.0], stroke);
         }
     }
-    let words = format!("{} m", digits(meters));
+    let words = format!("{} {}", digits(meters / unit.1), unit.0);
     text(painter, start.lerp(end, 0.5) - Vec2::Y * 4.0, Align2::CENTER_BOTTOM, &words, font.clone(), THIN);
 }
 
@@ -211,7 +219,7 @@ fn clock(stage: &Stage, view: &View) -> Vec<String> {
     let step_hz = 1.0 / world.resource::<TimeStep>().0;
     let mut lines = vec![
         format!("{}   {}   {method}{own}", stage.sim.scene.name, bodies(stage)),
-        format!("{scene_s:.2} s at {} Hz", (step_hz * 1e6).round() / 1e6),
+        format!("{} at {} Hz", scene_time(scene_s, step_hz.recip()), digits(step_hz)),
     ];
     // Paused, frames are drawn when something changes.
     if let Some(measured) = view.measured.filter(|_| !stage.paused) {
@@ -240,8 +248,8 @@ fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
         );
     }
     let pace = stage.clock.pace();
-    if !view.has_bars() && pace != 1.0 {
-        lines.push((format!("{pace} x speed"), WARNING));
+    if !view.has_bars() && pace != stage.usual_pace() {
+        lines.push((format!("{} speed", pace_words(pace)), WARNING));
     }
     if stage.paused {
         lines.push(("paused: P goes on, . steps".to_owned(), WARNING));

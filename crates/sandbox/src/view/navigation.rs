@@ -99,9 +99,11 @@ impl View {
         ROOM * radius.max(SMALLEST) / half.sin()
     }
 
-    /// Pixels per meter across the picture, at the middle of the selection or, without one, of all that moves.
+    /// Pixels per meter across the picture: at the body that the camera follows, else at the middle of where all that moves
+    /// began, so that the number changes with the camera alone.
     pub(crate) fn pixels_per_meter(&self, stage: &Stage) -> Option<f64> {
-        let (middle, _) = extent(stage)?;
+        let followed = self.locked.as_ref().and_then(|_| extent(stage));
+        let (middle, _) = followed.or_else(|| extent_at_start(&stage.sim.scene))?;
         let [at, aside] = [middle, middle + self.viewpoint().right()].map(|place| self.seen_at(place));
         Some(at?.0.distance(aside?.0)).filter(|pixels| pixels.is_finite() && *pixels > 0.0)
     }

@@ -8,7 +8,7 @@ use motion::{Dormant, PhysicsBody, PreviousPosition, Transform};
 
 use crate::stage::query;
 
-/// How far back a trail goes, s of simulated time: a year of the orbits that are shipped.
+/// How far back a trail goes, s of watched time: a year of the orbits that are shipped.
 const SECONDS: f64 = 6.0;
 
 /// Points of all trails together, at most: those of many bodies are farther apart.
@@ -41,11 +41,13 @@ pub(crate) struct Trails {
 }
 
 impl Trails {
-    /// Notes where bodies are at the end of a tick, at `time`, s. Points are due by time, whatever the frames are.
+    /// Notes where bodies are at the end of a tick, at `time`, s, of which `pace` seconds are watched per second. Points are due by
+    /// time, whatever the frames are.
     ///
     /// A body that was not at its [`PreviousPosition`] before was put there, or is a particle of another life: its trail begins
     /// there.
-    pub fn after_tick(&mut self, world: &World, time: f64) {
+    pub fn after_tick(&mut self, world: &World, time: f64, pace: f64) {
+        let longest = SECONDS * pace;
         for body in query::<Entity, With<Dormant>>(world).iter(world) {
             self.trails.remove(&body);
         }
@@ -54,7 +56,7 @@ impl Trails {
         let movable = bodies.iter(world).filter(|(_, _, body, _)| body.inverse_mass > 0.0);
         self.movable = movable.clone().count();
         #[expect(clippy::cast_precision_loss, reason = "at most hundreds")]
-        let spacing = SECONDS * self.movable.min(BODIES) as f64 / POINTS as f64;
+        let spacing = longest * self.movable.min(BODIES) as f64 / POINTS as f64;
         let before = self.time.replace(time);
         let is_due = before.is_none_or(|before| (time / spacing).floor() > (before / spacing).floor());
         for (body, Transform { position, .. }, _, previous) in movable.take(BODIES) {
@@ -67,7 +69,7 @@ impl Trails {
             // A body at rest keeps the way that brought it there.
             if is_due && trail.last.replace(*position) != Some(*position) {
                 trail.points.push_back((*position, time));
-                while trail.points.front().is_some_and(|(_, then)| time - then > SECONDS) {
+                while trail.points.front().is_some_and(|(_, then)| time - then > longest) {
                     trail.points.pop_front();
                 }
             }
@@ -116,7 +118,7 @@ mod tests {
         {
             transform.position.x += 1.0;
         }
-        trails.after_tick(world, f64::from(tick) * TICK);
+        trails.after_tick(world, f64::from(tick) * TICK, 1.0);
     }
 
     fn points(trails: &Trails, time: f64) -> Vec<Vec<DVec3>> {
@@ -171,7 +173,7 @@ mod tests {
         (1..=4).for_each(|number| tick(&mut world, &mut trails, number));
         for number in 5..2000 {
             world.run_system_cached(remember_positions).expect("a query and nothing else");
-            trails.after_tick(&world, f64::from(number) * TICK);
+            trails.after_tick(&world, f64::from(number) * TICK, 1.0);
         }
         assert_eq!(points(&trails, 100.0)[0].len(), 5);
     }

@@ -133,7 +133,8 @@ fn refuse_physics(raw: &raw::Body, scope: Scope, faults: &mut Faults) {
         ("locked_axes", raw.locked_axes.is_some()),
         ("gravity_off", raw.gravity_off.is_some()),
     ];
-    for (key, _) in physics.into_iter().filter(|(_, given)| *given) {
+    let drags = raw.drags().map(|(key, value)| (key, value.is_some()));
+    for (key, _) in physics.into_iter().chain(drags).filter(|(_, given)| *given) {
         faults.add(
             scope.key(key),
             format!("scenery has no physics, so no `{key}`"),

@@ -19,6 +19,10 @@ pub(crate) fn declared(raw: &raw::Scene, text: &str) -> Vec<Declaration> {
                 let soft = raw.soft_bodies.iter().position(|soft| soft.keys.damping_per_s.is_some());
                 soft.map(|i| format!("soft_bodies[{i}].damping_per_s"))
             }),
+        Effect::Drag => raw.path("drag").or_else(|| {
+            let mut keys = raw.bodies.iter().map(raw::Body::drag_key).enumerate();
+            keys.find_map(|(i, key)| key.map(|key| format!("bodies[{i}].{key}")))
+        }),
         Effect::Springs => raw.path("springs").or_else(|| raw.path("soft_bodies")),
         Effect::SpeedLimits => own("max_speed_m_s", |body| body.max_speed_m_s.is_some()),
         Effect::AxisLocks => {

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use motion::{Curve, Drag, MutualGravity, Thrust, Well, Wells, Wind, WorldLaws};
+use motion::{BodyDrag, Curve, Drag, MutualGravity, Thrust, Well, Wells, Wind, WorldLaws};
 
 use crate::check::{Rule, Scope, not_negative, shown};
 use crate::raw;
@@ -18,6 +18,7 @@ const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-11;
 
 const LINEAR: Rule = (not_negative, "a rate of drag", "give a number of 1/s from 0 up");
 const QUADRATIC: Rule = (not_negative, "a factor of drag", "give a number of 1/m from 0 up");
+const BODY_DRAG: Rule = (not_negative, "a coefficient of drag", "give a number from 0 up");
 const GUST: Rule = (not_negative, "a strength of gusts", "give meters per second from 0 up");
 const GUST_HZ: Rule = (not_negative, "a frequency", "give gusts a second from 0 up");
 const CONSTANT: Rule = (f64::is_finite, "a constant of gravity", "give a finite number, below 0 to repel");
@@ -29,8 +30,9 @@ const PHASE: Rule = (f64::is_finite, "a phase", "give a finite number of radians
 const START: Rule = (|v| v < f64::INFINITY, "a time", "give seconds, or leave it out");
 const END: Rule = (|v| !v.is_nan(), "a time", "give seconds, or leave it out");
 
-/// The laws of every body. Wells that name bodies become own laws.
+/// The laws of every body. Wells that name bodies and drag of single bodies become own laws.
 pub(crate) fn world_laws(raw: &raw::Scene, own: &mut OwnLaws, faults: &mut Faults) -> WorldLaws {
+    own.drags(&raw.bodies, raw.wind.is_some(), faults);
     let wells = own.wells(&raw.wells, faults);
     WorldLaws {
         drag: drag(raw.drag.as_ref(), raw.wind.as_ref(), faults),
@@ -93,6 +95,35 @@ pub(crate) struct OwnLaws<'a> {
 impl<'a> OwnLaws<'a> {
     pub const fn new(bodies: &'a [BodySpec], names: Option<&'a Names>) -> Self {
         Self { bodies, names, by_id: BTreeMap::new() }
+    }
+
+    /// Notes the drag of bodies, which are the first of all.
+    fn drags(&mut self, raw: &[raw::Body], in_wind: bool, faults: &mut Faults) {
+        for (i, body) in raw.iter().enumerate() {
+            let scope = Scope::item("bodies", i);
+            let Some(key) = body.drag_key() else { continue };
+            if in_wind {
+                let what = "wind moves the air of the scene's `drag` alone, and this drag is in still air";
+                faults.add(scope.key(key), what, "remove it or `wind`, or use `drag`");
+            }
+            if body.immovable == Some(true) {
+                let what = format!("an immovable body is not slowed, so no `{key}`");
+                faults.add(scope.key(key), what, "remove it, or immovable: true");
+                continue;
+            }
+            if body.quadratic_drag_kg_m.is_some() && body.drag_area_m2.is_some() {
+                let what = "the quadratic drag of the body is given twice";
+                faults.add(scope.key("drag_area_m2"), what, "keep it or `quadratic_drag_kg_m`");
+            }
+            let [linear, quadratic, area] =
+                body.drags().map(|(key, value)| faults.number((scope, key), value, 0.0, BODY_DRAG));
+            let drag = BodyDrag::new(linear, quadratic.max(BodyDrag::of_area(area)));
+            if body.scenery != Some(true)
+                && let Ok(id) = u32::try_from(i)
+            {
+                self.by_id.entry(id).or_default().drag = Some(drag);
+            }
+        }
     }
 
     /// Notes the wells that name bodies and gives the others.

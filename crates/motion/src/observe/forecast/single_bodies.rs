@@ -107,11 +107,12 @@ impl Forecast {
                 occasion: if dormant { Occasion::Birth } else { Occasion::Now },
                 damping: options.damping(damping).map_or(0.0, |damping| damping.rate),
             };
-            if let Some(drag) = laws.drag {
+            if let Some(drag) = air(laws.drag, options.laws, state.inverse_mass) {
                 let driven = environment.gravity.filter(|_| !options.gravity_off);
                 let driven = driven.and_then(Law::affine).map_or(DVec3::ZERO, |law| law.constant);
-                let own = options.laws.iter().map(|law| law.acceleration(at, state)).sum::<DVec3>();
-                oscillator.slow(drag, time, (driven + own).length());
+                let own = options.laws.iter().filter(|law| law.drag(state.inverse_mass).is_none());
+                let own = own.map(|law| law.acceleration(at, state)).sum::<DVec3>();
+                oscillator.slow(&drag, time, (driven + own).length());
             }
             let class = classes.iter().position(|class| class.stepping == stepping).unwrap_or_else(|| {
                 classes.push(StepClass {
@@ -146,9 +147,10 @@ impl Forecast {
                 let stiffness = well.squared_frequency(state.position);
                 class.keep(Limit::Well(number), Oscillator { stiffness, ..oscillator });
             }
-            // Own wells of a body that moves alone are among those that are tried.
+            // Own wells and own drag of a body that moves alone are among what is tried.
             let own = options.laws.iter().map(|law| &**law);
-            let own = own.filter(|law| grouped || law.wells().is_empty());
+            let is_tried = |law: &&dyn Law| !law.wells().is_empty() || law.drag(state.inverse_mass).is_some();
+            let own = own.filter(|law| grouped || !is_tried(law));
             for law in others.all().chain(own) {
                 let Jacobians { position, velocity } = law.jacobians(at, state);
                 if position != DMat3::ZERO || velocity != DMat3::ZERO {
@@ -289,10 +291,11 @@ impl Judge<'_> {
         match limit {
             Limit::Damping => {
                 let part = if drag >= rate { LimitingPart::Drag(body) } else { LimitingPart::Damping(body) };
-                let is_quadratic = self.environment.laws.drag.is_some_and(|drag| drag.quadratic != 0.0);
+                let air = air(self.environment.laws.drag, options.laws, state.inverse_mass);
+                let is_quadratic = air.is_some_and(|drag| drag.quadratic != 0.0);
                 let slowed =
                     Slowed { subject, rate: drag + rate, now: drag_now + rate, occasion, is_quadratic };
-                let alone = self.environment.laws.drag.map_or(0.0, |drag| drag.linear);
+                let alone = air.map_or(0.0, |drag| drag.linear);
                 let least = LinearSystem::one(Modes::one(0.0, alone, subject.damping));
                 slowed.margin(linear(part, 0.0, h * (drag + rate)), &least, stepping)
             }
@@ -345,6 +348,17 @@ impl Judge<'_> {
             time: self.environment.times.start,
         }
     }
+}
+
+/// The drag of all bodies and that of a body with its `own` laws and that inverse mass, 1/kg, together.
+fn air(of_all: Option<&Drag>, own: &[Box<dyn Law>], inverse_mass: Scalar) -> Option<Drag> {
+    let own = own.iter().filter_map(|law| law.drag(inverse_mass));
+    let sum = |a: Drag, b: Drag| Drag {
+        linear: a.linear + b.linear,
+        quadratic: a.quadratic + b.quadratic,
+        wind: a.wind.or(b.wind),
+    };
+    of_all.copied().into_iter().chain(own).reduce(sum)
 }
 
 /// Largest restoring rate of a derivative in any direction.

@@ -4,7 +4,7 @@ use egui::{Button, ComboBox, DragValue, PopupCloseBehavior, Response, RichText, 
 use history::{Change, rate_of};
 use motion::clock::StepClock;
 use motion::{Gravity, Method, MutualGravity, Substeps, TimeStep};
-use report::numbers::digits;
+use report::numbers::{digits, pace_words, scene_time};
 use scene::unsolvable;
 
 use crate::actions::Act;
@@ -16,7 +16,7 @@ use crate::panels::Panel;
 use crate::stage::Stage;
 use crate::view::{Mode, View};
 
-/// Paces of the list, simulated seconds per second.
+/// Paces of the list, in those of the scene.
 const PACES: [f64; 9] = [1.0 / 64.0, 1.0 / 16.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 
 /// Seconds until a button that is held acts again for the first time, and from then on.
@@ -53,9 +53,10 @@ pub(super) fn show(
         act_while_held(ui, intents, Act::StepBack, ("⏮", "Back"));
         act_while_held(ui, intents, Act::Step, ("⏭", "Step"));
         act(ui, intents, Act::ResetWorld, ("⟲", "Reset"), false);
-        pace(ui, stage.clock.pace(), intents);
+        pace(ui, stage, intents);
         let seconds = stage.sim.world.resource::<StepClock>().scene_seconds();
-        ui.monospace(format!("{seconds:7.2} s"));
+        let step = stage.sim.world.resource::<TimeStep>().0;
+        ui.monospace(format!("{:>9}", scene_time(seconds, step)));
         ui.separator();
         method(ui, stage, intents);
         ui.separator();
@@ -130,15 +131,15 @@ fn add(ui: &mut Ui, action: Act, name: &str, button: Button<'_>) -> Response {
     button
 }
 
-fn pace(ui: &mut Ui, pace: f64, intents: &mut Vec<Intent>) {
-    let words = |pace: f64| if pace < 1.0 { format!("1/{} x", 1.0 / pace) } else { format!("{pace} x") };
+fn pace(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
+    let (pace, usual) = (stage.clock.pace(), stage.usual_pace());
     let mut chosen = pace;
     ComboBox::from_id_salt("speed")
         .width(52.0)
-        .selected_text(words(pace))
+        .selected_text(pace_words(pace))
         .show_ui(ui, |ui| {
-            for pace in PACES {
-                ui.selectable_value(&mut chosen, pace, words(pace));
+            for pace in PACES.map(|times| times * usual) {
+                ui.selectable_value(&mut chosen, pace, pace_words(pace));
             }
         })
         .response

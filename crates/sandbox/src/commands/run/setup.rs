@@ -75,8 +75,9 @@ impl Setup {
         let fps = args.fps.unwrap_or(usual);
         // A script acts between ticks: more frames than ticks would change nothing but the time that it takes.
         let acts_alone = script.is_some() && recording.is_none() && !pictures && args.fps.is_none();
+        let pace = args.pace.unwrap_or(scene.pace);
         let fps =
-            if unwatched || acts_alone && !follows_frames(&scene) { fps.min(scene.step_hz) } else { fps };
+            if unwatched || acts_alone && !follows_frames(&scene) { fps.min(scene.step_hz * pace) } else { fps };
         let ends =
             FrameEnds::new(args, files, recording.map(|recording| recording.frame_ends_s.clone()), fps)?;
         if let Some(path) = &args.film {
@@ -100,6 +101,7 @@ impl Setup {
                 FrameEnds::Constant { rate } => Some((1.0 / rate).max(CATCH_UP)),
                 _ => None,
             },
+            pace: args.pace,
             paused: false,
             overrides,
             threads: args.step.threads,
@@ -112,7 +114,9 @@ impl Setup {
         let Self { scene, ends, ticks, options, .. } = self;
         let Some(ticks) = *ticks else { return Ok(()) };
         let frames = match (ends, options.pictures) {
-            (FrameEnds::Constant { rate }, true) => ticks as f64 / tick_rate(scene, ends) * rate,
+            (FrameEnds::Constant { rate }, true) => {
+                ticks as f64 / (tick_rate(scene, ends) * options.pace.unwrap_or(scene.pace)) * rate
+            }
             _ => 0.0,
         };
         let picture =
@@ -278,7 +282,7 @@ fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<
     };
     #[expect(clippy::cast_precision_loss, reason = "a bound")]
     if let FrameEnds::Constant { rate: fps } = ends
-        && ticks as f64 / rate * fps > MOST_TICKS
+        && ticks as f64 / (rate * args.pace.unwrap_or(scene.pace)) * fps > MOST_TICKS
     {
         let [rate, fps] = [rate, *fps].map(|value| number(value, 6));
         let what =

@@ -11,7 +11,7 @@ use scene::{Field, Kind, Scene, TextEdit as Change, Value};
 pub(super) const LISTS: [&str; 4] = ["wells", "thrusts", "emitters", "springs"];
 
 /// How keys end that have a unit, longer ends first, and the unit.
-const UNITS: [(&str, &str); 16] = [
+const UNITS: [(&str, &str); 19] = [
     ("_m3_kg_s2", "m³/(kg s²)"),
     ("_m3_s2", "m³/s²"),
     ("_m_s2", "m/s²"),
@@ -23,6 +23,9 @@ const UNITS: [(&str, &str); 16] = [
     ("_per_m", "1/m"),
     ("_deg", "°"),
     ("_rad", "rad"),
+    ("_kg_s", "kg/s"),
+    ("_kg_m", "kg/m"),
+    ("_m2", "m²"),
     ("_kg", "kg"),
     ("_hz", "Hz"),
     ("_m", "m"),
