@@ -199,13 +199,14 @@ fn resources_of_undeclared_effects_are_not_there() {
         let there = [
             (Effect::Gravity, world.contains_resource::<Gravity>()),
             (Effect::Damping, world.contains_resource::<Damping>()),
-            (Effect::Drag, world.contains_resource::<Drag>()),
             (Effect::Wind, world.get_resource::<Drag>().is_some_and(|drag| drag.wind.is_some())),
             (Effect::MutualGravity, world.contains_resource::<motion::MutualGravity>()),
         ];
         for (effect, there) in there {
             assert_eq!(there, declares(scene, effect), "{name}: {effect}");
         }
+        // Of single bodies they are own laws.
+        assert_eq!(world.contains_resource::<Drag>(), scene.laws.drag.is_some(), "{name}");
         assert_eq!(world.contains_resource::<Wells>(), scene.laws.wells.is_some(), "{name}");
         let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
         assert_eq!(world.contains_resource::<motion::groups::Groups>(), coupled, "{name}");

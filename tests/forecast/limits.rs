@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use lab::limits::{
     Criterion, Limit, LongRun, Net, Oscillator, damping_map, nets, oscillators, stiffness_map,
 };
-use motion::Method;
+use motion::{DampingModel, Method};
 
 /// All that are farther from theory than `bound`.
 fn far(limits: &[Limit], bound: f64) -> Vec<String> {
@@ -19,7 +19,7 @@ fn far(limits: &[Limit], bound: f64) -> Vec<String> {
 #[test]
 fn limits_of_oscillators_are_their_closed_forms() {
     let limits: Vec<_> = oscillators().iter().map(Oscillator::limit).collect();
-    assert_eq!(limits.len(), 6 * Method::ALL.len() + 2 * 3 * 5);
+    assert_eq!(limits.len(), 6 * Method::ALL.len() + 2 * DampingModel::ALL.len() * 5);
     let far = far(&limits, 0.002);
     assert!(far.is_empty(), "{far:#?}");
     let judged = |criterion| limits.iter().filter(|limit| limit.criterion == criterion).count();

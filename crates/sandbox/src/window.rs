@@ -148,7 +148,8 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
 /// What the window begins with: a scene, or a bundle just before what went wrong in it.
 fn session(args: &WindowArgs, name: &SceneName, files: &mut CommandFiles) -> Result<Session, Failure> {
     let StepArgs { method, substeps, threads } = args.step;
-    let options = Options { size_px: args.size, paused: args.paused, pace: args.pace, threads, ..Options::default() };
+    let options =
+        Options { size_px: args.size, paused: args.paused, pace: args.pace, threads, ..Options::default() };
     if let Some(bundle) = files.named_bundle(name)? {
         if method.is_some() || substeps.is_some() || args.record.is_some() {
             let what = "a bundle repeats its own run; leave --method, --substeps and --record out";

@@ -298,6 +298,7 @@ pub const fn shipped() -> &'static [(&'static str, &'static str)] {
         "force",
         "mass",
         "gravity",
+        "feather",
         "eulers",
         "verlet",
         "runge_kutta",

@@ -122,6 +122,7 @@ pub(crate) struct Gravity {
 pub(crate) struct Damping {
     pub model: Option<Word>,
     pub rate_per_s: Option<f64>,
+    pub share_kept_per_s: Option<f64>,
 }
 
 #[derive(Deserialize)]

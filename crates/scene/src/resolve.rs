@@ -246,6 +246,8 @@ fn resolve(
 /// Ticks per second below which a person would wait for each.
 const SHORTEST_WAIT_HZ: f64 = 0.1;
 
+const SHARE: Rule =
+    (|share| share > 0.0 && share <= 1.0, "a share of the velocity", "give a number above 0, at most 1");
 const PACE: Rule = (positive, "a pace", "give a positive number of simulated seconds per second");
 
 fn off_at_start(words: &[Word], faults: &mut Faults) -> Vec<Effect> {
@@ -267,11 +269,17 @@ fn damping(raw: &raw::Damping, faults: &mut Faults) -> Damping {
     let scope = Scope::section("damping");
     let models = DampingModel::ALL.map(|model| (model.name(), model));
     let model = faults.word((scope, "model"), raw.model.as_ref(), DampingModel::Exact, &models);
-    if raw.rate_per_s.is_none() {
+    if raw.rate_per_s.is_none() && raw.share_kept_per_s.is_none() {
         faults.add(scope.key("rate_per_s"), "the rate is missing", "add one such as `rate_per_s: 0.4`");
     }
+    if raw.rate_per_s.is_some() && raw.share_kept_per_s.is_some() {
+        let what = "the rate is given twice";
+        faults.add(scope.key("share_kept_per_s"), what, "keep it or `rate_per_s`");
+    }
     let rate = faults.number((scope, "rate_per_s"), raw.rate_per_s, 0.0, DAMPING_RATE);
-    Damping { model, rate }
+    // What is kept after t seconds is e^(-c t).
+    let kept = faults.number((scope, "share_kept_per_s"), raw.share_kept_per_s, 1.0, SHARE);
+    Damping { model, rate: rate.max(-libm::log(kept)) }
 }
 
 fn range(raw: &raw::Range, faults: &mut Faults) -> Range {

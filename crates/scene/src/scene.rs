@@ -11,8 +11,8 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use motion::effects::Effect;
 use motion::{
-    AxisLocks, BodyDrag, Damping, DampingModel, Gravity, Law, Method, MutualGravity, Range, Thrust, Well, Wells,
-    WorldLaws,
+    AxisLocks, BodyDrag, Damping, DampingModel, Gravity, Law, Method, MutualGravity, Range, Thrust, Well,
+    Wells, WorldLaws,
 };
 use pick::Shape;
 

@@ -123,6 +123,7 @@ fn damped_step(method: Method, model: DampingModel, h: f64, c: f64) -> Matrix {
     let factors = match model {
         DampingModel::Tutorial => [1.0, h, 1.0, 1.0 - q],
         DampingModel::Clamped => [1.0, h, (1.0 - q).max(0.0), 1.0],
+        DampingModel::Implicit => [1.0, h, (1.0 + q).recip(), 1.0],
         DampingModel::Exact => [(-q).exp(), -(-q).exp_m1() / c, 1.0, 1.0],
     };
     euler(method, h, factors)

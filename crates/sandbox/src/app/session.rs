@@ -11,8 +11,8 @@ use lab::cost::Setting;
 use lab::lesson::Quantities;
 use motion::clock::StepClock;
 use motion::{Method, MutualGravity, TimeStep};
-use scene::lesson::{Begin, Lesson};
 use report::numbers::pace_words;
+use scene::lesson::{Begin, Lesson};
 use scene::{Action, Scene, Source, unsolvable};
 
 use crate::actions::Act;

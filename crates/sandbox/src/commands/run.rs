@@ -56,7 +56,7 @@ pub(crate) struct RunArgs {
     pub hz: Option<f64>,
     #[command(flatten)]
     pub step: StepArgs,
-    /// Damping model: tutorial, clamped or exact; overrides the scene
+    /// Damping model: tutorial, clamped, implicit or exact; overrides the scene
     #[arg(long, value_name = "MODEL", value_parser = damping)]
     pub damping: Option<DampingModel>,
     /// Start with this effect switched off; may be given several times

@@ -23,6 +23,7 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
         numbering: Numbering::Line,
         points: UVec3::new(points(keys.points, (scope, "points"), faults), 1, 1),
         steps: vec![IVec3::X],
+        stiffness: Vec::new(),
         pinned: pinned(keys, &ENDS, scope, faults),
         position: Box::new(move |[part, ..]| from + (to - from) * part),
         triangles: |_| Vec::new(),

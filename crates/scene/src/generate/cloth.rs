@@ -3,6 +3,7 @@
 use glam::{DVec3, IVec3, UVec3};
 
 use super::form::{ALL, FIRST, Form, LAST, Place, pinned, points, within_numbers};
+use super::soft::STIFFNESS;
 use crate::check::Scope;
 use crate::raw;
 use crate::scene::names::Numbering;
@@ -40,9 +41,20 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
     let rows = points(keys.rows, (scope, "rows"), faults);
     let columns = points(keys.columns, (scope, "columns"), faults);
     let mut steps = STRUCTURAL.to_vec();
-    for (given, more) in [(keys.shear, SHEAR), (keys.bend, BEND)] {
-        if given == Some(true) {
+    let mut stiffness = vec![None; steps.len()];
+    let braces = [
+        (("shear", keys.shear), ("shear_n_m", keys.shear_n_m), SHEAR),
+        (("bend", keys.bend), ("bend_n_m", keys.bend_n_m), BEND),
+    ];
+    for ((key, given), (own, n_m), more) in braces {
+        if given == Some(false) && n_m.is_some() {
+            let what = format!("there are no such springs by `{key}: false`");
+            faults.add(scope.key(own), what, format!("remove it, or `{key}`"));
+        }
+        let n_m = faults.optional((scope, own), n_m, STIFFNESS);
+        if given == Some(true) || n_m.is_some() {
             steps.extend(more);
+            stiffness.extend(more.map(|_| n_m));
         }
     }
     Form {
@@ -50,6 +62,7 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
         numbering: Numbering::Sheet { columns },
         points: UVec3::new(rows, columns, 1),
         steps,
+        stiffness,
         pinned: pinned(keys, &PLACES, scope, faults),
         position: Box::new(move |[row, column, _]| corner + along * column + down * row),
         triangles,

@@ -18,6 +18,8 @@ pub(super) struct Form {
     pub points: UVec3,
     /// From a point to those that it is joined to; each pair is met from one side only.
     pub steps: Vec<IVec3>,
+    /// Stiffness of the springs of each of these steps, N/m, if not that of the body.
+    pub stiffness: Vec<Option<f64>>,
     /// Where points are immovable.
     pub pinned: Vec<Place>,
     /// Where a point is, m, that is so far along each axis, 0 to 1.
@@ -56,16 +58,16 @@ impl Form {
         self.steps.iter().map(places).fold(0, u64::saturating_add)
     }
 
-    /// The ends of every spring, all that begin at one point together.
-    pub fn pairs(&self) -> Vec<[u32; 2]> {
+    /// The ends of every spring and the number of its step, all that begin at one point together.
+    pub fn pairs(&self) -> Vec<([u32; 2], usize)> {
         let mut pairs = Vec::with_capacity(self.springs() as usize);
         for point in 0..self.count() as u32 {
             let place = self.place(point).as_ivec3();
-            for step in &self.steps {
+            for (number, step) in self.steps.iter().enumerate() {
                 let to = (place + *step).as_uvec3();
                 // What is below 0 is far above all numbers of points.
                 if to.cmplt(self.points).all() {
-                    pairs.push([point, self.number(to)]);
+                    pairs.push(([point, self.number(to)], number));
                 }
             }
         }

@@ -20,7 +20,7 @@ pub(super) fn soft(raw: &raw::SoftBody, index: usize, faults: &mut Faults) -> Op
         faults.add(scope.key(key), format!("a {} has no `{key}`", raw.word), "remove it");
     }
     let keys = &raw.keys;
-    let elastic = elastic((keys.stiffness_n_m, keys.damping_n_s_m), scope, faults);
+    let elastic = elastic((link_stiffness(raw, scope, faults), keys.damping_n_s_m), scope, faults);
     let form = match raw.word.as_str() {
         "chain" => Some(chain::form(keys, scope, faults)),
         "cloth" => Some(cloth::form(keys, scope, faults)),
@@ -54,13 +54,27 @@ pub(super) fn soft(raw: &raw::SoftBody, index: usize, faults: &mut Faults) -> Op
     })
 }
 
+/// Stiffness of a link, N/m. Springs in a row share how far they are stretched: each is as many times stiffer than all of them
+/// together as there are.
+fn link_stiffness(raw: &raw::SoftBody, scope: Scope, faults: &mut Faults) -> Option<f64> {
+    let keys = &raw.keys;
+    let Some(whole) = keys.stiffness_of_whole_n_m else { return keys.stiffness_n_m };
+    if keys.stiffness_n_m.is_some() {
+        let what = "the stiffness of the chain is given twice";
+        faults.add(scope.key("stiffness_of_whole_n_m"), what, "keep it or `stiffness_n_m`");
+    }
+    let whole = faults.number((scope, "stiffness_of_whole_n_m"), Some(whole), 0.0, STIFFNESS);
+    Some(whole * f64::from(keys.points.unwrap_or(2).saturating_sub(1)))
+}
+
+pub(super) const STIFFNESS: Rule = (not_negative, "a stiffness", "give a number of N/m from 0 up");
+
 /// Stiffness, N/m, and damping, N s/m, of springs, without a length yet.
 pub(crate) fn elastic(
     (stiffness, damping): (Option<f64>, Option<f64>),
     scope: Scope,
     faults: &mut Faults,
 ) -> Elastic {
-    const STIFFNESS: Rule = (not_negative, "a stiffness", "give a number of N/m from 0 up");
     const DAMPING: Rule = (not_negative, "a damping", "give a number of N s/m from 0 up");
     let cure = "add one such as `stiffness_n_m: 100.0`";
     faults.require(stiffness.is_some(), (scope, "stiffness_n_m"), cure);
@@ -89,10 +103,11 @@ fn make(
         }
     }));
     let points = &bodies[first..];
-    let link = |ends: [u32; 2]| {
+    let link = |(ends, step): ([u32; 2], usize)| {
         // Measured as a step measures it, so that nothing pulls at the start.
         let [from, to] = ends.map(|end| points[end as usize].position);
-        Link { ends, elastic: Elastic { rest_length: (to - from).length(), ..elastic } }
+        let stiffness = form.stiffness.get(step).copied().flatten().unwrap_or(elastic.stiffness);
+        Link { ends, elastic: Elastic { stiffness, rest_length: (to - from).length(), ..elastic } }
     };
     soft_bodies.push(SoftBodySpec {
         name,

@@ -48,12 +48,15 @@ pub(crate) struct SoftKeys {
     pub along_m: Option<Triple>,
     pub down_m: Option<Triple>,
     pub shear: Option<bool>,
+    pub shear_n_m: Option<f64>,
     pub bend: Option<bool>,
+    pub bend_n_m: Option<f64>,
     pub cells: Option<[u32; 3]>,
     pub center_m: Option<Triple>,
     pub size_m: Option<Triple>,
     pub mass_kg: Option<f64>,
     pub stiffness_n_m: Option<f64>,
+    pub stiffness_of_whole_n_m: Option<f64>,
     pub damping_n_s_m: Option<f64>,
     pub pinned: Option<List<Word>>,
     pub velocity_m_s: Option<Triple>,
@@ -79,8 +82,8 @@ macro_rules! kinds {
 }
 
 kinds! {
-    chain: points, from_m, to_m;
-    cloth: rows, columns, corner_m, along_m, down_m, shear, bend;
+    chain: points, from_m, to_m, stiffness_of_whole_n_m;
+    cloth: rows, columns, corner_m, along_m, down_m, shear, shear_n_m, bend, bend_n_m;
     lattice: cells, center_m, size_m;
 }
 

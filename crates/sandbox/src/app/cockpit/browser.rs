@@ -34,8 +34,8 @@ const ALSO_FOUND_BY: [(&str, &str); 3] = [
 /// The groups; scenes of none come under the last.
 const GROUPS: &[Group] = groups! {
     "The tutorial": "tutorial" "tutorial_large" "frame_step" "empty";
-    "Methods": "orbits_race" "orbit" "figure_eight" "oscillator" "ship" "ship_between" "verlet_start";
-    "Forces": "projectile" "coast" "terminal_speed" "third_law" "wall" "everything";
+    "Methods": "orbits_race" "orbit" "solar" "figure_eight" "oscillator" "ship" "ship_between" "verlet_start";
+    "Forces": "projectile" "coast" "terminal_speed" "feather" "third_law" "wall" "everything";
     "Springs and soft bodies": "rope" "bridge" "flag" "cape" "jelly";
     "Particles": "thousand" "fountain" "sparks";
     "Hard cases":;

@@ -76,8 +76,11 @@ impl Setup {
         // A script acts between ticks: more frames than ticks would change nothing but the time that it takes.
         let acts_alone = script.is_some() && recording.is_none() && !pictures && args.fps.is_none();
         let pace = args.pace.unwrap_or(scene.pace);
-        let fps =
-            if unwatched || acts_alone && !follows_frames(&scene) { fps.min(scene.step_hz * pace) } else { fps };
+        let fps = if unwatched || acts_alone && !follows_frames(&scene) {
+            fps.min(scene.step_hz * pace)
+        } else {
+            fps
+        };
         let ends =
             FrameEnds::new(args, files, recording.map(|recording| recording.frame_ends_s.clone()), fps)?;
         if let Some(path) = &args.film {

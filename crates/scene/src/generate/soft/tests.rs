@@ -44,6 +44,23 @@ fn pinned(scene: &Scene) -> Vec<String> {
 }
 
 #[test]
+fn a_chain_is_as_stiff_as_a_whole_whatever_its_points_are_and_a_cloth_by_its_kinds_of_springs() {
+    for points in [2, 5, 40] {
+        let scene = parse(&format!("chain(points: {points}, to_m: (1, 0, 0), stiffness_of_whole_n_m: 100)"));
+        let softness: f64 = scene.soft_bodies[0].links.iter().map(|link| 1.0 / link.elastic.stiffness).sum();
+        assert!((softness - 0.01).abs() < 1e-15, "{points} points");
+    }
+    let scene = parse(
+        "cloth(rows: 4, columns: 5, along_m: (4, 0, 0), down_m: (0, -3, 0), stiffness_n_m: 100, shear_n_m: 20, bend: true)",
+    );
+    for link in scene.soft_bodies[0].links.iter() {
+        let stiffness = if (link.elastic.rest_length - 2_f64.sqrt()).abs() < 1e-9 { 20.0 } else { 100.0 };
+        assert_eq!(link.elastic.stiffness, stiffness, "{link:?}");
+    }
+    assert_eq!(scene.soft_bodies[0].links.len(), 31 + 24 + 2 * 5 + 3 * 4);
+}
+
+#[test]
 fn a_chain_joins_neighbors_and_may_be_held_at_its_ends() {
     let scene = parse(
         r#"chain(name: "rope", points: 5, from_m: (1, 10, 0), to_m: (1, 2, 6), mass_kg: 2.5, stiffness_n_m: 100, damping_n_s_m: 3, pinned: [last],
