@@ -174,7 +174,8 @@ fn drag_of_single_bodies_follows_the_mass_and_goes_with_the_effect() {
     let mut free = falling(Method::SemiImplicitEuler, "");
     assert_eq!(motion::effects::state(&mut free.world, Effect::Drag), EffectState::NotDeclared);
     run.request(Request::Switch(Effect::Drag, false));
-    (run.run(100), free.run(100));
+    run.run(100);
+    free.run(100);
     assert!(run.states().eq(free.states()), "the bits of a fall without air");
 }
 

@@ -271,7 +271,7 @@ fn notices_are_one_a_topic_and_go_when_they_are_no_longer_true() {
     assert_eq!(says(&film, "did not converge"), 0);
 
     film.press("-").press("-");
-    assert_eq!((says(&film, "x speed"), says(&film, "0.25 x speed")), (1, 1));
+    assert_eq!((says(&film, "x speed"), says(&film, "1/4 x speed")), (1, 1));
     film.press("P");
     film.session.stage.keep_timeline();
     film.press(",");

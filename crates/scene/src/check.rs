@@ -17,6 +17,8 @@ pub(crate) const SPEED: Rule = (not_negative, "a speed", "give meters per second
 pub(crate) const STEP_RATE: Rule =
     (|v| positive(v) && (1.0 / v).is_finite(), "a step rate", "give a positive number of steps a second");
 
+pub(crate) const STIFFNESS: Rule = (not_negative, "a stiffness", "give a number of N/m from 0 up");
+
 /// The cure for a bad mass.
 pub(crate) const MASS: &str = "give a positive number of kilograms";
 

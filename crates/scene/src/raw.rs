@@ -363,7 +363,8 @@ mod tests {
     #[test]
     fn the_known_keys_are_those_of_the_structs() {
         let keys = |path| kinds_at(path, "");
-        assert_eq!(keys("damping"), [("model", Kind::Word), ("rate_per_s", Kind::Number)]);
+        let rates = ["rate_per_s", "share_kept_per_s"].map(|key| (key, Kind::Number));
+        assert_eq!(keys("damping"), [("model", Kind::Word), rates[0], rates[1]]);
         assert_eq!(
             keys("bodies[12].shape"),
             [("half_extents_m", Kind::Numbers(3)), ("radius_m", Kind::Number)],

@@ -45,7 +45,7 @@ Examples:
 pub(crate) struct RunArgs {
     /// A shipped scene or a file
     pub scene: SceneName,
-    /// Simulated seconds [default: 10, or to the end of the frame times]
+    /// Simulated seconds [default: those of 10 s of frames, or to the end of the frame times]
     #[arg(long, value_name = "S", conflicts_with = "ticks", allow_negative_numbers = true, value_parser = positive)]
     pub seconds: Option<f64>,
     /// Ticks

@@ -3,8 +3,7 @@
 use glam::{DVec3, IVec3, UVec3};
 
 use super::form::{ALL, FIRST, Form, LAST, Place, pinned, points, within_numbers};
-use super::soft::STIFFNESS;
-use crate::check::Scope;
+use crate::check::{STIFFNESS, Scope};
 use crate::raw;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;

@@ -6,7 +6,7 @@ use motion::{Elastic, Link};
 use super::entry::{Bodies, GeneratedEntry, shared};
 use super::form::Form;
 use super::{chain, cloth, lattice};
-use crate::check::{DAMPING_RATE, Rule, Scope, not_negative};
+use crate::check::{DAMPING_RATE, Rule, STIFFNESS, Scope, not_negative};
 use crate::raw;
 use crate::scene::BodySpec;
 use crate::scene::coupled::SoftBodySpec;
@@ -66,8 +66,6 @@ fn link_stiffness(raw: &raw::SoftBody, scope: Scope, faults: &mut Faults) -> Opt
     let whole = faults.number((scope, "stiffness_of_whole_n_m"), Some(whole), 0.0, STIFFNESS);
     Some(whole * f64::from(keys.points.unwrap_or(2).saturating_sub(1)))
 }
-
-pub(super) const STIFFNESS: Rule = (not_negative, "a stiffness", "give a number of N/m from 0 up");
 
 /// Stiffness, N/m, and damping, N s/m, of springs, without a length yet.
 pub(crate) fn elastic(

@@ -278,9 +278,15 @@ fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<
         (Some(ticks), ..) => ticks,
         (None, None, FrameEnds::Lengths(_) | FrameEnds::Recorded(_)) => return Ok(None),
         (None, seconds, _) => {
-            let seconds = seconds.unwrap_or(DEFAULT_SECONDS);
+            let seconds = seconds.unwrap_or_else(|| DEFAULT_SECONDS * args.pace.unwrap_or(scene.pace));
             check_seconds(seconds, rate)?;
-            (seconds * rate).round() as u64
+            let ticks = (seconds * rate).round() as u64;
+            if ticks == 0 {
+                let tick = (1e6 / rate).round() / 1e6;
+                let what = format!("{}: {seconds} s are less than half a tick of {tick} s", args.scene);
+                return Err(Failure::Usage(format!("{what}; give --seconds {tick} or more, or --ticks")));
+            }
+            ticks
         }
     };
     #[expect(clippy::cast_precision_loss, reason = "a bound")]
