@@ -1116,3 +1116,20 @@ fn keys_select_one_movable_body_after_the_other_and_push_it() {
     cockpit.drive.frame(H, [down("PageUp")]).ticks(2);
     assert!(cockpit.drive.v(&seen[seen.len() - 1]).y > before.y);
 }
+
+#[test]
+fn a_bar_that_comes_moves_no_button_of_the_lesson_and_of_the_dock() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    let text = scene::lesson::shipped()[0].1;
+    let lesson = scene::lesson::Lesson::parse("force", text).unwrap();
+    cockpit.drive.session.begin_lesson(lesson, lab::lesson::Quantities::default());
+    cockpit.drive.ticks(3);
+    let places =
+        |cockpit: &Cockpit| ["Skip", "Leave", "Measure", "Build"].map(|name| cockpit.middle_of(name));
+    let before = places(&cockpit);
+    // Everything falls out of the view.
+    cockpit.press("G");
+    cockpit.drive.run(300, 1.0 / 30.0);
+    assert!(cockpit.has("Follow"), "the bar is there");
+    assert_eq!(places(&cockpit), before);
+}

@@ -353,6 +353,27 @@ fn a_file_of_a_run_has_no_name_that_its_pictures_may_have() {
 }
 
 #[test]
+fn the_first_look_without_a_display_is_four_pictures_of_its_own_look_with_captions() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = crate::rigs::root().join("assets/scripts/first_look.ron");
+    let line = format!("run tutorial --script {} --seconds 5 --size 640x360 --captions", script.display());
+    sandbox(&folder, &line).fine();
+    let names = ["1_at_rest.png", "2_pushed.png", "3_through_the_floor.png", "4_ledger.png"];
+    let pictures = names.map(|name| {
+        let file = fs::File::open(folder.path().join(name)).unwrap();
+        Image::decode_png(std::io::BufReader::new(file)).unwrap()
+    });
+    assert_eq!(listing(folder.path()).len(), names.len());
+    // The ground of the program's own look is light; the tutorial's floor is a dark checker.
+    for picture in &pictures {
+        assert!(picture.pixel(20, 300).unwrap()[..3].iter().all(|channel| *channel > 150));
+    }
+    // The words of each: white pixels with a dark rim at the bottom left.
+    let words = |picture: &Image| picture.crop([0, 330], [600, 28]).unwrap();
+    assert!((1..4).all(|n| words(&pictures[n]) != words(&pictures[n - 1])));
+}
+
+#[test]
 fn a_script_that_presses_the_key_of_screenshots_writes_them_without_other_pictures() {
     let folder = folder([("fine.ron", FALL), ("f12.script", "[(at_frame: 2, do: press(\"F12\"))]")]);
     sandbox(&folder, "run fine.ron --seconds 0.1 --size 16x16 --script f12.script --summary out.json").fine();

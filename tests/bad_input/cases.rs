@@ -216,7 +216,7 @@ pub const ARGUMENTS: &[(&str, &[&str])] = &[
     ("run fine.ron --sed 3", &["--sed"]),
     ("run fine.ron --method euler", &["--method", "the methods are {METHODS}"]),
     ("plan fine.ron --method rk4", &["--method", "the methods are {METHODS}"]),
-    ("run damped.ron --damping wet", &["--damping", "the models are tutorial, clamped, exact"]),
+    ("run damped.ron --damping wet", &["--damping", "the models are tutorial, clamped, implicit, exact"]),
     ("run fine.ron --hz 0", &["--hz", "give a finite number above 0"]),
     ("run fine.ron --hz -60", &["--hz", "give a finite number above 0"]),
     ("run fine.ron --hz nan", &["--hz", "give a finite number above 0"]),

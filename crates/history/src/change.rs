@@ -82,7 +82,8 @@ impl Change {
             | Action::Scale(_)
             | Action::DockWidth(_)
             | Action::Arrange(_)
-            | Action::Screenshot(_) => return Ok(None),
+            | Action::Screenshot(_)
+            | Action::Caption(_) => return Ok(None),
         })))
     }
 }

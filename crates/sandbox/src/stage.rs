@@ -242,6 +242,8 @@ pub struct Stage {
     /// What was asked for and not done, lately.
     pub(crate) refusals: Vec<String>,
     pub(crate) orders: Vec<Order>,
+    /// What a script wrote below pictures, in place of the description of the scene.
+    pub(crate) caption: Option<String>,
     pub(crate) run: Run,
 }
 
@@ -267,6 +269,7 @@ impl Stage {
             notices: Notices::default(),
             refusals: Vec::new(),
             orders: Vec::new(),
+            caption: None,
             run,
         }
     }

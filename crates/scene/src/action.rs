@@ -67,6 +67,8 @@ pub enum Action {
     Remove(String),
     /// Writes the picture of this frame under that plain file name, which ends in `.png`.
     Screenshot(String),
+    /// Writes that line below pictures with captions from now on, in place of the description of the scene.
+    Caption(String),
     /// Changes the method of the scene: of every body without one of its own.
     SetMethod(#[serde(with = "method")] Method),
     /// Changes the substeps of the scene: of every body without its own, 1 to [`Substeps::MOST`].
@@ -88,6 +90,9 @@ pub enum MouseButton {
     /// The wheel, pressed.
     Middle,
 }
+
+/// Most characters of a caption.
+const LONGEST_CAPTION: usize = 300;
 
 /// Largest side of a window, px: what graphics devices commonly offer.
 const LARGEST_SIDE: u32 = 16_384;
@@ -184,6 +189,11 @@ impl Action {
             }
             Self::SetSubsteps(substeps) if !(1..=Substeps::MOST).contains(substeps) => {
                 (format!("{substeps} is not a number of substeps"), "give a whole number from 1 to 100000")
+            }
+            Self::Caption(words)
+                if words.chars().count() > LONGEST_CAPTION || words.contains(char::is_control) =>
+            {
+                (format!("{words:?} is not a caption"), "give a line of at most 300 characters")
             }
             Self::Screenshot(name) if !is_picture_name(name) => (
                 format!("{name:?} is not a plain file name that ends in .png"),

@@ -180,8 +180,6 @@ impl Cockpit {
             bar.show(root, |ui| toolbar::show(ui, (stage, view), [browses, self.dock, learns], intents));
         self.lay_out_part(Part::Toolbar, bar.response.rect, &bar.inner);
         Side::bottom("hints").frame(bare).show(root, |ui| hints::show(ui, (stage, view), &tools.editor));
-        self.fault.show(root, stage, intents);
-        away::show(root, stage, view, intents);
         if browses {
             let side = Side::left("scenes").frame(bare).resizable(false).exact_size(BROWSER);
             let here = (&*stage.sim.scene.name, &*stage.run.files);
@@ -212,6 +210,9 @@ impl Cockpit {
                 tools.learn.show(ui, &mut desk);
             });
         }
+        // Last: bars that come and go move nothing but the edge of the view.
+        self.fault.show(root, stage, intents);
+        away::show(root, stage, view, intents);
         self.opened = opened.to_owned();
     }
 }

@@ -82,7 +82,8 @@ pub(super) fn lay_out(
     // A lesson says what there is to see.
     if (docks && !ui.shows(Panel::Learn)) || words == Words::Captions {
         let lesson = tools.learn.caption().filter(|_| ui.shows(Panel::Learn));
-        let words = lesson.unwrap_or_else(|| stage.sim.scene.description.clone());
+        let words = lesson.or_else(|| stage.caption.clone());
+        let words = words.unwrap_or_else(|| stage.sim.scene.description.clone());
         hud::caption(&painter, stage, view, &words);
     }
     view.write_pull(stage, &painter);

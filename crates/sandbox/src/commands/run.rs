@@ -107,8 +107,8 @@ pub(crate) struct RunArgs {
     /// Write all frames as one animated PNG or GIF, without words but labels; --fps says how many per second [GIF: 25]
     #[arg(long, value_name = "FILE.png|FILE.gif")]
     pub film: Option<PathBuf>,
-    /// Write what the scene or the lesson says, the time and a scale bar into the film
-    #[arg(long, requires = "film", conflicts_with = "no_hud")]
+    /// Write what the scene or the lesson says, the time and a scale bar into the pictures, which have the program's own look
+    #[arg(long, conflicts_with = "no_hud")]
     pub captions: bool,
     /// Size of the pictures, pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]

@@ -19,6 +19,10 @@ impl Stage {
             self.orders.push(Order::Screenshot(Some(name.clone())));
             return;
         }
+        if let Action::Caption(words) = action {
+            self.caption = Some(words.clone());
+            return;
+        }
         match Change::of(action, &self.sim) {
             Ok(Some(change)) => self.change(change, SwitchedBy::Script),
             Ok(None) => {}

@@ -30,6 +30,9 @@ const GRAVITY_AT: Vec2 = Vec2::new(5.0, 95.0);
 const NOTICES_AT: Vec2 = Vec2::new(50.0, 26.0);
 const NOTICES_IN_COCKPIT_AT: Vec2 = Vec2::new(50.0, 3.0);
 
+/// From line to line, in sizes of the words.
+const LINE: f32 = 1.3;
+
 /// Widest line of a notice, of the width of the window.
 const NOTICE_WIDTH: f32 = 0.94;
 
@@ -59,8 +62,18 @@ pub(crate) fn show(painter: &Painter, stage: &Stage, view: &View) {
     for Words { at, anchor, text: words, font, color } in words(painter, stage, view) {
         text(painter, at, anchor, &words, font, color);
     }
-    let notices_at = if view.has_bars() { NOTICES_IN_COCKPIT_AT } else { NOTICES_AT };
-    notices(painter, at(painter, notices_at), stage.notices(), size(painter, view) * 0.8);
+    let size = size(painter, view) * 0.8;
+    let notices_at = match view.has_bars() {
+        // Below the words in the corner, which may reach as far as a notice.
+        true => {
+            let lines = state(stage, view).len();
+            #[expect(clippy::cast_precision_loss, reason = "a few lines")]
+            let below = Vec2::Y * (lines as f32 * size * LINE);
+            at(painter, NOTICES_IN_COCKPIT_AT) + below
+        }
+        false => at(painter, NOTICES_AT),
+    };
+    notices(painter, notices_at, stage.notices(), size);
     if view.mode == Mode::Camera {
         cross_hair(painter, painter.clip_rect().center());
     }
@@ -153,7 +166,7 @@ fn words(painter: &Painter, stage: &Stage, view: &View) -> Vec<Words> {
     let mut corner = at(painter, Vec2::new(99.0, 2.0));
     for (text, color) in state(stage, view) {
         all.push(Words { at: corner, anchor: Align2::RIGHT_TOP, text, font: small.clone(), color });
-        corner.y += small.size * 1.3;
+        corner.y += small.size * LINE;
     }
     all
 }
@@ -200,7 +213,7 @@ fn notices<'a>(painter: &Painter, mut place: Pos2, notices: impl Iterator<Item =
             text(painter, place, Align2::CENTER_TOP, notice, font.clone(), WARNING);
             1
         };
-        (0..lines).for_each(|_| place.y += size * 1.3);
+        (0..lines).for_each(|_| place.y += size * LINE);
     }
 }
 

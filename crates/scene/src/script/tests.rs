@@ -20,13 +20,13 @@ const EVERY_ACTION: &str = r#"// comments are fine
     (at_s: 1, do: set_velocity("grid.x0.z1", (nan, NaN, -inf))), (at_s: 2, do: set_position("bonus", (1, 2, 3))),
     (at_s: 2, do: reverse_velocities), (at_s: 2, do: remove("enemy")), (at_s: 2, do: screenshot("after push.png")),
     (at_s: 2, do: set_method(explicit_euler)), (at_s: 2, do: set_substeps(4)), (at_s: 3, do: set_body_method("player", yoshida_4)),
-    (at_s: 3, do: switch_effect("mutual_gravity", false)),
+    (at_s: 3, do: switch_effect("mutual_gravity", false)), (at_s: 3, do: caption("Off.")),
 ]"#;
 
 #[test]
 fn every_action_of_the_contract_is_read() {
     let script = Script::parse("t", EVERY_ACTION).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(script.steps.len(), 26);
+    assert_eq!(script.steps.len(), 27);
     assert_eq!(script.recording, None);
     let step = |i: usize| (script.steps[i].when, script.steps[i].action.clone());
     assert_eq!(step(1), (When::Seconds(0.5), Action::Hold("W".to_owned(), 0.5)));
@@ -45,6 +45,7 @@ fn every_action_of_the_contract_is_read() {
     assert_eq!(step(24).1, Action::SetBodyMethod("player".to_owned(), Method::Yoshida4));
     assert_eq!(step(24).1.body(), Some("player"));
     assert_eq!(step(25).1, Action::SwitchEffect(Effect::MutualGravity, false));
+    assert_eq!(step(26).1, Action::Caption("Off.".to_owned()));
 }
 
 #[test]

@@ -56,7 +56,7 @@ pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool
     let id = Id::unique("cost axes");
     let mut axes: Axes = ui.data(|data| data.get_temp(id)).unwrap_or_default();
     let present = desk.stage.setting();
-    let (again, uses) = head(ui, study, cost.progress(), width);
+    let (again, uses) = head(ui, study, cost.progress());
     let nearer = first(ui, study, axes, present).filter(|_| uses);
     choose(ui, &mut axes);
     ui.data_mut(|data| data.insert_temp(id, axes));
@@ -76,15 +76,15 @@ pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool
 
 /// How far the study is; whether it is to start again, and whether the setting is to be used that is nearer at the same cost. The
 /// button for that is there before there is one: a recording counts the controls.
-fn head(ui: &mut Ui, study: &Study, progress: f64, width: f32) -> (bool, bool) {
+fn head(ui: &mut Ui, study: &Study, progress: f64) -> (bool, bool) {
     ui.horizontal(|ui| {
         let again = ui.button("again").clicked();
         let uses = ui.button("Use").on_hover_text("goes on with what is nearer at the same cost").clicked();
         if progress < 1.0 {
             #[expect(clippy::cast_possible_truncation, reason = "a part of 1")]
             let done = progress as f32;
-            let words = format!("measuring, {:.0} % of each frame", SHARE * 100.0);
-            ui.add(ProgressBar::new(done).desired_width(width - 150.0).text(words));
+            let bar = ProgressBar::new(done).desired_width(ui.available_width()).text("measuring");
+            ui.add(bar).on_hover_text(format!("takes at most {:.0} % of the time of a frame", SHARE * 100.0));
         } else {
             let Study { simulated_s, bodies, .. } = study;
             let s = if *bodies == 1 { "y" } else { "ies" };
