@@ -19,13 +19,13 @@ fn hung(stiffness: f64) -> String {
     )
 }
 
-/// A tenth of a second of it.
+/// Six ticks of it.
 fn run(stiffness: f64, flags: &str) -> (Said, Value) {
     run_scene(&hung(stiffness), flags)
 }
 
 fn run_scene(scene: &str, flags: &str) -> (Said, Value) {
-    summarized([("hung.ron", scene)], &format!("run hung.ron --seconds 0.1 {flags}"))
+    summarized([("hung.ron", scene)], &format!("run hung.ron --ticks 6 {flags}"))
 }
 
 /// Fails unless a run that refuses what is unstable ends with these words.

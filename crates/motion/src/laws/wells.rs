@@ -7,7 +7,7 @@ use super::{Axes, BLOCK_BODIES, BodyBlock, BodyState, EvaluationTime, Jacobians,
 use crate::units::{Scalar, Vector, at_least_0, outer};
 
 /// A point that attracts every body, whatever its mass: `a = -mu r / (r² + s²)^(3/2)` with r from the well to the body
-/// (Newton; softened after Plummer 1911).
+/// (Newton; softened after Plummer 1911). In the middle of a well without softening there is no force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Well {
     /// Position, m.
@@ -19,12 +19,13 @@ pub struct Well {
 }
 
 impl Well {
-    /// r and `(r² + s²)^(-1/2)`.
+    /// r and `(r² + s²)^(-1/2)`, which is 0 where both are: there no direction is that of a force.
     #[inline(always)]
     fn reach(&self, body: BodyState) -> (Vector, f64) {
         let r = body.position - self.position;
-        let s = self.softening;
-        (r, 1.0 / (r.dot(r) + s * s).sqrt())
+        let squared = r.dot(r) + self.softening * self.softening;
+        let inverse = 1.0 / squared.sqrt();
+        (r, if squared == 0.0 { 0.0 } else { inverse })
     }
 
     /// The acceleration by this well alone, m/s².
