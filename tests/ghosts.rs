@@ -112,6 +112,31 @@ fn distances_are_those_between_runs_of_their_own_bit_for_bit() {
 }
 
 #[test]
+fn the_row_of_a_method_keeps_no_error_that_another_one_made() {
+    let mut drive = Drive::of(mixed());
+    drive.press("T");
+    let set = |method| Input::Act(Action::SetMethod(method));
+    let mixed_row = |drive: &Drive| {
+        let rows = drive.session.tools.ghosts(&drive.session.stage);
+        rows.into_iter().find(|row| row.state == GhostState::Mixed)
+    };
+    drive.ticks(5);
+    assert_eq!(mixed_row(&drive), None, "the solid bodies are where their method has them");
+    drive.frame(H, [set(Method::ExplicitEuler)]).ticks(60).frame(H, [set(Method::RungeKutta4)]).ticks(60);
+    let (mut run, mut reference) = (alone(mixed(), Method::RungeKutta4, None), reference(mixed()));
+    // As many frames.
+    for other in [&mut run, &mut reference] {
+        other.ticks(5 + 1 + 60 + 1 + 60);
+    }
+    let of_method = row(&drive, Method::RungeKutta4);
+    assert_eq!(of_method.state, GhostState::Solid);
+    assert_tells(&drive, Method::RungeKutta4, &run, &reference);
+    let solid = mixed_row(&drive).expect("several methods moved the solid bodies");
+    assert_eq!(solid.distance, distances(&drive, &reference).into_iter().reduce(f64::max));
+    assert!(solid.largest.unwrap() > 100.0 * of_method.largest.unwrap(), "{solid:?} {of_method:?}");
+}
+
+#[test]
 fn shipped_scenes_have_the_distances_of_runs_of_their_own() {
     // One step a frame; methods of single bodies; a previous position; soft bodies; a method that is not the first.
     for name in ["frame_step", "orbits_race", "verlet_start", "rope", "third_law"] {

@@ -83,7 +83,9 @@ pub fn meters(distance: f64) -> String {
         d if d < 1e5 => format!("{d:.0} m"),
         d => {
             let (unit, meters) = length_unit(d);
-            format!("{} {unit}", number(d / meters, 3))
+            // Three digits, and zeros for the others.
+            let ten = 10_f64.powf((d / meters).log10().floor() - 2.0);
+            format!("{} {unit}", number((d / meters / ten).round() * ten, 3))
         }
     }
 }
@@ -108,6 +110,25 @@ const YEAR: f64 = 365.25 * DAY;
 /// The astronomical unit, m (IAU 2012).
 const AU: f64 = 149_597_870_700.0;
 
+/// The unit in which times up to that many seconds are read, and how many seconds it has: seconds, days or years.
+pub fn time_unit(seconds: f64) -> (&'static str, f64) {
+    match seconds.abs() {
+        size if size >= 2.0 * YEAR => ("years", YEAR),
+        size if size >= 2.0 * DAY => ("days", DAY),
+        _ => ("s", 1.0),
+    }
+}
+
+/// Ticks of `step` seconds: so many per second or, where one lasts a minute or more, how long it is.
+pub fn tick_rate(step: f64) -> String {
+    match step {
+        // A rate goes into steps and comes back a rounding beside itself.
+        step if step < 60.0 => format!("{} Hz", digits((1e6 / step).round() / 1e6)),
+        step if (step / DAY - 1.0).abs() < 1e-9 => "1 per day".to_owned(),
+        step => format!("1 per {}", long_duration(step)),
+    }
+}
+
 /// A time of a scene whose ticks last `step` seconds: in seconds, or in days and years where a tick lasts a minute or more.
 pub fn scene_time(seconds: f64, step: f64) -> String {
     match seconds {
@@ -131,7 +152,7 @@ pub fn pace_words(pace: f64) -> String {
 /// The unit in which a length is read, and how many meters it has: meters, kilometers or astronomical units.
 pub fn length_unit(meters: f64) -> (&'static str, f64) {
     match meters.abs() {
-        size if size >= 0.1 * AU => ("au", AU),
+        size if size >= 0.01 * AU => ("au", AU),
         size if size >= 10_000.0 => ("km", 1_000.0),
         _ => ("m", 1.0),
     }
@@ -318,6 +339,11 @@ mod tests {
             ["1.50 s", "86400.00 s", "1.0 days", "3.17 years"]
         );
         let paces = [1.0 / 64.0, 1.0, 16.0, 3_600.0, 2_592_000.0, 6.3e7].map(pace_words);
+        assert_eq!(meters(938_242e3), "938,000 km");
+        assert_eq!(
+            [1.0 / 120.0, 86_400.0, 3_600.0].map(tick_rate),
+            ["120 Hz", "1 per day", "1 per 60.0 min"]
+        );
         assert_eq!(paces, ["1/64 x", "1 x", "16 x", "1 h/s", "30 days/s", "1.996 years/s"]);
     }
 

@@ -2,7 +2,7 @@
 
 use egui::{Color32, Rangef, Ui};
 use egui_plot::{AxisHints, GridInput, GridMark, Legend, Line, Plot};
-use report::numbers::four_digits;
+use report::numbers::{digits, four_digits, time_unit};
 
 use crate::view::inks;
 
@@ -36,6 +36,8 @@ pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, legend: Option<Le
         .allow_scroll(false)
         .allow_boxed_zoom(false)
         .y_axis_min_width(56.0)
+        .x_grid_spacer(|input: GridInput| time_marks(input.bounds))
+        .x_axis_formatter(|mark, shown| time_mark(mark.value, *shown.end()))
         .y_grid_spacer(|input: GridInput| marks(input.bounds))
         .y_axis_formatter(|mark, _| four_digits(mark.value));
     let plot = legend.into_iter().fold(plot, Plot::legend);
@@ -61,6 +63,22 @@ fn apart(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
     let margin = 1e-6 * low.abs().max(high.abs());
     (high - low < margin).then_some([low - margin, high + margin])
+}
+
+/// Round times between two bounds, in the unit in which the later one is read.
+fn time_marks((low, high): (f64, f64)) -> Vec<GridMark> {
+    let (_, seconds) = time_unit(high);
+    let scaled =
+        |mark: GridMark| GridMark { value: mark.value * seconds, step_size: mark.step_size * seconds };
+    marks((low / seconds, high / seconds)).into_iter().map(scaled).collect()
+}
+
+/// A time at an axis that is shown up to `latest`, s; in seconds it needs no unit.
+fn time_mark(time: f64, latest: f64) -> String {
+    match time_unit(latest) {
+        ("s", _) => digits(time),
+        (unit, seconds) => format!("{} {unit}", digits(time / seconds)),
+    }
 }
 
 /// Two to four round values between two bounds: a low plot has no room for more.

@@ -6,7 +6,7 @@ use egui::{Align, Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Stroke, U
 use glam::DVec2;
 use motion::clock::StepClock;
 use motion::{Gravity, TimeStep};
-use report::numbers::{digits, length_unit, pace_words, scene_time};
+use report::numbers::{digits, length_unit, pace_words, scene_time, tick_rate};
 
 use crate::stage::Stage;
 use crate::view::arrows::{VELOCITY_SCALE, color_of};
@@ -229,10 +229,10 @@ fn clock(stage: &Stage, view: &View) -> Vec<String> {
     let own = if stepper.plan().own.is_empty() { "" } else { " and bodies' own" };
     let method = stepper.method().claims().title;
     let scene_s = world.resource::<StepClock>().scene_seconds();
-    let step_hz = 1.0 / world.resource::<TimeStep>().0;
+    let step = world.resource::<TimeStep>().0;
     let mut lines = vec![
         format!("{}   {}   {method}{own}", stage.sim.scene.name, bodies(stage)),
-        format!("{} at {} Hz", scene_time(scene_s, step_hz.recip()), digits(step_hz)),
+        format!("{} at {}", scene_time(scene_s, step), tick_rate(step)),
     ];
     // Paused, frames are drawn when something changes.
     if let Some(measured) = view.measured.filter(|_| !stage.paused) {

@@ -40,7 +40,7 @@ fn state(stage: &Stage, view: &View) -> String {
     let measured = view.measured.filter(|_| !stage.paused).map_or(String::new(), |measured| {
         format!("   tick {:.1} us   {:.0} frames/s", measured.tick * 1e6, measured.frames_per_second)
     });
-    format!("{}   {} Hz{measured}", bodies(stage), toolbar::rate(stage))
+    format!("{}   {}{measured}", bodies(stage), toolbar::rate(stage))
 }
 
 fn words(stage: &Stage, view: &View) -> String {

@@ -1,10 +1,10 @@
 //! The bar at the top: time, method, what is drawn, and the modes.
 
 use egui::{Button, ComboBox, DragValue, PopupCloseBehavior, Response, RichText, Role, Ui, Vec2, WidgetInfo};
-use history::{Change, rate_of};
+use history::Change;
 use motion::clock::StepClock;
 use motion::{Gravity, Method, MutualGravity, Substeps, TimeStep};
-use report::numbers::{digits, pace_words, scene_time};
+use report::numbers::{pace_words, scene_time, tick_rate};
 use scene::unsolvable;
 
 use crate::actions::Act;
@@ -149,9 +149,9 @@ fn pace(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     }
 }
 
-/// Ticks per simulated second.
+/// Ticks of the present length, in words.
 pub(super) fn rate(stage: &Stage) -> String {
-    digits(rate_of(stage.sim.world.resource::<TimeStep>().0))
+    tick_rate(stage.sim.world.resource::<TimeStep>().0)
 }
 
 /// Method and step as one control: the list says order and cost of each method, and below it has the substeps.
@@ -159,7 +159,7 @@ fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     let setting = stage.setting();
     let mut chosen = setting;
     let attracts = stage.sim.world.contains_resource::<MutualGravity>();
-    let present = format!("{}, {} Hz x {}", setting.method.claims().title, rate(stage), setting.substeps);
+    let present = format!("{}, {} x {}", setting.method.claims().title, rate(stage), setting.substeps);
     let list = ComboBox::from_id_salt("method of the scene")
         .width(216.0)
         .height(400.0)

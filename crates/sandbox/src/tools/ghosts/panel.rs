@@ -41,10 +41,13 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
     let (stage, docks) = (&*desk.stage, desk.dock_width.is_some());
     let rows = ghosts.rows(stage);
     let solid = stage.sim.method();
-    let words = match docks {
-        false => Words::Whole,
-        true if width(ui, &rows, Words::Docked) <= ui.available_width() => Words::Docked,
-        true => Words::Short,
+    let fits = |words, numbers| width(ui, &rows, words, numbers) <= ui.available_width();
+    let (words, numbers) = match docks {
+        false => (Words::Whole, 3),
+        true if fits(Words::Docked, 3) => (Words::Docked, 3),
+        true if fits(Words::Short, 3) => (Words::Short, 3),
+        // Whole numbers before more of them.
+        true => (Words::Short, 2),
     };
     if desk.view.mode == Mode::Camera {
         // The words of the reference picture.
@@ -52,7 +55,8 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
     }
     if docks {
         // As headings, they would be wider than the dock.
-        ui.weak(format!("distance of {}, m: now, at most so far, rms of all", subject(stage)));
+        let rms = if numbers < 3 { "" } else { ", rms of all" };
+        ui.weak(format!("distance of {}, m: now, at most so far{rms}", subject(stage)));
     }
     Grid::new("ghosts").num_columns(4).striped(true).spacing([COLUMNS, 2.0]).show(ui, |ui| {
         if !docks {
@@ -62,7 +66,7 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
             ui.end_row();
         }
         for row in &rows {
-            line(ui, row, (solid, ghosts.twins.as_mut()), words);
+            line(ui, row, (solid, ghosts.twins.as_mut()), (words, numbers));
             ui.end_row();
         }
     });
@@ -123,17 +127,22 @@ fn distances(row: &GhostRow, words: Words) -> [String; 3] {
     [now, written(row.largest), written(row.rms)]
 }
 
-/// Points from side to side of the table.
-fn width(ui: &Ui, rows: &[GhostRow], words: Words) -> f32 {
+/// Points from side to side of the table with so many distances.
+fn width(ui: &Ui, rows: &[GhostRow], words: Words, numbers: usize) -> f32 {
     let font = TextStyle::Body.resolve(ui.style());
     let of = |text: String| ui.painter().layout_no_wrap(text, font.clone(), Color32::WHITE).size().x;
     let widest =
         |column: &dyn Fn(&GhostRow) -> String| rows.iter().map(|row| of(column(row))).fold(0.0, f32::max);
-    let numbers = (0..3).map(|number| COLUMNS + widest(&|row| distances(row, words)[number].clone()));
+    let numbers = (0..numbers).map(|number| COLUMNS + widest(&|row| distances(row, words)[number].clone()));
     BEFORE_NAME + widest(&|row| name(row, words)) + numbers.sum::<f32>()
 }
 
-fn line(ui: &mut Ui, row: &GhostRow, (solid, twins): (Method, Option<&mut Twins>), words: Words) {
+fn line(
+    ui: &mut Ui,
+    row: &GhostRow,
+    (solid, twins): (Method, Option<&mut Twins>),
+    (words, numbers): (Words, usize),
+) {
     let there = trouble(row).is_none();
     ui.horizontal(|ui| {
         swatch(ui, color(ink_of(row, solid).srgb));
@@ -153,7 +162,7 @@ fn line(ui: &mut Ui, row: &GhostRow, (solid, twins): (Method, Option<&mut Twins>
             twins.show(row.method, shown);
         }
     });
-    for (number, text) in distances(row, words).into_iter().enumerate() {
+    for (number, text) in distances(row, words).into_iter().enumerate().take(numbers) {
         if number == 0 && !there {
             ui.weak(text)
         } else {

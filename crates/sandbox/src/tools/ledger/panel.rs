@@ -3,9 +3,9 @@
 use egui::{Color32, Grid, RichText, TextStyle, Ui};
 use egui_plot::Legend;
 use glam::DVec3;
-use motion::Method;
 use motion::ledger::{Ledger, LedgerLines, LedgerTotals};
-use report::numbers::{four_digits, signed, significant};
+use motion::{Method, TimeStep};
+use report::numbers::{four_digits, scene_time, signed, significant};
 
 use crate::stage::Stage;
 use crate::tools::curves;
@@ -39,7 +39,7 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, (past, points): 
     let color = inks::words(ui.visuals(), RESIDUAL);
     ui.label(RichText::new(sentence(stage, ledger)).color(color).strong());
     if !past.is_empty() {
-        before(ui, past);
+        before(ui, past, stage.sim.world.resource::<TimeStep>().0);
         ui.separator();
     }
     energy(ui, ledger, &last_second);
@@ -50,13 +50,14 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, (past, points): 
 }
 
 /// What the methods before did since the scene began.
-fn before(ui: &mut Ui, past: &[Period]) {
+fn before(ui: &mut Ui, past: &[Period], step: f64) {
     Grid::new("ledger before").num_columns(3).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
         ui,
         |ui| {
             heading(ui, ["before", "residual, J", "share"]);
             for Period { method, from, to, residual, share } in past {
-                let times = format!("{method}, {from:.2} to {to:.2} s");
+                let [from, to] = [from, to].map(|time| scene_time(*time, step));
+                let times = format!("{method}, {} to {to}", from.trim_end_matches(" s"));
                 row(ui, &times, [signed(*residual), percent(*share)]);
             }
         },
@@ -75,12 +76,13 @@ fn percent(share: f64) -> String {
 fn sentence(stage: &Stage, ledger: &Ledger) -> String {
     let (stepper, method) = (&stage.sim.stepper, method_of(stage));
     let (residual, seconds) = (ledger.since_opening().energy.residual, ledger.seconds());
+    let time = scene_time(seconds, stage.sim.world.resource::<TimeStep>().0);
     if seconds <= 0.0 {
         return format!("{method}: nothing simulated yet");
     }
     let share = ledger.relative_residual();
     if residual == 0.0 || share < ROUNDING {
-        return format!("{method} conserved energy to rounding over {seconds:.2} s.");
+        return format!("{method} conserved energy to rounding over {time}.");
     }
     let rate = signed(ledger.last_second().energy.residual);
     let plan = stepper.plan();
@@ -89,7 +91,7 @@ fn sentence(stage: &Stage, ledger: &Ledger) -> String {
         // What an exact method would show of such velocities is no gain or loss.
         let residual = signed(residual);
         return format!(
-            "{method}: residual {residual} J after {seconds:.2} s, {rate} J/s in the last second. Velocities of position Verlet \
+            "{method}: residual {residual} J after {time}, {rate} J/s in the last second. Velocities of position Verlet \
              are half a step late, and kinetic energy and momentum with them."
         );
     }
@@ -100,7 +102,7 @@ fn sentence(stage: &Stage, ledger: &Ledger) -> String {
         true => "the energy at its start",
         false => "the largest kinetic energy",
     };
-    format!("{method} {verb} {size} J in {seconds:.2} s, {share} of {of}; {rate} J/s in the last second")
+    format!("{method} {verb} {size} J in {time}, {share} of {of}; {rate} J/s in the last second")
 }
 
 fn energy(ui: &mut Ui, ledger: &Ledger, last_second: &LedgerTotals) {
