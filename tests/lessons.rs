@@ -278,6 +278,15 @@ fn the_first_start_shows_a_card_until_a_lesson_begins() {
 }
 
 #[test]
+fn a_run_shows_every_lesson_to_its_end() {
+    for (name, text) in shipped() {
+        let scene = Lesson::parse(name, text).unwrap().scene;
+        let said = sandbox(".", &format!("run {scene} --lesson {name} --seconds 120 --fps 30"));
+        assert!(!said.err.contains("steps were done"), "{name}: {}", said.err);
+    }
+}
+
+#[test]
 fn a_run_shows_a_lesson_in_its_scene() {
     let folder = tempfile::tempdir().unwrap();
     let line = "run tutorial --lesson force --seconds 13 --fps 4 --size 320x180 --film f.png --captions --summary s.json";

@@ -216,7 +216,8 @@ fn simulate(
             && session.stage.paused()
             && session.stage.arrived()
         {
-            if session.player().is_none_or(Player::finished) {
+            let shows = demonstration.as_ref().is_some_and(|shown| shown.waits(session));
+            if session.player().is_none_or(Player::finished) && !shows {
                 // No script is left that could go on.
                 break;
             }

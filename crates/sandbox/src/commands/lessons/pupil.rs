@@ -176,6 +176,15 @@ impl Demonstration {
         (step < all).then_some(what)
     }
 
+    /// Whether it will do something in `session` by itself: a step that begins paused is read before it is done.
+    pub fn waits(&self, session: &Session) -> bool {
+        let now = session.stage.frames();
+        session.tools.lesson().is_some_and(|state| {
+            let is_new = self.step.is_none_or(|(before, due)| before != state.step || due >= now);
+            is_new && state.step < self.lesson.steps.len()
+        })
+    }
+
     /// Lets `session` do what is due in the coming frame.
     pub fn before_frame(&mut self, session: &mut Session) -> Result<(), Failure> {
         let Some(state) = session.tools.lesson() else { return Ok(()) };
