@@ -107,7 +107,10 @@ fn a_step_says_what_is_missing_and_begins_where_the_person_changed_the_run() {
     // Nothing was done for a while.
     assert!(!says(&cockpit, "Not yet"));
     cockpit.drive.run(11, 1.0);
-    assert!(says(&cockpit, "Not yet: abs(x of ball - earlier x of ball) 0 m, to be above 0.5 m."));
+    assert!(says(
+        &cockpit,
+        "Not yet: difference of x of ball and x of ball before 0 m, to be above 0.5 m; the run is paused: Play goes on."
+    ));
     assert!(!says(&cockpit, "Push harder."));
     cockpit.drive.run(20, 1.0);
     assert!(says(&cockpit, "Hint: Push harder."));

@@ -40,8 +40,9 @@ impl Tool for Learn {
         self.forget_world();
     }
 
-    fn restart(&mut self, _: &mut Stage) {
+    fn restart(&mut self, stage: &mut Stage) {
         self.forget_world();
+        self.begin_world(stage);
     }
 
     fn after_ticks(&mut self, stage: &mut Stage, _: &View, open: bool, _: FrameTime) {

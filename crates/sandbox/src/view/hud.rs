@@ -82,8 +82,9 @@ pub(crate) fn show(painter: &Painter, stage: &Stage, view: &View) {
 /// Writes `words` at the bottom and, into pictures without bars, the time of the scene and a scale bar at the top.
 pub(crate) fn caption(painter: &Painter, stage: &Stage, view: &View, words: &str) {
     let font = FontId::proportional(if view.has_bars() { 14.0 } else { caption_size(painter) });
-    let write =
-        |percent, anchor, words: &str| text(painter, at(painter, percent), anchor, words, font.clone(), THIN);
+    let write = |percent, anchor, words: &str| {
+        text(painter, at(painter, percent), anchor, words, font.clone(), Color32::WHITE);
+    };
     let lines = wrapped(painter, words, &font, 0.94 * painter.clip_rect().width());
     write(Vec2::new(2.0, 98.0), Align2::LEFT_BOTTOM, &lines);
     if !view.has_bars() {

@@ -131,6 +131,18 @@ fn add(ui: &mut Ui, action: Act, name: &str, button: Button<'_>) -> Response {
     button
 }
 
+/// The paces to choose from where a scene goes at the `usual` one: round ones of the unit in which they are read.
+fn paces(usual: f64) -> Vec<f64> {
+    const HOUR: f64 = 3_600.0;
+    const ROUND: [f64; 12] =
+        [1.0, 6.0, 24.0, 72.0, 240.0, 720.0, 1_440.0, 2_880.0, 8_766.0, 26_298.0, 87_660.0, 876_600.0];
+    if usual < HOUR {
+        return PACES.map(|times| times * usual).to_vec();
+    }
+    let reach = PACES[0] * usual..=PACES[PACES.len() - 1] * usual;
+    ROUND.map(|hours| hours * HOUR).into_iter().filter(|pace| reach.contains(pace)).collect()
+}
+
 fn pace(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     let (pace, usual) = (stage.clock.pace(), stage.usual_pace());
     let mut chosen = pace;
@@ -138,7 +150,7 @@ fn pace(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
         .width(52.0)
         .selected_text(pace_words(pace))
         .show_ui(ui, |ui| {
-            for pace in PACES.map(|times| times * usual) {
+            for pace in paces(usual) {
                 ui.selectable_value(&mut chosen, pace, pace_words(pace));
             }
         })

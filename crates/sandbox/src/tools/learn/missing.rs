@@ -57,6 +57,15 @@ fn short_of(part: &Comparison, measure: &[Quantity], value: impl Fn(&str) -> Opt
         _ => "",
     };
     let (words, unit) = described(part.left.text(), part.left.names(), measure);
+    if part.left.names().len() > 2 || part.left.text().contains(['/', '^']) {
+        let names: Vec<_> = part
+            .left
+            .names()
+            .iter()
+            .map(|name| described(name, std::slice::from_ref(name), measure).0)
+            .collect();
+        return format!("{} do not fit yet", one_of(&names));
+    }
     let with_unit = |number: f64| match number.is_nan() {
         true => "not known".to_owned(),
         false => format!("{} {unit}", in_words(number)).trim_end().to_owned(),
@@ -72,13 +81,13 @@ fn described(text: &str, names: &[String], measure: &[Quantity]) -> (String, &'s
         let stem = ["_before", "_most", "_least"].iter().find_map(|end| name.strip_suffix(end));
         let quantity = find(name).or_else(|| find(stem?))?;
         let (words, unit) = words(&quantity.measure);
-        let prefix = match name.strip_prefix(quantity.name.as_str()) {
-            Some("_before") => "earlier ",
-            Some("_most") => "largest ",
-            Some("_least") => "smallest ",
-            _ => "",
+        let words = match name.strip_prefix(quantity.name.as_str()) {
+            Some("_before") => format!("{words} before"),
+            Some("_most") => format!("largest {words}"),
+            Some("_least") => format!("smallest {words}"),
+            _ => words,
         };
-        Some((format!("{prefix}{words}"), unit))
+        Some((words, unit))
     };
     let known: Vec<_> = names.iter().map(described).collect();
     let mut units = known.iter().map(|known| known.as_ref().map_or("", |(_, unit)| unit));
@@ -86,6 +95,12 @@ fn described(text: &str, names: &[String], measure: &[Quantity]) -> (String, &'s
     // A product or quotient of two of them has another unit.
     let is_plain = !text.contains(['/', '^']) && (names.len() == 1 || !text.contains('*'));
     let unit = if is_plain && units.all(|other| other == unit) { unit } else { "" };
+    // The distance of two numbers, whichever is larger.
+    if let (Some(inside), [Some((one, _)), Some((other, _))]) = (text.trim().strip_prefix("abs("), &known[..])
+        && inside.matches(['(', '+', '*']).count() == 0
+    {
+        return (format!("difference of {one} and {other}"), unit);
+    }
     let mut written = String::new();
     let mut rest = text.trim();
     while let Some(c) = rest.chars().next() {
@@ -99,6 +114,14 @@ fn described(text: &str, names: &[String], measure: &[Quantity]) -> (String, &'s
         rest = &rest[word.len().max(c.len_utf8())..];
     }
     (written, unit)
+}
+
+/// Words in a row: "a, b and c".
+fn one_of(words: &[String]) -> String {
+    match words {
+        [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
+        words => words.concat(),
+    }
 }
 
 /// What is measured, in words, and its unit.
@@ -166,12 +189,16 @@ mod tests {
         let said = |text: &str| missing(&Formula::parse(text).expect("a formula"), &measure, value);
         assert_eq!(said("e < 43 && m == 2"), "energy 51 J, to be below 43 J");
         assert_eq!(said("e < e_before * 0.85"), "energy 51 J, to be below 42.5 J");
-        assert_eq!(said("abs(e - e_before) > 3"), "abs(energy - earlier energy) 1 J, to be above 3 J");
+        assert_eq!(
+            said("abs(e - e_before) > 3"),
+            "difference of energy and energy before 1 J, to be above 3 J"
+        );
         assert_eq!(
             said("e_most - e_least == 0 && 2 * m > 9"),
             "largest energy - smallest energy 1 J, to be 0 J; 2 * mass of ball 4 kg, to be above 9 kg"
         );
-        assert_eq!(said("v / m >= 1"), "speed of ball / mass of ball less than 1e-9, to be above 1");
+        assert_eq!(said("v / m >= 1"), "mass of ball and speed of ball do not fit yet");
+        assert_eq!(said("abs(v) > 1"), "abs(speed of ball) less than 1e-9 m/s, to be above 1 m/s");
         assert_eq!(
             said("rk4 == 1 && ledger == 1 && paused == 0"),
             "the method is not Runge-Kutta 4; Ledger is not open; it is paused"

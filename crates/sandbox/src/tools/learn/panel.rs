@@ -164,7 +164,7 @@ fn running(
 
 fn refusal(ui: &mut Ui, refused: Option<&str>) {
     if let Some(refused) = refused {
-        ui.colored_label(ui.visuals().warn_fg_color, format!("\"{refused}\" is not what was measured."));
+        ui.colored_label(ui.visuals().warn_fg_color, refused);
     }
 }
 

@@ -49,7 +49,7 @@ struct Running {
     held: bool,
     /// Whether a step was skipped.
     skipped: bool,
-    /// The last answer, if it was not right.
+    /// What is said of the last answer, if it was not right.
     refused: Option<String>,
     /// What the step begins with, until it is done.
     begin: Vec<Begin>,
@@ -58,6 +58,8 @@ struct Running {
     /// When the step began, s of the clock of frames, and whether the person changed the run since.
     since: Option<f64>,
     acted: bool,
+    /// Why nothing moves, if nothing does.
+    stopped: Option<&'static str>,
 }
 
 /// Seconds after which a step says what is missing, though nothing was done, and after which it gives its hint.
@@ -102,6 +104,7 @@ impl Learn {
             interventions: 0,
             since: None,
             acted: false,
+            stopped: None,
         };
         running.go_to(0);
         self.running = Some(running);
@@ -120,7 +123,7 @@ impl Learn {
         Some((lesson, *step, lesson.steps.get(*step)))
     }
 
-    /// What was said at the end of the last step, and which answer was refused.
+    /// What was said at the end of the last step, and of an answer that was refused.
     pub fn said(&self) -> [Option<&str>; 2] {
         let running = self.running.as_ref();
         [
@@ -171,6 +174,19 @@ impl Learn {
         }
     }
 
+    /// Measures the start of another world, before its first tick.
+    pub fn begin_world(&mut self, stage: &mut Stage) {
+        if !self.is_at_home(stage) {
+            return;
+        }
+        let Some(running) = &mut self.running else { return };
+        for quantity in &running.lesson.measure {
+            if let Some(value) = measured(&mut stage.sim, &quantity.measure) {
+                running.of_screen.note(&quantity.name, value);
+            }
+        }
+    }
+
     /// Measures the present state at `now`, s of the clock of frames, and goes on if it is what the step is about.
     pub fn look(&mut self, stage: &mut Stage, screen: &Screen<'_>, now: f64) {
         if !self.shown || !self.is_at_home(stage) {
@@ -178,6 +194,11 @@ impl Learn {
         }
         let Some(running) = &mut self.running else { return };
         running.since.get_or_insert(now);
+        running.stopped = match (stage.paused, stage.fault()) {
+            (true, Some(_)) => Some("the run stopped where something went wrong: Reset and Play begin again"),
+            (true, None) => Some("the run is paused: Play goes on"),
+            _ => None,
+        };
         if running.interventions != stage.here.interventions {
             running.interventions = stage.here.interventions;
             running.acted = true;
@@ -214,7 +235,7 @@ impl Learn {
         let waited = now - running.since?;
         let said = running.acted || waited >= MISSING_S;
         let hint = Some(hint.as_str()).filter(|hint| waited >= HINT_S && !hint.is_empty());
-        said.then(|| (running.missing(when), hint))
+        said.then(|| (running.waits_for(when), hint))
             .filter(|(missing, hint)| !missing.is_empty() || hint.is_some())
     }
 
@@ -236,7 +257,7 @@ impl Learn {
         if right {
             self.go_on();
         } else if let Some(running) = &mut self.running {
-            running.refused = Some(text.trim().to_owned());
+            running.refused = Some(running.refusal(text.trim()));
         }
         right
     }
@@ -299,6 +320,28 @@ impl Running {
         self.lesson.steps.get(self.step)
     }
 
+    /// What a step waits for that ends when `formula` holds, in words.
+    fn waits_for(&self, formula: &Formula) -> String {
+        // A step that is about pausing says so itself.
+        let is_about_time = |name: &String| {
+            let quantity = self.lesson.of_screen(name).map(|quantity| &quantity.measure);
+            matches!(quantity, Some(Measure::Paused | Measure::Fault))
+        };
+        let stopped = self.stopped.filter(|_| !formula.names().iter().any(is_about_time));
+        let missing = Some(self.missing(formula)).filter(|missing| !missing.is_empty());
+        missing.into_iter().chain(stopped.map(str::to_owned)).collect::<Vec<_>>().join("; ")
+    }
+
+    /// What is said of an answer that is not right.
+    fn refusal(&self, text: &str) -> String {
+        match self.step().map(|step| &step.goal) {
+            Some(Goal::Number { unit, .. }) if number_in(text, unit).is_none() => {
+                format!("\"{text}\" is not a number.")
+            }
+            _ => format!("\"{text}\" is not what was measured."),
+        }
+    }
+
     /// What of `formula` does not hold, in words.
     fn missing(&self, formula: &Formula) -> String {
         missing(formula, &self.lesson.measure, |name| self.value(name))
@@ -315,11 +358,9 @@ impl Running {
     fn is_right(&self, text: &str) -> bool {
         match self.step().map(|step| &step.goal) {
             Some(Goal::Number { right, within, unit, .. }) => {
-                let text = text.trim();
-                let number = text.strip_suffix(unit.as_str()).unwrap_or(text).trim().replace(',', ".");
                 let right = right.value(|name| self.value(name));
                 let is_near = |number: f64| (number - right).abs() <= within * right.abs();
-                right.is_finite() && number.parse::<f64>().is_ok_and(is_near)
+                right.is_finite() && number_in(text, unit).is_some_and(is_near)
             }
             Some(Goal::Choice { choices, .. }) => {
                 choices.iter().any(|(say, right)| say == text && self.holds(right))
@@ -327,6 +368,12 @@ impl Running {
             _ => false,
         }
     }
+}
+
+/// The number that a person typed, with its unit or without.
+fn number_in(text: &str, unit: &str) -> Option<f64> {
+    let text = text.trim();
+    text.strip_suffix(unit).unwrap_or(text).trim().replace(',', ".").parse().ok()
 }
 
 /// What only the screen has.
