@@ -107,7 +107,7 @@ impl Session {
         self.simulate(time, after_tick);
         self.view.follow_locked(&self.stage);
         self.tools.after_ticks(&mut self.stage, &self.view, self.ui.opened(), time);
-        let begins = self.tools.learn.take_begin(&self.stage);
+        let begins = self.tools.learn.take_begin(&self.stage, time.total());
         begins.into_iter().for_each(|begin| self.begin_step(begin));
         self.show_panels(time);
         self.stage.go_on_seeking(after_tick);

@@ -35,6 +35,9 @@ const PATIENCE_S: f64 = 20.0;
 const WRONG_S: f64 = 3.0;
 const LONGER: f64 = 1.2;
 
+/// Seconds after which a step has begun.
+const MOST_WAIT_S: f64 = 3.0;
+
 /// What the runs of a lesson measured, with `times` as many ticks per second as they say.
 pub(super) struct Runs {
     times: f64,
@@ -87,9 +90,22 @@ impl Pupil {
         }
     }
 
+    /// Waits until the present step has begun.
+    fn wait_for_step(&mut self) {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few hundred frames")]
+        let most = (MOST_WAIT_S * self.fps).ceil() as u32;
+        for _ in 0..most {
+            if self.session.tools.learn.has_begun() {
+                return;
+            }
+            self.frames(1);
+        }
+    }
+
     /// Does `actions`, each in frames of its own, and waits until the step is done, but no longer than `patience` seconds of
     /// simulated time after them. Whether the lesson went on.
     fn act(&mut self, actions: &[Action], patience: f64) -> Result<bool, Failure> {
+        self.wait_for_step();
         let before = self.step();
         let (player, frame) = player(actions, self.session.stage.frames(), self.fps)?;
         self.session.play(player);
@@ -272,6 +288,7 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
             if pupil.step() != number {
                 return fail("it is done before anything was done".to_owned());
             }
+            pupil.wait_for_step();
             let began = pupil.session.stage.simulated();
             if !pupil.solve(lesson)? {
                 return fail("the solution is not accepted".to_owned());

@@ -66,6 +66,9 @@ struct Running {
 const MISSING_S: f64 = 10.0;
 const HINT_S: f64 = 30.0;
 
+/// Seconds for which the end of a step can be seen before the next one begins, where that changes the run.
+const LINGER_S: f64 = 1.5;
+
 /// What a lesson sees of the screen.
 pub(crate) struct Screen<'a> {
     pub view: &'a View,
@@ -221,11 +224,19 @@ impl Learn {
         }
     }
 
-    /// What the present step begins with, once.
-    pub fn take_begin(&mut self, stage: &Stage) -> Vec<Begin> {
+    /// What the present step begins with, once, at `now`, s of the clock of frames.
+    pub fn take_begin(&mut self, stage: &Stage, now: f64) -> Vec<Begin> {
         let begins = self.shown && self.is_at_home(stage);
-        let running = self.running.as_mut().filter(|_| begins);
+        let lingers = |running: &Running| {
+            running.said.is_some() && running.since.is_none_or(|since| now - since < LINGER_S)
+        };
+        let running = self.running.as_mut().filter(|running| begins && !lingers(running));
         running.map(|running| std::mem::take(&mut running.begin)).unwrap_or_default()
+    }
+
+    /// Whether the present step has begun.
+    pub fn has_begun(&self) -> bool {
+        self.running.as_ref().is_none_or(|running| running.begin.is_empty())
     }
 
     /// What is missing for the present step at `now`, s of the clock of frames, and its hint: as soon as there is a reason to say so.
@@ -242,7 +253,8 @@ impl Learn {
     /// When the present step says more by itself, s of the clock of frames; infinite if it does not.
     pub fn says_more_at(&self, now: f64) -> f64 {
         let since = self.running.as_ref().filter(|_| self.shown).and_then(|running| running.since);
-        let times = since.into_iter().flat_map(|since| [since + MISSING_S, since + HINT_S]);
+        let times =
+            since.into_iter().flat_map(|since| [LINGER_S, MISSING_S, HINT_S].map(|wait| since + wait));
         times.filter(|time| *time > now).fold(f64::INFINITY, f64::min)
     }
 
