@@ -93,6 +93,7 @@ fn kinds() -> Vec<(&'static str, String)> {
         ("ring", "rings: [(count: 150000, radius_m: 5)]".to_owned()),
         ("bodies", bodies(100_000, "")),
         ("options", bodies(60_000, options)),
+        ("drags", bodies(60_000, "drag_area_m2: 0.1")),
         ("long names", bodies(60_000, &format!("name: \"{long}#\", label: \"{short}\""))),
         ("scenery", bodies(60_000, "scenery: true, shape: cuboid(half_extents_m: (1, 1, 1)), rotation_deg: (0, 10, 0)")),
         ("springs", format!("{thousand}, springs: [{springs}]")),
