@@ -1133,3 +1133,19 @@ fn a_bar_that_comes_moves_no_button_of_the_lesson_and_of_the_dock() {
     assert!(cockpit.has("Follow"), "the bar is there");
     assert_eq!(places(&cockpit), before);
 }
+
+#[test]
+fn a_control_at_which_a_lesson_points_is_scrolled_to() {
+    let mut cockpit = Cockpit::of("orbit", [1280, 320]);
+    cockpit.press("B").press("V").press("C");
+    let in_sight = |cockpit: &Cockpit| cockpit.middle_of("Ledger").y > cockpit.middle_of("Measure").y;
+    assert!(!in_sight(&cockpit), "a panel below it was opened last");
+
+    let lessons = scene::lesson::shipped();
+    let (_, text) = lessons.iter().find(|(name, _)| *name == "energy").unwrap();
+    let text = text.replace(r#"point_at: "method""#, r#"point_at: "Ledger""#);
+    let lesson = scene::lesson::Lesson::parse("energy", &text).unwrap();
+    cockpit.drive.session.begin_lesson(lesson, lab::lesson::Quantities::default());
+    cockpit.drive.ticks(5);
+    assert!(in_sight(&cockpit));
+}

@@ -35,9 +35,18 @@ pub(super) fn show_focus(context: &Context) {
     painter.rect_stroke(place, 3.0, Stroke::new(FRAME, color), StrokeKind::Outside);
 }
 
-/// Frames `control` if the open lesson points at that name.
+/// Frames `control` if the open lesson points at that name. One that is scrolled out of sight is scrolled to, once.
 pub(super) fn point_at(ui: &egui::Ui, name: &str, control: &Response) {
-    if pointed_at(ui.ctx()).is_some_and(|pointed| pointed == name) {
+    if pointed_at(ui.ctx()).is_none_or(|pointed| pointed != name) {
+        return;
+    }
+    let id = Id::unique("what a lesson pointed at before");
+    let before =
+        ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default::<String>(id), name.to_owned()));
+    if !ui.clip_rect().contains_rect(control.rect) && before != name {
+        ui.scroll_to_rect_animation(control.rect, None, ScrollAnimation::none());
+    }
+    if ui.is_rect_visible(control.rect) {
         let painter = ui.ctx().layer_painter(LayerId::new(Order::Tooltip, Id::unique("lesson")));
         painter.rect_stroke(control.rect, 3.0, Stroke::new(FRAME, POINTER), StrokeKind::Outside);
     }

@@ -1,7 +1,7 @@
 //! The panel of the ledger: where energy and momentum go, and what the method invents.
 
 use egui::{Color32, Grid, RichText, TextStyle, Ui};
-use egui_plot::Legend;
+use egui_plot::{Corner, Legend};
 use glam::DVec3;
 use motion::ledger::{Ledger, LedgerLines, LedgerTotals};
 use motion::{Method, TimeStep};
@@ -208,7 +208,8 @@ fn plots(ui: &mut Ui, points: &[Point]) {
     };
     let energies: [(&str, Color32, Curve); 2] =
         [("energy, J", ENERGY, |point| point.energy), ("kinetic, J", KINETIC, |point| point.kinetic)];
-    let legend = || Some(Legend::default());
+    // The newest end is at the right.
+    let legend = || Some(Legend::default().position(Corner::LeftTop));
     curves::show(ui, "ledger energies", PLOT_HEIGHT, legend(), &energies.map(curve));
     curves::show(
         ui,
