@@ -6,22 +6,19 @@ use png::chunk::{ChunkType, IDAT, IEND, acTL, fcTL, fdAT};
 use png::{Compression, Filter};
 
 use crate::Image;
+use crate::changes::Changes;
 
 /// A moving picture: the first picture, and what changes after it. Each is encoded as it comes and put into `spool`, for a PNG
 /// begins with the number of its pictures; so memory does not grow with them.
 #[derive(Debug)]
 pub struct Film<S> {
     spool: S,
-    shown: Option<Image>,
+    changes: Changes,
     /// The last change, whose end is not known yet.
     waiting: Option<Change>,
     /// Pictures and numbered chunks in the spool.
     pictures: u32,
     numbered: u32,
-    /// When the last picture begins, s.
-    last_s: f64,
-    /// How long the picture before it is shown, s.
-    length_s: f64,
 }
 
 /// The rectangle of a picture in which it differs from the one before, compressed; pixels that stay are transparent.
@@ -48,8 +45,7 @@ impl Film<()> {
 impl<S: Read + Write + Seek> Film<S> {
     /// Begins a film that is kept in `spool`, an empty file for example, until it is finished.
     pub const fn new(spool: S) -> Self {
-        let (shown, waiting) = (None, None);
-        Self { spool, shown, waiting, pictures: 0, numbered: 0, last_s: 0.0, length_s: 0.0 }
+        Self { spool, changes: Changes::NONE, waiting: None, pictures: 0, numbered: 0 }
     }
 
     /// Adds an opaque picture that begins `at_s` seconds after the start of some clock. Times ascend.
@@ -57,19 +53,7 @@ impl<S: Read + Write + Seek> Film<S> {
     /// # Errors
     /// If the picture has another size than the first one, or the spool cannot be written.
     pub fn add(&mut self, image: Image, at_s: f64) -> io::Result<()> {
-        let change = match &self.shown {
-            Some(shown) if shown.size_px != image.size_px => {
-                return Err(io::Error::other("a film has pictures of one size"));
-            }
-            Some(shown) => {
-                self.length_s = at_s - self.last_s;
-                difference(shown, &image)
-            }
-            None => Some(([0; 2], image.clone())),
-        };
-        self.last_s = at_s;
-        self.shown = Some(image);
-        if let Some((origin_px, part)) = change {
+        if let Some((origin_px, part)) = self.changes.next(image, at_s)? {
             self.end_waiting(at_s)?;
             let (size_px, data) = (part.size_px, compressed(&part)?);
             self.waiting = Some(Change { at_s, origin_px, size_px, data });
@@ -83,8 +67,8 @@ impl<S: Read + Write + Seek> Film<S> {
     /// # Errors
     /// If there is no picture, a keyword cannot be one, or a file cannot be read or written.
     pub fn finish(mut self, mut out: impl Write, text: &[(&str, &str)]) -> io::Result<()> {
-        let size_px = self.shown.as_ref().map_or([0; 2], |image| image.size_px);
-        self.end_waiting(self.last_s + self.length_s)?;
+        let size_px = self.changes.shown().map_or([0; 2], |image| image.size_px);
+        self.end_waiting(self.changes.end_s())?;
         let mut writer = Image::encoder(&mut out, size_px, text)?.write_header()?;
         let endless = 0_u32;
         writer.write_chunk(acTL, &[self.pictures.to_be_bytes(), endless.to_be_bytes()].concat())?;
@@ -187,28 +171,6 @@ fn delay(from_s: f64, to_s: f64) -> [u16; 2] {
     let (count, per_second) =
         all.into_iter().find(|(count, _)| *count <= f64::from(u16::MAX)).unwrap_or(all[3]);
     [count as u16, per_second]
-}
-
-/// The smallest rectangle of `next` in which it differs from `shown`, and where it lies; none if they are equal.
-pub(crate) fn difference(shown: &Image, next: &Image) -> Option<([u32; 2], Image)> {
-    let [width, height] = next.size_px;
-    let differs = |x: &u32, y: &u32| shown.pixel(*x, *y) != next.pixel(*x, *y);
-    let (mut columns, mut rows) = ([width, 0], [height, 0]);
-    for y in 0..height {
-        for x in (0..width).filter(|x| differs(x, &y)) {
-            columns = [columns[0].min(x), columns[1].max(x + 1)];
-            rows = [rows[0].min(y), y + 1];
-        }
-    }
-    let size_px = [columns[1].checked_sub(columns[0])?, rows[1].checked_sub(rows[0])?];
-    let origin_px = [columns[0], rows[0]];
-    let (mut image, before) = (next.crop(origin_px, size_px)?, shown.crop(origin_px, size_px)?);
-    for (pixel, before) in image.rgba.chunks_exact_mut(4).zip(before.rgba.chunks_exact(4)) {
-        if pixel == before {
-            pixel.fill(0);
-        }
-    }
-    Some((origin_px, image))
 }
 
 #[cfg(test)]

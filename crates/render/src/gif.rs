@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use gif::{DisposalMethod, Encoder, EncodingError, Frame, Repeat};
 
 use crate::Image;
-use crate::film::difference;
+use crate::changes::Changes;
 
 /// Hundredths of a second, in which a GIF counts.
 const PER_SECOND: f64 = 100.0;
@@ -16,12 +16,9 @@ const SPEED: i32 = 10;
 /// A moving picture that plays without end. Each picture is written once the next one says how long it is shown.
 pub struct Gif<W: Write> {
     encoder: Encoder<W>,
-    shown: Option<Image>,
+    changes: Changes,
     /// What the next frame draws, and when it begins, s.
     waiting: Option<(Frame<'static>, f64)>,
-    /// When the last picture begins, s, and how long the one before it is shown.
-    last_s: f64,
-    length_s: f64,
 }
 
 impl Gif<Vec<u8>> {
@@ -38,24 +35,15 @@ impl<W: Write> Gif<W> {
         let side = |side| u16::try_from(side).map_err(io::Error::other);
         let mut encoder = Encoder::new(out, side(width)?, side(height)?, &[]).map_err(io_error)?;
         encoder.set_repeat(Repeat::Infinite).map_err(io_error)?;
-        Ok(Self { encoder, shown: None, waiting: None, last_s: 0.0, length_s: 0.0 })
+        Ok(Self { encoder, changes: Changes::NONE, waiting: None })
     }
 
     /// Adds an opaque picture that begins `at_s` seconds after the start of some clock. Times ascend.
     ///
     /// # Errors
-    /// If the picture has another size than the film, or `out` cannot be written.
+    /// If the picture has another size than the first one, or `out` cannot be written.
     pub fn add(&mut self, image: Image, at_s: f64) -> io::Result<()> {
-        let change = match &self.shown {
-            Some(shown) => {
-                self.length_s = at_s - self.last_s;
-                difference(shown, &image)
-            }
-            None => Some(([0; 2], image.clone())),
-        };
-        self.last_s = at_s;
-        self.shown = Some(image);
-        if let Some((origin_px, part)) = change {
+        if let Some((origin_px, part)) = self.changes.next(image, at_s)? {
             self.end_waiting(at_s)?;
             self.waiting = Some((frame(origin_px, part)?, at_s));
         }
@@ -67,7 +55,7 @@ impl<W: Write> Gif<W> {
     /// # Errors
     /// If `out` cannot be written.
     pub fn finish(mut self) -> io::Result<W> {
-        self.end_waiting(self.last_s + self.length_s)?;
+        self.end_waiting(self.changes.end_s())?;
         self.encoder.into_inner().map_err(io_error)
     }
 
@@ -88,9 +76,7 @@ impl<W: Write> Gif<W> {
 
 /// A frame that draws `part` there, over what is drawn already.
 fn frame(origin_px: [u32; 2], mut part: Image) -> io::Result<Frame<'static>> {
-    let [left, top, width, height] = [origin_px, part.size_px].concat()[..] else {
-        return Err(io::Error::other("a part has two sides"));
-    };
+    let ([left, top], [width, height]) = (origin_px, part.size_px);
     let pixels = |number| u16::try_from(number).map_err(io::Error::other);
     let frame = Frame::from_rgba_speed(pixels(width)?, pixels(height)?, &mut part.rgba, SPEED);
     Ok(Frame { left: pixels(left)?, top: pixels(top)?, dispose: DisposalMethod::Keep, ..frame })

@@ -13,6 +13,7 @@
 //! entities, bodies or input.
 
 mod buffers;
+mod changes;
 mod error;
 mod film;
 mod frame;
