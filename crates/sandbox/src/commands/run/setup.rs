@@ -75,9 +75,8 @@ impl Setup {
         let fps = args.fps.unwrap_or(usual);
         // A script acts between ticks: more frames than ticks would change nothing but the time that it takes.
         let acts_alone = script.is_some() && recording.is_none() && !pictures && args.fps.is_none();
-        let pace = args.pace.unwrap_or(scene.pace);
         let fps = if unwatched || acts_alone && !follows_frames(&scene) {
-            fps.min(scene.step_hz * pace)
+            fps.min(scene.step_hz * pace(args, &scene))
         } else {
             fps
         };
@@ -118,7 +117,7 @@ impl Setup {
         let Some(ticks) = *ticks else { return Ok(()) };
         let frames = match (ends, options.pictures) {
             (FrameEnds::Constant { rate }, true) => {
-                ticks as f64 / (tick_rate(scene, ends) * options.pace.unwrap_or(scene.pace)) * rate
+                ticks as f64 / (tick_rate(scene, ends) * pace(args, scene)) * rate
             }
             _ => 0.0,
         };
@@ -262,6 +261,11 @@ fn picture_seconds([width, height]: [u32; 2]) -> f64 {
     f64::from(width) * f64::from(height) * PIXEL * 1e-9
 }
 
+/// Simulated seconds per second of frames.
+fn pace(args: &RunArgs, scene: &Scene) -> f64 {
+    args.pace.unwrap_or(scene.pace)
+}
+
 /// Ticks per second of a run with these frames.
 fn tick_rate(scene: &Scene, ends: &FrameEnds) -> f64 {
     match ends {
@@ -278,7 +282,7 @@ fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<
         (Some(ticks), ..) => ticks,
         (None, None, FrameEnds::Lengths(_) | FrameEnds::Recorded(_)) => return Ok(None),
         (None, seconds, _) => {
-            let seconds = seconds.unwrap_or_else(|| DEFAULT_SECONDS * args.pace.unwrap_or(scene.pace));
+            let seconds = seconds.unwrap_or_else(|| DEFAULT_SECONDS * pace(args, scene));
             check_seconds(seconds, rate)?;
             let ticks = (seconds * rate).round() as u64;
             if ticks == 0 {
@@ -291,7 +295,7 @@ fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<
     };
     #[expect(clippy::cast_precision_loss, reason = "a bound")]
     if let FrameEnds::Constant { rate: fps } = ends
-        && ticks as f64 / (rate * args.pace.unwrap_or(scene.pace)) * fps > MOST_TICKS
+        && ticks as f64 / (rate * pace(args, scene)) * fps > MOST_TICKS
     {
         let [rate, fps] = [rate, *fps].map(|value| number(value, 6));
         let what =
