@@ -258,12 +258,23 @@ impl Goal {
     }
 }
 
+/// What follows the name of a quantity in formulas.
+const SUFFIXES: [&str; 3] = ["_before", "_most", "_least"];
+
+/// The one of `quantities` that `name` means, and what follows its name there: nothing, `_before`, `_most` or `_least`.
+#[must_use]
+pub fn quantity_of<'a, 'b>(quantities: &'a [Quantity], name: &'b str) -> Option<(&'a Quantity, &'b str)> {
+    let find = |name: &str| quantities.iter().find(|quantity| quantity.name == name);
+    let stem = || SUFFIXES.iter().find_map(|suffix| name.strip_suffix(suffix));
+    let quantity = find(name).or_else(|| find(stem()?))?;
+    Some((quantity, &name[quantity.name.len()..]))
+}
+
 impl Lesson {
     /// The quantity of the screen with that name, which may end in `_before`, `_most` or `_least`.
     #[must_use]
     pub fn of_screen(&self, name: &str) -> Option<&Quantity> {
-        let find = |name: &str| self.measure.iter().find(|quantity| quantity.name == name);
-        find(name).or_else(|| find(name.rsplit_once('_')?.0))
+        Some(quantity_of(&self.measure, name)?.0)
     }
 
     /// Reads a lesson and its scene, whose bodies it names.

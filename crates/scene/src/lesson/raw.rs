@@ -9,7 +9,8 @@ use serde::Deserialize;
 use serde::de::{Deserializer, IgnoredAny, MapAccess, Visitor};
 
 use super::{
-    Begin, Formula, Goal, LESSON_VERSION, Lesson, LessonRun, LessonStep, Measure, Quantity, Sentence,
+    Begin, Formula, Goal, LESSON_VERSION, Lesson, LessonRun, LessonStep, Measure, Quantity, SUFFIXES,
+    Sentence,
 };
 use crate::action::Action;
 use crate::check::{Rule, STEP_RATE, Scope, positive};
@@ -29,9 +30,6 @@ const DURATION: Rule =
 
 /// Longest time that a key is held or a way waits, s.
 const LONGEST_HOLD: f64 = 20.0;
-
-/// What follows the name of a quantity in formulas: see [`Quantity`].
-const SUFFIXES: [&str; 3] = ["_before", "_most", "_least"];
 
 /// How far off an answer may be if the question does not say.
 const WITHIN: f64 = 0.05;

@@ -1,7 +1,7 @@
 //! What a step of a lesson still waits for, in words.
 
 use report::numbers::{digits, number};
-use scene::lesson::{Axis, Comparison, Formula, Measure, Quantity};
+use scene::lesson::{Axis, Comparison, Formula, Measure, Quantity, quantity_of};
 
 use crate::tools::learn::panel_of;
 
@@ -56,7 +56,6 @@ fn short_of(part: &Comparison, measure: &[Quantity], value: impl Fn(&str) -> Opt
         "!=" => "other than ",
         _ => "",
     };
-    let (words, unit) = described(part.left.text(), part.left.names(), measure);
     if part.left.names().len() > 2 || part.left.text().contains(['/', '^']) {
         let names: Vec<_> = part
             .left
@@ -66,6 +65,7 @@ fn short_of(part: &Comparison, measure: &[Quantity], value: impl Fn(&str) -> Opt
             .collect();
         return format!("{} do not fit yet", one_of(&names));
     }
+    let (words, unit) = described(part.left.text(), part.left.names(), measure);
     let with_unit = |number: f64| match number.is_nan() {
         true => "not known".to_owned(),
         false => format!("{} {unit}", in_words(number)).trim_end().to_owned(),
@@ -76,15 +76,13 @@ fn short_of(part: &Comparison, measure: &[Quantity], value: impl Fn(&str) -> Opt
 
 /// A formula with words for its names, and the unit of its value where that is plain.
 fn described(text: &str, names: &[String], measure: &[Quantity]) -> (String, &'static str) {
-    let find = |name: &str| measure.iter().find(|quantity| quantity.name == name);
     let described = |name: &String| {
-        let stem = ["_before", "_most", "_least"].iter().find_map(|end| name.strip_suffix(end));
-        let quantity = find(name).or_else(|| find(stem?))?;
+        let (quantity, suffix) = quantity_of(measure, name)?;
         let (words, unit) = words(&quantity.measure);
-        let words = match name.strip_prefix(quantity.name.as_str()) {
-            Some("_before") => format!("{words} before"),
-            Some("_most") => format!("largest {words}"),
-            Some("_least") => format!("smallest {words}"),
+        let words = match suffix {
+            "_before" => format!("{words} before"),
+            "_most" => format!("largest {words}"),
+            "_least" => format!("smallest {words}"),
             _ => words,
         };
         Some((words, unit))
