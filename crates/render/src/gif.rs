@@ -104,6 +104,8 @@ mod tests {
         {
             film.add(image, at_s).expect("a memory");
         }
+        let wider = Image { size_px: [4, 2], rgba: vec![255; 32] };
+        assert!(film.add(wider, 2.0).is_err(), "a film has pictures of one size");
         let bytes = film.finish().expect("a memory");
         let mut decoder = gif::DecodeOptions::new();
         decoder.set_color_output(gif::ColorOutput::RGBA);
