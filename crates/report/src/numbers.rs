@@ -122,8 +122,7 @@ pub fn time_unit(seconds: f64) -> (&'static str, f64) {
 /// Ticks of `step` seconds: so many per second or, where one lasts a minute or more, how long it is.
 pub fn tick_rate(step: f64) -> String {
     match step {
-        // A rate goes into steps and comes back a rounding beside itself.
-        step if step < 60.0 => format!("{} Hz", digits((1e6 / step).round() / 1e6)),
+        step if step < 60.0 => format!("{} Hz", digits(1.0 / step)),
         step if (step / DAY - 1.0).abs() < 1e-9 => "1 per day".to_owned(),
         step => format!("1 per {}", long_duration(step)),
     }

@@ -59,21 +59,16 @@ fn at(painter: &Painter, percent: Vec2) -> Pos2 {
 
 /// Writes all of it.
 pub(crate) fn show(painter: &Painter, stage: &Stage, view: &View) {
-    for Words { at, anchor, text: words, font, color } in words(painter, stage, view) {
+    let (all, corner) = words(painter, stage, view);
+    for Words { at, anchor, text: words, font, color } in all {
         text(painter, at, anchor, &words, font, color);
     }
-    let size = size(painter, view) * 0.8;
     let notices_at = match view.has_bars() {
         // Below the words in the corner, which may reach as far as a notice.
-        true => {
-            let lines = state(stage, view).len();
-            #[expect(clippy::cast_precision_loss, reason = "a few lines")]
-            let below = Vec2::Y * (lines as f32 * size * LINE);
-            at(painter, NOTICES_IN_COCKPIT_AT) + below
-        }
+        true => at(painter, NOTICES_IN_COCKPIT_AT) + Vec2::Y * corner,
         false => at(painter, NOTICES_AT),
     };
-    notices(painter, notices_at, stage.notices(), size);
+    notices(painter, notices_at, stage.notices(), size(painter, view) * 0.8);
     if view.mode == Mode::Camera {
         cross_hair(painter, painter.clip_rect().center());
     }
@@ -141,10 +136,11 @@ pub(crate) fn places(painter: &Painter, stage: &Stage, view: &View) -> Vec<Rect>
     let place = |Words { at, anchor, text, font, color }| {
         anchor.anchor_size(at, painter.layout_no_wrap(text, font, color).size())
     };
-    words(painter, stage, view).into_iter().map(place).collect()
+    words(painter, stage, view).0.into_iter().map(place).collect()
 }
 
-fn words(painter: &Painter, stage: &Stage, view: &View) -> Vec<Words> {
+/// The words, and how high those in the corner at the top are, points.
+fn words(painter: &Painter, stage: &Stage, view: &View) -> (Vec<Words>, f32) {
     let size = size(painter, view);
     let mut all = Vec::new();
     let small = FontId::proportional(size * 0.8);
@@ -164,12 +160,13 @@ fn words(painter: &Painter, stage: &Stage, view: &View) -> Vec<Words> {
             color: THIN,
         });
     }
-    let mut corner = at(painter, Vec2::new(99.0, 2.0));
+    let (corner, mut height) = (at(painter, Vec2::new(99.0, 2.0)), 0.0);
     for (text, color) in state(stage, view) {
-        all.push(Words { at: corner, anchor: Align2::RIGHT_TOP, text, font: small.clone(), color });
-        corner.y += small.size * LINE;
+        let at = corner + Vec2::Y * height;
+        all.push(Words { at, anchor: Align2::RIGHT_TOP, text, font: small.clone(), color });
+        height += small.size * LINE;
     }
-    all
+    (all, height)
 }
 
 /// The words of the tutorial, and where they stand.

@@ -63,8 +63,9 @@ impl Passes {
 
 impl View {
     pub(super) fn add_passes(&self, stage: &Stage, frame: &mut Frame) {
+        let drawn_at = stage.drawn_at();
         for Pass { at, radius, time } in frame.ground.iter().flat_map(|_| &self.passes.0) {
-            let age = (stage.drawn_at() - time) / SHOWN_S;
+            let age = (drawn_at - time) / SHOWN_S;
             if !(0.0..1.0).contains(&age) {
                 continue;
             }
