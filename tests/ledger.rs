@@ -1,5 +1,6 @@
 //! The ledger of energy and momentum, against what theory says that each method invents.
 
+mod angular;
 mod damping;
 mod fall;
 mod interventions;
@@ -98,6 +99,11 @@ impl Kept {
         let sizes = books.momentum.laws.iter().map(|(_, impulse)| impulse.length()).sum::<f64>();
         let scale = 1e-12 * (sizes + now.momentum.length() + books.momentum.interventions.length() + 1.0);
         assert!(books.momentum.change().distance(change) <= scale, "{change}, {:?}", books.momentum);
+        let angular = &books.angular_momentum;
+        let change = now.angular_momentum - ledger.angular_momentum_at_opening();
+        let sizes = angular.laws.iter().map(|(_, impulse)| impulse.length()).sum::<f64>();
+        let scale = 1e-12 * (sizes + now.angular_momentum.length() + angular.interventions.length() + 1.0);
+        assert!(angular.change().distance(change) <= scale, "{change}, {angular:?}");
         self
     }
 }

@@ -69,7 +69,7 @@ fn the_summary_has_books_where_they_were_asked_for_and_the_run_is_the_same() {
     assert_eq!((plain.get("ledger"), plain["laws"].clone()), (None, kept["laws"].clone()));
     let ledger = kept["ledger"].as_object().unwrap();
     let keys = "kept_s change_j push_work_j laws damping_j limits_j anchors_j interventions_j residual_j \
-        residual_j_per_s relative_residual momentum";
+        residual_j_per_s relative_residual momentum angular_momentum";
     let keys: Vec<_> = keys.split(' ').collect();
     assert_eq!(ledger.keys().collect::<Vec<_>>(), keys);
     let number = |value: &Value| value.as_f64().unwrap();
@@ -85,6 +85,13 @@ fn the_summary_has_books_where_they_were_asked_for_and_the_run_is_the_same() {
     let momentum = &ledger["momentum"];
     assert!((number(&momentum["pushes_n_s"][0]) - 30.0 * H).abs() < 1e-12);
     assert!((number(&momentum["laws"]["gravity"][1]) + 9.8 * 2.0).abs() < 1e-11);
+    let angular = &ledger["angular_momentum"];
+    let now = number(&kept["angular_momentum_kg_m2_s"][2]);
+    // At the start it flies through the origin.
+    assert!((number(&angular["change_n_m_s"][2]) - now).abs() < 1e-10 && now < -10.0, "{angular}");
+    let sum = ["pushes_n_m_s", "damping_n_m_s", "residual_n_m_s"].map(|line| number(&angular[line][2]));
+    let laws = ["gravity", "drag"].map(|law| number(&angular["laws"][law][2]));
+    assert!((sum.iter().chain(&laws).sum::<f64>() - now).abs() < 1e-10, "{angular}");
 }
 
 #[test]

@@ -390,7 +390,7 @@ impl<E: Layout> TickField for GroupField<'_, E> {
 
     fn before_tick(&mut self, x: Combination, v: Combination) -> (Combination, Combination) {
         let v = self.before_move(v);
-        self.record_change(v, v, &|record, _, v, _| record.begin(v));
+        self.record_change(x, v, &|record, _, x, v| record.begin(x, v));
         self.finish_if_changed(x, v);
         start()
     }
@@ -407,7 +407,7 @@ impl<E: Layout> TickField for GroupField<'_, E> {
     }
 
     fn after_tick(&mut self, x: Combination, v: Combination) -> (Combination, Combination) {
-        self.record_change(v, v, &|record, _, v, _| record.end(v));
+        self.record_change(x, v, &|record, _, x, v| record.end(x, v));
         let decayed = self.after_move(v);
         let v = self.limited(decayed);
         self.finish_if_changed(x, v);
@@ -457,13 +457,16 @@ impl<E: Layout> Field for GroupField<'_, E> {
 
     fn before_move(&mut self, v: Combination) -> Combination {
         let decayed = self.decayed(v, |decay| decay.before_move);
-        self.record_change(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
-        self.limited(decayed)
+        self.record_change(v, decayed, &|record, _, from, to| record.damp(from, to));
+        let limited = self.limited(decayed);
+        let h = self.step();
+        self.record_change(limited, limited, &|record, _, v, _| record.travel(h, v));
+        limited
     }
 
     fn after_move(&mut self, v: Combination) -> Combination {
         let decayed = self.decayed(v, |decay| decay.after_move);
-        self.record_change(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
+        self.record_change(v, decayed, &|record, _, from, to| record.damp(from, to));
         decayed
     }
 
@@ -476,7 +479,10 @@ impl<E: Layout> Field for GroupField<'_, E> {
         debug_assert!(x.slot() == Some(POSITION), "an implicit step begins where the step does");
         let solved = self.solve(v);
         let h = self.step();
-        self.record_change(v, solved, &|record, _, from, to| record.kick(h, from, to));
+        self.record_change(v, solved, &|record, _, from, to| {
+            record.kick(h, from, to);
+            record.travel(h, to);
+        });
         solved
     }
 }

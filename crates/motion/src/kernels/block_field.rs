@@ -314,11 +314,11 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     #[inline(always)]
     fn limited(&mut self, v: X) -> X {
         let limited = self.restrain(v);
-        self.record_change(v, limited, &|record, _, from, to| record.limits.turn(from, to));
+        self.record_change(v, limited, &|record, _, from, to| record.limit(from, to));
         limited
     }
 
-    /// Records a change of velocities, if a ledger wants it.
+    /// Records a change, if a ledger wants it.
     #[inline(always)]
     fn record_change(&mut self, from: X, to: X, note: Note<'_>) {
         if self.statistics.record.is_some() {
@@ -467,14 +467,17 @@ impl<X: BlockSpace<N>, const N: usize> Field for BlockField<'_, X, N> {
     #[inline(always)]
     fn before_move(&mut self, v: X) -> X {
         let decayed = self.decay.before_move.map_or(v, |factor| self.times(v, factor));
-        self.record_change(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
-        self.limited(decayed)
+        self.record_change(v, decayed, &|record, _, from, to| record.damp(from, to));
+        let limited = self.limited(decayed);
+        let h = self.h;
+        self.record_change(limited, limited, &|record, _, v, _| record.travel(h, v));
+        limited
     }
 
     #[inline(always)]
     fn after_move(&mut self, v: X) -> X {
         let decayed = self.decay.after_move.map_or(v, |factor| self.times(v, factor));
-        self.record_change(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
+        self.record_change(v, decayed, &|record, _, from, to| record.damp(from, to));
         decayed
     }
 
@@ -491,7 +494,10 @@ impl<X: BlockSpace<N>, const N: usize> Field for BlockField<'_, X, N> {
     fn implicit_velocity(&mut self, x: X, v: X) -> X {
         let solved = newton_velocity(self, x, v);
         let h = self.h;
-        self.record_change(v, solved, &|record, _, from, to| record.kick(h, from, to));
+        self.record_change(v, solved, &|record, _, from, to| {
+            record.kick(h, from, to);
+            record.travel(h, to);
+        });
         solved
     }
 }
@@ -577,7 +583,7 @@ impl<X: BlockSpace<N>, const N: usize> TickField for BlockField<'_, X, N> {
     #[inline(always)]
     fn before_tick(&mut self, x: X, v: X) -> (X, X) {
         let v = self.before_move(v);
-        self.record_change(v, v, &|record, _, v, _| record.begin(v));
+        self.record_change(x, v, &|record, _, x, v| record.begin(x, v));
         (x, v)
     }
 
@@ -589,7 +595,7 @@ impl<X: BlockSpace<N>, const N: usize> TickField for BlockField<'_, X, N> {
 
     #[inline(always)]
     fn after_tick(&mut self, x: X, v: X) -> (X, X) {
-        self.record_change(v, v, &|record, _, v, _| record.end(v));
+        self.record_change(x, v, &|record, _, x, v| record.end(x, v));
         let decayed = self.after_move(v);
         (x, self.limited(decayed))
     }

@@ -7,24 +7,52 @@ use bevy_ecs::prelude::*;
 
 use crate::units::{Scalar, Vector};
 
-/// A change of velocity, m/s, and of kinetic energy per mass, m²/s².
+/// A change of velocity, m/s, of kinetic energy per mass, m²/s², and of angular momentum per mass about the place where
+/// the tick began, m²/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct VelocityChange {
     pub energy: Scalar,
     pub velocity: Vector,
+    pub angular: Vector,
 }
 
 impl VelocityChange {
-    /// Adds the change of a velocity.
-    pub fn turn(&mut self, from: Vector, to: Vector) {
-        let change = to - from;
-        self.velocity += change;
-        self.energy += change.dot(from + to) * 0.5;
+    /// Adds a change of velocity `moved` meters from the place where the tick began.
+    fn add(&mut self, moved: Vector, from: Vector, to: Vector) {
+        self.add_change(moved, to - from, (to - from).dot(from + to) * 0.5);
     }
 
-    fn add(&mut self, other: &Self) {
-        self.energy += other.energy;
-        self.velocity += other.velocity;
+    fn add_change(&mut self, moved: Vector, velocity: Vector, energy: Scalar) {
+        self.energy += energy;
+        self.velocity += velocity;
+        self.angular += moved.cross(velocity);
+    }
+
+    /// Adds changes of a system that began `moved` meters from the place where the tick began.
+    fn merge(&mut self, moved: Vector, Self { energy, velocity, angular }: &Self) {
+        self.add_change(moved, *velocity, *energy);
+        self.angular += *angular;
+    }
+}
+
+/// The kicks of a tick, between which nothing moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Kicks {
+    /// Sum of their length times the mean of the velocities before and after, m: the path along which a constant force
+    /// does work.
+    pub path: Vector,
+    /// Sum of their length times the distance from the place where the tick began, m s: the lever arm of a constant
+    /// force.
+    pub lever: Vector,
+    seconds: Scalar,
+}
+
+impl Kicks {
+    /// Adds a kick of `h` seconds `moved` meters from the place where the tick began.
+    fn add(&mut self, h: Scalar, moved: Vector, path: Vector) {
+        self.path += path;
+        self.lever += moved * h;
+        self.seconds += h;
     }
 }
 
@@ -35,46 +63,68 @@ pub(crate) struct TickRecord {
     pub damping: VelocityChange,
     /// Change by speed limit and axis locks.
     pub limits: VelocityChange,
-    /// Sum over the kicks of their length times the mean of the velocities before and after, m: the path along which
-    /// a constant force does work. `None` for methods that do not change velocity and position one after the other.
-    pub kicked: Option<Vector>,
+    /// `None` for methods that do not change velocity and position one after the other.
+    pub kicks: Option<Kicks>,
     /// Velocities with which the method began and ended, m/s, after the damping before the tick and before the damping after
     /// it; `None` for a method with damping inside its steps.
     pub between: Option<[Vector; 2]>,
+    /// Position at which the method began.
+    began: Vector,
+    /// Distance from the place where the tick began, m.
+    moved: Vector,
 }
 
 impl TickRecord {
+    /// Adds a change by damping.
+    pub fn damp(&mut self, from: Vector, to: Vector) {
+        self.damping.add(self.moved, from, to);
+    }
+
+    /// Adds a change by speed limit and axis locks.
+    pub fn limit(&mut self, from: Vector, to: Vector) {
+        self.limits.add(self.moved, from, to);
+    }
+
     /// Adds a kick of `h` seconds.
     pub fn kick(&mut self, h: Scalar, from: Vector, to: Vector) {
-        *self.kicked.get_or_insert_default() += (from + to) * (0.5 * h);
+        self.kicks.get_or_insert_default().add(h, self.moved, (from + to) * (0.5 * h));
+    }
+
+    /// Adds a move with the velocity `v` for `h` seconds.
+    pub fn travel(&mut self, h: Scalar, v: Vector) {
+        self.moved += v * h;
     }
 
     /// Adds a kick by the acceleration `a`, in which exact damping takes the fraction `1 - e^-q` of the velocity.
     pub fn damped_kick(&mut self, h: Scalar, q: Scalar, a: Vector, from: Vector, to: Vector) {
         let way = (from + (to - from) * mean(q)) * h;
-        *self.kicked.get_or_insert_default() += way;
-        self.damping.velocity += to - from - a * h;
-        self.damping.energy += (to - from).dot(from + to) * 0.5 - a.dot(way);
+        self.kicks.get_or_insert_default().add(h, self.moved, way);
+        let energy = (to - from).dot(from + to) * 0.5 - a.dot(way);
+        self.damping.add_change(self.moved, to - from - a * h, energy);
     }
 
-    /// The method begins with the velocity `v`.
-    pub fn begin(&mut self, v: Vector) {
-        self.between = Some([v; 2]);
+    /// The method begins with the tick, at `x` with the velocity `v`.
+    pub fn begin(&mut self, x: Vector, v: Vector) {
+        (self.between, self.began, self.moved) = (Some([v; 2]), x, Vector::ZERO);
     }
 
-    /// The method ends with the velocity `v`.
-    pub fn end(&mut self, v: Vector) {
+    /// The method ends at `x` with the velocity `v`.
+    pub fn end(&mut self, x: Vector, v: Vector) {
         if let Some([_, end]) = &mut self.between {
-            *end = v;
+            (*end, self.moved) = (v, x - self.began);
         }
     }
 
-    fn add(&mut self, other: &Self) {
-        self.damping.add(&other.damping);
-        self.limits.add(&other.limits);
-        if let Some(kicked) = other.kicked {
-            *self.kicked.get_or_insert_default() += kicked;
+    /// Adds the record of another system in the same tick, which follows.
+    fn merge(&mut self, other: &Self) {
+        self.damping.merge(self.moved, &other.damping);
+        self.limits.merge(self.moved, &other.limits);
+        if let Some(Kicks { path, lever, seconds }) = other.kicks {
+            let kicks = self.kicks.get_or_insert_default();
+            kicks.add(seconds, self.moved, path);
+            kicks.lever += lever;
         }
+        self.moved += other.moved;
         self.between = other.between.or(self.between);
     }
 }
@@ -90,7 +140,7 @@ fn mean(q: Scalar) -> Scalar {
     -1.0 / libm::expm1(-q) - 1.0 / q
 }
 
-/// Adds the change of a velocity to the record of a row; compiled once and called by every method.
+/// Adds a change from one vector to another to the record of a row; compiled once and called by every method.
 pub(crate) type Note<'a> = &'a dyn Fn(&mut TickRecord, usize, Vector, Vector);
 
 /// The records of the rows that a kernel integrates.
@@ -112,7 +162,7 @@ impl Recorder {
         self.block = self.first + rows.start..self.first + rows.end;
     }
 
-    /// Records the change of the velocities of the current rows; `note` gets the number of each row among them.
+    /// Records the change of the current rows; `note` gets the number of each row among them.
     #[cold]
     pub fn note(&mut self, from: &[[f64; 4]], to: &[[f64; 4]], note: Note<'_>) {
         let rows = self.rows[self.block.clone()].iter_mut().zip(from.iter().zip(to)).enumerate();
@@ -150,7 +200,7 @@ impl TickRecords {
     pub fn add(&mut self, bodies: &[Entity], recorder: Option<&Recorder>, first: usize) {
         let (Some(records), Some(recorder)) = (&mut self.0, recorder) else { return };
         for (body, record) in bodies.iter().zip(&recorder.rows[first..]) {
-            records.entry(*body).or_default().add(record);
+            records.entry(*body).or_default().merge(record);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The ledger of energy and momentum: what each cause added, and the residual, which is the error of the method.
+//! The ledger of energy, momentum and angular momentum: what each cause added, and the residual, which is the error of the method.
 //!
 //! A ledger is not part of the world or its systems: it reads every body before and after a tick. A world without a
 //! ledger pays nothing for it.
@@ -24,7 +24,7 @@ use crate::schedule::stepper::Stepper;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::emitter::Emissions;
 use crate::units::{Scalar, Vector};
-use bodies::{BodyTick, LedgerQuery, Opening};
+use bodies::{BodyTick, LedgerQuery, Opening, PhasePoint};
 use groups::LedgerGroup;
 use path::Path;
 use tick::LedgerTick;
@@ -32,20 +32,20 @@ use tick::LedgerTick;
 /// Samples per second for the rates of the last second.
 const SAMPLES_PER_SECOND: Scalar = 128.0;
 
-/// A ledger of the energy and momentum of all movable bodies, tick by tick. It has one line per cause of change, and it
-/// always closes: `change = pushes + laws + damping + limits + anchors + interventions + residual`.
+/// A ledger of the energy, momentum and angular momentum of all movable bodies, tick by tick. It has one line per cause
+/// of change, and it always closes: `change = pushes + laws + damping + limits + anchors + interventions + residual`.
 ///
-/// The ledger measures the change and computes every line but the last. The *residual* is the rest: energy or momentum
-/// that the method created, or lost if negative. The lines of a tick of h seconds are computed as follows:
+/// The ledger measures the change and computes every line but the last. The *residual* is the rest: what the method
+/// created, or lost if negative. The lines of a tick of h seconds are computed as follows:
 ///
 /// - Pushes: a push F is constant over the tick. Its impulse is F h and its work is `F (x1 - x0)`. The three Eulers
 ///   change velocity and position one after the other, so that their work is, in each step, the impulse times the mean
-///   of the velocities before and after the kick.
+///   of the velocities before and after the kick, and their torque that at the place of the kick.
 /// - Laws: the work of a law [with a potential](crate::Law::has_potential) is the change of its potential, which is
-///   part of the energy and no line. The work of all other laws is the integral of their power, and the impulse of all
-///   laws the integral of their force. Both are integrated by Simpson's rule along the cubic through position and
-///   velocity at both ends of the tick (Hermite 1878), split where a law jumps. They are of order 4, like the best
-///   methods, in the length of the *tick*: substeps do not make them more accurate.
+///   part of the energy and no line. The work of all other laws is the integral of their power, the impulse of all laws
+///   the integral of their force, and their angular impulse that of their torque. All are integrated by Simpson's rule
+///   along the cubic through position and velocity at both ends of the tick (Hermite 1878), split where a law jumps.
+///   They are of order 4, like the best methods, in the length of the *tick*: substeps do not make them more accurate.
 /// - Damping and limits: the kernels record the velocities before and after them in every substep. Exact damping in
 ///   explicit and semi-implicit Euler follows the exponential between the velocities of a step; in all other methods it
 ///   is integrated like a law.
@@ -66,11 +66,12 @@ pub struct Ledger {
     recent: VecDeque<(Scalar, LedgerTotals)>,
 }
 
-/// Energy and momentum of all movable bodies at one time.
+/// Energy, momentum and angular momentum of all movable bodies at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Conserved {
     energies: Energies,
     momentum: Vector,
+    angular_momentum: Vector,
 }
 
 impl Conserved {
@@ -79,13 +80,19 @@ impl Conserved {
         let mut energies = Energies::default();
         tick.add_energies(bodies, end, &mut energies);
         groups.iter().for_each(|group| group.add_energies(tick, bodies, end, &mut energies));
-        let momentum = |body: &BodyTick<'_>| body.ends[end].velocity / body.inverse_mass;
-        Self { energies, momentum: bodies.iter().filter(|body| body.is_movable()).map(momentum).sum() }
+        let (mut momentum, mut angular_momentum) = (Vector::ZERO, Vector::ZERO);
+        for body in bodies.iter().filter(|body| body.is_movable()) {
+            let PhasePoint { position, velocity } = body.ends[end];
+            let of_body = velocity / body.inverse_mass;
+            momentum += of_body;
+            angular_momentum += position.cross(of_body);
+        }
+        Self { energies, momentum, angular_momentum }
     }
 }
 
 impl Ledger {
-    /// Opens a ledger of `world`, whose energy and momentum it compares later ones with.
+    /// Opens a ledger of `world`, whose energy, momentum and angular momentum it compares later ones with.
     pub fn open(world: &mut World) -> Self {
         compile_groups(world);
         let mut query = LedgerQuery::new(world);
@@ -158,6 +165,9 @@ impl Ledger {
         totals.energy.interventions = start.energies.total() - self.closing.energies.total();
         totals.momentum.residual = end.momentum - start.momentum - totals.momentum.accounted_for();
         totals.momentum.interventions = start.momentum - self.closing.momentum;
+        let change = end.angular_momentum - start.angular_momentum;
+        totals.angular_momentum.residual = change - totals.angular_momentum.accounted_for();
+        totals.angular_momentum.interventions = start.angular_momentum - self.closing.angular_momentum;
         self.now = clock.after(tick).seconds();
         self.peak_kinetic = self.peak_kinetic.max(end.energies.kinetic);
         self.closing = end;
@@ -189,7 +199,7 @@ impl Ledger {
         &self.since_opening
     }
 
-    /// Mean rates, W and N, over the last simulated second, or since the ledger was opened if that is less.
+    /// Mean rates, W, N and N m, over the last simulated second, or since the ledger was opened if that is less.
     #[must_use]
     pub fn last_second(&self) -> LedgerTotals {
         let earlier = self.recent.front().filter(|(time, _)| self.now > *time);
@@ -226,6 +236,18 @@ impl Ledger {
     #[must_use]
     pub const fn momentum_at_opening(&self) -> Vector {
         self.at_opening.momentum
+    }
+
+    /// Angular momentum about the origin now, kg m²/s.
+    #[must_use]
+    pub const fn angular_momentum(&self) -> Vector {
+        self.closing.angular_momentum
+    }
+
+    /// Angular momentum about the origin when the ledger was opened, kg m²/s.
+    #[must_use]
+    pub const fn angular_momentum_at_opening(&self) -> Vector {
+        self.at_opening.angular_momentum
     }
 
     /// Largest kinetic energy since the ledger was opened, J.

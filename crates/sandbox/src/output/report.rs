@@ -192,7 +192,7 @@ impl Summary {
 fn ledger_json(ledger: &Ledger) -> Value {
     let sums = ledger.since_opening();
     let LedgerLines { pushes, laws, damping, limits, anchors, interventions, residual } = &sums.energy;
-    let momentum = &sums.momentum;
+    let (momentum, angular) = (&sums.momentum, &sums.angular_momentum);
     json!({
         "kept_s": number(ledger.seconds()),
         "change_j": number(sums.energy.change()),
@@ -214,6 +214,16 @@ fn ledger_json(ledger: &Ledger) -> Value {
             "anchors_n_s": vector(momentum.anchors),
             "interventions_n_s": vector(momentum.interventions),
             "residual_n_s": vector(momentum.residual),
+        },
+        "angular_momentum": {
+            "change_n_m_s": vector(angular.change()),
+            "pushes_n_m_s": vector(angular.pushes),
+            "laws": by_law(&angular.laws, |impulse| vector(*impulse)),
+            "damping_n_m_s": vector(angular.damping),
+            "limits_n_m_s": vector(angular.limits),
+            "anchors_n_m_s": vector(angular.anchors),
+            "interventions_n_m_s": vector(angular.interventions),
+            "residual_n_m_s": vector(angular.residual),
         },
     })
 }

@@ -8,7 +8,7 @@ use crate::kernels::record::{Note, vector};
 use crate::methods::Field as _;
 
 impl<E: Layout> GroupField<'_, E> {
-    /// Records a change of velocities, if a ledger wants it.
+    /// Records a change, if a ledger wants it.
     pub(super) fn record_change(&mut self, from: Combination, to: Combination, note: Note<'_>) {
         if self.statistics.record.is_some() {
             let [from, to] = [from, to].map(|v| self.rows_of(&v));
@@ -36,7 +36,7 @@ impl<E: Layout> GroupField<'_, E> {
     /// Applies and records speed limits and axis locks.
     pub(super) fn limited(&mut self, v: Combination) -> Combination {
         let limited = self.restrain(v);
-        self.record_change(v, limited, &|record, _, from, to| record.limits.turn(from, to));
+        self.record_change(v, limited, &|record, _, from, to| record.limit(from, to));
         limited
     }
 

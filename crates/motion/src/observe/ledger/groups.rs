@@ -131,16 +131,18 @@ impl LedgerGroup<'_> {
 
     /// Adds a force on the first of two rows and the opposite force on the second to the line of anchors.
     fn add_pair(&self, node: &GroupNode<'_>, ends: [usize; 2], force: Vector, totals: &mut LedgerTotals) {
-        let given = |end: usize, force: Vector| {
+        let mut given = |end: usize, force: Vector| {
             let body = &node.bodies[self.rows[end]];
             if end < self.coupling.movable {
-                (body.open(force), 0.0)
+                let impulse = body.open(force) * node.weight;
+                totals.angular_momentum.anchors += vector(&node.x[end]).cross(impulse);
+                (impulse, 0.0)
             } else {
                 (Vector::ZERO, -force.dot(vector(&node.v[end])))
             }
         };
         let [(first, by_first), (second, by_second)] = [given(ends[0], force), given(ends[1], -force)];
-        totals.momentum.anchors += (first + second) * node.weight;
+        totals.momentum.anchors += first + second;
         totals.energy.anchors += (by_first + by_second) * node.weight;
     }
 
@@ -148,14 +150,15 @@ impl LedgerGroup<'_> {
         let GroupNode { bodies, x, v, .. } = node;
         let mut forces = vec![[0.0; 4]; x.len()];
         self.coupling.blow(drag, time, x, v, &mut forces);
-        let (mut work, mut impulse) = (0.0, Vector::ZERO);
+        let (mut work, mut impulse, mut angular) = (0.0, Vector::ZERO, Vector::ZERO);
         for (i, body) in self.rows[..self.coupling.movable].iter().enumerate() {
             let weighted = bodies[*body].open(vector(&forces[i])) * node.weight;
             work += weighted.dot(vector(&v[i]));
             impulse += weighted;
+            angular += vector(&x[i]).cross(weighted);
         }
+        totals.add_impulse("drag", impulse, angular);
         totals.energy.add_law("drag", work);
-        totals.momentum.add_law("drag", impulse);
     }
 
     fn add_attraction(&self, law: &MutualGravity, node: &GroupNode<'_>, totals: &mut LedgerTotals) {

@@ -5,7 +5,7 @@ use std::ops::{AddAssign, Div, Sub};
 
 use crate::units::{Scalar, Vector};
 
-/// The type of a line: a number for energy, a vector for momentum.
+/// The type of a line: a number for energy, a vector for momentum and angular momentum.
 pub trait Amount:
     Copy + Default + PartialEq + Debug + AddAssign + Sub<Output = Self> + Div<Scalar, Output = Self>
 {
@@ -14,7 +14,8 @@ pub trait Amount:
 impl Amount for Scalar {}
 impl Amount for Vector {}
 
-/// The lines of a ledger for energy or momentum: the amount that each cause added, negative if it took.
+/// The lines of a ledger for energy, momentum or angular momentum: the amount that each cause added, negative if it
+/// took.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LedgerLines<T> {
     /// Amount added by applied forces: pushes and held keys.
@@ -93,26 +94,37 @@ impl<T: Amount> LedgerLines<T> {
     }
 }
 
-/// The lines of energy and momentum over a time: a tick, the last second, or since the ledger was opened.
+/// The lines of energy, momentum and angular momentum over a time: a tick, the last second, or since the ledger was
+/// opened.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LedgerTotals {
     /// Work, J: amounts added to the sum of kinetic and potential energy.
     pub energy: LedgerLines<Scalar>,
     /// Impulse, N s: amounts added to the momentum.
     pub momentum: LedgerLines<Vector>,
+    /// Angular impulse about the origin, N m s: amounts added to the angular momentum.
+    pub angular_momentum: LedgerLines<Vector>,
 }
 
 impl LedgerTotals {
     pub(super) fn add(&mut self, other: &Self) {
         self.energy.add(&other.energy);
         self.momentum.add(&other.momentum);
+        self.angular_momentum.add(&other.angular_momentum);
     }
 
-    /// Mean rates, W and N, since `earlier`, `seconds` ago.
+    /// Adds the impulse of a law, N s, and its angular impulse, N m s.
+    pub(super) fn add_impulse(&mut self, law: &'static str, impulse: Vector, angular: Vector) {
+        self.momentum.add_law(law, impulse);
+        self.angular_momentum.add_law(law, angular);
+    }
+
+    /// Mean rates, W, N and N m, since `earlier`, `seconds` ago.
     pub(super) fn rate_since(&self, earlier: &Self, seconds: Scalar) -> Self {
         Self {
             energy: self.energy.rate_since(&earlier.energy, seconds),
             momentum: self.momentum.rate_since(&earlier.momentum, seconds),
+            angular_momentum: self.angular_momentum.rate_since(&earlier.angular_momentum, seconds),
         }
     }
 }

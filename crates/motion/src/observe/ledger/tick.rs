@@ -6,7 +6,7 @@ use smallvec::SmallVec;
 use super::bodies::{BodyTick, PhasePoint};
 use super::lines::{Energies, LedgerTotals};
 use super::path::{Path, QuadratureNode, cuts, nodes};
-use crate::kernels::record::TickRecord;
+use crate::kernels::record::{Kicks, TickRecord, VelocityChange};
 use crate::laws::tick_times::TickTimes;
 use crate::laws::{EvaluationTime, Law};
 use crate::methods::table::Method;
@@ -56,14 +56,19 @@ impl<'w> LedgerTick<'w> {
         let times = body.born.map_or(times, |time| times.since(time));
         let TickTimes { tick, .. } = times;
         let [start, end] = body.ends;
-        let TickRecord { damping, limits, kicked, between } = record;
-        totals.energy.damping += damping.energy * body.mass();
-        totals.momentum.damping += damping.velocity * body.mass();
-        totals.energy.limits += limits.energy * body.mass();
-        totals.momentum.limits += limits.velocity * body.mass();
-        let push = body.open(body.push);
-        totals.energy.pushes += push.dot(kicked.unwrap_or(end.position - start.position));
-        totals.momentum.pushes += push * tick;
+        let TickRecord { damping, limits, kicks, between, .. } = record;
+        let of_body = |change: &VelocityChange| {
+            let angular = start.position.cross(change.velocity) + change.angular;
+            (change.energy * body.mass(), change.velocity * body.mass(), angular * body.mass())
+        };
+        let (work, impulse, angular) = of_body(damping);
+        totals.energy.damping += work;
+        totals.momentum.damping += impulse;
+        totals.angular_momentum.damping += angular;
+        let (work, impulse, angular) = of_body(limits);
+        totals.energy.limits += work;
+        totals.momentum.limits += impulse;
+        totals.angular_momentum.limits += angular;
         let [from, to] = between.unwrap_or([start.velocity, end.velocity]);
         let rate = self.damping_rate(body);
         let ends = [PhasePoint { velocity: from, ..start }, PhasePoint { velocity: to, ..end }];
@@ -74,24 +79,39 @@ impl<'w> LedgerTick<'w> {
         let states: SmallVec<[(QuadratureNode, PhasePoint); 3]> =
             nodes.iter().map(|node| (*node, path.at(node.after))).collect();
         if rate != 0.0 {
-            for (node, PhasePoint { velocity, .. }) in &states {
+            for (node, PhasePoint { position, velocity }) in &states {
                 let impulse = *velocity * (-rate * body.mass() * node.weight);
                 totals.energy.damping += impulse.dot(*velocity);
                 totals.momentum.damping += impulse;
+                totals.angular_momentum.damping += position.cross(impulse);
             }
         }
+        let push = body.open(body.push);
+        if push != Vector::ZERO {
+            let lever = |(node, state): &(QuadratureNode, PhasePoint)| {
+                (state.position - start.position) * node.weight
+            };
+            let (path, lever) = match kicks {
+                Some(Kicks { path, lever, .. }) => (*path, *lever),
+                None => (end.position - start.position, states.iter().map(lever).sum()),
+            };
+            totals.energy.pushes += push.dot(path);
+            totals.momentum.pushes += push * tick;
+            totals.angular_momentum.pushes += (start.position * tick + lever).cross(push);
+        }
         for law in self.laws(body) {
-            let (mut work, mut impulse) = (0.0, Vector::ZERO);
+            let (mut work, mut impulse, mut angular) = (0.0, Vector::ZERO, Vector::ZERO);
             for (node, state) in &states {
                 let a = body.open(law.acceleration(node.at, body.state(*state)));
                 let weighted = a * (body.mass() * node.weight);
                 work += weighted.dot(state.velocity);
                 impulse += weighted;
+                angular += state.position.cross(weighted);
             }
+            totals.add_impulse(law.name(), impulse, angular);
             if !law.has_potential() {
                 totals.energy.add_law(law.name(), work);
             }
-            totals.momentum.add_law(law.name(), impulse);
         }
         path
     }

@@ -1,4 +1,4 @@
-//! The panel of the ledger: where energy and momentum go, and what the method invents.
+//! The panel of the ledger: where energy, momentum and angular momentum go, and what the method invents.
 
 use egui::{Color32, Grid, RichText, TextStyle, Ui};
 use egui_plot::{Corner, Legend};
@@ -26,7 +26,7 @@ const PLOT_HEIGHT: f32 = 72.0;
 /// Width of the curves, points.
 const CURVE: f32 = 1.5;
 
-/// Small: a scene with everything in it has 26 lines.
+/// Small: every cause has five lines.
 const TEXT_SIZE: f32 = 11.0;
 
 pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, (past, points): (&[Period], &[Point])) {
@@ -44,7 +44,12 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, (past, points): 
     }
     energy(ui, ledger, &last_second);
     ui.separator();
-    momentum(ui, ledger, &last_second);
+    let totals = ledger.since_opening();
+    let lines = [&totals.momentum, &last_second.momentum];
+    vectors(ui, ["momentum", "N s", "N"], ledger.momentum(), lines);
+    ui.separator();
+    let lines = [&totals.angular_momentum, &last_second.angular_momentum];
+    vectors(ui, ["angular momentum", "N m s", "N m"], ledger.angular_momentum(), lines);
     ui.separator();
     plots(ui, points);
 }
@@ -127,19 +132,24 @@ fn energy(ui: &mut Ui, ledger: &Ledger, last_second: &LedgerTotals) {
     );
 }
 
-fn momentum(ui: &mut Ui, ledger: &Ledger, last_second: &LedgerTotals) {
-    let (sums, rates) = (&ledger.since_opening().momentum, &last_second.momentum);
+/// A quantity that is a vector, with the units of its sums and rates.
+fn vectors(
+    ui: &mut Ui,
+    [quantity, unit, rate_unit]: [&str; 3],
+    now: DVec3,
+    [sums, rates]: [&LedgerLines<DVec3>; 2],
+) {
     let lines = lines(sums, rates);
-    Grid::new("ledger momentum").num_columns(2).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
+    Grid::new(("ledger", quantity)).num_columns(2).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
         ui,
         |ui| {
-            heading(ui, ["momentum", "since open, N s"]);
-            row(ui, "now", [triple(ledger.momentum())]);
+            heading(ui, [quantity, &format!("since open, {unit}")]);
+            row(ui, "now", [triple(now)]);
             for (name, sum, _) in &lines {
                 row(ui, name, [triple(*sum)]);
             }
             emphasised(ui, ["residual".to_owned(), triple(sums.residual)]);
-            heading(ui, ["", "last second, N"]);
+            heading(ui, ["", &format!("last second, {rate_unit}")]);
             for (name, _, rate) in &lines {
                 row(ui, name, [triple(*rate)]);
             }
