@@ -2,6 +2,7 @@
 
 mod called;
 mod conserved;
+mod cords;
 mod direct_sum;
 mod hostile;
 mod implicit;

@@ -70,7 +70,10 @@ impl Soft {
         let link = |ends: &[u32; 2]| {
             let [a, b] = ends.map(|end| self.places[end as usize]);
             let rest_length = a.distance(b) / self.stretch;
-            Link { ends: *ends, elastic: Elastic { stiffness: 100.0, damping: 0.0, rest_length } }
+            Link {
+                ends: *ends,
+                elastic: Elastic { stiffness: 100.0, damping: 0.0, rest_length, pull_only: false },
+            }
         };
         self.springs.iter().map(link).collect()
     }

@@ -146,7 +146,12 @@ fn a_rope_is_selected_at_points_and_springs_and_named_after_its_first_point() {
     let points: Vec<_> = drive.session.stage.things().collect();
     let link = |a, b| Link {
         ends: [a, b],
-        elastic: Elastic { stiffness: 9.0, damping: 0.0, rest_length: std::f64::consts::SQRT_2 },
+        elastic: Elastic {
+            stiffness: 9.0,
+            damping: 0.0,
+            rest_length: std::f64::consts::SQRT_2,
+            pull_only: false,
+        },
     };
     let body = SoftBody { points, springs: [link(0, 1), link(1, 2)].into(), ..SoftBody::default() };
     drive.session.stage.world_mut().spawn(body);

@@ -46,7 +46,7 @@ impl System {
 
     fn accelerations(&self, x: &[DVec3], v: &[DVec3]) -> Vec<DVec3> {
         let mut forces = vec![DVec3::ZERO; x.len()];
-        for ([a, b], Elastic { stiffness, damping, rest_length }) in &self.springs {
+        for ([a, b], Elastic { stiffness, damping, rest_length, .. }) in &self.springs {
             let (along, length) = ((x[*b] - x[*a]).normalize_or_zero(), x[*a].distance(x[*b]));
             let pull = along * (stiffness * (length - rest_length) + damping * (v[*b] - v[*a]).dot(along));
             forces[*a] += pull;

@@ -139,7 +139,7 @@ impl Side {
 
     /// Gives springs and the soft body the entities of their bodies.
     fn join(&mut self) {
-        let elastic = |stiffness| Elastic { stiffness, damping: 0.2, rest_length: 1.0 };
+        let elastic = |stiffness| Elastic { stiffness, damping: 0.2, rest_length: 1.0, pull_only: false };
         for SpringSpec { ends, stiffness, entity, is_out, is_gone } in &self.springs {
             let spring = Spring { ends: ends.map(|end| self.bodies[end]), elastic: elastic(*stiffness) };
             if *is_gone || self.removes && *is_out {

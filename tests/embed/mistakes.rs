@@ -26,7 +26,7 @@ fn pair() -> (World, [Entity; 2]) {
     (world, ends)
 }
 
-const ELASTIC: Elastic = Elastic { stiffness: 10.0, damping: 0.1, rest_length: 0.5 };
+const ELASTIC: Elastic = Elastic { stiffness: 10.0, damping: 0.1, rest_length: 0.5, pull_only: false };
 
 fn emitter(pool: Vec<Entity>) -> Emitter {
     let launches = vec![DVec3::Y; pool.len()];

@@ -27,7 +27,8 @@ fn a_push_gives_its_torque_at_the_place_of_each_kick_and_leaves_no_residual() {
             for _ in 0..10 {
                 kept.push("cart", FORCE).tick();
             }
-            let given = kept.x("cart").cross(kept.v("cart") * 2.0) - kept.ledger.angular_momentum_at_opening();
+            let given =
+                kept.x("cart").cross(kept.v("cart") * 2.0) - kept.ledger.angular_momentum_at_opening();
             let lines = angular(kept.run(3).check());
             assert!(lines.pushes.length() > 1.0, "{method:?}: {lines:?}");
             assert!(lines.pushes.distance(given) < 1e-13, "{method:?}: {lines:?}, {given}");
@@ -39,11 +40,13 @@ fn a_push_gives_its_torque_at_the_place_of_each_kick_and_leaves_no_residual() {
 #[test]
 fn gravity_turns_a_falling_body_about_the_origin_by_its_weight_times_the_distance() {
     for method in synchronous() {
-        let scene =
-            "gravity: (), bodies: [(name: \"stone\", position_m: (4.0, 1.0, 0.0), mass_kg: 2.0)]";
+        let scene = "gravity: (), bodies: [(name: \"stone\", position_m: (4.0, 1.0, 0.0), mass_kg: 2.0)]";
         let mut kept = Kept::of(scene, method, HZ, 2);
         let lines = angular(kept.run(120).check());
-        assert!(lines.law("gravity").distance(DVec3::Z * (-9.8 * 4.0 * 2.0 * 2.0)) < 1e-11, "{method:?}: {lines:?}");
+        assert!(
+            lines.law("gravity").distance(DVec3::Z * (-9.8 * 4.0 * 2.0 * 2.0)) < 1e-11,
+            "{method:?}: {lines:?}"
+        );
         assert!(lines.residual.length() < 1e-11, "{method:?}: {lines:?}");
     }
 }

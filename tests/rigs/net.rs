@@ -12,7 +12,7 @@ pub const H: f64 = 1.0 / 60.0;
 pub type State = (DVec3, DVec3);
 
 pub const fn elastic(stiffness: f64, rest_length: f64) -> Elastic {
-    Elastic { stiffness, damping: 0.0, rest_length }
+    Elastic { stiffness, damping: 0.0, rest_length, pull_only: false }
 }
 
 /// Bodies and the springs between them.
@@ -75,7 +75,7 @@ impl Net {
     /// Forces of the springs by the formula, N.
     pub fn forces(&self, state: &[State]) -> Vec<DVec3> {
         let mut forces = vec![DVec3::ZERO; self.bodies.len()];
-        for ([a, b], Elastic { stiffness, damping, rest_length }) in &self.springs {
+        for ([a, b], Elastic { stiffness, damping, rest_length, .. }) in &self.springs {
             let ((xa, va), (xb, vb)) = (state[*a], state[*b]);
             let length = xa.distance(xb);
             let n = (xb - xa) / length;

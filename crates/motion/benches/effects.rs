@@ -58,7 +58,7 @@ fn everything(count: u32) -> (World, Stepper) {
     let wind = Wind { velocity: Vector::X, gust: 1.0, gust_hz: 1.0 };
     world.insert_resource(Drag { wind: Some(wind), ..Drag::new(0.1, 0.01) });
     world.insert_resource(Wells(vec![Well { position: Vector::ZERO, strength: 1.0, softening: 1.0 }]));
-    let elastic = Elastic { stiffness: 10.0, damping: 0.1, rest_length: 1.0 };
+    let elastic = Elastic { stiffness: 10.0, damping: 0.1, rest_length: 1.0, pull_only: false };
     for pair in bodies.chunks_exact(2) {
         world.spawn(Spring { ends: [pair[0], pair[1]], elastic });
     }

@@ -31,8 +31,8 @@ struct Shape {
     reach: [Option<f64>; 2],
 }
 
-const HARMONIC: Elastic = Elastic { stiffness: 40.0, damping: 0.0, rest_length: 0.0 };
-const STIFF: Elastic = Elastic { stiffness: 40.0, damping: 0.0, rest_length: 1.0 };
+const HARMONIC: Elastic = Elastic { stiffness: 40.0, damping: 0.0, rest_length: 0.0, pull_only: false };
+const STIFF: Elastic = Elastic { stiffness: 40.0, damping: 0.0, rest_length: 1.0, pull_only: false };
 
 const SHAPES: [Shape; 4] = [
     Shape { name: "harmonic", hangs: true, bodies: 1, elastic: HARMONIC, reach: [None; 2] },

@@ -24,7 +24,7 @@ const SIZES: [usize; 3] = [10, 100, 300];
 fn links(n: usize) -> Vec<Link> {
     let mut links = Vec::new();
     let mut join = |a: usize, b: usize, length: f64| {
-        let elastic = Elastic { stiffness: 40.0, damping: 0.01, rest_length: length };
+        let elastic = Elastic { stiffness: 40.0, damping: 0.01, rest_length: length, pull_only: false };
         let ends = [a, b].map(|end| u32::try_from(end).expect("small"));
         links.push(Link { ends, elastic });
     };

@@ -57,7 +57,7 @@ fn lattice(n: usize) -> World {
                 let ends = [i, (x * n + y) * n + z].map(|end| u32::try_from(end).expect("small"));
                 let away = steps.iter().filter(|step| **step != 1).count();
                 let rest_length = f64::from(u32::try_from(away).expect("3 at most")).sqrt();
-                let elastic = Elastic { stiffness: 1000.0, damping: 1.0, rest_length };
+                let elastic = Elastic { stiffness: 1000.0, damping: 1.0, rest_length, pull_only: false };
                 springs.push(Link { ends, elastic });
             }
         }

@@ -27,7 +27,7 @@ pub fn spawn(world: &mut World) {
     world.spawn((Watched("rocket"), StableId(0), at(0.0), PhysicsBody::with_mass(2.0), engines));
     let left = world.spawn((StableId(1), at(4.0), PhysicsBody::with_mass(1.0))).id();
     let right = world.spawn((Watched("right"), StableId(2), at(6.0), PhysicsBody::with_mass(1.0))).id();
-    let elastic = Elastic { stiffness: 20.0, damping: 0.1, rest_length: 1.0 };
+    let elastic = Elastic { stiffness: 20.0, damping: 0.1, rest_length: 1.0, pull_only: false };
     world.spawn(Spring { ends: [left, right], elastic });
     // A pool that is large enough for the drops that live at once.
     let pool: Vec<_> = (0..24)

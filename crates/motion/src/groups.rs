@@ -34,6 +34,7 @@ use lanes::Bundles;
 pub(crate) use linear::{Contributor, LinearGroup, larger};
 use places::{Place, TableRun, Unit};
 use pull::Share;
+pub(crate) use pull::{SpringRow, end_of, parts_of_way, pulls};
 pub(crate) use rows::{Row, RowArray, are_at_rest, row_of};
 pub use solver::Solver;
 pub use split::Sets;

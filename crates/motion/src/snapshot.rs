@@ -14,7 +14,7 @@
 //! world.insert_resource(Gravity::EARTH);
 //! let ball = |x| (Transform::at(Vector::X * x), PhysicsBody::with_mass(1.0));
 //! let ends = [world.spawn(ball(0.0)).id(), world.spawn(ball(2.0)).id()];
-//! world.spawn(Spring { ends, elastic: Elastic { stiffness: 50.0, damping: 0.1, rest_length: 1.0 } });
+//! world.spawn(Spring { ends, elastic: Elastic { stiffness: 50.0, damping: 0.1, rest_length: 1.0, pull_only: false } });
 //! let mut stepper = Stepper::new(&mut world, Method::PositionVerlet, TimeStep(1.0 / 120.0));
 //! let second = |world: &mut World, stepper: &mut Stepper| {
 //!     (0..120).for_each(|_| stepper.tick(world));

@@ -151,8 +151,7 @@ impl Coupling {
         let mut sum = 0.0;
         for SpringRow { ends: [a, b], elastic } in self.springs.iter() {
             let d = vector(&x[b as usize]) - vector(&x[a as usize]);
-            let stretch = d.dot(d).sqrt() - elastic.rest_length;
-            sum += 0.5 * elastic.stiffness * stretch * stretch;
+            sum += elastic.energy(d.dot(d).sqrt());
         }
         sum
     }

@@ -3,6 +3,7 @@
 mod arrays;
 mod cached;
 mod classes;
+mod cords;
 mod forces;
 mod lane_solver;
 mod layout;
@@ -14,6 +15,7 @@ pub(crate) use layout::Layout;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use classes::{Class, Classes};
+use cords::Cords;
 
 use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
 use super::coupling::Coupling;
@@ -103,6 +105,7 @@ pub(crate) struct Scratch<E: Layout = Row> {
     slots: [Array<E>; SLOTS],
     stage: [Array<E>; 2],
     classes: Classes,
+    cords: Cords,
     workspace: E::Workspace,
     /// Iterations of the implicit steps of each group in a tick.
     iterations: Vec<Iterations>,
@@ -129,6 +132,7 @@ impl<E: Layout> Default for Scratch<E> {
             slots: Default::default(),
             stage: Default::default(),
             classes: Classes::default(),
+            cords: Cords::default(),
             workspace: E::Workspace::default(),
             iterations: Vec::new(),
             masses: Vec::new(),
@@ -251,6 +255,7 @@ impl<'a, E: Layout> GroupField<'a, E> {
         self.watch = watch;
         self.sort_into_classes();
         self.weigh_sources();
+        self.begin_cords();
         self.apply_pushes();
         let mut step_state = StepState::default();
         self.scratch.not_cached.clear();
@@ -388,6 +393,14 @@ impl<E: Layout> TickField for GroupField<'_, E> {
         }
     }
 
+    fn begin_step(&mut self) {
+        self.begin_step_of_cords();
+    }
+
+    fn ends_early(&mut self, x: Combination, v: Combination) -> Option<f64> {
+        self.change_of_cords(x, v)
+    }
+
     fn before_tick(&mut self, x: Combination, v: Combination) -> (Combination, Combination) {
         let v = self.before_move(v);
         self.record_change(x, v, &|record, _, x, v| record.begin(x, v));
@@ -472,7 +485,8 @@ impl<E: Layout> Field for GroupField<'_, E> {
 
     fn laws_before_jump(&mut self, x: Combination, v: Combination) -> Option<Combination> {
         let segment = self.segment;
-        segment.jump.then(|| Combination::of(self.accelerate(segment.before(), x, v)))
+        let before = |field: &mut Self| Combination::of(field.accelerate(segment.before(), x, v));
+        segment.jump.then(|| self.before_change_of_cords(before))
     }
 
     fn implicit_velocity(&mut self, x: Combination, v: Combination) -> Combination {

@@ -196,7 +196,11 @@ impl Shape {
     /// The shape of a group; `None` if it is integrated alone.
     fn of<'o>(group: &Group, places: &Places, options: impl Fn(u32) -> BodyOptions<'o>) -> Option<Self> {
         let Coupling { rows, movable, ref springs, ref sheets, attracts, ref sources, .. } = group.coupling;
-        let is_small = rows <= MOST_ROWS && sheets.is_empty() && !attracts && group.with_laws.is_empty();
+        let is_small = rows <= MOST_ROWS
+            && sheets.is_empty()
+            && !attracts
+            && group.with_laws.is_empty()
+            && springs.cords().is_empty();
         if !is_small || !sources.iter().all(|source| source.is_finite()) {
             return None;
         }
@@ -398,7 +402,7 @@ impl ElasticLanes {
     #[inline(always)]
     pub fn four<S: Simd>(&self, simd: S, at: usize) -> [f64x4<S>; 3] {
         match self {
-            Self::Equal(Elastic { stiffness, damping, rest_length }) => [
+            Self::Equal(Elastic { stiffness, damping, rest_length, .. }) => [
                 f64x4::splat(simd, *stiffness),
                 f64x4::splat(simd, *damping),
                 f64x4::splat(simd, *rest_length),

@@ -5,6 +5,7 @@ use std::ops::Range;
 use fearless_simd::{Simd, f64x4, prelude::*};
 
 use super::rows::Row;
+use crate::kernels::record::vector;
 use crate::simd::{Lanes as _, with_simd};
 use crate::state::springs::Elastic;
 use crate::state::threads::Threads;
@@ -27,7 +28,36 @@ impl SpringRow {
         one.push(Self { ends: [0, 1], ..*self });
         let mut forces = [[0.0; 4]; 2];
         one.pull(None, &x, &v, &mut forces);
-        forces[0]
+        if self.is_slack(x, v) { [0.0; 4] } else { forces[0] }
+    }
+
+    /// Whether it is a cord that does not pull in this state of its ends.
+    pub fn is_slack(&self, x: [Row; 2], v: [Row; 2]) -> bool {
+        let [d, u] = [x, v].map(|[a, b]| vector(&b) - vector(&a));
+        self.elastic.pull_only && !pulls(&self.elastic, d, u)
+    }
+}
+
+/// Whether a spring pulls whose ends are `d` apart and move apart with the velocity `u`.
+pub(crate) fn pulls(elastic: &Elastic, d: Vector, u: Vector) -> bool {
+    let length = d.dot(d).sqrt();
+    length > 0.0 && elastic.tension(length, d.dot(u) / length) > 0.0
+}
+
+/// Parts of a step or tick at whose ends cords are looked at, each from one fraction of it to another.
+pub(crate) fn parts_of_way() -> impl Iterator<Item = (f64, f64)> {
+    const PARTS: u32 = 8;
+    (0..PARTS).map(|i| (f64::from(i) / f64::from(PARTS), f64::from(i + 1) / f64::from(PARTS)))
+}
+
+/// The place between `from` and `to` at which what holds at `from` ends, by halving; `to` is beyond it.
+pub(crate) fn end_of(holds: impl Fn(f64) -> bool, mut from: f64, mut to: f64) -> f64 {
+    loop {
+        let middle = 0.5 * (from + to);
+        if middle <= from || middle >= to || to - from < 1e-14 {
+            return to;
+        }
+        if holds(middle) { from = middle } else { to = middle }
     }
 }
 
@@ -122,12 +152,14 @@ pub(crate) struct Springs {
     blocks: Vec<SpringBlock>,
     len: usize,
     damped: bool,
+    /// Numbers of those that only pull, ascending.
+    cords: Vec<u32>,
 }
 
 impl Springs {
     /// No springs, with capacity for `springs`.
     pub fn with_room(springs: usize) -> Self {
-        Self { blocks: Vec::with_capacity(springs.div_ceil(AT_ONCE)), len: 0, damped: false }
+        Self { blocks: Vec::with_capacity(springs.div_ceil(AT_ONCE)), ..Self::default() }
     }
 
     /// Renumbers all ends.
@@ -147,7 +179,10 @@ impl Springs {
             self.blocks.push(SpringBlock { ends, stiffness: zero, damping: zero, rest_length: zero });
         }
         if let Some(block) = self.blocks.last_mut() {
-            let Elastic { stiffness, damping, rest_length } = spring.elastic;
+            let Elastic { stiffness, damping, rest_length, pull_only } = spring.elastic;
+            if pull_only {
+                self.cords.push(self.len as u32);
+            }
             (block.ends[0][at], block.ends[1][at]) = (spring.ends[0], spring.ends[1]);
             (block.stiffness[at], block.damping[at], block.rest_length[at]) =
                 (stiffness, damping, rest_length);
@@ -193,8 +228,35 @@ impl Springs {
     }
 
     /// Allocated bytes.
-    pub const fn bytes(&self) -> usize {
-        self.blocks.capacity() * size_of::<SpringBlock>()
+    pub fn bytes(&self) -> usize {
+        self.blocks.capacity() * size_of::<SpringBlock>() + self.cords.capacity() * size_of::<u32>()
+    }
+
+    /// Numbers of the springs that only pull, ascending.
+    pub fn cords(&self) -> &[u32] {
+        &self.cords
+    }
+
+    /// Spring number `number`.
+    pub fn get(&self, number: u32) -> SpringRow {
+        let (block, at) = (number as usize / AT_ONCE, number as usize % AT_ONCE);
+        let mut spring = self.blocks[block].springs()[at];
+        spring.elastic.pull_only = self.cords.binary_search(&number).is_ok();
+        spring
+    }
+
+    /// Copies all springs of `other`; allocates nothing once there is room.
+    pub fn copy(&mut self, other: &Self) {
+        self.blocks.clone_from(&other.blocks);
+        self.cords.clone_from(&other.cords);
+        (self.len, self.damped) = (other.len, other.damped);
+    }
+
+    /// Makes a spring as stiff and damped as `elastic` says.
+    pub fn tune(&mut self, number: u32, elastic: &Elastic) {
+        let at = number as usize % AT_ONCE;
+        let block = &mut self.blocks[number as usize / AT_ONCE];
+        (block.stiffness[at], block.damping[at]) = (elastic.stiffness, elastic.damping);
     }
 
     /// Whether a spring has damping.
@@ -203,7 +265,12 @@ impl Springs {
     }
 
     pub fn iter(&self) -> impl Iterator<Item = SpringRow> + '_ {
-        self.blocks.iter().flat_map(SpringBlock::springs).take(self.len)
+        let mut cords = self.cords.iter().peekable();
+        let springs = self.blocks.iter().flat_map(SpringBlock::springs).take(self.len);
+        (0..).zip(springs).map(move |(number, mut spring)| {
+            spring.elastic.pull_only = cords.next_if(|cord| **cord == number).is_some();
+            spring
+        })
     }
 
     /// Adds the forces in the state (`x`, `v`) to `forces`, N. Velocities are read only if springs have damping.
@@ -401,7 +468,12 @@ impl SpringBlock {
         let Self { ends: [a, b], stiffness, damping, rest_length } = *self;
         std::array::from_fn(|i| SpringRow {
             ends: [a[i], b[i]],
-            elastic: Elastic { stiffness: stiffness[i], damping: damping[i], rest_length: rest_length[i] },
+            elastic: Elastic {
+                stiffness: stiffness[i],
+                damping: damping[i],
+                rest_length: rest_length[i],
+                pull_only: false,
+            },
         })
     }
 

@@ -127,7 +127,7 @@ impl Suspects<'_, '_, '_> {
         let Group { bodies, .. } = self.group;
         let springs = self.springs[row].iter().filter(|(other, _)| !removed[*other]);
         let mut broken = springs.filter(|(other, elastic)| !self.tension(row, *other, elastic).is_finite());
-        broken.next().map(|(other, Elastic { stiffness, damping, rest_length })| {
+        broken.next().map(|(other, Elastic { stiffness, damping, rest_length, .. })| {
             let finite = [stiffness, damping, rest_length].iter().all(|number| number.is_finite());
             (place::SPRING, if finite { Fault::Spring(bodies[*other]) } else { Fault::Found })
         })

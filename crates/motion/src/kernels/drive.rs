@@ -10,6 +10,16 @@ pub(crate) trait TickField: Field + Sized {
     /// Enters the next segment of the tick, in which the damping of all bodies is `decay`.
     fn enter<M: Integrator>(&mut self, segment: Segment, decay: Decay);
 
+    /// Begins a step in the state that the last one left.
+    fn begin_step(&mut self) {}
+
+    /// The length of the step up to a change of what acts that the state on the way to (`x`, `v`) brings, s, if there is one:
+    /// the step is then taken again up to there.
+    fn ends_early(&mut self, x: Self::Space, v: Self::Space) -> Option<f64> {
+        let _ = (x, v);
+        None
+    }
+
     /// Frees memory of the last step: of all elements of the space but the state and what the method keeps.
     fn recycle(&mut self, x: &mut Self::Space, v: &mut Self::Space, step_state: &mut StepState<Self>) {
         let _ = (x, v, step_state);
@@ -43,17 +53,32 @@ pub(crate) fn drive<M: Integrator, F: TickField>(
     if !M::DAMPS_INSIDE {
         (x, v) = field.before_tick(x, v);
     }
-    for (number, segment) in segments.iter().enumerate() {
+    for (number, mut segment) in segments.iter().enumerate() {
         if number > 0 {
             field.recycle(&mut x, &mut v, step_state);
         }
-        field.enter::<M>(segment, parameters.decay_in(segment));
-        if segment.jump {
-            // It was evaluated before the jump.
-            step_state.start = None;
+        loop {
+            field.enter::<M>(segment, parameters.decay_in(segment));
+            field.begin_step();
+            if segment.jump {
+                // It was evaluated before the jump.
+                step_state.start = None;
+            }
+            let StepState { last_step, start } = *step_state;
+            let (to_x, to_v) = M::step(field, x, v, step_state);
+            let Some(length) = field.ends_early(to_x, to_v) else {
+                (x, v) = field.after_step::<M>(to_x, to_v, step_state);
+                break;
+            };
+            (step_state.last_step, step_state.start) = (last_step, start);
+            let (first, rest) = segment.split(length);
+            if length > 0.0 {
+                field.enter::<M>(first, parameters.decay_in(first));
+                (x, v) = M::step(field, x, v, step_state);
+                (x, v) = field.after_step::<M>(x, v, step_state);
+            }
+            segment = rest;
         }
-        (x, v) = M::step(field, x, v, step_state);
-        (x, v) = field.after_step::<M>(x, v, step_state);
     }
     if M::DAMPS_INSIDE { (x, v) } else { field.after_tick(x, v) }
 }

@@ -37,6 +37,15 @@ impl Segment {
         EvaluationTime { time, within_step: self.middle() }
     }
 
+    /// The first `length` seconds, and the rest after a discontinuity.
+    pub fn split(self, length: f64) -> (Self, Self) {
+        let time = self.start + length;
+        (
+            Self { end: time, length, ..self },
+            Self { start: time, length: self.length - length, jump: true, ..self },
+        )
+    }
+
     /// The start, seen from before a discontinuity.
     pub fn before(&self) -> EvaluationTime {
         EvaluationTime { time: self.start, within_step: self.start - self.length * 0.25 }

@@ -12,7 +12,11 @@ use crate::units::at_least_0;
 /// change u.
 ///
 /// The force is zero while both ends are at the same position, because n is not defined there.
-#[derive(Clone, Copy, Debug, PartialEq)]
+///
+/// With [`pull_only`](Self::pull_only) it is a cord, which is slack, without any force, where the force would push or the
+/// ends are nearer than L0. It tightens and slackens within a step: a group with cords ends a step there and takes the
+/// rest as another one, so that every method keeps its order.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Elastic {
     /// Stiffness k, N/m, at least 0.
     pub stiffness: f64,
@@ -20,12 +24,29 @@ pub struct Elastic {
     pub damping: f64,
     /// Rest length L0, m, at least 0.
     pub rest_length: f64,
+    /// Whether it pulls and never pushes: a cord, rope or bungee.
+    pub pull_only: bool,
 }
 
 impl Elastic {
     /// The bits of its numbers: two springs that have the same are interchangeable.
-    pub(crate) fn bits(&self) -> [u64; 3] {
-        [self.stiffness, self.damping, self.rest_length].map(f64::to_bits)
+    pub(crate) fn bits(&self) -> ([u64; 3], bool) {
+        ([self.stiffness, self.damping, self.rest_length].map(f64::to_bits), self.pull_only)
+    }
+
+    /// Force with which it pulls its ends together, N, at their distance `length`, m, that changes by `rate`, m/s.
+    #[must_use]
+    pub fn tension(&self, length: f64, rate: f64) -> f64 {
+        let tension = self.stiffness * (length - self.rest_length) + self.damping * rate;
+        let slack = self.pull_only && !(length > self.rest_length && tension > 0.0);
+        if slack { 0.0 } else { tension }
+    }
+
+    /// Energy stored at a distance `length` of its ends, J: `k (L - L0)² / 2`, and 0 in a cord that is shorter than L0.
+    #[must_use]
+    pub fn energy(&self, length: f64) -> f64 {
+        let stretch = length - self.rest_length;
+        if self.pull_only && stretch < 0.0 { 0.0 } else { 0.5 * self.stiffness * stretch * stretch }
     }
 
     /// # Panics

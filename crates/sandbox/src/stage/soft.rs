@@ -55,8 +55,7 @@ impl Stage {
         };
         let energies = body.springs.iter().filter_map(|spring| {
             let [a, b] = spring.ends.map(|end| body.points.get(end as usize).copied().and_then(place));
-            let stretch = a?.distance(b?) - spring.elastic.rest_length;
-            Some(0.5 * spring.elastic.stiffness * stretch * stretch)
+            Some(spring.elastic.energy(a?.distance(b?)))
         });
         Some(SoftSum {
             position,

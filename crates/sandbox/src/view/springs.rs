@@ -4,7 +4,7 @@ use std::f32::consts::TAU;
 
 use bevy_ecs::prelude::*;
 use glam::{Quat, Vec3};
-use motion::{Dormant, PhysicsBody, Quarantined, SoftBody, Spring};
+use motion::{Dormant, Elastic, PhysicsBody, Quarantined, SoftBody, Spring};
 use pick::SoftPose;
 use render::{Frame, Instance, Line, Particle, Surface};
 use scene::Appearance;
@@ -46,6 +46,12 @@ const OUTLINE_WIDTH_PX: f32 = 6.0;
 /// at rest is 0 or, however short it is, infinite.
 fn strain(length: f64, rest_length: f64) -> f64 {
     if length == rest_length { 0.0 } else { length / rest_length - 1.0 }
+}
+
+/// The strain of a spring of that length; 0 for a cord that is slack.
+fn elastic_strain(length: f64, elastic: &Elastic) -> f64 {
+    let strain = strain(length, elastic.rest_length);
+    if elastic.pull_only { strain.max(0.0) } else { strain }
 }
 
 /// Blue for a spring that is compressed, white at rest, red for a stretched one; linear between.
@@ -148,7 +154,7 @@ impl Drawing<'_> {
             for link in body.springs.iter() {
                 if let Some([from, to]) = pose.corners(link.ends) {
                     let length = from.as_dvec3().distance(to.as_dvec3());
-                    let by_strain = || strain_color(strain(length, link.elastic.rest_length));
+                    let by_strain = || strain_color(elastic_strain(length, &link.elastic));
                     let ends = link.ends.map(|end| body.points[end as usize]);
                     let color = ratio.map_or_else(by_strain, |ratio| margin_color(ratio(ends)));
                     frame.lines.push(Line::new(from, to, color, SPRING_WIDTH_PX));
@@ -219,7 +225,7 @@ impl View {
                 let color = if let Some(ratio) = ratio {
                     margin_color(ratio(spring.ends))
                 } else if self.springs {
-                    strain_color(strain(from.distance(to), spring.elastic.rest_length))
+                    strain_color(elastic_strain(from.distance(to), &spring.elastic))
                 } else if frame.soft && frame.space && !frame.paper {
                     SPRING_IN_SPACE
                 } else {
@@ -228,12 +234,31 @@ impl View {
                 let ends = [from, to].map(|end| (end - eye).as_vec3());
                 let rest = spring.elastic.rest_length;
                 match coiled && rest > 0.0 {
+                    _ if spring.elastic.pull_only => add_cord(frame, ends, rest, color),
                     true => add_coil(frame, ends, rest, color),
                     false => frame.lines.push(Line::new(ends[0], ends[1], color, SPRING_WIDTH_PX)),
                 }
             }
         }
     }
+}
+
+/// A cord of that length: straight where it is stretched, else hanging down between its ends, as a parabola of about its
+/// length.
+fn add_cord(frame: &mut Frame, [from, to]: [Vec3; 2], rest: f64, color: [f32; 4]) {
+    const PARTS: u16 = 16;
+    let along = to - from;
+    #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
+    let over = (rest * rest) as f32 - along.length_squared();
+    // For small sags s the length is `d + 8 s² / (3 d)`; with no distance d, s is nearly half the length.
+    let sag = if over > 0.0 { (3.0 * over).sqrt() / 4.0 } else { 0.0 };
+    let point = |number: u16| {
+        let share = f32::from(number) / f32::from(PARTS);
+        from + along * share - Vec3::Y * (4.0 * sag * share * (1.0 - share))
+    };
+    let parts = if sag > 0.0 { PARTS } else { 1 };
+    let ends = (0..parts).map(|part| [part, part + 1].map(|end| point(end * (PARTS / parts))));
+    frame.lines.extend(ends.map(|[from, to]| Line::new(from, to, color, SPRING_WIDTH_PX)));
 }
 
 /// A helix from end to end, with a straight piece at each.

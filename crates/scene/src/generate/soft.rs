@@ -21,6 +21,7 @@ pub(super) fn soft(raw: &raw::SoftBody, index: usize, faults: &mut Faults) -> Op
     }
     let keys = &raw.keys;
     let elastic = elastic((link_stiffness(raw, scope, faults), keys.damping_n_s_m), scope, faults);
+    let elastic = Elastic { pull_only: keys.pull_only == Some(true), ..elastic };
     let form = match raw.word.as_str() {
         "chain" => Some(chain::form(keys, scope, faults)),
         "cloth" => Some(cloth::form(keys, scope, faults)),
@@ -59,7 +60,7 @@ pub(super) fn soft(raw: &raw::SoftBody, index: usize, faults: &mut Faults) -> Op
 fn link_stiffness(raw: &raw::SoftBody, scope: Scope, faults: &mut Faults) -> Option<f64> {
     let keys = &raw.keys;
     let Some(whole) = keys.stiffness_of_whole_n_m else { return keys.stiffness_n_m };
-    if keys.stiffness_n_m.is_some() {
+    if keys.stiffness_n_m.is_some() && raw.word == "chain" {
         let what = "the stiffness of the chain is given twice";
         faults.add(scope.key("stiffness_of_whole_n_m"), what, "keep it or `stiffness_n_m`");
     }
@@ -80,6 +81,7 @@ pub(crate) fn elastic(
         stiffness: faults.number((scope, "stiffness_n_m"), stiffness, 0.0, STIFFNESS),
         damping: faults.number((scope, "damping_n_s_m"), damping, 0.0, DAMPING),
         rest_length: 0.0,
+        pull_only: false,
     }
 }
 

@@ -29,6 +29,7 @@ pub(crate) struct Spring {
     pub stiffness_n_m: Option<f64>,
     pub damping_n_s_m: Option<f64>,
     pub rest_length_m: Option<f64>,
+    pub pull_only: Option<bool>,
     pub color: Option<Triple>,
 }
 
@@ -58,6 +59,7 @@ pub(crate) struct SoftKeys {
     pub stiffness_n_m: Option<f64>,
     pub stiffness_of_whole_n_m: Option<f64>,
     pub damping_n_s_m: Option<f64>,
+    pub pull_only: Option<bool>,
     pub pinned: Option<List<Word>>,
     pub velocity_m_s: Option<Triple>,
     pub color: Option<Triple>,
@@ -82,7 +84,7 @@ macro_rules! kinds {
 }
 
 kinds! {
-    chain: points, from_m, to_m, stiffness_of_whole_n_m;
+    chain: points, from_m, to_m, stiffness_of_whole_n_m, pull_only;
     cloth: rows, columns, corner_m, along_m, down_m, shear, shear_n_m, bend, bend_n_m;
     lattice: cells, center_m, size_m;
 }

@@ -28,7 +28,8 @@ pub(crate) fn springs(raw: &[raw::Spring], bodies: &Bodies, faults: &mut Faults)
         if !rest_length.is_finite() {
             faults.add(scope.path(), "its ends are too far apart", "move them closer, within 1e150 m");
         }
-        springs.push(SpringSpec { ends, elastic: Elastic { rest_length, ..elastic }, color });
+        let elastic = Elastic { rest_length, pull_only: raw.pull_only == Some(true), ..elastic };
+        springs.push(SpringSpec { ends, elastic, color });
     }
     springs
 }

@@ -40,7 +40,7 @@ impl Layout for Row {
     fn pull(field: &GroupField<'_>, time: f64, x: &[Self], v: &[Self], sum: &mut [Self]) {
         let coupling = field.coupling;
         sum.fill([0.0; 4]);
-        coupling.springs.pull(field.shares(), x, v, sum);
+        field.springs().pull(field.shares(), x, v, sum);
         if let Some(drag) = field.environment.shared.laws.drag {
             coupling.blow(drag, time, x, v, sum);
         }

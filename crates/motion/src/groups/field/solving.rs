@@ -123,7 +123,7 @@ impl Workspace {
         let Self { linear, x, .. } = self;
         let step = (field.end(), field.step());
         let drag = field.environment.shared.laws.drag;
-        linear.linearize(field.threads, field.coupling, drag, step, exact, (x, v));
+        linear.linearize(field.threads, (field.coupling, field.springs()), drag, step, exact, (x, v));
         let mut follows_state = false;
         if field.calls() {
             linear.expect_laws();
@@ -146,8 +146,7 @@ impl Workspace {
     fn right_side(&mut self, field: &mut GroupField<'_>, v: &[Row], is_newton: bool) {
         let h = field.step();
         if !is_newton {
-            let springs = &field.coupling.springs;
-            self.linear.add_moves_of_springs(springs, field.shares(), h, (&self.x, v));
+            self.linear.add_moves_of_springs(field.springs(), field.shares(), h, (&self.x, v));
         }
         self.gradients.q.fill([0.0; 4]);
         let mut called = std::mem::take(&mut self.gradients.q);
@@ -265,7 +264,8 @@ impl Workspace {
             let Class { rate, locks, .. } = classes.of(row);
             (*rate, if locked { *locks } else { None })
         };
-        let (h, coupling, solver) = (field.step(), field.coupling, field.environment.solver);
+        let (h, coupling, solver) =
+            (field.step(), (field.coupling, field.springs()), field.environment.solver);
         let (threads, shares) = (field.threads, field.shares());
         let mut multiply = |exact: bool, p: &[Row], q: &mut [Row]| {
             linear.multiply(coupling, (shares, x), h, row_terms, exact, (p, q));

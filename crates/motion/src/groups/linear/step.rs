@@ -56,16 +56,16 @@ impl LinearStep {
     pub fn linearize(
         &mut self,
         threads: Option<&Threads>,
-        coupling: &Coupling,
+        (coupling, springs): (&Coupling, &Springs),
         drag: Option<&Drag>,
         (at, h): (EvaluationTime, f64),
         exact: bool,
         (x, v): (&[Row], &[Row]),
     ) {
-        coupling.springs.find_axes(threads, x, &mut self.axes);
+        springs.find_axes(threads, x, &mut self.axes);
         self.compressed.clear();
         if exact {
-            self.compressed.extend(coupling.springs.iter().filter_map(|SpringRow { ends, elastic }| {
+            self.compressed.extend(springs.iter().filter_map(|SpringRow { ends, elastic }| {
                 let [a, b] = ends.map(|end| vector(&x[end as usize]));
                 let (n, taut) = axis(b - a, elastic.rest_length);
                 (taut < 0.0).then_some((ends, n, h * h * elastic.stiffness * taut))
@@ -135,7 +135,7 @@ impl LinearStep {
     /// derivative if `exact`, and else its positive definite part.
     pub fn multiply(
         &mut self,
-        coupling: &Coupling,
+        (coupling, springs): (&Coupling, &Springs),
         (shares, x): (Shares<'_>, &[Row]),
         h: f64,
         row_terms: impl Fn(usize) -> (f64, Option<AxisLocks>) + Sync,
@@ -152,7 +152,7 @@ impl LinearStep {
         forces.fill([0.0; 4]);
         let axes = Some(&axes[..]);
         let change = Linearized { x, axes, moves: scaled, stiffness: h * h, damping: h, times: -1.0 };
-        coupling.springs.add(shares, &change, forces);
+        springs.add(shares, &change, forces);
         for (ends, n, across) in compressed.iter().take_while(|_| exact) {
             let [a, b] = ends.map(|end| end as usize);
             let d = vector(&scaled[b]) - vector(&scaled[a]);

@@ -114,9 +114,7 @@ impl Joined<'_> {
             let (d, length) = (x[b] - x[a], x[b].distance(x[a]));
             if length > 0.0 {
                 let n = d * (1.0 / length);
-                let elastic = &spring.elastic;
-                let pull =
-                    elastic.stiffness * (length - elastic.rest_length) + elastic.damping * n.dot(v[b] - v[a]);
+                let pull = spring.elastic.tension(length, n.dot(v[b] - v[a]));
                 sum[a] += n * (pull * self.masses[a].inverse_mass);
                 sum[b] -= n * (pull * self.masses[b].inverse_mass);
             }

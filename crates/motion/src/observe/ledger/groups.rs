@@ -1,14 +1,17 @@
 //! Groups in the ledger: energies and lines of springs, drag on sheets and mutual gravity.
 
 use bevy_ecs::entity::{Entity, EntityHashMap};
+use smallvec::SmallVec;
 
 use super::bodies::{BodyTick, PhasePoint};
 use super::lines::{Energies, LedgerTotals};
-use super::path::{Path, QuadratureNode, nodes};
+use super::path::{Path, QuadratureNode, cuts, nodes};
 use super::tick::LedgerTick;
-use crate::groups::{Coupling, Group, Groups, Row, row_of};
+use crate::groups::{Coupling, Group, Groups, Row, SpringRow, end_of, parts_of_way, pulls, row_of};
 use crate::kernels::record::vector;
+use crate::laws::tick_times::TickTimes;
 use crate::laws::{Drag, MutualGravity};
+use crate::state::springs::Elastic;
 use crate::units::{Scalar, Vector};
 
 /// A group and its bodies.
@@ -87,12 +90,15 @@ impl LedgerGroup<'_> {
         paths: &[Path],
         totals: &mut LedgerTotals,
     ) {
-        for QuadratureNode { after, weight, at } in
-            nodes(&tick.environment.times, &[0.0, tick.environment.times.tick])
-        {
+        let times = &tick.environment.times;
+        let cuts = self.cuts_at_cords(times, paths);
+        for QuadratureNode { after, weight, at } in nodes(times, &cuts) {
             let (x, v) = self.rows(|body| paths[body].at(after));
             let node = GroupNode { bodies, x, v, weight };
-            self.add_springs(&node, totals);
+            let taut = |spring: &SpringRow| {
+                !spring.elastic.pull_only || self.pulls(spring, paths, at.within_step - times.start)
+            };
+            self.add_springs(&node, taut, totals);
             if let Some(drag) = tick.environment.laws.drag.filter(|_| !self.coupling.sheets.is_empty()) {
                 self.add_sheets(drag, &node, at.time, totals);
             }
@@ -102,7 +108,34 @@ impl LedgerGroup<'_> {
         }
     }
 
-    fn add_springs(&self, node: &GroupNode<'_>, totals: &mut LedgerTotals) {
+    /// Whether a spring pulls `after` seconds of the tick.
+    fn pulls(&self, spring: &SpringRow, paths: &[Path], after: Scalar) -> bool {
+        let [a, b] = spring.ends.map(|end| paths[self.rows[end as usize]].at(after));
+        pulls(&spring.elastic, b.position - a.position, b.velocity - a.velocity)
+    }
+
+    /// Cuts a tick where a cord tightens or slackens.
+    fn cuts_at_cords(&self, times: &TickTimes, paths: &[Path]) -> SmallVec<[Scalar; 4]> {
+        let springs = &self.coupling.springs;
+        let cords = springs.cords().iter().map(|number| springs.get(*number));
+        let mut changes = Vec::new();
+        for cord in cords {
+            let taut = |part: Scalar| self.pulls(&cord, paths, times.tick * part);
+            for (from, to) in parts_of_way().filter(|(from, to)| taut(*from) != taut(*to)) {
+                let before = taut(from);
+                changes.push(times.start + times.tick * end_of(|part| taut(part) == before, from, to));
+            }
+        }
+        cuts(times, changes.iter())
+    }
+
+    /// Adds the springs; those that are not `taut` have no force, but lose what energy of them is left.
+    fn add_springs(
+        &self,
+        node: &GroupNode<'_>,
+        taut: impl Fn(&SpringRow) -> bool,
+        totals: &mut LedgerTotals,
+    ) {
         let GroupNode { x, v, .. } = node;
         let movable = self.coupling.movable;
         if !self.coupling.springs.damped() && !self.locked && self.rows.len() == movable {
@@ -116,10 +149,14 @@ impl LedgerGroup<'_> {
             let length = d.length();
             if length > 0.0 {
                 let rate = d.dot(u) / length;
-                let drag = spring.elastic.damping * rate;
+                let Elastic { stiffness, damping, rest_length, .. } = spring.elastic;
+                let stretch = length - rest_length;
+                let (drag, pull) = match taut(&spring) {
+                    true => (damping * rate, stiffness * stretch + damping * rate),
+                    false => (-(stiffness * stretch.max(0.0)), 0.0),
+                };
                 lost += drag * rate;
                 if self.locked || a >= movable || b >= movable {
-                    let pull = spring.elastic.stiffness * (length - spring.elastic.rest_length) + drag;
                     self.add_pair(node, ends, d * (pull / length), totals);
                 }
             }

@@ -140,9 +140,12 @@ fn vectors(
     [sums, rates]: [&LedgerLines<DVec3>; 2],
 ) {
     let lines = lines(sums, rates);
-    Grid::new(("ledger", quantity)).num_columns(2).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
-        ui,
-        |ui| {
+    Grid::new(("ledger", quantity))
+        .num_columns(2)
+        .striped(true)
+        .min_row_height(0.0)
+        .spacing([10.0, 0.0])
+        .show(ui, |ui| {
             heading(ui, [quantity, &format!("since open, {unit}")]);
             row(ui, "now", [triple(now)]);
             for (name, sum, _) in &lines {
@@ -154,8 +157,7 @@ fn vectors(
                 row(ui, name, [triple(*rate)]);
             }
             emphasised(ui, ["residual".to_owned(), triple(rates.residual)]);
-        },
-    );
+        });
 }
 
 /// The lines with something in them, pushes always: name, sum and rate.

@@ -13,9 +13,9 @@ fn a_spring_is_as_long_as_it_is_at_the_start_unless_it_says_otherwise() {
     );
     let [one, other] = scene.springs[..] else { panic!("{:?}", scene.springs) };
     assert_eq!(one.ends, [0, 1]);
-    assert_eq!(one.elastic, Elastic { stiffness: 50.0, damping: 0.0, rest_length: 5.0 });
+    assert_eq!(one.elastic, Elastic { stiffness: 50.0, damping: 0.0, rest_length: 5.0, pull_only: false });
     assert_eq!((other.ends, other.color), ([1, 0], [1.0, 0.0, 0.0]));
-    assert_eq!(other.elastic, Elastic { stiffness: 0.0, damping: 2.0, rest_length: 0.0 });
+    assert_eq!(other.elastic, Elastic { stiffness: 0.0, damping: 2.0, rest_length: 0.0, pull_only: false });
 }
 
 #[test]

@@ -1,0 +1,179 @@
+//! Cords, springs that only pull, in a step of a group: which are slack, and where within the step that changes.
+//!
+//! A cord is a spring while it is taut and nothing while it is slack, so that a method meets no kink and no jump within a
+//! step. A step at whose end, or on whose way, a cord is not what it was is taken again up to that moment; the rest of it is
+//! a step of its own.
+
+use smallvec::SmallVec;
+
+use super::{GroupField, Layout};
+use crate::groups::combination::{Combination, FIRST};
+use crate::groups::pull::{SpringRow, Springs, end_of, parts_of_way, pulls};
+use crate::kernels::record::{Recorder, vector};
+use crate::state::springs::Elastic;
+use crate::units::{Scalar, Vector};
+
+/// Most changes per tick that end a step; later ones take effect in the next step.
+const MOST: u32 = 256;
+/// A change this near to an end of a step, in lengths of it, is at that end.
+const NEAR: Scalar = 1e-9;
+
+/// The cords of a group in a tick.
+#[derive(Debug, Default)]
+pub(super) struct Cords {
+    /// The springs of the group, with those of slack cords loose.
+    springs: Springs,
+    /// Whether each cord is taut in this step.
+    taut: Vec<bool>,
+    /// Whether each was in the step before; empty in the first of a tick.
+    before: Vec<bool>,
+    /// Numbers, among the cords, of those that change where the next step begins.
+    changing: Vec<usize>,
+    /// Changes that ended a step in this tick.
+    changes: u32,
+    /// The records before the step.
+    record: Option<Recorder>,
+}
+
+impl Cords {
+    /// Makes the taut ones of `all` springs pull and the others loose, as in this step or in the one `before`.
+    fn tune(&mut self, all: &Springs, before: bool) {
+        let taut = if before { &self.before } else { &self.taut };
+        for (number, taut) in all.cords().iter().zip(taut) {
+            let elastic = if *taut { all.get(*number).elastic } else { Elastic::default() };
+            self.springs.tune(*number, &elastic);
+        }
+    }
+}
+
+/// The motion of the second end of a cord as seen from the first in a step: the cubic through both ends (Hermite 1878).
+struct Way {
+    elastic: Elastic,
+    from: [Vector; 2],
+    /// Coefficients of s² and s³, where s is the elapsed fraction of the step.
+    curve: [Vector; 2],
+    h: Scalar,
+}
+
+impl Way {
+    fn new(elastic: Elastic, from: [Vector; 2], [x, v]: [Vector; 2], h: Scalar) -> Self {
+        let (moved, [first, last]) = (x - from[0], [from[1] * h, v * h]);
+        Self { elastic, from, curve: [moved * 3.0 - first * 2.0 - last, first + last - moved * 2.0], h }
+    }
+
+    /// Whether the cord pulls at the fraction `s` of the step.
+    fn is_taut(&self, s: Scalar) -> bool {
+        let ([x, v], [square, cube]) = (self.from, self.curve);
+        let d = x + v * (self.h * s) + (square + cube * s) * (s * s);
+        let u = v + (square * 2.0 + cube * (3.0 * s)) * (s / self.h);
+        pulls(&self.elastic, d, u)
+    }
+
+    /// The fraction of the step after which the cord first is not `taut`.
+    fn change(&self, taut: bool) -> Option<Scalar> {
+        let is_as_before = |s| self.is_taut(s) == taut;
+        let (before, after) = parts_of_way().find(|(_, after)| !is_as_before(*after))?;
+        Some(end_of(is_as_before, before, after))
+    }
+}
+
+impl<E: Layout> GroupField<'_, E> {
+    fn has_cords(&self) -> bool {
+        !self.coupling.springs.cords().is_empty()
+    }
+
+    /// The springs as they act in this step.
+    pub(super) fn springs(&self) -> &Springs {
+        if self.has_cords() { &self.scratch.cords.springs } else { &self.coupling.springs }
+    }
+
+    /// Begins a tick.
+    pub(super) fn begin_cords(&mut self) {
+        if self.has_cords() {
+            let (springs, cords) = (&self.coupling.springs, &mut self.scratch.cords);
+            cords.springs.copy(springs);
+            cords.taut.clear();
+            cords.before.clear();
+            cords.changing.clear();
+            (cords.changes, cords.record) = (0, None);
+        }
+    }
+
+    /// Begins a step from the state at its start: those cords that ended the last step have changed, and all others are as
+    /// the state says.
+    pub(super) fn begin_step_of_cords(&mut self) {
+        if !self.has_cords() {
+            return;
+        }
+        let mut cords = std::mem::take(&mut self.scratch.cords);
+        let (x, v) = (&*self.rows.x, &*self.rows.v);
+        std::mem::swap(&mut cords.before, &mut cords.taut);
+        cords.taut.clear();
+        for (i, number) in self.coupling.springs.cords().iter().enumerate() {
+            let SpringRow { ends, elastic } = self.coupling.springs.get(*number);
+            let [d, u] = self.apart(ends, x, v);
+            cords.taut.push(match cords.changing.contains(&i) {
+                true => !cords.before[i],
+                false => pulls(&elastic, d, u),
+            });
+        }
+        cords.changing.clear();
+        cords.record.clone_from(&self.statistics.record);
+        cords.tune(&self.coupling.springs, false);
+        self.scratch.cords = cords;
+    }
+
+    /// The length of the step up to the moment at which a cord changes on the way to (`x`, `v`), s; `None` if none does, or
+    /// if that is at its end. Takes the step back.
+    pub(super) fn change_of_cords(&mut self, x: Combination, v: Combination) -> Option<Scalar> {
+        if !self.has_cords() || self.scratch.cords.changes >= MOST {
+            return None;
+        }
+        let h = self.segment.length;
+        let [mut to_x, mut to_v] = std::mem::take(&mut self.scratch.stage);
+        self.compute(&x, &mut to_x);
+        self.compute(&v, &mut to_v);
+        let cords = &self.scratch.cords;
+        let change = |(i, number): (usize, &u32)| {
+            let SpringRow { ends, elastic } = self.coupling.springs.get(*number);
+            let from = self.apart(ends, self.rows.x, self.rows.v);
+            let way = Way::new(elastic, from, self.apart(ends, &to_x, &to_v), h);
+            Some((i, way.change(cords.taut[i])?))
+        };
+        let changes: SmallVec<[(usize, Scalar); 8]> =
+            self.coupling.springs.cords().iter().enumerate().filter_map(change).collect();
+        self.scratch.stage = [to_x, to_v];
+        let first = changes.iter().map(|(_, s)| *s).min_by(Scalar::total_cmp)?;
+        if first > 1.0 - NEAR {
+            return None;
+        }
+        let cords = &mut self.scratch.cords;
+        cords.changing.extend(changes.iter().filter(|(_, s)| *s <= first + NEAR).map(|(i, _)| *i));
+        cords.changes += 1;
+        self.statistics.record.clone_from(&cords.record);
+        self.next = FIRST;
+        Some(if first > NEAR { first * h } else { 0.0 })
+    }
+
+    /// Computes what `of` does with the cords as they were before they changed at the start of this step.
+    pub(super) fn before_change_of_cords<T>(&mut self, of: impl FnOnce(&mut Self) -> T) -> T {
+        let has_before = self.scratch.cords.before.len() == self.coupling.springs.cords().len();
+        if self.has_cords() && has_before {
+            self.scratch.cords.tune(&self.coupling.springs, true);
+        }
+        let done = of(self);
+        if self.has_cords() {
+            self.scratch.cords.tune(&self.coupling.springs, false);
+        }
+        done
+    }
+
+    /// How far apart the second end of a spring is from the first, and how fast it moves from it.
+    fn apart(&self, ends: [u32; 2], x: &[E], v: &[E]) -> [Vector; 2] {
+        let row = |rows: &[E], row: u32| {
+            let (element, lane) = self.place(row as usize, 0);
+            vector(&rows[element].row(lane))
+        };
+        [x, v].map(|rows| row(rows, ends[1]) - row(rows, ends[0]))
+    }
+}
