@@ -4,6 +4,7 @@ pub mod allocations;
 mod births;
 mod emitters;
 mod reports;
+mod riding;
 mod statics;
 mod switching;
 

@@ -81,7 +81,7 @@ pub use state::clock::TimeStep;
 pub use state::components::{
     AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
 };
-pub use state::emitter::{Dormant, Emission, Emitter, Particle};
+pub use state::emitter::{Dormant, Emission, Emitter, Particle, RidesOn};
 pub use state::forces::{Forces, Push, PushQueue};
 pub use state::previous_position::{PreviousPosition, remember_positions};
 pub use state::range::Range;

@@ -78,8 +78,10 @@ impl Scene {
         scene.springs = self.springs.iter().filter_map(spring).collect();
         let soft = |soft: &SoftBodySpec| Some(SoftBodySpec { points: span(&soft.points)?, ..soft.clone() });
         scene.soft_bodies = self.soft_bodies.iter().filter_map(soft).collect();
-        let emitter =
-            |emitter: &EmitterSpec| Some(EmitterSpec { pool: span(&emitter.pool)?, ..emitter.clone() });
+        let emitter = |emitter: &EmitterSpec| {
+            let rides_on = emitter.rides_on.and_then(new);
+            Some(EmitterSpec { pool: span(&emitter.pool)?, rides_on, ..emitter.clone() })
+        };
         scene.emitters = self.emitters.iter().filter_map(emitter).collect();
         // Particles neither attract nor are attracted.
         let particles: usize = scene.emitters.iter().map(|emitter| emitter.pool.len()).sum();
@@ -169,6 +171,10 @@ impl Joined {
         };
         scene.springs.iter().for_each(|spring| join(&mut spring.ends.into_iter(), &mut joined));
         scene.soft_bodies.iter().for_each(|soft| join(&mut soft.points.clone(), &mut joined));
+        // Particles are born where the body is on which their emitter rides.
+        let with_carrier = |emitter: &EmitterSpec| Some([emitter.rides_on?, emitter.pool.start]);
+        let carried: Vec<_> = scene.emitters.iter().filter_map(with_carrier).collect();
+        carried.iter().for_each(|ids| join(&mut ids.iter().copied(), &mut joined));
         let all = 0..count as u32;
         if scene.mutual_gravity.is_some() {
             let is_particle = |id: &u32| scene.emitters.iter().any(|emitter| emitter.pool.contains(id));
@@ -191,6 +197,7 @@ impl Joined {
         };
         scene.springs.iter().for_each(|spring| hold(&mut spring.ends.into_iter()));
         scene.soft_bodies.iter().for_each(|soft| hold(&mut soft.points.clone()));
+        carried.iter().for_each(|ids| hold(&mut ids.iter().copied()));
         if scene.mutual_gravity.is_some() {
             let sources = || all.clone().filter(|id| scene.bodies[*id as usize].source_mass.is_some());
             members.values_mut().for_each(|part| part.extend(sources()));

@@ -189,7 +189,8 @@ fn resolve(
     let light = raw.light.as_ref().map(|raw| light(raw, faults));
     let off_at_start = off_at_start(raw.off_at_start.as_deref().unwrap_or_default(), faults);
     let expect = raw.expect.as_ref().map(|raw| expect(raw, faults));
-    let bodies = generate::bodies(raw, reading, defaults, seed, faults);
+    let mut bodies = generate::bodies(raw, reading, defaults, seed, faults);
+    springs::carry_emitters(&raw.emitters, &mut bodies, faults);
     let mut own_laws = OwnLaws::new(&bodies.bodies, bodies.names.as_ref());
     let laws = laws::world_laws(raw, &mut own_laws, faults);
     own_laws.thrusts(&raw.thrusts, faults);

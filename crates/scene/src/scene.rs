@@ -109,7 +109,8 @@ impl SurvivalRow {
         let own = scene.own_laws.values_mut().flat_map(|laws| &mut laws.wells);
         let wells = scene.laws.wells.iter_mut().flat_map(|wells| &mut wells.0);
         wells.chain(own).for_each(|well| well.position += self.offset);
-        scene.emitters.iter_mut().for_each(|emitter| emitter.position += self.offset);
+        let fixed = scene.emitters.iter_mut().filter(|emitter| emitter.rides_on.is_none());
+        fixed.for_each(|emitter| emitter.position += self.offset);
         scene
     }
 }

@@ -5,7 +5,8 @@ use glam::DVec3;
 use motion::snapshot::LastStep;
 use motion::{
     AxisLocks, DampingRate, Dormant, Emitter, GravityOff, Method, Orientation, OwnLaws, OwnSubsteps,
-    PhysicsBody, SoftBody, SourceMass, SpeedLimit, Spring, StableId, Substeps, Transform, mark_method,
+    PhysicsBody, RidesOn, SoftBody, SourceMass, SpeedLimit, Spring, StableId, Substeps, Transform,
+    mark_method,
 };
 
 use crate::scene::{BodySpec, Scene};
@@ -97,7 +98,10 @@ impl Scene {
                 launches: emitter.launches.clone(),
                 inverse_mass: emitter.inverse_mass,
             };
-            world.spawn((component, plain(emitter.color), i));
+            let mut emitter_entity = world.spawn((component, plain(emitter.color), i));
+            if let Some(body) = emitter.rides_on {
+                emitter_entity.insert(RidesOn(entities[body as usize]));
+            }
         }
     }
 

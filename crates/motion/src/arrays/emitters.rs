@@ -4,8 +4,9 @@ use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
 
 use super::Bare;
+use crate::kernels::record::vector;
 use crate::state::components::Quarantined;
-use crate::state::emitter::{Emission, Emitter, Tick};
+use crate::state::emitter::{Emission, Emitter, RidesOn, Tick};
 use crate::state::method_state::CachedAcceleration;
 use crate::state::switched_off::Off;
 use crate::units::Vector;
@@ -16,6 +17,8 @@ pub(super) struct Source {
     emitter: Emitter,
     pub emission: Emission,
     is_on: bool,
+    /// The row of the body on which it rides, if it does; the inner `None` is a body that carries nothing.
+    carrier: Option<Option<usize>>,
     /// The row of every slot; `None` if its body was removed or quarantined.
     rows: Vec<Option<usize>>,
 }
@@ -23,16 +26,19 @@ pub(super) struct Source {
 impl Bare {
     /// Copies the emitters of a world, whose bodies have these `rows`.
     pub(super) fn add_sources(&mut self, world: &mut World, rows: &EntityHashMap<usize>) {
-        let mut emitters = world.query::<(Option<&Emitter>, Option<&Off<Emitter>>, &Emission)>();
+        let mut emitters =
+            world.query::<(Option<&Emitter>, Option<&Off<Emitter>>, Option<&RidesOn>, &Emission)>();
         let world = &*world;
-        for (on, off, emission) in emitters.iter(world) {
+        for (on, off, carrier, emission) in emitters.iter(world) {
             let Some(emitter) = on.or(off.map(|Off(emitter)| emitter)) else { continue };
             let mut emission = emission.clone();
             emission.fit(emitter);
             let is_sound = |body: &Entity| world.get::<Quarantined>(*body).is_none();
             let row = |body: &Entity| rows.get(body).copied().filter(|_| is_sound(body));
+            let carrier = carrier.map(|carrier| carrier.state(world).and_then(|_| row(&carrier.0)));
             let rows = emitter.pool.iter().map(row).collect();
-            self.sources.push(Source { emitter: emitter.clone(), emission, is_on: on.is_some(), rows });
+            let emitter = emitter.clone();
+            self.sources.push(Source { emitter, emission, is_on: on.is_some(), carrier, rows });
         }
     }
 
@@ -40,12 +46,22 @@ impl Bare {
     pub(super) fn emit(&mut self) {
         let tick = Tick::next(self.clock, self.step);
         let Self { sources, individuals, positions, bodies, last_steps, cached, .. } = self;
-        for Source { emitter, emission, is_on, rows } in sources {
+        for Source { emitter, emission, is_on, carrier, rows } in sources {
             emission.advance(emitter, *is_on, tick, |slot, born| {
                 let Some(row) = rows[slot] else { return };
-                let [x, y, z] = born.map_or(Vector::ZERO, |_| emitter.launches[slot]).to_array();
-                positions[row] = emitter.position.to_array();
-                bodies[row] = [x, y, z, emitter.inverse_mass];
+                let carried = carrier.map(|row| {
+                    let row = row?;
+                    Some((Vector::from_array(positions[row]), vector(&bodies[row])))
+                });
+                let born = born.filter(|_| carried != Some(None));
+                let mut position = emitter.position;
+                let mut launch = born.map_or(Vector::ZERO, |_| emitter.launches[slot]);
+                if let Some(Some((at, velocity))) = carried {
+                    position += at + velocity * born.map_or(0.0, |time| time - tick.start);
+                    launch += if born.is_some() { velocity } else { Vector::ZERO };
+                }
+                positions[row] = position.to_array();
+                bodies[row] = [launch.x, launch.y, launch.z, emitter.inverse_mass];
                 // Nothing is left of an earlier life.
                 last_steps.get_mut(row).into_iter().for_each(|step| *step = 0.0);
                 cached.get_mut(row).into_iter().for_each(|cached| *cached = CachedAcceleration::default());

@@ -10,7 +10,9 @@ use bevy_ecs::prelude::*;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::disabled::is_disabled;
-use crate::state::emitter::{Dormant, Emission, Emissions, Emitter, EmittersChanged, Particle, Tick};
+use crate::state::emitter::{
+    Dormant, Emission, Emissions, Emitter, EmittersChanged, Particle, RidesOn, Tick,
+};
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::previous_position::PreviousPosition;
 use crate::state::switched_off::Off;
@@ -21,17 +23,29 @@ use crate::units::{Scalar, Vector};
 pub struct ParticleChange {
     body: Entity,
     position: Vector,
+    carrier: Option<RidesOn>,
     inverse_mass: Scalar,
     /// Time, s, and velocity, m/s, of the birth; `None` is a death.
     birth: Option<(Scalar, Vector)>,
 }
 
 impl ParticleChange {
-    fn apply(self, world: &mut World) {
-        let Self { body, position, inverse_mass, birth } = self;
+    /// In the tick that begins at `start`, s.
+    fn apply(self, world: &mut World, start: Scalar) {
+        let Self { body, mut position, carrier, inverse_mass, birth } = self;
         // No particle is born while its body is disabled.
         let is_disabled = world.get_entity(body).is_ok_and(|body| is_disabled(world, body));
-        let birth = birth.filter(|_| !is_disabled);
+        let mut birth = birth.filter(|_| !is_disabled);
+        if let Some(carrier) = carrier {
+            match carrier.state(world) {
+                Some((at, velocity)) => {
+                    let after = birth.map_or(0.0, |(time, _)| time - start);
+                    position += at + velocity * after;
+                    birth = birth.map(|(time, launch)| (time, launch + velocity));
+                }
+                None => birth = None,
+            }
+        }
         let Ok(mut body) = world.get_entity_mut(body) else { return };
         if body.contains::<Quarantined>() {
             return;
@@ -62,7 +76,12 @@ impl ParticleChange {
 }
 
 /// Emitters that are on, and those that are off: their particles may still live.
-type Emitters = (Option<&'static Emitter>, Option<&'static Off<Emitter>>, &'static mut Emission);
+type Emitters = (
+    Option<&'static Emitter>,
+    Option<&'static Off<Emitter>>,
+    Option<&'static RidesOn>,
+    &'static mut Emission,
+);
 
 /// Emits the particles that are due in the tick, and makes those dormant whose life ends in it.
 ///
@@ -77,13 +96,14 @@ pub fn emit_particles(
     let tick = Tick::next(clock, world.get_resource::<TimeStep>().map_or(0.0, |step| step.0));
     changes.clear();
     let mut over = true;
-    for (on, off, mut emission) in emitters.iter_mut(world) {
+    for (on, off, carrier, mut emission) in emitters.iter_mut(world) {
         let Some(emitter) = on.or(off.map(|Off(emitter)| emitter)) else { continue };
         let Emitter { position, inverse_mass, pool, launches, .. } = emitter;
         emission.advance(emitter, on.is_some(), tick, |slot, born| {
             changes.push(ParticleChange {
                 body: pool[slot],
                 position: *position,
+                carrier: carrier.copied(),
                 inverse_mass: *inverse_mass,
                 birth: born.map(|time| (time, launches[slot])),
             });
@@ -101,7 +121,7 @@ pub fn emit_particles(
     let room = emissions.births.len() + 1;
     emissions.births.reserve(room);
     (emissions.over, emissions.tick) = (over, tick.number);
-    changes.drain(..).for_each(|change| change.apply(world));
+    changes.drain(..).for_each(|change| change.apply(world, tick.start));
 }
 
 /// Makes the particles dormant that are in none of the `pools`: their emitter was removed.
@@ -124,7 +144,7 @@ pub(crate) fn orphans(world: &mut World) -> Vec<Entity> {
     }
     let mut emitters = world.query::<Emitters>();
     let mut living = EntityHashSet::default();
-    for (on, off, emission) in emitters.iter(world) {
+    for (on, off, _, emission) in emitters.iter(world) {
         let pool = on.or(off.map(|Off(emitter)| emitter)).map_or(&[][..], |emitter| &emitter.pool);
         living.extend(pool.iter().zip(0..).filter(|(_, slot)| emission.lives(*slot)).map(|(body, _)| *body));
     }
@@ -139,7 +159,7 @@ pub(crate) fn prepare(world: &mut World) -> bool {
     let mut pools = Vec::new();
     let mut emits = false;
     let mut emitters = world.query::<Emitters>();
-    for (on, off, mut emission) in emitters.iter_mut(world) {
+    for (on, off, _, mut emission) in emitters.iter_mut(world) {
         emits |= on.is_some() || emission.living() > 0;
         if let Some(emitter) = on.or(off.map(|Off(emitter)| emitter)) {
             emitter.check();

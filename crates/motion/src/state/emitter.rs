@@ -5,7 +5,9 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 
 use crate::state::clock::StepClock;
+use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::structure_changed;
+use crate::state::disabled::is_disabled;
 use crate::units::{Scalar, Vector, at_least_0};
 
 /// A birth or death this near to the end of a tick, in births, is at its end: 1/60 s times 500 per second may be one
@@ -61,6 +63,25 @@ impl Emitter {
             bodies <= velocities,
             "an emitter of {bodies} bodies has {velocities} velocities at birth; give one in `launches` per body of `pool`"
         );
+    }
+}
+
+/// Makes an [`Emitter`] ride on a body: its position is counted from the body, and its particles have the velocity of the
+/// body besides their own. A component of the emitter's entity.
+///
+/// Within a tick the body counts as moving uniformly, with its velocity at the start of the tick. While the body is removed,
+/// disabled, quarantined or dormant, no particle is born.
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RidesOn(pub Entity);
+
+impl RidesOn {
+    /// Position, m, and velocity, m/s, of the body; `None` if it carries nothing now.
+    pub(crate) fn state(self, world: &World) -> Option<(Vector, Vector)> {
+        let body = world.get_entity(self.0).ok()?;
+        let away = body.contains::<Quarantined>() || body.contains::<Dormant>() || is_disabled(world, body);
+        let (transform, state) =
+            body.get_components::<(&Transform, &PhysicsBody)>().ok().filter(|_| !away)?;
+        Some((transform.position, state.velocity))
     }
 }
 
@@ -140,7 +161,7 @@ impl Emissions {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tick {
     pub number: u64,
-    start: Scalar,
+    pub start: Scalar,
     end: Scalar,
 }
 

@@ -65,6 +65,7 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
                 name,
                 rate,
                 life,
+                rides_on: None,
                 position: body.position,
                 pool: first..bodies.bodies.len() as u32,
                 launches,

@@ -10,6 +10,7 @@ use crate::text::syntax::{Triple, Word, Worded};
 pub(crate) struct Emitter {
     pub name: Option<String>,
     pub rate_per_s: Option<f64>,
+    pub rides_on: Option<String>,
     pub position_m: Option<Triple>,
     pub direction: Option<Triple>,
     pub spread_deg: Option<f64>,

@@ -47,7 +47,9 @@ pub struct EmitterSpec {
     pub rate: f64,
     /// How long each of them lives, s, above 0.
     pub life: f64,
-    /// Where they are born, m.
+    /// Stable id of the body on which it rides, if it does.
+    pub rides_on: Option<u32>,
+    /// Where they are born, m; counted from the body on which it rides.
     pub position: DVec3,
     /// Stable ids of the pool.
     pub pool: Range<u32>,

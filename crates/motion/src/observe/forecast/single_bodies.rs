@@ -15,7 +15,7 @@ use crate::kernels::BodyOptions;
 use crate::laws::{BodyState, Drag, EvaluationTime, Jacobians, Law, SharedLaws, Well};
 use crate::state::clock::StepClock;
 use crate::state::components::Quarantined;
-use crate::state::emitter::Emitter;
+use crate::state::emitter::{Emitter, RidesOn};
 use crate::tick::columns::{ObservedColumns, ObservedColumnsItem, options_of};
 use crate::tick::environment::Environment;
 use crate::units::Scalar;
@@ -181,10 +181,13 @@ impl Forecast {
 
 /// Where every body of an emitter is born, and how fast.
 fn launches(world: &mut World) -> EntityHashMap<(DVec3, DVec3)> {
-    let mut emitters = world.query::<&Emitter>();
+    let mut emitters = world.query::<(&Emitter, Option<&RidesOn>)>();
     let mut launches = EntityHashMap::default();
-    for Emitter { position, pool, launches: velocities, .. } in emitters.iter(world) {
-        launches.extend(pool.iter().zip(velocities).map(|(body, velocity)| (*body, (*position, *velocity))));
+    let world = &*world;
+    for (Emitter { position, pool, launches: velocities, .. }, carrier) in emitters.iter(world) {
+        let (x, v) = carrier.and_then(|carrier| carrier.state(world)).unwrap_or_default();
+        let births = pool.iter().zip(velocities);
+        launches.extend(births.map(|(body, velocity)| (*body, (*position + x, *velocity + v))));
     }
     launches
 }

@@ -36,8 +36,8 @@ const GROUPS: &[Group] = groups! {
     "The tutorial": "tutorial" "tutorial_large" "frame_step" "empty";
     "Methods": "orbits_race" "orbit" "solar" "figure_eight" "oscillator" "ship" "ship_between" "verlet_start";
     "Forces": "projectile" "coast" "terminal_speed" "feather" "third_law" "wall" "everything";
-    "Springs and soft bodies": "rope" "bridge" "flag" "cape" "jelly";
-    "Particles": "thousand" "fountain" "sparks";
+    "Springs and soft bodies": "rope" "bridge" "flag" "bungee" "cape" "jelly";
+    "Particles": "thousand" "fountain" "sparks" "dust_trail";
     "Hard cases":;
 };
 

@@ -1,0 +1,114 @@
+//! Emitters that ride on bodies.
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::arrays::Bare;
+use motion::{Gravity, Method, PhysicsBody, Request, RidesOn, StableId, Transform};
+
+use super::emitters::{fountain, living, now};
+use crate::rigs::{Lab, bits};
+
+const START: DVec3 = DVec3::new(1.0, -2.0, 4.0);
+const SPEED: DVec3 = DVec3::new(0.5, 3.0, -1.0);
+
+/// A carrier with twenty particles per second that live for 0.7 s.
+fn carried(method: Method, h: f64, gravity: Option<Gravity>) -> (Lab, Entity) {
+    let (mut lab, emitter) = fountain(16, 20.0, 0.7, method, h, |world| {
+        gravity.into_iter().for_each(|gravity| world.insert_resource(gravity));
+    });
+    let body = PhysicsBody { velocity: SPEED, inverse_mass: 0.1 };
+    let carrier = lab.world.spawn((StableId(99), Transform::at(START), body)).id();
+    lab.world.entity_mut(emitter).insert(RidesOn(carrier));
+    lab.recompile();
+    (lab, carrier)
+}
+
+fn x(lab: &Lab, body: Entity) -> DVec3 {
+    lab.world.get::<Transform>(body).unwrap().position
+}
+
+fn v(lab: &Lab, body: Entity) -> DVec3 {
+    lab.world.get::<PhysicsBody>(body).unwrap().velocity
+}
+
+#[test]
+fn particles_begin_at_their_carrier_with_its_velocity() {
+    for method in Method::ALL {
+        let (mut lab, _) = carried(method, 1.0 / 60.0, None);
+        let (mut still, _) = fountain(16, 20.0, 0.7, method, 1.0 / 60.0, |_| ());
+        for _ in 0..90 {
+            lab.run(1);
+            still.run(1);
+            assert_eq!(living(&lab), living(&still), "{method:?}");
+            for slot in living(&lab) {
+                // As seen from the carrier nothing tells that it moves.
+                let [moving, still] =
+                    [&lab, &still].map(|lab| (x(lab, lab.bodies[slot]), v(lab, lab.bodies[slot])));
+                let carrier = START + SPEED * now(&lab);
+                assert!(
+                    (moving.0 - carrier).distance(still.0) < 1e-13,
+                    "{method:?} {slot}: {moving:?} {still:?}"
+                );
+                assert!(
+                    (moving.1 - SPEED).distance(still.1) < 1e-14,
+                    "{method:?} {slot}: {moving:?} {still:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_falling_carrier_and_its_particles_fall_alike() {
+    let off = |hz: u32| {
+        let (mut lab, carrier) = carried(Method::RungeKutta4, 1.0 / f64::from(hz), Some(Gravity::EARTH));
+        let (mut still, _) = fountain(16, 20.0, 0.7, Method::RungeKutta4, 1.0 / f64::from(hz), |_| ());
+        lab.run(u64::from(hz));
+        still.run(u64::from(hz));
+        let errors = living(&lab).into_iter().map(|slot| {
+            let body = lab.bodies[slot];
+            (x(&lab, body) - x(&lab, carrier)).distance(x(&still, still.bodies[slot]))
+        });
+        errors.fold(0.0, f64::max)
+    };
+    // Within a tick of a birth the carrier counts as moving uniformly.
+    let [coarse, fine] = [off(70), off(140)];
+    assert!(coarse < 0.1 && coarse / fine > 1.8, "{coarse} {fine}");
+}
+
+#[test]
+fn nothing_is_born_without_the_carrier_and_what_lives_lives_on() {
+    let (mut lab, carrier) = carried(Method::VelocityVerlet, 1.0 / 60.0, None);
+    lab.run(60);
+    let before = living(&lab);
+    lab.ask(Request::Remove(carrier)).run(30);
+    let after = living(&lab);
+    assert!(
+        !after.is_empty() && after.is_subset(&before) && after.len() < before.len(),
+        "{after:?} {before:?}"
+    );
+    assert_eq!(living(lab.run(30)).len(), 0);
+}
+
+#[test]
+fn plain_arrays_carry_emitters_alike() {
+    for method in Method::ALL {
+        let (mut lab, _) = carried(method, 1.0 / 60.0, Some(Gravity::EARTH));
+        lab.run(7);
+        let mut bare = Bare::of_world(&mut lab.world, method, &|_| Vec::new(), Vec::new()).unwrap();
+        for tick in 0..60 {
+            lab.run(1);
+            bare.tick();
+            let states: Vec<_> = bare.states().collect();
+            for slot in living(&lab) {
+                let body = lab.bodies[slot];
+                let (_, at, velocity) = states.iter().find(|(id, ..)| id.0 as usize == slot).unwrap();
+                assert_eq!(
+                    bits(x(&lab, body), v(&lab, body)),
+                    bits(*at, *velocity),
+                    "{method:?} {tick} {slot}"
+                );
+            }
+        }
+    }
+}
