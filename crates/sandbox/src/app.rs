@@ -3,7 +3,7 @@
 pub(crate) mod arrangement;
 pub(crate) mod bundle;
 mod cockpit;
-mod focus;
+pub(crate) mod focus;
 mod hands;
 mod held;
 mod layout;

@@ -27,6 +27,7 @@ mod view;
 mod window;
 
 pub use app::bundle::Repetition;
+pub use app::focus::pointable;
 pub use app::player;
 pub use app::session::Session;
 pub use app::ui::Control;

@@ -29,7 +29,7 @@ macro_rules! with_panels {
             Learn in learn: "toggle_lessons", ["N"], "Learn", "lessons: what to do, what to watch, and questions whose answers are measured";
             Timeline in timeline: "toggle_timeline_panel", ["R"], "Timeline", "timeline: go anywhere in the last minute; what went wrong, and saving it";
             Help in help: "help", ["H", "?"], "Keys and mouse", "this help";
-            Finder in finder: "find_scene", ["Ctrl+O"], "Find scene", "find a scene by name, or open a file";
+            Finder in finder: "find_scene", ["Ctrl+O"], "Open", "find a scene by name, or open a file of a scene or lesson";
         }
     };
 }

@@ -3,6 +3,7 @@
 use egui::style::ScrollAnimation;
 use egui::{Context, Id, LayerId, Order, Rect, Response, Stroke, StrokeKind};
 
+use crate::panels::{PANELS, Tab};
 use crate::tools::learn::pointed_at;
 use crate::view::marks::POINTER;
 
@@ -33,6 +34,18 @@ pub(super) fn show_focus(context: &Context) {
     let painter = context.layer_painter(LayerId::new(Order::Tooltip, Id::unique("focus")));
     let color = context.global_style().visuals.selection.stroke.color;
     painter.rect_stroke(place, 3.0, Stroke::new(FRAME, color), StrokeKind::Outside);
+}
+
+/// Names of the controls at which lessons can point: those of the toolbar, of the tabs and panels of the dock, and what brings
+/// back what has left the view.
+pub fn pointable() -> impl Iterator<Item = &'static str> {
+    const OTHERS: [&str; 18] = [
+        "Scenes", "Learn", "Play", "Pause", "Back", "Step", "Reset", "method", "Gravity", "Velocity",
+        "Forces", "Springs", "Trails", "Frame", "Fly", "Tools", "Help", "Follow",
+    ];
+    let tabs = Tab::ALL.into_iter().map(|tab| tab.words()[1]);
+    let panels = PANELS.iter().filter(|(panel, _)| panel.tab().is_some()).map(|(_, row)| row.title);
+    OTHERS.into_iter().chain(tabs).chain(panels)
 }
 
 /// Frames `control` if the open lesson points at that name. One that is scrolled out of sight is scrolled to, once.

@@ -49,7 +49,8 @@ pub(super) fn show(
         ui.separator();
         let words = if stage.paused { ("⏵", "Play") } else { ("⏸", "Pause") };
         let fill = ui.visuals().selection.bg_fill;
-        act_by(ui, intents, Act::Pause, words.1, Button::new(words).fill(fill).min_size(PAUSE));
+        let pause = act_by(ui, intents, Act::Pause, words.1, Button::new(words).fill(fill).min_size(PAUSE));
+        point_at(ui, if stage.paused { "Pause" } else { "Play" }, &pause);
         act_while_held(ui, intents, Act::StepBack, ("⏮", "Back"));
         act_while_held(ui, intents, Act::Step, ("⏭", "Step"));
         act(ui, intents, Act::ResetWorld, ("⟲", "Reset"), false);

@@ -8,9 +8,10 @@ use lab::lesson::{Quantities, run_lesson, runs_seconds};
 use render::Image;
 use report::numbers::digits;
 use scene::lesson::{Goal, Lesson, Measure, Quantity, beside};
-use scene::{Action, Script, Step, StepKind, When};
+use scene::{Action, Script, Step, StepKind, When, nearest};
 
 use crate::actions::{Act, key_of_word};
+use crate::app::focus::pointable;
 use crate::app::player::Player;
 use crate::app::session::Session;
 use crate::args::check_time;
@@ -365,7 +366,18 @@ fn check_names(lesson: &Lesson) -> Result<(), Failure> {
             return wrong(format!("measure.{name}"), format!("there is no panel `{panel}`; {cure}"));
         }
     }
+    let scene = CommandFiles::default().scene(&beside(&lesson.name, &lesson.scene))?;
     for (i, step) in lesson.steps.iter().enumerate() {
+        if let Some(name) = step.point_at.as_deref().filter(|name| scene.names.find(name).is_none())
+            && !pointable().any(|control| control == name)
+        {
+            let near = nearest(name, pointable()).map(|near| format!("did you mean \"{near}\"? "));
+            let cure = format!(
+                "{}name a body, or a control as it is written on the screen",
+                near.unwrap_or_default()
+            );
+            return wrong(format!("steps[{i}].point_at"), format!("there is no \"{name}\"; {cure}"));
+        }
         for (path, action) in step.goal.actions() {
             if let Some(error) = action.key().and_then(|key| key_of_word(key).err()) {
                 return wrong(format!("steps[{i}].{path}"), error.to_string());

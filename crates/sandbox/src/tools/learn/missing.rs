@@ -99,6 +99,11 @@ fn described(text: &str, names: &[String], measure: &[Quantity]) -> (String, &'s
     {
         return (format!("difference of {one} and {other}"), unit);
     }
+    if let (Some(_), [Some((one, _))]) = (text.trim().strip_prefix("abs("), &known[..])
+        && !text.contains(['+', '-', '*'])
+    {
+        return (format!("{one}, without its sign,"), unit);
+    }
     let mut written = String::new();
     let mut rest = text.trim();
     while let Some(c) = rest.chars().next() {
@@ -196,7 +201,10 @@ mod tests {
             "largest energy - smallest energy 1 J, to be 0 J; 2 * mass of ball 4 kg, to be above 9 kg"
         );
         assert_eq!(said("v / m >= 1"), "mass of ball and speed of ball do not fit yet");
-        assert_eq!(said("abs(v) > 1"), "abs(speed of ball) less than 1e-9 m/s, to be above 1 m/s");
+        assert_eq!(
+            said("abs(v) > 1"),
+            "speed of ball, without its sign, less than 1e-9 m/s, to be above 1 m/s"
+        );
         assert_eq!(
             said("rk4 == 1 && ledger == 1 && paused == 0"),
             "the method is not Runge-Kutta 4; Ledger is not open; it is paused"

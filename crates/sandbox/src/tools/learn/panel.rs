@@ -113,7 +113,10 @@ fn running(
     });
     let [said, refused] = learn.said().map(|words| words.map(str::to_owned));
     if let Some(said) = said {
-        ui.label(RichText::new(format!("✔ {said}")).color(ui.visuals().hyperlink_color));
+        match learn.held() {
+            true => ui.label(RichText::new(format!("✔ {said}")).color(ui.visuals().hyperlink_color)),
+            false => ui.colored_label(ui.visuals().warn_fg_color, said),
+        };
     }
     let Some(step) = step else { return at_end(ui, learn, lesson, desk.intents) };
     if !home {

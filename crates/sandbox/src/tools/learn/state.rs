@@ -126,6 +126,11 @@ impl Learn {
         Some((lesson, *step, lesson.steps.get(*step)))
     }
 
+    /// Whether the last step came out as it claims.
+    pub fn held(&self) -> bool {
+        self.running.as_ref().is_none_or(|running| running.held)
+    }
+
     /// What was said at the end of the last step, and of an answer that was refused.
     pub fn said(&self) -> [Option<&str>; 2] {
         let running = self.running.as_ref();
@@ -283,16 +288,16 @@ impl Learn {
         let Some(running) = &mut self.running else { return };
         let Some(step) = running.lesson.steps.get(running.step) else { return };
         let said = step.then.filled(|name| running.value(name), in_words);
-        running.held = step.holds.as_ref().is_none_or(|holds| running.holds(holds));
-        // What is not true is not said, and that is.
+        running.held = skips || step.holds.as_ref().is_none_or(|holds| running.holds(holds));
+        // What is not true is not said, and that is. Nothing was measured of what was skipped.
         let unlike = || {
             let missing = step.holds.as_ref().map(|holds| running.missing(holds)).unwrap_or_default();
             let why = if missing.is_empty() { missing } else { format!(" ({missing})") };
             format!("It did not come out as usual this time{why}. Previous lets you try again.")
         };
         running.said = match running.held {
-            true => Some(said).filter(|said| !said.is_empty()),
-            false => (!skips).then(unlike),
+            true => Some(said).filter(|said| !said.is_empty() && !skips),
+            false => Some(unlike()),
         };
         running.go_to(running.step + 1);
         if running.step == running.lesson.steps.len() && !running.skipped {
@@ -309,11 +314,15 @@ impl Learn {
         self.finish_step(true);
     }
 
-    /// Goes back to the step before.
+    /// Goes back to the step before. One that did not come out as usual begins with a reset, so that it can be tried again.
     pub fn go_back(&mut self) {
         if let Some(running) = &mut self.running {
+            let again = !running.held;
             (running.said, running.held) = (None, true);
             running.go_to(running.step.saturating_sub(1));
+            if again && running.begin.is_empty() {
+                running.begin = vec![Begin::Reset, Begin::Play];
+            }
         }
     }
 }
@@ -356,7 +365,15 @@ impl Running {
 
     /// What of `formula` does not hold, in words.
     fn missing(&self, formula: &Formula) -> String {
-        missing(formula, &self.lesson.measure, |name| self.value(name))
+        // The body at which the step points is the one that the person sees marked, whatever its name is.
+        let pointed_at = self.step().and_then(|step| step.point_at.as_deref());
+        let mut measure = self.lesson.measure.clone();
+        for body in measure.iter_mut().flat_map(|quantity| quantity.measure.bodies_mut()) {
+            if Some(body.as_str()) == pointed_at {
+                "the body with the ring".clone_into(body);
+            }
+        }
+        missing(formula, &measure, |name| self.value(name))
     }
 
     fn value(&self, name: &str) -> Option<f64> {
