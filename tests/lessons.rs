@@ -90,8 +90,14 @@ fn a_teachers_lesson_is_checked() {
     let fails = |name: &str, words: &str| {
         check(&lesson(&format!("point_at: \"{name}\","))).fails(2, words);
     };
-    fails("settings", "my.ron: steps[0].point_at: there is no \"settings\"; did you mean \"Settings\"? name a body");
-    fails("toggle_gravity", "there is no \"toggle_gravity\"; name a body, or a control as it is written on the screen");
+    fails(
+        "settings",
+        "my.ron: steps[0].point_at: there is no \"settings\"; did you mean \"Settings\"? name a body",
+    );
+    fails(
+        "toggle_gravity",
+        "there is no \"toggle_gravity\"; name a body, or a control as it is written on the screen",
+    );
     // A script has times.
     let folder = folder([("wait.ron", "[(at_s: 1, do: wait(2))]")]);
     sandbox(folder, "run tutorial --seconds 1 --script wait.ron").fails(2, "a script does not wait");

@@ -1,12 +1,16 @@
-//! Emitters that ride on bodies.
+//! Emitters and wells that ride on bodies.
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::arrays::Bare;
-use motion::{Gravity, Method, PhysicsBody, Request, RidesOn, StableId, Transform};
+use motion::arrays::{Bare, NotForArrays};
+use motion::ledger::Ledger;
+use motion::{
+    Gravity, Law, Method, OwnLaws, PhysicsBody, Request, RidesOn, RidingWell, RidingWells, StableId,
+    Transform, Well, Wells,
+};
 
 use super::emitters::{fountain, living, now};
-use crate::rigs::{Lab, bits};
+use crate::rigs::{Environment, Lab, Net, Start, bits};
 
 const START: DVec3 = DVec3::new(1.0, -2.0, 4.0);
 const SPEED: DVec3 = DVec3::new(0.5, 3.0, -1.0);
@@ -111,4 +115,77 @@ fn plain_arrays_carry_emitters_alike() {
             }
         }
     }
+}
+
+/// A planet and its moon, both with this velocity besides; the moon's well rides on the planet, or stays at the origin.
+fn moon(method: Method, h: f64, velocity: DVec3, gravity: Option<Gravity>, rides: bool) -> Lab {
+    let planet = Start::of(9.0, DVec3::ZERO, velocity);
+    let moon = Start::of(1.0, DVec3::new(1.0, 0.2, 0.0), DVec3::new(0.1, 1.3, 0.2) + velocity);
+    let mut lab =
+        Net::free([planet, moon]).lab(&Environment { gravity, ..Environment::default() }, method, h);
+    let law: Box<dyn Law> = match rides {
+        true => {
+            let well = RidingWell::new(lab.bodies[0], 2.0, 0.3);
+            lab.world.insert_resource(RidingWells(vec![well.clone()]));
+            Box::new(well)
+        }
+        false => Box::new(Wells(vec![Well { position: DVec3::ZERO, strength: 2.0, softening: 0.3 }])),
+    };
+    lab.insert(1, OwnLaws::new(vec![law]));
+    lab.recompile();
+    lab
+}
+
+#[test]
+fn a_well_that_moves_uniformly_is_as_one_at_rest() {
+    for method in Method::ALL {
+        let mut riding = moon(method, 1.0 / 60.0, SPEED, None, true);
+        let mut still = moon(method, 1.0 / 60.0, DVec3::ZERO, None, false);
+        for tick in 0..240 {
+            let [moving, still] = [&mut riding, &mut still].map(|lab| lab.run(1).states()[1]);
+            let carried = SPEED * now(&riding);
+            assert!(
+                (moving.0 - carried).distance(still.0) < 1e-11,
+                "{method:?} {tick}: {moving:?} {still:?}"
+            );
+            assert!((moving.1 - SPEED).distance(still.1) < 1e-11, "{method:?} {tick}: {moving:?} {still:?}");
+        }
+    }
+}
+
+#[test]
+fn on_a_carrier_that_falls_methods_are_of_order_2_at_most() {
+    // All fall alike, so that the moon goes round its planet as round a planet at rest.
+    let error = |hz: u32| {
+        let h = 1.0 / f64::from(hz);
+        let mut falling = moon(Method::RungeKutta4, h, SPEED, Some(Gravity::EARTH), true);
+        let mut still = moon(Method::RungeKutta4, h, DVec3::ZERO, None, false);
+        let [falling, still] = [&mut falling, &mut still].map(|lab| lab.run(u64::from(hz)).states());
+        (falling[1].0 - falling[0].0).distance(still[1].0)
+    };
+    let [coarse, fine] = [error(120), error(240)];
+    let order = (coarse / fine).log2();
+    assert!((order - 2.0).abs() < 0.1, "{coarse:e} {fine:e}: {order}");
+}
+
+#[test]
+fn the_work_of_a_riding_well_is_a_line_of_the_ledger() {
+    let mut lab = moon(Method::RungeKutta4, 1.0 / 240.0, SPEED, None, true);
+    let mut ledger = Ledger::open(&mut lab.world);
+    (0..480).for_each(|_| ledger.tick(&mut lab.stepper, &mut lab.world));
+    let energy = &ledger.since_opening().energy;
+    assert!(energy.law("wells").abs() > 0.3 && energy.residual.abs() < 1e-8, "{energy:?}");
+    assert!(ledger.since_opening().momentum.residual.length() < 1e-8);
+}
+
+#[test]
+fn a_well_whose_carrier_is_gone_attracts_nothing_and_arrays_carry_none() {
+    let mut lab = moon(Method::VelocityVerlet, 1.0 / 60.0, SPEED, None, true);
+    let refused = Bare::of_world(&mut lab.world, Method::VelocityVerlet, &|_| Vec::new(), Vec::new());
+    assert_eq!(refused.err(), Some(NotForArrays::RidingWells));
+    let carrier = lab.bodies[0];
+    lab.run(60).ask(Request::Remove(carrier)).run(1);
+    let before = v(&lab, lab.bodies[1]);
+    lab.run(60);
+    assert_eq!(v(&lab, lab.bodies[1]), before);
 }

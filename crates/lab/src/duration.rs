@@ -79,10 +79,12 @@ pub fn tick_seconds(scene: &Scene) -> f64 {
     let len = |count: usize| count as f64;
     let wells = scene.laws.wells.as_ref().map_or(0.0, |wells| len(wells.0.len()));
     let laws = wells + f64::from(u8::from(scene.laws.drag.is_some()));
-    let own = scene
-        .own_laws
-        .values()
-        .map(|laws| len(usize::from(laws.drag.is_some()) + laws.wells.len() + laws.thrusts.len()));
+    let own = scene.own_laws.values().map(|laws| {
+        len(usize::from(laws.drag.is_some())
+            + laws.wells.len()
+            + laws.riding_wells.len()
+            + laws.thrusts.len())
+    });
     let soft = scene.soft_bodies.iter();
     let springs = len(scene.springs.len()) + soft.clone().map(|soft| len(soft.links.len())).sum::<f64>();
     let in_air = scene.laws.drag.is_some();

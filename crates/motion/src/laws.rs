@@ -13,6 +13,7 @@ mod gravity;
 mod lift;
 mod mutual_gravity;
 pub(crate) mod own;
+pub(crate) mod riding_well;
 mod shared;
 mod thrust;
 pub(crate) mod tick_times;
@@ -32,6 +33,7 @@ pub use gravity::Gravity;
 #[cfg(test)]
 pub use lift::Lift;
 pub use mutual_gravity::{MutualGravity, SourceMass};
+pub use riding_well::{RidingWell, RidingWells};
 pub(crate) use shared::{Changes, SharedLaws, SharedLawsParam, WorldLaw};
 pub use shared::{LAWS, WorldLaws};
 pub use thrust::{Curve, Thrust};

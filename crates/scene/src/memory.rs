@@ -236,7 +236,8 @@ impl Scene {
         let particles: u64 = self.emitters.iter().map(|emitter| emitter.pool.len() as u64).sum();
         let grouped = if self.mutual_gravity.is_some() { bodies - particles } else { points };
         let own = self.own_laws.values();
-        let own_wells: u64 = own.clone().map(|laws| laws.wells.len() as u64).sum();
+        let own_wells: u64 =
+            own.clone().map(|laws| (laws.wells.len() + laws.riding_wells.len()) as u64).sum();
         let drags = own.clone().filter(|laws| laws.drag.is_some()).count() as u64;
         let thrusts = own.flat_map(|laws| &laws.thrusts);
         Census {

@@ -10,7 +10,7 @@ use motion::groups::Sets;
 use crate::entries::Entry;
 use crate::scene::coupled::{EmitterSpec, SoftBodySpec, SpringSpec};
 use crate::scene::names::Names;
-use crate::scene::{BodySpec, Scene};
+use crate::scene::{BodySpec, OwnLawsSpec, Scene};
 
 /// A part of a scene that runs alone as it does in the whole.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,7 +70,7 @@ impl Scene {
         scene.labels =
             self.labels.iter().filter_map(|(id, label)| Some((new(*id)?, label.clone()))).collect();
         scene.own_laws =
-            self.own_laws.iter().filter_map(|(id, laws)| Some((new(*id)?, laws.clone()))).collect();
+            self.own_laws.iter().filter_map(|(id, laws)| Some((new(*id)?, laws.renumbered(new)))).collect();
         let spring = |spring: &SpringSpec| {
             let [from, to] = spring.ends.map(new);
             Some(SpringSpec { ends: [from?, to?], ..*spring })
@@ -117,7 +117,8 @@ impl Scene {
         let mut declared = std::mem::take(&mut self.declared);
         declared.retain(|declaration| match declaration.effect {
             Effect::Wells => {
-                self.laws.wells.is_some() || self.own_laws.values().any(|laws| !laws.wells.is_empty())
+                let has_own = |laws: &OwnLawsSpec| !laws.wells.is_empty() || !laws.riding_wells.is_empty();
+                self.laws.wells.is_some() || self.own_laws.values().any(has_own)
             }
             Effect::Drag => {
                 self.laws.drag.is_some() || self.own_laws.values().any(|laws| laws.drag.is_some())
@@ -173,7 +174,13 @@ impl Joined {
         scene.soft_bodies.iter().for_each(|soft| join(&mut soft.points.clone(), &mut joined));
         // Particles are born where the body is on which their emitter rides.
         let with_carrier = |emitter: &EmitterSpec| Some([emitter.rides_on?, emitter.pool.start]);
-        let carried: Vec<_> = scene.emitters.iter().filter_map(with_carrier).collect();
+        let emitters = scene.emitters.iter().filter_map(with_carrier);
+        // Wells pull where the body is on which they ride.
+        let wells = scene
+            .own_laws
+            .iter()
+            .flat_map(|(id, laws)| laws.riding_wells.iter().map(|well| [well.rides_on, *id]));
+        let carried: Vec<_> = emitters.chain(wells).collect();
         carried.iter().for_each(|ids| join(&mut ids.iter().copied(), &mut joined));
         let all = 0..count as u32;
         if scene.mutual_gravity.is_some() {

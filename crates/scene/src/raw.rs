@@ -140,6 +140,7 @@ pub(crate) struct Wind {
 
 #[derive(Deserialize)]
 pub(crate) struct Well {
+    pub rides_on: Option<String>,
     pub position_m: Option<Triple>,
     pub strength_m3_s2: Option<f64>,
     pub softening_m: Option<f64>,

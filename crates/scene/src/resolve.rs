@@ -191,7 +191,7 @@ fn resolve(
     let expect = raw.expect.as_ref().map(|raw| expect(raw, faults));
     let mut bodies = generate::bodies(raw, reading, defaults, seed, faults);
     springs::carry_emitters(&raw.emitters, &mut bodies, faults);
-    let mut own_laws = OwnLaws::new(&bodies.bodies, bodies.names.as_ref());
+    let mut own_laws = OwnLaws::new(&bodies);
     let laws = laws::world_laws(raw, &mut own_laws, faults);
     own_laws.thrusts(&raw.thrusts, faults);
     let own_laws = own_laws.by_id;

@@ -214,12 +214,32 @@ pub struct OwnLawsSpec {
     pub drag: Option<BodyDrag>,
     /// Wells that name the body.
     pub wells: Vec<Well>,
+    /// Wells that name it and ride on another body.
+    pub riding_wells: Vec<RidingWellSpec>,
     /// Its engines; their forces add up.
     pub thrusts: Vec<Thrust>,
 }
 
+/// A well that rides on a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RidingWellSpec {
+    /// Stable id of the body.
+    pub rides_on: u32,
+    /// Its strength, m³/s².
+    pub strength: f64,
+    /// Its softening, m.
+    pub softening: f64,
+}
+
 impl OwnLawsSpec {
-    /// The laws themselves.
+    /// The same laws where bodies have other ids, without wells on bodies that have none.
+    #[must_use]
+    pub fn renumbered(&self, id: impl Fn(u32) -> Option<u32>) -> Self {
+        let riding = |well: &RidingWellSpec| Some(RidingWellSpec { rides_on: id(well.rides_on)?, ..*well });
+        Self { riding_wells: self.riding_wells.iter().filter_map(riding).collect(), ..self.clone() }
+    }
+
+    /// The laws themselves, without wells that ride on bodies.
     #[must_use]
     pub fn laws(&self) -> Vec<Box<dyn Law>> {
         let drag = self.drag.map(|drag| Box::new(drag) as Box<dyn Law>);

@@ -5,11 +5,11 @@ use glam::DVec3;
 use motion::snapshot::LastStep;
 use motion::{
     AxisLocks, DampingRate, Dormant, Emitter, GravityOff, Method, Orientation, OwnLaws, OwnSubsteps,
-    PhysicsBody, RidesOn, SoftBody, SourceMass, SpeedLimit, Spring, StableId, Substeps, Transform,
-    mark_method,
+    PhysicsBody, RidesOn, RidingWell, RidingWells, SoftBody, SourceMass, SpeedLimit, Spring, StableId,
+    Substeps, Transform, mark_method,
 };
 
-use crate::scene::{BodySpec, Scene};
+use crate::scene::{BodySpec, RidingWellSpec, Scene};
 
 /// The looks of a thing besides its shape.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
@@ -58,15 +58,35 @@ impl Scene {
             .zip(&self.bodies)
             .map(|(id, body)| self.spawn_body(world, id, body))
             .collect();
-        for (id, laws) in &self.own_laws {
-            world.entity_mut(entities[*id as usize]).insert(OwnLaws::new(laws.laws()));
-        }
+        self.spawn_own_laws(world, &entities);
         self.spawn_coupled(world, &entities);
         for effect in &self.off_at_start {
             // One that was never declared is off anyway.
             let _ = motion::effects::switch(world, *effect, false);
         }
         entities
+    }
+
+    /// Gives bodies their own laws. All bodies that a well attracts which rides on a body have copies of one.
+    fn spawn_own_laws(&self, world: &mut World, entities: &[Entity]) {
+        let mut riding: Vec<(RidingWellSpec, RidingWell)> = Vec::new();
+        for (id, spec) in &self.own_laws {
+            let mut laws = spec.laws();
+            for well in &spec.riding_wells {
+                let RidingWellSpec { rides_on, strength, softening } = *well;
+                let known = riding.iter().find(|(other, _)| other == well).map(|(_, known)| known.clone());
+                let known = known.unwrap_or_else(|| {
+                    let new = RidingWell::new(entities[rides_on as usize], strength, softening);
+                    riding.push((*well, new.clone()));
+                    new
+                });
+                laws.push(Box::new(known));
+            }
+            world.entity_mut(entities[*id as usize]).insert(OwnLaws::new(laws));
+        }
+        if !riding.is_empty() {
+            world.insert_resource(RidingWells(riding.into_iter().map(|(_, well)| well).collect()));
+        }
     }
 
     /// Spawns the springs, soft bodies and emitters, which name bodies.

@@ -127,7 +127,8 @@ impl Subject {
         for copy in 1..copies {
             scene.bodies.extend_from_within(..count as usize);
             let laws = self.scene.own_laws.iter();
-            scene.own_laws.extend(laws.map(|(id, laws)| (id + copy * count, laws.clone())));
+            let moved = |id: u32| id + copy * count;
+            scene.own_laws.extend(laws.map(|(id, laws)| (moved(*id), laws.renumbered(|id| Some(moved(id))))));
             let springs = self.scene.springs.iter().cloned();
             scene.springs.extend(springs.map(|mut spring| {
                 spring.ends = spring.ends.map(|end| end + copy * count);

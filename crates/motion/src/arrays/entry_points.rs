@@ -25,7 +25,7 @@ impl Bare {
     /// [`Stepper`](crate::Stepper) to the last bit.
     ///
     /// # Errors
-    /// If the world has no time step.
+    /// If the world has no time step, or wells that ride on bodies.
     pub fn of_world(
         world: &mut World,
         method: Method,

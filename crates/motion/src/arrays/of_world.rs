@@ -10,7 +10,7 @@ use super::bodies::{Kind, OwnOptions};
 use super::groups::ArrayGroup;
 use crate::groups::{Group, Groups, update_groups};
 use crate::kernels::{BodyOptions, RowOptions as _};
-use crate::laws::{Gravity, Law, WorldLaws};
+use crate::laws::{Gravity, Law, RidingWells, WorldLaws};
 use crate::methods::table::Method;
 use crate::state::clock::TimeStep;
 use crate::state::components::StableId;
@@ -22,12 +22,17 @@ use crate::tick::columns::{ObservedColumns, ObservedColumnsItem};
 pub enum NotForArrays {
     /// There is no [`TimeStep`].
     NoTimeStep,
+    /// There are [`RidingWells`]: arrays have no carriers.
+    RidingWells,
 }
 
 impl fmt::Display for NotForArrays {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(match self {
             Self::NoTimeStep => "the world has no TimeStep: insert one before it is taken into plain arrays",
+            Self::RidingWells => {
+                "the world has wells that ride on bodies, which plain arrays cannot carry: use a world"
+            }
         })
     }
 }
@@ -47,6 +52,9 @@ impl Bare {
         shared: Vec<Box<dyn Law>>,
     ) -> Result<Self, NotForArrays> {
         let TimeStep(step) = *world.get_resource().ok_or(NotForArrays::NoTimeStep)?;
+        if world.contains_resource::<RidingWells>() {
+            return Err(NotForArrays::RidingWells);
+        }
         update_groups(world, true);
         let mut bare = Self::new(method, 1.0);
         bare.step = step;

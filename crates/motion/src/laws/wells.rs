@@ -30,9 +30,16 @@ impl Well {
 
     /// The acceleration by this well alone, m/s².
     #[inline(always)]
-    fn acceleration(&self, body: BodyState) -> Vector {
+    pub(super) fn acceleration(&self, body: BodyState) -> Vector {
         let (r, inverse) = self.reach(body);
         r * -(self.strength * inverse * inverse * inverse)
+    }
+
+    /// `sum` and the derivative of the acceleration by position, 1/s².
+    pub(super) fn add_jacobian(&self, sum: DMat3, body: BodyState) -> DMat3 {
+        let (r, inverse) = self.reach(body);
+        let cubed = self.strength * inverse * inverse * inverse;
+        sum + outer(r, r) * (3.0 * cubed * inverse * inverse) - DMat3::IDENTITY * cubed
     }
 
     /// `mu / (r² + s²)^(3/2)` at `position`, 1/s²: the square of the frequency of a circular orbit there.
@@ -116,12 +123,7 @@ impl Law for Wells {
     }
 
     fn jacobians(&self, _: EvaluationTime, body: BodyState) -> Jacobians {
-        let mut position = DMat3::ZERO;
-        for well in &self.0 {
-            let (r, inverse) = well.reach(body);
-            let cubed = well.strength * inverse * inverse * inverse;
-            position = position + outer(r, r) * (3.0 * cubed * inverse * inverse) - DMat3::IDENTITY * cubed;
-        }
+        let position = self.0.iter().fold(DMat3::ZERO, |sum, well| well.add_jacobian(sum, body));
         Jacobians { position, ..Jacobians::zero() }
     }
 

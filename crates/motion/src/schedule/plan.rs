@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use crate::groups::{GroupKernel, Groups, update_groups};
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
-use crate::laws::{MutualGravity, SharedLaws};
+use crate::laws::{MutualGravity, RidingWells, SharedLaws, riding_well};
 use crate::methods::markers::{OwnMethod, is_marked};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
@@ -76,6 +76,8 @@ pub struct StepPlan {
     pub groups: Vec<Option<Method>>,
     /// Whether there are emitters, or particles that still live.
     pub emits: bool,
+    /// Whether wells ride on bodies.
+    pub carries_wells: bool,
     /// Whether laws are called for every body and none of them depends on velocity: methods that can use an acceleration
     /// twice then cache it.
     pub caches_accelerations: bool,
@@ -110,7 +112,7 @@ impl StepPlan {
     /// [`StepPlan::of`] with `outside` in place of `method`, if there is one.
     pub(crate) fn with(world: &mut World, method: Method, outside: Option<OutsideMethod>) -> Self {
         let inputs = PlanInputs::of(world);
-        let emits = emission::prepare(world);
+        let (emits, carries_wells) = (emission::prepare(world), riding_well::prepare(world));
         update_groups(world, true);
         let bodies = world.query::<&PhysicsBody>().iter(world).len();
         let world = &*world;
@@ -135,7 +137,17 @@ impl StepPlan {
             && inputs.substeps == 1;
         let passes = if separable && bodies < CROSSOVER { Passes::Two } else { Passes::One };
         let caches_accelerations = inputs.caches_accelerations;
-        Self { method, passes, own, grouped_only, groups, emits, caches_accelerations, outside }
+        Self {
+            method,
+            passes,
+            own,
+            grouped_only,
+            groups,
+            emits,
+            carries_wells,
+            caches_accelerations,
+            outside,
+        }
     }
 }
 
@@ -151,6 +163,7 @@ pub(crate) struct PlanInputs {
     range: bool,
     substeps: u32,
     mutual_gravity: bool,
+    carries_wells: bool,
     /// Whether emitters came or went: the pool of each is prepared with the plan.
     emitters_changed: bool,
 }
@@ -170,6 +183,7 @@ impl PlanInputs {
             range: world.contains_resource::<Range>(),
             substeps: Substeps::count(world.get_resource()),
             mutual_gravity: world.contains_resource::<MutualGravity>(),
+            carries_wells: world.contains_resource::<RidingWells>(),
             emitters_changed: world.get_resource::<EmittersChanged>().is_some_and(|changed| changed.0),
         }
     }

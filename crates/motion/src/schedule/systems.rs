@@ -11,6 +11,7 @@ use crate::kernels::evaluations::Evaluations;
 use crate::kernels::record::TickRecords;
 use crate::laws::epoch::Epoch;
 use crate::laws::own::OwnLaws;
+use crate::laws::riding_well::carry_wells;
 use crate::methods::table::Method;
 use crate::methods::{ExplicitEuler, MethodStateKind, SemiImplicitEuler};
 use crate::schedule::emission::emit_particles;
@@ -87,7 +88,7 @@ pub fn step_systems(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<S
 
 /// The systems that change velocities and positions.
 fn integration(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
-    let mut systems = Vec::new();
+    let mut systems: Vec<_> = plan.carries_wells.then(|| carry_wells.into_configs()).into_iter().collect();
     // Groups first, while the single bodies that anchor them are still at the start of the tick.
     for own in &plan.groups {
         let (kernel, which) = (plan.kernel(*own), BodyFilter::of_method(world, *own));

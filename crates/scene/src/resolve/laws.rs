@@ -7,9 +7,10 @@ use glam::DVec3;
 use motion::{BodyDrag, Curve, Drag, MutualGravity, Thrust, Well, Wells, Wind, WorldLaws};
 
 use crate::check::{Rule, Scope, not_negative, shown};
+use crate::generate::Bodies;
 use crate::raw;
-use crate::scene::names::Names;
-use crate::scene::{BodySpec, OwnLawsSpec};
+use crate::resolve::springs::physical;
+use crate::scene::{OwnLawsSpec, RidingWellSpec};
 use crate::text::faults::Faults;
 use crate::text::syntax::Triple;
 
@@ -87,14 +88,13 @@ pub(crate) fn mutual_gravity(raw: &raw::MutualGravity, faults: &mut Faults) -> M
 /// Gathers the laws of single bodies.
 pub(crate) struct OwnLaws<'a> {
     /// All of them where there are names.
-    bodies: &'a [BodySpec],
-    names: Option<&'a Names>,
+    bodies: &'a Bodies,
     pub by_id: BTreeMap<u32, OwnLawsSpec>,
 }
 
 impl<'a> OwnLaws<'a> {
-    pub const fn new(bodies: &'a [BodySpec], names: Option<&'a Names>) -> Self {
-        Self { bodies, names, by_id: BTreeMap::new() }
+    pub const fn new(bodies: &'a Bodies) -> Self {
+        Self { bodies, by_id: BTreeMap::new() }
     }
 
     /// Notes the drag of bodies, which are the first of all.
@@ -132,7 +132,12 @@ impl<'a> OwnLaws<'a> {
         for (i, raw) in raw.iter().enumerate() {
             let scope = Scope::item("wells", i);
             let well = well(raw, scope, faults);
+            let carrier = raw.rides_on.as_ref().map(|name| self.carrier(name, raw, scope, faults));
             let Some(bodies) = &raw.bodies else {
+                if carrier.is_some() {
+                    let cure = "name them, as in `bodies: [\"moon\"]`";
+                    faults.missing(scope.path(), "bodies", cure);
+                }
                 for_all.push(well);
                 continue;
             };
@@ -144,12 +149,51 @@ impl<'a> OwnLaws<'a> {
                 let key = format!("bodies[{j}]");
                 if bodies[..j].contains(name) {
                     faults.add(scope.key(&key), format!("{name:?} is named twice"), "keep one of them");
-                } else if let Some(own) = self.of(name, (scope, &key), "well attracts", faults) {
-                    own.wells.push(well);
+                    continue;
+                }
+                for own in self.each_of(name, (scope, &key), carrier.flatten(), faults) {
+                    match carrier {
+                        None => own.wells.push(well),
+                        Some(None) => {}
+                        Some(Some(rides_on)) => {
+                            let Well { strength, softening, .. } = well;
+                            own.riding_wells.push(RidingWellSpec { rides_on, strength, softening });
+                        }
+                    }
                 }
             }
         }
         for_all
+    }
+
+    /// The stable id of the body on which a well rides.
+    fn carrier(&self, name: &str, raw: &raw::Well, scope: Scope, faults: &mut Faults) -> Option<u32> {
+        if raw.position_m.is_some() {
+            let what = "a well that rides on a body is where the body is";
+            faults.add(scope.key("position_m"), what, "remove it, or `rides_on`");
+        }
+        physical(name, self.bodies, (scope.key("rides_on"), "no well can ride on"), faults)
+    }
+
+    /// The laws of the body of that name, or of the particles of the emitter of that name, which a well attracts.
+    fn each_of(
+        &mut self,
+        name: &str,
+        (scope, key): (Scope, &str),
+        carrier: Option<u32>,
+        faults: &mut Faults,
+    ) -> Vec<&mut OwnLawsSpec> {
+        if let Some(emitter) = self.bodies.emitters.iter().find(|emitter| emitter.name == name) {
+            for id in emitter.pool.clone() {
+                self.by_id.entry(id).or_default();
+            }
+            return self.by_id.range_mut(emitter.pool.clone()).map(|(_, own)| own).collect();
+        }
+        if carrier.is_some() && self.bodies.names.as_ref().and_then(|names| names.find(name)) == carrier {
+            faults.add(scope.key(key), "a well does not attract the body on which it rides", "remove it");
+            return Vec::new();
+        }
+        self.of(name, (scope, key), "well attracts", faults).into_iter().collect()
     }
 
     /// Notes the engines of bodies.
@@ -177,13 +221,13 @@ impl<'a> OwnLaws<'a> {
         acts: &str,
         faults: &mut Faults,
     ) -> Option<&mut OwnLawsSpec> {
-        let names = self.names?;
+        let names = self.bodies.names.as_ref()?;
         let Some(id) = names.find(name) else {
             let (what, cure) = names.stranger(name);
             faults.add(scope.key(key), what, cure);
             return None;
         };
-        let inverse_mass = self.bodies.get(id as usize).map(|body| body.inverse_mass);
+        let inverse_mass = self.bodies.bodies.get(id as usize).map(|body| body.inverse_mass);
         let kind = match inverse_mass {
             Some(None) => "scenery",
             Some(Some(0.0)) => "immovable",

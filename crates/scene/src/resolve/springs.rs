@@ -60,7 +60,12 @@ fn ends(raw: &raw::Spring, bodies: &Bodies, scope: Scope, faults: &mut Faults) -
 }
 
 /// The stable id of a body with physics that is no particle of an emitter: of those it is said what `cannot` be done to them.
-fn physical(name: &str, bodies: &Bodies, (path, cannot): (String, &str), faults: &mut Faults) -> Option<u32> {
+pub(crate) fn physical(
+    name: &str,
+    bodies: &Bodies,
+    (path, cannot): (String, &str),
+    faults: &mut Faults,
+) -> Option<u32> {
     let names = bodies.names.as_ref()?;
     let Some(id) = names.find(name) else {
         let (what, cure) = names.stranger(name);

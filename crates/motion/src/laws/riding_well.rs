@@ -1,0 +1,125 @@
+//! Wells that ride on bodies.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use bevy_ecs::prelude::*;
+use glam::DMat3;
+
+use super::epoch::Epoch;
+use super::wells::Well;
+use super::{BodyState, EvaluationTime, Jacobians, Law};
+use crate::state::clock::StepClock;
+use crate::state::components::{PhysicsBody, Quarantined, Transform};
+use crate::state::emitter::Dormant;
+use crate::units::{Scalar, Vector, at_least_0};
+
+/// A [`Well`] that rides on a body. It attracts the bodies that have it among their [`OwnLaws`](crate::OwnLaws), and has to
+/// be in the resource [`RidingWells`] as well: copies of one well ride together.
+///
+/// Within a tick the carrier counts as moving uniformly, with its velocity at the start of the tick, so that methods of an
+/// order above 2 are of order 2 here. The well does not attract while its carrier is removed, disabled, quarantined or
+/// dormant. It has no potential energy: as it moves, it does work.
+#[derive(Clone, Debug)]
+pub struct RidingWell {
+    carrier: Entity,
+    strength: Scalar,
+    softening: Scalar,
+    course: Arc<Course>,
+}
+
+/// All wells of a world that ride on bodies.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct RidingWells(pub Vec<RidingWell>);
+
+/// Where the carrier is at a time: position, m, velocity, m/s, and that time, s, as bits; NaN while it carries nothing.
+#[derive(Debug)]
+struct Course([AtomicU64; 7]);
+
+impl Course {
+    fn set(&self, numbers: [Scalar; 7]) {
+        // Set by a system of its own, before the laws are called.
+        self.0.iter().zip(numbers).for_each(|(bits, number)| bits.store(number.to_bits(), Ordering::Relaxed));
+    }
+
+    fn at(&self, time: Scalar) -> Vector {
+        let [x, y, z, u, v, w, since] =
+            [0, 1, 2, 3, 4, 5, 6].map(|i: usize| Scalar::from_bits(self.0[i].load(Ordering::Relaxed)));
+        Vector::new(x, y, z) + Vector::new(u, v, w) * (time - since)
+    }
+}
+
+const AWAY: [Scalar; 7] = [Scalar::NAN; 7];
+
+impl RidingWell {
+    /// A well on `carrier` of the strength mu, m³/s², negative repels, and the softening s, m, at least 0: as those of a
+    /// [`Well`].
+    ///
+    /// # Panics
+    /// If the softening is below 0.
+    #[must_use]
+    pub fn new(carrier: Entity, strength: Scalar, softening: Scalar) -> Self {
+        at_least_0(softening, "the softening of a well", "m");
+        let course = Arc::new(Course(AWAY.map(|number| AtomicU64::new(number.to_bits()))));
+        Self { carrier, strength, softening, course }
+    }
+
+    /// The well at a time, s; `None` while it does not attract.
+    fn at(&self, time: Scalar) -> Option<Well> {
+        let position = self.course.at(time);
+        let well = Well { position, strength: self.strength, softening: self.softening };
+        position.is_finite().then_some(well)
+    }
+}
+
+impl Law for RidingWell {
+    fn name(&self) -> &'static str {
+        "wells"
+    }
+
+    fn text(&self) -> String {
+        format!("wells: 1 on {}", self.carrier)
+    }
+
+    fn acceleration(&self, at: EvaluationTime, body: BodyState) -> Vector {
+        self.at(at.time).map_or(Vector::ZERO, |well| well.acceleration(body))
+    }
+
+    fn jacobians(&self, at: EvaluationTime, body: BodyState) -> Jacobians {
+        let position = self.at(at.time).map_or(DMat3::ZERO, |well| well.add_jacobian(DMat3::ZERO, body));
+        Jacobians { position, ..Jacobians::zero() }
+    }
+
+    fn depends_on_velocity(&self) -> bool {
+        false
+    }
+}
+
+/// Puts the wells of `world`, if it has some, where their carriers are. Returns whether it has.
+pub(crate) fn prepare(world: &mut World) -> bool {
+    let carries = world.contains_resource::<RidingWells>();
+    if carries && world.contains_resource::<Epoch>() && world.contains_resource::<StepClock>() {
+        world.run_system_cached(carry_wells).expect("its parameters were looked for");
+    }
+    carries
+}
+
+/// A body that can carry a well now.
+type Carrier = (Without<Quarantined>, Without<Dormant>);
+
+/// Puts the wells where their carriers are at the start of the tick.
+pub fn carry_wells(
+    wells: Res<RidingWells>,
+    clock: Res<StepClock>,
+    bodies: Query<(&Transform, &PhysicsBody), Carrier>,
+    mut epoch: ResMut<Epoch>,
+) {
+    for RidingWell { carrier, course, .. } in &wells.0 {
+        course.set(bodies.get(*carrier).map_or(AWAY, |(transform, body)| {
+            let ([x, y, z], [u, v, w]) = (transform.position.to_array(), body.velocity.to_array());
+            [x, y, z, u, v, w, clock.scene_seconds()]
+        }));
+    }
+    // What was evaluated along the course of the last tick is of no use in this one.
+    epoch.renew();
+}
