@@ -178,10 +178,12 @@ fn a_schedule_has_the_systems_that_its_scene_calls_for_and_no_others() {
         let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
         assert_eq!(found.contains("integrate_groups"), coupled, "{name}: {found:?}");
         assert_eq!(found.contains("emit_particles"), declares(scene, Effect::Emitters), "{name}: {found:?}");
+        let rides = scene.own_laws.values().any(|laws| !laws.riding_wells.is_empty());
+        assert_eq!(found.contains("carry_wells"), rides, "{name}: {found:?}");
         let always = ["apply_forces", "clear_forces", "quarantine_bodies"];
         assert!(always.iter().all(|system| found.contains(*system)), "{name}: {found:?}");
         let known = "integrate_groups emit_particles integrate integrate_in_one_pass integrate_acceleration \
-            integrate_velocity remember_steps remember_accelerations apply_deferred";
+            integrate_velocity remember_steps remember_accelerations apply_deferred carry_wells";
         let known: Vec<_> = known.split(' ').collect();
         for system in &found {
             assert!(always.iter().chain(&known).any(|known| known == system), "{name}: {system}");

@@ -11,7 +11,7 @@ use motion::groups::Grouped;
 use motion::snapshot::LastStep;
 use motion::{
     Damping, DampingModel, DampingRate, Dormant, Fault, Forces, Method, OwnLaws, Particle, PhysicsBody,
-    Request, SpeedLimit, StableId, Static, Transform, own_method,
+    Request, RidesOn, RidingWell, RidingWells, SpeedLimit, StableId, Static, Transform, own_method,
 };
 use scene::Scene;
 
@@ -91,6 +91,12 @@ impl Victim {
             rig.world.query_filtered::<(Entity, &StableId), (With<PhysicsBody>, Without<Dormant>)>();
         let mut all: Vec<_> = bodies.iter(&rig.world).map(|(body, id)| (*id, body)).collect();
         all.sort_unstable();
+        // Where a carrier is, what rides on it acts: others would notice.
+        let mut carriers: Vec<_> =
+            rig.world.query::<&RidesOn>().iter(&rig.world).map(|rides| rides.0).collect();
+        let wells = rig.world.get_resource::<RidingWells>();
+        carriers.extend(wells.into_iter().flat_map(|wells| &wells.0).map(RidingWell::carrier));
+        all.retain(|(_, body)| !carriers.contains(body));
         let springs = rig.world.contains_resource::<motion::groups::Groups>();
         for (id, body) in all {
             let entity = rig.world.entity(body);

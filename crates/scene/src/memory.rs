@@ -46,7 +46,7 @@ const COPIES_OF_WORDS: u64 = 2;
 const COPIES_OF_TEXT: u64 = 3;
 
 /// What a body takes besides in a ledger: its rows at both ends of a tick, its record, and its path.
-const LEDGER: u64 = 900;
+const LEDGER: u64 = 1_200;
 
 /// What a body takes besides in a black box: its rows in the snapshot that is made. And what snapshots take at most together.
 const BLACK_BOX: u64 = 300;
@@ -177,7 +177,7 @@ impl Census {
 /// What a run keeps besides its world. Tables of states are written as they come and keep nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Keeps {
-    /// A ledger of energy and momentum.
+    /// A ledger of energy, momentum and angular momentum.
     pub ledger: bool,
     /// The last minute, to go back in.
     pub black_box: bool,

@@ -5,6 +5,7 @@ use bevy_ecs::prelude::*;
 
 use super::Bare;
 use crate::kernels::record::vector;
+use crate::schedule::emission::carrier_state;
 use crate::state::components::Quarantined;
 use crate::state::emitter::{Emission, Emitter, RidesOn, Tick};
 use crate::state::method_state::CachedAcceleration;
@@ -35,7 +36,7 @@ impl Bare {
             emission.fit(emitter);
             let is_sound = |body: &Entity| world.get::<Quarantined>(*body).is_none();
             let row = |body: &Entity| rows.get(body).copied().filter(|_| is_sound(body));
-            let carrier = carrier.map(|carrier| carrier.state(world).and_then(|_| row(&carrier.0)));
+            let carrier = carrier.map(|carrier| carrier_state(world, *carrier).and_then(|_| row(&carrier.0)));
             let rows = emitter.pool.iter().map(row).collect();
             let emitter = emitter.clone();
             self.sources.push(Source { emitter, emission, is_on: on.is_some(), carrier, rows });

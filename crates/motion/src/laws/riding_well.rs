@@ -64,6 +64,12 @@ impl RidingWell {
         Self { carrier, strength, softening, course }
     }
 
+    /// The body on which it rides.
+    #[must_use]
+    pub const fn carrier(&self) -> Entity {
+        self.carrier
+    }
+
     /// The well at a time, s; `None` while it does not attract.
     fn at(&self, time: Scalar) -> Option<Well> {
         let position = self.course.at(time);

@@ -18,6 +18,16 @@ use crate::state::previous_position::PreviousPosition;
 use crate::state::switched_off::Off;
 use crate::units::{Scalar, Vector};
 
+/// Position, m, and velocity, m/s, of the body on which an emitter rides; `None` if it carries nothing now.
+pub(crate) fn carrier_state(world: &World, RidesOn(body): RidesOn) -> Option<(Vector, Vector)> {
+    let body = world.get_entity(body).ok()?;
+    let away = body.contains::<Quarantined>() || body.contains::<Dormant>() || is_disabled(world, body);
+    let (transform, state) = body.get_components::<(&Transform, &PhysicsBody)>().ok()?;
+    let (position, velocity) = (transform.position, state.velocity);
+    // One that is not finite is about to be quarantined.
+    (!away && position.is_finite() && velocity.is_finite()).then_some((position, velocity))
+}
+
 /// The birth or death of the body in a slot.
 #[derive(Clone, Copy, Debug)]
 pub struct ParticleChange {
@@ -37,7 +47,7 @@ impl ParticleChange {
         let is_disabled = world.get_entity(body).is_ok_and(|body| is_disabled(world, body));
         let mut birth = birth.filter(|_| !is_disabled);
         if let Some(carrier) = carrier {
-            match carrier.state(world) {
+            match carrier_state(world, carrier) {
                 Some((at, velocity)) => {
                     let after = birth.map_or(0.0, |(time, _)| time - start);
                     position += at + velocity * after;

@@ -5,9 +5,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 
 use crate::state::clock::StepClock;
-use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::structure_changed;
-use crate::state::disabled::is_disabled;
 use crate::units::{Scalar, Vector, at_least_0};
 
 /// A birth or death this near to the end of a tick, in births, is at its end: 1/60 s times 500 per second may be one
@@ -73,17 +71,6 @@ impl Emitter {
 /// disabled, quarantined or dormant, no particle is born.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RidesOn(pub Entity);
-
-impl RidesOn {
-    /// Position, m, and velocity, m/s, of the body; `None` if it carries nothing now.
-    pub(crate) fn state(self, world: &World) -> Option<(Vector, Vector)> {
-        let body = world.get_entity(self.0).ok()?;
-        let away = body.contains::<Quarantined>() || body.contains::<Dormant>() || is_disabled(world, body);
-        let (transform, state) =
-            body.get_components::<(&Transform, &PhysicsBody)>().ok().filter(|_| !away)?;
-        Some((transform.position, state.velocity))
-    }
-}
 
 /// Marks a particle that is not born yet or no longer lives. It rests at its emitter, every system skips it, and it is
 /// neither drawn nor picked.

@@ -106,6 +106,7 @@ fn joined<'a>(texts: impl IntoIterator<Item = &'a String>) -> String {
 /// What a system does that integrates nothing, or one half of a step of Euler.
 fn what(system: &str, accelerating: &str, damping: &str) -> String {
     match system {
+        "carry_wells" => "wells are put on the bodies on which they ride".to_owned(),
         "emit_particles" => {
             "particles that are due are born, and taken back when their life is over".to_owned()
         }

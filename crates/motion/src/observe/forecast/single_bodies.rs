@@ -13,6 +13,7 @@ use super::modes::{Modes, Stepping};
 use super::{Forecast, LimitingPart, Margin, Occasion};
 use crate::kernels::BodyOptions;
 use crate::laws::{BodyState, Drag, EvaluationTime, Jacobians, Law, SharedLaws, Well};
+use crate::schedule::emission::carrier_state;
 use crate::state::clock::StepClock;
 use crate::state::components::Quarantined;
 use crate::state::emitter::{Emitter, RidesOn};
@@ -185,7 +186,7 @@ fn launches(world: &mut World) -> EntityHashMap<(DVec3, DVec3)> {
     let mut launches = EntityHashMap::default();
     let world = &*world;
     for (Emitter { position, pool, launches: velocities, .. }, carrier) in emitters.iter(world) {
-        let (x, v) = carrier.and_then(|carrier| carrier.state(world)).unwrap_or_default();
+        let (x, v) = carrier.and_then(|carrier| carrier_state(world, *carrier)).unwrap_or_default();
         let births = pool.iter().zip(velocities);
         launches.extend(births.map(|(body, velocity)| (*body, (*position + x, *velocity + v))));
     }
