@@ -45,8 +45,8 @@ pub struct HandoutStep {
     pub choices: Vec<String>,
     /// The unit of a number that is asked for.
     pub unit: Option<String>,
-    /// Name of the file of its picture, beside the page.
-    pub picture: String,
+    /// Name of the file of its picture, beside the page. A question changes nothing that could be seen.
+    pub picture: Option<String>,
     /// What was measured when its solution did it.
     pub measured: String,
     /// Whether that depends on the way in which the step is done.
@@ -93,12 +93,10 @@ fn section(number: usize, step: &HandoutStep) -> String {
         None if choices.is_empty() => "<div class=\"room\">What I saw:</div>\n".to_owned(),
         None => format!("<ul style=\"list-style:none\">\n{boxes}</ul>\n"),
     };
-    format!(
-        "<section>\n<h2>{number}. {}</h2>\n<p>{}</p>\n<img src=\"{}\" alt=\"the scene after this step\">\n{room}</section>\n",
-        html(task),
-        html(watch),
-        html(picture),
-    )
+    let image = picture.as_deref().map_or_else(String::new, |picture| {
+        format!("<img src=\"{}\" alt=\"the scene after this step\">\n", html(picture))
+    });
+    format!("<section>\n<h2>{number}. {}</h2>\n<p>{}</p>\n{image}{room}</section>\n", html(task), html(watch),)
 }
 
 /// The answers of all lessons.
@@ -147,7 +145,7 @@ mod tests {
             watch: String::new(),
             choices: choices.iter().map(|&choice| choice.to_owned()).collect(),
             unit: unit.map(str::to_owned),
-            picture: "a-1.png".to_owned(),
+            picture: Some("a-1.png".to_owned()),
             measured: "It goes at 17.5 m/s.".to_owned(),
             depends: answer.is_none(),
             answer: answer.map(str::to_owned),

@@ -44,6 +44,7 @@ pub(super) fn lay_out(
         learn::welcome(&context, place, &mut tools.learn, &mut intents);
     }
     let has_windows = stage.run.options.words != Words::Paper;
+    hud::write_on_paper(&context, !has_windows);
     for (panel, tool) in tools.each().filter(|(panel, _)| has_windows && ui.lays_out(*panel)) {
         // A lesson is in its strip, and not over pictures for people.
         let has_place = docks || stage.run.options.words != Words::All;

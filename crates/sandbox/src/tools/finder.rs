@@ -71,8 +71,16 @@ pub(crate) fn list_files(ui: &mut Ui, paths: &[String], marked: Option<usize>) -
         ui.add_space(6.0);
         ui.label(RichText::new("Your files").strong());
     }
+    let name_of = |path: &str| Path::new(path).file_name().and_then(|name| name.to_str().map(str::to_owned));
     paths.iter().enumerate().fold(None, |clicked, (row, path)| {
-        let name = Path::new(path).file_name().and_then(|name| name.to_str()).unwrap_or(path);
+        let name = name_of(path).unwrap_or_else(|| path.clone());
+        // Of one name, in several folders.
+        let several = paths.iter().filter(|other| name_of(other).as_ref() == Some(&name)).count() > 1;
+        let folder = Path::new(path).parent().and_then(|folder| name_of(&folder.to_string_lossy()));
+        let name = match folder.filter(|_| several) {
+            Some(folder) => format!("{folder}/{name}"),
+            None => name,
+        };
         let button = Button::new(name).selected(marked == Some(row));
         if ui.add(button).on_hover_text(path).clicked() { Some(path.clone()) } else { clicked }
     })

@@ -2,7 +2,7 @@
 //! can, and here stand legends and warnings alone.
 
 use egui::text::LayoutJob;
-use egui::{Align, Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui, Vec2};
+use egui::{Align, Align2, Color32, Context, FontId, Id, Painter, Pos2, Rect, Sense, Stroke, Ui, Vec2};
 use glam::DVec2;
 use motion::clock::StepClock;
 use motion::{Gravity, TimeStep};
@@ -297,8 +297,22 @@ fn cross_hair(painter: &Painter, center: Pos2) {
 const RIM: [Vec2; 4] =
     [Vec2::new(1.0, 1.0), Vec2::new(-1.0, 1.0), Vec2::new(1.0, -1.0), Vec2::new(-1.0, -1.0)];
 
-/// Words with a dark rim, readable on sky and checker alike.
+/// Where egui keeps whether pictures are for paper.
+fn on_paper() -> Id {
+    Id::unique("words on paper")
+}
+
+/// Says whether the words to come are for paper, which is white.
+pub(crate) fn write_on_paper(context: &Context, paper: bool) {
+    context.data_mut(|data| data.insert_temp(on_paper(), paper));
+}
+
+/// Words with a dark rim, readable on sky and checker alike; on paper they are black.
 pub(crate) fn text(painter: &Painter, at: Pos2, anchor: Align2, words: &str, font: FontId, color: Color32) {
+    if painter.ctx().data(|data| data.get_temp(on_paper())).unwrap_or(false) {
+        painter.text(at, anchor, words, font, Color32::BLACK);
+        return;
+    }
     for corner in RIM {
         painter.text(at + corner, anchor, words, font.clone(), Color32::from_black_alpha(200));
     }

@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{PathBuf, absolute};
 
+use scene::lesson::Lesson;
+
 use crate::app::arrangement::{FIRST_START, LESSON_DONE};
 use crate::output::files::{OutputPath, write};
 
@@ -89,15 +91,24 @@ pub(super) fn keep(name: &str, text: &str) {
     }
 }
 
-/// The lessons in the person's own folder, by their names.
-pub(super) fn lessons() -> Vec<PathBuf> {
+/// The files of lessons in the person's own folder, by their names, and the title of each.
+pub(super) fn lessons() -> Vec<(PathBuf, String)> {
     let folder = dirs::data_dir().map(|data| data.join("inertia/lessons"));
     let entries = folder.and_then(|folder| fs::read_dir(folder).ok());
     let paths = entries.into_iter().flatten().flatten().map(|entry| entry.path());
     let mut lessons: Vec<_> =
         paths.filter(|path| path.extension().is_some_and(|end| end == "ron") && path.is_file()).collect();
     lessons.sort();
+    let title = |path: &PathBuf| {
+        let name = path.file_stem()?.to_string_lossy().into_owned();
+        let lesson = Lesson::parse(&name, &fs::read_to_string(path).ok()?);
+        Some(lesson.map_or(name, |lesson| lesson.title))
+    };
     lessons
+        .into_iter()
+        .filter_map(|path| Some((title(&path)?, path)))
+        .map(|(title, path)| (path, title))
+        .collect()
 }
 
 /// The scene files of earlier windows that are still there, the newest last.

@@ -85,9 +85,12 @@ fn played(
             let what = format!("{}: the solution of steps[{number}] is not accepted", lesson.name);
             return Err(Failure::Expectation(what));
         }
-        let picture = format!("{name}-{}.png", number + 1);
-        let image = camera.picture(&mut pupil.session)?;
-        written.push((picture.clone(), png(&image, &pupil.session.stage)));
+        let depends = matches!(step.goal, Goal::Done { .. });
+        let picture = depends.then(|| format!("{name}-{}.png", number + 1));
+        if let Some(picture) = &picture {
+            let image = camera.picture(&mut pupil.session)?;
+            written.push((picture.clone(), png(&image, &pupil.session.stage)));
+        }
         let (choices, unit, answer) = match &step.goal {
             Goal::Done { .. } => (Vec::new(), None, None),
             Goal::Number { unit, solution, .. } => (Vec::new(), Some(unit.clone()), Some(solution.clone())),
@@ -96,7 +99,6 @@ fn played(
             }
         };
         let measured = pupil.session.tools.lesson().and_then(|state| state.said).unwrap_or_default();
-        let depends = matches!(step.goal, Goal::Done { .. });
         let (task, watch) = (step.task.clone(), step.watch.clone());
         steps.push(HandoutStep { task, watch, choices, unit, picture, measured, depends, answer });
     }

@@ -59,9 +59,8 @@ fn list(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
                 open(learn, lesson, desk.intents);
             }
         }
-        for path in &learn.own {
-            let name = path.file_stem().unwrap_or_default().to_string_lossy();
-            if ui.button(name).on_hover_text(path.display().to_string()).clicked() {
+        for (path, title) in &learn.own {
+            if ui.button(title).on_hover_text(path.display().to_string()).clicked() {
                 desk.intents.push(Intent::Open(path.to_string_lossy().into_owned()));
             }
         }

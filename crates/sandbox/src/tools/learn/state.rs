@@ -20,8 +20,8 @@ use crate::view::View;
 #[derive(Default)]
 pub(crate) struct Learn {
     running: Option<Running>,
-    /// The files in the person's folder of lessons.
-    pub own: Vec<PathBuf>,
+    /// The files in the person's folder of lessons, and the titles of the lessons.
+    pub own: Vec<(PathBuf, String)>,
     /// Names of the lessons that were done to their end.
     pub done: BTreeSet<String>,
     /// Whether the card of the first start is shown, and which of its two things were done.
