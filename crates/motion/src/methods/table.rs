@@ -64,10 +64,10 @@ pub struct Claims {
 }
 
 /// Damping within a step of the two explicit Eulers.
-const IN_STEP: &str = "exact is in the velocity's update, clamped before and tutorial after the position's";
+const IN_STEP: &str =
+    "exact is in the velocity's update, clamped and implicit before and tutorial after the position's";
 /// Damping of all other methods.
-const AS_LAW: &str =
-    "exact is the law a = -c v, evaluated at every stage; clamped multiplies before, tutorial after a tick";
+const AS_LAW: &str = "exact is the law a = -c v, evaluated at every stage; clamped and implicit multiply before, tutorial after a tick";
 
 /// A method of that order with as many evaluations per step, which is never stable, symplectic or reversible: each row
 /// says how its method differs.

@@ -192,7 +192,6 @@ impl Summary {
 fn ledger_json(ledger: &Ledger) -> Value {
     let sums = ledger.since_opening();
     let LedgerLines { pushes, laws, damping, limits, anchors, interventions, residual } = &sums.energy;
-    let (momentum, angular) = (&sums.momentum, &sums.angular_momentum);
     json!({
         "kept_s": number(ledger.seconds()),
         "change_j": number(sums.energy.change()),
@@ -205,27 +204,26 @@ fn ledger_json(ledger: &Ledger) -> Value {
         "residual_j": number(*residual),
         "residual_j_per_s": number(ledger.mean_residual_rate()),
         "relative_residual": number(ledger.relative_residual()),
-        "momentum": {
-            "change_n_s": vector(momentum.change()),
-            "pushes_n_s": vector(momentum.pushes),
-            "laws": by_law(&momentum.laws, |impulse| vector(*impulse)),
-            "damping_n_s": vector(momentum.damping),
-            "limits_n_s": vector(momentum.limits),
-            "anchors_n_s": vector(momentum.anchors),
-            "interventions_n_s": vector(momentum.interventions),
-            "residual_n_s": vector(momentum.residual),
-        },
-        "angular_momentum": {
-            "change_n_m_s": vector(angular.change()),
-            "pushes_n_m_s": vector(angular.pushes),
-            "laws": by_law(&angular.laws, |impulse| vector(*impulse)),
-            "damping_n_m_s": vector(angular.damping),
-            "limits_n_m_s": vector(angular.limits),
-            "anchors_n_m_s": vector(angular.anchors),
-            "interventions_n_m_s": vector(angular.interventions),
-            "residual_n_m_s": vector(angular.residual),
-        },
+        "momentum": vectors(&sums.momentum, "n_s"),
+        "angular_momentum": vectors(&sums.angular_momentum, "n_m_s"),
     })
+}
+
+/// The lines of a vector, in that unit.
+fn vectors(lines: &LedgerLines<glam::DVec3>, unit: &str) -> Value {
+    let LedgerLines { pushes, laws, damping, limits, anchors, interventions, residual } = lines;
+    let line = |name: &str, amount: glam::DVec3| (format!("{name}_{unit}"), vector(amount));
+    let fields = [
+        line("change", lines.change()),
+        line("pushes", *pushes),
+        ("laws".to_owned(), by_law(laws, |amount| vector(*amount))),
+        line("damping", *damping),
+        line("limits", *limits),
+        line("anchors", *anchors),
+        line("interventions", *interventions),
+        line("residual", *residual),
+    ];
+    Value::Object(fields.into_iter().collect())
 }
 
 fn by_law<T>(laws: &[(&'static str, T)], value: fn(&T) -> Value) -> Value {

@@ -237,8 +237,11 @@ fn triple(v: DVec3) -> String {
     if v == DVec3::ZERO {
         return "0".to_owned();
     }
-    if (5e-4..1e4).contains(&v.abs().max_element()) {
-        return v.to_array().map(|part| format!("{part:>8.3}")).concat();
+    let largest = v.abs().max_element();
+    if (5e-4..1e5).contains(&largest) {
+        // A column is as wide as a sign, seven digits and the space before them.
+        let decimals = if largest < 1e3 { 3 } else { 1 };
+        return v.to_array().map(|part| format!("{part:>9.decimals$}")).concat();
     }
     format!("magnitude {:.1e}", v.length())
 }
@@ -274,7 +277,9 @@ mod tests {
 
     #[test]
     fn momenta_are_triples_or_magnitudes() {
-        assert_eq!(triple(DVec3::new(1.0, -2.5, 0.0)), "   1.000  -2.500   0.000");
+        assert_eq!(triple(DVec3::new(1.0, -2.5, 0.0)), "    1.000   -2.500    0.000");
+        assert_eq!(triple(DVec3::new(-999.9994, 0.0, 2.0)), " -999.999    0.000    2.000");
+        assert_eq!(triple(DVec3::new(0.0, -1377.073, -99_999.9)), "      0.0  -1377.1 -99999.9");
         assert_eq!(triple(DVec3::new(0.0, 3e-9, 4e-9)), "magnitude 5.0e-9");
         assert_eq!(triple(DVec3::ZERO), "0");
     }
