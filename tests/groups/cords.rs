@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use motion::ledger::Ledger;
-use motion::{Elastic, Gravity, Method};
+use motion::{Curve, Elastic, Gravity, Method, OwnLaws, Request, Thrust};
 
 use super::orders::Problem;
 use crate::rigs::{Environment, Lab, Net, Start, State, elastic};
@@ -108,6 +108,37 @@ fn a_slack_cord_does_nothing_and_a_taut_one_is_a_spring_bit_for_bit() {
         };
         hanging(true).agrees(&mut hanging(false), 240, &[], &format!("{method:?}"));
     }
+}
+
+#[test]
+fn a_slack_cord_gives_nothing_where_a_step_of_position_verlet_is_brought_to_its_time() {
+    // A velocity that is set makes the last step of one body another one than that of the other.
+    let mut lab = lab(&bungee(0.0), Method::PositionVerlet);
+    let jumper = lab.bodies[1];
+    lab.run(10).ask(Request::SetVelocity(jumper, DVec3::ZERO)).run(10);
+    let (x, v) = lab.states()[1];
+    let since = 10.0 / 60.0;
+    assert!(v.x == 0.0 && (x.x - 0.5).abs() < 1e-15, "{x} {v}");
+    // Half a step late.
+    assert!((v.y + 9.8 * (since - 0.5 / 60.0)).abs() < 1e-12, "{v}");
+}
+
+#[test]
+fn position_verlet_knows_what_acted_before_a_cord_changes_shortly_after_a_jump() {
+    // The engine starts 0.5 ms before the cord, which has hardly a force, tightens in the same step.
+    let run = |length: f64| {
+        let body = Start::of(1.0, DVec3::ZERO, DVec3::X);
+        let elastic = Elastic { stiffness: 1e-6, ..cord(0.0) };
+        let net = Net::pair(Start::held(DVec3::ZERO), body, Elastic { rest_length: length, ..elastic });
+        let mut lab = net.lab(&Environment::default(), Method::PositionVerlet, 0.01);
+        let thrust = Thrust::new(Curve::Polynomial(vec![DVec3::X * 1000.0]), 0.505, f64::INFINITY);
+        lab.insert(1, OwnLaws::new(vec![Box::new(thrust)]));
+        lab.recompile();
+        lab.run(60).states()[1]
+    };
+    // It is at 0.5056 m then.
+    let ((x, v), (free_x, free_v)) = (run(0.5056), run(100.0));
+    assert!((x - free_x).length() < 1e-6 && (v - free_v).length() < 1e-6, "{x} {free_x}, {v} {free_v}");
 }
 
 #[test]

@@ -185,6 +185,12 @@ pub trait Law: Debug + Send + Sync + 'static {
         false
     }
 
+    /// A number that changes whenever the law says something else of the same state and time, for an own law of a body that
+    /// does; accelerations that were cached before are then of no use.
+    fn version(&self) -> Option<u64> {
+        None
+    }
+
     /// The wells that the law consists of; empty for every other law. The forecast judges them as orbits.
     fn wells(&self) -> &[Well] {
         &[]

@@ -117,7 +117,7 @@ pub mod forecast {
     };
 }
 
-/// The ledger of energy and momentum: what each cause added, and the residual, which is the error of the method.
+/// The ledger of energy, momentum and angular momentum: what each cause added, and the residual, which is the error of the method.
 pub mod ledger {
     pub use crate::observe::ledger::{Energies, Ledger, LedgerLines, LedgerTotals};
 }

@@ -23,7 +23,7 @@ macro_rules! with_panels {
             Effects in effects: "toggle_effects_panel", ["E"], "Effects", "effects: which are on, why, on how many bodies, at what cost; on and off";
             Cost in cost: "toggle_cost_panel", ["C"], "Accuracy and cost", "accuracy and cost: one dot per method and step, measured on a copy of the scene; click one to use it";
             Ghosts in ghosts: "toggle_ghosts", ["T"], "Ghosts", "ghosts: the same run by every method, and how far each is from a fine reference";
-            Ledger in ledger: "toggle_ledger_panel", ["B"], "Ledger", "ledger: where energy and momentum go, and what the method invents";
+            Ledger in ledger: "toggle_ledger_panel", ["B"], "Ledger", "ledger: where energy, momentum and angular momentum go, and what the method invents";
             Forecast in forecast: "toggle_forecast_panel", ["V"], "Forecast", "forecast: how near every spring, damper and well is to instability, and what would help";
             Graphs in graphs: "toggle_graphs", ["Y"], "Graphs", "graphs: position, velocity, acceleration, force and energy of bodies and their ghosts over the last seconds";
             Learn in learn: "toggle_lessons", ["N"], "Learn", "lessons: what to do, what to watch, and questions whose answers are measured";

@@ -137,7 +137,7 @@ impl Tools {
         self.editor.own_file()
     }
 
-    /// Keeps a ledger of energy and momentum from now on, whether its panel is open or not.
+    /// Keeps a ledger from now on, whether its panel is open or not.
     pub fn keep_ledger(&mut self, stage: &mut Stage) {
         self.ledger.always = true;
         self.ledger.keep(stage, true);

@@ -30,8 +30,8 @@ pub struct Part {
 impl Scene {
     /// The independent parts of the scene, in the order of their first bodies, free bodies last.
     ///
-    /// Nothing collides, so bodies act on each other by springs and mutual gravity alone. A part is a group that
-    /// these join, through bodies that can move; all bodies that they leave alone, particles among them, are one
+    /// Nothing collides, so bodies act on each other by springs, mutual gravity, and emitters and wells that ride on them.
+    /// A part is a group that these join, through bodies that can move; all bodies that they leave alone, particles among them, are one
     /// part together. Bodies of one entry of the file have one method, so that an entry is never divided. Scenery,
     /// and what cannot move and holds nothing, is in no part.
     #[must_use]
@@ -136,7 +136,10 @@ impl Scene {
     }
 
     fn part_name(&self) -> String {
-        if self.springs.is_empty() && self.soft_bodies.is_empty() && self.mutual_gravity.is_none() {
+        let carries = self.emitters.iter().any(|emitter| emitter.rides_on.is_some())
+            || self.own_laws.values().any(|laws| !laws.riding_wells.is_empty());
+        let joins = !self.springs.is_empty() || !self.soft_bodies.is_empty() || self.mutual_gravity.is_some();
+        if !joins && !carries {
             return "free bodies".to_owned();
         }
         if let Some(soft) = self.soft_bodies.first() {

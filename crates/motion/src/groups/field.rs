@@ -231,7 +231,8 @@ impl<'a, E: Layout> GroupField<'a, E> {
     ) -> Self {
         let GroupEnvironment { parameters, .. } = environment;
         let [start, end] = parameters.times.ends();
-        let segment = Segment { start, end, length: parameters.times.substep(), jump: false };
+        let length = parameters.times.substep();
+        let segment = Segment { start, end, length, preceding: length, jump: false };
         Self {
             coupling,
             environment,

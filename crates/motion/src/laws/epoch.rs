@@ -22,16 +22,10 @@ impl Epoch {
 
     /// Makes a new version if the laws have changed.
     pub fn update(&mut self, changes: Changes) {
-        if self.changes != changes {
-            self.changes = changes;
-            self.renew();
-        }
-    }
-
-    /// Makes a new version.
-    pub fn renew(&mut self) {
         // Unique across worlds, so that no cached acceleration of another world matches.
         static EPOCHS: AtomicU64 = AtomicU64::new(1);
-        self.number = EPOCHS.fetch_add(1, Ordering::Relaxed);
+        if self.changes != changes {
+            *self = Self { number: EPOCHS.fetch_add(1, Ordering::Relaxed), changes };
+        }
     }
 }

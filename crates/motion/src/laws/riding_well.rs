@@ -6,7 +6,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use bevy_ecs::prelude::*;
 use glam::DMat3;
 
-use super::epoch::Epoch;
 use super::wells::Well;
 use super::{BodyState, EvaluationTime, Jacobians, Law};
 use crate::state::clock::StepClock;
@@ -34,17 +33,25 @@ pub struct RidingWells(pub Vec<RidingWell>);
 
 /// Where the carrier is at a time: position, m, velocity, m/s, and that time, s, as bits; NaN while it carries nothing.
 #[derive(Debug)]
-struct Course([AtomicU64; 7]);
+struct Course {
+    bits: [AtomicU64; 7],
+    /// How often it was set.
+    version: AtomicU64,
+}
 
 impl Course {
     fn set(&self, numbers: [Scalar; 7]) {
         // Set by a system of its own, before the laws are called.
-        self.0.iter().zip(numbers).for_each(|(bits, number)| bits.store(number.to_bits(), Ordering::Relaxed));
+        self.bits
+            .iter()
+            .zip(numbers)
+            .for_each(|(bits, number)| bits.store(number.to_bits(), Ordering::Relaxed));
+        self.version.fetch_add(1, Ordering::Relaxed);
     }
 
     fn at(&self, time: Scalar) -> Vector {
         let [x, y, z, u, v, w, since] =
-            [0, 1, 2, 3, 4, 5, 6].map(|i: usize| Scalar::from_bits(self.0[i].load(Ordering::Relaxed)));
+            [0, 1, 2, 3, 4, 5, 6].map(|i: usize| Scalar::from_bits(self.bits[i].load(Ordering::Relaxed)));
         Vector::new(x, y, z) + Vector::new(u, v, w) * (time - since)
     }
 }
@@ -60,7 +67,8 @@ impl RidingWell {
     #[must_use]
     pub fn new(carrier: Entity, strength: Scalar, softening: Scalar) -> Self {
         at_least_0(softening, "the softening of a well", "m");
-        let course = Arc::new(Course(AWAY.map(|number| AtomicU64::new(number.to_bits()))));
+        let bits = AWAY.map(|number| AtomicU64::new(number.to_bits()));
+        let course = Arc::new(Course { bits, version: AtomicU64::new(0) });
         Self { carrier, strength, softening, course }
     }
 
@@ -99,12 +107,17 @@ impl Law for RidingWell {
     fn depends_on_velocity(&self) -> bool {
         false
     }
+
+    /// What was evaluated along the course of the last tick is of no use in this one.
+    fn version(&self) -> Option<u64> {
+        Some(self.course.version.load(Ordering::Relaxed))
+    }
 }
 
 /// Puts the wells of `world`, if it has some, where their carriers are. Returns whether it has.
 pub(crate) fn prepare(world: &mut World) -> bool {
     let carries = world.contains_resource::<RidingWells>();
-    if carries && world.contains_resource::<Epoch>() && world.contains_resource::<StepClock>() {
+    if carries && world.contains_resource::<StepClock>() {
         world.run_system_cached(carry_wells).expect("its parameters were looked for");
     }
     carries
@@ -118,7 +131,6 @@ pub fn carry_wells(
     wells: Res<RidingWells>,
     clock: Res<StepClock>,
     bodies: Query<(&Transform, &PhysicsBody), Carrier>,
-    mut epoch: ResMut<Epoch>,
 ) {
     for RidingWell { carrier, course, .. } in &wells.0 {
         course.set(bodies.get(*carrier).map_or(AWAY, |(transform, body)| {
@@ -126,6 +138,4 @@ pub fn carry_wells(
             [x, y, z, u, v, w, clock.scene_seconds()]
         }));
     }
-    // What was evaluated along the course of the last tick is of no use in this one.
-    epoch.renew();
 }

@@ -15,6 +15,8 @@ pub(crate) struct Segment {
     pub end: f64,
     /// Length, s: that of a substep unless the interval was split off one.
     pub length: f64,
+    /// Length of the interval before it, s.
+    pub preceding: f64,
     /// Whether a law may jump at the start.
     pub jump: bool,
 }
@@ -40,15 +42,16 @@ impl Segment {
     /// The first `length` seconds, and the rest after a discontinuity.
     pub fn split(self, length: f64) -> (Self, Self) {
         let time = self.start + length;
-        (
-            Self { end: time, length, ..self },
-            Self { start: time, length: self.length - length, jump: true, ..self },
-        )
+        // What comes after a part of no length comes after what was before it.
+        let preceding = if length > 0.0 { length } else { self.preceding };
+        let rest = Self { start: time, length: self.length - length, preceding, jump: true, ..self };
+        (Self { end: time, length, ..self }, rest)
     }
 
     /// The start, seen from before a discontinuity.
     pub fn before(&self) -> EvaluationTime {
-        EvaluationTime { time: self.start, within_step: self.start - self.length * 0.25 }
+        // Within the interval before it: what jumps at the start of that has jumped.
+        EvaluationTime { time: self.start, within_step: self.start - self.length.min(self.preceding) * 0.25 }
     }
 }
 
@@ -125,7 +128,7 @@ impl Segments {
         let h = self.times.part();
         let near = h * NEAR;
         let mut discontinuities = self.discontinuities.iter().copied().peekable();
-        let (mut part, mut next) = (1, Segment { start, end, length: h, jump: false });
+        let (mut part, mut next) = (1, Segment { start, end, length: h, preceding: h, jump: false });
         std::iter::from_fn(move || {
             if part > substeps {
                 return None;
@@ -135,12 +138,13 @@ impl Segments {
                 let before = next;
                 next.jump = true;
                 if time - before.start > near {
-                    (next.start, next.length) = (time, end - time);
-                    return Some(Segment { end: time, length: time - before.start, ..before });
+                    let length = time - before.start;
+                    (next.start, next.length, next.preceding) = (time, end - time, length);
+                    return Some(Segment { end: time, length, ..before });
                 }
             }
             let last = Segment { end, ..next };
-            next = Segment { start: end, end, length: h, jump: false };
+            next = Segment { start: end, end, length: h, preceding: last.length, jump: false };
             part += 1;
             Some(last)
         })

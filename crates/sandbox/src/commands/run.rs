@@ -80,7 +80,7 @@ pub(crate) struct RunArgs {
     /// Check what the scene expects
     #[arg(long)]
     pub assert: bool,
-    /// Keep a ledger of energy and momentum for the summary
+    /// Keep a ledger of energy, momentum and angular momentum for the summary
     #[arg(long)]
     pub ledger: bool,
     /// Exit with code 1 before the first tick if the forecast finds something unstable

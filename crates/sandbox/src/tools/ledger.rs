@@ -1,4 +1,4 @@
-//! The ledger: where energy and momentum go.
+//! The ledger: where energy, momentum and angular momentum go.
 
 mod panel;
 mod state;

@@ -99,16 +99,12 @@ pub(super) fn lessons() -> Vec<(PathBuf, String)> {
     let mut lessons: Vec<_> =
         paths.filter(|path| path.extension().is_some_and(|end| end == "ron") && path.is_file()).collect();
     lessons.sort();
-    let title = |path: &PathBuf| {
-        let name = path.file_stem()?.to_string_lossy().into_owned();
-        let lesson = Lesson::parse(&name, &fs::read_to_string(path).ok()?);
-        Some(lesson.map_or(name, |lesson| lesson.title))
+    let titled = |path: PathBuf| {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let lesson = fs::read_to_string(&path).ok().and_then(|text| Lesson::parse(&name, &text).ok());
+        (path, lesson.map_or(name, |lesson| lesson.title))
     };
-    lessons
-        .into_iter()
-        .filter_map(|path| Some((title(&path)?, path)))
-        .map(|(title, path)| (path, title))
-        .collect()
+    lessons.into_iter().map(titled).collect()
 }
 
 /// The scene files of earlier windows that are still there, the newest last.

@@ -44,8 +44,9 @@ impl Scene {
         }
     }
 
-    /// Takes the entry at `path` out, as in `bodies[3]`, with every spring, thrust and step of a survival script that
-    /// names a body of it; other names become what the bodies are called then.
+    /// Takes the entry at `path` out, as in `bodies[3]`, with every spring, thrust, well and step of a survival script that
+    /// names a body of it; an emitter that rides on such a body stays where that begins. Other names become what the bodies
+    /// are called then.
     #[must_use]
     pub fn without(&self, path: &str) -> Vec<TextEdit> {
         let Some((list, index)) = entry(path) else { return Vec::new() };
@@ -64,7 +65,7 @@ impl Scene {
         (list, index): (&str, usize),
         name: &'a str,
     ) -> Option<Cow<'a, str>> {
-        let Some(entry) = self.names.find(name).and_then(|id| self.entry_of(id)) else {
+        let Some(entry) = self.first_of(name).and_then(|id| self.entry_of(id)) else {
             return Some(Cow::Borrowed(name));
         };
         if (entry.list, entry.index) == (list, index) {
@@ -103,7 +104,7 @@ impl Scene {
         keys.map(|(key, value)| TextEdit::set(path, key, value.to_string())).collect()
     }
 
-    /// Gives the entry at `path` a name, also where springs, wells, thrusts and survival scripts name its bodies.
+    /// Gives the entry at `path` a name, also where springs, wells, thrusts, emitters and survival scripts name its bodies.
     #[must_use]
     pub fn named(&self, path: &str, name: &str) -> Vec<TextEdit> {
         let mut edits = vec![TextEdit::set(path, "name", Value::Text(name.to_owned()).to_string())];
@@ -113,7 +114,7 @@ impl Scene {
             let unwritten = || unwritten_prefix(&raw, present.list, present.index, 0);
             let before = written.map_or_else(unwritten, str::to_owned);
             edits.extend(self.renamed(&raw, |other| {
-                let of_it = self.names.find(other).is_some_and(|id| present.bodies.contains(&id));
+                let of_it = self.first_of(other).is_some_and(|id| present.bodies.contains(&id));
                 Some(if of_it { Cow::Owned(other.replacen(&before, name, 1)) } else { Cow::Borrowed(other) })
             }));
         }
@@ -167,13 +168,29 @@ impl Scene {
         syntax::read(&locate::spell_nan(&self.text), "").ok().map(|(raw, _)| raw)
     }
 
+    /// Leaves an emitter where its body begins.
+    fn left_behind(&self, index: usize) -> Vec<TextEdit> {
+        let group = format!("emitters[{index}]");
+        let Some(emitter) = self.emitters.get(index) else { return Vec::new() };
+        let body = emitter.rides_on.and_then(|id| self.bodies.get(id as usize));
+        let [x, y, z] = (emitter.position + body.map_or(DVec3::ZERO, |body| body.position)).to_array();
+        let stays = TextEdit::Set { group: group.clone(), key: "rides_on".to_owned(), value: None };
+        vec![stays, TextEdit::set(group, "position_m", format!("({x:?}, {y:?}, {z:?})"))]
+    }
+
+    /// The first body of that name, or of the emitter of that name.
+    fn first_of(&self, name: &str) -> Option<u32> {
+        let of_emitter = || self.emitters.iter().find(|emitter| emitter.name == name);
+        self.names.find(name).or_else(|| of_emitter().map(|emitter| emitter.pool.start))
+    }
+
     /// Writes the new name of every body where the old one stands; what names one without a new name goes.
     fn renamed<'a>(
         &self,
         raw: &'a raw::Scene,
         new: impl Fn(&'a str) -> Option<Cow<'a, str>>,
     ) -> Vec<TextEdit> {
-        let mut edits = Vec::new();
+        let (mut edits, mut left) = (Vec::new(), Vec::new());
         let mut change = |list: &str, index: usize, key: &str, names: &'a [String], least: usize| {
             let renamed: Vec<_> = names.iter().filter_map(|name| new(name)).collect();
             if renamed.len() < least {
@@ -182,7 +199,7 @@ impl Scene {
                 let quoted: Vec<_> = renamed.iter().map(|name| format!("{name:?}")).collect();
                 let value = match key {
                     "between" => format!("({})", quoted.join(", ")),
-                    "body" => quoted.concat(),
+                    "body" | "rides_on" => quoted.concat(),
                     _ => format!("[{}]", quoted.join(", ")),
                 };
                 edits.push(TextEdit::set(format!("{list}[{index}]"), key, value));
@@ -195,7 +212,23 @@ impl Scene {
             thrust.body.iter().for_each(|body| change("thrusts", i, "body", std::slice::from_ref(body), 1));
         }
         for (i, well) in raw.wells.iter().enumerate() {
-            well.bodies.iter().for_each(|bodies| change("wells", i, "bodies", bodies, 1));
+            // A well without the body on which it rides goes, whatever it attracts.
+            let goes = well.rides_on.as_ref().is_some_and(|body| new(body).is_none());
+            well.rides_on
+                .iter()
+                .for_each(|body| change("wells", i, "rides_on", std::slice::from_ref(body), 1));
+            let bodies = well.bodies.iter().filter(|_| !goes);
+            bodies.for_each(|bodies| change("wells", i, "bodies", bodies, 1));
+        }
+        for (i, emitter) in raw.emitters.iter().enumerate() {
+            let Some(body) = &emitter.rides_on else { continue };
+            match new(body) {
+                Some(_) => change("emitters", i, "rides_on", std::slice::from_ref(body), 1),
+                None => left.push(i),
+            }
+        }
+        for i in left {
+            edits.extend(self.left_behind(i));
         }
         for (list, script) in survival_scripts(raw) {
             for (index, step) in script.iter().enumerate() {

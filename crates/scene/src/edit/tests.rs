@@ -384,3 +384,38 @@ fn fields_are_the_keys_with_what_is_written() {
         assert_eq!(Value::read(Kind::Text, &value.to_string()), value);
     }
 }
+
+#[test]
+fn what_rides_on_a_body_follows_its_name_and_stays_where_it_began() {
+    let text = "(version: 1,
+        bodies: [(name: \"comet\", position_m: (1, 2, 3)), (name: \"planet\"), (name: \"moon\")],
+        emitters: [(name: \"dust\", rides_on: \"comet\", position_m: (0, 1, 0), rate_per_s: 1, life_s: 2, speed_m_s: 1)],
+        wells: [(rides_on: \"planet\", strength_m3_s2: 1, bodies: [\"moon\", \"dust\"])])";
+    let whole = scene(text);
+    let well = |scene: &Scene| -> Vec<(u32, u32)> {
+        let riding = |(id, laws): (&u32, &crate::OwnLawsSpec)| {
+            let carriers: Vec<_> = laws.riding_wells.iter().map(|well| (*id, well.rides_on)).collect();
+            carriers
+        };
+        scene.own_laws.iter().flat_map(riding).collect()
+    };
+    // The moon, and two particles.
+    assert_eq!(well(&whole), [(2, 1), (3, 1), (4, 1)]);
+    for (path, name) in [("bodies[0]", "rock"), ("bodies[1]", "rock"), ("emitters[0]", "jet")] {
+        let named = after(&whole, &whole.named(path, name));
+        assert_eq!((well(&named), named.emitters[0].rides_on), (well(&whole), Some(0)), "{path}");
+    }
+    let without = after(&whole, &whole.without("bodies[0]"));
+    let emitter = &without.emitters[0];
+    assert_eq!((emitter.rides_on, emitter.position), (None, DVec3::new(1.0, 3.0, 3.0)));
+    assert_eq!(well(&without).len(), 3);
+    let without = after(&whole, &whole.without("bodies[1]"));
+    assert_eq!((well(&without), without.emitters[0].rides_on), (vec![], Some(0)));
+    let without = after(&whole, &whole.without("emitters[0]"));
+    assert_eq!(well(&without), [(2, 1)]);
+    // Names that count: the planet becomes the first of all.
+    let unnamed = scene(&text.replace("(name: \"planet\")", "()").replace("\"planet\"", "\"body.1\""));
+    assert_eq!(well(&unnamed), well(&whole));
+    let without = after(&unnamed, &unnamed.without("bodies[0]"));
+    assert_eq!(well(&without), [(1, 0), (2, 0), (3, 0)]);
+}

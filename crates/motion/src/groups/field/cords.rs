@@ -25,14 +25,19 @@ pub(super) struct Cords {
     springs: Springs,
     /// Whether each cord is taut in this step.
     taut: Vec<bool>,
-    /// Whether each was in the step before; empty in the first of a tick.
+    /// Whether each was in the step before.
     before: Vec<bool>,
     /// Numbers, among the cords, of those that change where the next step begins.
     changing: Vec<usize>,
+    /// Those that have changed where this step begins.
+    changed: Vec<usize>,
+    /// Whether the next step begins where this one did.
+    again: bool,
     /// Changes that ended a step in this tick.
     changes: u32,
-    /// The records before the step.
+    /// The records before the step, and whether no row was found then that is not finite.
     record: Option<Recorder>,
+    found_none: bool,
 }
 
 impl Cords {
@@ -92,10 +97,12 @@ impl<E: Layout> GroupField<'_, E> {
         if self.has_cords() {
             let (springs, cords) = (&self.coupling.springs, &mut self.scratch.cords);
             cords.springs.copy(springs);
-            cords.taut.clear();
-            cords.before.clear();
             cords.changing.clear();
-            (cords.changes, cords.record) = (0, None);
+            (cords.again, cords.changes, cords.record) = (false, 0, None);
+            cords.taut.clear();
+            cords.taut.resize(springs.cords().len(), false);
+            // Laws are called before the first step begins, too.
+            self.begin_step_of_cords();
         }
     }
 
@@ -107,17 +114,23 @@ impl<E: Layout> GroupField<'_, E> {
         }
         let mut cords = std::mem::take(&mut self.scratch.cords);
         let (x, v) = (&*self.rows.x, &*self.rows.v);
-        std::mem::swap(&mut cords.before, &mut cords.taut);
-        cords.taut.clear();
-        for (i, number) in self.coupling.springs.cords().iter().enumerate() {
-            let SpringRow { ends, elastic } = self.coupling.springs.get(*number);
-            let [d, u] = self.apart(ends, x, v);
-            cords.taut.push(match cords.changing.contains(&i) {
-                true => !cords.before[i],
-                false => pulls(&elastic, d, u),
-            });
+        if !cords.again {
+            cords.before.clone_from(&cords.taut);
+            cords.changed.clear();
         }
-        cords.changing.clear();
+        for (i, number) in self.coupling.springs.cords().iter().enumerate() {
+            if cords.changing.contains(&i) {
+                cords.taut[i] = !cords.taut[i];
+            } else if !cords.changed.contains(&i) {
+                let SpringRow { ends, elastic } = self.coupling.springs.get(*number);
+                let [d, u] = self.apart(ends, x, v);
+                cords.taut[i] = pulls(&elastic, d, u);
+            }
+        }
+        let Cords { changed, changing, .. } = &mut cords;
+        changed.append(changing);
+        cords.again = false;
+        cords.found_none = self.found.is_empty();
         cords.record.clone_from(&self.statistics.record);
         cords.tune(&self.coupling.springs, false);
         self.scratch.cords = cords;
@@ -137,8 +150,14 @@ impl<E: Layout> GroupField<'_, E> {
         let change = |(i, number): (usize, &u32)| {
             let SpringRow { ends, elastic } = self.coupling.springs.get(*number);
             let from = self.apart(ends, self.rows.x, self.rows.v);
-            let way = Way::new(elastic, from, self.apart(ends, &to_x, &to_v), h);
-            Some((i, way.change(cords.taut[i])?))
+            let to = self.apart(ends, &to_x, &to_v);
+            // One that is not finite fails as it is.
+            if !(to[0] + to[1]).is_finite() {
+                return None;
+            }
+            let change = Way::new(elastic, from, to, h).change(cords.taut[i])?;
+            // Once at a time: what only touches a change does not change to and fro.
+            (change > NEAR || !cords.changed.contains(&i)).then_some((i, change))
         };
         let changes: SmallVec<[(usize, Scalar); 8]> =
             self.coupling.springs.cords().iter().enumerate().filter_map(change).collect();
@@ -150,15 +169,18 @@ impl<E: Layout> GroupField<'_, E> {
         let cords = &mut self.scratch.cords;
         cords.changing.extend(changes.iter().filter(|(_, s)| *s <= first + NEAR).map(|(i, _)| *i));
         cords.changes += 1;
+        cords.again = first <= NEAR;
         self.statistics.record.clone_from(&cords.record);
         self.next = FIRST;
+        if cords.found_none {
+            self.found.clear();
+        }
         Some(if first > NEAR { first * h } else { 0.0 })
     }
 
     /// Computes what `of` does with the cords as they were before they changed at the start of this step.
     pub(super) fn before_change_of_cords<T>(&mut self, of: impl FnOnce(&mut Self) -> T) -> T {
-        let has_before = self.scratch.cords.before.len() == self.coupling.springs.cords().len();
-        if self.has_cords() && has_before {
+        if self.has_cords() {
             self.scratch.cords.tune(&self.coupling.springs, true);
         }
         let done = of(self);
