@@ -171,6 +171,9 @@ fn refusal(ui: &mut Ui, refused: Option<&str>) {
 }
 
 fn at_end(ui: &mut Ui, learn: &mut Learn, lesson: &Lesson, intents: &mut Vec<Intent>) {
+    if learn.skipped() {
+        ui.label("A step was skipped: the lesson gets its tick when all of them are done in one go.");
+    }
     let here = LESSONS.iter().position(|other| other.name == lesson.name);
     ui.horizontal(|ui| {
         let next = here.and_then(|here| LESSONS.get(here + 1));

@@ -126,6 +126,11 @@ impl Learn {
         Some((lesson, *step, lesson.steps.get(*step)))
     }
 
+    /// Whether a step was skipped: the lesson is then not done.
+    pub fn skipped(&self) -> bool {
+        self.running.as_ref().is_some_and(|running| running.skipped)
+    }
+
     /// Whether the last step came out as it claims.
     pub fn held(&self) -> bool {
         self.running.as_ref().is_none_or(|running| running.held)
