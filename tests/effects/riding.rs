@@ -5,8 +5,8 @@ use glam::DVec3;
 use motion::arrays::{Bare, NotForArrays};
 use motion::ledger::Ledger;
 use motion::{
-    Gravity, Law, Method, OwnLaws, PhysicsBody, Request, RidesOn, RidingWell, RidingWells, StableId,
-    Transform, Well, Wells,
+    Evaluations, Gravity, Law, Method, OwnLaws, PhysicsBody, Request, RidesOn, RidingWell, RidingWells,
+    StableId, Transform, Well, Wells,
 };
 
 use super::emitters::{fountain, living, now};
@@ -188,4 +188,16 @@ fn a_well_whose_carrier_is_gone_attracts_nothing_and_arrays_carry_none() {
     let before = v(&lab, lab.bodies[1]);
     lab.run(60);
     assert_eq!(v(&lab, lab.bodies[1]), before);
+}
+
+#[test]
+fn a_riding_well_costs_those_that_it_attracts_one_more_evaluation_and_no_others() {
+    let mut lab = moon(Method::VelocityVerlet, 1.0 / 60.0, SPEED, None, true);
+    lab.world.insert_resource(Wells(vec![Well { position: DVec3::ZERO, strength: 1.0, softening: 0.5 }]));
+    lab.recompile();
+    lab.run(10);
+    let before = lab.world.resource::<Evaluations>().accelerations();
+    lab.run(100);
+    // The planet starts a tick with its last acceleration; the moon's was along the course of the last tick.
+    assert_eq!(lab.world.resource::<Evaluations>().accelerations() - before, 300);
 }
