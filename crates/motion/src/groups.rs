@@ -28,13 +28,14 @@ pub use compile::compile_groups;
 pub(crate) use compile::{coming_couplings, couplings, is_outdated, update_groups};
 pub(crate) use coupling::{Coupling, is_open};
 pub(crate) use field::{
-    GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Push, Scratch, Watch,
+    GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Push, Scratch, Watch, end_of,
+    parts_of_way,
 };
 use lanes::Bundles;
 pub(crate) use linear::{Contributor, LinearGroup, larger};
 use places::{Place, TableRun, Unit};
 use pull::Share;
-pub(crate) use pull::{SpringRow, end_of, parts_of_way, pulls};
+pub(crate) use pull::{SpringRow, pulls};
 pub(crate) use rows::{Row, RowArray, are_at_rest, row_of};
 pub use solver::Solver;
 pub use split::Sets;

@@ -13,7 +13,7 @@ mod affine;
 mod block;
 mod block_field;
 mod blocks;
-
+pub(crate) mod cubic;
 mod drive;
 pub(crate) mod evaluations;
 mod field;

@@ -133,20 +133,6 @@ impl Measure {
         one.into_iter().chain(other).map(String::as_str)
     }
 
-    /// The names of the bodies, to be changed.
-    pub fn bodies_mut(&mut self) -> impl Iterator<Item = &mut String> {
-        let [one, other] = match self {
-            Self::Position(body, _)
-            | Self::Velocity(body, _)
-            | Self::Speed(body)
-            | Self::Mass(body)
-            | Self::Selected(body) => [Some(body), None],
-            Self::Distance(one, other) => [Some(one), Some(other)],
-            _ => [None, None],
-        };
-        one.into_iter().chain(other)
-    }
-
     /// Whether only the run on the screen has it.
     #[must_use]
     pub const fn is_of_screen(&self) -> bool {

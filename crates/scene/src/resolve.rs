@@ -1,5 +1,6 @@
 //! From what a person wrote to what the program uses: defaults, units and faults of a whole scene.
 
+mod carriers;
 pub(crate) mod declared;
 mod laws;
 pub(crate) mod springs;
@@ -190,7 +191,7 @@ fn resolve(
     let off_at_start = off_at_start(raw.off_at_start.as_deref().unwrap_or_default(), faults);
     let expect = raw.expect.as_ref().map(|raw| expect(raw, faults));
     let mut bodies = generate::bodies(raw, reading, defaults, seed, faults);
-    springs::carry_emitters(&raw.emitters, &mut bodies, faults);
+    carriers::carry_emitters(&raw.emitters, &mut bodies, faults);
     let mut own_laws = OwnLaws::new(&bodies);
     let laws = laws::world_laws(raw, &mut own_laws, faults);
     own_laws.thrusts(&raw.thrusts, faults);

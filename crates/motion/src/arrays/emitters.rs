@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 
 use super::Bare;
 use crate::kernels::record::vector;
-use crate::schedule::emission::carrier_state;
+use crate::schedule::emission::{carrier_state, ride};
 use crate::state::components::Quarantined;
 use crate::state::emitter::{Emission, Emitter, RidesOn, Tick};
 use crate::state::method_state::CachedAcceleration;
@@ -50,19 +50,16 @@ impl Bare {
         for Source { emitter, emission, is_on, carrier, rows } in sources {
             emission.advance(emitter, *is_on, tick, |slot, born| {
                 let Some(row) = rows[slot] else { return };
-                let carried = carrier.map(|row| {
-                    let row = row?;
-                    Some((Vector::from_array(positions[row]), vector(&bodies[row])))
-                });
-                let born = born.filter(|_| carried != Some(None));
                 let mut position = emitter.position;
-                let mut launch = born.map_or(Vector::ZERO, |_| emitter.launches[slot]);
-                if let Some(Some((at, velocity))) = carried {
-                    position += at + velocity * born.map_or(0.0, |time| time - tick.start);
-                    launch += if born.is_some() { velocity } else { Vector::ZERO };
+                let mut birth = born.map(|time| (time, emitter.launches[slot]));
+                if let Some(carrier) = carrier {
+                    let state = |row: usize| (Vector::from_array(positions[row]), vector(&bodies[row]));
+                    (position, birth) = ride(carrier.map(state), position, birth, tick.start);
                 }
+                let born = birth.map(|(time, _)| time);
+                let [x, y, z] = birth.map_or(Vector::ZERO, |(_, launch)| launch).to_array();
                 positions[row] = position.to_array();
-                bodies[row] = [launch.x, launch.y, launch.z, emitter.inverse_mass];
+                bodies[row] = [x, y, z, emitter.inverse_mass];
                 // Nothing is left of an earlier life.
                 last_steps.get_mut(row).into_iter().for_each(|step| *step = 0.0);
                 cached.get_mut(row).into_iter().for_each(|cached| *cached = CachedAcceleration::default());

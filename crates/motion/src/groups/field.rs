@@ -16,6 +16,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use classes::{Class, Classes};
 use cords::Cords;
+pub(crate) use cords::{end_of, parts_of_way};
 
 use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
 use super::coupling::Coupling;

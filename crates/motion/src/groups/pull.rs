@@ -28,13 +28,9 @@ impl SpringRow {
         one.push(Self { ends: [0, 1], ..*self });
         let mut forces = [[0.0; 4]; 2];
         one.pull(None, &x, &v, &mut forces);
-        if self.is_slack(x, v) { [0.0; 4] } else { forces[0] }
-    }
-
-    /// Whether it is a cord that does not pull in this state of its ends.
-    pub fn is_slack(&self, x: [Row; 2], v: [Row; 2]) -> bool {
         let [d, u] = [x, v].map(|[a, b]| vector(&b) - vector(&a));
-        self.elastic.pull_only && !pulls(&self.elastic, d, u)
+        let is_slack = self.elastic.pull_only && !pulls(&self.elastic, d, u);
+        if is_slack { [0.0; 4] } else { forces[0] }
     }
 }
 
@@ -42,23 +38,6 @@ impl SpringRow {
 pub(crate) fn pulls(elastic: &Elastic, d: Vector, u: Vector) -> bool {
     let length = d.dot(d).sqrt();
     length > 0.0 && elastic.tension(length, d.dot(u) / length) > 0.0
-}
-
-/// Parts of a step or tick at whose ends cords are looked at, each from one fraction of it to another.
-pub(crate) fn parts_of_way() -> impl Iterator<Item = (f64, f64)> {
-    const PARTS: u32 = 8;
-    (0..PARTS).map(|i| (f64::from(i) / f64::from(PARTS), f64::from(i + 1) / f64::from(PARTS)))
-}
-
-/// The place between `from` and `to` at which what holds at `from` ends, by halving; `to` is beyond it.
-pub(crate) fn end_of(holds: impl Fn(f64) -> bool, mut from: f64, mut to: f64) -> f64 {
-    loop {
-        let middle = 0.5 * (from + to);
-        if middle <= from || middle >= to || to - from < 1e-14 {
-            return to;
-        }
-        if holds(middle) { from = middle } else { to = middle }
-    }
 }
 
 /// Four springs. Those that fill up the last block join row 0 to itself, without stiffness.

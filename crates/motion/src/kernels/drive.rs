@@ -13,8 +13,8 @@ pub(crate) trait TickField: Field + Sized {
     /// Begins a step in the state that the last one left.
     fn begin_step(&mut self) {}
 
-    /// The length of the step up to a change of what acts that the state on the way to (`x`, `v`) brings, s, if there is one:
-    /// the step is then taken again up to there.
+    /// The length of the step, s, up to the first discontinuity that depends on the state, on the way to (`x`, `v`); `None` if
+    /// there is none. The step is then taken again up to there.
     fn ends_early(&mut self, x: Self::Space, v: Self::Space) -> Option<f64> {
         let _ = (x, v);
         None

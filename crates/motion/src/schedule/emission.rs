@@ -28,6 +28,19 @@ pub(crate) fn carrier_state(world: &World, RidesOn(body): RidesOn) -> Option<(Ve
     (!away && position.is_finite() && velocity.is_finite()).then_some((position, velocity))
 }
 
+/// The place of a particle of an emitter that rides, whose place is counted from `carrier`, and its birth in the tick that
+/// begins at `start`, s. Nothing is born where nothing carries.
+pub(crate) fn ride(
+    carrier: Option<(Vector, Vector)>,
+    position: Vector,
+    birth: Option<(Scalar, Vector)>,
+    start: Scalar,
+) -> (Vector, Option<(Scalar, Vector)>) {
+    let Some((at, velocity)) = carrier else { return (position, None) };
+    let after = birth.map_or(0.0, |(time, _)| time - start);
+    (position + (at + velocity * after), birth.map(|(time, launch)| (time, launch + velocity)))
+}
+
 /// The birth or death of the body in a slot.
 #[derive(Clone, Copy, Debug)]
 pub struct ParticleChange {
@@ -47,14 +60,7 @@ impl ParticleChange {
         let is_disabled = world.get_entity(body).is_ok_and(|body| is_disabled(world, body));
         let mut birth = birth.filter(|_| !is_disabled);
         if let Some(carrier) = carrier {
-            match carrier_state(world, carrier) {
-                Some((at, velocity)) => {
-                    let after = birth.map_or(0.0, |(time, _)| time - start);
-                    position += at + velocity * after;
-                    birth = birth.map(|(time, launch)| (time, launch + velocity));
-                }
-                None => birth = None,
-            }
+            (position, birth) = ride(carrier_state(world, carrier), position, birth, start);
         }
         let Ok(mut body) = world.get_entity_mut(body) else { return };
         if body.contains::<Quarantined>() {

@@ -9,7 +9,7 @@ use motion::{BodyDrag, Curve, Drag, MutualGravity, Thrust, Well, Wells, Wind, Wo
 use crate::check::{Rule, Scope, not_negative, shown};
 use crate::generate::Bodies;
 use crate::raw;
-use crate::resolve::springs::physical;
+use crate::resolve::carriers::physical;
 use crate::scene::{OwnLawsSpec, RidingWellSpec};
 use crate::text::faults::Faults;
 use crate::text::syntax::Triple;

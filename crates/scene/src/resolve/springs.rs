@@ -8,6 +8,7 @@ use motion::{Elastic, Method};
 use crate::check::{Rule, Scope, not_negative};
 use crate::generate::{self, Bodies, Section};
 use crate::raw;
+use crate::resolve::carriers::physical;
 use crate::scene::BodySpec;
 use crate::scene::coupled::SpringSpec;
 use crate::text::faults::Faults;
@@ -57,48 +58,6 @@ fn ends(raw: &raw::Spring, bodies: &Bodies, scope: Scope, faults: &mut Faults) -
         return None;
     }
     Some(ends)
-}
-
-/// The stable id of a body with physics that is no particle of an emitter: of those it is said what `cannot` be done to them.
-pub(crate) fn physical(
-    name: &str,
-    bodies: &Bodies,
-    (path, cannot): (String, &str),
-    faults: &mut Faults,
-) -> Option<u32> {
-    let names = bodies.names.as_ref()?;
-    let Some(id) = names.find(name) else {
-        let (what, cure) = names.stranger(name);
-        faults.add(path, what, cure);
-        return None;
-    };
-    if bodies.bodies[id as usize].inverse_mass.is_none() {
-        faults.add(path, format!("{name:?} is scenery, which {cannot}"), "name a body with physics");
-        return None;
-    }
-    if bodies.emitters.iter().any(|emitter| emitter.pool.contains(&id)) {
-        let what = format!("{name:?} is an emitter's, born again and again, so {cannot} it");
-        faults.add(path, what, "name another body");
-        return None;
-    }
-    Some(id)
-}
-
-/// Puts emitters on the bodies on which they ride.
-pub(crate) fn carry_emitters(raw: &[raw::Emitter], bodies: &mut Bodies, faults: &mut Faults) {
-    for (i, raw) in raw.iter().enumerate() {
-        let Some(name) = &raw.rides_on else { continue };
-        let path = Scope::item("emitters", i).key("rides_on");
-        let carrier = physical(name, bodies, (path, "no emitter can ride on"), faults);
-        let Bodies { bodies, emitters, .. } = &mut *bodies;
-        if let (Some(emitter), Some(id)) = (emitters.get_mut(i), carrier) {
-            emitter.rides_on = carrier;
-            // Its particles wait there.
-            let at = bodies[id as usize].position;
-            let pool = emitter.pool.start as usize..emitter.pool.end as usize;
-            bodies[pool].iter_mut().for_each(|body| body.position += at);
-        }
-    }
 }
 
 /// Notes where bodies that act on each other are not moved alike: with `attracting`, all that can move.

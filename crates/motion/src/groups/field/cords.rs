@@ -8,7 +8,8 @@ use smallvec::SmallVec;
 
 use super::{GroupField, Layout};
 use crate::groups::combination::{Combination, FIRST};
-use crate::groups::pull::{SpringRow, Springs, end_of, parts_of_way, pulls};
+use crate::groups::pull::{SpringRow, Springs, pulls};
+use crate::kernels::cubic::Cubic;
 use crate::kernels::record::{Recorder, vector};
 use crate::state::springs::Elastic;
 use crate::units::{Scalar, Vector};
@@ -17,6 +18,23 @@ use crate::units::{Scalar, Vector};
 const MOST: u32 = 256;
 /// A change this near to an end of a step, in lengths of it, is at that end.
 const NEAR: Scalar = 1e-9;
+
+/// Parts of a step or tick at whose ends cords are looked at, each from one fraction of it to another.
+pub(crate) fn parts_of_way() -> impl Iterator<Item = (f64, f64)> {
+    const PARTS: u32 = 8;
+    (0..PARTS).map(|i| (f64::from(i) / f64::from(PARTS), f64::from(i + 1) / f64::from(PARTS)))
+}
+
+/// The place between `from` and `to` at which what holds at `from` ends, by halving; `to` is beyond it.
+pub(crate) fn end_of(holds: impl Fn(f64) -> bool, mut from: f64, mut to: f64) -> f64 {
+    loop {
+        let middle = 0.5 * (from + to);
+        if middle <= from || middle >= to || to - from < 1e-14 {
+            return to;
+        }
+        if holds(middle) { from = middle } else { to = middle }
+    }
+}
 
 /// The cords of a group in a tick.
 #[derive(Debug, Default)]
@@ -51,26 +69,17 @@ impl Cords {
     }
 }
 
-/// The motion of the second end of a cord as seen from the first in a step: the cubic through both ends (Hermite 1878).
+/// The motion of the second end of a cord as seen from the first in a step.
 struct Way {
     elastic: Elastic,
-    from: [Vector; 2],
-    /// Coefficients of s² and s³, where s is the elapsed fraction of the step.
-    curve: [Vector; 2],
+    cubic: Cubic,
     h: Scalar,
 }
 
 impl Way {
-    fn new(elastic: Elastic, from: [Vector; 2], [x, v]: [Vector; 2], h: Scalar) -> Self {
-        let (moved, [first, last]) = (x - from[0], [from[1] * h, v * h]);
-        Self { elastic, from, curve: [moved * 3.0 - first * 2.0 - last, first + last - moved * 2.0], h }
-    }
-
     /// Whether the cord pulls at the fraction `s` of the step.
     fn is_taut(&self, s: Scalar) -> bool {
-        let ([x, v], [square, cube]) = (self.from, self.curve);
-        let d = x + v * (self.h * s) + (square + cube * s) * (s * s);
-        let u = v + (square * 2.0 + cube * (3.0 * s)) * (s / self.h);
+        let [d, u] = self.cubic.at(s, self.h * s);
         pulls(&self.elastic, d, u)
     }
 
@@ -155,7 +164,7 @@ impl<E: Layout> GroupField<'_, E> {
             if !(to[0] + to[1]).is_finite() {
                 return None;
             }
-            let change = Way::new(elastic, from, to, h).change(cords.taut[i])?;
+            let change = Way { elastic, cubic: Cubic::new(from, to, h), h }.change(cords.taut[i])?;
             // Once at a time: what only touches a change does not change to and fro.
             (change > NEAR || !cords.changed.contains(&i)).then_some((i, change))
         };

@@ -3,6 +3,7 @@
 use smallvec::SmallVec;
 
 use super::bodies::PhasePoint;
+use crate::kernels::cubic::Cubic;
 use crate::laws::EvaluationTime;
 use crate::laws::tick_times::TickTimes;
 use crate::units::{Scalar, Vector};
@@ -16,8 +17,7 @@ const NEAR: Scalar = 1e-9;
 pub(super) struct Path {
     ends: [PhasePoint; 2],
     length: Scalar,
-    /// Coefficients of s² and s³, m, where s is the elapsed fraction of the tick.
-    curve: [Vector; 2],
+    cubic: Cubic,
     /// Times of jumps since the start, s, and the jumps of the acceleration, m/s².
     bends: SmallVec<[(Scalar, Vector); 2]>,
 }
@@ -25,10 +25,8 @@ pub(super) struct Path {
 impl Path {
     /// Makes a path between two ends that are `length` seconds apart.
     pub fn new(ends: [PhasePoint; 2], length: Scalar) -> Self {
-        let moved = ends[1].position - ends[0].position;
-        let [from, to] = ends.map(|end| end.velocity * length);
-        let curve = [moved * 3.0 - from * 2.0 - to, from + to - moved * 2.0];
-        Self { ends, length, curve, bends: SmallVec::new() }
+        let [from, to] = ends.map(|end| [end.position, end.velocity]);
+        Self { ends, length, cubic: Cubic::new(from, to, length), bends: SmallVec::new() }
     }
 
     /// Adds a jump of the acceleration `after` seconds; both ends stay unchanged.
@@ -36,8 +34,8 @@ impl Path {
         let rest = self.length - after;
         // The jump would move the end by this much: the cubic takes it back.
         let (moved, turned) = (jump * (rest * rest / 2.0), jump * (rest * self.length));
-        self.curve[0] -= moved * 3.0 - turned;
-        self.curve[1] -= turned - moved * 2.0;
+        self.cubic.curve[0] -= moved * 3.0 - turned;
+        self.cubic.curve[1] -= turned - moved * 2.0;
         self.bends.push((after, jump));
     }
 
@@ -50,10 +48,7 @@ impl Path {
         if after >= self.length {
             return end;
         }
-        let s = after / self.length;
-        let [square, cube] = self.curve;
-        let mut position = start.position + start.velocity * after + (square + cube * s) * (s * s);
-        let mut velocity = start.velocity + (square * 2.0 + cube * (3.0 * s)) * (s / self.length);
+        let [mut position, mut velocity] = self.cubic.at(after / self.length, after);
         for (bend, jump) in self.bends.iter().filter(|(bend, _)| *bend < after) {
             let since = after - bend;
             position += *jump * (since * since / 2.0);

@@ -18,26 +18,41 @@ pub(super) fn in_words(value: f64) -> String {
     }
 }
 
+/// What the names in formulas measure.
+#[derive(Clone, Copy)]
+pub(super) struct Measures<'a> {
+    pub quantities: &'a [Quantity],
+    /// The body at which the step points: a person sees it marked, whatever its name is.
+    pub pointed_at: Option<&'a str>,
+}
+
+impl Measures<'_> {
+    /// What a body is called.
+    fn called<'b>(&self, body: &'b str) -> &'b str {
+        if self.pointed_at == Some(body) { "the body with the ring" } else { body }
+    }
+}
+
 /// The comparisons of `formula` that do not hold, in words: "energy 51 J, to be below 43 J".
 pub(super) fn missing(
     formula: &Formula,
-    measure: &[Quantity],
+    measures: Measures<'_>,
     value: impl Fn(&str) -> Option<f64> + Copy,
 ) -> String {
     let Some(parts) = formula.comparisons() else { return String::new() };
-    let words = |part: &Comparison| truth(part, measure).unwrap_or_else(|| short_of(part, measure, value));
+    let words = |part: &Comparison| truth(part, measures).unwrap_or_else(|| short_of(part, measures, value));
     parts.iter().filter(|part| !part.holds(value)).map(words).collect::<Vec<_>>().join("; ")
 }
 
 /// The words of a comparison of what is so or not so.
-fn truth(part: &Comparison, measure: &[Quantity]) -> Option<String> {
+fn truth(part: &Comparison, measures: Measures<'_>) -> Option<String> {
     let Quantity { measure, .. } =
-        measure.iter().find(|quantity| quantity.name == part.left.text().trim())?;
+        measures.quantities.iter().find(|quantity| quantity.name == part.left.text().trim())?;
     let wanted = part.right.value(|_| None) != 0.0;
     let not = if wanted { "not " } else { "" };
     Some(match measure {
         Measure::Method(method) => format!("the method is {not}{}", method.claims().title),
-        Measure::Selected(body) => format!("{body} is {not}selected"),
+        Measure::Selected(body) => format!("{} is {not}selected", measures.called(body)),
         Measure::Shows(panel) => {
             let title = panel_of(panel)?.row().title;
             format!("{title} is {}", if wanted { "not open" } else { "open" })
@@ -49,7 +64,7 @@ fn truth(part: &Comparison, measure: &[Quantity]) -> Option<String> {
     })
 }
 
-fn short_of(part: &Comparison, measure: &[Quantity], value: impl Fn(&str) -> Option<f64> + Copy) -> String {
+fn short_of(part: &Comparison, measures: Measures<'_>, value: impl Fn(&str) -> Option<f64> + Copy) -> String {
     let bound = match part.sign {
         "<" | "<=" => "below ",
         ">" | ">=" => "above ",
@@ -61,11 +76,11 @@ fn short_of(part: &Comparison, measure: &[Quantity], value: impl Fn(&str) -> Opt
             .left
             .names()
             .iter()
-            .map(|name| described(name, std::slice::from_ref(name), measure).0)
+            .map(|name| described(name, std::slice::from_ref(name), measures).0)
             .collect();
         return format!("{} do not fit yet", one_of(&names));
     }
-    let (words, unit) = described(part.left.text(), part.left.names(), measure);
+    let (words, unit) = described(part.left.text(), part.left.names(), measures);
     let with_unit = |number: f64| match number.is_nan() {
         true => "not known".to_owned(),
         false => format!("{} {unit}", in_words(number)).trim_end().to_owned(),
@@ -75,10 +90,10 @@ fn short_of(part: &Comparison, measure: &[Quantity], value: impl Fn(&str) -> Opt
 }
 
 /// A formula with words for its names, and the unit of its value where that is plain.
-fn described(text: &str, names: &[String], measure: &[Quantity]) -> (String, &'static str) {
+fn described(text: &str, names: &[String], measures: Measures<'_>) -> (String, &'static str) {
     let described = |name: &String| {
-        let (quantity, suffix) = quantity_of(measure, name)?;
-        let (words, unit) = words(&quantity.measure);
+        let (quantity, suffix) = quantity_of(measures.quantities, name)?;
+        let (words, unit) = words(&quantity.measure, measures);
         let words = match suffix {
             "_before" => format!("{words} before"),
             "_most" => format!("largest {words}"),
@@ -128,7 +143,8 @@ fn one_of(words: &[String]) -> String {
 }
 
 /// What is measured, in words, and its unit.
-fn words(measure: &Measure) -> (String, &'static str) {
+fn words(measure: &Measure, measures: Measures<'_>) -> (String, &'static str) {
+    let called = |body| measures.called(body);
     let axis = |axis: &Axis| match axis {
         Axis::X => "x",
         Axis::Y => "y",
@@ -136,11 +152,13 @@ fn words(measure: &Measure) -> (String, &'static str) {
     };
     match measure {
         Measure::Time => ("time".to_owned(), "s"),
-        Measure::Position(body, along) => (format!("{} of {body}", axis(along)), "m"),
-        Measure::Velocity(body, along) => (format!("velocity of {body} along {}", axis(along)), "m/s"),
-        Measure::Speed(body) => (format!("speed of {body}"), "m/s"),
-        Measure::Mass(body) => (format!("mass of {body}"), "kg"),
-        Measure::Distance(one, other) => (format!("distance of {one} and {other}"), "m"),
+        Measure::Position(body, along) => (format!("{} of {}", axis(along), called(body)), "m"),
+        Measure::Velocity(body, along) => {
+            (format!("velocity of {} along {}", called(body), axis(along)), "m/s")
+        }
+        Measure::Speed(body) => (format!("speed of {}", called(body)), "m/s"),
+        Measure::Mass(body) => (format!("mass of {}", called(body)), "kg"),
+        Measure::Distance(one, other) => (format!("distance of {} and {}", called(one), called(other)), "m"),
         Measure::Energy => ("energy".to_owned(), "J"),
         Measure::KineticEnergy => ("kinetic energy".to_owned(), "J"),
         Measure::Momentum(along) => (format!("momentum along {}", axis(along)), "kg m/s"),
@@ -155,7 +173,7 @@ fn words(measure: &Measure) -> (String, &'static str) {
         Measure::GhostError(method) => (format!("error of {}", method.claims().title), "m"),
         Measure::PushWork => ("work of pushes".to_owned(), "J"),
         Measure::ClickForce => ("force of a click".to_owned(), "N"),
-        Measure::Selected(body) => (format!("{body} selected"), ""),
+        Measure::Selected(body) => (format!("{} selected", called(body)), ""),
         Measure::Shows(panel) => (panel.clone(), ""),
         Measure::Paused => ("paused".to_owned(), ""),
         Measure::Follows => ("following".to_owned(), ""),
@@ -189,7 +207,8 @@ mod tests {
             "paused" => Some(1.0),
             _ => None,
         };
-        let said = |text: &str| missing(&Formula::parse(text).expect("a formula"), &measure, value);
+        let measures = Measures { quantities: &measure, pointed_at: None };
+        let said = |text: &str| missing(&Formula::parse(text).expect("a formula"), measures, value);
         assert_eq!(said("e < 43 && m == 2"), "energy 51 J, to be below 43 J");
         assert_eq!(said("e < e_before * 0.85"), "energy 51 J, to be below 42.5 J");
         assert_eq!(

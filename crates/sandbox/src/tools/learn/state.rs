@@ -11,7 +11,7 @@ use scene::lesson::{Begin, Formula, Goal, Lesson, LessonStep, Measure, beside, i
 use crate::panels::Panel;
 use crate::stage::Stage;
 use crate::tools::ghosts::Ghosts;
-use crate::tools::learn::missing::{in_words, missing};
+use crate::tools::learn::missing::{Measures, in_words, missing};
 use crate::tools::learn::panel_of;
 use crate::tools::ledger::Ledger;
 use crate::view::View;
@@ -370,15 +370,9 @@ impl Running {
 
     /// What of `formula` does not hold, in words.
     fn missing(&self, formula: &Formula) -> String {
-        // The body at which the step points is the one that the person sees marked, whatever its name is.
         let pointed_at = self.step().and_then(|step| step.point_at.as_deref());
-        let mut measure = self.lesson.measure.clone();
-        for body in measure.iter_mut().flat_map(|quantity| quantity.measure.bodies_mut()) {
-            if Some(body.as_str()) == pointed_at {
-                "the body with the ring".clone_into(body);
-            }
-        }
-        missing(formula, &measure, |name| self.value(name))
+        let measures = Measures { quantities: &self.lesson.measure, pointed_at };
+        missing(formula, measures, |name| self.value(name))
     }
 
     fn value(&self, name: &str) -> Option<f64> {
