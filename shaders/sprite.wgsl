@@ -16,6 +16,10 @@ struct Spot {
 
 @vertex
 fn vs_sprite(@builtin(vertex_index) index: u32, sprite: Sprite) -> Spot {
+    return spot(index, sprite);
+}
+
+fn spot(index: u32, sprite: Sprite) -> Spot {
     let corner = vec2f(f32(index & 1u), f32(index >> 1u)) * 2.0 - 1.0;
     // A soft edge takes half of a small sprite away: none is smaller than a pixel.
     let pixel = globals.viewport.z * max(dot(sprite.position, globals.camera_forward.xyz), 0.0);

@@ -5,6 +5,7 @@
 
 mod entries;
 mod restore;
+mod swarm;
 mod take;
 pub mod words;
 
@@ -18,6 +19,7 @@ use crate::simulation::hash_of_states;
 use scene::lists::{list, list_bytes};
 
 pub use restore::BadSnapshot;
+use swarm::SwarmEntry;
 
 #[cfg(test)]
 pub(crate) use entries::RequestEntry;
@@ -75,6 +77,9 @@ pub struct Snapshot {
     /// The state of each emitter, by its index in the scene file.
     #[serde(deserialize_with = "list")]
     pub(crate) emissions: Vec<(u32, EmissionEntry)>,
+    /// The ticks of each swarm, by the index of its emitter in the scene file.
+    #[serde(deserialize_with = "list", skip_serializing_if = "Vec::is_empty")]
+    pub(crate) swarms: Vec<(u32, SwarmEntry)>,
     /// Pushes that wait for a tick.
     #[serde(deserialize_with = "list")]
     pub(crate) pushes: Vec<PushEntry>,
@@ -126,6 +131,7 @@ impl Snapshot {
             last_steps,
             records,
             emissions,
+            swarms,
             pushes,
             sustained,
             requests,
@@ -145,6 +151,8 @@ impl Snapshot {
             + list_bytes(records)
             + list_bytes(emissions)
             + slots.sum::<usize>()
+            + list_bytes(swarms)
+            + swarms.iter().map(|(_, swarm)| swarm.0.bytes()).sum::<usize>()
             + [pushes, sustained].map(list_bytes).iter().sum::<usize>()
             + list_bytes(requests)
     }

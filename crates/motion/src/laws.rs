@@ -6,6 +6,7 @@
 
 mod body_drag;
 pub(crate) mod damping;
+mod device_form;
 mod drag;
 pub(crate) mod epoch;
 mod gravity;
@@ -28,6 +29,7 @@ use glam::DMat3;
 use crate::units::Vector;
 
 pub use body_drag::BodyDrag;
+pub use device_form::DeviceForm;
 pub use drag::Drag;
 pub use gravity::Gravity;
 #[cfg(test)]
@@ -172,6 +174,12 @@ pub trait Law: Debug + Send + Sync + 'static {
     /// never called.
     fn affine(&self) -> Option<Affine> {
         None
+    }
+
+    /// The formula by which a graphics device evaluates the law for the particles of a [`Swarm`](crate::Swarm); `None` if it has
+    /// none. An affine law has one.
+    fn device_form(&self) -> Option<DeviceForm<'_>> {
+        self.affine().map(DeviceForm::Affine)
     }
 
     /// Times at which the acceleration or its slope jumps, s. Steps are split at these times.

@@ -76,6 +76,8 @@ pub use schedule::plan::{OutsideMethod, Passes, StepPlan};
 pub use schedule::plugin::InertiaPlugin;
 pub use schedule::requests::{Request, Requests};
 pub use schedule::stepper::Stepper;
+pub use schedule::swarm::{Swarm, SwarmLog, SwarmTick};
+pub use schedule::swarm_laws::{SwarmDrag, SwarmLaws};
 pub use schedule::systems::StepSystems;
 pub use state::clock::TimeStep;
 pub use state::components::{
@@ -125,6 +127,7 @@ pub mod ledger {
 /// The systems of a tick one by one, for tests and for schedules that [`Stepper`] does not make.
 pub mod systems {
     pub use crate::schedule::emission::emit_particles;
+    pub use crate::schedule::swarms::advance_swarms;
     pub use crate::schedule::systems::{
         apply_forces, clear_forces, insert_step_resources, step_schedule, step_systems,
     };

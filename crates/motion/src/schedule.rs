@@ -8,6 +8,9 @@ pub(crate) mod plugin;
 pub(crate) mod requests;
 pub(crate) mod restart;
 pub(crate) mod stepper;
+pub(crate) mod swarm;
+pub(crate) mod swarm_laws;
+pub(crate) mod swarms;
 pub(crate) mod systems;
 
 #[cfg(test)]

@@ -54,6 +54,7 @@ use crate::schedule::effects::{self, Effect, EffectState};
 use crate::schedule::emission::orphans;
 use crate::schedule::requests::{Request, Requests};
 use crate::schedule::stepper::Stepper;
+use crate::schedule::swarm::SwarmLog;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::CouplingChanged;
@@ -107,6 +108,8 @@ pub struct Snapshot {
     pub dormant: Vec<Entity>,
     /// What each emitter has emitted.
     pub emissions: Vec<(Entity, EmissionState)>,
+    /// The ticks of each swarm.
+    pub swarms: Vec<(Entity, SwarmLog)>,
     /// Forces that were added for the next tick.
     pub forces: Vec<Push>,
     /// Pushes that wait for the next tick.
@@ -220,6 +223,7 @@ pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
         records: world.resource::<Quarantine>().records().to_vec(),
         dormant,
         emissions,
+        swarms: all(world),
         forces: PushedBodies::forces(world),
         pushes: world.resource::<PushQueue>().edges().to_vec(),
         sustained: world.resource::<PushQueue>().sustained().to_vec(),
@@ -252,6 +256,7 @@ pub fn restore(world: &mut World, stepper: &mut Stepper, snapshot: &Snapshot) ->
             *emission = Emission::from_state(state.clone());
         }
     }
+    give(world, &snapshot.swarms);
     // Those of a tick in which a law panicked.
     if let Some(mut emissions) = world.get_resource_mut::<Emissions>() {
         emissions.births.clear();
@@ -334,6 +339,7 @@ impl MapEntities for Snapshot {
             records,
             dormant,
             emissions,
+            swarms,
             forces,
             pushes,
             sustained,
@@ -345,6 +351,7 @@ impl MapEntities for Snapshot {
         map(of(own_methods), mapper);
         map(of(own_substeps), mapper);
         map(of(emissions), mapper);
+        map(of(swarms), mapper);
         map([forces, pushes, sustained].into_iter().flatten().map(|push| &mut push.body), mapper);
         for QuarantineRecord { body, cause, .. } in records {
             *body = mapper.get_mapped(*body);
@@ -387,6 +394,7 @@ impl Snapshot {
         each("own_methods", fault_of(world, entities(&self.own_methods)))?;
         each("own_substeps", fault_of(world, entities(&self.own_substeps)))?;
         each("quarantined", fault_of(world, self.quarantined.iter().copied()))?;
+        each("swarms", fault_of(world, entities(&self.swarms)))?;
         each("dormant", fault_of(world, self.dormant.iter().copied()))
     }
 

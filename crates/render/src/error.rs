@@ -28,6 +28,16 @@ pub enum RenderError {
         /// What wgpu said.
         detail: String,
     },
+    /// The device was lost while it was in use.
+    #[error(
+        "the graphics adapter {adapter} was lost: {detail}; start again, or with another adapter in WGPU_ADAPTER_NAME"
+    )]
+    Lost {
+        /// Which adapter, in one line.
+        adapter: String,
+        /// What wgpu said.
+        detail: String,
+    },
     /// The window cannot be drawn to.
     #[error("cannot draw into the window: {detail}; WGPU_BACKEND=vulkan or WGPU_BACKEND=gl may help")]
     Surface {
@@ -48,8 +58,29 @@ pub enum RenderError {
         /// The most pixels that can be read back.
         max_area: u64,
     },
+    /// The adapter runs no compute shaders.
+    #[error(
+        "the graphics adapter {adapter} runs no compute shaders, which emitters with on: gpu need; give them on: cpu"
+    )]
+    NoCompute {
+        /// Which adapter, in one line.
+        adapter: String,
+    },
+    /// A swarm has more particles than the adapter can have in one buffer.
+    #[error(
+        "{slots} particles are more than the graphics adapter {adapter} can have in one swarm; give an emitter at most {most}, \
+         or on: cpu"
+    )]
+    Swarm {
+        /// Which adapter, in one line.
+        adapter: String,
+        /// Asked for.
+        slots: u64,
+        /// The most that it can have.
+        most: u64,
+    },
     /// The pixels could not be copied back from the adapter.
-    #[error("the picture could not be read back from the graphics adapter: {detail}")]
+    #[error("nothing could be read back from the graphics adapter: {detail}")]
     ReadBack {
         /// What wgpu said.
         detail: String,

@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Quat, Vec3};
 
+use crate::swarm_tick::Swarm;
 use crate::{Line, Surface};
 
 /// Bit of [`Instance::surface`]: the 4 by 4 checker board of the tutorial, once on each cube face or around a sphere.
@@ -43,6 +44,9 @@ pub struct Frame {
     pub particles: Vec<Particle>,
     /// What is too small and fast to have a shape: drops, sparks. Drawn in this order over bodies and particles.
     pub sprites: Vec<Sprite>,
+    /// Particles that live on the device, drawn as sprites. An adapter that cannot have them draws none: see
+    /// [`Gpu::check_swarm`](crate::Gpu::check_swarm).
+    pub swarms: Vec<Swarm>,
     /// Bodies that others are seen through.
     pub translucent: Translucent,
     /// Lines and arrows, hidden by bodies in front of them; see [`Line::arrow`].

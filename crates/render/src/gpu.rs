@@ -1,6 +1,7 @@
 //! Finds a graphics adapter, real or software, and opens it.
 
 use std::fmt;
+use std::sync::{Arc, OnceLock};
 
 use wgpu::{Backends, Instance, InstanceDescriptor, PowerPreference, RequestAdapterOptions, Surface};
 
@@ -18,6 +19,8 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// The adapter in words.
     pub info: AdapterSummary,
+    /// Why the device was lost, once it was.
+    lost: Arc<OnceLock<String>>,
 }
 
 /// An adapter in words; displays as one line.
@@ -103,6 +106,32 @@ impl Gpu {
         self.device.limits().max_texture_dimension_2d
     }
 
+    /// Whether the device still works.
+    ///
+    /// # Errors
+    /// If it was lost: its driver was restarted, say, or the adapter was unplugged.
+    pub fn check(&self) -> Result<(), RenderError> {
+        // Callbacks are called while the device is polled.
+        let _ = self.device.poll(wgpu::PollType::Poll);
+        self.lost.get().map_or(Ok(()), |why| {
+            Err(RenderError::Lost { adapter: self.info.to_string(), detail: why.clone() })
+        })
+    }
+
+    /// The bytes of a buffer that can be mapped. Waits for all submitted work. An error is what wgpu said.
+    pub(crate) fn read_buffer(&self, buffer: &wgpu::Buffer) -> Result<Vec<u8>, String> {
+        let (sender, receiver) = std::sync::mpsc::channel();
+        buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+            // The receiver is only gone where the wait below has failed, which is reported there.
+            let _ = sender.send(result);
+        });
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| error.to_string())?;
+        receiver.recv().map_err(|error| error.to_string())?.map_err(|error| error.to_string())?;
+        let bytes = buffer.get_mapped_range(..).map_err(|error| error.to_string())?.to_vec();
+        buffer.unmap();
+        Ok(bytes)
+    }
+
     fn open(instance: Instance, adapter: wgpu::Adapter) -> Result<Self, RenderError> {
         let info = AdapterSummary::of(&adapter);
         let descriptor = wgpu::DeviceDescriptor {
@@ -112,7 +141,13 @@ impl Gpu {
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|error| RenderError::Device { adapter: info.to_string(), detail: error.to_string() })?;
-        Ok(Self { instance, adapter, device, queue, info })
+        let lost = Arc::new(OnceLock::new());
+        let notes = Arc::clone(&lost);
+        device.set_device_lost_callback(move |_, why| {
+            // Only the first loss counts.
+            let _ = notes.set(why);
+        });
+        Ok(Self { instance, adapter, device, queue, info, lost })
     }
 }
 

@@ -4,6 +4,8 @@
 //! - [`Renderer`]: draws a frame into any view of the right format. `pipelines` has one pipeline for each thing that is drawn,
 //!   `mesh` the unit meshes, `shadow` the shadow map, `buffers` what is kept from frame to frame, and `surfaces`, `translucent`
 //!   and `panels` draw cloth and jelly, translucent bodies and egui's triangles.
+//! - [`Swarm`]: particles that the device steps and draws by itself; [`Swarms`] runs their ticks. `swarm_parameters` is what the
+//!   shaders read, and `swarm_painter` draws.
 //! - [`Gpu`]: an adapter, real or software. [`Quality`]: how much work a picture may cost.
 //! - [`Offscreen`] and [`WindowTarget`]: where the view comes from, a texture or a swap chain.
 //! - [`Image`], [`Film`] and [`Gif`]: a picture in memory and as a PNG file, and pictures as an animated PNG or GIF.
@@ -30,6 +32,10 @@ mod renderer;
 mod shadow;
 mod surface;
 mod surfaces;
+mod swarm;
+mod swarm_painter;
+mod swarm_parameters;
+mod swarm_tick;
 mod target;
 mod translucent;
 
@@ -46,6 +52,8 @@ pub use offscreen::{OFFSCREEN_FORMAT, Offscreen};
 pub use quality::Quality;
 pub use renderer::Renderer;
 pub use surface::{Surface, SurfaceVertex};
+pub use swarm::{SwarmParticle, Swarms};
+pub use swarm_tick::{Swarm, SwarmDamping, SwarmLaws, SwarmLook, SwarmStepping, SwarmTick};
 pub use target::{WindowFrame, WindowTarget};
 
 pub use wgpu;

@@ -88,26 +88,12 @@ impl Offscreen {
         );
         gpu.queue.submit([encoder.finish()]);
 
-        let (sender, receiver) = std::sync::mpsc::channel();
-        self.buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-            // The receiver is only gone where the wait below has failed, which is reported there.
-            let _ = sender.send(result);
-        });
-        gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| failed(error.to_string()))?;
-        receiver
-            .recv()
-            .map_err(|error| failed(error.to_string()))?
-            .map_err(|error| failed(error.to_string()))?;
-
+        let bytes = gpu.read_buffer(&self.buffer).map_err(failed)?;
         let row_bytes = self.size_px[0] as usize * 4;
         let mut rgba = Vec::with_capacity(row_bytes * self.size_px[1] as usize);
-        {
-            let mapped = self.buffer.get_mapped_range(..).map_err(|error| failed(error.to_string()))?;
-            for row in mapped.chunks_exact(self.bytes_per_row as usize) {
-                rgba.extend_from_slice(&row[..row_bytes]);
-            }
+        for row in bytes.chunks_exact(self.bytes_per_row as usize) {
+            rgba.extend_from_slice(&row[..row_bytes]);
         }
-        self.buffer.unmap();
         use wgpu::TextureFormat::{Bgra8Unorm, Bgra8UnormSrgb};
         let blue_first = matches!(self.texture.format(), Bgra8Unorm | Bgra8UnormSrgb);
         for pixel in rgba.chunks_exact_mut(4) {

@@ -10,7 +10,7 @@ pub(crate) const BODY: &str = include_str!("../../../shaders/body.wgsl");
 const SKY: &str = include_str!("../../../shaders/sky.wgsl");
 const GROUND: &str = include_str!("../../../shaders/ground.wgsl");
 pub(crate) const PARTICLE: &str = include_str!("../../../shaders/particle.wgsl");
-const SPRITE: &str = include_str!("../../../shaders/sprite.wgsl");
+pub(crate) const SPRITE: &str = include_str!("../../../shaders/sprite.wgsl");
 const LINE: &str = include_str!("../../../shaders/line.wgsl");
 
 /// Width of the bright outline, pixels.

@@ -5,13 +5,14 @@ use egui::ecolor::linear_f32_from_gamma_u8;
 use glam::{Mat4, Vec3, Vec4};
 
 use crate::{
-    Frame, Gpu, Instance, Quality,
+    Frame, Gpu, Instance, Quality, Swarm, Swarms,
     buffers::{Bodies, InstanceBuffer},
     mesh::Mesh,
     panels::PanelPainter,
     pipelines::{DEPTH_FORMAT, Destination, Pipelines},
     shadow::{Caster, LightView, ShadowMap},
     surfaces::Surfaces,
+    swarm_painter::SwarmPainter,
     translucent::TranslucentBodies,
 };
 
@@ -63,6 +64,8 @@ pub struct Renderer {
     surfaces: Option<Surfaces>,
     /// From the first frame on that has any.
     translucent: Option<TranslucentBodies>,
+    /// From the first frame on that has any.
+    swarms: Option<SwarmPainter>,
     particles: InstanceBuffer,
     sprites: InstanceBuffer,
     lines: InstanceBuffer,
@@ -123,6 +126,7 @@ impl Renderer {
             small_spheres: Bodies::new(device, "small spheres"),
             surfaces: None,
             translucent: None,
+            swarms: None,
             particles: InstanceBuffer::new(device, "particles"),
             sprites: InstanceBuffer::new(device, "sprites"),
             lines: InstanceBuffer::new(device, "lines"),
@@ -134,6 +138,20 @@ impl Renderer {
     /// The quality in use: what was asked for, cut to what the adapter can do.
     pub fn quality(&self) -> Quality {
         self.quality
+    }
+
+    /// Brings the device to the last tick of each of `swarms`, as the next frame that has them would.
+    pub fn follow_swarms(&mut self, gpu: &Gpu, swarms: &[Swarm]) {
+        if self.swarms.is_some() || !swarms.is_empty() && gpu.check_swarm(0).is_ok() {
+            let layouts = (&self.globals_layout, &self.shadow_map.layout);
+            let new = || SwarmPainter::new(gpu, layouts.0, layouts.1, &self.destination);
+            self.swarms.get_or_insert_with(new).follow(gpu, swarms);
+        }
+    }
+
+    /// The swarms of the last frame; `None` before the first that had any.
+    pub fn swarms(&self) -> Option<&Swarms> {
+        self.swarms.as_ref().map(|painter| &painter.swarms)
     }
 
     /// Draws `frame` into `view`, which must have the frame's size and the format given to [`Renderer::new`], and
@@ -179,6 +197,7 @@ impl Renderer {
             let new = || TranslucentBodies::new(&gpu.device, layouts.0, layouts.1, &self.destination);
             self.translucent.get_or_insert_with(new).upload(gpu, &frame.translucent);
         }
+        self.follow_swarms(gpu, &frame.swarms);
         let particles = self.particles.upload(gpu, &frame.particles);
         let sprites = self.sprites.upload(gpu, &frame.sprites);
         let lines = self.lines.upload(gpu, &frame.lines);
@@ -317,6 +336,9 @@ impl Renderer {
         }
         self.particles.draw_quads(&mut pass, &self.pipelines.particle, particles);
         self.sprites.draw_quads(&mut pass, &self.pipelines.sprite, sprites);
+        if let Some(swarms) = &self.swarms {
+            swarms.draw(&mut pass);
+        }
         if let Some(translucent) = &self.translucent {
             translucent.draw(&mut pass, &self.cube, &self.sphere);
         }

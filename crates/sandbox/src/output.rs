@@ -9,6 +9,7 @@ pub(crate) mod pictures;
 pub(crate) mod progress;
 pub mod report;
 pub(crate) mod scenes;
+pub(crate) mod swarms;
 
 use std::io::Write as _;
 use std::path::Path;

@@ -30,7 +30,7 @@ use motion::clock::StepClock;
 use motion::effects::Effect;
 use motion::{
     Dormant, Emission, Emitter, Evaluations, Orientation, PhysicsBody, PreviousPosition, Push, Quarantine,
-    Quarantined, Request, SoftBody, Spring, Threads, Transform,
+    Quarantined, Request, SoftBody, Spring, Swarm, SwarmLog, Threads, Transform,
 };
 use pick::Shape;
 use scene::{Appearance, FileIndex, PointRadius, PushSpec, Scene, SoftBodyName};
@@ -143,6 +143,8 @@ pub(crate) fn register_drawn(world: &mut World) {
     world.register_component::<Spring>();
     world.register_component::<Emitter>();
     world.register_component::<Emission>();
+    world.register_component::<Swarm>();
+    world.register_component::<SwarmLog>();
 }
 
 /// What belongs to one world; another world has its own.

@@ -17,6 +17,7 @@ pub(crate) mod picking;
 pub(crate) mod picture;
 pub(crate) mod pull;
 pub(crate) mod springs;
+pub(crate) mod swarms;
 mod trails;
 
 use glam::DVec2;

@@ -25,6 +25,7 @@ use crate::scene::Reading;
 use crate::scene::names::Names;
 use crate::text::faults::Faults;
 pub(crate) use body::Defaults;
+pub use emitter::SWARM_LIMIT;
 use entry::GeneratedEntry;
 pub(crate) use entry::{Bodies, Section};
 pub(crate) use soft::elastic;

@@ -53,12 +53,13 @@ pub use edit::{Field, Kind, TextEdit, Value, moved_place, rewrite};
 pub use entries::Entry;
 pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;
+pub use generate::SWARM_LIMIT;
 pub use memory::{Keeps, address_space, allow_memory, byte_words, memory};
 pub use parts::Part;
 pub use resolve::declared::key_of_law;
 pub use resolve::springs::unsolvable;
 pub use resolve::survival::EXPLODES;
-pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
+pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec, SwarmSpec};
 pub use scene::names::Names;
 pub use scene::survival::{Bounds, Lengths, Measure, Steps, SurvivalRow};
 pub use scene::{

@@ -22,6 +22,12 @@ const MOVED: u64 = 370;
 /// What a particle takes besides: its emitter's throw, and its life in the pool.
 const PARTICLE: u64 = 700;
 
+/// Bytes of a particle of a swarm: its velocity at birth here and on the device, its state there, and what is read back for a summary.
+const SWARM_PARTICLE: u64 = 12 + 12 + 32 + 2 * 32;
+
+/// What is kept of swarms for going back, at most (`Swarms::KEPT_BYTES` of `render`).
+const SWARMS_KEPT: u64 = 256 << 20;
+
 /// What a member of a group takes besides: its rows in the arrays of a step and of a forecast.
 const GROUPED: u64 = 270;
 
@@ -71,7 +77,9 @@ pub fn allow_memory(bytes: u64) {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Census {
     pub bodies: u64,
-    /// Those of them that are members of groups, or particles.
+    /// Particles on a graphics device.
+    pub swarm: u64,
+    /// Those of the bodies that are members of groups, or particles.
     pub moved: u64,
     /// Those of them that are members of groups.
     pub grouped: u64,
@@ -106,6 +114,7 @@ impl Census {
     pub const fn and(self, other: Self) -> Self {
         Self {
             bodies: self.bodies.saturating_add(other.bodies),
+            swarm: self.swarm.saturating_add(other.swarm),
             moved: self.moved.saturating_add(other.moved),
             grouped: self.grouped.saturating_add(other.grouped),
             links: self.links.saturating_add(other.links),
@@ -142,6 +151,7 @@ impl Census {
             self.moved.saturating_sub(self.grouped).saturating_mul(PARTICLE),
             self.links.saturating_mul(LINK),
             self.blown.saturating_mul(TRIANGLE),
+            self.swarm.saturating_mul(SWARM_PARTICLE),
             forecast,
         ];
         let written = self.written().into_iter().map(|(count, [_, bytes])| count.saturating_mul(bytes));
@@ -164,6 +174,9 @@ impl Census {
             (self.points, "point of curves"),
         ];
         let mut words = vec![bodies_words(self.bodies)];
+        if self.swarm > 0 {
+            words.push(format!("{} particles on a graphics device", self.swarm));
+        }
         for (count, what) in counts.into_iter().filter(|(count, _)| *count > 0) {
             let (first, rest) =
                 what.split_once(' ').map_or((what, String::new()), |(a, b)| (a, format!(" {b}")));
@@ -186,13 +199,14 @@ pub struct Keeps {
 }
 
 impl Keeps {
-    /// Bytes on top for a scene of so many bodies, at most.
-    fn bytes(self, bodies: u64) -> u64 {
+    /// Bytes on top for a scene of so many bodies and particles on a device, at most.
+    fn bytes(self, Census { bodies, swarm, .. }: Census) -> u64 {
         let each = |kept: bool, bytes: u64| if kept { bodies.saturating_mul(bytes) } else { 0 };
         let parts = [
             each(self.ledger, LEDGER),
             each(self.black_box, BLACK_BOX),
             if self.black_box { TIMELINE } else { 0 },
+            if self.black_box && swarm > 0 { SWARMS_KEPT } else { 0 },
             each(self.pictures.is_some(), PICTURE),
             self.pictures.unwrap_or_default(),
         ];
@@ -223,7 +237,7 @@ impl Scene {
     #[must_use]
     pub fn estimated_bytes(&self, keeps: Keeps) -> u64 {
         let census = self.census();
-        census.bytes(self.reading, keeps.bytes(census.bodies))
+        census.bytes(self.reading, keeps.bytes(census))
     }
 
     fn census(&self) -> Census {
@@ -234,6 +248,7 @@ impl Scene {
         let in_air = self.laws.drag.is_some();
         let blown = soft.filter(|soft| in_air && soft.sheet).map(|soft| soft.triangles.len() as u64).sum();
         let particles: u64 = self.emitters.iter().map(|emitter| emitter.pool.len() as u64).sum();
+        let swarms = self.emitters.iter().filter_map(|emitter| emitter.swarm.as_ref());
         let grouped = if self.mutual_gravity.is_some() { bodies - particles } else { points };
         let own = self.own_laws.values();
         let own_wells: u64 =
@@ -242,6 +257,7 @@ impl Scene {
         let thrusts = own.flat_map(|laws| &laws.thrusts);
         Census {
             bodies,
+            swarm: swarms.map(|swarm| swarm.launches.len() as u64).sum(),
             moved: grouped + particles,
             grouped,
             links,

@@ -78,11 +78,13 @@ impl Scene {
         scene.springs = self.springs.iter().filter_map(spring).collect();
         let soft = |soft: &SoftBodySpec| Some(SoftBodySpec { points: span(&soft.points)?, ..soft.clone() });
         scene.soft_bodies = self.soft_bodies.iter().filter_map(soft).collect();
+        // Swarms have no bodies.
+        let with_bodies = || self.emitters.iter().filter(|emitter| emitter.swarm.is_none());
         let emitter = |emitter: &EmitterSpec| {
             let rides_on = emitter.rides_on.and_then(new);
             Some(EmitterSpec { pool: span(&emitter.pool)?, rides_on, ..emitter.clone() })
         };
-        scene.emitters = self.emitters.iter().filter_map(emitter).collect();
+        scene.emitters = with_bodies().filter_map(emitter).collect();
         // Particles neither attract nor are attracted.
         let particles: usize = scene.emitters.iter().map(|emitter| emitter.pool.len()).sum();
         if particles == scene.bodies.len() {
@@ -176,7 +178,10 @@ impl Joined {
         scene.springs.iter().for_each(|spring| join(&mut spring.ends.into_iter(), &mut joined));
         scene.soft_bodies.iter().for_each(|soft| join(&mut soft.points.clone(), &mut joined));
         // Particles are born where the body is on which their emitter rides.
-        let with_carrier = |emitter: &EmitterSpec| Some([emitter.rides_on?, emitter.pool.start]);
+        let with_carrier = |emitter: &EmitterSpec| {
+            let first = emitter.swarm.is_none().then_some(emitter.pool.start)?;
+            Some([emitter.rides_on?, first])
+        };
         let emitters = scene.emitters.iter().filter_map(with_carrier);
         // Wells pull where the body is on which they ride.
         let wells = scene

@@ -9,7 +9,7 @@ use motion::snapshot::{self, EmissionState, LastStep, RestoreError};
 use motion::units::Vector;
 use motion::{
     Cause, Emission, Evaluations, Fault, Iterations, OwnSubsteps, PhysicsBody, PreviousPosition, Push,
-    QuarantineRecord, StableId, Stepper, Substeps, TimeStep, Transform,
+    QuarantineRecord, StableId, Stepper, Substeps, SwarmLog, TimeStep, Transform,
 };
 use scene::{FileIndex, Scene, unsolvable};
 
@@ -119,6 +119,12 @@ impl Snapshot {
             (emitter, saved.map_or_else(EmissionState::default, |(_, saved)| saved.0.clone()))
         });
         let emissions = emissions.collect();
+        let mut swarms = world.query_filtered::<(Entity, &FileIndex), With<SwarmLog>>();
+        let swarms = swarms.iter(world).map(|(emitter, FileIndex(index))| {
+            let saved = self.swarms.iter().find(|(saved, _)| saved == index);
+            (emitter, saved.map_or_else(SwarmLog::default, |(_, saved)| saved.0.clone()))
+        });
+        let swarms = swarms.collect();
         let there = |id: u32| bodies.get(id as usize).copied().filter(|body| world.get_entity(*body).is_ok());
         let moves = |id: u32| there(id).filter(|body| world.get::<PhysicsBody>(*body).is_some());
         let pushes = |pushes: &[PushEntry]| -> Vec<_> {
@@ -152,6 +158,7 @@ impl Snapshot {
             records: self.records.iter().map(|record| record.of(bodies)).collect(),
             dormant: self.dormant.iter().copied().filter_map(moves).collect(),
             emissions,
+            swarms,
             forces: Vec::new(),
             pushes: pushes(&self.pushes),
             sustained: pushes(&self.sustained),

@@ -5,7 +5,7 @@ use motion::snapshot;
 use motion::{Cause, Evaluations, Fault, Push, QuarantineRecord, StableId};
 use scene::FileIndex;
 
-use super::{CountsEntry, EmissionEntry, Name, RecordEntry, SavedFault, Snapshot};
+use super::{CountsEntry, EmissionEntry, Name, RecordEntry, SavedFault, Snapshot, SwarmEntry};
 use crate::simulation::Simulation;
 
 impl Simulation {
@@ -43,6 +43,7 @@ impl Simulation {
             last_steps: by_id(state.last_steps, id, |last| last.0),
             records: state.records.iter().filter_map(record).collect(),
             emissions: by_id(state.emissions, index, EmissionEntry),
+            swarms: by_id(state.swarms, index, SwarmEntry),
             pushes: pushes(state.pushes),
             sustained: pushes(state.sustained),
             requests: state.requests.into_iter().filter_map(|request| request.rename(id)).collect(),

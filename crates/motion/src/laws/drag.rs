@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::DMat3;
 
-use super::{Affine, Axes, BodyBlock, BodyState, EvaluationTime, Jacobians, Law, Wind, WorldLaw};
+use super::{Affine, Axes, BodyBlock, BodyState, DeviceForm, EvaluationTime, Jacobians, Law, Wind, WorldLaw};
 use crate::units::{Scalar, Vector, at_least_0, outer};
 
 /// Drag of a fluid: `a = -c u - k |u| u`, where u is the velocity relative to the fluid. The fluid is at rest unless
@@ -129,5 +129,9 @@ impl Law for Drag {
         let wind = self.wind.map_or(Vector::ZERO, |wind| wind.velocity);
         let constant = wind * self.linear;
         (self.quadratic == 0.0 && steady).then_some(Affine { constant, rate: self.linear })
+    }
+
+    fn device_form(&self) -> Option<DeviceForm<'_>> {
+        Some(self.affine().map_or(DeviceForm::Drag(self), DeviceForm::Affine))
     }
 }

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::DMat3;
 
-use super::{Axes, BLOCK_BODIES, BodyBlock, BodyState, EvaluationTime, Jacobians, Law, WorldLaw};
+use super::{Axes, BLOCK_BODIES, BodyBlock, BodyState, DeviceForm, EvaluationTime, Jacobians, Law, WorldLaw};
 use crate::units::{Scalar, Vector, at_least_0, outer};
 
 /// A point that attracts every body, whatever its mass: `a = -mu r / (r² + s²)^(3/2)` with r from the well to the body
@@ -137,6 +137,10 @@ impl Law for Wells {
 
     fn wells(&self) -> &[Well] {
         &self.0
+    }
+
+    fn device_form(&self) -> Option<DeviceForm<'_>> {
+        Some(DeviceForm::Wells(&self.0))
     }
 
     /// `-m mu / sqrt(r² + s²)`.

@@ -61,18 +61,19 @@ const STILL: Scalar = 1e-6;
 /// The velocity field of the air at one time: everything that does not depend on the position is computed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Air {
-    mean: Vector,
-    across: Vector,
-    up: Vector,
+    pub mean: Vector,
+    pub across: Vector,
+    pub up: Vector,
     /// Wave vector of the gusts, rad/m.
-    wave: Vector,
+    pub wave: Vector,
     /// Phase at the origin, rad.
     phase: f64,
-    steady: bool,
+    pub steady: bool,
 }
 
 impl Air {
-    fn phase(&self, position: Vector) -> f64 {
+    /// Phase of the gusts at `position`, m, in rad.
+    pub fn phase(&self, position: Vector) -> f64 {
         self.phase - position.dot(self.wave)
     }
 

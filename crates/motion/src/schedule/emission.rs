@@ -7,6 +7,7 @@
 use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
+use crate::schedule::swarm::Swarm;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::disabled::is_disabled;
@@ -99,13 +100,16 @@ type Emitters = (
     &'static mut Emission,
 );
 
+/// Those whose particles are bodies.
+type WithBodies = Without<Swarm>;
+
 /// Emits the particles that are due in the tick, and makes those dormant whose life ends in it.
 ///
 /// Times are computed from the start of the scene, never added up. If a slot is needed while its particle still lives,
 /// the particle is born again. A slot whose body was quarantined or removed stays empty.
 pub fn emit_particles(
     world: &mut World,
-    emitters: &mut QueryState<Emitters>,
+    emitters: &mut QueryState<Emitters, WithBodies>,
     mut changes: Local<Vec<ParticleChange>>,
 ) {
     let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
@@ -158,7 +162,7 @@ pub(crate) fn orphans(world: &mut World) -> Vec<Entity> {
     if world.get_resource::<EmittersChanged>().is_some_and(|changed| !changed.0) {
         return Vec::new();
     }
-    let mut emitters = world.query::<Emitters>();
+    let mut emitters = world.query_filtered::<Emitters, WithBodies>();
     let mut living = EntityHashSet::default();
     for (on, off, _, emission) in emitters.iter(world) {
         let pool = on.or(off.map(|Off(emitter)| emitter)).map_or(&[][..], |emitter| &emitter.pool);
@@ -174,7 +178,7 @@ pub(crate) fn orphans(world: &mut World) -> Vec<Entity> {
 pub(crate) fn prepare(world: &mut World) -> bool {
     let mut pools = Vec::new();
     let mut emits = false;
-    let mut emitters = world.query::<Emitters>();
+    let mut emitters = world.query_filtered::<Emitters, WithBodies>();
     for (on, off, _, mut emission) in emitters.iter_mut(world) {
         emits |= on.is_some() || emission.living() > 0;
         if let Some(emitter) = on.or(off.map(|Off(emitter)| emitter)) {

@@ -10,7 +10,7 @@ use crate::laws::{MutualGravity, RidingWells, SharedLaws, riding_well};
 use crate::methods::markers::{OwnMethod, is_marked};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
-use crate::schedule::emission;
+use crate::schedule::{emission, swarms};
 use crate::state::archetypes::{contains, may_exist};
 use crate::state::components::{AxisLocks, PhysicsBody, SpeedLimit};
 use crate::state::coupling::Grouped;
@@ -76,6 +76,8 @@ pub struct StepPlan {
     pub groups: Vec<Option<Method>>,
     /// Whether there are emitters, or particles that still live.
     pub emits: bool,
+    /// Whether there are [swarms](crate::Swarm).
+    pub swarms: bool,
     /// Whether wells ride on bodies.
     pub carries_wells: bool,
     /// Whether laws are called for every body and none of them depends on velocity: methods that can use an acceleration
@@ -112,7 +114,8 @@ impl StepPlan {
     /// [`StepPlan::of`] with `outside` in place of `method`, if there is one.
     pub(crate) fn with(world: &mut World, method: Method, outside: Option<OutsideMethod>) -> Self {
         let inputs = PlanInputs::of(world);
-        let (emits, carries_wells) = (emission::prepare(world), riding_well::prepare(world));
+        let (emits, swarms) = (emission::prepare(world), swarms::prepare(world));
+        let carries_wells = riding_well::prepare(world);
         update_groups(world, true);
         let bodies = world.query::<&PhysicsBody>().iter(world).len();
         let world = &*world;
@@ -144,6 +147,7 @@ impl StepPlan {
             grouped_only,
             groups,
             emits,
+            swarms,
             carries_wells,
             caches_accelerations,
             outside,

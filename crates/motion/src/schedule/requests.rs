@@ -9,6 +9,7 @@ use crate::laws::damping::Damping;
 use crate::methods::table::Method;
 use crate::schedule::effects::{Effect, switch};
 use crate::schedule::restart::{end_half_steps, restart_bodies, set_body_method};
+use crate::schedule::swarm::SwarmLog;
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::CouplingChanged;
 use crate::state::method_state::LastStep;
@@ -130,6 +131,7 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
                         last.0 = -last.0;
                     }
                 }
+                world.query::<&mut SwarmLog>().iter_mut(world).for_each(|mut log| log.reversed ^= true);
             }
             Request::SetGravity(acceleration) => {
                 end_half_steps(world);

@@ -16,6 +16,7 @@ use crate::methods::table::Method;
 use crate::methods::{ExplicitEuler, MethodStateKind, SemiImplicitEuler};
 use crate::schedule::emission::emit_particles;
 use crate::schedule::plan::{Passes, StepPlan};
+use crate::schedule::swarms::advance_swarms;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined};
 use crate::state::coupling::Grouped;
@@ -58,8 +59,7 @@ pub fn step_schedule(world: &mut World, plan: &StepPlan) -> Schedule {
 
 /// Compiles the schedule of what [`StepSystems::Integrate`] does.
 pub(crate) fn inner_schedule(world: &mut World, plan: &StepPlan) -> Schedule {
-    let births = plan.emits.then(|| emit_particles.into_configs());
-    schedule_of(births.into_iter().chain(integration(world, plan)))
+    schedule_of(births(plan).chain(integration(world, plan)))
 }
 
 fn schedule_of(systems: impl IntoIterator<Item = ScheduleConfigs<ScheduleSystem>>) -> Schedule {
@@ -79,11 +79,17 @@ fn schedule_of(systems: impl IntoIterator<Item = ScheduleConfigs<ScheduleSystem>
 /// The systems of one tick of `world`, in the order in which they run.
 #[must_use]
 pub fn step_systems(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
-    let mut systems: Vec<_> = plan.emits.then(|| emit_particles.into_configs()).into_iter().collect();
+    let mut systems: Vec<_> = births(plan).collect();
     systems.push(apply_forces.into_configs());
     systems.extend(integration(world, plan));
     systems.extend([clear_forces.into_configs(), quarantine_bodies.into_configs()]);
     systems
+}
+
+/// The systems of births and deaths.
+fn births(plan: &StepPlan) -> impl Iterator<Item = ScheduleConfigs<ScheduleSystem>> + use<> {
+    let particles = plan.emits.then(|| emit_particles.into_configs());
+    particles.into_iter().chain(plan.swarms.then(|| advance_swarms.into_configs()))
 }
 
 /// The systems that change velocities and positions.

@@ -1,5 +1,7 @@
 //! Emitters: each has a fixed pool of particles, which are born one after another and return when their life is over.
 
+use std::ops::Range;
+
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
@@ -89,7 +91,7 @@ fn dormant_changed(world: DeferredWorld, context: HookContext) {
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct EmittersChanged(pub bool);
 
-fn emitters_changed(mut world: DeferredWorld, _: HookContext) {
+pub(crate) fn emitters_changed(mut world: DeferredWorld, _: HookContext) {
     if let Some(mut changed) = world.get_resource_mut::<EmittersChanged>() {
         changed.0 = true;
     }
@@ -149,7 +151,7 @@ impl Emissions {
 pub(crate) struct Tick {
     pub number: u64,
     pub start: Scalar,
-    end: Scalar,
+    pub end: Scalar,
 }
 
 impl Tick {
@@ -174,8 +176,23 @@ fn dead_at(emitter: &Emitter, time: Scalar) -> u64 {
     if births >= 0.0 { (births as u64).saturating_add(1) } else { 0 }
 }
 
+/// When particle number `number` is born, s since the start of the scene.
+#[expect(clippy::cast_precision_loss, reason = "2^53 births are more than a run has")]
+pub(crate) fn birth_time(emitter: &Emitter, number: u64) -> Scalar {
+    number as Scalar / emitter.rate
+}
+
+/// The particles that die and are born in a tick.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Due {
+    /// Particles below this number are dead.
+    pub dead: u64,
+    /// The particles that are born.
+    pub births: Range<u64>,
+}
+
 impl Emission {
-    /// Number of living particles.
+    /// Number of living particles that are bodies.
     #[must_use]
     pub const fn living(&self) -> usize {
         self.living
@@ -217,19 +234,11 @@ impl Emission {
         tick: Tick,
         mut change: impl FnMut(usize, Option<Scalar>),
     ) {
-        let Tick { number, start, end } = tick;
-        match self.seen.replace((number, start)) {
-            // The scene was restarted.
-            Some((then, at)) if start < at || start == 0.0 && number > then => {
-                let lived = self.slots.iter().enumerate().filter(|(_, number)| **number != FREE);
-                lived.for_each(|(slot, _)| change(slot, None));
-                self.slots.fill(FREE);
-                (self.next, self.oldest, self.living) = (0, 0, 0);
-            }
-            Some((then, _)) if number <= then + 1 => {}
-            None if start <= 0.0 => {}
-            // Ticks passed without a call: skip the births that were due.
-            _ => self.next = self.next.max(born_before(emitter, start)),
+        if self.begin(emitter, tick) {
+            let lived = self.slots.iter().enumerate().filter(|(_, number)| **number != FREE);
+            lived.for_each(|(slot, _)| change(slot, None));
+            self.slots.fill(FREE);
+            self.living = 0;
         }
         let count = self.slots.len().min(emitter.launches.len()) as u64;
         if count == 0 {
@@ -237,11 +246,11 @@ impl Emission {
         }
         #[expect(clippy::cast_possible_truncation, reason = "below the number of slots")]
         let slot_of = |number: u64| (number % count) as usize;
-        let due = born_before(emitter, end);
-        let dead = dead_at(emitter, end).min(due);
-        let passed = dead.min(self.next);
+        let (oldest, next) = (self.oldest, self.next);
+        let Due { dead, births } = self.take_due(emitter, is_on, tick, count);
+        let passed = dead.min(next);
         // No more than the slots hold: older particles were replaced.
-        for number in self.oldest.max(passed.saturating_sub(count))..passed {
+        for number in oldest.max(passed.saturating_sub(count))..passed {
             let slot = slot_of(number);
             if self.slots[slot] == number {
                 self.slots[slot] = FREE;
@@ -249,15 +258,49 @@ impl Emission {
                 change(slot, None);
             }
         }
-        self.oldest = self.oldest.max(dead);
-        let first = if is_on { self.next.max(dead).max(due.saturating_sub(count)) } else { due };
-        for number in first..due {
+        for number in births {
             let slot = slot_of(number);
             self.living += usize::from(self.slots[slot] == FREE);
             self.slots[slot] = number;
-            #[expect(clippy::cast_precision_loss, reason = "2^53 births are more than a run has")]
-            change(slot, Some(number as Scalar / emitter.rate));
+            change(slot, Some(birth_time(emitter, number)));
         }
+    }
+
+    /// Advances an emission without slots by a tick, of an emitter whose particles share `count` slots of their own. Returns
+    /// what is due, and whether the scene was restarted, so that no particle lives.
+    pub(crate) fn advance_without_slots(
+        &mut self,
+        emitter: &Emitter,
+        is_on: bool,
+        tick: Tick,
+        count: u64,
+    ) -> (Due, bool) {
+        let restarted = self.begin(emitter, tick);
+        (self.take_due(emitter, is_on, tick, count), restarted)
+    }
+
+    /// Begins a tick: skips the births that were due in ticks that passed without a call. Returns whether the scene was
+    /// restarted.
+    fn begin(&mut self, emitter: &Emitter, Tick { number, start, .. }: Tick) -> bool {
+        match self.seen.replace((number, start)) {
+            Some((then, at)) if start < at || start == 0.0 && number > then => {
+                (self.next, self.oldest) = (0, 0);
+                return true;
+            }
+            Some((then, _)) if number <= then + 1 => {}
+            None if start <= 0.0 => {}
+            _ => self.next = self.next.max(born_before(emitter, start)),
+        }
+        false
+    }
+
+    /// The deaths and births of the tick.
+    fn take_due(&mut self, emitter: &Emitter, is_on: bool, tick: Tick, count: u64) -> Due {
+        let due = born_before(emitter, tick.end);
+        let dead = dead_at(emitter, tick.end).min(due);
+        let first = if is_on { self.next.max(dead).max(due.saturating_sub(count)) } else { due };
+        self.oldest = self.oldest.max(dead);
         self.next = self.next.max(due);
+        Due { dead, births: first..due }
     }
 }

@@ -202,8 +202,16 @@ fn simulate(
             }
             ControlFlow::Continue(())
         });
-        outputs.after_frame(session, time.total())?;
-        let quits = carry_out(session.stage.take_orders(), session, outputs)?;
+        let drawn = outputs.after_frame(session, time.total());
+        let orders = session.stage.take_orders();
+        let quits = match drawn.and_then(|()| carry_out(orders, session, outputs)) {
+            // The device was lost: what there is so far is written.
+            Err(failure @ Failure::NoAdapter(_)) => {
+                outputs.refused = Err(failure);
+                break;
+            }
+            quits => quits?,
+        };
         for refusal in session.stage.take_refusals() {
             tell(&format!("{}: {refusal}", session.stage.scene().name));
         }

@@ -1,6 +1,6 @@
 //! Pictures of sessions as files.
 
-use render::{Gpu, Image, Offscreen, Quality, Renderer};
+use render::{Gpu, Image, Offscreen, Quality, Renderer, Swarm, Swarms};
 
 use crate::app::bundle::PROGRAM;
 use crate::app::session::Session;
@@ -24,6 +24,12 @@ impl Camera {
         Ok(Self { gpu, renderer, target })
     }
 
+    /// Brings the device to the present state of `swarms`, and gives it with them.
+    pub fn follow(&mut self, swarms: &[Swarm]) -> (&Gpu, Option<&Swarms>) {
+        self.renderer.follow_swarms(&self.gpu, swarms);
+        (&self.gpu, self.renderer.swarms())
+    }
+
     /// Draws a picture.
     pub fn draw(&mut self, frame: &render::Frame) -> Result<(), Failure> {
         if self.target.size_px() != frame.size_px {
@@ -41,6 +47,7 @@ impl Camera {
 
     /// The picture that was drawn last.
     pub fn read(&self) -> Result<Image, Failure> {
+        self.gpu.check()?;
         Ok(self.target.read(&self.gpu)?)
     }
 }

@@ -11,6 +11,7 @@ use scene::{Appearance, PointRadius};
 use crate::stage::Stage;
 use crate::stage::options::Words;
 use crate::stage::things::drawn;
+use crate::view::swarms::{EXPOSURE_S, FADES_IN};
 use crate::view::{View, art};
 
 /// The tutorial's color of the selection.
@@ -18,12 +19,6 @@ pub(crate) const SELECTED: [f32; 4] = [0.0, 1.0, 0.0, 1.0];
 
 /// What a thing looks like that the scene did not paint.
 pub(crate) const PLAIN: Appearance = Appearance { color: [1.0; 3], checker: false };
-
-/// How long the film is exposed to what an emitter throws, s: it is drawn as long as the way it takes in that time.
-const EXPOSURE_S: f64 = 1.0 / 60.0;
-
-/// Last share of its life in which a particle of an emitter fades away.
-const FADES_IN: f64 = 0.3;
 
 /// The trail of a white body, as all are that the scene did not paint.
 const TRAIL_COLOR: [f32; 3] = [1.0, 0.9, 0.4];
@@ -95,6 +90,7 @@ impl View {
         self.add_soft_bodies(stage, &mut frame, ratio, hovered);
         self.add_springs(stage, &mut frame, ratio);
         self.add_particles(stage, &mut frame, hovered);
+        self.add_swarms(stage, &mut frame);
         frame
     }
 

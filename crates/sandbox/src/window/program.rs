@@ -13,6 +13,7 @@ use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::orders::{Kind, Program};
 use crate::output::scenes::save_scene;
+use crate::output::swarms::check;
 use crate::stage::SceneFile;
 use crate::stage::notices::Topic;
 
@@ -58,6 +59,12 @@ impl Program for WindowProgram<'_> {
     fn opened(&mut self, session: &mut Session) -> Result<(), Failure> {
         forecast_start(session);
         session.stage.save_faults();
+        // Without them it runs as well, and the person is told what is missing.
+        if let Some(screen) = &self.screen
+            && let Err(failure) = check(&screen.gpu, session.stage.scene())
+        {
+            session.stage.notice(failure.to_string());
+        }
         Ok(())
     }
 

@@ -43,6 +43,7 @@ impl Screen {
 
     /// Draws the session; `false`: there was nothing to draw on.
     pub fn draw(&mut self, session: &mut Session) -> Result<bool, Failure> {
+        self.gpu.check()?;
         let Some(target) = self.target.acquire(&self.gpu) else {
             if self.target.lost() {
                 let surface = self.gpu.surface(Arc::clone(&self.window))?;

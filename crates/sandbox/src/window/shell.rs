@@ -24,8 +24,11 @@ use crate::app::session::Session;
 use crate::clock::FrameClock;
 use crate::failure::Failure;
 use crate::input::{Button, Input, InputFrame, Key};
+use crate::output::bundle::write_bundle;
 use crate::output::command_files::CommandFiles;
-use crate::output::orders::carry_out;
+use crate::output::orders::{BUNDLE, Program as _, carry_out};
+use crate::output::swarms::check;
+use crate::output::tell;
 use crate::stage::Order;
 use crate::stage::notices::Topic;
 
@@ -86,6 +89,9 @@ impl ApplicationHandler for Shell {
         }
         match Screen::new(event_loop, self.session.view.size_px()) {
             Ok(screen) => {
+                if let Err(failure) = check(&screen.gpu, self.session.stage.scene()) {
+                    return self.fail(event_loop, failure);
+                }
                 let size = screen.window.inner_size();
                 self.events.push(Input::Resized([size.width, size.height]));
                 self.events.push(Input::Scaled(screen.window.scale_factor()));
@@ -328,7 +334,12 @@ impl Shell {
         match drawn.and_then(|drawn| self.carry_out_orders(drawn)) {
             Ok(false) => {}
             Ok(true) => event_loop.exit(),
-            Err(failure) => self.fail(event_loop, failure),
+            Err(failure) => {
+                if matches!(failure, Failure::NoAdapter(_)) {
+                    self.save_last_minute();
+                }
+                self.fail(event_loop, failure);
+            }
         }
         self.drafts.keep(&mut self.session);
         self.keep_files();
@@ -345,6 +356,18 @@ impl Shell {
         let mut program =
             WindowProgram { screen: self.screen.as_mut(), drafts: &mut self.drafts, files: &mut self.files };
         carry_out(now, &mut self.session, &mut program)
+    }
+
+    /// Writes the run into a bundle without a picture: the device is lost.
+    fn save_last_minute(&mut self) {
+        let mut program = WindowProgram { screen: None, drafts: &mut self.drafts, files: &mut self.files };
+        let path = PathBuf::from(program.name(BUNDLE, &self.session));
+        let written =
+            program.files().unread(&path).and_then(|path| write_bundle(&path, &self.session.stage, None));
+        match written {
+            Ok(()) => tell(&format!("wrote {}", path.display())),
+            Err(failure) => tell(&failure.to_string()),
+        }
     }
 
     /// Remembers which files were opened and saved, at once: a crash forgets none.

@@ -32,6 +32,7 @@ pub(super) fn cloud(raw: &raw::Cloud, index: usize, faults: &mut Faults) -> Gene
         scope,
         own,
         count: count.into(),
+        swarm: 0,
         springs: 0,
         triangles: 0,
         numbering: Numbering::Line,

@@ -1,13 +1,14 @@
 //! Emitters: the pool of each, and the velocities with which its particles are born.
 
 use glam::DVec3;
+use motion::{Method, Swarm};
 
 use super::entry::{GeneratedEntry, count, direction, shared};
 use crate::check::{MASS, RADIUS, Rule, SPEED, Scope, positive};
 use crate::random::in_cone;
 use crate::raw;
 use crate::scene::BodySpec;
-use crate::scene::coupled::EmitterSpec;
+use crate::scene::coupled::{EmitterSpec, SwarmSpec};
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
 
@@ -21,6 +22,9 @@ const SPREAD: Rule = (
     "an angle of spread",
     "give degrees from 0 to 180, from the middle to the edge",
 );
+
+/// Most particles of an emitter on a graphics device.
+pub const SWARM_LIMIT: u64 = 4_000_000;
 
 /// Resolves emitter `index` of the list.
 pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> GeneratedEntry {
@@ -43,10 +47,12 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
     let (body, own) = shared(&raw.shared(), scope, ((1.0, 1.0), MASS), faults);
     let position = faults.vector((scope, "position_m"), raw.position_m, DVec3::ZERO);
     let body = BodySpec { position, ..body };
+    let swarm = swarm(raw, scope, capacity, body.method, faults);
     GeneratedEntry {
         scope,
         own,
-        count: capacity,
+        count: if swarm.is_some() { 0 } else { capacity },
+        swarm: if swarm.is_some() { capacity.min(SWARM_LIMIT) } else { 0 },
         springs: 0,
         triangles: 0,
         numbering: Numbering::Line,
@@ -58,8 +64,16 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
                 let [x, y, z] = in_cone(random, sine_of_half).to_array();
                 speed * (x * right + y * up + z * direction)
             };
-            let launches: Vec<DVec3> = (0..capacity).map(launch).collect();
+            let launches = (0..capacity).map(launch);
             let first = bodies.bodies.len() as u32;
+            let (launches, swarm) = match swarm {
+                None => (launches.collect(), None),
+                Some((method, substeps)) => {
+                    let launches =
+                        launches.take(SWARM_LIMIT as usize).map(|launch| launch.as_vec3().to_array());
+                    (Vec::new(), Some(SwarmSpec { method, substeps, launches: launches.collect() }))
+                }
+            };
             bodies.bodies.extend(launches.iter().map(|_| body));
             bodies.emitters.push(EmitterSpec {
                 name,
@@ -69,6 +83,7 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
                 position: body.position,
                 pool: first..bodies.bodies.len() as u32,
                 launches,
+                swarm,
                 inverse_mass: body.inverse_mass.unwrap_or_default(),
                 radius,
                 color: body.color,
@@ -77,6 +92,50 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
     }
 }
 
-/// Where it points, as a unit vector; up if it does not say.
+/// Method and own substeps of particles on a graphics device; `None` of bodies.
+fn swarm(
+    raw: &raw::Emitter,
+    scope: Scope,
+    capacity: u64,
+    method: Option<Method>,
+    faults: &mut Faults,
+) -> Option<(Method, Option<u32>)> {
+    let on_device = faults.word((scope, "on"), raw.on.as_ref(), false, &[("cpu", false), ("gpu", true)]);
+    let layouts = [("positions", false), ("velocity", true)];
+    let keeps_velocity = faults.word((scope, "layout"), raw.layout.as_ref(), false, &layouts);
+    if !on_device {
+        if raw.layout.is_some() {
+            let what = "a layout is that of particles on a graphics device";
+            faults.add(scope.key("layout"), what, "give on: gpu, or remove it");
+        }
+        return None;
+    }
+    let (positions, velocities) = Swarm::METHODS.split_at(1);
+    let (fitting, usual, cure) = if keeps_velocity {
+        (
+            velocities,
+            Method::VelocityVerlet,
+            "give semi_implicit_euler or velocity_verlet, or remove `layout`",
+        )
+    } else {
+        (positions, Method::PositionVerlet, "give position_verlet, or layout: velocity")
+    };
+    let method = match method {
+        Some(method) if !fitting.contains(&method) => {
+            let layout = if keeps_velocity { "a position and a velocity" } else { "two positions" };
+            let what = format!("the device keeps {layout} of a particle, which {} cannot use", method.name());
+            faults.add(scope.key("method"), what, cure);
+            usual
+        }
+        method => method.unwrap_or(usual),
+    };
+    if capacity > SWARM_LIMIT {
+        let key = if raw.capacity.is_some() { "capacity" } else { "rate_per_s" };
+        let what = format!("{capacity} particles are too many for a graphics device");
+        faults.add(scope.key(key), what, format!("give at most {SWARM_LIMIT} at once"));
+    }
+    Some((method, raw.substeps))
+}
+
 #[cfg(test)]
 mod tests;

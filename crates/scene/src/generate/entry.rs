@@ -48,6 +48,8 @@ pub(super) struct GeneratedEntry {
     /// Whether it names a method itself, and a number of substeps.
     pub own: (bool, bool),
     pub count: u64,
+    /// Particles on a graphics device.
+    pub swarm: u64,
     /// Between its bodies.
     pub springs: u64,
     /// Of its sheet.
@@ -66,6 +68,7 @@ impl GeneratedEntry {
         let is_grouped = is_soft || attracts && !is_pool;
         Census {
             bodies: self.count,
+            swarm: self.swarm,
             moved: those(is_grouped || is_pool),
             grouped: those(is_grouped),
             links: self.springs,

@@ -44,6 +44,7 @@ pub(super) fn grid(raw: &raw::Grid, index: usize, faults: &mut Faults) -> Genera
         scope,
         own,
         count: u64::from(rows) * u64::from(columns),
+        swarm: 0,
         springs: 0,
         triangles: 0,
         numbering: Numbering::Grid { rows },

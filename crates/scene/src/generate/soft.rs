@@ -46,6 +46,7 @@ pub(super) fn soft(raw: &raw::SoftBody, index: usize, faults: &mut Faults) -> Op
         scope,
         own,
         count: form.count(),
+        swarm: 0,
         springs: form.springs(),
         // At most two of each cell.
         triangles: if form.sheet { 2 * form.count() } else { 0 },

@@ -17,6 +17,8 @@ pub(crate) struct Emitter {
     pub speed_m_s: Option<f64>,
     pub life_s: Option<f64>,
     pub capacity: Option<u32>,
+    pub on: Option<Word>,
+    pub layout: Option<Word>,
     pub radius_m: Option<f64>,
     pub mass_kg: Option<f64>,
     pub color: Option<Triple>,

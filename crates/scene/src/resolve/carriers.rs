@@ -1,4 +1,4 @@
-//! The bodies that springs hold, and on which emitters and wells ride.
+//! The bodies that springs hold, and on which emitters and wells ride; what emitters on a graphics device need.
 
 use crate::check::Scope;
 use crate::generate::Bodies;
@@ -43,6 +43,34 @@ pub(crate) fn carry_emitters(raw: &[raw::Emitter], bodies: &mut Bodies, faults: 
             let at = bodies[id as usize].position;
             let pool = emitter.pool.start as usize..emitter.pool.end as usize;
             bodies[pool].iter_mut().for_each(|body| body.position += at);
+        }
+    }
+}
+
+/// Most ticks that a particle on a graphics device lives: so many are simulated again to go back.
+const SWARM_TICKS: f64 = 36_000.0;
+
+/// Most wells that attract particles on a graphics device: so many has a uniform buffer of any device room for.
+pub const SWARM_WELLS: usize = 64;
+
+/// Checks what acts on the particles of emitters on a graphics device.
+pub(crate) fn check_swarms(raw: &raw::Scene, step_hz: f64, bodies: &Bodies, faults: &mut Faults) {
+    let swarms = (0..).zip(&bodies.emitters).filter(|(_, emitter)| emitter.swarm.is_some());
+    for (i, emitter) in swarms {
+        let scope = Scope::item("emitters", i);
+        if emitter.life * step_hz > SWARM_TICKS {
+            let most = SWARM_TICKS / step_hz;
+            let what = format!("on a graphics device a particle lives for at most {SWARM_TICKS} ticks");
+            faults.add(scope.key("life_s"), what, format!("give at most {most} s, or on: cpu"));
+        }
+        if raw.mutual_gravity.is_some() {
+            let what = "particles on a graphics device know nothing of mutual_gravity";
+            faults.add(scope.key("on"), what, "give on: cpu, or wells in place of mutual_gravity");
+        }
+        let wells = raw.wells.iter().filter(|well| well.bodies.is_none()).count();
+        if wells > SWARM_WELLS {
+            let what = format!("{wells} wells are too many for particles on a graphics device");
+            faults.add(scope.key("on"), what, format!("give at most {SWARM_WELLS} wells, or on: cpu"));
         }
     }
 }

@@ -184,6 +184,11 @@ impl<'a> OwnLaws<'a> {
         faults: &mut Faults,
     ) -> Vec<&mut OwnLawsSpec> {
         if let Some(emitter) = self.bodies.emitters.iter().find(|emitter| emitter.name == name) {
+            if emitter.swarm.is_some() {
+                let what =
+                    format!("{name:?} is on the graphics device, where every well attracts all particles");
+                faults.add(scope.key(key), what, "give the emitter on: cpu, or leave `bodies` out");
+            }
             for id in emitter.pool.clone() {
                 self.by_id.entry(id).or_default();
             }

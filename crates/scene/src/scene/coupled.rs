@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use motion::effects::Effect;
 
-use motion::{Elastic, Link};
+use motion::{Elastic, Link, Method};
 
 /// A spring between two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,12 +55,25 @@ pub struct EmitterSpec {
     pub pool: Range<u32>,
     /// The velocity that each body of the pool is born with, m/s.
     pub launches: Vec<DVec3>,
+    /// The particles, if they are those of a graphics device; the pool is empty then.
+    pub swarm: Option<SwarmSpec>,
     /// Reciprocal of the mass of each of them, 1/kg.
     pub inverse_mass: f64,
     /// Radius with which each of them is drawn, m, above 0.
     pub radius: f32,
     /// Linear red, green and blue, each 0 to 1.
     pub color: [f32; 3],
+}
+
+/// The particles of an emitter on a graphics device.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SwarmSpec {
+    /// One of [`Swarm::METHODS`](motion::Swarm::METHODS).
+    pub method: Method,
+    /// Their substeps per tick, if they have a number of their own.
+    pub substeps: Option<u32>,
+    /// The velocity that the particle in each slot is born with, m/s.
+    pub launches: Arc<[[f32; 3]]>,
 }
 
 /// The place at which a scene declares an effect.

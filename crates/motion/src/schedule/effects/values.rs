@@ -12,6 +12,7 @@ use crate::laws::damping::DampingRate;
 use crate::laws::own::OwnLaws;
 use crate::laws::{Drag, Gravity, Law, MutualGravity, SourceMass, Wind, WorldLaw};
 use crate::schedule::restart::{end_half_steps, restart_bodies};
+use crate::schedule::swarm::SwarmLog;
 use crate::schedule::systems::Moving;
 use crate::state::components::{GravityOff, PhysicsBody};
 use crate::state::coupling::CouplingChanged;
@@ -236,7 +237,8 @@ pub(super) const EMITTERS: Values = Values {
             emitter.pool.capacity() * (size_of::<Entity>() + size_of::<u64>())
                 + emitter.launches.capacity() * size_of::<Vector>()
         };
-        sum(world, lists) + column_bytes::<Emission>(world) + (component::<Emitter>().bytes)(world)
+        let logs: usize = world.query::<&SwarmLog>().iter(world).map(SwarmLog::bytes).sum();
+        sum(world, lists) + logs + column_bytes::<Emission>(world) + (component::<Emitter>().bytes)(world)
     },
     ..component::<Emitter>()
 };

@@ -19,6 +19,7 @@ use crate::output::files::{Output, OutputPath, is_standard_output, make_folder, 
 use crate::output::orders::{BUNDLE, GRAPH, Kind, Program, SCREENSHOT};
 use crate::output::pictures::{Camera, write_picture};
 use crate::output::report::{self, STATE_HEADER, Summary};
+use crate::output::swarms::{self, SwarmDevice, check, has_swarms, refuse_rows};
 use crate::output::{show, tell, tell_all};
 use crate::stage::options::Options;
 use crate::stage::{SceneFile, Stage};
@@ -29,6 +30,8 @@ pub(super) struct Outputs<'a> {
     files: CommandFiles,
     pub watch: Watch,
     camera: Option<Camera>,
+    /// Has the swarms of a run without a camera.
+    swarms: Option<SwarmDevice>,
     /// Pictures that were written.
     pictures: u64,
     film: Option<FilmFile>,
@@ -50,6 +53,14 @@ impl<'a> Outputs<'a> {
     ) -> Result<Self, Failure> {
         let Options { size_px, pictures, .. } = session.stage.run.options;
         let camera = pictures.then(|| Camera::new(size_px, args.quality.into())).transpose()?;
+        let scene = session.stage.scene();
+        let swarms = match &camera {
+            Some(camera) => check(&camera.gpu, scene).map(|()| None)?,
+            None => has_swarms(scene).then(|| SwarmDevice::open(scene)).transpose()?,
+        };
+        if args.state.is_some() {
+            refuse_rows(scene)?;
+        }
         if camera.is_some() {
             make_folder(folder(args).unwrap_or(Path::new("")))?;
         }
@@ -62,12 +73,15 @@ impl<'a> Outputs<'a> {
             black_box: open(&paths.black_box)?,
             film: paths.film.as_ref().map(|path| FilmFile::begin(path, size_px)).transpose()?,
             camera,
+            swarms,
             pictures: 0,
             longest_frame,
             refused: Ok(()),
         };
-        if let Some(camera) = &outputs.camera {
-            eprintln!("drawing with {}", camera.gpu.info);
+        match (&outputs.camera, &outputs.swarms) {
+            (Some(camera), _) => eprintln!("drawing with {}", camera.gpu.info),
+            (None, Some(device)) => eprintln!("particles on {}", device.gpu.info),
+            (None, None) => {}
         }
         Ok(outputs)
     }
@@ -98,7 +112,8 @@ impl<'a> Outputs<'a> {
         let Self {
             args,
             mut watch,
-            camera,
+            mut camera,
+            mut swarms,
             pictures,
             film,
             summary: summary_file,
@@ -115,6 +130,13 @@ impl<'a> Outputs<'a> {
         }
         let adapter = camera.as_ref().map(|camera| camera.gpu.info.to_string());
         let mut summary = Summary::of(&mut session, start, pictures, adapter);
+        if has_swarms(session.stage.scene()) {
+            let states = swarms::summary(&session.stage, camera.as_mut(), swarms.as_mut());
+            if let Err(failure) = &states {
+                tell(&format!("the summary has no swarms: {failure}"));
+            }
+            summary.add("swarms", states.unwrap_or(Value::Null));
+        }
         let picture = |session: &mut Session| still(session, camera);
         let mut black_box = None;
         if let Some((path, file)) = args.black_box.as_deref().zip(box_file) {
@@ -201,6 +223,17 @@ impl Program for Outputs<'_> {
     fn opened(&mut self, session: &mut Session) -> Result<(), Failure> {
         let told = forecast_start(self.args, session, self.longest_frame);
         self.refused = told.map(|told| told.iter().for_each(|line| tell(line)));
+        let scene = session.stage.scene();
+        if self.refused.is_ok() && has_swarms(scene) {
+            self.refused = match (&self.camera, &self.swarms) {
+                (Some(camera), _) => check(&camera.gpu, scene),
+                (None, Some(device)) => check(&device.gpu, scene),
+                (None, None) => SwarmDevice::open(scene).map(|device| self.swarms = Some(device)),
+            };
+            if self.refused.is_ok() && self.args.state.is_some() {
+                self.refused = refuse_rows(scene);
+            }
+        }
         keep_ledger(self.args, session);
         Ok(())
     }

@@ -1,0 +1,160 @@
+//! The ticks of a swarm in a file. What acts is written once for all ticks that share it.
+
+use std::sync::Arc;
+
+use motion::{DampingModel, Substeps, SwarmDrag, SwarmLaws, SwarmLog, SwarmTick};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::words::Name;
+use scene::lists::list;
+
+/// The ticks of a swarm.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct SwarmEntry(pub SwarmLog);
+
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default)]
+struct LogFields {
+    key: u64,
+    reversed: bool,
+    #[serde(deserialize_with = "list")]
+    laws: Vec<LawsFields>,
+    #[serde(deserialize_with = "list")]
+    ticks: Vec<TickFields>,
+}
+
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default)]
+struct TickFields {
+    key: u64,
+    /// Which of the laws act.
+    laws: usize,
+    step: f32,
+    substeps: u32,
+    births: [u64; 2],
+    first_birth: f32,
+    between: f32,
+    source: [f32; 3],
+    carried: [f32; 3],
+    dead: u64,
+    other_laws: bool,
+    reversed: bool,
+    phase: f32,
+}
+
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default)]
+struct LawsFields {
+    constant: [f32; 3],
+    rate: f32,
+    /// Linear, quadratic and turns.
+    drag: Option<[f32; 3]>,
+    /// Mean, across, up and wave.
+    wind: [[f32; 3]; 4],
+    #[serde(deserialize_with = "list")]
+    wells: Vec<[f32; 5]>,
+    damping: Option<(Name<DampingModel>, f32)>,
+}
+
+impl From<&SwarmLaws> for LawsFields {
+    fn from(laws: &SwarmLaws) -> Self {
+        let SwarmLaws { constant, rate, drag, wells, damping } = laws;
+        let SwarmDrag { linear, quadratic, mean, across, up, wave, turns } = drag.unwrap_or_default();
+        Self {
+            constant: *constant,
+            rate: *rate,
+            drag: drag.map(|_| [linear, quadratic, turns]),
+            wind: [mean, across, up, wave],
+            wells: wells.to_vec(),
+            damping: damping.map(|(model, rate)| (Name(model), rate)),
+        }
+    }
+}
+
+impl From<LawsFields> for SwarmLaws {
+    fn from(fields: LawsFields) -> Self {
+        let [mean, across, up, wave] = fields.wind;
+        let drag = |[linear, quadratic, turns]: [f32; 3]| SwarmDrag {
+            linear,
+            quadratic,
+            mean,
+            across,
+            up,
+            wave,
+            turns,
+        };
+        Self {
+            constant: fields.constant,
+            rate: fields.rate,
+            drag: fields.drag.map(drag),
+            wells: fields.wells.into(),
+            damping: fields.damping.map(|(Name(model), rate)| (model, rate)),
+        }
+    }
+}
+
+impl Serialize for SwarmEntry {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let SwarmLog { ticks, key, reversed } = &self.0;
+        let mut fields = LogFields { key: *key, reversed: *reversed, ..LogFields::default() };
+        let mut written: Option<&Arc<SwarmLaws>> = None;
+        for tick in ticks {
+            if written.is_none_or(|laws| !Arc::ptr_eq(laws, &tick.laws)) {
+                fields.laws.push((&*tick.laws).into());
+                written = Some(&tick.laws);
+            }
+            let SwarmTick { key, step, substeps, births, first_birth, between, source, carried, .. } = *tick;
+            let SwarmTick { dead, other_laws, reversed, phase, .. } = *tick;
+            fields.ticks.push(TickFields {
+                key,
+                laws: fields.laws.len() - 1,
+                step,
+                substeps,
+                births,
+                first_birth,
+                between,
+                source,
+                carried,
+                dead,
+                other_laws,
+                reversed,
+                phase,
+            });
+        }
+        fields.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for SwarmEntry {
+    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+        let LogFields { key, reversed, laws, ticks } = LogFields::deserialize(source)?;
+        let laws: Vec<_> = laws.into_iter().map(|laws| Arc::new(SwarmLaws::from(laws))).collect();
+        let tick = |tick: TickFields| {
+            let TickFields { key, step, substeps, births, first_birth, between, source, carried, .. } = tick;
+            let TickFields { dead, other_laws, reversed, phase, .. } = tick;
+            let laws = laws.get(tick.laws).map(Arc::clone);
+            let laws = laws.ok_or_else(|| D::Error::custom("a tick of a swarm has no laws"))?;
+            if !(1..=Substeps::MOST).contains(&substeps) {
+                return Err(D::Error::custom("a tick of a swarm has no valid number of substeps"));
+            }
+            Ok(SwarmTick {
+                key,
+                step,
+                substeps,
+                births,
+                first_birth,
+                between,
+                source,
+                carried,
+                dead,
+                other_laws,
+                reversed,
+                phase,
+                laws,
+            })
+        };
+        let ticks = ticks.into_iter().map(tick).collect::<Result<_, _>>()?;
+        Ok(Self(SwarmLog { ticks, key, reversed }))
+    }
+}

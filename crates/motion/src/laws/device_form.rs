@@ -1,0 +1,14 @@
+//! The laws as a graphics device evaluates them: which of its formulas a law is, with the numbers for it.
+
+use super::{Affine, Drag, Well};
+
+/// The formula of a law among those of `shaders/swarm.wgsl`, for particles that a graphics device integrates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DeviceForm<'a> {
+    /// `a = constant - rate v`.
+    Affine(Affine),
+    /// Drag that is not affine.
+    Drag(&'a Drag),
+    /// Points that attract or repel.
+    Wells(&'a [Well]),
+}

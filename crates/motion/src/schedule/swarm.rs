@@ -1,0 +1,161 @@
+//! Swarms: emitters whose particles live on a graphics device.
+//!
+//! This crate knows no device. In every tick it says in plain numbers what happens to the particles: which are born, which
+//! die, and what acts on them. The state of a swarm is a function of these ticks alone, from the birth of the oldest
+//! living particle on, so that a device can compute it at any time, and again after going back.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use bevy_ecs::prelude::*;
+
+use crate::methods::table::Method;
+use crate::schedule::swarm_laws::{SwarmLaws, word};
+use crate::state::emitter::{Emitter, emitters_changed};
+use crate::state::substeps::Substeps;
+use crate::units::Vector;
+
+/// Makes the particles of an [`Emitter`], whose `pool` is empty, those of a graphics device. A component of the emitter's
+/// entity, which then has a [`SwarmLog`].
+///
+/// Positions are stored in single precision and count from `anchor`. What acts is gravity and the laws of every body that
+/// have a [`DeviceForm`], and damping; springs, mutual gravity, own laws and pushes do not reach a swarm, and no ledger has
+/// it.
+#[derive(Component, Clone, Debug, PartialEq)]
+#[component(immutable, on_insert = emitters_changed, on_discard = emitters_changed)]
+#[require(SwarmLog)]
+pub struct Swarm {
+    /// One of [`Swarm::METHODS`].
+    pub method: Method,
+    /// Substeps per tick, from 1 to [`Substeps::MOST`]; `None` for those of the world.
+    pub substeps: Option<u32>,
+    /// The place from which positions count, m.
+    pub anchor: Vector,
+    /// Velocity at birth of the particle in each slot, m/s: particle number k is in slot `k % n` of n.
+    pub launches: Arc<[[f32; 3]]>,
+}
+
+impl Swarm {
+    /// The methods of swarms. Position Verlet keeps two positions and no velocity, the others a position and a velocity.
+    pub const METHODS: [Method; 3] =
+        [Method::PositionVerlet, Method::SemiImplicitEuler, Method::VelocityVerlet];
+
+    /// Number of slots.
+    #[must_use]
+    pub fn slots(&self) -> u64 {
+        self.launches.len() as u64
+    }
+
+    /// # Panics
+    /// If no device can integrate it: why is in the message.
+    pub(crate) fn check(&self, emitter: &Emitter) {
+        let Self { method, anchor, .. } = self;
+        assert!(
+            Self::METHODS.contains(method),
+            "a swarm cannot be integrated by {}; give one of `Swarm::METHODS`",
+            method.name()
+        );
+        if let Some(substeps) = self.substeps {
+            Substeps::check(substeps);
+        }
+        assert!(anchor.is_finite(), "the anchor of a swarm is at {anchor}; give a finite place");
+        let pool = emitter.pool.len();
+        assert!(pool == 0, "the emitter of a swarm has {pool} bodies in its pool; leave it empty");
+    }
+}
+
+/// The ticks of a [`Swarm`], from the birth of its oldest living particle on. Written by the ticks of the world.
+#[derive(Component, Clone, Debug, Default, PartialEq)]
+pub struct SwarmLog {
+    /// The ticks, the newest last.
+    pub ticks: VecDeque<SwarmTick>,
+    /// [`SwarmTick::key`] of the last tick, in the log or not; 0 before the first.
+    pub key: u64,
+    /// Whether velocities were reversed after it.
+    pub reversed: bool,
+}
+
+impl SwarmLog {
+    /// Bytes of the log, those of laws not counted: ticks share them.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.ticks.capacity() * size_of::<SwarmTick>()
+    }
+
+    /// Enters a tick, whose key and whether its laws are others are still to be found out, and forgets those in which no
+    /// living particle was born.
+    pub(crate) fn enter(&mut self, mut tick: SwarmTick) {
+        if let Some(last) = self.ticks.back() {
+            if last.laws == tick.laws {
+                tick.laws = Arc::clone(&last.laws);
+            } else {
+                tick.other_laws = true;
+            }
+        }
+        tick.reversed = std::mem::take(&mut self.reversed);
+        tick.key = tick.key_after(self.key);
+        self.key = tick.key;
+        let dead = tick.dead;
+        self.ticks.push_back(tick);
+        let over = |tick: &SwarmTick| {
+            let [first, after] = tick.births;
+            first >= after || after <= dead
+        };
+        while self.ticks.pop_front_if(|tick| over(tick)).is_some() {}
+    }
+}
+
+/// One tick of a swarm. Times count from its start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SwarmTick {
+    /// Identifies the state after the tick: it depends on this tick and all before it, and on nothing else.
+    pub key: u64,
+    /// Length, s.
+    pub step: f32,
+    /// Number of substeps, at least 1.
+    pub substeps: u32,
+    /// First particle that is born in the tick, and the first after it that is not.
+    pub births: [u64; 2],
+    /// When the first of them is born, s.
+    pub first_birth: f32,
+    /// Time from birth to birth, s.
+    pub between: f32,
+    /// Where one is born that is born at the start of the tick, m.
+    pub source: [f32; 3],
+    /// Velocity of the body on which the emitter rides, m/s.
+    pub carried: [f32; 3],
+    /// Particles below this number are dead at the end of the tick; they die at its start.
+    pub dead: u64,
+    /// Whether other laws act than in the tick before: position Verlet then brings its velocities to the time of the positions
+    /// under the laws of that one.
+    pub other_laws: bool,
+    /// Whether velocities are reversed before the tick.
+    pub reversed: bool,
+    /// Phase of gusts at the anchor and the start of the tick, rad, from -pi to pi.
+    pub phase: f32,
+    /// What acts.
+    pub laws: Arc<SwarmLaws>,
+}
+
+impl SwarmTick {
+    /// The key of the tick after a state with the key `before`.
+    pub(crate) fn key_after(&self, before: u64) -> u64 {
+        let Self { key: _, step, substeps, births, first_birth, between, source, carried, .. } = self;
+        let numbers = [*step, *first_birth, *between, self.phase].into_iter().chain(*source).chain(*carried);
+        let counts = [
+            before,
+            u64::from(*substeps),
+            births[0],
+            births[1],
+            self.dead,
+            u64::from(self.other_laws) | u64::from(self.reversed) << 1,
+        ];
+        let words = counts.into_iter().chain(numbers.map(|number| word(&number))).chain(self.laws.words());
+        // FNV-1a over words, then the finalizer of SplitMix64 (Steele, Lea, Flood 2014): FNV alone mixes high bits badly.
+        let mut hash = words
+            .fold(0xcbf2_9ce4_8422_2325_u64, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3));
+        hash = (hash ^ hash >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        hash = (hash ^ hash >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        hash ^ hash >> 31
+    }
+}

@@ -1,0 +1,82 @@
+//! The system that says what a tick does to swarms.
+
+use std::sync::Arc;
+
+use bevy_ecs::prelude::*;
+
+use crate::schedule::emission::carrier_state;
+use crate::schedule::swarm::{Swarm, SwarmLog, SwarmTick};
+use crate::schedule::swarm_laws::{SwarmLaws, single};
+use crate::state::clock::{StepClock, TimeStep};
+use crate::state::emitter::{Due, Emission, Emitter, RidesOn, Tick, birth_time};
+use crate::state::substeps::Substeps;
+use crate::state::switched_off::Off;
+use crate::units::Vector;
+
+/// Enters the tick into the log of every swarm: births, deaths and what acts.
+pub fn advance_swarms(world: &mut World, swarms: &mut QueryState<(Entity, &Swarm)>) {
+    let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
+    let TimeStep(step) = world.get_resource().copied().unwrap_or(TimeStep(0.0));
+    let tick = Tick::next(clock, step);
+    let substeps = Substeps::count(world.get_resource());
+    let swarms: Vec<_> = swarms.iter(world).map(|(entity, swarm)| (entity, swarm.clone())).collect();
+    for (entity, swarm) in swarms {
+        let (laws, phase) = SwarmLaws::of(world, swarm.anchor, tick.start);
+        let Ok(parts) = world.get_entity(entity) else { continue };
+        let on = parts.get::<Emitter>();
+        let off = parts.get::<Off<Emitter>>().map(|Off(emitter)| emitter);
+        let Some(emitter) = on.or(off).cloned() else { continue };
+        let is_on = on.is_some();
+        let substeps = swarm.substeps.unwrap_or(substeps);
+        let carrier = parts.get::<RidesOn>().map(|carrier| carrier_state(world, *carrier));
+        let Some(mut emission) = world.get_mut::<Emission>(entity) else { continue };
+        let (Due { dead, mut births }, restarted) =
+            emission.advance_without_slots(&emitter, is_on, tick, swarm.slots());
+        if carrier == Some(None) {
+            // Nothing is born where nothing carries.
+            births.start = births.end;
+        }
+        let (at, velocity) = carrier.flatten().unwrap_or((Vector::ZERO, Vector::ZERO));
+        let first_birth = birth_time(&emitter, births.start) - tick.start;
+        let [step, first_birth, between] = single([step, first_birth, emitter.rate.recip()]);
+        let Some(mut log) = world.get_mut::<SwarmLog>(entity) else { continue };
+        if restarted {
+            *log = SwarmLog::default();
+        }
+        // Nothing moves in a tick without a length.
+        if step == 0.0 {
+            continue;
+        }
+        log.enter(SwarmTick {
+            key: 0,
+            step,
+            substeps,
+            births: [births.start, births.end],
+            first_birth,
+            between,
+            source: single((emitter.position + at - swarm.anchor).to_array()),
+            carried: single(velocity.to_array()),
+            dead,
+            other_laws: false,
+            reversed: false,
+            phase,
+            laws: Arc::new(laws),
+        });
+    }
+}
+
+/// Checks the swarms of `world`. Returns whether there are any.
+///
+/// # Panics
+/// If a number of one is out of its range.
+pub(crate) fn prepare(world: &mut World) -> bool {
+    let mut swarms = world.query::<(&Swarm, Option<&Emitter>, Option<&Off<Emitter>>)>();
+    let mut some = false;
+    for (swarm, on, off) in swarms.iter(world) {
+        if let Some(emitter) = on.or(off.map(|Off(emitter)| emitter)) {
+            swarm.check(emitter);
+        }
+        some = true;
+    }
+    some
+}

@@ -1,0 +1,447 @@
+//! Swarms on the device: their buffers, the dispatches of their ticks, and the states that are kept for going back.
+
+use std::sync::Arc;
+
+use bytemuck::bytes_of;
+use wgpu::{BufferUsages, CommandEncoderDescriptor, ComputePassDescriptor, Device, ShaderStages};
+
+use crate::pipelines::{layout, module};
+use crate::swarm_parameters::Parameters;
+use crate::swarm_tick::{Swarm, SwarmStepping, SwarmTick};
+use crate::{Gpu, RenderError};
+
+pub(crate) const SWARM: &str = include_str!("../../../shaders/swarm.wgsl");
+const STEP: &str = include_str!("../../../shaders/swarm_step.wgsl");
+
+/// Bytes of what is stored of a particle: two rows of three numbers and the number of the particle.
+const PARTICLE_BYTES: u64 = 2 * ROW_BYTES;
+const ROW_BYTES: u64 = 16;
+
+/// Bytes of the velocity with which a particle is born.
+const LAUNCH_BYTES: u64 = 12;
+
+/// Most bytes of the states of all swarms that are kept for going back.
+const KEPT_BYTES: u64 = 256 << 20;
+
+/// Time for which a state is kept, s: as long as the program goes back.
+const KEPT_S: f64 = 60.0;
+
+/// Ticks between two states that are kept, at first.
+const FIRST_SPACING: u32 = 32;
+
+/// Dispatches that are submitted together.
+const TOGETHER: usize = 64;
+
+/// Particles per workgroup, as in shaders/swarm_step.wgsl.
+const WORKGROUP: u32 = 64;
+
+/// The swarms of a device. It keeps those of the last frame.
+pub struct Swarms {
+    pipelines: [wgpu::ComputePipeline; 2],
+    bindings: wgpu::BindGroupLayout,
+    /// Parameters of dispatches, each at a multiple of `stride`.
+    parameters: wgpu::Buffer,
+    stride: u64,
+    swarms: Vec<DeviceSwarm>,
+    /// Dispatches so far.
+    dispatches: u64,
+}
+
+/// Where the pipelines are.
+const STEPS: usize = 0;
+const SYNCHRONIZES: usize = 1;
+
+/// A swarm on the device.
+pub(crate) struct DeviceSwarm {
+    stepping: SwarmStepping,
+    launches: Arc<[[f32; 3]]>,
+    pub rows: Rows,
+    /// For each order of the two rows.
+    groups: [wgpu::BindGroup; 2],
+    /// Which tick it is at; `None` before the first.
+    key: Option<u64>,
+    kept: Vec<Kept>,
+    spacing: u32,
+    /// Ticks since the last state that was kept.
+    since: u32,
+    /// Simulated time since the first frame, s.
+    seconds: f64,
+    /// The last tick.
+    pub last: Option<Parameters>,
+}
+
+/// The two rows of each particle: its position, and its last position or its velocity.
+pub(crate) struct Rows {
+    buffers: [wgpu::Buffer; 2],
+    /// Which of them has the positions.
+    positions: usize,
+}
+
+impl Rows {
+    fn new(device: &Device, slots: u64) -> Self {
+        let buffer = || {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("swarm"),
+                size: slots * ROW_BYTES,
+                usage: BufferUsages::STORAGE
+                    | BufferUsages::VERTEX
+                    | BufferUsages::COPY_SRC
+                    | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        Self { buffers: [buffer(), buffer()], positions: 0 }
+    }
+
+    fn copy(&mut self, from: &Self, encoder: &mut wgpu::CommandEncoder) {
+        self.positions = from.positions;
+        for (to, from) in self.buffers.iter().zip(&from.buffers) {
+            encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());
+        }
+    }
+
+    /// Positions, then last positions or velocities.
+    pub fn in_order(&self) -> [&wgpu::Buffer; 2] {
+        [&self.buffers[self.positions], &self.buffers[1 - self.positions]]
+    }
+}
+
+/// The state after a tick.
+struct Kept {
+    key: u64,
+    rows: Rows,
+    seconds: f64,
+}
+
+/// What the device has of the particle in one slot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SwarmParticle {
+    /// Quotient of its number by the number of slots.
+    pub generation: u64,
+    /// Position, m from the anchor.
+    pub position: [f32; 3],
+    /// Its last position, m from the anchor, or its velocity, m/s.
+    pub other: [f32; 3],
+}
+
+impl Gpu {
+    /// Whether this adapter can have a swarm of `slots` particles.
+    ///
+    /// # Errors
+    /// If it has no compute shaders, or less memory in one piece.
+    pub fn check_swarm(&self, slots: u64) -> Result<(), RenderError> {
+        let flags = self.adapter.get_downlevel_capabilities().flags;
+        if !flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS | wgpu::DownlevelFlags::VERTEX_STORAGE) {
+            return Err(RenderError::NoCompute { adapter: self.info.to_string() });
+        }
+        let limits = self.device.limits();
+        let bytes = u64::from(limits.max_storage_buffer_binding_size).min(limits.max_buffer_size);
+        let groups = u64::from(limits.max_compute_workgroups_per_dimension) * u64::from(WORKGROUP);
+        let most = (bytes / ROW_BYTES).min(groups);
+        if slots > most {
+            return Err(RenderError::Swarm { adapter: self.info.to_string(), slots, most });
+        }
+        Ok(())
+    }
+}
+
+impl Swarms {
+    /// Bytes on the device of a swarm of `slots` particles, without what is kept for going back.
+    #[must_use]
+    pub const fn bytes(slots: u64) -> u64 {
+        slots * (PARTICLE_BYTES + LAUNCH_BYTES)
+    }
+
+    /// Bytes that are kept for going back, at most.
+    pub const KEPT_BYTES: u64 = KEPT_BYTES;
+
+    /// No swarms, on a device that can have them: see [`Gpu::check_swarm`].
+    #[must_use]
+    pub fn new(gpu: &Gpu) -> Self {
+        let device = &gpu.device;
+        let storage = |binding, read_only| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let uniform = wgpu::BindGroupLayoutEntry {
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Uniform,
+                has_dynamic_offset: true,
+                min_binding_size: None,
+            },
+            ..storage(0, false)
+        };
+        let bindings = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("swarm"),
+            entries: &[uniform, storage(1, false), storage(2, false), storage(3, true)],
+        });
+        let layout = layout(device, "swarm", &[Some(&bindings)]);
+        let shader = module(device, "swarm", &[SWARM, STEP]);
+        let pipeline = |entry| {
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&layout),
+                module: &shader,
+                entry_point: Some(entry),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            })
+        };
+        let alignment = u64::from(device.limits().min_uniform_buffer_offset_alignment);
+        let stride = (size_of::<Parameters>() as u64).next_multiple_of(alignment);
+        Self {
+            pipelines: [pipeline("step"), pipeline("synchronize")],
+            bindings,
+            parameters: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("swarm parameters"),
+                size: stride * TOGETHER as u64,
+                usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+            stride,
+            swarms: Vec::new(),
+            dispatches: 0,
+        }
+    }
+
+    /// Dispatches so far.
+    #[must_use]
+    pub const fn dispatches(&self) -> u64 {
+        self.dispatches
+    }
+
+    /// Brings the device to the last tick of each of `swarms`, and forgets all others. Submits the work without waiting for it.
+    pub fn follow(&mut self, gpu: &Gpu, swarms: &[Swarm]) {
+        let is = |device: &DeviceSwarm, swarm: &Swarm| {
+            Arc::ptr_eq(&device.launches, &swarm.launches) && device.stepping == swarm.stepping
+        };
+        self.swarms.retain(|device| swarms.iter().any(|swarm| is(device, swarm)));
+        for swarm in swarms {
+            let place = self.swarms.iter().position(|device| is(device, swarm));
+            let mut device = match place {
+                Some(place) => self.swarms.remove(place),
+                None => DeviceSwarm::new(gpu, self, swarm),
+            };
+            let most = if swarm.goes_back { KEPT_BYTES / swarms.len() as u64 } else { 0 };
+            self.follow_one(gpu, &mut device, swarm, most);
+            self.swarms.push(device);
+        }
+    }
+
+    /// Those that follow, in the order of the swarms that they follow.
+    pub(crate) fn devices(&self) -> &[DeviceSwarm] {
+        &self.swarms
+    }
+
+    fn follow_one(&mut self, gpu: &Gpu, device: &mut DeviceSwarm, swarm: &Swarm, most_kept: u64) {
+        let at = |key: u64| swarm.ticks.iter().rposition(|tick| tick.key == key);
+        let mut next = device.key.and_then(at).map(|at| at + 1);
+        let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
+        if next.is_none() {
+            let kept = device.kept.iter().filter_map(|kept| Some((at(kept.key)?, kept)));
+            if let Some((at, kept)) = kept.max_by_key(|(at, _)| *at) {
+                device.rows.copy(&kept.rows, &mut encoder);
+                (device.seconds, device.since) = (kept.seconds, 0);
+                next = Some(at + 1);
+            } else {
+                device.rows.buffers.iter().for_each(|buffer| encoder.clear_buffer(buffer, 0, None));
+            }
+        }
+        let first = next.unwrap_or(0);
+        let mut work = Work { encoder, dispatches: Vec::new() };
+        for (place, tick) in swarm.ticks.iter().enumerate().skip(first) {
+            let last = place.checked_sub(1).map(|before| &swarm.ticks[before]);
+            self.tick(gpu, device, &mut work, tick, last);
+            device.keep(gpu, self, &mut work, tick.key, most_kept);
+        }
+        self.submit(gpu, device, work);
+        device.key = swarm.ticks.last().map(|tick| tick.key);
+        if device.key.is_none() {
+            device.last = None;
+        }
+    }
+
+    /// Adds the dispatches of a tick to `work`.
+    fn tick(
+        &mut self,
+        gpu: &Gpu,
+        device: &mut DeviceSwarm,
+        work: &mut Work,
+        tick: &SwarmTick,
+        last: Option<&SwarmTick>,
+    ) {
+        let parameters = Parameters::new(device.stepping, device.slots(), tick, last);
+        let swaps = device.stepping == SwarmStepping::PositionVerlet;
+        if let Some(last) = last.filter(|_| tick.other_laws && swaps) {
+            // Gusts have gone on to the end of that tick, where the shader evaluates them.
+            let parameters = parameters.under(&last.laws, last.phase);
+            self.dispatch(gpu, device, work, (SYNCHRONIZES, parameters));
+        }
+        for substep in 0..tick.substeps {
+            self.dispatch(gpu, device, work, (STEPS, parameters.at(substep)));
+            if swaps {
+                device.rows.positions = 1 - device.rows.positions;
+            }
+        }
+        device.last = Some(parameters);
+        device.seconds += f64::from(tick.step);
+    }
+
+    fn dispatch(
+        &mut self,
+        gpu: &Gpu,
+        device: &DeviceSwarm,
+        work: &mut Work,
+        (pipeline, parameters): (usize, Parameters),
+    ) {
+        if work.dispatches.len() == TOGETHER {
+            let encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
+            let full = std::mem::replace(work, Work { encoder, dispatches: Vec::new() });
+            self.submit(gpu, device, full);
+        }
+        work.dispatches.push((pipeline, device.rows.positions, parameters));
+    }
+
+    /// Encodes the dispatches of `work` that have not been encoded, and submits it.
+    fn submit(&mut self, gpu: &Gpu, device: &DeviceSwarm, mut work: Work) {
+        self.encode(gpu, device, &mut work);
+        gpu.queue.submit([work.encoder.finish()]);
+    }
+
+    fn encode(&mut self, gpu: &Gpu, device: &DeviceSwarm, work: &mut Work) {
+        if work.dispatches.is_empty() {
+            return;
+        }
+        let groups = device.slots().div_ceil(WORKGROUP);
+        let mut pass = work.encoder.begin_compute_pass(&ComputePassDescriptor::default());
+        for (place, (pipeline, positions, parameters)) in (0..).zip(work.dispatches.drain(..)) {
+            let offset = self.stride * place;
+            gpu.queue.write_buffer(&self.parameters, offset, bytes_of(&parameters));
+            pass.set_pipeline(&self.pipelines[pipeline]);
+            pass.set_bind_group(0, &device.groups[positions], &[offset as u32]);
+            pass.dispatch_workgroups(groups, 1, 1);
+            self.dispatches += 1;
+        }
+    }
+
+    /// What the device has in every slot of the swarm number `index` of those that it follows; `None` for a slot without a
+    /// particle. Waits for the device.
+    ///
+    /// # Errors
+    /// If it cannot be read back.
+    pub fn read(&self, gpu: &Gpu, index: usize) -> Result<Vec<Option<SwarmParticle>>, RenderError> {
+        let Some(swarm) = self.swarms.get(index) else { return Ok(Vec::new()) };
+        let [positions, others] = swarm.rows.in_order();
+        let (positions, others) = (read_rows(gpu, positions)?, read_rows(gpu, others)?);
+        let particle = |([x, y, z, number], [u, v, w, _]): ([u32; 4], [u32; 4])| {
+            let generation = u64::from(number.checked_sub(1)?);
+            let [position, other] = [[x, y, z], [u, v, w]].map(|row| row.map(f32::from_bits));
+            Some(SwarmParticle { generation, position, other })
+        };
+        Ok(positions.into_iter().zip(others).map(particle).collect())
+    }
+}
+
+/// Commands, and dispatches that are to be encoded at their end: pipeline, order of the rows, parameters.
+struct Work {
+    encoder: wgpu::CommandEncoder,
+    dispatches: Vec<(usize, usize, Parameters)>,
+}
+
+impl DeviceSwarm {
+    fn new(gpu: &Gpu, swarms: &Swarms, swarm: &Swarm) -> Self {
+        let device = &gpu.device;
+        let slots = swarm.launches.len() as u64;
+        let rows = Rows::new(device, slots);
+        let launches = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("launches"),
+            size: slots * LAUNCH_BYTES,
+            usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        gpu.queue.write_buffer(&launches, 0, bytemuck::cast_slice(&swarm.launches));
+        let group = |positions: usize| {
+            let parameters = wgpu::BufferBinding {
+                buffer: &swarms.parameters,
+                offset: 0,
+                size: wgpu::BufferSize::new(size_of::<Parameters>() as u64),
+            };
+            let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+            device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("swarm"),
+                layout: &swarms.bindings,
+                entries: &[
+                    entry(0, wgpu::BindingResource::Buffer(parameters)),
+                    entry(1, rows.buffers[positions].as_entire_binding()),
+                    entry(2, rows.buffers[1 - positions].as_entire_binding()),
+                    entry(3, launches.as_entire_binding()),
+                ],
+            })
+        };
+        Self {
+            stepping: swarm.stepping,
+            launches: Arc::clone(&swarm.launches),
+            groups: [group(0), group(1)],
+            rows,
+            key: None,
+            kept: Vec::new(),
+            spacing: FIRST_SPACING,
+            since: 0,
+            seconds: 0.0,
+            last: None,
+        }
+    }
+
+    pub fn slots(&self) -> u32 {
+        self.launches.len() as u32
+    }
+
+    /// Keeps the state after a tick, if the last one that was kept is some ticks old and there is room.
+    fn keep(&mut self, gpu: &Gpu, swarms: &mut Swarms, work: &mut Work, key: u64, most: u64) {
+        self.since += 1;
+        let bytes = self.launches.len() as u64 * PARTICLE_BYTES;
+        if self.since < self.spacing || bytes > most {
+            return;
+        }
+        self.since = 0;
+        self.kept.retain(|kept| self.seconds - kept.seconds < KEPT_S && kept.key != key);
+        if (self.kept.len() as u64 + 1) * bytes > most {
+            // Every second one goes.
+            let mut number = 0;
+            self.kept.retain(|_| {
+                number += 1;
+                number % 2 == 0
+            });
+            self.spacing = self.spacing.saturating_mul(2);
+        }
+        // Copied once the dispatches before it are done.
+        let encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
+        let before = std::mem::replace(work, Work { encoder, dispatches: Vec::new() });
+        swarms.submit(gpu, self, before);
+        let mut rows = Rows::new(&gpu.device, self.launches.len() as u64);
+        rows.copy(&self.rows, &mut work.encoder);
+        self.kept.push(Kept { key, rows, seconds: self.seconds });
+    }
+}
+
+/// The rows of a buffer. Waits for the device.
+fn read_rows(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<[u32; 4]>, RenderError> {
+    let failed = |detail: String| RenderError::ReadBack { detail };
+    let target = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read back"),
+        size: buffer.size(),
+        usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &target, 0, buffer.size());
+    gpu.queue.submit([encoder.finish()]);
+    let bytes = gpu.read_buffer(&target).map_err(failed)?;
+    Ok(bytemuck::pod_collect_to_vec(&bytes))
+}

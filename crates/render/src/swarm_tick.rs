@@ -1,0 +1,118 @@
+//! The plain data of swarms: particles that a device steps and draws from its own buffers.
+
+use std::sync::Arc;
+
+/// Particles that live on the device: what happened to them since the birth of the oldest that still lives, from which the
+/// device computes where they are, and how they look.
+#[derive(Clone, Debug)]
+pub struct Swarm {
+    /// What is stored of a particle, and how it is stepped.
+    pub stepping: SwarmStepping,
+    /// Velocity at birth of the particle in each slot, m/s: particle number k is in slot `k % n` of n. Swarms are told from each
+    /// other by this list.
+    pub launches: Arc<[[f32; 3]]>,
+    /// The ticks, the newest last.
+    pub ticks: Vec<SwarmTick>,
+    /// Whether states are kept for going back; else that begins with the birth of the oldest particle.
+    pub goes_back: bool,
+    /// How it looks.
+    pub look: SwarmLook,
+}
+
+/// What is stored of a particle, and how it is stepped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SwarmStepping {
+    /// Position Verlet: this position and the last one.
+    PositionVerlet,
+    /// Semi-implicit Euler: position and velocity.
+    SemiImplicitEuler,
+    /// Velocity Verlet: position and velocity.
+    VelocityVerlet,
+}
+
+/// One tick of a swarm. Times are in seconds from its start, positions in meters from the swarm's anchor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SwarmTick {
+    /// Identifies the state after the tick.
+    pub key: u64,
+    /// Length, above 0.
+    pub step: f32,
+    /// Number of substeps, at least 1.
+    pub substeps: u32,
+    /// First particle that is born in the tick, and the first after it that is not.
+    pub births: [u64; 2],
+    /// When the first of them is born.
+    pub first_birth: f32,
+    /// Time from birth to birth.
+    pub between: f32,
+    /// Where one is born at the start of the tick.
+    pub source: [f32; 3],
+    /// Velocity of that place, m/s.
+    pub carried: [f32; 3],
+    /// Particles below this number are dead.
+    pub dead: u64,
+    /// Whether other laws act than in the tick before.
+    pub other_laws: bool,
+    /// Whether velocities are reversed before the tick.
+    pub reversed: bool,
+    /// Phase of gusts at the anchor and the start of the tick, rad.
+    pub phase: f32,
+    /// What acts.
+    pub laws: SwarmLaws,
+}
+
+/// What acts on the particles of a swarm: `a = constant - rate v` and drag and wells.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SwarmLaws {
+    /// Constant acceleration, m/s².
+    pub constant: [f32; 3],
+    /// Rate of linear drag, 1/s.
+    pub rate: f32,
+    /// Drag `-(c + k |u|) u` where u is the velocity in the air, m/s: c, 1/s, and k, 1/m.
+    pub drag: Option<[f32; 2]>,
+    /// Velocity of the air, m/s: its mean, and its change in gusts, `across sin p + up sin(2p) / 2`.
+    pub air: [[f32; 3]; 3],
+    /// Wave vector of gusts, rad/m.
+    pub wave: [f32; 3],
+    /// Change of their phase, rad/s.
+    pub turns: f32,
+    /// Wells, each as its place, m, its strength, m³/s², and its softening, m; at most [`SwarmLaws::WELLS`].
+    pub wells: Arc<[[f32; 5]]>,
+    /// How velocities are multiplied, and the rate, 1/s.
+    pub damping: Option<(SwarmDamping, f32)>,
+}
+
+impl SwarmLaws {
+    /// Most wells.
+    pub const WELLS: usize = 64;
+}
+
+/// How damping multiplies velocities in q = rate times seconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SwarmDamping {
+    /// By `1 - q` after the move.
+    Tutorial = 1,
+    /// By `max(0, 1 - q)` before the move.
+    Clamped = 2,
+    /// By `1 / (1 + q)` before the move.
+    Implicit = 3,
+}
+
+/// How a swarm looks: as sprites.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SwarmLook {
+    /// The swarm's anchor, relative to the camera, m.
+    pub anchor: [f32; 3],
+    /// Radius of each particle, m; never drawn smaller than a pixel.
+    pub radius_m: f32,
+    /// Red, green, blue as displayed and alpha, 0 to 1.
+    pub color: [f32; 4],
+    /// How much of the last tick lies between the picture and its end, 0 to 1.
+    pub back: f32,
+    /// A particle is drawn along its way of so many seconds.
+    pub exposure_s: f32,
+    /// Life of a particle, s.
+    pub life_s: f32,
+    /// Last share of its life in which a particle fades away.
+    pub fades_in: f32,
+}

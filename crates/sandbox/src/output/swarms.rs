@@ -1,0 +1,140 @@
+//! Swarms without a window: the device that has them, and what the summary of a run says of them.
+
+use render::{Gpu, RenderError, Swarm, SwarmParticle, SwarmTick, Swarms};
+use scene::Scene;
+use serde_json::{Value, json};
+use xxhash_rust::xxh3::Xxh3;
+
+use crate::failure::Failure;
+use crate::output::pictures::{Camera, headless};
+use crate::stage::Stage;
+use crate::view::swarms::all_swarms;
+
+/// The device of a run that draws no pictures.
+pub(crate) struct SwarmDevice {
+    pub gpu: Gpu,
+    swarms: Swarms,
+}
+
+impl SwarmDevice {
+    /// Opens a device for the swarms of `scene`.
+    pub fn open(scene: &Scene) -> Result<Self, Failure> {
+        let gpu = headless()?;
+        check(&gpu, scene)?;
+        Ok(Self { swarms: Swarms::new(&gpu), gpu })
+    }
+}
+
+/// Whether a scene has swarms.
+pub(crate) fn has_swarms(scene: &Scene) -> bool {
+    scene.emitters.iter().any(|emitter| emitter.swarm.is_some())
+}
+
+/// Checks that the adapter can have the swarms of `scene`.
+pub(crate) fn check(gpu: &Gpu, scene: &Scene) -> Result<(), Failure> {
+    for (i, emitter) in scene.emitters.iter().enumerate() {
+        let Some(swarm) = &emitter.swarm else { continue };
+        let checked = gpu.check_swarm(swarm.launches.len() as u64);
+        checked.map_err(|error| {
+            let what = format!("{}: emitters[{i}].on: {error}", scene.name);
+            match error {
+                RenderError::Swarm { .. } => Failure::Usage(what),
+                _ => Failure::NoAdapter(what),
+            }
+        })?;
+    }
+    Ok(())
+}
+
+/// Refuses rows of particles that are on a device.
+pub(crate) fn refuse_rows(scene: &Scene) -> Result<(), Failure> {
+    let swarm = scene.emitters.iter().position(|emitter| emitter.swarm.is_some());
+    swarm.map_or(Ok(()), |i| {
+        let what = "its particles are on the graphics device and have no rows for --state";
+        let cure = "give on: cpu, or leave --state out";
+        Err(Failure::Usage(format!("{}: emitters[{i}]: {what}; {cure}", scene.name)))
+    })
+}
+
+/// What the summary of a run says of the swarms of `stage`, from the device that draws its pictures or its own.
+///
+/// # Errors
+/// If they cannot be read back.
+pub(crate) fn summary(
+    stage: &Stage,
+    camera: Option<&mut Camera>,
+    device: Option<&mut SwarmDevice>,
+) -> Result<Value, Failure> {
+    let swarms = all_swarms(stage);
+    let (gpu, states) = match (camera, device) {
+        (Some(camera), _) => camera.follow(&swarms),
+        (None, Some(device)) => {
+            device.swarms.follow(&device.gpu, &swarms);
+            (&device.gpu, Some(&device.swarms))
+        }
+        (None, None) => return Ok(Value::Null),
+    };
+    let Some(states) = states else { return Ok(Value::Null) };
+    let emitters =
+        stage.scene().emitters.iter().filter_map(|emitter| Some((emitter, emitter.swarm.as_ref()?)));
+    let mut all = Vec::new();
+    for ((index, swarm), (emitter, spec)) in swarms.iter().enumerate().zip(emitters) {
+        let State { living, failed, hash } = State::of(swarm, &states.read(gpu, index)?);
+        let particles = swarm.launches.len() as u64;
+        all.push(json!({
+            "emitter": emitter.name,
+            "adapter": gpu.info.to_string(),
+            "method": spec.method.name(),
+            "particles": particles,
+            "living": living,
+            "failed": failed,
+            "bytes": Swarms::bytes(particles),
+            "state_hash": format!("{hash:016x}"),
+        }));
+    }
+    Ok(Value::Array(all))
+}
+
+/// The state of a swarm, counted.
+struct State {
+    living: u64,
+    /// Particles that would live if their state had not become infinite.
+    failed: u64,
+    hash: u64,
+}
+
+impl State {
+    fn of(swarm: &Swarm, stored: &[Option<SwarmParticle>]) -> Self {
+        let (mut living, mut failed, mut hash) = (0, 0, Xxh3::new());
+        for (expected, stored) in expected(swarm).into_iter().zip(stored) {
+            let Some(number) = expected else { continue };
+            match stored {
+                Some(SwarmParticle { generation, position, other })
+                    if *generation == number / swarm.launches.len() as u64 =>
+                {
+                    living += 1;
+                    for part in position.iter().chain(other) {
+                        hash.update(&part.to_bits().to_le_bytes());
+                    }
+                }
+                _ => failed += 1,
+            }
+        }
+        Self { living, failed, hash: hash.digest() }
+    }
+}
+
+/// The number of the particle that lives in each slot at the end of the last tick, if its state is finite.
+fn expected(swarm: &Swarm) -> Vec<Option<u64>> {
+    let slots = swarm.launches.len() as u64;
+    let mut living = vec![None; swarm.launches.len()];
+    let dead = swarm.ticks.last().map_or(0, |tick| tick.dead);
+    for SwarmTick { births: [first, after], .. } in &swarm.ticks {
+        for number in (*first).max(dead)..*after {
+            #[expect(clippy::cast_possible_truncation, reason = "below the length of a list")]
+            let slot = (number % slots) as usize;
+            living[slot] = Some(number);
+        }
+    }
+    living
+}
