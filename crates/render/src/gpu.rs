@@ -121,10 +121,15 @@ impl Gpu {
     /// The bytes of a buffer that can be mapped. Waits for all submitted work. An error is what wgpu said.
     pub(crate) fn read_buffer(&self, buffer: &wgpu::Buffer) -> Result<Vec<u8>, String> {
         let (sender, receiver) = std::sync::mpsc::channel();
+        // A buffer of a lost device is invalid.
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         buffer.map_async(wgpu::MapMode::Read, .., move |result| {
             // The receiver is only gone where the wait below has failed, which is reported there.
             let _ = sender.send(result);
         });
+        if let Some(error) = pollster::block_on(scope.pop()) {
+            return Err(error.to_string());
+        }
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| error.to_string())?;
         receiver.recv().map_err(|error| error.to_string())?.map_err(|error| error.to_string())?;
         let bytes = buffer.get_mapped_range(..).map_err(|error| error.to_string())?.to_vec();
