@@ -314,7 +314,9 @@ fn every_shipped_scene_keeps_what_it_expects_for_a_minute() {
         let bounded = resolved.expect.unwrap_or_default().energy_drift_below.is_some();
         let springs = !resolved.springs.is_empty() || !resolved.soft_bodies.is_empty();
         let own = [resolved.method];
-        let methods = if bounded || springs || resolved.mutual_gravity.is_some() {
+        // Particles on the device have a method of their own.
+        let swarms = resolved.emitters.iter().any(|emitter| emitter.swarm.is_some());
+        let methods = if bounded || springs || swarms || resolved.mutual_gravity.is_some() {
             &own[..]
         } else {
             &motion::Method::ALL

@@ -127,7 +127,7 @@ fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
             || !scene.own_laws.is_empty();
         let keeps = methods.contains(&Method::VelocityVerlet) || methods.contains(&Method::Yoshida4);
         // Column, whether it must be there, whether it may.
-        let emits = declares(&scene, Effect::Emitters);
+        let emits = scene.emitters.iter().any(|emitter| emitter.swarm.is_none());
         let own_laws = !scene.own_laws.is_empty();
         let verlet = methods.contains(&Method::PositionVerlet);
         let expected = [
@@ -177,13 +177,15 @@ fn a_schedule_has_the_systems_that_its_scene_calls_for_and_no_others() {
         let found = systems(session.stage.stepper());
         let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
         assert_eq!(found.contains("integrate_groups"), coupled, "{name}: {found:?}");
-        assert_eq!(found.contains("emit_particles"), declares(scene, Effect::Emitters), "{name}: {found:?}");
+        let on_device = |on: bool| scene.emitters.iter().any(|emitter| emitter.swarm.is_some() == on);
+        assert_eq!(found.contains("emit_particles"), on_device(false), "{name}: {found:?}");
+        assert_eq!(found.contains("advance_swarms"), on_device(true), "{name}: {found:?}");
         let rides = scene.own_laws.values().any(|laws| !laws.riding_wells.is_empty());
         assert_eq!(found.contains("carry_wells"), rides, "{name}: {found:?}");
         let always = ["apply_forces", "clear_forces", "quarantine_bodies"];
         assert!(always.iter().all(|system| found.contains(*system)), "{name}: {found:?}");
         let known = "integrate_groups emit_particles integrate integrate_in_one_pass integrate_acceleration \
-            integrate_velocity remember_steps remember_accelerations apply_deferred carry_wells";
+            integrate_velocity remember_steps remember_accelerations apply_deferred carry_wells advance_swarms";
         let known: Vec<_> = known.split(' ').collect();
         for system in &found {
             assert!(always.iter().chain(&known).any(|known| known == system), "{name}: {system}");

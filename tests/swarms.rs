@@ -61,3 +61,12 @@ pub fn scene_text(keys: &str, emitter: &str) -> String {
 pub fn ticks(drive: &mut Drive, count: u32) {
     drive.run(count, 1.0 / 60.0);
 }
+
+#[test]
+fn the_ticks_of_storm_are_pinned() {
+    let mut simulation = history::Simulation::new(scene::load("storm").unwrap());
+    simulation.run(600);
+    let log = simulation.world.query::<&SwarmLog>().single(&simulation.world).unwrap();
+    // Everything that a device gets, on every processor; its life is 480 ticks.
+    assert_eq!((log.ticks.len(), format!("{:016x}", log.key).as_str()), (480, "0"));
+}

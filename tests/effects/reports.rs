@@ -206,7 +206,10 @@ fn a_session_with_pictures_lists_what_pictures_need() {
     drive.press("1").ticks(2);
     let rows = drive.session.tools.receipt(&mut drive.session.stage, &drive.session.view);
     let names: Vec<_> = rows.iter().skip(Effect::ALL.len() + 3).map(|row| row.name).collect();
-    assert_eq!(names, ["interpolation", "picking", "shadows", "arrows", "timeline", "energy_watch"]);
+    assert_eq!(
+        names,
+        ["interpolation", "picking", "shadows", "arrows", "timeline", "swarms", "energy_watch"]
+    );
     assert_eq!(row(&rows, "interpolation").bodies, 3);
     assert_eq!((row(&rows, "arrows").state, row(&rows, "arrows").bodies), (EffectState::On, 3));
     let state = |rows: &[ReceiptLine]| ["timeline", "energy_watch"].map(|name| row(rows, name).state);

@@ -30,6 +30,17 @@ pub enum SwarmStepping {
     VelocityVerlet,
 }
 
+impl SwarmStepping {
+    /// Bytes that a step reads and writes per particle: two rows are read, and position Verlet writes one of them.
+    #[must_use]
+    pub const fn bytes_per_step(self) -> u64 {
+        match self {
+            Self::PositionVerlet => 3 * 16,
+            Self::SemiImplicitEuler | Self::VelocityVerlet => 4 * 16,
+        }
+    }
+}
+
 /// One tick of a swarm. Times are in seconds from its start, positions in meters from the swarm's anchor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SwarmTick {

@@ -17,10 +17,10 @@ use sandbox::input::InputFrame;
 use sandbox::{Options, Session};
 use scene::Scene;
 
-const STEPPINGS: [(&str, SwarmStepping, u64); 3] = [
-    ("two positions, position Verlet", SwarmStepping::PositionVerlet, 48),
-    ("position and velocity, semi-implicit Euler", SwarmStepping::SemiImplicitEuler, 64),
-    ("position and velocity, velocity Verlet", SwarmStepping::VelocityVerlet, 64),
+const STEPPINGS: [(&str, SwarmStepping); 3] = [
+    ("two positions, position Verlet", SwarmStepping::PositionVerlet),
+    ("position and velocity, semi-implicit Euler", SwarmStepping::SemiImplicitEuler),
+    ("position and velocity, velocity Verlet", SwarmStepping::VelocityVerlet),
 ];
 
 /// The number of particles of each row, if the command line names none.
@@ -84,7 +84,8 @@ fn times(gpu: &Gpu, sizes: &[u32]) -> String {
     table += "\n";
     for all in [false, true] {
         let under = if all { "gravity, drag in gusts, two wells" } else { "gravity" };
-        for (name, stepping, bytes) in STEPPINGS {
+        for (name, stepping) in STEPPINGS {
+            let bytes = stepping.bytes_per_step();
             let _ = write!(table, "| {name}, {under} | {bytes} |");
             for size in sizes {
                 let _ = write!(table, " {} |", digits(on_device(gpu, *size, stepping, all)));

@@ -192,10 +192,10 @@ fn resolve(
     let expect = raw.expect.as_ref().map(|raw| expect(raw, faults));
     let mut bodies = generate::bodies(raw, reading, defaults, seed, faults);
     carriers::carry_emitters(&raw.emitters, &mut bodies, faults);
-    carriers::check_swarms(raw, step_hz, &bodies, faults);
     let mut own_laws = OwnLaws::new(&bodies);
     let laws = laws::world_laws(raw, &mut own_laws, faults);
     own_laws.thrusts(&raw.thrusts, faults);
+    carriers::check_swarms(raw, (step_hz, &laws), &bodies, faults);
     let own_laws = own_laws.by_id;
     let springs = springs::springs(&raw.springs, &bodies, faults);
     springs::check_groups(&bodies, &springs, mutual_gravity.is_some(), faults);

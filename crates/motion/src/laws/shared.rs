@@ -61,6 +61,13 @@ macro_rules! declare {
                 )*
             }
 
+            /// The name of the first law that no graphics device can evaluate.
+            #[must_use]
+            pub fn without_device_form(&self) -> Option<&'static str> {
+                let mut laws = self.and(&[]).resources().map(|(_, law)| law);
+                laws.find(|law| law.device_form().is_none()).map(Law::name)
+            }
+
             /// These laws and `more`.
             pub(crate) fn and<'a>(&'a self, more: &'a [Box<dyn Law>]) -> SharedLaws<'a> {
                 SharedLaws { $($law: self.$law.as_ref(),)* more }

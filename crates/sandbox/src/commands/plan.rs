@@ -3,7 +3,8 @@
 use clap::Args;
 use history::Overrides;
 use motion::{LawTexts, Method};
-use scene::{Scene, StepKind};
+use render::Swarms;
+use scene::{Scene, StepKind, byte_words};
 
 use crate::app::session::Session;
 use crate::args::{SceneName, method};
@@ -12,6 +13,7 @@ use crate::methods::cost;
 use crate::output::command_files::CommandFiles;
 use crate::output::show;
 use crate::stage::options::{Options, check};
+use crate::view::swarms::stepping;
 
 pub(super) const EXAMPLES: &str = "\
 Example:
@@ -48,7 +50,7 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
         StepKind::Fixed => format!("{} Hz", scene.step_hz),
         StepKind::Frame => "the frame's own length".to_owned(),
     };
-    let method = session.stage.stepper().method();
+    let (method, scene_substeps) = (session.stage.stepper().method(), scene.substeps);
     let mut plan = format!(
         "step of `{}`: {}, {step}{}, {} bodies\n",
         scene.name,
@@ -75,6 +77,19 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
         let halves = ["integrate_acceleration", "integrate_velocity"];
         let [first, second] = if method == Method::ExplicitEuler { [halves[1], halves[0]] } else { halves };
         plan += &format!("     ( {first}, then {second}, one pass over memory, equal bits )\n");
+    }
+    for emitter in &session.stage.scene().emitters {
+        let Some(swarm) = &emitter.swarm else { continue };
+        let (particles, substeps) = (swarm.launches.len() as u64, swarm.substeps.unwrap_or(scene_substeps));
+        plan += &format!(
+            "     on the graphics device: `{}`, {particles} particles, {}, {substeps} dispatch{} per tick, {} bytes per particle and \
+             dispatch, {}\n",
+            emitter.name,
+            swarm.method.claims().title,
+            if substeps == 1 { "" } else { "es" },
+            stepping(swarm.method).bytes_per_step(),
+            byte_words(Swarms::bytes(particles)),
+        );
     }
     plan
 }
@@ -109,6 +124,9 @@ fn what(system: &str, accelerating: &str, damping: &str) -> String {
         "carry_wells" => "wells are put on the bodies on which they ride".to_owned(),
         "emit_particles" => {
             "particles that are due are born, and taken back when their life is over".to_owned()
+        }
+        "advance_swarms" => {
+            "births, deaths and laws of particles on the graphics device are noted for it".to_owned()
         }
         "apply_forces" => "queued pushes become forces".to_owned(),
         "integrate_acceleration" => format!("v += (F w + g) h{accelerating}"),

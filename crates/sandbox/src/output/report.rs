@@ -137,7 +137,9 @@ impl Summary {
             ("frames", json!(pictures)),
             ("adapter", adapter.map_or(Value::Null, Value::String)),
         ];
-        let ledger = session.tools.ledger().map(|ledger| ("ledger", ledger_json(ledger)));
+        let swarms = session.stage.scene().emitters.iter().filter(|emitter| emitter.swarm.is_some());
+        let without: Vec<_> = swarms.map(|emitter| emitter.name.as_str()).collect();
+        let ledger = session.tools.ledger().map(|ledger| ("ledger", ledger_json(ledger, &without)));
         let fields = fields.into_iter().chain(ledger);
         Self { fields: fields.map(|(name, value)| (name.to_owned(), value)).collect() }
     }
@@ -188,11 +190,11 @@ impl Summary {
     }
 }
 
-/// The ledger since it was opened.
-fn ledger_json(ledger: &Ledger) -> Value {
+/// The ledger since it was opened, which is `without` the particles of these emitters.
+fn ledger_json(ledger: &Ledger, without: &[&str]) -> Value {
     let sums = ledger.since_opening();
     let LedgerLines { pushes, laws, damping, limits, anchors, interventions, residual } = &sums.energy;
-    json!({
+    let mut fields = json!({
         "kept_s": number(ledger.seconds()),
         "change_j": number(sums.energy.change()),
         "push_work_j": number(*pushes),
@@ -206,7 +208,11 @@ fn ledger_json(ledger: &Ledger) -> Value {
         "relative_residual": number(ledger.relative_residual()),
         "momentum": vectors(&sums.momentum, "n_s"),
         "angular_momentum": vectors(&sums.angular_momentum, "n_m_s"),
-    })
+    });
+    if !without.is_empty() {
+        fields["without"] = json!(without);
+    }
+    fields
 }
 
 /// The lines of a vector, in that unit.

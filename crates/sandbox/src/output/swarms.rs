@@ -1,6 +1,7 @@
 //! Swarms without a window: the device that has them, and what the summary of a run says of them.
 
 use render::{Gpu, RenderError, Swarm, SwarmParticle, SwarmTick, Swarms};
+use report::numbers::long_duration;
 use scene::Scene;
 use serde_json::{Value, json};
 use xxhash_rust::xxh3::Xxh3;
@@ -44,6 +45,28 @@ pub(crate) fn check(gpu: &Gpu, scene: &Scene) -> Result<(), Failure> {
         })?;
     }
     Ok(())
+}
+
+/// Seconds per particle that a picture takes some where a processor draws: measured by `--bench frames` on two cores.
+const DRAWN_IN_SOFTWARE_S: f64 = 0.8e-6;
+
+/// Pictures of particles that take longer are announced, s.
+const SLOW_S: f64 = 0.1;
+
+/// That pictures of the swarms of `scene` take long, where a processor draws them, and what takes a tenth.
+pub(crate) fn slow_words(gpu: &Gpu, scene: &Scene) -> Option<String> {
+    let swarms = scene.emitters.iter().filter_map(|emitter| emitter.swarm.as_ref());
+    let particles: usize = swarms.map(|swarm| swarm.launches.len()).sum();
+    #[expect(clippy::cast_precision_loss, reason = "millions of particles")]
+    let seconds = particles as f64 * DRAWN_IN_SOFTWARE_S;
+    let [all, tenth] = [seconds, seconds / 10.0].map(long_duration);
+    (gpu.info.software && seconds > SLOW_S).then(|| {
+        format!(
+            "{}: this machine draws in software, and a picture of {particles} particles takes some {all}; with a tenth of \
+             `rate_per_s` and `capacity` it takes {tenth}",
+            scene.name
+        )
+    })
 }
 
 /// Refuses rows of particles that are on a device.

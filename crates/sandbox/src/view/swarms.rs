@@ -52,7 +52,8 @@ fn swarms(stage: &Stage, seen: impl Fn(glam::DVec3) -> [f32; 3], back: f64) -> V
     found.into_iter().map(|(_, swarm)| swarm).collect()
 }
 
-fn stepping(method: Method) -> SwarmStepping {
+/// How the device steps by a method of [`Swarm::METHODS`].
+pub(crate) fn stepping(method: Method) -> SwarmStepping {
     match method {
         Method::SemiImplicitEuler => SwarmStepping::SemiImplicitEuler,
         Method::VelocityVerlet => SwarmStepping::VelocityVerlet,

@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::orders::{Kind, Program};
 use crate::output::scenes::save_scene;
-use crate::output::swarms::check;
+use crate::output::swarms::{check, slow_words};
 use crate::stage::SceneFile;
 use crate::stage::notices::Topic;
 
@@ -60,10 +60,11 @@ impl Program for WindowProgram<'_> {
         forecast_start(session);
         session.stage.save_faults();
         // Without them it runs as well, and the person is told what is missing.
-        if let Some(screen) = &self.screen
-            && let Err(failure) = check(&screen.gpu, session.stage.scene())
-        {
-            session.stage.notice(failure.to_string());
+        if let Some(screen) = &self.screen {
+            let scene = session.stage.scene();
+            let missing = check(&screen.gpu, scene).err().map(|failure| failure.to_string());
+            let said = missing.or_else(|| slow_words(&screen.gpu, scene));
+            said.into_iter().for_each(|words| session.stage.notice(words));
         }
         Ok(())
     }

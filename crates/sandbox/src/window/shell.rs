@@ -27,7 +27,7 @@ use crate::input::{Button, Input, InputFrame, Key};
 use crate::output::bundle::write_bundle;
 use crate::output::command_files::CommandFiles;
 use crate::output::orders::{BUNDLE, Program as _, carry_out};
-use crate::output::swarms::check;
+use crate::output::swarms::{check, slow_words};
 use crate::output::tell;
 use crate::stage::Order;
 use crate::stage::notices::Topic;
@@ -92,6 +92,8 @@ impl ApplicationHandler for Shell {
                 if let Err(failure) = check(&screen.gpu, self.session.stage.scene()) {
                     return self.fail(event_loop, failure);
                 }
+                let slow = slow_words(&screen.gpu, self.session.stage.scene());
+                slow.into_iter().for_each(|words| self.session.stage.notice(words));
                 let size = screen.window.inner_size();
                 self.events.push(Input::Resized([size.width, size.height]));
                 self.events.push(Input::Scaled(screen.window.scale_factor()));

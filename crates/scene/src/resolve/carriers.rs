@@ -1,5 +1,7 @@
 //! The bodies that springs hold, and on which emitters and wells ride; what emitters on a graphics device need.
 
+use motion::WorldLaws;
+
 use crate::check::Scope;
 use crate::generate::Bodies;
 use crate::raw;
@@ -54,7 +56,12 @@ const SWARM_TICKS: f64 = 36_000.0;
 pub const SWARM_WELLS: usize = 64;
 
 /// Checks what acts on the particles of emitters on a graphics device.
-pub(crate) fn check_swarms(raw: &raw::Scene, step_hz: f64, bodies: &Bodies, faults: &mut Faults) {
+pub(crate) fn check_swarms(
+    raw: &raw::Scene,
+    (step_hz, laws): (f64, &WorldLaws),
+    bodies: &Bodies,
+    faults: &mut Faults,
+) {
     let swarms = (0..).zip(&bodies.emitters).filter(|(_, emitter)| emitter.swarm.is_some());
     for (i, emitter) in swarms {
         let scope = Scope::item("emitters", i);
@@ -66,6 +73,10 @@ pub(crate) fn check_swarms(raw: &raw::Scene, step_hz: f64, bodies: &Bodies, faul
         if raw.mutual_gravity.is_some() {
             let what = "particles on a graphics device know nothing of mutual_gravity";
             faults.add(scope.key("on"), what, "give on: cpu, or wells in place of mutual_gravity");
+        }
+        if let Some(law) = laws.without_device_form() {
+            let what = format!("no graphics device evaluates the law `{law}`");
+            faults.add(scope.key("on"), what, format!("give on: cpu, or remove `{law}`"));
         }
         let wells = raw.wells.iter().filter(|well| well.bodies.is_none()).count();
         if wells > SWARM_WELLS {

@@ -37,7 +37,7 @@ const GROUPS: &[Group] = groups! {
     "Methods": "orbits_race" "orbit" "solar" "figure_eight" "oscillator" "ship" "ship_between" "verlet_start";
     "Forces": "projectile" "coast" "terminal_speed" "feather" "third_law" "wall" "everything";
     "Springs and soft bodies": "rope" "bridge" "flag" "bungee" "cape" "jelly";
-    "Particles": "thousand" "fountain" "sparks" "dust_trail";
+    "Particles": "thousand" "fountain" "sparks" "dust_trail" "storm" "shower";
     "Hard cases":;
 };
 

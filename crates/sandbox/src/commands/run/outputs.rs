@@ -19,7 +19,7 @@ use crate::output::files::{Output, OutputPath, is_standard_output, make_folder, 
 use crate::output::orders::{BUNDLE, GRAPH, Kind, Program, SCREENSHOT};
 use crate::output::pictures::{Camera, write_picture};
 use crate::output::report::{self, STATE_HEADER, Summary};
-use crate::output::swarms::{self, SwarmDevice, check, has_swarms, refuse_rows};
+use crate::output::swarms::{self, SwarmDevice, check, has_swarms, refuse_rows, slow_words};
 use crate::output::{show, tell, tell_all};
 use crate::stage::options::Options;
 use crate::stage::{SceneFile, Stage};
@@ -79,7 +79,10 @@ impl<'a> Outputs<'a> {
             refused: Ok(()),
         };
         match (&outputs.camera, &outputs.swarms) {
-            (Some(camera), _) => eprintln!("drawing with {}", camera.gpu.info),
+            (Some(camera), _) => {
+                eprintln!("drawing with {}", camera.gpu.info);
+                slow_words(&camera.gpu, session.stage.scene()).iter().for_each(|line| tell(line));
+            }
             (None, Some(device)) => eprintln!("particles on {}", device.gpu.info),
             (None, None) => {}
         }

@@ -4,6 +4,7 @@ use history::RunSettings;
 use lab::ReceiptLine;
 use motion::effects::EffectState;
 use motion::{Evaluations, PreviousPosition};
+use render::Swarms;
 use scene::Scene;
 
 use crate::stage::Stage;
@@ -86,7 +87,7 @@ impl Effects {
 }
 
 /// What a stage with pictures has beside the step.
-pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [ReceiptLine; 6] {
+pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [ReceiptLine; 7] {
     let row = |name, on: bool, bodies, bytes, why: &str| ReceiptLine {
         because: on.then(|| why.to_owned()),
         bodies: if on { bodies } else { 0 },
@@ -115,6 +116,29 @@ pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [ReceiptLine; 6] {
         },
         row("arrows", arrows, movable, 0, "keys 1 and 2"),
         row("timeline", stage.records(), 0, timeline, RECORDED),
+        swarm_row(stage),
         row(ENERGY_WATCH, stage.records(), movable, history::Watch::bytes(), RECORDED),
     ]
+}
+
+/// The particles that the graphics device has.
+fn swarm_row(stage: &Stage) -> ReceiptLine {
+    let swarms = || {
+        let emitters = stage.sim.scene.emitters.iter().enumerate();
+        emitters.filter_map(|(i, emitter)| Some((i, emitter.swarm.as_ref()?)))
+    };
+    let Some((first, _)) = swarms().next() else {
+        return ReceiptLine::of("swarms", EffectState::NotDeclared);
+    };
+    let dispatches: u32 =
+        swarms().map(|(_, swarm)| swarm.substeps.unwrap_or_else(|| stage.sim.substeps())).sum();
+    let bodies = swarms().map(|(_, swarm)| swarm.launches.len()).sum();
+    let s = if dispatches == 1 { "" } else { "es" };
+    ReceiptLine {
+        because: Some(format!("emitters[{first}].on: gpu; {dispatches} dispatch{s} per tick")),
+        bodies,
+        #[expect(clippy::cast_possible_truncation, reason = "what a device has fits into memory")]
+        bytes: Swarms::bytes(bodies as u64) as usize,
+        ..ReceiptLine::of("swarms", EffectState::On)
+    }
 }
