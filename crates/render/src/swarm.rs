@@ -135,7 +135,7 @@ impl Gpu {
             return Err(RenderError::NoCompute { adapter: self.info.to_string() });
         }
         let limits = self.device.limits();
-        let bytes = u64::from(limits.max_storage_buffer_binding_size).min(limits.max_buffer_size);
+        let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let groups = u64::from(limits.max_compute_workgroups_per_dimension) * u64::from(WORKGROUP);
         let most = (bytes / ROW_BYTES).min(groups);
         if slots > most {

@@ -82,16 +82,10 @@ impl SwarmLog {
         self.ticks.capacity() * size_of::<SwarmTick>()
     }
 
-    /// Enters a tick, whose key and whether its laws are others are still to be found out, and forgets those in which no
-    /// living particle was born.
+    /// Enters a tick, without its key and what follows from the tick before, whose laws it shares if they are the same. Forgets the
+    /// ticks before the birth of the oldest living particle.
     pub(crate) fn enter(&mut self, mut tick: SwarmTick) {
-        if let Some(last) = self.ticks.back() {
-            if last.laws == tick.laws {
-                tick.laws = Arc::clone(&last.laws);
-            } else {
-                tick.other_laws = true;
-            }
-        }
+        tick.other_laws = self.ticks.back().is_some_and(|last| !Arc::ptr_eq(&last.laws, &tick.laws));
         tick.reversed = std::mem::take(&mut self.reversed);
         tick.key = tick.key_after(self.key);
         self.key = tick.key;

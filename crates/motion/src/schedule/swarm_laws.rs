@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
+use smallvec::SmallVec;
 
 use crate::laws::damping::{Damping, DampingModel};
-use crate::laws::{Affine, DeviceForm, Gravity, Law, SharedLaws};
+use crate::laws::{Affine, DeviceForm, Gravity, Law, SharedLaws, Well};
 use crate::units::Vector;
 
 /// What acts on the particles of a swarm: `a = constant - rate v` and the drag and the wells below it.
@@ -49,13 +50,20 @@ pub(crate) fn single<const N: usize>(numbers: [f64; N]) -> [f32; N] {
 }
 
 impl SwarmLaws {
-    /// What acts in `world` on the particles of a swarm with that anchor, and the phase of gusts there at `time`, s.
+    /// What acts in `world` on the particles of a swarm with that anchor, and the phase of gusts there at `time`, s. It is what
+    /// acted `before`, shared, where nothing has changed.
     ///
     /// # Panics
     /// If a law of every body has no [`DeviceForm`].
-    pub(crate) fn of(world: &World, anchor: Vector, time: f64) -> (Self, f32) {
+    pub(crate) fn of(
+        world: &World,
+        anchor: Vector,
+        time: f64,
+        before: Option<&Arc<Self>>,
+    ) -> (Arc<Self>, f32) {
         let mut sum = Affine { constant: Vector::ZERO, rate: 0.0 };
-        let (mut laws, mut phase, mut wells) = (Self::default(), 0.0, Vec::new());
+        let (mut laws, mut phase) = (Self::default(), 0.0);
+        let mut wells: SmallVec<[&[Well]; 2]> = SmallVec::new();
         let gravity = world.get_resource::<Gravity>();
         for law in SharedLaws::of(world).on_body(gravity, false, &[]) {
             match form_of(law) {
@@ -79,10 +87,7 @@ impl SwarmLaws {
                         turns,
                     });
                 }
-                DeviceForm::Wells(these) => wells.extend(these.iter().map(|well| {
-                    let [x, y, z] = (well.position - anchor).to_array();
-                    single([x, y, z, well.strength, well.softening])
-                })),
+                DeviceForm::Wells(these) => wells.push(these),
             }
         }
         match world.get_resource::<Damping>() {
@@ -91,9 +96,23 @@ impl SwarmLaws {
             None => {}
         }
         (laws.constant, laws.rate) = (single(sum.constant.to_array()), single([sum.rate])[0]);
-        laws.wells = wells.into();
+        let row = |well: &Well| {
+            let [x, y, z] = (well.position - anchor).to_array();
+            single([x, y, z, well.strength, well.softening])
+        };
+        let rows = || wells.iter().copied().flatten().map(row);
         let [phase] = single([phase]);
-        (laws, phase)
+        let Some(before) = before else {
+            laws.wells = rows().collect();
+            return (Arc::new(laws), phase);
+        };
+        // A steady tick allocates nothing.
+        laws.wells = if before.wells.iter().copied().eq(rows()) {
+            Arc::clone(&before.wells)
+        } else {
+            rows().collect()
+        };
+        (if laws == **before { Arc::clone(before) } else { Arc::new(laws) }, phase)
     }
 
     /// All of its numbers.

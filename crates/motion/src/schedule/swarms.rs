@@ -1,7 +1,5 @@
 //! The system that says what a tick does to swarms.
 
-use std::sync::Arc;
-
 use bevy_ecs::prelude::*;
 
 use crate::schedule::emission::carrier_state;
@@ -14,14 +12,19 @@ use crate::state::switched_off::Off;
 use crate::units::Vector;
 
 /// Enters the tick into the log of every swarm: births, deaths and what acts.
-pub fn advance_swarms(world: &mut World, swarms: &mut QueryState<(Entity, &Swarm)>) {
+pub fn advance_swarms(
+    world: &mut World,
+    swarms: &mut QueryState<(Entity, &Swarm)>,
+    mut found: Local<Vec<(Entity, Swarm)>>,
+) {
     let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
     let TimeStep(step) = world.get_resource().copied().unwrap_or(TimeStep(0.0));
     let tick = Tick::next(clock, step);
     let substeps = Substeps::count(world.get_resource());
-    let swarms: Vec<_> = swarms.iter(world).map(|(entity, swarm)| (entity, swarm.clone())).collect();
-    for (entity, swarm) in swarms {
-        let (laws, phase) = SwarmLaws::of(world, swarm.anchor, tick.start);
+    found.extend(swarms.iter(world).map(|(entity, swarm)| (entity, swarm.clone())));
+    for (entity, swarm) in found.drain(..) {
+        let before = world.get::<SwarmLog>(entity).and_then(|log| log.ticks.back()).map(|tick| &tick.laws);
+        let (laws, phase) = SwarmLaws::of(world, swarm.anchor, tick.start, before);
         let Ok(parts) = world.get_entity(entity) else { continue };
         let on = parts.get::<Emitter>();
         let off = parts.get::<Off<Emitter>>().map(|Off(emitter)| emitter);
@@ -60,7 +63,7 @@ pub fn advance_swarms(world: &mut World, swarms: &mut QueryState<(Entity, &Swarm
             other_laws: false,
             reversed: false,
             phase,
-            laws: Arc::new(laws),
+            laws,
         });
     }
 }

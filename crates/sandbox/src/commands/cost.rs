@@ -8,6 +8,8 @@ use lab::cost::{
     Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem, take_real_time_priority,
 };
 
+use scene::{BodySpec, Scene};
+
 use crate::args::{bodies, check_study, positive};
 use crate::commands::instructions::{self, TicksOf};
 use crate::commands::list::Format;
@@ -17,6 +19,7 @@ use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{refuse_others_files, study_folder, write};
 use crate::output::progress::Progress;
+use crate::output::swarms::has_swarms;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -161,6 +164,16 @@ fn names(args: &CostArgs) -> Vec<&str> {
     }
 }
 
+/// Refuses a scene in which nothing moves but particles on the graphics device, which no study has.
+fn refuse_swarms_alone(scene: &Scene) -> Result<(), Failure> {
+    if has_swarms(scene) && !scene.bodies.iter().any(BodySpec::is_movable) {
+        let what =
+            "particles on the graphics device are in no study, and no body of it can move; give on: cpu";
+        return Err(Failure::Usage(format!("{}: {what}", scene.name)));
+    }
+    Ok(())
+}
+
 /// The problems and scenes of those names.
 fn subjects(names: &[&str], seconds: Option<f64>, files: &mut CommandFiles) -> Result<Vec<Subject>, Failure> {
     let mut subject = |name: &str| match problem(name) {
@@ -168,6 +181,7 @@ fn subjects(names: &[&str], seconds: Option<f64>, files: &mut CommandFiles) -> R
         None => match files.scene(name) {
             Ok(scene) => {
                 check_study(&scene, seconds)?;
+                refuse_swarms_alone(&scene)?;
                 Ok(Subject::of_scene(scene, seconds))
             }
             Err(error) => {

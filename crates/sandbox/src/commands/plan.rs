@@ -82,8 +82,8 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
         let Some(swarm) = &emitter.swarm else { continue };
         let (particles, substeps) = (swarm.launches.len() as u64, swarm.substeps.unwrap_or(scene_substeps));
         plan += &format!(
-            "     on the graphics device: `{}`, {particles} particles, {}, {substeps} dispatch{} per tick, {} bytes per particle and \
-             dispatch, {}\n",
+            "     ( on the graphics device: `{}`, {particles} particles, {}, {substeps} dispatch{} per tick, {} bytes per particle and \
+             dispatch, {} )\n",
             emitter.name,
             swarm.method.claims().title,
             if substeps == 1 { "" } else { "es" },

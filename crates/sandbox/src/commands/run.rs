@@ -301,3 +301,7 @@ fn long_ticks(session: &Session, ticks: u64) -> Option<String> {
         format!("{name}: {bodies} bodies attract each other: a tick takes some {tick}, the run some {run}")
     })
 }
+
+#[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+mod tests;

@@ -69,8 +69,9 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
             let (launches, swarm) = match swarm {
                 None => (launches.collect(), None),
                 Some((method, substeps)) => {
-                    let launches =
-                        launches.take(SWARM_LIMIT as usize).map(|launch| launch.as_vec3().to_array());
+                    let launches = launches
+                        .take(SWARM_LIMIT as usize)
+                        .map(|launch| launch.to_array().map(|part| part as f32));
                     (Vec::new(), Some(SwarmSpec { method, substeps, launches: launches.collect() }))
                 }
             };

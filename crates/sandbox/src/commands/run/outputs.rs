@@ -89,6 +89,13 @@ impl<'a> Outputs<'a> {
         Ok(outputs)
     }
 
+    #[cfg(test)]
+    pub fn lose_device(&self) {
+        if let Some(camera) = &self.camera {
+            camera.gpu.device.destroy();
+        }
+    }
+
     /// Adds a frame that ended at `now`, s, to the film and to the pictures.
     pub fn after_frame(&mut self, session: &mut Session, now: f64) -> Result<(), Failure> {
         let Some(camera) = &mut self.camera else { return Ok(()) };
