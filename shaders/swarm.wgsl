@@ -19,7 +19,7 @@ struct Tick {
     phase: f32,             // of gusts, at the anchor and the start of the tick
     wave: vec3f,
     turns: f32,             // rad/s
-    births: vec4u,          // the first particle that is born in the tick, and the first after it that is not
+    births: vec4u,          // the first particle that is due in the tick, and the first after it that is not
     last_births: vec4u,     // those of the tick before
     dead: vec2u,            // particles below this one are dead
     length: f32,            // of the tick
@@ -56,6 +56,16 @@ const RESTARTED = 4u;
 // Keeps a position and a velocity, not two positions.
 const KEEPS_VELOCITY = 8u;
 const VELOCITY_VERLET = 16u;
+// The slots of those that are due are free: none of them is born.
+const BARREN = 32u;
+
+// The least time between two positions that are stored, s: of two that are nearer, their digits would say no velocity.
+const SHORTEST = 1e-3;
+
+// By how much time the last position of a particle lies back, after a substep of `h` seconds.
+fn standard(h: f32) -> f32 {
+    return max(h, SHORTEST);
+}
 
 // Whether particle a comes before particle b.
 fn before(a: vec2u, b: vec2u) -> bool {

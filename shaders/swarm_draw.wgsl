@@ -31,14 +31,13 @@ fn vs_swarm(@builtin(vertex_index) index: u32, @builtin(instance_index) slot: u3
     let lived = tick.length - birth;
     let x = bitcast<vec3f>(stored.position.xyz);
     let other = bitcast<vec3f>(stored.other.xyz);
-    let length = tick.length / tick.substeps;
-    let v = select((x - other) / max(length, 1e-30), other, (tick.flags & KEEPS_VELOCITY) != 0u);
+    let v = select((x - other) / standard(tick.length / tick.substeps), other, (tick.flags & KEEPS_VELOCITY) != 0u);
     let position = look.anchor + (x - v * (lived * look.back));
     if globals.ground.x < 0.0 && position.y < globals.ground.x {
         return nowhere;
     }
-    // From the first birth of the tick: counts in single precision are exact up to 2^24.
-    let later = (f32(tick.births.x) - f32(particle.x)) * f32(tick.slots) + (f32(tick.births.y) - f32(particle.y));
+    // By how many births it is older than the first of the tick.
+    let later = f32(i32(tick.births.x - particle.x)) * f32(tick.slots) + (f32(tick.births.y) - f32(particle.y));
     let age = tick.length * (1.0 - look.back) - tick.first_birth + later * tick.between;
     let fade = clamp((1.0 - age / look.life) / look.fades_in, 0.0, 1.0);
     var sprite: Sprite;

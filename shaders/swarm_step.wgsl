@@ -1,9 +1,9 @@
 // A substep of a swarm, one particle per invocation.
 //
 // Position Verlet reads two positions and writes one: where the last position was, the next one is written, and the two buffers
-// change roles. Its velocity is (x - last) / (length of a substep), half a step old. A particle that is born within a tick takes
-// shorter steps; its last position is placed so that the same formula gives its velocity, which a short step would lose in the
-// digits of the positions.
+// change roles. Its velocity is (x - last) / (length of a substep), half a step old. A short step would lose the velocity in the
+// digits of the positions: after one, of a particle that is born within the tick or of all, the last position is placed as if the
+// step had been a standard one.
 
 @group(0) @binding(0) var<uniform> tick: Tick;
 @group(0) @binding(1) var<storage, read_write> positions: array<vec4u>;
@@ -105,12 +105,12 @@ fn particle_in(slot: u32) -> Particle {
     return p;
 }
 
-// The length of the standard substep by which the last position is placed.
-fn standard() -> f32 {
+// By how much time the last position lies back.
+fn stored_back() -> f32 {
     if tick.substep > 0u {
-        return tick.length / tick.substeps;
+        return standard(tick.length / tick.substeps);
     }
-    return tick.last_length / tick.last_substeps;
+    return standard(tick.last_length / tick.last_substeps);
 }
 
 // The length of the last step that the particle took, which is not its first.
@@ -132,6 +132,11 @@ fn step(@builtin(global_invocation_id) id: vec3u) {
     if p.generation == 0u {
         return;
     }
+    if p.is_new && (tick.flags & BARREN) != 0u {
+        positions[slot] = vec4u(0u);
+        others[slot] = vec4u(0u);
+        return;
+    }
     let keeps_velocity = (tick.flags & KEEPS_VELOCITY) != 0u;
     let is_born = p.is_new && tick.substep == 0u;
     let h = (tick.length - p.birth) / tick.substeps;
@@ -145,7 +150,7 @@ fn step(@builtin(global_invocation_id) id: vec3u) {
     } else if keeps_velocity {
         at = State(p.x, p.other * sign);
     } else {
-        at = State(p.x, (p.x - p.other) * (sign / standard()));
+        at = State(p.x, (p.x - p.other) * (sign / stored_back()));
         let restarted = (tick.flags & RESTARTED) != 0u && tick.substep == 0u;
         last = select(sign * last_step(p, slot, h), 0.0, restarted);
     }
@@ -188,8 +193,9 @@ fn step(@builtin(global_invocation_id) id: vec3u) {
     }
     // The buffers change roles after the step.
     others[slot] = vec4u(bitcast<vec3u>(next.x), p.generation);
-    if p.is_new || after != 1.0 {
-        let placed = next.x - next.v * (tick.length / tick.substeps);
+    let usual = tick.length / tick.substeps;
+    if p.is_new || after != 1.0 || usual < SHORTEST {
+        let placed = next.x - next.v * standard(usual);
         positions[slot] = vec4u(bitcast<vec3u>(placed), p.generation);
     }
 }
@@ -205,7 +211,7 @@ fn synchronize(@builtin(global_invocation_id) id: vec3u) {
     if p.generation == 0u || p.is_new {
         return;
     }
-    let length = standard();
+    let length = stored_back();
     let v = (p.x - p.other) / length;
     let a = acceleration(p.x, v, tick.last_length);
     let synchronized = v + a * (0.5 * last_step(p, slot, 0.0));

@@ -1,11 +1,12 @@
 //! Swarms after going back, after a reset, on another device, and from a bundle.
 
 use render::SwarmParticle;
+use sandbox::Options;
 use sandbox::input::Input;
 use scene::Action;
 
 use super::{Device, scene_text, ticks};
-use crate::rigs::Drive;
+use crate::rigs::{Drive, Studio, scene_of};
 
 fn storm() -> Drive {
     let keys = "gravity: (), drag: (quadratic_per_m: 0.05), wind: (velocity_m_s: (4, 0, -3), gust_m_s: 2, gust_hz: 0.7),";
@@ -71,6 +72,28 @@ fn one_adapter_gives_equal_bits_after_every_way() {
 }
 
 #[test]
+fn a_state_that_was_kept_is_drawn_as_it_was() {
+    // Whose births and deaths are those of the tick that is drawn, and not of the one that was left: particles live for a tick.
+    let emitter = "on: gpu, rate_per_s: 60, life_s: 0.02, radius_m: 0.3, speed_m_s: 0";
+    let keys = "camera: (position_m: (0, 0, 4), pitch_deg: 0, yaw_deg: 0),";
+    let options = Options { pictures: false, interpolate: false, ..Options::default() };
+    let mut drive = Drive::with(scene_of(&scene_text(keys, emitter)), options).recording();
+    let mut studio = Studio::new([1280, 720]);
+    let mut seen = Vec::new();
+    for _ in 0..100 {
+        ticks(&mut drive, 1);
+        seen.push(studio.draw_bodies(&mut drive.session).rgba);
+    }
+    assert!(seen[95] != Studio::new([1280, 720]).draw_bodies(&mut Drive::bodies("").session).rgba);
+    for tick in [96, 99, 64, 32, 65] {
+        drive.session.seek(tick);
+        let picture = studio.draw_bodies(&mut drive.session).rgba;
+        let off = picture.iter().zip(&seen[tick as usize - 1]).filter(|(a, b)| a != b).count();
+        assert_eq!(off, 0, "tick {tick}");
+    }
+}
+
+#[test]
 fn a_reset_begins_again_with_the_same_bits() {
     let (mut device, mut drive) = (Device::new(), storm());
     ticks(&mut drive, 40);
@@ -93,7 +116,7 @@ fn a_bundle_brings_its_swarm_along() {
     assert!(bundle.snapshot.ticks() > 60, "{}", bundle.snapshot.ticks());
     let bundle = history::Bundle::read(&bundle.write().unwrap()).unwrap();
     let (mut session, repetition) =
-        sandbox::Session::of_bundle(&bundle, "b", sandbox::Options::default(), &mut |_| {}).unwrap();
+        sandbox::Session::of_bundle(&bundle, "b", Options::default(), &mut |_| {}).unwrap();
     assert_eq!(repetition.first_different_tick, None);
     let mut opened = Drive::of(session.stage.scene().clone());
     std::mem::swap(&mut opened.session, &mut session);

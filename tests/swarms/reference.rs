@@ -119,7 +119,7 @@ fn step(
     before: &[Option<Reference>],
 ) -> Vec<Option<Reference>> {
     let tick = tick.unwrap();
-    assert_eq!((tick.substeps, tick.other_laws, tick.reversed), (1, false, false));
+    assert_eq!((tick.substeps, tick.other_laws, tick.reversed, tick.born), (1, false, false, true));
     let slots = launches.len() as u64;
     let numbers = |[first, after]: [u64; 2], slot: u64| {
         (first..after).find(|number| number % slots == slot).map(|number| (number, number - first))

@@ -8,7 +8,7 @@ use sandbox::input::Input;
 use scene::Action;
 
 use super::{Device, scene_text};
-use crate::rigs::{Drive, scene_of};
+use crate::rigs::{Drive, scene_of, summarized};
 
 const EMITTER: &str = "on: gpu, rate_per_s: 9, life_s: 1, speed_m_s: 1";
 
@@ -79,4 +79,36 @@ fn a_lost_device_is_an_error_and_no_panic() {
     let frame = drive.session.picture();
     device.swarms.follow(&device.gpu, &frame.swarms);
     assert!(device.swarms.read(&device.gpu, 0).is_err());
+}
+
+#[test]
+fn a_scene_that_expects_finite_states_fails_where_particles_are_not() {
+    let text = scene_text("gravity: (acceleration_m_s2: (0, -1e39, 0)), expect: (finite: true),", EMITTER);
+    let (said, summary) = summarized([("x.ron", text.as_str())], "run x.ron --seconds 2 --assert");
+    let said = said.ends(1);
+    assert!(said.err.contains("8 particles on the graphics device are not finite any more"), "{}", said.err);
+    assert_eq!((&summary["swarms"][0]["living"], &summary["swarms"][0]["failed"]), (&0.into(), &8.into()));
+}
+
+#[test]
+fn rows_of_states_are_refused() {
+    let text = scene_text("", EMITTER);
+    let (said, _) = summarized([("x.ron", text.as_str())], "run x.ron --seconds 2 --state s.csv");
+    let said = said.ends(2).err;
+    assert!(
+        said.contains("emitters[0]: its particles are on the graphics device and have no rows for --state"),
+        "{said}"
+    );
+}
+
+#[test]
+fn limits_of_scenes_are_those_of_the_device() {
+    let many = "(strength_m3_s2: 1),".repeat(render::SwarmLaws::WELLS);
+    scene_of(&scene_text(&format!("wells: [{many}],"), EMITTER));
+    let text = scene_text(&format!("wells: [{many} (strength_m3_s2: 1)],"), EMITTER);
+    let error = scene::Scene::parse("t", &text).unwrap_err().to_string();
+    assert!(error.contains("65 wells are too many for particles on a graphics device"), "{error}");
+    let memory = |keeps| scene_of(&scene_text("", EMITTER)).estimated_bytes(keeps);
+    let kept = memory(scene::Keeps { black_box: true, ..scene::Keeps::default() });
+    assert!(kept - memory(scene::Keeps::default()) >= render::Swarms::KEPT_BYTES);
 }

@@ -182,3 +182,38 @@ fn a_full_pool_replaces_its_oldest_and_a_carrier_takes_its_emitter_along() {
         }
     }
 }
+
+#[test]
+fn nothing_is_born_of_a_carrier_that_is_gone_and_what_is_due_ends_what_lived() {
+    let mut device = Device::new();
+    let crowded = SPRAY.replace("rate_per_s: 250", "rate_per_s: 500");
+    let riding = crowded.replace("position_m: (1, 2, 3)", "position_m: (0, 0.5, 0), rides_on: \"cart\"");
+    let cart =
+        format!("{GRAVITY}bodies: [(name: \"cart\", position_m: (3, 1, 0), velocity_m_s: (2, 6, 1))],");
+    let mut pair = Pair::of(&mut device, &cart, &riding, "position_verlet");
+    pair.ticks(70);
+    pair.compare();
+    pair.act(&Action::Remove("cart".to_owned()));
+    pair.ticks(20);
+    let error = pair.compare();
+    assert!(error < bound("position_verlet"), "{error:e} m");
+    pair.ticks(30);
+    assert!(pair.device.living(&mut pair.swarm.session).len() < 20);
+}
+
+#[test]
+fn a_short_tick_loses_no_velocity() {
+    let mut device = Device::new();
+    let keys = format!("{GRAVITY}step: frame,");
+    for method in METHODS {
+        let mut pair = Pair::of(&mut device, &keys, SPRAY, method);
+        for length in [1.0 / 60.0, 1e-5, 1e-8, 1.0 / 60.0, 3e-4, 1e-9, 1.0 / 60.0, 1.0 / 144.0] {
+            for _ in 0..8 {
+                pair.swarm.frame(length, []);
+                pair.bodies.frame(length, []);
+            }
+            let error = pair.compare();
+            assert!(error < 2.0 * bound(method), "{method}: {error:e} m after ticks of {length} s");
+        }
+    }
+}

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use history::Simulation;
-use motion::Evaluations;
 use motion::effects::{Effect, EffectState};
+use motion::{Evaluations, SwarmLog};
 use scene::Scene;
 
 use crate::cost::Sample;
@@ -19,7 +19,7 @@ pub struct Absence {
     pub max_distance: f64,
     /// Root of the mean square of the distances, m.
     pub rms_distance: f64,
-    /// Whether every position and velocity is the same to the last bit.
+    /// Whether every position and velocity is the same to the last bit, and every tick of a swarm.
     pub identical: bool,
     /// Evaluations that a step saves without it.
     pub evaluations_saved: f64,
@@ -51,6 +51,7 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
         simulation.world.resource::<Evaluations>().laws().iter().map(|(_, count)| count).sum()
     };
     let (states, spent) = (full.states().collect::<Vec<_>>(), evaluations(&full));
+    let swarms = swarm_keys(&mut full);
     let variants: Vec<_> =
         [Vec::new()].into_iter().chain(effects.iter().map(|effect| vec![*effect])).collect();
     let times = step_times(&scene, &variants, ticks);
@@ -68,7 +69,7 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
                 effect: *effect,
                 max_distance,
                 rms_distance,
-                identical,
+                identical: identical && swarm_keys(&mut without) == swarms,
                 evaluations_saved: saved / ticks as f64,
                 ns_saved: ns - time,
                 picture_differs: None,
@@ -76,6 +77,12 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
         })
         .collect();
     Ablation { scene: scene.name.clone(), method: scene.method, ticks, ns, rows }
+}
+
+/// What the ticks of swarms come to: the same keys are the same particles.
+fn swarm_keys(simulation: &mut Simulation) -> Vec<u64> {
+    let mut logs = simulation.world.query::<&SwarmLog>();
+    logs.iter(&simulation.world).map(|log| log.key).collect()
 }
 
 /// Largest and mean distance of bodies, and whether all bits are equal. Both lists are of the same bodies.

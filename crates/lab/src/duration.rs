@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use history::{REFERENCE_METHOD, reference_substeps};
 use motion::{Elastic, Method};
-use scene::Scene;
+use scene::{EmitterSpec, Scene};
 
 /// Nanoseconds of a tick itself.
 const TICK: f64 = 2_000.0;
@@ -23,6 +23,9 @@ const CORD: f64 = 40.0;
 const LAW: f64 = 6.0;
 const TRIANGLE: f64 = 30.0;
 const PAIR: f64 = 1.5;
+
+/// Of a step of a particle on the graphics device, where a processor does it.
+const PARTICLE: f64 = 30.0;
 
 /// So many evaluations an implicit step takes some.
 const ITERATIONS: f64 = 30.0;
@@ -56,6 +59,19 @@ pub struct TooLong {
     pub seconds: f64,
     /// How long it may take, s.
     pub allowed: f64,
+}
+
+/// Seconds that a processor takes some to step the swarms of `scene` in so many ticks, all of them or those since the birth of the
+/// oldest particle.
+#[must_use]
+pub fn swarm_seconds(scene: &Scene, ticks: f64, all: bool) -> f64 {
+    let of = |emitter: &EmitterSpec| {
+        let swarm = emitter.swarm.as_ref()?;
+        let substeps = f64::from(swarm.substeps.unwrap_or(scene.substeps));
+        let ticks = if all { ticks } else { ticks.min(emitter.life * scene.step_hz) };
+        Some(swarm.launches.len() as f64 * substeps * ticks * PARTICLE * 1e-9)
+    };
+    scene.emitters.iter().filter_map(of).sum()
 }
 
 /// Seconds that a tick of `scene` takes some on one core, with its method and substeps and those of its bodies.

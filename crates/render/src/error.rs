@@ -28,9 +28,9 @@ pub enum RenderError {
         /// What wgpu said.
         detail: String,
     },
-    /// The device was lost while it was in use.
+    /// The device was lost while it was in use, or had no memory for a swarm.
     #[error(
-        "the graphics adapter {adapter} was lost: {detail}; start again, or with another adapter in WGPU_ADAPTER_NAME"
+        "the graphics adapter {adapter} was lost: {detail}; start again, with another adapter in WGPU_ADAPTER_NAME, or with less to draw"
     )]
     Lost {
         /// Which adapter, in one line.

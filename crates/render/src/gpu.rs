@@ -19,7 +19,7 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// The adapter in words.
     pub info: AdapterSummary,
-    /// Why the device was lost, once it was.
+    /// Why the device can be used no more, once it cannot.
     lost: Arc<OnceLock<String>>,
 }
 
@@ -109,13 +109,19 @@ impl Gpu {
     /// Whether the device still works.
     ///
     /// # Errors
-    /// If it was lost: its driver was restarted, say, or the adapter was unplugged.
+    /// If it was lost, as where its driver was restarted or the adapter was unplugged, or had too little memory for a swarm.
     pub fn check(&self) -> Result<(), RenderError> {
         // Callbacks are called while the device is polled.
         let _ = self.device.poll(wgpu::PollType::Poll);
         self.lost.get().map_or(Ok(()), |why| {
             Err(RenderError::Lost { adapter: self.info.to_string(), detail: why.clone() })
         })
+    }
+
+    /// Lets [`Gpu::check`] fail from now on.
+    pub(crate) fn give_up(&self, why: String) {
+        // Only the first reason counts.
+        let _ = self.lost.set(why);
     }
 
     /// The bytes of a buffer that can be mapped. Waits for all submitted work. An error is what wgpu said.

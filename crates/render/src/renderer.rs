@@ -142,7 +142,9 @@ impl Renderer {
 
     /// Brings the device to the last tick of each of `swarms`, as the next frame that has them would.
     pub fn follow_swarms(&mut self, gpu: &Gpu, swarms: &[Swarm]) {
-        if self.swarms.is_some() || !swarms.is_empty() && gpu.check_swarm(0).is_ok() {
+        let fits = |swarm: &Swarm| gpu.check_swarm(swarm.launches.len() as u64).is_ok();
+        let swarms = if swarms.iter().all(fits) { swarms } else { &[] };
+        if self.swarms.is_some() || !swarms.is_empty() {
             let layouts = (&self.globals_layout, &self.shadow_map.layout);
             let new = || SwarmPainter::new(gpu, layouts.0, layouts.1, &self.destination);
             self.swarms.get_or_insert_with(new).follow(gpu, swarms);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bytemuck::bytes_of;
-use wgpu::{BufferUsages, CommandEncoderDescriptor, ComputePassDescriptor, Device, ShaderStages};
+use wgpu::{BufferUsages, CommandEncoderDescriptor, ComputePassDescriptor, ShaderStages};
 
 use crate::pipelines::{layout, module};
 use crate::swarm_parameters::Parameters;
@@ -26,8 +26,9 @@ const KEPT_BYTES: u64 = 256 << 20;
 /// Time for which a state is kept, s: as long as the program goes back.
 const KEPT_S: f64 = 60.0;
 
-/// Ticks between two states that are kept, at first.
-const FIRST_SPACING: u32 = 32;
+/// Ticks between two states that are kept, at least, and as a share of the ticks of the log.
+const SPACING: usize = 32;
+const SHARE: usize = 8;
 
 /// Dispatches that are submitted together.
 const TOGETHER: usize = 64;
@@ -61,9 +62,8 @@ pub(crate) struct DeviceSwarm {
     /// Which tick it is at; `None` before the first.
     key: Option<u64>,
     kept: Vec<Kept>,
-    spacing: u32,
     /// Ticks since the last state that was kept.
-    since: u32,
+    since: usize,
     /// Simulated time since the first frame, s.
     seconds: f64,
     /// The last tick.
@@ -78,19 +78,12 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    fn new(device: &Device, slots: u64) -> Self {
-        let buffer = || {
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("swarm"),
-                size: slots * ROW_BYTES,
-                usage: BufferUsages::STORAGE
-                    | BufferUsages::VERTEX
-                    | BufferUsages::COPY_SRC
-                    | BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        };
-        Self { buffers: [buffer(), buffer()], positions: 0 }
+    /// `None` where the device has no memory for them.
+    fn new(gpu: &Gpu, slots: u64) -> Option<Self> {
+        let usage =
+            BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        let buffer = || create(gpu, ("swarm", usage), slots * ROW_BYTES);
+        Some(Self { buffers: [buffer()?, buffer()?], positions: 0 })
     }
 
     fn copy(&mut self, from: &Self, encoder: &mut wgpu::CommandEncoder) {
@@ -131,7 +124,7 @@ impl Gpu {
     /// If it has no compute shaders, or less memory in one piece.
     pub fn check_swarm(&self, slots: u64) -> Result<(), RenderError> {
         let flags = self.adapter.get_downlevel_capabilities().flags;
-        if !flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS | wgpu::DownlevelFlags::VERTEX_STORAGE) {
+        if !flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) {
             return Err(RenderError::NoCompute { adapter: self.info.to_string() });
         }
         let limits = self.device.limits();
@@ -224,9 +217,14 @@ impl Swarms {
         self.swarms.retain(|device| swarms.iter().any(|swarm| is(device, swarm)));
         for swarm in swarms {
             let place = self.swarms.iter().position(|device| is(device, swarm));
-            let mut device = match place {
-                Some(place) => self.swarms.remove(place),
+            let device = match place {
+                Some(place) => Some(self.swarms.remove(place)),
                 None => DeviceSwarm::new(gpu, self, swarm),
+            };
+            let Some(mut device) = device else {
+                let particles = swarm.launches.len();
+                gpu.give_up(format!("it has no memory for {particles} particles of an emitter with on: gpu"));
+                continue;
             };
             let most = if swarm.goes_back { KEPT_BYTES / swarms.len() as u64 } else { 0 };
             self.follow_one(gpu, &mut device, swarm, most);
@@ -241,24 +239,28 @@ impl Swarms {
 
     fn follow_one(&mut self, gpu: &Gpu, device: &mut DeviceSwarm, swarm: &Swarm, most_kept: u64) {
         let at = |key: u64| swarm.ticks.iter().rposition(|tick| tick.key == key);
-        let mut next = device.key.and_then(at).map(|at| at + 1);
         let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
-        if next.is_none() {
-            let kept = device.kept.iter().filter_map(|kept| Some((at(kept.key)?, kept)));
-            if let Some((at, kept)) = kept.max_by_key(|(at, _)| *at) {
-                device.rows.copy(&kept.rows, &mut encoder);
-                (device.seconds, device.since) = (kept.seconds, 0);
-                next = Some(at + 1);
-            } else {
-                device.rows.buffers.iter().for_each(|buffer| encoder.clear_buffer(buffer, 0, None));
-            }
+        let here = device.key.and_then(at);
+        let kept = device.kept.iter().filter_map(|kept| Some((at(kept.key)?, kept)));
+        let kept = kept.max_by_key(|(at, _)| *at).filter(|(at, _)| here.is_none_or(|here| *at > here));
+        let begins = kept.as_ref().map(|(at, _)| *at).or(here);
+        if let Some((_, kept)) = kept {
+            device.rows.copy(&kept.rows, &mut encoder);
+            (device.seconds, device.since) = (kept.seconds, 0);
+        } else if here.is_none() {
+            device.rows.buffers.iter().for_each(|buffer| encoder.clear_buffer(buffer, 0, None));
         }
-        let first = next.unwrap_or(0);
+        if let Some(begins) = begins {
+            // Also where no tick follows.
+            let last = begins.checked_sub(1).map(|before| &swarm.ticks[before]);
+            device.last = Some(Parameters::new(device.stepping, device.slots(), &swarm.ticks[begins], last));
+        }
+        let first = begins.map_or(0, |begins| begins + 1);
         let mut work = Work { encoder, dispatches: Vec::new() };
         for (place, tick) in swarm.ticks.iter().enumerate().skip(first) {
             let last = place.checked_sub(1).map(|before| &swarm.ticks[before]);
             self.tick(gpu, device, &mut work, tick, last);
-            device.keep(gpu, self, &mut work, tick.key, most_kept);
+            device.keep(gpu, self, &mut work, (tick.key, swarm.ticks.len()), most_kept);
         }
         self.submit(gpu, device, work);
         device.key = swarm.ticks.last().map(|tick| tick.key);
@@ -355,16 +357,13 @@ struct Work {
 }
 
 impl DeviceSwarm {
-    fn new(gpu: &Gpu, swarms: &Swarms, swarm: &Swarm) -> Self {
+    /// `None` where the device has no memory for it.
+    fn new(gpu: &Gpu, swarms: &Swarms, swarm: &Swarm) -> Option<Self> {
         let device = &gpu.device;
         let slots = swarm.launches.len() as u64;
-        let rows = Rows::new(device, slots);
-        let launches = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("launches"),
-            size: slots * LAUNCH_BYTES,
-            usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let rows = Rows::new(gpu, slots)?;
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
+        let launches = create(gpu, ("launches", usage), slots * LAUNCH_BYTES)?;
         gpu.queue.write_buffer(&launches, 0, bytemuck::cast_slice(&swarm.launches));
         let group = |positions: usize| {
             let parameters = wgpu::BufferBinding {
@@ -384,50 +383,63 @@ impl DeviceSwarm {
                 ],
             })
         };
-        Self {
+        Some(Self {
             stepping: swarm.stepping,
             launches: Arc::clone(&swarm.launches),
             groups: [group(0), group(1)],
             rows,
             key: None,
             kept: Vec::new(),
-            spacing: FIRST_SPACING,
             since: 0,
             seconds: 0.0,
             last: None,
-        }
+        })
     }
 
     pub fn slots(&self) -> u32 {
         self.launches.len() as u32
     }
 
-    /// Keeps the state after a tick, if the last one that was kept is some ticks old and there is room.
-    fn keep(&mut self, gpu: &Gpu, swarms: &mut Swarms, work: &mut Work, key: u64, most: u64) {
+    /// Keeps the state after a tick of a log of so many, if the last one that was kept is some ticks old. The oldest goes where there
+    /// is no room: what is further back than a log reaches is computed from its beginning.
+    fn keep(
+        &mut self,
+        gpu: &Gpu,
+        swarms: &mut Swarms,
+        work: &mut Work,
+        (key, ticks): (u64, usize),
+        most: u64,
+    ) {
         self.since += 1;
-        let bytes = self.launches.len() as u64 * PARTICLE_BYTES;
-        if self.since < self.spacing || bytes > most {
+        let bytes = u64::from(self.slots()) * PARTICLE_BYTES;
+        if self.since < SPACING.max(ticks / SHARE) || bytes > most {
             return;
         }
         self.since = 0;
         self.kept.retain(|kept| self.seconds - kept.seconds < KEPT_S && kept.key != key);
         if (self.kept.len() as u64 + 1) * bytes > most {
-            // Every second one goes.
-            let mut number = 0;
-            self.kept.retain(|_| {
-                number += 1;
-                number % 2 == 0
-            });
-            self.spacing = self.spacing.saturating_mul(2);
+            self.kept.remove(0);
         }
+        let Some(mut rows) = Rows::new(gpu, u64::from(self.slots())) else { return };
         // Copied once the dispatches before it are done.
         let encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
         let before = std::mem::replace(work, Work { encoder, dispatches: Vec::new() });
         swarms.submit(gpu, self, before);
-        let mut rows = Rows::new(&gpu.device, self.launches.len() as u64);
         rows.copy(&self.rows, &mut work.encoder);
         self.kept.push(Kept { key, rows, seconds: self.seconds });
     }
+}
+
+/// A buffer; `None` where the device has no memory for it.
+fn create(gpu: &Gpu, (label, usage): (&str, BufferUsages), size: u64) -> Option<wgpu::Buffer> {
+    let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size,
+        usage,
+        mapped_at_creation: false,
+    });
+    pollster::block_on(scope.pop()).is_none().then_some(buffer)
 }
 
 /// The rows of a buffer. Waits for the device.

@@ -9,6 +9,7 @@ const REVERSED: u32 = 2;
 const RESTARTED: u32 = 4;
 const KEEPS_VELOCITY: u32 = 8;
 const VELOCITY_VERLET: u32 = 16;
+const BARREN: u32 = 32;
 
 /// Mirrors `Tick` in shaders/swarm.wgsl, where the fields are explained.
 #[repr(C)]
@@ -85,7 +86,7 @@ impl Parameters {
             SwarmStepping::SemiImplicitEuler => KEEPS_VELOCITY,
             SwarmStepping::VelocityVerlet => KEEPS_VELOCITY | VELOCITY_VERLET,
         };
-        for (is, flag) in [(tick.reversed, REVERSED), (tick.other_laws, RESTARTED)] {
+        for (is, flag) in [(tick.reversed, REVERSED), (tick.other_laws, RESTARTED), (!tick.born, BARREN)] {
             parameters.flags |= if is { flag } else { 0 };
         }
         parameters

@@ -50,8 +50,10 @@ pub struct SwarmTick {
     pub step: f32,
     /// Number of substeps, at least 1.
     pub substeps: u32,
-    /// First particle that is born in the tick, and the first after it that is not.
+    /// First particle that is due in the tick, and the first after it that is not. Each takes its slot over.
     pub births: [u64; 2],
+    /// Whether those that are due are born; else their slots are free.
+    pub born: bool,
     /// When the first of them is born.
     pub first_birth: f32,
     /// Time from birth to birth.

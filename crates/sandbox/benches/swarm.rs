@@ -121,6 +121,7 @@ fn on_device(gpu: &Gpu, particles: u32, stepping: SwarmStepping, all: bool) -> f
         step: 1.0 / 120.0,
         substeps: 1,
         births: [0, u64::from(particles)],
+        born: true,
         first_birth: 0.0,
         between: 1e-10,
         source: [0.0; 3],

@@ -7,6 +7,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::words::Name;
+use scene::SWARM_LIMIT;
 use scene::lists::list;
 
 /// The ticks of a swarm.
@@ -33,6 +34,7 @@ struct TickFields {
     step: f32,
     substeps: u32,
     births: [u64; 2],
+    free: bool,
     first_birth: f32,
     between: f32,
     source: [f32; 3],
@@ -105,13 +107,14 @@ impl Serialize for SwarmEntry {
                 written = Some(&tick.laws);
             }
             let SwarmTick { key, step, substeps, births, first_birth, between, source, carried, .. } = *tick;
-            let SwarmTick { dead, other_laws, reversed, phase, .. } = *tick;
+            let SwarmTick { dead, born, other_laws, reversed, phase, .. } = *tick;
             fields.ticks.push(TickFields {
                 key,
                 laws: fields.laws.len() - 1,
                 step,
                 substeps,
                 births,
+                free: !born,
                 first_birth,
                 between,
                 source,
@@ -132,17 +135,23 @@ impl<'de> Deserialize<'de> for SwarmEntry {
         let laws: Vec<_> = laws.into_iter().map(|laws| Arc::new(SwarmLaws::from(laws))).collect();
         let tick = |tick: TickFields| {
             let TickFields { key, step, substeps, births, first_birth, between, source, carried, .. } = tick;
-            let TickFields { dead, other_laws, reversed, phase, .. } = tick;
+            let TickFields { dead, free, other_laws, reversed, phase, .. } = tick;
             let laws = laws.get(tick.laws).map(Arc::clone);
             let laws = laws.ok_or_else(|| D::Error::custom("a tick of a swarm has no laws"))?;
-            if !(1..=Substeps::MOST).contains(&substeps) {
-                return Err(D::Error::custom("a tick of a swarm has no valid number of substeps"));
+            let count = births[1].checked_sub(births[0]);
+            let holds = (1..=Substeps::MOST).contains(&substeps)
+                && step > 0.0
+                && step.is_finite()
+                && count.is_some_and(|count| count <= SWARM_LIMIT);
+            if !holds {
+                return Err(D::Error::custom("invalid tick of a swarm"));
             }
             Ok(SwarmTick {
                 key,
                 step,
                 substeps,
                 births,
+                born: !free,
                 first_birth,
                 between,
                 source,

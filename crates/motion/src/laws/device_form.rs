@@ -2,7 +2,7 @@
 
 use super::{Affine, Drag, Well};
 
-/// The formula of a law among those of `shaders/swarm.wgsl`, for particles that a graphics device integrates.
+/// The formula of a law among those of `shaders/swarm_step.wgsl`, for particles that a graphics device integrates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DeviceForm<'a> {
     /// `a = constant - rate v`.

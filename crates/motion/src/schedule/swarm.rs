@@ -18,9 +18,9 @@ use crate::units::Vector;
 /// Makes the particles of an [`Emitter`], whose `pool` is empty, those of a graphics device. A component of the emitter's
 /// entity, which then has a [`SwarmLog`].
 ///
-/// Positions are stored in single precision and count from `anchor`. What acts is gravity and the laws of every body that
-/// have a [`DeviceForm`], and damping; springs, mutual gravity, own laws and pushes do not reach a swarm, and no ledger has
-/// it.
+/// Positions are stored in single precision and count from `anchor`. What acts is gravity, the laws of every body, each of
+/// which needs a [`DeviceForm`](crate::DeviceForm), and damping; springs, mutual gravity, own laws of bodies, a range and pushes
+/// do not reach a swarm, and no ledger has it.
 #[derive(Component, Clone, Debug, PartialEq)]
 #[component(immutable, on_insert = emitters_changed, on_discard = emitters_changed)]
 #[require(SwarmLog)]
@@ -49,6 +49,7 @@ impl Swarm {
     /// # Panics
     /// If no device can integrate it: why is in the message.
     pub(crate) fn check(&self, emitter: &Emitter) {
+        emitter.check();
         let Self { method, anchor, .. } = self;
         assert!(
             Self::METHODS.contains(method),
@@ -108,8 +109,10 @@ pub struct SwarmTick {
     pub step: f32,
     /// Number of substeps, at least 1.
     pub substeps: u32,
-    /// First particle that is born in the tick, and the first after it that is not.
+    /// First particle that is due in the tick, and the first after it that is not. Each takes its slot over.
     pub births: [u64; 2],
+    /// Whether those that are due are born; else their slots are free: the body that carries the emitter is away.
+    pub born: bool,
     /// When the first of them is born, s.
     pub first_birth: f32,
     /// Time from birth to birth, s.
@@ -134,7 +137,7 @@ pub struct SwarmTick {
 impl SwarmTick {
     /// The key of the tick after a state with the key `before`.
     pub(crate) fn key_after(&self, before: u64) -> u64 {
-        let Self { key: _, step, substeps, births, first_birth, between, source, carried, .. } = self;
+        let Self { key: _, step, substeps, births, born, first_birth, between, source, carried, .. } = self;
         let numbers = [*step, *first_birth, *between, self.phase].into_iter().chain(*source).chain(*carried);
         let counts = [
             before,
@@ -142,7 +145,7 @@ impl SwarmTick {
             births[0],
             births[1],
             self.dead,
-            u64::from(self.other_laws) | u64::from(self.reversed) << 1,
+            u64::from(self.other_laws) | u64::from(self.reversed) << 1 | u64::from(!*born) << 2,
         ];
         let words = counts.into_iter().chain(numbers.map(|number| word(&number))).chain(self.laws.words());
         // FNV-1a over words, then the finalizer of SplitMix64 (Steele, Lea, Flood 2014): FNV alone mixes high bits badly.

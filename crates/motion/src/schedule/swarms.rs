@@ -28,17 +28,19 @@ pub fn advance_swarms(
         let Ok(parts) = world.get_entity(entity) else { continue };
         let on = parts.get::<Emitter>();
         let off = parts.get::<Off<Emitter>>().map(|Off(emitter)| emitter);
-        let Some(emitter) = on.or(off).cloned() else { continue };
+        let Some(emitter) = on.or(off).cloned() else {
+            // Its emitter was removed, and its particles with it.
+            if let Some(mut log) = world.get_mut::<SwarmLog>(entity) {
+                *log = SwarmLog::default();
+            }
+            continue;
+        };
         let is_on = on.is_some();
         let substeps = swarm.substeps.unwrap_or(substeps);
         let carrier = parts.get::<RidesOn>().map(|carrier| carrier_state(world, *carrier));
         let Some(mut emission) = world.get_mut::<Emission>(entity) else { continue };
-        let (Due { dead, mut births }, restarted) =
+        let (Due { dead, births }, restarted) =
             emission.advance_without_slots(&emitter, is_on, tick, swarm.slots());
-        if carrier == Some(None) {
-            // Nothing is born where nothing carries.
-            births.start = births.end;
-        }
         let (at, velocity) = carrier.flatten().unwrap_or((Vector::ZERO, Vector::ZERO));
         let first_birth = birth_time(&emitter, births.start) - tick.start;
         let [step, first_birth, between] = single([step, first_birth, emitter.rate.recip()]);
@@ -55,6 +57,8 @@ pub fn advance_swarms(
             step,
             substeps,
             births: [births.start, births.end],
+            // Nothing is born where nothing carries.
+            born: carrier != Some(None),
             first_birth,
             between,
             source: single((emitter.position + at - swarm.anchor).to_array()),

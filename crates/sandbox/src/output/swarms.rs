@@ -152,11 +152,11 @@ fn expected(swarm: &Swarm) -> Vec<Option<u64>> {
     let slots = swarm.launches.len() as u64;
     let mut living = vec![None; swarm.launches.len()];
     let dead = swarm.ticks.last().map_or(0, |tick| tick.dead);
-    for SwarmTick { births: [first, after], .. } in &swarm.ticks {
+    for SwarmTick { births: [first, after], born, .. } in &swarm.ticks {
         for number in (*first).max(dead)..*after {
             #[expect(clippy::cast_possible_truncation, reason = "below the length of a list")]
             let slot = (number % slots) as usize;
-            living[slot] = Some(number);
+            living[slot] = born.then_some(number);
         }
     }
     living

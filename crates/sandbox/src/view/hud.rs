@@ -215,10 +215,13 @@ fn notices<'a>(painter: &Painter, mut place: Pos2, notices: impl Iterator<Item =
     }
 }
 
-/// How many bodies there are.
+/// How many bodies there are, and particles on the graphics device.
 pub(crate) fn bodies(stage: &Stage) -> String {
     let bodies = stage.sim.bodies.len();
-    format!("{bodies} {}", if bodies == 1 { "body" } else { "bodies" })
+    let swarms = stage.sim.scene.emitters.iter().filter_map(|emitter| emitter.swarm.as_ref());
+    let particles: usize = swarms.map(|swarm| swarm.launches.len()).sum();
+    let more = if particles > 0 { format!(", {particles} particles") } else { String::new() };
+    format!("{bodies} {}{more}", if bodies == 1 { "body" } else { "bodies" })
 }
 
 /// The scene and its clock, each in a line; of what the shell measured, one while the run goes on.

@@ -1,10 +1,10 @@
 //! The mouse moves the camera: orbit, pan, zoom and frame. Only within the cockpit: without it the mouse is the tutorial's.
 
 use bevy_ecs::prelude::*;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use motion::{PhysicsBody, SoftBody};
 use pick::Shape;
-use scene::{BodySpec, CameraSpec, Scene};
+use scene::{BodySpec, CameraSpec, EmitterSpec, Scene};
 
 use crate::stage::Stage;
 use crate::view::View;
@@ -165,7 +165,9 @@ fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
         let radius = stage.sim.world.get::<Shape>(*thing).map_or(0.0, Shape::bounding_radius);
         Some((stage.drawn_position(*thing)?, radius)).filter(|(place, _)| place.is_finite())
     });
-    let balls: Vec<_> = balls.collect();
+    let whole = stage.here.selection.is_none();
+    let swarms = stage.sim.scene.emitters.iter().filter(|_| whole);
+    let balls: Vec<_> = balls.chain(swarms.filter_map(|emitter| reach(&stage.sim.scene, emitter))).collect();
     let least = balls.iter().map(|(place, radius)| *place - *radius).reduce(DVec3::min)?;
     let most = balls.iter().map(|(place, radius)| *place + *radius).reduce(DVec3::max)?;
     let middle = (least + most) / 2.0;
@@ -178,10 +180,23 @@ pub(crate) fn distance_of(scene: &Scene) -> f64 {
     extent_at_start(scene).map_or(f64::NAN, |(middle, _)| middle.distance(scene.camera.position))
 }
 
+/// Where particles on the graphics device are born at the start, and how far they get some: to the top of a throw, or half their way.
+fn reach(scene: &Scene, emitter: &EmitterSpec) -> Option<(DVec3, f64)> {
+    // All are thrown equally fast.
+    let speed = Vec3::from(*emitter.swarm.as_ref()?.launches.first()?).length();
+    let gravity = scene.gravity.map_or(0.0, |gravity| gravity.acceleration.length());
+    let carrier = emitter.rides_on.and_then(|body| scene.bodies.get(body as usize));
+    let place = emitter.position + carrier.map_or(DVec3::ZERO, |body| body.position);
+    let speed = f64::from(speed);
+    Some((place, (speed * emitter.life).min(speed * speed / gravity) / 2.0))
+}
+
 /// Middle of the places of all that moves at the start of a scene, and half the diagonal of the box around them, m.
 pub(super) fn extent_at_start(scene: &Scene) -> Option<(DVec3, f64)> {
     let moves = |body: &&BodySpec| body.inverse_mass.is_some_and(|inverse| inverse > 0.0);
-    let places = || scene.bodies.iter().filter(moves).map(|body| body.position);
+    let swarms = || scene.emitters.iter().filter_map(|emitter| reach(scene, emitter));
+    let ends = || swarms().flat_map(|(place, reach)| [place - reach, place + reach]);
+    let places = || scene.bodies.iter().filter(moves).map(|body| body.position).chain(ends());
     let (least, most) = (places().reduce(DVec3::min), places().reduce(DVec3::max));
     least.zip(most).map(|(least, most)| ((least + most) / 2.0, most.distance(least) / 2.0))
 }

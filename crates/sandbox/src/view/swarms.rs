@@ -63,7 +63,7 @@ pub(crate) fn stepping(method: Method) -> SwarmStepping {
 }
 
 fn tick(tick: &SwarmTick) -> render::SwarmTick {
-    let SwarmTick { key, step, substeps, births, first_birth, between, source, carried, .. } = *tick;
+    let SwarmTick { key, step, substeps, births, born, first_birth, between, source, carried, .. } = *tick;
     let SwarmTick { dead, other_laws, reversed, phase, ref laws, .. } = *tick;
     let motion::SwarmLaws { constant, rate, drag, wells, damping } = &**laws;
     let air = drag.unwrap_or_default();
@@ -89,6 +89,7 @@ fn tick(tick: &SwarmTick) -> render::SwarmTick {
         step,
         substeps,
         births,
+        born,
         first_birth,
         between,
         source,

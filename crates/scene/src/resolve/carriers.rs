@@ -52,6 +52,9 @@ pub(crate) fn carry_emitters(raw: &[raw::Emitter], bodies: &mut Bodies, faults: 
 /// Most ticks that a particle on a graphics device lives: so many are simulated again to go back.
 const SWARM_TICKS: f64 = 36_000.0;
 
+/// Most times per second that a particle on a graphics device is replaced: more would exhaust its numbers within a run.
+const SWARM_REUSE: f64 = 1_000.0;
+
 /// Most wells that attract particles on a graphics device: so many has a uniform buffer of any device room for.
 pub const SWARM_WELLS: usize = 64;
 
@@ -66,9 +69,19 @@ pub(crate) fn check_swarms(
     for (i, emitter) in swarms {
         let scope = Scope::item("emitters", i);
         if emitter.life * step_hz > SWARM_TICKS {
-            let most = SWARM_TICKS / step_hz;
+            let most = (SWARM_TICKS / step_hz).floor();
             let what = format!("on a graphics device a particle lives for at most {SWARM_TICKS} ticks");
             faults.add(scope.key("life_s"), what, format!("give at most {most} s, or on: cpu"));
+        }
+        let slots = emitter.swarm.as_ref().map_or(0, |swarm| swarm.launches.len());
+        if emitter.rate > SWARM_REUSE * slots as f64 {
+            let what =
+                format!("each of {slots} particles is replaced more than {SWARM_REUSE} times a second");
+            faults.add(scope.key("rate_per_s"), what, "give more `capacity`, or on: cpu");
+        }
+        if raw.range.is_some() {
+            let what = "particles on a graphics device know nothing of range";
+            faults.add(scope.key("on"), what, "give on: cpu, or remove `range`");
         }
         if raw.mutual_gravity.is_some() {
             let what = "particles on a graphics device know nothing of mutual_gravity";

@@ -140,12 +140,16 @@ impl<'a> Outputs<'a> {
         }
         let adapter = camera.as_ref().map(|camera| camera.gpu.info.to_string());
         let mut summary = Summary::of(&mut session, start, pictures, adapter);
+        let mut failed = 0;
         if has_swarms(session.stage.scene()) {
             let states = swarms::summary(&session.stage, camera.as_mut(), swarms.as_mut());
             if let Err(failure) = &states {
                 tell(&format!("the summary has no swarms: {failure}"));
             }
-            summary.add("swarms", states.unwrap_or(Value::Null));
+            let states = states.unwrap_or(Value::Null);
+            let all = states.as_array().into_iter().flatten();
+            failed = all.filter_map(|swarm| swarm["failed"].as_u64()).sum();
+            summary.add("swarms", states);
         }
         let picture = |session: &mut Session| still(session, camera);
         let mut black_box = None;
@@ -180,7 +184,7 @@ impl<'a> Outputs<'a> {
         let left = if refused.is_ok() { steps_left(args, &session) } else { None };
         let verdict = match black_box {
             Some(black_box) => Err(black_box.verdict()),
-            None => verdict(args, &session).and(refused),
+            None => verdict(args, &session, failed).and(refused),
         };
         let verdict = match left {
             Some(left) if args.assert && verdict.is_ok() => Err(Failure::Expectation(left)),
@@ -265,7 +269,8 @@ fn steps_left(args: &RunArgs, session: &Session) -> Option<String> {
     ))
 }
 
-fn verdict(args: &RunArgs, session: &Session) -> Result<(), Failure> {
+/// How the run ended, in which so many particles of swarms failed.
+fn verdict(args: &RunArgs, session: &Session, failed: u64) -> Result<(), Failure> {
     let quarantined = session.stage.all_quarantined();
     if let Some(first) = quarantined.first() {
         let count = quarantined.len();
@@ -280,6 +285,10 @@ fn verdict(args: &RunArgs, session: &Session) -> Result<(), Failure> {
         return Err(Failure::Expectation(fault.named(&session.stage.scene().names).to_string()));
     }
     let Some(expect) = session.stage.scene().expect.filter(|_| args.assert) else { return Ok(()) };
+    if expect.finite == Some(true) && failed > 0 {
+        let what = "particles on the graphics device are not finite any more";
+        return Err(Failure::Expectation(format!("{failed} {what}")));
+    }
     let Some(bound) = expect.energy_drift_below else { return Ok(()) };
     let drift = session.tools.ledger().map_or(f64::NAN, Ledger::relative_residual);
     // Written so that a drift that is not a number fails.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use history::Overrides;
-use lab::duration::tick_seconds;
+use lab::duration::{swarm_seconds, tick_seconds};
 use render::{Film, Quality};
 use report::numbers::number;
 use scene::lesson::{beside, is_same_scene};
@@ -123,7 +123,9 @@ impl Setup {
         };
         let picture =
             if args.film.is_some() || args.frames.is_some() { picture_seconds(options.size_px) } else { 0.0 };
-        let seconds = ticks as f64 * tick_seconds(scene) + frames * picture;
+        // Without pictures swarms are computed once, at the end.
+        let swarms = swarm_seconds(scene, ticks as f64, picture > 0.0);
+        let seconds = ticks as f64 * tick_seconds(scene) + frames * picture + swarms;
         check_time(&format!("{}: {ticks} ticks", args.scene), seconds)
     }
 
