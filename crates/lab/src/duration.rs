@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use history::{REFERENCE_METHOD, reference_substeps};
 use motion::{Elastic, Method};
-use scene::{EmitterSpec, Scene};
+use scene::{EmitterSpec, Scene, SwarmSpec};
 
 /// Nanoseconds of a tick itself.
 const TICK: f64 = 2_000.0;
@@ -65,13 +65,12 @@ pub struct TooLong {
 /// oldest particle.
 #[must_use]
 pub fn swarm_seconds(scene: &Scene, ticks: f64, all: bool) -> f64 {
-    let of = |emitter: &EmitterSpec| {
-        let swarm = emitter.swarm.as_ref()?;
+    let of = |(_, emitter, swarm): (usize, &EmitterSpec, &SwarmSpec)| {
         let substeps = f64::from(swarm.substeps.unwrap_or(scene.substeps));
         let ticks = if all { ticks } else { ticks.min(emitter.life * scene.step_hz) };
-        Some(swarm.launches.len() as f64 * substeps * ticks * PARTICLE * 1e-9)
+        swarm.launches.len() as f64 * substeps * ticks * PARTICLE * 1e-9
     };
-    scene.emitters.iter().filter_map(of).sum()
+    scene.swarms().map(of).sum()
 }
 
 /// Seconds that a tick of `scene` takes some on one core, with its method and substeps and those of its bodies.

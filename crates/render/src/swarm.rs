@@ -238,11 +238,12 @@ impl Swarms {
     }
 
     fn follow_one(&mut self, gpu: &Gpu, device: &mut DeviceSwarm, swarm: &Swarm, most_kept: u64) {
-        let at = |key: u64| swarm.ticks.iter().rposition(|tick| tick.key == key);
         let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
-        let here = device.key.and_then(at);
-        let kept = device.kept.iter().filter_map(|kept| Some((at(kept.key)?, kept)));
-        let kept = kept.max_by_key(|(at, _)| *at).filter(|(at, _)| here.is_none_or(|here| *at > here));
+        let here = swarm.ticks.iter().rposition(|tick| Some(tick.key) == device.key);
+        // Only what is ahead of the device helps: in a run that goes on, that is one tick.
+        let ahead = swarm.ticks.iter().enumerate().skip(here.map_or(0, |here| here + 1)).rev();
+        let kept_of = |tick: &SwarmTick| device.kept.iter().find(|kept| kept.key == tick.key);
+        let kept = { ahead }.find_map(|(at, tick)| Some((at, kept_of(tick)?)));
         let begins = kept.as_ref().map(|(at, _)| *at).or(here);
         if let Some((_, kept)) = kept {
             device.rows.copy(&kept.rows, &mut encoder);

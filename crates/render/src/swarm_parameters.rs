@@ -62,14 +62,15 @@ fn births([first, after]: [u64; 2], slots: u32) -> [u32; 4] {
 impl Parameters {
     /// Those of a tick of a swarm of `slots` slots, after the tick `last`.
     pub fn new(stepping: SwarmStepping, slots: u32, tick: &SwarmTick, last: Option<&SwarmTick>) -> Self {
-        let last = last.unwrap_or(&SwarmTick { births: [0; 2], ..tick.clone() }).clone();
+        let last_births = last.map_or([0; 4], |last| births(last.births, slots));
+        let last = last.unwrap_or(tick);
         let mut parameters = Self {
             source: tick.source,
             first_birth: tick.first_birth,
             carried: tick.carried,
             between: tick.between,
             births: births(tick.births, slots),
-            last_births: births(last.births, slots),
+            last_births,
             dead: particle(tick.dead, slots),
             length: tick.step,
             substeps: tick.substeps as f32,

@@ -70,11 +70,11 @@ pub struct SwarmTick {
     pub reversed: bool,
     /// Phase of gusts at the anchor and the start of the tick, rad.
     pub phase: f32,
-    /// What acts.
+    /// The laws of the tick.
     pub laws: SwarmLaws,
 }
 
-/// What acts on the particles of a swarm: `a = constant - rate v` and drag and wells.
+/// The laws of a swarm: `a = constant - rate v` and drag and wells.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SwarmLaws {
     /// Constant acceleration, m/s².

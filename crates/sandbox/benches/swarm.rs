@@ -42,7 +42,7 @@ fn main() {
     println!("{}", errors(&gpu));
 }
 
-/// What acts on particles in the table of times.
+/// The laws in the table of times.
 fn laws(all: bool) -> SwarmLaws {
     let constant = [0.0, -9.8, 0.0];
     if !all {

@@ -248,7 +248,6 @@ impl Scene {
         let in_air = self.laws.drag.is_some();
         let blown = soft.filter(|soft| in_air && soft.sheet).map(|soft| soft.triangles.len() as u64).sum();
         let particles: u64 = self.emitters.iter().map(|emitter| emitter.pool.len() as u64).sum();
-        let swarms = self.emitters.iter().filter_map(|emitter| emitter.swarm.as_ref());
         let grouped = if self.mutual_gravity.is_some() { bodies - particles } else { points };
         let own = self.own_laws.values();
         let own_wells: u64 =
@@ -257,7 +256,7 @@ impl Scene {
         let thrusts = own.flat_map(|laws| &laws.thrusts);
         Census {
             bodies,
-            swarm: swarms.map(|swarm| swarm.launches.len() as u64).sum(),
+            swarm: self.swarm_particles() as u64,
             moved: grouped + particles,
             grouped,
             links,

@@ -16,7 +16,7 @@ use motion::{
 };
 use pick::Shape;
 
-use crate::scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
+use crate::scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec, SwarmSpec};
 use crate::scene::names::Names;
 use crate::scene::survival::SurvivalRow;
 
@@ -116,6 +116,18 @@ impl SurvivalRow {
 }
 
 impl Scene {
+    /// The emitters whose particles are on a graphics device, by their place in [`Scene::emitters`].
+    pub fn swarms(&self) -> impl Iterator<Item = (usize, &EmitterSpec, &SwarmSpec)> {
+        let emitters = self.emitters.iter().enumerate();
+        emitters.filter_map(|(i, emitter)| Some((i, emitter, emitter.swarm.as_ref()?)))
+    }
+
+    /// For how many particles on a graphics device there is room.
+    #[must_use]
+    pub fn swarm_particles(&self) -> usize {
+        self.swarms().map(|(_, _, swarm)| swarm.launches.len()).sum()
+    }
+
     /// The scene with the damping that its methods approximate: the law, in place of a model that damps per tick.
     #[must_use]
     pub fn damped_by_law(mut self) -> Self {

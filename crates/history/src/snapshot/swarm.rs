@@ -1,4 +1,4 @@
-//! The ticks of a swarm in a file. What acts is written once for all ticks that share it.
+//! The ticks of a swarm in a file. Laws are written once for all ticks that share them.
 
 use std::sync::Arc;
 
@@ -22,19 +22,21 @@ struct LogFields {
     #[serde(deserialize_with = "list")]
     laws: Vec<LawsFields>,
     #[serde(deserialize_with = "list")]
-    ticks: Vec<TickFields>,
+    ticks: Vec<TickEntry>,
 }
 
-#[derive(Default, Serialize, Deserialize)]
-#[serde(default)]
+/// The number of the laws of a tick, and the rest of it.
+#[derive(Serialize, Deserialize)]
+struct TickEntry(usize, #[serde(with = "TickFields")] SwarmTick);
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "SwarmTick")]
 struct TickFields {
     key: u64,
-    /// Which of the laws act.
-    laws: usize,
     step: f32,
     substeps: u32,
     births: [u64; 2],
-    free: bool,
+    born: bool,
     first_birth: f32,
     between: f32,
     source: [f32; 3],
@@ -43,6 +45,8 @@ struct TickFields {
     other_laws: bool,
     reversed: bool,
     phase: f32,
+    #[serde(skip)]
+    laws: Arc<SwarmLaws>,
 }
 
 #[derive(Default, Serialize, Deserialize)]
@@ -106,24 +110,7 @@ impl Serialize for SwarmEntry {
                 fields.laws.push((&*tick.laws).into());
                 written = Some(&tick.laws);
             }
-            let SwarmTick { key, step, substeps, births, first_birth, between, source, carried, .. } = *tick;
-            let SwarmTick { dead, born, other_laws, reversed, phase, .. } = *tick;
-            fields.ticks.push(TickFields {
-                key,
-                laws: fields.laws.len() - 1,
-                step,
-                substeps,
-                births,
-                free: !born,
-                first_birth,
-                between,
-                source,
-                carried,
-                dead,
-                other_laws,
-                reversed,
-                phase,
-            });
+            fields.ticks.push(TickEntry(fields.laws.len() - 1, tick.clone()));
         }
         fields.serialize(serializer)
     }
@@ -133,35 +120,18 @@ impl<'de> Deserialize<'de> for SwarmEntry {
     fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
         let LogFields { key, reversed, laws, ticks } = LogFields::deserialize(source)?;
         let laws: Vec<_> = laws.into_iter().map(|laws| Arc::new(SwarmLaws::from(laws))).collect();
-        let tick = |tick: TickFields| {
-            let TickFields { key, step, substeps, births, first_birth, between, source, carried, .. } = tick;
-            let TickFields { dead, free, other_laws, reversed, phase, .. } = tick;
-            let laws = laws.get(tick.laws).map(Arc::clone);
+        let tick = |TickEntry(which, tick): TickEntry| {
+            let laws = laws.get(which).map(Arc::clone);
             let laws = laws.ok_or_else(|| D::Error::custom("a tick of a swarm has no laws"))?;
-            let count = births[1].checked_sub(births[0]);
-            let holds = (1..=Substeps::MOST).contains(&substeps)
-                && step > 0.0
-                && step.is_finite()
+            let count = tick.births[1].checked_sub(tick.births[0]);
+            let holds = (1..=Substeps::MOST).contains(&tick.substeps)
+                && tick.step > 0.0
+                && tick.step.is_finite()
                 && count.is_some_and(|count| count <= SWARM_LIMIT);
             if !holds {
                 return Err(D::Error::custom("invalid tick of a swarm"));
             }
-            Ok(SwarmTick {
-                key,
-                step,
-                substeps,
-                births,
-                born: !free,
-                first_birth,
-                between,
-                source,
-                carried,
-                dead,
-                other_laws,
-                reversed,
-                phase,
-                laws,
-            })
+            Ok(SwarmTick { laws, ..tick })
         };
         let ticks = ticks.into_iter().map(tick).collect::<Result<_, _>>()?;
         Ok(Self(SwarmLog { ticks, key, reversed }))

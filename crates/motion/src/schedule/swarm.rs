@@ -1,7 +1,7 @@
 //! Swarms: emitters whose particles live on a graphics device.
 //!
 //! This crate knows no device. In every tick it says in plain numbers what happens to the particles: which are born, which
-//! die, and what acts on them. The state of a swarm is a function of these ticks alone, from the birth of the oldest
+//! die, and the laws. The state of a swarm is a function of these ticks alone, from the birth of the oldest
 //! living particle on, so that a device can compute it at any time, and again after going back.
 
 use std::collections::VecDeque;
@@ -18,7 +18,7 @@ use crate::units::Vector;
 /// Makes the particles of an [`Emitter`], whose `pool` is empty, those of a graphics device. A component of the emitter's
 /// entity, which then has a [`SwarmLog`].
 ///
-/// Positions are stored in single precision and count from `anchor`. What acts is gravity, the laws of every body, each of
+/// Positions are stored in single precision and count from `anchor`. It obeys gravity, the laws of every body, each of
 /// which needs a [`DeviceForm`](crate::DeviceForm), and damping; springs, mutual gravity, own laws of bodies, a range and pushes
 /// do not reach a swarm, and no ledger has it.
 #[derive(Component, Clone, Debug, PartialEq)]
@@ -130,7 +130,7 @@ pub struct SwarmTick {
     pub reversed: bool,
     /// Phase of gusts at the anchor and the start of the tick, rad, from -pi to pi.
     pub phase: f32,
-    /// What acts.
+    /// The laws of the tick.
     pub laws: Arc<SwarmLaws>,
 }
 

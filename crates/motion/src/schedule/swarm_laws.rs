@@ -1,4 +1,4 @@
-//! What acts on the particles of a swarm, in plain numbers.
+//! The laws of a swarm in plain numbers.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::laws::damping::{Damping, DampingModel};
 use crate::laws::{Affine, DeviceForm, Gravity, Law, SharedLaws, Well};
 use crate::units::Vector;
 
-/// What acts on the particles of a swarm: `a = constant - rate v` and the drag and the wells below it.
+/// The laws of a swarm: `a = constant - rate v` and the drag and the wells below it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SwarmLaws {
     /// The sum of constant accelerations, m/s².
@@ -50,8 +50,8 @@ pub(crate) fn single<const N: usize>(numbers: [f64; N]) -> [f32; N] {
 }
 
 impl SwarmLaws {
-    /// What acts in `world` on the particles of a swarm with that anchor, and the phase of gusts there at `time`, s. It is what
-    /// acted `before`, shared, where nothing has changed.
+    /// The laws of `world` for a swarm with that anchor, and the phase of gusts there at `time`, s. They are those
+    /// of `before`, shared, if nothing has changed.
     ///
     /// # Panics
     /// If a law of every body has no [`DeviceForm`].

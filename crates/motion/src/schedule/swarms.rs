@@ -11,7 +11,7 @@ use crate::state::substeps::Substeps;
 use crate::state::switched_off::Off;
 use crate::units::Vector;
 
-/// Enters the tick into the log of every swarm: births, deaths and what acts.
+/// Enters the tick into the log of every swarm: births, deaths and laws.
 pub fn advance_swarms(
     world: &mut World,
     swarms: &mut QueryState<(Entity, &Swarm)>,

@@ -78,8 +78,7 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
         let [first, second] = if method == Method::ExplicitEuler { [halves[1], halves[0]] } else { halves };
         plan += &format!("     ( {first}, then {second}, one pass over memory, equal bits )\n");
     }
-    for emitter in &session.stage.scene().emitters {
-        let Some(swarm) = &emitter.swarm else { continue };
+    for (_, emitter, swarm) in session.stage.scene().swarms() {
         let (particles, substeps) = (swarm.launches.len() as u64, swarm.substeps.unwrap_or(scene_substeps));
         plan += &format!(
             "     ( on the graphics device: `{}`, {particles} particles, {}, {substeps} dispatch{} per tick, {} bytes per particle and \

@@ -137,8 +137,8 @@ impl Summary {
             ("frames", json!(pictures)),
             ("adapter", adapter.map_or(Value::Null, Value::String)),
         ];
-        let swarms = session.stage.scene().emitters.iter().filter(|emitter| emitter.swarm.is_some());
-        let without: Vec<_> = swarms.map(|emitter| emitter.name.as_str()).collect();
+        let swarms = session.stage.scene().swarms();
+        let without: Vec<_> = swarms.map(|(_, emitter, _)| emitter.name.as_str()).collect();
         let ledger = session.tools.ledger().map(|ledger| ("ledger", ledger_json(ledger, &without)));
         let fields = fields.into_iter().chain(ledger);
         Self { fields: fields.map(|(name, value)| (name.to_owned(), value)).collect() }

@@ -28,13 +28,12 @@ impl SwarmDevice {
 
 /// Whether a scene has swarms.
 pub(crate) fn has_swarms(scene: &Scene) -> bool {
-    scene.emitters.iter().any(|emitter| emitter.swarm.is_some())
+    scene.swarms().next().is_some()
 }
 
 /// Checks that the adapter can have the swarms of `scene`.
 pub(crate) fn check(gpu: &Gpu, scene: &Scene) -> Result<(), Failure> {
-    for (i, emitter) in scene.emitters.iter().enumerate() {
-        let Some(swarm) = &emitter.swarm else { continue };
+    for (i, _, swarm) in scene.swarms() {
         let checked = gpu.check_swarm(swarm.launches.len() as u64);
         checked.map_err(|error| {
             let what = format!("{}: emitters[{i}].on: {error}", scene.name);
@@ -55,8 +54,7 @@ const SLOW_S: f64 = 0.1;
 
 /// That pictures of the swarms of `scene` take long, where a processor draws them, and what takes a tenth.
 pub(crate) fn slow_words(gpu: &Gpu, scene: &Scene) -> Option<String> {
-    let swarms = scene.emitters.iter().filter_map(|emitter| emitter.swarm.as_ref());
-    let particles: usize = swarms.map(|swarm| swarm.launches.len()).sum();
+    let particles = scene.swarm_particles();
     #[expect(clippy::cast_precision_loss, reason = "millions of particles")]
     let seconds = particles as f64 * DRAWN_IN_SOFTWARE_S;
     let [all, tenth] = [seconds, seconds / 10.0].map(long_duration);
@@ -71,8 +69,7 @@ pub(crate) fn slow_words(gpu: &Gpu, scene: &Scene) -> Option<String> {
 
 /// Refuses rows of particles that are on a device.
 pub(crate) fn refuse_rows(scene: &Scene) -> Result<(), Failure> {
-    let swarm = scene.emitters.iter().position(|emitter| emitter.swarm.is_some());
-    swarm.map_or(Ok(()), |i| {
+    scene.swarms().next().map_or(Ok(()), |(i, ..)| {
         let what = "its particles are on the graphics device and have no rows for --state";
         let cure = "give on: cpu, or leave --state out";
         Err(Failure::Usage(format!("{}: emitters[{i}]: {what}; {cure}", scene.name)))
@@ -98,10 +95,8 @@ pub(crate) fn summary(
         (None, None) => return Ok(Value::Null),
     };
     let Some(states) = states else { return Ok(Value::Null) };
-    let emitters =
-        stage.scene().emitters.iter().filter_map(|emitter| Some((emitter, emitter.swarm.as_ref()?)));
     let mut all = Vec::new();
-    for ((index, swarm), (emitter, spec)) in swarms.iter().enumerate().zip(emitters) {
+    for ((index, swarm), (_, emitter, spec)) in swarms.iter().enumerate().zip(stage.scene().swarms()) {
         let State { living, failed, hash } = State::of(swarm, &states.read(gpu, index)?);
         let particles = swarm.launches.len() as u64;
         all.push(json!({

@@ -218,8 +218,7 @@ fn notices<'a>(painter: &Painter, mut place: Pos2, notices: impl Iterator<Item =
 /// How many bodies there are, and particles on the graphics device.
 pub(crate) fn bodies(stage: &Stage) -> String {
     let bodies = stage.sim.bodies.len();
-    let swarms = stage.sim.scene.emitters.iter().filter_map(|emitter| emitter.swarm.as_ref());
-    let particles: usize = swarms.map(|swarm| swarm.launches.len()).sum();
+    let particles = stage.sim.scene.swarm_particles();
     let more = if particles > 0 { format!(", {particles} particles") } else { String::new() };
     format!("{bodies} {}{more}", if bodies == 1 { "body" } else { "bodies" })
 }

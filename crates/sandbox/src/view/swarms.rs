@@ -57,8 +57,13 @@ pub(crate) fn stepping(method: Method) -> SwarmStepping {
     match method {
         Method::SemiImplicitEuler => SwarmStepping::SemiImplicitEuler,
         Method::VelocityVerlet => SwarmStepping::VelocityVerlet,
-        // The only other one of `Swarm::METHODS`.
-        _ => SwarmStepping::PositionVerlet,
+        Method::PositionVerlet => SwarmStepping::PositionVerlet,
+        Method::ExplicitEuler
+        | Method::ImplicitEuler
+        | Method::RungeKutta2Midpoint
+        | Method::RungeKutta2Heun
+        | Method::RungeKutta4
+        | Method::Yoshida4 => unreachable!("the first tick refuses what is not among `Swarm::METHODS`"),
     }
 }
 

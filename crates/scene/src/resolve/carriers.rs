@@ -56,7 +56,7 @@ const SWARM_TICKS: f64 = 36_000.0;
 const SWARM_REUSE: f64 = 1_000.0;
 
 /// Most wells that attract particles on a graphics device: so many has a uniform buffer of any device room for.
-pub const SWARM_WELLS: usize = 64;
+const SWARM_WELLS: usize = 64;
 
 /// Checks what acts on the particles of emitters on a graphics device.
 pub(crate) fn check_swarms(

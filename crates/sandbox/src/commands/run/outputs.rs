@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use motion::Totals;
 use motion::ledger::Ledger;
 use render::{Image, Quality};
-use scene::{Action, Script};
+use scene::{Action, Scene, Script};
 use serde_json::Value;
 
 use crate::app::session::Session;
@@ -53,14 +53,8 @@ impl<'a> Outputs<'a> {
     ) -> Result<Self, Failure> {
         let Options { size_px, pictures, .. } = session.stage.run.options;
         let camera = pictures.then(|| Camera::new(size_px, args.quality.into())).transpose()?;
-        let scene = session.stage.scene();
-        let swarms = match &camera {
-            Some(camera) => check(&camera.gpu, scene).map(|()| None)?,
-            None => has_swarms(scene).then(|| SwarmDevice::open(scene)).transpose()?,
-        };
-        if args.state.is_some() {
-            refuse_rows(scene)?;
-        }
+        let mut swarms = None;
+        take_swarms(args, session.stage.scene(), camera.as_ref(), &mut swarms)?;
         if camera.is_some() {
             make_folder(folder(args).unwrap_or(Path::new("")))?;
         }
@@ -237,20 +231,32 @@ impl Program for Outputs<'_> {
     fn opened(&mut self, session: &mut Session) -> Result<(), Failure> {
         let told = forecast_start(self.args, session, self.longest_frame);
         self.refused = told.map(|told| told.iter().for_each(|line| tell(line)));
-        let scene = session.stage.scene();
-        if self.refused.is_ok() && has_swarms(scene) {
-            self.refused = match (&self.camera, &self.swarms) {
-                (Some(camera), _) => check(&camera.gpu, scene),
-                (None, Some(device)) => check(&device.gpu, scene),
-                (None, None) => SwarmDevice::open(scene).map(|device| self.swarms = Some(device)),
-            };
-            if self.refused.is_ok() && self.args.state.is_some() {
-                self.refused = refuse_rows(scene);
-            }
+        if self.refused.is_ok() {
+            let (scene, camera) = (session.stage.scene(), self.camera.as_ref());
+            self.refused = take_swarms(self.args, scene, camera, &mut self.swarms);
         }
         keep_ledger(self.args, session);
         Ok(())
     }
+}
+
+/// Lets the run have the swarms of `scene`, on the device of its camera or on its own, which is opened for the first scene that has
+/// some.
+fn take_swarms(
+    args: &RunArgs,
+    scene: &Scene,
+    camera: Option<&Camera>,
+    own: &mut Option<SwarmDevice>,
+) -> Result<(), Failure> {
+    if !has_swarms(scene) {
+        return Ok(());
+    }
+    match (camera, &own) {
+        (Some(camera), _) => check(&camera.gpu, scene)?,
+        (None, Some(device)) => check(&device.gpu, scene)?,
+        (None, None) => *own = Some(SwarmDevice::open(scene)?),
+    }
+    if args.state.is_some() { refuse_rows(scene) } else { Ok(()) }
 }
 
 /// The steps of the script that the run ended before, as a sentence.

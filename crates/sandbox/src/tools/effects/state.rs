@@ -123,16 +123,12 @@ pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [ReceiptLine; 7] {
 
 /// The particles that the graphics device has.
 fn swarm_row(stage: &Stage) -> ReceiptLine {
-    let swarms = || {
-        let emitters = stage.sim.scene.emitters.iter().enumerate();
-        emitters.filter_map(|(i, emitter)| Some((i, emitter.swarm.as_ref()?)))
-    };
-    let Some((first, _)) = swarms().next() else {
+    let scene = &stage.sim.scene;
+    let Some((first, ..)) = scene.swarms().next() else {
         return ReceiptLine::of("swarms", EffectState::NotDeclared);
     };
-    let dispatches: u32 =
-        swarms().map(|(_, swarm)| swarm.substeps.unwrap_or_else(|| stage.sim.substeps())).sum();
-    let bodies = swarms().map(|(_, swarm)| swarm.launches.len()).sum();
+    let substeps = scene.swarms().map(|(_, _, swarm)| swarm.substeps.unwrap_or_else(|| stage.sim.substeps()));
+    let (dispatches, bodies) = (substeps.sum::<u32>(), scene.swarm_particles());
     let s = if dispatches == 1 { "" } else { "es" };
     ReceiptLine {
         because: Some(format!("emitters[{first}].on: gpu; {dispatches} dispatch{s} per tick")),

@@ -38,8 +38,7 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, (past, points): 
     let last_second = ledger.last_second();
     let color = inks::words(ui.visuals(), RESIDUAL);
     ui.label(RichText::new(sentence(stage, ledger)).color(color).strong());
-    let swarms = stage.sim.scene.emitters.iter().filter_map(|emitter| emitter.swarm.as_ref());
-    let particles: usize = swarms.map(|swarm| swarm.launches.len()).sum();
+    let particles = stage.sim.scene.swarm_particles();
     if particles > 0 {
         ui.label(format!("The {particles} particles on the graphics device are not in the ledger."));
     }
