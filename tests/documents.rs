@@ -138,10 +138,12 @@ fn every_command_is_one() {
                 assert!(said.code == 0, "{document}: {line}: {}", said.err);
                 let words: Vec<_> = arguments.split_whitespace().collect();
                 let opened = match words[..] {
-                    ["list" | "cost" | "replay" | "lessons", ..] => None,
-                    ["run" | "plan" | "effects" | "ablate" | "recommend" | "stability", name, ..] => {
-                        Some(name)
-                    }
+                    ["list" | "cost" | "replay" | "lessons" | "merge", ..] => None,
+                    [
+                        "run" | "plan" | "effects" | "ablate" | "recommend" | "stability" | "sweep",
+                        name,
+                        ..,
+                    ] => Some(name),
                     _ => Some(words[0]),
                 };
                 // A reader's own files are not here.

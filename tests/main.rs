@@ -48,6 +48,7 @@ mod soft_pixels;
 mod soft_scenes;
 mod stability;
 mod swarms;
+mod sweep;
 mod tidy;
 mod time;
 mod transcription;

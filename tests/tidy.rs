@@ -102,8 +102,20 @@ const HISTORY: &[&str] =
     &["simulation", "distances", "snapshot", "settings", "change", "bundle", "timeline", "twin"];
 
 /// The same of `crates/lab/src`.
-const LAB: &[&str] =
-    &["duration", "run", "cost", "limits", "ablation", "receipt", "recommend", "stability", "lesson"];
+const LAB: &[&str] = &[
+    "duration",
+    "run",
+    "shard",
+    "ordered",
+    "cost",
+    "limits",
+    "ablation",
+    "receipt",
+    "recommend",
+    "stability",
+    "sweep",
+    "lesson",
+];
 
 /// The same of `crates/report/src`.
 const FROM_NUMBERS_TO_PAGES: &[&str] = &[
@@ -120,6 +132,7 @@ const FROM_NUMBERS_TO_PAGES: &[&str] = &[
     "page",
     "handout",
     "stability",
+    "sweep",
 ];
 
 /// The paths that one with braces stands for.

@@ -151,6 +151,10 @@ laws.ron:3:61: thrusts[0].until_s: 1 s is not after the start at 2 s; give a lat
     Case { name: "a problem that is misspelled", line: "cost keplr --quick", code: 2, message: "sandbox: keplr: there is no such scene; shipped scenes are {SCENES}; a file needs its path\ndid you mean the problem kepler? the problems are {PROBLEMS}" },
     Case { name: "a file with the end of a folder", line: "run fine.ron --ticks 1 --state folder/new/", code: 2, message: "sandbox: cannot write folder/new/: it ends as a folder does; give the path of a file" },
     Case { name: "more frames than can be", line: "run fine.ron --ticks 5 --fps 1e300 --frames out", code: 2, message: "sandbox: 5 ticks at 120 Hz are more frames than a run can have, at 1e300 per second; give a lower --fps, or fewer ticks" },
+    Case { name: "a place that is not there", line: "sweep fine.ron --vary bodies[0].mas_kg=1,2 --out out", code: 2, message: "sandbox: fine.ron:1:38: bodies[0].mas_kg: there is no such place in the scene; did you mean bodies[0].mass_kg?" },
+    Case { name: "a place that is not there and like no other", line: "sweep fine.ron --vary qqq=1,2", code: 2, message: "sandbox: fine.ron:1:1: qqq: there is no such place in the scene; give a place as messages name it, such as bodies[0].mass_kg" },
+    Case { name: "a value that is not allowed", line: "sweep fine.ron --vary bodies[0].mass_kg=1,-2 --out out", code: 2, message: "sandbox: fine.ron:1:62: bodies[0].mass_kg: -2 is not a mass; give a positive number of kilograms, or immovable: true" },
+    Case { name: "a place twice", line: "sweep fine.ron --vary step_hz=1,2 --vary step_hz=3,4", code: 2, message: "sandbox: fine.ron: step_hz: step_hz varies the same value; leave one of them out" },
     Case { name: "a case that is misspelled", line: "stability stif_spring --out out", code: 2, message: "sandbox: stif_spring: there is no such case; did you mean stiff_spring? the cases are {CASES}; a file needs its path" },
     Case { name: "a scene that is no case", line: "stability hitch fine.ron --out out", code: 2, message: "sandbox: fine.ron: the scene is no hard case; add `expect: (survival: (measure: energy, seconds: 10, bounded_below: 0.1))`, or name a case of `sandbox list cases`" },
     Case { name: "a script that is not there", line: "run fine.ron --script missing.script --state out.csv --summary out.json", code: 2, message: "sandbox: missing.script: there is no such file; check the path" },
@@ -209,7 +213,7 @@ pub const ARGUMENTS: &[(&str, &[&str])] = &[
         "runn tutorial",
         &[
             "tutorial",
-            "is one argument too many; the commands are run, list, lessons, plan, effects, ablate, cost, recommend, stability, replay",
+            "is one argument too many; the commands are run, list, lessons, plan, effects, ablate, cost, recommend, stability, sweep, merge, replay",
         ],
     ),
     ("tutorial run tutorial", &["run"]),
@@ -244,6 +248,23 @@ pub const ARGUMENTS: &[(&str, &[&str])] = &[
     ("stability --method euler --out out", &["--method", "the methods are {METHODS}"]),
     ("--guest run fine.ron", &["'run' is a command: flags before it are those of the window"]),
     ("cost kepler --seconds 3 --hours 0", &["--hours", "give a finite number above 0"]),
+    ("sweep fine.ron", &["--vary"]),
+    ("sweep fine.ron --vary step_hz", &["--vary", "give a place and its values, as in step_hz=30,60,120"]),
+    (
+        "sweep fine.ron --vary step_hz=3,,4",
+        &["--vary", "a value is missing; give values with a comma between two"],
+    ),
+    ("sweep fine.ron --vary step_hz=9..9", &["--vary", "give a range as 1e2..1e6 log 20, 1..2 lin 5"]),
+    (
+        "sweep fine.ron --vary method=all --shard 5/4 --out out",
+        &["--shard", "give which part of how many, as in 2/3, from 1/N to N/N"],
+    ),
+    ("sweep fine.ron --vary method=all --shard 1/4", &["--out"]),
+    (
+        "sweep fine.ron --vary method=all --measure eror",
+        &["--measure", "the measures are error, drift, survives"],
+    ),
+    ("merge --out out", &["<DIR>"]),
     ("list bodies", &["bodies", "scenes", "cases", "methods", "laws", "keys"]),
     ("list keys --format xml", &["--format", "xml", "table", "json"]),
 ];

@@ -29,7 +29,8 @@ mod subject;
 mod timing;
 mod truth;
 
-pub(crate) use truth::larger;
+pub(crate) use drift::late_energy;
+pub(crate) use truth::{Deviation, Target, larger};
 
 pub use bench::Bench;
 pub use choice::{Answer, Cheapest, Choice, Lead};

@@ -9,6 +9,8 @@
 //! - [`receipt`](receipt()): each effect of a scene, and what it costs; [`ablate`]: the scene run again without each effect in turn.
 //! - [`duration`]: how long ticks take, estimated before they are simulated.
 //! - [`lesson`]: what lessons measure.
+//! - [`sweep`]: a scene run once for every combination of values of some places in it. [`Shard`]: the parts that a study is divided
+//!   into for several machines.
 //! - `run`: what these share: a running scene, and the time of its steps.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
@@ -18,11 +20,15 @@ pub mod cost;
 pub mod duration;
 pub mod lesson;
 pub mod limits;
+mod ordered;
 mod receipt;
 pub mod recommend;
 mod run;
+mod shard;
 pub mod stability;
+pub mod sweep;
 
 pub use ablation::{Ablation, Absence, ablate};
 pub use receipt::{Receipt, ReceiptLine, look, receipt};
 pub use run::{AttractionTick, ByEffect, attraction_tick, watch_time};
+pub use shard::Shard;

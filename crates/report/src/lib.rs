@@ -7,6 +7,7 @@
 //!   both are taken from.
 //! - `figures`: the figures of a study; `chart` draws one, with axes, marks and a legend, as SVG or as PNG ([`Drawing`]).
 //! - [`stability`]: the survival matrix as page, picture and tables, and the maps of stable steps.
+//! - [`sweep`]: the runs of a sweep as CSV, as Parquet and as a figure.
 //! - [`Table`]: a table in HTML, Markdown, CSV or for a terminal. [`numbers`]: numbers as people read them.
 //! - [`INKS`]: the color and the short name of each method. `escape`: text of files, so that no part of it acts.
 
@@ -22,6 +23,7 @@ mod page;
 mod palette;
 pub mod stability;
 mod summary;
+pub mod sweep;
 mod table;
 mod tables;
 mod words;

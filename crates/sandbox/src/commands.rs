@@ -6,11 +6,13 @@ pub(crate) mod effects;
 mod instructions;
 mod lessons;
 pub(crate) mod list;
+mod merge;
 pub mod plan;
 mod recommend;
 mod replay;
 pub(crate) mod run;
 mod stability;
+mod sweep;
 
 use std::path::Path;
 
@@ -22,11 +24,13 @@ use self::cost::CostArgs;
 use self::effects::EffectsArgs;
 use self::lessons::LessonsArgs;
 use self::list::ListArgs;
+use self::merge::MergeArgs;
 use self::plan::PlanArgs;
 use self::recommend::RecommendArgs;
 use self::replay::ReplayArgs;
 use self::run::RunArgs;
 use self::stability::StabilityArgs;
+use self::sweep::SweepArgs;
 use crate::args::positive;
 pub use crate::failure::Failure;
 use crate::output::files::leave_nothing_when_ended;
@@ -87,6 +91,12 @@ enum Command {
     /// Run every method on every hard case: which survive
     #[command(after_help = stability::EXAMPLES)]
     Stability(StabilityArgs),
+    /// Run a scene once for every combination of values of some places in it: one table and one figure
+    #[command(after_help = sweep::EXAMPLES)]
+    Sweep(Box<SweepArgs>),
+    /// Join the shards of a sweep to what one run of it would have made
+    #[command(after_help = merge::EXAMPLES)]
+    Merge(MergeArgs),
     /// Run a bundle again, and compare the state and the fault
     #[command(after_help = replay::EXAMPLES)]
     Replay(ReplayArgs),
@@ -121,6 +131,8 @@ pub fn run() -> Result<(), Failure> {
         Some(Command::Cost(args)) => cost::run(&args),
         Some(Command::Recommend(args)) => recommend::run(&args),
         Some(Command::Stability(args)) => stability::run(&args),
+        Some(Command::Sweep(args)) => sweep::run(&args),
+        Some(Command::Merge(args)) => merge::run(&args),
         Some(Command::Replay(args)) => replay::run(&args),
     }
 }

@@ -8,6 +8,7 @@ pub(crate) mod orders;
 pub(crate) mod pictures;
 pub(crate) mod progress;
 pub mod report;
+pub(crate) mod runs;
 pub(crate) mod scenes;
 pub(crate) mod swarms;
 

@@ -5,11 +5,13 @@ mod entries;
 mod fields;
 mod methods;
 mod rewrite;
+mod vary;
 
 pub use crate::text::kinds::Kind;
 pub use entries::moved_place;
 pub use fields::{Field, Value};
 pub use rewrite::{TextEdit, rewrite};
+pub use vary::VariedScene;
 
 #[cfg(test)]
 mod tests;

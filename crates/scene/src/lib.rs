@@ -17,7 +17,8 @@
 //!
 //! - [`Script`] and [`Recording`]: what happens when; [`Action`] lists what can happen. [`parse_frame_times`]: lengths of frames.
 //! - [`lesson`]: what a lesson shows, asks and measures.
-//! - [`TextEdit`] and [`rewrite`]: changes of the text of a scene, which keeps its comments and layout.
+//! - [`TextEdit`] and [`rewrite`]: changes of the text of a scene, which keeps its comments and layout. [`VariedScene`]: scenes that
+//!   differ from one text in some values.
 //! - [`Entry`] and [`Part`]: which entry a body comes from, and which bodies act on each other.
 //! - [`lists`]: lists of files, read into no more memory than is allowed.
 //! - [`memory`](memory()): the memory that a scene takes, estimated before any of it is allocated.
@@ -49,7 +50,7 @@ mod spawn;
 mod text;
 
 pub use action::{Action, MouseButton, Step, When};
-pub use edit::{Field, Kind, TextEdit, Value, moved_place, rewrite};
+pub use edit::{Field, Kind, TextEdit, Value, VariedScene, moved_place, rewrite};
 pub use entries::Entry;
 pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;

@@ -15,7 +15,7 @@ const POINTS: u64 = 200;
 
 /// Kinetic energy that position Verlet has at the time of its positions beyond that of its velocities, J, which are those of half
 /// a step before; 0 for every other method.
-fn late_energy(run: &Simulation) -> f64 {
+pub(crate) fn late_energy(run: &Simulation) -> f64 {
     if run.method() != Method::PositionVerlet {
         return 0.0;
     }

@@ -100,6 +100,11 @@ impl Subject {
         Self { scene, problem: None, ticks, yields: seconds.is_none(), notes }
     }
 
+    /// A scene from its start as it is, for so many ticks.
+    pub(crate) const fn as_it_is(scene: Scene, ticks: u64) -> Self {
+        Self { scene, problem: None, ticks, yields: false, notes: Vec::new() }
+    }
+
     /// Halves the run, if it may be shortened, with a note that says why. Returns whether it did.
     pub(crate) fn halve(&mut self, why: &str) -> bool {
         let halves = self.yields && self.ticks >= LEAST_TICKS;

@@ -70,7 +70,7 @@ impl Target {
     }
 
     /// Goes to the end of the next tick.
-    fn tick(&mut self) {
+    pub fn tick(&mut self) {
         self.tick += 1;
         match &mut self.source {
             Source::Closed(exact) => {
@@ -83,6 +83,11 @@ impl Target {
                 self.states.retain(|(id, ..)| self.movable.binary_search(id).is_ok());
             }
         }
+    }
+
+    /// The states at the end of the last tick.
+    pub fn states(&self) -> &[Sample] {
+        &self.states
     }
 
     /// Phase and amplitude of the states of a run at this tick, for a closed form with a `period`.
@@ -121,7 +126,7 @@ impl Target {
 
 /// The errors of a run so far.
 #[derive(Clone, Copy, Debug, Default)]
-struct Deviation {
+pub(crate) struct Deviation {
     largest: Errors,
     /// Sum of squares of distances, m², and how many there are.
     squares: f64,
@@ -130,7 +135,7 @@ struct Deviation {
 
 impl Deviation {
     /// Compares a run with the truth at the end of a tick.
-    fn look(&mut self, truth: &[Sample], run: &[Sample], (position_m, velocity_m_s): (f64, f64)) {
+    pub fn look(&mut self, truth: &[Sample], run: &[Sample], (position_m, velocity_m_s): (f64, f64)) {
         let mut rest = run.iter();
         for (id, x, v) in truth {
             let found = rest.find(|(other, ..)| other == id);
@@ -144,7 +149,7 @@ impl Deviation {
         self.count += truth.len() as f64;
     }
 
-    fn errors(&self) -> Errors {
+    pub fn errors(&self) -> Errors {
         let mean = if self.count > 0.0 { self.squares / self.count } else { 0.0 };
         Errors { position_rms_m: mean.sqrt(), ..self.largest }
     }

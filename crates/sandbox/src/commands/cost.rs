@@ -165,7 +165,7 @@ fn names(args: &CostArgs) -> Vec<&str> {
 }
 
 /// Refuses a scene in which nothing moves but particles on the graphics device, which no study has.
-fn refuse_swarms_alone(scene: &Scene) -> Result<(), Failure> {
+pub(crate) fn refuse_swarms_alone(scene: &Scene) -> Result<(), Failure> {
     if has_swarms(scene) && !scene.bodies.iter().any(BodySpec::is_movable) {
         let what =
             "particles on the graphics device are in no study, and no body of it can move; give on: cpu";

@@ -185,6 +185,15 @@ fn steps(studies: usize, part: f64) -> u64 {
     ((studies as f64 + part) * STEPS) as u64
 }
 
+/// A bar over the runs of a sweep.
+pub(crate) fn runs_bar(runs: u64) -> ProgressBar {
+    let style =
+        ProgressStyle::with_template("{bar:40} {pos}/{len} runs, {eta} left").expect("a valid template");
+    let bar = ProgressBar::new(runs).with_style(style);
+    bar.enable_steady_tick(Duration::from_millis(500));
+    bar
+}
+
 /// A bar over the ticks of a run.
 pub(crate) fn progress_bar(ticks: Option<u64>) -> ProgressBar {
     let bar = ticks.map_or_else(ProgressBar::new_spinner, ProgressBar::new);

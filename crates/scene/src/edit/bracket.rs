@@ -16,7 +16,7 @@ pub(super) struct Bracket {
 
 /// A value in brackets, with its key if it has one.
 pub(super) struct Item {
-    name: Option<String>,
+    pub name: Option<String>,
     start: usize,
     pub value: Range<usize>,
     /// Behind its own comma.

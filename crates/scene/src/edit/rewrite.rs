@@ -194,7 +194,7 @@ fn missing(name: &str, path: &str, what: &str) -> SceneError {
 }
 
 /// Replaces pieces of the text that do not overlap, but for what is taken out.
-fn apply(text: &str, mut edits: Vec<Piece>) -> String {
+pub(super) fn apply(text: &str, mut edits: Vec<Piece>) -> String {
     edits.sort_by_key(|(range, _)| range.start);
     let (mut edited, mut done) = (String::with_capacity(text.len()), 0);
     for (range, new) in edits {

@@ -1,0 +1,286 @@
+//! Sweeps: a scene run once for every combination of values of some places in it.
+
+mod axis;
+mod measure;
+mod run;
+
+use std::ops::ControlFlow;
+
+use motion::Method;
+use scene::{Scene, SceneError, VariedScene};
+use serde::{Deserialize, Serialize};
+
+use crate::duration::{reference_tick_seconds, tick_seconds};
+use crate::ordered::ordered;
+use crate::shard::Shard;
+
+pub use axis::Axis;
+pub use measure::{Column, Kind, Measure, Value};
+
+/// Runs that are looked at for an estimate of the time of all.
+const PROBES: u64 = 64;
+
+/// A sweep before any of its runs.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    varied: VariedScene,
+    plan: Plan,
+    /// Which axes have numbers alone.
+    numeric: Vec<bool>,
+}
+
+/// What a sweep runs, as it is written beside its table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// What varies. Of two runs that follow one another, the last axis has the next value, or its first and the axis before
+    /// it the next.
+    pub axes: Vec<Axis>,
+    /// Length of each run, s.
+    pub seconds: f64,
+    /// What is measured, in the order of the columns.
+    pub measures: Vec<Measure>,
+}
+
+impl Plan {
+    /// Number of runs; `None` if it is too large for a number.
+    #[must_use]
+    pub fn runs(&self) -> Option<u64> {
+        self.axes.iter().try_fold(1_u64, |runs, axis| runs.checked_mul(axis.values.len() as u64))
+    }
+
+    /// For each axis the place of the value in it that run number `run` has.
+    #[must_use]
+    pub fn indices(&self, mut run: u64) -> Vec<usize> {
+        let mut indices: Vec<_> = self
+            .axes
+            .iter()
+            .rev()
+            .map(|axis| {
+                let length = axis.values.len() as u64;
+                let index = run % length;
+                run /= length;
+                index as usize
+            })
+            .collect();
+        indices.reverse();
+        indices
+    }
+
+    /// The values of run number `run`, one for each axis.
+    #[must_use]
+    pub fn values(&self, run: u64) -> Vec<&str> {
+        let indices = self.indices(run);
+        self.axes.iter().zip(indices).map(|(axis, index)| &*axis.values[index]).collect()
+    }
+
+    /// The columns of the table of runs: `run`, from 0, a column for each axis with its place as name, `outcome`, `why` and
+    /// those of the measures.
+    #[must_use]
+    pub fn columns(&self) -> Vec<Column> {
+        let of_axes = self.axes.iter().map(|axis| {
+            Column::new(&axis.place, if axis.numbers().is_some() { Kind::Number } else { Kind::Text })
+        });
+        let outcome = ["outcome", "why"].map(|name| Column::new(name, Kind::Text));
+        let measured = self.measures.iter().flat_map(|measure| measure.columns());
+        std::iter::once(Column::new("run", Kind::Count))
+            .chain(of_axes)
+            .chain(outcome)
+            .chain(measured.map(|(name, kind)| Column::new(*name, *kind)))
+            .collect()
+    }
+}
+
+/// What is written beside a table of runs, in `sweep.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Version of this format: [`FORMAT`].
+    pub format: u32,
+    /// Version of the program.
+    pub version: String,
+    /// The scene, as the command line names it.
+    pub scene: String,
+    /// XXH3-64 of its text, 16 hexadecimal digits.
+    pub scene_hash: String,
+    /// What is run.
+    #[serde(flatten)]
+    pub plan: Plan,
+    /// Which part of it.
+    pub shard: Shard,
+    /// The processors that it was run on.
+    pub processors: Vec<String>,
+    /// Whether every run is in the table.
+    pub complete: bool,
+}
+
+/// [`Record::format`] of this program.
+pub const FORMAT: u32 = 1;
+
+impl Record {
+    /// What keeps two records from being of one sweep, as the end of a sentence.
+    #[must_use]
+    pub fn differs(&self, other: &Self) -> Option<&'static str> {
+        if self.format != other.format || self.version != other.version {
+            Some("another version of the program")
+        } else if self.scene_hash != other.scene_hash {
+            Some("another scene")
+        } else if self.plan.axes != other.plan.axes {
+            Some("other values")
+        } else if self.plan.seconds != other.plan.seconds {
+            Some("runs of another length")
+        } else if self.plan.measures != other.plan.measures {
+            Some("other measures")
+        } else if self.shard.of() != other.shard.of() {
+            Some("another number of shards")
+        } else {
+            None
+        }
+    }
+}
+
+/// How a run of a sweep ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Outcome {
+    /// It ran to its end.
+    Finished,
+    /// It ran to its end, but not with all bodies.
+    Quarantined,
+    /// The scene does not allow its values together.
+    Refused,
+}
+
+impl Outcome {
+    /// Its word in tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Finished => "finished",
+            Self::Quarantined => "quarantined",
+            Self::Refused => "refused",
+        }
+    }
+}
+
+/// A run of a sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Its number, from 0.
+    pub run: u64,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Its values in the order of [`Plan::columns`].
+    pub values: Vec<Value>,
+}
+
+impl Sweep {
+    /// A sweep over `scene`.
+    ///
+    /// # Errors
+    /// A place that the scene does not have, or a value that it does not allow beside the first ones of the other axes. A method
+    /// that it cannot have is no error, unless it is the only one.
+    pub fn new(scene: &Scene, plan: Plan) -> Result<Self, SceneError> {
+        let firsts: Vec<(&str, &str)> =
+            plan.axes.iter().map(|axis| (&*axis.place, &*axis.values[0])).collect();
+        let varied = VariedScene::new(scene, &firsts)?;
+        let base = beginning(&varied, &plan)?;
+        for (at, axis) in plan.axes.iter().enumerate().filter(|(_, axis)| !is_of_methods(axis)) {
+            let mut values = base.clone();
+            // Of many values that were computed the ends tell whether they are allowed.
+            let (first, last) = (axis.values.iter().take(PROBES as usize), axis.values.iter().last());
+            for value in first.chain(last) {
+                values[at] = value;
+                varied.scene(&values)?;
+            }
+        }
+        let numeric = plan.axes.iter().map(|axis| axis.numbers().is_some()).collect();
+        Ok(Self { varied, plan, numeric })
+    }
+
+    /// What it runs.
+    #[must_use]
+    pub const fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The scene of run number `run`.
+    ///
+    /// # Errors
+    /// Where the values are not allowed together.
+    pub fn scene(&self, run: u64) -> Result<Scene, SceneError> {
+        self.varied.scene(&self.plan.values(run))
+    }
+
+    /// Seconds of one core that the runs of `shard` take some, as estimated of some of them.
+    #[must_use]
+    pub fn estimated_seconds(&self, shard: Shard) -> f64 {
+        let runs = shard.count(self.plan.runs().unwrap_or(u64::MAX));
+        let probes = runs.min(PROBES);
+        let seconds = |place: u64| {
+            let Ok(scene) = self.scene(shard.nth(place)) else { return 0.0 };
+            let reference = if self.plan.measures.contains(&Measure::Error) {
+                1.5 * reference_tick_seconds(&scene)
+            } else {
+                0.0
+            };
+            ticks(&scene, self.plan.seconds) as f64 * (tick_seconds(&scene) + reference)
+        };
+        let sum: f64 = (0..probes).map(|probe| seconds(probe * runs / probes)).sum();
+        sum / probes.max(1) as f64 * runs as f64
+    }
+
+    /// Runs those of `shard` that come after the first `done` of it, on so many `threads`, and calls `take` with each row in
+    /// the order of their numbers, until it breaks.
+    pub fn run(&self, shard: Shard, done: u64, threads: usize, mut take: impl FnMut(Row) -> ControlFlow<()>) {
+        let left = shard.count(self.plan.runs().unwrap_or(0)).saturating_sub(done);
+        ordered(left, threads, |place| self.row(shard.nth(done + place)), &mut take);
+    }
+
+    /// Run number `run`.
+    #[must_use]
+    pub fn row(&self, run: u64) -> Row {
+        let (outcome, why, measured) = match self.scene(run) {
+            Ok(scene) => run::run(scene, &self.plan),
+            Err(error) => (Outcome::Refused, error.to_string().replace('\n', "; "), Vec::new()),
+        };
+        let mut measured = measured.into_iter();
+        let axes =
+            self.numeric.iter().zip(self.plan.values(run)).map(|(numeric, value)| match value.parse() {
+                Ok(number) if *numeric => Value::Number(number),
+                _ => Value::Text(value.to_owned()),
+            });
+        let mut values = vec![Value::Count(run)];
+        values.extend(axes);
+        values.push(Value::Text(outcome.name().to_owned()));
+        values.push(if why.is_empty() { Value::Absent } else { Value::Text(why) });
+        let columns = self.plan.measures.iter().map(|measure| measure.columns().len()).sum();
+        values.extend((0..columns).map(|_| measured.next().unwrap_or(Value::Absent)));
+        Row { run, outcome, values }
+    }
+}
+
+/// Whether the axis has methods alone. Not every scene can have every method: those that it cannot have are rows.
+fn is_of_methods(axis: &Axis) -> bool {
+    axis.values.iter().all(|value| Method::from_name(value).is_some())
+}
+
+/// Values that the scene allows together, the first ones where they are no methods.
+///
+/// # Errors
+/// The first reason why it allows none.
+fn beginning<'p>(varied: &VariedScene, plan: &'p Plan) -> Result<Vec<&'p str>, SceneError> {
+    let mut values: Vec<&str> = plan.axes.iter().map(|axis| &*axis.values[0]).collect();
+    let Err(error) = varied.scene(&values) else { return Ok(values) };
+    for (at, axis) in plan.axes.iter().enumerate().filter(|(_, axis)| is_of_methods(axis)) {
+        for value in &axis.values {
+            values[at] = value;
+            if varied.scene(&values).is_ok() {
+                return Ok(values);
+            }
+        }
+    }
+    Err(error)
+}
+
+/// Ticks of a run of `scene` of so many `seconds`, at least 1.
+fn ticks(scene: &Scene, seconds: f64) -> u64 {
+    ((seconds * scene.step_hz).round() as u64).max(1)
+}

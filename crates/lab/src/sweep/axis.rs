@@ -1,0 +1,198 @@
+//! What varies in a sweep: a place in the scene, and the values that it takes.
+
+use motion::{DampingModel, Method};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use serde::{Deserialize, Serialize};
+
+/// Most values of an axis.
+const MOST_VALUES: usize = 1_000_000;
+
+/// A place in a scene, and the values that it takes, as a person writes them.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Axis {
+    /// The place, as messages name it: see [`scene::VariedScene`].
+    pub place: String,
+    /// Its values: at least one, and none twice.
+    pub values: Vec<String>,
+}
+
+/// How values of a range are found.
+#[derive(Clone, Copy, PartialEq)]
+enum Spacing {
+    Linear,
+    Logarithmic,
+}
+
+impl Axis {
+    /// Reads `PLACE=VALUES`, where VALUES is
+    /// - a list: `30,60,120` or `(1,0,0),(2,0,0)`,
+    /// - `all` methods or models of damping,
+    /// - a range with both ends: `1e2..1e6 log 20` or `1..2 lin 5`,
+    /// - draws from it: `1..2 random 20`, uniform, or `1e2..1e6 log random 20`, uniform in the logarithm, with `seed 7` at the end
+    ///   instead of 0 (PCG64, O'Neill 2014).
+    ///
+    /// # Errors
+    /// What is wrong with the text, and what would be right.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let (place, values) =
+            text.split_once('=').ok_or("give a place and its values, as in step_hz=30,60,120")?;
+        let (place, values) = (place.trim(), values.trim());
+        let values = if values == "all" {
+            all_of(place)?
+        } else if values.contains("..") {
+            range(values)?
+        } else {
+            list(values)?
+        };
+        if let Some(twice) = twice(&values) {
+            return Err(format!("{twice} is given twice; leave one out"));
+        }
+        Ok(Self { place: place.to_owned(), values })
+    }
+
+    /// Its values as numbers, if all of them are.
+    #[must_use]
+    pub fn numbers(&self) -> Option<Vec<f64>> {
+        let number = |value: &String| value.parse::<f64>().ok().filter(|number| number.is_finite());
+        self.values.iter().map(number).collect()
+    }
+}
+
+/// All words that the place may have.
+fn all_of(place: &str) -> Result<Vec<String>, String> {
+    let words: Vec<&str> = match place.rsplit('.').next() {
+        Some("method") => Method::ALL.map(Method::name).to_vec(),
+        Some("model") => DampingModel::ALL.map(DampingModel::name).to_vec(),
+        _ => return Err("only method and damping.model have `all` values; give a list or a range".to_owned()),
+    };
+    Ok(words.into_iter().map(str::to_owned).collect())
+}
+
+/// The values between commas that are in no brackets and quotes.
+fn list(text: &str) -> Result<Vec<String>, String> {
+    let (mut values, mut value, mut depth, mut quoted) = (Vec::new(), String::new(), 0_usize, false);
+    for c in text.chars() {
+        match c {
+            '"' => quoted = !quoted,
+            '(' | '[' if !quoted => depth += 1,
+            ')' | ']' if !quoted => depth = depth.saturating_sub(1),
+            ',' if depth == 0 && !quoted => {
+                values.push(std::mem::take(&mut value));
+                continue;
+            }
+            _ => {}
+        }
+        value.push(c);
+    }
+    values.push(value);
+    let values: Vec<String> = values.iter().map(|value| value.trim().to_owned()).collect();
+    if values.iter().any(String::is_empty) {
+        return Err("a value is missing; give values with a comma between two".to_owned());
+    }
+    Ok(values)
+}
+
+const RANGE: &str =
+    "give a range as 1e2..1e6 log 20, 1..2 lin 5, 1..2 random 20 seed 7 or 1e2..1e6 log random 20";
+
+fn range(text: &str) -> Result<Vec<String>, String> {
+    let mut parts = text.split_whitespace();
+    let ends = parts.next().and_then(|ends| ends.split_once(".."));
+    let number = |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite());
+    let (from, to) = ends.and_then(|(from, to)| Some((number(from)?, number(to)?))).ok_or(RANGE)?;
+    let parts: Vec<&str> = parts.collect();
+    let (spacing, random, count, seed) = match parts[..] {
+        ["lin", count] => (Spacing::Linear, false, count, "0"),
+        ["log", count] => (Spacing::Logarithmic, false, count, "0"),
+        ["random", count] | ["lin", "random", count] => (Spacing::Linear, true, count, "0"),
+        ["random", count, "seed", seed] | ["lin", "random", count, "seed", seed] => {
+            (Spacing::Linear, true, count, seed)
+        }
+        ["log", "random", count] => (Spacing::Logarithmic, true, count, "0"),
+        ["log", "random", count, "seed", seed] => (Spacing::Logarithmic, true, count, seed),
+        _ => return Err(RANGE.to_owned()),
+    };
+    let seed: u64 = seed.parse().map_err(|_| "a seed is a whole number; give one such as 7")?;
+    let least = if random { 1 } else { 2 };
+    let count = count.parse().ok().filter(|count| (least..=MOST_VALUES).contains(count));
+    let count = count.ok_or_else(|| format!("give from {least} to {MOST_VALUES} values of a range"))?;
+    if from >= to {
+        return Err(format!("the range {from}..{to} is empty; give its lower end first"));
+    }
+    if spacing == Spacing::Logarithmic && from <= 0.0 {
+        return Err("a logarithmic range begins above 0; give another lower end, or lin".to_owned());
+    }
+    let at = |part: f64| match spacing {
+        Spacing::Linear => from + (to - from) * part,
+        Spacing::Logarithmic => from * libm::pow(to / from, part),
+    };
+    let values = if random {
+        let mut random = Pcg64::seed_from_u64(seed);
+        (0..count).map(|_| at(random.random::<f64>())).collect::<Vec<_>>()
+    } else {
+        // Both ends as they were given.
+        let inner = (1..count - 1).map(|i| at(i as f64 / (count - 1) as f64));
+        std::iter::once(from).chain(inner).chain([to]).collect()
+    };
+    Ok(values.into_iter().map(written).collect())
+}
+
+/// A number as a person writes it: whole ones without a point, so that keys for whole numbers take them.
+fn written(number: f64) -> String {
+    let text = format!("{number:?}");
+    text.strip_suffix(".0").map_or_else(|| text.clone(), str::to_owned)
+}
+
+/// A value that is there twice.
+fn twice(values: &[String]) -> Option<&String> {
+    let mut sorted: Vec<&String> = values.iter().collect();
+    sorted.sort_unstable();
+    sorted.windows(2).find(|pair| pair[0] == pair[1]).map(|pair| pair[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(text: &str) -> Vec<String> {
+        Axis::parse(text).unwrap().values
+    }
+
+    #[test]
+    fn lists_ranges_and_draws_are_read() {
+        assert_eq!(values("step_hz=30, 60,120"), ["30", "60", "120"]);
+        assert_eq!(values("bodies[0].velocity_m_s=(1,0,0),(2,0,0)"), ["(1,0,0)", "(2,0,0)"]);
+        assert_eq!(values("substeps=1..5 lin 5"), ["1", "2", "3", "4", "5"]);
+        assert_eq!(values("method=all").len(), Method::ALL.len());
+        let decades = values("springs[0].stiffness_n_m=1e2..1e6 log 5");
+        for (value, exact) in decades.iter().zip([1e2, 1e3, 1e4, 1e5, 1e6]) {
+            assert!((value.parse::<f64>().unwrap() / exact - 1.0_f64).abs() < 1e-15, "{decades:?}");
+        }
+        let draws = values("pace=1..2 random 1000 seed 7");
+        assert_eq!(draws, values("pace=1..2 lin random 1000 seed 7"));
+        assert_ne!(draws, values("pace=1..2 random 1000"));
+        let numbers: Vec<f64> = draws.iter().map(|draw| draw.parse().unwrap()).collect();
+        let mean = numbers.iter().sum::<f64>() / 1000.0;
+        // Six times the deviation of the mean of so many uniform draws.
+        assert!(numbers.iter().all(|draw| (1.0..2.0).contains(draw)) && (mean - 1.5).abs() < 0.055, "{mean}");
+    }
+
+    #[test]
+    fn what_cannot_be_read_says_what_would_be_right() {
+        for (text, said) in [
+            ("step_hz", "give a place and its values, as in step_hz=30,60,120"),
+            ("step_hz=30,,60", "a value is missing; give values with a comma between two"),
+            ("step_hz=30,60,30", "30 is given twice; leave one out"),
+            ("step_hz=60..30 lin 3", "the range 60..30 is empty; give its lower end first"),
+            ("step_hz=30..30 lin 3", "the range 30..30 is empty; give its lower end first"),
+            ("step_hz=0..30 log 3", "a logarithmic range begins above 0; give another lower end, or lin"),
+            ("step_hz=30..60", RANGE),
+            ("step_hz=30..60 lin 1", "give from 2 to 1000000 values of a range"),
+            ("step_hz=30..60 random 3 seed x", "a seed is a whole number; give one such as 7"),
+            ("step_hz=all", "only method and damping.model have `all` values; give a list or a range"),
+        ] {
+            assert_eq!(Axis::parse(text).unwrap_err(), said, "{text}");
+        }
+    }
+}

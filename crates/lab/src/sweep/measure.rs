@@ -1,0 +1,143 @@
+//! What a sweep measures of each run, and the columns that it has of it.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// What kind of values a column has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A number.
+    Number,
+    /// A whole number from 0 up.
+    Count,
+    /// `true` or `false`.
+    Flag,
+    /// A text.
+    Text,
+}
+
+/// A column of a table of runs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// Its name, which ends in the unit.
+    pub name: String,
+    /// What kind of values it has; any of them may be absent.
+    pub kind: Kind,
+}
+
+impl Column {
+    /// A column.
+    pub(crate) fn new(name: impl Into<String>, kind: Kind) -> Self {
+        Self { name: name.into(), kind }
+    }
+}
+
+/// A value of a table of runs.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number; one that is not finite counts as absent.
+    Number(f64),
+    /// A whole number.
+    Count(u64),
+    /// `true` or `false`.
+    Flag(bool),
+    /// A text.
+    Text(String),
+    /// Nothing was measured.
+    Absent,
+}
+
+impl fmt::Display for Value {
+    /// As in CSV: numbers in full precision, nothing for an absent value.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) if number.is_finite() => write!(f, "{number:e}"),
+            Self::Count(count) => write!(f, "{count}"),
+            Self::Flag(flag) => write!(f, "{flag}"),
+            Self::Text(text) => f.write_str(text),
+            Self::Number(_) | Self::Absent => Ok(()),
+        }
+    }
+}
+
+/// What is measured of a run, over all of its ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    /// The largest distance, m, of a body from a run of the reference method at far finer steps, after any tick; and that of
+    /// a run of half as many substeps, which says how far the reference itself can be trusted.
+    Error,
+    /// The largest energy that the method has invented or lost after any tick, by the ledger, relative to the larger of the
+    /// energy at the start and the peak kinetic energy.
+    Drift,
+    /// Whether no body was quarantined, and the energy that the method has invented or lost at the end is at most 1000 times
+    /// what the run has otherwise: its energy at the start, or the most kinetic energy beyond what was invented. And until
+    /// when that was so, s.
+    Survives,
+    /// The largest speed of a body, m/s.
+    LargestSpeed,
+    /// The largest distance of a body from where it began, m.
+    LargestDistance,
+    /// Evaluations of the acceleration per body that can move, those of solvers with them.
+    Evaluations,
+    /// Implicit steps that did not converge.
+    Unconverged,
+    /// Hash of the state at the end, as summaries have it.
+    StateHash,
+    /// Thread CPU time of the ticks, s, with what measures cost beside them, and the processor. It differs from run to run.
+    Time,
+}
+
+impl Measure {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Error,
+        Self::Drift,
+        Self::Survives,
+        Self::LargestSpeed,
+        Self::LargestDistance,
+        Self::Evaluations,
+        Self::Unconverged,
+        Self::StateHash,
+        Self::Time,
+    ];
+
+    /// Its word on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Error => "error",
+            Self::Drift => "drift",
+            Self::Survives => "survives",
+            Self::LargestSpeed => "largest_speed",
+            Self::LargestDistance => "largest_distance",
+            Self::Evaluations => "evaluations",
+            Self::Unconverged => "unconverged",
+            Self::StateHash => "state_hash",
+            Self::Time => "time",
+        }
+    }
+
+    /// The measure of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|measure| measure.name() == name)
+    }
+
+    /// Its columns; figures show the first.
+    #[must_use]
+    pub const fn columns(self) -> &'static [(&'static str, Kind)] {
+        match self {
+            Self::Error => &[("error_m", Kind::Number), ("reference_error_m", Kind::Number)],
+            Self::Drift => &[("drift", Kind::Number)],
+            Self::Survives => &[("survives", Kind::Flag), ("survived_s", Kind::Number)],
+            Self::LargestSpeed => &[("largest_speed_m_s", Kind::Number)],
+            Self::LargestDistance => &[("largest_distance_m", Kind::Number)],
+            Self::Evaluations => &[("evaluations_per_body", Kind::Number)],
+            Self::Unconverged => &[("unconverged_steps", Kind::Count)],
+            Self::StateHash => &[("state_hash", Kind::Text)],
+            Self::Time => &[("cpu_s", Kind::Number), ("processor", Kind::Text)],
+        }
+    }
+}

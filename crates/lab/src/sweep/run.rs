@@ -1,0 +1,184 @@
+//! One run of a sweep: the scene from its start to its end, measured after every tick.
+
+use std::collections::HashMap;
+
+use cpu_time::ThreadTime;
+use history::{REFERENCE_METHOD, Simulation, reference_substeps};
+use motion::ledger::Ledger;
+use motion::units::Vector;
+use motion::{Evaluations, Quarantine};
+use scene::{EXPLODES, Scene, unsolvable};
+
+use super::measure::{Measure, Value};
+use super::{Outcome, Plan, ticks};
+use crate::cost::{Deviation, Machine, Precision, Runner, Setting, Subject, Target, larger, late_energy};
+use crate::run::movable;
+
+/// Runs `scene`; why it was refused or a body was quarantined, and the values of the measures of `plan`.
+pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
+    if let Some(why) = unsolvable(scene.method, scene.mutual_gravity.is_some()) {
+        return (Outcome::Refused, why.to_string(), Vec::new());
+    }
+    let ticks = ticks(&scene, plan.seconds);
+    let measures = |measure| plan.measures.contains(&measure);
+    let start = ThreadTime::now();
+    let mut truth = measures(Measure::Error).then(|| Truth::of(&scene, ticks));
+    let step_hz = scene.step_hz;
+    let mut simulation = Simulation::new(scene);
+    let mut energy =
+        (measures(Measure::Drift) || measures(Measure::Survives)).then(|| Energy::of(&mut simulation));
+    let looks = measures(Measure::LargestSpeed) || measures(Measure::LargestDistance);
+    let mut motion = looks.then(|| Motion::of(&simulation));
+    for _ in 0..ticks {
+        match &mut energy {
+            Some(energy) => energy.tick(&mut simulation),
+            None => simulation.tick(),
+        }
+        motion.iter_mut().for_each(|motion| motion.look(&simulation));
+        truth.iter_mut().for_each(|truth| truth.look(&simulation));
+    }
+    let cpu_s = start.elapsed().as_secs_f64();
+    let failure = Runner::failure(&mut simulation);
+    let (outcome, why) = match failure {
+        Some(why @ crate::cost::Failure::Quarantined { .. }) => (Outcome::Quarantined, why.to_string()),
+        _ => (Outcome::Finished, String::new()),
+    };
+    let speed_and_distance = |pick: fn(&Motion) -> f64| motion.as_ref().map_or(f64::NAN, pick);
+    let mut values = Vec::new();
+    for measure in &plan.measures {
+        match measure {
+            Measure::Error => {
+                let errors = truth.as_ref().map_or([f64::NAN; 2], Truth::errors);
+                values.extend(errors.map(Value::Number));
+            }
+            Measure::Drift => values.push(Value::Number(energy.as_ref().map_or(f64::NAN, Energy::drift))),
+            Measure::Survives => {
+                let survived = energy.as_ref().map_or(0, |energy| energy.survived);
+                values.push(Value::Flag(survived == ticks));
+                values.push(Value::Number(survived as f64 / step_hz));
+            }
+            Measure::LargestSpeed => values.push(Value::Number(speed_and_distance(|motion| motion.speed))),
+            Measure::LargestDistance => {
+                values.push(Value::Number(speed_and_distance(|motion| motion.distance)));
+            }
+            Measure::Evaluations => {
+                let counts = Runner::counts(&mut simulation);
+                let bodies = movable(&simulation.scene).count();
+                values.push(Value::Number((counts.accelerations + counts.solver) as f64 / bodies as f64));
+            }
+            Measure::Unconverged => {
+                values.push(Value::Count(simulation.world.resource::<Evaluations>().unconverged_steps()));
+            }
+            Measure::StateHash => values.push(Value::Text(format!("{:016x}", simulation.hash()))),
+            Measure::Time => {
+                values.push(Value::Number(cpu_s));
+                values.push(Value::Text(Machine::here().processor));
+            }
+        }
+    }
+    (outcome, why, values)
+}
+
+/// The largest speed of a body so far, m/s, and its largest distance from where it began, m.
+struct Motion {
+    starts: HashMap<u32, Vector>,
+    speed: f64,
+    distance: f64,
+}
+
+impl Motion {
+    fn of(simulation: &Simulation) -> Self {
+        let starts = simulation.states().map(|(id, position, _)| (id, position)).collect();
+        let mut motion = Self { starts, speed: 0.0, distance: 0.0 };
+        motion.look(simulation);
+        motion
+    }
+
+    fn look(&mut self, simulation: &Simulation) {
+        for (id, position, velocity) in simulation.states() {
+            self.speed = larger(self.speed, velocity.length());
+            // A particle begins where it is seen first.
+            let start = self.starts.entry(id).or_insert(position);
+            self.distance = larger(self.distance, position.distance(*start));
+        }
+    }
+}
+
+/// The energy that a method invents or loses, by the ledger.
+struct Energy {
+    ledger: Ledger,
+    /// The largest magnitude after any tick, J.
+    largest: f64,
+    /// What the run has otherwise: its energy at the start or the most kinetic energy beyond what was invented, J.
+    own: f64,
+    /// The last tick after which all bodies were there and the energy was not beyond all bounds.
+    survived: u64,
+}
+
+impl Energy {
+    fn of(simulation: &mut Simulation) -> Self {
+        let ledger = Ledger::open(&mut simulation.world);
+        let start = ledger.energies_at_opening();
+        let own = start.total().abs().max(start.kinetic);
+        Self { ledger, largest: 0.0, own, survived: 0 }
+    }
+
+    fn tick(&mut self, simulation: &mut Simulation) {
+        self.ledger.tick(&mut simulation.stepper, &mut simulation.world);
+        let residual = (self.ledger.since_opening().energy.residual + late_energy(simulation)).abs();
+        self.largest = larger(self.largest, residual);
+        self.own = self.own.max(self.ledger.energies().kinetic - residual);
+        let all_there = simulation.world.resource::<Quarantine>().records().is_empty();
+        // The first tick of a fall may invent all that it has. A residual that is NaN fails the comparison.
+        if all_there && residual <= EXPLODES * self.own {
+            self.survived = simulation.ticks();
+        }
+    }
+
+    /// The largest magnitude relative to the larger of the energy at the start and the peak kinetic energy; 0 where nothing
+    /// moves.
+    fn drift(&self) -> f64 {
+        let scale = self.ledger.energies_at_opening().total().abs().max(self.ledger.peak_kinetic());
+        if self.largest == 0.0 { 0.0 } else { self.largest / scale }
+    }
+}
+
+/// The true motion, and a coarser run beside it that says how far it can be trusted.
+struct Truth {
+    reference: Target,
+    coarse: Simulation,
+    error: Deviation,
+    own_error: Deviation,
+}
+
+impl Truth {
+    fn of(scene: &Scene, ticks: u64) -> Self {
+        // The reference has the law that damping by the tick stands for.
+        let (truth, _) = Subject::as_it_is(scene.clone(), ticks).continuous();
+        let substeps = reference_substeps(scene);
+        let setting = |substeps| Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 };
+        Self {
+            reference: Target::run(&truth, Box::new(truth.run(setting(substeps.saturating_mul(2))))),
+            coarse: truth.run(setting(substeps)),
+            error: Deviation::default(),
+            own_error: Deviation::default(),
+        }
+    }
+
+    fn look(&mut self, simulation: &Simulation) {
+        // Nothing is compared any more with a run that has lost a body.
+        if self.errors()[0].is_nan() {
+            return;
+        }
+        self.reference.tick();
+        self.coarse.tick();
+        let states = |simulation: &Simulation| simulation.states().collect::<Vec<_>>();
+        self.error.look(self.reference.states(), &states(simulation), (1.0, 1.0));
+        self.own_error.look(self.reference.states(), &states(&self.coarse), (1.0, 1.0));
+    }
+
+    /// The largest distance of the run, and of the coarser one, m.
+    fn errors(&self) -> [f64; 2] {
+        [&self.error, &self.own_error].map(|deviation| deviation.errors().position_m)
+    }
+}

@@ -1,0 +1,83 @@
+//! The runs of a sweep on paper and for other programs: CSV, Parquet, one figure.
+
+mod figure;
+mod parquet;
+
+use lab::sweep::{Column, Kind, Plan, Value};
+
+use crate::escape::csv_field;
+
+pub use self::figure::Figure;
+pub use self::parquet::Parquet;
+
+/// The first line of the table of runs, with the names of its columns.
+pub fn header(plan: &Plan) -> String {
+    line(plan.columns().into_iter().map(|column| column.name))
+}
+
+/// A row of the table of runs as a line of CSV.
+pub fn row(values: &[Value]) -> String {
+    line(values.iter().map(ToString::to_string))
+}
+
+fn line(fields: impl Iterator<Item = String>) -> String {
+    fields.map(|field| csv_field(&field)).collect::<Vec<_>>().join(",") + "\n"
+}
+
+/// The value of a column that is written so in CSV; `None` if it has no such value.
+pub fn read(column: &Column, field: &str) -> Option<Value> {
+    if field.is_empty() {
+        return Some(Value::Absent);
+    }
+    match column.kind {
+        Kind::Number => field.parse().ok().map(Value::Number),
+        Kind::Count => field.parse().ok().map(Value::Count),
+        Kind::Flag => field.parse().ok().map(Value::Flag),
+        Kind::Text => Some(Value::Text(field.to_owned())),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use lab::sweep::{Axis, Measure};
+
+    use super::*;
+
+    /// A plan of two axes.
+    pub(crate) fn plan() -> Plan {
+        let axis = |text| Axis::parse(text).unwrap();
+        Plan {
+            axes: vec![
+                axis("springs[0].stiffness_n_m=1,10,100"),
+                axis("method=explicit_euler,runge_kutta_4"),
+            ],
+            seconds: 1.0,
+            measures: vec![Measure::Survives, Measure::LargestSpeed],
+        }
+    }
+
+    #[test]
+    fn a_row_is_read_as_it_was_written() {
+        let plan = plan();
+        let values = vec![
+            Value::Count(3),
+            Value::Number(10.0),
+            Value::Text("runge_kutta_4".to_owned()),
+            Value::Text("finished".to_owned()),
+            Value::Text("why, \"so\"".to_owned()),
+            Value::Flag(true),
+            Value::Number(0.1),
+            Value::Absent,
+        ];
+        assert_eq!(
+            header(&plan),
+            "run,springs[0].stiffness_n_m,method,outcome,why,survives,survived_s,largest_speed_m_s\n"
+        );
+        assert_eq!(row(&values), "3,1e1,runge_kutta_4,finished,\"why, \"\"so\"\"\",true,1e-1,\n");
+        let fields = values.iter().map(ToString::to_string);
+        let again: Vec<_> =
+            plan.columns().iter().zip(fields).map(|(column, field)| read(column, &field).unwrap()).collect();
+        assert_eq!(again, values);
+        assert_eq!(read(&plan.columns()[0], "x"), None);
+    }
+}

@@ -1,0 +1,341 @@
+//! The figure of a sweep: a line over one axis of numbers, a field of colors over more axes.
+
+use lab::sweep::{Kind, Plan, Value};
+use motion::Method;
+
+use crate::chart::{Anchor, Axis, Drawing, Rgb, Shape, Stroke, WIDTH, axes};
+use crate::numbers::{NONE, digits, number};
+use crate::palette::ink;
+
+/// Most columns and rows of colors that are drawn; a sweep may have more.
+const MOST_COLUMNS: usize = 120;
+const MOST_ROWS: usize = 60;
+
+/// A measure whose values span more than this is shown in logarithms.
+const WIDE: f64 = 50.0;
+
+/// Room for the names of rows, and above the field, pixels.
+const LEFT: f64 = 300.0;
+const TOP: f64 = 84.0;
+
+/// From dark to light, for those who do not see colors, too: stops of viridis (van der Walt and Smith 2015).
+const SCALE: [Rgb; 6] = [
+    [0x44, 0x01, 0x54],
+    [0x41, 0x44, 0x87],
+    [0x2a, 0x78, 0x8e],
+    [0x22, 0xa8, 0x84],
+    [0x7a, 0xd1, 0x51],
+    [0xfd, 0xe7, 0x25],
+];
+
+const YES: Rgb = [0x7c, 0xc4, 0xa0];
+const NO: Rgb = [0xe0, 0x89, 0x7b];
+const ABSENT: Rgb = [0xc8, 0xcc, 0xd2];
+
+/// The figure of the first measure of a sweep, whose runs are added one by one, in memory that does not grow with them.
+pub struct Figure {
+    title: String,
+    plan: Plan,
+    /// Place of the measure among the columns.
+    column: usize,
+    name: String,
+    kind: Kind,
+    /// The axis that goes to the right: the longest.
+    across: usize,
+    wide: usize,
+    high: usize,
+    cells: Vec<Value>,
+}
+
+impl Figure {
+    /// The figure of a sweep of the scene of that name, without any run.
+    pub fn new(scene: &str, plan: &Plan) -> Self {
+        let columns = plan.columns();
+        // Behind `run`, the axes, `outcome` and `why`.
+        let column = plan.axes.len() + 3;
+        let shown = columns.get(column);
+        let (name, kind) =
+            shown.map_or((String::new(), Kind::Text), |shown| (shown.name.clone(), shown.kind));
+        let length = |at: &usize| (plan.axes[*at].numbers().is_some(), plan.axes[*at].values.len());
+        let across = (0..plan.axes.len()).max_by_key(length).unwrap_or_default();
+        let wide = plan.axes.get(across).map_or(1, |axis| axis.values.len());
+        let rows = plan.runs().unwrap_or(u64::MAX) / wide.max(1) as u64;
+        let (wide, high) = (wide.min(MOST_COLUMNS), rows.min(MOST_ROWS as u64) as usize);
+        Self {
+            title: format!("{scene}: {name}, runs of {} s", number(plan.seconds, 6)),
+            plan: plan.clone(),
+            column,
+            name,
+            kind,
+            across,
+            wide,
+            high,
+            cells: vec![Value::Absent; wide * high],
+        }
+    }
+
+    /// Adds run number `run` with its row of the table.
+    pub fn add(&mut self, run: u64, row: &[Value]) {
+        let indices = self.plan.indices(run);
+        let column = indices.get(self.across).copied().unwrap_or_default();
+        let below = indices.iter().zip(&self.plan.axes).enumerate().filter(|(at, _)| *at != self.across);
+        let row_of =
+            below.fold(0_usize, |row, (_, (index, axis))| row.saturating_mul(axis.values.len()) + index);
+        if column < self.wide
+            && row_of < self.high
+            && let Some(value) = row.get(self.column)
+        {
+            self.cells[row_of * self.wide + column] = value.clone();
+        }
+    }
+
+    /// The figure.
+    pub fn drawing(&self) -> Drawing {
+        self.line().unwrap_or_else(|| self.field())
+    }
+
+    /// Values that can be shown as numbers.
+    fn numbers(&self) -> impl Iterator<Item = f64> {
+        self.cells.iter().filter_map(|cell| match cell {
+            Value::Number(number) if number.is_finite() => Some(*number),
+            Value::Count(count) => Some(*count as f64),
+            _ => None,
+        })
+    }
+
+    /// The smallest number above 0 and the largest, and whether they are shown in logarithms.
+    fn span(&self) -> (f64, f64, bool) {
+        let low = self.numbers().filter(|number| *number > 0.0).fold(f64::INFINITY, f64::min);
+        let high = self.numbers().fold(0.0, f64::max);
+        (low, high, high > WIDE * low)
+    }
+
+    /// A line over one axis of numbers; `None` for other sweeps.
+    fn line(&self) -> Option<Drawing> {
+        let [axis] = &self.plan.axes[..] else { return None };
+        let xs = axis.numbers()?;
+        let is_number = matches!(self.kind, Kind::Number | Kind::Count);
+        if !is_number || self.numbers().next().is_none() || xs.iter().any(|x| *x < 0.0) || xs.len() < 3 {
+            return None;
+        }
+        let chosen = |title: &str, (low, high): (f64, f64), values: Vec<f64>| {
+            if low > 0.0 && high > WIDE * low {
+                Axis::logarithmic(title, values.into_iter(), |mark| number(mark, 3))
+            } else {
+                Axis::linear(title, high, |mark| number(mark, 3))
+            }
+        };
+        let [least, most] =
+            [f64::min, f64::max].map(|pick| xs.iter().copied().reduce(pick).unwrap_or_default());
+        let (low, high, _) = self.span();
+        let x = chosen(&axis.place, (least, most), xs.clone());
+        let y = chosen(&self.name, (low, high), self.numbers().collect());
+        let frame = [110.0, 60.0, f64::from(WIDTH) - 40.0, 520.0];
+        let [left, top, right, bottom] = frame;
+        let mut points: Vec<(f64, f64, String)> = xs
+            .iter()
+            .zip(&self.cells)
+            .zip(&axis.values)
+            .filter_map(|((at, cell), value)| {
+                let Value::Number(shown) = cell else { return None };
+                let place = (left + x.place(*at) * (right - left), bottom - y.place(*shown) * (bottom - top));
+                shown
+                    .is_finite()
+                    .then(|| (place.0, place.1, format!("{}={value}: {}", axis.place, digits(*shown))))
+            })
+            .collect();
+        points.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
+        let color = ink(Method::VelocityVerlet).srgb;
+        let middle = |words: &str| Shape::words(words).anchored(Anchor::Middle);
+        let mut shapes = vec![
+            Shape::words(&self.title).sized(17.0).at(left, top - 22.0),
+            middle(&x.title).at(0.5 * (left + right), bottom + 46.0),
+            middle(&y.title).upward().at(24.0, 0.5 * (top + bottom)),
+        ];
+        shapes.extend(axes(&x, &y, frame));
+        shapes.push(Shape::line(points.iter().map(|(x, y, _)| (*x, *y))).stroke(Stroke::new(color, 1.8)));
+        shapes.extend(points.iter().map(|(x, y, words)| {
+            Shape::rectangles([[-3.0, -3.0, 6.0, 6.0]]).fill(color).at(*x, *y).tip(words)
+        }));
+        Some(Drawing { title: self.title.clone(), height: 590, shapes })
+    }
+
+    /// A field of colors: the longest axis to the right, every combination of the others below one another.
+    fn field(&self) -> Drawing {
+        let (low, high, logarithmic) = self.span();
+        let cell_width = (f64::from(WIDTH) - LEFT - 20.0) / self.wide as f64;
+        let cell_height = if self.high > 24 { 12.0 } else { 22.0 };
+        let mut shapes = vec![Shape::words(&self.title).sized(17.0).at(16.0, 28.0)];
+        shapes.extend(self.legend(low, high, logarithmic));
+        for row in 0..self.high {
+            let y = TOP + row as f64 * cell_height;
+            let name = self.row_name(row);
+            shapes.push(
+                Shape::words(&name)
+                    .anchored(Anchor::End)
+                    .sized(11.0)
+                    .at(LEFT - 8.0, y + 0.5 * cell_height + 4.0),
+            );
+            for column in 0..self.wide {
+                let cell = &self.cells[row * self.wide + column];
+                let color = match cell {
+                    Value::Flag(flag) => {
+                        if *flag {
+                            YES
+                        } else {
+                            NO
+                        }
+                    }
+                    Value::Number(number) if number.is_finite() => {
+                        scale(part(*number, low, high, logarithmic))
+                    }
+                    Value::Count(count) => scale(part(*count as f64, low, high, logarithmic)),
+                    Value::Number(_) | Value::Text(_) | Value::Absent => ABSENT,
+                };
+                let shown = match cell {
+                    Value::Number(number) => digits(*number),
+                    Value::Absent => NONE.to_owned(),
+                    other => other.to_string(),
+                };
+                let across = self
+                    .plan
+                    .axes
+                    .get(self.across)
+                    .map_or_else(String::new, |axis| format!("{}={}, ", axis.place, axis.values[column]));
+                let x = LEFT + column as f64 * cell_width;
+                let field = Shape::rectangles([[x, y, cell_width - 0.5, cell_height - 0.5]]);
+                shapes.push(field.fill(color).tip(&format!("{across}{name}: {shown}")));
+            }
+        }
+        let mut foot = TOP + self.high as f64 * cell_height + 16.0;
+        if let Some(axis) = self.plan.axes.get(self.across) {
+            // As many marks as there is room for.
+            let every = self.wide.div_ceil(10);
+            for column in (0..self.wide).step_by(every) {
+                let x = LEFT + (column as f64 + 0.5) * cell_width;
+                let words = axis.values[column].parse().map_or_else(|_| axis.values[column].clone(), digits);
+                shapes.push(Shape::soft_words(words).anchored(Anchor::Middle).sized(11.0).at(x, foot));
+            }
+            foot += 20.0;
+            let across = 0.5 * (LEFT + f64::from(WIDTH) - 20.0);
+            shapes.push(Shape::words(&axis.place).anchored(Anchor::Middle).at(across, foot));
+        }
+        if let Some(note) = self.left_out() {
+            foot += 20.0;
+            shapes.push(Shape::soft_words(note).at(16.0, foot));
+        }
+        Drawing { title: self.title.clone(), height: foot as u32 + 16, shapes }
+    }
+
+    fn legend(&self, low: f64, high: f64, logarithmic: bool) -> Vec<Shape> {
+        let y = 44.0;
+        let box_of = |x: f64, color| Shape::rectangles([[x, y, 18.0, 14.0]]).fill(color);
+        let word = |x: f64, words: &str| Shape::words(words).sized(12.0).at(x, y + 12.0);
+        let mut shapes = vec![box_of(LEFT, ABSENT), word(LEFT + 24.0, "nothing measured")];
+        let x = LEFT + 170.0;
+        match self.kind {
+            Kind::Flag => {
+                shapes.extend([box_of(x, YES), word(x + 24.0, "true"), box_of(x + 90.0, NO)]);
+                shapes.push(word(x + 114.0, "false"));
+            }
+            Kind::Number | Kind::Count if low.is_finite() => {
+                let least = if logarithmic { low } else { 0.0 };
+                shapes.push(word(x, &digits(least)).anchored(Anchor::End));
+                let steps = 64_u8;
+                shapes.extend((0..steps).map(|step| {
+                    let part = f64::from(step) / f64::from(steps);
+                    Shape::rectangles([[x + 8.0 + 256.0 * part, y, 4.2, 14.0]]).fill(scale(part))
+                }));
+                let words = format!("{} {}", digits(high), if logarithmic { "(logarithmic)" } else { "" });
+                shapes.push(word(x + 272.0, words.trim_end()));
+            }
+            Kind::Number | Kind::Count | Kind::Text => {}
+        }
+        shapes
+    }
+
+    /// The values of the axes that go down, in that row.
+    fn row_name(&self, mut row: usize) -> String {
+        let mut words = Vec::new();
+        for (at, axis) in self.plan.axes.iter().enumerate().rev() {
+            if at != self.across {
+                words.push(format!("{}={}", axis.place, axis.values[row % axis.values.len()]));
+                row /= axis.values.len();
+            }
+        }
+        words.reverse();
+        words.join(", ")
+    }
+
+    /// What is not drawn.
+    fn left_out(&self) -> Option<String> {
+        let columns = self.plan.axes.get(self.across).map_or(1, |axis| axis.values.len());
+        let rows = self.plan.runs().unwrap_or(u64::MAX) / columns as u64;
+        let more = columns > self.wide || rows > self.high as u64;
+        more.then(|| {
+            format!(
+                "the first {} of {columns} columns and {} of {rows} rows; the table has all",
+                self.wide, self.high
+            )
+        })
+    }
+}
+
+/// Where a number is on the scale, 0 to 1.
+fn part(number: f64, low: f64, high: f64, logarithmic: bool) -> f64 {
+    let part = if logarithmic { (number / low).ln() / (high / low).ln() } else { number / high };
+    if part.is_nan() { 0.0 } else { part.clamp(0.0, 1.0) }
+}
+
+/// The color of a place on the scale.
+fn scale(part: f64) -> Rgb {
+    let at = part * (SCALE.len() - 1) as f64;
+    let stop = (at as usize).min(SCALE.len() - 2);
+    let between = at - stop as f64;
+    std::array::from_fn(|channel| {
+        let [from, to] = [stop, stop + 1].map(|stop| f64::from(SCALE[stop][channel]));
+        (from + (to - from) * between).round() as u8
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::plan;
+    use super::*;
+
+    fn drawn(plan: &Plan, value: impl Fn(u64) -> Value) -> String {
+        let mut figure = Figure::new("oscillator", plan);
+        for run in 0..plan.runs().unwrap() {
+            let mut row = vec![Value::Absent; plan.axes.len() + 3];
+            row.push(value(run));
+            figure.add(run, &row);
+        }
+        figure.drawing().document()
+    }
+
+    #[test]
+    fn two_axes_are_a_field_with_every_run_in_its_place() {
+        let svg = drawn(&plan(), |run| Value::Flag(run == 3));
+        assert!(svg.contains("springs[0].stiffness_n_m=10, method=runge_kutta_4: true"), "{svg}");
+        assert_eq!(svg.matches(": false</title>").count(), 5);
+        assert_eq!(svg.matches("fill=\"#7cc4a0\"").count(), 2);
+    }
+
+    #[test]
+    fn one_axis_of_numbers_is_a_line() {
+        let plan =
+            Plan { axes: plan().axes[..1].to_vec(), measures: vec![lab::sweep::Measure::Drift], ..plan() };
+        let svg = drawn(&plan, |run| Value::Number(run as f64));
+        assert!(svg.contains("springs[0].stiffness_n_m=100: 2<"), "{svg}");
+        let svg = drawn(&plan, |_| Value::Absent);
+        assert!(svg.contains("nothing measured"));
+    }
+
+    #[test]
+    fn the_scale_ends_where_its_stops_do() {
+        assert_eq!([0.0, 1.0].map(scale), [SCALE[0], SCALE[5]]);
+        assert_eq!(part(10.0, 1.0, 100.0, true), 0.5);
+        assert_eq!(part(25.0, 1.0, 100.0, false), 0.25);
+        assert_eq!(part(0.0, 1.0, 100.0, true), 0.0);
+    }
+}

@@ -1,0 +1,85 @@
+//! `sandbox merge`: the report that one run would have made, of the shards of a study.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use clap::Args;
+use lab::Shard;
+use lab::sweep::Record;
+
+use crate::failure::Failure;
+use crate::output::command_files::CommandFiles;
+use crate::output::files::{refuse_others_files, study_folder};
+use crate::output::runs::{self, Runs, write_tables};
+use crate::output::show;
+
+pub(super) const EXAMPLES: &str = "\
+Example:
+  sandbox merge part1 part2 part3 --out all";
+
+/// Joins the shards of a study.
+#[derive(Args, Debug)]
+pub(crate) struct MergeArgs {
+    /// The folders of all shards, in any order
+    #[arg(value_name = "DIR", required = true)]
+    pub folders: Vec<PathBuf>,
+    /// Write the files of the whole study into this folder
+    #[arg(long, value_name = "DIR", required = true)]
+    pub out: PathBuf,
+}
+
+/// Does what `sandbox merge` says.
+pub(crate) fn run(args: &MergeArgs) -> Result<(), Failure> {
+    let mut files = CommandFiles::default();
+    let mut shards: BTreeMap<Shard, (&PathBuf, Record)> = BTreeMap::new();
+    for folder in &args.folders {
+        let refused =
+            |what: String, cure: &str| Failure::Usage(format!("{}: {what}; {cure}", folder.display()));
+        let record = runs::record(folder)?.ok_or_else(|| {
+            refused(
+                "no sweep was written into this folder".to_owned(),
+                "give the folders of --out of every shard",
+            )
+        })?;
+        if let Some((_, (other, first))) = shards.first_key_value()
+            && let Some(what) = first.differs(&record)
+        {
+            let what = format!("this is a sweep of {what} than that in {}", other.display());
+            return Err(refused(what, "give the shards of one sweep"));
+        }
+        if !record.complete {
+            let what = format!("shard {} is not complete", record.shard);
+            return Err(refused(what, "finish it with --resume"));
+        }
+        files.read("a shard", &folder.join(runs::RECORD))?;
+        let shard = record.shard;
+        if let Some((other, _)) = shards.insert(shard, (folder, record)) {
+            let what = format!("shard {shard} is here and in {}", other.display());
+            return Err(refused(what, "leave one of them out"));
+        }
+    }
+    let Some((_, (_, first))) = shards.first_key_value() else { return Ok(()) };
+    let all = (1..=first.shard.of())
+        .filter_map(|number| format!("{number}/{}", first.shard.of()).parse::<Shard>().ok());
+    let missing: Vec<_> =
+        all.filter(|shard| !shards.contains_key(shard)).map(|shard| shard.to_string()).collect();
+    if !missing.is_empty() {
+        let what = format!("missing shards: {}", missing.join(", "));
+        return Err(Failure::Usage(format!("{what}; give the folders of all")));
+    }
+    let mut record = Record { shard: Shard::WHOLE, processors: Vec::new(), ..first.clone() };
+    let mut sources = Vec::new();
+    for (folder, of_shard) in shards.values() {
+        sources.push(Runs::of_folder(of_shard, folder)?);
+        record.processors.extend(of_shard.processors.iter().cloned());
+    }
+    record.processors.sort_unstable();
+    record.processors.dedup();
+    files.refuse_names(&args.out, runs::is_file, "the sweep in that folder; give another folder")?;
+    refuse_others_files(&args.out, false, runs::is_file, "give another folder")?;
+    let _lock = study_folder(&args.out)?;
+    write_tables(&record, sources, &args.out, &files)?;
+    let (runs, of) = (record.plan.runs().unwrap_or_default(), shards.len());
+    let processors = record.processors.join(", ");
+    show(&format!("{}: {runs} runs of {of} shards, run on {processors}\n", args.out.display()))
+}

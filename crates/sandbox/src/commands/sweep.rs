@@ -1,0 +1,247 @@
+//! `sandbox sweep`: a scene run once for every combination of values, one table and one figure.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::thread::available_parallelism;
+
+use clap::Args;
+use lab::Shard;
+use lab::cost::Machine;
+use lab::sweep::{Axis, FORMAT, Measure, Outcome, Plan, Record, Row, Sweep, Value};
+use report::numbers::{NONE, digits};
+use xxhash_rust::xxh3::xxh3_64;
+
+use crate::args::{SceneName, check_seconds, check_time, positive, threads};
+use crate::commands::cost::refuse_swarms_alone;
+use crate::commands::list::Format;
+use crate::failure::Failure;
+use crate::output::command_files::CommandFiles;
+use crate::output::files::{refuse_others_files, study_folder};
+use crate::output::progress::runs_bar;
+use crate::output::runs::{self, Journal};
+use crate::output::show;
+
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  sandbox sweep oscillator --vary method=all --vary step_hz=10,20,40
+  sandbox sweep flag --vary soft_bodies[0].stiffness_n_m=100,1000,10000 --vary substeps=1,4 --out stiffness
+  sandbox sweep orbit --vary step_hz=30,60 --measure error,drift --out orbits --shard 1/2";
+
+/// Runs a sweep.
+#[derive(Args, Debug)]
+pub(crate) struct SweepArgs {
+    /// A shipped scene or a file
+    pub scene: SceneName,
+    /// A place in the scene and its values: a list, `1e2..1e6 log 20`, `1..2 lin 5`, `1..2 random 20 seed 7`, or
+    /// `all` methods; may be given several times, for every combination
+    #[arg(long = "vary", value_name = "PLACE=VALUES", required = true, value_parser = Axis::parse)]
+    pub axes: Vec<Axis>,
+    /// Simulated seconds of each run
+    #[arg(long, value_name = "S", default_value_t = 10.0, allow_negative_numbers = true, value_parser = positive)]
+    pub seconds: f64,
+    /// What is measured: error, drift, survives, largest_speed, largest_distance, evaluations, unconverged, state_hash, time;
+    /// the figure shows the first
+    #[arg(long = "measure", value_name = "MEASURE,...", value_delimiter = ',', default_values = ["survives", "drift", "largest_speed"], value_parser = measure)]
+    pub measures: Vec<Measure>,
+    /// Write runs.csv, runs.parquet, sweep.svg and sweep.json into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Continue the sweep that was interrupted in that folder
+    #[arg(long, requires = "out")]
+    pub resume: bool,
+    /// Run only part K of N, for `sandbox merge`
+    #[arg(long, value_name = "K/N", requires = "out", default_value_t = Shard::WHOLE)]
+    pub shard: Shard,
+    /// Runs side by side [default: one per core]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = threads)]
+    pub threads: Option<usize>,
+    /// Allow more than 10 million runs
+    #[arg(long)]
+    pub yes: bool,
+    /// As a table or as JSON, without --out
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// More runs than this are asked about.
+const MANY: u64 = 10_000_000;
+
+/// More runs than this are not printed.
+const PRINTED: u64 = 10_000;
+
+/// Does what `sandbox sweep` says.
+pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
+    let mut files = CommandFiles::default();
+    let scene = files.named_scene(&args.scene)?;
+    refuse_swarms_alone(&scene)?;
+    check_seconds(args.seconds, scene.step_hz)?;
+    let mut measures = args.measures.clone();
+    let mut seen = Vec::new();
+    measures.retain(|measure| !seen.contains(measure) && (seen.push(*measure), true).1);
+    let plan = Plan { axes: args.axes.clone(), seconds: args.seconds, measures };
+    let all = count(&plan, args.yes)?;
+    let (runs, shard) = (args.shard.count(all), args.shard);
+    if args.out.is_none() && runs > PRINTED {
+        let what = format!("{runs} runs are too many to print");
+        return Err(Failure::Usage(format!("{what}; give a folder for them with --out")));
+    }
+    let sweep = Sweep::new(&scene, plan.clone())?;
+    let threads = args.threads.unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
+    let seconds = sweep.estimated_seconds(shard) / threads as f64;
+    check_time(&format!("{}: {runs} runs", args.scene), seconds)?;
+    let Some(folder) = &args.out else {
+        let mut rows = Vec::new();
+        let bar = runs_bar(runs);
+        sweep.run(shard, 0, threads, |row| {
+            bar.inc(1);
+            rows.push(row);
+            ControlFlow::Continue(())
+        });
+        bar.finish_and_clear();
+        return match args.format {
+            Format::Table => show(&table(&plan, &rows)),
+            Format::Json => show(&json(&plan, &rows)),
+        };
+    };
+    let record = Record {
+        format: FORMAT,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        scene: args.scene.to_string(),
+        scene_hash: format!("{:016x}", xxh3_64(scene.text.as_bytes())),
+        plan,
+        shard,
+        processors: vec![Machine::here().processor],
+        complete: false,
+    };
+    files.refuse_names(folder, runs::is_file, "the sweep in that folder; give another folder")?;
+    let earlier = runs::record(folder)?;
+    refuse_others_files(folder, earlier.is_some(), runs::is_file, "give another folder")?;
+    let _lock = study_folder(folder)?;
+    let Some((record, mut journal, done)) = begin(args, (record, earlier), folder, &files)? else {
+        return show(&format!("{}: this sweep is complete\n", folder.display()));
+    };
+    let bar = runs_bar(runs);
+    bar.set_position(done);
+    let (mut failure, mut outcomes) = (None, BTreeMap::new());
+    sweep.run(shard, done, threads, |row| {
+        bar.inc(1);
+        *outcomes.entry(row.outcome).or_insert(0_u64) += 1;
+        match journal.add(&row) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                failure = Some(error);
+                ControlFlow::Break(())
+            }
+        }
+    });
+    bar.finish_and_clear();
+    if let Some(Failure::Usage(failure)) = failure {
+        return Err(Failure::Usage(format!(
+            "{failure}; --resume continues after the last run that was written"
+        )));
+    }
+    journal.finish(&record, folder, &files)?;
+    let words = [
+        (Outcome::Finished, "finished"),
+        (Outcome::Quarantined, "lost a body"),
+        (Outcome::Refused, "were refused"),
+    ];
+    let mut counts: Vec<_> = words
+        .iter()
+        .filter_map(|(outcome, word)| Some(format!("{} {word}", outcomes.get(outcome)?)))
+        .collect();
+    if done > 0 {
+        counts.insert(0, format!("{done} were there"));
+    }
+    show(&format!("{}: of {runs} runs {}\n", folder.display(), counts.join(", ")))
+}
+
+/// Number of runs, if it is one that a person wants.
+fn count(plan: &Plan, yes: bool) -> Result<u64, Failure> {
+    match plan.runs() {
+        Some(runs) if runs <= MANY || yes => Ok(runs),
+        runs => {
+            let runs = runs.map_or_else(|| "more than 10^19".to_owned(), |runs| runs.to_string());
+            let what = format!("these values make {runs} runs, which is more than {MANY}");
+            Err(Failure::Usage(format!("{what}; give fewer values, or --yes")))
+        }
+    }
+}
+
+/// The journal of a sweep into `folder`, with how many runs are in it; `None` where all of them are.
+fn begin(
+    args: &SweepArgs,
+    (mut record, earlier): (Record, Option<Record>),
+    folder: &Path,
+    files: &CommandFiles,
+) -> Result<Option<(Record, Journal, u64)>, Failure> {
+    let refused = |what: &str, cure: &str| {
+        Err(Failure::Usage(format!("{}: {what}; {cure}", folder.join(runs::RECORD).display())))
+    };
+    let Some(earlier) = earlier else {
+        runs::write_record(&record, folder, files)?;
+        let journal = Journal::begin(&record, folder)?;
+        return Ok(Some((record, journal, 0)));
+    };
+    let other = record.differs(&earlier).or((record.shard != earlier.shard).then_some("another shard"));
+    if let Some(other) = other {
+        return refused(
+            &format!("the sweep in this folder is of {other}"),
+            "give another folder, or remove it",
+        );
+    }
+    match (earlier.complete, args.resume) {
+        (false, false) => {
+            return refused("this sweep is not complete", "--resume goes on with it; or give another folder");
+        }
+        (true, true) => return Ok(None),
+        (true, false) => {
+            runs::write_record(&record, folder, files)?;
+            let journal = Journal::begin(&record, folder)?;
+            return Ok(Some((record, journal, 0)));
+        }
+        (false, true) => {}
+    }
+    let new: Vec<_> =
+        record.processors.iter().filter(|name| !earlier.processors.contains(name)).cloned().collect();
+    record.processors = earlier.processors.into_iter().chain(new).collect();
+    runs::write_record(&record, folder, files)?;
+    let (journal, done) = Journal::resume(&record, folder)?;
+    Ok(Some((record, journal, done)))
+}
+
+fn measure(text: &str) -> Result<Measure, String> {
+    Measure::from_name(text)
+        .ok_or_else(|| format!("the measures are {}", Measure::ALL.map(Measure::name).join(", ")))
+}
+
+/// The rows for a terminal.
+fn table(plan: &Plan, rows: &[Row]) -> String {
+    let shown = |value: &Value| match value {
+        Value::Number(number) if number.is_finite() => digits(*number),
+        Value::Number(_) | Value::Absent => NONE.to_owned(),
+        other => other.to_string(),
+    };
+    let header = plan.columns().into_iter().map(|column| column.name).collect();
+    let lines = rows.iter().map(|row| row.values.iter().map(shown).collect());
+    report::aligned(&std::iter::once(header).chain(lines).collect::<Vec<_>>(), true)
+}
+
+/// The rows as a list of objects.
+fn json(plan: &Plan, rows: &[Row]) -> String {
+    use serde_json::{Map, Value as Json};
+    let value = |value: &Value| match value {
+        Value::Number(number) => serde_json::Number::from_f64(*number).map_or(Json::Null, Json::Number),
+        Value::Count(count) => Json::from(*count),
+        Value::Flag(flag) => Json::from(*flag),
+        Value::Text(text) => Json::from(text.clone()),
+        Value::Absent => Json::Null,
+    };
+    let columns = plan.columns();
+    let object = |row: &Row| -> Map<String, Json> {
+        columns.iter().map(|column| column.name.clone()).zip(row.values.iter().map(value)).collect()
+    };
+    let objects: Vec<_> = rows.iter().map(object).collect();
+    serde_json::to_string_pretty(&objects).expect("rows are plain data") + "\n"
+}

@@ -1,0 +1,282 @@
+//! Sweeps: what is measured against closed forms, and that shards, interruptions and threads change no byte.
+
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use lab::Shard;
+use lab::sweep::{Axis, Measure, Plan, Row, Sweep, Value};
+use motion::Method;
+use scene::Scene;
+use tempfile::TempDir;
+
+use crate::rigs::{Dice, Said, output, program, sandbox, wait_for};
+
+fn sweep(scene: &str, axes: &[&str], seconds: f64, measures: &[Measure]) -> (Plan, Vec<Row>) {
+    let axes = axes.iter().map(|axis| Axis::parse(axis).unwrap()).collect();
+    let plan = Plan { axes, seconds, measures: measures.to_vec() };
+    let sweep = Sweep::new(&Scene::parse("s", scene).unwrap(), plan.clone()).unwrap();
+    let mut rows = Vec::new();
+    sweep.run(Shard::WHOLE, 0, 2, |row| {
+        rows.push(row);
+        ControlFlow::Continue(())
+    });
+    (plan, rows)
+}
+
+/// The value of that column of a row.
+#[track_caller]
+fn value<'r>(plan: &Plan, row: &'r Row, name: &str) -> &'r Value {
+    let at = plan.columns().iter().position(|column| column.name == name);
+    &row.values[at.unwrap_or_else(|| panic!("no column {name}"))]
+}
+
+#[track_caller]
+fn number(plan: &Plan, row: &Row, name: &str) -> f64 {
+    match value(plan, row, name) {
+        Value::Number(number) => *number,
+        other => panic!("{name} is {other:?}"),
+    }
+}
+
+const OSCILLATOR: &str = r#"(version: 1, bodies: [(name: "anchor", immovable: true), (name: "body", position_m: (1, 0, 0))],
+    springs: [(between: ("anchor", "body"), stiffness_n_m: 1, rest_length_m: 0)])"#;
+
+#[test]
+fn the_stability_limits_of_the_textbook_are_found_to_one_percent() {
+    // Sixty values of w h from 1.5 to 2.95 in equal ratios: each rate has every third.
+    let ratio: f64 = (2.95_f64 / 1.5).powf(1.0 / 59.0);
+    let rates = [60.0, 60.0 / ratio, 60.0 / ratio.powi(2)].map(|rate| rate.to_string()).join(",");
+    let (softest, stiffest) = (90.0_f64.powi(2), (90.0 * ratio.powi(57)).powi(2));
+    let axes = [
+        &*format!("springs[0].stiffness_n_m={softest}..{stiffest} log 20"),
+        &*format!("step_hz={rates}"),
+        "method=all",
+    ];
+    let (plan, rows) = sweep(OSCILLATOR, &axes, 10.0, &[Measure::Survives]);
+    assert_eq!(rows.len(), 20 * 3 * 9);
+    for method in Method::ALL {
+        let of_it = |row: &&Row| value(&plan, row, "method") == &Value::Text(method.name().to_owned());
+        let (mut survives, mut fails) = (Vec::new(), Vec::new());
+        for row in rows.iter().filter(of_it) {
+            let stiffness = number(&plan, row, "springs[0].stiffness_n_m");
+            let wh = stiffness.sqrt() / number(&plan, row, "step_hz");
+            match value(&plan, row, "survives") {
+                Value::Flag(true) => survives.push(wh),
+                _ => fails.push(wh),
+            }
+        }
+        let highest = survives.iter().copied().fold(0.0, f64::max);
+        let lowest = fails.iter().copied().fold(f64::INFINITY, f64::min);
+        let limit = method.claims().stability_limit;
+        if (1.5..2.95).contains(&limit) {
+            let found = (highest * lowest).sqrt();
+            assert!(highest < lowest, "{method:?}: {highest} survives and {lowest} does not");
+            assert!((found / limit - 1.0).abs() < 0.01, "{method:?}: {found}, where theory has {limit}");
+        } else {
+            let all = if limit == 0.0 { &fails } else { &survives };
+            assert_eq!(all.len(), 60, "{method:?}, whose limit is {limit}");
+        }
+    }
+}
+
+#[test]
+fn a_fall_has_the_numbers_of_its_closed_form() {
+    const FALL: &str = r"(version: 1, gravity: (acceleration_m_s2: (0, -10, 0)), bodies: [(mass_kg: 2)])";
+    let measures = Measure::ALL;
+    let axes = [
+        "method=explicit_euler,semi_implicit_euler,runge_kutta_4",
+        "step_hz=10,20,80",
+        "bodies[0].mass_kg=2,5",
+    ];
+    let (plan, rows) = sweep(FALL, &axes, 2.0, &measures);
+    assert_eq!(rows.len(), 18);
+    let near = |found: f64, exact: f64| (found - exact).abs() <= 1e-12 * exact.abs().max(1.0);
+    for (run, row) in (0_u64..).zip(&rows) {
+        assert_eq!(row.run, run);
+        let (g, t, h) = (10.0, 2.0, 1.0 / number(&plan, row, "step_hz"));
+        let method = value(&plan, row, "method").to_string();
+        // x of explicit Euler is g t (t - h) / 2, of semi-implicit Euler g t (t + h) / 2.
+        let error = if method == "runge_kutta_4" { 0.0 } else { 0.5 * g * t * h };
+        assert!(near(number(&plan, row, "error_m"), error), "{row:?}");
+        assert!(number(&plan, row, "reference_error_m") < 1e-12);
+        assert!(near(number(&plan, row, "largest_speed_m_s"), g * t), "{row:?}");
+        let side = match method.as_str() {
+            "explicit_euler" => -1.0,
+            "semi_implicit_euler" => 1.0,
+            _ => 0.0,
+        };
+        assert!(near(number(&plan, row, "largest_distance_m"), 0.5 * g * t * (t + side * h)), "{row:?}");
+        // The energy m g (x - x of the true fall) over the kinetic energy at the end, m (g t)² / 2.
+        assert!(near(number(&plan, row, "drift"), side.abs() * h / t), "{row:?}");
+        assert_eq!(value(&plan, row, "survives"), &Value::Flag(true));
+        assert!(near(number(&plan, row, "survived_s"), t));
+        let evaluations = if method == "runge_kutta_4" { 4.0 } else { 1.0 };
+        assert_eq!(number(&plan, row, "evaluations_per_body"), evaluations * t / h);
+        assert_eq!(value(&plan, row, "unconverged_steps"), &Value::Count(0));
+        assert!(number(&plan, row, "cpu_s") > 0.0);
+    }
+    // What a state hash is, `run` says as well.
+    let hash = value(&plan, &rows[0], "state_hash").to_string();
+    let folder = crate::rigs::folder([("fall.ron", FALL)]);
+    let line = "run fall.ron --method explicit_euler --hz 10 --seconds 2 --summary s.json";
+    sandbox(&folder, line).fine();
+    let summary = fs::read_to_string(folder.path().join("s.json")).unwrap();
+    assert!(summary.contains(&hash), "{hash} is not in {summary}");
+}
+
+#[test]
+fn values_that_the_scene_refuses_together_are_a_row_that_says_why() {
+    let attract = "(version: 1, mutual_gravity: (), bodies: [(), (position_m: (3, 0, 0))])";
+    let (plan, rows) = sweep(attract, &["method=implicit_euler,velocity_verlet"], 1.0, &[Measure::Drift]);
+    assert_eq!(value(&plan, &rows[0], "outcome"), &Value::Text("refused".to_owned()));
+    assert!(value(&plan, &rows[0], "why").to_string().contains("mutual gravity"), "{rows:?}");
+    assert_eq!(value(&plan, &rows[0], "drift"), &Value::Absent);
+    assert_eq!(value(&plan, &rows[1], "outcome"), &Value::Text("finished".to_owned()));
+}
+
+/// Runs a sweep of 240 runs into `folder/out`.
+fn swept(folder: &Path, out: &str, more: &[&str]) -> Said {
+    output(command(folder, out).args(more))
+}
+
+fn command(folder: &Path, out: &str) -> Command {
+    let mut command = Command::new(program());
+    command.current_dir(folder).args([
+        "sweep",
+        "oscillator",
+        "--vary",
+        "springs[0].stiffness_n_m=1..400 log 20",
+    ]);
+    command.args([
+        "--vary",
+        "method=semi_implicit_euler,runge_kutta_4,implicit_euler",
+        "--vary",
+        "step_hz=10,20,40,60",
+    ]);
+    command.args(["--seconds", "5", "--measure", "drift,error,survives,state_hash", "--out", out]);
+    command
+}
+
+const FILES: [&str; 4] = ["runs.csv", "runs.parquet", "sweep.json", "sweep.svg"];
+
+#[track_caller]
+fn same_files(folder: &Path, [one, other]: [&str; 2]) {
+    let names = |out: &str| {
+        let entries = fs::read_dir(folder.join(out)).unwrap();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort_unstable();
+        names
+    };
+    assert_eq!([names(one), names(other)], [FILES; 2]);
+    for name in FILES {
+        let bytes = |out: &str| fs::read(folder.join(out).join(name)).unwrap();
+        assert!(bytes(one) == bytes(other), "{name} differs in {one} and {other}");
+    }
+}
+
+#[test]
+fn shards_are_merged_to_the_bytes_of_one_run() {
+    let folder = TempDir::new().unwrap();
+    let folder = folder.path();
+    swept(folder, "whole", &["--threads", "3"]).fine();
+    for of in [1, 3, 7] {
+        let outs: Vec<_> = (1..=of).map(|number| format!("{number}of{of}")).collect();
+        for (number, out) in (1..=of).zip(&outs) {
+            swept(folder, out, &["--shard", &format!("{number}/{of}"), "--threads", "1"]).fine();
+        }
+        let merged = format!("merged{of}");
+        // In any order.
+        let turned: Vec<_> = outs.iter().rev().cloned().collect();
+        sandbox(folder, &format!("merge {} --out {merged}", turned.join(" "))).fine();
+        same_files(folder, ["whole", &merged]);
+    }
+    for (line, said) in [
+        ("merge 1of3 3of3 --out x", "missing shards: 2/3; give the folders of all"),
+        ("merge 1of3 2of3 2of3 3of3 --out x", "2of3: shard 2/3 is here and in 2of3; leave one of them out"),
+        ("merge 1of3 1of7 --out x", "1of7: this is a sweep of another number of shards than that in 1of3"),
+        (
+            "merge . --out x",
+            ".: no sweep was written into this folder; give the folders of --out of every shard",
+        ),
+        (
+            "merge 1of3 2of3 3of3 --out 1of3",
+            "1of3/sweep.json is a name of the sweep in that folder; give another folder",
+        ),
+        (
+            "merge 1of3 2of3 3of3 --out merged3",
+            "nothing says that it was written by an earlier run; give another folder",
+        ),
+    ] {
+        sandbox(folder, line).fails(2, said);
+        assert!(!folder.join("x").exists());
+    }
+    // A table that someone changed is not merged.
+    let table = folder.join("2of3/runs.csv");
+    let text = fs::read_to_string(&table).unwrap();
+    fs::write(&table, text.replacen("\n4,", "\n5,", 1)).unwrap();
+    sandbox(folder, "merge 1of3 2of3 3of3 --out x")
+        .fails(2, "2of3/runs.csv: this table does not have run 4 in line 3; it was changed");
+    assert!(!folder.join("x/runs.csv").exists());
+}
+
+#[test]
+fn a_sweep_that_is_killed_five_times_is_the_same_in_the_end() {
+    let folder = TempDir::new().unwrap();
+    let folder = folder.path();
+    swept(folder, "whole", &[]).fine();
+    let (mut dice, mut done, mut kills) = (Dice(7), 0, 0);
+    while kills < 5 {
+        let enough = done + 1 + dice.below(30);
+        let mut running = command(folder, "killed");
+        if kills > 0 {
+            running.arg("--resume");
+        }
+        let mut running = running.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let lines = || {
+            let journal = fs::read_to_string(folder.join("killed/runs.part.csv")).unwrap_or_default();
+            journal.lines().count().saturating_sub(1)
+        };
+        wait_for("enough runs", || (lines() >= enough).then_some(()));
+        running.kill().unwrap();
+        running.wait().unwrap();
+        done = lines();
+        kills += 1;
+    }
+    assert!(done < 240, "it was never interrupted");
+    swept(folder, "killed", &[])
+        .fails(2, "this sweep is not complete; --resume goes on with it; or give another folder");
+    // A line that was cut is run again.
+    let journal = folder.join("killed/runs.part.csv");
+    let text = fs::read_to_string(&journal).unwrap();
+    fs::write(&journal, &text[..text.len() - 9]).unwrap();
+    let said = swept(folder, "killed", &["--resume"]).fine();
+    assert!(said.contains("were there"), "{said}");
+    same_files(folder, ["whole", "killed"]);
+    assert_eq!(swept(folder, "killed", &["--resume"]).fine(), "killed: this sweep is complete\n");
+    swept(folder, "killed", &["--seconds", "4"]).fails(2, "");
+    sandbox(folder, "sweep oscillator --vary step_hz=10,20 --out killed").fails(
+        2,
+        "killed/sweep.json: the sweep in this folder is of other values; give another folder, or remove it",
+    );
+}
+
+#[test]
+fn without_a_folder_the_runs_are_printed() {
+    let line = "sweep oscillator --vary step_hz=60,120 --vary springs[*].stiffness_n_m=4 --seconds 1 --measure largest_speed,state_hash";
+    let table = sandbox(".", line).fine();
+    let heads: Vec<_> = table.lines().next().unwrap().split_whitespace().collect();
+    let columns =
+        ["run", "step_hz", "springs[*].stiffness_n_m", "outcome", "why", "largest_speed_m_s", "state_hash"];
+    assert_eq!(heads, columns);
+    let json: serde_json::Value =
+        serde_json::from_str(&sandbox(".", &format!("{line} --format json")).fine()).unwrap();
+    let runs = json.as_array().unwrap();
+    assert_eq!(
+        (runs.len(), &runs[1]["step_hz"], &runs[1]["why"]),
+        (2, &120.0.into(), &serde_json::Value::Null)
+    );
+    assert!(runs[0].as_object().unwrap().keys().eq(columns));
+}
