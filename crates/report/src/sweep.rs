@@ -38,13 +38,13 @@ pub fn read(column: &Column, field: &str) -> Option<Value> {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use lab::sweep::{Axis, Measure};
 
     use super::*;
 
     /// A plan of two axes.
-    pub(crate) fn plan() -> Plan {
+    pub(super) fn plan() -> Plan {
         let axis = |text| Axis::parse(text).unwrap();
         Plan {
             axes: vec![

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::bracket::{Bracket, Piece};
 use super::rewrite::{TextEdit, apply, rewrite};
 use crate::raw;
-use crate::scene::Scene;
+use crate::scene::{Scene, Source};
 use crate::text::faults::{Faults, SceneError};
 use crate::text::kinds::Kind;
 use crate::text::nearest::nearest;
@@ -84,7 +84,8 @@ impl VariedScene {
     /// # Errors
     /// As [`Scene::parse`], where a value is not allowed.
     pub fn scene(&self, values: &[&str]) -> Result<Scene, SceneError> {
-        self.scene.reread(&self.text(values))
+        let named = |error| SceneError { name: called(&self.scene), ..error };
+        self.scene.reread(&self.text(values)).map_err(named)
     }
 }
 
@@ -159,7 +160,15 @@ impl<'a> Values<'a> {
 fn fault(scene: &Scene, place: &str, what: String, cure: String) -> SceneError {
     let mut faults = Faults::default();
     faults.add(place, what, cure);
-    faults.into_error(&scene.name, &scene.text, "")
+    faults.into_error(&called(scene), &scene.text, "")
+}
+
+/// What messages call the scene.
+fn called(scene: &Scene) -> String {
+    match &scene.source {
+        Source::File(path) => path.display().to_string(),
+        Source::Shipped(_) | Source::Text => scene.name.clone(),
+    }
 }
 
 /// Whether `path` is one of those that `place` names.
