@@ -136,6 +136,49 @@ fn values_that_the_scene_refuses_together_are_a_row_that_says_why() {
     assert_eq!(value(&plan, &rows[1], "outcome"), &Value::Text("finished".to_owned()));
 }
 
+#[test]
+fn what_no_run_can_be_made_of_is_a_row_that_says_why() {
+    let slow = "(version: 1, step_hz: 0.25, bodies: [(velocity_m_s: (1, 0, 0))])";
+    let axes = ["step_hz=0.25,1,8", "step=fixed,frame"];
+    let (plan, rows) = sweep(slow, &axes, 1.0, &[Measure::LargestDistance]);
+    let of = |row: &Row, name| value(&plan, row, name).clone();
+    let text = |words: &str| Value::Text(words.to_owned());
+    assert_eq!(of(&rows[0], "why"), text("1 s are less than half a tick of 4 s"));
+    for row in rows.iter().skip(1).step_by(2) {
+        let why = "its ticks are as long as frames, and a sweep has none; give step: fixed";
+        assert_eq!((of(row, "outcome"), of(row, "why")), (text("refused"), text(why)));
+    }
+    assert_eq!(
+        [of(&rows[2], "simulated_s"), of(&rows[4], "largest_distance_m")],
+        [1.0, 1.0].map(Value::Number)
+    );
+}
+
+#[test]
+fn particles_that_begin_again_are_no_journey() {
+    let emitter = "rate_per_s: 1, life_s: 1, capacity: 1, speed_m_s: 10, direction: (1, 0, 0)";
+    let fountain = format!("(version: 1, emitters: [({emitter})])");
+    let measures = [Measure::LargestDistance, Measure::LargestSpeed];
+    let (plan, rows) = sweep(&fountain, &["substeps=1"], 3.5, &measures);
+    assert_eq!(number(&plan, &rows[0], "largest_distance_m"), 0.0);
+    assert_eq!(number(&plan, &rows[0], "largest_speed_m_s"), 10.0);
+}
+
+#[test]
+fn a_million_million_million_runs_are_counted() {
+    let plan = |axes: &[&str]| Plan {
+        axes: axes.iter().map(|axis| Axis::parse(axis).unwrap()).collect(),
+        seconds: 0.1,
+        measures: vec![Measure::LargestSpeed],
+    };
+    let million =
+        ["pace=1..2 lin 1000000", "step_hz=60..120 lin 1000000", "bodies[1].mass_kg=1..2 lin 1000000"];
+    let huge = Sweep::new(&Scene::parse("s", OSCILLATOR).unwrap(), plan(&million)).unwrap();
+    assert!(huge.estimated_seconds(Shard::WHOLE) > 1e12);
+    assert_eq!(huge.plan().runs(), Some(1_000_000_000_000_000_000));
+    assert_eq!(plan(&[million[0], million[1], million[2], "substeps=1..1000 lin 1000"]).runs(), None);
+}
+
 /// Runs a sweep of 240 runs into `folder/out`.
 fn swept(folder: &Path, out: &str, more: &[&str]) -> Said {
     output(command(folder, out).args(more))
@@ -205,14 +248,15 @@ fn shards_are_merged_to_the_bytes_of_one_run() {
             "merge 1of3 2of3 3of3 --out 1of3",
             "1of3/sweep.json is a name of the sweep in that folder; give another folder",
         ),
-        (
-            "merge 1of3 2of3 3of3 --out merged3",
-            "nothing says that it was written by an earlier run; give another folder",
-        ),
     ] {
         sandbox(folder, line).fails(2, said);
         assert!(!folder.join("x").exists());
     }
+    sandbox(folder, "merge 1of3 2of3 3of3 --out merged3").fine();
+    same_files(folder, ["whole", "merged3"]);
+    fs::remove_file(folder.join("merged3/runs.csv")).unwrap();
+    swept(folder, "merged3", &["--resume"]).fine();
+    same_files(folder, ["whole", "merged3"]);
     // A table that someone changed is not merged.
     let table = folder.join("2of3/runs.csv");
     let text = fs::read_to_string(&table).unwrap();
@@ -268,8 +312,16 @@ fn without_a_folder_the_runs_are_printed() {
     let line = "sweep oscillator --vary step_hz=60,120 --vary springs[*].stiffness_n_m=4 --seconds 1 --measure largest_speed,state_hash";
     let table = sandbox(".", line).fine();
     let heads: Vec<_> = table.lines().next().unwrap().split_whitespace().collect();
-    let columns =
-        ["run", "step_hz", "springs[*].stiffness_n_m", "outcome", "why", "largest_speed_m_s", "state_hash"];
+    let columns = [
+        "run",
+        "step_hz",
+        "springs[*].stiffness_n_m",
+        "outcome",
+        "why",
+        "simulated_s",
+        "largest_speed_m_s",
+        "state_hash",
+    ];
     assert_eq!(heads, columns);
     let json: serde_json::Value =
         serde_json::from_str(&sandbox(".", &format!("{line} --format json")).fine()).unwrap();

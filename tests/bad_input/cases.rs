@@ -257,7 +257,7 @@ pub const ARGUMENTS: &[(&str, &[&str])] = &[
     ("sweep fine.ron --vary step_hz=9..9", &["--vary", "give a range as 1e2..1e6 log 20, 1..2 lin 5"]),
     (
         "sweep fine.ron --vary method=all --shard 5/4 --out out",
-        &["--shard", "give which part of how many, as in 2/3, from 1/N to N/N"],
+        &["--shard", "give which part of how many, as in 2/3, from 1/N to N/N, with N up to 1000000"],
     ),
     ("sweep fine.ron --vary method=all --shard 1/4", &["--out"]),
     (

@@ -5,6 +5,9 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+/// Most parts of a study.
+const MOST: u32 = 1_000_000;
+
 /// One of the parts of a study: of the pieces of work with a number from 0, it has those that are `number - 1` modulo `of`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
@@ -38,8 +41,8 @@ impl Shard {
     /// How many of `all` pieces of work are in it.
     #[must_use]
     pub const fn count(self, all: u64) -> u64 {
-        let (number, of) = (self.number as u64, self.of as u64);
-        (all + of - number) / of
+        let of = self.of as u64;
+        all / of + (all % of >= self.number as u64) as u64
     }
 
     /// The number of its piece of work with that place in it.
@@ -68,8 +71,8 @@ impl FromStr for Shard {
         let parts =
             text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
         match parts {
-            Some((number, of)) if 0 < number && number <= of => Ok(Self { number, of }),
-            _ => Err("give which part of how many, as in 2/3, from 1/N to N/N".to_owned()),
+            Some((number, of)) if 0 < number && number <= of && of <= MOST => Ok(Self { number, of }),
+            _ => Err(format!("give which part of how many, as in 2/3, from 1/N to N/N, with N up to {MOST}")),
         }
     }
 }
@@ -101,7 +104,7 @@ mod tests {
 
     #[test]
     fn a_part_that_is_none_is_refused() {
-        for text in ["0/3", "4/3", "1/0", "1", "a/b", "-1/2", ""] {
+        for text in ["1/1000001", "0/3", "4/3", "1/0", "1", "a/b", "-1/2", ""] {
             assert!(text.parse::<Shard>().is_err(), "{text}");
         }
     }

@@ -116,7 +116,8 @@ impl Sweep {
             };
             ticks(&scene, self.plan.seconds) as f64 * (tick_seconds(&scene) + reference)
         };
-        let sum: f64 = (0..probes).map(|probe| seconds(probe * runs / probes)).sum();
+        let evenly = |probe: u64| (probe as f64 / probes as f64 * runs as f64) as u64;
+        let sum: f64 = (0..probes).map(|probe| seconds(evenly(probe))).sum();
         sum / probes.max(1) as f64 * runs as f64
     }
 
@@ -132,7 +133,7 @@ impl Sweep {
     pub fn row(&self, run: u64) -> Row {
         let (outcome, why, measured) = match self.scene(run) {
             Ok(scene) => run::run(scene, &self.plan),
-            Err(error) => (Outcome::Refused, error.to_string().replace('\n', "; "), Vec::new()),
+            Err(error) => (Outcome::Refused, reason(&error), Vec::new()),
         };
         let mut measured = measured.into_iter();
         let axes =
@@ -144,10 +145,19 @@ impl Sweep {
         values.extend(axes);
         values.push(Value::Text(outcome.name().to_owned()));
         values.push(if why.is_empty() { Value::Absent } else { Value::Text(why) });
-        let columns = self.plan.measures.iter().map(|measure| measure.columns().len()).sum();
-        values.extend((0..columns).map(|_| measured.next().unwrap_or(Value::Absent)));
+        let columns: usize = self.plan.measures.iter().map(|measure| measure.columns().len()).sum();
+        values.extend((0..=columns).map(|_| measured.next().unwrap_or(Value::Absent)));
         Row { run, outcome, values }
     }
+}
+
+/// Why a scene is refused, in one line, whatever its file is called.
+fn reason(error: &SceneError) -> String {
+    let fault = |fault: &scene::Fault| match &fault.path {
+        Some(path) => format!("{path}: {}; {}", fault.what, fault.cure),
+        None => format!("{}; {}", fault.what, fault.cure),
+    };
+    error.faults.iter().map(fault).collect::<Vec<_>>().join("; ").replace('\n', " ")
 }
 
 /// Whether the axis has methods alone. Not every scene can have every method: those that it cannot have are rows.
@@ -173,7 +183,7 @@ fn beginning<'p>(varied: &VariedScene, plan: &'p Plan) -> Result<Vec<&'p str>, S
     Err(error)
 }
 
-/// Ticks of a run of `scene` of so many `seconds`, at least 1.
+/// Ticks of a run of `scene` of so many `seconds`; 0 where they are less than half a tick.
 fn ticks(scene: &Scene, seconds: f64) -> u64 {
-    ((seconds * scene.step_hz).round() as u64).max(1)
+    (seconds * scene.step_hz).round() as u64
 }

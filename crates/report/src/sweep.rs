@@ -65,15 +65,16 @@ mod tests {
             Value::Text("runge_kutta_4".to_owned()),
             Value::Text("finished".to_owned()),
             Value::Text("why, \"so\"".to_owned()),
+            Value::Number(1.0),
             Value::Flag(true),
             Value::Number(0.1),
             Value::Absent,
         ];
         assert_eq!(
             header(&plan),
-            "run,springs[0].stiffness_n_m,method,outcome,why,survives,survived_s,largest_speed_m_s\n"
+            "run,springs[0].stiffness_n_m,method,outcome,why,simulated_s,survives,survived_s,largest_speed_m_s\n"
         );
-        assert_eq!(row(&values), "3,1e1,runge_kutta_4,finished,\"why, \"\"so\"\"\",true,1e-1,\n");
+        assert_eq!(row(&values), "3,1e1,runge_kutta_4,finished,\"why, \"\"so\"\"\",1e0,true,1e-1,\n");
         let fields = values.iter().map(ToString::to_string);
         let again: Vec<_> =
             plan.columns().iter().zip(fields).map(|(column, field)| read(column, &field).unwrap()).collect();

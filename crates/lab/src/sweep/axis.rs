@@ -38,9 +38,15 @@ impl Axis {
         let (place, values) =
             text.split_once('=').ok_or("give a place and its values, as in step_hz=30,60,120")?;
         let (place, values) = (place.trim(), values.trim());
+        if place.is_empty() {
+            return Err("give the place before the =, as in step_hz=30,60,120".to_owned());
+        }
+        if values.contains(char::is_control) {
+            return Err("a value has no line breaks; write it on one line".to_owned());
+        }
         let values = if values == "all" {
             all_of(place)?
-        } else if values.contains("..") {
+        } else if values.contains("..") && !values.contains('"') {
             range(values)?
         } else {
             list(values)?
@@ -54,7 +60,11 @@ impl Axis {
     /// Its values as numbers, if all of them are.
     #[must_use]
     pub fn numbers(&self) -> Option<Vec<f64>> {
-        let number = |value: &String| value.parse::<f64>().ok().filter(|number| number.is_finite());
+        // A whole number that no double has stays a text.
+        let exact = |value: &str, number: f64| number.abs() < 9e15 || value.contains(['.', 'e', 'E']);
+        let number = |value: &String| {
+            value.parse::<f64>().ok().filter(|number| number.is_finite() && exact(value, *number))
+        };
         self.values.iter().map(number).collect()
     }
 }
@@ -71,10 +81,16 @@ fn all_of(place: &str) -> Result<Vec<String>, String> {
 
 /// The values between commas that are in no brackets and quotes.
 fn list(text: &str) -> Result<Vec<String>, String> {
-    let (mut values, mut value, mut depth, mut quoted) = (Vec::new(), String::new(), 0_usize, false);
+    let (mut values, mut value, mut depth) = (Vec::new(), String::new(), 0_usize);
+    let (mut quoted, mut escaped) = (false, false);
     for c in text.chars() {
+        let was_escaped = std::mem::take(&mut escaped);
         match c {
-            '"' => quoted = !quoted,
+            '\\' if quoted => escaped = !was_escaped,
+            '"' if !was_escaped => quoted = !quoted,
+            '/' | '*' if !quoted && value.ends_with('/') => {
+                return Err("a value has no comments; leave it out".to_owned());
+            }
             '(' | '[' if !quoted => depth += 1,
             ')' | ']' if !quoted => depth = depth.saturating_sub(1),
             ',' if depth == 0 && !quoted => {
@@ -123,19 +139,25 @@ fn range(text: &str) -> Result<Vec<String>, String> {
     if spacing == Spacing::Logarithmic && from <= 0.0 {
         return Err("a logarithmic range begins above 0; give another lower end, or lin".to_owned());
     }
+    let all = if random { 1.0 } else { (count - 1) as f64 };
     let at = |part: f64| match spacing {
-        Spacing::Linear => from + (to - from) * part,
-        Spacing::Logarithmic => from * libm::pow(to / from, part),
+        Spacing::Linear => from + (to - from) * part / all,
+        Spacing::Logarithmic => from * libm::pow(to / from, part / all),
     };
     let values = if random {
         let mut random = Pcg64::seed_from_u64(seed);
         (0..count).map(|_| at(random.random::<f64>())).collect::<Vec<_>>()
     } else {
         // Both ends as they were given.
-        let inner = (1..count - 1).map(|i| at(i as f64 / (count - 1) as f64));
+        let inner = (1..count - 1).map(|i| short(at(i as f64)));
         std::iter::once(from).chain(inner).chain([to]).collect()
     };
     Ok(values.into_iter().map(written).collect())
+}
+
+/// The number with 14 digits, so that whole values of a range are whole.
+fn short(number: f64) -> f64 {
+    format!("{number:.13e}").parse().unwrap_or(number)
 }
 
 /// A number as a person writes it: whole ones without a point, so that keys for whole numbers take them.
@@ -144,11 +166,15 @@ fn written(number: f64) -> String {
     text.strip_suffix(".0").map_or_else(|| text.clone(), str::to_owned)
 }
 
-/// A value that is there twice.
+/// A value that is there twice, as a number or as a text.
 fn twice(values: &[String]) -> Option<&String> {
-    let mut sorted: Vec<&String> = values.iter().collect();
+    let meant = |value: &String| match value.parse::<f64>() {
+        Ok(number) if number.abs() < 9e15 => written(number),
+        _ => value.clone(),
+    };
+    let mut sorted: Vec<(String, &String)> = values.iter().map(|value| (meant(value), value)).collect();
     sorted.sort_unstable();
-    sorted.windows(2).find(|pair| pair[0] == pair[1]).map(|pair| pair[0])
+    sorted.windows(2).find(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1].1)
 }
 
 #[cfg(test)]
@@ -165,10 +191,15 @@ mod tests {
         assert_eq!(values("bodies[0].velocity_m_s=(1,0,0),(2,0,0)"), ["(1,0,0)", "(2,0,0)"]);
         assert_eq!(values("substeps=1..5 lin 5"), ["1", "2", "3", "4", "5"]);
         assert_eq!(values("method=all").len(), Method::ALL.len());
-        let decades = values("springs[0].stiffness_n_m=1e2..1e6 log 5");
-        for (value, exact) in decades.iter().zip([1e2, 1e3, 1e4, 1e5, 1e6]) {
-            assert!((value.parse::<f64>().unwrap() / exact - 1.0_f64).abs() < 1e-15, "{decades:?}");
-        }
+        assert_eq!(
+            values("springs[0].stiffness_n_m=1e2..1e6 log 5"),
+            ["100", "1000", "10000", "100000", "1000000"]
+        );
+        let all: Vec<String> = (1..=5000).map(|whole| whole.to_string()).collect();
+        assert_eq!(values("substeps=1..5000 lin 5000"), all);
+        assert_eq!(values(r##"bodies[0].label="a, \"b..\"","c""##).len(), 2);
+        let seeds = Axis::parse("seed=9007199254740993,9007199254740992").unwrap();
+        assert_eq!((seeds.values.len(), seeds.numbers()), (2, None));
         let draws = values("pace=1..2 random 1000 seed 7");
         assert_eq!(draws, values("pace=1..2 lin random 1000 seed 7"));
         assert_ne!(draws, values("pace=1..2 random 1000"));
@@ -184,6 +215,10 @@ mod tests {
             ("step_hz", "give a place and its values, as in step_hz=30,60,120"),
             ("step_hz=30,,60", "a value is missing; give values with a comma between two"),
             ("step_hz=30,60,30", "30 is given twice; leave one out"),
+            ("step_hz=30,60,3e1", "3e1 is given twice; leave one out"),
+            ("=30,60", "give the place before the =, as in step_hz=30,60,120"),
+            ("step_hz=30,\n60", "a value has no line breaks; write it on one line"),
+            ("step_hz=30 /* x */,60", "a value has no comments; leave it out"),
             ("step_hz=60..30 lin 3", "the range 60..30 is empty; give its lower end first"),
             ("step_hz=30..30 lin 3", "the range 30..30 is empty; give its lower end first"),
             ("step_hz=0..30 log 3", "a logarithmic range begins above 0; give another lower end, or lin"),

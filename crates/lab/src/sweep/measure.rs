@@ -77,7 +77,7 @@ pub enum Measure {
     Survives,
     /// The largest speed of a body, m/s.
     LargestSpeed,
-    /// The largest distance of a body from where it began, m.
+    /// The largest distance of a body that is no particle of an emitter from where it began, m.
     LargestDistance,
     /// Evaluations of the acceleration per body that can move, those of solvers with them.
     Evaluations,

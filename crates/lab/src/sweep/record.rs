@@ -58,10 +58,12 @@ impl Plan {
             Column::new(&axis.place, if axis.numbers().is_some() { Kind::Number } else { Kind::Text })
         });
         let outcome = ["outcome", "why"].map(|name| Column::new(name, Kind::Text));
+        let simulated = Column::new("simulated_s", Kind::Number);
         let measured = self.measures.iter().flat_map(|measure| measure.columns());
         std::iter::once(Column::new("run", Kind::Count))
             .chain(of_axes)
             .chain(outcome)
+            .chain([simulated])
             .chain(measured.map(|(name, kind)| Column::new(*name, *kind)))
             .collect()
     }

@@ -7,19 +7,29 @@ use history::{REFERENCE_METHOD, Simulation, reference_substeps};
 use motion::ledger::Ledger;
 use motion::units::Vector;
 use motion::{Evaluations, Quarantine};
-use scene::{EXPLODES, Scene, unsolvable};
+use scene::{EXPLODES, Scene, StepKind, unsolvable};
 
 use super::measure::{Measure, Value};
 use super::{Outcome, Plan, ticks};
 use crate::cost::{Deviation, Machine, Precision, Runner, Setting, Subject, Target, larger, late_energy};
 use crate::run::movable;
 
-/// Runs `scene`; why it was refused or a body was quarantined, and the values of the measures of `plan`.
+/// Why a scene with a tick per frame is refused.
+const FRAMES: &str = "its ticks are as long as frames, and a sweep has none; give step: fixed";
+
+/// Runs `scene`; why it was refused or a body was quarantined, the simulated seconds and the values of the measures of `plan`.
 pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     if let Some(why) = unsolvable(scene.method, scene.mutual_gravity.is_some()) {
         return (Outcome::Refused, why.to_string(), Vec::new());
     }
+    if scene.step == StepKind::Frame {
+        return (Outcome::Refused, FRAMES.to_owned(), Vec::new());
+    }
     let ticks = ticks(&scene, plan.seconds);
+    if ticks == 0 {
+        let why = format!("{} s are less than half a tick of {} s", plan.seconds, 1.0 / scene.step_hz);
+        return (Outcome::Refused, why, Vec::new());
+    }
     let measures = |measure| plan.measures.contains(&measure);
     let start = ThreadTime::now();
     let mut truth = measures(Measure::Error).then(|| Truth::of(&scene, ticks));
@@ -44,7 +54,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
         _ => (Outcome::Finished, String::new()),
     };
     let speed_and_distance = |pick: fn(&Motion) -> f64| motion.as_ref().map_or(f64::NAN, pick);
-    let mut values = Vec::new();
+    let mut values = vec![Value::Number(ticks as f64 / step_hz)];
     for measure in &plan.measures {
         match measure {
             Measure::Error => {
@@ -79,7 +89,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     (outcome, why, values)
 }
 
-/// The largest speed of a body so far, m/s, and its largest distance from where it began, m.
+/// The largest speed of a body so far, m/s, and the largest distance of one that is no particle from where it began, m.
 struct Motion {
     starts: HashMap<u32, Vector>,
     speed: f64,
@@ -88,7 +98,11 @@ struct Motion {
 
 impl Motion {
     fn of(simulation: &Simulation) -> Self {
-        let starts = simulation.states().map(|(id, position, _)| (id, position)).collect();
+        // Particles of emitters begin again and again.
+        let emitters = &simulation.scene.emitters;
+        let is_particle = |id: u32| emitters.iter().any(|emitter| emitter.pool.contains(&id));
+        let bodies = simulation.states().filter(|(id, ..)| !is_particle(*id));
+        let starts = bodies.map(|(id, position, _)| (id, position)).collect();
         let mut motion = Self { starts, speed: 0.0, distance: 0.0 };
         motion.look(simulation);
         motion
@@ -97,9 +111,9 @@ impl Motion {
     fn look(&mut self, simulation: &Simulation) {
         for (id, position, velocity) in simulation.states() {
             self.speed = larger(self.speed, velocity.length());
-            // A particle begins where it is seen first.
-            let start = self.starts.entry(id).or_insert(position);
-            self.distance = larger(self.distance, position.distance(*start));
+            if let Some(start) = self.starts.get(&id) {
+                self.distance = larger(self.distance, position.distance(*start));
+            }
         }
     }
 }

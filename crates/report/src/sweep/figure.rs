@@ -51,8 +51,8 @@ impl Figure {
     /// The figure of a sweep of the scene of that name, without any run.
     pub fn new(scene: &str, plan: &Plan) -> Self {
         let columns = plan.columns();
-        // Behind `run`, the axes, `outcome` and `why`.
-        let column = plan.axes.len() + 3;
+        // Behind `run`, the axes, `outcome`, `why` and `simulated_s`.
+        let column = plan.axes.len() + 4;
         let shown = columns.get(column);
         let (name, kind) =
             shown.map_or((String::new(), Kind::Text), |shown| (shown.name.clone(), shown.kind));
@@ -306,7 +306,7 @@ mod tests {
     fn drawn(plan: &Plan, value: impl Fn(u64) -> Value) -> String {
         let mut figure = Figure::new("oscillator", plan);
         for run in 0..plan.runs().unwrap() {
-            let mut row = vec![Value::Absent; plan.axes.len() + 3];
+            let mut row = vec![Value::Absent; plan.axes.len() + 4];
             row.push(value(run));
             figure.add(run, &row);
         }

@@ -139,12 +139,14 @@ mod tests {
             let outcome = Value::Text("finished".to_owned());
             let (method, survives) =
                 (Value::Text(format!("m{}", run % 9)), Value::Flag(run.is_multiple_of(2)));
+            let (why, second) = (Value::Absent, Value::Number(1.0));
             vec![
                 Value::Count(run),
                 Value::Number(1.5),
                 method,
                 outcome,
-                Value::Absent,
+                why,
+                second,
                 survives,
                 Value::Absent,
                 speed,
@@ -162,8 +164,8 @@ mod tests {
             assert_eq!(u64::try_from(read.get_long(0).unwrap()), Ok(run));
             assert_eq!(read.get_double(1).unwrap(), 1.5);
             assert_eq!(read.get_string(2).unwrap(), &format!("m{}", run % 9));
-            assert_eq!(read.get_bool(5).unwrap(), run.is_multiple_of(2));
-            assert_eq!(read.get_double(7).ok(), (!run.is_multiple_of(3)).then_some(run as f64 / 3.0));
+            assert_eq!(read.get_bool(6).unwrap(), run.is_multiple_of(2));
+            assert_eq!(read.get_double(8).ok(), (!run.is_multiple_of(3)).then_some(run as f64 / 3.0));
             found += 1;
         }
         assert_eq!(found, rows);

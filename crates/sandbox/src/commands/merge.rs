@@ -28,6 +28,9 @@ pub(crate) struct MergeArgs {
     pub out: PathBuf,
 }
 
+/// Missing shards that are named.
+const SHOWN: usize = 20;
+
 /// Does what `sandbox merge` says.
 pub(crate) fn run(args: &MergeArgs) -> Result<(), Failure> {
     let mut files = CommandFiles::default();
@@ -51,7 +54,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<(), Failure> {
             let what = format!("shard {} is not complete", record.shard);
             return Err(refused(what, "finish it with --resume"));
         }
-        files.read("a shard", &folder.join(runs::RECORD))?;
+        files.read("the record of a shard", &folder.join(runs::RECORD))?;
         let shard = record.shard;
         if let Some((other, _)) = shards.insert(shard, (folder, record)) {
             let what = format!("shard {shard} is here and in {}", other.display());
@@ -59,15 +62,17 @@ pub(crate) fn run(args: &MergeArgs) -> Result<(), Failure> {
         }
     }
     let Some((_, (_, first))) = shards.first_key_value() else { return Ok(()) };
-    let all = (1..=first.shard.of())
-        .filter_map(|number| format!("{number}/{}", first.shard.of()).parse::<Shard>().ok());
-    let missing: Vec<_> =
-        all.filter(|shard| !shards.contains_key(shard)).map(|shard| shard.to_string()).collect();
-    if !missing.is_empty() {
-        let what = format!("missing shards: {}", missing.join(", "));
-        return Err(Failure::Usage(format!("{what}; give the folders of all")));
+    let of = first.shard.of();
+    let is_missing = |number: &u32| !shards.keys().any(|shard| shard.number() == *number);
+    let missing = u64::from(of) - shards.len() as u64;
+    if missing > 0 {
+        let named = (1..=of).filter(is_missing).take(SHOWN).map(|number| format!("{number}/{of}"));
+        let named = named.collect::<Vec<_>>().join(", ");
+        let more = missing.saturating_sub(SHOWN as u64);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        return Err(Failure::Usage(format!("missing shards: {named}{more}; give the folders of all")));
     }
-    let mut record = Record { shard: Shard::WHOLE, processors: Vec::new(), ..first.clone() };
+    let mut record = Record { shard: Shard::WHOLE, processors: Vec::new(), complete: false, ..first.clone() };
     let mut sources = Vec::new();
     for (folder, of_shard) in shards.values() {
         sources.push(Runs::of_folder(of_shard, folder)?);
@@ -76,8 +81,12 @@ pub(crate) fn run(args: &MergeArgs) -> Result<(), Failure> {
     record.processors.sort_unstable();
     record.processors.dedup();
     files.refuse_names(&args.out, runs::is_file, "the sweep in that folder; give another folder")?;
-    refuse_others_files(&args.out, false, runs::is_file, "give another folder")?;
+    let earlier = runs::record(&args.out)?;
+    let is_own = earlier.is_some_and(|earlier| record.differs(&earlier).is_none());
+    refuse_others_files(&args.out, is_own, runs::is_file, "give another folder")?;
     let _lock = study_folder(&args.out)?;
+    // First: it tells the folder from one that a person filled.
+    runs::write_record(&record, &args.out, &files)?;
     write_tables(&record, sources, &args.out, &files)?;
     let (runs, of) = (record.plan.runs().unwrap_or_default(), shards.len());
     let processors = record.processors.join(", ");

@@ -87,8 +87,9 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
         return Err(Failure::Usage(format!("{what}; give a folder for them with --out")));
     }
     let sweep = Sweep::new(&scene, plan.clone())?;
-    let threads = args.threads.unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
-    let seconds = sweep.estimated_seconds(shard) / threads as f64;
+    let cores = available_parallelism().map_or(1, usize::from);
+    let threads = args.threads.unwrap_or(cores);
+    let seconds = sweep.estimated_seconds(shard) / (threads.min(cores) as f64).min(runs as f64).max(1.0);
     check_time(&format!("{}: {runs} runs", args.scene), seconds)?;
     let Some(folder) = &args.out else {
         let mut rows = Vec::new();
@@ -107,7 +108,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     let record = Record {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        scene: args.scene.to_string(),
+        scene: scene.name.clone(),
         scene_hash: format!("{:016x}", xxh3_64(scene.text.as_bytes())),
         plan,
         shard,
@@ -136,12 +137,11 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
         }
     });
     bar.finish_and_clear();
-    if let Some(Failure::Usage(failure)) = failure {
-        return Err(Failure::Usage(format!(
-            "{failure}; --resume continues after the last run that was written"
-        )));
+    let written = failure.map_or_else(|| journal.finish(&record, folder, &files), Err);
+    if let Err(failure) = written {
+        let cure = "what was run is in that folder, and the same command with --resume goes on after it";
+        return Err(Failure::Usage(format!("{failure}; {cure}")));
     }
-    journal.finish(&record, folder, &files)?;
     let words = [
         (Outcome::Finished, "finished"),
         (Outcome::Quarantined, "lost a body"),
@@ -195,8 +195,8 @@ fn begin(
         (false, false) => {
             return refused("this sweep is not complete", "--resume goes on with it; or give another folder");
         }
-        (true, true) => return Ok(None),
-        (true, false) => {
+        (true, true) if runs::are_there(folder) => return Ok(None),
+        (true, _) => {
             runs::write_record(&record, folder, files)?;
             let journal = Journal::begin(&record, folder)?;
             return Ok(Some((record, journal, 0)));

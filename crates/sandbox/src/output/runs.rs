@@ -26,6 +26,11 @@ pub(crate) fn is_file(name: &str) -> bool {
     [RECORD, JOURNAL, TABLE, PARQUET, FIGURE].contains(&name)
 }
 
+/// Whether all files of a complete sweep are in `folder`.
+pub(crate) fn are_there(folder: &Path) -> bool {
+    [TABLE, PARQUET, FIGURE].iter().all(|name| folder.join(name).exists())
+}
+
 /// The record in `folder`, if there is one.
 pub(crate) fn record(folder: &Path) -> Result<Option<Record>, Failure> {
     let path = folder.join(RECORD);
