@@ -291,7 +291,7 @@ fn a_sweep_that_is_killed_five_times_is_the_same_in_the_end() {
     }
     assert!(done < 240, "it was never interrupted");
     swept(folder, "killed", &[])
-        .fails(2, "this sweep is not complete; --resume goes on with it; or give another folder");
+        .fails(2, "this sweep is not complete; --resume continues it; or give another folder");
     // A line that was cut is run again.
     let journal = folder.join("killed/runs.part.csv");
     let text = fs::read_to_string(&journal).unwrap();

@@ -1,6 +1,6 @@
 """A sweep on a Dask cluster: python sweep_dask.py SCHEDULER SHARDS OUT ARGUMENTS OF `sandbox sweep`...
 
-OUT is a folder that every machine sees. A task whose worker dies is tried again, and goes on after its last run.
+OUT is a folder that every machine sees. A task whose worker dies is tried again, and continues after its last run.
 """
 
 import subprocess

@@ -1,6 +1,6 @@
 #!/bin/bash
 # A sweep as a Slurm job array: sbatch sweep_slurm.sh OUT ARGUMENTS OF `sandbox sweep`...
-# OUT is a folder that every node sees. A job that was requeued goes on after its last run. At the end, on any node:
+# OUT is a folder that every node sees. A job that was requeued continues after its last run. At the end, on any node:
 #     sandbox merge OUT/[0-9]* --out OUT/all
 #SBATCH --job-name=sandbox-sweep
 #SBATCH --array=1-100

@@ -139,7 +139,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     bar.finish_and_clear();
     let written = failure.map_or_else(|| journal.finish(&record, folder, &files), Err);
     if let Err(failure) = written {
-        let cure = "what was run is in that folder, and the same command with --resume goes on after it";
+        let cure = "what was run is in that folder, and the same command with --resume continues after it";
         return Err(Failure::Usage(format!("{failure}; {cure}")));
     }
     let words = [
@@ -193,7 +193,7 @@ fn begin(
     }
     match (earlier.complete, args.resume) {
         (false, false) => {
-            return refused("this sweep is not complete", "--resume goes on with it; or give another folder");
+            return refused("this sweep is not complete", "--resume continues it; or give another folder");
         }
         (true, true) if runs::are_there(folder) => return Ok(None),
         (true, _) => {
