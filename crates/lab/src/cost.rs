@@ -29,7 +29,7 @@ mod subject;
 mod timing;
 mod truth;
 
-pub(crate) use drift::late_energy;
+pub(crate) use drift::invented;
 pub(crate) use truth::{Deviation, Target, larger};
 
 pub use bench::Bench;

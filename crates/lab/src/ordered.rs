@@ -105,6 +105,6 @@ mod tests {
             },
         );
         assert_eq!(taken, 10);
-        ordered(0, 2, |index| index, |_| unreachable!("there is nothing to do"));
+        ordered(0, 2, |index| index, |_| unreachable!("no work, no result"));
     }
 }

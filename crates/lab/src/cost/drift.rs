@@ -15,7 +15,7 @@ const POINTS: u64 = 200;
 
 /// Kinetic energy that position Verlet has at the time of its positions beyond that of its velocities, J, which are those of half
 /// a step before; 0 for every other method.
-pub(crate) fn late_energy(run: &Simulation) -> f64 {
+fn late_energy(run: &Simulation) -> f64 {
     if run.method() != Method::PositionVerlet {
         return 0.0;
     }
@@ -28,6 +28,11 @@ pub(crate) fn late_energy(run: &Simulation) -> f64 {
         })
     });
     bodies.sum()
+}
+
+/// Energy that the method of `run` has invented since `ledger` was opened, J; below 0 what it has lost.
+pub(crate) fn invented(ledger: &Ledger, run: &Simulation) -> f64 {
+    ledger.since_opening().energy.residual + late_energy(run)
 }
 
 /// A run with a ledger.
@@ -78,7 +83,7 @@ impl DriftRun {
         self.ledger.tick(&mut self.run.stepper, &mut self.run.world);
         let tick = self.run.ticks();
         self.peak_kinetic = self.peak_kinetic.max(self.ledger.energies().kinetic);
-        let residual = self.ledger.since_opening().energy.residual + late_energy(&self.run);
+        let residual = invented(&self.ledger, &self.run);
         self.largest = larger(self.largest, residual).abs();
         if tick.is_multiple_of(self.every) && residual.is_finite() {
             self.series.push((self.time(), residual));

@@ -1,27 +1,28 @@
 //! One run of a sweep: the scene from its start to its end, measured after every tick.
 
 use std::collections::HashMap;
+use std::sync::LazyLock;
 
 use cpu_time::ThreadTime;
 use history::{REFERENCE_METHOD, Simulation, reference_substeps};
 use motion::ledger::Ledger;
 use motion::units::Vector;
 use motion::{Evaluations, Quarantine};
-use scene::{EXPLODES, Scene, StepKind, unsolvable};
+use scene::{EXPLODES, Scene, StepKind};
 
 use super::measure::{Measure, Value};
 use super::{Outcome, Plan, ticks};
-use crate::cost::{Deviation, Machine, Precision, Runner, Setting, Subject, Target, larger, late_energy};
-use crate::run::movable;
+use crate::cost::{Deviation, Machine, Precision, Runner, Setting, Subject, Target, invented, larger};
+use crate::run::{is_particle, movable};
+
+/// What times are of.
+static PROCESSOR: LazyLock<String> = LazyLock::new(|| Machine::here().processor);
 
 /// Why a scene with a tick per frame is refused.
 const FRAMES: &str = "its ticks are as long as frames, and a sweep has none; give step: fixed";
 
 /// Runs `scene`; why it was refused or a body was quarantined, the simulated seconds and the values of the measures of `plan`.
 pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
-    if let Some(why) = unsolvable(scene.method, scene.mutual_gravity.is_some()) {
-        return (Outcome::Refused, why.to_string(), Vec::new());
-    }
     if scene.step == StepKind::Frame {
         return (Outcome::Refused, FRAMES.to_owned(), Vec::new());
     }
@@ -82,7 +83,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
             Measure::StateHash => values.push(Value::Text(format!("{:016x}", simulation.hash()))),
             Measure::Time => {
                 values.push(Value::Number(cpu_s));
-                values.push(Value::Text(Machine::here().processor));
+                values.push(Value::Text(PROCESSOR.clone()));
             }
         }
     }
@@ -99,9 +100,7 @@ struct Motion {
 impl Motion {
     fn of(simulation: &Simulation) -> Self {
         // Particles of emitters begin again and again.
-        let emitters = &simulation.scene.emitters;
-        let is_particle = |id: u32| emitters.iter().any(|emitter| emitter.pool.contains(&id));
-        let bodies = simulation.states().filter(|(id, ..)| !is_particle(*id));
+        let bodies = simulation.states().filter(|(id, ..)| !is_particle(&simulation.scene, *id));
         let starts = bodies.map(|(id, position, _)| (id, position)).collect();
         let mut motion = Self { starts, speed: 0.0, distance: 0.0 };
         motion.look(simulation);
@@ -139,7 +138,7 @@ impl Energy {
 
     fn tick(&mut self, simulation: &mut Simulation) {
         self.ledger.tick(&mut simulation.stepper, &mut simulation.world);
-        let residual = (self.ledger.since_opening().energy.residual + late_energy(simulation)).abs();
+        let residual = invented(&self.ledger, simulation).abs();
         self.largest = larger(self.largest, residual);
         self.own = self.own.max(self.ledger.energies().kinetic - residual);
         let all_there = simulation.world.resource::<Quarantine>().records().is_empty();

@@ -51,11 +51,8 @@ impl Figure {
     /// The figure of a sweep of the scene of that name, without any run.
     pub fn new(scene: &str, plan: &Plan) -> Self {
         let columns = plan.columns();
-        // Behind `run`, the axes, `outcome`, `why` and `simulated_s`.
-        let column = plan.axes.len() + 4;
-        let shown = columns.get(column);
-        let (name, kind) =
-            shown.map_or((String::new(), Kind::Text), |shown| (shown.name.clone(), shown.kind));
+        let (name, kind) = plan.measures.first().map_or(("", Kind::Text), |measure| measure.columns()[0]);
+        let column = columns.iter().position(|column| column.name == name).unwrap_or(columns.len());
         let length = |at: &usize| (plan.axes[*at].numbers().is_some(), plan.axes[*at].values.len());
         let across = (0..plan.axes.len()).max_by_key(length).unwrap_or_default();
         let wide = plan.axes.get(across).map_or(1, |axis| axis.values.len());
@@ -65,7 +62,7 @@ impl Figure {
             title: format!("{scene}: {name}, runs of {} s", number(plan.seconds, 6)),
             plan: plan.clone(),
             column,
-            name,
+            name: name.to_owned(),
             kind,
             across,
             wide,

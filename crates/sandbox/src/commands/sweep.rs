@@ -76,9 +76,12 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     let scene = files.named_scene(&args.scene)?;
     refuse_swarms_alone(&scene)?;
     check_seconds(args.seconds, scene.step_hz)?;
-    let mut measures = args.measures.clone();
-    let mut seen = Vec::new();
-    measures.retain(|measure| !seen.contains(measure) && (seen.push(*measure), true).1);
+    let mut measures = Vec::new();
+    for measure in &args.measures {
+        if !measures.contains(measure) {
+            measures.push(*measure);
+        }
+    }
     let plan = Plan { axes: args.axes.clone(), seconds: args.seconds, measures };
     let all = count(&plan, args.yes)?;
     let (runs, shard) = (args.shard.count(all), args.shard);
@@ -179,35 +182,34 @@ fn begin(
     let refused = |what: &str, cure: &str| {
         Err(Failure::Usage(format!("{}: {what}; {cure}", folder.join(runs::RECORD).display())))
     };
-    let Some(earlier) = earlier else {
-        runs::write_record(&record, folder, files)?;
-        let journal = Journal::begin(&record, folder)?;
-        return Ok(Some((record, journal, 0)));
-    };
-    let other = record.differs(&earlier).or((record.shard != earlier.shard).then_some("another shard"));
-    if let Some(other) = other {
-        return refused(
-            &format!("the sweep in this folder is of {other}"),
-            "give another folder, or remove it",
-        );
-    }
-    match (earlier.complete, args.resume) {
-        (false, false) => {
-            return refused("this sweep is not complete", "--resume continues it; or give another folder");
+    let mut continues = false;
+    if let Some(earlier) = earlier {
+        let other = record.differs(&earlier).or((record.shard != earlier.shard).then_some("another shard"));
+        if let Some(other) = other {
+            return refused(
+                &format!("the sweep in this folder is of {other}"),
+                "give another folder, or remove it",
+            );
         }
-        (true, true) if runs::are_there(folder) => return Ok(None),
-        (true, _) => {
-            runs::write_record(&record, folder, files)?;
-            let journal = Journal::begin(&record, folder)?;
-            return Ok(Some((record, journal, 0)));
+        match (earlier.complete, args.resume) {
+            (false, false) => {
+                return refused(
+                    "this sweep is not complete",
+                    "--resume continues it; or give another folder",
+                );
+            }
+            (true, true) if runs::are_there(folder) => return Ok(None),
+            (complete, _) => continues = !complete,
         }
-        (false, true) => {}
+        if continues {
+            let here = std::mem::replace(&mut record.processors, earlier.processors);
+            let new: Vec<_> = here.into_iter().filter(|name| !record.processors.contains(name)).collect();
+            record.processors.extend(new);
+        }
     }
-    let new: Vec<_> =
-        record.processors.iter().filter(|name| !earlier.processors.contains(name)).cloned().collect();
-    record.processors = earlier.processors.into_iter().chain(new).collect();
     runs::write_record(&record, folder, files)?;
-    let (journal, done) = Journal::resume(&record, folder)?;
+    let (journal, done) =
+        if continues { Journal::resume(&record, folder)? } else { (Journal::begin(&record, folder)?, 0) };
     Ok(Some((record, journal, done)))
 }
 
