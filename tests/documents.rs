@@ -140,7 +140,8 @@ fn every_command_is_one() {
                 let opened = match words[..] {
                     ["list" | "cost" | "replay" | "lessons" | "merge", ..] => None,
                     [
-                        "run" | "plan" | "effects" | "ablate" | "recommend" | "stability" | "sweep",
+                        "run" | "plan" | "forecast" | "effects" | "ablate" | "recommend" | "stability"
+                        | "sweep",
                         name,
                         ..,
                     ] => Some(name),

@@ -3,6 +3,7 @@
 mod judged;
 mod lattices;
 mod limits;
+mod natural;
 mod nets;
 mod panel;
 mod program;

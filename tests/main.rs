@@ -47,6 +47,7 @@ mod soft_picking;
 mod soft_pixels;
 mod soft_scenes;
 mod stability;
+mod states;
 mod swarms;
 mod sweep;
 mod tidy;

@@ -6,7 +6,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use lab::Shard;
-use lab::sweep::{Axis, Measure, Plan, Row, Sweep, Value};
+use lab::Value;
+use lab::sweep::{Axis, Measure, Plan, Row, Sweep};
 use motion::Method;
 use scene::Scene;
 use tempfile::TempDir;

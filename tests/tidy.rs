@@ -106,6 +106,7 @@ const LAB: &[&str] = &[
     "duration",
     "run",
     "shard",
+    "column",
     "ordered",
     "cost",
     "limits",
@@ -132,6 +133,7 @@ const FROM_NUMBERS_TO_PAGES: &[&str] = &[
     "page",
     "handout",
     "stability",
+    "parquet",
     "sweep",
 ];
 

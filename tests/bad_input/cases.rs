@@ -151,6 +151,9 @@ laws.ron:3:61: thrusts[0].until_s: 1 s is not after the start at 2 s; give a lat
     Case { name: "a problem that is misspelled", line: "cost keplr --quick", code: 2, message: "sandbox: keplr: there is no such scene; shipped scenes are {SCENES}; a file needs its path\ndid you mean the problem kepler? the problems are {PROBLEMS}" },
     Case { name: "a file with the end of a folder", line: "run fine.ron --ticks 1 --state folder/new/", code: 2, message: "sandbox: cannot write folder/new/: it ends as a folder does; give the path of a file" },
     Case { name: "more frames than can be", line: "run fine.ron --ticks 5 --fps 1e300 --frames out", code: 2, message: "sandbox: 5 ticks at 120 Hz are more frames than a run can have, at 1e300 per second; give a lower --fps, or fewer ticks" },
+    Case { name: "a body whose distance is asked for", line: "run fine.ron --state s.csv --columns distance:bal", code: 2, message: "sandbox: --columns distance:bal: there is no body \"bal\"; did you mean \"ball\"?" },
+    Case { name: "a pattern like no name", line: "run fine.ron --state s.csv --bodies b?", code: 2, message: "sandbox: --bodies b?: there is no body \"b?\"; give the name of a body of the scene" },
+    Case { name: "a rate of ticks where frames are ticks", line: "forecast frame_step --hz 30", code: 2, message: "sandbox: frame_step takes a step per frame; leave --hz out" },
     Case { name: "a place that is not there", line: "sweep fine.ron --vary bodies[0].mas_kg=1,2 --out out", code: 2, message: "sandbox: fine.ron:1:36: bodies[0].mas_kg: there is no such place in the scene; did you mean bodies[0].mass_kg?" },
     Case { name: "a place that is not there and like no other", line: "sweep fine.ron --vary qqq=1,2", code: 2, message: "sandbox: fine.ron:1:1: qqq: there is no such place in the scene; give a place as messages name it, such as bodies[0].mass_kg" },
     Case { name: "a value that is not allowed", line: "sweep fine.ron --vary bodies[0].mass_kg=1,-2 --out out", code: 2, message: "sandbox: fine.ron:1:51: bodies[0].mass_kg: -2 is not a mass; give a positive number of kilograms, or immovable: true" },
@@ -213,7 +216,7 @@ pub const ARGUMENTS: &[(&str, &[&str])] = &[
         "runn tutorial",
         &[
             "tutorial",
-            "is one argument too many; the commands are run, list, lessons, plan, effects, ablate, cost, recommend, stability, sweep, merge, replay",
+            "is one argument too many; the commands are run, list, lessons, plan, forecast, effects, ablate, cost, recommend, stability, sweep, merge, replay",
         ],
     ),
     ("tutorial run tutorial", &["run"]),
@@ -248,6 +251,12 @@ pub const ARGUMENTS: &[(&str, &[&str])] = &[
     ("stability --method euler --out out", &["--method", "the methods are {METHODS}"]),
     ("--guest run fine.ron", &["'run' is a command: flags before it are those of the window"]),
     ("cost kepler --seconds 3 --hours 0", &["--hours", "give a finite number above 0"]),
+    ("run fine.ron --columns force", &["--state"]),
+    (
+        "run fine.ron --state s.csv --columns forse",
+        &["did you mean forces?", "the columns are position, velocity"],
+    ),
+    ("forecast fine.ron --modes 21", &["--modes", "give a whole number from 1 to 20"]),
     ("sweep fine.ron", &["--vary"]),
     ("sweep fine.ron --vary step_hz", &["--vary", "give a place and its values, as in step_hz=30,60,120"]),
     (

@@ -10,12 +10,13 @@
 //! - [`duration`]: how long ticks take, estimated before they are simulated.
 //! - [`lesson`]: what lessons measure.
 //! - [`sweep`]: a scene run once for every combination of values of some places in it. [`Shard`]: the parts that a study is divided
-//!   into for several machines.
+//!   into for several machines. [`Column`]: a column of a table for other programs.
 //! - `run`: what these share: a running scene, and the time of its steps.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
 mod ablation;
+mod column;
 pub mod cost;
 pub mod duration;
 pub mod lesson;
@@ -29,6 +30,7 @@ pub mod stability;
 pub mod sweep;
 
 pub use ablation::{Ablation, Absence, ablate};
+pub use column::{Column, Kind, Value};
 pub use receipt::{Receipt, ReceiptLine, look, receipt};
 pub use run::{AttractionTick, ByEffect, attraction_tick, watch_time};
 pub use shard::Shard;

@@ -10,12 +10,13 @@ use std::ops::ControlFlow;
 use motion::Method;
 use scene::{Scene, SceneError, VariedScene};
 
+use crate::column::Value;
 use crate::duration::{reference_tick_seconds, tick_seconds};
 use crate::ordered::ordered;
 use crate::shard::Shard;
 
 pub use axis::Axis;
-pub use measure::{Column, Kind, Measure, Value};
+pub use measure::Measure;
 pub use record::{FORMAT, Plan, Record};
 
 /// Runs that are looked at for an estimate of the time of all.

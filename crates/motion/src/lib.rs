@@ -67,7 +67,7 @@ pub use laws::own::OwnLaws;
 pub use laws::*;
 pub use methods::markers::{OwnMethod, mark_method, own_method};
 pub use methods::table::{Claims, METHODS, Method};
-pub use observe::forces_on::{ForceCause, each_force, forces_on};
+pub use observe::forces_on::{ForceCause, LAWS_WITH_POTENTIAL, each_force, each_potential_energy, forces_on};
 pub use observe::law_texts::LawTexts;
 pub use observe::orbits::{Orbit, orbits};
 pub use observe::totals::{KineticEnergy, Totals, totals};
@@ -115,7 +115,8 @@ pub mod effects {
 /// The forecast of instability: which parts of a world are too stiff for the step, before it is taken.
 pub mod forecast {
     pub use crate::observe::forecast::{
-        Cure, Deviation, Fate, Forecast, LASTING_TURNS, LimitingPart, Margin, Occasion, SpringMargin,
+        Cure, Deviation, Fate, Forecast, LASTING_TURNS, LimitingPart, Margin, NaturalMode, NaturalModes,
+        Occasion, SpringMargin, natural_modes,
     };
 }
 

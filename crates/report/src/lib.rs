@@ -7,7 +7,7 @@
 //!   both are taken from.
 //! - `figures`: the figures of a study; `chart` draws one, with axes, marks and a legend, as SVG or as PNG ([`Drawing`]).
 //! - [`stability`]: the survival matrix as page, picture and tables, and the maps of stable steps.
-//! - [`sweep`]: the runs of a sweep as CSV, as Parquet and as a figure.
+//! - [`sweep`]: the runs of a sweep as CSV and as a figure. [`Parquet`]: any table for other programs.
 //! - [`Table`]: a table in HTML, Markdown, CSV or for a terminal. [`numbers`]: numbers as people read them.
 //! - [`INKS`]: the color and the short name of each method. `escape`: text of files, so that no part of it acts.
 
@@ -21,6 +21,7 @@ mod handout;
 pub mod numbers;
 mod page;
 mod palette;
+mod parquet;
 pub mod stability;
 mod summary;
 pub mod sweep;
@@ -37,8 +38,9 @@ pub use csv::CELLS_HEADER;
 pub use escape::terminal;
 pub use handout::{Handout, HandoutStep, answers, handout, index};
 pub use palette::{INKS, Ink, REFERENCE_INK, ink};
+pub use parquet::Parquet;
 pub use summary::{brief, markdown, table, text};
-pub use table::{Table, aligned, csv};
+pub use table::{Table, aligned, csv, csv_line};
 pub use tables::{prices, tables};
 pub use words::{time_words, words};
 

@@ -1,27 +1,22 @@
-//! The runs of a sweep on paper and for other programs: CSV, Parquet, one figure.
+//! The runs of a sweep on paper and for other programs: CSV, one figure.
 
 mod figure;
-mod parquet;
 
-use lab::sweep::{Column, Kind, Plan, Value};
+use lab::sweep::Plan;
+use lab::{Column, Kind, Value};
 
-use crate::escape::csv_field;
+use crate::table::csv_line;
 
 pub use self::figure::Figure;
-pub use self::parquet::Parquet;
 
 /// The first line of the table of runs, with the names of its columns.
 pub fn header(plan: &Plan) -> String {
-    line(plan.columns().into_iter().map(|column| column.name))
+    csv_line(plan.columns().into_iter().map(|column| column.name))
 }
 
 /// A row of the table of runs as a line of CSV.
 pub fn row(values: &[Value]) -> String {
-    line(values.iter().map(ToString::to_string))
-}
-
-fn line(fields: impl Iterator<Item = String>) -> String {
-    fields.map(|field| csv_field(&field)).collect::<Vec<_>>().join(",") + "\n"
+    csv_line(values.iter().map(ToString::to_string))
 }
 
 /// The value of a column that is written so in CSV; `None` if it has no such value.

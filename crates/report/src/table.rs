@@ -85,6 +85,10 @@ pub fn aligned(rows: &[Vec<String>], to_the_right: bool) -> String {
 
 /// Rows under a header, as RFC 4180 has them.
 pub fn csv(header: &str, rows: impl Iterator<Item = Vec<String>>) -> String {
-    let line = |row: Vec<String>| row.iter().map(|text| csv_field(text)).collect::<Vec<_>>().join(",") + "\n";
-    header.to_owned() + "\n" + &rows.map(line).collect::<String>()
+    header.to_owned() + "\n" + &rows.map(csv_line).collect::<String>()
+}
+
+/// A row as RFC 4180 has it.
+pub fn csv_line(fields: impl IntoIterator<Item = String>) -> String {
+    fields.into_iter().map(|field| csv_field(&field)).collect::<Vec<_>>().join(",") + "\n"
 }

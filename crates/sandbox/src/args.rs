@@ -8,6 +8,7 @@ use std::path::Path;
 use clap::Args;
 use lab::duration::{TooLong, tick_seconds};
 use motion::effects::Effect;
+use motion::forecast::NaturalModes;
 use motion::{DampingModel, Method, Substeps};
 use report::numbers::{long_duration, number};
 use scene::Scene;
@@ -70,6 +71,12 @@ pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
         Some((Some(width), Some(height))) => Ok([width, height]),
         _ => Err("give width and height from 1 to 16384 pixels, as in 1280x720".to_owned()),
     }
+}
+
+/// How many natural modes are told of.
+pub(crate) fn modes_count(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|count| (1..=NaturalModes::MOST).contains(count));
+    count.ok_or_else(|| format!("give a whole number from 1 to {}", NaturalModes::MOST))
 }
 
 pub(crate) fn positive(text: &str) -> Result<f64, String> {

@@ -3,6 +3,7 @@
 mod ablate;
 pub(crate) mod cost;
 pub(crate) mod effects;
+mod forecast;
 mod instructions;
 mod lessons;
 pub(crate) mod list;
@@ -22,6 +23,7 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 use self::ablate::AblateArgs;
 use self::cost::CostArgs;
 use self::effects::EffectsArgs;
+use self::forecast::ForecastArgs;
 use self::lessons::LessonsArgs;
 use self::list::ListArgs;
 use self::merge::MergeArgs;
@@ -75,6 +77,9 @@ enum Command {
     /// Print the systems of one tick, in order, as compiled
     #[command(after_help = plan::EXAMPLES)]
     Plan(PlanArgs),
+    /// Print how far a scene is from instability before its first tick, and how what springs join swings
+    #[command(after_help = forecast::EXAMPLES)]
+    Forecast(ForecastArgs),
     /// Print what each effect of a scene does and costs: the receipt
     #[command(after_help = effects::EXAMPLES)]
     Effects(EffectsArgs),
@@ -126,6 +131,7 @@ pub fn run() -> Result<(), Failure> {
         Some(Command::Lessons(args)) => lessons::run(&args),
         Some(Command::List(args)) => list::run(args),
         Some(Command::Plan(args)) => plan::run(&args),
+        Some(Command::Forecast(args)) => forecast::run(&args),
         Some(Command::Effects(args)) => effects::run(&args),
         Some(Command::Ablate(args)) => ablate::run(&args),
         Some(Command::Cost(args)) => cost::run(&args),

@@ -10,6 +10,7 @@ pub(crate) mod progress;
 pub mod report;
 pub(crate) mod runs;
 pub(crate) mod scenes;
+pub(crate) mod states;
 pub(crate) mod swarms;
 
 use std::io::Write as _;

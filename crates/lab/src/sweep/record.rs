@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::axis::Axis;
-use super::measure::{Column, Kind, Measure};
+use super::measure::Measure;
+use crate::column::{Column, Kind};
 use crate::shard::Shard;
 
 /// What a sweep runs, as it is written beside its table.

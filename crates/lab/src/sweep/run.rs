@@ -10,8 +10,9 @@ use motion::units::Vector;
 use motion::{Evaluations, Quarantine};
 use scene::{EXPLODES, Scene, StepKind};
 
-use super::measure::{Measure, Value};
+use super::measure::Measure;
 use super::{Outcome, Plan, ticks};
+use crate::column::Value;
 use crate::cost::{Deviation, Machine, Precision, Runner, Setting, Subject, Target, invented, larger};
 use crate::run::{is_particle, movable};
 

@@ -148,32 +148,37 @@ impl Coupling {
 
     /// Potential energy of springs at `x`, J.
     pub fn elastic_energy(&self, x: &[Row]) -> f64 {
-        let mut sum = 0.0;
-        for SpringRow { ends: [a, b], elastic } in self.springs.iter() {
-            let d = vector(&x[b as usize]) - vector(&x[a as usize]);
-            sum += elastic.energy(d.dot(d).sqrt());
-        }
-        sum
+        self.elastic_energies(x).fold(0.0, |sum, (_, energy)| sum + energy)
+    }
+
+    /// The rows that each spring joins, and its potential energy at `x`, J.
+    pub fn elastic_energies(&self, x: &[Row]) -> impl Iterator<Item = ([usize; 2], f64)> {
+        self.springs.iter().map(|SpringRow { ends, elastic }| {
+            let [a, b] = ends.map(|end| end as usize);
+            let d = vector(&x[b]) - vector(&x[a]);
+            ([a, b], elastic.energy(d.dot(d).sqrt()))
+        })
     }
 
     /// `sum` and the potential energy of mutual gravity at `x`, J.
-    pub fn attraction_energy(
+    pub fn attraction_energy(&self, gravity: Option<&MutualGravity>, x: &[Row], w: &[f64], sum: f64) -> f64 {
+        let law = gravity.filter(|_| self.attracts);
+        law.map_or(sum, |law| self.attraction_energies(law, x, w).fold(sum, |sum, (_, energy)| sum + energy))
+    }
+
+    /// Every two rows, of which the first can move, with the potential energy of their mutual gravity at `x`, J. Leaves out those
+    /// at the same position.
+    pub fn attraction_energies(
         &self,
-        gravity: Option<&MutualGravity>,
+        law: &MutualGravity,
         x: &[Row],
         w: &[f64],
-        mut sum: f64,
-    ) -> f64 {
-        if let (true, Some(law)) = (self.attracts, gravity) {
-            for a in 0..self.movable {
-                for b in a + 1..self.rows {
-                    if let Some((_, inverse)) = self.reach(law, vector(&x[a]), vector(&x[b])) {
-                        sum -= law.constant * self.mass(a, w) * self.mass(b, w) * inverse;
-                    }
-                }
-            }
-        }
-        sum
+    ) -> impl Iterator<Item = ([usize; 2], f64)> {
+        let pairs = (0..self.movable).flat_map(|a| (a + 1..self.rows).map(move |b| [a, b]));
+        pairs.filter_map(move |[a, b]| {
+            let (_, inverse) = self.reach(law, vector(&x[a]), vector(&x[b]))?;
+            Some(([a, b], -law.constant * self.mass(a, w) * self.mass(b, w) * inverse))
+        })
     }
 
     /// Bytes of its lists.

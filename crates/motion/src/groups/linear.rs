@@ -231,6 +231,12 @@ impl<'a> LinearGroup<'a> {
         }
     }
 
+    /// How far each movable body moves with y.
+    pub fn amplitudes(&self, y: &[Scalar]) -> impl Iterator<Item = Scalar> {
+        let rows = self.root.iter().zip(y.as_chunks().0);
+        rows.map(|(root, y)| (*root * DVec3::from_array(*y)).length())
+    }
+
     /// Adds `rate C y` to `out`, where C is the scene's damping alone.
     pub fn damp(&self, rate: Scalar, y: &[Scalar], out: &mut [Scalar]) {
         for (row, own) in self.rates.iter().enumerate() {

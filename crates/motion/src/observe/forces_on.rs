@@ -1,4 +1,4 @@
-//! The forces on a body, by cause.
+//! The forces on a body by cause, and its potential energy by law.
 
 use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
@@ -92,6 +92,45 @@ pub fn each_force(
     }
 }
 
+/// The names of the laws of this crate by which bodies have potential energy.
+pub const LAWS_WITH_POTENTIAL: [&str; 4] = ["gravity", "wells", "springs", "mutual_gravity"];
+
+/// Calls `each` with the index of every body in `bodies` that has potential energy by a law, the name of the law and the
+/// energy, J, in the current state. An energy that two bodies share, of a spring or of mutual gravity, belongs to each of them by half,
+/// immovable ones among them: the sum over all bodies is [`Totals::potential_energy`](crate::Totals::potential_energy).
+pub fn each_potential_energy(
+    world: &World,
+    bodies: &[Entity],
+    mut each: impl FnMut(usize, &'static str, Scalar),
+) {
+    let coming = coming_couplings(world);
+    let mut indices = EntityHashMap::with_capacity(bodies.len());
+    indices.extend(bodies.iter().enumerate().map(|(index, body)| (*body, index)));
+    let environment = BodyForces::of(world, &[]).environment;
+    for (index, body) in bodies.iter().enumerate() {
+        if let (Some(state), Ok(entity)) = (movable(world, *body), world.get_entity(*body)) {
+            let options = options_of(entity);
+            for law in environment.on_body(&options, false).filter(|law| law.has_potential()) {
+                each(index, law.name(), law.potential_energy(state));
+            }
+        }
+    }
+    for (coupling, members) in couplings(world, coming.as_deref()) {
+        let wanted: Vec<_> = members.iter().map(|body| indices.get(body).copied()).collect();
+        let group = ObservedGroup::of(world, coupling, members, wanted);
+        let mut halves = |law, ([a, b], energy): ([usize; 2], Scalar)| {
+            for index in [a, b].into_iter().filter_map(|row| group.wanted[row]) {
+                each(index, law, energy / 2.0);
+            }
+        };
+        coupling.elastic_energies(&group.x).for_each(|shared| halves("springs", shared));
+        if let Some(law) = environment.attraction.filter(|_| coupling.attracts) {
+            let shared = coupling.attraction_energies(law, &group.x, &group.w);
+            shared.for_each(|shared| halves("mutual_gravity", shared));
+        }
+    }
+}
+
 /// Returns a force without its components along locked axes.
 fn open(locks: Option<AxisLocks>, newtons: Vector) -> Vector {
     locks.map_or(newtons, |locks| locks.open(newtons))
@@ -169,11 +208,16 @@ impl<'w> BodyForces<'w> {
 
 /// The state of a body, if forces move it.
 fn moving(world: &World, body: Entity) -> Option<BodyState> {
+    movable(world, body).filter(|_| world.get::<Quarantined>(body).is_none())
+}
+
+/// The state of a body that can move and is born.
+fn movable(world: &World, body: Entity) -> Option<BodyState> {
     let entity = world.get_entity(body).ok()?;
     let PhysicsBody { velocity, inverse_mass } = *entity.get()?;
-    let free = !entity.contains::<Quarantined>() && !entity.contains::<Dormant>();
     let position = entity.get::<Transform>()?.position;
-    (free && inverse_mass > 0.0).then_some(BodyState { position, velocity, inverse_mass })
+    let moves = inverse_mass > 0.0 && !entity.contains::<Dormant>();
+    moves.then_some(BodyState { position, velocity, inverse_mass })
 }
 
 /// The states of a group's bodies, by row.

@@ -9,11 +9,13 @@ mod lanczos;
 mod many;
 mod matrix;
 mod modes;
+mod natural;
 mod orbit;
 mod single_bodies;
 
 use bevy_ecs::prelude::*;
 use modes::Stepping;
+pub use natural::{NaturalMode, NaturalModes, natural_modes};
 pub use orbit::LASTING_TURNS;
 
 use crate::groups::{Group, Groups, compile_groups};

@@ -1,6 +1,7 @@
 //! The figure of a sweep: a line over one axis of numbers, a field of colors over more axes.
 
-use lab::sweep::{Kind, Plan, Value};
+use lab::sweep::Plan;
+use lab::{Kind, Value};
 use motion::Method;
 
 use crate::chart::{Anchor, Axis, Drawing, Rgb, Shape, Stroke, WIDTH, axes};

@@ -13,8 +13,9 @@ use crate::failure::Failure;
 use crate::output::bundle::repeated;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{make_folder, refuse_others_files, write};
-use crate::output::report::{STATE_HEADER, fault_json, write_state};
+use crate::output::report::fault_json;
 use crate::output::show;
+use crate::output::states;
 use crate::stage::options::Options;
 
 pub(super) const EXAMPLES: &str = "\
@@ -46,11 +47,11 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
     }
     let name = path.display().to_string();
     let options = Options { pictures: false, interpolate: false, ..Options::default() };
-    let (session, repetition) = repeated(&bundle, &name, options)?;
+    let (mut session, repetition) = repeated(&bundle, &name, options)?;
     let manifest = &bundle.manifest;
     if let Some(folder) = out {
         make_folder(folder)?;
-        unpack(folder, &files, &bundle, &session, &summary(&name, &bundle, &repetition))?;
+        unpack(folder, &files, &bundle, &mut session, &summary(&name, &bundle, &repetition))?;
     }
     let (from, to) = (manifest.snapshot_tick, manifest.end_tick);
     show(&format!("{}, ticks {from} to {to}, written by {}\n", manifest.scene, manifest.program))?;
@@ -92,11 +93,10 @@ fn unpack(
     folder: &Path,
     files: &CommandFiles,
     bundle: &Bundle,
-    session: &Session,
+    session: &mut Session,
     summary: &Value,
 ) -> Result<(), Failure> {
-    let mut state = format!("{STATE_HEADER}\n").into_bytes();
-    write_state(&session.stage, &mut state).map_err(|error| Failure::file("write", folder, &error))?;
+    let state = states::csv_of(&mut session.stage).map_err(|error| Failure::file("write", folder, &error))?;
     let write = |name: &str, bytes: &[u8]| write(&files.unread(&folder.join(name))?, bytes);
     let [scene_file, state_file, picture_file, summary_file] = FILES;
     write(scene_file, bundle.scene.as_bytes())?;

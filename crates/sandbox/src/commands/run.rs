@@ -22,6 +22,7 @@ use crate::output::command_files::CommandFiles;
 use crate::output::orders::carry_out;
 use crate::output::progress::{Loading, progress_bar};
 use crate::output::report::Summary;
+use crate::output::states::{Quantity, Selection};
 use crate::output::tell;
 use crate::stage::{Simulated, Stage};
 use crate::tools::forecast::ForecastRow;
@@ -32,6 +33,7 @@ mod setup;
 
 use outputs::{OutputPaths, Outputs};
 use report::numbers::long_duration;
+pub(super) use setup::refuse_rate_of_frames;
 use setup::{FrameEnds, Setup};
 
 pub(super) const EXAMPLES: &str = "\
@@ -86,9 +88,16 @@ pub(crate) struct RunArgs {
     /// Exit with code 1 before the first tick if the forecast finds something unstable
     #[arg(long)]
     pub refuse_unstable: bool,
-    /// Write the state of every body as CSV
-    #[arg(long, value_name = "FILE.csv")]
+    /// Write the state of every body, as CSV or as Parquet
+    #[arg(long, value_name = "FILE.csv|FILE.parquet")]
     pub state: Option<PathBuf>,
+    /// What of it: position, velocity, acceleration, force, forces (each by its cause), energies, momentum, angular_momentum,
+    /// distance:BODY
+    #[arg(long, value_name = "COLUMN,...", value_delimiter = ',', requires = "state", default_values = ["position", "velocity"], value_parser = Quantity::parse)]
+    pub columns: Vec<Quantity>,
+    /// Only bodies with such names: * is any letters, ? is one
+    #[arg(long, value_name = "PATTERN,...", value_delimiter = ',', requires = "state")]
+    pub bodies: Vec<String>,
     /// Ticks between two states
     #[arg(long, value_name = "K", default_value_t = 1, requires = "state", allow_negative_numbers = true, value_parser = above_0)]
     pub every: u64,
@@ -138,6 +147,20 @@ impl From<PictureQuality> for Quality {
     }
 }
 
+impl RunArgs {
+    /// What the state file has.
+    fn selection(&self) -> Selection {
+        let mut quantities = self.columns.clone();
+        let mut seen = Vec::new();
+        quantities.retain(|quantity| {
+            let is_new = !seen.contains(quantity);
+            seen.push(quantity.clone());
+            is_new
+        });
+        Selection { quantities, bodies: self.bodies.clone() }
+    }
+}
+
 /// Does what `sandbox run` says.
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let loading = Loading::begin();
@@ -159,7 +182,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let told = forecast_start(args, &mut session, longest_frame)?;
     let long = ticks.and_then(|ticks| long_ticks(&session, ticks));
     told.iter().chain(&long).for_each(|line| loading.tell(line));
-    let mut outputs = Outputs::open(args, &paths, files, &session, longest_frame)?;
+    let mut outputs = Outputs::open(args, &paths, files, &mut session, longest_frame)?;
     loading.next();
     let start = Summary::start(&mut session.stage);
     drop(loading);

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
 
 use clap::Args;
-use lab::Shard;
 use lab::cost::Machine;
-use lab::sweep::{Axis, FORMAT, Measure, Outcome, Plan, Record, Row, Sweep, Value};
+use lab::sweep::{Axis, FORMAT, Measure, Outcome, Plan, Record, Row, Sweep};
+use lab::{Shard, Value};
 use report::numbers::{NONE, digits};
 use xxhash_rust::xxh3::xxh3_64;
 

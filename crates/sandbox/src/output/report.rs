@@ -1,51 +1,23 @@
-//! What a run says about itself: the state as CSV, the summary as JSON and as a table, the state's hash.
+//! What a run says about itself: the summary as JSON and as a table, the state's hash.
 
 use std::fmt::Write as _;
-use std::io::{self, Write};
 
-use bevy_ecs::entity::Entity;
 use history::FaultEntry;
 use motion::ledger::{Ledger, LedgerLines};
-use motion::{LAWS, Method, PhysicsBody, Totals, Transform, totals};
+use motion::{LAWS, Method, Totals, totals};
 use report::numbers::json_number as number;
 use serde_json::{Map, Value, json};
 
 use crate::app::session::Session;
 use crate::stage::Stage;
 use crate::stage::notices::QuarantinedBody;
-
-/// Header of the state file.
-pub const STATE_HEADER: &str = "tick,time_s,body,position_x_m,position_y_m,position_z_m,\
-                                velocity_x_m_s,velocity_y_m_s,velocity_z_m_s";
-
-/// Writes a row for every body with physics, immovable ones too, in stable-id order; 17 significant digits.
-///
-/// # Errors
-/// Those of `out`.
-pub fn write_state(stage: &Stage, out: &mut impl Write) -> io::Result<()> {
-    let (tick, time) = (stage.ticks(), stage.simulated());
-    for (thing, transform, body) in bodies(stage) {
-        write!(out, "{tick},{time:.16e},{}", stage.name(thing))?;
-        for number in transform.position.to_array().into_iter().chain(body.velocity.to_array()) {
-            write!(out, ",{number:.16e}")?;
-        }
-        writeln!(out)?;
-    }
-    Ok(())
-}
+use crate::tools::forecast::ForecastRow;
 
 /// XXH3-64 over the little-endian f64 bits of position and velocity of every body with physics in stable-id
 /// order.
 #[must_use]
 pub fn state_hash(stage: &Stage) -> u64 {
     stage.simulation().hash()
-}
-
-fn bodies(stage: &Stage) -> impl Iterator<Item = (Entity, Transform, PhysicsBody)> + '_ {
-    stage.things().filter_map(|thing| {
-        let body = *stage.world().get::<PhysicsBody>(thing)?;
-        Some((thing, *stage.world().get::<Transform>(thing)?, body))
-    })
 }
 
 /// A run in numbers.
@@ -87,26 +59,7 @@ impl Summary {
                 })
             })
             .collect();
-        let forecast: Vec<_> = session
-            .tools
-            .forecast_at_start()
-            .iter()
-            .map(|row| {
-                json!({
-                    "element": row.element,
-                    "method": row.margin.method.name(),
-                    "substeps": row.margin.substeps,
-                    "verdict": row.verdict(),
-                    "value": number(row.margin.value),
-                    "now": number(row.margin.now),
-                    "at_most": number(row.margin.at_most),
-                    "limit": number(row.margin.limit),
-                    "lasts": row.margin.lasts.map_or(Value::Null, number),
-                    "growth_per_s": number(row.margin.growth_per_s),
-                    "cure": row.cure,
-                })
-            })
-            .collect();
+        let forecast: Vec<_> = session.tools.forecast_at_start().iter().map(forecast_json).collect();
         let methods: Map<_, _> = session
             .stage
             .methods()
@@ -188,6 +141,23 @@ impl Summary {
         }
         table
     }
+}
+
+/// A row of a forecast.
+pub(crate) fn forecast_json(row: &ForecastRow) -> Value {
+    json!({
+        "element": row.element,
+        "method": row.margin.method.name(),
+        "substeps": row.margin.substeps,
+        "verdict": row.verdict(),
+        "value": number(row.margin.value),
+        "now": number(row.margin.now),
+        "at_most": number(row.margin.at_most),
+        "limit": number(row.margin.limit),
+        "lasts": row.margin.lasts.map_or(Value::Null, number),
+        "growth_per_s": number(row.margin.growth_per_s),
+        "cure": row.cure,
+    })
 }
 
 /// The ledger since it was opened, which is `without` the particles of these emitters.

@@ -5,9 +5,10 @@ use std::io::{self, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 
 use csv::{Reader, ReaderBuilder, StringRecord};
-use lab::Shard;
-use lab::sweep::{Column, Record, Row, Value};
-use report::sweep::{Figure, Parquet};
+use lab::sweep::{Record, Row};
+use lab::{Column, Shard, Value};
+use report::Parquet;
+use report::sweep::Figure;
 
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
@@ -177,7 +178,7 @@ pub(crate) fn write_tables(
     let [table_path, parquet_path, figure_path] = &paths;
     let mut table = Output::create(&files.unread(table_path)?).map_err(failed(table_path))?;
     let parquet = Output::create(&files.unread(parquet_path)?).map_err(failed(parquet_path))?;
-    let mut parquet = Parquet::new(parquet, &record.plan).map_err(failed(parquet_path))?;
+    let mut parquet = Parquet::new(parquet, "runs", &record.plan.columns()).map_err(failed(parquet_path))?;
     let mut figure = Figure::new(&record.scene, &record.plan);
     table.write_all(report::sweep::header(&record.plan).as_bytes()).map_err(failed(table_path))?;
     let mut heads = Vec::new();

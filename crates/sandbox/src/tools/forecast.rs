@@ -13,7 +13,7 @@ use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::View;
 
 pub use state::ForecastRow;
-pub(crate) use state::{Forecast, rows};
+pub(crate) use state::{Forecast, rows, rows_at_start};
 
 impl Tool for Forecast {
     fn anchor(&self, _: &[&str]) -> Anchor {

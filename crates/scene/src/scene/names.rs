@@ -111,7 +111,8 @@ impl Names {
     }
 
     /// What is wrong with a name that [`Self::find`] does not find, and what would be right.
-    pub(crate) fn stranger(&self, name: &str) -> (String, String) {
+    #[must_use]
+    pub fn stranger(&self, name: &str) -> (String, String) {
         let run = name.split_once('.').and_then(|(prefix, _)| self.runs.iter().find(|r| r.prefix == prefix));
         if run.is_some_and(|run| run.list == "emitters" && run.count == 0) {
             let what = format!("{name:?} is a particle on the graphics device, where it has no name");

@@ -150,7 +150,7 @@ fn combined(basis: &[Vec<f64>], factors: &[f64]) -> Vec<f64> {
 }
 
 /// A start vector of random numbers in [-1, 1), which has a share of every eigenvector (`SplitMix64`).
-fn scattered(n: usize) -> Vec<f64> {
+pub(super) fn scattered(n: usize) -> Vec<f64> {
     let mut state = 0_u64;
     let mut next = || {
         state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -190,7 +190,7 @@ pub(super) fn orthogonalize(vector: &mut [f64], basis: &[Vec<f64>]) -> Vec<f64> 
 }
 
 /// Eigenpairs of a symmetric matrix by rows, the largest first (Jacobi 1846).
-fn symmetric_eigenpairs(mut a: Vec<f64>, n: usize) -> Vec<Pair> {
+pub(super) fn symmetric_eigenpairs(mut a: Vec<f64>, n: usize) -> Vec<Pair> {
     let mut vectors = vec![0.0; n * n];
     (0..n).for_each(|i| vectors[i * n + i] = 1.0);
     for _ in 0..40 {

@@ -1,6 +1,5 @@
 //! What a run without a window writes: pictures, the states of its ticks, a summary, a bundle, and how it ended.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use motion::Totals;
@@ -18,7 +17,8 @@ use crate::output::command_files::CommandFiles;
 use crate::output::files::{Output, OutputPath, is_standard_output, make_folder, output_file};
 use crate::output::orders::{BUNDLE, GRAPH, Kind, Program, SCREENSHOT};
 use crate::output::pictures::{Camera, write_picture};
-use crate::output::report::{self, STATE_HEADER, Summary};
+use crate::output::report::Summary;
+use crate::output::states::States;
 use crate::output::swarms::{self, SwarmDevice, check, has_swarms, refuse_rows, slow_words};
 use crate::output::{show, tell, tell_all};
 use crate::stage::options::Options;
@@ -48,7 +48,7 @@ impl<'a> Outputs<'a> {
         args: &'a RunArgs,
         paths: &OutputPaths,
         files: CommandFiles,
-        session: &Session,
+        session: &mut Session,
         longest_frame: f64,
     ) -> Result<Self, Failure> {
         let Options { size_px, pictures, .. } = session.stage.run.options;
@@ -59,10 +59,12 @@ impl<'a> Outputs<'a> {
             make_folder(folder(args).unwrap_or(Path::new("")))?;
         }
         let open = |path: &Option<OutputPath>| path.as_ref().map(output_file).transpose();
+        let begin = |path: &OutputPath| States::begin(path, &mut session.stage, &args.selection());
+        let state = paths.state.as_ref().map(begin).transpose()?;
         let outputs = Self {
             args,
             files,
-            watch: Watch::new(paths.state.as_ref().map(state_file).transpose()?, args.every),
+            watch: Watch::new(state, args.every),
             summary: open(&paths.summary)?,
             black_box: open(&paths.black_box)?,
             film: paths.film.as_ref().map(|path| FilmFile::begin(path, size_px)).transpose()?,
@@ -378,14 +380,14 @@ fn still(session: &mut Session, camera: Option<Camera>) -> Result<Image, Failure
 
 /// Looks at every tick: rows of the state file.
 pub(super) struct Watch {
-    state: Option<Output>,
+    state: Option<States<Output>>,
     every: u64,
     last: Option<u64>,
     pub error: Option<std::io::Error>,
 }
 
 impl Watch {
-    const fn new(state: Option<Output>, every: u64) -> Self {
+    const fn new(state: Option<States<Output>>, every: u64) -> Self {
         Self { state, every, last: None, error: None }
     }
 
@@ -397,7 +399,7 @@ impl Watch {
 
     pub fn look(&mut self, stage: &Stage) {
         if let (Some(state), None) = (&mut self.state, &self.error) {
-            self.error = report::write_state(stage, state).err();
+            self.error = state.add(stage).err();
             self.last = Some(stage.ticks());
         }
     }
@@ -413,11 +415,4 @@ impl Watch {
         };
         finished.map_err(|error| Failure::file("write", path.unwrap_or(Path::new("")), &error))
     }
-}
-
-/// Starts the file with the state of every so many ticks.
-fn state_file(path: &OutputPath) -> Result<Output, Failure> {
-    let mut state = output_file(path)?;
-    writeln!(state, "{STATE_HEADER}").map_err(|error| Failure::file("write", path.as_ref(), &error))?;
-    Ok(state)
 }

@@ -45,13 +45,11 @@ impl Setup {
     /// Reads and checks what `args` name.
     pub fn new(args: &RunArgs, files: &mut CommandFiles) -> Result<Self, Failure> {
         let mut scene = files.named_scene(&args.scene)?;
+        args.selection().check(&scene.names)?;
         if args.damping.is_some() && scene.damping.is_none() {
             return Err(Failure::Usage(format!("{} declares no damping; leave --damping out", args.scene)));
         }
-        if args.hz.is_some() && follows_frames(&scene) {
-            let what = format!("{} takes a step per frame; leave --hz out and give --fps", args.scene);
-            return Err(Failure::Usage(what));
-        }
+        refuse_rate_of_frames(&args.scene, &scene, args.hz, "leave --hz out and give --fps")?;
         let script = args.script.as_ref().map(|path| files.script(path, &scene)).transpose()?;
         let demonstration = demonstration(args, files)?;
         let recording = script.as_ref().and_then(|script| script.recording.as_ref());
@@ -305,6 +303,19 @@ fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<
         return Err(Failure::Usage(format!("{what}; give a lower --fps, or fewer ticks")));
     }
     Ok(Some(ticks))
+}
+
+/// Refuses a rate of ticks for a scene whose ticks follow the frames.
+pub(crate) fn refuse_rate_of_frames(
+    name: &str,
+    scene: &Scene,
+    hz: Option<f64>,
+    cure: &str,
+) -> Result<(), Failure> {
+    if hz.is_some() && follows_frames(scene) {
+        return Err(Failure::Usage(format!("{name} takes a step per frame; {cure}")));
+    }
+    Ok(())
 }
 
 /// Whether ticks follow the frames.

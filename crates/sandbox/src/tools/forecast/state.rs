@@ -58,15 +58,16 @@ impl ForecastRow {
         }
     }
 
-    /// What is said of a row that is unstable, or may be, or is wrong.
+    /// What becomes of it, in short.
     #[must_use]
-    pub const fn verdict(&self) -> &'static str {
+    pub fn verdict(&self) -> &'static str {
         match self.margin.fate {
             Fate::Grows => "unstable",
             Fate::Drifts(turns) if turns > 1.0 => "unstable in the long run",
             Fate::Drifts(_) => "unstable",
             Fate::Wrong(_) => "stable, but wrong",
-            Fate::Holds => "at its limit",
+            Fate::Holds if self.margin.may_be_unstable() => "at its limit",
+            Fate::Holds => "stable",
         }
     }
 
@@ -217,11 +218,8 @@ impl Forecast {
     /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the rows that are unstable, or may
     /// be, or are wrong, for the summary; tells and returns those that would be seen.
     pub fn begin(&mut self, stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
-        if stage.sim.scene.step == StepKind::Frame {
-            stage.sim.world.insert_resource(TimeStep(frame));
-        }
         let is_listed = |row: &ForecastRow| row.margin.fate != Fate::Holds || row.margin.may_be_unstable();
-        self.at_start = rows(stage).into_iter().filter(is_listed).collect();
+        self.at_start = rows_at_start(stage, frame).into_iter().filter(is_listed).collect();
         let told: Vec<_> = self.at_start.iter().filter(|row| row.is_reported()).cloned().collect();
         if let Some(worst) = told.first() {
             stage.notices.say(Topic::Forecast, format!("{}: {}", worst.verdict(), worst.line()));
@@ -239,6 +237,14 @@ impl Forecast {
         }
         self.shown = Some(Shown { of, age: 0.0, rows: rows_of(stage, &forecast), springs });
     }
+}
+
+/// How far everything is from instability at the start of a scene with frames of that length, s, the worst first.
+pub(crate) fn rows_at_start(stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
+    if stage.sim.scene.step == StepKind::Frame {
+        stage.sim.world.insert_resource(TimeStep(frame));
+    }
+    rows(stage)
 }
 
 /// How far everything is from instability as it is now, the worst first.

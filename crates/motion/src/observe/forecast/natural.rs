@@ -1,0 +1,284 @@
+//! The natural modes of groups: how bodies swing that springs join, each mode with its frequency and damping.
+
+use bevy_ecs::prelude::*;
+
+use super::lanczos::{Pair, dot, orthogonalize, scattered, symmetric_eigenpairs};
+use crate::groups::{Group, Groups, LinearGroup, compile_groups};
+use crate::units::Scalar;
+
+/// A natural mode: bodies that springs join swing at one frequency, all of them through rest at the same time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NaturalMode {
+    /// Its frequency without damping, rad/s, above 0.
+    pub angular_frequency: Scalar,
+    /// Damping over the damping at which it no longer swings; 0 without damping. The mode swings at
+    /// `angular_frequency sqrt(1 - damping_ratio²)` and decays as `exp(-damping_ratio angular_frequency t)`. It is exact where
+    /// damping is proportional to masses or to stiffnesses, and of first order in the damping elsewhere.
+    pub damping_ratio: Scalar,
+    /// The bodies that move most, up to [`NaturalMode::BODIES`], with their amplitudes over that of the first.
+    pub bodies: Vec<(Entity, Scalar)>,
+}
+
+impl NaturalMode {
+    /// Most bodies that a mode names.
+    pub const BODIES: usize = 3;
+}
+
+/// The slowest and the fastest natural modes of a world.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NaturalModes {
+    /// The slowest, ascending.
+    pub lowest: Vec<NaturalMode>,
+    /// The fastest that are not among the slowest, ascending.
+    pub highest: Vec<NaturalMode>,
+}
+
+impl NaturalModes {
+    /// Most modes of each kind.
+    pub const MOST: usize = 20;
+}
+
+/// Most coordinates of a group all of whose modes are computed.
+const MOST_WHOLE: usize = 120;
+
+/// Squared frequencies below this, over the largest of the group, are rounding.
+const LEAST: Scalar = 1e-11;
+
+/// Computes up to `count` of the slowest and of the fastest natural modes of all groups of `world`, linearized in the
+/// present state: springs, wells, drag and damping. Compiles the groups again if they changed.
+///
+/// Where nothing pulls a motion back it has no frequency and is no mode: a free group drifts, a spring at its rest length holds
+/// nothing across itself. A compressed spring, which pushes across itself, counts there as one at its rest length. Groups that
+/// attract each other have no modes. `count` is at most [`NaturalModes::MOST`].
+///
+/// Groups of up to 40 bodies are solved as a whole (Jacobi 1846), larger ones by block Krylov subspaces (Golub, Underwood 1977;
+/// restarted with the best vectors: Wu, Simon 2000), for the slowest modes on shifted inverses, by conjugate gradients. There a mode
+/// that is a thousand times slower than all others may be missed.
+#[must_use]
+pub fn natural_modes(world: &mut World, count: usize) -> NaturalModes {
+    compile_groups(world);
+    let count = count.min(NaturalModes::MOST);
+    let world = &*world;
+    let Some(groups) = world.get_resource::<Groups>().filter(|_| count > 0) else {
+        return NaturalModes::default();
+    };
+    let (mut lowest, mut highest) = (Vec::new(), Vec::new());
+    for (at, Group { coupling, bodies, .. }) in groups.list.iter().enumerate() {
+        if coupling.springs.is_empty() || coupling.attracts {
+            continue;
+        }
+        let group = LinearGroup::of(world, coupling, bodies);
+        let [low, high] = of_group(&group, count);
+        let found = |(number, pair): Numbered| ((at, number), mode(&group, bodies, pair));
+        lowest.extend(low.into_iter().map(found));
+        highest.extend(high.into_iter().map(found));
+        keep(&mut lowest, count, |a, b| a.total_cmp(&b));
+        // Of these, as many may be among the slowest.
+        keep(&mut highest, 2 * count, |a, b| b.total_cmp(&a));
+    }
+    highest.retain(|(number, _)| lowest.iter().all(|(other, _)| number != other));
+    highest.truncate(count);
+    highest.reverse();
+    let modes = |found: Vec<Found>| found.into_iter().map(|(_, mode)| mode).collect();
+    NaturalModes { lowest: modes(lowest), highest: modes(highest) }
+}
+
+/// A mode with its number in its group.
+type Numbered = (usize, Pair);
+
+/// A mode with its group and its number in it.
+type Found = ((usize, usize), NaturalMode);
+
+/// Keeps the first `count` modes in that order of their frequencies.
+fn keep(found: &mut Vec<Found>, count: usize, order: fn(Scalar, Scalar) -> std::cmp::Ordering) {
+    found.sort_by(|(_, a), (_, b)| order(a.angular_frequency, b.angular_frequency));
+    found.truncate(count);
+}
+
+/// The `count` slowest and twice as many of the fastest modes of a group, or `count` of those where it has far more modes, as
+/// squared frequencies and vectors of length 1.
+fn of_group(group: &LinearGroup<'_>, count: usize) -> [Vec<Numbered>; 2] {
+    let n = group.coordinates();
+    let stiffness = |y: &[Scalar], out: &mut [Scalar]| group.apply([1.0, 0.0], false, y, out);
+    if n <= MOST_WHOLE {
+        let (mut matrix, mut unit, mut column) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
+        for j in 0..n {
+            unit.fill(0.0);
+            unit[j] = 1.0;
+            stiffness(&unit, &mut column);
+            (0..n).for_each(|i| matrix[i * n + j] = column[i]);
+        }
+        if !matrix.iter().all(|entry| entry.is_finite()) {
+            return Default::default();
+        }
+        let mut pairs = symmetric_eigenpairs(matrix, n);
+        let least = LEAST * pairs.first().map_or(0.0, |(largest, _)| *largest);
+        pairs.retain(|(value, _)| *value > least);
+        pairs.reverse();
+        let all: Vec<_> = pairs.into_iter().enumerate().collect();
+        let slow = all.iter().take(count).cloned().collect();
+        return [slow, all.into_iter().rev().take(2 * count).collect()];
+    }
+    // Products: of what nothing pulls back they have no share.
+    let start = || {
+        let numbers = scattered(n * (count + BESIDE).min(n));
+        let image = |numbers: &[Scalar]| {
+            let mut out = vec![0.0; n];
+            stiffness(numbers, &mut out);
+            out
+        };
+        numbers.chunks(n).map(image).collect::<Vec<_>>()
+    };
+    let mut fast = extreme(start(), count, stiffness);
+    let Some((largest, _)) = fast.first() else { return Default::default() };
+    let least = LEAST * largest;
+    // The largest of `p / (p + s)²` are the smallest p above s. What has no frequency has 0 there, and rounding lets in little of it
+    // while s is not far below the p that are looked for.
+    let mut shift = 1e-3 * largest;
+    let slow = loop {
+        let shifted = |y: &[Scalar], out: &mut [Scalar]| {
+            stiffness(y, out);
+            out.iter_mut().zip(y).for_each(|(out, y)| *out += shift * y);
+        };
+        let found = extreme(start(), count, |y, out| {
+            let [mut once, mut twice] = [vec![0.0; n], vec![0.0; n]];
+            solve(&shifted, y, &mut once);
+            solve(&shifted, &once, &mut twice);
+            stiffness(&twice, out);
+        });
+        let mut product = vec![0.0; n];
+        let mut squared = |y: Vec<Scalar>| {
+            stiffness(&y, &mut product);
+            (dot(&y, &product), y)
+        };
+        let mut slow: Vec<_> = found.into_iter().map(|(_, y)| squared(y)).collect();
+        slow.retain(|(value, _)| *value > least);
+        slow.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        match slow.first() {
+            Some((slowest, _)) if *slowest < 500.0 * shift && shift > least => {
+                shift = (slowest / 1000.0).min(shift / 10.0);
+            }
+            _ => break slow,
+        }
+    };
+    fast.retain(|(value, _)| *value > least);
+    let slow: Vec<_> = slow.into_iter().enumerate().collect();
+    // Their numbers follow on those of the slowest.
+    let fast = fast.into_iter().enumerate().map(|(number, pair)| (count + number, pair));
+    [slow, fast.collect()]
+}
+
+/// A mode in physical quantities.
+fn mode(group: &LinearGroup<'_>, bodies: &[Entity], (squared, y): Pair) -> NaturalMode {
+    let angular_frequency = squared.sqrt();
+    let mut product = vec![0.0; y.len()];
+    group.apply([0.0, 1.0], true, &y, &mut product);
+    let damping_ratio = dot(&y, &product).max(0.0) / (2.0 * angular_frequency);
+    let mut moved: Vec<_> = bodies.iter().copied().zip(group.amplitudes(&y)).collect();
+    moved.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    moved.truncate(NaturalMode::BODIES);
+    let most = moved.first().map_or(1.0, |(_, most)| *most);
+    moved.retain_mut(|(_, amplitude)| {
+        *amplitude /= most;
+        *amplitude > 1e-6
+    });
+    NaturalMode { angular_frequency, damping_ratio, bodies: moved }
+}
+
+/// Vectors of a block beside those that are asked for: a mode is found as often as it is there, up to so many times more.
+const BESIDE: usize = 4;
+
+/// Blocks of the basis.
+const BLOCKS: usize = 4;
+
+/// Most restarts.
+const MOST_RESTARTS: usize = 300;
+
+/// Length of what is left of an eigenpair, over its eigenvalue, at which it is found. The eigenvalue is then known to about
+/// the square of it.
+const FOUND: Scalar = 1e-6;
+
+/// Finds `count` of the largest eigenpairs of a symmetric positive semidefinite operator, the largest first, in the Krylov
+/// subspaces of the block `next`.
+fn extreme(mut next: Vec<Vec<Scalar>>, count: usize, apply: impl Fn(&[Scalar], &mut [Scalar])) -> Vec<Pair> {
+    let (block, n) = (next.len(), next.first().map_or(0, Vec::len));
+    let most = (BLOCKS * block).min(n);
+    let image = |y: &[Scalar]| {
+        let mut out = vec![0.0; n];
+        apply(y, &mut out);
+        out
+    };
+    let (mut basis, mut images): (Vec<Vec<Scalar>>, Vec<Vec<Scalar>>) = Default::default();
+    let mut found = Vec::new();
+    for _ in 0..MOST_RESTARTS {
+        while basis.len() < most && !next.is_empty() {
+            let mut added = Vec::new();
+            for mut vector in std::mem::take(&mut next) {
+                let before = dot(&vector, &vector).sqrt();
+                orthogonalize(&mut vector, &basis);
+                let length = dot(&vector, &vector).sqrt();
+                // What is left of the others is rounding.
+                if basis.len() < most && length > 1e-5 * before && length.is_finite() {
+                    vector.iter_mut().for_each(|part| *part /= length);
+                    images.push(image(&vector));
+                    added.push(images[basis.len()].clone());
+                    basis.push(vector);
+                }
+            }
+            next = added;
+        }
+        let m = basis.len();
+        let projected = basis.iter().flat_map(|row| images.iter().map(|image| dot(row, image))).collect();
+        let ritz = symmetric_eigenpairs(projected, m);
+        let best: Vec<_> = ritz.into_iter().take(block).collect();
+        let combined = |of: &[Vec<Scalar>], shares: &[Scalar]| {
+            let mut sum = vec![0.0; n];
+            for (vector, share) in of.iter().zip(shares) {
+                sum.iter_mut().zip(vector).for_each(|(sum, part)| *sum += share * part);
+            }
+            sum
+        };
+        let vectors: Vec<_> = best.iter().map(|(_, shares)| combined(&basis, shares)).collect();
+        images = best.iter().map(|(_, shares)| combined(&images, shares)).collect();
+        found = best.iter().map(|(value, _)| *value).zip(vectors.iter().cloned()).take(count).collect();
+        let mut is_found = true;
+        next = Vec::new();
+        for (number, (((value, _), vector), image)) in best.iter().zip(&vectors).zip(&images).enumerate() {
+            let left: Vec<_> = image.iter().zip(vector).map(|(image, part)| image - value * part).collect();
+            let size = dot(&left, &left).sqrt();
+            is_found &= number >= count || size <= FOUND * value.abs();
+            // Of a pair that is found rounding is left.
+            if size > 0.1 * FOUND * value.abs() {
+                next.push(left);
+            }
+        }
+        if is_found || m == n {
+            break;
+        }
+        basis = vectors;
+    }
+    found
+}
+
+/// Most products for a solution.
+const MOST_PRODUCTS: usize = 20_000;
+
+/// Solves `apply(x) = right` for a positive definite operator by conjugate gradients.
+fn solve(apply: &impl Fn(&[Scalar], &mut [Scalar]), right: &[Scalar], x: &mut [Scalar]) {
+    x.fill(0.0);
+    let (mut left, mut along, mut product) = (right.to_vec(), right.to_vec(), vec![0.0; right.len()]);
+    let (mut size, enough) = (dot(right, right), 1e-16 * dot(right, right));
+    for _ in 0..MOST_PRODUCTS {
+        apply(&along, &mut product);
+        let curvature = dot(&along, &product);
+        if size <= enough || curvature <= 0.0 || !curvature.is_finite() {
+            break;
+        }
+        let by = size / curvature;
+        x.iter_mut().zip(&along).for_each(|(x, along)| *x += by * along);
+        left.iter_mut().zip(&product).for_each(|(left, product)| *left -= by * product);
+        let before = std::mem::replace(&mut size, dot(&left, &left));
+        let share = size / before;
+        along.iter_mut().zip(&left).for_each(|(along, left)| *along = left + share * *along);
+    }
+}

@@ -1,0 +1,315 @@
+//! The state file of a run: what every body does at some of its ticks, as CSV or as Parquet.
+
+use std::io::{self, Write};
+
+use bevy_ecs::entity::Entity;
+use glam::DVec3;
+use lab::{Column, Kind, Value};
+use motion::effects::{Effect, EffectState, state};
+use motion::{
+    Dormant, ForceCause, LAWS, LAWS_WITH_POTENTIAL, PhysicsBody, Quarantined, Transform,
+    each_potential_energy,
+};
+use report::{Parquet, csv_line};
+use scene::Names;
+use wildmatch::WildMatch;
+
+use crate::failure::Failure;
+use crate::output::files::{Output, OutputPath, output_file};
+use crate::stage::Stage;
+
+/// What the state file has of a body.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    Position,
+    Velocity,
+    Acceleration,
+    /// The sum of all forces.
+    Force,
+    /// Each force by its cause.
+    Forces,
+    /// The kinetic energy and each potential energy.
+    Energies,
+    Momentum,
+    AngularMomentum,
+    /// The distance to the body of that name.
+    Distance(String),
+}
+
+/// The words of those that are no distance.
+const WORDS: [(&str, Quantity); 8] = [
+    ("position", Quantity::Position),
+    ("velocity", Quantity::Velocity),
+    ("acceleration", Quantity::Acceleration),
+    ("force", Quantity::Force),
+    ("forces", Quantity::Forces),
+    ("energies", Quantity::Energies),
+    ("momentum", Quantity::Momentum),
+    ("angular_momentum", Quantity::AngularMomentum),
+];
+
+/// Before the name of a body.
+const DISTANCE: &str = "distance:";
+
+impl Quantity {
+    /// The quantity of that word on the command line.
+    pub fn parse(word: &str) -> Result<Self, String> {
+        if let Some(body) = word.strip_prefix(DISTANCE) {
+            return Ok(Self::Distance(body.to_owned()));
+        }
+        let known = WORDS.into_iter().find(|(name, _)| *name == word);
+        known.map(|(_, quantity)| quantity).ok_or_else(|| {
+            let near = scene::nearest(word, WORDS.iter().map(|(name, _)| *name));
+            let near = near.map(|near| format!("did you mean {near}? ")).unwrap_or_default();
+            let names = WORDS.map(|(name, _)| name).join(", ");
+            format!("{near}the columns are {names} and {DISTANCE}BODY")
+        })
+    }
+
+    fn columns(&self, causes: &Causes) -> Vec<String> {
+        let axes = |name: &str, unit: &str| ["x", "y", "z"].map(|axis| format!("{name}_{axis}_{unit}"));
+        match self {
+            Self::Position => axes("position", "m").to_vec(),
+            Self::Velocity => axes("velocity", "m_s").to_vec(),
+            Self::Acceleration => axes("acceleration", "m_s2").to_vec(),
+            Self::Force => axes("force", "n").to_vec(),
+            Self::Forces => {
+                causes.forces.iter().flat_map(|cause| axes(&format!("force_{cause}"), "n")).collect()
+            }
+            Self::Energies => {
+                let potential = causes.energies.iter().map(|law| format!("potential_energy_{law}_j"));
+                std::iter::once("kinetic_energy_j".to_owned()).chain(potential).collect()
+            }
+            Self::Momentum => axes("momentum", "kg_m_s").to_vec(),
+            Self::AngularMomentum => axes("angular_momentum", "kg_m2_s").to_vec(),
+            Self::Distance(body) => vec![format!("distance_{body}_m")],
+        }
+    }
+}
+
+/// The causes of forces and the kinds of potential energy that a scene declares, on or off.
+#[derive(Clone, Debug, Default)]
+struct Causes {
+    forces: Vec<&'static str>,
+    energies: Vec<&'static str>,
+}
+
+impl Causes {
+    fn of(stage: &mut Stage) -> Self {
+        let mut is_declared = |law: &&str| {
+            let effect = Effect::from_name(law);
+            effect.is_some_and(|effect| state(stage.world_mut(), effect) != EffectState::NotDeclared)
+        };
+        let declared: Vec<_> = LAWS.iter().map(|(law, _)| *law).filter(&mut is_declared).collect();
+        let energies = declared.iter().copied().filter(|law| LAWS_WITH_POTENTIAL.contains(law)).collect();
+        Self { forces: std::iter::once(ForceCause::Push.name()).chain(declared).collect(), energies }
+    }
+}
+
+/// What the state file of a run has.
+#[derive(Clone, Debug)]
+pub(crate) struct Selection {
+    pub quantities: Vec<Quantity>,
+    /// Patterns of the names of bodies with `*` and `?`; all bodies without any.
+    pub bodies: Vec<String>,
+}
+
+impl Selection {
+    /// Position and velocity of all bodies.
+    pub fn usual() -> Self {
+        Self { quantities: vec![Quantity::Position, Quantity::Velocity], bodies: Vec::new() }
+    }
+
+    /// Refuses names and patterns that no body has.
+    pub fn check(&self, names: &Names) -> Result<(), Failure> {
+        let refuse = |place: &str, name: &str| {
+            let (what, cure) = names.stranger(name);
+            Err(Failure::Usage(format!("{place}: {what}; {cure}")))
+        };
+        for quantity in &self.quantities {
+            if let Quantity::Distance(body) = quantity
+                && names.find(body).is_none()
+            {
+                return refuse(&format!("--columns {DISTANCE}{body}"), body);
+            }
+        }
+        for pattern in &self.bodies {
+            let pattern_of = WildMatch::new(pattern);
+            if !names.iter().any(|name| pattern_of.matches(&name)) {
+                return refuse(&format!("--bodies {pattern}"), pattern);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Where rows are written.
+enum Sink<W: Write + Send> {
+    Csv(W),
+    Parquet(Box<Parquet<W>>),
+}
+
+/// The state file, row by row.
+pub(crate) struct States<W: Write + Send> {
+    quantities: Vec<Quantity>,
+    bodies: Vec<WildMatch>,
+    causes: Causes,
+    sink: Sink<W>,
+}
+
+impl States<Output> {
+    /// Begins the file at that place: as Parquet if its name ends so, else as CSV.
+    pub fn begin(path: &OutputPath, stage: &mut Stage, selection: &Selection) -> Result<Self, Failure> {
+        let failed = |error: io::Error| Failure::file("write", path.as_ref(), &error);
+        let is_parquet = path.as_ref().extension().is_some_and(|end| end.eq_ignore_ascii_case("parquet"));
+        Self::new(output_file(path)?, stage, selection, is_parquet).map_err(failed)
+    }
+
+    /// Writes what is left.
+    pub fn finish(self) -> io::Result<()> {
+        self.into_inner()?.finish()
+    }
+}
+
+impl<W: Write + Send> States<W> {
+    fn new(mut to: W, stage: &mut Stage, selection: &Selection, is_parquet: bool) -> io::Result<Self> {
+        let causes = Causes::of(stage);
+        let mut columns = vec![Column::new("tick", Kind::Count), Column::new("time_s", Kind::Number)];
+        columns.push(Column::new("body", Kind::Text));
+        let names = selection.quantities.iter().flat_map(|quantity| quantity.columns(&causes));
+        columns.extend(names.map(|name| Column::new(name, Kind::Number)));
+        let sink = if is_parquet {
+            Sink::Parquet(Box::new(Parquet::new(to, "states", &columns)?))
+        } else {
+            to.write_all(csv_line(columns.into_iter().map(|column| column.name)).as_bytes())?;
+            Sink::Csv(to)
+        };
+        let bodies = selection.bodies.iter().map(|pattern| WildMatch::new(pattern)).collect();
+        Ok(Self { quantities: selection.quantities.clone(), bodies, causes, sink })
+    }
+
+    /// Adds a row for every body with physics that is wanted, immovable ones too, in stable-id order.
+    pub fn add(&mut self, stage: &Stage) -> io::Result<()> {
+        let is_wanted =
+            |name: &str| self.bodies.is_empty() || self.bodies.iter().any(|pattern| pattern.matches(name));
+        let bodies: Vec<_> = stage
+            .things()
+            .filter_map(|thing| {
+                let body = *stage.world().get::<PhysicsBody>(thing)?;
+                let position = stage.world().get::<Transform>(thing)?.position;
+                let name = stage.name(thing);
+                is_wanted(&name).then_some((thing, name, position, body))
+            })
+            .collect();
+        let entities: Vec<_> = bodies.iter().map(|(thing, ..)| *thing).collect();
+        let caused = Caused::of(stage, &entities, &self.quantities);
+        let others: Vec<_> = self.quantities.iter().map(|quantity| other(stage, quantity)).collect();
+        for (at, (thing, name, position, body)) in bodies.into_iter().enumerate() {
+            let moves = moves(stage, thing, &body);
+            let mut row =
+                vec![Value::Count(stage.ticks()), Value::Number(stage.simulated()), Value::Text(name)];
+            for (quantity, other) in self.quantities.iter().zip(&others) {
+                let vector = |v: DVec3| v.to_array().map(Value::Number).to_vec();
+                let of_forces = |v: DVec3| if moves { vector(v) } else { vec![Value::Absent; 3] };
+                row.extend(match quantity {
+                    Quantity::Position => vector(position),
+                    Quantity::Velocity => vector(body.velocity),
+                    Quantity::Acceleration => of_forces(caused.force(at) * body.inverse_mass),
+                    Quantity::Force => of_forces(caused.force(at)),
+                    Quantity::Forces => {
+                        let causes = self.causes.forces.iter();
+                        causes.flat_map(|cause| of_forces(caused.force_by(at, cause))).collect()
+                    }
+                    Quantity::Energies => {
+                        let potential = self.causes.energies.iter().map(|law| caused.energy_by(at, law));
+                        let energies = std::iter::once(body.kinetic_energy()).chain(potential);
+                        energies.map(Value::Number).collect()
+                    }
+                    Quantity::Momentum => vector(body.momentum()),
+                    Quantity::AngularMomentum => vector(position.cross(body.momentum())),
+                    Quantity::Distance(_) => {
+                        vec![other.map_or(Value::Absent, |other| Value::Number(position.distance(other)))]
+                    }
+                });
+            }
+            self.write(row)?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, row: Vec<Value>) -> io::Result<()> {
+        match &mut self.sink {
+            Sink::Parquet(table) => table.add(row),
+            Sink::Csv(out) => {
+                let field = |value: &Value| match value {
+                    Value::Number(number) => format!("{number:.16e}"),
+                    other => other.to_string(),
+                };
+                out.write_all(csv_line(row.iter().map(field)).as_bytes())
+            }
+        }
+    }
+
+    fn into_inner(self) -> io::Result<W> {
+        match self.sink {
+            Sink::Csv(out) => Ok(out),
+            Sink::Parquet(table) => table.finish(),
+        }
+    }
+}
+
+/// The state of `stage` as CSV, with the usual columns.
+pub(crate) fn csv_of(stage: &mut Stage) -> io::Result<Vec<u8>> {
+    let mut states = States::new(Vec::new(), stage, &Selection::usual(), false)?;
+    states.add(stage)?;
+    states.into_inner()
+}
+
+/// The position of the body whose distance is asked for.
+fn other(stage: &Stage, quantity: &Quantity) -> Option<DVec3> {
+    let Quantity::Distance(name) = quantity else { return None };
+    let body = stage.simulation().named(name)?;
+    stage.world().get::<Transform>(body).map(|transform| transform.position)
+}
+
+/// Whether forces move the body.
+fn moves(stage: &Stage, thing: Entity, body: &PhysicsBody) -> bool {
+    let thing = stage.world().entity(thing);
+    body.inverse_mass > 0.0 && !thing.contains::<Quarantined>() && !thing.contains::<Dormant>()
+}
+
+/// Forces and potential energies of bodies, by their places, as far as they are asked for.
+struct Caused {
+    forces: Vec<Vec<(&'static str, DVec3)>>,
+    energies: Vec<Vec<(&'static str, f64)>>,
+}
+
+impl Caused {
+    fn of(stage: &Stage, bodies: &[Entity], quantities: &[Quantity]) -> Self {
+        let mut caused =
+            Self { forces: vec![Vec::new(); bodies.len()], energies: vec![Vec::new(); bodies.len()] };
+        let asks = |of: &[Quantity]| quantities.iter().any(|quantity| of.contains(quantity));
+        if asks(&[Quantity::Acceleration, Quantity::Force, Quantity::Forces]) {
+            stage.each_force(bodies, |at, cause, newtons| caused.forces[at].push((cause.name(), newtons)));
+        }
+        if asks(&[Quantity::Energies]) {
+            each_potential_energy(stage.world(), bodies, |at, law, joules| {
+                caused.energies[at].push((law, joules));
+            });
+        }
+        caused
+    }
+
+    /// The sum of all forces.
+    fn force(&self, at: usize) -> DVec3 {
+        self.forces[at].iter().map(|(_, newtons)| newtons).sum()
+    }
+
+    fn force_by(&self, at: usize, cause: &str) -> DVec3 {
+        self.forces[at].iter().filter(|(by, _)| *by == cause).map(|(_, newtons)| newtons).sum()
+    }
+
+    fn energy_by(&self, at: usize, law: &str) -> f64 {
+        self.energies[at].iter().filter(|(by, _)| *by == law).fold(0.0, |sum, (_, joules)| sum + joules)
+    }
+}
