@@ -41,6 +41,7 @@ mod robust;
 mod scripts;
 #[cfg(unix)]
 mod setup;
+mod shards;
 mod snapshot;
 mod soft;
 mod soft_picking;

@@ -95,6 +95,7 @@ const FROM_TEXT_TO_SCENE: &[&str] = &[
     "edit",
     "shipped",
     "lesson",
+    "part",
 ];
 
 /// The same of `crates/history/src`.

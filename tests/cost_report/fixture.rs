@@ -207,6 +207,7 @@ fn study(subject: &str, description: &str, scales: (f64, f64), cells: Vec<Cell>)
         drifts: Vec::new(),
         rates: Vec::new(),
         notes: Vec::new(),
+        machine: None,
     }
 }
 

@@ -10,7 +10,7 @@
 //! - [`duration`]: how long ticks take, estimated before they are simulated.
 //! - [`lesson`]: what lessons measure.
 //! - [`sweep`]: a scene run once for every combination of values of some places in it. [`Shard`]: the parts that a study is divided
-//!   into for several machines. [`Column`]: a column of a table for other programs.
+//!   into for several machines, [`part`]: what such a part found. [`Column`]: a column of a table for other programs.
 //! - `run`: what these share: a running scene, and the time of its steps.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
@@ -22,6 +22,7 @@ pub mod duration;
 pub mod lesson;
 pub mod limits;
 mod ordered;
+pub mod part;
 mod receipt;
 pub mod recommend;
 mod run;

@@ -2,10 +2,13 @@
 //!
 //! A choice is one point of the measured front for each part of a scene; nothing is interpolated.
 
+use serde::{Deserialize, Serialize};
+
 use crate::cost::{Accuracy, Cell, Cost, Errors, Setting, Study};
 
 /// The requirement on a choice.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Goal {
     /// No body farther than this from the truth after any tick, m, above 0: farther from the reference by no more than this
     /// less the reference's own error.

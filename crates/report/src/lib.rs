@@ -78,7 +78,7 @@ pub fn json(report: &Report) -> String {
 /// What every study found, as Markdown.
 fn summary(report: &Report) -> String {
     let part = |study: &Study| {
-        format!("## {}\n\n{}", escape::markdown(&study.subject), markdown(study, &report.machine))
+        format!("## {}\n\n{}", escape::markdown(&study.subject), markdown(study, report.machine_of(study)))
     };
     report.studies.iter().map(part).collect::<Vec<_>>().join("\n")
 }
@@ -86,7 +86,7 @@ fn summary(report: &Report) -> String {
 /// Figures by their names without an ending.
 fn drawn(report: &Report) -> impl Iterator<Item = (String, Drawing)> {
     report.studies.iter().zip(slugs(&report.studies)).flat_map(|(study, slug)| {
-        figures(study, &report.machine)
+        figures(study, report.machine_of(study))
             .into_iter()
             .map(move |(kind, drawing)| (format!("{slug}-{}", kind.name()), drawing))
     })

@@ -4,10 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use lab::Shard;
 use lab::cost::{
     Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem, take_real_time_priority,
 };
 
+use lab::part::{Found, Part};
 use scene::{BodySpec, Scene};
 
 use crate::args::{bodies, check_study, positive};
@@ -18,6 +20,7 @@ use crate::output::{show, tell};
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{refuse_others_files, study_folder, write};
+use crate::output::parts;
 use crate::output::progress::Progress;
 use crate::output::swarms::has_swarms;
 
@@ -47,6 +50,9 @@ pub(crate) struct CostArgs {
     /// Continue the report that was interrupted in that folder
     #[arg(long, requires = "out")]
     pub resume: bool,
+    /// Study only part K of N, subject by subject, for `sandbox merge`
+    #[arg(long, value_name = "K/N", requires = "out")]
+    pub shard: Option<Shard>,
     /// Write over the report of another command, version or machine in that folder
     #[arg(long, requires = "out", conflicts_with = "resume")]
     pub replace: bool,
@@ -92,21 +98,26 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
     if args.instructions {
         instructions::check()?;
     }
+    let part = args.shard.map(|shard| {
+        Part::new(command(args), subjects.iter().map(Subject::scene), shard, Found::Cost(Vec::new()))
+    });
     let mut plan = if args.quick { Plan::quick(subjects.len()) } else { Plan::full() };
     plan.bodies = args.bodies.unwrap_or(plan.bodies);
-    if let Some(folder) = &args.out {
-        files.refuse_names(folder, report::is_file, "the report in that folder; give another folder")?;
+    if let Some(folder) = args.out.as_ref().filter(|_| part.is_none()) {
         // Whose report is there is asked below.
-        let is_own = args.replace || folder.join(FILE).exists();
-        refuse_others_files(
-            folder,
-            is_own,
-            |name| report::is_file(name) && !name.ends_with(".svg"),
-            "give another folder, or --replace to write over it",
-        )?;
+        let cure = "give another folder, or --replace to write over it";
+        claim_folder(folder, args.replace || folder.join(FILE).exists(), cure, &files)?;
     }
     let _lock = args.out.as_deref().map(study_folder).transpose()?;
-    let earlier = earlier(args, &subjects)?;
+    let earlier = match &part {
+        Some(part) => earlier_part(args, part, &files)?,
+        None => earlier(args, &subjects)?,
+    };
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    let names: Vec<_> = (0..).zip(names).filter(|(at, _)| shard.has(*at)).map(|(_, name)| name).collect();
+    let subjects: Vec<_> =
+        (0..).zip(subjects).filter(|(at, _)| shard.has(*at)).map(|(_, subject)| subject).collect();
+    let target = Target { folder: args.out.as_deref(), part, files: &files };
     let mut report = Report {
         format: FORMAT,
         command: command(args),
@@ -121,9 +132,7 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
     for (number, subject) in subjects.into_iter().enumerate() {
         progress.say(subject.name());
         let mut bench = Bench::new(subject, plan.clone());
-        let known = earlier
-            .as_ref()
-            .and_then(|report| report.studies.iter().find(|study| study.subject == bench.study().subject));
+        let known = earlier.iter().find(|study| study.subject == bench.study().subject);
         if let Some(study) = known {
             bench.resume(study);
         }
@@ -135,22 +144,18 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
                 return Ok(());
             }
             report.studies[number].clone_from(bench.study());
-            save(&report, args.out.as_deref(), &files)
+            target.save(&report)
         })?;
         report.studies[number].clone_from(bench.study());
         if args.instructions {
             progress.say(format!("{}, instructions", names[number]));
             instructions::count(&mut report.studies[number], names[number], known)?;
         }
-        save(&report, args.out.as_deref(), &files)?;
+        target.save(&report)?;
     }
     drop(progress);
     report.complete = true;
-    if let Some(folder) = &args.out {
-        for (name, bytes) in report::files(&report) {
-            write(&files.unread(&folder.join(name))?, &bytes)?;
-        }
-    }
+    target.finish(&report)?;
     match args.format {
         Format::Table => report.studies.iter().try_for_each(|study| show(&report::text(study))),
         Format::Json => show(&report::json(&report)),
@@ -195,13 +200,34 @@ fn subjects(names: &[&str], seconds: Option<f64>, files: &mut CommandFiles) -> R
     names.iter().copied().map(&mut subject).collect()
 }
 
-/// The report in the folder, to be resumed. One that would be lost is an error, unless `--replace` allows it.
-fn earlier(args: &CostArgs, subjects: &[Subject]) -> Result<Option<Report>, Failure> {
-    let Some(folder) = args.out.as_ref().filter(|_| !args.replace) else { return Ok(None) };
+/// The studies of the part in the folder, to be resumed.
+fn earlier_part(args: &CostArgs, part: &Part, files: &CommandFiles) -> Result<Vec<Study>, Failure> {
+    let Some(folder) = &args.out else { return Ok(Vec::new()) };
+    let Some(earlier) = parts::earlier(part, folder, files)?.filter(|_| !args.replace) else {
+        return Ok(Vec::new());
+    };
+    let refused = |what: &str, cure: &str| {
+        Err(Failure::Usage(format!("{}: {what}; {cure}", folder.join(parts::PART).display())))
+    };
+    match earlier.found {
+        _ if !args.resume && !earlier.complete => {
+            refused("this part is not complete", "--resume continues it, --replace writes over it")
+        }
+        Found::Cost(_) if args.resume && earlier.machine != part.machine => {
+            refused("this part was made on another machine", "give another folder, or --replace")
+        }
+        Found::Cost(studies) if args.resume => Ok(studies),
+        _ => Ok(Vec::new()),
+    }
+}
+
+/// The studies in the folder, to be resumed. A report that would be lost is an error, unless `--replace` allows it.
+fn earlier(args: &CostArgs, subjects: &[Subject]) -> Result<Vec<Study>, Failure> {
+    let Some(folder) = args.out.as_ref().filter(|_| !args.replace) else { return Ok(Vec::new()) };
     let path = folder.join(FILE);
     let text = match fs::read_to_string(&path) {
         Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
         Err(error) => return Err(Failure::file("read", &path, &error)),
     };
     let other = |what: &str| {
@@ -223,14 +249,14 @@ fn earlier(args: &CostArgs, subjects: &[Subject]) -> Result<Option<Report>, Fail
             let what = "this report is not complete; --resume goes on with it";
             return Err(Failure::Usage(format!("{}: {what}, --replace writes over it", path.display())));
         }
-        return Ok(None);
+        return Ok(Vec::new());
     }
     let is_asked_for = |study: &&Study| subjects.iter().any(|subject| subject.name() == study.subject);
     match report.studies.iter().find(|study| !is_asked_for(study)) {
         Some(study) => {
             other(&format!("this report has a study of {}, which is not asked for", study.subject))
         }
-        None => Ok(Some(report)),
+        None => Ok(report.studies),
     }
 }
 
@@ -255,7 +281,56 @@ fn command(args: &CostArgs) -> String {
     command
 }
 
-fn save(report: &Report, folder: Option<&Path>, files: &CommandFiles) -> Result<(), Failure> {
-    let Some(folder) = folder else { return Ok(()) };
-    write(&files.unread(&folder.join(FILE))?, report::json(report).as_bytes())
+/// Where a report, or a part of one, is written.
+struct Target<'a> {
+    folder: Option<&'a Path>,
+    part: Option<Part>,
+    files: &'a CommandFiles,
+}
+
+impl Target<'_> {
+    /// Writes what there is so far.
+    fn save(&self, report: &Report) -> Result<(), Failure> {
+        match (self.folder, &self.part) {
+            (Some(folder), Some(part)) => {
+                let found = Found::Cost(report.studies.clone());
+                let part = Part { complete: report.complete, found, ..part.clone() };
+                parts::write_part(&part, folder, self.files)
+            }
+            (Some(folder), None) => {
+                write(&self.files.unread(&folder.join(FILE))?, report::json(report).as_bytes())
+            }
+            (None, _) => Ok(()),
+        }
+    }
+
+    /// Writes all of it.
+    fn finish(&self, report: &Report) -> Result<(), Failure> {
+        match (self.folder, &self.part) {
+            (Some(folder), None) => write_report(report, folder, self.files),
+            _ => self.save(report),
+        }
+    }
+}
+
+/// Refuses a folder in which a report would write over files of a person, unless it `is_own`.
+pub(super) fn claim_folder(
+    folder: &Path,
+    is_own: bool,
+    cure: &str,
+    files: &CommandFiles,
+) -> Result<(), Failure> {
+    files.refuse_names(folder, report::is_file, "the report in that folder; give another folder")?;
+    refuse_others_files(folder, is_own, |name| report::is_file(name) && !name.ends_with(".svg"), cure)
+}
+
+/// Whether a report of that command is in `folder`.
+pub(super) fn has_report_of(folder: &Path, command: &str) -> bool {
+    let text = fs::read_to_string(folder.join(FILE)).unwrap_or_default();
+    serde_json::from_str::<Report>(&text).is_ok_and(|report| report.command == command)
+}
+
+/// Writes the files of a report.
+pub(super) fn write_report(report: &Report, folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
+    report::files(report).try_for_each(|(name, bytes)| write(&files.unread(&folder.join(name))?, &bytes))
 }

@@ -1,9 +1,12 @@
 //! `sandbox recommend`: a method and substeps for each part of a scene, from what they measure here.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use lab::Shard;
 use lab::cost::{Bench, Plan, Study, Subject};
+use lab::part::{Found, Part as StudyPart};
 use lab::recommend::{Goal, PartChoice, Point, Recommendation, Rung, Unit, recommend};
 use motion::Method;
 use report::numbers::{digits, duration, json_number as number, three_digits};
@@ -13,8 +16,10 @@ use serde_json::{Value, json};
 use crate::args::{SceneName, check_study, positive};
 use crate::commands::list::Format;
 use crate::failure::Failure;
+use crate::output;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{Output, OutputPath, output_file};
+use crate::output::files::{Output, OutputPath, output_file, refuse_others_files, study_folder};
+use crate::output::parts;
 use crate::output::progress::Progress;
 use crate::output::show;
 
@@ -34,8 +39,14 @@ pub(crate) struct RecommendArgs {
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
     pub seconds: Option<f64>,
     /// Write the scene with the chosen settings into a new file, or into its own
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "shard")]
     pub apply: Option<PathBuf>,
+    /// Measure only part K of N, part by part of the scene, into the folder of --out, for `sandbox merge`
+    #[arg(long, value_name = "K/N", requires = "out")]
+    pub shard: Option<Shard>,
+    /// The folder of --shard
+    #[arg(long, value_name = "DIR", requires = "shard")]
+    pub out: Option<PathBuf>,
     /// As a table or as JSON
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
@@ -72,8 +83,12 @@ pub(crate) fn run(args: &RecommendArgs) -> Result<(), Failure> {
     check_study(&scene, args.seconds)?;
     // Opened before the runs: a place that cannot be written is found out now.
     let target = args.apply.as_deref().map(|path| Target::open(path, &scene, &mut files)).transpose()?;
-    let studies = measure(&parts, args);
-    let (found, studies) = choose(&parts, studies, args)?;
+    if let (Some(shard), Some(folder)) = (args.shard, &args.out) {
+        return measure_part(args, &scene, &parts, shard, folder, &files);
+    }
+    let all: Vec<_> = parts.iter().collect();
+    let studies = measure(&all, parts.len(), args);
+    let (found, studies) = choose(&parts, studies, args.goal.goal(), args.seconds)?;
     show(&match args.format {
         Format::Table => table(&scene, &found, &studies),
         Format::Json => json(&scene, &found, &parts, &studies),
@@ -81,21 +96,108 @@ pub(crate) fn run(args: &RecommendArgs) -> Result<(), Failure> {
     target.map_or(Ok(()), |target| target.write(args, &scene, &parts, &found))
 }
 
+/// Measures some of the parts of a scene, for a merge.
+fn measure_part(
+    args: &RecommendArgs,
+    scene: &Scene,
+    parts: &[Part],
+    shard: Shard,
+    folder: &Path,
+    files: &CommandFiles,
+) -> Result<(), Failure> {
+    let (goal, seconds) = (args.goal.goal(), args.seconds);
+    let name = [args.scene.to_string(), scene.text.to_string()];
+    let found = |studies| Found::Recommend { scene: name, goal, seconds, studies };
+    let empty = StudyPart::new(command(args), std::iter::once(scene), shard, found.clone()(Vec::new()));
+    parts::earlier(&empty, folder, files)?;
+    let _lock = study_folder(folder)?;
+    let own: Vec<_> = (0..).zip(parts).filter(|(at, _)| shard.has(*at)).map(|(_, part)| part).collect();
+    let studies = measure(&own, parts.len(), args);
+    let part = StudyPart { complete: true, found: found(studies), ..empty };
+    parts::write_part(&part, folder, files)?;
+    show(&format!("{}: {} of {} parts of the scene\n", folder.display(), own.len(), parts.len()))
+}
+
+/// The command that measures all parts.
+fn command(args: &RecommendArgs) -> String {
+    let mut command = match args.goal.goal() {
+        Goal::Error(meters) => format!("sandbox recommend {} --error {meters}", &*args.scene),
+        Goal::Budget(ms) => format!("sandbox recommend {} --budget-ms {ms}", &*args.scene),
+    };
+    if let Some(seconds) = args.seconds {
+        command += &format!(" --seconds {seconds}");
+    }
+    if args.quick {
+        command += " --quick";
+    }
+    command
+}
+
+/// A recommendation from the studies of all parts of a scene: as a table, as JSON and as the scene with it.
+pub(super) struct Recommended {
+    pub table: String,
+    pub json: String,
+    pub scene: String,
+}
+
+/// The recommendation for the scene of that name and text.
+pub(super) fn of_studies(
+    [name, text]: &[String; 2],
+    goal: Goal,
+    seconds: Option<f64>,
+    studies: Vec<Study>,
+) -> Result<Recommended, Failure> {
+    let scene = Scene::parse(name, text)?;
+    let parts = scene.parts();
+    let (found, studies) = choose(&parts, studies, goal, seconds)?;
+    Ok(Recommended {
+        table: table(&scene, &found, &studies),
+        json: json(&scene, &found, &parts, &studies),
+        scene: with_choice(name, &scene, &parts, &found)?,
+    })
+}
+
+/// The files of a merge: the report, the table, and the scene with what was chosen.
+const FILES: [&str; 3] = ["recommend.json", "recommend.txt", "scene.ron"];
+
+/// Writes a recommendation that was merged into `folder`.
+pub(super) fn write(recommended: &Recommended, folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
+    let is_file = |name: &str| FILES.contains(&name);
+    files.refuse_names(folder, is_file, "the recommendation in that folder; give another folder")?;
+    let earlier = fs::read_to_string(folder.join(FILES[0])).unwrap_or_default();
+    let is_own = earlier.contains("\"sets_the_price\"");
+    refuse_others_files(folder, is_own, is_file, "give another folder")?;
+    let _lock = study_folder(folder)?;
+    let Recommended { table, json, scene } = recommended;
+    let texts = [json, table, scene];
+    FILES.iter().zip(texts).try_for_each(|(name, text)| {
+        output::files::write(&files.unread(&folder.join(name))?, text.as_bytes())
+    })
+}
+
+/// The text of the scene with what was chosen.
+fn with_choice(name: &str, scene: &Scene, parts: &[Part], found: &Recommendation) -> Result<String, Failure> {
+    let settings = found.rows.iter().map(|row| (row.pick.setting.method, row.pick.setting.substeps));
+    let settings: Vec<_> = parts.iter().zip(settings).collect();
+    let (common, own) = scene.methods_of_parts(&settings);
+    Ok(scene.with_methods(name, common, &own)?)
+}
+
 /// The choice, and the studies with a note on each setting that was left out: one that the forecast calls unstable is not
 /// chosen, because `run --refuse-unstable` would refuse it.
 fn choose(
     parts: &[Part],
     mut studies: Vec<Study>,
-    args: &RecommendArgs,
+    goal: Goal,
+    seconds: Option<f64>,
 ) -> Result<(Recommendation, Vec<Study>), Failure> {
     let mut open = studies.clone();
     loop {
         let named: Vec<_> =
             parts.iter().zip(&open).map(|(part, study)| (part.name.as_str(), study)).collect();
-        let found =
-            recommend(&named, args.goal.goal()).map_err(|why| Failure::Expectation(why.to_string()))?;
+        let found = recommend(&named, goal).map_err(|why| Failure::Expectation(why.to_string()))?;
         let is_unstable = |(part, row): (&Part, &PartChoice)| {
-            Subject::of_scene(part.scene.clone(), args.seconds).is_unstable(row.pick.setting)
+            Subject::of_scene(part.scene.clone(), seconds).is_unstable(row.pick.setting)
         };
         let Some(row) = parts.iter().zip(&found.rows).position(is_unstable) else {
             return Ok((found, studies));
@@ -150,18 +252,15 @@ impl<'a> Target<'a> {
         parts: &[Part],
         found: &Recommendation,
     ) -> Result<(), Failure> {
-        let settings = found.rows.iter().map(|row| (row.pick.setting.method, row.pick.setting.substeps));
-        let settings: Vec<_> = parts.iter().zip(settings).collect();
-        let (common, own) = scene.methods_of_parts(&settings);
-        let text = scene.with_methods(&args.scene, common, &own)?;
+        let text = with_choice(&args.scene, scene, parts, found)?;
         let written = self.file.finish_with(text.as_bytes());
         written.map_err(|error| Failure::file("write", self.path, &error))
     }
 }
 
-/// One study a part.
-fn measure(parts: &[Part], args: &RecommendArgs) -> Vec<Study> {
-    let plan = plan(parts.len(), args.quick);
+/// A study of each of these parts, of so many of the scene.
+fn measure(parts: &[&Part], all: usize, args: &RecommendArgs) -> Vec<Study> {
+    let plan = plan(all, args.quick);
     let progress = Progress::new(parts.len());
     let mut studies = Vec::new();
     for part in parts {

@@ -1,11 +1,13 @@
 //! `sandbox stability`: the survival matrix, every method on every hard case.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use lab::Shard;
 use lab::limits::{self, Limit, Map, Oscillator};
-use lab::stability::StabilityRun;
+use lab::part::{Found, Part};
+use lab::stability::{Matrix, StabilityRun};
 use motion::Method;
 use scene::{Scene, cases};
 use serde_json::Value;
@@ -17,6 +19,7 @@ use crate::output::show;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{refuse_others_files, study_folder, write};
+use crate::output::parts;
 use crate::output::progress::{PIECE, Progress};
 
 pub(super) const EXAMPLES: &str = "\
@@ -38,6 +41,9 @@ pub(crate) struct StabilityArgs {
     /// Write stability.html, matrix.svg, matrix.csv, matrix.md and matrix.json into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Run only part K of N, row by row, for `sandbox merge`
+    #[arg(long, value_name = "K/N", requires = "out")]
+    pub shard: Option<Shard>,
     /// As a table or as JSON
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
@@ -54,23 +60,22 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     let methods = methods(&args.methods);
     let mut files = CommandFiles::default();
     let scenes = scenes(&args.cases, &mut files)?;
-    if let Some(folder) = &args.out {
-        files.refuse_names(
-            folder,
-            report::stability::is_file,
-            "the matrix in that folder; give another folder",
-        )?;
-        let earlier = fs::read_to_string(folder.join("matrix.json")).unwrap_or_default();
-        let is_own = serde_json::from_str::<Value>(&earlier).is_ok_and(|matrix| matrix["rows"].is_array());
-        let is_text = |name: &str| report::stability::is_file(name) && !name.ends_with(".svg");
-        refuse_others_files(folder, is_own, is_text, "give another folder")?;
+    let part = args.shard.map(|shard| {
+        let found = Found::Stability { rows: Vec::new(), all_cases: args.cases.is_empty() };
+        Part::new(command(args), scenes.iter(), shard, found)
+    });
+    if let (Some(folder), Some(part)) = (&args.out, &part) {
+        parts::earlier(part, folder, &files)?;
+    } else if let Some(folder) = &args.out {
+        claim_folder(folder, &files)?;
     }
     let _lock = args.out.as_deref().map(study_folder).transpose()?;
     if let Some(folder) = &args.out {
         // Found out now, and not after minutes.
         tempfile::tempfile_in(folder).map_err(|error| Failure::file("write into", folder, &error))?;
     }
-    let mut run = StabilityRun::new(scenes, &methods, args.ticks);
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    let mut run = StabilityRun::of_shard(scenes, &methods, args.ticks, shard);
     let progress = Progress::new(1);
     loop {
         progress.say(run.now().unwrap_or_default());
@@ -86,13 +91,56 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
         Format::Table => show(&report::stability::table(matrix).aligned())?,
         Format::Json => show(&matrix.json())?,
     }
-    if let Some(folder) = &args.out {
-        let (limits, maps) = if args.cases.is_empty() { largest_steps() } else { Default::default() };
-        for (name, bytes) in report::stability::files(matrix, &limits, &maps) {
-            write(&files.unread(&folder.join(name))?, &bytes)?;
+    match (&args.out, part) {
+        (Some(folder), Some(part)) => {
+            let found = Found::Stability { rows: matrix.rows.clone(), all_cases: args.cases.is_empty() };
+            parts::write_part(&Part { found, complete: true, ..part }, folder, &files)
         }
+        (Some(folder), None) => write_matrix(matrix, args.cases.is_empty(), folder, &files),
+        (None, _) => Ok(()),
+    }
+}
+
+/// Refuses a folder in which a matrix would write over files of a person.
+pub(super) fn claim_folder(folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
+    files.refuse_names(
+        folder,
+        report::stability::is_file,
+        "the matrix in that folder; give another folder",
+    )?;
+    let earlier = fs::read_to_string(folder.join("matrix.json")).unwrap_or_default();
+    let is_own = serde_json::from_str::<Value>(&earlier).is_ok_and(|matrix| matrix["rows"].is_array());
+    let is_text = |name: &str| report::stability::is_file(name) && !name.ends_with(".svg");
+    refuse_others_files(folder, is_own, is_text, "give another folder")
+}
+
+/// Writes the files of a matrix, which is that of `all_cases` of the program or of some.
+pub(super) fn write_matrix(
+    matrix: &Matrix,
+    all_cases: bool,
+    folder: &Path,
+    files: &CommandFiles,
+) -> Result<(), Failure> {
+    let (limits, maps) = if all_cases { largest_steps() } else { Default::default() };
+    for (name, bytes) in report::stability::files(matrix, &limits, &maps) {
+        write(&files.unread(&folder.join(name))?, &bytes)?;
     }
     Ok(())
+}
+
+/// The command that makes the whole matrix.
+fn command(args: &StabilityArgs) -> String {
+    let mut command = "sandbox stability".to_owned();
+    for case in &args.cases {
+        command += &format!(" {case}");
+    }
+    for method in &args.methods {
+        command += &format!(" --method {}", method.name());
+    }
+    if let Some(ticks) = args.ticks {
+        command += &format!(" --ticks {ticks}");
+    }
+    command
 }
 
 /// The largest stable steps, and the maps by their names.

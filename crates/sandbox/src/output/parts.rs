@@ -1,0 +1,60 @@
+//! The file of a part of a study that several machines share.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use lab::part::Part;
+
+use crate::failure::Failure;
+use crate::output::command_files::CommandFiles;
+use crate::output::files::{refuse_others_files, write};
+
+/// The part, which tells a folder of the program from one that a person filled.
+pub(crate) const PART: &str = "part.json";
+
+/// Whether a part is written into a file of that name.
+pub(crate) fn is_file(name: &str) -> bool {
+    name == PART
+}
+
+/// The part in `folder`, if there is one.
+pub(crate) fn part(folder: &Path) -> Result<Option<Part>, Failure> {
+    let path = folder.join(PART);
+    let text = match fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(Failure::file("read", &path, &error)),
+    };
+    serde_json::from_str(&text).map(Some).map_err(|error| {
+        let cure = "give another folder, or remove the file";
+        Failure::Usage(format!(
+            "{}: this is no part of a study of this version: {error}; {cure}",
+            path.display()
+        ))
+    })
+}
+
+/// The earlier part in `folder`, into which `part` will be written; refused where that is of another study.
+pub(crate) fn earlier(part: &Part, folder: &Path, files: &CommandFiles) -> Result<Option<Part>, Failure> {
+    files.refuse_names(folder, is_file, "the part in that folder; give another folder")?;
+    let earlier = self::part(folder)?;
+    refuse_others_files(folder, earlier.is_some(), is_file, "give another folder")?;
+    if let Some(earlier) = &earlier {
+        let other = part.differs(earlier).or((part.shard != earlier.shard).then_some("another shard"));
+        if let Some(other) = other {
+            let (path, cure) = (folder.join(PART), "give another folder, or remove it");
+            return Err(Failure::Usage(format!(
+                "{}: the part in this folder is of {other}; {cure}",
+                path.display()
+            )));
+        }
+    }
+    Ok(earlier)
+}
+
+/// Writes a part into `folder`.
+pub(crate) fn write_part(part: &Part, folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(part).expect("a part is plain data") + "\n";
+    write(&files.unread(&folder.join(PART))?, text.as_bytes())
+}
