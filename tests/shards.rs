@@ -141,7 +141,8 @@ fn shards_that_are_no_whole_study_are_refused_by_name() {
     line("merge m-1 m-2 m-2 m-3 --out o")
         .fails(2, "m-2: shard 2/3 is here and in m-2; leave one of them out");
     line("merge m-1 foreign --out o").fails(2, "part.json: this is no part of a study of this version");
-    line("merge m-1 nowhere --out o").fails(2, "nowhere: no study was written into this folder");
+    line("merge m-1 nowhere --out o")
+        .fails(2, "nowhere: no shard of a sweep or a study was written into this folder");
     line("stability huge_steps --ticks 50 --shard 2/3 --out n").fine();
     line("merge m-1 n m-3 --out o").fails(2, "n: this is a study of another command than that in m-1");
     line(&format!("{command} --shard 2/4 --out k")).fine();

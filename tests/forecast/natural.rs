@@ -96,6 +96,51 @@ fn a_mode_is_found_as_often_as_it_is_there() {
 }
 
 #[test]
+fn modes_of_a_light_chain_that_carries_a_heavy_load_are_those_of_a_string() {
+    // 60 links of 1 g between a wall and 1 t, each on a spring under 100 N: the squares of frequencies are ten decades apart.
+    let (links, mass, tension) = (60, 0.001, 100.0);
+    let body = |i: usize| {
+        let held = match i {
+            0 => "immovable: true".to_owned(),
+            i if i > links => "mass_kg: 1000".to_owned(),
+            _ => format!("mass_kg: {mass}"),
+        };
+        format!("(name: \"b{i}\", position_m: (0, {}, 0), {held})", -(i as f64))
+    };
+    let spring = |i: usize| {
+        format!("(between: (\"b{i}\", \"b{}\"), stiffness_n_m: 10000, rest_length_m: 0.99)", i + 1)
+    };
+    let bodies: Vec<_> = (0..links + 2).map(body).collect();
+    let springs: Vec<_> = (0..=links).map(spring).collect();
+    let scene = format!("(version: 1, bodies: [{}], springs: [{}])", bodies.join(", "), springs.join(", "));
+    let (_, NaturalModes { lowest, .. }) = modes(&scene, 9);
+    // The load swings across in two directions and along the chain; then the links, between two fixed ends, in pairs.
+    let string = |k: usize| {
+        2.0 * f64::sqrt(tension / mass)
+            * (k as f64 * std::f64::consts::PI / (2.0 * (links as f64 + 1.0))).sin()
+    };
+    for (at, mode) in lowest[3..].iter().enumerate() {
+        let exact = string(at / 2 + 1);
+        let found = mode.angular_frequency;
+        assert!((found / exact - 1.0).abs() <= 1e-3, "{found} for {exact}");
+    }
+}
+
+#[test]
+fn a_well_beside_a_spring_adds_its_own_stiffness() {
+    // `a = -mu r / r³` stretches what it attracts along r by 2 mu / r³, and pushes what it repels.
+    for (strength, stiffness) in [(8.0, 100.0), (-8.0, 10.0)] {
+        let scene = format!(
+            "(version: 1, bodies: [(name: \"a\", immovable: true), (name: \"b\", position_m: (1, 0, 0), locked_axes: [y, z])],
+            springs: [(between: (\"a\", \"b\"), stiffness_n_m: {stiffness}, rest_length_m: 1)], wells: [(strength_m3_s2: {strength})])"
+        );
+        let (_, NaturalModes { lowest, .. }) = modes(&scene, 3);
+        assert_eq!(lowest.len(), 1);
+        near(lowest[0].angular_frequency, f64::sqrt(stiffness - 2.0 * strength));
+    }
+}
+
+#[test]
 fn modes_of_several_groups_are_sorted_and_none_is_told_of_twice() {
     let post = |i: usize| {
         format!(

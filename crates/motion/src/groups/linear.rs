@@ -143,6 +143,16 @@ impl<'a> LinearGroup<'a> {
         self.at = positions;
     }
 
+    /// The same system with all that wells do, also what pushes bodies on: A may then have negative eigenvalues.
+    pub fn with_whole_wells(mut self, world: &World, bodies: &[Entity]) -> Self {
+        if let Some(wells) = world.get_resource::<Wells>() {
+            let at = EvaluationTime { time: 0.0, within_step: 0.0 };
+            let states = states_of(world, &bodies[..self.movable()]);
+            self.wells = states.iter().map(|state| -Law::jacobians(wells, at, *state).position).collect();
+        }
+        self
+    }
+
     /// The number of movable bodies.
     pub const fn movable(&self) -> usize {
         self.root.len()

@@ -42,91 +42,62 @@ pub(crate) fn run(args: &MergeArgs) -> Result<(), Failure> {
     if parts::part(first)?.is_some() { merge_parts(args) } else { merge_sweeps(args) }
 }
 
-/// What is written beside a shard.
-trait Shared: Sized {
-    /// The name of its file.
-    const FILE: &str;
-    /// What it is, in a sentence.
-    const WHAT: &str;
-
-    fn read(folder: &Path) -> Result<Option<Self>, Failure>;
-
-    fn shard(&self) -> Shard;
-
-    fn is_complete(&self) -> bool;
-
+/// How shards of one kind are read and compared.
+struct Kind<S> {
+    /// The name of the file that is written beside each.
+    file: &'static str,
+    /// What they are of, in a sentence.
+    what: &'static str,
+    read: fn(&Path) -> Result<Option<S>, Failure>,
+    /// Which shard it is, and whether all of it was run.
+    state: fn(&S) -> (Shard, bool),
     /// What keeps two from being of one study, as the end of a sentence.
-    fn differs(&self, other: &Self) -> Option<&'static str>;
+    differs: fn(&S, &S) -> Option<&'static str>,
 }
 
-impl Shared for Record {
-    const FILE: &str = runs::RECORD;
-    const WHAT: &str = "sweep";
+const SWEEPS: Kind<Record> = Kind {
+    file: runs::RECORD,
+    what: "sweep",
+    read: runs::record,
+    state: |record| (record.shard, record.complete),
+    differs: Record::differs,
+};
 
-    fn read(folder: &Path) -> Result<Option<Self>, Failure> {
-        runs::record(folder)
-    }
-
-    fn shard(&self) -> Shard {
-        self.shard
-    }
-
-    fn is_complete(&self) -> bool {
-        self.complete
-    }
-
-    fn differs(&self, other: &Self) -> Option<&'static str> {
-        self.differs(other)
-    }
-}
-
-impl Shared for Part {
-    const FILE: &str = parts::PART;
-    const WHAT: &str = "study";
-
-    fn read(folder: &Path) -> Result<Option<Self>, Failure> {
-        parts::part(folder)
-    }
-
-    fn shard(&self) -> Shard {
-        self.shard
-    }
-
-    fn is_complete(&self) -> bool {
-        self.complete
-    }
-
-    fn differs(&self, other: &Self) -> Option<&'static str> {
-        self.differs(other)
-    }
-}
+const STUDIES: Kind<Part> = Kind {
+    file: parts::PART,
+    what: "study",
+    read: parts::part,
+    state: |part| (part.shard, part.complete),
+    differs: Part::differs,
+};
 
 /// All shards of a study with their folders, in their order.
-fn all_shards<S: Shared>(
+fn all_shards<S>(
+    kind: &Kind<S>,
     folders: &[PathBuf],
     files: &mut CommandFiles,
 ) -> Result<Vec<(PathBuf, S)>, Failure> {
     let mut shards: BTreeMap<Shard, (PathBuf, S)> = BTreeMap::new();
-    let what = S::WHAT;
+    let Kind { file, what, read, state, differs } = kind;
     for folder in folders {
         let refused =
             |what: String, cure: &str| Failure::Usage(format!("{}: {what}; {cure}", folder.display()));
-        let record = S::read(folder)?.ok_or_else(|| {
-            let what = format!("no {what} was written into this folder");
+        let record = read(folder)?.ok_or_else(|| {
+            let what = "no shard of a sweep or a study was written into this folder".to_owned();
             refused(what, "give the folders of --out of every shard")
         })?;
         if let Some((_, (other, first))) = shards.first_key_value()
-            && let Some(differs) = first.differs(&record)
+            && let Some(differs) = differs(first, &record)
         {
             let words = format!("this is a {what} of {differs} than that in {}", other.display());
             return Err(refused(words, &format!("give the shards of one {what}")));
         }
-        if !record.is_complete() {
-            let what = format!("shard {} is not complete", record.shard());
+        let (shard, is_complete) = state(&record);
+        if !is_complete {
+            let what = format!("shard {shard} is not complete");
             return Err(refused(what, "finish it with --resume"));
         }
-        files.read("the record of a shard", &folder.join(S::FILE))?;
-        let shard = record.shard();
+        files.read("the record of a shard", &folder.join(file))?;
         if let Some((other, _)) = shards.insert(shard, (folder.clone(), record)) {
             let what = format!("shard {shard} is here and in {}", other.display());
             return Err(refused(what, "leave one of them out"));
@@ -148,7 +119,7 @@ fn all_shards<S: Shared>(
 /// Merges the shards of a sweep, in memory that does not grow with its runs.
 fn merge_sweeps(args: &MergeArgs) -> Result<(), Failure> {
     let mut files = CommandFiles::default();
-    let shards = all_shards::<Record>(&args.folders, &mut files)?;
+    let shards = all_shards(&SWEEPS, &args.folders, &mut files)?;
     let Some((_, first)) = shards.first() else { return Ok(()) };
     let mut record = Record { shard: Shard::WHOLE, processors: Vec::new(), complete: false, ..first.clone() };
     let mut sources = Vec::new();
@@ -174,7 +145,7 @@ fn merge_sweeps(args: &MergeArgs) -> Result<(), Failure> {
 /// Merges the shards of a study of cost, a survival matrix or a recommendation.
 fn merge_parts(args: &MergeArgs) -> Result<(), Failure> {
     let mut files = CommandFiles::default();
-    let shards = all_shards::<Part>(&args.folders, &mut files)?;
+    let shards = all_shards(&STUDIES, &args.folders, &mut files)?;
     let (mut rows, mut studies) = (BTreeMap::new(), BTreeMap::new());
     let machines: Vec<_> = shards.iter().map(|(_, part)| part.machine.clone()).collect();
     let (Some((folder, first)), Some(machine)) = (shards.first(), machines.first()) else { return Ok(()) };

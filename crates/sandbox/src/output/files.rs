@@ -6,6 +6,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use serde::de::DeserializeOwned;
 use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
@@ -371,6 +372,19 @@ pub(crate) fn refuse_others_files(
         }
         None => Ok(()),
     }
+}
+
+/// What an earlier run wrote into that file as JSON, if it is there.
+pub(crate) fn read_record<T: DeserializeOwned>(path: &Path, what: &str) -> Result<Option<T>, Failure> {
+    let text = match fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(Failure::file("read", path, &error)),
+    };
+    serde_json::from_str(&text).map(Some).map_err(|error| {
+        let cure = "give another folder, or remove the file";
+        Failure::Usage(format!("{}: this is no {what} of this version: {error}; {cure}", path.display()))
+    })
 }
 
 /// Makes the folder of a study where it is missing, and keeps other studies out of it as long as the lock is held.

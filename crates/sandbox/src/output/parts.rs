@@ -1,14 +1,12 @@
 //! The file of a part of a study that several machines share.
 
-use std::fs;
-use std::io;
 use std::path::Path;
 
 use lab::part::Part;
 
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{refuse_others_files, write};
+use crate::output::files::{read_record, refuse_others_files, write};
 
 /// The part, which tells a folder of the program from one that a person filled.
 pub(crate) const PART: &str = "part.json";
@@ -20,19 +18,7 @@ pub(crate) fn is_file(name: &str) -> bool {
 
 /// The part in `folder`, if there is one.
 pub(crate) fn part(folder: &Path) -> Result<Option<Part>, Failure> {
-    let path = folder.join(PART);
-    let text = match fs::read_to_string(&path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(Failure::file("read", &path, &error)),
-    };
-    serde_json::from_str(&text).map(Some).map_err(|error| {
-        let cure = "give another folder, or remove the file";
-        Failure::Usage(format!(
-            "{}: this is no part of a study of this version: {error}; {cure}",
-            path.display()
-        ))
-    })
+    read_record(&folder.join(PART), "part of a study")
 }
 
 /// The earlier part in `folder`, into which `part` will be written; refused where that is of another study.

@@ -12,7 +12,7 @@ use report::sweep::Figure;
 
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{Output, write};
+use crate::output::files::{Output, read_record, write};
 
 /// The record, which tells a folder of the program from one that a person filled.
 pub(crate) const RECORD: &str = "sweep.json";
@@ -34,19 +34,7 @@ pub(crate) fn are_there(folder: &Path) -> bool {
 
 /// The record in `folder`, if there is one.
 pub(crate) fn record(folder: &Path) -> Result<Option<Record>, Failure> {
-    let path = folder.join(RECORD);
-    let text = match fs::read_to_string(&path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(Failure::file("read", &path, &error)),
-    };
-    serde_json::from_str(&text).map(Some).map_err(|error| {
-        let cure = "give another folder, or remove the file";
-        Failure::Usage(format!(
-            "{}: this is no record of a sweep of this version: {error}; {cure}",
-            path.display()
-        ))
-    })
+    read_record(&folder.join(RECORD), "record of a sweep")
 }
 
 /// Writes the record of a sweep into `folder`.

@@ -136,7 +136,8 @@ impl Selection {
         for pattern in &self.bodies {
             let pattern_of = WildMatch::new(pattern);
             if !names.iter().any(|name| pattern_of.matches(&name)) {
-                return refuse(&format!("--bodies {pattern}"), pattern);
+                let cure = "* is any letters of a name, ? is one";
+                return Err(Failure::Usage(format!("--bodies {pattern}: no body has such a name; {cure}")));
             }
         }
         Ok(())

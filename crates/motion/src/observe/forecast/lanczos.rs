@@ -141,7 +141,7 @@ fn replace_basis(basis: &mut Vec<Vec<f64>>, best: &[Pair]) {
 }
 
 /// The linear combination of the vectors of a basis with those factors.
-fn combined(basis: &[Vec<f64>], factors: &[f64]) -> Vec<f64> {
+pub(super) fn combined(basis: &[Vec<f64>], factors: &[f64]) -> Vec<f64> {
     let mut sum = vec![0.0; basis.first().map_or(0, Vec::len)];
     for (factor, vector) in factors.iter().zip(basis) {
         sum.iter_mut().zip(vector).for_each(|(sum, part)| *sum += factor * part);

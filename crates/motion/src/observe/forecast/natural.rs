@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::lanczos::{Pair, dot, orthogonalize, scattered, symmetric_eigenpairs};
+use super::lanczos::{Pair, combined, dot, orthogonalize, scattered, symmetric_eigenpairs};
 use crate::groups::{Group, Groups, LinearGroup, compile_groups};
 use crate::units::Scalar;
 
@@ -45,7 +45,7 @@ const MOST_WHOLE: usize = 120;
 const LEAST: Scalar = 1e-11;
 
 /// Computes up to `count` of the slowest and of the fastest natural modes of all groups of `world`, linearized in the
-/// present state: springs, wells, drag and damping. Compiles the groups again if they changed.
+/// present state: springs, wells, drag and damping. Of wells at groups of more than 40 bodies only what pulls back counts. Compiles the groups again if they changed.
 ///
 /// Where nothing pulls a motion back it has no frequency and is no mode: a free group drifts, a spring at its rest length holds
 /// nothing across itself. A compressed spring, which pushes across itself, counts there as one at its rest length. Groups that
@@ -67,7 +67,10 @@ pub fn natural_modes(world: &mut World, count: usize) -> NaturalModes {
         if coupling.springs.is_empty() || coupling.attracts {
             continue;
         }
-        let group = LinearGroup::of(world, coupling, bodies);
+        let mut group = LinearGroup::of(world, coupling, bodies);
+        if group.coordinates() <= MOST_WHOLE {
+            group = group.with_whole_wells(world, bodies);
+        }
         let [low, high] = of_group(&group, count);
         let found = |(number, pair): Numbered| ((at, number), mode(&group, bodies, pair));
         lowest.extend(low.into_iter().map(found));
@@ -129,35 +132,32 @@ fn of_group(group: &LinearGroup<'_>, count: usize) -> [Vec<Numbered>; 2] {
         };
         numbers.chunks(n).map(image).collect::<Vec<_>>()
     };
-    let mut fast = extreme(start(), count, stiffness);
+    let mut fast = extreme(start(), count, MOST_RESTARTS[0], stiffness);
     let Some((largest, _)) = fast.first() else { return Default::default() };
     let least = LEAST * largest;
     // The largest of `p / (p + s)²` are the smallest p above s. What has no frequency has 0 there, and rounding lets in little of it
     // while s is not far below the p that are looked for.
     let mut shift = 1e-3 * largest;
+    let mut basis: Vec<Vec<Scalar>> = Vec::new();
     let slow = loop {
         let shifted = |y: &[Scalar], out: &mut [Scalar]| {
             stiffness(y, out);
             out.iter_mut().zip(y).for_each(|(out, y)| *out += shift * y);
         };
-        let found = extreme(start(), count, |y, out| {
+        let found = extreme(start(), count, MOST_RESTARTS[1], |y, out| {
             let [mut once, mut twice] = [vec![0.0; n], vec![0.0; n]];
             solve(&shifted, y, &mut once);
             solve(&shifted, &once, &mut twice);
             stiffness(&twice, out);
         });
-        let mut product = vec![0.0; n];
-        let mut squared = |y: Vec<Scalar>| {
-            stiffness(&y, &mut product);
-            (dot(&y, &product), y)
-        };
-        let mut slow: Vec<_> = found.into_iter().map(|(_, y)| squared(y)).collect();
+        // Modes near the shift are known best: those of all shifts together have the best of each.
+        found.into_iter().for_each(|(_, y)| add(&mut basis, y));
+        let mut slow = ritz(&basis, stiffness);
+        slow.reverse();
         slow.retain(|(value, _)| *value > least);
-        slow.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        slow.truncate(count);
         match slow.first() {
-            Some((slowest, _)) if *slowest < 500.0 * shift && shift > least => {
-                shift = (slowest / 1000.0).min(shift / 10.0);
-            }
+            Some((slowest, _)) if *slowest < 500.0 * shift && shift > least => shift /= 100.0,
             _ => break slow,
         }
     };
@@ -191,16 +191,21 @@ const BESIDE: usize = 4;
 /// Blocks of the basis.
 const BLOCKS: usize = 4;
 
-/// Most restarts.
-const MOST_RESTARTS: usize = 300;
+/// Most restarts for the fastest modes, and for the slowest ones at each shift.
+const MOST_RESTARTS: [usize; 2] = [300, 30];
 
 /// Length of what is left of an eigenpair, over its eigenvalue, at which it is found. The eigenvalue is then known to about
 /// the square of it.
 const FOUND: Scalar = 1e-6;
 
 /// Finds `count` of the largest eigenpairs of a symmetric positive semidefinite operator, the largest first, in the Krylov
-/// subspaces of the block `next`.
-fn extreme(mut next: Vec<Vec<Scalar>>, count: usize, apply: impl Fn(&[Scalar], &mut [Scalar])) -> Vec<Pair> {
+/// subspaces of the block `next`, with so many restarts at most.
+fn extreme(
+    mut next: Vec<Vec<Scalar>>,
+    count: usize,
+    most_restarts: usize,
+    apply: impl Fn(&[Scalar], &mut [Scalar]),
+) -> Vec<Pair> {
     let (block, n) = (next.len(), next.first().map_or(0, Vec::len));
     let most = (BLOCKS * block).min(n);
     let image = |y: &[Scalar]| {
@@ -210,7 +215,7 @@ fn extreme(mut next: Vec<Vec<Scalar>>, count: usize, apply: impl Fn(&[Scalar], &
     };
     let (mut basis, mut images): (Vec<Vec<Scalar>>, Vec<Vec<Scalar>>) = Default::default();
     let mut found = Vec::new();
-    for _ in 0..MOST_RESTARTS {
+    for _ in 0..most_restarts {
         while basis.len() < most && !next.is_empty() {
             let mut added = Vec::new();
             for mut vector in std::mem::take(&mut next) {
@@ -229,15 +234,7 @@ fn extreme(mut next: Vec<Vec<Scalar>>, count: usize, apply: impl Fn(&[Scalar], &
         }
         let m = basis.len();
         let projected = basis.iter().flat_map(|row| images.iter().map(|image| dot(row, image))).collect();
-        let ritz = symmetric_eigenpairs(projected, m);
-        let best: Vec<_> = ritz.into_iter().take(block).collect();
-        let combined = |of: &[Vec<Scalar>], shares: &[Scalar]| {
-            let mut sum = vec![0.0; n];
-            for (vector, share) in of.iter().zip(shares) {
-                sum.iter_mut().zip(vector).for_each(|(sum, part)| *sum += share * part);
-            }
-            sum
-        };
+        let best: Vec<_> = symmetric_eigenpairs(projected, m).into_iter().take(block).collect();
         let vectors: Vec<_> = best.iter().map(|(_, shares)| combined(&basis, shares)).collect();
         images = best.iter().map(|(_, shares)| combined(&images, shares)).collect();
         found = best.iter().map(|(value, _)| *value).zip(vectors.iter().cloned()).take(count).collect();
@@ -258,6 +255,29 @@ fn extreme(mut next: Vec<Vec<Scalar>>, count: usize, apply: impl Fn(&[Scalar], &
         basis = vectors;
     }
     found
+}
+
+/// Adds what a vector has beside an orthonormal basis to it.
+fn add(basis: &mut Vec<Vec<Scalar>>, mut vector: Vec<Scalar>) {
+    orthogonalize(&mut vector, basis);
+    let length = dot(&vector, &vector).sqrt();
+    if length > 1e-7 {
+        vector.iter_mut().for_each(|part| *part /= length);
+        basis.push(vector);
+    }
+}
+
+/// The eigenpairs of an operator in the span of an orthonormal basis, the largest first.
+fn ritz(basis: &[Vec<Scalar>], apply: impl Fn(&[Scalar], &mut [Scalar])) -> Vec<Pair> {
+    let image = |y: &Vec<Scalar>| {
+        let mut out = vec![0.0; y.len()];
+        apply(y, &mut out);
+        out
+    };
+    let images: Vec<_> = basis.iter().map(image).collect();
+    let projected = basis.iter().flat_map(|row| images.iter().map(|image| dot(row, image))).collect();
+    let pairs = symmetric_eigenpairs(projected, basis.len()).into_iter();
+    pairs.map(|(value, shares)| (value, combined(basis, &shares))).collect()
 }
 
 /// Most products for a solution.
