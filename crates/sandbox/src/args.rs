@@ -73,6 +73,17 @@ pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
+/// Those that are given, each once.
+pub(crate) fn once<T: PartialEq + Clone>(given: &[T]) -> Vec<T> {
+    let mut once = Vec::new();
+    for item in given {
+        if !once.contains(item) {
+            once.push(item.clone());
+        }
+    }
+    once
+}
+
 /// How many natural modes are told of.
 pub(crate) fn modes_count(text: &str) -> Result<usize, String> {
     let count = text.parse().ok().filter(|count| (1..=NaturalModes::MOST).contains(count));

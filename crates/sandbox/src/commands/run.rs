@@ -13,7 +13,7 @@ use scene::Scene;
 
 use crate::app::player::Player;
 use crate::app::session::Session;
-use crate::args::{SceneName, StepArgs, above_0, damping, effect, positive, rate, size, whole};
+use crate::args::{SceneName, StepArgs, above_0, damping, effect, once, positive, rate, size, whole};
 use crate::clock::FrameClock;
 use crate::commands::lessons::pupil::Demonstration;
 use crate::failure::Failure;
@@ -150,14 +150,7 @@ impl From<PictureQuality> for Quality {
 impl RunArgs {
     /// What the state file has.
     fn selection(&self) -> Selection {
-        let mut quantities = self.columns.clone();
-        let mut seen = Vec::new();
-        quantities.retain(|quantity| {
-            let is_new = !seen.contains(quantity);
-            seen.push(quantity.clone());
-            is_new
-        });
-        Selection { quantities, bodies: self.bodies.clone() }
+        Selection { quantities: once(&self.columns), bodies: self.bodies.clone() }
     }
 }
 

@@ -12,7 +12,7 @@ use motion::Method;
 use scene::{Scene, cases};
 use serde_json::Value;
 
-use crate::args::{above_0, method};
+use crate::args::{above_0, method, once};
 use crate::commands::list::Format;
 use crate::output::show;
 
@@ -173,11 +173,5 @@ fn scenes(asked: &[String], files: &mut CommandFiles) -> Result<Vec<Scene>, Fail
     if asked.is_empty() {
         return cases().iter().map(|case| Ok(case.load()?)).collect();
     }
-    let mut once: Vec<&String> = Vec::new();
-    for name in asked {
-        if !once.contains(&name) {
-            once.push(name);
-        }
-    }
-    once.into_iter().map(|name| files.case(name)).collect()
+    once(asked).iter().map(|name| files.case(name)).collect()
 }

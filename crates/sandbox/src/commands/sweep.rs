@@ -12,7 +12,7 @@ use lab::{Shard, Value};
 use report::numbers::{NONE, digits};
 use xxhash_rust::xxh3::xxh3_64;
 
-use crate::args::{SceneName, check_seconds, check_time, positive, threads};
+use crate::args::{SceneName, check_seconds, check_time, once, positive, threads};
 use crate::commands::cost::refuse_swarms_alone;
 use crate::commands::list::Format;
 use crate::failure::Failure;
@@ -76,13 +76,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     let scene = files.named_scene(&args.scene)?;
     refuse_swarms_alone(&scene)?;
     check_seconds(args.seconds, scene.step_hz)?;
-    let mut measures = Vec::new();
-    for measure in &args.measures {
-        if !measures.contains(measure) {
-            measures.push(*measure);
-        }
-    }
-    let plan = Plan { axes: args.axes.clone(), seconds: args.seconds, measures };
+    let plan = Plan { axes: args.axes.clone(), seconds: args.seconds, measures: once(&args.measures) };
     let all = count(&plan, args.yes)?;
     let (runs, shard) = (args.shard.count(all), args.shard);
     if args.out.is_none() && runs > PRINTED {
