@@ -53,7 +53,7 @@ impl Event {
     pub fn bytes(&self) -> usize {
         let list = match &self.what {
             Change::Requests(requests) => requests.capacity() * size_of::<Request<u32>>(),
-            _ => 0,
+            Change::Method(_) | Change::Substeps(_) | Change::Step(_) | Change::Push(..) => 0,
         };
         size_of::<Self>() + list
     }

@@ -95,14 +95,12 @@ pub fn measured(simulation: &mut Simulation, measure: &Measure) -> Option<f64> {
         Measure::Distance(one, other) => {
             position(one).zip(position(other)).map(|(one, other)| one.distance(other))
         }
-        Measure::Energy | Measure::KineticEnergy | Measure::Momentum(_) => {
+        Measure::Energy => {
             let totals = totals(&mut simulation.world);
-            return Some(match measure {
-                Measure::Momentum(axis) => along(totals.momentum, *axis),
-                Measure::KineticEnergy => totals.kinetic_energy,
-                _ => totals.kinetic_energy + totals.potential_energy,
-            });
+            Some(totals.kinetic_energy + totals.potential_energy)
         }
+        Measure::KineticEnergy => Some(totals(&mut simulation.world).kinetic_energy),
+        Measure::Momentum(axis) => Some(along(totals(&mut simulation.world).momentum, *axis)),
         Measure::Gravity => {
             let gravity = world.get_resource::<Gravity>().filter(|gravity| gravity.on);
             Some(gravity.map_or(0.0, |gravity| gravity.acceleration.length()))
@@ -119,7 +117,15 @@ pub fn measured(simulation: &mut Simulation, measure: &Measure) -> Option<f64> {
         Measure::Evaluations => Some(world.resource::<Evaluations>().accelerations() as f64),
         #[expect(clippy::cast_precision_loss, reason = "a count")]
         Measure::Quarantined => Some(world.resource::<Quarantine>().records().len() as f64),
-        _ => return None,
+        Measure::Error
+        | Measure::GhostError(_)
+        | Measure::PushWork
+        | Measure::Selected(_)
+        | Measure::ClickForce
+        | Measure::Shows(_)
+        | Measure::Paused
+        | Measure::Follows
+        | Measure::Fault => return None,
     };
     Some(value.unwrap_or(f64::NAN))
 }

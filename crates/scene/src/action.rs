@@ -7,76 +7,163 @@ use motion::effects::Effect;
 use motion::{Method, Substeps};
 use serde::{Deserialize, Serialize};
 
-/// One thing that a script does. In a file an action is written as its name in snake case: `press("G")`,
-/// `move_mouse(640, 360)`, `set_gravity((0, -1.6, 0))`.
-///
-/// Names of keys and actions are the key table's, which is not this crate's to know; numbers of changes may
-/// be non-finite on purpose.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Action {
+/// Makes the enum from a table with a row for each action: its variant, what it acts on, and what is wrong with its
+/// values, if anything is.
+macro_rules! actions {
+    ($(
+        $(#[$doc:meta])*
+        $variant:ident $(($($(#[$with:meta])* $value:ident: $type:ty),+))? => $target:expr, $fault:expr;
+    )+) => {
+        /// One thing that a script does. In a file an action is written as its name in snake case: `press("G")`,
+        /// `move_mouse(640, 360)`, `set_gravity((0, -1.6, 0))`.
+        ///
+        /// Names of keys and actions are the key table's, which is not this crate's to know; numbers of changes may
+        /// be non-finite on purpose.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        pub enum Action {
+            $($(#[$doc])* $variant $(($($(#[$with])* $type),+))?,)+
+        }
+
+        impl Action {
+            /// What the action acts on.
+            #[allow(unused_variables, reason = "a row names all its values")]
+            fn target(&self) -> Target<'_> {
+                match self {
+                    $(Self::$variant $(($($value),+))? => $target,)+
+                }
+            }
+
+            /// What is wrong with the action's values, and what would be right.
+            #[allow(unused_variables, reason = "a row names all its values")]
+            pub(crate) fn fault(&self) -> Option<Fault> {
+                match self {
+                    $(Self::$variant $(($($value),+))? => $fault,)+
+                }
+            }
+        }
+    };
+}
+
+actions! {
     /// Presses the key of that name in this frame and lets it go in the next; one that pushes acts for one tick.
-    Press(String),
+    Press(key: String) => Target::Key(key), nameless(key);
     /// Holds a key for so many seconds, above 0; one that pushes acts in the ticks of that time.
-    Hold(String, f64),
+    Hold(key: String, seconds: f64) => Target::Key(key), nameless(key).or_else(|| timeless(*seconds, "hold a key"));
     /// Does nothing for so many seconds, above 0; in lessons.
-    Wait(f64),
+    Wait(seconds: f64) => Target::Input, timeless(*seconds, "wait");
     /// Presses a key and leaves it down; for recordings.
-    KeyDown(String),
+    KeyDown(key: String) => Target::Key(key), nameless(key);
     /// Lets a key go; for recordings.
-    KeyUp(String),
+    KeyUp(key: String) => Target::Key(key), nameless(key);
     /// The time at which the next key goes down or up, s, at least 0, within its frame; for recordings.
-    At(f64),
+    At(time: f64) => Target::Input, unless(
+        *time >= 0.0 && time.is_finite(),
+        || format!("{time} s is not a time of a key"),
+        "give a number of seconds, at least 0",
+    );
     /// Types characters into the field that has the focus; for recordings.
-    Text(String),
+    Text(text: String) => Target::Input, None;
     /// Puts the pointer on a pixel in selection mode; turns the camera by as much in camera mode.
-    MoveMouse(f64, f64),
+    MoveMouse(x: f64, y: f64) => Target::Input, unless(
+        x.is_finite() && y.is_finite(),
+        || format!("({x}, {y}) is not a pixel"),
+        "give two finite numbers",
+    );
     /// Presses a mouse button.
-    MouseDown(MouseButton),
+    MouseDown(button: MouseButton) => Target::Input, None;
     /// Lets a mouse button go.
-    MouseUp(MouseButton),
+    MouseUp(button: MouseButton) => Target::Input, None;
     /// Presses a mouse button in this frame and lets it go in the next.
-    Click(MouseButton),
+    Click(button: MouseButton) => Target::Input, None;
     /// Turns the wheel by so many notches, away from the person positive.
-    Wheel(f64),
+    Wheel(notches: f64) => Target::Input, unless(
+        notches.is_finite(),
+        || format!("{notches} is not a number of notches"),
+        "give a finite number",
+    );
     /// The window loses the focus: every key and button is let go.
-    FocusLost,
+    FocusLost => Target::Input, None;
     /// The window gets a new size, px, each 1 to 16384.
-    Resize(u32, u32),
-    /// The display has so many pixels a point of the panels, above 0.
-    Scale(f64),
+    Resize(width: u32, height: u32) => Target::Input, unless(
+        [width, height].into_iter().all(|side| (1..=LARGEST_SIDE).contains(side)),
+        || format!("{width} x {height} is not a window size"),
+        "give two numbers of pixels from 1 to 16384",
+    );
+    /// The display has so many pixels per point of the panels, above 0.
+    Scale(scale: f64) => Target::Input, unless(
+        scale.is_finite() && *scale > 0.0,
+        || format!("{scale} is not a scale"),
+        "give a positive number",
+    );
     /// The dock gets that width, points, above 0.
-    DockWidth(f64),
+    DockWidth(points: f64) => Target::Input, unless(
+        points.is_finite() && *points > 0.0,
+        || format!("{points} is not a width"),
+        "give a positive number of points",
+    );
     /// Arranges the panels as that text says, which is what the window remembers; for recordings.
-    Arrange(String),
+    Arrange(text: String) => Target::Input, None;
     /// Pushes a body for one tick, N.
-    Push(String, #[serde(with = "triple")] DVec3),
+    Push(body: String, #[serde(with = "triple")] newtons: DVec3) => Target::Body(body), None;
     /// Gives a body an impulse, N s.
-    Impulse(String, #[serde(with = "triple")] DVec3),
+    Impulse(body: String, #[serde(with = "triple")] impulse: DVec3) => Target::Body(body), None;
     /// Sets the acceleration of gravity, m/s².
-    SetGravity(#[serde(with = "triple")] DVec3),
+    SetGravity(#[serde(with = "triple")] acceleration: DVec3) => Target::Effect(Effect::Gravity), None;
     /// Sets the scene's damping rate, 1/s.
-    SetDamping(f64),
+    SetDamping(rate: f64) => Target::Effect(Effect::Damping), unless(
+        rate.is_nan() || *rate >= 0.0,
+        || format!("{rate} is not a rate"),
+        "give a number of 1/s, at least 0",
+    );
     /// Sets a body's velocity, m/s.
-    SetVelocity(String, #[serde(with = "triple")] DVec3),
+    SetVelocity(body: String, #[serde(with = "triple")] velocity: DVec3) => Target::Body(body), None;
     /// Sets a body's position, m.
-    SetPosition(String, #[serde(with = "triple")] DVec3),
-    /// Turns every velocity round.
-    ReverseVelocities,
+    SetPosition(body: String, #[serde(with = "triple")] position: DVec3) => Target::Body(body), None;
+    /// Reverses every velocity.
+    ReverseVelocities => Target::Scene, None;
     /// Removes a body.
-    Remove(String),
+    Remove(body: String) => Target::Body(body), None;
     /// Writes the picture of this frame under that plain file name, which ends in `.png`.
-    Screenshot(String),
+    Screenshot(name: String) => Target::Picture, unless(
+        is_picture_name(name),
+        || format!("{name:?} is not a plain file name that ends in .png"),
+        "give one such as \"push.png\"",
+    );
     /// Writes that line below pictures with captions from now on, in place of the description of the scene.
-    Caption(String),
+    Caption(words: String) => Target::Picture, unless(
+        words.chars().count() <= LONGEST_CAPTION && !words.contains(char::is_control),
+        || format!("{words:?} is not a caption"),
+        "give a line of at most 300 characters",
+    );
     /// Changes the method of the scene: of every body without one of its own.
-    SetMethod(#[serde(with = "method")] Method),
+    SetMethod(#[serde(with = "method")] method: Method) => Target::Scene, None;
     /// Changes the substeps of the scene: of every body without its own, 1 to [`Substeps::MOST`].
-    SetSubsteps(u32),
+    SetSubsteps(substeps: u32) => Target::Scene, unless(
+        (1..=Substeps::MOST).contains(substeps),
+        || format!("{substeps} is not a number of substeps"),
+        "give a whole number from 1 to 100000",
+    );
     /// Gives a body a method of its own.
-    SetBodyMethod(String, #[serde(with = "method")] Method),
+    SetBodyMethod(body: String, #[serde(with = "method")] method: Method) => Target::Body(body), None;
     /// Switches an effect that the scene declares on or off.
-    SwitchEffect(#[serde(with = "effect")] Effect, bool),
+    SwitchEffect(#[serde(with = "effect")] effect: Effect, on: bool) => Target::Effect(*effect), None;
+}
+
+/// What an action acts on. The last three are changes of bodies, laws or methods, which no input of a person makes.
+enum Target<'a> {
+    /// The window, by input of a person.
+    Input,
+    /// A key or a named action, pressed or let go by a person.
+    Key(&'a str),
+    /// The picture.
+    Picture,
+    /// The body of that name.
+    Body(&'a str),
+    /// An effect of the scene.
+    Effect(Effect),
+    /// The scene as a whole.
+    Scene,
 }
 
 /// A button of the mouse.
@@ -97,111 +184,55 @@ const LONGEST_CAPTION: usize = 300;
 /// Largest side of a window, px: what graphics devices commonly offer.
 const LARGEST_SIDE: u32 = 16_384;
 
+/// What is wrong with a value, and what would be right.
+type Fault = (String, String);
+
+/// The fault of a value that is not valid.
+fn unless(valid: bool, what: impl FnOnce() -> String, cure: &str) -> Option<Fault> {
+    (!valid).then(|| (what(), cure.to_owned()))
+}
+
+fn nameless(key: &str) -> Option<Fault> {
+    unless(!key.is_empty(), || "the name of the key is empty".to_owned(), "give the name of a key")
+}
+
+fn timeless(seconds: f64, what_for: &str) -> Option<Fault> {
+    let valid = seconds > 0.0 && seconds.is_finite();
+    unless(valid, || format!("{seconds} is not a time to {what_for}"), "give a positive number of seconds")
+}
+
 impl Action {
     /// The body that the action names, if it names one.
     #[must_use]
     pub fn body(&self) -> Option<&str> {
-        match self {
-            Self::Push(body, _)
-            | Self::Impulse(body, _)
-            | Self::SetVelocity(body, _)
-            | Self::SetPosition(body, _)
-            | Self::Remove(body)
-            | Self::SetBodyMethod(body, _) => Some(body),
-            _ => None,
-        }
+        if let Target::Body(body) = self.target() { Some(body) } else { None }
     }
 
     /// The effect of the scene that the action changes, if it changes one.
     #[must_use]
-    pub const fn effect(&self) -> Option<Effect> {
-        match self {
-            Self::SetGravity(_) => Some(Effect::Gravity),
-            Self::SetDamping(_) => Some(Effect::Damping),
-            Self::SwitchEffect(effect, _) => Some(*effect),
-            _ => None,
+    pub fn effect(&self) -> Option<Effect> {
+        if let Target::Effect(effect) = self.target() { Some(effect) } else { None }
+    }
+
+    /// Whether the action changes bodies, laws or methods.
+    #[must_use]
+    pub fn is_change(&self) -> bool {
+        match self.target() {
+            Target::Body(_) | Target::Effect(_) | Target::Scene => true,
+            Target::Input | Target::Key(_) | Target::Picture => false,
         }
     }
 
-    /// Whether the action changes bodies, laws or methods, as no input of a person does.
+    /// The method that the action sets, if it sets one.
     #[must_use]
-    pub const fn is_change(&self) -> bool {
-        matches!(
-            self,
-            Self::Push(..)
-                | Self::Impulse(..)
-                | Self::SetGravity(_)
-                | Self::SetDamping(_)
-                | Self::SetVelocity(..)
-                | Self::SetPosition(..)
-                | Self::ReverseVelocities
-                | Self::Remove(_)
-                | Self::SetMethod(_)
-                | Self::SetSubsteps(_)
-                | Self::SetBodyMethod(..)
-                | Self::SwitchEffect(..)
-        )
+    pub const fn method(&self) -> Option<Method> {
+        if let Self::SetMethod(method) | Self::SetBodyMethod(_, method) = self { Some(*method) } else { None }
     }
 
     /// The key or named action that the action presses or lets go, if it does.
     #[must_use]
     pub fn key(&self) -> Option<&str> {
-        match self {
-            Self::Press(key) | Self::Hold(key, _) | Self::KeyDown(key) | Self::KeyUp(key) => Some(key),
-            _ => None,
-        }
-    }
-
-    /// What is wrong with the action's values, and what would be right.
-    pub(crate) fn fault(&self) -> Option<(String, String)> {
-        let (what, cure) = match self {
-            Self::Press(key) | Self::Hold(key, _) | Self::KeyDown(key) | Self::KeyUp(key)
-                if key.is_empty() =>
-            {
-                ("the name of the key is empty".to_owned(), "give the name of a key")
-            }
-            Self::Hold(_, seconds) if !(*seconds > 0.0 && seconds.is_finite()) => {
-                (format!("{seconds} is not a time to hold a key"), "give a positive number of seconds")
-            }
-            Self::Wait(seconds) if !(*seconds > 0.0 && seconds.is_finite()) => {
-                (format!("{seconds} is not a time to wait"), "give a positive number of seconds")
-            }
-            Self::At(time) if !(*time >= 0.0 && time.is_finite()) => {
-                (format!("{time} s is not a time of a key"), "give a number of seconds, at least 0")
-            }
-            Self::MoveMouse(x, y) if !(x.is_finite() && y.is_finite()) => {
-                (format!("({x}, {y}) is not a pixel"), "give two finite numbers")
-            }
-            Self::Wheel(notches) if !notches.is_finite() => {
-                (format!("{notches} is not a number of notches"), "give a finite number")
-            }
-            Self::SetDamping(rate) if *rate < 0.0 => {
-                (format!("{rate} is not a rate"), "give a number of 1/s, at least 0")
-            }
-            Self::Scale(scale) if !(scale.is_finite() && *scale > 0.0) => {
-                (format!("{scale} is not a scale"), "give a positive number")
-            }
-            Self::DockWidth(points) if !(points.is_finite() && *points > 0.0) => {
-                (format!("{points} is not a width"), "give a positive number of points")
-            }
-            Self::Resize(x, y) if ![x, y].into_iter().all(|side| (1..=LARGEST_SIDE).contains(side)) => {
-                (format!("{x} x {y} is not a window size"), "give two numbers of pixels from 1 to 16384")
-            }
-            Self::SetSubsteps(substeps) if !(1..=Substeps::MOST).contains(substeps) => {
-                (format!("{substeps} is not a number of substeps"), "give a whole number from 1 to 100000")
-            }
-            Self::Caption(words)
-                if words.chars().count() > LONGEST_CAPTION || words.contains(char::is_control) =>
-            {
-                (format!("{words:?} is not a caption"), "give a line of at most 300 characters")
-            }
-            Self::Screenshot(name) if !is_picture_name(name) => (
-                format!("{name:?} is not a plain file name that ends in .png"),
-                "give one such as \"push.png\"",
-            ),
-            _ => return None,
-        };
-        Some((what, cure.to_owned()))
+        if let Target::Key(key) = self.target() { Some(key) } else { None }
     }
 }
 
@@ -218,7 +249,7 @@ impl Step {
     /// Whether the step waits for a tick, so that what it does is the same for all frames: changes do, unless they have the
     /// number of a frame.
     #[must_use]
-    pub const fn is_of_ticks(&self) -> bool {
+    pub fn is_of_ticks(&self) -> bool {
         self.action.is_change() && !matches!(self.when, When::Frame(_))
     }
 }

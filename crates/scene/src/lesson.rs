@@ -128,7 +128,25 @@ impl Measure {
             | Self::Mass(body)
             | Self::Selected(body) => [Some(body), None],
             Self::Distance(one, other) => [Some(one), Some(other)],
-            _ => [None, None],
+            Self::Time
+            | Self::Energy
+            | Self::KineticEnergy
+            | Self::Momentum(_)
+            | Self::Gravity
+            | Self::Damping
+            | Self::StepHz
+            | Self::Substeps
+            | Self::Method(_)
+            | Self::Evaluations
+            | Self::Quarantined
+            | Self::Error
+            | Self::GhostError(_)
+            | Self::PushWork
+            | Self::ClickForce
+            | Self::Shows(_)
+            | Self::Paused
+            | Self::Follows
+            | Self::Fault => [None, None],
         };
         one.into_iter().chain(other).map(String::as_str)
     }

@@ -132,7 +132,7 @@ impl Scene {
             Effect::AxisLocks => self.bodies.iter().any(|body| body.locks != AxisLocks::default()),
             Effect::Emitters => !self.emitters.is_empty(),
             // Effects on every body act in every part.
-            _ => true,
+            Effect::Gravity | Effect::Damping | Effect::Wind => true,
         });
         self.declared = declared;
     }

@@ -152,9 +152,8 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
             }
             Request::Switch(..) => {
                 // Switches in a row are one: off and on again does nothing at all.
-                let switches = run.iter().filter_map(|request| match request {
-                    Request::Switch(effect, on) => Some((*effect, *on)),
-                    _ => None,
+                let switches = run.iter().filter_map(|request| {
+                    if let Request::Switch(effect, on) = request { Some((*effect, *on)) } else { None }
                 });
                 for (effect, on) in switches.collect::<BTreeMap<_, _>>() {
                     let _ = switch(world, effect, on);

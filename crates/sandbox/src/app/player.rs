@@ -85,10 +85,7 @@ impl Player {
             When::Frame(number) => number <= frame,
         }) {
             // A key acts from its own time on, whatever the frames are; one of a frame from the start of the frame on.
-            let at = match step.when {
-                When::Seconds(time) => Some(time.max(start)),
-                _ => None,
-            };
+            let at = if let When::Seconds(time) = step.when { Some(time.max(start)) } else { None };
             let names_key = step.action.key().is_some();
             events.extend(at.filter(|_| names_key).map(Input::At));
             events.push(self.input(step.action, [at.unwrap_or(start), total]));
@@ -141,7 +138,21 @@ impl Player {
             Action::Scale(scale) => Input::Scaled(scale),
             Action::DockWidth(points) => Input::DockWidth(points),
             Action::Arrange(text) => Input::Arrange(text),
-            other => Input::Act(other),
+            change_or_picture @ (Action::Wait(_)
+            | Action::Push(..)
+            | Action::Impulse(..)
+            | Action::SetGravity(_)
+            | Action::SetDamping(_)
+            | Action::SetVelocity(..)
+            | Action::SetPosition(..)
+            | Action::ReverseVelocities
+            | Action::Remove(_)
+            | Action::Screenshot(_)
+            | Action::Caption(_)
+            | Action::SetMethod(_)
+            | Action::SetSubsteps(_)
+            | Action::SetBodyMethod(..)
+            | Action::SwitchEffect(..)) => Input::Act(change_or_picture),
         }
     }
 }

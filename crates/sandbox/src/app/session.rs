@@ -238,7 +238,16 @@ impl Session {
                 let acts = arrangement::arrange(&mut self.ui, &mut self.tools.learn, text);
                 acts.into_iter().for_each(|act| self.carry_out(Intent::Act(act)));
             }
-            _ => {
+            Input::KeyDown(_)
+            | Input::KeyDownUntil(..)
+            | Input::KeyUp(_)
+            | Input::At(_)
+            | Input::Text(_)
+            | Input::Mouse(..)
+            | Input::ButtonDown(_)
+            | Input::ButtonUp(_)
+            | Input::Wheel(_)
+            | Input::FocusLost => {
                 let intents = self.with_hands(|hands, reach| hands.take(input, reach));
                 intents.into_iter().for_each(|intent| self.carry_out(intent));
             }

@@ -147,7 +147,12 @@ impl Stage {
             }
             Request::SetGravity(_) | Request::SwitchGravity(_) => Some(Effect::Gravity),
             Request::SetDamping(_) => Some(Effect::Damping),
-            _ => None,
+            Request::Impulse(..)
+            | Request::SetVelocity(..)
+            | Request::SetPosition(..)
+            | Request::SetInverseMass(..)
+            | Request::ReverseVelocities
+            | Request::Remove(_) => None,
         };
         if let Some(effect) = effect {
             if by != SwitchedBy::Settings {

@@ -342,7 +342,17 @@ impl Tool for Editor {
             Intent::Act(Act::SaveBundle) if self.is_unsaved(&stage.sim.scene) => {
                 vec![Intent::Act(Act::SaveScene)]
             }
-            _ => return None,
+            Intent::Act(_)
+            | Intent::Change(..)
+            | Intent::ApplySetting(_)
+            | Intent::Pace(_)
+            | Intent::Seek(_)
+            | Intent::SaveBundle
+            | Intent::SaveTable(_)
+            | Intent::Open(_)
+            | Intent::Restart(..)
+            | Intent::Ask(_)
+            | Intent::Answer(_) => return None,
         })
     }
 

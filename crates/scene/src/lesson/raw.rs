@@ -318,10 +318,7 @@ impl Reader<'_> {
         let step_hz = self.faults.optional((scope, "step_hz"), raw.step_hz, STEP_RATE);
         let seconds = self.faults.number((scope, "seconds"), raw.seconds, 1.0, DURATION);
         if let Some(scene) = &scene {
-            let set = raw.start.iter().filter_map(|action| match action {
-                Action::SetMethod(method) | Action::SetBodyMethod(_, method) => Some(*method),
-                _ => None,
-            });
+            let set = raw.start.iter().filter_map(Action::method);
             let attracts = scene.mutual_gravity.is_some();
             if let Some(why) = method.into_iter().chain(set).find_map(|method| unsolvable(method, attracts)) {
                 self.faults.add(scope.key("method"), why, "take another method");

@@ -28,8 +28,12 @@ pub(crate) fn declared(raw: &raw::Scene, text: &str) -> Vec<Declaration> {
         Effect::AxisLocks => {
             own("locked_axes", |body| body.locked_axes.as_ref().is_some_and(|axes| !axes.is_empty()))
         }
-        // The others are called as their keys are.
-        other => raw.path(other.name()),
+        Effect::Gravity
+        | Effect::Wind
+        | Effect::Wells
+        | Effect::MutualGravity
+        | Effect::Thrusts
+        | Effect::Emitters => raw.path(effect.name()),
     };
     let mut declared: Vec<_> = Effect::ALL
         .into_iter()

@@ -299,8 +299,7 @@ impl<'a> Row<'a> {
             return fail("a step does nothing", "add one such as `do: set_gravity((0, 0, 0))`");
         };
         // A row has the methods of its columns.
-        let of_methods =
-            matches!(action, Action::SetMethod(_) | Action::SetSubsteps(_) | Action::SetBodyMethod(..));
+        let of_methods = action.method().is_some() || matches!(action, Action::SetSubsteps(_));
         if !action.is_change() || of_methods {
             let cure = "give push, impulse, set_gravity, set_damping, set_velocity, set_position, reverse_velocities, \
                         remove or switch_effect";

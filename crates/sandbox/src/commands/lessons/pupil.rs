@@ -145,9 +145,10 @@ fn player(actions: &[Action], mut frame: u64, fps: f64) -> Result<(Player, u64),
     let steps = actions.iter().filter_map(|action| {
         let when = When::Frame(frame);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a thousand frames")]
-        let lasts = match action {
-            Action::Hold(_, seconds) | Action::Wait(seconds) => (seconds * fps).ceil() as u64,
-            _ => 0,
+        let lasts = if let Action::Hold(_, seconds) | Action::Wait(seconds) = action {
+            (seconds * fps).ceil() as u64
+        } else {
+            0
         };
         frame = frame.saturating_add(lasts.saturating_add(2));
         (!matches!(action, Action::Wait(_))).then(|| Step { when, action: action.clone() })

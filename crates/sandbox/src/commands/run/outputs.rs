@@ -332,11 +332,9 @@ impl OutputPaths {
         };
         let writes_names = args.frames.is_some() || script.is_some();
         if let Some(folder) = folder(args).filter(|_| writes_names) {
-            let shots =
-                script.iter().flat_map(|script| &script.steps).filter_map(|step| match &step.action {
-                    Action::Screenshot(name) => Some(&**name),
-                    _ => None,
-                });
+            let shots = script.iter().flat_map(|script| &script.steps).filter_map(|step| {
+                if let Action::Screenshot(name) = &step.action { Some(&**name) } else { None }
+            });
             let shots: Vec<_> = shots.collect();
             let is_written = |name: &str| shots.contains(&name) || is_numbered(name);
             let what = "the pictures and files that the run makes there; give another";

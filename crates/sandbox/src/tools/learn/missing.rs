@@ -60,7 +60,25 @@ fn truth(part: &Comparison, measures: Measures<'_>) -> Option<String> {
         Measure::Paused => (if wanted { "it is not paused" } else { "it is paused" }).to_owned(),
         Measure::Follows => format!("the camera follows {}", if wanted { "no body" } else { "a body" }),
         Measure::Fault => (if wanted { "nothing went wrong yet" } else { "something went wrong" }).to_owned(),
-        _ => return None,
+        Measure::Time
+        | Measure::Position(..)
+        | Measure::Velocity(..)
+        | Measure::Speed(_)
+        | Measure::Mass(_)
+        | Measure::Distance(..)
+        | Measure::Energy
+        | Measure::KineticEnergy
+        | Measure::Momentum(_)
+        | Measure::Gravity
+        | Measure::Damping
+        | Measure::StepHz
+        | Measure::Substeps
+        | Measure::Evaluations
+        | Measure::Quarantined
+        | Measure::Error
+        | Measure::GhostError(_)
+        | Measure::PushWork
+        | Measure::ClickForce => return None,
     })
 }
 

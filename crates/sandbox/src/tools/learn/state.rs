@@ -419,6 +419,22 @@ fn seen(measure: &Measure, stage: &Stage, screen: &Screen<'_>) -> f64 {
         Measure::Paused => truth(stage.paused),
         Measure::Follows => truth(view.locked.is_some()),
         Measure::Fault => truth(stage.fault().is_some() || !stage.run.quarantined.is_empty()),
-        _ => f64::NAN,
+        Measure::Time
+        | Measure::Position(..)
+        | Measure::Velocity(..)
+        | Measure::Speed(_)
+        | Measure::Mass(_)
+        | Measure::Distance(..)
+        | Measure::Energy
+        | Measure::KineticEnergy
+        | Measure::Momentum(_)
+        | Measure::Gravity
+        | Measure::Damping
+        | Measure::StepHz
+        | Measure::Substeps
+        | Measure::Method(_)
+        | Measure::Evaluations
+        | Measure::Quarantined
+        | Measure::Error => f64::NAN,
     }
 }
