@@ -109,7 +109,6 @@ const LAB: &[&str] = &[
     "column",
     "ordered",
     "cost",
-    "limits",
     "ablation",
     "receipt",
     "recommend",

@@ -1,10 +1,10 @@
 //! What is foretold of nets, against runs.
 
 use glam::DVec3;
-use lab::limits::Net;
 use motion::forecast::{Deviation, Fate, Forecast, LimitingPart, Margin, Occasion};
 use motion::{Damping, DampingModel, Drag, Elastic, Method, MutualGravity, OwnLaws, Substeps, Well, Wells};
 
+use super::limits::Net;
 use crate::rigs::{Dice, Environment, Lab, Net as Springs, Start, elastic};
 
 /// What is foretold of the world of a rig.

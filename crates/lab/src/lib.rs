@@ -5,7 +5,6 @@
 //! - [`cost`]: every method at every step on a problem or a scene, its error beside its cost, and what is cheapest at an error.
 //! - [`recommend`]: the cheapest method and substeps below an error, or the most accurate within a time, for each part of a scene.
 //! - [`stability`]: the survival matrix, every method on every hard case.
-//! - [`limits`]: the largest stable steps, measured and as closed forms.
 //! - [`receipt`](receipt()): each effect of a scene, and what it costs; [`ablate`]: the scene run again without each effect in turn.
 //! - [`duration`]: how long ticks take, estimated before they are simulated.
 //! - [`lesson`]: what lessons measure.
@@ -20,7 +19,6 @@ mod column;
 pub mod cost;
 pub mod duration;
 pub mod lesson;
-pub mod limits;
 mod ordered;
 pub mod part;
 mod receipt;

@@ -38,8 +38,6 @@ pub enum Found {
     Stability {
         /// Its rows.
         rows: Vec<CaseRow>,
-        /// Whether it is the matrix of all cases of the program.
-        all_cases: bool,
     },
     /// Recommendations.
     Recommend {

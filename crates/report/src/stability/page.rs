@@ -1,16 +1,15 @@
 //! The matrix as one page that needs nothing beside it.
 
-use lab::limits::{Limit, Map};
 use lab::stability::{Class, Matrix};
 use scene::Measure;
 
-use super::{heat_map, maps, tables};
+use super::{heat_map, tables};
 use crate::chart::Drawing;
 use crate::escape::html;
 use crate::page::{document, folded, titled};
 
-/// The page: the matrix, then the largest stable steps and the maps, where they were measured.
-pub(super) fn page(matrix: &Matrix, limits: &[Limit], maps: &[(&str, Map)]) -> String {
+/// The page of a matrix.
+pub(super) fn page(matrix: &Matrix) -> String {
     let lead = "Every method of integration on every hard case: what became of the run, the number that says so, and the \
         bound that it is held to.";
     let main = [
@@ -24,7 +23,6 @@ pub(super) fn page(matrix: &Matrix, limits: &[Limit], maps: &[(&str, Map)]) -> S
         titled(&tables::cases(matrix)),
         folded(&tables::details(matrix)),
         "</section>\n".to_owned(),
-        limits_and_maps(limits, maps),
     ];
     document("Survival of hard cases", lead, "", "", &main.concat(), "")
 }
@@ -62,18 +60,4 @@ fn reading() -> String {
     let rows = classes.into_iter().chain(measures);
     let rows: String = rows.map(|(word, what)| format!("<dt>{word}</dt><dd>{}</dd>\n", html(what))).collect();
     format!("<h3>How to read it</h3>\n<dl>\n{rows}</dl>\n")
-}
-
-fn limits_and_maps(limits: &[Limit], maps: &[(&str, Map)]) -> String {
-    if limits.is_empty() {
-        return String::new();
-    }
-    format!(
-        "<section>\n<h2>Largest stable steps</h2>\n<p>The largest stable w h, found by halving, beside the closed form. w is \
-         the frequency of the system, of a net its largest. Judged by amplitude, a run stays within a thousand times its \
-         start; what grows too slowly for that is judged by one tick: its spectral radius is at most 1, or it adds no \
-         energy.</p>\n{}</section>\n<section>\n<h2>Maps</h2>\n{}</section>\n",
-        tables::limits(limits).html(),
-        maps.iter().map(|(_, map)| figure(&maps::picture(map), "")).collect::<String>(),
-    )
 }

@@ -1,6 +1,5 @@
-//! The survival matrix and the largest stable steps as text.
+//! The survival matrix as text.
 
-use lab::limits::Limit;
 use lab::stability::{CaseRow, Cell, Class, Matrix};
 use motion::Method;
 
@@ -10,9 +9,6 @@ use crate::table::{Table, csv};
 
 /// Columns of `matrix.csv`.
 const HEADER: &str = "case,row,precision,measure,ticks,method,class,number,bound,why";
-
-/// Columns of `limits.csv`.
-const LIMITS_HEADER: &str = "system,method,measured,theory,criterion";
 
 /// The methods of a matrix, in the order of its cells.
 pub(super) fn methods(matrix: &Matrix) -> Vec<Method> {
@@ -99,12 +95,6 @@ pub(super) fn details(matrix: &Matrix) -> Table {
     Table::words("Every run in numbers", header, rows)
 }
 
-/// Measured and closed form side by side.
-pub(super) fn limits(limits: &[Limit]) -> Table {
-    let header = ["system", "method", "measured", "closed form", "difference", "judged by"];
-    Table::numbers("Largest stable steps", header, limits.iter().map(|limit| limit.cells().into()))
-}
-
 /// One line per cell, numbers with all their digits.
 pub fn matrix_csv(matrix: &Matrix) -> String {
     let rows = cells(matrix).map(|(row, cell)| {
@@ -122,16 +112,6 @@ pub fn matrix_csv(matrix: &Matrix) -> String {
         ]
     });
     csv(HEADER, rows)
-}
-
-/// The table for programs: `system,method,measured,theory,criterion`; 0 is never stable, `inf` always.
-pub fn limits_csv(limits: &[Limit]) -> String {
-    let row = |limit: &Limit| {
-        let [measured, theory] = [limit.measured, limit.theory].map(exact);
-        let criterion = limit.criterion.name().to_owned();
-        vec![limit.system.clone(), limit.method.to_owned(), measured, theory, criterion]
-    };
-    csv(LIMITS_HEADER, limits.iter().map(row))
 }
 
 /// All digits of a number; empty for NaN.

@@ -179,11 +179,11 @@ fn merge_parts(args: &MergeArgs) -> Result<(), Failure> {
     }
     let studies: Vec<_> = studies.into_values().collect();
     match &first.found {
-        Found::Stability { all_cases, .. } => {
+        Found::Stability { .. } => {
             stability::claim_folder(&args.out, &files)?;
             let _lock = study_folder(&args.out)?;
             let matrix = Matrix { format: lab::stability::FORMAT, rows: rows.into_values().collect() };
-            stability::write_matrix(&matrix, *all_cases, &args.out, &files)?;
+            stability::write_matrix(&matrix, &args.out, &files)?;
             said(args, matrix.rows.len(), "rows", shards.len())
         }
         Found::Cost(_) => {

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use lab::Shard;
-use lab::limits::{self, Limit, Map, Oscillator};
 use lab::part::{Found, Part};
 use lab::stability::{Matrix, StabilityRun};
 use motion::Method;
@@ -49,19 +48,13 @@ pub(crate) struct StabilityArgs {
     pub format: Format,
 }
 
-/// Random nets whose largest stable step is measured.
-const NETS: u64 = 20;
-
-/// Cells along a side of a map.
-const MAP_SIDE: u32 = 96;
-
 /// Does what `sandbox stability` says.
 pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     let methods = methods(&args.methods);
     let mut files = CommandFiles::default();
     let scenes = scenes(&args.cases, &mut files)?;
     let part = args.shard.map(|shard| {
-        let found = Found::Stability { rows: Vec::new(), all_cases: args.cases.is_empty() };
+        let found = Found::Stability { rows: Vec::new() };
         Part::new(command(args), scenes.iter(), shard, found)
     });
     if let (Some(folder), Some(part)) = (&args.out, &part) {
@@ -93,10 +86,10 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     }
     match (&args.out, part) {
         (Some(folder), Some(part)) => {
-            let found = Found::Stability { rows: matrix.rows.clone(), all_cases: args.cases.is_empty() };
+            let found = Found::Stability { rows: matrix.rows.clone() };
             parts::write_part(&Part { found, complete: true, ..part }, folder, &files)
         }
-        (Some(folder), None) => write_matrix(matrix, args.cases.is_empty(), folder, &files),
+        (Some(folder), None) => write_matrix(matrix, folder, &files),
         (None, _) => Ok(()),
     }
 }
@@ -114,15 +107,9 @@ pub(super) fn claim_folder(folder: &Path, files: &CommandFiles) -> Result<(), Fa
     refuse_others_files(folder, is_own, is_text, "give another folder")
 }
 
-/// Writes the files of a matrix, which is that of `all_cases` of the program or of some.
-pub(super) fn write_matrix(
-    matrix: &Matrix,
-    all_cases: bool,
-    folder: &Path,
-    files: &CommandFiles,
-) -> Result<(), Failure> {
-    let (limits, maps) = if all_cases { largest_steps() } else { Default::default() };
-    for (name, bytes) in report::stability::files(matrix, &limits, &maps) {
+/// Writes the files of a matrix.
+pub(super) fn write_matrix(matrix: &Matrix, folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
+    for (name, bytes) in report::stability::files(matrix) {
         write(&files.unread(&folder.join(name))?, &bytes)?;
     }
     Ok(())
@@ -141,26 +128,6 @@ fn command(args: &StabilityArgs) -> String {
         command += &format!(" --ticks {ticks}");
     }
     command
-}
-
-/// The largest stable steps, and the maps by their names.
-fn largest_steps() -> (Vec<Limit>, Vec<(&'static str, Map)>) {
-    let (oscillators, nets) = (limits::oscillators(), limits::nets(NETS));
-    let nets: Vec<_> = nets.iter().flat_map(|net| Method::ALL.map(|method| (net, method))).collect();
-    let count = u32::try_from(oscillators.len() + nets.len()).unwrap_or(u32::MAX);
-    let progress = Progress::new(1);
-    progress.say("largest stable steps");
-    let measured = oscillators.iter().map(Oscillator::limit);
-    let measured = measured.chain(nets.iter().map(|(net, method)| net.limit(*method)));
-    let limits = (1_u32..)
-        .zip(measured)
-        .map(|(done, limit)| {
-            progress.show(f64::from(done) / f64::from(count));
-            limit
-        })
-        .collect();
-    let maps = [("stiffness", limits::stiffness_map(MAP_SIDE)), ("damping", limits::damping_map(MAP_SIDE))];
-    (limits, maps.into())
 }
 
 /// Those that are asked for, each once and in the order of the table; all if none is.

@@ -11,17 +11,6 @@ pub enum Criterion {
     Energy,
 }
 
-impl Criterion {
-    /// Its name in tables.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Amplitude => "amplitude",
-            Self::SpectralRadius => "spectral_radius",
-            Self::Energy => "energy",
-        }
-    }
-}
-
 /// One largest stable step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limit {
@@ -42,19 +31,6 @@ impl Limit {
     /// Difference of `measured` from `theory`, relative to it; 0 if both are infinite.
     pub fn relative_difference(&self) -> f64 {
         if self.measured == self.theory { 0.0 } else { self.measured / self.theory - 1.0 }
-    }
-
-    /// System, method, measured, closed form, difference in percent and criterion, as a row of a table.
-    pub fn cells(&self) -> [String; 6] {
-        let word = |value: f64| match value {
-            0.0 => "never".to_owned(),
-            value if value.is_infinite() => "always".to_owned(),
-            value => format!("{value:.4}"),
-        };
-        let difference = format!("{:+.3} %", 100.0 * self.relative_difference());
-        let [measured, theory] = [self.measured, self.theory].map(word);
-        let criterion = self.criterion.name().replace('_', " ");
-        [self.system.clone(), self.method.to_owned(), measured, theory, difference, criterion]
     }
 }
 
