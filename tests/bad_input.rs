@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use crate::rigs::{self, Said, json, listing, output, program, root, wait_for};
+use crate::rigs::{self, Said, commands, json, listing, output, program, root, sandbox, wait_for};
 use cases::{ARGUMENTS, CASES, Case, FILES};
 
 /// A folder with [`FILES`].
@@ -73,6 +73,28 @@ fn with_names(text: &str) -> String {
             &lab::cost::PROBLEMS.iter().map(|problem| problem.name).collect::<Vec<_>>().join(", "),
         )
         .replace("{METHODS}", &motion::Method::ALL.map(motion::Method::name).join(", "))
+        .replace("{COMMANDS}", &commands().join(", "))
+}
+
+/// Each option of each command that takes a value, without one.
+#[test]
+fn every_command_refuses_unknown_flags_and_options_without_their_value() {
+    let mut seen = 0;
+    for command in commands() {
+        let help = sandbox(".", &format!("{command} --help")).fine();
+        let options = help.lines().map(str::trim_start).filter(|line| line.starts_with("--"));
+        let options: Vec<_> = options
+            .filter(|line| line.split_whitespace().nth(1).is_some_and(|word| word.starts_with('<')))
+            .collect();
+        for option in
+            options.iter().map(|line| line.split_whitespace().next().unwrap()).chain(["--no-such-flag"])
+        {
+            let said = sandbox(".", &format!("{command} {option}"));
+            assert!(said.code == 2 && said.err.contains(option), "{command} {option}: {}", said.all());
+            seen += 1;
+        }
+    }
+    assert!(seen > 50, "only {seen} options");
 }
 
 #[test]
@@ -216,7 +238,7 @@ fn a_run_writes_over_nothing_that_it_reads_or_writes() {
     }
 }
 
-/// Sends `signals` to a run that goes on for ever, started with the signal `ignored`: its exit code, once it has left nothing.
+/// Sends `signals` to a run without an end, started with the signal `ignored`: its exit code, once it has left nothing.
 #[cfg(target_os = "linux")]
 fn ended_by(signals: &[&str], ignored: Option<&str>) -> Option<i32> {
     let folder = folder();

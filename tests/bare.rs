@@ -26,7 +26,7 @@ fn arrays(twin: &mut Simulation) -> Bare {
     arrays_by(twin, method)
 }
 
-/// The same, going on by `method`.
+/// The same, continued by `method`.
 fn arrays_by(twin: &mut Simulation, method: Method) -> Bare {
     let Simulation { scene, world, bodies, .. } = twin;
     let laws = |body: Entity| {

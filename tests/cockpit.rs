@@ -27,7 +27,7 @@ fn hiding_the_bars_hides_the_panels_of_the_dock_and_a_key_or_the_bars_bring_them
     };
     cockpit.press("F10");
     assert_eq!((windows(&cockpit), cockpit.session().open_panels().len()), (0, 3));
-    assert!(cockpit.session().tools.ledger().is_some(), "its totals go on");
+    assert!(cockpit.session().tools.ledger().is_some(), "its totals continue");
     cockpit.press("B");
     assert_eq!(windows(&cockpit), 1);
     cockpit.press("Escape");

@@ -220,7 +220,7 @@ fn p_pauses_and_owes_nothing_and_a_point_steps_once() {
     assert_eq!(drive.frames(9).session.stage.ticks(), 9);
     drive.frame(0.0, tap(".").into_iter().chain(tap(".")));
     assert_eq!(drive.session.stage.ticks(), 11);
-    // A step that is asked for in the frame in which it goes on is not kept for the next pause.
+    // A step that is asked for in the frame in which the pause ends is not kept for the next pause.
     drive.frame(0.0, tap(".").into_iter().chain(tap("P")));
     assert!(!drive.session.stage.paused());
     let ticks = drive.session.stage.ticks();

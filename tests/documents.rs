@@ -10,7 +10,7 @@ use motion::{Claims, METHODS};
 use sandbox::{actions, methods};
 use tempfile::TempDir;
 
-use crate::rigs::{blesses, cargo_metadata, output, root, sandbox, stored};
+use crate::rigs::{blesses, cargo_metadata, commands, output, root, sandbox, stored};
 use crate::stability::committed;
 use crate::tidy::{assert_named, named};
 
@@ -48,6 +48,18 @@ fn the_keys_are_those_of_the_program() {
 #[test]
 fn the_methods_are_those_of_the_program() {
     assert_part("docs/methods.md", "methods", &methods::markdown());
+}
+
+#[test]
+fn every_method_is_counted_in_the_readme_and_has_a_planet_in_the_race() {
+    let numbers = ["seven", "eight", "nine", "ten", "eleven", "twelve", "thirteen"];
+    let said = format!("compare {} methods of numerical integration", numbers[METHODS.len() - 7]);
+    assert!(read("README.md").contains(&said), "README.md does not say {said:?}");
+    let race = scene::load("orbits_race").unwrap();
+    let planets = race.bodies.iter().filter_map(|body| body.method).collect::<Vec<_>>();
+    for claims in &METHODS {
+        assert!(planets.contains(&claims.method), "no planet of orbits_race moves by {}", claims.name);
+    }
 }
 
 #[test]
@@ -130,6 +142,14 @@ fn arguments(line: &str) -> Option<&str> {
 
 #[test]
 fn every_command_is_one() {
+    let all = commands();
+    let commands: Vec<_> = all.iter().map(String::as_str).collect();
+    let takes_a_scene = |command: &&str| {
+        let help = sandbox(".", &format!("{command} --help")).fine();
+        help.lines().any(|line| line.starts_with("Usage:") && line.contains("SCENE>"))
+    };
+    let of_scenes: Vec<_> = commands.iter().copied().filter(takes_a_scene).collect();
+    assert!(of_scenes.contains(&"run") && !of_scenes.contains(&"list"), "{of_scenes:?}");
     for (document, page) in documents() {
         for line in blocks(&page).into_iter().flatten() {
             if let Some(arguments) = arguments(line) {
@@ -137,15 +157,11 @@ fn every_command_is_one() {
                 let said = sandbox(".", &format!("{arguments} --help"));
                 assert!(said.code == 0, "{document}: {line}: {}", said.err);
                 let words: Vec<_> = arguments.split_whitespace().collect();
-                let opened = match words[..] {
-                    ["list" | "cost" | "replay" | "lessons" | "merge", ..] => None,
-                    [
-                        "run" | "plan" | "forecast" | "effects" | "ablate" | "recommend" | "stability"
-                        | "sweep",
-                        name,
-                        ..,
-                    ] => Some(name),
-                    _ => Some(words[0]),
+                let opened = match &words[..] {
+                    [command, rest @ ..] if commands.contains(command) => {
+                        rest.first().filter(|_| of_scenes.contains(command))
+                    }
+                    words => words.first(),
                 };
                 // A reader's own files are not here.
                 let named = opened.filter(|name| !name.starts_with("--") && !name.contains('.'));

@@ -340,7 +340,7 @@ fn the_next_method_becomes_solid_and_the_last_one_a_ghost_again() {
 }
 
 #[test]
-fn a_reset_starts_ghosts_anew_and_another_scene_has_none() {
+fn a_reset_restarts_ghosts_and_another_scene_has_none() {
     let mut drive = Drive::of(mixed());
     drive.press("G").press("T").ticks(30).press("F1").ticks(20);
     let mut fresh = Drive::of(mixed());

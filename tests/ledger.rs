@@ -108,7 +108,7 @@ impl Kept {
     }
 }
 
-/// The nine methods, those that solve a constant acceleration exactly, and by how much the others are off: invented
+/// The methods, those that solve a constant acceleration exactly, and by how much the others are off: invented
 /// energy a step in `m a² h² / 2`.
 pub const FALLING: [(Method, f64); 9] = [
     (Method::ExplicitEuler, 1.0),

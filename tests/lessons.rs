@@ -124,7 +124,7 @@ fn a_step_says_what_is_missing_and_begins_where_the_person_changed_the_run() {
     cockpit.drive.run(11, 1.0);
     assert!(says(
         &cockpit,
-        "Not yet: difference of x of ball and x of ball before 0 m, to be above 0.5 m; the run is paused: Play goes on."
+        "Not yet: difference of x of ball and x of ball before 0 m, to be above 0.5 m; the run is paused: Play continues it."
     ));
     assert!(!says(&cockpit, "Push harder."));
     cockpit.drive.run(20, 1.0);

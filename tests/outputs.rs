@@ -177,7 +177,7 @@ mod on_unix {
         output(Command::new("sh").args(["-c", line]).arg(program()).current_dir(&folder)).says(0, "");
     }
 
-    /// A run that goes on for ever, and draws.
+    /// A run without an end that draws.
     struct Endless(Child);
 
     impl Endless {
@@ -312,7 +312,8 @@ mod on_unix {
             let _study = Endless::start(folder.path(), line);
             wait_for("its report", || (fs::read(&path).unwrap() != before).then_some(()));
         }
-        let words = "study/report.json: this report is not complete; --resume goes on with it, --replace writes over it";
+        let words =
+            "study/report.json: this report is not complete; --resume continues it, --replace writes over it";
         is_refused(folder.path(), "cost duffing --quick --out study", words);
     }
 }

@@ -1,4 +1,4 @@
-//! Bodies that would turn non-finite or leave the range are quarantined and named; all others go on as if they had been
+//! Bodies that would turn non-finite or leave the range are quarantined and named; all others continue as if they had been
 //! removed.
 
 mod injection;

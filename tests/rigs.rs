@@ -8,6 +8,7 @@ mod film;
 mod lab;
 pub mod net;
 mod program;
+mod step_matrix;
 
 use scene::Scene;
 
@@ -19,6 +20,7 @@ pub use film::*;
 pub use lab::*;
 pub use net::{Net, State, chain, elastic, extrapolated, pendulum, ring, tetrahedron};
 pub use program::*;
+pub use step_matrix::{Matrix, by_columns, product, step_matrix, yoshida_steps};
 
 /// Free bodies, a group of two on an anchor, particles that come and go; laws of position, velocity and time.
 pub fn mixed() -> Scene {

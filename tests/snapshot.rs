@@ -1,4 +1,4 @@
-//! Snapshots: a run that is taken out of a world and put into a new one goes on as if nothing had happened.
+//! Snapshots: a run that is taken out of a world and put into a new one continues as if nothing had happened.
 
 mod interventions;
 mod shipped;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use acceptance::mutants::{MUTANTS, Mutant};
 use motion::effects::Effect;
 
-use crate::rigs::{cargo_metadata, root, sandbox};
+use crate::rigs::{cargo_metadata, commands, root, sandbox};
 
 /// Every Rust file of the workspace with its text.
 fn sources() -> Vec<(PathBuf, String)> {
@@ -624,16 +624,12 @@ fn flags(text: &str) -> BTreeSet<String> {
 
 /// The flags of each command, as its help lists them. The window is the command without a name.
 fn flags_of_commands() -> BTreeMap<String, BTreeSet<String>> {
-    let help = sandbox(".", "--help").fine();
-    let commands = help.split_once("\nCommands:\n").unwrap().1.split_once("\n\n").unwrap().0;
-    let commands = commands.lines().map(|line| line.split_whitespace().next().unwrap());
-    let commands = commands.filter(|name| *name != "help").chain([""]);
-    let listed = commands.map(|command| {
+    let listed = commands().into_iter().chain([String::new()]).map(|command| {
         let help = sandbox(".", &format!("{command} --help")).fine();
         // Examples and what is said of other flags name flags, too: an option begins its line.
         let options = help.lines().map(str::trim_start).filter(|line| line.starts_with('-'));
         let options: String = options.map(|line| line.split("  ").next().unwrap().to_owned() + " ").collect();
-        (command.to_owned(), flags(&options))
+        (command, flags(&options))
     });
     listed.collect()
 }
@@ -728,18 +724,89 @@ fn snake_case(variant: &str) -> String {
 #[test]
 fn the_contract_names_every_action_of_scripts() {
     let page = contract("script");
-    let source = fs::read_to_string(root().join("crates/scene/src/action.rs")).unwrap();
-    let body = source.split_once("pub enum Action {").unwrap().1.split_once("\n}").unwrap().0;
-    let variants: Vec<_> = code(body)
-        .map(|line| line.trim().trim_end_matches(',').split('(').next().unwrap())
-        .filter(|word| word.starts_with(|c: char| c.is_ascii_uppercase()))
-        .collect();
-    assert!(variants.len() > 20, "found only {variants:?}");
-    for variant in variants {
-        let name = snake_case(variant);
+    let error = scene::Script::parse("t", "[(at_s: 0, do: no_such_action)]").unwrap_err().to_string();
+    let names: Vec<_> = error.split_once("known here: ").unwrap().1.split(", ").collect();
+    assert!(names.len() > 20, "found only {names:?}");
+    for name in names {
         let named = ["`", "("].iter().any(|end| page.contains(&format!("`{name}{end}")));
         assert!(named, "docs/contract/script.md lacks the action {name}");
     }
+}
+
+/// Enums that recipes extend, and those of motion's and history's that follow from them.
+const EXTENDED: [&str; 12] = [
+    "Action", "Target", "Change", "Request", "Effect", "Method", "Measure", "Goal", "Intent", "Input",
+    "Panel", "Act",
+];
+
+/// The `match` blocks of a text that name a variant of an enum in [`EXTENDED`], and have an arm for all others.
+fn wildcards(text: &str) -> Vec<String> {
+    let text: String = code(text).map(|line| line.to_owned() + "\n").collect();
+    let own = EXTENDED.iter().find(|name| text.contains(&format!("impl {name} {{")));
+    let mut found = Vec::new();
+    for (at, _) in text.match_indices("match ") {
+        let Some(open) = text[at..].find('{').map(|open| at + open) else { continue };
+        let (mut depth, mut end) = (0, text.len());
+        // The patterns alone: what is in the braces, less what follows an arrow.
+        let (mut arms, mut arm) = (vec![String::new()], true);
+        for (i, c) in text[open..].char_indices() {
+            match c {
+                '{' | '(' | '[' => depth += 1,
+                '}' | ')' | ']' => depth -= 1,
+                _ => {}
+            }
+            if depth == 0 {
+                end = open + i;
+                break;
+            }
+            let ends_arm = depth == 1 && (c == ',' || c == '}');
+            if arm && text[open + i..].starts_with("=>") {
+                arm = false;
+            } else if !arm && ends_arm {
+                arm = true;
+                arms.push(String::new());
+            } else if arm && i > 0 {
+                arms.last_mut().unwrap().push(c);
+            }
+        }
+        let is_extended = |arm: &String| {
+            EXTENDED.iter().any(|name| {
+                arm.match_indices(&format!("{name}::"))
+                    .any(|(at, _)| !arm[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_'))
+            }) || own.is_some() && arm.contains("Self::")
+        };
+        let takes_all = |arm: &String| {
+            let pattern = arm.trim().trim_start_matches(',').trim();
+            pattern == "_"
+                || pattern.starts_with("_ if ")
+                || pattern.chars().all(|c| c.is_ascii_lowercase() || c == '_') && !pattern.is_empty()
+        };
+        if arms.iter().any(is_extended) && arms.iter().any(takes_all) {
+            found.push(text[at..end].lines().next().unwrap_or_default().trim().to_owned());
+        }
+    }
+    found
+}
+
+#[test]
+fn no_match_forgets_what_a_recipe_adds() {
+    assert_eq!(wildcards("match action {\n Action::Push(..) => 1,\n _ => 0,\n}"), ["match action {"]);
+    assert_eq!(wildcards("match a { Action::Push(..) => { 1 } other => 0 }").len(), 1);
+    assert!(
+        wildcards("match action { Action::Push(..) => 1, Action::Wheel(_) => match x { 1 => 2, _ => 3 } }")
+            .is_empty()
+    );
+    let mut wrong = Vec::new();
+    for (path, text) in sources() {
+        if in_folder(&path, "crates")
+            && !path.ends_with("tests.rs")
+            && !in_folder(&path, "crates/motion/benches")
+        {
+            let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+            wrong.extend(wildcards(text).into_iter().map(|line| format!("{}: {line}", path.display())));
+        }
+    }
+    assert!(wrong.is_empty(), "an arm for all others forgets the next one:\n{}", wrong.join("\n"));
 }
 
 #[test]

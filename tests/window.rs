@@ -50,7 +50,7 @@ struct Display {
 
 impl Display {
     fn start(size: [u32; 2]) -> Self {
-        // It takes a free number itself and writes it when it is ready. Without -noreset it would start anew, and
+        // It takes a free number itself and writes it when it is ready. Without -noreset it would restart, and
         // refuse connections meanwhile, whenever its last client leaves, as xdotool does.
         let mut command = Command::new("Xvfb");
         let screen = format!("{}x24", by(size));
@@ -766,7 +766,7 @@ fn a_bundle_opens_just_before_its_fault_and_meets_it_again() {
     window.input(&["key", "comma", "comma"]);
     let back = window.screenshot();
     assert_eq!((back.tick, &back.state_hash), (good - 2, &hash(good - 2)));
-    // It goes on up to the fault, meets it and stands where it began.
+    // It runs up to the fault, meets it and stands where it began.
     window.input(&["key", "p"]);
     let mut before = back.tick;
     let met = loop {

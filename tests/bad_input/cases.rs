@@ -110,7 +110,7 @@ pub const CASES: &[Case] = &[
     Case { name: "a scene without a comma", line: "run comma.ron", code: 2, message: "sandbox: comma.ron:3:2: seed: a comma is expected here; put one between two entries" },
     Case { name: "a scene that ends too early", line: "run open.ron", code: 2, message: r#"sandbox: open.ron:1:37: bodies[0].name: the text ends too early; close every `(`, `[` and `"` that was opened"# },
     Case { name: "a text for a number", line: "run text.ron", code: 2, message: "sandbox: text.ron:1:33: bodies[0].mass_kg: a number is expected here; write one such as 1.5" },
-    Case { name: "several faults at once", line: "run faults.ron --state out.csv --summary out.json", code: 2, message: "sandbox: faults.ron:1:14: step_hz: 0 is not a step rate; give a positive number of steps a second
+    Case { name: "several faults at once", line: "run faults.ron --state out.csv --summary out.json", code: 2, message: "sandbox: faults.ron:1:14: step_hz: 0 is not a step rate; give a positive number of steps per second
 faults.ron:1:26: gravty: unknown key `gravty`; did you mean `gravity`?
 faults.ron:2:12: bodies[0].mass_kg: -1 is not a mass; give a positive number of kilograms, or immovable: true
 faults.ron:2:27: bodies[1].mass_kg: 0 is not a mass; give a positive number of kilograms, or immovable: true
@@ -139,7 +139,7 @@ laws.ron:2:10: wells[0]: `strength_m3_s2` is missing; add one such as `strength_
 laws.ron:2:11: wells[0].softening_m: -1 is not a softening; give a number of meters from 0 up
 laws.ron:2:37: wells[0].bodies[0]: there is no body "sip"; did you mean "ship"?
 laws.ron:3:13: thrusts[0].body: "rock" is immovable, so no engine moves it; name a body that can move
-laws.ron:3:27: thrusts[0].curve: a polynomial without coefficients is nothing; give at least the constant force, as in `polynomial([(10.0, 0.0, 0.0)])`
+laws.ron:3:27: thrusts[0].curve: a polynomial needs at least one coefficient; give at least the constant force, as in `polynomial([(10.0, 0.0, 0.0)])`
 laws.ron:3:61: thrusts[0].until_s: 1 s is not after the start at 2 s; give a later time, or leave it out"# },
     Case { name: "an unknown curve", line: "run curve.ron", code: 2, message: "sandbox: curve.ron:1:46: thrusts[0].curve: unknown word `sinus`; did you mean `sine`?" },
     Case { name: "too many bodies", line: "run many.ron", code: 2, message: "sandbox: many.ron:1:14: clouds: 4000001 bodies are too many; give at most 4000000 in all" },
@@ -212,13 +212,7 @@ bad.times:5:1: "soon" is not a frame time; give seconds from 0 up, one number a 
 /// exit code 2, nothing on standard output, nothing left behind. The rest of the message is the parser's own.
 pub const ARGUMENTS: &[(&str, &[&str])] = &[
     ("run", &["<SCENE>"]),
-    (
-        "runn tutorial",
-        &[
-            "tutorial",
-            "is one argument too many; the commands are run, list, lessons, plan, forecast, effects, ablate, cost, recommend, stability, sweep, merge, replay",
-        ],
-    ),
+    ("runn tutorial", &["tutorial", "is one argument too many; the commands are {COMMANDS}"]),
     ("tutorial run tutorial", &["run"]),
     ("run fine.ron --sed 3", &["--sed"]),
     ("run fine.ron --method euler", &["--method", "the methods are {METHODS}"]),

@@ -68,7 +68,7 @@ fn going_on_from_the_past_is_going_on_as_if_the_future_had_never_been() {
 }
 
 #[test]
-fn selection_and_ledger_go_along_and_a_reset_or_another_scene_begins_anew() {
+fn selection_and_ledger_go_along_and_a_reset_or_another_scene_restarts() {
     let mut drive = recording();
     drive.session.tools.keep_ledger(&mut drive.session.stage);
     drive.press("Q");

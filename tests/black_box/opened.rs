@@ -49,7 +49,7 @@ fn an_opened_bundle_has_every_tick_of_its_run_and_repeats_it_until_its_end() {
         assert_eq!(
             (&again.manifest, &again.events),
             (&bundle.manifest, &bundle.events),
-            "nothing is recorded anew"
+            "nothing is recorded again"
         );
         // From there on it is a run like any other.
         assert_eq!(go(&mut drive, 60..90), later);

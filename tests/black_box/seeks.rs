@@ -43,7 +43,7 @@ fn a_way_of_many_ticks_takes_frames_and_shows_the_present_until_it_is_there() {
     while drive.session.stage.ticks() == 60 {
         assert_eq!(drive.hash(), hashes[59]);
         assert!(drive.session.stage.paused());
-        assert!(short_frame(&mut drive, []) <= 2, "a frame goes on after its look has broken");
+        assert!(short_frame(&mut drive, []) <= 2, "a frame continues after its look has broken");
         frames += 1;
         assert!(frames < 60, "it never arrives");
     }

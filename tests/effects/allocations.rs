@@ -38,7 +38,7 @@ pub(crate) fn most_held(work: impl FnOnce()) -> u64 {
 }
 
 #[allow(unsafe_code, reason = "an allocator is unsafe by nature; this one only counts and hands on")]
-// SAFETY: every call goes on to the system's allocator as it came.
+// SAFETY: every call reaches the system's allocator as it came.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         Self::count(layout.size(), 0);

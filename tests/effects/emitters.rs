@@ -214,7 +214,7 @@ fn slots_of_removed_and_quarantined_bodies_stay_empty() {
 }
 
 #[test]
-fn a_scene_that_begins_anew_emits_anew() {
+fn a_scene_that_restarts_emits_again() {
     let (mut lab, _) = verlet(20, 50.0, 0.3, H);
     lab.run(30);
     let (first, slots) = (lab.all_bits(&[]), living(&lab));
@@ -236,7 +236,7 @@ fn particles_of_an_emitter_that_is_switched_off_live_out_their_lives_and_then_no
     assert!(alive(&lab) > 0 && alive(&lab) < before && emits(&lab));
     assert_eq!(alive(lab.run(15)), 0);
     assert!(!emits(lab.run(1)) && !lab.stepper.plan().emits);
-    // Nothing is made up for when it goes on.
+    // Nothing is made up for when it continues.
     lab.ask(Request::Switch(Effect::Emitters, true));
     assert!(emits(lab.run(1)));
     assert!(alive(&lab) <= 1, "{}", alive(&lab));

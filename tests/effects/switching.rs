@@ -32,7 +32,7 @@ fn off_and_on_again_at_once_is_bit_identical_to_never() {
             ask(&mut lab, [false, true].map(|on| Request::Switch(effect, on)));
             lab.run(1);
             if method != Method::PositionVerlet {
-                // Position Verlet starts anew when a law really goes.
+                // Position Verlet restarts when a law really goes.
                 for on in [false, true] {
                     ask(&mut lab, [Request::Switch(effect, on)]);
                 }

@@ -26,7 +26,7 @@ fn a_large_lattice_is_not_accused() {
     assert!(!margin.is_unstable() && (margin.limit - 2.0).abs() < 1e-3, "{margin:?}");
 }
 
-/// The first products leave an interval with the limit in it: the search goes on.
+/// The first products leave an interval with the limit in it: the search continues.
 #[test]
 fn a_large_lattice_near_its_limit_is_decided() {
     for (part, is_unstable) in [(1.007, true), (0.99, false)] {

@@ -1,4 +1,4 @@
-//! Twins of a world: that they go on as the world itself would with their method.
+//! Twins of a world: that they move as the world itself would with their method.
 
 use glam::DVec3;
 use history::{Distances, Simulation, Twin};

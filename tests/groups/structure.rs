@@ -34,7 +34,7 @@ fn surroundings() -> [Environment; 3] {
     ]
 }
 
-/// The rigs go on tick by tick with the same bits.
+/// The rigs continue tick by tick with the same bits.
 #[track_caller]
 fn agree(what: &str, ticks: u64, mut a: impl FnMut() -> Vec<Bits>, mut b: impl FnMut() -> Vec<Bits>) {
     for tick in 0..ticks {

@@ -38,7 +38,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// Goes on with a simulation that was just made.
+    /// Takes a simulation that was just made.
     pub fn of(simulation: Simulation) -> Self {
         Self { simulation }
     }

@@ -2,9 +2,9 @@
 
 use motion::{Damping, DampingModel, Method};
 
-use super::fingerprint::{last_stable, yoshida_steps};
+use super::fingerprint::last_stable;
 use super::{Check, SKEW, Stepper, all_pass, position, velocity, within};
-use crate::rigs::engine;
+use crate::rigs::{engine, step_matrix};
 use motion::arrays::Bare;
 
 const H: f64 = 1.0 / 60.0;
@@ -12,17 +12,10 @@ const H: f64 = 1.0 / 60.0;
 /// The speed left of 1 after a coasting step, as the difference equation of the method has it. Position
 /// Verlet's is that of a step after another.
 fn left(method: Method, q: f64) -> f64 {
-    let second = |q: f64| 1.0 - q + q * q / 2.0;
     match method {
+        // These apply exact damping within the step.
         Method::ExplicitEuler | Method::SemiImplicitEuler => (-q).exp(),
-        Method::ImplicitEuler => 1.0 / (1.0 + q),
-        Method::PositionVerlet => 1.0 - q,
-        Method::VelocityVerlet | Method::RungeKutta2Midpoint | Method::RungeKutta2Heun => second(q),
-        Method::RungeKutta4 => second(q) - q * q * q / 6.0 + q * q * q * q / 24.0,
-        Method::Yoshida4 => {
-            let (outer, inner) = yoshida_steps();
-            second(outer * q) * second(outer * q) * second(inner * q)
-        }
+        method => step_matrix(method, 1.0, [0.0, q])[1][1],
     }
 }
 

@@ -5,45 +5,11 @@ use motion::Method;
 
 use super::laws::Spring;
 use super::{Check, SKEW, Stepper, all_pass, position, velocity, within};
+use crate::rigs::{Matrix, step_matrix, yoshida_steps};
 
-/// Rows and columns are (w x, v).
-pub type Matrix = [[f64; 2]; 2];
-
-/// `1 / (2 - 2^(1/3))` and `1 - 2 / (2 - 2^(1/3))`: Yoshida's steps.
-pub fn yoshida_steps() -> (f64, f64) {
-    let outer = 1.0 / (2.0 - 2.0_f64.cbrt());
-    (outer, 1.0 - 2.0 * outer)
-}
-
-fn product(a: Matrix, b: Matrix) -> Matrix {
-    [0, 1].map(|i| [0, 1].map(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j]))
-}
-
-fn velocity_verlet(z: f64) -> Matrix {
-    let even = 1.0 - z * z / 2.0;
-    [[even, z], [-z * (1.0 - z * z / 4.0), even]]
-}
-
-/// The exact matrix of a step. Position Verlet's is that of a step after another, its velocity being the mean
-/// one of the last step.
+/// The matrix of a step of `x'' = -x`. Rows and columns are (w x, v).
 pub fn exact(method: Method, z: f64) -> Matrix {
-    let z2 = z * z;
-    match method {
-        Method::ExplicitEuler => [[1.0, z], [-z, 1.0]],
-        Method::SemiImplicitEuler | Method::PositionVerlet => [[1.0 - z2, z], [-z, 1.0]],
-        Method::ImplicitEuler => [[1.0, z], [-z, 1.0]].map(|row| row.map(|entry| entry / (1.0 + z2))),
-        Method::VelocityVerlet => velocity_verlet(z),
-        Method::RungeKutta2Midpoint | Method::RungeKutta2Heun => [[1.0 - z2 / 2.0, z], [-z, 1.0 - z2 / 2.0]],
-        Method::RungeKutta4 => {
-            let (even, odd) = (1.0 - z2 / 2.0 + z2 * z2 / 24.0, z - z * z2 / 6.0);
-            [[even, odd], [-odd, even]]
-        }
-        Method::Yoshida4 => {
-            let (outer, inner) = yoshida_steps();
-            let last = velocity_verlet(outer * z);
-            product(last, product(velocity_verlet(inner * z), last))
-        }
-    }
+    step_matrix(method, z, [1.0, 0.0])
 }
 
 /// The coefficient of z⁶ in half the trace of Yoshida's matrix, the three multiplied out by hand; the lower
@@ -70,7 +36,7 @@ fn trace_and_determinant(method: Method, z: f64) -> (Vec<f64>, Vec<f64>) {
     }
 }
 
-/// Images of (1, 0) and (0, 1) after one step of `z / 2` seconds, w = 2; `run` goes on from x and v for some ticks.
+/// Images of (1, 0) and (0, 1) after one step of `z / 2` seconds, w = 2; `run` continues from x and v for some ticks.
 pub fn matrix(method: Method, z: f64, run: impl Fn([f64; 2], u32) -> [f64; 2]) -> Matrix {
     let column = |start: [f64; 2]| {
         let (mut state, mut ticks) = (start, 1);

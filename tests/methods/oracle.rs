@@ -4,10 +4,11 @@
 use glam::DVec3;
 use motion::Method;
 
-use super::fingerprint::{Matrix, exact, yoshida_sixth};
+use super::fingerprint::{exact, yoshida_sixth};
 use super::laws::Spring;
 use super::problems::ACROSS;
 use super::{Check, SKEW, Stepper, all_pass, position, velocity, within};
+use crate::rigs::Matrix;
 
 /// Modulus and angle of R(-i z), the factor of `w x + i v`, for the methods that have one.
 fn factor(method: Method, z: f64) -> Option<(f64, f64)> {

@@ -93,7 +93,7 @@ impl Cockpit {
         self
     }
 
-    /// Goes on with `key` until the control of that name has the keyboard.
+    /// Presses `key` until the control of that name has the keyboard.
     pub fn go_to(&mut self, name: &str, key: &str) -> &mut Self {
         let arrives = (0..300).any(|_| {
             self.press(key);

@@ -98,7 +98,7 @@ impl Lab {
         self.recompile();
     }
 
-    /// Fails unless all bodies but some go on tick by tick with the bits of those of `twin`.
+    /// Fails unless all bodies but some continue tick by tick with the bits of those of `twin`.
     #[track_caller]
     pub fn agrees(&mut self, twin: &mut Self, ticks: u64, but: &[usize], what: &str) {
         for tick in 0..ticks {

@@ -77,6 +77,14 @@ pub fn sandbox(folder: impl AsRef<Path>, line: &str) -> Said {
     output(Command::new(program()).args(line.split_whitespace()).current_dir(folder.as_ref()))
 }
 
+/// The commands, as the help lists them.
+pub fn commands() -> Vec<String> {
+    let help = sandbox(".", "--help").fine();
+    let listed = help.split_once("\nCommands:\n").unwrap().1.split_once("\n\n").unwrap().0;
+    let names = listed.lines().map(|line| line.split_whitespace().next().unwrap().to_owned());
+    names.filter(|name| name != "help").collect()
+}
+
 /// Runs `sandbox line` in a folder with these files: what it said, and the summary that it wrote, or null.
 #[track_caller]
 pub fn summarized<'a>(

@@ -1,4 +1,4 @@
-//! Snapshots of any world: put back in place, they go on with the same bits.
+//! Snapshots of any world: put back in place, they continue with the same bits.
 
 use bevy_ecs::entity::{EntityHashMap, MapEntities as _};
 use bevy_ecs::prelude::*;

@@ -46,7 +46,7 @@ struct Frozen {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum By {
     Request,
-    /// Its group, which began anew for a change of method, of laws or of another body, as the others then have.
+    /// Its group, which restarted for a change of method, of laws or of another body, as the others then have.
     Change,
     Step,
     /// The step of what cannot be moved: in that tick it has still held what hangs on it.
@@ -61,7 +61,7 @@ pub fn step(bytes: &[u8]) {
     let Ok(events) = events(&mut u, &scene) else { return };
     let first = run(&scene, &events, &[]);
     let context = || format!("{text}\n{events:?}\n{:?}", first.quarantined);
-    // Whoever breaks as its group begins anew leaves it begun anew: there is no run without it to compare with.
+    // A body that fails while its group restarts leaves the group restarted: there is no run without it to compare with.
     if first.quarantined.is_empty()
         || first.quarantined.iter().any(|quarantined| quarantined.by == By::Change)
     {

@@ -7,7 +7,7 @@
 //! - `only`: a schedule of gravity's systems alone, put together by hand: nothing else is linked into the step;
 //! - `off`: a scene that declares every effect and has all but gravity switched off.
 //!
-//! Without arguments it measures how long switching an effect takes, compiling the schedule anew included, and what
+//! Without arguments it measures how long switching an effect takes, compiling the schedule again included, and what
 //! births and static bodies cost a step.
 
 use std::hint::black_box;

@@ -53,7 +53,9 @@ fn world(shape: Shape, groups: usize, method: Method) -> (World, Stepper) {
     world.insert_resource(Gravity { acceleration: G, on: true });
     let mut ids = 0..;
     let mut spawn = |world: &mut World, at: Vector, body: PhysicsBody| {
-        world.spawn((StableId(ids.next().expect("numbers go on")), Transform::at(at), body)).id()
+        world
+            .spawn((StableId(ids.next().expect("there is always a next number")), Transform::at(at), body))
+            .id()
     };
     for group in 0..groups {
         let post = shape.hangs.then(|| spawn(&mut world, start(group, 0), PhysicsBody::IMMOVABLE));

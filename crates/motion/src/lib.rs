@@ -36,7 +36,7 @@
 //! - `simd` and [`units`]: vector instructions of the machine; the scalar and vector of the simulation.
 //! - `state`: components and resources of bodies, forces, springs and emitters, and the [`clock`]s.
 //! - `laws`: the trait [`Law`] and one file per law; damping, and the times of a tick.
-//! - [`methods`]: the nine methods, and [`METHODS`], the table of what they claim.
+//! - [`methods`]: the methods, and [`METHODS`], the table of what they claim.
 //! - `kernels`: one tick of a block of bodies by a method.
 //! - `tick`: the systems that integrate single bodies, and [`Quarantine`] of those that fail.
 //! - [`groups`]: bodies joined by springs or mutual gravity, integrated together.

@@ -1,6 +1,6 @@
 //! Snapshots: the state of a world between two ticks as plain data, taken out and put back.
 //!
-//! A restored world goes on with the bits of the world that the snapshot was taken of: for rollback in a network game, for
+//! A restored world continues with the bits of the world that the snapshot was taken of: for rollback in a network game, for
 //! saving, for trying something out. Laws, springs and options of bodies, such as speed limits, are not in a snapshot, only
 //! which effects are off: they stay as the world has them. Nor are cached accelerations: velocity Verlet and Yoshida 4
 //! evaluate them once more.

@@ -240,7 +240,7 @@ impl Swarms {
     fn follow_one(&mut self, gpu: &Gpu, device: &mut DeviceSwarm, swarm: &Swarm, most_kept: u64) {
         let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
         let here = swarm.ticks.iter().rposition(|tick| Some(tick.key) == device.key);
-        // Only what is ahead of the device helps: in a run that goes on, that is one tick.
+        // Only what is ahead of the device helps: in a run that is not sought, that is one tick.
         let ahead = swarm.ticks.iter().enumerate().skip(here.map_or(0, |here| here + 1)).rev();
         let kept_of = |tick: &SwarmTick| device.kept.iter().find(|kept| kept.key == tick.key);
         let kept = { ahead }.find_map(|(at, tick)| Some((at, kept_of(tick)?)));
@@ -282,7 +282,7 @@ impl Swarms {
         let parameters = Parameters::new(device.stepping, device.slots(), tick, last);
         let swaps = device.stepping == SwarmStepping::PositionVerlet;
         if let Some(last) = last.filter(|_| tick.other_laws && swaps) {
-            // Gusts have gone on to the end of that tick, where the shader evaluates them.
+            // Gusts are those of the end of that tick, where the shader evaluates them.
             let parameters = parameters.under(&last.laws, last.phase);
             self.dispatch(gpu, device, work, (SYNCHRONIZES, parameters));
         }

@@ -1,6 +1,6 @@
 //! Small pictures drawn without a window, judged by their pixels.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on should panic")]
+#![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 
 use glam::{Quat, Vec3, Vec4};
 use render::{

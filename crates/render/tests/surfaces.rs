@@ -1,6 +1,6 @@
 //! Surfaces that move on their own, judged by their pixels.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on should panic")]
+#![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 
 use glam::Vec3;
 use render::{Frame, Gpu, Image, Instance, Light, OFFSCREEN_FORMAT, Offscreen, Quality, Renderer, Surface};

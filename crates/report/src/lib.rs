@@ -5,7 +5,7 @@
 //! - [`files`]: all files of a report of accuracy and cost. `page` is the one in HTML, `csv` has those for other programs.
 //! - [`summary`](brief): a study as Markdown and for a terminal; `tables` has its tables, `words` its sentences, and `reading` what
 //!   both are taken from.
-//! - `figures`: the figures of a study; `chart` draws one, with axes, marks and a legend, as SVG or as PNG ([`Drawing`]).
+//! - `figures`: the figures of a study; `chart` draws one, with axes, marks and a legend, as SVG ([`Drawing`]).
 //! - [`stability`]: the survival matrix as page, picture and tables, and the maps of stable steps.
 //! - [`sweep`]: the runs of a sweep as CSV and as a figure. [`Parquet`]: any table for other programs.
 //! - [`Table`]: a table in HTML, Markdown, CSV or for a terminal. [`numbers`]: numbers as people read them.

@@ -1,6 +1,6 @@
 //! How long a frame takes from input to pixels, without a window: `cargo bench -p sandbox --bench frames [-- SCENE...]`.
 
-#![allow(clippy::unwrap_used, reason = "a benchmark that cannot go on should panic")]
+#![allow(clippy::unwrap_used, reason = "a benchmark that fails should panic")]
 
 use std::time::Instant;
 

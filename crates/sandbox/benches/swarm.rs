@@ -1,7 +1,7 @@
 //! What particles cost by what is stored of them: `cargo bench -p sandbox --bench swarm [-- PARTICLES...]`. `scripts/studies swarm`
 //! writes the tables into docs/methods.md.
 
-#![allow(clippy::unwrap_used, reason = "a benchmark that cannot go on should panic")]
+#![allow(clippy::unwrap_used, reason = "a benchmark that fails should panic")]
 
 use std::fmt::Write as _;
 use std::sync::Arc;

@@ -150,7 +150,7 @@ actions! {
     PreviousBody: "previous_body", ["Shift+K"], Always, Lasts::Once, "select the previous body that can be moved";
     ChangeForce: "change_force", ["Ctrl"], Always, Lasts::While(Hold::ChangeForce), "held, the wheel changes the click force, and a click selects also what cannot be moved";
     Frame: "frame", ["F"], Always, Lasts::Once, "frame the selection, or everything that moves";
-    Pause: "pause", ["P"], Always, Lasts::Once, "pause or go on";
+    Pause: "pause", ["P"], Always, Lasts::Once, "pause or continue";
     Step: "step", ["."], Always, Lasts::Repeatedly, "pause and simulate one tick; held, one after the other";
     StepBack: "step_back", [","], Always, Lasts::Repeatedly, "pause and go one tick back, up to a minute; held, one after the other";
     Slower: "slower", ["-"], Always, Lasts::Once, "half the speed; the tick stays the same";

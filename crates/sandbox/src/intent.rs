@@ -17,7 +17,7 @@ pub(crate) enum Intent {
     Act(Act),
     /// Change the simulation.
     Change(Change, SwitchedBy),
-    /// Go on with a method and substeps that a panel offers.
+    /// Use a method and substeps that a panel offers.
     ApplySetting(Setting),
     /// Simulate so many seconds per second.
     Pace(f64),

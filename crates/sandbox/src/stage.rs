@@ -56,9 +56,9 @@ pub enum Order {
     Table(String),
     /// Write the text of a scene into a file.
     Scene(SceneFile),
-    /// Load the scene of that name and go on with it.
+    /// Load the scene of that name.
     Open(String),
-    /// Go on with the unsaved changes in that file.
+    /// Restore the unsaved changes in that file.
     Restore(PathBuf),
     /// Delete those unsaved changes.
     Forget(PathBuf),
@@ -276,7 +276,7 @@ impl Stage {
         }
     }
 
-    /// Goes on with another scene, as the same run: its time and its counts go on.
+    /// Opens another scene in the same run: its time and its counts continue.
     pub(crate) fn open(&mut self, scene: Scene) {
         self.forget_ahead();
         let mut run = std::mem::take(&mut self.run);
@@ -315,7 +315,7 @@ impl Stage {
         self.run.options.pace.unwrap_or(self.sim.scene.pace)
     }
 
-    /// Goes on with another world.
+    /// Replaces the world.
     fn replace(&mut self, sim: Simulation, sought: bool) {
         self.sim = sim;
         self.held.clear();
@@ -339,7 +339,7 @@ impl Stage {
     }
 }
 
-/// Lets the `next` world go on with the time and the counts of another: it is the same run.
+/// Gives the `next` world the time and the counts of another: it is the same run.
 fn hand_over(world: &mut World, next: &mut World) {
     let mut clock = *world.resource::<StepClock>();
     clock.begin_scene();

@@ -49,7 +49,7 @@ macro_rules! tools {
                 [$((Panel::$Tool, &mut self.$tool as &mut dyn Tool),)*].into_iter()
             }
 
-            /// Lets every tool go on with another scene, or with another text of the same one, `rewritten`.
+            /// Hands every tool another scene, or with another text of the same one, `rewritten`.
             pub(crate) fn next_scene(&mut self, rewritten: bool) {
                 $(self.$tool.next_scene(rewritten);)*
             }
@@ -121,7 +121,7 @@ impl Tools {
         self.editor.next_scene(false);
     }
 
-    /// Goes on with unsaved changes, and with the file that they were made in and what it has.
+    /// Restores unsaved changes, and the file that they were made in and what it has.
     pub(crate) fn open_unsaved(&mut self, stage: &Stage, file: Option<(PathBuf, Arc<str>)>) {
         self.editor.open_unsaved(stage, file);
     }

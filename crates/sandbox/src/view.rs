@@ -133,7 +133,7 @@ impl View {
         }
     }
 
-    /// Goes on with the next scene: the mode stays, and the layout of the window.
+    /// Takes the next scene: the mode stays, and the layout of the window.
     pub(crate) fn open(&mut self, stage: &Stage) {
         let next = Self::new(stage, self.size_px);
         *self = Self {
@@ -146,7 +146,7 @@ impl View {
         };
     }
 
-    /// Goes on with another text of the scene `before`: what the texts agree about stays.
+    /// Takes another text of the scene `before`: what the texts agree about stays.
     pub(crate) fn reopen(&mut self, stage: &Stage, before: &Scene) {
         let next = Self::new(stage, self.size_px);
         let scene = &stage.sim.scene;

@@ -1,4 +1,4 @@
-//! Checks of single values: each gives a usable value and notes the fault, so that resolving goes on.
+//! Checks of single values: each gives a usable value and notes the fault, so that resolving continues.
 
 use glam::DVec3;
 use motion::{Method, Substeps};
@@ -15,7 +15,7 @@ pub(crate) const DAMPING_RATE: Rule = (not_negative, "a damping rate", "give a r
 pub(crate) const RADIUS: Rule = (positive, "a radius", "give a positive number of meters");
 pub(crate) const SPEED: Rule = (not_negative, "a speed", "give meters per second from 0 up");
 pub(crate) const STEP_RATE: Rule =
-    (|v| positive(v) && (1.0 / v).is_finite(), "a step rate", "give a positive number of steps a second");
+    (|v| positive(v) && (1.0 / v).is_finite(), "a step rate", "give a positive number of steps per second");
 
 pub(crate) const STIFFNESS: Rule = (not_negative, "a stiffness", "give a number of N/m from 0 up");
 

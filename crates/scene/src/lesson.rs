@@ -216,7 +216,7 @@ pub enum Begin {
     Reset,
     /// The run is paused.
     Pause,
-    /// The run goes on.
+    /// The run continues.
     Play,
     /// The camera is where the scene puts it, or frames all bodies.
     Frame,

@@ -6,7 +6,8 @@ use motion::units::Vector;
 use motion::{BodyState, Damping, EvaluationTime, Jacobians, Law, Method};
 
 use super::limit::{Criterion, Limit, largest_stable};
-use super::theory::{Damped, Matrix, by_columns, oscillator_limit, product, radius};
+use super::theory::{Damped, oscillator_limit, radius};
+use crate::rigs::{Matrix, by_columns, product};
 
 /// An oscillator of frequency 1 and its method.
 #[derive(Clone, Copy, Debug, PartialEq)]

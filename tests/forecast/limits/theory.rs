@@ -2,19 +2,7 @@
 
 use motion::{DampingModel, Method};
 
-/// One tick of an oscillator, as rows and columns of position and velocity.
-pub(super) type Matrix = [[f64; 2]; 2];
-
-const IDENTITY: Matrix = [[1.0, 0.0], [0.0, 1.0]];
-
-/// The matrix of these columns.
-pub(super) const fn by_columns([[a, c], [b, d]]: Matrix) -> Matrix {
-    [[a, b], [c, d]]
-}
-
-pub(super) fn product(a: Matrix, b: Matrix) -> Matrix {
-    [0, 1].map(|i| [0, 1].map(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j]))
-}
+use crate::rigs::{Matrix, by_columns, step_matrix};
 
 /// How an oscillator is damped.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,28 +44,6 @@ pub(super) fn radius(tick: Matrix) -> f64 {
     }
 }
 
-/// The first terms of the exponential of `h L`, with L of `x' = v, v' = -x - c v`.
-fn taylor(h: f64, c: f64, terms: u32) -> Matrix {
-    let l = [[0.0, h], [-h, -h * c]];
-    let (mut sum, mut term) = (IDENTITY, IDENTITY);
-    for order in 1..=terms {
-        term = product(term, l).map(|row| row.map(|entry| entry / f64::from(order)));
-        sum = [0, 1].map(|i| [0, 1].map(|j| sum[i][j] + term[i][j]));
-    }
-    sum
-}
-
-/// Velocity Verlet with the end evaluated at `v + a h`.
-fn velocity_verlet(h: f64, c: f64) -> Matrix {
-    let image = |x: f64, v: f64| {
-        let a = -x - c * v;
-        let x1 = x + h * v + h * h / 2.0 * a;
-        let b = -x1 - c * (v + h * a);
-        [x1, v + h / 2.0 * (a + b)]
-    };
-    by_columns([image(1.0, 0.0), image(0.0, 1.0)])
-}
-
 /// The two Eulers with damping inside: `keep` and `gain` of the kick, factors before and after the move.
 fn euler(method: Method, h: f64, [keep, gain, before, after]: [f64; 4]) -> Matrix {
     let image = |x: f64, v: f64| {
@@ -91,30 +57,6 @@ fn euler(method: Method, h: f64, [keep, gain, before, after]: [f64; 4]) -> Matri
         }
     };
     by_columns([image(1.0, 0.0), image(0.0, 1.0)])
-}
-
-/// One step of `h` seconds of `x'' = -x - c x'`.
-fn step(method: Method, h: f64, c: f64) -> Matrix {
-    match method {
-        Method::ExplicitEuler => taylor(h, c, 1),
-        // Position Verlet evaluates drag at its velocity, which is half a step behind.
-        Method::SemiImplicitEuler | Method::PositionVerlet => {
-            let (by_x, by_v) = (-h, 1.0 - h * c);
-            [[1.0 + h * by_x, h * by_v], [by_x, by_v]]
-        }
-        Method::ImplicitEuler => {
-            let whole = 1.0 + h * c + h * h;
-            [[(1.0 + h * c) / whole, h / whole], [-h / whole, 1.0 / whole]]
-        }
-        Method::VelocityVerlet => velocity_verlet(h, c),
-        Method::RungeKutta2Midpoint | Method::RungeKutta2Heun => taylor(h, c, 2),
-        Method::RungeKutta4 => taylor(h, c, 4),
-        Method::Yoshida4 => {
-            let outer = 1.0 / (2.0 - 2.0_f64.cbrt());
-            let last = velocity_verlet(outer * h, c);
-            product(last, product(velocity_verlet((1.0 - 2.0 * outer) * h, c), last))
-        }
-    }
 }
 
 /// One step with a model of damping inside it, of the two Eulers that have one inside.
@@ -149,7 +91,7 @@ pub fn oscillator_limit(method: Method, damped: Damped) -> f64 {
         }
         (method, Some(model)) => first_unstable(|h| damped_step(method, model, h, c)),
         (method, None) if c == 0.0 => method.claims().stability_limit,
-        (method, None) => first_unstable(|h| step(method, h, c)),
+        (method, None) => first_unstable(|h| step_matrix(method, h, [1.0, c])),
     }
 }
 
@@ -195,7 +137,7 @@ mod tests {
     fn the_formulas_agree_with_the_polynomials() {
         for ratio in [0.0, 0.05, 0.2, 0.5, 1.0, 2.0] {
             let damped = Damped::by_drag(ratio);
-            let found = first_unstable(|h| step(Method::SemiImplicitEuler, h, 2.0 * ratio));
+            let found = first_unstable(|h| step_matrix(Method::SemiImplicitEuler, h, [1.0, 2.0 * ratio]));
             let closed = oscillator_limit(Method::SemiImplicitEuler, damped);
             assert!((found / closed - 1.0).abs() <= 1e-6, "{ratio}: {found} {closed}");
         }

@@ -118,7 +118,7 @@ fn engines_that_nobody_had_when_the_schedule_was_compiled_come_back() {
             lab.run(20).state(body)
         };
         let (came_back, there) = (run(true), run(false));
-        // Position Verlet starts anew when the method is set, which rounds.
+        // Position Verlet restarts when the method is set, which rounds.
         let error = came_back.0.distance(there.0) + came_back.1.distance(there.1);
         let bound = if method == Method::PositionVerlet { 1e-13 } else { 0.0 };
         assert!(error <= bound, "{method:?}: {error:e}");

@@ -57,7 +57,7 @@ fn an_impulse_is_what_it_is_at_every_step() {
     }
 }
 
-/// The body goes on as one that starts in the state that the request leaves.
+/// The body continues as one that starts in the state that the request leaves.
 #[test]
 fn a_velocity_that_is_set_is_a_start() {
     for method in Method::ALL {

@@ -38,7 +38,7 @@ const COMMENT: &str = "sandbox bundle, XXH3-64 of all bytes before: ";
 const SMALLER: &str = "make it of fewer bodies";
 
 /// Most ticks that a bundle is repeated for. A timeline keeps a minute, and at most another one before its oldest
-/// snapshot goes: that is at more than eight million ticks a second, with which no processor keeps up.
+/// snapshot goes: that is at more than eight million ticks per second, with which no processor keeps up.
 const MOST_TICKS: u64 = 1_000_000_000;
 
 /// What to do about a bundle that no program has written.
@@ -186,7 +186,7 @@ impl Manifest {
         let ticks = end_tick - start;
         if ticks > MOST_TICKS {
             let what = format!("the bundle is of {ticks} ticks, which are more than {MOST_TICKS}");
-            return Err(BadBundle::new(what, "save a run of fewer ticks a second"));
+            return Err(BadBundle::new(what, "save a run of fewer ticks per second"));
         }
         Ok(())
     }

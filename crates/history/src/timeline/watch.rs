@@ -103,7 +103,7 @@ impl Watch {
         )
     }
 
-    /// The watch over a run that goes on in `world`, with what [`Watch::energy`] was then.
+    /// The watch over a run that continues in `world`, with what [`Watch::energy`] was then.
     #[must_use]
     pub fn going_on(world: &mut World, energy: EnergyState) -> Self {
         let records = world.resource::<Quarantine>().records().len();
@@ -283,7 +283,7 @@ fn growth(energy: &mut EnergyState) -> Option<Nowhere> {
     too_much.then_some(Nowhere { since: growth.since, joules, before: growth.own_j })
 }
 
-/// Takes in the kinetic energy after a tick: begins a look, goes on with it, or ends it. `total` is kinetic and potential
+/// Takes in the kinetic energy after a tick: begins a look, continues it, or ends it. `total` is kinetic and potential
 /// energy, if the tick was booked, and `now` is so in a small world. Returns a leap that the end of a look makes certain.
 fn take_in(
     energy: &mut EnergyState,
@@ -334,7 +334,7 @@ fn leap(energy: &EnergyState, total: f64) -> Option<Nowhere> {
     stays.then(|| Nowhere { since: energy.grew_tick.unwrap_or(look.since), joules, before })
 }
 
-/// The growth that goes on or begins with a look that ends with tick number `now`, at an energy of `total`.
+/// The growth that continues or begins with a look that ends with tick number `now`, at an energy of `total`.
 #[expect(clippy::cast_precision_loss, reason = "ticks of a run")]
 fn growth_after_look(energy: &EnergyState, now: u64, total: f64) -> Option<EnergyGrowth> {
     let look = energy.look?;

@@ -409,7 +409,7 @@ impl Session {
         self.stage.notices.say(Topic::Method, methods::line(method));
     }
 
-    /// Goes on with a setting that a panel offers. In a recording steps name it, and this does nothing: what a panel offers
+    /// Applies a setting that a panel offers. In a recording steps name it, and this does nothing: what a panel offers
     /// depends on what its machine measured.
     fn choose(&mut self, setting: Setting) {
         if self.player.as_ref().is_some_and(|player| player.names_settings(self.stage.frames())) {
@@ -433,7 +433,7 @@ impl Session {
         self.leave(Order::Open(shipped[next].name.to_owned()));
     }
 
-    /// Goes on with another scene; window size and panels stay.
+    /// Opens another scene; window size and panels stay.
     pub fn open(&mut self, scene: Scene) {
         self.stage.open(scene);
         self.view.open(&self.stage);
@@ -443,7 +443,7 @@ impl Session {
         }
     }
 
-    /// Goes on with `scene`, another text of the present one, paused; camera, click force and what is drawn stay.
+    /// Restarts with `scene`, another text of the present one, paused; camera, click force and what is drawn stay.
     fn restart_with(&mut self, scene: Scene, select: Option<&str>) {
         let offset = offset_in_entry(&self.stage, select);
         let (before, pace) = (Arc::clone(&self.stage.sim.scene), self.stage.clock.pace());
@@ -498,7 +498,7 @@ impl Session {
         self.ui.question.is_some()
     }
 
-    /// Asks whether to go on with the unsaved changes in the file `draft`.
+    /// Asks whether to restore the unsaved changes in the file `draft`.
     pub fn offer(&mut self, draft: PathBuf) {
         self.ask(Question::LeftBehind(draft));
     }

@@ -103,7 +103,7 @@ fn card(scene: Scene, body: &str, ticks: u32) -> Vec<(String, String)> {
     let tick = 1.0 / scene.step_hz;
     let (mut session, mut clock) = (Session::new(scene, Options::default()), FrameClock::default());
     for _ in 0..ticks {
-        session.advance(&InputFrame::NOTHING, clock.advance_by(tick).expect("time goes on"));
+        session.advance(&InputFrame::NOTHING, clock.advance_by(tick).expect("time does not go back"));
     }
     let body = session.stage.body(body).expect("a body of the scene");
     let selected = Selected::of(&session.stage, body).expect("a thing");

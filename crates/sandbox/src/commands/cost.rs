@@ -246,7 +246,7 @@ fn earlier(args: &CostArgs, subjects: &[Subject]) -> Result<Vec<Study>, Failure>
             return other(&format!("this is the report of `{}`", report.command));
         }
         if !report.complete {
-            let what = "this report is not complete; --resume goes on with it";
+            let what = "this report is not complete; --resume continues it";
             return Err(Failure::Usage(format!("{}: {what}, --replace writes over it", path.display())));
         }
         return Ok(Vec::new());

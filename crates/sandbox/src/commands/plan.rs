@@ -135,7 +135,7 @@ fn what(system: &str, accelerating: &str, damping: &str) -> String {
         "remember_accelerations" => "room for the last acceleration, the next step's first".to_owned(),
         "apply_deferred" => "bodies get what was given to them".to_owned(),
         "clear_forces" => "forces last one tick".to_owned(),
-        "quarantine_bodies" => "freezes what would turn non-finite".to_owned(),
+        "quarantine_bodies" => "quarantines bodies that would become non-finite".to_owned(),
         _ => String::new(),
     }
 }

@@ -242,7 +242,7 @@ fn simulate(
         {
             let shows = demonstration.as_ref().is_some_and(|shown| shown.waits(session));
             if session.player().is_none_or(Player::finished) && !shows {
-                // No script is left that could go on.
+                // No script is left that could continue the run.
                 break;
             }
             outputs.refused = refuse_endless_wait(args, session, rate);

@@ -47,7 +47,7 @@ pub(crate) trait Program {
     /// Hears that the session has another scene.
     fn opened(&mut self, session: &mut Session) -> Result<(), Failure>;
 
-    /// Goes on with the unsaved changes in a file.
+    /// Restores the unsaved changes in a file.
     fn restore(&mut self, _: &mut Session, _draft: &Path) {}
 
     /// Deletes the unsaved changes in a file.

@@ -105,12 +105,12 @@ impl Loading {
         Self { bar, _over: over }
     }
 
-    /// Says a line on standard error; the bar goes on below it.
+    /// Says a line on standard error; the bar continues below it.
     pub fn tell(&self, line: &str) {
         self.bar.suspend(|| tell(line));
     }
 
-    /// Goes on with the next stage.
+    /// Begins the next stage.
     pub fn next(&self) {
         self.bar.inc(1);
         let stage = usize::try_from(self.bar.position()).unwrap_or(usize::MAX);

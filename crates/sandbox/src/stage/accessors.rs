@@ -61,7 +61,7 @@ impl Stage {
         self.run.frames
     }
 
-    /// Simulated time, s; it goes on over a reset of the world.
+    /// Simulated time, s; it continues over a reset of the world.
     #[must_use]
     pub fn simulated(&self) -> f64 {
         self.sim.world.resource::<StepClock>().seconds()
@@ -106,7 +106,7 @@ impl Stage {
         self.sim.bodies.iter().copied().filter(|thing| self.sim.world.get_entity(*thing).is_ok())
     }
 
-    /// Ticks a second.
+    /// Ticks per second.
     #[must_use]
     pub const fn step_hz(&self) -> f64 {
         self.clock.rate()

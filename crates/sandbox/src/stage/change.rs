@@ -54,14 +54,14 @@ impl Stage {
         self.sim.give(&change);
     }
 
-    /// Goes on with ticks of another length, s.
+    /// Sets the length of ticks, s.
     fn set_step(&mut self, step: f64) {
         if self.clock.set_rate(rate_of(step)).is_ok() {
             self.make(Change::Step(step));
         }
     }
 
-    /// Lets the clock ask for ticks as often as their length says, which may have been another one then.
+    /// Sets the rate of the clock to the length of ticks, which may have changed.
     pub(crate) fn keep_pace_with_step(&mut self) {
         let rate = rate_of(self.sim.world.resource::<TimeStep>().0);
         let differs = (rate / self.clock.rate() - 1.0).abs() > 1e-9;
@@ -71,7 +71,7 @@ impl Stage {
         }
     }
 
-    /// Goes on with another method of the scene.
+    /// Sets the method of the scene.
     fn set_method(&mut self, method: Method) {
         let gravity = self.sim.world.contains_resource::<MutualGravity>();
         if self.refuses([method], gravity) {
@@ -95,7 +95,7 @@ impl Stage {
     /// Whether mutual gravity cannot come back, because a method was chosen meanwhile that cannot solve it.
     fn refuses_mutual_gravity(&mut self) -> bool {
         let sim = &mut self.sim;
-        // Also of bodies that nothing moves now, and where every body has one of its own; particles are not attracted.
+        // Includes bodies that nothing moves now; particles are not attracted.
         let mut bodies = sim.world.query_filtered::<EntityRef, (With<OwnMethod>, Without<Particle>)>();
         let own = bodies.iter(&sim.world).filter_map(motion::own_method);
         let methods: Vec<_> = own.chain([sim.method()]).collect();

@@ -162,7 +162,7 @@ impl Stage {
         }
     }
 
-    /// Goes on with a seek for as long as `look` lets it; whether it has not arrived.
+    /// Continues a seek for as long as `look` lets it; whether it has not ended.
     pub(crate) fn go_on_seeking(&mut self, look: Look<'_>) -> bool {
         let Some(mut way) = self.past.as_mut().and_then(|past| past.way.take()) else { return false };
         while let Some(past) = &mut self.past {

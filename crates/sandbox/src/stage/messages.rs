@@ -51,7 +51,7 @@ impl Stage {
                 Fault::Spring(other) => format!("spring to {}", self.name(other)),
                 fault => fault.name().to_owned(),
             };
-            // A run that goes on from the past may repeat what came after.
+            // A run that continues from the past may repeat what came after.
             if self.run.quarantined.len() == self.run.quarantined_before + number {
                 self.run.quarantined.push(QuarantinedBody { body, tick, what, system, component, cause });
             }

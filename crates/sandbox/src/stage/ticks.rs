@@ -25,7 +25,7 @@ impl Stage {
             self.clock.pause(time);
             return None;
         }
-        // Taken in any case: a step that was asked for before going on is not one of the next pause.
+        // Taken in any case: a step that was asked for before the pause ended is not one of the next pause.
         let steps_asked = std::mem::take(&mut self.steps_asked);
         let (mut ticks, step) = if self.paused {
             self.clock.pause(time);

@@ -19,7 +19,7 @@ pub(crate) struct Recorded {
     pub passed: Option<u64>,
     /// The first tick of the run that went wrong: no tick from there on is a good one.
     pub bad_from: Option<u64>,
-    /// Whether going on from the past repeats what came from outside, until something else does.
+    /// Whether continuing from the past repeats what came from outside, until something else does.
     pub repeats: bool,
     /// The seek to another tick, while it takes frames.
     pub way: Option<Box<Way>>,
@@ -73,7 +73,7 @@ pub(crate) struct Within {
     pub keyframes: Vec<u64>,
     pub times: Times,
     pub fault: Option<Fault>,
-    /// Whether going on repeats what is ahead, instead of dropping it.
+    /// Whether continuing repeats what is ahead, instead of dropping it.
     pub repeats: bool,
     pub bytes: usize,
     pub cap: usize,

@@ -28,7 +28,7 @@ impl Tool for Cost {
         }
     }
 
-    /// Goes on with the study for its part of a frame.
+    /// Works on the study for its part of a frame.
     fn after_ticks(&mut self, stage: &mut Stage, _: &View, open: bool, time: FrameTime) {
         if !open {
             return;

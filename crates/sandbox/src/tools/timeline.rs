@@ -85,8 +85,8 @@ fn scrubber(ui: &mut Ui, within: &Within, stage: &Stage, width: f32, intents: &m
         ui.label(format!("seeking: {} ticks left to simulate again", within.left));
     } else if within.at < *within.range.end() {
         ui.label(match within.repeats {
-            true => "going on from here repeats what came after; doing something drops it",
-            false => "going on from here drops what came after",
+            true => "continuing from here repeats what came after; any change drops it",
+            false => "continuing from here drops what came after",
         });
     } else if stage.paused() {
         ui.label("the present, paused");

@@ -118,7 +118,7 @@ pub(crate) trait Tool {
     ) {
     }
 
-    /// Whether it goes on without ticks while its panel is open.
+    /// Whether it works without ticks while its panel is open.
     fn works(&self) -> bool {
         false
     }

@@ -223,7 +223,7 @@ pub(crate) fn bodies(stage: &Stage) -> String {
     format!("{bodies} {}{more}", if bodies == 1 { "body" } else { "bodies" })
 }
 
-/// The scene and its clock, each in a line; of what the shell measured, one while the run goes on.
+/// The scene and its clock, each in a line; of what the shell measured, one while the run is not paused.
 fn clock(stage: &Stage, view: &View) -> Vec<String> {
     let (stepper, world) = (&stage.sim.stepper, &stage.sim.world);
     let own = if stepper.plan().own.is_empty() { "" } else { " and bodies' own" };
@@ -265,7 +265,7 @@ fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
         lines.push((format!("{} speed", pace_words(pace)), WARNING));
     }
     if stage.paused {
-        lines.push(("paused: P goes on, . steps".to_owned(), WARNING));
+        lines.push(("paused: P continues, . steps".to_owned(), WARNING));
     }
     if let Some((some, all)) = view.trail.left_out().filter(|_| view.trails) {
         lines.push((format!("trails of the first {some} of {all} bodies"), THIN));

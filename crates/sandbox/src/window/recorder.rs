@@ -18,7 +18,7 @@ use crate::output::files::{Output, OutputPath, output_file};
 /// Fewest blanks after the ends of the frames, bytes: a minute of frames.
 const LEAST_ROOM: usize = 1 << 16;
 
-/// A recording that goes on, and its file.
+/// A recording in progress, and its file.
 pub(super) struct Recorder {
     path: OutputPath,
     text: RecordingText,
@@ -210,7 +210,7 @@ mod tests {
 
     impl Live {
         fn frame(&mut self, events: Vec<Input>) {
-            let time = self.clock.advance_by(0.05).expect("time goes on");
+            let time = self.clock.advance_by(0.05).expect("time does not go back");
             let (frame, chosen) = (self.session.stage.frames(), &self.session.chosen);
             self.recorder.record(frame, time.total(), chosen.iter().chain(&events)).expect("a file");
             self.session.advance(&InputFrame { events }, time);
@@ -241,7 +241,7 @@ mod tests {
         session.play(Player::new(script).expect("keys that there are"));
         for end in ends {
             machine.measure(&mut session);
-            let time = clock.advance_to(end).expect("time goes on");
+            let time = clock.advance_to(end).expect("time does not go back");
             session.advance(&InputFrame::NOTHING, time);
         }
         assert!(session.player().is_some_and(Player::finished));

@@ -36,7 +36,7 @@ use crate::stage::notices::Topic;
 const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
 
 /// Longest time that the ticks of a frame may take; the others are dropped, and reported like those of a hitch. Scenes of more
-/// ticks a second than there is time for run slower, and never stop the window.
+/// ticks per second than there is time for run slower, and never stop the window.
 const PATIENCE: Duration = Duration::from_millis(250);
 
 /// Time between two frames of a window that is not seen: it simulates on and draws nothing.
@@ -402,7 +402,7 @@ impl Shell {
         }
     }
 
-    /// Lets the session go on to `now`.
+    /// Advances the session to `now`.
     fn advance(&mut self, now: Instant, events: Vec<Input>) {
         // Wall time only goes forward, and so does this.
         let Ok(time) = self.clock.advance_to((now - self.start).as_secs_f64()) else {

@@ -119,7 +119,7 @@ const TEXTURES: [(&str, bool); 2] = [("checker", true), ("none", false)];
 fn refuse_physics(raw: &raw::Body, scope: Scope, faults: &mut Faults) {
     if raw.shape.is_none() {
         let cure = "add a shape, or remove scenery: true";
-        faults.add(scope.key("scenery"), "scenery without a shape is nothing", cure);
+        faults.add(scope.key("scenery"), "scenery needs a shape", cure);
     }
     let physics = [
         ("velocity_m_s", raw.velocity_m_s.is_some()),

@@ -76,7 +76,7 @@ pub(crate) fn check_swarms(
         let slots = emitter.swarm.as_ref().map_or(0, |swarm| swarm.launches.len());
         if emitter.rate > SWARM_REUSE * slots as f64 {
             let what =
-                format!("each of {slots} particles is replaced more than {SWARM_REUSE} times a second");
+                format!("each of {slots} particles is replaced more than {SWARM_REUSE} times per second");
             faults.add(scope.key("rate_per_s"), what, "give more `capacity`, or on: cpu");
         }
         if raw.range.is_some() {

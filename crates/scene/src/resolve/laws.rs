@@ -143,7 +143,7 @@ impl<'a> OwnLaws<'a> {
             };
             if bodies.is_empty() {
                 let cure = "name a body, or leave `bodies` out for a well that attracts all";
-                faults.add(scope.key("bodies"), "a well for no body is nothing", cure);
+                faults.add(scope.key("bodies"), "a well needs at least one body", cure);
             }
             for (j, name) in bodies.iter().enumerate() {
                 let key = format!("bodies[{j}]");
@@ -285,7 +285,7 @@ fn entry(i: usize) -> String {
 fn polynomial(coefficients: &[Triple], scope: Scope, faults: &mut Faults) -> Option<Curve> {
     if coefficients.is_empty() {
         let cure = "give at least the constant force, as in `polynomial([(10.0, 0.0, 0.0)])`";
-        faults.add(scope.key("curve"), "a polynomial without coefficients is nothing", cure);
+        faults.add(scope.key("curve"), "a polynomial needs at least one coefficient", cure);
         return None;
     }
     let finite =
@@ -319,7 +319,7 @@ fn sine(
 fn table(points: &[(f64, Triple)], scope: Scope, faults: &mut Faults) -> Option<Curve> {
     if points.is_empty() {
         let cure = "give at least one point, as in `table([(0.0, (10.0, 0.0, 0.0))])`";
-        faults.add(scope.key("curve"), "a table without points is nothing", cure);
+        faults.add(scope.key("curve"), "a table needs at least one point", cure);
         return None;
     }
     let mut latest = f64::NEG_INFINITY;

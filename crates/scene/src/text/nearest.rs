@@ -4,7 +4,7 @@
 /// enough that a forgotten unit (`mass` for `mass_kg`) is seen.
 const SIMILAR: f64 = 0.8;
 
-/// The known word nearest to `word`, if any is near (Jaro and Winkler 1990). One that goes on where `word` ends is
+/// The known word nearest to `word`, if any is near (Jaro and Winkler 1990). One that continues where `word` ends is
 /// nearer than any that differs: `runge_kutta_2` is short for `runge_kutta_2_heun` and not a slip of the 4.
 #[must_use]
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {

@@ -302,7 +302,7 @@ fn ticks_that_contradict_each_other_or_never_end_are_refused() {
     assert_eq!(with("end_tick", 20), "fine");
     assert_eq!(with("end_tick", 1_000_000_020), "fine");
     let endless = |ticks: u64| {
-        let cure = "save a run of fewer ticks a second";
+        let cure = "save a run of fewer ticks per second";
         format!("the bundle is of {ticks} ticks, which are more than 1000000000; {cure}")
     };
     assert_eq!(with("end_tick", 1_000_000_021), endless(1_000_000_001));

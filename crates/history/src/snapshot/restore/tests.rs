@@ -17,7 +17,7 @@ fn snapshot() -> Snapshot {
     simulation.snapshot()
 }
 
-/// What is said of the snapshot after `change`; nothing if it is taken and goes on for two ticks.
+/// What is said of the snapshot after `change`; nothing if it is restored and simulates two ticks.
 fn said(change: impl FnOnce(&mut Snapshot)) -> Option<&'static str> {
     let mut snapshot = snapshot();
     change(&mut snapshot);

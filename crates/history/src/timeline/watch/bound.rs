@@ -34,7 +34,7 @@ struct Known {
 pub(super) struct BoundOrbits(HashMap<u32, Known>);
 
 impl BoundOrbits {
-    /// The orbits of `world`, where a run begins or goes on.
+    /// The orbits of `world`, where a run begins or continues.
     pub fn of(world: &mut World) -> Self {
         let mut bound = Self::default();
         bound.look_at(world);

@@ -34,7 +34,7 @@ pub(crate) struct Largest {
 
 /// Finds up to `count` of the largest eigenpairs of an operator on `n` numbers that is symmetric, positive
 /// semidefinite, and has no eigenvalue above `bound` (Lanczos 1950, restarted with the best half of the basis: Wu,
-/// Simon 2000). Finds fewer if `n` or the memory limits the basis. With a `threshold`, the iteration goes on until the
+/// Simon 2000). Finds fewer if `n` or the memory limits the basis. With a `threshold`, the iteration continues until the
 /// largest eigenvalue is known to be above or below it, or to the first of [`TOLERANCES`].
 pub(crate) fn largest(
     n: usize,

@@ -88,7 +88,7 @@ fn cures(stage: &mut Stage) -> Vec<Cure> {
         rows.iter().map(|row| &row.margin).find(|margin| margin.is_unstable() || margin.may_be_unstable());
     let (substeps, method, why) = match worst {
         Some(margin) if of_scene(margin) => {
-            (margin.cure.substeps, margin.cure.method, "Stable by the forecast. Play goes on with it.")
+            (margin.cure.substeps, margin.cure.method, "Stable by the forecast. Play continues with it.")
         }
         // A body with its own method: no setting of the scene helps it.
         Some(_) => return Vec::new(),

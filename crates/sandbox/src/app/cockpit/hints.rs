@@ -35,7 +35,7 @@ pub(super) fn show(ui: &mut Ui, (stage, view): (&Stage, &View), editor: &Editor)
     });
 }
 
-/// How many bodies there are, how often they are moved and, while the run goes on, how fast.
+/// How many bodies there are, how often they are moved and, while the run is not paused, how fast.
 fn state(stage: &Stage, view: &View) -> String {
     let measured = view.measured.filter(|_| !stage.paused).map_or(String::new(), |measured| {
         format!("   tick {:.1} us   {:.0} frames/s", measured.tick * 1e6, measured.frames_per_second)

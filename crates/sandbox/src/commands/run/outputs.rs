@@ -38,7 +38,7 @@ pub(super) struct Outputs<'a> {
     summary: Option<Output>,
     black_box: Option<Output>,
     longest_frame: f64,
-    /// Why the run was not gone on with.
+    /// Why the run was not continued.
     pub refused: Result<(), Failure>,
 }
 
@@ -288,7 +288,7 @@ fn verdict(args: &RunArgs, session: &Session, failed: u64) -> Result<(), Failure
             first.body, first.tick, first.what
         )));
     }
-    // A run that went back from a fault, and was not gone on with, has not got past it.
+    // A run that went back from a fault, and was not continued, has not passed it.
     if let Some(fault) = session.stage.fault().filter(|fault| fault.tick > session.stage.ticks()) {
         return Err(Failure::Expectation(fault.named(&session.stage.scene().names).to_string()));
     }

@@ -34,7 +34,7 @@ const HEIGHT: f32 = 300.0;
 /// Least height of what is below the legend in the dock, points: how much there is to say depends on the machine, and a dock that is
 /// scrolled to its end is not to stand elsewhere when a recording is repeated.
 const FOOT: f32 = 280.0;
-/// Height of the sentences that come first, points: room for six lines, so that what is below them does not move while a study goes on.
+/// Height of the sentences that come first, points: room for six lines, so that what is below them does not move during a study.
 const HEAD: f32 = 112.0;
 /// Methods beside each other in the legend.
 const COLUMNS: usize = 4;
@@ -79,7 +79,10 @@ pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool
 fn head(ui: &mut Ui, study: &Study, progress: f64) -> (bool, bool) {
     ui.horizontal(|ui| {
         let again = ui.button("again").clicked();
-        let uses = ui.button("Use").on_hover_text("goes on with what is nearer at the same cost").clicked();
+        let uses = ui
+            .button("Use")
+            .on_hover_text("uses the method and substeps with the smaller error at the same cost")
+            .clicked();
         if progress < 1.0 {
             #[expect(clippy::cast_possible_truncation, reason = "a part of 1")]
             let done = progress as f32;

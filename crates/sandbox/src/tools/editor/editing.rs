@@ -149,7 +149,7 @@ impl Editor {
         self.document.as_ref()?.file.clone()
     }
 
-    /// Goes on with unsaved changes, and with the [file](Self::own_file) that they were made in.
+    /// Restores unsaved changes, and the [file](Self::own_file) that they were made in.
     pub(crate) fn open_unsaved(&mut self, stage: &Stage, file: Option<(PathBuf, Arc<str>)>) {
         let document = self.document(&stage.sim.scene);
         (document.saved, document.file) = (None, file);

@@ -111,7 +111,7 @@ mod tests {
         let two = "(shape: sphere(radius_m: 1), position_m: (0, 1, 0)), (shape: sphere(radius_m: 1), position_m: (0, 3, 0))";
         assert_eq!(up(&scene(two), "bodies[2]"), DVec3::X * 2.2);
         assert_eq!(free_move(&scene(two), &added, "bodies[2]", &[DVec3::Y], false), DVec3::Y * 3.7);
-        // What stood in a floor goes on standing in it.
+        // What stood in a floor stays in it.
         let along = free_move(&scene(floor), &added, "bodies[1]", &[DVec3::X], true);
         assert_eq!(along, DVec3::ZERO);
     }

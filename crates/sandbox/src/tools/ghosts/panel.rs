@@ -51,7 +51,7 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
     };
     if desk.view.mode == Mode::Camera {
         // The words of the reference picture.
-        ui.weak("the pointer turns the camera: Q lets it click here");
+        ui.weak("press Q to use the mouse here");
     }
     if docks {
         // As headings, they would be wider than the dock.

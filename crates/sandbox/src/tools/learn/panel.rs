@@ -49,7 +49,7 @@ fn show_all(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
 }
 
 fn list(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
-    ui.label("Lessons: each says what to do, goes on when it is done, and measures what it claims.");
+    ui.label("Lessons: each says what to do, continues when it is done, and measures what it claims.");
     ui.horizontal_wrapped(|ui| {
         for (number, lesson) in LESSONS.iter().enumerate() {
             let done = if learn.done.contains(&lesson.name) { "✔ " } else { "" };
@@ -101,7 +101,7 @@ fn running(
                 learn.leave();
             }
             let skip = ui.add_enabled(step.is_some(), Button::new("Skip"));
-            if skip.on_hover_text("go on without doing it").clicked() {
+            if skip.on_hover_text("continue without doing it").clicked() {
                 learn.skip();
             }
             if ui.add_enabled(number > 0, Button::new("Previous")).on_hover_text("the step before").clicked()

@@ -200,7 +200,7 @@ impl Learn {
         }
     }
 
-    /// Measures the present state at `now`, s of the clock of frames, and goes on if it is what the step is about.
+    /// Measures the present state at `now`, s of the clock of frames, and begins the next step if it is what the step is about.
     pub fn look(&mut self, stage: &mut Stage, screen: &Screen<'_>, now: f64) {
         if !self.shown || !self.is_at_home(stage) {
             return;
@@ -209,7 +209,7 @@ impl Learn {
         running.since.get_or_insert(now);
         running.stopped = match (stage.paused, stage.fault()) {
             (true, Some(_)) => Some("the run stopped where something went wrong: Reset and Play begin again"),
-            (true, None) => Some("the run is paused: Play goes on"),
+            (true, None) => Some("the run is paused: Play continues it"),
             _ => None,
         };
         if running.interventions != stage.here.interventions {
@@ -273,7 +273,7 @@ impl Learn {
         self.running.as_ref().is_some_and(|running| running.is_right(text))
     }
 
-    /// Judges an answer to the present question, and goes on if it is right. Returns whether it is.
+    /// Judges an answer to the present question, and begins the next step if it is right. Returns whether it is.
     pub fn answer(&mut self, text: &str) -> bool {
         let right = self.accepts(text);
         if right {
@@ -311,7 +311,7 @@ impl Learn {
         self.typed.clear();
     }
 
-    /// Goes on without doing the step.
+    /// Skips the step.
     pub fn skip(&mut self) {
         if let Some(running) = &mut self.running {
             running.skipped = true;
