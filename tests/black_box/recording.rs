@@ -1,9 +1,9 @@
 //! Timelines of worlds: what they can go back to, and what they take.
 
 use glam::DVec3;
-use history::{EnergyState, Simulation, Timeline};
+use history::{Change, EnergyState, Simulation, Timeline};
 use motion::effects::Effect;
-use motion::{Method, PushQueue, Request, TimeStep};
+use motion::{Method, Request};
 
 use crate::rigs::{mixed, scene_of};
 use crate::snapshot::{Outcome, outcome};
@@ -21,10 +21,10 @@ const UNWATCHED: EnergyState = EnergyState {
     look: None,
 };
 
-/// What acts before tick number `tick`.
-fn act(run: &mut Simulation, tick: u64) {
-    let body = |name: &str| run.bodies[run.scene.names.find(name).unwrap() as usize];
-    let (ball, second, spare) = (body("ball"), body("second"), body("spare"));
+/// Changes of `run` before tick number `tick`, noted in `timeline`.
+fn change(run: &mut Simulation, timeline: &mut Timeline, tick: u64) {
+    let id = |name: &str| run.scene.names.find(name).unwrap();
+    let (ball, second, spare) = (id("ball"), id("second"), id("spare"));
     let requests = match tick % 40 {
         5 => vec![Request::Switch(Effect::Gravity, true)],
         9 => vec![Request::Impulse(second, DVec3::X), Request::Switch(Effect::Drag, false)],
@@ -32,13 +32,15 @@ fn act(run: &mut Simulation, tick: u64) {
         33 if tick > 40 => vec![Request::Remove(spare)],
         _ => Vec::new(),
     };
-    requests.into_iter().for_each(|request| run.request(request));
-    let mut queue = run.world.resource_mut::<PushQueue>();
-    if tick.is_multiple_of(7) {
-        queue.push_once(ball, DVec3::new(1.0, 2.0, -1.0));
+    let mut changes = Vec::new();
+    changes.extend((!requests.is_empty()).then_some(Change::Requests(requests)));
+    changes.extend((tick == 60).then_some(Change::Method(Method::VelocityVerlet)));
+    changes.extend(tick.is_multiple_of(7).then(|| Change::Push(ball, DVec3::new(1.0, 2.0, -1.0))));
+    changes.extend((tick % 50 < 10).then_some(Change::Push(second, DVec3::Y)));
+    for change in changes {
+        timeline.note(run, change.clone());
+        run.give(&change);
     }
-    let held = (tick % 50 < 10).then_some(motion::Push { body: second, newtons: DVec3::Y });
-    queue.sustain(held);
 }
 
 /// Ticks of a run with a timeline of at most so many bytes, and its outcomes after every tick.
@@ -46,14 +48,7 @@ pub fn recorded(run: &mut Simulation, cap: usize, ticks: u64) -> (Timeline, Vec<
     let mut timeline = Timeline::new(run, cap, UNWATCHED).unwrap();
     let mut outcomes = vec![outcome(run)];
     for tick in 0..ticks {
-        act(run, tick);
-        if tick == 60 {
-            timeline.note_requests(run);
-            run.carry_out_requests();
-            timeline.note(run, history::Change::Method(Method::VelocityVerlet));
-            run.set_method(Method::VelocityVerlet);
-        }
-        timeline.before_tick(run);
+        change(run, &mut timeline, tick);
         run.tick();
         timeline.after_tick(run, UNWATCHED);
         assert!(timeline.bytes() <= cap, "{} bytes", timeline.bytes());
@@ -116,7 +111,6 @@ fn more_than_a_minute_is_not_kept() {
     let mut timeline = Timeline::new(&mut run, history::TIMELINE_BYTES, UNWATCHED).unwrap();
     let minute = (60.0 * run.scene.step_hz) as u64;
     for _ in 0..minute + 500 {
-        timeline.before_tick(&run);
         run.tick();
         timeline.after_tick(&mut run, UNWATCHED);
     }
@@ -131,8 +125,9 @@ fn every_tick_is_sought_with_the_length_that_it_had() {
     let mut timeline = Timeline::new(&mut run, 1 << 20, UNWATCHED).unwrap();
     let mut hashes = vec![run.hash()];
     for tick in 0..80_u32 {
-        run.world.insert_resource(TimeStep(0.01 + 0.001 * f64::from(tick / 3 % 7)));
-        timeline.before_tick(&run);
+        let step = Change::Step(0.01 + 0.001 * f64::from(tick / 3 % 7));
+        timeline.note(&run, step.clone());
+        run.give(&step);
         run.tick();
         timeline.after_tick(&mut run, UNWATCHED);
         hashes.push(run.hash());

@@ -1,10 +1,10 @@
 //! Twins of a world: that they move as the world itself would with their method.
 
 use glam::DVec3;
-use history::{Distances, Simulation, Twin};
+use history::{Change, Distances, Simulation, Twin};
 use motion::effects::Effect;
 use motion::snapshot::LastStep;
-use motion::{Method, OwnMethod, Request, TimeStep};
+use motion::{Method, OwnMethod, Request};
 use scene::Scene;
 
 use crate::rigs::mixed;
@@ -19,8 +19,8 @@ fn by(method: Method) -> Simulation {
     Simulation::new(Scene { method, ..mixed() })
 }
 
-/// What acts in tick number `tick` from outside.
-fn act(run: &mut Simulation, tick: u32) {
+/// The changes before tick number `tick`.
+fn changes(run: &Simulation, tick: u32) -> Vec<Change> {
     let body = |name: &str| run.named(name).unwrap();
     let request = match tick {
         8 => Some(Request::Impulse(body("first"), DVec3::X)),
@@ -31,17 +31,20 @@ fn act(run: &mut Simulation, tick: u32) {
         _ => None,
     };
     let ball = body("ball");
-    request.into_iter().for_each(|request| run.request(request));
-    if tick.is_multiple_of(5) {
-        run.push(ball, DVec3::new(3.0, -1.0, f64::from(tick)));
-    }
+    let request = request.and_then(|request| request.rename(|body| run.id(body)));
+    let push = tick
+        .is_multiple_of(5)
+        .then(|| Change::Push(run.id(ball).unwrap(), DVec3::new(3.0, -1.0, f64::from(tick))));
+    request.map(Change::request).into_iter().chain(push).collect()
 }
 
 fn run(leader: &mut Simulation, ticks: std::ops::Range<u32>, twins: &mut [Twin]) {
     for tick in ticks {
-        act(leader, tick);
-        let (step, inputs) = (*leader.world.resource::<TimeStep>(), leader.pending());
-        twins.iter_mut().for_each(|twin| twin.tick(step, &inputs));
+        for change in changes(leader, tick) {
+            leader.give(&change);
+            twins.iter_mut().for_each(|twin| twin.give(&change));
+        }
+        twins.iter_mut().for_each(Twin::tick);
         leader.tick();
     }
 }
@@ -99,7 +102,7 @@ fn every_body_of_a_twin_has_its_one_method() {
         }
         let mut twin = Twin::new(&mut leader, method, None);
         for _ in 0..30 {
-            twin.tick(*leader.world.resource::<TimeStep>(), &[]);
+            twin.tick();
             changed.tick();
         }
         let Simulation { world, bodies, .. } = twin.simulation();
@@ -116,8 +119,7 @@ fn soft_bodies_and_particles_come_along() {
         let method = leader.method();
         let mut twin = Twin::new(&mut leader, method, None);
         for _ in 0..ticks {
-            let step = *leader.world.resource::<TimeStep>();
-            twin.tick(step, &leader.pending());
+            twin.tick();
             leader.tick();
         }
         assert_eq!(states(twin.simulation()), states(&leader), "{name}");

@@ -89,21 +89,16 @@ impl Change {
 }
 
 impl Simulation {
-    /// The changes that the next tick takes in, in its order: requests, then pushes. Sustained pushes act in the
-    /// ticks after it as well. Changes of a thing without a stable id are left out.
+    /// What waits for the next tick, in its order: requests that were not [given](Self::give), then pushes. Sustained pushes
+    /// act in the ticks after it as well. Changes of a thing without a stable id are left out.
     #[must_use]
     pub fn pending(&self) -> Vec<Change> {
-        let requests: Vec<_> = self.requested().collect();
+        let requests = self.world.resource::<Requests>().pending();
+        let requests: Vec<_> = requests.filter_map(|request| request.rename(|body| self.id(body))).collect();
         let requests = (!requests.is_empty()).then_some(Change::Requests(requests));
         let pushes = self.world.resource::<PushQueue>().pending();
         let pushes = pushes.filter_map(|push| Some(Change::Push(self.id(push.body)?, push.newtons)));
         requests.into_iter().chain(pushes).collect()
-    }
-
-    /// The requests that wait for the next tick, which a paused simulation carries out at once.
-    pub fn requested(&self) -> impl Iterator<Item = Request<u32>> + '_ {
-        let requests = self.world.resource::<Requests>().pending();
-        requests.filter_map(|request| request.rename(|body| self.id(body)))
     }
 
     /// The stable id of a body.
@@ -112,14 +107,15 @@ impl Simulation {
         self.world.get::<StableId>(body).map(|id| id.0)
     }
 
-    /// Makes a change, between two ticks. Requests and pushes wait for the coming tick. Changes of a body that was
-    /// removed are left out.
+    /// Makes a change between two ticks: at once, but a push waits for the coming tick. Changes of a body that was removed
+    /// are left out.
     pub fn give(&mut self, change: &Change) {
         match change {
             Change::Requests(requests) => {
                 let requests: Vec<_> =
                     requests.iter().filter_map(|request| request.rename(|id| self.body(id))).collect();
                 requests.into_iter().for_each(|request| self.request(request));
+                self.carry_out_requests();
             }
             Change::Method(method) => self.set_method(*method),
             Change::Substeps(substeps) => {
@@ -135,14 +131,6 @@ impl Simulation {
                     self.push(body, *newtons);
                 }
             }
-        }
-    }
-
-    /// Makes a change at once, between two ticks. A push waits for the coming tick.
-    pub fn apply(&mut self, change: &Change) {
-        self.give(change);
-        if let Change::Requests(_) = change {
-            self.carry_out_requests();
         }
     }
 }

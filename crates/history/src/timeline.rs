@@ -10,7 +10,6 @@ mod watch;
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
-use motion::TimeStep;
 use motion::clock::StepClock;
 
 use crate::bundle::{EnergyState, Event};
@@ -68,7 +67,6 @@ pub struct Timeline {
     events: VecDeque<Event>,
     spacing: u64,
     head: u64,
-    step: f64,
     keyframe_bytes: usize,
     event_bytes: usize,
 }
@@ -84,7 +82,6 @@ impl Timeline {
             events: VecDeque::new(),
             spacing: FIRST_SPACING,
             head: simulation.ticks(),
-            step: simulation.world.resource::<TimeStep>().0,
             keyframe_bytes: 0,
             event_bytes: 0,
         };
@@ -121,42 +118,13 @@ impl Timeline {
         self.cap
     }
 
-    /// Notes a change that is made at once, between two ticks. Drops the record of ticks after the present one, if
-    /// the run went back.
+    /// Notes a change that is made between two ticks. Drops the record of ticks after the present one, if the run went back.
     pub fn note(&mut self, simulation: &Simulation, what: Change) {
         let tick = simulation.ticks();
         self.forget_after(tick);
-        if let Change::Step(step) = what {
-            self.step = step;
-        }
         let event = Event { tick, what };
         self.event_bytes += event.bytes();
         self.events.push_back(event);
-    }
-
-    /// Notes the requests that are carried out now. Returns whether there are any.
-    pub fn note_requests(&mut self, simulation: &Simulation) -> bool {
-        let requests: Vec<_> = simulation.requested().collect();
-        let some = !requests.is_empty();
-        if some {
-            self.note(simulation, Change::Requests(requests));
-        }
-        some
-    }
-
-    /// Notes the changes that the coming tick takes in. Returns whether there are requests or pushes.
-    pub fn before_tick(&mut self, simulation: &Simulation) -> bool {
-        self.forget_after(simulation.ticks());
-        let mut some = self.note_requests(simulation);
-        let TimeStep(step) = *simulation.world.resource::<TimeStep>();
-        if step.to_bits() != self.step.to_bits() {
-            self.note(simulation, Change::Step(step));
-        }
-        for push in simulation.pending().into_iter().filter(|change| matches!(change, Change::Push(..))) {
-            self.note(simulation, push);
-            some = true;
-        }
-        some
     }
 
     /// Notes that the tick is over. `energy` is [`Watch::energy`].
@@ -205,8 +173,8 @@ impl Timeline {
         }
     }
 
-    /// Drops the record of ticks after tick number `now`, if the run went back to it.
-    fn forget_after(&mut self, now: u64) {
+    /// Drops the record of ticks after tick number `now`, if the run went back to it: it takes another way from there.
+    pub fn forget_after(&mut self, now: u64) {
         if now >= self.head {
             return;
         }
@@ -218,8 +186,6 @@ impl Timeline {
             self.event_bytes -= event.bytes();
         }
         self.head = now;
-        // The dropped ticks may have changed the length of ticks.
-        self.step = f64::NAN;
     }
 
     fn keep_within_cap(&mut self) {

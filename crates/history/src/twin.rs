@@ -2,9 +2,7 @@
 
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
-use motion::{
-    Cause, Method, OwnMethod, OwnSubsteps, Quarantine, Request, Substeps, TimeStep, remember_positions,
-};
+use motion::{Cause, Method, OwnMethod, OwnSubsteps, Quarantine, Request, Substeps, remember_positions};
 use scene::Scene;
 
 use crate::change::Change;
@@ -51,8 +49,8 @@ impl Twin {
     ///
     /// Before the first tick it has the bits of a scene with this method. Later it takes over the method state of the
     /// leader, and changes the method as [`Simulation::set_method`] does: the velocities of position Verlet, which
-    /// lag half a step behind, are first brought to the time of the positions. Changes that wait in the leader for
-    /// the next tick are not taken over, because [`Twin::tick`] gets them.
+    /// lag half a step behind, are first brought to the time of the positions. Pushes that wait in the leader for the next
+    /// tick wait in the twin as well; later ones are [given](Twin::give).
     ///
     /// # Panics
     /// If the bodies of `leader` are not those of its scene.
@@ -62,7 +60,7 @@ impl Twin {
         let mut scene = Scene::clone(&leader.scene);
         scene.bodies.iter_mut().for_each(|body| body.method = None);
         scene.method = if begins { method } else { leader.method() };
-        let mut start = leader.snapshot().without_inputs().without_history();
+        let mut start = leader.snapshot().without_history();
         if begins {
             start.begin_by_method_of(&scene);
         }
@@ -108,23 +106,27 @@ impl Twin {
         self.failure
     }
 
-    /// Simulates a tick of `step` with the changes of the leader's tick, which are its [`Simulation::pending`] before
-    /// the tick.
-    pub fn tick(&mut self, step: TimeStep, changes: &[Change]) {
-        if self.failure.is_none() {
-            changes.iter().for_each(|change| self.take_in(change));
-            self.simulation.world.insert_resource(step);
-            self.simulation.tick();
-            self.look_for_failure();
+    /// Makes a change that its leader got: at once, but a push waits for the coming tick. Method and substeps stay.
+    pub fn give(&mut self, change: &Change) {
+        if self.failure.is_some() {
+            return;
+        }
+        match change {
+            Change::Requests(requests) => {
+                let of_twins = |request: &Request<u32>| !matches!(request, Request::SetBodyMethod(..));
+                let requests = requests.iter().copied().filter(of_twins).collect();
+                self.simulation.give(&Change::Requests(requests));
+                self.look_for_failure();
+            }
+            Change::Step(_) | Change::Push(..) => self.simulation.give(change),
+            Change::Method(_) | Change::Substeps(_) => {}
         }
     }
 
-    /// Carries out at once the requests that the leader carries out between two ticks, which are its
-    /// [`Simulation::requested`] before that.
-    pub fn carry_out(&mut self, requests: &[Request<u32>]) {
-        if self.failure.is_none() && !requests.is_empty() {
-            self.take_in(&Change::Requests(requests.to_vec()));
-            self.simulation.carry_out_requests();
+    /// Simulates a tick.
+    pub fn tick(&mut self) {
+        if self.failure.is_none() {
+            self.simulation.tick();
             self.look_for_failure();
         }
     }
@@ -132,14 +134,6 @@ impl Twin {
     /// Remembers every position for drawing between two ticks. To be called only if the leader does the same.
     pub fn remember_positions(&mut self) {
         self.simulation.world.run_system_cached(remember_positions).expect("a query and nothing else");
-    }
-
-    fn take_in(&mut self, change: &Change) {
-        let Change::Requests(requests) = change else { return self.simulation.give(change) };
-        // All bodies of a twin keep its method.
-        let of_twins = |request: &Request<u32>| !matches!(request, Request::SetBodyMethod(..));
-        let requests = requests.iter().copied().filter(of_twins).collect();
-        self.simulation.give(&Change::Requests(requests));
     }
 
     fn look_for_failure(&mut self) {

@@ -206,20 +206,19 @@ fn measure_run(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<Quantitie
     let mut simulation = Simulation::new(scene);
     let has_error = has_error(run);
     let mut reference = has_error.then(|| Twin::reference(&mut simulation));
+    let (mut quantities, mut farthest) = (Quantities::default(), 0.0_f64);
+    note(&mut quantities, &run.measure, &mut simulation, farthest);
     for action in &run.start {
         // Bodies are named that the scene has: the lesson was checked against it.
         if let Ok(Some(change)) = Change::of(action, &simulation) {
             simulation.give(&change);
+            reference.iter_mut().for_each(|reference| reference.give(&change));
         }
     }
-    let (mut quantities, mut farthest) = (Quantities::default(), 0.0_f64);
-    note(&mut quantities, &run.measure, &mut simulation, farthest);
-    let step = *simulation.world.resource::<TimeStep>();
     for _ in 0..ticks {
-        let changes = simulation.pending();
         simulation.tick();
         if let Some(reference) = &mut reference {
-            reference.tick(step, &changes);
+            reference.tick();
             let apart = Distances::between(&simulation, reference.simulation()).farthest(|_| true);
             // A maximum drops what is not a number.
             let distance = apart.map_or(f64::NAN, |(_, distance)| distance);

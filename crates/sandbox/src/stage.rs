@@ -25,12 +25,12 @@ use std::sync::Arc;
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::{QueryData, QueryFilter};
 use glam::DVec3;
-use history::{RunSettings, Simulation};
+use history::{Change, RunSettings, Simulation};
 use motion::clock::StepClock;
 use motion::effects::Effect;
 use motion::{
     Dormant, Emission, Emitter, Evaluations, Orientation, PhysicsBody, PreviousPosition, Push, Quarantine,
-    Quarantined, Request, SoftBody, Spring, Swarm, SwarmLog, Threads, Transform,
+    Quarantined, SoftBody, Spring, Swarm, SwarmLog, Threads, Transform,
 };
 use pick::Shape;
 use scene::{Appearance, FileIndex, PointRadius, PushSpec, Scene, SoftBodyName};
@@ -164,8 +164,8 @@ pub(crate) struct PerWorld {
     pub pushes: HashMap<Entity, DVec3>,
     /// Where between the last two ticks bodies are drawn, in [0, 1].
     pub alpha: f64,
-    /// Requests that were carried out together, and that the tools have not been told of.
-    pub carried_out: Vec<Vec<Request<u32>>>,
+    /// Changes that the tools have not been told of.
+    pub given: Vec<Change>,
     /// Quarantined bodies of this world that have been noted.
     pub records_seen: usize,
     /// Implicit steps that had not converged before; `None` once the person was told of one.
@@ -183,7 +183,7 @@ impl PerWorld {
             interventions: 0,
             pushes: HashMap::new(),
             alpha: 1.0,
-            carried_out: Vec::new(),
+            given: Vec::new(),
             records_seen: sim.world.resource::<Quarantine>().records().len(),
             unconverged_before: Some(sim.world.resource::<Evaluations>().unconverged_steps()),
         }
@@ -296,8 +296,6 @@ impl Stage {
 
     /// Builds the world again; gravity, damping, what is switched off, method and step stay, the selection does not.
     pub(crate) fn reset(&mut self) {
-        // Gravity and damping may have been asked for in this very frame.
-        self.carry_out_requests();
         self.forget_ahead();
         self.run.quarantined_before = self.run.quarantined.len();
         let settings = RunSettings::of(&mut self.sim);

@@ -21,7 +21,6 @@ use std::sync::Arc;
 use bevy_ecs::entity::Entity;
 use lab::ReceiptLine;
 use lab::cost::Study;
-use motion::Request;
 use motion::ledger::Ledger;
 
 use self::forecast::ForecastRow;
@@ -60,11 +59,6 @@ macro_rules! tools {
 with_panels!(tools);
 
 impl Tools {
-    /// Lets every tool see that requests were carried out.
-    pub(crate) fn after_requests(&mut self, requests: &[Request<u32>]) {
-        self.each().for_each(|(_, tool)| tool.after_requests(requests));
-    }
-
     /// Hands an intent to the tool that it is for; the intents that follow from it. `None` if it is for none of them.
     pub(crate) fn take(
         &mut self,

@@ -57,7 +57,7 @@ impl Replay {
         let mut some = false;
         while let Some(event) = events.next_if(|event| event.tick <= now) {
             if event.tick == now {
-                self.simulation.apply(&event.what);
+                self.simulation.give(&event.what);
                 some = true;
             }
         }

@@ -98,12 +98,14 @@ impl Session {
         after_tick: &mut dyn FnMut(&Stage, Simulated) -> ControlFlow<()>,
     ) {
         self.chosen.clear();
-        let pushes = self.stage.pushes_while_seeking(self.hands.held.pushing());
+        let pushing = self.hands.held.pushing();
         input.events.iter().for_each(|event| self.handle(event));
         self.play_frame(time);
         self.play_tick();
         self.with_hands(|hands, reach| hands.steer(time.length(), reach));
-        self.stage.give_up_seek_if_pushed(pushes, self.hands.held.pushing());
+        if self.hands.held.pushing() > pushing && self.stage.here.selection.is_some() {
+            self.stage.give_up_seek();
+        }
         self.simulate(time, after_tick);
         self.view.follow_locked(&self.stage);
         self.tools.after_ticks(&mut self.stage, &self.view, self.ui.opened(), time);
@@ -116,9 +118,7 @@ impl Session {
     }
 
     fn simulate(&mut self, time: FrameTime, look: Look<'_>) {
-        // Before the requests: what they change is an intervention.
         self.begin_tools();
-        self.stage.carry_out_requests();
         let ticks = self.stage.begin_ticks(time, look);
         self.follow();
         let Some((ticks, step)) = ticks else { return };
@@ -147,11 +147,11 @@ impl Session {
         self.follow();
     }
 
-    /// Tells tools, view and hands what happened to the stage since the last call: which requests were carried out, and whether it
-    /// has another world.
+    /// Tells tools, view and hands what happened to the stage since the last call: which changes it got, and whether it has
+    /// another world.
     fn follow(&mut self) {
-        for requests in std::mem::take(&mut self.stage.here.carried_out) {
-            self.tools.after_requests(&requests);
+        for change in std::mem::take(&mut self.stage.here.given) {
+            self.tools.each().for_each(|(_, tool)| tool.after_change(&change));
         }
         if std::mem::replace(&mut self.world, self.stage.here.number) != self.world {
             self.view.forget_world();
@@ -341,8 +341,7 @@ impl Session {
 
     /// Opens or closes a panel.
     fn toggle(&mut self, panel: Panel) {
-        // A tool that follows the world begins where nothing waits to be done.
-        self.stage.carry_out_requests();
+        // A tool that follows the world begins with all that was changed before.
         self.follow();
         if self.ui.shows(panel) && !self.ui.lays_out(panel) {
             return self.ui.open(panel);

@@ -202,8 +202,8 @@ fn words_stand_beside_thin_bodies_and_a_ring_goes_around_all_of_one() {
 fn the_label_of_a_removed_body_is_gone_and_others_stay_after_a_reset() {
     let mut session = labelled();
     let ahead = session.stage.sim.bodies[0];
-    session.stage.sim.request(Request::Remove(ahead));
-    session.stage.carry_out_requests();
+    let ahead = session.stage.sim.id(ahead).expect("a body");
+    session.stage.give(Change::request(Request::Remove(ahead)));
     assert_eq!(labels(&session).len(), 1);
     session.carry_out(Intent::Act(Act::ResetWorld));
     assert_eq!(labels(&session).len(), 2);
@@ -311,7 +311,6 @@ fn the_settings_declare_an_effect_and_say_so_and_a_script_is_refused() {
     let mut session = Session::new(scene, Options::default());
     let mut declared_by = |by| {
         session.stage.change(Change::request(Request::SetGravity(DVec3::Y)), by);
-        session.stage.carry_out_requests();
         let said = session.stage.notices().last().expect("either is told").to_owned();
         (session.stage.world().contains_resource::<Gravity>(), said)
     };

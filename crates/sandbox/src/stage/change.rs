@@ -40,24 +40,45 @@ impl Stage {
             Change::Method(method) => self.set_method(method),
             Change::Substeps(substeps) => {
                 Arc::make_mut(&mut self.sim.scene).substeps = substeps;
-                self.make(Change::Substeps(substeps));
+                self.give_setting(change);
             }
             Change::Step(step) => self.set_step(step),
-            Change::Push(..) => self.sim.give(&change),
+            Change::Push(..) => self.give(change),
         }
     }
 
-    /// Makes a change of what the next ticks are simulated by, and records it.
-    fn make(&mut self, change: Change) {
-        self.notices.retract(Topic::Forecast);
-        self.record(change.clone());
+    /// Makes a change between two ticks, and records it: what is done now makes another run of what was recorded ahead. What
+    /// was removed is not selected.
+    pub(crate) fn give(&mut self, change: Change) {
+        if let Some(past) = &mut self.past {
+            past.passed = None;
+        }
+        self.forget_ahead();
+        self.give_up_seek();
+        self.record(&change);
+        self.give_again(change);
+    }
+
+    /// Makes a change that is recorded already.
+    pub(crate) fn give_again(&mut self, change: Change) {
         self.sim.give(&change);
+        // A push moves nothing before the tick.
+        self.version += u64::from(!matches!(change, Change::Push(..)));
+        self.here.given.push(change);
+        let Self { sim, here, .. } = self;
+        here.selection.take_if(|thing| sim.world.get_entity(*thing).is_err());
+    }
+
+    /// Makes a change of what the next ticks are simulated by.
+    fn give_setting(&mut self, change: Change) {
+        self.notices.retract(Topic::Forecast);
+        self.give(change);
     }
 
     /// Sets the length of ticks, s.
     fn set_step(&mut self, step: f64) {
         if self.clock.set_rate(rate_of(step)).is_ok() {
-            self.make(Change::Step(step));
+            self.give_setting(Change::Step(step));
         }
     }
 
@@ -79,7 +100,7 @@ impl Stage {
         }
         if method != self.sim.method() {
             self.notices.retract(Topic::Method);
-            self.make(Change::Method(method));
+            self.give_setting(Change::Method(method));
         }
     }
 
@@ -107,15 +128,12 @@ impl Stage {
     /// # Errors
     /// An effect that the scene never declared.
     pub fn switch_effect(&mut self, effect: Effect, on: bool, by: SwitchedBy) -> Result<(), NeverDeclared> {
-        // What was asked for before comes first.
-        self.carry_out_requests();
         self.refuse_undeclared(effect)?;
         if effect == Effect::MutualGravity && on && self.refuses_mutual_gravity() {
             // It is there and stays off: the person was told why.
             return Ok(());
         }
-        self.sim.give(&Change::request(Request::Switch(effect, on)));
-        self.carry_out_requests();
+        self.give(Change::request(Request::Switch(effect, on)));
         self.note_switched(effect, by);
         Ok(())
     }
@@ -129,7 +147,7 @@ impl Stage {
         Err(error)
     }
 
-    /// Requests a change, and remembers the source of a change of an effect. An effect that the scene never declared is
+    /// Makes a request, and remembers the source of a change of an effect. An effect that the scene never declared is
     /// refused, except from the settings, which declare it and say so.
     fn ask_by(&mut self, request: Request<u32>, by: SwitchedBy) {
         let effect = match request {
@@ -164,7 +182,7 @@ impl Stage {
             }
             self.note_switched(effect, by);
         }
-        self.sim.give(&Change::request(request));
+        self.give(Change::request(request));
     }
 
     /// Remembers what switched an effect last.
@@ -178,35 +196,15 @@ impl Stage {
 
     /// Switches gravity on or off, at once. A scene without gravity is told so.
     pub(crate) fn toggle_gravity(&mut self) {
-        // Carried out at once: a second toggle in the same frame has to see the first.
-        self.carry_out_requests();
         match self.sim.world.get_resource::<Gravity>() {
             Some(gravity) => {
                 let request = Request::SwitchGravity(!gravity.on);
                 self.change(Change::request(request), SwitchedBy::Key);
-                self.carry_out_requests();
             }
             None => {
                 let what = "this scene declares no gravity; the settings (Tab) can add it";
                 self.refuse_about(Topic::Gravity, what);
             }
         }
-    }
-
-    /// Carries out at once what was asked for; what is gone after that is not selected.
-    pub(crate) fn carry_out_requests(&mut self) {
-        self.record_requests();
-        self.carry_out_unrecorded();
-    }
-
-    pub(crate) fn carry_out_unrecorded(&mut self) {
-        let requests: Vec<_> = self.sim.requested().collect();
-        if !requests.is_empty() {
-            self.here.carried_out.push(requests);
-        }
-        self.sim.carry_out_requests();
-        self.version += 1;
-        let Self { sim, here, .. } = self;
-        here.selection.take_if(|thing| sim.world.get_entity(*thing).is_err());
     }
 }

@@ -6,7 +6,7 @@
 
 use std::ops::ControlFlow;
 
-use history::{Change, Event, Fault, Replay};
+use history::{Event, Fault, Replay};
 use motion::remember_positions;
 
 use crate::stage::notices::Topic;
@@ -54,12 +54,7 @@ impl Stage {
         let now = self.ticks();
         let Some(past) = &self.past else { return };
         let events: Vec<Event> = past.timeline.events_after(now).cloned().collect();
-        for Event { what, .. } in events {
-            self.sim.give(&what);
-            if let Change::Requests(_) = what {
-                self.carry_out_unrecorded();
-            }
-        }
+        events.into_iter().for_each(|event| self.give_again(event.what));
     }
 
     /// Records a tick that is over, unless it was one that is `repeated`; whether something went wrong in it.

@@ -1,8 +1,8 @@
 //! The last minute of a simulation, recorded for going back, and what went wrong in it.
 
 use history::{Change, Fault, TIMELINE_BYTES, Timeline, Watch};
+use motion::TimeStep;
 use motion::clock::StepClock;
-use motion::{PushQueue, TimeStep};
 
 use crate::stage::notices::Topic;
 use crate::stage::timeline::{Recorded, Times, Within};
@@ -37,29 +37,11 @@ impl Stage {
         }
     }
 
-    /// Records what is done to the world at once, between two ticks.
-    pub(crate) fn record(&mut self, what: Change) {
+    /// Records a change that is made now, between two ticks.
+    pub(crate) fn record(&mut self, change: &Change) {
         if let Some(past) = &mut self.past {
-            past.timeline.note(&self.sim, what);
-            self.leave_the_recorded_run();
+            past.timeline.note(&self.sim, change.clone());
         }
-    }
-
-    pub(crate) fn record_requests(&mut self) {
-        if let Some(past) = &mut self.past
-            && past.timeline.note_requests(&self.sim)
-        {
-            self.leave_the_recorded_run();
-        }
-    }
-
-    /// What was done now makes another run of what is ahead.
-    fn leave_the_recorded_run(&mut self) {
-        if let Some(past) = &mut self.past {
-            past.passed = None;
-        }
-        self.forget_ahead();
-        self.give_up_seek();
     }
 
     /// What was gone back before, and is dropped, was not quarantined.
@@ -67,40 +49,22 @@ impl Stage {
         self.run.quarantined.truncate(self.run.quarantined_before + self.here.records_seen);
     }
 
-    /// Records what the coming tick takes in, if it is no repeated one.
-    pub(crate) fn record_before_tick(&mut self) {
+    /// Begins a tick that is not one that is repeated: what was recorded after it is dropped.
+    pub(crate) fn leave_recorded_ticks(&mut self) {
+        let now = self.ticks();
         if let Some(past) = &mut self.past {
-            if past.timeline.before_tick(&self.sim) {
-                past.passed = None;
-            }
+            past.timeline.forget_after(now);
             // What was gone back behind, and is not ahead any more, is no fault.
-            let head = *past.timeline.range().end();
             let passed = past.passed;
-            past.fault.take_if(|fault| fault.tick > head && passed != Some(fault.tick));
-            past.bad_from.take_if(|bad| *bad > head);
+            past.fault.take_if(|fault| fault.tick > now && passed != Some(fault.tick));
+            past.bad_from.take_if(|bad| *bad > now);
             self.forget_ahead();
         }
     }
 
     /// Whether the coming tick is one that was recorded and is repeated.
     pub(crate) fn repeats(&self) -> bool {
-        self.past.as_ref().is_some_and(|past| {
-            past.repeats && self.ticks() < *past.timeline.range().end() && self.sim.pending().is_empty()
-        })
-    }
-
-    /// Pushes that wait for the next tick, while another one is sought.
-    pub(crate) fn pushes_while_seeking(&self, keys: usize) -> Option<usize> {
-        self.past.as_ref()?.way.as_ref()?;
-        let keys = if self.here.selection.is_some() { keys } else { 0 };
-        Some(self.sim.world.resource::<PushQueue>().pending().count() + keys)
-    }
-
-    /// Gives up a seek if more pushes wait for the next tick than did `before`.
-    pub(crate) fn give_up_seek_if_pushed(&mut self, before: Option<usize>, keys: usize) {
-        if before.is_some_and(|before| self.pushes_while_seeking(keys) > Some(before)) {
-            self.give_up_seek();
-        }
+        self.past.as_ref().is_some_and(|past| past.repeats && self.ticks() < *past.timeline.range().end())
     }
 
     /// Gives up a seek, for what was done here made it worthless.

@@ -53,10 +53,13 @@ impl Stage {
         self.push_held();
         self.note_pushes();
         self.notices.retract(Topic::Place);
-        if let Some(length) = step.filter(|length| *length > 0.0)
+        let now = self.sim.world.resource::<TimeStep>().0;
+        if let Some(length) = step.filter(|length| *length > 0.0 && length.to_bits() != now.to_bits())
             && !self.repeats()
         {
-            self.sim.world.insert_resource(TimeStep(length));
+            // The frame's length is no change by a person: it goes through faults that were passed.
+            self.record(&Change::Step(length));
+            self.give_again(Change::Step(length));
         }
     }
 
@@ -72,9 +75,6 @@ impl Stage {
     /// Between two ticks of a frame: carries out what a script `played`, if it did, and gives the coming tick the pull and the held
     /// pushes.
     pub(crate) fn between_ticks(&mut self, played: bool) {
-        if played {
-            self.carry_out_requests();
-        }
         self.push_held();
         // What was pushed once is shown to the end of the frame.
         if played || self.here.pull.is_some() {
@@ -118,7 +118,7 @@ impl Stage {
     /// Simulates a tick, entered into `ledger` if there is one and watched if it is recorded.
     pub(crate) fn tick(&mut self, repeated: bool, ledger: Option<&mut Ledger>) {
         if !repeated {
-            self.record_before_tick();
+            self.leave_recorded_ticks();
         }
         match (&mut self.past, ledger) {
             (Some(past), ledger) => past.tick(&mut self.sim, ledger),
@@ -162,7 +162,7 @@ impl Stage {
     /// Pushes a body in the coming tick, N.
     pub(crate) fn push(&mut self, body: Entity, newtons: DVec3) {
         if let Some(id) = self.sim.id(body) {
-            self.sim.give(&Change::Push(id, newtons));
+            self.give(Change::Push(id, newtons));
         }
     }
 

@@ -4,7 +4,7 @@ mod panel;
 mod state;
 
 use egui::{Align2, Ui};
-use motion::Request;
+use history::Change;
 
 use self::state::{FRESH_LARGE_S, FRESH_S, LARGE_NET, circumstances};
 use crate::clock::FrameTime;
@@ -27,9 +27,13 @@ impl Tool for Forecast {
         }
     }
 
-    /// Requests may change the forecast: it is computed again in this frame.
-    fn after_requests(&mut self, _: &[Request<u32>]) {
-        if let Some(shown) = &mut self.shown {
+    /// The forecast is computed again in this frame, if the change may be felt in it.
+    fn after_change(&mut self, change: &Change) {
+        let is_felt = match change {
+            Change::Requests(_) | Change::Method(_) | Change::Substeps(_) => true,
+            Change::Step(_) | Change::Push(..) => false,
+        };
+        if let Some(shown) = self.shown.as_mut().filter(|_| is_felt) {
             shown.age = f64::INFINITY;
         }
     }

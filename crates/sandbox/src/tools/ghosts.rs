@@ -8,7 +8,7 @@ mod state;
 use std::collections::BTreeSet;
 
 use egui::{Align2, Painter, Rect, Ui};
-use motion::{Request, TimeStep};
+use history::Change;
 use render::Frame;
 
 use self::state::{MOST_BODIES, Twins};
@@ -65,23 +65,22 @@ impl Tool for Ghosts {
         true
     }
 
-    fn after_requests(&mut self, requests: &[Request<u32>]) {
+    fn after_change(&mut self, change: &Change) {
         if let Some(twins) = &mut self.twins {
-            twins.all().for_each(|twin| twin.carry_out(requests));
+            twins.all().for_each(|twin| twin.give(change));
         }
     }
 
-    /// A tick of the ghosts, with what the coming one of the world takes in.
+    /// A tick of the ghosts.
     fn before_tick(&mut self, stage: &mut Stage, last: bool) {
         self.keep_substeps(stage);
         let Some(twins) = &mut self.twins else { return };
         twins.add_distances(stage);
-        let (step, inputs) = (*stage.sim.world.resource::<TimeStep>(), stage.sim.pending());
         for twin in twins.all() {
             if last {
                 twin.remember_positions();
             }
-            twin.tick(step, &inputs);
+            twin.tick();
         }
     }
 

@@ -1,7 +1,7 @@
 //! What a tool is: something that a key opens beside the picture.
 
 use egui::{Align2, Painter, Rect, Ui};
-use motion::Request;
+use history::Change;
 use render::Frame;
 
 use crate::clock::FrameTime;
@@ -44,7 +44,7 @@ pub(crate) trait Tool {
     /// Lays out the open panel.
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>);
 
-    /// Its key was pressed while the panel was `open` or not; whether the panel is open after that. No request is pending.
+    /// Its key was pressed while the panel was `open` or not; whether the panel is open after that.
     fn toggle(&mut self, _stage: &mut Stage, open: bool) -> bool {
         !open
     }
@@ -92,11 +92,11 @@ pub(crate) trait Tool {
     /// The stage has another world: of the same scene after a reset or a seek, or of another scene.
     fn restart(&mut self, _stage: &mut Stage) {}
 
-    /// The input of a frame was taken, and the requests in it are not carried out yet; or a scene was opened.
+    /// The input of a frame was taken, or a scene was opened.
     fn begin_frame(&mut self, _stage: &mut Stage, _open: bool) {}
 
-    /// The stage carried out requests between two ticks.
-    fn after_requests(&mut self, _requests: &[Request<u32>]) {}
+    /// The stage got a change between two ticks.
+    fn after_change(&mut self, _change: &Change) {}
 
     /// A tick is about to be simulated; it is the `last` one that is drawn in this frame, or not.
     fn before_tick(&mut self, _stage: &mut Stage, _last: bool) {}
