@@ -140,15 +140,19 @@ impl<'a> TickParameters<'a> {
         self.damping.map_or(Decay::none(segment.length), |damping| damping.factors(segment.length))
     }
 
-    /// The segments of the tick for a body with these own laws.
-    fn segments(&self, own: &[Box<dyn Law>]) -> Segments {
-        let discontinuities = self.laws.iter().flat_map(|law| law.discontinuities());
-        self.times.segments(&mut discontinuities.chain(own.iter().flat_map(|law| law.discontinuities())))
+    /// The laws that are called for bodies with these own laws.
+    fn called<'l>(&'l self, own: impl Iterator<Item = &'l Box<dyn Law>>) -> impl Iterator<Item = &'l dyn Law> {
+        self.laws.iter().copied().chain(own.map(|law| &**law))
     }
 
-    fn calls_with_velocity(&self, own: &[Box<dyn Law>]) -> bool {
-        self.laws.iter().any(|law| law.depends_on_velocity())
-            || own.iter().any(|law| law.depends_on_velocity())
+    /// The segments of the tick for bodies with these own laws.
+    pub fn segments<'l>(&'l self, own: impl Iterator<Item = &'l Box<dyn Law>>) -> Segments {
+        self.times.segments(&mut self.called(own).flat_map(|law| law.discontinuities()))
+    }
+
+    /// Whether a called law depends on the velocity, for bodies with these own laws.
+    pub fn calls_with_velocity<'l>(&'l self, own: impl Iterator<Item = &'l Box<dyn Law>>) -> bool {
+        self.called(own).any(|law| law.depends_on_velocity())
     }
 }
 

@@ -268,7 +268,8 @@ impl<'a, E: Layout> GroupField<'a, E> {
         }
         let caches = M::STATE == MethodStateKind::LastAcceleration && !self.depends_on_velocity();
         let mut cache = self.rows.cache.take().filter(|_| caches);
-        let ((x, v), parameters, segments) = (start(), &self.environment.parameters, self.segments());
+        let ((x, v), parameters) = (start(), &self.environment.parameters);
+        let segments = parameters.segments(self.own_laws());
         if let (Some(cache), Some(first)) = (&mut cache, segments.iter().next()) {
             self.segment = first;
             step_state.start = self.recall(cache);
@@ -307,7 +308,8 @@ impl<'a, E: Layout> GroupField<'a, E> {
     /// The rows that failed, each with the number of its group, group by group.
     fn outcome(&mut self) -> Result<(), Vec<(usize, usize)>> {
         let (movable, groups) = (self.coupling.movable, self.rows.groups);
-        let Bounds { position, speed } = self.environment.parameters.bounds;
+        let bounds = self.environment.parameters.bounds;
+        let Bounds { position, speed } = bounds;
         let within = |number: f64, bound: f64| number.abs() <= bound;
         // An inverse mass of NaN is not above 0, so nothing would act on the row: it is checked here.
         let holds = |x: &E, v: &E, w: &[f64]| {
@@ -344,9 +346,7 @@ impl<'a, E: Layout> GroupField<'a, E> {
             let (element, lane) = self.place(row, group);
             let GroupRows { x, v, w, .. } = &self.rows;
             let ([a, b, c, _], [d, e, f, _]) = (x[element].row(lane), v[element].row(lane));
-            let is_in =
-                [a, b, c].iter().all(|x| within(*x, position)) && [d, e, f].iter().all(|v| within(*v, speed));
-            !(is_in && w[element * E::LANES + lane].abs() <= f64::MAX)
+            bounds.breach(&[a, b, c], &[d, e, f, w[element * E::LANES + lane]]).is_some()
         };
         Err(match self.watch {
             Watch::Off => Vec::new(),
@@ -446,12 +446,9 @@ impl<E: Layout> Field for GroupField<'_, E> {
     }
 
     fn depends_on_velocity(&self) -> bool {
-        let own =
-            |row: &u32| self.options.row(*row as usize).laws.iter().any(|law| law.depends_on_velocity());
         self.coupling.depends_on_velocity(self.environment.shared.laws.drag.is_some())
             || self.scratch.classes.list.iter().any(|class| class.rate != 0.0)
-            || self.environment.parameters.laws.iter().any(|law| law.depends_on_velocity())
-            || self.rows.with_laws.iter().any(own)
+            || self.environment.parameters.calls_with_velocity(self.own_laws())
     }
 
     fn kick(&mut self, v: Combination, a: Combination) -> Combination {

@@ -75,7 +75,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
             decay: parameters.decay,
             h: parameters.times.substep(),
             segment: None,
-            calls_with_velocity: parameters.calls_with_velocity(options.laws),
+            calls_with_velocity: parameters.calls_with_velocity(options.laws.iter()),
             drags: false,
             least: 0.0,
             w: [0.0; N],
@@ -136,8 +136,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
 
     fn set_decay(&mut self, decay: Decay) {
         self.decay = decay;
-        let decays = decay.keep.is_some() || decay.before_move.is_some() || decay.after_move.is_some();
-        self.least = if decays || self.drags { SNAP } else { 0.0 };
+        self.least = if decay.multiplies() || self.drags { SNAP } else { 0.0 };
     }
 
     /// Enters a segment of the tick.

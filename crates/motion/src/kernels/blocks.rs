@@ -31,7 +31,7 @@ pub(super) fn run<M: Integrator>(
     refuse: Refuse<'_>,
 ) {
     statistics.calls.resize(parameters.laws.len(), 0);
-    let segments = parameters.segments(options.laws);
+    let segments = parameters.segments(options.laws.iter());
     if M::SOLVES || rows.len() <= FEW {
         let field = &mut BlockField::<Block<1>, 1>::new::<M>(parameters, options, own, statistics, ());
         rows.for_each(|row| integrate::<M, _, 1>(field, &segments, batch, row..row + 1, refuse));

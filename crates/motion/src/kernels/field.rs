@@ -56,7 +56,6 @@ impl<S: Simd> Constants<S> {
         let factor = |factor: Option<f64>| three(factor.unwrap_or(1.0), 1.0);
         let [x, y, z] = parameters.gravity.to_array();
         let Decay { keep, gain, before_move, after_move } = parameters.decay;
-        let decays = keep.is_some() || before_move.is_some() || after_move.is_some();
         Self {
             simd,
             // Adding 0 turns -0 into 0: a row gets the same bits whether its block has a force or not.
@@ -69,7 +68,7 @@ impl<S: Simd> Constants<S> {
             immovable: three(0.0, f64::INFINITY),
             last_lane: three(0.0, 1.0).simd_gt(f64x4::splat(simd, 0.0)),
             // No inverse mass is below 0, so the last lane is never snapped; neither are velocities that do not decay.
-            least: three(if decays || parameters.rate > 0.0 { SNAP } else { 0.0 }, 0.0),
+            least: three(if parameters.decay.multiplies() || parameters.rate > 0.0 { SNAP } else { 0.0 }, 0.0),
             gain,
             h: parameters.times.substep(),
         }
