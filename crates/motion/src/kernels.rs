@@ -174,10 +174,8 @@ pub(crate) fn count(counts: &mut Counts, name: &'static str, more: u64) {
 pub(crate) struct StepStatistics {
     /// Evaluations of the acceleration of one body by all laws.
     pub accelerations: u64,
-    /// Evaluations of each law in [`TickParameters::laws`].
-    pub calls: SmallVec<[u64; 8]>,
-    /// Evaluations of the laws of single bodies, by name.
-    pub own: Counts,
+    /// Evaluations of the called laws, by name.
+    pub laws: Counts,
     /// Iterations of implicit steps.
     pub iterations: Iterations,
     /// Records of every row, if a ledger wants them.
@@ -185,17 +183,20 @@ pub(crate) struct StepStatistics {
 }
 
 impl StepStatistics {
-    pub(crate) fn count_own(&mut self, name: &'static str, rows: u64) {
-        count(&mut self.own, name, rows);
+    pub fn count_law(&mut self, name: &'static str, rows: u64) {
+        count(&mut self.laws, name, rows);
+    }
+
+    /// Counts evaluations of so many rows, in which the laws `called` were called.
+    pub fn count<'l>(&mut self, rows: u64, called: impl Iterator<Item = &'l dyn Law>) {
+        self.accelerations += rows;
+        called.for_each(|law| self.count_law(law.name(), rows));
     }
 
     /// Adds the counts of `other`.
     pub fn add(&mut self, other: &Self) {
         self.accelerations += other.accelerations;
-        self.calls.resize(self.calls.len().max(other.calls.len()), 0);
-        let calls = self.calls.iter_mut().zip(&other.calls);
-        calls.for_each(|(sum, calls)| *sum += calls);
-        other.own.iter().for_each(|(name, calls)| self.count_own(name, *calls));
+        other.laws.iter().for_each(|(name, calls)| self.count_law(name, *calls));
         self.iterations.add(other.iterations);
     }
 }

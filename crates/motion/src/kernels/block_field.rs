@@ -49,6 +49,8 @@ pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
     pub statistics: &'a mut StepStatistics,
     /// Movable bodies of the block, which are counted.
     movable: u64,
+    /// Evaluations of the block in this tick.
+    evaluations: u64,
     /// Where the states are stored.
     pub memory: X::Memory,
 }
@@ -86,6 +88,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
             called: Block::ZERO,
             statistics,
             movable: 0,
+            evaluations: 0,
             memory,
         }
     }
@@ -102,6 +105,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
             }
         }
         self.segment = None;
+        self.evaluations = 0;
         self.h = self.parameters.times.substep();
         // What precedes the tick snaps only where something linear slows.
         self.drags = self.parameters.rate > 0.0;
@@ -201,21 +205,14 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         self.parameters.laws.iter().copied().chain(own.iter().map(|law| &**law))
     }
 
-    /// Counts an evaluation of these bodies, some of which may be immovable.
-    fn count(&mut self, bodies: std::ops::Range<usize>) {
-        let count = match bodies.len() {
-            1 => u64::from(self.w[bodies.start] > 0.0),
-            _ => self.movable,
-        };
-        self.statistics.accelerations += count;
-        self.statistics.calls.iter_mut().for_each(|calls| *calls += count);
-        if self.rows.is_none() {
-            self.options.laws.iter().for_each(|law| self.statistics.count_own(law.name(), count));
-            return;
-        }
-        for k in bodies.filter(|k| self.w[*k] > 0.0) {
-            for law in self.own_laws[k].0 {
-                self.statistics.count_own(law.name(), 1);
+    /// Counts the evaluations of the block in a tick.
+    pub fn count(&mut self) {
+        self.statistics.count(self.movable * self.evaluations, self.called_laws());
+        if self.rows.is_some() {
+            for k in (0..self.len).filter(|k| self.w[*k] > 0.0) {
+                for law in self.own_laws[k].0 {
+                    self.statistics.count_law(law.name(), self.evaluations);
+                }
             }
         }
     }
@@ -223,7 +220,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     /// Sums the called laws at the time `at`.
     #[inline(never)]
     fn call(&mut self, at: EvaluationTime, x: X, v: X) {
-        self.count(0..self.len);
+        self.evaluations += 1;
         let laws = self.called_laws();
         let own_laws = if self.rows.is_some() { &self.own_laws[..self.len] } else { &[] };
         let Self { w, called, .. } = self;
@@ -268,13 +265,13 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
                 law.accelerate(at, &BodyBlock { positions, velocities, inverse_masses }, sum);
             }
         });
-        self.count(0..self.len);
+        self.evaluations += 1;
         Some(a)
     }
 
     /// Sums the called laws of body `k` alone, and counts them.
     fn call_one(&mut self, at: EvaluationTime, k: usize, (x, v): (&Block<N>, &Block<N>)) {
-        self.count(k..k + 1);
+        self.statistics.count(u64::from(self.w[k] > 0.0), self.laws_of(k));
         (0..3).for_each(|axis| self.called.0[axis][k] = 0.0);
         add_one(self.laws_of(k), at, k, (x, v, &self.w), &mut self.called);
     }

@@ -30,7 +30,6 @@ pub(super) fn run<M: Integrator>(
     statistics: &mut StepStatistics,
     refuse: Refuse<'_>,
 ) {
-    statistics.calls.resize(parameters.laws.len(), 0);
     let segments = parameters.segments(options.laws.iter());
     if M::SOLVES || rows.len() <= FEW {
         let field = &mut BlockField::<Block<1>, 1>::new::<M>(parameters, options, own, statistics, ());
@@ -89,6 +88,7 @@ fn integrate<M: Integrator, X: BlockSpace<N>, const N: usize>(
     let mut step_state = StepState { last_step, start };
     let parameters = field.parameters;
     let (x, v) = drive::<M, _>(field, parameters, segments, x, v, &mut step_state);
+    field.count();
     if M::STATE != MethodStateKind::None {
         let called = step_state.start.is_some().then_some(&field.called);
         note(field, &mut method_state, step_state.last_step, called, x);
