@@ -4,10 +4,10 @@ mod arrays;
 mod cached;
 mod classes;
 mod cords;
+mod driven;
 mod forces;
 mod lane_solver;
 mod layout;
-mod records;
 mod solving;
 
 pub(crate) use cached::GroupCache;
@@ -24,7 +24,6 @@ use super::rows::{Array, Row, numbers};
 use super::solver::Solver;
 use crate::kernels::evaluations::Iterations;
 use crate::kernels::{Kernel, RowOptions, StepStatistics, TickField, TickParameters, drive};
-use crate::laws::damping::Decay;
 use crate::laws::tick_times::Segment;
 use crate::laws::{Axes, Law, SharedLaws};
 use crate::methods::{Field, Integrator, MethodStateKind, StepState, Traits};
@@ -383,53 +382,6 @@ fn start() -> (Combination, Combination) {
     (Combination::of(POSITION), Combination::of(VELOCITY))
 }
 
-impl<E: Layout> TickField for GroupField<'_, E> {
-    /// By class, because bodies may have their own damping.
-    fn enter<M: Integrator>(&mut self, segment: Segment, _: Decay) {
-        self.segment = segment;
-        if M::DAMPS_INSIDE {
-            for class in &mut self.scratch.classes.list {
-                let none = Decay::none(segment.length);
-                class.decay = class.damping.map_or(none, |damping| damping.factors(segment.length));
-            }
-        }
-    }
-
-    fn begin_step(&mut self) {
-        self.begin_step_of_cords();
-    }
-
-    fn ends_early(&mut self, x: Combination, v: Combination) -> Option<f64> {
-        self.change_of_cords(x, v)
-    }
-
-    fn before_tick(&mut self, x: Combination, v: Combination) -> (Combination, Combination) {
-        let v = self.before_move(v);
-        self.record_change(x, v, &|record, _, x, v| record.begin(x, v));
-        self.finish_if_changed(x, v);
-        start()
-    }
-
-    fn after_step<M: Integrator>(
-        &mut self,
-        x: Combination,
-        v: Combination,
-        step_state: &mut StepState<Self>,
-    ) -> (Combination, Combination) {
-        self.finish(x, v);
-        step_state.start = step_state.start.and_then(|start| self.keep(start));
-        start()
-    }
-
-    fn after_tick(&mut self, x: Combination, v: Combination) -> (Combination, Combination) {
-        self.record_change(x, v, &|record, _, x, v| record.end(x, v));
-        let decayed = self.after_move(v);
-        let v = self.limited(decayed);
-        self.finish_if_changed(x, v);
-        start()
-    }
-}
-
 impl<E: Layout> Field for GroupField<'_, E> {
     type Space = Combination;
 
@@ -463,23 +415,18 @@ impl<E: Layout> Field for GroupField<'_, E> {
                 kept + gained
             }
         };
-        self.record_kick(v, a, kicked);
+        if self.statistics.record.is_some() {
+            self.record_kick(v, a, kicked);
+        }
         kicked
     }
 
     fn before_move(&mut self, v: Combination) -> Combination {
-        let decayed = self.decayed(v, |decay| decay.before_move);
-        self.record_change(v, decayed, &|record, _, from, to| record.damp(from, to));
-        let limited = self.limited(decayed);
-        let h = self.step();
-        self.record_change(limited, limited, &|record, _, v, _| record.travel(h, v));
-        limited
+        self.damp_and_limit(v)
     }
 
     fn after_move(&mut self, v: Combination) -> Combination {
-        let decayed = self.decayed(v, |decay| decay.after_move);
-        self.record_change(v, decayed, &|record, _, from, to| record.damp(from, to));
-        decayed
+        self.damp(v, |decay| decay.after_move)
     }
 
     fn laws_before_jump(&mut self, x: Combination, v: Combination) -> Option<Combination> {
@@ -491,11 +438,7 @@ impl<E: Layout> Field for GroupField<'_, E> {
     fn implicit_velocity(&mut self, x: Combination, v: Combination) -> Combination {
         debug_assert!(x.slot() == Some(POSITION), "an implicit step begins where the step does");
         let solved = self.solve(v);
-        let h = self.step();
-        self.record_change(v, solved, &|record, _, from, to| {
-            record.kick(h, from, to);
-            record.travel(h, to);
-        });
+        self.record_solved(v, solved);
         solved
     }
 }

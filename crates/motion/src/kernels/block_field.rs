@@ -6,7 +6,7 @@ use glam::DMat3;
 
 use super::block::{Block, BlockSpace, fill};
 use super::drive::TickField;
-use super::record::{Note, TickRecord, vector};
+use super::record::Recorder;
 use super::{AppliedForces, BodyOptions, Row, RowOptions, StepStatistics, TickParameters, restrain};
 use crate::laws::damping::{Decay, SNAP};
 use crate::laws::tick_times::Segment;
@@ -141,13 +141,6 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     fn set_decay(&mut self, decay: Decay) {
         self.decay = decay;
         self.least = if decay.multiplies() || self.drags { SNAP } else { 0.0 };
-    }
-
-    /// Enters a segment of the tick.
-    pub fn set_segment(&mut self, segment: Segment, decay: Decay) {
-        self.h = segment.length;
-        self.segment = Some(segment);
-        self.set_decay(decay);
     }
 
     /// What changes whenever a law of body `k` changes.
@@ -286,13 +279,6 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         self.laws_from(&self.called, v)
     }
 
-    /// Applies speed limit and axis locks.
-    #[inline(always)]
-    pub fn restrain(&self, v: X) -> X {
-        let BodyOptions { speed_limit, locks, .. } = *self.options;
-        if speed_limit.is_none() && locks.is_none() { v } else { self.restrained(v) }
-    }
-
     #[inline(never)]
     fn restrained(&self, v: X) -> X {
         let BodyOptions { speed_limit, locks, .. } = *self.options;
@@ -304,44 +290,6 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
             (0..3).for_each(|axis| block.0[axis][k] = row[axis]);
         }
         X::of(self.memory, &block)
-    }
-
-    /// Applies and records speed limit and axis locks.
-    #[inline(always)]
-    fn limited(&mut self, v: X) -> X {
-        let limited = self.restrain(v);
-        self.record_change(v, limited, &|record, _, from, to| record.limit(from, to));
-        limited
-    }
-
-    /// Records a change, if a ledger wants it.
-    #[inline(always)]
-    fn record_change(&mut self, from: X, to: X, note: Note<'_>) {
-        if self.statistics.record.is_some() {
-            self.record(from, to, note);
-        }
-    }
-
-    #[cold]
-    fn record(&mut self, from: X, to: X, note: Note<'_>) {
-        if let Some(record) = &mut self.statistics.record {
-            record.note(&from.read(Block::rows), &to.read(Block::rows), note);
-        }
-    }
-
-    #[cold]
-    fn record_kick(&mut self, v: X, a: X, kicked: X) {
-        let h = self.h;
-        let Some(keep) = self.decay.keep else {
-            self.record_change(v, kicked, &|record, _, from, to| record.kick(h, from, to));
-            return;
-        };
-        let q = h * (1.0 - keep) / self.decay.gain;
-        let a = a.read(Block::rows);
-        let damped = |record: &mut TickRecord, k: usize, from, to| {
-            record.damped_kick(h, q, vector(&a[k]), from, to);
-        };
-        self.record_change(v, kicked, &damped);
     }
 
     /// `v` times a factor of damping.
@@ -462,19 +410,12 @@ impl<X: BlockSpace<N>, const N: usize> Field for BlockField<'_, X, N> {
 
     #[inline(always)]
     fn before_move(&mut self, v: X) -> X {
-        let decayed = self.decay.before_move.map_or(v, |factor| self.times(v, factor));
-        self.record_change(v, decayed, &|record, _, from, to| record.damp(from, to));
-        let limited = self.limited(decayed);
-        let h = self.h;
-        self.record_change(limited, limited, &|record, _, v, _| record.travel(h, v));
-        limited
+        self.damp_and_limit(v)
     }
 
     #[inline(always)]
     fn after_move(&mut self, v: X) -> X {
-        let decayed = self.decay.after_move.map_or(v, |factor| self.times(v, factor));
-        self.record_change(v, decayed, &|record, _, from, to| record.damp(from, to));
-        decayed
+        self.damp(v, |decay| decay.after_move)
     }
 
     #[inline(always)]
@@ -489,11 +430,7 @@ impl<X: BlockSpace<N>, const N: usize> Field for BlockField<'_, X, N> {
     #[inline(always)]
     fn implicit_velocity(&mut self, x: X, v: X) -> X {
         let solved = newton_velocity(self, x, v);
-        let h = self.h;
-        self.record_change(v, solved, &|record, _, from, to| {
-            record.kick(h, from, to);
-            record.travel(h, to);
-        });
+        self.record_solved(v, solved);
         solved
     }
 }
@@ -564,8 +501,12 @@ fn solve([x, y, z]: [Vector; 3], right: Vector) -> Vector {
 }
 
 impl<X: BlockSpace<N>, const N: usize> TickField for BlockField<'_, X, N> {
+    type Rows = [Row; N];
+
     fn enter<M: Integrator>(&mut self, segment: Segment, decay: Decay) {
-        self.set_segment(segment, decay);
+        self.h = segment.length;
+        self.segment = Some(segment);
+        self.set_decay(decay);
     }
 
     fn recycle(&mut self, x: &mut X, v: &mut X, step_state: &mut StepState<Self>) {
@@ -576,13 +517,6 @@ impl<X: BlockSpace<N>, const N: usize> TickField for BlockField<'_, X, N> {
         step_state.start = step_state.start.map(|_| kept[2]);
     }
 
-    #[inline(always)]
-    fn before_tick(&mut self, x: X, v: X) -> (X, X) {
-        let v = self.before_move(v);
-        self.record_change(x, v, &|record, _, x, v| record.begin(x, v));
-        (x, v)
-    }
-
     /// As the affine kernel after each of its steps, so that subnormal numbers are the same.
     #[inline(always)]
     fn after_step<M: Integrator>(&mut self, x: X, v: X, _: &mut StepState<Self>) -> (X, X) {
@@ -590,9 +524,26 @@ impl<X: BlockSpace<N>, const N: usize> TickField for BlockField<'_, X, N> {
     }
 
     #[inline(always)]
-    fn after_tick(&mut self, x: X, v: X) -> (X, X) {
-        self.record_change(x, v, &|record, _, x, v| record.end(x, v));
-        let decayed = self.after_move(v);
-        (x, self.limited(decayed))
+    fn decayed(&mut self, v: X, factor: impl Fn(&Decay) -> Option<f64>) -> X {
+        factor(&self.decay).map_or(v, |factor| self.times(v, factor))
+    }
+
+    #[inline(always)]
+    fn restrain(&mut self, v: X) -> X {
+        let BodyOptions { speed_limit, locks, .. } = *self.options;
+        if speed_limit.is_none() && locks.is_none() { v } else { self.restrained(v) }
+    }
+
+    #[inline(always)]
+    fn recorder(&mut self) -> &mut Option<Recorder> {
+        &mut self.statistics.record
+    }
+
+    fn rows(&self, element: X) -> [Row; N] {
+        element.read(Block::rows)
+    }
+
+    fn exact_damping(&self, _: usize) -> Option<f64> {
+        self.decay.keep.map(|keep| self.h * (1.0 - keep) / self.decay.gain)
     }
 }
