@@ -51,6 +51,8 @@ pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
     movable: u64,
     /// Evaluations of the block in this tick.
     evaluations: u64,
+    /// Evaluations of single bodies in the blocks before, whose laws are not yet counted: looking up their names takes time.
+    counted: u64,
     /// Where the states are stored.
     pub memory: X::Memory,
 }
@@ -89,6 +91,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
             statistics,
             movable: 0,
             evaluations: 0,
+            counted: 0,
             memory,
         }
     }
@@ -198,10 +201,17 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         self.parameters.laws.iter().copied().chain(own.iter().map(|law| &**law))
     }
 
-    /// Counts the evaluations of the block in a tick.
+    /// Counts the evaluations of all blocks so far.
     pub fn count(&mut self) {
-        self.statistics.count(self.movable * self.evaluations, self.called_laws());
+        let rows = std::mem::take(&mut self.counted);
+        self.statistics.count(rows, self.called_laws());
+    }
+
+    /// Counts the evaluations of the block.
+    pub fn count_block(&mut self) {
+        self.counted += self.movable * self.evaluations;
         if self.rows.is_some() {
+            self.count();
             for k in (0..self.len).filter(|k| self.w[*k] > 0.0) {
                 for law in self.own_laws[k].0 {
                     self.statistics.count_law(law.name(), self.evaluations);
@@ -441,6 +451,7 @@ impl<X: BlockSpace<N>, const N: usize> NewtonField for BlockField<'_, X, N> {
         (self.parameters.laws.is_empty() && self.options.laws.is_empty()).then_some(self.parameters.rate)
     }
 
+    #[inline]
     fn correction(&mut self, x: X, v: X, residual: X) -> X {
         let (h, at, rate) = (self.h, self.evaluation_time(1.0), self.parameters.rate);
         let open = self.open;

@@ -34,12 +34,13 @@ pub(super) fn run<M: Integrator>(
     if M::SOLVES || rows.len() <= FEW {
         let field = &mut BlockField::<Block<1>, 1>::new::<M>(parameters, options, own, statistics, ());
         rows.for_each(|row| integrate::<M, _, 1>(field, &segments, batch, row..row + 1, refuse));
-        return;
+        return field.count();
     }
     Slots::lend(|slots| {
         let field =
             &mut BlockField::<Slot<'_>, BLOCK_BODIES>::new::<M>(parameters, options, own, statistics, slots);
         run_blocks::<M>(field, &segments, batch, rows, refuse);
+        field.count();
     });
 }
 
@@ -88,7 +89,7 @@ fn integrate<M: Integrator, X: BlockSpace<N>, const N: usize>(
     let mut step_state = StepState { last_step, start };
     let parameters = field.parameters;
     let (x, v) = drive::<M, _>(field, parameters, segments, x, v, &mut step_state);
-    field.count();
+    field.count_block();
     if M::STATE != MethodStateKind::None {
         let called = step_state.start.is_some().then_some(&field.called);
         note(field, &mut method_state, step_state.last_step, called, x);
