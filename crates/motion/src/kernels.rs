@@ -141,7 +141,10 @@ impl<'a> TickParameters<'a> {
     }
 
     /// The laws that are called for bodies with these own laws.
-    fn called<'l>(&'l self, own: impl Iterator<Item = &'l Box<dyn Law>>) -> impl Iterator<Item = &'l dyn Law> {
+    fn called<'l>(
+        &'l self,
+        own: impl Iterator<Item = &'l Box<dyn Law>>,
+    ) -> impl Iterator<Item = &'l dyn Law> {
         self.laws.iter().copied().chain(own.map(|law| &**law))
     }
 
@@ -353,9 +356,7 @@ fn integrate_batch<M: Integrator>(
     let factors = decay.before_move.is_some() || decay.after_move.is_some();
     let around = !M::DAMPS_INSIDE && times.substeps > 1 && factors;
     let in_registers = !around && statistics.record.is_none();
-    let start = rows.start;
-    let refuse_part = &mut |row, breach| refuse(start + row, breach);
-    let done = in_registers.then(|| affine::run::<M>(parameters, &mut batch.part(rows.clone()), refuse_part));
+    let done = in_registers.then(|| affine::run::<M>(parameters, batch, rows.clone(), refuse));
     match done.flatten() {
         Some(evaluations) => statistics.accelerations += evaluations,
         // The same bits.
