@@ -100,7 +100,7 @@ pub(crate) struct GroupRows<'a, E: Layout = Row> {
 }
 
 /// Arrays of a step, reused for all groups and ticks.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Scratch<E: Layout = Row> {
     slots: [Array<E>; SLOTS],
     stage: [Array<E>; 2],
@@ -124,22 +124,6 @@ pub(crate) struct Push {
     pub lane: usize,
     pub row: usize,
     pub force: Row,
-}
-
-impl<E: Layout> Default for Scratch<E> {
-    fn default() -> Self {
-        Self {
-            slots: Default::default(),
-            stage: Default::default(),
-            classes: Classes::default(),
-            cords: Cords::default(),
-            workspace: E::Workspace::default(),
-            iterations: Vec::new(),
-            masses: Vec::new(),
-            pushes: Vec::new(),
-            not_cached: Vec::new(),
-        }
-    }
 }
 
 impl<E: Layout> Scratch<E> {

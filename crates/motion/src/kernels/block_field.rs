@@ -23,7 +23,7 @@ pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
     /// The options of every row of the batch, where the own laws of bodies differ.
     pub rows: Option<&'a dyn RowOptions>,
     /// The own laws of every body, and what changes whenever they do.
-    own_laws: [(&'a [Box<dyn Law>], u64); N],
+    pub own_laws: [(&'a [Box<dyn Law>], u64); N],
     /// Axes along which bodies can be accelerated.
     open: [bool; 3],
     gravity: [f64; 3],
@@ -36,7 +36,8 @@ pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
     drags: bool,
     /// Magnitude below which velocities snap to 0.
     least: f64,
-    w: [f64; N],
+    /// The inverse masses, 1/kg.
+    pub w: [f64; N],
     /// Bodies of the block, at most `N`.
     len: usize,
     /// Whether every body can be accelerated along every axis.
@@ -144,21 +145,6 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     fn set_decay(&mut self, decay: Decay) {
         self.decay = decay;
         self.least = if decay.multiplies() || self.drags { SNAP } else { 0.0 };
-    }
-
-    /// What changes whenever a law of body `k` changes.
-    pub const fn laws_version(&self, k: usize) -> (u64, u64) {
-        (self.parameters.epoch, self.own_laws[k].1)
-    }
-
-    pub const fn inverse_masses(&self) -> &[f64; N] {
-        &self.w
-    }
-
-    /// The inverse masses and the versions of the own laws, which cached accelerations are compared with, and
-    /// [`Self::called`] to write to.
-    pub fn cache_key_and_called(&mut self) -> (&[f64; N], [u64; N], &mut Block<N>) {
-        (&self.w, self.own_laws.map(|(_, version)| version), &mut self.called)
     }
 
     /// Sets velocities that decayed below [`SNAP`] to 0.
@@ -287,19 +273,6 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
             x.read_both(v, |x, v| (0..N).filter(|k| !known[*k]).for_each(|k| self.call_one(at, k, (x, v))));
         }
         self.laws_from(&self.called, v)
-    }
-
-    #[inline(never)]
-    fn restrained(&self, v: X) -> X {
-        let BodyOptions { speed_limit, locks, .. } = *self.options;
-        let mut block = v.read(|v| *v);
-        for k in 0..N {
-            let [x, y, z] = block.body(k);
-            let mut row = [x, y, z, 0.0];
-            restrain(&mut row, speed_limit, locks);
-            (0..3).for_each(|axis| block.0[axis][k] = row[axis]);
-        }
-        X::of(self.memory, &block)
     }
 
     /// `v` times a factor of damping.
@@ -539,10 +512,20 @@ impl<X: BlockSpace<N>, const N: usize> TickField for BlockField<'_, X, N> {
         factor(&self.decay).map_or(v, |factor| self.times(v, factor))
     }
 
-    #[inline(always)]
+    #[inline(never)]
     fn restrain(&mut self, v: X) -> X {
         let BodyOptions { speed_limit, locks, .. } = *self.options;
-        if speed_limit.is_none() && locks.is_none() { v } else { self.restrained(v) }
+        if speed_limit.is_none() && locks.is_none() {
+            return v;
+        }
+        let mut block = v.read(|v| *v);
+        for k in 0..N {
+            let [x, y, z] = block.body(k);
+            let mut row = [x, y, z, 0.0];
+            restrain(&mut row, speed_limit, locks);
+            (0..3).for_each(|axis| block.0[axis][k] = row[axis]);
+        }
+        X::of(self.memory, &block)
     }
 
     #[inline(always)]
