@@ -9,6 +9,7 @@ use crate::methods::{Field, Integrator, StepState};
 /// A field that is driven through a tick segment by segment. What changes velocities besides forces and laws, and its record,
 /// is written here, once for blocks and groups.
 pub(crate) trait TickField: Field + Sized {
+    /// The rows of all bodies.
     type Rows: AsRef<[Row]>;
 
     /// Enters the next segment of the tick, in which the damping of all bodies is `decay`.
