@@ -140,15 +140,22 @@ impl<'a> TickParameters<'a> {
         self.damping.map_or(Decay::none(segment.length), |damping| damping.factors(segment.length))
     }
 
-    /// The segments of the tick for a body with these own laws.
-    fn segments(&self, own: &[Box<dyn Law>]) -> Segments {
-        let discontinuities = self.laws.iter().flat_map(|law| law.discontinuities());
-        self.times.segments(&mut discontinuities.chain(own.iter().flat_map(|law| law.discontinuities())))
+    /// The laws that are called for bodies with these own laws.
+    fn called<'l>(
+        &'l self,
+        own: impl Iterator<Item = &'l Box<dyn Law>>,
+    ) -> impl Iterator<Item = &'l dyn Law> {
+        self.laws.iter().copied().chain(own.map(|law| &**law))
     }
 
-    fn calls_with_velocity(&self, own: &[Box<dyn Law>]) -> bool {
-        self.laws.iter().any(|law| law.depends_on_velocity())
-            || own.iter().any(|law| law.depends_on_velocity())
+    /// The segments of the tick for bodies with these own laws.
+    pub fn segments<'l>(&'l self, own: impl Iterator<Item = &'l Box<dyn Law>>) -> Segments {
+        self.times.segments(&mut self.called(own).flat_map(|law| law.discontinuities()))
+    }
+
+    /// Whether a called law depends on the velocity, for bodies with these own laws.
+    pub fn calls_with_velocity<'l>(&'l self, own: impl Iterator<Item = &'l Box<dyn Law>>) -> bool {
+        self.called(own).any(|law| law.depends_on_velocity())
     }
 }
 
@@ -170,10 +177,8 @@ pub(crate) fn count(counts: &mut Counts, name: &'static str, more: u64) {
 pub(crate) struct StepStatistics {
     /// Evaluations of the acceleration of one body by all laws.
     pub accelerations: u64,
-    /// Evaluations of each law in [`TickParameters::laws`].
-    pub calls: SmallVec<[u64; 8]>,
-    /// Evaluations of the laws of single bodies, by name.
-    pub own: Counts,
+    /// Evaluations of the called laws, by name.
+    pub laws: Counts,
     /// Iterations of implicit steps.
     pub iterations: Iterations,
     /// Records of every row, if a ledger wants them.
@@ -181,17 +186,20 @@ pub(crate) struct StepStatistics {
 }
 
 impl StepStatistics {
-    pub(crate) fn count_own(&mut self, name: &'static str, rows: u64) {
-        count(&mut self.own, name, rows);
+    pub fn count_law(&mut self, name: &'static str, rows: u64) {
+        count(&mut self.laws, name, rows);
+    }
+
+    /// Counts evaluations of so many rows, in which the laws `called` were called.
+    pub fn count<'l>(&mut self, rows: u64, called: impl Iterator<Item = &'l dyn Law>) {
+        self.accelerations += rows;
+        called.for_each(|law| self.count_law(law.name(), rows));
     }
 
     /// Adds the counts of `other`.
     pub fn add(&mut self, other: &Self) {
         self.accelerations += other.accelerations;
-        self.calls.resize(self.calls.len().max(other.calls.len()), 0);
-        let calls = self.calls.iter_mut().zip(&other.calls);
-        calls.for_each(|(sum, calls)| *sum += calls);
-        other.own.iter().for_each(|(name, calls)| self.count_own(name, *calls));
+        other.laws.iter().for_each(|(name, calls)| self.count_law(name, *calls));
         self.iterations.add(other.iterations);
     }
 }
@@ -348,9 +356,7 @@ fn integrate_batch<M: Integrator>(
     let factors = decay.before_move.is_some() || decay.after_move.is_some();
     let around = !M::DAMPS_INSIDE && times.substeps > 1 && factors;
     let in_registers = !around && statistics.record.is_none();
-    let start = rows.start;
-    let refuse_part = &mut |row, breach| refuse(start + row, breach);
-    let done = in_registers.then(|| affine::run::<M>(parameters, &mut batch.part(rows.clone()), refuse_part));
+    let done = in_registers.then(|| affine::run::<M>(parameters, batch, rows.clone(), refuse));
     match done.flatten() {
         Some(evaluations) => statistics.accelerations += evaluations,
         // The same bits.

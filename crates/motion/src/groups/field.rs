@@ -4,10 +4,10 @@ mod arrays;
 mod cached;
 mod classes;
 mod cords;
+mod driven;
 mod forces;
 mod lane_solver;
 mod layout;
-mod records;
 mod solving;
 
 pub(crate) use cached::GroupCache;
@@ -24,7 +24,6 @@ use super::rows::{Array, Row, numbers};
 use super::solver::Solver;
 use crate::kernels::evaluations::Iterations;
 use crate::kernels::{Kernel, RowOptions, StepStatistics, TickField, TickParameters, drive};
-use crate::laws::damping::Decay;
 use crate::laws::tick_times::Segment;
 use crate::laws::{Axes, Law, SharedLaws};
 use crate::methods::{Field, Integrator, MethodStateKind, StepState, Traits};
@@ -101,7 +100,7 @@ pub(crate) struct GroupRows<'a, E: Layout = Row> {
 }
 
 /// Arrays of a step, reused for all groups and ticks.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Scratch<E: Layout = Row> {
     slots: [Array<E>; SLOTS],
     stage: [Array<E>; 2],
@@ -125,22 +124,6 @@ pub(crate) struct Push {
     pub lane: usize,
     pub row: usize,
     pub force: Row,
-}
-
-impl<E: Layout> Default for Scratch<E> {
-    fn default() -> Self {
-        Self {
-            slots: Default::default(),
-            stage: Default::default(),
-            classes: Classes::default(),
-            cords: Cords::default(),
-            workspace: E::Workspace::default(),
-            iterations: Vec::new(),
-            masses: Vec::new(),
-            pushes: Vec::new(),
-            not_cached: Vec::new(),
-        }
-    }
 }
 
 impl<E: Layout> Scratch<E> {
@@ -268,7 +251,8 @@ impl<'a, E: Layout> GroupField<'a, E> {
         }
         let caches = M::STATE == MethodStateKind::LastAcceleration && !self.depends_on_velocity();
         let mut cache = self.rows.cache.take().filter(|_| caches);
-        let ((x, v), parameters, segments) = (start(), &self.environment.parameters, self.segments());
+        let ((x, v), parameters) = (start(), &self.environment.parameters);
+        let segments = parameters.segments(self.own_laws());
         if let (Some(cache), Some(first)) = (&mut cache, segments.iter().next()) {
             self.segment = first;
             step_state.start = self.recall(cache);
@@ -307,7 +291,8 @@ impl<'a, E: Layout> GroupField<'a, E> {
     /// The rows that failed, each with the number of its group, group by group.
     fn outcome(&mut self) -> Result<(), Vec<(usize, usize)>> {
         let (movable, groups) = (self.coupling.movable, self.rows.groups);
-        let Bounds { position, speed } = self.environment.parameters.bounds;
+        let bounds = self.environment.parameters.bounds;
+        let Bounds { position, speed } = bounds;
         let within = |number: f64, bound: f64| number.abs() <= bound;
         // An inverse mass of NaN is not above 0, so nothing would act on the row: it is checked here.
         let holds = |x: &E, v: &E, w: &[f64]| {
@@ -344,9 +329,7 @@ impl<'a, E: Layout> GroupField<'a, E> {
             let (element, lane) = self.place(row, group);
             let GroupRows { x, v, w, .. } = &self.rows;
             let ([a, b, c, _], [d, e, f, _]) = (x[element].row(lane), v[element].row(lane));
-            let is_in =
-                [a, b, c].iter().all(|x| within(*x, position)) && [d, e, f].iter().all(|v| within(*v, speed));
-            !(is_in && w[element * E::LANES + lane].abs() <= f64::MAX)
+            bounds.breach(&[a, b, c], &[d, e, f, w[element * E::LANES + lane]]).is_some()
         };
         Err(match self.watch {
             Watch::Off => Vec::new(),
@@ -383,53 +366,6 @@ fn start() -> (Combination, Combination) {
     (Combination::of(POSITION), Combination::of(VELOCITY))
 }
 
-impl<E: Layout> TickField for GroupField<'_, E> {
-    /// By class, because bodies may have their own damping.
-    fn enter<M: Integrator>(&mut self, segment: Segment, _: Decay) {
-        self.segment = segment;
-        if M::DAMPS_INSIDE {
-            for class in &mut self.scratch.classes.list {
-                let none = Decay::none(segment.length);
-                class.decay = class.damping.map_or(none, |damping| damping.factors(segment.length));
-            }
-        }
-    }
-
-    fn begin_step(&mut self) {
-        self.begin_step_of_cords();
-    }
-
-    fn ends_early(&mut self, x: Combination, v: Combination) -> Option<f64> {
-        self.change_of_cords(x, v)
-    }
-
-    fn before_tick(&mut self, x: Combination, v: Combination) -> (Combination, Combination) {
-        let v = self.before_move(v);
-        self.record_change(x, v, &|record, _, x, v| record.begin(x, v));
-        self.finish_if_changed(x, v);
-        start()
-    }
-
-    fn after_step<M: Integrator>(
-        &mut self,
-        x: Combination,
-        v: Combination,
-        step_state: &mut StepState<Self>,
-    ) -> (Combination, Combination) {
-        self.finish(x, v);
-        step_state.start = step_state.start.and_then(|start| self.keep(start));
-        start()
-    }
-
-    fn after_tick(&mut self, x: Combination, v: Combination) -> (Combination, Combination) {
-        self.record_change(x, v, &|record, _, x, v| record.end(x, v));
-        let decayed = self.after_move(v);
-        let v = self.limited(decayed);
-        self.finish_if_changed(x, v);
-        start()
-    }
-}
-
 impl<E: Layout> Field for GroupField<'_, E> {
     type Space = Combination;
 
@@ -446,12 +382,9 @@ impl<E: Layout> Field for GroupField<'_, E> {
     }
 
     fn depends_on_velocity(&self) -> bool {
-        let own =
-            |row: &u32| self.options.row(*row as usize).laws.iter().any(|law| law.depends_on_velocity());
         self.coupling.depends_on_velocity(self.environment.shared.laws.drag.is_some())
             || self.scratch.classes.list.iter().any(|class| class.rate != 0.0)
-            || self.environment.parameters.laws.iter().any(|law| law.depends_on_velocity())
-            || self.rows.with_laws.iter().any(own)
+            || self.environment.parameters.calls_with_velocity(self.own_laws())
     }
 
     fn kick(&mut self, v: Combination, a: Combination) -> Combination {
@@ -466,23 +399,18 @@ impl<E: Layout> Field for GroupField<'_, E> {
                 kept + gained
             }
         };
-        self.record_kick(v, a, kicked);
+        if self.statistics.record.is_some() {
+            self.record_kick(v, a, kicked);
+        }
         kicked
     }
 
     fn before_move(&mut self, v: Combination) -> Combination {
-        let decayed = self.decayed(v, |decay| decay.before_move);
-        self.record_change(v, decayed, &|record, _, from, to| record.damp(from, to));
-        let limited = self.limited(decayed);
-        let h = self.step();
-        self.record_change(limited, limited, &|record, _, v, _| record.travel(h, v));
-        limited
+        self.damp_and_limit(v)
     }
 
     fn after_move(&mut self, v: Combination) -> Combination {
-        let decayed = self.decayed(v, |decay| decay.after_move);
-        self.record_change(v, decayed, &|record, _, from, to| record.damp(from, to));
-        decayed
+        self.damp(v, |decay| decay.after_move)
     }
 
     fn laws_before_jump(&mut self, x: Combination, v: Combination) -> Option<Combination> {
@@ -494,11 +422,7 @@ impl<E: Layout> Field for GroupField<'_, E> {
     fn implicit_velocity(&mut self, x: Combination, v: Combination) -> Combination {
         debug_assert!(x.slot() == Some(POSITION), "an implicit step begins where the step does");
         let solved = self.solve(v);
-        let h = self.step();
-        self.record_change(v, solved, &|record, _, from, to| {
-            record.kick(h, from, to);
-            record.travel(h, to);
-        });
+        self.record_solved(v, solved);
         solved
     }
 }

@@ -91,7 +91,7 @@ impl Rescue<'_, '_, '_, '_> {
                 .flat_map(|part| self.part(group, part, &pushes, &before, &mut after, &mut statistics))
                 .collect();
             if culprits.is_empty() {
-                self.output.evaluations.add(&statistics, &[], std::iter::empty());
+                self.output.evaluations.add(&statistics, std::iter::empty());
                 self.output.records.add(&group.bodies, statistics.record.as_ref(), 0);
                 break after;
             }

@@ -18,7 +18,7 @@ pub(crate) fn row_of(v: Vector) -> Row {
 }
 
 /// An element of an array: the row of one group, or the same row of several groups side by side.
-pub(crate) trait Element: Pod + Send + Sync {
+pub(crate) trait Element: Pod + Default + Send + Sync {
     /// The number of groups.
     const LANES: usize;
 

@@ -145,7 +145,7 @@ impl Tick<'_, '_, '_, '_, '_> {
         let mut statistics = StepStatistics { record, ..StepStatistics::default() };
         let environment = &self.environment;
         if groups.tick(self.kernel, number, environment, self.options, &mut statistics).is_ok() {
-            self.output.evaluations.add(&statistics, &[], std::iter::empty());
+            self.output.evaluations.add(&statistics, std::iter::empty());
             self.output.records.add(&groups.list[number].bodies, statistics.record.as_ref(), 0);
         } else {
             self.rescue(groups, number);
@@ -213,7 +213,7 @@ impl Tick<'_, '_, '_, '_, '_> {
         let is_apart = |lane: &usize| apart.binary_search(lane).is_ok();
         failed.extend(done.err().into_iter().flatten().filter(|lane| !is_apart(lane)));
         failed.sort_unstable();
-        self.output.evaluations.add(&statistics, &[], std::iter::empty());
+        self.output.evaluations.add(&statistics, std::iter::empty());
         let Some(record) = &statistics.record else { return };
         for (lane, group) in groups.bundles.list[number].groups.iter().enumerate() {
             if !is_apart(&lane) && failed.binary_search(&lane).is_err() {

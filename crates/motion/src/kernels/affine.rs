@@ -18,17 +18,18 @@ type Triples = [f64; 3 * BLOCK + 1];
 /// Rows that take all substeps before the next rows: they stay in the first-level cache.
 const STAY: usize = 32 * BLOCK;
 
-/// Integrates a tick and returns the number of evaluations; `None`, with nothing done, if the machine has no registers that
+/// Integrates a tick of some rows and returns the number of evaluations; `None`, with nothing done, if the machine has no registers that
 /// hold a row.
 #[must_use]
 pub(super) fn run<M: Integrator>(
     parameters: &TickParameters<'_>,
     batch: &mut Batch<'_>,
+    rows: Range<usize>,
     refuse: Refuse<'_>,
 ) -> Option<u64> {
-    let (rows, substeps) = (batch.bodies.len(), parameters.times.substeps);
+    let substeps = parameters.times.substeps;
     if substeps == 1 {
-        return step_all::<M>(parameters, batch, 0..rows, refuse);
+        return step_all::<M>(parameters, batch, rows, refuse);
     }
     let mut evaluations = 0;
     // Nothing here depends on time, so every substep is the same step. A row that one substep refuses keeps its
@@ -37,8 +38,8 @@ pub(super) fn run<M: Integrator>(
     let inner = parameters.within(Bounds::FINITE);
     let mut refused: Vec<(usize, Breach)> = Vec::new();
     let mut before = ([[0.0; 3]; STAY], [[0.0; 4]; STAY]);
-    for start in (0..rows).step_by(STAY) {
-        let rows = start..rows.min(start + STAY);
+    for start in rows.clone().step_by(STAY) {
+        let rows = start..rows.end.min(start + STAY);
         before.0[..rows.len()].copy_from_slice(&batch.positions[rows.clone()]);
         before.1[..rows.len()].copy_from_slice(&batch.bodies[rows.clone()]);
         let first = refused.len();
@@ -305,12 +306,12 @@ impl<S: Simd> StepOf<'_, '_, S> {
             step_state.last_step = last[0];
         }
         if !M::DAMPS_INSIDE && decay.before_move.is_some() {
-            v = field.decay_before(v);
+            v = field.constants.times(v, field.constants.before);
         }
         (x, v) = M::step(&mut field, x, v, &mut step_state);
         if !M::DAMPS_INSIDE {
             if decay.after_move.is_some() {
-                v = field.decay_after(v);
+                v = field.constants.times(v, field.constants.after);
             } else if *rate > 0.0 {
                 v = field.constants.snap(v);
             }

@@ -6,7 +6,7 @@ use glam::DMat3;
 
 use super::block::{Block, BlockSpace, fill};
 use super::drive::TickField;
-use super::record::{Note, TickRecord, vector};
+use super::record::Recorder;
 use super::{AppliedForces, BodyOptions, Row, RowOptions, StepStatistics, TickParameters, restrain};
 use crate::laws::damping::{Decay, SNAP};
 use crate::laws::tick_times::Segment;
@@ -23,7 +23,7 @@ pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
     /// The options of every row of the batch, where the own laws of bodies differ.
     pub rows: Option<&'a dyn RowOptions>,
     /// The own laws of every body, and what changes whenever they do.
-    own_laws: [(&'a [Box<dyn Law>], u64); N],
+    pub own_laws: [(&'a [Box<dyn Law>], u64); N],
     /// Axes along which bodies can be accelerated.
     open: [bool; 3],
     gravity: [f64; 3],
@@ -36,7 +36,8 @@ pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
     drags: bool,
     /// Magnitude below which velocities snap to 0.
     least: f64,
-    w: [f64; N],
+    /// The inverse masses, 1/kg.
+    pub w: [f64; N],
     /// Bodies of the block, at most `N`.
     len: usize,
     /// Whether every body can be accelerated along every axis.
@@ -49,6 +50,10 @@ pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
     pub statistics: &'a mut StepStatistics,
     /// Movable bodies of the block, which are counted.
     movable: u64,
+    /// Evaluations of the block in this tick.
+    evaluations: u64,
+    /// Evaluations of single bodies in the blocks before, whose laws are not yet counted: looking up their names takes time.
+    counted: u64,
     /// Where the states are stored.
     pub memory: X::Memory,
 }
@@ -75,7 +80,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
             decay: parameters.decay,
             h: parameters.times.substep(),
             segment: None,
-            calls_with_velocity: parameters.calls_with_velocity(options.laws),
+            calls_with_velocity: parameters.calls_with_velocity(options.laws.iter()),
             drags: false,
             least: 0.0,
             w: [0.0; N],
@@ -86,6 +91,8 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
             called: Block::ZERO,
             statistics,
             movable: 0,
+            evaluations: 0,
+            counted: 0,
             memory,
         }
     }
@@ -102,6 +109,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
             }
         }
         self.segment = None;
+        self.evaluations = 0;
         self.h = self.parameters.times.substep();
         // What precedes the tick snaps only where something linear slows.
         self.drags = self.parameters.rate > 0.0;
@@ -136,30 +144,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
 
     fn set_decay(&mut self, decay: Decay) {
         self.decay = decay;
-        let decays = decay.keep.is_some() || decay.before_move.is_some() || decay.after_move.is_some();
-        self.least = if decays || self.drags { SNAP } else { 0.0 };
-    }
-
-    /// Enters a segment of the tick.
-    pub fn set_segment(&mut self, segment: Segment, decay: Decay) {
-        self.h = segment.length;
-        self.segment = Some(segment);
-        self.set_decay(decay);
-    }
-
-    /// What changes whenever a law of body `k` changes.
-    pub const fn laws_version(&self, k: usize) -> (u64, u64) {
-        (self.parameters.epoch, self.own_laws[k].1)
-    }
-
-    pub const fn inverse_masses(&self) -> &[f64; N] {
-        &self.w
-    }
-
-    /// The inverse masses and the versions of the own laws, which cached accelerations are compared with, and
-    /// [`Self::called`] to write to.
-    pub fn cache_key_and_called(&mut self) -> (&[f64; N], [u64; N], &mut Block<N>) {
-        (&self.w, self.own_laws.map(|(_, version)| version), &mut self.called)
+        self.least = if decay.multiplies() || self.drags { SNAP } else { 0.0 };
     }
 
     /// Sets velocities that decayed below [`SNAP`] to 0.
@@ -202,21 +187,21 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         self.parameters.laws.iter().copied().chain(own.iter().map(|law| &**law))
     }
 
-    /// Counts an evaluation of these bodies, some of which may be immovable.
-    fn count(&mut self, bodies: std::ops::Range<usize>) {
-        let count = match bodies.len() {
-            1 => u64::from(self.w[bodies.start] > 0.0),
-            _ => self.movable,
-        };
-        self.statistics.accelerations += count;
-        self.statistics.calls.iter_mut().for_each(|calls| *calls += count);
-        if self.rows.is_none() {
-            self.options.laws.iter().for_each(|law| self.statistics.count_own(law.name(), count));
-            return;
-        }
-        for k in bodies.filter(|k| self.w[*k] > 0.0) {
-            for law in self.own_laws[k].0 {
-                self.statistics.count_own(law.name(), 1);
+    /// Counts the evaluations of all blocks so far.
+    pub fn count(&mut self) {
+        let rows = std::mem::take(&mut self.counted);
+        self.statistics.count(rows, self.called_laws());
+    }
+
+    /// Counts the evaluations of the block.
+    pub fn count_block(&mut self) {
+        self.counted += self.movable * self.evaluations;
+        if self.rows.is_some() {
+            self.count();
+            for k in (0..self.len).filter(|k| self.w[*k] > 0.0) {
+                for law in self.own_laws[k].0 {
+                    self.statistics.count_law(law.name(), self.evaluations);
+                }
             }
         }
     }
@@ -224,7 +209,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     /// Sums the called laws at the time `at`.
     #[inline(never)]
     fn call(&mut self, at: EvaluationTime, x: X, v: X) {
-        self.count(0..self.len);
+        self.evaluations += 1;
         let laws = self.called_laws();
         let own_laws = if self.rows.is_some() { &self.own_laws[..self.len] } else { &[] };
         let Self { w, called, .. } = self;
@@ -269,13 +254,13 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
                 law.accelerate(at, &BodyBlock { positions, velocities, inverse_masses }, sum);
             }
         });
-        self.count(0..self.len);
+        self.evaluations += 1;
         Some(a)
     }
 
     /// Sums the called laws of body `k` alone, and counts them.
     fn call_one(&mut self, at: EvaluationTime, k: usize, (x, v): (&Block<N>, &Block<N>)) {
-        self.count(k..k + 1);
+        self.statistics.count(u64::from(self.w[k] > 0.0), self.laws_of(k));
         (0..3).for_each(|axis| self.called.0[axis][k] = 0.0);
         add_one(self.laws_of(k), at, k, (x, v, &self.w), &mut self.called);
     }
@@ -288,64 +273,6 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
             x.read_both(v, |x, v| (0..N).filter(|k| !known[*k]).for_each(|k| self.call_one(at, k, (x, v))));
         }
         self.laws_from(&self.called, v)
-    }
-
-    /// Applies speed limit and axis locks.
-    #[inline(always)]
-    pub fn restrain(&self, v: X) -> X {
-        let BodyOptions { speed_limit, locks, .. } = *self.options;
-        if speed_limit.is_none() && locks.is_none() { v } else { self.restrained(v) }
-    }
-
-    #[inline(never)]
-    fn restrained(&self, v: X) -> X {
-        let BodyOptions { speed_limit, locks, .. } = *self.options;
-        let mut block = v.read(|v| *v);
-        for k in 0..N {
-            let [x, y, z] = block.body(k);
-            let mut row = [x, y, z, 0.0];
-            restrain(&mut row, speed_limit, locks);
-            (0..3).for_each(|axis| block.0[axis][k] = row[axis]);
-        }
-        X::of(self.memory, &block)
-    }
-
-    /// Applies and records speed limit and axis locks.
-    #[inline(always)]
-    fn limited(&mut self, v: X) -> X {
-        let limited = self.restrain(v);
-        self.record_change(v, limited, &|record, _, from, to| record.limit(from, to));
-        limited
-    }
-
-    /// Records a change, if a ledger wants it.
-    #[inline(always)]
-    fn record_change(&mut self, from: X, to: X, note: Note<'_>) {
-        if self.statistics.record.is_some() {
-            self.record(from, to, note);
-        }
-    }
-
-    #[cold]
-    fn record(&mut self, from: X, to: X, note: Note<'_>) {
-        if let Some(record) = &mut self.statistics.record {
-            record.note(&from.read(Block::rows), &to.read(Block::rows), note);
-        }
-    }
-
-    #[cold]
-    fn record_kick(&mut self, v: X, a: X, kicked: X) {
-        let h = self.h;
-        let Some(keep) = self.decay.keep else {
-            self.record_change(v, kicked, &|record, _, from, to| record.kick(h, from, to));
-            return;
-        };
-        let q = h * (1.0 - keep) / self.decay.gain;
-        let a = a.read(Block::rows);
-        let damped = |record: &mut TickRecord, k: usize, from, to| {
-            record.damped_kick(h, q, vector(&a[k]), from, to);
-        };
-        self.record_change(v, kicked, &damped);
     }
 
     /// `v` times a factor of damping.
@@ -466,19 +393,12 @@ impl<X: BlockSpace<N>, const N: usize> Field for BlockField<'_, X, N> {
 
     #[inline(always)]
     fn before_move(&mut self, v: X) -> X {
-        let decayed = self.decay.before_move.map_or(v, |factor| self.times(v, factor));
-        self.record_change(v, decayed, &|record, _, from, to| record.damp(from, to));
-        let limited = self.limited(decayed);
-        let h = self.h;
-        self.record_change(limited, limited, &|record, _, v, _| record.travel(h, v));
-        limited
+        self.damp_and_limit(v)
     }
 
     #[inline(always)]
     fn after_move(&mut self, v: X) -> X {
-        let decayed = self.decay.after_move.map_or(v, |factor| self.times(v, factor));
-        self.record_change(v, decayed, &|record, _, from, to| record.damp(from, to));
-        decayed
+        self.damp(v, |decay| decay.after_move)
     }
 
     #[inline(always)]
@@ -493,11 +413,7 @@ impl<X: BlockSpace<N>, const N: usize> Field for BlockField<'_, X, N> {
     #[inline(always)]
     fn implicit_velocity(&mut self, x: X, v: X) -> X {
         let solved = newton_velocity(self, x, v);
-        let h = self.h;
-        self.record_change(v, solved, &|record, _, from, to| {
-            record.kick(h, from, to);
-            record.travel(h, to);
-        });
+        self.record_solved(v, solved);
         solved
     }
 }
@@ -508,6 +424,7 @@ impl<X: BlockSpace<N>, const N: usize> NewtonField for BlockField<'_, X, N> {
         (self.parameters.laws.is_empty() && self.options.laws.is_empty()).then_some(self.parameters.rate)
     }
 
+    #[inline]
     fn correction(&mut self, x: X, v: X, residual: X) -> X {
         let (h, at, rate) = (self.h, self.evaluation_time(1.0), self.parameters.rate);
         let open = self.open;
@@ -568,8 +485,12 @@ fn solve([x, y, z]: [Vector; 3], right: Vector) -> Vector {
 }
 
 impl<X: BlockSpace<N>, const N: usize> TickField for BlockField<'_, X, N> {
+    type Rows = [Row; N];
+
     fn enter<M: Integrator>(&mut self, segment: Segment, decay: Decay) {
-        self.set_segment(segment, decay);
+        self.h = segment.length;
+        self.segment = Some(segment);
+        self.set_decay(decay);
     }
 
     fn recycle(&mut self, x: &mut X, v: &mut X, step_state: &mut StepState<Self>) {
@@ -580,13 +501,6 @@ impl<X: BlockSpace<N>, const N: usize> TickField for BlockField<'_, X, N> {
         step_state.start = step_state.start.map(|_| kept[2]);
     }
 
-    #[inline(always)]
-    fn before_tick(&mut self, x: X, v: X) -> (X, X) {
-        let v = self.before_move(v);
-        self.record_change(x, v, &|record, _, x, v| record.begin(x, v));
-        (x, v)
-    }
-
     /// As the affine kernel after each of its steps, so that subnormal numbers are the same.
     #[inline(always)]
     fn after_step<M: Integrator>(&mut self, x: X, v: X, _: &mut StepState<Self>) -> (X, X) {
@@ -594,9 +508,36 @@ impl<X: BlockSpace<N>, const N: usize> TickField for BlockField<'_, X, N> {
     }
 
     #[inline(always)]
-    fn after_tick(&mut self, x: X, v: X) -> (X, X) {
-        self.record_change(x, v, &|record, _, x, v| record.end(x, v));
-        let decayed = self.after_move(v);
-        (x, self.limited(decayed))
+    fn decayed(&mut self, v: X, factor: impl Fn(&Decay) -> Option<f64>) -> X {
+        factor(&self.decay).map_or(v, |factor| self.times(v, factor))
+    }
+
+    #[inline(never)]
+    fn restrain(&mut self, v: X) -> X {
+        let BodyOptions { speed_limit, locks, .. } = *self.options;
+        if speed_limit.is_none() && locks.is_none() {
+            return v;
+        }
+        let mut block = v.read(|v| *v);
+        for k in 0..N {
+            let [x, y, z] = block.body(k);
+            let mut row = [x, y, z, 0.0];
+            restrain(&mut row, speed_limit, locks);
+            (0..3).for_each(|axis| block.0[axis][k] = row[axis]);
+        }
+        X::of(self.memory, &block)
+    }
+
+    #[inline(always)]
+    fn recorder(&mut self) -> &mut Option<Recorder> {
+        &mut self.statistics.record
+    }
+
+    fn rows(&self, element: X) -> [Row; N] {
+        element.read(Block::rows)
+    }
+
+    fn exact_damping(&self, _: usize) -> Option<f64> {
+        self.decay.keep.map(|keep| self.h * (1.0 - keep) / self.decay.gain)
     }
 }

@@ -30,17 +30,17 @@ pub(super) fn run<M: Integrator>(
     statistics: &mut StepStatistics,
     refuse: Refuse<'_>,
 ) {
-    statistics.calls.resize(parameters.laws.len(), 0);
-    let segments = parameters.segments(options.laws);
+    let segments = parameters.segments(options.laws.iter());
     if M::SOLVES || rows.len() <= FEW {
         let field = &mut BlockField::<Block<1>, 1>::new::<M>(parameters, options, own, statistics, ());
         rows.for_each(|row| integrate::<M, _, 1>(field, &segments, batch, row..row + 1, refuse));
-        return;
+        return field.count();
     }
     Slots::lend(|slots| {
         let field =
             &mut BlockField::<Slot<'_>, BLOCK_BODIES>::new::<M>(parameters, options, own, statistics, slots);
         run_blocks::<M>(field, &segments, batch, rows, refuse);
+        field.count();
     });
 }
 
@@ -89,12 +89,12 @@ fn integrate<M: Integrator, X: BlockSpace<N>, const N: usize>(
     let mut step_state = StepState { last_step, start };
     let parameters = field.parameters;
     let (x, v) = drive::<M, _>(field, parameters, segments, x, v, &mut step_state);
+    field.count_block();
     if M::STATE != MethodStateKind::None {
         let called = step_state.start.is_some().then_some(&field.called);
         note(field, &mut method_state, step_state.last_step, called, x);
     }
-    let w = field.inverse_masses();
-    x.read_both(v, |x, v| store::<N>(&parameters.bounds, batch, rows, (x, v, w), refuse));
+    x.read_both(v, |x, v| store::<N>(&parameters.bounds, batch, rows, (x, v, &field.w), refuse));
 }
 
 /// Enters the block of `rows`. Returns their positions and velocities.
@@ -183,10 +183,11 @@ fn note<X: BlockSpace<N>, const N: usize>(
             steps.iter_mut().filter(|step| step.is_finite()).for_each(|step| *step = last_step);
         }
         (MethodStateRows::LastAcceleration(cached), Some(called)) => {
-            let (time, w) = (field.parameters.times.end, field.inverse_masses());
+            let BlockField { parameters: TickParameters { times, epoch, .. }, w, own_laws, .. } = field;
             x.read(|x| {
                 for (k, cached) in cached.iter_mut().enumerate() {
-                    let ([x, y, z], acceleration, laws) = (x.body(k), called.body(k), field.laws_version(k));
+                    let ([x, y, z], acceleration) = (x.body(k), called.body(k));
+                    let (time, laws) = (times.end, (*epoch, own_laws[k].1));
                     *cached = CachedAcceleration { at: [x, y, z, w[k]], time, laws, acceleration };
                 }
             });
@@ -208,14 +209,14 @@ fn recall<X: BlockSpace<N>, const N: usize>(
     // What was evaluated before a jump is of no use after it.
     let first = segments.iter().next().filter(|first| !first.jump)?;
     let (time, epoch) = (field.parameters.times.start, field.parameters.epoch);
-    let (w, versions, called) = field.cache_key_and_called();
+    let BlockField { w, own_laws, called, .. } = field;
     let mut fits = [true; N];
     x.read(|x| {
         for (k, cached) in cached.iter().enumerate().take(N) {
             let ([x, y, z], [a, b, c]) = (x.body(k), cached.acceleration);
             let is_here =
                 (cached.at[0] == x) & (cached.at[1] == y) & (cached.at[2] == z) & (cached.at[3] == w[k]);
-            let is_now = (cached.time == time) & (cached.laws.0 == epoch) & (cached.laws.1 == versions[k]);
+            let is_now = (cached.time == time) & (cached.laws.0 == epoch) & (cached.laws.1 == own_laws[k].1);
             // The cache only saves an evaluation: a value that is not finite is evaluated again.
             fits[k] = is_here & is_now & (a + b + c).is_finite();
             (called.0[0][k], called.0[1][k], called.0[2][k]) = (a, b, c);

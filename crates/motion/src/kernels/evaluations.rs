@@ -3,7 +3,6 @@
 use bevy_ecs::prelude::*;
 
 use crate::kernels::{Counts, StepStatistics, count};
-use crate::laws::Law;
 
 /// Evaluations since the world was made, as counted by the run.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
@@ -78,23 +77,14 @@ impl Evaluations {
         count(&mut self.laws, law, evaluations);
     }
 
-    /// Adds the statistics of a table in which the laws `called` were called and `affine` were not.
-    pub(crate) fn add(
-        &mut self,
-        statistics: &StepStatistics,
-        called: &[&dyn Law],
-        affine: impl Iterator<Item = &'static str>,
-    ) {
+    /// Adds the statistics of a table in which the laws `affine` acted without being called.
+    pub(crate) fn add(&mut self, statistics: &StepStatistics, affine: impl Iterator<Item = &'static str>) {
         if statistics.accelerations == 0 {
             return;
         }
         self.accelerations += statistics.accelerations;
         affine.for_each(|law| self.count(law, statistics.accelerations));
-        called
-            .iter()
-            .zip(statistics.calls.as_slice())
-            .for_each(|(law, calls)| self.count(law.name(), *calls));
-        statistics.own.as_slice().iter().for_each(|(law, calls)| self.count(law, *calls));
+        statistics.laws.as_slice().iter().for_each(|(law, calls)| self.count(law, *calls));
         self.iterations.add(statistics.iterations);
     }
 }

@@ -30,8 +30,10 @@ pub(crate) struct Constants<S: Simd> {
     gravity: f64x4<S>,
     rate: f64x4<S>,
     keep: f64x4<S>,
-    before: f64x4<S>,
-    after: f64x4<S>,
+    /// Factor before the move.
+    pub before: f64x4<S>,
+    /// Factor after the move.
+    pub after: f64x4<S>,
     immovable: f64x4<S>,
     /// Holds in the last lane alone.
     last_lane: <f64x4<S> as SimdBase<S>>::Mask,
@@ -56,7 +58,7 @@ impl<S: Simd> Constants<S> {
         let factor = |factor: Option<f64>| three(factor.unwrap_or(1.0), 1.0);
         let [x, y, z] = parameters.gravity.to_array();
         let Decay { keep, gain, before_move, after_move } = parameters.decay;
-        let decays = keep.is_some() || before_move.is_some() || after_move.is_some();
+        let decays = parameters.decay.multiplies() || parameters.rate > 0.0;
         Self {
             simd,
             // Adding 0 turns -0 into 0: a row gets the same bits whether its block has a force or not.
@@ -69,7 +71,7 @@ impl<S: Simd> Constants<S> {
             immovable: three(0.0, f64::INFINITY),
             last_lane: three(0.0, 1.0).simd_gt(f64x4::splat(simd, 0.0)),
             // No inverse mass is below 0, so the last lane is never snapped; neither are velocities that do not decay.
-            least: three(if decays || parameters.rate > 0.0 { SNAP } else { 0.0 }, 0.0),
+            least: three(if decays { SNAP } else { 0.0 }, 0.0),
             gain,
             h: parameters.times.substep(),
         }
@@ -108,8 +110,9 @@ impl<S: Simd> Constants<S> {
         v
     }
 
+    /// `v` times a factor of damping.
     #[inline(always)]
-    fn times<const N: usize>(&self, mut v: Rows<S, N>, factor: f64x4<S>) -> Rows<S, N> {
+    pub fn times<const N: usize>(&self, mut v: Rows<S, N>, factor: f64x4<S>) -> Rows<S, N> {
         each_row!(k in N {
             v.0[k] *= factor;
         });
@@ -163,18 +166,6 @@ impl<S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> RowField<S, N
             }
         });
         Self { constants, movable, applied, evaluations: 0 }
-    }
-
-    /// Applies the factor before the move.
-    #[inline(always)]
-    pub fn decay_before(&self, v: Rows<S, N>) -> Rows<S, N> {
-        self.constants.times(v, self.constants.before)
-    }
-
-    /// Applies the factor after the move.
-    #[inline(always)]
-    pub fn decay_after(&self, v: Rows<S, N>) -> Rows<S, N> {
-        self.constants.times(v, self.constants.after)
     }
 }
 
@@ -232,12 +223,12 @@ impl<S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Field for Row
 
     #[inline(always)]
     fn before_move(&mut self, v: Self::Space) -> Self::Space {
-        if PARTS & BEFORE != 0 { self.decay_before(v) } else { v }
+        if PARTS & BEFORE != 0 { self.constants.times(v, self.constants.before) } else { v }
     }
 
     #[inline(always)]
     fn after_move(&mut self, v: Self::Space) -> Self::Space {
-        if PARTS & AFTER != 0 { self.decay_after(v) } else { v }
+        if PARTS & AFTER != 0 { self.constants.times(v, self.constants.after) } else { v }
     }
 
     /// The closed form for affine laws.

@@ -161,6 +161,11 @@ impl Decay {
     pub const fn none(h: f64) -> Self {
         Self { keep: None, gain: h, before_move: None, after_move: None }
     }
+
+    /// Whether a factor is applied.
+    pub fn multiplies(&self) -> bool {
+        self.keep.or(self.before_move).or(self.after_move).is_some()
+    }
 }
 
 #[cfg(test)]

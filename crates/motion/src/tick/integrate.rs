@@ -268,7 +268,7 @@ fn advance<Who: ArchetypeFilter>(
             Some(threads) => shared(threads, &table, batch),
             None => TablePart { table: &table, start: 0 }.integrate(batch),
         };
-        output.evaluations.add(&done.statistics, &called, environment.summed(gravity_off));
+        output.evaluations.add(&done.statistics, environment.summed(gravity_off));
         output.records.add(entities, done.statistics.record.as_ref(), 0);
         done.refused.into_iter().for_each(|refused| output.quarantine.refuse(refused));
     }

@@ -4,8 +4,7 @@ use super::classes::Class;
 use super::{GroupField, Layout, Scratch};
 use crate::groups::combination::{APPLIED, CACHED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
 use crate::groups::rows::{Array, numbers, numbers_mut};
-use crate::kernels::restrain;
-use crate::laws::damping::{Decay, SNAP};
+use crate::laws::damping::SNAP;
 use crate::simd::vectorize_many;
 use crate::state::threads::Threads;
 
@@ -94,14 +93,6 @@ impl<E: Layout> GroupField<'_, E> {
         self.next = FIRST;
     }
 
-    /// [`Self::finish`], unless the velocity has not changed.
-    pub(super) fn finish_if_changed(&mut self, x: Combination, v: Combination) {
-        if v != Combination::of(VELOCITY) {
-            self.finish(x, v);
-        }
-        self.next = FIRST;
-    }
-
     /// Caches an acceleration for the next step.
     pub(super) fn keep(&mut self, a: Combination) -> Option<Combination> {
         let slot = a.slot()?;
@@ -117,38 +108,6 @@ impl<E: Layout> GroupField<'_, E> {
         for (element, v) in slots[slot][..elements].iter_mut().enumerate() {
             if let Some(factor) = factor(classes.of(element / self.width)) {
                 (0..3).for_each(|axis| v.axis_mut(axis).iter_mut().for_each(|part| *part *= factor));
-            }
-        }
-        Combination::of(slot)
-    }
-
-    /// A velocity with the factors of damping that `factor` picks.
-    pub(super) fn decayed(&mut self, v: Combination, factor: impl Fn(&Decay) -> Option<f64>) -> Combination {
-        if self.scratch.classes.list.iter().all(|class| factor(&class.decay).is_none()) {
-            return v;
-        }
-        match self.scratch.classes.uniform() {
-            Some(class) if self.rows.anchors_rest => factor(&class.decay).map_or(v, |factor| v * factor),
-            _ => self.each_row(v, |class| factor(&class.decay)),
-        }
-    }
-
-    /// Applies speed limits and axis locks.
-    pub(super) fn restrain(&mut self, v: Combination) -> Combination {
-        if self.scratch.classes.list.iter().all(|class| class.limit.is_none() && class.locks.is_none()) {
-            return v;
-        }
-        let slot = self.own_array(&v);
-        let Scratch { slots, classes, .. } = &mut *self.scratch;
-        for row in self.rows.with_options {
-            let row = *row as usize;
-            let Class { limit, locks, .. } = *classes.of(row);
-            for element in &mut slots[slot][row * self.width..][..self.width] {
-                for lane in 0..E::LANES {
-                    let mut of_lane = element.row(lane);
-                    restrain(&mut of_lane, limit, locks);
-                    element.set_row(lane, of_lane);
-                }
             }
         }
         Combination::of(slot)

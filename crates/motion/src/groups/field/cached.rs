@@ -10,7 +10,7 @@ use crate::state::threads::Threads;
 use crate::units::Scalar;
 
 /// The accelerations at the end of a tick, which the next tick starts with if nothing has changed.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct GroupCache<E: Element = Row> {
     x: Array<E>,
     w: Vec<f64>,
@@ -18,18 +18,6 @@ pub(crate) struct GroupCache<E: Element = Row> {
     classes: Classes,
     /// The key of each group; empty if there are no accelerations.
     keys: Vec<Option<CacheKey>>,
-}
-
-impl<E: Element> Default for GroupCache<E> {
-    fn default() -> Self {
-        Self {
-            x: Array::default(),
-            w: Vec::new(),
-            a: Array::default(),
-            classes: Classes::default(),
-            keys: Vec::new(),
-        }
-    }
 }
 
 impl GroupCache {

@@ -3,7 +3,6 @@
 use super::{GroupEnvironment, GroupField, Layout};
 use crate::kernels::BodyOptions;
 use crate::laws::damping::{Damping, Decay};
-use crate::laws::tick_times::Segments;
 use crate::laws::{Affine, Law};
 use crate::methods::Field as _;
 use crate::state::components::AxisLocks;
@@ -123,17 +122,11 @@ impl<E: Layout> GroupField<'_, E> {
     }
 
     pub(super) fn decays(&self) -> bool {
-        let multiplied = |class: &Class| {
-            let Decay { keep, before_move, after_move, .. } = class.decay;
-            keep.is_some() || before_move.is_some() || after_move.is_some()
-        };
-        self.depends_on_velocity() || self.scratch.classes.list.iter().any(multiplied)
+        self.depends_on_velocity() || self.scratch.classes.list.iter().any(|class| class.decay.multiplies())
     }
 
-    pub(super) fn segments(&self) -> Segments {
-        let parameters = &self.environment.parameters;
-        let discontinuities = parameters.laws.iter().flat_map(|law| law.discontinuities());
-        let own = self.rows.with_laws.iter().flat_map(|row| self.options.row(*row as usize).laws);
-        parameters.times.segments(&mut discontinuities.chain(own.flat_map(|law| law.discontinuities())))
+    /// The own laws of the rows.
+    pub(super) fn own_laws(&self) -> impl Iterator<Item = &Box<dyn Law>> {
+        self.rows.with_laws.iter().flat_map(|row| self.options.row(*row as usize).laws)
     }
 }

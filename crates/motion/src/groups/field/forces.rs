@@ -145,21 +145,18 @@ impl<'a, E: Layout> GroupField<'a, E> {
         let iterations = self.scratch.iterations.iter().enumerate().filter(|(group, _)| counts(group));
         iterations.for_each(|(_, iterations)| statistics.iterations.add(*iterations));
         let movable = coupling.movable as u64 * evaluations;
-        statistics.accelerations += movable;
-        statistics.count_own("gravity", *with_gravity * evaluations);
-        environment.summed.iter().for_each(|law| statistics.count_own(law, movable));
-        for law in environment.parameters.laws {
-            statistics.count_own(law.name(), movable);
-        }
+        statistics.count_law("gravity", *with_gravity * evaluations);
+        environment.summed.iter().for_each(|law| statistics.count_law(law, movable));
+        statistics.count(movable, environment.parameters.laws.iter().copied());
         for row in rows.with_laws {
             let laws = options.row(*row as usize).laws.iter();
-            laws.for_each(|law| statistics.count_own(law.name(), evaluations));
+            laws.for_each(|law| statistics.count_law(law.name(), evaluations));
         }
         if !coupling.springs.is_empty() {
-            statistics.count_own("springs", movable);
+            statistics.count_law("springs", movable);
         }
         if coupling.attracts {
-            statistics.count_own("mutual_gravity", movable);
+            statistics.count_law("mutual_gravity", movable);
         }
     }
 }

@@ -68,10 +68,12 @@ pub fn natural_modes(world: &mut World, count: usize) -> NaturalModes {
             continue;
         }
         let mut group = LinearGroup::of(world, coupling, bodies);
-        if group.coordinates() <= MOST_WHOLE {
+        let [low, high] = if group.coordinates() <= MOST_WHOLE {
             group = group.with_whole_wells(world, bodies);
-        }
-        let [low, high] = of_group(&group, count);
+            of_matrix(&group, count)
+        } else {
+            of_subspaces(&group, count)
+        };
         let found = |(number, pair): Numbered| ((at, number), mode(&group, bodies, pair));
         lowest.extend(low.into_iter().map(found));
         highest.extend(high.into_iter().map(found));
@@ -98,26 +100,34 @@ fn keep(found: &mut Vec<Found>, count: usize, order: fn(Scalar, Scalar) -> std::
     found.truncate(count);
 }
 
-/// The `count` slowest and twice as many of the fastest modes of a group, or `count` of those where it has far more modes, as
-/// squared frequencies and vectors of length 1.
-fn of_group(group: &LinearGroup<'_>, count: usize) -> [Vec<Numbered>; 2] {
+/// The product of the stiffness of a group with a vector.
+fn stiffness(group: &LinearGroup<'_>) -> impl Fn(&[Scalar], &mut [Scalar]) + Copy {
+    |y, out| group.apply([1.0, 0.0], false, y, out)
+}
+
+/// The `count` slowest and twice as many of the fastest modes of a group, as squared frequencies and vectors of length 1, from
+/// the whole matrix.
+fn of_matrix(group: &LinearGroup<'_>, count: usize) -> [Vec<Numbered>; 2] {
     let n = group.coordinates();
-    let stiffness = |y: &[Scalar], out: &mut [Scalar]| group.apply([1.0, 0.0], false, y, out);
-    if n <= MOST_WHOLE {
-        let unit = |j: usize| (0..n).map(|i| if i == j { 1.0 } else { 0.0 }).collect::<Vec<_>>();
-        // Symmetric: its columns are its rows.
-        let matrix: Vec<_> = (0..n).flat_map(|j| image(&stiffness, &unit(j))).collect();
-        if !matrix.iter().all(|entry| entry.is_finite()) {
-            return Default::default();
-        }
-        let mut pairs = symmetric_eigenpairs(matrix, n);
-        let least = LEAST * pairs.first().map_or(0.0, |(largest, _)| *largest);
-        pairs.retain(|(value, _)| *value > least);
-        pairs.reverse();
-        let all: Vec<_> = pairs.into_iter().enumerate().collect();
-        let slow = all.iter().take(count).cloned().collect();
-        return [slow, all.into_iter().rev().take(2 * count).collect()];
+    let unit = |j: usize| (0..n).map(|i| if i == j { 1.0 } else { 0.0 }).collect::<Vec<_>>();
+    // Symmetric: its columns are its rows.
+    let matrix: Vec<_> = (0..n).flat_map(|j| image(&stiffness(group), &unit(j))).collect();
+    if !matrix.iter().all(|entry| entry.is_finite()) {
+        return Default::default();
     }
+    let mut pairs = symmetric_eigenpairs(matrix, n);
+    let least = LEAST * pairs.first().map_or(0.0, |(largest, _)| *largest);
+    pairs.retain(|(value, _)| *value > least);
+    pairs.reverse();
+    let all: Vec<_> = pairs.into_iter().enumerate().collect();
+    let slow = all.iter().take(count).cloned().collect();
+    [slow, all.into_iter().rev().take(2 * count).collect()]
+}
+
+/// The `count` slowest and as many of the fastest modes of a group that has far more, as [`of_matrix`] gives them, from Krylov
+/// subspaces.
+fn of_subspaces(group: &LinearGroup<'_>, count: usize) -> [Vec<Numbered>; 2] {
+    let (n, stiffness) = (group.coordinates(), stiffness(group));
     // Products: of what nothing pulls back they have no share.
     let start = || {
         let numbers = scattered(n * (count + BESIDE).min(n));
