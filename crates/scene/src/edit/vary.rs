@@ -89,7 +89,7 @@ impl VariedScene {
     }
 }
 
-/// Every value of a text with its path.
+/// Every value of a text with its path, in the order of the text.
 struct Values<'a> {
     text: &'a str,
     tree: Tree<'a>,
@@ -110,6 +110,7 @@ impl<'a> Values<'a> {
                 (path, item.value.clone())
             }));
         }
+        all.sort_by_key(|(_, range)| range.start);
         Self { text, tree, all }
     }
 
