@@ -5,3 +5,5 @@ pub(crate) mod kinds;
 pub(crate) mod locate;
 pub(crate) mod nearest;
 pub(crate) mod syntax;
+pub(crate) mod tokens;
+pub(crate) mod tree;

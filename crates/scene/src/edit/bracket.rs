@@ -1,70 +1,13 @@
-//! The content of one pair of brackets of a RON text, and the places where entries can be added or removed.
+//! The places in the brackets of a RON text where entries can be added or removed.
 
 use std::ops::Range;
 
-use crate::text::locate::{Token, Tokens};
+use crate::text::tree::{Bracket, Item};
 
 /// A piece of a text, by byte offsets, and what replaces it.
 pub(super) type Piece = (Range<usize>, String);
 
-/// A group `(key: value, ...)` or a list `[value, ...]`; places are byte offsets in the text.
-pub(super) struct Bracket {
-    /// From behind the opening bracket to before the closing one.
-    inside: Range<usize>,
-    pub items: Vec<Item>,
-}
-
-/// A value in brackets, with its key if it has one.
-pub(super) struct Item {
-    pub name: Option<String>,
-    start: usize,
-    pub value: Range<usize>,
-    /// Behind its own comma.
-    comma: Option<usize>,
-}
-
-impl Bracket {
-    /// The group or list that begins at `offset`, with the name of a struct or variant or without.
-    pub fn at(text: &str, offset: usize) -> Option<Self> {
-        let tokens = Tokens::new(&text[offset..]);
-        let mut tokens =
-            tokens.map(|(token, range)| (token, range.start + offset..range.end + offset)).peekable();
-        tokens.next_if(|(token, _)| *token == Token::Word);
-        let (_, open) = tokens.next_if(|(token, _)| *token == Token::Open)?;
-        let (mut items, mut depth) = (Vec::<Item>::new(), 1_usize);
-        let mut present = false;
-        while let Some((token, range)) = tokens.next() {
-            match token {
-                Token::Open => depth += 1,
-                Token::Close if depth == 1 => return Some(Self { inside: open.end..range.start, items }),
-                Token::Close => depth -= 1,
-                Token::Comma if depth == 1 => {
-                    if let Some(item) = items.last_mut() {
-                        item.comma = Some(range.end);
-                    }
-                    present = false;
-                    continue;
-                }
-                Token::Word if !present && tokens.next_if(|(token, _)| *token == Token::Colon).is_some() => {
-                    let name = &text[range.clone()];
-                    let name = Some(name.strip_prefix("r#").unwrap_or(name).to_owned());
-                    items.push(Item { name, start: range.start, value: range.end..range.end, comma: None });
-                    present = true;
-                    continue;
-                }
-                _ => {}
-            }
-            match items.last_mut().filter(|_| present) {
-                Some(Item { value, .. }) => {
-                    *value = if value.start == value.end { range } else { value.start..range.end };
-                }
-                None => items.push(Item { name: None, start: range.start, value: range, comma: None }),
-            }
-            present = true;
-        }
-        None
-    }
-
+impl Bracket<'_> {
     /// The name of a struct or variant before it; empty without one.
     pub fn word<'a>(&self, text: &'a str) -> &'a str {
         let before = text[..self.inside.start - 1].trim_end();
@@ -73,10 +16,10 @@ impl Bracket {
 
     /// The place of a key among the items.
     pub fn index(&self, key: &str) -> Option<usize> {
-        self.items.iter().position(|item| item.name.as_deref() == Some(key))
+        self.items.iter().position(|item| item.name == Some(key))
     }
 
-    pub fn key(&self, key: &str) -> Option<&Item> {
+    pub fn key(&self, key: &str) -> Option<&Item<'_>> {
         self.index(key).map(|index| &self.items[index])
     }
 
@@ -132,7 +75,7 @@ impl Bracket {
     }
 }
 
-impl Item {
+impl Item<'_> {
     /// Where the item stands alone on its lines: the end of the last, the characters that break it, and its indent.
     pub fn own_line<'a>(&self, text: &'a str) -> Option<(usize, &'a str, &'a str)> {
         let line = text[..self.start].rfind('\n')? + 1;

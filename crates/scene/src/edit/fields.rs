@@ -4,11 +4,10 @@ use std::fmt;
 
 use glam::DVec3;
 
-use super::bracket::Bracket;
 use crate::raw;
 use crate::scene::Scene;
 use crate::text::kinds::Kind;
-use crate::text::locate;
+use crate::text::tree::{Item, brackets};
 
 /// A key of a group, and what is written there.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,9 +60,8 @@ impl Value {
 
 /// Finite numbers in round brackets.
 fn numbers(written: &str) -> Option<Vec<f64>> {
-    let inside = Bracket::at(written, 0)?;
-    let number = |item: &super::bracket::Item| ron::from_str::<f64>(&written[item.value.clone()]).ok();
-    let numbers: Option<Vec<f64>> = inside.items.iter().map(number).collect();
+    let number = |item: &Item<'_>| ron::from_str::<f64>(&written[item.value.clone()]).ok();
+    let numbers: Option<Vec<f64>> = brackets(written, &[""]).get("")?.items.iter().map(number).collect();
     numbers.filter(|numbers| numbers.iter().all(|number| number.is_finite()))
 }
 
@@ -97,7 +95,8 @@ impl Scene {
     /// path. Nothing if the group is not written.
     #[must_use]
     pub fn fields(&self, path: &str) -> Vec<Field> {
-        let Some(group) = self.bracket(path) else { return Vec::new() };
+        let tree = brackets(&self.text, &[path]);
+        let Some(group) = tree.get(path) else { return Vec::new() };
         let kind = group.word(&self.text);
         let field = |(key, kind)| {
             let written = group.key(key).map(|item| &self.text[item.value.clone()]);
@@ -109,26 +108,19 @@ impl Scene {
     /// How many entries are written in a list of the scene.
     #[must_use]
     pub fn count(&self, list: &str) -> usize {
-        self.bracket(list).map_or(0, |list| list.items.len())
+        brackets(&self.text, &[list]).get(list).map_or(0, |list| list.items.len())
     }
 
     /// The text of the group, entry or value at `path`, if it is written.
     #[must_use]
     pub fn written(&self, path: &str) -> Option<&str> {
-        let (group, key) = path.rsplit_once('.').unwrap_or(("", path));
-        let item = match key.strip_suffix(']').and_then(|key| key.split_once('[')) {
-            Some((list, index)) => {
-                let list = if group.is_empty() { list.to_owned() } else { format!("{group}.{list}") };
-                self.bracket(&list)?.items.into_iter().nth(index.parse().ok()?)?.value
-            }
-            None => self.bracket(group)?.key(key)?.value.clone(),
+        let (parent, key) = path.split_at(path.rfind(['.', '[']).unwrap_or(0));
+        let tree = brackets(&self.text, &[parent]);
+        let parent = tree.get(parent)?;
+        let item = match key.strip_prefix('[') {
+            Some(index) => parent.items.get(index.strip_suffix(']')?.parse::<usize>().ok()?)?,
+            None => parent.key(key.strip_prefix('.').unwrap_or(key))?,
         };
-        Some(&self.text[item])
-    }
-
-    /// The group or list at `path`.
-    pub(super) fn bracket(&self, path: &str) -> Option<Bracket> {
-        let written = locate::written(&self.text, "", [path]);
-        super::rewrite::value_at(&self.text, *written.get(path)?)
+        Some(&self.text[item.value.clone()])
     }
 }

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::bracket::{Bracket, Piece, indent_at};
+use super::bracket::{Piece, indent_at};
 use crate::text::faults::{Faults, SceneError};
-use crate::text::locate;
+use crate::text::tree::{Bracket, brackets};
 
 /// A change of the text of a scene. Values are RON, as a person writes them.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -75,8 +75,8 @@ pub fn rewrite(name: &str, text: &str, edits: &[TextEdit]) -> Result<String, Sce
             TextEdit::Remove { list, index } => lists.entry(list).or_default().1.push(*index),
         }
     }
-    let paths: Vec<&str> = groups.keys().chain(lists.keys()).copied().collect();
-    let written = locate::written(text, "", paths);
+    let paths: Vec<&str> = groups.keys().chain(lists.keys()).copied().chain([""]).collect();
+    let tree = brackets(text, &paths);
     let mut pieces = Vec::new();
     let removed = |path: &str| {
         let of = |index: &usize, list: &str| {
@@ -86,14 +86,12 @@ pub fn rewrite(name: &str, text: &str, edits: &[TextEdit]) -> Result<String, Sce
         lists.iter().any(|(list, (_, removed))| removed.iter().any(|index| of(index, list)))
     };
     for (path, keys) in groups.into_iter().filter(|(path, _)| !removed(path)) {
-        let group = written.get(path).and_then(|offset| value_at(text, *offset));
-        let group = group.ok_or_else(|| missing(name, path, "there is no such group"))?;
-        set(name, text, (path, &group), &keys, &mut pieces)?;
+        let group = tree.get(path).ok_or_else(|| missing(name, path, "there is no such group"))?;
+        set(name, text, (path, group), &keys, &mut pieces)?;
     }
-    let root = Bracket::at(text, 0).ok_or_else(|| missing(name, "", "the text is no group"))?;
+    let scene = tree.get("").ok_or_else(|| missing(name, "", "the text is no group"))?;
     for (list, (added, removed)) in lists {
-        let there = written.get(list).and_then(|offset| value_at(text, *offset));
-        change_list(name, text, (&root, there), (list, &added, removed), &mut pieces)?;
+        change_list(name, text, (scene, tree.get(list)), (list, &added, removed), &mut pieces)?;
     }
     Ok(apply(text, pieces))
 }
@@ -102,21 +100,10 @@ pub fn rewrite(name: &str, text: &str, edits: &[TextEdit]) -> Result<String, Sce
 /// substeps are side by side.
 const BEFORE_METHOD: [&str; 7] = ["version", "name", "description", "step_hz", "step", "substeps", "method"];
 
-/// The group at `offset`, where it stands itself or the key whose value it is.
-pub(super) fn value_at(text: &str, offset: usize) -> Option<Bracket> {
-    let mut tokens = locate::Tokens::new(&text[offset..]);
-    let (first, second) = (tokens.next()?, tokens.next());
-    let value = match (first.0, second) {
-        (locate::Token::Word, Some((locate::Token::Colon, colon))) => offset + colon.end,
-        _ => offset,
-    };
-    Bracket::at(text, value)
-}
-
 fn set(
     name: &str,
     text: &str,
-    (path, group): (&str, &Bracket),
+    (path, group): (&str, &Bracket<'_>),
     keys: &[(&str, Option<&str>)],
     pieces: &mut Vec<Piece>,
 ) -> Result<(), SceneError> {
@@ -153,14 +140,14 @@ fn set(
 fn change_list(
     name: &str,
     text: &str,
-    (root, written): (&Bracket, Option<Bracket>),
+    (scene, written): (&Bracket<'_>, Option<&Bracket<'_>>),
     (list, added, mut removed): (&str, &[&str], Vec<usize>),
     pieces: &mut Vec<Piece>,
 ) -> Result<(), SceneError> {
     removed.sort_unstable();
     removed.dedup();
     for &index in &removed {
-        let there = written.as_ref().filter(|written| index < written.items.len());
+        let there = written.filter(|written| index < written.items.len());
         let there =
             there.ok_or_else(|| missing(name, &format!("{list}[{index}]"), "there is no such entry"))?;
         pieces.push((there.remove(text, index), String::new()));
@@ -173,7 +160,7 @@ fn change_list(
         pieces.extend(written.insert(text, &added, &[], &removed));
         return Ok(());
     }
-    let lined = root.items.last().filter(|last| last.own_line(text).is_some());
+    let lined = scene.items.last().filter(|last| last.own_line(text).is_some());
     let value = match lined {
         Some(last) => {
             let (break_, indent) = (super::bracket::line_break(text), indent_at(text, last.value.start));
@@ -182,7 +169,7 @@ fn change_list(
         }
         None => format!("[{}]", added.join(", ")),
     };
-    pieces.extend(root.insert(text, &[format!("{list}: {value}")], &[], &[]));
+    pieces.extend(scene.insert(text, &[format!("{list}: {value}")], &[], &[]));
     Ok(())
 }
 

@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::bracket::{Bracket, Piece};
+use super::bracket::Piece;
 use super::rewrite::{TextEdit, apply, rewrite};
 use crate::raw;
 use crate::scene::{Scene, Source};
 use crate::text::faults::{Faults, SceneError};
-use crate::text::kinds::Kind;
 use crate::text::nearest::nearest;
+use crate::text::tree::{Tree, scan};
 
 /// A scene in which the values of some places vary.
 ///
@@ -92,28 +92,26 @@ impl VariedScene {
 /// Every value of a text with its path, in the order of the text.
 struct Values<'a> {
     text: &'a str,
+    tree: Tree<'a>,
     all: Vec<(String, Range<usize>)>,
 }
 
 impl<'a> Values<'a> {
     fn of(text: &'a str) -> Self {
-        let mut values = Self { text, all: Vec::new() };
-        values.add(String::new(), 0..text.len());
-        values
-    }
-
-    fn add(&mut self, path: String, range: Range<usize>) {
-        let inside = Bracket::at(self.text, range.start);
-        let of_list = inside.is_some() && self.text[range.clone()].starts_with('[');
-        self.all.push((path.clone(), range));
-        for (index, item) in inside.into_iter().flat_map(|inside| inside.items).enumerate() {
-            let path = match &item.name {
-                Some(name) if path.is_empty() => name.clone(),
-                Some(name) if !of_list => format!("{path}.{name}"),
-                _ => format!("{path}[{index}]"),
-            };
-            self.add(path, item.value);
+        let tree = scan(text, "", |_, _| true);
+        let mut all = vec![(String::new(), 0..text.len())];
+        for (path, bracket) in &tree {
+            all.extend(bracket.items.iter().enumerate().map(|(index, item)| {
+                let path = match item.name {
+                    Some(name) if path.is_empty() => name.to_owned(),
+                    Some(name) => format!("{path}.{name}"),
+                    None => format!("{path}[{index}]"),
+                };
+                (path, item.value.clone())
+            }));
         }
+        all.sort_by_key(|(_, range)| range.start);
+        Self { text, tree, all }
     }
 
     /// The values at `place`.
@@ -122,18 +120,17 @@ impl<'a> Values<'a> {
     }
 
     /// The keys that a group at `path` may have.
-    fn keys(&self, path: &str, range: &Range<usize>) -> Vec<(&'static str, Kind)> {
-        let word = Bracket::at(self.text, range.start).map(|group| group.word(self.text));
-        word.map_or_else(Vec::new, |word| raw::kinds_at(path, word))
+    fn keys(&self, path: &str) -> impl Iterator<Item = &'static str> {
+        let word = self.tree.get(path).map(|group| group.word(self.text));
+        word.map_or_else(Vec::new, |word| raw::kinds_at(path, word)).into_iter().map(|(key, _)| key)
     }
 
     /// Writes a key that groups may have and do not have; `None` if there is no such key or group.
     fn insert(&self, place: &str, value: &str) -> Option<Vec<TextEdit>> {
         let (group, key) = place.rsplit_once('.').unwrap_or(("", place));
-        let groups = self.all.iter().filter(|(path, range)| {
-            is_at(path, group) && self.keys(path, range).iter().any(|(known, _)| *known == key)
-        });
-        let edits: Vec<_> = groups.map(|(path, _)| TextEdit::set(path, key, value)).collect();
+        let groups =
+            self.tree.keys().filter(|path| is_at(path, group) && self.keys(path).any(|known| known == key));
+        let edits: Vec<_> = groups.map(|path| TextEdit::set(path, key, value)).collect();
         (!edits.is_empty()).then_some(edits)
     }
 
@@ -141,8 +138,8 @@ impl<'a> Values<'a> {
     fn missing(&self, scene: &Scene, place: &str) -> SceneError {
         let all = place.contains("[*]");
         let mut known = BTreeSet::new();
-        for (path, range) in &self.all {
-            let keys = self.keys(path, range).into_iter().map(|(key, _)| match &path[..] {
+        for (path, _) in &self.all {
+            let keys = self.keys(path).map(|key| match &path[..] {
                 "" => key.to_owned(),
                 path => format!("{path}.{key}"),
             });

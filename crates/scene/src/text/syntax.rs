@@ -11,6 +11,7 @@ use serde_ignored::Path;
 use crate::text::faults::{Faults, SceneError};
 use crate::text::locate::{self, Position};
 use crate::text::nearest;
+use crate::text::tokens::Tokens;
 
 /// Reads a `T` and the paths of all keys that `T` does not know. `root` is what the outermost value is called
 /// in paths.
@@ -78,7 +79,7 @@ pub(crate) fn fault(
     let code = match &error.code {
         Error::UnclosedBlockComment | Error::ExpectedStringEnd => &error.code,
         // Whatever would have come next: nothing came.
-        _ if offset >= text.trim_end().len() && locate::Tokens::new(text).next().is_some() => &Error::Eof,
+        _ if offset >= text.trim_end().len() && Tokens::new(text).next().is_some() => &Error::Eof,
         // The parser takes the 1 of 1.5 for a whole number and then misses a comma.
         Error::ExpectedComma if text[offset..].starts_with('.') => &Error::ExpectedInteger,
         code => code,
