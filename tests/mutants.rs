@@ -88,9 +88,9 @@ pub const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         mistake: "a restored snapshot forgets the steps that did not converge",
-        file: "crates/history/src/snapshot/restore.rs",
-        from: "unconverged_steps: *unconverged_steps,",
-        to: "unconverged_steps: *unconverged_steps * 0,",
+        file: "crates/motion/src/snapshot.rs",
+        from: "world.insert_resource(evaluations.clone());",
+        to: "world.insert_resource(Evaluations::going_on(evaluations.accelerations(), evaluations.laws().to_vec(), Default::default()));",
         killed_by: "snapshot::steps_that_did_not_converge_are_counted_on",
     },
     Mutant {
@@ -215,8 +215,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         mistake: "the substeps of later after going back",
         file: "crates/history/src/snapshot/restore.rs",
-        from: "substeps: Substeps(self.substeps.max(1)),",
-        to: "substeps: world.get_resource().copied().unwrap_or(Substeps(1)),",
+        from: "let substeps = Substeps(state.substeps.0.max(1));",
+        to: "let substeps = world.get_resource().copied().unwrap_or(Substeps(1));",
         killed_by: "black_box::opened::going_back_brings_back_the_substeps_of_then",
     },
     Mutant {

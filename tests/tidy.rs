@@ -60,13 +60,26 @@ fn never(folder: &str, except: &[&str], words: &[&str]) {
 
 #[test]
 fn motion_knows_no_device_no_file_and_no_clock() {
-    never("crates/motion/src", &[], &["wgpu", "winit", "parry", "serde", "std::fs", "std::time"]);
+    never("crates/motion/src", &[], &["wgpu", "winit", "parry", "std::fs", "std::time"]);
+}
+
+#[test]
+fn motion_has_serde_and_the_plugin_only_if_asked() {
+    let metadata = cargo_metadata(&["--no-deps"]);
+    let packages = metadata["packages"].as_array().unwrap();
+    let motion = packages.iter().find(|package| package["name"] == "motion").unwrap();
+    assert!(motion["features"]["default"].is_null());
+    let dependencies = motion["dependencies"].as_array().unwrap();
+    for name in ["serde", "bevy_app"] {
+        let found = dependencies.iter().find(|dependency| dependency["name"] == name).unwrap();
+        assert_eq!(found["optional"], true, "{name}");
+    }
 }
 
 /// The files and folders of `crates/motion/src`: each uses itself and those before it.
 const LAYERS: &[&str] = &[
-    "simd", "units", "state", "laws", "methods", "kernels", "tick", "groups", "schedule", "snapshot",
-    "arrays", "observe",
+    "simd", "units", "lists", "names", "state", "laws", "methods", "kernels", "tick", "groups", "schedule",
+    "snapshot", "arrays", "observe",
 ];
 
 /// The same of `crates/sandbox/src`.

@@ -4,10 +4,10 @@ use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{Damping, Method, PushQueue, Request, Requests, StableId, Substeps, TimeStep};
 use scene::Action;
+use scene::lists::list;
 use serde::{Deserialize, Serialize};
 
 use crate::simulation::Simulation;
-use crate::snapshot::{requests, vector, words};
 
 /// A change of a running simulation. It names bodies by stable id, so that it has the same meaning in every world of
 /// a scene. Scripts, panels, recordings and bundles make changes.
@@ -15,15 +15,15 @@ use crate::snapshot::{requests, vector, words};
 #[serde(rename_all = "snake_case")]
 pub enum Change {
     /// Changes of bodies and laws that are carried out together, between two ticks.
-    Requests(#[serde(with = "requests")] Vec<Request<u32>>),
+    Requests(#[serde(deserialize_with = "list")] Vec<Request<u32>>),
     /// Another method of the scene.
-    Method(#[serde(with = "words")] Method),
+    Method(Method),
     /// Another number of substeps of the scene.
     Substeps(u32),
     /// Another length of ticks, s.
     Step(f64),
     /// A force on a body in the next tick, N.
-    Push(u32, #[serde(with = "vector")] Vector),
+    Push(u32, Vector),
 }
 
 /// A body of this name was removed.

@@ -29,7 +29,7 @@ pub use change::{Change, Gone};
 pub use distances::{Distances, DistancesSoFar};
 pub use settings::{Overrides, RunSettings, rate_of};
 pub use simulation::Simulation;
-pub use snapshot::{BadSnapshot, Snapshot, words};
+pub use snapshot::{BadSnapshot, Snapshot};
 pub use timeline::{
     Broken, ENERGY_JUMP, Fault, Replay, Rerun, Seek, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline, Watch,
 };

@@ -7,21 +7,18 @@ use scene::{Scene, unsolvable};
 use serde::{Deserialize, Serialize};
 
 use crate::simulation::Simulation;
-use crate::snapshot::words;
 
 /// Settings that replace those of a run's scenes; `None` keeps the scene's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Overrides {
     /// Method of the scene; bodies with their own method keep it.
-    #[serde(with = "words::optional")]
     pub method: Option<Method>,
     /// Ticks per second, positive and finite.
     pub step_hz: Option<f64>,
     /// Substeps per tick, at least 1; bodies with their own substeps keep them.
     pub substeps: Option<u32>,
     /// Damping model, where the scene declares damping.
-    #[serde(with = "words::optional")]
     pub damping: Option<DampingModel>,
 }
 

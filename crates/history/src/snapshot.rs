@@ -1,129 +1,91 @@
-//! Snapshots of scenes: [`motion::snapshot`] by stable id instead of entity, for files and for new worlds of the same
-//! scene.
+//! Snapshots of scenes: a [`motion::snapshot::Snapshot`] by stable id instead of entity, for files and for new worlds of the
+//! same scene.
 //!
 //! A simulation is copied in no other way: twins, going back and bundles all restore a snapshot.
 
-mod entries;
 mod restore;
-mod swarm;
-mod take;
-pub mod words;
+mod runs;
 
-use motion::clock::ClockState;
-use motion::snapshot::Effects;
-use motion::{Method, Request};
-use scene::Scene;
+use bevy_ecs::prelude::*;
+use motion::snapshot;
+use motion::{Evaluations, PhysicsBody, QuarantineRecord, StableId, Transform};
+use scene::lists::list_bytes;
+use scene::{FileIndex, Scene};
 use serde::{Deserialize, Serialize};
 
-use crate::simulation::hash_of_states;
-use scene::lists::{list, list_bytes};
+use crate::simulation::{Simulation, hash_of_states};
 
 pub use restore::BadSnapshot;
-use swarm::SwarmEntry;
+use runs::Runs;
 
-#[cfg(test)]
-pub(crate) use entries::RequestEntry;
-use entries::{ClockFields, CountsEntry, EffectsFields, EmissionEntry, PushEntry, RecordEntry, SavedFault};
-pub(crate) use entries::{requests, vector};
-pub(crate) use words::Name;
-
-/// The state of a simulation between two ticks.
+/// The state of a simulation between two ticks: bodies by their stable ids, emitters by their places in the scene file, and
+/// all things that exist, ascending.
 ///
 /// Numbers are those of the world, bit for bit, also in a file. Unknown keys of a file are ignored, and absent ones
 /// are empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(transparent)]
 pub struct Snapshot {
-    #[serde(with = "ClockFields")]
-    pub(crate) clock: ClockState,
-    /// Length of a tick, s.
-    pub(crate) step_s: f64,
-    pub(crate) method: Name<Method>,
-    /// Substeps of bodies without their own.
-    pub(crate) substeps: u32,
-    #[serde(with = "EffectsFields")]
-    pub(crate) effects: Effects,
-    pub(crate) counts: CountsEntry,
-    /// Things that exist, scenery too: runs of stable ids, ascending, each as its first id and its length.
-    #[serde(deserialize_with = "list")]
-    pub(crate) things: Vec<[u32; 2]>,
-    /// Bodies with physics, in the order of their tables: laws are called for several rows at once, so that counts of
-    /// evaluations depend on which rows are neighbors. Runs as above.
-    #[serde(deserialize_with = "list")]
-    pub(crate) bodies: Vec<[u32; 2]>,
-    /// Positions of the bodies in that order, m.
-    #[serde(deserialize_with = "list")]
-    pub(crate) positions: Vec<[f64; 3]>,
-    /// Their velocities, m/s, and inverse masses, 1/kg.
-    #[serde(deserialize_with = "list")]
-    pub(crate) velocities: Vec<[f64; 4]>,
-    /// Positions of bodies before the last tick, m, in runs that draw between ticks.
-    #[serde(deserialize_with = "list")]
-    pub(crate) drawn_from: Vec<(u32, [f64; 3])>,
-    #[serde(deserialize_with = "list")]
-    pub(crate) quarantined: Vec<u32>,
-    /// Particles that are not alive.
-    #[serde(deserialize_with = "list")]
-    pub(crate) dormant: Vec<u32>,
-    #[serde(deserialize_with = "list")]
-    pub(crate) own_methods: Vec<(u32, Name<Method>)>,
-    #[serde(deserialize_with = "list")]
-    pub(crate) own_substeps: Vec<(u32, u32)>,
-    /// Lengths of the last steps of position Verlet, s.
-    #[serde(deserialize_with = "list")]
-    pub(crate) last_steps: Vec<(u32, f64)>,
-    #[serde(deserialize_with = "list")]
-    pub(crate) records: Vec<RecordEntry>,
-    /// The state of each emitter, by its index in the scene file.
-    #[serde(deserialize_with = "list")]
-    pub(crate) emissions: Vec<(u32, EmissionEntry)>,
-    /// The ticks of each swarm, by the index of its emitter in the scene file.
-    #[serde(deserialize_with = "list", skip_serializing_if = "Vec::is_empty")]
-    pub(crate) swarms: Vec<(u32, SwarmEntry)>,
-    /// Pushes that wait for a tick.
-    #[serde(deserialize_with = "list")]
-    pub(crate) pushes: Vec<PushEntry>,
-    /// Pushes that act in every tick.
-    #[serde(deserialize_with = "list")]
-    pub(crate) sustained: Vec<PushEntry>,
-    /// Requests that wait for a tick.
-    #[serde(with = "requests")]
-    pub(crate) requests: Vec<Request<u32>>,
+    pub(crate) state: snapshot::Snapshot<u32, Runs>,
+}
+
+impl Simulation {
+    /// Its state, between two ticks.
+    pub fn snapshot(&mut self) -> Snapshot {
+        let state = snapshot::take(&mut self.world, &self.stepper);
+        let mut things: Vec<_> = self.world.query::<&StableId>().iter(&self.world).map(|id| id.0).collect();
+        things.sort_unstable();
+        let id = |body: Entity| self.id(body);
+        let runs = |bodies: Vec<Entity>| Runs::of(bodies.into_iter().filter_map(id));
+        let index = |emitter: Entity| self.world.get::<FileIndex>(emitter).map(|index| index.0);
+        // The body itself may be gone since.
+        let record = |record: QuarantineRecord| {
+            let (body, StableId(id)) = (record.body, record.id?);
+            let other_end = record.other_end.map_or(u32::MAX, |id| id.0);
+            let renamed = record.rename(|entity| if entity == body { id } else { other_end });
+            Some(QuarantineRecord { id: None, other_end: None, ..renamed })
+        };
+        let state = state.rename(runs, id, index, record);
+        Snapshot { state: snapshot::Snapshot { things: Runs::of(things), ..state } }
+    }
 }
 
 impl Snapshot {
     /// Ticks simulated before the snapshot.
     #[must_use]
     pub const fn ticks(&self) -> u64 {
-        self.clock.ticks
+        self.state.clock.ticks
     }
 
     /// XXH3-64 over the little-endian f64 bits of position and velocity of every body with physics in stable-id
     /// order, as summaries have it.
     #[must_use]
     pub fn state_hash(&self) -> u64 {
-        let ids = self.bodies.iter().flat_map(|[first, count]| *first..first.saturating_add(*count));
-        let mut rows: Vec<_> = ids.zip(self.positions.iter().zip(&self.velocities)).collect();
+        let snapshot::Snapshot { bodies, transforms, states, .. } = &self.state;
+        let mut rows: Vec<_> = bodies.ids().zip(transforms.iter().zip(states)).collect();
         rows.sort_unstable_by_key(|(id, _)| *id);
-        hash_of_states(rows.into_iter().map(|(_, (position, [x, y, z, _]))| (*position, [*x, *y, *z])))
+        let arrays = |(_, (at, state)): (u32, (&Transform, &PhysicsBody))| {
+            (at.position.to_array(), state.velocity.to_array())
+        };
+        hash_of_states(rows.into_iter().map(arrays))
     }
 
     /// Bytes of memory of the snapshot, lists as they are allocated.
     #[must_use]
     pub fn bytes(&self) -> usize {
         // A field that is not named here does not compile.
-        let Self {
+        let snapshot::Snapshot {
             clock: _,
-            step_s: _,
+            step: _,
             method: _,
             substeps: _,
             effects,
-            counts,
+            evaluations,
             things,
             bodies,
-            positions,
-            velocities,
-            drawn_from,
+            transforms,
+            states,
+            previous_positions,
             quarantined,
             dormant,
             own_methods,
@@ -132,18 +94,19 @@ impl Snapshot {
             records,
             emissions,
             swarms,
+            forces,
             pushes,
             sustained,
             requests,
-        } = self;
-        let slots = emissions.iter().map(|(_, emission)| list_bytes(&emission.0.slots));
+        } = &self.state;
+        let slots = emissions.iter().map(|(_, emission)| list_bytes(&emission.slots));
         size_of::<Self>()
             + list_bytes(&effects.off)
-            + list_bytes(&counts.laws)
-            + [things, bodies].map(list_bytes).iter().sum::<usize>()
-            + list_bytes(positions)
-            + list_bytes(velocities)
-            + list_bytes(drawn_from)
+            + evaluations.list_bytes()
+            + [things, bodies].map(Runs::bytes).iter().sum::<usize>()
+            + list_bytes(transforms)
+            + list_bytes(states)
+            + list_bytes(previous_positions)
             + [quarantined, dormant].map(list_bytes).iter().sum::<usize>()
             + list_bytes(own_methods)
             + list_bytes(own_substeps)
@@ -152,42 +115,42 @@ impl Snapshot {
             + list_bytes(emissions)
             + slots.sum::<usize>()
             + list_bytes(swarms)
-            + swarms.iter().map(|(_, swarm)| swarm.0.bytes()).sum::<usize>()
-            + [pushes, sustained].map(list_bytes).iter().sum::<usize>()
+            + swarms.iter().map(|(_, swarm)| swarm.bytes()).sum::<usize>()
+            + [forces, pushes, sustained].map(list_bytes).iter().sum::<usize>()
             + list_bytes(requests)
     }
 
     /// Drops the inputs that wait for the next tick: pushes and requests.
     pub(crate) fn without_inputs(mut self) -> Self {
-        self.pushes.clear();
-        self.sustained.clear();
-        self.requests.clear();
+        self.state.pushes.clear();
+        self.state.sustained.clear();
+        self.state.requests.clear();
         self
     }
 
     /// Drops the counts of evaluations and the records of quarantined bodies.
     pub(crate) fn without_history(mut self) -> Self {
-        self.counts = CountsEntry::default();
-        self.records.clear();
+        self.state.evaluations = Evaluations::default();
+        self.state.records.clear();
         self
     }
 
     /// Makes it the start of `scene`, which has other methods: every body gets the method of the scene, and a
     /// previous position of position Verlet counts only under that method.
     pub(crate) fn begin_by_method_of(&mut self, scene: &Scene) {
-        self.method = Name(scene.method);
-        self.own_methods.clear();
-        self.last_steps.clear();
-        let ids = self.bodies.iter().flat_map(|[first, count]| *first..first.saturating_add(*count));
-        for (id, row) in ids.zip(&mut self.velocities) {
+        let snapshot::Snapshot { method, own_methods, last_steps, bodies, states, .. } = &mut self.state;
+        *method = scene.method;
+        own_methods.clear();
+        last_steps.clear();
+        for (id, row) in bodies.ids().zip(states) {
             let Some(body) = scene.bodies.get(id as usize).filter(|body| body.verlet_previous.is_some())
             else {
                 continue;
             };
             let start = scene.verlet_start(body);
-            let [x, y, z] = start.map_or(body.velocity, |(velocity, _)| velocity).to_array();
-            *row = [x, y, z, body.inverse_mass.unwrap_or(0.0)];
-            self.last_steps.extend(start.map(|(_, last)| (id, last.0)));
+            row.velocity = start.map_or(body.velocity, |(velocity, _)| velocity);
+            row.inverse_mass = body.inverse_mass.unwrap_or(0.0);
+            last_steps.extend(start.map(|(_, last)| (id, last)));
         }
     }
 }

@@ -36,7 +36,9 @@ pub use gravity::Gravity;
 pub use lift::Lift;
 pub use mutual_gravity::{MutualGravity, SourceMass};
 pub use riding_well::{RidingWell, RidingWells};
-pub(crate) use shared::{Changes, SharedLaws, SharedLawsParam, WorldLaw};
+#[cfg(feature = "serde")]
+pub(crate) use shared::law_name;
+pub(crate) use shared::{Changes, LawName, SharedLaws, SharedLawsParam, WorldLaw};
 pub use shared::{LAWS, WorldLaws};
 pub use thrust::{Curve, Thrust};
 pub use wells::{Well, Wells};

@@ -34,6 +34,7 @@
 //! The modules, each of which uses only those before it:
 //!
 //! - `simd` and [`units`]: vector instructions of the machine; the scalar and vector of the simulation.
+//! - `names` and `lists`, with the feature `serde`: what derives for files use.
 //! - `state`: components and resources of bodies, forces, springs and emitters, and the [`clock`]s.
 //! - `laws`: the trait [`Law`] and one file per law; damping, and the times of a tick.
 //! - [`methods`]: the methods, and [`METHODS`], the table of what they claim.
@@ -49,7 +50,11 @@ pub mod arrays;
 pub mod groups;
 mod kernels;
 mod laws;
+#[cfg(feature = "serde")]
+pub mod lists;
 pub mod methods;
+#[cfg(feature = "serde")]
+mod names;
 mod observe;
 
 mod schedule;

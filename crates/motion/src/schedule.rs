@@ -9,6 +9,8 @@ pub(crate) mod requests;
 pub(crate) mod restart;
 pub(crate) mod stepper;
 pub(crate) mod swarm;
+#[cfg(feature = "serde")]
+mod swarm_files;
 pub(crate) mod swarm_laws;
 pub(crate) mod swarms;
 pub(crate) mod systems;

@@ -39,15 +39,20 @@
 //! # }
 //! ```
 
+use std::cell::RefCell;
 use std::fmt;
 
 use bevy_ecs::component::Mutable;
 use bevy_ecs::entity::{EntityHashMap, EntityHashSet, EntityMapper, MapEntities};
 use bevy_ecs::prelude::*;
+#[cfg(feature = "serde")]
+use serde::{Deserialize, Serialize};
 
 use crate::kernels::evaluations::Evaluations;
 use crate::laws::Gravity;
 use crate::laws::damping::Damping;
+#[cfg(feature = "serde")]
+use crate::lists::list;
 use crate::methods::markers::{OwnMethod, mark_method, own_method};
 use crate::methods::table::Method;
 use crate::schedule::effects::{self, Effect, EffectState};
@@ -55,28 +60,36 @@ use crate::schedule::emission::orphans;
 use crate::schedule::requests::{Request, Requests};
 use crate::schedule::stepper::Stepper;
 use crate::schedule::swarm::SwarmLog;
-use crate::state::clock::{StepClock, TimeStep};
+use crate::state::clock::{ClockState, StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::CouplingChanged;
 use crate::state::emitter::{Dormant, Emission, Emissions};
 use crate::state::forces::{Push, PushQueue, PushedBodies};
 use crate::state::previous_position::PreviousPosition;
 use crate::state::substeps::{OwnSubsteps, Substeps};
-use crate::tick::quarantine::{Fault, Quarantine, QuarantineRecord};
+use crate::tick::quarantine::{Quarantine, QuarantineRecord};
 
 pub use crate::state::emitter::EmissionState;
 pub use crate::state::method_state::{LastAcceleration, LastStep};
 pub use crate::state::switched_off::{Off, OffResource, SpringsOff};
 
-/// The state of a world between two ticks. It names bodies and emitters by their entities.
+/// The state of a world between two ticks. `B` names bodies and emitters, `Bodies` is a list of bodies.
 ///
-/// To restore it into another world, as after loading a file, give it the entities of the other world by
-/// [`MapEntities::map_entities`], for example with an `EntityHashMap<Entity>`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot {
+/// To restore it into another world, give it the entities of the other world by [`MapEntities::map_entities`], for example with an
+/// `EntityHashMap<Entity>`. Files need names that are the same in every world: see [`Snapshot::rename`]. The
+/// feature `serde` writes and reads a snapshot with such names; `lists::within` limits the memory that its lists take.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(default))]
+#[cfg_attr(feature = "serde", serde(bound(serialize = "B: Clone + Serialize, Bodies: Serialize")))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(deserialize = "B: Default + Deserialize<'de>, Bodies: Default + Deserialize<'de>"))
+)]
+pub struct Snapshot<B = Entity, Bodies = Vec<B>> {
     /// The clock of ticks.
-    pub clock: StepClock,
+    pub clock: ClockState,
     /// Length of a tick.
+    #[cfg_attr(feature = "serde", serde(rename = "step_s"))]
     pub step: TimeStep,
     /// The method of bodies without their own.
     pub method: Method,
@@ -85,49 +98,70 @@ pub struct Snapshot {
     /// Gravity and damping, and which effects are off.
     pub effects: Effects,
     /// Evaluations so far.
+    #[cfg_attr(feature = "serde", serde(rename = "counts"))]
     pub evaluations: Evaluations,
+    /// Everything that is there, scenery too, for whoever makes a world for the snapshot: [`take`] leaves the list empty, and
+    /// [`restore`] does not read it.
+    pub things: Bodies,
     /// The bodies, in the order of their tables: neighbors share calls of laws, so that counts of evaluations depend on it.
-    pub bodies: Vec<Entity>,
+    pub bodies: Bodies,
     /// Position of each of the bodies.
+    #[cfg_attr(feature = "serde", serde(rename = "positions", deserialize_with = "list"))]
     pub transforms: Vec<Transform>,
     /// Velocity and inverse mass of each of the bodies.
+    #[cfg_attr(feature = "serde", serde(rename = "velocities", deserialize_with = "list"))]
     pub states: Vec<PhysicsBody>,
     /// Previous positions, in worlds that draw between ticks.
-    pub previous_positions: Vec<(Entity, PreviousPosition)>,
-    /// Method state of position Verlet.
-    pub last_steps: Vec<(Entity, LastStep)>,
-    /// Bodies with their own method.
-    pub own_methods: Vec<(Entity, Method)>,
-    /// Bodies with their own number of substeps.
-    pub own_substeps: Vec<(Entity, OwnSubsteps)>,
+    #[cfg_attr(feature = "serde", serde(rename = "drawn_from", deserialize_with = "list"))]
+    pub previous_positions: Vec<(B, PreviousPosition)>,
     /// Quarantined bodies.
-    pub quarantined: Vec<Entity>,
-    /// Why and when bodies were quarantined.
-    pub records: Vec<QuarantineRecord>,
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
+    pub quarantined: Vec<B>,
     /// Particles that do not live.
-    pub dormant: Vec<Entity>,
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
+    pub dormant: Vec<B>,
+    /// Bodies with their own method.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
+    pub own_methods: Vec<(B, Method)>,
+    /// Bodies with their own number of substeps.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
+    pub own_substeps: Vec<(B, OwnSubsteps)>,
+    /// Method state of position Verlet.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
+    pub last_steps: Vec<(B, LastStep)>,
+    /// Why and when bodies were quarantined.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
+    pub records: Vec<QuarantineRecord<B>>,
     /// What each emitter has emitted.
-    pub emissions: Vec<(Entity, EmissionState)>,
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
+    pub emissions: Vec<(B, EmissionState)>,
     /// The ticks of each swarm.
-    pub swarms: Vec<(Entity, SwarmLog)>,
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "list", skip_serializing_if = "Vec::is_empty"))]
+    pub swarms: Vec<(B, SwarmLog)>,
     /// Forces that were added for the next tick.
-    pub forces: Vec<Push>,
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "list", skip_serializing_if = "Vec::is_empty"))]
+    pub forces: Vec<Push<B>>,
     /// Pushes that wait for the next tick.
-    pub pushes: Vec<Push>,
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
+    pub pushes: Vec<Push<B>>,
     /// Sustained pushes.
-    pub sustained: Vec<Push>,
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
+    pub sustained: Vec<Push<B>>,
     /// Requests that wait for the next tick.
-    pub requests: Vec<Request>,
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
+    pub requests: Vec<Request<B>>,
 }
 
 /// Gravity and damping of a world, and which effects are off.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(default))]
 pub struct Effects {
     /// Gravity, if it is declared.
     pub gravity: Option<Gravity>,
     /// Damping, on or off, if it is declared.
     pub damping: Option<Damping>,
     /// Effects that are off.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
     pub off: Vec<Effect>,
 }
 
@@ -192,8 +226,10 @@ type IsBody = (With<Transform>, With<PhysicsBody>);
 /// If no stepper was made for `world`.
 #[must_use]
 pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
-    let (mut bodies, mut transforms, mut states) = (Vec::new(), Vec::new(), Vec::new());
     let mut tables = world.query::<(Entity, &Transform, &PhysicsBody)>();
+    let count = tables.iter(world).len();
+    let (mut bodies, mut transforms) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let mut states = Vec::with_capacity(count);
     for table in tables.contiguous_iter(world).expect("bodies are stored in tables") {
         bodies.extend_from_slice(table.0);
         transforms.extend_from_slice(table.1);
@@ -206,22 +242,23 @@ pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
     let mut dormant = marked::<Dormant>(world);
     dormant.extend(orphans(world));
     Snapshot {
-        clock: *world.resource(),
+        clock: (*world.resource::<StepClock>()).into(),
         step: *world.resource(),
         method: stepper.method(),
         substeps: world.get_resource().copied().unwrap_or_default(),
         effects: Effects::of(world),
         evaluations: world.resource::<Evaluations>().clone(),
+        things: Vec::new(),
         bodies,
         transforms,
         states,
         previous_positions: all(world),
-        last_steps: all(world),
+        quarantined: marked::<Quarantined>(world),
+        dormant,
         own_methods,
         own_substeps: all(world),
-        quarantined: marked::<Quarantined>(world),
+        last_steps: all(world),
         records: world.resource::<Quarantine>().records().to_vec(),
-        dormant,
         emissions,
         swarms: all(world),
         forces: PushedBodies::forces(world),
@@ -241,39 +278,71 @@ pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
 /// If no stepper was made for `world`.
 pub fn restore(world: &mut World, stepper: &mut Stepper, snapshot: &Snapshot) -> Result<(), RestoreError> {
     snapshot.check_bodies(world)?;
-    snapshot.check_fields(world)?;
-    let Snapshot { clock, step, substeps, effects, evaluations, records, forces, .. } = snapshot;
+    let clock = snapshot.check_fields(world)?;
+    // Every field is named, so that a new one is not forgotten.
+    let Snapshot {
+        clock: _,
+        step,
+        method,
+        substeps,
+        effects,
+        evaluations,
+        things: _,
+        bodies: _,
+        transforms: _,
+        states: _,
+        previous_positions,
+        quarantined,
+        dormant,
+        own_methods: _,
+        own_substeps,
+        last_steps,
+        records,
+        emissions,
+        swarms,
+        forces,
+        pushes,
+        sustained,
+        requests,
+    } = snapshot;
     effects.put(world);
-    world.insert_resource(*clock);
+    world.insert_resource(clock);
     world.insert_resource(*step);
     if world.get_resource::<Substeps>().copied().unwrap_or_default() != *substeps {
         world.insert_resource(*substeps);
     }
     snapshot.put_methods(world, stepper.method());
-    snapshot.put_bodies(world);
-    for (emitter, state) in &snapshot.emissions {
+    let mass_changed = snapshot.put_rows(world);
+    give(world, previous_positions);
+    give(world, last_steps);
+    give(world, &with(dormant, Dormant));
+    let regrouped = [give(world, &with(quarantined, Quarantined)), give(world, own_substeps), mass_changed];
+    if regrouped.contains(&true) {
+        CouplingChanged::set(world);
+    }
+    for (emitter, state) in emissions {
         if let Some(mut emission) = world.get_mut::<Emission>(*emitter) {
             *emission = Emission::from_state(state.clone());
         }
     }
-    give(world, &snapshot.swarms);
+    give(world, swarms);
     // Those of a tick in which a law panicked.
     if let Some(mut emissions) = world.get_resource_mut::<Emissions>() {
         emissions.births.clear();
     }
-    stepper.go_on(world, snapshot.method);
+    stepper.go_on(world, *method);
     // Compiling groups and preparing pools moves bodies to other tables.
     snapshot.put_in_order(world);
     world.insert_resource(evaluations.clone());
     world.insert_resource(Quarantine::going_on(records.clone()));
     PushedBodies::replace(world, forces);
     let mut queue = PushQueue::default();
-    snapshot.pushes.iter().for_each(|push| queue.push_once(push.body, push.newtons));
-    queue.sustain(snapshot.sustained.iter().copied());
+    pushes.iter().for_each(|push| queue.push_once(push.body, push.newtons));
+    queue.sustain(sustained.iter().copied());
     world.insert_resource(queue);
-    let mut requests = Requests::default();
-    snapshot.requests.iter().for_each(|request| requests.ask(*request));
-    world.insert_resource(requests);
+    let mut waiting = Requests::default();
+    requests.iter().for_each(|request| waiting.ask(*request));
+    world.insert_resource(waiting);
     Ok(())
 }
 
@@ -314,30 +383,48 @@ impl Effects {
 
 impl MapEntities for Snapshot {
     fn map_entities<M: EntityMapper>(&mut self, mapper: &mut M) {
-        fn map<'a>(entities: impl Iterator<Item = &'a mut Entity>, mapper: &mut impl EntityMapper) {
-            entities.for_each(|entity| *entity = mapper.get_mapped(*entity));
+        let mapper = RefCell::new(mapper);
+        let mapped = |entity| mapper.borrow_mut().get_mapped(entity);
+        let some = |entity| Some(mapped(entity));
+        let list = |all: Vec<_>| all.into_iter().map(mapped).collect();
+        *self = self.clone().rename(list, some, some, |record| Some(record.rename(mapped)));
+    }
+}
+
+impl<B, Bodies> Snapshot<B, Bodies> {
+    /// The same state with other names: each function returns a list of bodies, a body, an emitter and a record with theirs. What
+    /// gets `None` is left out.
+    pub fn rename<Other, OtherBodies>(
+        self,
+        list: impl Fn(Bodies) -> OtherBodies,
+        body: impl Fn(B) -> Option<Other>,
+        emitter: impl Fn(B) -> Option<Other>,
+        record: impl Fn(QuarantineRecord<B>) -> Option<QuarantineRecord<Other>>,
+    ) -> Snapshot<Other, OtherBodies> {
+        fn keys<B, Other, T>(all: Vec<(B, T)>, name: impl Fn(B) -> Option<Other>) -> Vec<(Other, T)> {
+            all.into_iter().filter_map(|(key, value)| Some((name(key)?, value))).collect()
         }
-        fn of<T>(list: &mut [(Entity, T)]) -> impl Iterator<Item = &mut Entity> {
-            list.iter_mut().map(|(entity, _)| entity)
-        }
-        // Every field is named, so that a new one is not forgotten.
+        let bodies_of = |all: Vec<B>| all.into_iter().filter_map(&body).collect();
+        let push = |Push { body: pushed, newtons }| Some(Push { body: body(pushed)?, newtons });
+        let pushes_of = |all: Vec<_>| all.into_iter().filter_map(push).collect();
         let Self {
-            clock: _,
-            step: _,
-            method: _,
-            substeps: _,
-            effects: _,
-            evaluations: _,
+            clock,
+            step,
+            method,
+            substeps,
+            effects,
+            evaluations,
+            things,
             bodies,
-            transforms: _,
-            states: _,
+            transforms,
+            states,
             previous_positions,
-            last_steps,
+            quarantined,
+            dormant,
             own_methods,
             own_substeps,
-            quarantined,
+            last_steps,
             records,
-            dormant,
             emissions,
             swarms,
             forces,
@@ -345,35 +432,44 @@ impl MapEntities for Snapshot {
             sustained,
             requests,
         } = self;
-        map([bodies, quarantined, dormant].into_iter().flatten(), mapper);
-        map(of(previous_positions), mapper);
-        map(of(last_steps), mapper);
-        map(of(own_methods), mapper);
-        map(of(own_substeps), mapper);
-        map(of(emissions), mapper);
-        map(of(swarms), mapper);
-        map([forces, pushes, sustained].into_iter().flatten().map(|push| &mut push.body), mapper);
-        for QuarantineRecord { body, cause, .. } in records {
-            *body = mapper.get_mapped(*body);
-            if let Fault::Spring(end) = &mut cause.fault {
-                *end = mapper.get_mapped(*end);
-            }
-        }
-        for request in requests {
-            *request = request.rename(|body| Some(mapper.get_mapped(body))).expect("every body has a name");
+        Snapshot {
+            clock,
+            step,
+            method,
+            substeps,
+            effects,
+            evaluations,
+            things: list(things),
+            bodies: list(bodies),
+            transforms,
+            states,
+            previous_positions: keys(previous_positions, &body),
+            quarantined: bodies_of(quarantined),
+            dormant: bodies_of(dormant),
+            own_methods: keys(own_methods, &body),
+            own_substeps: keys(own_substeps, &body),
+            last_steps: keys(last_steps, &body),
+            records: records.into_iter().filter_map(record).collect(),
+            emissions: keys(emissions, &emitter),
+            swarms: keys(swarms, &emitter),
+            forces: pushes_of(forces),
+            pushes: pushes_of(pushes),
+            sustained: pushes_of(sustained),
+            requests: requests.into_iter().filter_map(|request| request.rename(&body)).collect(),
         }
     }
 }
 
 impl Snapshot {
-    /// Checks what needs no world but for the entities that it names.
-    fn check_fields(&self, world: &World) -> Result<(), RestoreError> {
+    /// Checks what needs no world but for the entities that it names. Returns the clock.
+    fn check_fields(&self, world: &World) -> Result<StepClock, RestoreError> {
         let Self { step: TimeStep(step), substeps, effects, bodies, transforms, states, .. } = self;
         let ensure = |holds, field, why| {
             if holds { Ok(()) } else { Err(RestoreError::Invalid { field, why }) }
         };
         ensure(*step >= 0.0 && step.is_finite(), "step", "a tick is finite and at least 0 s long")?;
-        ensure(StepClock::from_state(self.clock.into()).is_some(), "clock", "no clock can show this")?;
+        let clock = StepClock::from_state(self.clock);
+        let clock = clock.ok_or(RestoreError::Invalid { field: "clock", why: "no clock can show this" })?;
         ensure((1..=Substeps::MOST).contains(&substeps.0), "substeps", "their number is out of its range")?;
         ensure(
             effects.damping.is_none_or(|damping| damping.rate >= 0.0 || damping.rate.is_nan()),
@@ -395,7 +491,8 @@ impl Snapshot {
         each("own_substeps", fault_of(world, entities(&self.own_substeps)))?;
         each("quarantined", fault_of(world, self.quarantined.iter().copied()))?;
         each("swarms", fault_of(world, entities(&self.swarms)))?;
-        each("dormant", fault_of(world, self.dormant.iter().copied()))
+        each("dormant", fault_of(world, self.dormant.iter().copied()))?;
+        Ok(clock)
     }
 
     /// Checks that the world has exactly the bodies and emitters of the snapshot, each of which is there once.
@@ -451,7 +548,8 @@ impl Snapshot {
         }
     }
 
-    fn put_bodies(&self, world: &mut World) {
+    /// Puts the rows of the bodies into the world. Returns whether a mass changed.
+    fn put_rows(&self, world: &mut World) -> bool {
         let mut bodies = world.query::<(Entity, &mut Transform, &mut PhysicsBody)>();
         let rows = self.transforms.iter().zip(&self.states);
         let mut mass_changed = false;
@@ -472,17 +570,7 @@ impl Snapshot {
                 }
             }
         }
-        give(world, &self.previous_positions);
-        give(world, &self.last_steps);
-        give(world, &with(&self.dormant, Dormant));
-        let regrouped = [
-            give(world, &with(&self.quarantined, Quarantined)),
-            give(world, &self.own_substeps),
-            mass_changed,
-        ];
-        if regrouped.contains(&true) {
-            CouplingChanged::set(world);
-        }
+        mass_changed
     }
 
     /// Brings the rows of every table into the order of the bodies.

@@ -190,8 +190,8 @@ pub(crate) fn effect(text: &str) -> Result<Effect, String> {
 }
 
 pub(crate) fn damping(text: &str) -> Result<DampingModel, String> {
-    let found = DampingModel::ALL.into_iter().find(|model| model.name() == text);
-    found.ok_or_else(|| format!("the models are {}", names(DampingModel::ALL.map(DampingModel::name))))
+    DampingModel::from_name(text)
+        .ok_or_else(|| format!("the models are {}", names(DampingModel::ALL.map(DampingModel::name))))
 }
 
 fn names<const N: usize>(names: [&str; N]) -> String {

@@ -5,15 +5,14 @@ use std::sync::Arc;
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::effects::Effect;
-use motion::snapshot::{self, EmissionState, LastStep, RestoreError};
-use motion::units::Vector;
+use motion::snapshot::{self, RestoreError};
 use motion::{
-    Cause, Emission, Evaluations, Fault, Iterations, OwnSubsteps, PhysicsBody, PreviousPosition, Push,
-    QuarantineRecord, StableId, Stepper, Substeps, SwarmLog, TimeStep, Transform,
+    Emission, Evaluations, Fault, PhysicsBody, Push, QuarantineRecord, StableId, Stepper, Substeps, SwarmLog,
+    TimeStep,
 };
 use scene::{FileIndex, Scene, unsolvable};
 
-use super::{CountsEntry, EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};
+use super::{Runs, Snapshot};
 use crate::simulation::Simulation;
 
 /// Largest count of evaluations in a snapshot: no run comes near it, and no run that continues from it overflows a
@@ -37,12 +36,11 @@ impl Simulation {
     /// If the snapshot cannot be of a simulation of that scene.
     pub fn restore(scene: impl Into<Arc<Scene>>, snapshot: &Snapshot) -> Result<Self, BadSnapshot> {
         let scene = scene.into();
-        let ids = snapshot.check(&scene)?;
-        let clock = StepClock::from_state(snapshot.clock).ok_or(BadSnapshot("invalid clock"))?;
+        snapshot.check(&scene)?;
         let mut world = World::new();
         let bodies = scene.spawn(&mut world);
         snapshot.remove_absent(&mut world, &bodies);
-        let state = snapshot.state(&mut world, &bodies, &ids, clock);
+        let state = snapshot.of_world(&mut world, &bodies);
         let mut stepper = Stepper::new(&mut world, state.method, state.step);
         snapshot::restore(&mut world, &mut stepper, &state).map_err(|error| match error {
             RestoreError::Mismatch(_) => BadSnapshot("its bodies are not those of the scene"),
@@ -53,41 +51,41 @@ impl Simulation {
 }
 
 impl Snapshot {
-    /// Checks that the snapshot can be of `scene`. Returns the ids of its bodies in their order.
-    fn check(&self, scene: &Scene) -> Result<Vec<u32>, BadSnapshot> {
+    /// Checks that the snapshot can be of `scene`.
+    fn check(&self, scene: &Scene) -> Result<(), BadSnapshot> {
+        let state = &self.state;
+        let TimeStep(step) = state.step;
         let count = scene.bodies.len();
-        ensure(self.step_s > 0.0 && self.step_s.is_finite(), "its ticks have no length")?;
-        ensure(self.substeps <= Substeps::MOST, "too many substeps per tick")?;
+        ensure(step > 0.0 && step.is_finite(), "its ticks have no length")?;
+        ensure(state.substeps.0 <= Substeps::MOST, "too many substeps per tick")?;
         // Particles of emitters are not attracted.
         let attracted = |id: &u32| !scene.emitters.iter().any(|emitter| emitter.pool.contains(id));
-        let own = self.own_methods.iter().filter(|(id, _)| attracted(id));
-        let methods = own.map(|(_, Name(method))| *method).chain([self.method.0]);
-        let attracts = scene.mutual_gravity.is_some() && !self.effects.off.contains(&Effect::MutualGravity);
+        let own = state.own_methods.iter().filter(|(id, _)| attracted(id));
+        let methods = own.map(|(_, method)| *method).chain([state.method]);
+        let attracts = scene.mutual_gravity.is_some() && !state.effects.off.contains(&Effect::MutualGravity);
         let solved = |method| unsolvable(method, attracts).is_none();
         ensure({ methods }.all(solved), "its method cannot solve the scene")?;
-        let things = expand(&self.things, count).ok_or(BadSnapshot("it has things that the scene lacks"))?;
+        let things = state.things.below(count).ok_or(BadSnapshot("it has things that the scene lacks"))?;
         ensure(things.is_sorted_by(|a, b| a < b), "its things are not in order")?;
-        let ids = expand(&self.bodies, count).ok_or(BadSnapshot("it has bodies that the scene lacks"))?;
-        let mut sorted = ids.clone();
-        sorted.sort_unstable();
+        let mut ids = state.bodies.below(count).ok_or(BadSnapshot("it has bodies that the scene lacks"))?;
+        ids.sort_unstable();
         let has_physics = |id: &u32| scene.bodies[*id as usize].inverse_mass.is_some();
         let expected = things.iter().copied().filter(has_physics);
-        ensure(expected.eq(sorted), "its bodies are not those of the scene")?;
-        ensure(ids.len() == self.positions.len(), "positions and bodies differ in number")?;
-        ensure(ids.len() == self.velocities.len(), "velocities and bodies differ in number")?;
-        let numbers = self.positions.iter().flatten().chain(self.velocities.iter().flatten());
-        ensure({ numbers }.all(|number| number.is_finite()), "its state is not finite")?;
-        ensure(self.velocities.iter().all(|[.., w]| *w >= 0.0), "a mass is negative")?;
-        let mut places = self.drawn_from.iter().flat_map(|(_, place)| place);
-        ensure(places.all(|number| number.is_finite()), "a place to draw from is not finite")?;
-        let late = |(_, emission): &(u32, EmissionEntry)| {
-            emission.0.seen.is_some_and(|(tick, _)| tick > self.ticks())
-        };
-        ensure(!self.emissions.iter().any(late), "an emitter is ahead of its clock")?;
-        let known = |record: &RecordEntry| (record.body as usize) < count;
-        ensure(self.records.iter().all(known), "it has records of things that the scene lacks")?;
-        ensure(self.counts.largest() <= MOST_COUNTED, "its counts are too large")?;
-        Ok(ids)
+        ensure(expected.eq(ids.iter().copied()), "its bodies are not those of the scene")?;
+        ensure(ids.len() == state.transforms.len(), "positions and bodies differ in number")?;
+        ensure(ids.len() == state.states.len(), "velocities and bodies differ in number")?;
+        let holds = state.transforms.iter().all(|at| at.position.is_finite())
+            && state.states.iter().all(|body| body.velocity.is_finite() && body.inverse_mass.is_finite());
+        ensure(holds, "its state is not finite")?;
+        ensure(state.states.iter().all(|body| body.inverse_mass >= 0.0), "a mass is negative")?;
+        let mut places = state.previous_positions.iter();
+        ensure(places.all(|(_, place)| place.0.is_finite()), "a place to draw from is not finite")?;
+        let mut seen = state.emissions.iter().filter_map(|(_, emission)| emission.seen);
+        ensure(seen.all(|(tick, _)| tick <= state.clock.ticks), "an emitter is ahead of its clock")?;
+        let known = state.records.iter().all(|record| (record.body as usize) < count);
+        ensure(known, "it has records of things that the scene lacks")?;
+        ensure(largest(&state.evaluations) <= MOST_COUNTED, "its counts are too large")?;
+        ensure(StepClock::from_state(state.clock).is_some(), "invalid clock")
     }
 
     fn remove_absent(&self, world: &mut World, bodies: &[Entity]) {
@@ -97,132 +95,66 @@ impl Snapshot {
                 world.despawn(*body);
             });
         };
-        for [first, count] in &self.things {
+        for [first, count] in &self.state.things.0 {
             remove(next..*first as usize);
             next = (first + count) as usize;
         }
         remove(next..bodies.len());
     }
 
-    /// The snapshot of `world`, which has the `bodies` of the scene; `ids` are those of the snapshot's bodies in
-    /// their order.
-    fn state(
-        &self,
-        world: &mut World,
-        bodies: &[Entity],
-        ids: &[u32],
-        clock: StepClock,
-    ) -> snapshot::Snapshot {
-        let mut emitters = world.query_filtered::<(Entity, &FileIndex), With<Emission>>();
-        let emissions = emitters.iter(world).map(|(emitter, FileIndex(index))| {
-            let saved = self.emissions.iter().find(|(saved, _)| saved == index);
-            (emitter, saved.map_or_else(EmissionState::default, |(_, saved)| saved.0.clone()))
-        });
-        let emissions = emissions.collect();
-        let mut swarms = world.query_filtered::<(Entity, &FileIndex), With<SwarmLog>>();
-        let swarms = swarms.iter(world).map(|(emitter, FileIndex(index))| {
-            let saved = self.swarms.iter().find(|(saved, _)| saved == index);
-            (emitter, saved.map_or_else(SwarmLog::default, |(_, saved)| saved.0.clone()))
-        });
-        let swarms = swarms.collect();
-        let there = |id: u32| bodies.get(id as usize).copied().filter(|body| world.get_entity(*body).is_ok());
+    /// The same snapshot of `world`, which has the `bodies` of the scene.
+    fn of_world(&self, world: &mut World, bodies: &[Entity]) -> snapshot::Snapshot {
+        let emissions = of_emitters::<Emission, _>(world, &self.state.emissions);
+        let swarms = of_emitters::<SwarmLog, _>(world, &self.state.swarms);
+        let body = |id: u32| bodies.get(id as usize).copied();
+        let there = |id: u32| body(id).filter(|body| world.get_entity(*body).is_ok());
         let moves = |id: u32| there(id).filter(|body| world.get::<PhysicsBody>(*body).is_some());
-        let pushes = |pushes: &[PushEntry]| -> Vec<_> {
-            let push = |(id, newtons): &PushEntry| {
-                Some(Push { body: there(*id)?, newtons: Vector::from_array(*newtons) })
+        // What waits may be for scenery: a request removes it.
+        let push = |Push { body, newtons }: &_| Some(Push { body: there(*body)?, newtons: *newtons });
+        let pushes = |all: &[Push<u32>]| all.iter().filter_map(push).collect();
+        let (pushes, sustained) = (pushes(&self.state.pushes), pushes(&self.state.sustained));
+        let requests = self.state.requests.iter().filter_map(|request| request.rename(there)).collect();
+        let record = |record: QuarantineRecord<u32>| {
+            let id = Some(StableId(record.body));
+            let other_end = match record.cause.fault {
+                // An end without a body never had an id.
+                Fault::Spring(end) => body(end).map(|_| StableId(end)),
+                _ => None,
             };
-            pushes.iter().filter_map(push).collect()
+            let renamed = record.rename(|id| body(id).unwrap_or(Entity::PLACEHOLDER));
+            Some(QuarantineRecord { id, other_end, ..renamed })
         };
-        let state = |[x, y, z, inverse_mass]: &[f64; 4]| PhysicsBody {
-            velocity: Vector::new(*x, *y, *z),
-            inverse_mass: *inverse_mass,
-        };
-        let before = |place: &[f64; 3]| PreviousPosition(Vector::from_array(*place));
-        snapshot::Snapshot {
-            clock,
-            step: TimeStep(self.step_s),
-            method: self.method.0,
-            substeps: Substeps(self.substeps.max(1)),
-            effects: self.effects.clone(),
-            evaluations: self.evaluations(),
-            bodies: ids.iter().map(|id| bodies[*id as usize]).collect(),
-            transforms: self.positions.iter().map(|at| Transform::at(Vector::from_array(*at))).collect(),
-            states: self.velocities.iter().map(state).collect(),
-            previous_positions: of_bodies(&self.drawn_from, moves, before),
-            last_steps: of_bodies(&self.last_steps, moves, |last| LastStep(*last)),
-            own_methods: of_bodies(&self.own_methods, moves, |method| method.0),
-            own_substeps: of_bodies(&self.own_substeps, moves, |own| {
-                OwnSubsteps((*own).clamp(1, Substeps::MOST))
-            }),
-            quarantined: self.quarantined.iter().copied().filter_map(moves).collect(),
-            records: self.records.iter().map(|record| record.of(bodies)).collect(),
-            dormant: self.dormant.iter().copied().filter_map(moves).collect(),
-            emissions,
-            swarms,
-            forces: Vec::new(),
-            pushes: pushes(&self.pushes),
-            sustained: pushes(&self.sustained),
-            requests: self.requests.iter().filter_map(|request| request.rename(there)).collect(),
+        let list = |runs: Runs| runs.ids().filter_map(body).collect();
+        let state = self.state.clone().rename(list, moves, |_| None, record);
+        let substeps = Substeps(state.substeps.0.max(1));
+        let mut state =
+            snapshot::Snapshot { substeps, emissions, swarms, pushes, sustained, requests, ..state };
+        for (_, own) in &mut state.own_substeps {
+            own.0 = own.0.clamp(1, Substeps::MOST);
         }
-    }
-
-    fn evaluations(&self) -> Evaluations {
-        let CountsEntry { accelerations, laws, newton_iterations, cg_iterations, unconverged_steps } =
-            &self.counts;
-        let iterations = Iterations {
-            newton: *newton_iterations,
-            cg: *cg_iterations,
-            unconverged_steps: *unconverged_steps,
-        };
-        Evaluations::going_on(
-            *accelerations,
-            laws.iter().map(|(Name(law), count)| (*law, *count)),
-            iterations,
-        )
+        state
     }
 }
 
-impl RecordEntry {
-    /// The record in a world that has these `bodies`.
-    fn of(&self, bodies: &[Entity]) -> QuarantineRecord {
-        let (fault, other_end) = match self.fault {
-            SavedFault::Found => (Fault::Found, None),
-            SavedFault::Law(Name(name)) => (Fault::Law(name), None),
-            SavedFault::Spring(end) => match bodies.get(end as usize) {
-                Some(body) => (Fault::Spring(*body), Some(StableId(end))),
-                // It never had an id.
-                None => (Fault::Spring(Entity::PLACEHOLDER), None),
-            },
-            SavedFault::Overflow => (Fault::Overflow, None),
-            SavedFault::Range(bound) => (Fault::Range(bound), None),
-            SavedFault::Request => (Fault::Request, None),
-        };
-        let cause = Cause { system: self.system.0, component: self.component.0, fault };
-        let (id, body) = (StableId(self.body), bodies[self.body as usize]);
-        QuarantineRecord { body, id: Some(id), other_end, tick: self.tick, cause }
-    }
+/// The emitters of `world` with a `C`, and what is `saved` of each by its place in the scene file.
+fn of_emitters<C: Component, T: Clone + Default>(world: &mut World, saved: &[(u32, T)]) -> Vec<(Entity, T)> {
+    let mut emitters = world.query_filtered::<(Entity, &FileIndex), With<C>>();
+    let of = |(emitter, FileIndex(index)): (Entity, &FileIndex)| {
+        let saved = saved.iter().find(|(saved, _)| saved == index);
+        (emitter, saved.map_or_else(T::default, |(_, saved)| saved.clone()))
+    };
+    emitters.iter(world).map(of).collect()
 }
 
-/// The values of bodies that exist.
-fn of_bodies<Saved, T>(
-    all: &[(u32, Saved)],
-    body: impl Fn(u32) -> Option<Entity>,
-    value: impl Fn(&Saved) -> T,
-) -> Vec<(Entity, T)> {
-    all.iter().filter_map(|(id, saved)| Some((body(*id)?, value(saved)))).collect()
-}
-
-/// The ids in `runs`; `None` if there are more than `count`, one is not below it, or a run is empty.
-fn expand(runs: &[[u32; 2]], count: usize) -> Option<Vec<u32>> {
-    let mut all = Vec::new();
-    for [first, length] in runs {
-        let end = first.checked_add(*length).filter(|end| *end as usize <= count)?;
-        if *length == 0 || all.len() + *length as usize > count {
-            return None;
-        }
-        all.extend(*first..end);
-    }
-    Some(all)
+/// The largest of all counts.
+fn largest(evaluations: &Evaluations) -> u64 {
+    let counts = [
+        evaluations.accelerations(),
+        evaluations.newton_iterations(),
+        evaluations.cg_iterations(),
+        evaluations.unconverged_steps(),
+    ];
+    counts.into_iter().chain(evaluations.laws().iter().map(|(_, count)| *count)).max().unwrap_or(0)
 }
 
 #[cfg(test)]

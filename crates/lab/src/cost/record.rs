@@ -2,7 +2,6 @@
 
 use std::fmt;
 
-use history::words;
 use motion::Method;
 use serde::{Deserialize, Serialize};
 
@@ -45,7 +44,6 @@ impl Precision {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Setting {
     /// Method of every body.
-    #[serde(with = "words")]
     pub method: Method,
     /// Substeps per tick, at least 1.
     pub substeps: u32,
@@ -169,7 +167,6 @@ pub enum Host {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TickTime {
     /// Method of every body.
-    #[serde(with = "words")]
     pub method: Method,
     /// Number type.
     pub precision: Precision,
@@ -264,7 +261,6 @@ pub enum Truth {
     /// A run at far finer steps.
     Reference {
         /// Its method.
-        #[serde(with = "words")]
         method: Method,
         /// Its substeps per tick.
         substeps: u32,

@@ -1,6 +1,5 @@
 //! The matrix as plain data, written as JSON and read again.
 
-use history::words;
 use motion::Method;
 use serde::{Deserialize, Serialize};
 
@@ -61,7 +60,6 @@ impl CaseRow {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
     /// The method.
-    #[serde(with = "words")]
     pub method: Method,
     /// The class of the run.
     pub class: Class,

@@ -6,10 +6,14 @@ use crate::kernels::{Counts, StepStatistics, count};
 
 /// Evaluations since the world was made, as counted by the run.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 pub struct Evaluations {
     accelerations: u64,
+    #[cfg_attr(feature = "serde", serde(with = "by_law"))]
     laws: Counts,
-    iterations: Iterations,
+    newton_iterations: u64,
+    cg_iterations: u64,
+    unconverged_steps: u64,
 }
 
 /// Counts of iterations, and of steps that did not converge.
@@ -31,6 +35,28 @@ impl Iterations {
     }
 }
 
+#[cfg(feature = "serde")]
+mod by_law {
+    //! Counts by law in files.
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::Counts;
+    use crate::laws::{LawName, law_name};
+    use crate::lists::list;
+
+    #[derive(Serialize, Deserialize)]
+    struct Count(#[serde(with = "law_name")] LawName, u64);
+
+    pub(super) fn serialize<S: Serializer>(counts: &Counts, out: S) -> Result<S::Ok, S::Error> {
+        out.collect_seq(counts.iter().map(|(law, count)| Count(law, *count)))
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Counts, D::Error> {
+        Ok(list(source)?.into_iter().map(|Count(law, count)| (law, count)).collect())
+    }
+}
+
 impl Evaluations {
     /// Counts to continue from: accelerations, evaluations by law, and iterations.
     #[must_use]
@@ -39,7 +65,9 @@ impl Evaluations {
         laws: impl IntoIterator<Item = (&'static str, u64)>,
         iterations: Iterations,
     ) -> Self {
-        Self { accelerations, laws: laws.into_iter().collect(), iterations }
+        let Iterations { newton, cg, unconverged_steps } = iterations;
+        let laws = laws.into_iter().collect();
+        Self { accelerations, laws, newton_iterations: newton, cg_iterations: cg, unconverged_steps }
     }
 
     /// Evaluations of the acceleration of one body by all laws together.
@@ -57,19 +85,25 @@ impl Evaluations {
     /// Newton iterations of implicit steps.
     #[must_use]
     pub const fn newton_iterations(&self) -> u64 {
-        self.iterations.newton
+        self.newton_iterations
     }
 
     /// Iterations of conjugate gradients of implicit steps of groups.
     #[must_use]
     pub const fn cg_iterations(&self) -> u64 {
-        self.iterations.cg
+        self.cg_iterations
     }
 
     /// Implicit steps of a body or a group that did not converge; their state is that of the last iteration.
     #[must_use]
     pub const fn unconverged_steps(&self) -> u64 {
-        self.iterations.unconverged_steps
+        self.unconverged_steps
+    }
+
+    /// Bytes of the list of laws, as it is allocated.
+    #[must_use]
+    pub fn list_bytes(&self) -> usize {
+        if self.laws.spilled() { self.laws.capacity() * size_of::<(&str, u64)>() } else { 0 }
     }
 
     /// Counts evaluations of a law, which is listed once there is one.
@@ -85,6 +119,9 @@ impl Evaluations {
         self.accelerations += statistics.accelerations;
         affine.for_each(|law| self.count(law, statistics.accelerations));
         statistics.laws.as_slice().iter().for_each(|(law, calls)| self.count(law, *calls));
-        self.iterations.add(statistics.iterations);
+        let Iterations { newton, cg, unconverged_steps } = statistics.iterations;
+        self.newton_iterations += newton;
+        self.cg_iterations += cg;
+        self.unconverged_steps += unconverged_steps;
     }
 }

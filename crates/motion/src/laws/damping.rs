@@ -53,7 +53,16 @@ impl DampingModel {
             Self::Exact => "exact",
         }
     }
+
+    /// The model of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|model| model.name() == name)
+    }
 }
+
+#[cfg(feature = "serde")]
+crate::names::written_by_name!(DampingModel);
 
 /// Damping of the scene. Present only if the scene or one of its bodies declares damping.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
@@ -64,7 +73,20 @@ pub struct Damping {
     pub rate: Scalar,
 }
 
+#[cfg(feature = "serde")]
+crate::names::written_as_tuple!(Damping { model, rate });
+
 impl Damping {
+    /// Reads damping, and refuses a rate below 0.
+    #[cfg(feature = "serde")]
+    pub(crate) fn read_checked<'de, D: serde::Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+        let damping: Self = serde::Deserialize::deserialize(source)?;
+        if damping.rate < 0.0 {
+            return Err(serde::de::Error::custom("a damping rate is below 0"));
+        }
+        Ok(damping)
+    }
+
     /// The tutorial's damping: `v *= 1 - 0.4 h` after every move.
     pub const TUTORIAL: Self = Self { model: DampingModel::Tutorial, rate: 0.4 };
 

@@ -15,6 +15,9 @@ pub struct Gravity {
     pub on: bool,
 }
 
+#[cfg(feature = "serde")]
+crate::names::written_as_tuple!(Gravity { acceleration, on });
+
 impl Gravity {
     /// Gravity near the ground, as in the tutorial: 9.8 m/s² downward.
     pub const EARTH: Self = Self { acceleration: Vector::new(0.0, -9.8, 0.0), on: true };

@@ -23,6 +23,16 @@ pub(crate) trait WorldLaw: Resource + Clone + Law {
     }
 }
 
+/// The name of a law. An alias, because derives would borrow a reference from the file that they read.
+pub(crate) type LawName = &'static str;
+
+#[cfg(feature = "serde")]
+crate::names::one_of!(
+    /// The name of a law in files.
+    law_name,
+    super::LAWS.iter().map(|(law, _)| *law)
+);
+
 macro_rules! declare {
     ($($law:ident: $Law:ident ($($part:tt)*) $formula:literal;)*) => {
         /// The laws of this crate: the name under which [`Evaluations`](crate::Evaluations) counts each, and its

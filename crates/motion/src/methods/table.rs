@@ -223,6 +223,9 @@ impl Method {
     }
 }
 
+#[cfg(feature = "serde")]
+crate::names::written_by_name!(Method);
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -116,6 +116,9 @@ impl Effect {
     }
 }
 
+#[cfg(feature = "serde")]
+crate::names::written_by_name!(Effect);
+
 impl fmt::Display for Effect {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(self.name())

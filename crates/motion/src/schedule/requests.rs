@@ -24,6 +24,7 @@ use crate::units::{Scalar, Vector};
 ///
 /// `Body` names a body: an entity, or a name that is the same in several worlds.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Request<Body = Entity> {
     /// Adds an impulse `J`, N s: `v += J w`, the same at every step size.
     Impulse(Body, Vector),
@@ -40,7 +41,7 @@ pub enum Request<Body = Entity> {
     /// Switches gravity on or off. Does nothing if gravity was never declared.
     SwitchGravity(bool),
     /// Replaces model and rate of the scene's damping. Declares damping if there is none, switches it on if it is off.
-    SetDamping(Damping),
+    SetDamping(#[cfg_attr(feature = "serde", serde(deserialize_with = "Damping::read_checked"))] Damping),
     /// Switches an effect off, or on again. Does nothing if it was never declared.
     Switch(Effect, bool),
     /// Gives a body, and its group, a method of its own; `None` gives back the world's.

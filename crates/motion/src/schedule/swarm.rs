@@ -40,6 +40,9 @@ impl Swarm {
     pub const METHODS: [Method; 3] =
         [Method::PositionVerlet, Method::SemiImplicitEuler, Method::VelocityVerlet];
 
+    /// Most particles that live at once in the swarm of a file.
+    pub const MOST: u64 = 4_000_000;
+
     /// Number of slots.
     #[must_use]
     pub fn slots(&self) -> u64 {
@@ -101,7 +104,10 @@ impl SwarmLog {
 }
 
 /// One tick of a swarm. Times count from its start.
+///
+/// In files its laws are in the [`SwarmLog`], once for all ticks that share them.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SwarmTick {
     /// Identifies the state after the tick: it depends on this tick and all before it, and on nothing else.
     pub key: u64,
@@ -131,6 +137,7 @@ pub struct SwarmTick {
     /// Phase of gusts at the anchor and the start of the tick, rad, from -pi to pi.
     pub phase: f32,
     /// The laws of the tick.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub laws: Arc<SwarmLaws>,
 }
 

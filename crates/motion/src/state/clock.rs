@@ -4,8 +4,10 @@ use bevy_ecs::prelude::*;
 
 use crate::units::Scalar;
 
-/// Length of a tick, s: finite and at least 0. A tick of length 0 moves nothing, as in a frame in which no time passes.
-#[derive(Resource, Clone, Copy, Debug, PartialEq)]
+/// Length of a tick, s: finite and at least 0. A tick of length 0, the default, moves nothing, as in a frame in which no time
+/// passes.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TimeStep(pub Scalar);
 
 impl TimeStep {
@@ -26,6 +28,7 @@ pub struct StepClock(ClockState);
 
 /// The state of a [`StepClock`] as plain numbers, to save and restore.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 pub struct ClockState {
     /// Ticks simulated since the start.
     pub ticks: u64,

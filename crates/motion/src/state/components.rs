@@ -13,6 +13,7 @@ use crate::units::{Rotation, Scalar, Vector, at_least_0};
 ///
 /// Orientation is a separate component, so that a step moves no byte that it does not use.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
 #[component(on_add = body_changed, on_remove = body_changed)]
 #[repr(C)]
 pub struct Transform {
@@ -53,6 +54,8 @@ impl Transform {
 ///
 /// Aligned to its size, so that no row crosses a cache line.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(from = "[Scalar; 4]", into = "[Scalar; 4]"))]
 #[repr(C, align(32))]
 #[require(Transform, Force)]
 #[component(summary_tick, on_insert = structure_changed, on_discard = body_discarded)]
@@ -61,6 +64,18 @@ pub struct PhysicsBody {
     pub velocity: Vector,
     /// Reciprocal of the mass, 1/kg; 0 is immovable.
     pub inverse_mass: Scalar,
+}
+
+impl From<[Scalar; 4]> for PhysicsBody {
+    fn from(row: [Scalar; 4]) -> Self {
+        bytemuck::cast(row)
+    }
+}
+
+impl From<PhysicsBody> for [Scalar; 4] {
+    fn from(body: PhysicsBody) -> Self {
+        bytemuck::cast(body)
+    }
 }
 
 impl PhysicsBody {

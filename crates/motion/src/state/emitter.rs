@@ -118,12 +118,14 @@ pub struct Emission {
 
 /// The state of an [`Emission`] as plain numbers, to save and restore.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 pub struct EmissionState {
     /// Number of the next particle to be born.
     pub next: u64,
     /// No particle below this number lives.
     pub oldest: u64,
     /// Number of the particle that lives in each slot of the pool; `None` for a free slot.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::lists::list"))]
     pub slots: Vec<Option<u64>>,
     /// Number and start, s since the start of the scene, of the tick to which it was last advanced.
     pub seen: Option<(u64, Scalar)>,

@@ -80,13 +80,18 @@ impl Forces<'_, '_> {
 }
 
 /// A force applied to a body.
+///
+/// `B` names a body, as in [`Request`](crate::Request).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Push {
+pub struct Push<B = Entity> {
     /// The body that is pushed.
-    pub body: Entity,
+    pub body: B,
     /// Force, N.
     pub newtons: Vector,
 }
+
+#[cfg(feature = "serde")]
+crate::names::written_as_tuple!(Push<B> { body, newtons });
 
 /// Sums the forces of `pushes` on each body, N.
 pub(crate) fn sum_by_body(pushes: impl Iterator<Item = Push>) -> EntityHashMap<Vector> {

@@ -7,6 +7,7 @@ use crate::units::Scalar;
 /// Method state of position Verlet: the length of the last step, s. 0 means a start, which takes the Taylor value; a
 /// negative length means that velocities were reversed since. Only bodies of that method have it.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(transparent)]
 pub struct LastStep(pub Scalar);
 

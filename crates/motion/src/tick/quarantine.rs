@@ -4,7 +4,9 @@
 use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
-use crate::laws::WorldLaws;
+#[cfg(feature = "serde")]
+use crate::laws::law_name;
+use crate::laws::{LawName, WorldLaws};
 use crate::state::clock::StepClock;
 use crate::state::components::{PhysicsBody, Quarantined, StableId, Transform};
 use crate::state::coupling::CouplingChanged;
@@ -14,24 +16,25 @@ use crate::units::{Scalar, Vector};
 
 /// Why a body was quarantined: which system noticed, which component or resource was at fault, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cause {
+pub struct Cause<B = Entity> {
     /// The system that noticed. For an Euler step in one pass, the half that failed.
     pub system: &'static str,
     /// The component or resource at fault, with its field where it has several.
     pub component: &'static str,
     /// What happened to it.
-    pub fault: Fault,
+    pub fault: Fault<B>,
 }
 
 /// What happened to a component or a resource.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+pub enum Fault<B = Entity> {
     /// It was not finite before the tick: something else wrote it.
     Found,
     /// This law gave a non-finite acceleration for a finite state.
-    Law(&'static str),
+    Law(#[cfg_attr(feature = "serde", serde(with = "law_name"))] LawName),
     /// The spring to this body pulled with a non-finite force between finite states.
-    Spring(Entity),
+    Spring(B),
     /// It would have overflowed: finite numbers grew beyond the largest one.
     Overflow,
     /// It would have left the range, whose bound is this, m or m/s.
@@ -127,18 +130,89 @@ pub(crate) mod place {
 
 /// The record of a body that was quarantined.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct QuarantineRecord {
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(from = "in_files::Record<B>", into = "in_files::Record<B>"))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "B: serde::Serialize + Clone", deserialize = "B: serde::Deserialize<'de>"))
+)]
+pub struct QuarantineRecord<B = Entity> {
     /// The body.
-    pub body: Entity,
-    /// Its stable id, if it had one: it still names the body when the entity is gone.
+    pub body: B,
+    /// Its stable id, if it had one: it still names the body when the entity is gone. Files have `body` alone.
     pub id: Option<StableId>,
-    /// The stable id of the other end of the spring at fault, if there is one.
+    /// The stable id of the other end of the spring at fault, if there is one. Files have the cause alone.
     pub other_end: Option<StableId>,
     /// The tick in which it failed, counted from 1.
     pub tick: u64,
     /// The cause.
-    pub cause: Cause,
+    pub cause: Cause<B>,
 }
+
+impl<B> QuarantineRecord<B> {
+    /// The same record with other names of its body and of the other end of its spring.
+    pub fn rename<Other>(self, mut renamed: impl FnMut(B) -> Other) -> QuarantineRecord<Other> {
+        let Self { body, id, other_end, tick, cause: Cause { system, component, fault } } = self;
+        let fault = match fault {
+            Fault::Found => Fault::Found,
+            Fault::Law(name) => Fault::Law(name),
+            Fault::Spring(end) => Fault::Spring(renamed(end)),
+            Fault::Overflow => Fault::Overflow,
+            Fault::Range(bound) => Fault::Range(bound),
+            Fault::Request => Fault::Request,
+        };
+        QuarantineRecord {
+            body: renamed(body),
+            id,
+            other_end,
+            tick,
+            cause: Cause { system, component, fault },
+        }
+    }
+}
+
+#[cfg(feature = "serde")]
+mod in_files {
+    //! Records as files have them.
+
+    use serde::{Deserialize, Serialize};
+
+    use super::{Cause, Fault, QuarantineRecord, place_name};
+
+    /// A name. An alias, because derives would borrow a reference from the file that they read.
+    type Name = &'static str;
+
+    #[derive(Serialize, Deserialize)]
+    pub struct Record<B> {
+        body: B,
+        tick: u64,
+        #[serde(with = "place_name")]
+        system: Name,
+        #[serde(with = "place_name")]
+        component: Name,
+        fault: Fault<B>,
+    }
+
+    impl<B> From<QuarantineRecord<B>> for Record<B> {
+        fn from(QuarantineRecord { body, id: _, other_end: _, tick, cause }: QuarantineRecord<B>) -> Self {
+            let Cause { system, component, fault } = cause;
+            Self { body, tick, system, component, fault }
+        }
+    }
+
+    impl<B> From<Record<B>> for QuarantineRecord<B> {
+        fn from(Record { body, tick, system, component, fault }: Record<B>) -> Self {
+            Self { body, id: None, other_end: None, tick, cause: Cause { system, component, fault } }
+        }
+    }
+}
+
+#[cfg(feature = "serde")]
+crate::names::one_of!(
+    /// The name of a system, a component or a resource in files.
+    place_name,
+    super::Cause::names()
+);
 
 /// A body refused in the running tick, with the state in which it is quarantined.
 #[derive(Clone, Copy, Debug)]

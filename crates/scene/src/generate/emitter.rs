@@ -24,7 +24,7 @@ const SPREAD: Rule = (
 );
 
 /// Most particles of an emitter on a graphics device.
-pub const SWARM_LIMIT: u64 = 4_000_000;
+pub const SWARM_LIMIT: u64 = Swarm::MOST;
 
 /// Resolves emitter `index` of the list.
 pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> GeneratedEntry {

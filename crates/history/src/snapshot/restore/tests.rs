@@ -1,9 +1,10 @@
 //! Snapshots that no world can have given: every one of them is refused.
 
-use motion::Method;
+use motion::snapshot::Effects;
+use motion::units::Vector;
+use motion::{Cause, Iterations, Method, PreviousPosition};
 
 use super::*;
-use crate::snapshot::Effects;
 
 const TEXT: &str = "(version: 1, step_hz: 100, mutual_gravity: (), bodies: [(name: \"a\"), (name: \"b\", position_m: (5, 0, 0))])";
 
@@ -17,10 +18,12 @@ fn snapshot() -> Snapshot {
     simulation.snapshot()
 }
 
+type State = snapshot::Snapshot<u32, Runs>;
+
 /// What is said of the snapshot after `change`; nothing if it is restored and simulates two ticks.
-fn said(change: impl FnOnce(&mut Snapshot)) -> Option<&'static str> {
+fn said(change: impl FnOnce(&mut State)) -> Option<&'static str> {
     let mut snapshot = snapshot();
-    change(&mut snapshot);
+    change(&mut snapshot.state);
     match Simulation::restore(scene(), &snapshot) {
         Ok(mut simulation) => {
             simulation.run(2);
@@ -38,24 +41,29 @@ fn one_of_a_world_is_taken() {
 #[test]
 fn empty_runs_are_refused() {
     let things = Some("it has things that the scene lacks");
-    assert_eq!(said(|s| s.things = vec![[1, 0], [0, 2]]), things);
-    assert_eq!(said(|s| s.things = vec![[0, 2], [2, 0]]), things);
+    assert_eq!(said(|s| s.things = Runs(vec![[1, 0], [0, 2]])), things);
+    assert_eq!(said(|s| s.things = Runs(vec![[0, 2], [2, 0]])), things);
     let bodies = Some("it has bodies that the scene lacks");
-    assert_eq!(said(|s| s.bodies = vec![[1, 1], [0, 0], [0, 1]]), bodies);
+    assert_eq!(said(|s| s.bodies = Runs(vec![[1, 1], [0, 0], [0, 1]])), bodies);
     // In other pieces than they are written in they are the same.
-    assert_eq!(said(|s| s.things = vec![[0, 1], [1, 1]]), None);
+    assert_eq!(said(|s| s.things = Runs(vec![[0, 1], [1, 1]])), None);
 }
 
 #[test]
 fn counts_that_would_come_to_their_end_are_refused() {
-    let said = |counts: fn(&mut CountsEntry)| said(|snapshot| counts(&mut snapshot.counts));
+    let said = |accelerations, laws: [u64; 1], iterations| {
+        let laws = laws.map(|count| ("mutual_gravity", count));
+        said(move |s| s.evaluations = Evaluations::going_on(accelerations, laws, iterations))
+    };
+    let [newton, cg, unconverged_steps] = [MOST_COUNTED + 1, u64::MAX, u64::MAX];
+    let none = Iterations::default();
     let too_many = Some("its counts are too large");
-    assert_eq!(said(|counts| counts.accelerations = u64::MAX), too_many);
-    assert_eq!(said(|counts| counts.laws[0].1 = u64::MAX - 1), too_many);
-    assert_eq!(said(|counts| counts.newton_iterations = MOST_COUNTED + 1), too_many);
-    assert_eq!(said(|counts| counts.cg_iterations = u64::MAX), too_many);
-    assert_eq!(said(|counts| counts.unconverged_steps = u64::MAX), too_many);
-    assert_eq!(said(|counts| counts.accelerations = MOST_COUNTED), None);
+    assert_eq!(said(u64::MAX, [1], none), too_many);
+    assert_eq!(said(1, [u64::MAX - 1], none), too_many);
+    assert_eq!(said(1, [1], Iterations { newton, ..none }), too_many);
+    assert_eq!(said(1, [1], Iterations { cg, ..none }), too_many);
+    assert_eq!(said(1, [1], Iterations { unconverged_steps, ..none }), too_many);
+    assert_eq!(said(MOST_COUNTED, [1], none), None);
 }
 
 #[test]
@@ -76,21 +84,17 @@ fn clocks_that_none_can_have_come_to_are_refused() {
 
 #[test]
 fn places_to_draw_from_are_finite() {
+    let at = |y| PreviousPosition(Vector::new(0.0, y, 2.0));
     let not_finite = Some("a place to draw from is not finite");
-    assert_eq!(said(|s| s.drawn_from = vec![(0, [0.0; 3]), (1, [0.0, f64::NAN, 0.0])]), not_finite);
-    assert_eq!(said(|s| s.drawn_from = vec![(0, [f64::INFINITY, 0.0, 0.0])]), not_finite);
-    assert_eq!(said(|s| s.drawn_from = vec![(1, [1.0, 2.0, 3.0])]), None);
+    assert_eq!(said(|s| s.previous_positions = vec![(0, at(0.0)), (1, at(f64::NAN))]), not_finite);
+    assert_eq!(said(|s| s.previous_positions = vec![(0, at(f64::INFINITY))]), not_finite);
+    assert_eq!(said(|s| s.previous_positions = vec![(1, at(1.0))]), None);
 }
 
 #[test]
 fn records_name_things_of_the_scene() {
-    let record = |body| RecordEntry {
-        body,
-        tick: 3,
-        system: Name("integrate"),
-        component: Name("Force"),
-        fault: SavedFault::Spring(u32::MAX),
-    };
+    let cause = Cause { system: "integrate", component: "Force", fault: Fault::Spring(u32::MAX) };
+    let record = |body| QuarantineRecord { body, id: None, other_end: None, tick: 3, cause };
     let strange = Some("it has records of things that the scene lacks");
     assert_eq!(said(|s| s.records = vec![record(1), record(2)]), strange);
     assert_eq!(said(|s| s.records = vec![record(1)]), None);
@@ -99,11 +103,11 @@ fn records_name_things_of_the_scene() {
 #[test]
 fn a_method_need_not_solve_what_is_off() {
     let unsolvable = Some("its method cannot solve the scene");
-    assert_eq!(said(|s| s.method = Name(Method::ImplicitEuler)), unsolvable);
-    let off = |snapshot: &mut Snapshot| {
+    assert_eq!(said(|s| s.method = Method::ImplicitEuler), unsolvable);
+    let off = |snapshot: &mut State| {
         let mut world = Simulation::new(scene()).world;
         motion::effects::switch(&mut world, Effect::MutualGravity, false).unwrap();
-        (snapshot.method, snapshot.effects) = (Name(Method::ImplicitEuler), Effects::of(&mut world));
+        (snapshot.method, snapshot.effects) = (Method::ImplicitEuler, Effects::of(&mut world));
     };
     assert_eq!(said(off), None);
 }
@@ -117,8 +121,10 @@ fn particles_of_a_scene_with_mutual_gravity_may_have_any_method() {
     let mut simulation = Simulation::new(Arc::clone(&scene));
     simulation.run(9);
     let mut snapshot = simulation.snapshot();
-    assert!(snapshot.own_methods.iter().all(|(_, Name(method))| *method == Method::ImplicitEuler));
-    assert!(snapshot.own_methods.len() > 50 && Simulation::restore(Arc::clone(&scene), &snapshot).is_ok());
-    snapshot.own_methods.push((0, Name(Method::ImplicitEuler)));
+    assert!(snapshot.state.own_methods.iter().all(|(_, method)| *method == Method::ImplicitEuler));
+    assert!(
+        snapshot.state.own_methods.len() > 50 && Simulation::restore(Arc::clone(&scene), &snapshot).is_ok()
+    );
+    snapshot.state.own_methods.push((0, Method::ImplicitEuler));
     assert!(Simulation::restore(scene, &snapshot).is_err());
 }

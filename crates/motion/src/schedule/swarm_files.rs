@@ -1,18 +1,15 @@
-//! The ticks of a swarm in a file. Laws are written once for all ticks that share them.
+//! The ticks of a swarm in files. Laws are written once for all ticks that share them.
 
 use std::sync::Arc;
 
-use motion::{DampingModel, Substeps, SwarmDrag, SwarmLaws, SwarmLog, SwarmTick};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::words::Name;
-use scene::SWARM_LIMIT;
-use scene::lists::list;
-
-/// The ticks of a swarm.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct SwarmEntry(pub SwarmLog);
+use crate::laws::damping::DampingModel;
+use crate::lists::list;
+use crate::schedule::swarm::{Swarm, SwarmLog, SwarmTick};
+use crate::schedule::swarm_laws::{SwarmDrag, SwarmLaws};
+use crate::state::substeps::Substeps;
 
 #[derive(Default, Serialize, Deserialize)]
 #[serde(default)]
@@ -27,27 +24,7 @@ struct LogFields {
 
 /// The number of the laws of a tick, and the rest of it.
 #[derive(Serialize, Deserialize)]
-struct TickEntry(usize, #[serde(with = "TickFields")] SwarmTick);
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "SwarmTick")]
-struct TickFields {
-    key: u64,
-    step: f32,
-    substeps: u32,
-    births: [u64; 2],
-    born: bool,
-    first_birth: f32,
-    between: f32,
-    source: [f32; 3],
-    carried: [f32; 3],
-    dead: u64,
-    other_laws: bool,
-    reversed: bool,
-    phase: f32,
-    #[serde(skip)]
-    laws: Arc<SwarmLaws>,
-}
+struct TickEntry(usize, SwarmTick);
 
 #[derive(Default, Serialize, Deserialize)]
 #[serde(default)]
@@ -60,7 +37,7 @@ struct LawsFields {
     wind: [[f32; 3]; 4],
     #[serde(deserialize_with = "list")]
     wells: Vec<[f32; 5]>,
-    damping: Option<(Name<DampingModel>, f32)>,
+    damping: Option<(DampingModel, f32)>,
 }
 
 impl From<&SwarmLaws> for LawsFields {
@@ -73,7 +50,7 @@ impl From<&SwarmLaws> for LawsFields {
             drag: drag.map(|_| [linear, quadratic, turns]),
             wind: [mean, across, up, wave],
             wells: wells.to_vec(),
-            damping: damping.map(|(model, rate)| (Name(model), rate)),
+            damping: *damping,
         }
     }
 }
@@ -95,14 +72,14 @@ impl From<LawsFields> for SwarmLaws {
             rate: fields.rate,
             drag: fields.drag.map(drag),
             wells: fields.wells.into(),
-            damping: fields.damping.map(|(Name(model), rate)| (model, rate)),
+            damping: fields.damping,
         }
     }
 }
 
-impl Serialize for SwarmEntry {
+impl Serialize for SwarmLog {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let SwarmLog { ticks, key, reversed } = &self.0;
+        let Self { ticks, key, reversed } = self;
         let mut fields = LogFields { key: *key, reversed: *reversed, ..LogFields::default() };
         let mut written: Option<&Arc<SwarmLaws>> = None;
         for tick in ticks {
@@ -116,7 +93,7 @@ impl Serialize for SwarmEntry {
     }
 }
 
-impl<'de> Deserialize<'de> for SwarmEntry {
+impl<'de> Deserialize<'de> for SwarmLog {
     fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
         let LogFields { key, reversed, laws, ticks } = LogFields::deserialize(source)?;
         let laws: Vec<_> = laws.into_iter().map(|laws| Arc::new(SwarmLaws::from(laws))).collect();
@@ -127,13 +104,13 @@ impl<'de> Deserialize<'de> for SwarmEntry {
             let holds = (1..=Substeps::MOST).contains(&tick.substeps)
                 && tick.step > 0.0
                 && tick.step.is_finite()
-                && count.is_some_and(|count| count <= SWARM_LIMIT);
+                && count.is_some_and(|count| count <= Swarm::MOST);
             if !holds {
                 return Err(D::Error::custom("invalid tick of a swarm"));
             }
             Ok(SwarmTick { laws, ..tick })
         };
         let ticks = ticks.into_iter().map(tick).collect::<Result<_, _>>()?;
-        Ok(Self(SwarmLog { ticks, key, reversed }))
+        Ok(Self { ticks, key, reversed })
     }
 }
