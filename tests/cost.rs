@@ -4,18 +4,16 @@ mod arithmetic;
 mod measuring;
 pub mod oscillator;
 mod panel;
-mod precision;
 mod references;
 mod timing;
 
 use lab::cost::{Bench, Plan, Subject};
 use motion::Method;
 
-/// What is measured of accuracy alone, in double precision.
+/// What is measured of accuracy alone.
 fn plain(methods: &[Method], rungs: impl Into<Vec<u32>>) -> Plan {
     Plan {
         methods: methods.to_vec(),
-        single: Vec::new(),
         rungs: rungs.into(),
         passes: 0,
         longer: 0,

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use fixture::{fall, oscillator, report, rest};
 use lab::cost::{
-    Accuracy, Cell, Cost, Drift, Failure, Host, Outcome, Precision, Report, Study, TickTime, TimedTick, Truth,
+    Accuracy, Cell, Cost, Drift, Failure, Host, Outcome, Report, Study, TickTime, TimedTick, Truth,
 };
 use motion::Method;
 use report::{CELLS_HEADER, Table, files, json, table, tables, words};
@@ -63,9 +63,8 @@ fn plain(text: &str) -> f64 {
     text.replace(',', "").parse().unwrap()
 }
 
-fn failed(study: &Study, precision: Precision) -> usize {
-    let failed = |cell: &&Cell| cell.errors().is_none() && cell.setting.precision == precision;
-    study.cells.iter().filter(failed).count()
+fn failed(study: &Study) -> usize {
+    study.cells.iter().filter(|cell| cell.errors().is_none()).count()
 }
 
 fn fail_all(study: &mut Study) {
@@ -121,7 +120,7 @@ fn words_answer_the_tutorials_question() {
             other => other,
         };
     }
-    swapped.cells.sort_by_key(|cell| (cell.setting.method, cell.setting.precision, cell.setting.substeps));
+    swapped.cells.sort_by_key(|cell| (cell.setting.method, cell.setting.substeps));
     let per_step = |method: Method| u64::from(method.claims().evaluations);
     let ticks = swapped.ticks;
     for cell in &mut swapped.cells {
@@ -139,7 +138,6 @@ fn the_cheapest_for_an_error_keeps_it_and_nothing_cheaper_does() {
     let cheapest = study
         .cells
         .iter()
-        .filter(|cell| cell.setting.precision == Precision::F64)
         .filter(|cell| cell.errors().is_some_and(|errors| errors.position_m <= 1e-3))
         .filter_map(|cell| study.cost(cell, Cost::Evaluations))
         .fold(f64::INFINITY, f64::min);
@@ -196,7 +194,6 @@ fn methods_tie_with_the_first_of_their_rank_and_not_with_each_other_in_a_chain()
     let methods = [Method::SemiImplicitEuler, Method::VelocityVerlet, Method::PositionVerlet];
     let time = |(ns, method)| TickTime {
         method,
-        precision: Precision::F64,
         host: Host::World,
         fixed_ns: 0.0,
         ns_per_body_step: ns,
@@ -222,21 +219,6 @@ fn what_explicit_euler_is_worth_is_said() {
 }
 
 #[test]
-fn the_best_step_of_single_precision_is_named() {
-    let study = oscillator();
-    let table = table_of(&study, "Methods");
-    let said = table.cell("Runge-Kutta 4", "in single precision");
-    let best = study
-        .curve(Method::RungeKutta4, Precision::F32)
-        .min_by(|a, b| a.errors().unwrap().position_m.total_cmp(&b.errors().unwrap().position_m))
-        .unwrap();
-    assert!(said.contains(&format!(" at x {}, ", best.setting.substeps)), "{said}");
-    assert!(said.contains("finer steps are worse"), "{said}");
-    // An Euler of order 1 is nowhere near round-off.
-    assert_eq!(table.cell("explicit Euler", "in single precision"), "as good");
-}
-
-#[test]
 fn a_method_of_the_wrong_order_is_named() {
     let mut study = oscillator();
     let orders = |study: &Study| {
@@ -244,11 +226,8 @@ fn a_method_of_the_wrong_order_is_named() {
     };
     assert!(orders(&study).iter().all(|order| !order.contains("claimed")));
     // Runge-Kutta 4 with the errors of semi-implicit Euler: order 1.
-    let euler: Vec<_> =
-        study.curve(Method::SemiImplicitEuler, Precision::F64).map(|cell| cell.outcome.clone()).collect();
-    let broken = study.cells.iter_mut().filter(|cell| {
-        cell.setting.method == Method::RungeKutta4 && cell.setting.precision == Precision::F64
-    });
+    let euler: Vec<_> = study.curve(Method::SemiImplicitEuler).map(|cell| cell.outcome.clone()).collect();
+    let broken = study.cells.iter_mut().filter(|cell| cell.setting.method == Method::RungeKutta4);
     for (cell, outcome) in broken.zip(euler) {
         cell.outcome = outcome;
     }
@@ -264,7 +243,7 @@ fn an_order_is_not_fitted_below_ten_times_the_references_own_error() {
     let sound = order(&study).unwrap();
     assert!((sound - 2.0).abs() < 0.05, "{sound}");
     let errors = |study: &Study| -> Vec<f64> {
-        study.curve(method, Precision::F64).filter_map(|cell| study.error(cell, Accuracy::Position)).collect()
+        study.curve(method).filter_map(|cell| study.error(cell, Accuracy::Position)).collect()
     };
     // The six finest are within ten times the uncertainty of the reference, which is all that they show.
     let errors = errors(&study);
@@ -343,18 +322,18 @@ fn tables_have_a_row_a_cell() {
     let mut lines = files["cells.csv"].lines();
     assert_eq!(lines.next(), Some(CELLS_HEADER));
     let columns = CELLS_HEADER.split(',').count();
-    assert_eq!(columns, 17);
+    assert_eq!(columns, 15);
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert_eq!(rows.len(), cells);
     assert!(rows.iter().all(|row| row.len() == columns));
     let cell = &report.studies[0].cells[3];
     let row = &rows[3];
-    assert_eq!(row[..4], ["oscillator", "explicit_euler", "16", "f64"]);
-    assert_eq!(row[4].parse::<f64>().unwrap(), report.studies[0].step_s(cell.setting));
-    assert_eq!((row[5], row[8]), ("", "blew up"));
-    let good = rows.iter().position(|row| row[8] == "finished").unwrap();
+    assert_eq!(row[..3], ["oscillator", "explicit_euler", "16"]);
+    assert_eq!(row[3].parse::<f64>().unwrap(), report.studies[0].step_s(cell.setting));
+    assert_eq!((row[4], row[7]), ("", "blew up"));
+    let good = rows.iter().position(|row| row[7] == "finished").unwrap();
     let errors = report.studies[0].cells[good].errors().unwrap();
-    assert_eq!(rows[good][6].parse::<f64>().unwrap(), errors.position_m);
+    assert_eq!(rows[good][5].parse::<f64>().unwrap(), errors.position_m);
 
     let samples: usize = report.studies[0].drifts.iter().map(|drift| drift.series.len()).sum();
     assert_eq!(files["drift.csv"].lines().count(), 1 + samples);
@@ -419,16 +398,16 @@ fn every_choice_of_error_and_cost_has_its_figure_and_its_rule() {
 #[test]
 fn every_failed_run_is_a_cross_and_every_other_one_a_point() {
     let study = oscillator();
-    let crosses = failed(&study, Precision::F64);
+    let crosses = failed(&study);
     assert!(crosses > 0);
-    let double = study.cells.iter().filter(|cell| cell.setting.precision == Precision::F64).count();
+    let cells = study.cells.len();
     let files = texts(&report(vec![study]));
     let figures: Vec<_> = files.iter().filter(|(name, _)| name.contains("error-")).collect();
     assert_eq!(figures.len(), 8);
     for (name, svg) in figures {
         assert_eq!(svg.matches("class=\"failed").count(), crosses, "{name}");
         // Nine more are in the legend.
-        assert_eq!(svg.matches("class=\"mark").count(), double - crosses + 9, "{name}");
+        assert_eq!(svg.matches("class=\"mark").count(), cells - crosses + 9, "{name}");
         assert!(!svg.contains("NaN") && !svg.contains("inf,") && !svg.contains("inf "), "{name}");
     }
 }
@@ -436,7 +415,7 @@ fn every_failed_run_is_a_cross_and_every_other_one_a_point() {
 #[test]
 fn failed_runs_without_a_time_are_counted_where_they_cannot_be_placed() {
     let mut study = oscillator();
-    let crosses = failed(&study, Precision::F64);
+    let crosses = failed(&study);
     for cell in study.cells.iter_mut().filter(|cell| cell.errors().is_none()) {
         cell.time = None;
     }

@@ -301,6 +301,10 @@ mod on_unix {
         let words = "this report was made by another version or on another machine; give another folder, or --replace";
         is_refused(folder.path(), "cost kepler --quick --out study", words);
         report.machine = Machine::here();
+        report.format -= 1;
+        store(&report);
+        is_refused(folder.path(), "cost kepler --quick --out study", words);
+        report.format += 1;
         store(&report);
         let words = "this is the report of `sandbox cost kepler --quick`";
         is_refused(folder.path(), "cost duffing --quick --out study", words);

@@ -203,7 +203,6 @@ fn each_part_gets_the_cheapest_measured_setting_below_the_error_and_the_file_has
             .cells
             .iter()
             .filter(|cell| study.error(cell, Accuracy::Position).is_some_and(|error| error <= 1e-2))
-            .filter(|cell| cell.setting.precision == lab::cost::Precision::F64)
             .filter_map(|cell| study.cost(cell, Cost::RealTime))
             .fold(f64::INFINITY, f64::min);
         assert!((part["pick"]["price"].as_f64().unwrap() - cheapest * 1e3 / 60.0).abs() < 1e-9);

@@ -171,4 +171,8 @@ fn shards_that_are_no_whole_study_are_refused_by_name() {
     let text = fs::read_to_string(&part).unwrap();
     fs::write(&part, text.replace("\"complete\": true", "\"complete\": false")).unwrap();
     line("merge r2 --out r").fails(2, "r2: shard 2/2 is not complete; finish it with --resume");
+    // One of an earlier format.
+    fs::write(&part, text.replace("\"format\": 2", "\"format\": 1")).unwrap();
+    line("merge r2 --out r")
+        .fails(2, "r2/part.json: this part was made by another version; give another folder");
 }

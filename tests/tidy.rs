@@ -464,11 +464,9 @@ fn places_become_f32_only_as_differences_from_what_is_near() {
                 path.components().any(|part| part.as_os_str() == "tests") || path.ends_with("tests.rs");
             let whole = if tests { Vec::new() } else { whole_places(before_tests) };
             found.extend(whole.into_iter().map(|(line, what)| format!("{}:{line}: {what}", path.display())));
-            // A study of what single precision does.
-        } else if !in_folder(path, "crates/lab/src")
-            && !path
-                .components()
-                .any(|part| ["tests", "benches"].map(|name| name.as_ref()).contains(&part.as_os_str()))
+        } else if !path
+            .components()
+            .any(|part| ["tests", "benches"].map(|name| name.as_ref()).contains(&part.as_os_str()))
         {
             assert!(!text.contains(".as_vec3()"), "{} makes places f32", path.display());
         }

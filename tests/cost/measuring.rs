@@ -1,8 +1,8 @@
 //! The measuring itself: what is slow shows as slow by as much, and what is broken as broken.
 
 use lab::cost::{
-    Accuracy, Bench, Cost, Counts, Failure, Host, Make, Outcome, Plan, Precision, Runner, Sample, Setting,
-    Study, Subject, make, problem,
+    Accuracy, Bench, Cost, Counts, Failure, Host, Make, Outcome, Plan, Runner, Sample, Setting, Study,
+    Subject, make, problem,
 };
 use motion::Method;
 
@@ -68,7 +68,7 @@ fn phase_and_amplitude_of_an_oscillator_are_those_of_the_theory() {
     let rung = 256;
     let bench = studied(subject, plain(&[Method::ExplicitEuler, Method::VelocityVerlet], [rung]));
     let study = bench.study();
-    let phase = |method| study.curve(method, Precision::F64).next().unwrap().errors().unwrap().phase.unwrap();
+    let phase = |method| study.curve(method).next().unwrap().errors().unwrap().phase.unwrap();
     let (steps, w_h) = (8.0 * f64::from(rung), 5.0 * std::f64::consts::TAU / (8.0 * f64::from(rung)));
     // A step of explicit Euler turns by atan(w h) and stretches by sqrt(1 + (w h)²).
     let euler = phase(Method::ExplicitEuler);
@@ -89,7 +89,7 @@ fn a_method_whose_states_are_not_finite_is_a_mark_and_no_point() {
     let plan = plain(&[Method::VelocityVerlet, Method::RungeKutta4], [16, 32]);
     let broken = instead(Method::RungeKutta4, Some(Method::VelocityVerlet));
     let study = study(subject, plan, broken);
-    for cell in study.curve(Method::VelocityVerlet, Precision::F64) {
+    for cell in study.curve(Method::VelocityVerlet) {
         assert_eq!(cell.outcome, Outcome::Failed(Failure::BlewUp));
         assert!(study.error(cell, Accuracy::Relative).is_none());
         assert!(study.cost(cell, Cost::Evaluations).unwrap() > 0.0, "a mark has a place");
@@ -104,7 +104,7 @@ fn hopeless_runs_are_marks_with_reasons() {
     let subject = Subject::of_problem(problem("harmonic_oscillator").unwrap()).unwrap();
     let bench = studied(subject, plain(&Method::ALL, [4]));
     let study = bench.study();
-    let failed = |method| study.curve(method, Precision::F64).next().unwrap().errors().is_none();
+    let failed = |method| study.curve(method).next().unwrap().errors().is_none();
     assert!(failed(Method::ExplicitEuler) && !failed(Method::ImplicitEuler));
 
     let scene = scene::load("figure_eight").unwrap();

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use lab::cost::{Accuracy, Cost, Plan, Precision, Study, Subject};
+use lab::cost::{Accuracy, Cost, Plan, Study, Subject};
 use motion::{METHODS, Method};
 
 use super::{plain, studied};
@@ -85,8 +85,7 @@ fn runge_kutta_2_is_16_times_worse_than_verlet_at_equal_cost() {
     let methods = [Method::VelocityVerlet, Method::RungeKutta2Midpoint, Method::RungeKutta2Heun];
     let study = study(5, (30..=300).collect(), &methods);
     let error = |method, substeps| {
-        let cell =
-            study.curve(method, Precision::F64).find(|cell| cell.setting.substeps == substeps).unwrap();
+        let cell = study.curve(method).find(|cell| cell.setting.substeps == substeps).unwrap();
         (study.error(cell, Accuracy::Relative).unwrap(), cell.counts.accelerations)
     };
     let mut seen = 0;

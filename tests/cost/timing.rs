@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use lab::cost::{
-    Bench, Cost, Counts, Failure, Host, Machine as Computer, Make, Plan, Precision, Runner, Sample, Setting,
-    Study, Subject, make, problem,
+    Bench, Cost, Counts, Failure, Host, Machine as Computer, Make, Plan, Runner, Sample, Setting, Study,
+    Subject, make, problem,
 };
 use motion::Method;
 use motion::Method::{ExplicitEuler, ImplicitEuler, RungeKutta4, SemiImplicitEuler, VelocityVerlet};
@@ -115,7 +115,7 @@ fn a_tick_has_a_fixed_cost_and_one_per_body_and_step() {
     }
     // The iterations of a solver depend on the step, and with them its time.
     let implicit: Vec<_> = study
-        .curve(ImplicitEuler, Precision::F64)
+        .curve(ImplicitEuler)
         .filter_map(|cell| {
             let counts = (cell.counts.accelerations + cell.counts.solver) as f64;
             Some(cell.time?.ns_per_body_step / counts * f64::from(cell.setting.substeps))
@@ -157,9 +157,7 @@ fn runs_on_one_machine_rank_alike_at_every_size_and_call_a_tie_a_tie() {
 fn what_is_cheapest_by_time_is_told_at_the_size_that_was_named() {
     let at = |bodies| study(1, Plan { bodies, ..plan() });
     let (few, many) = (at(10), at(100_000));
-    let price = |study: &Study, method| {
-        study.cost(study.curve(method, Precision::F64).next().unwrap(), Cost::Time).unwrap()
-    };
+    let price = |study: &Study, method| study.cost(study.curve(method).next().unwrap(), Cost::Time).unwrap();
     for (study, euler_is_faster) in [(&few, false), (&many, true)] {
         assert_eq!(price(study, SemiImplicitEuler) < price(study, VelocityVerlet), euler_is_faster);
     }

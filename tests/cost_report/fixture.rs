@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
 use lab::cost::{
-    BLOWN_UP, Cell, Counts, Drift, EnergyScale, Errors, FORMAT, Failure, Machine, Outcome, Precision,
-    RateRow, Report, Setting, Study, Time, Truth,
+    BLOWN_UP, Cell, Counts, Drift, EnergyScale, Errors, FORMAT, Failure, Machine, Outcome, RateRow, Report,
+    Setting, Study, Time, Truth,
 };
 use motion::Method;
 
@@ -104,23 +104,6 @@ impl Motion {
     }
 }
 
-/// Rounding to single precision at every step, as a random walk; sums that are compensated round once.
-fn rounded(errors: Errors, precision: Precision, steps: f64) -> Errors {
-    let rounding = match precision {
-        Precision::F64 => 0.0,
-        Precision::F32 => 6e-8 * steps.sqrt(),
-        Precision::CompensatedF32 => 6e-8,
-    };
-    let add = |error: f64| error + rounding;
-    Errors {
-        relative: add(errors.relative),
-        position_m: add(errors.position_m),
-        velocity_m_s: TAU.mul_add(rounding, errors.velocity_m_s),
-        position_rms_m: add(errors.position_rms_m),
-        ..errors
-    }
-}
-
 fn time(method: Method, substeps: u32) -> Time {
     let ns = 2.0 + 1.1 * f64::from(method.claims().evaluations);
     let of_a_second = ns * STEP_HZ * f64::from(substeps);
@@ -133,28 +116,23 @@ fn time(method: Method, substeps: u32) -> Time {
 }
 
 fn cell(motion: &Motion, setting: Setting, scales: (f64, f64)) -> Cell {
-    let Setting { method, substeps, precision } = setting;
+    let Setting { method, substeps } = setting;
     let steps = SIMULATED_S * STEP_HZ * f64::from(substeps);
-    let errors = rounded(motion.errors(method, substeps, scales), precision, steps);
+    let errors = motion.errors(method, substeps, scales);
     let blown_up = errors.relative.is_nan() || errors.relative >= BLOWN_UP;
     Cell {
         setting,
         outcome: if blown_up { Outcome::Failed(Failure::BlewUp) } else { Outcome::Finished(errors) },
         counts: Counts { accelerations: steps as u64 * u64::from(method.claims().evaluations), solver: 0 },
-        time: (precision == Precision::F64).then(|| time(method, substeps)),
-        arithmetic_time: (precision != Precision::F64).then(|| time(method, substeps)),
-        instructions_per_tick: None,
+        time: Some(time(method, substeps)),
+        arithmetic_time: None,
     }
 }
 
-fn cells(motion: &Motion, scales: (f64, f64), precisions: &[Precision]) -> Vec<Cell> {
-    let rungs = |method, precision| {
-        RUNGS.into_iter().map(move |substeps| cell(motion, Setting { method, substeps, precision }, scales))
-    };
-    Method::ALL
-        .into_iter()
-        .flat_map(|method| precisions.iter().flat_map(move |precision| rungs(method, *precision)))
-        .collect()
+fn cells(motion: &Motion, scales: (f64, f64)) -> Vec<Cell> {
+    let rungs =
+        |method| RUNGS.into_iter().map(move |substeps| cell(motion, Setting { method, substeps }, scales));
+    Method::ALL.into_iter().flat_map(rungs).collect()
 }
 
 /// The ledger of the oscillator's energy at a hundred times of a run.
@@ -173,7 +151,7 @@ fn drift(method: Method, long: bool) -> Drift {
     let failed = (residuals.len() as u64) < steps;
     let largest = residuals.iter().map(|(_, residual)| residual.abs()).fold(0.0, f64::max);
     Drift {
-        setting: Setting { method, substeps, precision: Precision::F64 },
+        setting: Setting { method, substeps },
         long,
         simulated_s,
         scale: EnergyScale::Start,
@@ -197,7 +175,7 @@ fn study(subject: &str, description: &str, scales: (f64, f64), cells: Vec<Cell>)
         simulated_s: SIMULATED_S,
         bodies: 1,
         period_s: None,
-        own: Setting { method: Method::SemiImplicitEuler, substeps: 80, precision: Precision::F64 },
+        own: Setting { method: Method::SemiImplicitEuler, substeps: 80 },
         truth: Truth::ClosedForm { source: "x = cos 2 pi t".to_owned() },
         position_scale_m: scales.0,
         velocity_scale_m_s: scales.1,
@@ -219,7 +197,7 @@ pub fn oscillator() -> Study {
 
 fn make_oscillator() -> Study {
     let scales = (1.0, TAU);
-    let cells = cells(&OSCILLATOR, scales, &Precision::ALL);
+    let cells = cells(&OSCILLATOR, scales);
     let rate = |frame_hz, step: &str| RateRow {
         frame_hz,
         step: step.to_owned(),
@@ -245,7 +223,7 @@ pub fn fall() -> Study {
     let scales = (490.0, 98.0);
     Study {
         truth: Truth::ClosedForm { source: "x = -g t^2 / 2".to_owned() },
-        ..study("fall", "A body in free fall", scales, cells(&FALL, scales, &[Precision::F64]))
+        ..study("fall", "A body in free fall", scales, cells(&FALL, scales))
     }
 }
 

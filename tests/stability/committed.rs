@@ -79,7 +79,7 @@ fn a_close_passage_is_what_the_committed_matrix_has_to_its_end() {
     assert_same(&differences(&before, &now, |cell| Prefix { class: cell.class, number: cell.number }));
 }
 
-/// The whole run of one method, in both precisions.
+/// The whole run of one method.
 #[test]
 fn a_million_ticks_at_rest_are_what_the_committed_matrix_has() {
     let case = scene::load_case("at_rest").unwrap();

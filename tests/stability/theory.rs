@@ -37,10 +37,8 @@ fn only_implicit_euler_survives_a_spring_that_is_too_stiff() {
 #[test]
 fn a_load_on_light_links_stretches_them_as_theory_says() {
     // Let go, it goes beyond m g / k = 0.0196 of the link, but a method that damps stays below twice that.
-    for title in ["heavy_light_chain", "heavy_light_chain: f32"] {
-        let cell = cell(title, Method::ImplicitEuler);
-        assert!(cell.class == Class::Bounded && (0.0196..0.0392).contains(&cell.number), "{}", cell.number);
-    }
+    let cell = cell("heavy_light_chain", Method::ImplicitEuler);
+    assert!(cell.class == Class::Bounded && (0.0196..0.0392).contains(&cell.number), "{}", cell.number);
 }
 
 #[test]
@@ -78,7 +76,7 @@ fn damping_by_the_tick_flips_and_diverges_where_its_factor_does() {
 }
 
 #[test]
-fn a_million_ticks_at_rest_stay_at_rest_in_double_precision() {
+fn a_million_ticks_at_rest_stay_at_rest() {
     // Rounding walks at random: without damping its energy grows by no more than the ticks do, which are 50 times those of
     // the prefix, give and take a factor of 3; with damping not at all.
     for (row, growth) in
@@ -93,20 +91,13 @@ fn a_million_ticks_at_rest_stay_at_rest_in_double_precision() {
         // Rounding is enough to start what a method lets grow.
         assert_eq!(cell(row, Method::ExplicitEuler).class, Class::Explodes);
     }
-    for method in STABLE {
-        let far = cell("at_rest: damped, 100 km away, f32", method);
-        assert_eq!(far.class, Class::Drifts, "{}: {}", method.name(), far.number);
-    }
 }
 
 #[test]
-fn single_precision_loses_what_is_below_its_digits() {
+fn tiny_steps_and_large_distances_lose_no_digits() {
     for method in Method::ALL {
-        // 5e-9 m a tick at 1 m, where numbers are 1.2e-7 m apart: the ball does not move.
-        close(cell("tiny_steps: f32", method).number, 1.0, 1e-3);
         assert_eq!(cell("tiny_steps", method).class, Class::Exact);
         assert_eq!(cell("far_from_origin: 10,000 km", method).class, Class::Exact);
-        assert!(cell("far_from_origin: 10,000 km, f32", method).number > 0.5);
     }
 }
 

@@ -35,7 +35,7 @@ pub(crate) use truth::{Deviation, Target, larger};
 pub use bench::Bench;
 pub use choice::{Answer, Cheapest, Choice, Lead};
 pub use clock::{Clock, take_real_time_priority};
-pub use comparison::{Contest, EqualCost, FailedRuns, LeastError, Round, SEEN, ShownOrder, SinglePrecision};
+pub use comparison::{Contest, EqualCost, FailedRuns, Round, SEEN, ShownOrder};
 pub use fate::Fate;
 pub use front::{Accuracy, Cost};
 pub use hosts::{Make, make};
@@ -44,7 +44,7 @@ pub use problem::{PROBLEMS, Problem, State, problem};
 pub use ranking::{Crossing, OverArithmetic, Place};
 pub use record::{
     BLOWN_UP, Cell, Counts, Drift, EnergyScale, Errors, FORMAT, Failure, Host, Machine, Outcome, Phase,
-    Precision, RateRow, Report, Setting, Study, TickTime, Time, TimedTick, Truth,
+    RateRow, Report, Setting, Study, TickTime, Time, TimedTick, Truth,
 };
 pub use runner::{Runner, Sample};
 pub use subject::Subject;

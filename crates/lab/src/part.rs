@@ -53,7 +53,7 @@ pub enum Found {
 }
 
 /// [`Part::format`] of this program.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 impl Part {
     /// A part of the study that `command` makes of `scenes`, of which nothing was run yet.
@@ -76,7 +76,7 @@ impl Part {
     /// What keeps two parts from being of one study, as the end of a sentence.
     #[must_use]
     pub fn differs(&self, other: &Self) -> Option<&'static str> {
-        if self.format != other.format || self.machine.version != other.machine.version {
+        if self.machine.version != other.machine.version {
             Some("another version of the program")
         } else if self.command != other.command {
             Some("another command")

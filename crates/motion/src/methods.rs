@@ -97,9 +97,6 @@ pub trait Field {
 
 /// A field whose implicit steps are solved by Newton's method; see [`newton_velocity`].
 pub trait NewtonField: Field {
-    /// Distance from 1 to the next larger number.
-    const EPSILON: f64 = f64::EPSILON;
-
     /// The rate c, 1/s, if every law is affine, `a = constant - c v`: an implicit step then has a closed form.
     fn linear_rate(&self) -> Option<f64>;
 

@@ -7,7 +7,6 @@ use lab::cost::{Bench, PROBLEMS, Plan, Problem, Study, Subject, take_real_time_p
 
 fn study(problem: &Problem, is_test: bool) -> Study {
     let plan = Plan {
-        single: Vec::new(),
         rungs: vec![256],
         passes: if is_test { 1 } else { 5 },
         timed: if is_test { 0.0 } else { 0.01 },

@@ -11,8 +11,6 @@ pub use drawing::Drawing;
 pub(crate) use drawing::{Anchor, Box4, INK, Rgb, SOFT, Shape, Stroke, WIDTH};
 pub(crate) use marks::dark_rules;
 
-use lab::cost::Precision;
-
 /// Room of the legend at the right.
 const LEGEND: f64 = 296.0;
 const LEFT: f64 = 92.0;
@@ -77,7 +75,7 @@ impl Chart {
     }
 
     /// The line of a curve.
-    pub(crate) fn curve(&mut self, method: Method, precision: Precision, points: &[(f64, f64)]) {
+    pub(crate) fn curve(&mut self, method: Method, points: &[(f64, f64)]) {
         let points: Vec<_> = points.iter().map(|point| self.at(*point)).collect();
         // Names keep off it.
         for pair in points.windows(2) {
@@ -88,7 +86,7 @@ impl Chart {
                 self.taken.push([x - 1.0, y - 1.0, x + 1.0, y + 1.0]);
             }
         }
-        self.over.push(curve(Shape::line(points), method, precision));
+        self.over.push(curve(Shape::line(points), method));
     }
 
     /// A point of a curve, with words that show under the pointer.
@@ -202,14 +200,8 @@ impl Chart {
 
     /// A curve of a method, in the legend.
     pub(crate) fn legend_method(&mut self, method: Method, words: &str) {
-        let line = curve(Shape::path(LINE), method, Precision::F64);
+        let line = curve(Shape::path(LINE), method);
         self.row([line, mark(method, words)], Shape::words(words));
-    }
-
-    /// How a precision is dashed, in the legend.
-    pub(crate) fn legend_precision(&mut self, precision: Precision, words: &str) {
-        let stroke = Stroke::new(SOFT, 2.0).dashed(marks::dash(precision));
-        self.row([Shape::path(LINE).class("dash").stroke(stroke)], Shape::words(words));
     }
 
     /// Empty row.
@@ -273,8 +265,8 @@ fn circle(radius: f64) -> Shape {
     ))
 }
 
-fn curve(line: Shape, method: Method, precision: Precision) -> Shape {
-    let stroke = Stroke::new(marks::color(method, marks::LIGHT), 1.9).dashed(marks::dash(precision));
+fn curve(line: Shape, method: Method) -> Shape {
+    let stroke = Stroke::new(marks::color(method, marks::LIGHT), 1.9);
     line.class(format!("l-{}", method.name())).stroke(stroke)
 }
 

@@ -7,11 +7,11 @@ use super::tables::outcome;
 
 /// The columns of `cells.csv`, one row per cell: lengths in m, times as their names say, empty where nothing was
 /// measured.
-pub const CELLS_HEADER: &str = "subject,method,substeps,precision,step_s,relative_error,position_error_m,\
+pub const CELLS_HEADER: &str = "subject,method,substeps,step_s,relative_error,position_error_m,\
     velocity_error_m_s,outcome,evaluations_per_body_s,ns_per_body_step,real_time_factor,\
-    yardsticks,instructions_per_tick,timed_bodies,position_rms_m,arithmetic_ns_per_body_step";
+    yardsticks,timed_bodies,position_rms_m,arithmetic_ns_per_body_step";
 
-const DRIFT_HEADER: &str = "subject,method,substeps,precision,long,time_s,relative_residual";
+const DRIFT_HEADER: &str = "subject,method,substeps,long,time_s,relative_residual";
 
 const RATES_HEADER: &str = "subject,frame_hz,step,damping,push,ticks,moved_m,off_m";
 
@@ -20,10 +20,10 @@ fn plain(value: Option<f64>) -> String {
     value.filter(|value| value.is_finite()).map(|value| format!("{value:e}")).unwrap_or_default()
 }
 
-/// Subject, method, substeps and precision.
+/// Subject, method and substeps.
 fn named(study: &Study, setting: Setting) -> Vec<String> {
-    let Setting { method, substeps, precision } = setting;
-    vec![study.subject.clone(), method.name().to_owned(), substeps.to_string(), precision.name().to_owned()]
+    let Setting { method, substeps } = setting;
+    vec![study.subject.clone(), method.name().to_owned(), substeps.to_string()]
 }
 
 /// `cells.csv`.
@@ -42,7 +42,6 @@ pub(crate) fn cells(report: &Report) -> String {
             time(|time| time.ns_per_body_step),
             time(|time| time.real_time_factor),
             time(|time| time.yardsticks),
-            plain(cell.instructions_per_tick),
             study.size().to_string(),
             plain(cell.errors().map(|errors| errors.position_rms_m)),
             plain(cell.arithmetic_time.as_ref().map(|time| time.ns_per_body_step)),

@@ -4,7 +4,6 @@ mod cost;
 mod curves;
 mod drift;
 mod growth;
-mod precision;
 mod step;
 
 use lab::cost::{Accuracy, Cost, Machine, Study};
@@ -19,8 +18,6 @@ pub(crate) enum Kind {
     Step(Accuracy),
     /// Error against cost.
     Cost(Accuracy, Cost),
-    /// Error against substeps in every precision.
-    Precision,
     /// Energy over time; whether of the long runs.
     Drift(bool),
     /// Time of a step per body against the number of bodies.
@@ -35,7 +32,6 @@ impl Kind {
             Self::Cost(accuracy, cost) => {
                 format!("error-cost-{}-{}", cost_name(cost), accuracy_name(accuracy))
             }
-            Self::Precision => "precision".to_owned(),
             Self::Growth => "growth".to_owned(),
             Self::Drift(long) => format!("energy-{}", if long { "long" } else { "short" }),
         }
@@ -60,11 +56,10 @@ pub(crate) fn figures(study: &Study, machine: &Machine) -> Vec<(Kind, Drawing)> 
             kinds.extend(ACCURACIES.map(|accuracy| Kind::Cost(accuracy, cost)));
         }
     }
-    kinds.extend([Kind::Growth, Kind::Precision, Kind::Drift(false), Kind::Drift(true)]);
+    kinds.extend([Kind::Growth, Kind::Drift(false), Kind::Drift(true)]);
     let drawing = |kind| match kind {
         Kind::Step(accuracy) => Some(step::figure(study, accuracy)),
         Kind::Cost(accuracy, cost) => Some(cost::figure(study, accuracy, cost)),
-        Kind::Precision => precision::figure(study),
         Kind::Growth => growth::figure(study, machine),
         Kind::Drift(long) => drift::figure(study, long),
     };
@@ -87,6 +82,5 @@ pub(crate) const fn cost_name(cost: Cost) -> &'static str {
         Cost::Time => "time",
         Cost::Arithmetic => "arithmetic",
         Cost::RealTime => "real-time",
-        Cost::Instructions => "instructions",
     }
 }

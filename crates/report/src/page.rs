@@ -7,9 +7,7 @@ use super::escape::html;
 use super::figures::{ACCURACIES, Kind, accuracy_name, cost_name, costs, figures};
 use super::numbers::number;
 use super::table::Table;
-use super::tables::{
-    by_precision, cheapest, equal, every_run, failed, of_methods, phases, prices, ranking, rates,
-};
+use super::tables::{cheapest, equal, every_run, failed, of_methods, phases, prices, ranking, rates};
 use super::words::{bodies, evaluations, headline, setting, words};
 
 const STYLE: &str = include_str!("page.css");
@@ -106,12 +104,10 @@ fn section(study: &Study, slug: &str, machine: &Machine) -> String {
         titled(&cheapest(study)),
         titled(&ranking(study)),
         shown_of(&figures, |kind| *kind == Kind::Growth),
-        folded(&by_precision(study)),
         selected(study, slug, &figures),
         titled(&of_methods(study)),
         titled(&phases(study)),
         folded(&equal(study)),
-        shown_of(&figures, |kind| *kind == Kind::Precision),
         shown_of(&figures, |kind| matches!(kind, Kind::Drift(_))),
         titled(&rates(study)),
         titled(&failed(study)),
@@ -146,11 +142,6 @@ fn shown((kind, drawing): &(Kind, Drawing)) -> String {
             format!("cost {} {}", accuracy_name(accuracy), cost_name(cost)),
             "Error against cost. The lower left wins; settings on the thick line, the front, are named, and none of the \
              others beats them in both.",
-        ),
-        Kind::Precision => (
-            "precision".to_owned(),
-            "The same steps in double and in single precision. Where a dashed line turns up, smaller steps make it worse: \
-             each adds a rounding.",
         ),
         Kind::Growth => (
             "growth".to_owned(),
@@ -206,7 +197,6 @@ const fn cost_words(cost: Cost) -> &'static str {
         Cost::Time => "CPU time per body",
         Cost::Arithmetic => "CPU time of the arithmetic alone",
         Cost::RealTime => "part of real time",
-        Cost::Instructions => "instructions",
     }
 }
 

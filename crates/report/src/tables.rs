@@ -1,8 +1,8 @@
 //! What a study found, as tables.
 
 use lab::cost::{
-    Accuracy, Cell, Cheapest, Choice, Cost, EqualCost, Host, Outcome, OverArithmetic, Phase, Place,
-    Precision, RateRow, SEEN, ShownOrder, SinglePrecision, Study, TickTime,
+    Accuracy, Cell, Cheapest, Choice, Cost, EqualCost, Host, Outcome, OverArithmetic, Phase, Place, RateRow,
+    SEEN, ShownOrder, Study,
 };
 use motion::Method;
 
@@ -13,15 +13,8 @@ use super::words::{bodies, fate, setting, title, why};
 
 /// The tables of a summary, those that have any rows.
 pub fn tables(study: &Study) -> Vec<Table> {
-    let tables = [
-        cheapest(study),
-        of_methods(study),
-        phases(study),
-        equal(study),
-        failed(study),
-        front(study),
-        by_precision(study),
-    ];
+    let tables =
+        [cheapest(study), of_methods(study), phases(study), equal(study), failed(study), front(study)];
     tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
 }
 
@@ -160,27 +153,7 @@ fn with_spread(OverArithmetic { times, spread, .. }: &OverArithmetic) -> String 
     format!("{} ({:.0} %)", number(*times, 2), 100.0 * spread)
 }
 
-/// Times of the arithmetic alone, by method and precision.
-pub(crate) fn by_precision(study: &Study) -> Table {
-    let row = |of: &TickTime| {
-        vec![
-            of.method.claims().title.to_owned(),
-            of.precision.name().to_owned(),
-            duration(of.fixed_ns, 2),
-            duration(of.ns_per_body_step, 2),
-        ]
-    };
-    let single = |method| study.methods(Precision::F32).contains(&method);
-    let alone = study.tick_times.iter().filter(|of| of.host == Host::Arithmetic && single(of.method));
-    Table::numbers(
-        "By precision: the arithmetic alone",
-        ["method", "precision", "line: fixed per tick", "line: per body per step"],
-        alone.map(row),
-    )
-}
-
-/// What each method is worth: its order, whether it is ever the cheapest, what single precision leaves of it, and
-/// what it does to energy.
+/// What each method is worth: its order, whether it is ever the cheapest, and what it does to energy.
 pub(crate) fn of_methods(study: &Study) -> Table {
     let ranks = study.ranks();
     let best = [("evaluations", Cost::Evaluations), ("time", Cost::Time)]
@@ -201,7 +174,6 @@ pub(crate) fn of_methods(study: &Study) -> Table {
         let mut row = vec![method.claims().title.to_owned()];
         row.push(if ranks { order(study, method) } else { NONE.to_owned() });
         row.push(best(method));
-        row.push(or_none(study.single_precision(method).filter(|_| ranks), single_precision));
         for (long, _) in &lengths {
             let drift =
                 study.drifts.iter().find(|drift| drift.long == *long && drift.setting.method == method);
@@ -209,9 +181,9 @@ pub(crate) fn of_methods(study: &Study) -> Table {
         }
         row
     };
-    let header = ["method", "order", "cheapest of these by", "in single precision"].map(str::to_owned);
+    let header = ["method", "order", "cheapest of these by"].map(str::to_owned);
     let energy = lengths.iter().map(|(_, s)| format!("energy invented or lost over {} s", number(*s, 3)));
-    let rows = study.methods(Precision::F64).into_iter().map(row);
+    let rows = study.methods().into_iter().map(row);
     Table::words("Methods", header.into_iter().chain(energy), rows)
 }
 
@@ -225,17 +197,6 @@ fn order(study: &Study, method: Method) -> String {
         Some(claimed) => format!("{shows:.1}, claimed {claimed}"),
         None => format!("{shows:.1}"),
     })
-}
-
-/// The least error in single precision, and where.
-fn single_precision(SinglePrecision { least, is_as_good, compensated_m }: SinglePrecision<'_>) -> String {
-    if is_as_good {
-        return "as good".to_owned();
-    }
-    let finer = if least.finer_is_worse { ", finer steps are worse" } else { "" };
-    let compensated =
-        compensated_m.map_or_else(String::new, |least| format!("; compensated {}", length(least, 2)));
-    format!("{} at x {}{finer}{compensated}", length(least.error_m, 2), least.cell.setting.substeps)
 }
 
 /// Phase and amplitude at the end of the run apart, of every method at the same step: the middle one of those that were run.
@@ -264,7 +225,7 @@ pub(crate) fn equal(study: &Study) -> Table {
         let cells = errors_m.iter().map(|error| or_none(*error, |error| length(error, 2) + star(error)));
         std::iter::once(number(evaluations, 3)).chain(cells).collect()
     };
-    let methods = study.methods(Precision::F64);
+    let methods = study.methods();
     let header =
         std::iter::once("evaluations per body per s").chain(methods.iter().map(|method| ink(*method).short));
     let rows = study.at_equal_costs().into_iter().map(row);
@@ -276,9 +237,9 @@ pub(crate) fn failed(study: &Study) -> Table {
     let rows = study.failed_runs().into_iter().map(|group| {
         let substeps: Vec<_> = group.runs.iter().map(|(substeps, _)| format!("x {substeps}")).collect();
         let title = group.method.claims().title.to_owned();
-        vec![title, group.precision.name().to_owned(), substeps.join(", "), why(&group)]
+        vec![title, substeps.join(", "), why(&group)]
     });
-    Table::words("Runs that failed", ["method", "precision", "substeps", "why"], rows)
+    Table::words("Runs that failed", ["method", "substeps", "why"], rows)
 }
 
 /// The settings that nothing beats in both position error and evaluations.
@@ -297,11 +258,11 @@ pub(crate) fn front(study: &Study) -> Table {
     Table::numbers("On the front", header, study.front(SEEN, Cost::Evaluations).into_iter().map(row))
 }
 
-/// Every cell that was run, by method, precision and substeps, with a star on those of the front; a failed one has its
+/// Every cell that was run, by method and substeps, with a star on those of the front; a failed one has its
 /// reason for an error.
 pub(crate) fn every_run(study: &Study) -> Table {
     let mut cells: Vec<_> = study.cells.iter().filter(|cell| cell.is_run()).collect();
-    cells.sort_by_key(|cell| (cell.setting.method, cell.setting.precision, cell.setting.substeps));
+    cells.sort_by_key(|cell| (cell.setting.method, cell.setting.substeps));
     let fronts = [Cost::Evaluations, Cost::Time].map(|cost| study.front(SEEN, cost));
     let row = |cell: &Cell| {
         let setting = cell.setting;
@@ -310,7 +271,6 @@ pub(crate) fn every_run(study: &Study) -> Table {
         vec![
             format!("{} {}", if on_front { "*" } else { " " }, setting.method.claims().title),
             setting.substeps.to_string(),
-            setting.precision.name().to_owned(),
             duration(1e9 * study.step_s(setting), 3),
             study.error(cell, Accuracy::Relative).map_or_else(|| outcome(cell), |error| number(error, 2)),
             or_none(study.error(cell, SEEN), |error| length(error, 2)),
@@ -318,13 +278,12 @@ pub(crate) fn every_run(study: &Study) -> Table {
             or_none(study.cost(cell, Cost::Evaluations), |cost| number(cost, 3)),
             nanoseconds(Host::World),
             nanoseconds(Host::Arithmetic),
-            or_none(cell.time_in(setting.precision.host()), |time| number(time.real_time_factor, 2)),
+            or_none(cell.time, |time| number(time.real_time_factor, 2)),
         ]
     };
     let header = [
         "  method",
         "substeps",
-        "precision",
         "step",
         "error, relative",
         "error",

@@ -28,7 +28,7 @@ pub(crate) fn headline(study: &Study) -> String {
         return "Nothing moves here: every method is exact, and the cheapest will do.".to_owned();
     }
     if !study.has_finished() {
-        return "No run in double precision went through: there is nothing to compare.".to_owned();
+        return "No run went through: there is nothing to compare.".to_owned();
     }
     if study.is_uncertain() {
         return format!(
@@ -251,14 +251,14 @@ pub(crate) fn why(failed: &FailedRuns<'_>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use lab::cost::{Precision, Setting};
+    use lab::cost::Setting;
 
     use super::*;
 
     fn drift(scale: EnergyScale, start: f64, residual: impl Fn(f64) -> f64) -> Drift {
         let series: Vec<_> = (1..=200).map(|i| f64::from(i) / 20.0).map(|t| (t, residual(t))).collect();
         Drift {
-            setting: Setting { method: Method::ExplicitEuler, substeps: 1, precision: Precision::F64 },
+            setting: Setting { method: Method::ExplicitEuler, substeps: 1 },
             long: false,
             simulated_s: 10.0,
             scale,

@@ -4,7 +4,6 @@ mod ablate;
 pub(crate) mod cost;
 pub(crate) mod effects;
 mod forecast;
-mod instructions;
 mod lessons;
 pub(crate) mod list;
 mod merge;

@@ -2,12 +2,10 @@
 //!
 //! The methods are those of the program, and so is their arithmetic, but here the compiler sees the law: nothing is
 //! called, copied or checked. The time of such a loop is the price of the method; the rest of a tick's time is
-//! overhead of the program. The loops also run in single precision, in which the program itself does not.
+//! overhead of the program.
 
-mod numbers;
+mod columns;
 mod several;
-
-use std::marker::PhantomData;
 
 use glam::{DMat3, DVec3};
 use motion::Method;
@@ -19,11 +17,10 @@ use motion::methods::{
 
 use scene::Scene;
 
-use super::record::{Counts, Failure, Precision, Setting};
+use super::record::{Counts, Failure, Setting};
 use super::runner::{Runner, Sample};
 use crate::run::movable;
-pub(crate) use numbers::Vector;
-use numbers::{Compensated, LoopSpace, Single};
+use columns::{Columns, each, each_with};
 pub(crate) use several::{Net, run_groups};
 
 /// The acceleration of one body, m/s², as a person would write it for one problem.
@@ -33,7 +30,7 @@ pub(crate) trait Formula: Copy + Send + 'static {
     /// Whether it depends on the velocity.
     const DEPENDS_ON_VELOCITY: bool = false;
 
-    fn acceleration<V: Vector>(self, t: f64, x: V, v: V) -> V;
+    fn acceleration(self, t: f64, x: DVec3, v: DVec3) -> DVec3;
 
     /// The rate c, 1/s, of an acceleration `constant - c v`.
     fn linear_rate(self) -> Option<f64> {
@@ -49,18 +46,17 @@ pub(crate) trait Formula: Copy + Send + 'static {
 
 /// The field of one body under a formula.
 #[derive(Clone, Copy)]
-struct OneBody<F, S> {
+struct OneBody<F> {
     formula: F,
     /// Time at the start of the step, s.
     start: f64,
     h: f64,
     counts: Counts,
     unconverged: u64,
-    space: PhantomData<S>,
 }
 
-impl<F: Formula, S: LoopSpace> Field for OneBody<F, S> {
-    type Space = S;
+impl<F: Formula> Field for OneBody<F> {
+    type Space = DVec3;
 
     #[inline(always)]
     fn step(&self) -> f64 {
@@ -68,18 +64,18 @@ impl<F: Formula, S: LoopSpace> Field for OneBody<F, S> {
     }
 
     #[inline(always)]
-    fn laws(&mut self, part: f64, x: S, v: S) -> S {
+    fn laws(&mut self, part: f64, x: DVec3, v: DVec3) -> DVec3 {
         self.counts.accelerations += 1;
-        S::of(self.formula.acceleration(self.start + part * self.h, x.seen(), v.seen()))
+        self.formula.acceleration(self.start + part * self.h, x, v)
     }
 
     #[inline(always)]
-    fn applied(&self) -> S {
-        S::default()
+    fn applied(&self) -> DVec3 {
+        DVec3::ZERO
     }
 
     #[inline(always)]
-    fn plus_applied(&self, a: S) -> S {
+    fn plus_applied(&self, a: DVec3) -> DVec3 {
         a
     }
 
@@ -94,28 +90,23 @@ impl<F: Formula, S: LoopSpace> Field for OneBody<F, S> {
     }
 
     #[inline(always)]
-    fn implicit_velocity(&mut self, x: S, v: S) -> S {
+    fn implicit_velocity(&mut self, x: DVec3, v: DVec3) -> DVec3 {
         newton_velocity(self, x, v)
     }
 }
 
-impl<F: Formula, S: LoopSpace> NewtonField for OneBody<F, S> {
-    const EPSILON: f64 =
-        if size_of::<<S::Seen as Vector>::Number>() == 4 { f32::EPSILON as f64 } else { f64::EPSILON };
-
+impl<F: Formula> NewtonField for OneBody<F> {
     fn linear_rate(&self) -> Option<f64> {
         self.formula.linear_rate()
     }
 
-    fn correction(&mut self, x: S, v: S, residual: S) -> S {
-        let [x, v, residual] = [x, v, residual].map(|vector| vector.seen().to_double());
+    fn correction(&mut self, x: DVec3, v: DVec3, residual: DVec3) -> DVec3 {
         let [by_x, by_v] = self.formula.jacobians(x, v);
-        let correction = (DMat3::IDENTITY - by_v * self.h - by_x * (self.h * self.h)).inverse() * residual;
-        S::of(<S::Seen as Vector>::of(correction))
+        (DMat3::IDENTITY - by_v * self.h - by_x * (self.h * self.h)).inverse() * residual
     }
 
-    fn size(&self, v: S) -> f64 {
-        v.seen().to_double().abs().max_element()
+    fn size(&self, v: DVec3) -> f64 {
+        v.abs().max_element()
     }
 
     fn report(&mut self, Newton { iterations, converged }: Newton) {
@@ -125,15 +116,15 @@ impl<F: Formula, S: LoopSpace> NewtonField for OneBody<F, S> {
 }
 
 /// Bodies in arrays, one for each coordinate.
-struct Loop<F, S: LoopSpace> {
-    field: OneBody<F, S>,
+struct Loop<F> {
+    field: OneBody<F>,
     method: Method,
     substeps: u32,
     ids: Vec<u32>,
-    x: S::Columns,
-    v: S::Columns,
+    x: Columns,
+    v: Columns,
     /// The last accelerations, if the method has computed them.
-    a: S::Columns,
+    a: Columns,
     has_a: bool,
     /// Length of the last step, s; 0 at the start.
     last_step: f64,
@@ -165,14 +156,10 @@ pub(crate) type MakeLoop = fn(&Scene, Setting) -> Box<dyn Runner>;
 
 /// The run of `scene` in a loop with a formula.
 pub(crate) fn run<F: Formula + Default>(scene: &Scene, setting: Setting) -> Box<dyn Runner> {
-    match setting.precision {
-        Precision::F64 => Box::new(Loop::<F, DVec3>::new(scene, setting)),
-        Precision::F32 => Box::new(Loop::<F, Single>::new(scene, setting)),
-        Precision::CompensatedF32 => Box::new(Loop::<F, Compensated>::new(scene, setting)),
-    }
+    Box::new(Loop::<F>::new(scene, setting))
 }
 
-impl<F: Formula + Default, S: LoopSpace> Loop<F, S> {
+impl<F: Formula + Default> Loop<F> {
     fn new(scene: &Scene, setting: Setting) -> Self {
         let mut new = Self {
             field: OneBody {
@@ -181,30 +168,28 @@ impl<F: Formula + Default, S: LoopSpace> Loop<F, S> {
                 h: 1.0 / (scene.step_hz * f64::from(setting.substeps)),
                 counts: Counts::default(),
                 unconverged: 0,
-                space: PhantomData,
             },
             method: setting.method,
             substeps: setting.substeps,
             ids: Vec::new(),
-            x: S::Columns::default(),
-            v: S::Columns::default(),
-            a: S::Columns::default(),
+            x: Columns::default(),
+            v: Columns::default(),
+            a: Columns::default(),
             has_a: false,
             last_step: 0.0,
             steps: 0,
         };
         for (id, body) in movable(scene) {
-            let space = |vector| S::of(<S::Seen as Vector>::of(vector));
             new.ids.push(id);
-            space(body.position).push(&mut new.x);
-            space(body.velocity).push(&mut new.v);
-            S::default().push(&mut new.a);
+            columns::push(&mut new.x, body.position);
+            columns::push(&mut new.v, body.velocity);
+            columns::push(&mut new.a, DVec3::ZERO);
         }
         new
     }
 }
 
-impl<F: Formula, S: LoopSpace> Steps for Loop<F, S> {
+impl<F: Formula> Steps for Loop<F> {
     fn step<M: Integrator>(&mut self) {
         let caches =
             M::STATE == MethodStateKind::LastAcceleration && !F::DEPENDS_ON_VELOCITY && !F::IS_CONSTANT;
@@ -221,24 +206,24 @@ impl<F: Formula, S: LoopSpace> Steps for Loop<F, S> {
     }
 }
 
-impl<F: Formula, S: LoopSpace> Loop<F, S> {
+impl<F: Formula> Loop<F> {
     /// A step of every body. `CACHES` and `KNOWN` are constants, because a branch in the loop would keep the compiler
     /// from vector instructions.
     fn step_each<M: Integrator, const CACHES: bool, const KNOWN: bool>(&mut self) {
         let (field, last_step) = (self.field, self.last_step);
-        let step = |field: &mut OneBody<F, S>, x, v, start| {
+        let step = |field: &mut OneBody<F>, x, v, start| {
             let mut state = StepState { last_step, start };
             let (x, v) = M::step(field, x, v, &mut state);
             (x, v, state.start)
         };
         self.field = if CACHES {
             let columns = [&mut self.x, &mut self.v, &mut self.a];
-            S::each_with(columns, field, |field, [x, v, a]| {
+            each_with(columns, field, |field, [x, v, a]| {
                 let (x, v, a) = step(field, x, v, KNOWN.then_some(a));
                 [x, v, a.unwrap_or_default()]
             })
         } else {
-            S::each([&mut self.x, &mut self.v], field, |field, [x, v]| {
+            each([&mut self.x, &mut self.v], field, |field, [x, v]| {
                 let (x, v, _) = step(field, x, v, None);
                 [x, v]
             })
@@ -246,14 +231,14 @@ impl<F: Formula, S: LoopSpace> Loop<F, S> {
     }
 }
 
-impl<F: Formula, S: LoopSpace> Runner for Loop<F, S> {
+impl<F: Formula> Runner for Loop<F> {
     fn tick(&mut self) {
         step_by(self.method, self);
     }
 
     fn states(&mut self) -> Vec<Sample> {
-        let seen = |columns, i| S::get(columns, i).seen().to_double();
-        self.ids.iter().enumerate().map(|(i, id)| (*id, seen(&self.x, i), seen(&self.v, i))).collect()
+        let sample = |(i, id): (usize, &u32)| (*id, columns::get(&self.x, i), columns::get(&self.v, i));
+        self.ids.iter().enumerate().map(sample).collect()
     }
 
     fn counts(&mut self) -> Counts {

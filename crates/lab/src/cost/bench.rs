@@ -14,7 +14,7 @@ use super::clock::{Clock, thread_time};
 use super::drift::DriftRun;
 use super::hosts::{Make, make};
 use super::plan::{Plan, work};
-use super::record::{Cell, Failure, Host, Outcome, Precision, Setting, Study, Truth};
+use super::record::{Cell, Failure, Host, Outcome, Setting, Study, Truth};
 use super::runner::Runner;
 use super::subject::Subject;
 use super::timing::Timings;
@@ -116,7 +116,7 @@ impl Bench {
             },
             position_scale_m: 1.0,
             velocity_scale_m_s: 1.0,
-            cells: plan.settings(&subject, rungs).into_iter().map(Cell::open).collect(),
+            cells: plan.settings(rungs).into_iter().map(Cell::open).collect(),
             timed_bodies: None,
             tick_times: Vec::new(),
             drifts: Vec::new(),
@@ -214,7 +214,7 @@ impl Bench {
         let substeps = if self.subject.problem.is_some() { middle } else { own.substeps };
         let solves = |method: &Method| self.subject.refusal(*method).is_none();
         let methods: Vec<_> = self.plan.methods.iter().copied().filter(solves).collect();
-        methods.into_iter().map(move |method| Setting { method, substeps, precision: Precision::F64 })
+        methods.into_iter().map(move |method| Setting { method, substeps })
     }
 
     /// Works for about `seconds` of thread CPU time. Returns whether the study is done.
@@ -255,7 +255,7 @@ impl Bench {
 
     /// The start of a reference with this number of substeps.
     fn reference_of(&self, substeps: u32) -> Result<Box<dyn Runner>, Failure> {
-        let setting = Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 };
+        let setting = Setting { method: REFERENCE_METHOD, substeps };
         // Not `self.make`: the truth is a run of the program itself.
         make(&self.subject.continuous().0, setting, Host::World)
     }
@@ -352,7 +352,7 @@ impl Bench {
                 }
                 None => (&self.subject, setting),
             };
-            match (self.make)(subject, inner, setting.precision.host()) {
+            match (self.make)(subject, inner, Host::World) {
                 Ok(run) => runs.push((at, run)),
                 Err(failure) => self.study.cells[at].outcome = Outcome::Failed(failure),
             }

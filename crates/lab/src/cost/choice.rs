@@ -3,7 +3,7 @@
 use motion::Method;
 
 use super::front::{Accuracy, Cost};
-use super::record::{Cell, Host, Precision, Setting, Study};
+use super::record::{Cell, Host, Setting, Study};
 
 /// Counts that differ by less than this part are equal: the single start-up evaluation of some methods does not
 /// decide a choice.
@@ -101,7 +101,7 @@ impl Study {
         let least = self.cost(cell, cost)?;
         let own = cell.setting.method;
         let mut ties: Vec<&Cell> = Vec::new();
-        for other in self.in_double().filter(|other| keeps(other)) {
+        for other in self.cells.iter().filter(|other| keeps(other)) {
             let method = other.setting.method;
             let most = least * (1.0 + self.tie(cost, [own, method]));
             if method == own || self.cost(other, cost).is_none_or(|price| price > most) {
@@ -133,7 +133,7 @@ impl Study {
             self.cost(cell, cost).is_some_and(|other| other <= most)
         };
         let with_error = |cell| Some((cell, self.promised(cell, accuracy)?));
-        let errors = self.in_double().filter(is_affordable).filter_map(with_error);
+        let errors = self.cells.iter().filter(is_affordable).filter_map(with_error);
         let (cell, least) = errors.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
         let times = error / least;
         (times >= WORTH).then_some((cell, times))
@@ -142,8 +142,7 @@ impl Study {
     /// Whether substeps do little for most methods: their error at the most substeps is above half of that at the fewest.
     pub fn is_flat(&self, accuracy: Accuracy) -> bool {
         let ends = |method: &Method| {
-            let mut errors =
-                self.curve(*method, Precision::F64).filter_map(|cell| self.error(cell, accuracy));
+            let mut errors = self.curve(*method).filter_map(|cell| self.error(cell, accuracy));
             let first = errors.next()?;
             Some((first, errors.last()?))
         };
@@ -166,7 +165,7 @@ impl Study {
     /// Part by which equal costs of two methods may differ: for times, the spread of their rounds.
     fn tie(&self, cost: Cost, methods: [Method; 2]) -> f64 {
         match cost {
-            Cost::Evaluations | Cost::Instructions => EVEN,
+            Cost::Evaluations => EVEN,
             Cost::Time | Cost::RealTime => self.largest_spread(methods, Host::World),
             Cost::Arithmetic => self.largest_spread(methods, Host::Arithmetic),
         }
@@ -195,7 +194,7 @@ impl Study {
         if !self.ranks() {
             return Vec::new();
         }
-        let usable = || self.in_double().filter(|cell| self.is_usable(cell));
+        let usable = || self.cells.iter().filter(|cell| self.is_usable(cell));
         let errors = || usable().filter_map(|cell| self.resolved(cell));
         let (largest, least) = (errors().fold(0.0, f64::max), errors().fold(f64::INFINITY, f64::min));
         if largest <= 0.0 {

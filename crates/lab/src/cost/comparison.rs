@@ -1,9 +1,9 @@
-//! Comparisons of the methods of a study: at equal evaluations, by the order that they show, and in single precision.
+//! Comparisons of the methods of a study: at equal evaluations, and by the order that they show.
 
 use motion::Method;
 
 use super::front::{Accuracy, Cost};
-use super::record::{Cell, Failure, Outcome, Phase, Precision, Setting, Study};
+use super::record::{Cell, Failure, Outcome, Phase, Setting, Study};
 
 /// The errors by which methods are compared: those of positions, which a person sees.
 pub const SEEN: Accuracy = Accuracy::Position;
@@ -48,46 +48,22 @@ pub struct ShownOrder {
     pub claimed: Option<u32>,
 }
 
-/// The least error of a curve.
-#[derive(Clone, Copy, Debug)]
-pub struct LeastError<'a> {
-    /// The cell that has it.
-    pub cell: &'a Cell,
-    /// The error, m.
-    pub error_m: f64,
-    /// Whether finer steps were run that are worse by a fifth or more.
-    pub finer_is_worse: bool,
-}
-
-/// How accurate a method is in single precision.
-#[derive(Clone, Copy, Debug)]
-pub struct SinglePrecision<'a> {
-    /// The least error in single precision.
-    pub least: LeastError<'a>,
-    /// Whether that is as good as double precision.
-    pub is_as_good: bool,
-    /// The least error with compensated sums, m.
-    pub compensated_m: Option<f64>,
-}
-
 /// The errors of all methods at equal evaluations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EqualCost {
     /// Evaluations per body per simulated second.
     pub evaluations: f64,
-    /// The error of each of [`Study::methods`] in double precision, m.
+    /// The error of each of [`Study::methods`], m.
     pub errors_m: Vec<Option<f64>>,
     /// The least of them, m.
     pub least_m: f64,
 }
 
-/// Failed runs of one method in one precision, for one kind of reason.
+/// Failed runs of one method, for one kind of reason.
 #[derive(Clone, Debug)]
 pub struct FailedRuns<'a> {
     /// The method.
     pub method: Method,
-    /// Its precision.
-    pub precision: Precision,
     /// The substeps of each, and its reason.
     pub runs: Vec<(u32, &'a Failure)>,
 }
@@ -100,9 +76,9 @@ impl Phase {
 }
 
 impl Study {
-    /// Methods that have cells of that precision, in the order of the table.
-    pub fn methods(&self, precision: Precision) -> Vec<Method> {
-        Method::ALL.into_iter().filter(|method| self.curve(*method, precision).next().is_some()).collect()
+    /// Methods that have cells, in the order of the table.
+    pub fn methods(&self) -> Vec<Method> {
+        Method::ALL.into_iter().filter(|method| self.curve(*method).next().is_some()).collect()
     }
 
     /// Whether methods can be ranked at all.
@@ -110,9 +86,9 @@ impl Study {
         self.moves() && self.has_finished() && !self.is_uncertain()
     }
 
-    /// Whether any run in double precision finished.
+    /// Whether any run finished.
     pub fn has_finished(&self) -> bool {
-        self.in_double().any(|cell| cell.errors().is_some())
+        self.cells.iter().any(|cell| cell.errors().is_some())
     }
 
     /// Whether any body moves at all.
@@ -128,7 +104,7 @@ impl Study {
 
     /// Whether the errors of a method are below the noise floor at every step.
     pub fn is_exact(&self, method: Method) -> bool {
-        let mut cells = self.curve(method, Precision::F64).peekable();
+        let mut cells = self.curve(method).peekable();
         cells.peek().is_some()
             && cells.all(|cell| self.error(cell, SEEN).is_some_and(|error| !self.above_noise(cell, error)))
     }
@@ -150,7 +126,7 @@ impl Study {
     fn rounds(&self, first: Method, second: Method) -> Vec<Round<'_>> {
         let evaluations = |cell| self.cost_or_claim(cell, Cost::Evaluations).filter(|cost| *cost > 0.0);
         let near = |at: f64| {
-            self.curve(second, Precision::F64)
+            self.curve(second)
                 .filter_map(|cell| Some((cell, (evaluations(cell)? / at).ln().abs())))
                 .filter(|(_, distance)| *distance < EQUAL)
                 .min_by(|a, b| a.1.total_cmp(&b.1))
@@ -159,7 +135,7 @@ impl Study {
             let evaluations = evaluations(cell)?;
             self.round(evaluations, cell, near(evaluations)?.0)
         };
-        self.curve(first, Precision::F64).filter_map(round).collect()
+        self.curve(first).filter_map(round).collect()
     }
 
     /// Two cells at one cost, if both finished, one of them is usable and one is above the noise floor.
@@ -177,7 +153,7 @@ impl Study {
 
     /// The order that the errors of a method show, if its finest run is usable.
     pub fn shown_order(&self, method: Method) -> Option<ShownOrder> {
-        let finest = self.curve(method, Precision::F64).filter(|cell| cell.errors().is_some()).last()?;
+        let finest = self.curve(method).filter(|cell| cell.errors().is_some()).last()?;
         let shows = self.order(method, SEEN).filter(|_| self.is_usable(finest))?;
         let off = |order: &u32| (shows - f64::from(*order)).abs();
         let claimed = self.claimed_orders(method).into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
@@ -200,9 +176,9 @@ impl Study {
     fn velocity_laws(&self) -> Option<bool> {
         let telling =
             |method: &Method| method.claims().evaluations_with_velocity_laws > method.claims().evaluations;
-        let methods = self.methods(Precision::F64);
+        let methods = self.methods();
         let method = methods.into_iter().find(telling)?;
-        let cell = self.curve(method, Precision::F64).filter(|cell| cell.errors().is_some()).last()?;
+        let cell = self.curve(method).filter(|cell| cell.errors().is_some()).last()?;
         let steps = self.step_hz * f64::from(cell.setting.substeps);
         let a_step = self.cost(cell, Cost::Evaluations)? / steps;
         let claims = method.claims();
@@ -231,37 +207,14 @@ impl Study {
         match cost {
             Cost::RealTime => Some(1.0),
             Cost::Time => Some(1e9 / self.size() as f64),
-            Cost::Arithmetic | Cost::Evaluations | Cost::Instructions => None,
+            Cost::Arithmetic | Cost::Evaluations => None,
         }
-    }
-
-    /// The least error of a method in a precision.
-    pub fn least_error(&self, method: Method, precision: Precision) -> Option<LeastError<'_>> {
-        let points: Vec<_> =
-            self.curve(method, precision).filter_map(|cell| Some((cell, self.error(cell, SEEN)?))).collect();
-        let (cell, error_m) = points.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let finer_is_worse = points
-            .iter()
-            .any(|(finer, error)| finer.setting.substeps > cell.setting.substeps && *error > 1.2 * error_m);
-        Some(LeastError { cell, error_m, finer_is_worse })
-    }
-
-    /// How accurate a method is in single precision; `None` if no run of it finished.
-    pub fn single_precision(&self, method: Method) -> Option<SinglePrecision<'_>> {
-        let least_m = |precision| self.least_error(method, precision).map(|least| least.error_m);
-        let least = self.least_error(method, Precision::F32)?;
-        let near = |double: f64| least.error_m <= 1.5 * double;
-        Some(SinglePrecision {
-            least,
-            is_as_good: !least.finer_is_worse && least_m(Precision::F64).is_some_and(near),
-            compensated_m: least_m(Precision::CompensatedF32),
-        })
     }
 
     /// Errors of phase and amplitude at the end of the run, of every method at the middle step of those that were
     /// run.
     pub fn phases(&self) -> Vec<(&Cell, Phase)> {
-        let with_phase = self.in_double().filter_map(|cell| Some((cell, cell.errors()?.phase?)));
+        let with_phase = self.cells.iter().filter_map(|cell| Some((cell, cell.errors()?.phase?)));
         let mut found: Vec<_> = with_phase.collect();
         let mut rungs: Vec<_> = found.iter().map(|(cell, _)| cell.setting.substeps).collect();
         rungs.sort_unstable();
@@ -274,10 +227,10 @@ impl Study {
 
     /// Errors of positions of all methods at equal evaluations, where methods can be ranked.
     pub fn at_equal_costs(&self) -> Vec<EqualCost> {
-        let methods = if self.ranks() { self.methods(Precision::F64) } else { Vec::new() };
+        let methods = if self.ranks() { self.methods() } else { Vec::new() };
         let base = methods.iter().find(|method| **method == Method::SemiImplicitEuler).or(methods.first());
         let mut costs: Vec<f64> = Vec::new();
-        for cell in base.into_iter().flat_map(|base| self.curve(*base, Precision::F64)) {
+        for cell in base.into_iter().flat_map(|base| self.curve(*base)) {
             let cost = self.cost(cell, Cost::Evaluations).filter(|cost| *cost > 0.0);
             costs.extend(cost.filter(|cost| costs.last().is_none_or(|last| *cost > 1.9 * last)));
         }
@@ -290,20 +243,19 @@ impl Study {
         costs.into_iter().map(at).collect()
     }
 
-    /// Failed runs by method, precision and kind of reason, in the order of the cells.
+    /// Failed runs by method and kind of reason, in the order of the cells.
     pub fn failed_runs(&self) -> Vec<FailedRuns<'_>> {
         let mut groups: Vec<FailedRuns<'_>> = Vec::new();
         for cell in self.cells.iter().filter(|cell| cell.is_run()) {
             let Outcome::Failed(failure) = &cell.outcome else { continue };
-            let Setting { method, precision, substeps } = cell.setting;
+            let Setting { method, substeps } = cell.setting;
             let alike = |group: &&mut FailedRuns<'_>| {
                 let kind = |failure: &Failure| std::mem::discriminant(failure);
-                (group.method, group.precision) == (method, precision)
-                    && group.runs.iter().all(|(_, other)| kind(other) == kind(failure))
+                group.method == method && group.runs.iter().all(|(_, other)| kind(other) == kind(failure))
             };
             match groups.iter_mut().find(alike) {
                 Some(group) => group.runs.push((substeps, failure)),
-                None => groups.push(FailedRuns { method, precision, runs: vec![(substeps, failure)] }),
+                None => groups.push(FailedRuns { method, runs: vec![(substeps, failure)] }),
             }
         }
         groups

@@ -2,7 +2,7 @@
 
 use motion::Method;
 
-use super::record::{Cell, Precision, Setting, Study, Time};
+use super::record::{Cell, Setting, Study, Time};
 
 /// The kind of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -26,14 +26,11 @@ pub enum Cost {
     Arithmetic,
     /// Thread CPU seconds per simulated second: the reciprocal of the real-time factor.
     RealTime,
-    /// Instructions per simulated second.
-    Instructions,
 }
 
 impl Cost {
     /// All of them.
-    pub const ALL: [Self; 5] =
-        [Self::Evaluations, Self::Time, Self::Arithmetic, Self::RealTime, Self::Instructions];
+    pub const ALL: [Self; 4] = [Self::Evaluations, Self::Time, Self::Arithmetic, Self::RealTime];
 }
 
 impl Study {
@@ -55,30 +52,21 @@ impl Study {
     /// The cost of a cell, failed or not; `None` if it was not measured.
     pub fn cost(&self, cell: &Cell, cost: Cost) -> Option<f64> {
         let bodies = self.bodies.max(1) as f64;
-        let time = || cell.time_in(cell.setting.precision.host());
         let per_second = |time: Time| time.ns_per_body_step * self.step_hz * f64::from(cell.setting.substeps);
         match cost {
             Cost::Evaluations => {
                 let evaluations = (cell.counts.accelerations + cell.counts.solver) as f64;
                 Some(evaluations / (bodies * self.simulated_s))
             }
-            Cost::Time => time().map(per_second),
+            Cost::Time => cell.time.map(per_second),
             Cost::Arithmetic => cell.arithmetic_time.map(per_second),
-            Cost::RealTime => Some(1.0 / time()?.real_time_factor),
-            Cost::Instructions => Some(cell.instructions_per_tick? * self.step_hz),
+            Cost::RealTime => Some(1.0 / cell.time?.real_time_factor),
         }
     }
 
     /// The cells of a curve, in the order of their substeps.
-    pub fn curve(&self, method: Method, precision: Precision) -> impl Iterator<Item = &Cell> {
-        self.cells
-            .iter()
-            .filter(move |cell| cell.setting.method == method && cell.setting.precision == precision)
-    }
-
-    /// The cells of double precision.
-    pub fn in_double(&self) -> impl Iterator<Item = &Cell> {
-        self.cells.iter().filter(|cell| cell.setting.precision == Precision::F64)
+    pub fn curve(&self, method: Method) -> impl Iterator<Item = &Cell> {
+        self.cells.iter().filter(move |cell| cell.setting.method == method)
     }
 
     /// The noise floor of a cell: larger errors are above round-off and above the error of the reference.
@@ -93,12 +81,12 @@ impl Study {
         (1e3 * f64::EPSILON * steps * scale).max(10.0 * own)
     }
 
-    /// The order of a method: the slope of its error against the step on the finest two rungs of f64 whose errors are
+    /// The order of a method: the slope of its error against the step on the finest two rungs whose errors are
     /// well above round-off and the truth's own, as in the usual convergence test (SciML,
     /// `analyticless_convergence_tests`). `None` if fewer than two are, as for an exact method.
     pub fn order(&self, method: Method, accuracy: Accuracy) -> Option<f64> {
         let points: Vec<_> = self
-            .curve(method, Precision::F64)
+            .curve(method)
             .filter_map(|cell| Some((cell, self.error(cell, accuracy)?)))
             .filter(|(cell, error)| *error > self.trusted(cell, accuracy))
             .map(|(cell, error)| (self.step_s(cell.setting), error))
@@ -107,10 +95,11 @@ impl Study {
         Some((large / small).ln() / (coarse / fine).ln())
     }
 
-    /// The settings that no other one of f64 beats in both error and cost, the cheapest first.
+    /// The settings that no other one beats in both error and cost, the cheapest first.
     pub fn front(&self, accuracy: Accuracy, cost: Cost) -> Vec<&Cell> {
         let mut points: Vec<_> = self
-            .in_double()
+            .cells
+            .iter()
             .filter_map(|cell| Some((self.cost(cell, cost)?, self.error(cell, accuracy)?, cell)))
             .collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -123,11 +112,11 @@ impl Study {
         points.into_iter().map(|(.., cell)| cell).collect()
     }
 
-    /// The error of a method in double precision at a cost, interpolated between rungs by straight lines in
+    /// The error of a method at a cost, interpolated between rungs by straight lines in
     /// logarithms; `None` outside the rungs.
     pub fn error_at(&self, method: Method, accuracy: Accuracy, cost: Cost, at: f64) -> Option<f64> {
         let points = self
-            .curve(method, Precision::F64)
+            .curve(method)
             .filter_map(|cell| Some((self.cost(cell, cost)?.ln(), self.error(cell, accuracy)?.ln())))
             .filter(|(cost, error)| cost.is_finite() && error.is_finite());
         Some(between(&points.collect::<Vec<_>>(), at.ln())?.exp())

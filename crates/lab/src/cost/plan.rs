@@ -1,4 +1,4 @@
-//! What a study runs: methods, rungs, precisions, how carefully times are measured, and how long all of it may take.
+//! What a study runs: methods, rungs, how carefully times are measured, and how long all of it may take.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use motion::Method;
 use scene::Keeps;
 
 use super::clock::Clock;
-use super::record::{Precision, Setting};
+use super::record::Setting;
 use super::subject::Subject;
 
 /// Least work of a batch of runs, as a multiple of the work of their reference: each batch runs the reference again,
@@ -33,11 +33,8 @@ const LONG: &str = "more would have taken too long for this plan";
 /// What a study runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// Methods of f64.
+    /// The methods that are compared.
     pub methods: Vec<Method>,
-    /// Methods of single precision, plain and compensated, in the loops of problems; those that `methods` lacks are
-    /// ignored.
-    pub single: Vec<Method>,
     /// Substeps that are tried: those within the subject's own range; ascending.
     pub rungs: Vec<u32>,
     /// How much finer than the finest rung the reference is, at least 2.
@@ -61,7 +58,6 @@ impl Plan {
     pub fn full() -> Self {
         Self {
             methods: Method::ALL.to_vec(),
-            single: Method::ALL.to_vec(),
             rungs: half_octaves(1, 8192),
             finer: 4,
             bodies: 1000,
@@ -77,7 +73,6 @@ impl Plan {
     pub fn quick(subjects: usize) -> Self {
         let share = 1.0 / subjects.max(1) as f64;
         Self {
-            single: vec![Method::SemiImplicitEuler, Method::VelocityVerlet, Method::RungeKutta4],
             rungs: octaves(1, 8192),
             passes: 5,
             timed: 0.01 * share.max(0.2),
@@ -91,7 +86,6 @@ impl Plan {
     /// show.
     pub fn live() -> Self {
         Self {
-            single: Vec::new(),
             rungs: octaves(1, 16),
             passes: 5,
             timed: 0.005,
@@ -148,14 +142,14 @@ impl Plan {
         let reference = work(self.reference(rungs));
         // First beside one of half its substeps, then once per batch.
         let references = if subject.exact().is_some() { 0.0 } else { (1.5 + batches) * reference };
-        self.settings(subject, rungs).into_iter().map(work).sum::<f64>() + references
+        self.settings(rungs).into_iter().map(work).sum::<f64>() + references
     }
 
     /// The reference for these rungs.
     pub(crate) fn reference(&self, rungs: &[u32]) -> Setting {
         let finest = rungs.last().copied().unwrap_or(1);
         let substeps = finest.saturating_mul(self.finer.max(2));
-        Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 }
+        Setting { method: REFERENCE_METHOD, substeps }
     }
 
     /// Ranges of the settings that are compared with the truth side by side; with a closed form, each setting alone.
@@ -166,7 +160,7 @@ impl Plan {
             .unwrap_or(usize::MAX);
         let most = if subject.exact().is_some() { 1 } else { most.max(1) };
         let (mut batches, mut first, mut sum) = (Vec::new(), 0, 0.0);
-        let works: Vec<_> = self.settings(subject, rungs).into_iter().map(work).collect();
+        let works: Vec<_> = self.settings(rungs).into_iter().map(work).collect();
         for (at, work) in works.iter().enumerate() {
             sum += work;
             if sum >= enough || at + 1 - first >= most || at + 1 == works.len() {
@@ -189,33 +183,21 @@ impl Plan {
     }
 
     /// Every setting, coarse ones first.
-    pub(crate) fn settings(&self, subject: &Subject, rungs: &[u32]) -> Vec<Setting> {
-        let mut settings = Vec::new();
-        for &substeps in rungs {
-            for &method in &self.methods {
-                let single = self.single.contains(&method) && subject.in_loop().is_some();
-                let precisions = if single { &Precision::ALL[..] } else { &[Precision::F64] };
-                settings.extend(precisions.iter().map(|precision| Setting {
-                    method,
-                    substeps,
-                    precision: *precision,
-                }));
-            }
-        }
-        settings
+    pub(crate) fn settings(&self, rungs: &[u32]) -> Vec<Setting> {
+        let of_rung = |substeps| self.methods.iter().map(move |&method| Setting { method, substeps });
+        rungs.iter().copied().flat_map(of_rung).collect()
     }
 }
 
-/// Approximate evaluations per tick of a setting: an implicit step iterates, and compensated sums take twice as long.
-pub(crate) fn work(Setting { method, substeps, precision }: Setting) -> f64 {
+/// Approximate evaluations per tick of a setting: an implicit step iterates.
+pub(crate) fn work(Setting { method, substeps }: Setting) -> f64 {
     let solves = if method == Method::ImplicitEuler { 10.0 } else { 1.0 };
-    let sums = if precision == Precision::CompensatedF32 { 2.0 } else { 1.0 };
-    f64::from(method.claims().evaluations_with_velocity_laws) * f64::from(substeps) * solves * sums
+    f64::from(method.claims().evaluations_with_velocity_laws) * f64::from(substeps) * solves
 }
 
 /// Approximate thread CPU time of one evaluation of all bodies, s.
 fn evaluation(subject: &Subject, substeps: u32, clock: &Clock) -> f64 {
-    let probe = Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 };
+    let probe = Setting { method: REFERENCE_METHOD, substeps };
     let (by_steps, step) = subject.by_steps(probe);
     let closed = subject.exact().is_some();
     let (mut run, substeps) = if closed { (by_steps.run(step), 1) } else { (subject.run(probe), substeps) };

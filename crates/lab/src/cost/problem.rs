@@ -5,9 +5,8 @@ use std::f64::consts::TAU;
 use glam::{DMat3, DVec3};
 use motion::units::outer;
 use motion::{BodyState, EvaluationTime, Jacobians, Law};
-use num_traits::Float as _;
 
-use super::arithmetic::{self, Formula, MakeLoop, Net, Vector};
+use super::arithmetic::{self, Formula, MakeLoop, Net};
 use super::exact::{eccentric_anomaly, jacobi};
 
 /// Position, m, and velocity, m/s.
@@ -81,9 +80,8 @@ impl Law for Duffing {
 
 impl Formula for Duffing {
     #[inline(always)]
-    fn acceleration<V: Vector>(self, _: f64, x: V, _: V) -> V {
-        let two = V::number(2.0);
-        x.map(|x| -(x + two * x * x * x))
+    fn acceleration(self, _: f64, x: DVec3, _: DVec3) -> DVec3 {
+        x.map(|x| -(x + 2.0 * x * x * x))
     }
 
     fn jacobians(self, x: DVec3, _: DVec3) -> [DMat3; 2] {
@@ -106,8 +104,8 @@ impl Formula for Fall {
     const IS_CONSTANT: bool = true;
 
     #[inline(always)]
-    fn acceleration<V: Vector>(self, _: f64, _: V, _: V) -> V {
-        V::of(self.0)
+    fn acceleration(self, _: f64, _: DVec3, _: DVec3) -> DVec3 {
+        self.0
     }
 
     fn linear_rate(self) -> Option<f64> {
@@ -129,8 +127,8 @@ impl Formula for TerminalFall {
     const DEPENDS_ON_VELOCITY: bool = true;
 
     #[inline(always)]
-    fn acceleration<V: Vector>(self, _: f64, _: V, v: V) -> V {
-        V::of(self.0) - v * self.1
+    fn acceleration(self, _: f64, _: DVec3, v: DVec3) -> DVec3 {
+        self.0 - v * self.1
     }
 
     fn linear_rate(self) -> Option<f64> {
@@ -150,7 +148,7 @@ impl Default for Spring {
 
 impl Formula for Spring {
     #[inline(always)]
-    fn acceleration<V: Vector>(self, _: f64, x: V, _: V) -> V {
+    fn acceleration(self, _: f64, x: DVec3, _: DVec3) -> DVec3 {
         x * -self.0
     }
 
@@ -173,7 +171,7 @@ impl Formula for DampedSpring {
     const DEPENDS_ON_VELOCITY: bool = true;
 
     #[inline(always)]
-    fn acceleration<V: Vector>(self, t: f64, x: V, v: V) -> V {
+    fn acceleration(self, t: f64, x: DVec3, v: DVec3) -> DVec3 {
         self.0.acceleration(t, x, v) - v * self.1
     }
 
@@ -195,16 +193,16 @@ impl Default for Orbit {
 
 impl Orbit {
     #[inline(always)]
-    fn inverse<V: Vector>(self, x: V) -> V::Number {
-        (x.dot(x) + V::number(self.1)).sqrt().recip()
+    fn inverse(self, x: DVec3) -> f64 {
+        (x.dot(x) + self.1).sqrt().recip()
     }
 }
 
 impl Formula for Orbit {
     #[inline(always)]
-    fn acceleration<V: Vector>(self, _: f64, x: V, _: V) -> V {
+    fn acceleration(self, _: f64, x: DVec3, _: DVec3) -> DVec3 {
         let inverse = self.inverse(x);
-        x.times(-(V::number(self.0) * inverse * inverse * inverse))
+        x * -(self.0 * inverse * inverse * inverse)
     }
 
     fn jacobians(self, x: DVec3, _: DVec3) -> [DMat3; 2] {
@@ -227,9 +225,9 @@ impl Default for Pendulum {
 
 impl Formula for Pendulum {
     #[inline(always)]
-    fn acceleration<V: Vector>(self, _: f64, x: V, _: V) -> V {
-        let stretch = V::number(1.0) - V::number(self.2) * x.dot(x).sqrt().recip();
-        V::of(self.0) - x.times(V::number(self.1) * stretch)
+    fn acceleration(self, _: f64, x: DVec3, _: DVec3) -> DVec3 {
+        let stretch = 1.0 - self.2 * x.dot(x).sqrt().recip();
+        self.0 - x * (self.1 * stretch)
     }
 
     fn jacobians(self, x: DVec3, _: DVec3) -> [DMat3; 2] {
@@ -255,8 +253,8 @@ impl Formula for QuadraticDrag {
     const DEPENDS_ON_VELOCITY: bool = true;
 
     #[inline(always)]
-    fn acceleration<V: Vector>(self, _: f64, _: V, v: V) -> V {
-        V::of(self.0) + v.times(-(V::number(self.1) * v.dot(v).sqrt()))
+    fn acceleration(self, _: f64, _: DVec3, v: DVec3) -> DVec3 {
+        self.0 + v * -(self.1 * v.dot(v).sqrt())
     }
 
     fn jacobians(self, _: DVec3, v: DVec3) -> [DMat3; 2] {
@@ -278,11 +276,11 @@ impl Default for Cluster {
 
 impl Formula for Cluster {
     #[inline(always)]
-    fn acceleration<V: Vector>(self, t: f64, x: V, v: V) -> V {
+    fn acceleration(self, t: f64, x: DVec3, v: DVec3) -> DVec3 {
         let orbit = Orbit(self.1, self.2);
-        let mut sum = V::of(DVec3::ZERO);
+        let mut sum = DVec3::ZERO;
         for well in self.0 {
-            sum = sum + orbit.acceleration(t, x - V::of(well), v);
+            sum += orbit.acceleration(t, x - well, v);
         }
         sum
     }
@@ -305,8 +303,8 @@ impl Default for Engine {
 
 impl Formula for Engine {
     #[inline(always)]
-    fn acceleration<V: Vector>(self, t: f64, _: V, _: V) -> V {
-        V::of(self.0 + self.1 * t)
+    fn acceleration(self, t: f64, _: DVec3, _: DVec3) -> DVec3 {
+        self.0 + self.1 * t
     }
 }
 

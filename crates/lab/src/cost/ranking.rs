@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use motion::Method;
 
-use super::record::{Cell, Host, Precision, Setting, Study, TickTime, Time, TimedTick};
+use super::record::{Cell, Host, Setting, Study, TickTime, Time, TimedTick};
 
 const HOSTS: [Host; 2] = [Host::World, Host::Arithmetic];
 
@@ -24,13 +24,20 @@ impl TimedTick {
 impl TickTime {
     /// The times at `points`, without a fitted line yet.
     pub(crate) fn open(setting: Setting, host: Host, points: Vec<TimedTick>) -> Self {
-        let Setting { method, precision, .. } = setting;
         let (fixed_ns, ns_per_body_step, yardstick_ns) = (0.0, 0.0, 1.0);
-        Self { method, precision, host, fixed_ns, ns_per_body_step, substeps: None, yardstick_ns, points }
+        Self {
+            method: setting.method,
+            host,
+            fixed_ns,
+            ns_per_body_step,
+            substeps: None,
+            yardstick_ns,
+            points,
+        }
     }
 
     pub(crate) fn is_of(&self, setting: Setting, host: Host) -> bool {
-        (self.method, self.precision, self.host) == (setting.method, setting.precision, host)
+        (self.method, self.host) == (setting.method, host)
     }
 
     /// Fits the line through its points.
@@ -122,16 +129,16 @@ impl Study {
         self.size() as f64 * f64::from(steps)
     }
 
-    /// Times of ticks in double precision in the world, in the order of the table of methods.
+    /// Times of ticks in the world, in the order of the table of methods.
     pub fn world_times(&self) -> impl Iterator<Item = &TickTime> {
         self.times_in(Host::World)
     }
 
     fn times_in(&self, host: Host) -> impl Iterator<Item = &TickTime> {
-        self.tick_times.iter().filter(move |of| of.precision == Precision::F64 && of.host == host)
+        self.tick_times.iter().filter(move |of| of.host == host)
     }
 
-    /// Methods by the time of a step at [`Self::size`] bodies in double precision, the shortest first.
+    /// Methods by the time of a step at [`Self::size`] bodies, the shortest first.
     pub fn ranking(&self, host: Host) -> Vec<Place> {
         let at = self.ranked_at();
         let mut timed: Vec<_> = self.times_in(host).filter_map(|of| Some((of.method, of.at(at)?))).collect();
@@ -219,7 +226,7 @@ impl Study {
             (cell.counts.accelerations + cell.counts.solver) as f64 / f64::from(cell.setting.substeps)
         };
         let timed = self
-            .curve(cell.setting.method, cell.setting.precision)
+            .curve(cell.setting.method)
             .find(|cell| cell.setting.substeps == substeps && cell.counts.solver > 0);
         timed.map_or(1.0, |timed| per_step(cell) / per_step(timed))
     }
@@ -233,7 +240,7 @@ impl Study {
             let tick = TimedTick { body_steps, ns: ns_per_body_step * body_steps, quartiles };
             Some((tick, ns_per_body_step / yardsticks))
         };
-        let cells = self.curve(setting.method, setting.precision);
+        let cells = self.curve(setting.method);
         let (points, yardsticks): (Vec<_>, Vec<_>) = cells.filter_map(timed).unzip();
         let yardstick_ns = yardsticks.into_iter().fold(f64::INFINITY, f64::min);
         // One point alone does not show the fixed cost.
@@ -253,7 +260,7 @@ impl Study {
     }
 
     fn spread(&self, method: Method, host: Host) -> f64 {
-        let times = self.curve(method, Precision::F64).filter_map(|cell| cell.time_in(host));
+        let times = self.curve(method).filter_map(|cell| cell.time_in(host));
         let mut spreads: Vec<_> = times.map(|time| spread(time.quartiles)).collect();
         spreads.sort_by(f64::total_cmp);
         spreads.get(spreads.len() / 2).copied().unwrap_or(0.0)

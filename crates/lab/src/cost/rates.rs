@@ -3,7 +3,7 @@
 use glam::DVec3;
 use motion::{Damping, DampingModel, Method, Quarantine, Request, TimeStep, Transform};
 
-use super::record::{Precision, RateRow, Setting};
+use super::record::{RateRow, Setting};
 use super::subject::Subject;
 use crate::run::movable;
 
@@ -57,7 +57,7 @@ pub(crate) fn rates(subject: &Subject) -> Vec<RateRow> {
     };
     let mut rows = Vec::new();
     for model in models(subject) {
-        let fine = Setting { method: Method::RungeKutta4, substeps: FINER, precision: Precision::F64 };
+        let fine = Setting { method: Method::RungeKutta4, substeps: FINER };
         let exact = model.map(|_| DampingModel::Exact);
         let aim = pushed(exact, fine, subject.scene.step_hz, "impulse");
         for frame_hz in RATES {

@@ -5,56 +5,18 @@ use std::fmt;
 use motion::Method;
 use serde::{Deserialize, Serialize};
 
-/// Number type and way of adding of a curve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Precision {
-    /// Double precision, as the program simulates.
-    F64,
-    /// Single precision, in a loop over arrays.
-    F32,
-    /// Single precision with compensated sums (Kahan 1965): the rounding errors of positions and velocities are stored and
-    /// added with the next increment.
-    CompensatedF32,
-}
-
-impl Precision {
-    /// All of them, the most precise first.
-    pub const ALL: [Self; 3] = [Self::F64, Self::CompensatedF32, Self::F32];
-
-    /// Its name in tables and files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::F64 => "f64",
-            Self::F32 => "f32",
-            Self::CompensatedF32 => "compensated_f32",
-        }
-    }
-
-    /// Where its errors and costs are measured: the program itself simulates in double precision only.
-    pub const fn host(self) -> Host {
-        match self {
-            Self::F64 => Host::World,
-            Self::F32 | Self::CompensatedF32 => Host::Arithmetic,
-        }
-    }
-}
-
-/// A setting of a run: a method, its substeps per tick, a precision.
+/// A setting of a run: a method, and its substeps per tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Setting {
     /// Method of every body.
     pub method: Method,
     /// Substeps per tick, at least 1.
     pub substeps: u32,
-    /// The precision that it is computed in.
-    pub precision: Precision,
 }
 
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} x {}", self.method.name(), self.substeps)?;
-        if self.precision == Precision::F64 { Ok(()) } else { write!(f, " in {}", self.precision.name()) }
+        write!(f, "{} x {}", self.method.name(), self.substeps)
     }
 }
 
@@ -157,7 +119,7 @@ pub struct Time {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Host {
-    /// The world of entities, as in the program; f64.
+    /// The world of entities, as in the program.
     World,
     /// A loop over plain arrays of the same arithmetic, without this program: the price of the method alone.
     Arithmetic,
@@ -168,8 +130,6 @@ pub enum Host {
 pub struct TickTime {
     /// Method of every body.
     pub method: Method,
-    /// Number type.
-    pub precision: Precision,
     /// World or loop.
     pub host: Host,
     /// Cost of a tick however few bodies and steps it has, ns.
@@ -205,13 +165,11 @@ pub struct Cell {
     pub outcome: Outcome,
     /// Evaluations of the whole run.
     pub counts: Counts,
-    /// Time in the world of entities, of f64; `None` if not measured (yet).
+    /// Time in the world of entities; `None` if not measured (yet).
     pub time: Option<Time>,
     /// Time of the arithmetic alone: a loop over arrays in which the compiler sees the law; only for problems.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arithmetic_time: Option<Time>,
-    /// Instructions of a tick of [`Study::size`] bodies, by callgrind.
-    pub instructions_per_tick: Option<f64>,
 }
 
 impl Cell {
@@ -223,7 +181,6 @@ impl Cell {
             counts: Counts { accelerations: 0, solver: 0 },
             time: None,
             arithmetic_time: None,
-            instructions_per_tick: None,
         }
     }
 
@@ -293,7 +250,7 @@ pub enum EnergyScale {
     PeakKinetic,
 }
 
-/// Energy that a method invented or lost over a run of f64.
+/// Energy that a method invented or lost over a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Drift {
     /// What was run.
@@ -358,12 +315,12 @@ pub struct Study {
     pub position_scale_m: f64,
     /// Scale V of velocities, m/s: the largest speed there.
     pub velocity_scale_m_s: f64,
-    /// In the order of substeps, methods and precisions.
+    /// In the order of substeps and methods.
     pub cells: Vec<Cell>,
     /// Bodies of the copies of a problem that times are of; `None` where they are of the subject as it is.
     #[serde(default)]
     pub timed_bodies: Option<usize>,
-    /// Times of ticks by method, precision and host.
+    /// Times of ticks by method and host.
     #[serde(default)]
     pub tick_times: Vec<TickTime>,
     /// Energy over short and long runs.
@@ -420,4 +377,4 @@ impl Report {
 }
 
 /// [`Report::format`] of this program.
-pub const FORMAT: u32 = 3;
+pub const FORMAT: u32 = 4;

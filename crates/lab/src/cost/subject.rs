@@ -8,7 +8,7 @@ use scene::{Scene, SceneError, unsolvable};
 
 use super::arithmetic::MakeLoop;
 use super::problem::{Exact, Problem};
-use super::record::{Precision, Setting};
+use super::record::Setting;
 use crate::run::movable;
 
 /// Most ticks of a run of a scene; the rest is left out.
@@ -178,7 +178,7 @@ impl Subject {
 
     /// The scene's own setting.
     pub fn own(&self) -> Setting {
-        Setting { method: self.scene.method, substeps: self.scene.substeps, precision: Precision::F64 }
+        Setting { method: self.scene.method, substeps: self.scene.substeps }
     }
 
     fn is_off(&self, effect: Effect) -> bool {

@@ -3,10 +3,10 @@
 use super::clock::{Clock, Trial, Yardstick};
 use super::hosts::Make;
 use super::plan::Plan;
-use super::record::{Host, Precision, Setting, Study, TickTime, Time, TimedTick};
+use super::record::{Host, Setting, Study, TickTime, Time, TimedTick};
 use super::subject::Subject;
 
-/// A method, precision and host at one size.
+/// A method and host at one size.
 struct Timing {
     /// The cell that is timed; for a problem, the cell with the same step.
     cell: usize,
@@ -28,7 +28,7 @@ pub(super) struct Timings {
 }
 
 impl Timings {
-    /// The timings of every cell of a scene, or of every method and precision of a problem at the rung `middle`.
+    /// The timings of every cell of a scene, or of every method of a problem at the rung `middle`.
     pub fn of(study: &mut Study, subject: &Subject, plan: &Plan, middle: u32) -> Self {
         let problem = subject.problem.is_some();
         let bodies = u32::try_from(study.bodies.max(1)).unwrap_or(u32::MAX);
@@ -37,15 +37,12 @@ impl Timings {
             if problem { plan.copies(bodies).into_iter().map(Some).collect() } else { vec![None] };
         let mut list = Vec::new();
         for copies in sizes {
-            for (cell, Setting { substeps, precision, .. }) in
-                study.cells.iter().map(|cell| cell.setting).enumerate()
-            {
+            for (cell, Setting { substeps, .. }) in study.cells.iter().map(|cell| cell.setting).enumerate() {
                 if problem && substeps != middle {
                     continue;
                 }
-                let world = (precision == Precision::F64).then_some(Host::World);
                 let alone = subject.in_loop().map(|_| Host::Arithmetic);
-                let hosts = world.into_iter().chain(alone);
+                let hosts = [Host::World].into_iter().chain(alone);
                 list.extend(hosts.map(|host| Timing { cell, host, copies, trial: Trial::default() }));
             }
         }

@@ -3,7 +3,7 @@
 use motion::Method;
 
 use super::*;
-use crate::cost::{Cell, Counts, Errors, Failure, Outcome, Precision, Time, Truth};
+use crate::cost::{Cell, Counts, Errors, Failure, Outcome, Time, Truth};
 
 /// A study of 2 bodies over 2 s with a cell for each (error, m; ms for 1/60 s); an error of NaN is a failed run.
 fn study(own_error: f64, points: &[(f64, f64)]) -> Study {
@@ -18,7 +18,7 @@ fn study(own_error: f64, points: &[(f64, f64)]) -> Study {
         };
         let failed = Outcome::Failed(Failure::BlewUp);
         let method = Method::ALL[i % Method::ALL.len()];
-        let setting = Setting { method, substeps: 1 + i as u32, precision: Precision::F64 };
+        let setting = Setting { method, substeps: 1 + i as u32 };
         Cell {
             outcome: if error.is_nan() { failed } else { Outcome::Finished(errors) },
             counts: Counts { accelerations: 1000 * (1 + i as u64), solver: 200 },
@@ -47,7 +47,7 @@ fn study(own_error: f64, points: &[(f64, f64)]) -> Study {
         simulated_s: 2.0,
         bodies: 2,
         period_s: None,
-        own: Setting { method: Method::SemiImplicitEuler, substeps: 1, precision: Precision::F64 },
+        own: Setting { method: Method::SemiImplicitEuler, substeps: 1 },
         truth: reference,
         position_scale_m: 1.0,
         velocity_scale_m_s: 1.0,

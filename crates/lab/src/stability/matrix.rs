@@ -11,7 +11,6 @@ use scene::{Measure, Scene, SurvivalRow};
 use super::metric::Target;
 use super::record::{CaseRow, FORMAT, Matrix};
 use super::run::{CellRun, TargetRun};
-use crate::cost::Precision;
 use crate::shard::Shard;
 
 /// Ticks between two looks at the clock.
@@ -187,7 +186,6 @@ fn open(scene: &Scene, row: &SurvivalRow) -> CaseRow {
         case: scene.name.clone(),
         description: scene.description.clone(),
         label: row.label.clone(),
-        precision: if row.single { Precision::F32 } else { Precision::F64 },
         measure: row.measure.name().to_owned(),
         ticks: row.ticks,
         cells: Vec::new(),

@@ -4,10 +4,9 @@ use motion::Method;
 use serde::{Deserialize, Serialize};
 
 use super::class::Class;
-use crate::cost::Precision;
 
 /// [`Matrix::format`] of this program.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// Longer runs also keep their state after this many ticks, so that tests can repeat the first part alone.
 pub const PREFIX: u64 = 20_000;
@@ -17,7 +16,7 @@ pub const PREFIX: u64 = 20_000;
 pub struct Matrix {
     /// Version of this format.
     pub format: u32,
-    /// In the order of cases, of their rows, and of precisions.
+    /// In the order of cases and of their rows.
     pub rows: Vec<CaseRow>,
 }
 
@@ -30,8 +29,6 @@ pub struct CaseRow {
     pub description: String,
     /// The label that tells the row from others of the scene; empty for a single row.
     pub label: String,
-    /// The precision of its states.
-    pub precision: Precision,
     /// What the numbers measure: the name of a [`scene::Measure`].
     pub measure: String,
     /// Length of a run, ticks.
@@ -41,13 +38,9 @@ pub struct CaseRow {
 }
 
 impl CaseRow {
-    /// The case, the label and the precision where it is not f64, as one title.
+    /// The case and the label as one title.
     pub fn title(&self) -> String {
-        let single = if self.precision == Precision::F64 { "" } else { self.precision.name() };
-        let parts = [self.label.as_str(), single];
-        let parts: Vec<_> = parts.into_iter().filter(|part| !part.is_empty()).collect();
-        let rest = parts.join(", ");
-        if rest.is_empty() { self.case.clone() } else { format!("{}: {rest}", self.case) }
+        if self.label.is_empty() { self.case.clone() } else { format!("{}: {}", self.case, self.label) }
     }
 
     /// The cell of `method`.
@@ -139,12 +132,11 @@ mod tests {
             case: "case".to_owned(),
             description: String::new(),
             label: "label".to_owned(),
-            precision: Precision::F32,
             measure: "rest".to_owned(),
             ticks: 7,
             cells: vec![cell(f64::INFINITY, prefix), cell(f64::NEG_INFINITY, None), cell(-0.25, None)],
         };
-        assert_eq!(row.title(), "case: label, f32");
+        assert_eq!(row.title(), "case: label");
         let matrix = Matrix { format: FORMAT, rows: vec![row] };
         assert_eq!(serde_json::from_str::<Matrix>(&matrix.json()).unwrap(), matrix);
         let nan = matrix.json().replace("-0.25", "\"nan\"");

@@ -1,12 +1,11 @@
-//! A run of a row: a world of entities, whose states may be rounded to single precision.
+//! A run of a row: a world of entities, with the script of the row.
 
 use std::collections::VecDeque;
 
 use history::{Change, Simulation};
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
-use motion::units::Vector;
-use motion::{Evaluations, PhysicsBody, Quarantine, TimeStep, Transform};
+use motion::{Evaluations, Quarantine, TimeStep};
 use scene::{Names, Scene, Step, SurvivalRow};
 
 use crate::cost::Sample;
@@ -15,8 +14,6 @@ use crate::cost::Sample;
 pub(super) struct RowRun {
     simulation: Box<Simulation>,
     ledger: Option<Box<Ledger>>,
-    /// Whether positions and velocities are rounded to single precision at the start and after every tick.
-    single: bool,
     script: VecDeque<Step>,
     lengths: scene::Lengths,
     names: Names,
@@ -29,14 +26,10 @@ impl RowRun {
     /// The start of a run of `scene`, which is the scene of `row`.
     pub fn new(scene: &Scene, row: &SurvivalRow, with_ledger: bool) -> Self {
         let mut simulation = Box::new(Simulation::new(scene.clone()));
-        if row.single {
-            round(&mut simulation);
-        }
         let ledger = with_ledger.then(|| Box::new(Ledger::open(&mut simulation.world)));
         Self {
             simulation,
             ledger,
-            single: row.single,
             script: row.script.iter().cloned().collect(),
             lengths: row.lengths(),
             names: scene.names.clone(),
@@ -68,9 +61,6 @@ impl RowRun {
             Some(ledger) => ledger.tick(&mut simulation.stepper, &mut simulation.world),
             None => simulation.tick(),
         }
-        if self.single {
-            round(simulation);
-        }
         self.length = length;
         self.clock.count(length);
     }
@@ -96,15 +86,5 @@ impl RowRun {
     /// Number of implicit steps that did not converge.
     pub fn unconverged(&self) -> u64 {
         self.simulation.world.resource::<Evaluations>().unconverged_steps()
-    }
-}
-
-/// Rounds every position and velocity to single precision. One beyond its range becomes infinite.
-fn round(simulation: &mut Simulation) {
-    let single = |vector: Vector| vector.as_vec3().as_dvec3();
-    let world = &mut simulation.world;
-    for (mut transform, mut body) in world.query::<(&mut Transform, &mut PhysicsBody)>().iter_mut(world) {
-        transform.position = single(transform.position);
-        body.velocity = single(body.velocity);
     }
 }

@@ -35,9 +35,8 @@ impl TargetRun {
     }
 
     fn new(scene: &Scene, row: &SurvivalRow) -> Self {
-        let row = SurvivalRow { single: false, ..row.clone() };
-        let mut run = RowRun::new(scene, &row, false);
-        let metric = Metric::new(scene, &row, None);
+        let mut run = RowRun::new(scene, row, false);
+        let metric = Metric::new(scene, row, None);
         let target = Target::new(&mut run);
         Self { run, metric, target }
     }

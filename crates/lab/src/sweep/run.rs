@@ -13,7 +13,7 @@ use scene::{EXPLODES, Scene, StepKind};
 use super::measure::Measure;
 use super::{Outcome, Plan, ticks};
 use crate::column::Value;
-use crate::cost::{Deviation, Machine, Precision, Runner, Setting, Subject, Target, invented, larger};
+use crate::cost::{Deviation, Machine, Runner, Setting, Subject, Target, invented, larger};
 use crate::run::{is_particle, movable};
 
 /// What times are of.
@@ -170,7 +170,7 @@ impl Truth {
         // The reference has the law that damping by the tick stands for.
         let (truth, _) = Subject::as_it_is(scene.clone(), ticks).continuous();
         let substeps = reference_substeps(scene);
-        let setting = |substeps| Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 };
+        let setting = |substeps| Setting { method: REFERENCE_METHOD, substeps };
         Self {
             reference: Target::run(&truth, Box::new(truth.run(setting(substeps.saturating_mul(2))))),
             coarse: truth.run(setting(substeps)),

@@ -42,13 +42,8 @@ impl ImplicitEuler {
     /// rest, whose forces cancel, would otherwise never converge.
     #[must_use]
     pub fn tolerance() -> f64 {
-        tolerance(f64::EPSILON)
+        f64::EPSILON.sqrt() * 1e-4 + f64::EPSILON * 4.0
     }
-}
-
-/// [`ImplicitEuler::tolerance`] for numbers with this distance from 1 to the next larger one.
-fn tolerance(epsilon: f64) -> f64 {
-    epsilon.sqrt() * 1e-4 + epsilon * 4.0
 }
 
 impl Integrator for ImplicitEuler {
@@ -82,8 +77,8 @@ fn solve<F: NewtonField>(field: &mut F, x: F::Space, v: F::Space) -> F::Space {
         let mut correction = field.correction(x + v1 * h, v1, residual);
         let small = |field: &F, correction, v1, a| {
             let size = field.size(correction);
-            size <= tolerance(F::EPSILON) * (field.size(v1) + field.size(a) * h)
-                || size * h <= F::EPSILON * field.size(x)
+            size <= ImplicitEuler::tolerance() * (field.size(v1) + field.size(a) * h)
+                || size * h <= f64::EPSILON * field.size(x)
         };
         if small(field, correction, v1, a) {
             field.report(Newton { iterations, converged: true });

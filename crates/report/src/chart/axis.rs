@@ -77,24 +77,6 @@ impl Axis {
         self.light.retain(|value| (low..=high).contains(value));
     }
 
-    /// In logarithms with marks at `values` only, ascending, and words where there is room for them.
-    pub(crate) fn rungs(title: impl Into<String>, values: &[(f64, String)]) -> Self {
-        let mut axis = Self::logarithmic(title, values.iter().map(|(value, _)| *value), |_| String::new());
-        axis.labelled.clear();
-        axis.light.clear();
-        let mut next = 0.0;
-        for (value, label) in values {
-            let place = axis.place(*value);
-            if place >= next {
-                next = place + 0.075;
-                axis.labelled.push((*value, label.clone()));
-            } else {
-                axis.light.push(*value);
-            }
-        }
-        axis
-    }
-
     /// From 0 to `high`.
     pub(crate) fn linear(title: impl Into<String>, high: f64, label: impl Fn(f64) -> String) -> Self {
         let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };

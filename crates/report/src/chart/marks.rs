@@ -1,6 +1,5 @@
-//! How methods and precisions look in figures: a color and a shape a method, a dash a precision.
+//! How methods look in figures: a color and a shape each.
 
-use lab::cost::Precision;
 use motion::Method;
 
 use super::drawing::{Rgb, hex};
@@ -53,15 +52,6 @@ pub(crate) const fn shape(method: Method) -> &'static str {
             "M0,-7.5 L1.8,-2.4 L7.1,-2.3 L2.9,0.9 L4.4,6.1 L0,3 L-4.4,6.1 L-2.9,0.9 L-7.1,-2.3 L-1.8,-2.4 Z"
         }
         Method::Yoshida4 => "M-6,0 L-3,-5.2 L3,-5.2 L6,0 L3,5.2 L-3,5.2 Z",
-    }
-}
-
-/// Lengths of dashes and gaps; empty for a whole line.
-pub(crate) const fn dash(precision: Precision) -> &'static [f64] {
-    match precision {
-        Precision::F64 => &[],
-        Precision::F32 => &[8.0, 4.0],
-        Precision::CompensatedF32 => &[2.0, 4.0],
     }
 }
 

@@ -1,10 +1,10 @@
 //! Error against cost: the lower left is best.
 
-use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
+use lab::cost::{Accuracy, Cell, Cost, Study};
 
 use super::curves::{curves, draw, error_axis, tooltip};
 use crate::chart::{Axis, Chart, Drawing};
-use crate::numbers::{duration, fold, number, power, share};
+use crate::numbers::{duration, fold, number, share};
 use crate::palette::ink;
 use crate::words;
 
@@ -20,8 +20,7 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
     let near = budget.filter(|at| *at < FAR * highest);
     let x = Axis::logarithmic(title(cost), costs().chain(near), label(cost));
     let y = error_axis(study, accuracy, curves(study), None);
-    let mut chart =
-        Chart::new(format!("{}: error against cost, in double precision", study.subject), x, y, 620);
+    let mut chart = Chart::new(format!("{}: error against cost", study.subject), x, y, 620);
     let front = study.front(accuracy, cost);
     let point = |cell| Some((study.cost(cell, cost)?, study.error(cell, accuracy)?));
     let line: Vec<_> = front.iter().copied().filter_map(point).collect();
@@ -34,9 +33,9 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
         chart.budget(at, &format!("budget: all of a frame at 60 a second{times}"));
     }
     let mut failed = false;
-    for method in study.methods(Precision::F64) {
+    for method in study.methods() {
         let words = |cell: &Cell| tooltip(study, cell, accuracy, cost);
-        failed |= draw(&mut chart, study, (method, Precision::F64), accuracy, placed, words);
+        failed |= draw(&mut chart, study, method, accuracy, placed, words);
         chart.legend_method(method, method.claims().title);
     }
     chart.legend_gap();
@@ -77,7 +76,6 @@ const fn title(cost: Cost) -> &'static str {
         Cost::Time => "thread CPU time per body per simulated second",
         Cost::Arithmetic => "thread CPU time of the arithmetic alone per body per simulated second",
         Cost::RealTime => "thread CPU time of the whole, as a part of the time that it simulates",
-        Cost::Instructions => "instructions of the whole per simulated second",
     }
 }
 
@@ -86,6 +84,5 @@ const fn label(cost: Cost) -> fn(f64) -> String {
         Cost::Evaluations => |value| number(value, 1),
         Cost::Time | Cost::Arithmetic => |value| duration(value, 1),
         Cost::RealTime => |value| share(value, 1),
-        Cost::Instructions => power,
     }
 }

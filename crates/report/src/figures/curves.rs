@@ -1,14 +1,14 @@
 //! What figures of errors share: their cells, their axis of errors, and the words at their points.
 
-use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
+use lab::cost::{Accuracy, Cell, Cost, Study};
 use motion::Method;
 
 use crate::chart::{Axis, Chart};
 use crate::numbers::{duration, length, number, power, share};
 
-/// The cells of double precision, of which most figures are.
+/// The cells that were run.
 pub(super) fn curves(study: &Study) -> impl Iterator<Item = &Cell> {
-    study.in_double().filter(|cell| cell.is_run())
+    study.cells.iter().filter(|cell| cell.is_run())
 }
 
 /// An error in the unit of its axis.
@@ -25,7 +25,6 @@ fn cost_words(cost: Cost, value: f64) -> String {
         Cost::Evaluations => format!("{} evaluations per body per s", number(value, 3)),
         Cost::Time | Cost::Arithmetic => format!("{} per body per s", duration(value, 2)),
         Cost::RealTime => format!("{} of real time", share(value, 2)),
-        Cost::Instructions => format!("{} instructions per s", number(value, 3)),
     }
 }
 
@@ -73,18 +72,18 @@ pub(super) fn error_axis<'a>(
 pub(super) fn draw(
     chart: &mut Chart,
     study: &Study,
-    (method, precision): (Method, Precision),
+    method: Method,
     accuracy: Accuracy,
     place: impl Fn(&Cell) -> Option<f64>,
     words: impl Fn(&Cell) -> String,
 ) -> bool {
-    let cells = study.curve(method, precision).filter(|cell| cell.is_run());
+    let cells = study.curve(method).filter(|cell| cell.is_run());
     let points: Vec<_> =
         cells.filter_map(|cell| Some((cell, place(cell)?, study.error(cell, accuracy)))).collect();
     // A line does not pass over a failure.
     for part in points.split(|(.., error)| error.is_none()).filter(|part| part.len() > 1) {
         let line: Vec<_> = part.iter().filter_map(|(_, x, error)| Some((*x, (*error)?))).collect();
-        chart.curve(method, precision, &line);
+        chart.curve(method, &line);
     }
     for (cell, x, error) in &points {
         match error {

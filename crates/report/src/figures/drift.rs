@@ -17,13 +17,13 @@ pub(super) fn figure(study: &Study, long: bool) -> Option<Drawing> {
     let residuals = lines.iter().flatten().map(|(_, residual)| *residual);
     let y = Axis::logarithmic("energy invented or lost so far, as a part of it", residuals, power);
     let run = if long { "a long run" } else { "a short run" };
-    let title = format!("{}: energy over {run}, in double precision", study.subject);
+    let title = format!("{}: energy over {run}", study.subject);
     let mut chart = Chart::new(title, x, y, 540);
     for (drift, line) in drifts.iter().zip(&lines) {
         let method = drift.setting.method;
         let name = format!("{} x{}", method.claims().title, drift.setting.substeps);
         let words = format!("{name}: {}", fate(drift));
-        chart.curve(method, drift.setting.precision, line);
+        chart.curve(method, line);
         if let Some((time, residual)) = line.last() {
             chart.point(method, *time, *residual, &words);
         }

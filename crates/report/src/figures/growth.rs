@@ -1,6 +1,6 @@
 //! Time of a step per body against the number of bodies.
 
-use lab::cost::{Machine, Precision, Study, TickTime, TimedTick};
+use lab::cost::{Machine, Study, TickTime, TimedTick};
 
 use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::{duration, number};
@@ -21,7 +21,7 @@ pub(super) fn figure(study: &Study, machine: &Machine) -> Option<Drawing> {
     for of in &curves {
         let title = of.method.claims().title;
         let line: Vec<_> = of.points.iter().map(|point| (point.body_steps, per_body(point))).collect();
-        chart.curve(of.method, Precision::F64, &line);
+        chart.curve(of.method, &line);
         for (point, (count, ns)) in of.points.iter().zip(&line) {
             let words =
                 format!("{title}, {}: {} per body", bodies(point.body_steps as usize), duration(*ns, 2));

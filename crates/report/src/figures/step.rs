@@ -1,6 +1,6 @@
 //! Error against step: on logarithms a method of order p has slope p.
 
-use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
+use lab::cost::{Accuracy, Cell, Cost, Study};
 
 use super::curves::{curves, draw, error_axis, error_words, in_sight, tooltip};
 use crate::chart::{Axis, Chart, Drawing};
@@ -16,13 +16,12 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Drawing {
     });
     let floor = in_sight(study, accuracy, curves(study), own_error);
     let y = error_axis(study, accuracy, curves(study), floor);
-    let mut chart =
-        Chart::new(format!("{}: error against step, in double precision", study.subject), x, y, 620);
+    let mut chart = Chart::new(format!("{}: error against step", study.subject), x, y, 620);
     let mut failed = false;
-    for method in study.methods(Precision::F64) {
+    for method in study.methods() {
         let place = |cell: &Cell| Some(study.step_s(cell.setting));
         let words = |cell: &Cell| tooltip(study, cell, accuracy, Cost::Evaluations);
-        failed |= draw(&mut chart, study, (method, Precision::F64), accuracy, place, words);
+        failed |= draw(&mut chart, study, method, accuracy, place, words);
         let order = study.order(method, accuracy).filter(|order| order.is_finite());
         let order = order.map_or_else(String::new, |order| format!(": {order:.2}"));
         chart.legend_method(method, &format!("{}{order}", method.claims().title));

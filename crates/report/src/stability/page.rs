@@ -48,7 +48,7 @@ fn reading() -> String {
         Measure::Reference => {
             "farthest that a body is from where a fine run has it, relative to the longest way"
         }
-        Measure::Origin => "the same from where the method itself has it at the origin in double precision",
+        Measure::Origin => "the same from where the method itself has it at the origin",
         Measure::Rest => "kinetic energy of what should be at rest, relative to m g L",
         Measure::Stretch => "largest strain of a spring",
         Measure::TerminalSpeed => {

@@ -8,7 +8,7 @@ use crate::palette::ink;
 use crate::table::{Table, csv};
 
 /// Columns of `matrix.csv`.
-const HEADER: &str = "case,row,precision,measure,ticks,method,class,number,bound,why";
+const HEADER: &str = "case,row,measure,ticks,method,class,number,bound,why";
 
 /// The methods of a matrix, in the order of its cells.
 pub(super) fn methods(matrix: &Matrix) -> Vec<Method> {
@@ -101,7 +101,6 @@ pub fn matrix_csv(matrix: &Matrix) -> String {
         vec![
             row.case.clone(),
             row.label.clone(),
-            row.precision.name().to_owned(),
             row.measure.clone(),
             row.ticks.to_string(),
             cell.method.name().to_owned(),

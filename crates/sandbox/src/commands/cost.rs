@@ -13,7 +13,6 @@ use lab::part::{Found, Part};
 use scene::{BodySpec, Scene};
 
 use crate::args::{bodies, check_study, positive};
-use crate::commands::instructions::{self, TicksOf};
 use crate::commands::list::Format;
 use crate::output::{show, tell};
 
@@ -56,12 +55,6 @@ pub(crate) struct CostArgs {
     /// Write over the report of another command, version or machine in that folder
     #[arg(long, requires = "out", conflicts_with = "resume")]
     pub replace: bool,
-    /// Count instructions, too, with callgrind; needs valgrind
-    #[arg(long)]
-    pub instructions: bool,
-    /// Run nothing but so many ticks of a setting: what is counted
-    #[arg(long, hide = true, value_name = "METHOD:SUBSTEPS:TICKS", value_parser = TicksOf::parse)]
-    pub ticks_of: Option<TicksOf>,
     /// As a table or as JSON
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
@@ -92,12 +85,6 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
     }
     let mut files = CommandFiles::default();
     let subjects = subjects(&names, args.seconds, &mut files)?;
-    if let Some(ticks) = args.ticks_of {
-        return subjects.iter().try_for_each(|subject| ticks.run(subject, args.bodies));
-    }
-    if args.instructions {
-        instructions::check()?;
-    }
     let part = args.shard.map(|shard| {
         Part::new(command(args), subjects.iter().map(Subject::scene), shard, Found::Cost(Vec::new()))
     });
@@ -132,8 +119,7 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
     for (number, subject) in subjects.into_iter().enumerate() {
         progress.say(subject.name());
         let mut bench = Bench::new(subject, plan.clone());
-        let known = earlier.iter().find(|study| study.subject == bench.study().subject);
-        if let Some(study) = known {
+        if let Some(study) = earlier.iter().find(|study| study.subject == bench.study().subject) {
             bench.resume(study);
         }
         report.studies.push(bench.study().clone());
@@ -147,10 +133,6 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
             target.save(&report)
         })?;
         report.studies[number].clone_from(bench.study());
-        if args.instructions {
-            progress.say(format!("{}, instructions", names[number]));
-            instructions::count(&mut report.studies[number], names[number], known)?;
-        }
         target.save(&report)?;
     }
     drop(progress);
@@ -271,9 +253,6 @@ fn command(args: &CostArgs) -> String {
     }
     if args.quick {
         command += " --quick";
-    }
-    if args.instructions {
-        command += " --instructions";
     }
     if let Some(seconds) = args.seconds {
         command += &format!(" --seconds {seconds}");

@@ -279,7 +279,7 @@ fn plan(parts: usize, quick: bool) -> Plan {
     let share = 1.0 / parts as f64;
     let (patience, timed) = (full.patience * share, full.timed * share.max(0.2));
     let plan = if quick { Plan::quick(parts) } else { Plan { patience, timed, ..full } };
-    Plan { single: Vec::new(), longer: 0, rates: false, ..plan }
+    Plan { longer: 0, rates: false, ..plan }
 }
 
 fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {

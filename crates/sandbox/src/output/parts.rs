@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lab::part::Part;
+use lab::part::{FORMAT, Part};
 
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
@@ -18,7 +18,13 @@ pub(crate) fn is_file(name: &str) -> bool {
 
 /// The part in `folder`, if there is one.
 pub(crate) fn part(folder: &Path) -> Result<Option<Part>, Failure> {
-    read_record(&folder.join(PART), "part of a study")
+    let path = folder.join(PART);
+    let part: Option<Part> = read_record(&path, "part of a study")?;
+    if part.as_ref().is_some_and(|part| part.format != FORMAT) {
+        let what = "this part was made by another version; give another folder, or remove the file";
+        return Err(Failure::Usage(format!("{}: {what}", path.display())));
+    }
+    Ok(part)
 }
 
 /// The earlier part in `folder`, into which `part` will be written; refused where that is of another study.

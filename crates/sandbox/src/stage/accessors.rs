@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use bevy_ecs::prelude::*;
 use history::Simulation;
-use lab::cost::{Precision, Setting};
+use lab::cost::Setting;
 use motion::clock::StepClock;
 use motion::{Evaluations, Method, PhysicsBody, Quarantined, Stepper, TimeStep};
 use scene::Scene;
@@ -123,7 +123,7 @@ impl Stage {
     /// Method and substeps of the bodies without their own.
     #[must_use]
     pub fn setting(&self) -> Setting {
-        Setting { method: self.sim.method(), substeps: self.sim.substeps(), precision: Precision::F64 }
+        Setting { method: self.sim.method(), substeps: self.sim.substeps() }
     }
 
     /// Takes the orders of this frame, which the program outside carries out.

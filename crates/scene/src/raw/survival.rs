@@ -18,7 +18,6 @@ pub(crate) struct Survival {
     pub explodes_above: Option<f64>,
     pub scale_j: Option<f64>,
     pub reference_substeps: Option<u32>,
-    pub precisions: Option<List<Word>>,
     pub steps: Option<Steps>,
     pub step_hz: Option<f64>,
     pub substeps: Option<u32>,

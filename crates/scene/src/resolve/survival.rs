@@ -11,7 +11,6 @@ use crate::scene::names::Names;
 use crate::scene::survival::{Bounds, Measure, Steps, SurvivalRow};
 use crate::script::{Removed, undeclared};
 use crate::text::faults::Faults;
-use crate::text::syntax::Word;
 
 /// From which magnitude on nothing is left of a run, unless the scene says otherwise.
 pub const EXPLODES: f64 = 1e3;
@@ -29,8 +28,7 @@ const SPREAD: Rule =
     (|v| v > 0.0 && v < 1.0, "a spread", "give one above 0 and below 1, such as `jittered(spread: 0.5)`");
 const HITCH: &str = "give seconds, such as `hitch(at_s: 1.0, length_s: 1.0)`";
 
-/// The rows of `scene`, in the order of the file; of one in both precisions, f64 comes first. `names` are those of its
-/// bodies, unless they are too many.
+/// The rows of `scene`, in the order of the file. `names` are those of its bodies, unless they are too many.
 pub(crate) fn survival(
     file: &raw::Scene,
     scene: &Scene,
@@ -40,7 +38,7 @@ pub(crate) fn survival(
     let common = file.expect.as_ref()?.survival.as_ref()?;
     let row = |own, scope| Row { own, common, scope, file, scene, names };
     if common.rows.is_empty() {
-        return Some(row(common, Scope::section("expect.survival")).resolve(faults));
+        return Some(vec![row(common, Scope::section("expect.survival")).resolve(faults)]);
     }
     if common.label.is_some() {
         let cure = "move it into a row, or remove it";
@@ -60,7 +58,7 @@ pub(crate) fn survival(
         if !own.rows.is_empty() {
             faults.add(scope.key("rows"), "a row has no rows", "write them beside it");
         }
-        all.extend(row(own, scope).resolve(faults));
+        all.push(row(own, scope).resolve(faults));
     }
     Some(all)
 }
@@ -82,30 +80,16 @@ impl<'a> Row<'a> {
         key(self.own).or_else(|| key(self.common))
     }
 
-    /// One row a precision.
-    fn resolve(self, faults: &mut Faults) -> Vec<SurvivalRow> {
+    fn resolve(self, faults: &mut Faults) -> SurvivalRow {
         let scope = self.scope;
-        let precisions = self.get(|raw| raw.precisions.as_ref()).map_or(vec![false], |words| {
-            let known = [("f64", false), ("f32", true)];
-            let before = |i: usize| words[..i].iter().find(|word| **word == words[i]);
-            if let Some(Word(word)) = (1..words.len()).find_map(before) {
-                let what = format!("{word} is there twice");
-                faults.add(scope.key("precisions"), what, "give [f64], [f32] or [f64, f32]");
-            }
-            words.iter().map(|word| faults.word((scope, "precisions"), Some(word), false, &known)).collect()
-        });
-        if precisions.is_empty() {
-            faults.add(scope.key("precisions"), "there is no precision", "give [f64], [f32] or [f64, f32]");
-        }
         let step_hz = self.get(|raw| raw.step_hz);
         let step_hz = faults.number((scope, "step_hz"), step_hz, self.scene.step_hz, STEP_RATE);
         let measure = self.measure(faults);
         let reference_substeps = self.get(|raw| raw.reference_substeps);
-        let row = SurvivalRow {
+        SurvivalRow {
             label: self.own.label.clone().unwrap_or_default(),
             measure,
             ticks: self.ticks(step_hz, faults),
-            single: false,
             bounds: self.bounds(faults),
             scale: self.scale(measure, faults),
             reference_substeps: faults
@@ -117,11 +101,7 @@ impl<'a> Row<'a> {
             damping: self.damping(faults),
             offset: faults.vector((scope, "offset_m"), self.get(|raw| raw.offset_m), DVec3::ZERO),
             script: self.script(faults),
-        };
-        if precisions.contains(&true) && row.measure == Measure::Energy {
-            faults.add(scope.key("precisions"), "an energy ledger needs f64", "give [f64]");
         }
-        precisions.into_iter().map(|single| SurvivalRow { single, ..row.clone() }).collect()
     }
 
     fn measure(self, faults: &mut Faults) -> Measure {

@@ -17,8 +17,6 @@ pub struct SurvivalRow {
     pub measure: Measure,
     /// Length of the run, ticks, at least 1.
     pub ticks: u64,
-    /// Whether positions and velocities are rounded to single precision after every tick.
-    pub single: bool,
     /// What the number is held to.
     pub bounds: Bounds,
     /// Energy that [`Measure::Energy`] and [`Measure::Rest`] are relative to, J, above 0, where the scene says so.
@@ -47,7 +45,7 @@ pub enum Measure {
     Energy,
     /// Farthest that a body is from where a fine run has it, relative to the way of the body that goes farthest.
     Reference,
-    /// Farthest that a body is from where the same method has it in double precision at the origin, relative as above.
+    /// Farthest that a body is from where the same method has it at the origin, relative as above.
     Origin,
     /// Kinetic energy of what should be at rest, relative to a stated energy.
     Rest,

@@ -7,12 +7,10 @@ use std::ops::{Add, Mul, Sub};
 use glam::{DMat3, DVec3};
 use motion::Method;
 use motion::methods::{Field, Integrator, MethodStateKind, Newton, NewtonField, StepState, newton_velocity};
-use num_traits::Float as _;
 use scene::Scene;
 
-use super::numbers::{Compensated, LoopSpace, Single};
-use super::{Steps, Vector, step_by};
-use crate::cost::record::{Counts, Failure, Precision, Setting};
+use super::{Steps, step_by};
+use crate::cost::record::{Counts, Failure, Setting};
 use crate::cost::runner::{Runner, Sample};
 use crate::run::movable;
 
@@ -26,9 +24,9 @@ pub(crate) trait Net<const N: usize>: Copy + Send + 'static {
 
 /// Positions, velocities or accelerations of the bodies of a group.
 #[derive(Clone, Copy)]
-struct Several<S, const N: usize>([S; N]);
+struct Several<const N: usize>([DVec3; N]);
 
-impl<S: LoopSpace, const N: usize> Add for Several<S, N> {
+impl<const N: usize> Add for Several<N> {
     type Output = Self;
 
     #[inline(always)]
@@ -37,7 +35,7 @@ impl<S: LoopSpace, const N: usize> Add for Several<S, N> {
     }
 }
 
-impl<S: LoopSpace, const N: usize> Sub for Several<S, N> {
+impl<const N: usize> Sub for Several<N> {
     type Output = Self;
 
     #[inline(always)]
@@ -46,7 +44,7 @@ impl<S: LoopSpace, const N: usize> Sub for Several<S, N> {
     }
 }
 
-impl<S: LoopSpace, const N: usize> Mul<f64> for Several<S, N> {
+impl<const N: usize> Mul<f64> for Several<N> {
     type Output = Self;
 
     #[inline(always)]
@@ -55,22 +53,16 @@ impl<S: LoopSpace, const N: usize> Mul<f64> for Several<S, N> {
     }
 }
 
-impl<S: LoopSpace, const N: usize> Several<S, N> {
-    fn to_double(self) -> [DVec3; N] {
-        self.0.map(|vector| vector.seen().to_double())
-    }
-}
-
 /// The field of one group.
-struct Group<F, S, const N: usize> {
+struct Group<F, const N: usize> {
     h: f64,
     counts: Counts,
     unconverged: u64,
-    net: PhantomData<(F, S)>,
+    net: PhantomData<F>,
 }
 
-impl<F: Net<N>, S: LoopSpace, const N: usize> Field for Group<F, S, N> {
-    type Space = Several<S, N>;
+impl<F: Net<N>, const N: usize> Field for Group<F, N> {
+    type Space = Several<N>;
 
     #[inline(always)]
     fn step(&self) -> f64 {
@@ -80,21 +72,19 @@ impl<F: Net<N>, S: LoopSpace, const N: usize> Field for Group<F, S, N> {
     #[inline(always)]
     fn laws(&mut self, _: f64, Several(x): Self::Space, _: Self::Space) -> Self::Space {
         self.counts.accelerations += N as u64;
-        let x = x.map(LoopSpace::seen);
-        let mut forces = [<S::Seen as Vector>::of(DVec3::ZERO); N];
+        let mut forces = [DVec3::ZERO; N];
         for ([a, b], stiffness, rest_length) in F::SPRINGS {
             let d = x[*b] - x[*a];
-            let number = <S::Seen as Vector>::number;
-            let stretch = number(1.0) - number(*rest_length) * d.dot(d).sqrt().recip();
-            let pull = d.times(number(*stiffness) * stretch);
+            let stretch = 1.0 - rest_length * d.dot(d).sqrt().recip();
+            let pull = d * (stiffness * stretch);
             (forces[*a], forces[*b]) = (forces[*a] + pull, forces[*b] - pull);
         }
-        Several(from_fn(|k| S::of(forces[k].times(<S::Seen as Vector>::number(1.0 / F::MASSES[k])))))
+        Several(from_fn(|k| forces[k] * (1.0 / F::MASSES[k])))
     }
 
     #[inline(always)]
     fn applied(&self) -> Self::Space {
-        Several([S::default(); N])
+        Several([DVec3::ZERO; N])
     }
 
     #[inline(always)]
@@ -112,16 +102,12 @@ impl<F: Net<N>, S: LoopSpace, const N: usize> Field for Group<F, S, N> {
     }
 }
 
-impl<F: Net<N>, S: LoopSpace, const N: usize> NewtonField for Group<F, S, N> {
-    const EPSILON: f64 =
-        if size_of::<<S::Seen as Vector>::Number>() == 4 { f32::EPSILON as f64 } else { f64::EPSILON };
-
+impl<F: Net<N>, const N: usize> NewtonField for Group<F, N> {
     fn linear_rate(&self) -> Option<f64> {
         None
     }
 
-    fn correction(&mut self, x: Self::Space, _: Self::Space, residual: Self::Space) -> Self::Space {
-        let (x, residual) = (x.to_double(), residual.to_double());
+    fn correction(&mut self, Several(x): Self::Space, _: Self::Space, residual: Self::Space) -> Self::Space {
         let mut matrix: [[DMat3; N]; N] = from_fn(|_| [DMat3::ZERO; N]);
         for (k, row) in matrix.iter_mut().enumerate() {
             row[k] = DMat3::IDENTITY;
@@ -136,12 +122,11 @@ impl<F: Net<N>, S: LoopSpace, const N: usize> NewtonField for Group<F, S, N> {
                 matrix[from][to] -= stiff * (1.0 / F::MASSES[from]);
             }
         }
-        let solved = eliminate(matrix, residual);
-        Several(from_fn(|k| S::of(<S::Seen as Vector>::of(solved[k]))))
+        Several(eliminate(matrix, residual.0))
     }
 
     fn size(&self, v: Self::Space) -> f64 {
-        v.to_double().into_iter().fold(0.0, |size, v| v.abs().max_element().max(size))
+        v.0.into_iter().fold(0.0, |size, v| v.abs().max_element().max(size))
     }
 
     fn report(&mut self, Newton { iterations, converged }: Newton) {
@@ -150,7 +135,9 @@ impl<F: Net<N>, S: LoopSpace, const N: usize> NewtonField for Group<F, S, N> {
     }
 }
 
-/// Solves the equations of blocks by Gauss's elimination: their matrix is that of a stable step, near 1.
+/// Solves the equations of blocks by Gauss's elimination: their matrix is that of a stable step, near 1. Not inlined, so that
+/// the code of explicit steps does not depend on it.
+#[inline(never)]
 fn eliminate<const N: usize>(mut matrix: [[DMat3; N]; N], mut right: [DVec3; N]) -> [DVec3; N] {
     for pivot in 0..N {
         let (of_pivot, known) = (matrix[pivot], right[pivot]);
@@ -169,13 +156,13 @@ fn eliminate<const N: usize>(mut matrix: [[DMat3; N]; N], mut right: [DVec3; N])
 }
 
 /// Groups in an array.
-struct Groups<F, S, const N: usize> {
-    field: Group<F, S, N>,
+struct Groups<F, const N: usize> {
+    field: Group<F, N>,
     method: Method,
     substeps: u32,
     ids: Vec<u32>,
     /// Position, velocity and last acceleration of each group.
-    states: Vec<[Several<S, N>; 3]>,
+    states: Vec<[Several<N>; 3]>,
     has_a: bool,
     /// Length of the last step, s; 0 at the start.
     last_step: f64,
@@ -183,20 +170,15 @@ struct Groups<F, S, const N: usize> {
 
 /// The run of `scene`, copies of a group with the springs of `F`, in a loop.
 pub(crate) fn run_groups<F: Net<N>, const N: usize>(scene: &Scene, setting: Setting) -> Box<dyn Runner> {
-    match setting.precision {
-        Precision::F64 => Box::new(Groups::<F, DVec3, N>::new(scene, setting)),
-        Precision::F32 => Box::new(Groups::<F, Single, N>::new(scene, setting)),
-        Precision::CompensatedF32 => Box::new(Groups::<F, Compensated, N>::new(scene, setting)),
-    }
+    Box::new(Groups::<F, N>::new(scene, setting))
 }
 
-impl<F: Net<N>, S: LoopSpace, const N: usize> Groups<F, S, N> {
+impl<F: Net<N>, const N: usize> Groups<F, N> {
     fn new(scene: &Scene, setting: Setting) -> Self {
         let bodies: Vec<_> = movable(scene).collect();
-        let space = |vector| S::of(<S::Seen as Vector>::of(vector));
         let group = |bodies: &[(u32, &scene::BodySpec)]| {
-            let x = Several(from_fn(|k| space(bodies[k].1.position)));
-            [x, Several(from_fn(|k| space(bodies[k].1.velocity))), Several([S::default(); N])]
+            let x = Several(from_fn(|k| bodies[k].1.position));
+            [x, Several(from_fn(|k| bodies[k].1.velocity)), Several([DVec3::ZERO; N])]
         };
         Self {
             field: Group {
@@ -215,7 +197,7 @@ impl<F: Net<N>, S: LoopSpace, const N: usize> Groups<F, S, N> {
     }
 }
 
-impl<F: Net<N>, S: LoopSpace, const N: usize> Steps for Groups<F, S, N> {
+impl<F: Net<N>, const N: usize> Steps for Groups<F, N> {
     fn step<M: Integrator>(&mut self) {
         let caches = M::STATE == MethodStateKind::LastAcceleration;
         for _ in 0..self.substeps {
@@ -230,13 +212,13 @@ impl<F: Net<N>, S: LoopSpace, const N: usize> Steps for Groups<F, S, N> {
     }
 }
 
-impl<F: Net<N>, S: LoopSpace, const N: usize> Runner for Groups<F, S, N> {
+impl<F: Net<N>, const N: usize> Runner for Groups<F, N> {
     fn tick(&mut self) {
         step_by(self.method, self);
     }
 
     fn states(&mut self) -> Vec<Sample> {
-        let rows = self.states.iter().flat_map(|[x, v, _]| x.to_double().into_iter().zip(v.to_double()));
+        let rows = self.states.iter().flat_map(|[x, v, _]| x.0.into_iter().zip(v.0));
         self.ids.iter().zip(rows).map(|(id, (x, v))| (*id, x, v)).collect()
     }
 

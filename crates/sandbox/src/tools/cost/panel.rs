@@ -155,7 +155,7 @@ fn dots(study: &Study, axes: Axes, method: Method) -> Vec<Dot<'_>> {
         let (cost, error) = (study.cost(cell, axes.cost)?, study.error(cell, axes.accuracy)?);
         (cost > 0.0).then(|| [cost.log10(), error.max(LEAST).log10()])
     };
-    let curve = study.curve(method, lab::cost::Precision::F64);
+    let curve = study.curve(method);
     curve.filter_map(|cell| Some(Dot { at: dot(cell)?, cell })).collect()
 }
 
@@ -180,7 +180,7 @@ fn plot(ui: &mut Ui, study: &Study, axes: Axes, present: Setting, width: f32) ->
     };
     let words = match axes.cost {
         Cost::RealTime | Cost::Time | Cost::Arithmetic => "CPU seconds per simulated second",
-        Cost::Evaluations | Cost::Instructions => "evaluations per body per simulated second",
+        Cost::Evaluations => "evaluations per body per simulated second",
     };
     let plot = Plot::new(("cost", axes.accuracy as u8, axes.cost as u8))
         .width(width)

@@ -1,0 +1,86 @@
+//! The states of bodies in columns of numbers, and a step of every body over them.
+
+use glam::DVec3;
+
+/// x, y and z of every body.
+pub(super) type Columns = [Vec<f64>; 3];
+
+pub(super) fn push(columns: &mut Columns, vector: DVec3) {
+    columns.iter_mut().zip(vector.to_array()).for_each(|(column, number)| column.push(number));
+}
+
+pub(super) fn get([x, y, z]: &Columns, i: usize) -> DVec3 {
+    DVec3::new(x[i], y[i], z[i])
+}
+
+/// Changes `x` and `v` of every body by `step`, which also gets `field`.
+pub(super) fn each<F>(
+    [[x, y, z], [a, b, c]]: [&mut Columns; 2],
+    field: F,
+    step: impl Fn(&mut F, [DVec3; 2]) -> [DVec3; 2],
+) -> F {
+    let step =
+        |field: &mut F, body: [[f64; 3]; 2]| step(field, body.map(DVec3::from_array)).map(|v| v.to_array());
+    step_six(x, y, z, a, b, c, field, step)
+}
+
+/// Changes `x`, `v` and `a` of every body.
+pub(super) fn each_with<F>(
+    [[x, y, z], [a, b, c], [d, e, f]]: [&mut Columns; 3],
+    field: F,
+    step: impl Fn(&mut F, [DVec3; 3]) -> [DVec3; 3],
+) -> F {
+    let step =
+        |field: &mut F, body: [[f64; 3]; 3]| step(field, body.map(DVec3::from_array)).map(|v| v.to_array());
+    step_nine(x, y, z, a, b, c, d, e, f, field, step)
+}
+
+/// A step of every body, whose position and velocity are three numbers each.
+///
+/// Six arrays are six arguments of a function that is not inlined, so the compiler knows that they do not overlap; the field
+/// is moved in and out, so that it is in registers. Otherwise it would be luck whether vector instructions are taken.
+#[expect(clippy::too_many_arguments, reason = "an argument is known not to overlap with another one")]
+#[inline(never)]
+fn step_six<F>(
+    x: &mut [f64],
+    y: &mut [f64],
+    z: &mut [f64],
+    a: &mut [f64],
+    b: &mut [f64],
+    c: &mut [f64],
+    mut field: F,
+    step: impl Fn(&mut F, [[f64; 3]; 2]) -> [[f64; 3]; 2],
+) -> F {
+    let n = x.len();
+    let (y, z, a, b, c) = (&mut y[..n], &mut z[..n], &mut a[..n], &mut b[..n], &mut c[..n]);
+    for i in 0..n {
+        [[x[i], y[i], z[i]], [a[i], b[i], c[i]]] = step(&mut field, [[x[i], y[i], z[i]], [a[i], b[i], c[i]]]);
+    }
+    field
+}
+
+/// [`step_six`] of nine arrays.
+#[expect(clippy::too_many_arguments, reason = "an argument is known not to overlap with another one")]
+#[inline(never)]
+fn step_nine<F>(
+    x: &mut [f64],
+    y: &mut [f64],
+    z: &mut [f64],
+    a: &mut [f64],
+    b: &mut [f64],
+    c: &mut [f64],
+    d: &mut [f64],
+    e: &mut [f64],
+    f: &mut [f64],
+    mut field: F,
+    step: impl Fn(&mut F, [[f64; 3]; 3]) -> [[f64; 3]; 3],
+) -> F {
+    let n = x.len();
+    let (y, z, a, b, c) = (&mut y[..n], &mut z[..n], &mut a[..n], &mut b[..n], &mut c[..n]);
+    let (d, e, f) = (&mut d[..n], &mut e[..n], &mut f[..n]);
+    for i in 0..n {
+        [[x[i], y[i], z[i]], [a[i], b[i], c[i]], [d[i], e[i], f[i]]] =
+            step(&mut field, [[x[i], y[i], z[i]], [a[i], b[i], c[i]], [d[i], e[i], f[i]]]);
+    }
+    field
+}
