@@ -6,9 +6,7 @@ mod fixture;
 use std::collections::BTreeMap;
 
 use fixture::{fall, oscillator, report, rest};
-use lab::cost::{
-    Accuracy, Cell, Cost, Drift, Failure, Host, Outcome, Report, Study, TickTime, TimedTick, Truth,
-};
+use lab::cost::{Accuracy, Cost, Drift, Failure, Host, Outcome, Report, Study, TickTime, TimedTick, Truth};
 use motion::Method;
 use report::{CELLS_HEADER, Table, files, json, table, tables, words};
 

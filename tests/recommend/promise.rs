@@ -19,14 +19,7 @@ fn largest_error(text: &str, error: f64, exact: impl Fn(f64) -> DVec3) -> f64 {
     let scene = scene_of(text);
     let parts = scene.parts();
     let [part] = &parts[..] else { panic!("one body is one part") };
-    let plan = Plan {
-        rungs: vec![1, 2, 4, 8, 16],
-        passes: 0,
-        longer: 0,
-        rates: false,
-        single: Vec::new(),
-        ..Plan::full()
-    };
+    let plan = Plan { rungs: vec![1, 2, 4, 8, 16], passes: 0, longer: 0, rates: false, ..Plan::full() };
     let mut bench = Bench::new(Subject::of_scene(part.scene.clone(), None), plan);
     assert!(bench.work(f64::INFINITY));
     let study = bench.study();
