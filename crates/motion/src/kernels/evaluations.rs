@@ -46,14 +46,14 @@ mod by_law {
     use crate::lists::list;
 
     #[derive(Serialize, Deserialize)]
-    struct Count(#[serde(with = "law_name")] LawName, u64);
+    struct Name(#[serde(with = "law_name")] LawName);
 
     pub(super) fn serialize<S: Serializer>(counts: &Counts, out: S) -> Result<S::Ok, S::Error> {
-        out.collect_seq(counts.iter().map(|(law, count)| Count(law, *count)))
+        out.collect_seq(counts.iter().map(|(law, count)| (Name(law), *count)))
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Counts, D::Error> {
-        Ok(list(source)?.into_iter().map(|Count(law, count)| (law, count)).collect())
+        Ok(list(source)?.into_iter().map(|(Name(law), count)| (law, count)).collect())
     }
 }
 
