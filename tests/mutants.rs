@@ -199,17 +199,10 @@ pub const MUTANTS: &[Mutant] = &[
         killed_by: "scripts::a_key_at_a_late_time_is_pressed_in_the_frame_that_ends_then_and_not_before",
     },
     Mutant {
-        mistake: "a run that went back does not note the length of its steps again",
-        file: "crates/history/src/timeline.rs",
-        from: "self.step = f64::NAN;",
-        to: "self.step += 0.0;",
-        killed_by: "black_box::opened::a_bundle_made_after_going_back_repeats_the_steps_that_were_taken_then",
-    },
-    Mutant {
         mistake: "lengths of steps that are not noted",
-        file: "crates/history/src/timeline.rs",
-        from: "step.to_bits() != self.step.to_bits()",
-        to: "step.is_nan() && self.step == 0.0",
+        file: "crates/sandbox/src/stage/ticks.rs",
+        from: "self.record(&Change::Step(length));",
+        to: "let _ = length;",
         killed_by: "black_box::opened::steps_of_frames_are_repeated_with_their_own_lengths",
     },
     Mutant {

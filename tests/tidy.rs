@@ -388,7 +388,8 @@ fn only_scene_parses_files() {
     let own = own.map(|file| format!("crates/lab/src/{file}"));
     let own: Vec<_> = own.into_iter().chain(["crates/sandbox/src/output/files.rs".to_owned()]).collect();
     let own: Vec<_> = own.iter().map(|file| &**file).collect();
-    for name in ["motion", "pick", "render", "lab", "report", "sandbox"] {
+    // What motion derives behind its feature `serde` is read by history.
+    for name in ["pick", "render", "lab", "report", "sandbox"] {
         never(&format!("crates/{name}/src"), &own, &["ron::", "Deserialize"]);
     }
 }
@@ -534,7 +535,7 @@ fn the_lists_of_names_that_files_hold_have_every_name_in_use() {
     let motion = "crates/motion/src";
     let laws = [
         quoted_after("crates/motion/src/laws", "fn name(&self) -> &'static str { \""),
-        quoted_after(motion, "count_own(\""),
+        quoted_after(motion, "count_law(\""),
         quoted_after(motion, "Fault::Law(\""),
     ];
     for law in laws.into_iter().flatten() {
@@ -759,6 +760,10 @@ fn wildcards(text: &str) -> Vec<String> {
     let mut found = Vec::new();
     for (at, _) in text.match_indices("match ") {
         let Some(open) = text[at..].find('{').map(|open| at + open) else { continue };
+        // Several values at once: special cases of them.
+        if text[at..].starts_with("match (") {
+            continue;
+        }
         let (mut depth, mut end) = (0, text.len());
         // The patterns alone: what is in the braces, less what follows an arrow.
         let (mut arms, mut arm) = (vec![String::new()], true);

@@ -1,8 +1,10 @@
 //! The panel and the colors of springs, before and while something grows.
 
-use motion::{Method, Request, Requests};
+use history::Change;
+use motion::{Method, Request};
 use render::Frame;
 use sandbox::Session;
+use sandbox::input::SwitchedBy;
 use scene::Scene;
 
 use crate::rigs::{FILM_SIZE, Film, Studio};
@@ -99,8 +101,9 @@ fn the_open_panel_follows_a_changed_body_at_once() {
     let worst = |film: &Film| film.session.tools.shown_forecast().unwrap()[0].margin;
     assert!(worst(&film).is_unstable());
     for end in ["w2", "w3"] {
-        let body = film.session.stage.body(end).unwrap();
-        film.session.stage.world_mut().resource_mut::<Requests>().ask(Request::SetInverseMass(body, 0.1));
+        let stage = &mut film.session.stage;
+        let id = stage.body(end).and_then(|body| stage.simulation().id(body)).unwrap();
+        stage.change(Change::request(Request::SetInverseMass(id, 0.1)), SwitchedBy::Settings);
     }
     film.frames(2);
     assert!(!worst(&film).is_unstable(), "bodies of ten times the mass are slower");

@@ -282,7 +282,7 @@ impl When {
         match (self, other) {
             (Self::Seconds(at), Self::Seconds(other)) => Some(at < other),
             (Self::Tick(at), Self::Tick(other)) | (Self::Frame(at), Self::Frame(other)) => Some(at < other),
-            _ => None,
+            (Self::Seconds(_) | Self::Tick(_) | Self::Frame(_), _) => None,
         }
     }
 }

@@ -265,7 +265,7 @@ impl Goal {
             Self::Done { solution, also, wrong, .. } => {
                 (solution.as_slice(), also.as_slice(), wrong.as_slice())
             }
-            _ => (&[][..], &[][..], &[][..]),
+            Self::Number { .. } | Self::Choice { .. } => (&[][..], &[][..], &[][..]),
         };
         let others = also.iter().enumerate().map(|(n, way)| (format!("also[{n}]"), way.as_slice()));
         let wrong = wrong.iter().enumerate().map(|(n, way)| (format!("wrong[{n}]"), way.as_slice()));

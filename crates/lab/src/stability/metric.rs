@@ -113,7 +113,9 @@ impl Metric {
             // Only the end counts.
             Measure::TerminalSpeed => ticks == self.ticks,
             // A run that ends with the prefix has a look there, and a longer one must have the same.
-            _ => ticks.is_multiple_of(self.every) || ticks == PREFIX || ticks == self.ticks,
+            Measure::Energy | Measure::Reference | Measure::Origin | Measure::Rest | Measure::Stretch => {
+                ticks.is_multiple_of(self.every) || ticks == PREFIX || ticks == self.ticks
+            }
         }
     }
 

@@ -4,7 +4,7 @@ use clap::Args;
 use lab::duration::tick_seconds;
 use lab::{Absence, ByEffect, ReceiptLine};
 use motion::effects::{Effect, EffectState};
-use report::numbers::{count, json_number as number};
+use report::numbers::{count, json_number as number, length};
 use scene::Scene;
 use serde_json::{Value, json};
 
@@ -128,14 +128,13 @@ pub(crate) fn ablation(
 ) -> String {
     let mut ablation = lab::ablate(scene, ticks);
     ablation.rows.iter_mut().for_each(|row| row.picture_differs = differs(row.effect));
-    let heading =
-        ["without", "farthest m", "rms m", "same bits", "saves ns", "saves evaluations", "picture", ""];
+    let heading = ["without", "farthest", "rms", "same bits", "saves ns", "saves evaluations", "picture", ""];
     let line = |row: &Absence| {
         let picture = row.picture_differs.map_or("-", |differs| if differs { "differs" } else { "same" });
         vec![
             row.effect.name().to_owned(),
-            format!("{:.3e}", row.max_distance),
-            format!("{:.3e}", row.rms_distance),
+            length(row.max_distance, 4),
+            length(row.rms_distance, 4),
             if row.identical { "yes" } else { "no" }.to_owned(),
             format!("{:.0}", row.ns_saved),
             count(row.evaluations_saved),

@@ -9,7 +9,7 @@ use lab::cost::{Bench, Plan, Study, Subject};
 use lab::part::{Found, Part as StudyPart};
 use lab::recommend::{Goal, PartChoice, Point, Recommendation, Rung, Unit, recommend};
 use motion::Method;
-use report::numbers::{digits, duration, json_number as number, three_digits};
+use report::numbers::{digits, duration, json_number as number, length, three_digits};
 use scene::{Part, Scene, Source, StepKind};
 use serde_json::{Value, json};
 
@@ -288,18 +288,8 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
         Unit::Evaluations => "evaluations",
     };
     let span = Span::of(scene);
-    let heading = [
-        "part",
-        "bodies",
-        "over s",
-        "method",
-        "substeps",
-        "error m",
-        "rms m",
-        "reference's own",
-        price,
-        "share",
-    ];
+    let heading =
+        ["part", "bodies", "over s", "method", "substeps", "error", "rms", "reference's own", price, "share"];
     let heading = heading.map(str::to_owned).to_vec();
     let line = |(row, study): (&PartChoice, &Study)| {
         vec![
@@ -308,9 +298,9 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
             digits(study.simulated_s),
             row.pick.setting.method.name().to_owned(),
             row.pick.setting.substeps.to_string(),
-            format!("{:.2e}", row.pick.error_m),
-            format!("{:.2e}", row.pick.rms_m),
-            format!("{:.1e}", row.reference_error_m),
+            length(row.pick.error_m, 3),
+            length(row.pick.rms_m, 3),
+            length(row.reference_error_m, 2),
             three_digits(row.pick.price * span.times),
             format!("{:.0} %", row.share * 100.0),
         ]
@@ -376,9 +366,9 @@ fn row_notes(row: &PartChoice, scene: &Scene) -> String {
 fn tie_words(row: &PartChoice, price: &str, span: &Span) -> String {
     let tie = |point: &Point| {
         format!(
-            "{} ({:.2e} m, {} {price})",
+            "{} ({}, {} {price})",
             point.setting,
-            point.error_m,
+            length(point.error_m, 3),
             three_digits(point.price * span.times)
         )
     };
@@ -394,7 +384,8 @@ fn next_words(found: &Recommendation, price: &str, span: &Span) -> String {
     let change = |(row, point): &(usize, Point)| format!("{} by {}", found.rows[*row].part, point.setting);
     let changes: Vec<_> = picks.iter().map(change).collect();
     let with = if changes.is_empty() { "the same".to_owned() } else { changes.join(", ") };
-    format!("an error of {error_m:.2e} m costs {} {price}, with {with}\n", three_digits(*total * span.times))
+    let (error, price_now) = (length(*error_m, 3), three_digits(*total * span.times));
+    format!("an error of {error} costs {price_now} {price}, with {with}\n")
 }
 
 fn json(scene: &Scene, found: &Recommendation, parts: &[Part], studies: &[Study]) -> String {

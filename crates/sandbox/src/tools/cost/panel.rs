@@ -262,14 +262,14 @@ fn hint(study: &Study, cell: &Cell, axes: Axes) -> String {
     let Setting { method, substeps, .. } = cell.setting;
     let rate = study.step_hz * f64::from(substeps);
     let error = study.error(cell, axes.accuracy).unwrap_or(f64::NAN);
-    let unit = if axes.accuracy == Accuracy::Position { " m" } else { "" };
+    let error = if axes.accuracy == Accuracy::Position { length(error, 3) } else { share(error, 3) };
     let evaluations = study.cost(cell, Cost::Evaluations).unwrap_or(f64::NAN);
     let mut words = format!(
-        "{}: {rate:.0} steps per s\nerror {error:.2e}{unit}, {evaluations:.0} evaluations per s",
+        "{}: {rate:.0} steps per s\nerror {error}, {evaluations:.0} evaluations per s",
         title(cell.setting)
     );
     if let Some(errors) = cell.errors() {
-        words += &format!("\nerror of positions: rms {:.2e} m", errors.position_rms_m);
+        words += &format!("\nerror of positions: rms {}", length(errors.position_rms_m, 3));
     }
     if let Some(time) = &cell.time {
         words += &format!(
