@@ -788,6 +788,7 @@ fn wildcards(text: &str) -> Vec<String> {
             }
         }
         let is_extended = |arm: &String| {
+            let arm = arm.split(" if ").next().unwrap_or_default();
             EXTENDED.iter().any(|name| {
                 arm.match_indices(&format!("{name}::"))
                     .any(|(at, _)| !arm[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_'))
@@ -796,7 +797,6 @@ fn wildcards(text: &str) -> Vec<String> {
         let takes_all = |arm: &String| {
             let pattern = arm.trim().trim_start_matches(',').trim();
             pattern == "_"
-                || pattern.starts_with("_ if ")
                 || pattern.chars().all(|c| c.is_ascii_lowercase() || c == '_') && !pattern.is_empty()
         };
         if arms.iter().any(is_extended) && arms.iter().any(takes_all) {

@@ -393,7 +393,7 @@ impl Running {
             Some(Goal::Choice { choices, .. }) => {
                 choices.iter().any(|(say, right)| say == text && self.holds(right))
             }
-            _ => false,
+            Some(Goal::Done { .. }) | None => false,
         }
     }
 }
