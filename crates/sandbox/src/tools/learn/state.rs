@@ -364,7 +364,9 @@ impl Running {
             Some(Goal::Number { unit, .. }) if number_in(text, unit).is_none() => {
                 format!("\"{text}\" is not a number.")
             }
-            _ => format!("\"{text}\" is not what was measured."),
+            Some(Goal::Number { .. } | Goal::Choice { .. } | Goal::Done { .. }) | None => {
+                format!("\"{text}\" is not what was measured.")
+            }
         }
     }
 
