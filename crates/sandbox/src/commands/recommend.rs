@@ -384,8 +384,8 @@ fn next_words(found: &Recommendation, price: &str, span: &Span) -> String {
     let change = |(row, point): &(usize, Point)| format!("{} by {}", found.rows[*row].part, point.setting);
     let changes: Vec<_> = picks.iter().map(change).collect();
     let with = if changes.is_empty() { "the same".to_owned() } else { changes.join(", ") };
-    let (error, price_now) = (length(*error_m, 3), three_digits(*total * span.times));
-    format!("an error of {error} costs {price_now} {price}, with {with}\n")
+    let (error, total) = (length(*error_m, 3), three_digits(*total * span.times));
+    format!("an error of {error} costs {total} {price}, with {with}\n")
 }
 
 fn json(scene: &Scene, found: &Recommendation, parts: &[Part], studies: &[Study]) -> String {
