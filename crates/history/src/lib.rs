@@ -28,9 +28,9 @@ pub use bundle::{
 pub use change::{Change, Gone};
 pub use distances::{Distances, DistancesSoFar};
 pub use settings::{Overrides, RunSettings, rate_of};
-pub use simulation::Simulation;
+pub use simulation::{Failure, Simulation};
 pub use snapshot::{BadSnapshot, Snapshot};
 pub use timeline::{
     Broken, ENERGY_JUMP, Fault, Replay, Rerun, Seek, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline, Watch,
 };
-pub use twin::{Failure, REFERENCE_METHOD, REFERENCE_SUBSTEPS, Twin, reference_substeps};
+pub use twin::{REFERENCE_METHOD, REFERENCE_SUBSTEPS, Twin, reference_substeps};

@@ -1,13 +1,35 @@
 //! A scene that runs.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::units::Vector;
-use motion::{Method, PhysicsBody, PushQueue, Request, Requests, Stepper, Substeps, TimeStep, Transform};
+use motion::{
+    Cause, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests, Stepper, Substeps, TimeStep, Transform,
+};
 use scene::Scene;
 use xxhash_rust::xxh3::Xxh3;
+
+/// The first quarantine of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Failure {
+    /// Stable id of the body.
+    pub body: u32,
+    /// The tick in which it was quarantined.
+    pub tick: u64,
+    /// The cause of the quarantine.
+    pub cause: Cause,
+}
+
+impl Failure {
+    /// Name of the body in `scene`.
+    #[must_use]
+    pub fn name(self, scene: &Scene) -> String {
+        scene.names.get(self.body).map_or_else(|| "a body".to_owned(), Cow::into_owned)
+    }
+}
 
 /// A running scene: its world, the stepper of that world, and its bodies.
 ///
@@ -110,6 +132,14 @@ impl Simulation {
             let body = self.world.get_entity(*body).ok()?;
             Some((id, body.get::<Transform>()?.position, body.get::<PhysicsBody>()?.velocity))
         })
+    }
+
+    /// The first quarantine, if a body was quarantined.
+    #[must_use]
+    pub fn failure(&self) -> Option<Failure> {
+        let record = self.world.resource::<Quarantine>().records().first()?;
+        let body = record.id.map_or(u32::MAX, |id| id.0);
+        Some(Failure { body, tick: record.tick, cause: record.cause })
     }
 
     /// Hash of the state, as summaries have it: see [`Snapshot::state_hash`](crate::Snapshot::state_hash).

@@ -2,11 +2,11 @@
 
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
-use motion::{Cause, Method, OwnMethod, OwnSubsteps, Quarantine, Request, Substeps, remember_positions};
+use motion::{Method, OwnMethod, OwnSubsteps, Request, Substeps, remember_positions};
 use scene::Scene;
 
 use crate::change::Change;
-use crate::simulation::Simulation;
+use crate::simulation::{Failure, Simulation};
 
 /// The method of references: of those that can solve every law, the one of the highest order.
 pub const REFERENCE_METHOD: Method = Method::RungeKutta4;
@@ -21,18 +21,6 @@ pub const REFERENCE_SUBSTEPS: u32 = 16;
 /// All of its bodies have the method of the twin, even those that have their own in the leader.
 pub struct Twin {
     simulation: Simulation,
-    failure: Option<Failure>,
-}
-
-/// Why a twin stopped.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Failure {
-    /// Stable id of the first body that was quarantined.
-    pub body: u32,
-    /// The tick in which it was quarantined.
-    pub tick: u64,
-    /// The cause of the quarantine.
-    pub cause: Cause,
 }
 
 /// Substeps per tick of the reference of `scene`: twice as many as any of its bodies, and at least [`REFERENCE_SUBSTEPS`].
@@ -75,7 +63,7 @@ impl Twin {
             }
         }
         stepper.recompile(world);
-        Self { simulation, failure: None }
+        Self { simulation }
     }
 
     /// The reference for twins of `leader`, with at least [`REFERENCE_SUBSTEPS`].
@@ -102,13 +90,13 @@ impl Twin {
 
     /// Why the twin stopped, if it did.
     #[must_use]
-    pub const fn failure(&self) -> Option<Failure> {
-        self.failure
+    pub fn failure(&self) -> Option<Failure> {
+        self.simulation.failure()
     }
 
     /// Makes a change that its leader got: at once, but a push waits for the coming tick. Method and substeps stay.
     pub fn give(&mut self, change: &Change) {
-        if self.failure.is_some() {
+        if self.failure().is_some() {
             return;
         }
         match change {
@@ -116,7 +104,6 @@ impl Twin {
                 let of_twins = |request: &Request<u32>| !matches!(request, Request::SetBodyMethod(..));
                 let requests = requests.iter().copied().filter(of_twins).collect();
                 self.simulation.give(&Change::Requests(requests));
-                self.look_for_failure();
             }
             Change::Step(_) | Change::Push(..) => self.simulation.give(change),
             Change::Method(_) | Change::Substeps(_) => {}
@@ -125,21 +112,14 @@ impl Twin {
 
     /// Simulates a tick.
     pub fn tick(&mut self) {
-        if self.failure.is_none() {
+        if self.failure().is_none() {
             self.simulation.tick();
-            self.look_for_failure();
         }
     }
 
     /// Remembers every position for drawing between two ticks. To be called only if the leader does the same.
     pub fn remember_positions(&mut self) {
         self.simulation.world.run_system_cached(remember_positions).expect("a query and nothing else");
-    }
-
-    fn look_for_failure(&mut self) {
-        self.failure = self.simulation.world.resource::<Quarantine>().records().first().map(|record| {
-            Failure { body: record.id.map_or(u32::MAX, |id| id.0), tick: record.tick, cause: record.cause }
-        });
     }
 }
 

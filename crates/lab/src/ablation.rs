@@ -7,7 +7,7 @@ use motion::effects::{Effect, EffectState};
 use motion::{Evaluations, SwarmLog};
 use scene::Scene;
 
-use crate::cost::Sample;
+use crate::cost::{Deviation, Sample};
 use crate::run::{ByEffect, started, step_times};
 
 /// A run without one effect, against the full one.
@@ -63,13 +63,15 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
             let mut without = started(Arc::clone(&scene), &[*effect]);
             without.run(ticks);
             let saved = spent as f64 - evaluations(&without) as f64;
-            let (max_distance, rms_distance, identical) =
-                compare(&states, &without.states().collect::<Vec<_>>());
+            let ends: Vec<_> = without.states().collect();
+            let mut deviation = Deviation::default();
+            deviation.look(&states, &ends, (1.0, 1.0));
+            let errors = deviation.errors();
             Absence {
                 effect: *effect,
-                max_distance,
-                rms_distance,
-                identical: identical && swarm_keys(&mut without) == swarms,
+                max_distance: errors.position_m,
+                rms_distance: errors.position_rms_m,
+                identical: bits(&states) == bits(&ends) && swarm_keys(&mut without) == swarms,
                 evaluations_saved: saved / ticks as f64,
                 ns_saved: ns - time,
                 picture_differs: None,
@@ -85,15 +87,7 @@ fn swarm_keys(simulation: &mut Simulation) -> Vec<u64> {
     logs.iter(&simulation.world).map(|log| log.key).collect()
 }
 
-/// Largest and mean distance of bodies, and whether all bits are equal. Both lists are of the same bodies.
-fn compare(a: &[Sample], b: &[Sample]) -> (f64, f64, bool) {
-    let bits = |(id, x, v): &Sample| (*id, x.to_array().map(f64::to_bits), v.to_array().map(f64::to_bits));
-    let identical = a.len() == b.len() && a.iter().zip(b).all(|(a, b)| bits(a) == bits(b));
-    let (mut max, mut sum) = (0.0_f64, 0.0);
-    for ((_, a, _), (_, b, _)) in a.iter().zip(b) {
-        let distance = a.distance(*b);
-        max = max.max(distance);
-        sum += distance * distance;
-    }
-    (max, (sum / a.len().max(1) as f64).sqrt(), identical)
+/// Stable ids and all bits of states.
+fn bits(states: &[Sample]) -> Vec<(u32, [[u64; 3]; 2])> {
+    states.iter().map(|(id, x, v)| (*id, [x, v].map(|vector| vector.to_array().map(f64::to_bits)))).collect()
 }

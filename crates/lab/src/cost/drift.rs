@@ -99,7 +99,7 @@ impl DriftRun {
     }
 
     fn note(&mut self) {
-        let failed = !self.run.world.resource::<motion::Quarantine>().records().is_empty();
+        let failed = self.run.failure().is_some();
         let (start, peak) = (self.ledger.energies_at_opening().total(), self.peak_kinetic);
         let (scale, joules) = if peak > start.abs() {
             (EnergyScale::PeakKinetic, peak)

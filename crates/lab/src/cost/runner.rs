@@ -2,12 +2,10 @@
 //!
 //! Tests implement the trait for a slow run and for a broken one.
 
-use std::borrow::Cow;
-
 use glam::DVec3;
 use history::Simulation;
 use motion::groups::Groups;
-use motion::{Evaluations, Method, Quarantine};
+use motion::{Evaluations, Method};
 
 use super::record::{Counts, Failure};
 
@@ -51,10 +49,8 @@ impl Runner for Simulation {
     }
 
     fn failure(&mut self) -> Option<Failure> {
-        if let Some(record) = self.world.resource::<Quarantine>().records().first() {
-            let id = self.world.get::<motion::StableId>(record.body).map_or(u32::MAX, |id| id.0);
-            let body = self.scene.names.get(id).map_or_else(|| "a body".to_owned(), Cow::into_owned);
-            return Some(Failure::Quarantined { body, tick: record.tick });
+        if let Some(failure) = Self::failure(self) {
+            return Some(Failure::Quarantined { body: failure.name(&self.scene), tick: failure.tick });
         }
         let steps = self.world.resource::<Evaluations>().unconverged_steps();
         (steps > 0).then_some(Failure::Unconverged { steps })

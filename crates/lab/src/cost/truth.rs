@@ -124,6 +124,18 @@ impl Target {
     }
 }
 
+/// Each state beside that of the same body in `others`, if it is there. Both ascend by stable id.
+pub(crate) fn paired<'a>(
+    states: &'a [Sample],
+    others: &'a [Sample],
+) -> impl Iterator<Item = (&'a Sample, Option<&'a Sample>)> {
+    let mut rest = others.iter().peekable();
+    states.iter().map(move |state| {
+        while rest.next_if(|(other, ..)| *other < state.0).is_some() {}
+        (state, rest.next_if(|(other, ..)| *other == state.0))
+    })
+}
+
 /// The errors of a run so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Deviation {
@@ -136,9 +148,7 @@ pub(crate) struct Deviation {
 impl Deviation {
     /// Compares a run with the truth at the end of a tick.
     pub fn look(&mut self, truth: &[Sample], run: &[Sample], (position_m, velocity_m_s): (f64, f64)) {
-        let mut rest = run.iter();
-        for (id, x, v) in truth {
-            let found = rest.find(|(other, ..)| other == id);
+        for ((_, x, v), found) in paired(truth, run) {
             let (dx, dv) =
                 found.map_or((f64::NAN, f64::NAN), |(_, ox, ov)| (ox.distance(*x), ov.distance(*v)));
             let relative = (dx / position_m).hypot(dv / velocity_m_s);

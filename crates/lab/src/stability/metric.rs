@@ -6,7 +6,7 @@ use scene::{Measure, Scene, SurvivalRow};
 
 use super::record::PREFIX;
 use super::row_run::RowRun;
-use crate::cost::{Sample, larger};
+use crate::cost::{Sample, larger, paired};
 use crate::run::movable;
 
 /// Approximate number of looks at a run, unless they would be more than [`EVERY`] ticks apart.
@@ -53,12 +53,7 @@ fn distances<'a>(
     others: &'a [Sample],
     offset: Vector,
 ) -> impl Iterator<Item = Scalar> + 'a {
-    let mut rest = others.iter().peekable();
-    states.iter().filter_map(move |(id, x, _)| {
-        while rest.next_if(|(other, ..)| other < id).is_some() {}
-        let (_, y, _) = rest.next_if(|(other, ..)| other == id)?;
-        Some((*x - offset).distance(*y))
-    })
+    paired(states, others).filter_map(move |((_, x, _), other)| Some((*x - offset).distance(other?.1)))
 }
 
 /// The state of body `id`, if the list has it.

@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use history::{Change, Simulation};
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
-use motion::{Evaluations, Quarantine, TimeStep};
-use scene::{Names, Scene, Step, SurvivalRow};
+use motion::{Evaluations, TimeStep};
+use scene::{Scene, Step, SurvivalRow};
 
 use crate::cost::Sample;
 
@@ -16,7 +16,6 @@ pub(super) struct RowRun {
     ledger: Option<Box<Ledger>>,
     script: VecDeque<Step>,
     lengths: scene::Lengths,
-    names: Names,
     /// Length of the last tick, s.
     length: f64,
     clock: StepClock,
@@ -32,7 +31,6 @@ impl RowRun {
             ledger,
             script: row.script.iter().cloned().collect(),
             lengths: row.lengths(),
-            names: scene.names.clone(),
             length: 1.0 / scene.step_hz,
             clock: StepClock::default(),
         }
@@ -77,10 +75,9 @@ impl RowRun {
 
     /// The first body that turned non-finite, if any did, and when.
     pub fn failure(&self) -> Option<String> {
-        let record = self.simulation.world.resource::<Quarantine>().records().first()?;
-        let id = record.id.map_or(u32::MAX, |id| id.0);
-        let name = self.names.get(id).map_or_else(|| "a body".to_owned(), std::borrow::Cow::into_owned);
-        Some(format!("{name}: {} in tick {}", record.cause.what(), record.tick))
+        let failure = self.simulation.failure()?;
+        let name = failure.name(&self.simulation.scene);
+        Some(format!("{name}: {} in tick {}", failure.cause.what(), failure.tick))
     }
 
     /// Number of implicit steps that did not converge.

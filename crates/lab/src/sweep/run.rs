@@ -7,7 +7,7 @@ use cpu_time::ThreadTime;
 use history::{REFERENCE_METHOD, Simulation, reference_substeps};
 use motion::ledger::Ledger;
 use motion::units::Vector;
-use motion::{Evaluations, Quarantine};
+use motion::Evaluations;
 use scene::{EXPLODES, Scene, StepKind};
 
 use super::measure::Measure;
@@ -142,7 +142,7 @@ impl Energy {
         let residual = invented(&self.ledger, simulation).abs();
         self.largest = larger(self.largest, residual);
         self.own = self.own.max(self.ledger.energies().kinetic - residual);
-        let all_there = simulation.world.resource::<Quarantine>().records().is_empty();
+        let all_there = simulation.failure().is_none();
         // The first tick of a fall may invent all that it has. A residual that is NaN fails the comparison.
         if all_there && residual <= EXPLODES * self.own {
             self.survived = simulation.ticks();

@@ -301,9 +301,8 @@ impl Ghosts {
 }
 
 fn words_of(stage: &Stage, failure: Failure) -> String {
-    let Failure { body, tick, cause } = failure;
-    let body = stage.sim.scene.names.get(body).unwrap_or_default();
-    format!("{body} was quarantined at {}: {}", stage.times().words(tick), cause.what())
+    let (body, time) = (failure.name(&stage.sim.scene), stage.times().words(failure.tick));
+    format!("{body} was quarantined at {time}: {}", failure.cause.what())
 }
 
 /// Stable ids of the bodies whose distances are shown: the selection, or all if nothing that moves is selected.
