@@ -387,7 +387,7 @@ fn a_failed_expectation_is_exit_code_1_and_the_files_are_written() {
     let folder = folder();
     write(folder.path(), "strict.ron", STRICT);
     let line = "run strict.ron --assert --ticks 1200 --state out.csv --summary out.json";
-    run(folder.path(), line).says(1, "sandbox: energy drifted by 8.333e-4, not below 1e-30\n");
+    run(folder.path(), line).says(1, "sandbox: energy drifted by 8.33e-4, not below 1e-30\n");
     assert!(folder.path().join("out.csv").exists() && folder.path().join("out.json").exists());
     run(folder.path(), "run strict.ron --ticks 1200").fine();
 }

@@ -606,6 +606,24 @@ fn unwrap_is_for_tests() {
 }
 
 #[test]
+fn numbers_are_rounded_for_people_in_one_place() {
+    let rounds = |line: &str| {
+        let after = line.split(":.").skip(1);
+        after.filter(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()).starts_with("e}")).count()
+    };
+    assert_eq!([rounds("{x:.2e} m, {y:.3}"), rounds("{x:e}"), rounds("{:.10e}")], [1, 0, 1]);
+    // A column of a file has all digits of its numbers.
+    let elsewhere = ["crates/report/src/numbers.rs", "crates/sandbox/src/output/states.rs"];
+    for (path, text) in sources() {
+        let shows = in_folder(&path, "crates/sandbox/src") || in_folder(&path, "crates/report/src");
+        if shows && !elsewhere.iter().any(|file| path.ends_with(file)) {
+            let text = text.split("#[cfg(test)]").next().unwrap_or_default();
+            assert_eq!(code(text).map(rounds).sum::<usize>(), 0, "{}: use report::numbers", path.display());
+        }
+    }
+}
+
+#[test]
 fn one_version_of_glam_wgpu_and_winit() {
     let metadata = cargo_metadata(&["--locked"]);
     let mut versions: BTreeMap<&str, Vec<&str>> = BTreeMap::new();

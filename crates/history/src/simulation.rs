@@ -7,7 +7,8 @@ use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::units::Vector;
 use motion::{
-    Cause, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests, Stepper, Substeps, TimeStep, Transform,
+    Cause, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests, Stepper, Substeps, TimeStep,
+    Transform,
 };
 use scene::Scene;
 use xxhash_rust::xxh3::Xxh3;

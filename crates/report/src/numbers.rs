@@ -27,6 +27,11 @@ pub fn number(value: f64, digits: usize) -> String {
     grouped(trimmed(&format!("{value:.decimals$}")))
 }
 
+/// Rounded to significant digits.
+pub fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value)
+}
+
 /// Significant digits, zeros at the end among them; a power of ten outside of `range`.
 pub fn significant(value: f64, digits: u8, range: Range<f64>) -> String {
     let size = value.abs();
@@ -70,24 +75,6 @@ pub fn three_decimals(value: f64) -> String {
     // -0 is 0.
     let (value, size) = (value + 0.0, value.abs());
     if value == 0.0 || (1e-2..1e6).contains(&size) { format!("{value:.3}") } else { format!("{value:.3e}") }
-}
-
-/// A distance with three digits at most: what is read while it changes.
-pub fn meters(distance: f64) -> String {
-    match distance {
-        0.0 => "0 m".to_owned(),
-        d if d < 1e-3 => format!("{d:.1e} m"),
-        d if d < 1.0 => format!("{d:.3} m"),
-        d if d < 10.0 => format!("{d:.2} m"),
-        d if d < 100.0 => format!("{d:.1} m"),
-        d if d < 1e5 => format!("{d:.0} m"),
-        d => {
-            let (unit, meters) = length_unit(d);
-            // Three digits, and zeros for the others.
-            let ten = 10_f64.powf((d / meters).log10().floor() - 2.0);
-            format!("{} {unit}", number((d / meters / ten).round() * ten, 3))
-        }
-    }
 }
 
 /// A count per step; a whole number without decimals.
@@ -148,15 +135,6 @@ pub fn pace_words(pace: f64) -> String {
     }
 }
 
-/// The unit in which a length is read, and how many meters it has: meters, kilometers or astronomical units.
-pub fn length_unit(meters: f64) -> (&'static str, f64) {
-    match meters.abs() {
-        size if size >= 0.01 * AU => ("au", AU),
-        size if size >= 10_000.0 => ("km", 1_000.0),
-        _ => ("m", 1.0),
-    }
-}
-
 /// A number, or its name where JSON has none.
 pub fn json_number(value: f64) -> Value {
     match value {
@@ -192,25 +170,37 @@ fn in_units(value: f64, digits: usize, units: &[Unit]) -> String {
         return NONE.to_owned();
     }
     // 0.99996 mm is 1 mm in two digits.
-    let rounded: f64 = format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value);
-    let fits = units.iter().find(|(from, ..)| rounded.abs() >= *from * (1.0 - 1e-9));
+    let size = rounded(value, digits).abs();
+    let fits = units.iter().find(|(from, ..)| size >= *from * (1.0 - 1e-9));
     let Some((_, size, name)) = fits.or(units.last()) else { return number(value, digits) };
     format!("{} {name}", number(value / size, digits))
 }
 
+const METER: Unit = (1.0, 1.0, "m");
+const LENGTHS: [Unit; 8] = [
+    (0.01 * AU, AU, "au"),
+    (1e4, 1e3, "km"),
+    METER,
+    (1e-2, 1e-2, "cm"),
+    (1e-5, 1e-3, "mm"),
+    (1e-7, 1e-6, "µm"),
+    (1e-10, 1e-9, "nm"),
+    (1e-12, 1e-12, "pm"),
+];
+
 /// A length in m.
 pub fn length(meters: f64, digits: usize) -> String {
-    let units: &[Unit] = &[
-        (1.0, 1.0, "m"),
-        (1e-2, 1e-2, "cm"),
-        (1e-5, 1e-3, "mm"),
-        (1e-7, 1e-6, "µm"),
-        (1e-10, 1e-9, "nm"),
-        (1e-12, 1e-12, "pm"),
-    ];
     // Rounding may lift a value to the unit, so a little less counts.
     let no_name = meters.abs() < 9.9e-13;
-    in_units(meters, digits, if no_name { &units[..1] } else { units })
+    in_units(meters, digits, if no_name { &[METER] } else { &LENGTHS })
+}
+
+/// The unit in which a length up to that many meters is read in a drawing, and how many meters it has: meters, kilometers or
+/// astronomical units.
+pub fn length_unit(meters: f64) -> (&'static str, f64) {
+    let (_, size, name) =
+        LENGTHS[..2].iter().copied().find(|(from, ..)| meters.abs() >= *from).unwrap_or(METER);
+    (name, size)
 }
 
 /// A time in ns.
@@ -229,8 +219,7 @@ pub fn share(part: f64, digits: usize) -> String {
 
 /// How many fold, written as people say it.
 pub fn fold(factor: f64) -> String {
-    let rounded: f64 = format!("{factor:.1e}").parse().unwrap_or(factor);
-    number(rounded, 2)
+    number(rounded(factor, 2), 2)
 }
 
 const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
@@ -323,14 +312,6 @@ mod tests {
     }
 
     #[test]
-    fn distances_have_three_digits_at_every_size() {
-        let seen = [0.0, 1.26e-7, 0.0132, 0.999_4, 1.234, 56.78, 1234.4, 3e7, 1.496e11].map(meters);
-        let expected =
-            ["0 m", "1.3e-7 m", "0.013 m", "0.999 m", "1.23 m", "56.8 m", "1234 m", "30,000 km", "1 au"];
-        assert_eq!(seen, expected);
-    }
-
-    #[test]
     fn times_and_paces_of_the_solar_system_are_read_in_days_and_years() {
         let times = [(1.5, 0.01), (86_400.0, 59.0), (86_400.0, 3_600.0), (1e8, 86_400.0)];
         assert_eq!(
@@ -338,7 +319,6 @@ mod tests {
             ["1.50 s", "86400.00 s", "1.0 days", "3.17 years"]
         );
         let paces = [1.0 / 64.0, 1.0, 16.0, 3_600.0, 2_592_000.0, 6.3e7].map(pace_words);
-        assert_eq!(meters(938_242e3), "938,000 km");
         assert_eq!(
             [1.0 / 120.0, 86_400.0, 3_600.0].map(tick_rate),
             ["120 Hz", "1 per day", "1 per 60.0 min"]
@@ -352,6 +332,10 @@ mod tests {
         assert_eq!(length(2.04e-5, 2), "0.02 mm");
         assert_eq!(length(0.0999, 2), "10 cm");
         assert_eq!(length(12.0, 2), "12 m");
+        assert_eq!(length(1234.4, 3), "1,234 m");
+        assert_eq!(length(938_242e3, 3), "938,242 km");
+        assert_eq!(length(1.496e11, 3), "1 au");
+        assert_eq!([9_000.0, 2e4, 1e11].map(|most| length_unit(most).0), ["m", "km", "au"]);
         assert_eq!(length(5e-6, 2), "5 µm");
         assert_eq!(length(3e-12, 2), "3 pm");
         assert_eq!(length(3e-13, 2), "3e-13 m");

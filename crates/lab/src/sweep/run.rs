@@ -5,9 +5,9 @@ use std::sync::LazyLock;
 
 use cpu_time::ThreadTime;
 use history::{REFERENCE_METHOD, Simulation, reference_substeps};
+use motion::Evaluations;
 use motion::ledger::Ledger;
 use motion::units::Vector;
-use motion::Evaluations;
 use scene::{EXPLODES, Scene, StepKind};
 
 use super::measure::Measure;

@@ -463,5 +463,5 @@ fn place(stage: &Stage, view: &mut View) -> Place {
 fn round(number: f64) -> f64 {
     let power = 10.0_f64.powf(number.log10().floor());
     let mantissa = [1.0, 2.0, 5.0, 10.0].into_iter().find(|mantissa| number < mantissa * 1.4 * power);
-    parts::two_digits(mantissa.unwrap_or(10.0) * power)
+    report::numbers::rounded(mantissa.unwrap_or(10.0) * power, 2)
 }

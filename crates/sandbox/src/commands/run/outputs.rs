@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use motion::Totals;
 use motion::ledger::Ledger;
 use render::{Image, Quality};
+use report::numbers::four_digits;
 use scene::{Action, Scene, Script};
 use serde_json::Value;
 
@@ -303,7 +304,7 @@ fn verdict(args: &RunArgs, session: &Session, failed: u64) -> Result<(), Failure
     if drift < bound {
         Ok(())
     } else {
-        Err(Failure::Expectation(format!("energy drifted by {drift:.3e}, not below {bound:e}")))
+        Err(Failure::Expectation(format!("energy drifted by {}, not below {bound:e}", four_digits(drift))))
     }
 }
 

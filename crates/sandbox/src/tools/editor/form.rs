@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use egui::{ComboBox, DragValue, Grid, Response, TextEdit, Ui};
 use motion::{DampingModel, Method};
+use report::numbers::rounded;
 use scene::{Field, Kind, Scene, TextEdit as Change, Value};
 
 /// Lists whose entries have no body to be selected by.
@@ -318,8 +319,7 @@ fn shown(number: f64) -> String {
     if whole.len() <= LONGEST {
         return whole;
     }
-    let rounded: f64 = format!("{number:.5e}").parse().unwrap_or(number);
-    format!("{rounded:?}")
+    format!("{:?}", rounded(number, 6))
 }
 
 #[cfg(test)]

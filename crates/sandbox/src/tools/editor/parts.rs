@@ -1,6 +1,7 @@
 //! What can be added to a scene, as text with values that make it stand and be seen.
 
 use glam::DVec3;
+use report::numbers::rounded;
 use scene::Value;
 
 /// Colors of what is added, in turn.
@@ -75,8 +76,8 @@ pub(super) const PARTS: [Part; 8] = [
     }),
     ("Emitter", "emitters", |name, place, color| {
         // So fast that particles rise ten sizes against gravity.
-        let speed = two_digits((2.0 * 9.8 * 10.0 * place.size).sqrt());
-        let radius = two_digits(0.08 * place.size);
+        let speed = rounded((2.0 * 9.8 * 10.0 * place.size).sqrt(), 2);
+        let radius = rounded(0.08 * place.size, 2);
         format!(
             "(name: {name:?}, rate_per_s: 60.0, position_m: {}, direction: (0.0, 1.0, 0.0), spread_deg: 15.0, speed_m_s: {speed:?}, life_s: 3.0, radius_m: {radius:?}, mass_kg: 0.01, color: {color})",
             triple(place.at)
@@ -98,8 +99,8 @@ pub(super) fn spring(between: [&str; 2], reduced_mass: f64, substep: f64) -> Str
 /// Stiffness and damping for points of so many kilograms: as stiff as a substep stands where the fastest mode has `factor` times
 /// k / m, with a tenth of critical damping.
 fn springs(place: &Place, mass: f64, factor: f64) -> String {
-    let stiffness = two_digits(mass * (PHASE / place.substep).powi(2) / factor);
-    let damping = two_digits(0.2 * (stiffness * mass).sqrt());
+    let stiffness = rounded(mass * (PHASE / place.substep).powi(2) / factor, 2);
+    let damping = rounded(0.2 * (stiffness * mass).sqrt(), 2);
     format!("stiffness_n_m: {stiffness:?}, damping_n_s_m: {damping:?}")
 }
 
@@ -120,9 +121,4 @@ pub(crate) fn nearest(number: f64, step: f64) -> f64 {
 pub(super) fn five_digits(place: DVec3) -> DVec3 {
     let step = 10_f64.powf(place.length().log10().floor() - 4.0);
     if step.is_normal() { place.to_array().map(|part| nearest(part, step)).into() } else { place }
-}
-
-/// A number as a person would choose it.
-pub(super) fn two_digits(number: f64) -> f64 {
-    format!("{number:.1e}").parse().unwrap_or(number)
 }

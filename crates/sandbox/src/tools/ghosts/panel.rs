@@ -2,7 +2,7 @@
 
 use egui::{Align2, Color32, FontId, Grid, Painter, Pos2, Rect, RichText, Stroke, TextStyle, Ui, Vec2};
 use motion::Method;
-use report::numbers::meters;
+use report::numbers::length;
 use report::{Ink, REFERENCE_INK, ink};
 
 use crate::tools::ghosts::state::{GhostLabel, GhostRow, GhostState, Ghosts, Twins, subject};
@@ -29,9 +29,9 @@ const COLUMNS: f32 = 10.0;
 /// How much the table says: the most for which it fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Words {
-    /// Names, units and headings.
+    /// Names and headings.
     Whole,
-    /// In the dock: names, and the unit in the line above.
+    /// In the dock: names.
     Docked,
     /// In a narrow dock: the short names of the picture.
     Short,
@@ -56,7 +56,7 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
     if docks {
         // As headings, they would be wider than the dock.
         let rms = if numbers < 3 { "" } else { ", rms of all" };
-        ui.weak(format!("distance of {}, m: now, at most so far{rms}", subject(stage)));
+        ui.weak(format!("distance of {}: now, at most so far{rms}", subject(stage)));
     }
     Grid::new("ghosts").num_columns(4).striped(true).spacing([COLUMNS, 2.0]).show(ui, |ui| {
         if !docks {
@@ -112,13 +112,8 @@ fn name(row: &GhostRow, words: Words) -> String {
 }
 
 /// Its three distances.
-fn distances(row: &GhostRow, words: Words) -> [String; 3] {
-    let written = |distance: Option<f64>| match (distance, words) {
-        (None, _) => String::new(),
-        (Some(distance), Words::Whole) => meters(distance),
-        // The line above has the unit.
-        (Some(distance), _) => meters(distance).trim_end_matches(" m").to_owned(),
-    };
+fn distances(row: &GhostRow) -> [String; 3] {
+    let written = |distance: Option<f64>| distance.map_or_else(String::new, |distance| length(distance, 3));
     let now = match &row.state {
         GhostState::Failed(_) => "failed".to_owned(),
         GhostState::Unsolvable(_) => "cannot".to_owned(),
@@ -133,7 +128,7 @@ fn width(ui: &Ui, rows: &[GhostRow], words: Words, numbers: usize) -> f32 {
     let of = |text: String| ui.painter().layout_no_wrap(text, font.clone(), Color32::WHITE).size().x;
     let widest =
         |column: &dyn Fn(&GhostRow) -> String| rows.iter().map(|row| of(column(row))).fold(0.0, f32::max);
-    let numbers = (0..numbers).map(|number| COLUMNS + widest(&|row| distances(row, words)[number].clone()));
+    let numbers = (0..numbers).map(|number| COLUMNS + widest(&|row| distances(row)[number].clone()));
     BEFORE_NAME + widest(&|row| name(row, words)) + numbers.sum::<f32>()
 }
 
@@ -162,7 +157,7 @@ fn line(
             twins.show(row.method, shown);
         }
     });
-    for (number, text) in distances(row, words).into_iter().enumerate().take(numbers) {
+    for (number, text) in distances(row).into_iter().enumerate().take(numbers) {
         if number == 0 && !there {
             ui.weak(text)
         } else {
@@ -207,7 +202,7 @@ fn arranged(words: &[(Pos2, Vec2)], mut taken: Vec<Rect>, around: &Around) -> Ve
 pub(super) fn show_labels(painter: &Painter, labels: &[GhostLabel], taken: Vec<Rect>, panel: Option<Rect>) {
     let font = FontId::proportional(SIZE);
     let write = |label: &GhostLabel| {
-        let words = format!("{} {}", label.ink.short, meters(label.distance));
+        let words = format!("{} {}", label.ink.short, length(label.distance, 3));
         let size = painter.layout_no_wrap(words.clone(), font.clone(), THIN).size();
         (words, (point(painter, label.at), size + Vec2::X * (2.0 * DOT + GAP)))
     };

@@ -247,7 +247,7 @@ fn triple(v: DVec3) -> String {
         let decimals = if largest < 1e3 { 3 } else { 1 };
         return v.to_array().map(|part| format!("{part:>9.decimals$}")).concat();
     }
-    format!("magnitude {:.1e}", v.length())
+    format!("magnitude {}", significant(v.length(), 2, 1.0..1e5))
 }
 
 #[cfg(test)]
