@@ -16,6 +16,33 @@ use scene::Scene;
 
 use crate::rigs::{Formula, scene_of};
 
+/// Toomre and Toomre 1972: a passing mass draws a bridge and a tail out of a disk that turns as it passes, and none out of one
+/// that turns the other way.
+#[test]
+fn tides_of_a_passing_galaxy_tear_at_the_disk_that_turns_with_it() {
+    let text = scene::shipped().iter().find(|scene| scene.name == "galaxies").unwrap().text;
+    let turned = text.replace(".0, speed_m_s", ".0, axis: (0.0, -1.0, 0.0), speed_m_s");
+    assert_eq!(turned.matches("axis: (0.0, -1.0, 0.0), speed").count(), 10);
+    // Stars of the outermost ring, which began at 13 m, by their distance from the core 9 s later.
+    let far = |text: &str| {
+        let mut run = Simulation::new(scene_of(text));
+        run.run(286);
+        let place = |run: &Simulation, name: &str| {
+            run.world.get::<Transform>(run.named(name).unwrap()).unwrap().position
+        };
+        let [core, visitor] = ["core", "visitor"].map(|name| place(&run, name));
+        assert!((core.distance(visitor) - 20.0).abs() < 0.1, "{}", core.distance(visitor));
+        run.run(254);
+        let core = place(&run, "core");
+        let stars: Vec<_> =
+            (0..182).map(|star| place(&run, &format!("ring10.{star}")).distance(core)).collect();
+        (stars.iter().filter(|meters| **meters > 20.0).count(), stars.into_iter().fold(0.0, f64::max))
+    };
+    let ((torn, _), (whole, farthest)) = (far(text), far(&turned));
+    assert!(torn > 45, "{torn} of 182 stars beyond 20 m");
+    assert_eq!(whole, 0, "{farthest} m");
+}
+
 /// A step that is short against everything that moves, s.
 const SHORT: f64 = 1.0 / (1_u64 << 27) as f64;
 

@@ -8,7 +8,7 @@ use motion::{
 };
 use scene::unsolvable;
 
-use crate::rigs::{H, Lab, Start, close};
+use crate::rigs::{Drive, H, Lab, Start, close};
 
 #[test]
 fn first_law_a_body_left_alone_keeps_its_velocity_and_one_at_rest_its_place() {
@@ -23,6 +23,23 @@ fn first_law_a_body_left_alone_keeps_its_velocity_and_one_at_rest_its_place() {
         // 1,200 additions round by at most half an ulp of the end point each.
         assert!((way - lab.v(moving) * 10.0).abs().max_element() <= 1200.0 * f64::EPSILON * 20.0);
         assert_eq!(lab.x(resting), Vector::Y * 10.0);
+    }
+}
+
+#[test]
+fn the_scene_of_the_first_law_passes_a_mark_each_second() {
+    let mut drive = Drive::shipped("first_law");
+    for second in 1..=4 {
+        drive.ticks(120);
+        let at = |name: &str| drive.x(name);
+        let (mark, seconds) = (at(&format!("mark_{second}")), f64::from(second));
+        for name in ["free", "thrown"] {
+            assert!((at(name).x - mark.x).abs() < 1e-12, "{name} at {second} s");
+        }
+        assert_eq!(at("free").y, 15.0);
+        // Semi-implicit Euler falls h/2 v too far.
+        let fallen = 0.5 * 1.62 * seconds * (seconds + 1.0 / 120.0);
+        assert!((at("thrown").y - (13.0 - fallen)).abs() < 1e-10, "{second} s");
     }
 }
 

@@ -325,7 +325,8 @@ fn the_cockpit_is_its_reference_at_four_sizes_and_in_both_themes() {
 }
 
 /// The thumbnails of a scene that shows little after two seconds, after so many.
-const SECONDS: [(&str, u32); 10] = [
+const SECONDS: [(&str, u32); 11] = [
+    ("galaxies", 7),
     ("solar", 6),
     ("orbits_race", 6),
     ("orbit", 6),

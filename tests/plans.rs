@@ -121,7 +121,6 @@ fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
         let found = columns(session.stage.world());
         let coupled = declares(&scene, Effect::Springs) || declares(&scene, Effect::MutualGravity);
         let any = |has: fn(&scene::BodySpec) -> bool| scene.bodies.iter().any(has);
-        let movable = |body: &scene::BodySpec| body.inverse_mass.is_some_and(|w| w > 0.0);
         let called = scene.laws.wells.is_some()
             || scene.laws.drag.is_some_and(|drag| drag.quadratic != 0.0)
             || !scene.own_laws.is_empty();
@@ -144,14 +143,12 @@ fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
             ("PointRadius", emits),
             ("Static", scene.bodies.iter().any(|body| body.inverse_mass == Some(0.0))),
             ("SourceMass", any(|body| body.source_mass.is_some())),
-            ("Orientation", scene.bodies.iter().any(|body| body.orientation.is_some() && movable(body))),
+            ("Orientation", any(|body| body.orientation.is_some() && body.inverse_mass.is_some())),
             ("PreviousPosition", false),
             ("Quarantined", false),
         ];
         for (column, there) in expected {
-            // Immovable bodies are turned as well.
-            let also = column == "Orientation" && any(|body| body.orientation.is_some());
-            assert_eq!(found.contains(column), there || also, "{name}: {column} in {found:?}");
+            assert_eq!(found.contains(column), there, "{name}: {column} in {found:?}");
         }
         let of_others = ["LastAcceleration", "Dormant"];
         if found.contains("LastAcceleration") {
@@ -210,7 +207,8 @@ fn resources_of_undeclared_effects_are_not_there() {
             assert_eq!(there, declares(scene, effect), "{name}: {effect}");
         }
         // Of single bodies they are own laws.
-        assert_eq!(world.contains_resource::<Drag>(), scene.laws.drag.is_some(), "{name}");
+        let drags = scene.laws.drag.is_some() && !scene.off_at_start.contains(&Effect::Drag);
+        assert_eq!(world.contains_resource::<Drag>(), drags, "{name}");
         assert_eq!(world.contains_resource::<Wells>(), scene.laws.wells.is_some(), "{name}");
         let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
         assert_eq!(world.contains_resource::<motion::groups::Groups>(), coupled, "{name}");

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use glam::DVec3;
 use parquet::file::reader::{FileReader as _, SerializedFileReader};
 use parquet::record::Field;
 use tempfile::TempDir;
 
-use crate::rigs::{folder, sandbox};
+use crate::rigs::{folder, root, sandbox};
 
 /// The rows of a state file as CSV, by the names of the columns.
 fn rows(path: &Path) -> Vec<BTreeMap<String, String>> {
@@ -94,6 +95,40 @@ fn every_column_is_its_closed_form() {
     }
     // Ticks 0, 7, ... 238, and the last.
     assert_eq!([weights, anchors], [36, 36]);
+}
+
+/// Distances of the planets from their start, m, at the end of that tick.
+fn off_start(rows: &[BTreeMap<String, String>], tick: u32) -> BTreeMap<String, f64> {
+    let place = |row: &BTreeMap<String, String>| DVec3::from(vector(row, "position", "m"));
+    let at = |tick: u32| rows.iter().filter(move |row| row["tick"] == tick.to_string());
+    let start: BTreeMap<_, _> = at(0).map(|row| (row["body"].clone(), place(row))).collect();
+    at(tick).map(|row| (row["body"].clone(), place(row).distance(start[&row["body"]]))).collect()
+}
+
+#[test]
+fn time_turned_around_brings_back_what_is_moved_by_reversible_methods() {
+    let folder = TempDir::new().unwrap();
+    let script = root().join("assets/scripts/there_and_back.ron");
+    let flags = "--seconds 24.2 --size 64x36 --state s.csv --every 2";
+    sandbox(&folder, &format!("run orbits_race --script {} {flags}", script.display())).fine();
+    let rows = rows(&folder.path().join("s.csv"));
+    let back = off_start(&rows, 720);
+    for method in ["position_verlet", "velocity_verlet", "yoshida_4"] {
+        assert!(back[method] < 1e-9, "{method}: {}", back[method]);
+    }
+    // As the script says.
+    let said = [
+        ("runge_kutta_4", 7e-5),
+        ("runge_kutta_2_midpoint", 0.11),
+        ("runge_kutta_2_heun", 0.14),
+        ("explicit_euler", 2.4),
+        ("semi_implicit_euler", 6.1),
+    ];
+    for (method, meters) in said {
+        assert!((back[method] / meters - 1.0).abs() < 0.06, "{method}: {}", back[method]);
+    }
+    let put_back = off_start(&rows, 1446);
+    assert!(put_back["explicit_euler"] < 1e-9, "{}", put_back["explicit_euler"]);
 }
 
 #[test]

@@ -52,7 +52,9 @@ impl Scene {
         let Some((list, index)) = entry(path) else { return Vec::new() };
         let mut edits = vec![TextEdit::Remove { list: list.to_owned(), index }];
         if let Some(raw) = self.raw().filter(|raw| kind_and_name(raw, list, index).is_some()) {
-            edits.extend(self.renamed(&raw, |name| self.name_without(&raw, (list, index), name)));
+            edits.extend(
+                self.renamed(&raw, |name| Vec::from_iter(self.name_without(&raw, (list, index), name))),
+            );
         }
         edits
     }
@@ -115,7 +117,7 @@ impl Scene {
             let before = written.map_or_else(unwritten, str::to_owned);
             edits.extend(self.renamed(&raw, |other| {
                 let of_it = self.first_of(other).is_some_and(|id| present.bodies.contains(&id));
-                Some(if of_it { Cow::Owned(other.replacen(&before, name, 1)) } else { Cow::Borrowed(other) })
+                vec![if of_it { Cow::Owned(other.replacen(&before, name, 1)) } else { Cow::Borrowed(other) }]
             }));
         }
         edits
@@ -138,8 +140,12 @@ impl Scene {
                 .map(|id| TextEdit::add("bodies", written_body(&name(id), &self.bodies[id as usize]))),
         );
         edits.extend(self.renamed(&raw, |other| match self.names.find(other) {
-            Some(id) if bodies.contains(&id) => Some(Cow::Owned(name(id))),
-            _ => self.name_without(&raw, (list, index), other),
+            Some(id) if bodies.contains(&id) => vec![Cow::Owned(name(id))],
+            // A well names every body that it attracted as one group.
+            None if self.names.group(other) == Some(bodies.clone()) => {
+                bodies.clone().map(|id| Cow::Owned(name(id))).collect()
+            }
+            _ => Vec::from_iter(self.name_without(&raw, (list, index), other)),
         }));
         edits
     }
@@ -178,21 +184,16 @@ impl Scene {
         vec![stays, TextEdit::set(group, "position_m", format!("({x:?}, {y:?}, {z:?})"))]
     }
 
-    /// The first body of that name, or of the emitter of that name.
+    /// The body of that name, or the first of the entry of that name.
     fn first_of(&self, name: &str) -> Option<u32> {
-        let of_emitter = || self.emitters.iter().find(|emitter| emitter.name == name);
-        self.names.find(name).or_else(|| of_emitter().map(|emitter| emitter.pool.start))
+        self.names.find(name).or_else(|| self.names.group(name).map(|bodies| bodies.start))
     }
 
-    /// Writes the new name of every body where the old one stands; what names one without a new name goes.
-    fn renamed<'a>(
-        &self,
-        raw: &'a raw::Scene,
-        new: impl Fn(&'a str) -> Option<Cow<'a, str>>,
-    ) -> Vec<TextEdit> {
+    /// Writes the new names of every body or group where the old one stands; what names one without a new name goes.
+    fn renamed<'a>(&self, raw: &'a raw::Scene, new: impl Fn(&'a str) -> Vec<Cow<'a, str>>) -> Vec<TextEdit> {
         let (mut edits, mut left) = (Vec::new(), Vec::new());
         let mut change = |list: &str, index: usize, key: &str, names: &'a [String], least: usize| {
-            let renamed: Vec<_> = names.iter().filter_map(|name| new(name)).collect();
+            let renamed: Vec<_> = names.iter().flat_map(|name| new(name)).collect();
             if renamed.len() < least {
                 edits.push(TextEdit::Remove { list: list.to_owned(), index });
             } else if renamed != names {
@@ -213,7 +214,7 @@ impl Scene {
         }
         for (i, well) in raw.wells.iter().enumerate() {
             // A well without the body on which it rides goes, whatever it attracts.
-            let goes = well.rides_on.as_ref().is_some_and(|body| new(body).is_none());
+            let goes = well.rides_on.as_ref().is_some_and(|body| new(body).is_empty());
             well.rides_on
                 .iter()
                 .for_each(|body| change("wells", i, "rides_on", std::slice::from_ref(body), 1));
@@ -222,9 +223,10 @@ impl Scene {
         }
         for (i, emitter) in raw.emitters.iter().enumerate() {
             let Some(body) = &emitter.rides_on else { continue };
-            match new(body) {
-                Some(_) => change("emitters", i, "rides_on", std::slice::from_ref(body), 1),
-                None => left.push(i),
+            if new(body).is_empty() {
+                left.push(i);
+            } else {
+                change("emitters", i, "rides_on", std::slice::from_ref(body), 1);
             }
         }
         for i in left {
@@ -235,7 +237,7 @@ impl Scene {
                 let Some(name) = step.action.as_ref().and_then(Action::body) else { continue };
                 let group = format!("{list}[{index}]");
                 let action = self.written(&format!("{group}.do")).unwrap_or_default();
-                match new(name) {
+                match new(name).into_iter().next() {
                     None => edits.push(TextEdit::Remove { list: list.clone(), index }),
                     Some(renamed) if renamed != name => {
                         let action = action.replacen(&format!("{name:?}"), &format!("{renamed:?}"), 1);

@@ -362,6 +362,21 @@ fn a_grid_and_a_cloud_taken_apart_are_the_same_bodies() {
 }
 
 #[test]
+fn a_group_that_a_well_names_is_followed() {
+    let whole = scene(
+        "(version: 1, bodies: [(name: \"a\")], grids: [(rows: 1, columns: 2), (rows: 1, columns: 2)],
+        wells: [(strength_m3_s2: 1, bodies: [\"a\", \"grid2\"])])",
+    );
+    let attracted = |scene: &Scene| scene.own_laws.keys().copied().collect::<Vec<_>>();
+    assert_eq!(attracted(&whole), [0, 3, 4]);
+    assert_eq!(attracted(&after(&whole, &whole.named("grids[1]", "wall"))), [0, 3, 4]);
+    assert_eq!(attracted(&after(&whole, &whole.without("grids[0]"))), [0, 1, 2]);
+    assert_eq!(attracted(&after(&whole, &whole.without("grids[1]"))), [0]);
+    // The bodies of the second grid come before those of the first.
+    assert_eq!(attracted(&after(&whole, &whole.apart("grids[1]"))), [0, 1, 2]);
+}
+
+#[test]
 fn fields_are_the_keys_with_what_is_written() {
     let whole = scene(
         "(version: 1, gravity: (), bodies: [(name: \"ab\", shape: sphere(radius_m: 1.5), mass_kg: 2, position_m: (1, -2, 3e2))])",

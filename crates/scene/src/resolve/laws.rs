@@ -175,7 +175,7 @@ impl<'a> OwnLaws<'a> {
         physical(name, self.bodies, (scope.key("rides_on"), "no well can ride on"), faults)
     }
 
-    /// The laws of the body of that name, or of the particles of the emitter of that name, which a well attracts.
+    /// The laws of the body of that name, or of the movable bodies of the entry of that name, which a well attracts.
     fn each_of(
         &mut self,
         name: &str,
@@ -183,16 +183,21 @@ impl<'a> OwnLaws<'a> {
         carrier: Option<u32>,
         faults: &mut Faults,
     ) -> Vec<&mut OwnLawsSpec> {
-        if let Some(emitter) = self.bodies.emitters.iter().find(|emitter| emitter.name == name) {
-            if emitter.swarm.is_some() {
-                let what =
-                    format!("{name:?} is on the graphics device, where every well attracts all particles");
-                faults.add(scope.key(key), what, "give the emitter on: cpu, or leave `bodies` out");
-            }
-            for id in emitter.pool.clone() {
+        let emitter = self.bodies.emitters.iter().find(|emitter| emitter.name == name);
+        if emitter.is_some_and(|emitter| emitter.swarm.is_some()) {
+            let what = format!("{name:?} is on the graphics device, where every well attracts all particles");
+            faults.add(scope.key(key), what, "give the emitter on: cpu, or leave `bodies` out");
+        }
+        let group = || self.bodies.names.as_ref().filter(|names| names.find(name).is_none())?.group(name);
+        if let Some(group) = emitter.map(|emitter| emitter.pool.clone()).or_else(group) {
+            let bodies = &self.bodies.bodies;
+            let is_attracted =
+                |id: &u32| bodies[*id as usize].inverse_mass != Some(0.0) && Some(*id) != carrier;
+            for id in group.clone().filter(is_attracted) {
                 self.by_id.entry(id).or_default();
             }
-            return self.by_id.range_mut(emitter.pool.clone()).map(|(_, own)| own).collect();
+            let own = self.by_id.range_mut(group).filter(|(id, _)| is_attracted(id));
+            return own.map(|(_, own)| own).collect();
         }
         if carrier.is_some() && self.bodies.names.as_ref().and_then(|names| names.find(name)) == carrier {
             faults.add(scope.key(key), "a well does not attract the body on which it rides", "remove it");

@@ -81,6 +81,12 @@ impl Names {
         self.by_name.get(name).copied().or_else(|| self.runs.iter().find_map(|run| run.find(name)))
     }
 
+    /// The stable ids of the bodies that the entry of that name generated, if there is one.
+    pub(crate) fn group(&self, name: &str) -> Option<Range<u32>> {
+        let run = self.runs.iter().find(|run| run.prefix == name)?;
+        Some(run.first..run.first + run.count)
+    }
+
     /// Every name in the order of the stable id.
     pub fn iter(&self) -> impl Iterator<Item = Cow<'_, str>> {
         let generated = self.runs.iter().flat_map(|run| (0..run.count).map(|i| Cow::Owned(run.name(i))));

@@ -35,9 +35,9 @@ const ALSO_FOUND_BY: [(&str, &str); 3] = [
 const GROUPS: &[Group] = groups! {
     "The tutorial": "tutorial" "tutorial_large" "frame_step" "empty";
     "Methods": "orbits_race" "orbit" "solar" "figure_eight" "oscillator" "ship" "ship_between" "verlet_start";
-    "Forces": "projectile" "coast" "terminal_speed" "feather" "third_law" "wall" "everything";
+    "Forces": "projectile" "coast" "terminal_speed" "feather" "first_law" "third_law" "wall" "everything";
     "Springs and soft bodies": "rope" "bridge" "flag" "bungee" "cape" "jelly";
-    "Particles": "thousand" "fountain" "sparks" "dust_trail" "storm" "shower";
+    "Particles": "thousand" "fountain" "sparks" "dust_trail" "galaxies" "storm" "shower";
     "Hard cases":;
 };
 

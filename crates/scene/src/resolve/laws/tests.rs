@@ -38,6 +38,19 @@ fn a_well_that_names_bodies_is_theirs_alone() {
 }
 
 #[test]
+fn a_well_that_names_an_entry_attracts_its_bodies_that_can_move_but_not_the_one_it_rides_on() {
+    let scene = parse(
+        r#"bodies: [(name: "a"), (name: "cloud")], grids: [(rows: 1, columns: 2)], clouds: [(count: 2)], rings: [(count: 2, radius_m: 1)],
+        soft_bodies: [chain(name: "rope", points: 3, to_m: (1, 0, 0), stiffness_n_m: 1, pinned: [first])],
+        wells: [(strength_m3_s2: 1, bodies: ["a", "ring", "rope"]), (rides_on: "grid.x0.z0", strength_m3_s2: 2, bodies: ["grid", "cloud"])]"#,
+    );
+    let own: Vec<_> =
+        scene.own_laws.iter().map(|(id, laws)| (*id, laws.wells.len(), laws.riding_wells.len())).collect();
+    // A body of that name comes before the entry. The first point of the rope is pinned.
+    assert_eq!(own, [(0, 1, 0), (1, 0, 1), (3, 0, 1), (6, 1, 0), (7, 1, 0), (9, 1, 0), (10, 1, 0)]);
+}
+
+#[test]
 fn thrusts_go_to_their_bodies_in_the_order_of_the_file() {
     let scene = parse(
         r#"bodies: [(name: "a"), (name: "ship")], clouds: [(count: 3)], thrusts: [
