@@ -47,7 +47,7 @@ fn estimated_by_taken(text: &str, keeps: Keeps) -> f64 {
             drive.session.stage.keep_black_box();
         }
         drive.session.stage.limit_ticks(1);
-        assert_eq!(drive.frame(0.01, []).session.stage.ticks(), 1);
+        assert_eq!(drive.frame(0.01, []).session.stage.sim().ticks(), 1);
         if pictures {
             std::hint::black_box(drive.session.picture());
         }

@@ -89,16 +89,16 @@ fn f10_shows_the_cockpit_with_a_free_pointer_and_hides_it() {
 #[test]
 fn buttons_do_what_their_keys_do() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
-    let gravity = |cockpit: &Cockpit| cockpit.session().stage.world().resource::<Gravity>().on;
+    let gravity = |cockpit: &Cockpit| cockpit.session().stage.sim().world.resource::<Gravity>().on;
     cockpit.click("Gravity");
     assert!(gravity(&cockpit));
     cockpit.click("Gravity");
     assert!(!gravity(&cockpit));
     cockpit.click("Pause");
     assert!(cockpit.session().stage.paused());
-    let ticks = cockpit.session().stage.ticks();
+    let ticks = cockpit.session().stage.sim().ticks();
     cockpit.click("Step");
-    assert_eq!(cockpit.session().stage.ticks(), ticks + 1);
+    assert_eq!(cockpit.session().stage.sim().ticks(), ticks + 1);
     cockpit.click("Play");
     assert!(!cockpit.session().stage.paused());
     cockpit.click("Build");
@@ -116,15 +116,15 @@ fn back_and_step_repeat_while_they_are_held_and_act_once_when_they_are_clicked()
     cockpit.drive.session.stage.keep_timeline();
     cockpit.click("Pause");
     for (name, forward) in [("Step", true), ("Back", false)] {
-        let (middle, from) = (cockpit.middle_of(name), cockpit.session().stage.ticks());
+        let (middle, from) = (cockpit.middle_of(name), cockpit.session().stage.sim().ticks());
         cockpit.drive.frame(H, [at(middle)]).frame(H, [Input::ButtonDown(Button::Left)]).run(60, 1.0 / 60.0);
         cockpit.drive.frame(H, [Input::ButtonUp(Button::Left)]).ticks(3);
-        let moved = cockpit.session().stage.ticks().abs_diff(from);
+        let moved = cockpit.session().stage.sim().ticks().abs_diff(from);
         assert!((5..=20).contains(&moved), "{name}: {moved} in a second");
-        assert_eq!(cockpit.session().stage.ticks() > from, forward);
-        let from = cockpit.session().stage.ticks();
+        assert_eq!(cockpit.session().stage.sim().ticks() > from, forward);
+        let from = cockpit.session().stage.sim().ticks();
         cockpit.click(name);
-        assert_eq!(cockpit.session().stage.ticks().abs_diff(from), 1, "{name}");
+        assert_eq!(cockpit.session().stage.sim().ticks().abs_diff(from), 1, "{name}");
     }
 }
 
@@ -250,7 +250,7 @@ fn a_jelly_is_lifted_by_one_of_its_points() {
     let mut cockpit = Cockpit::of("jelly", [1280, 720]);
     let [corner, size] = cockpit.view();
     let height = |cockpit: &mut Cockpit| {
-        let world = cockpit.drive.session.stage.world_mut();
+        let world = &mut cockpit.drive.session.stage.sim_mut().world;
         let soft = world.query::<&SoftBody>().single(world).unwrap().clone();
         let heights = soft.points.iter().map(|point| world.get::<Transform>(*point).unwrap().position.y);
         heights.sum::<f64>() / soft.points.len() as f64
@@ -303,11 +303,11 @@ fn a_newborn_particle_is_drawn_where_it_is_born_and_not_on_its_way_from_its_last
 fn what_is_not_seen_is_simulated_and_not_laid_out() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
     cockpit.drive.session.set_unseen(true);
-    let ticks = cockpit.session().stage.ticks();
+    let ticks = cockpit.session().stage.sim().ticks();
     let pause = cockpit.middle_of("Pause");
     cockpit.drive.press("Tab").ticks(10).frame(H, [at(pause)]).frame(H, click(Button::Left)).ticks(3);
     assert!(
-        cockpit.session().stage.ticks() >= ticks + 15
+        cockpit.session().stage.sim().ticks() >= ticks + 15
             && !cockpit.has("Moon")
             && !cockpit.session().stage.paused()
     );
@@ -335,15 +335,15 @@ fn soft_bodies_bear_a_hard_pull() {
     for scene in ["jelly", "flag", "rope", "cape"] {
         let mut cockpit = Cockpit::of(scene, [1280, 720]);
         let size = cockpit.view()[1];
-        let world = cockpit.drive.session.stage.world_mut();
+        let world = &mut cockpit.drive.session.stage.sim_mut().world;
         let softs: Vec<_> = world.query::<&SoftBody>().iter(world).cloned().collect();
         let position =
-            |point: &Entity| cockpit.session().stage.world().get::<Transform>(*point).unwrap().position;
+            |point: &Entity| cockpit.session().stage.sim().world.get::<Transform>(*point).unwrap().position;
         let points = softs.iter().flat_map(|soft| &soft.points);
         let places: Vec<_> = points.map(|point| cockpit.pixel(position(point))).collect();
         let is_soft = |cockpit: &Cockpit| {
             let selected = cockpit.session().stage.selection();
-            selected.is_some_and(|thing| cockpit.session().stage.world().get::<SoftBody>(thing).is_some())
+            selected.is_some_and(|thing| cockpit.session().stage.sim().world.get::<SoftBody>(thing).is_some())
         };
         let found = places.into_iter().rev().find(|place| {
             cockpit.drive.click(Button::Left, *place);
@@ -355,7 +355,7 @@ fn soft_bodies_bear_a_hard_pull() {
             let around = DVec2::from_angle(f64::from(tick) * 0.05) * 0.3 * size.y;
             cockpit.drive.frame(H, [at(from + around)]);
         }
-        let bad = cockpit.session().stage.simulation().world.resource::<Quarantine>();
+        let bad = cockpit.session().stage.sim().world.resource::<Quarantine>();
         assert_eq!(bad.records().len(), 0, "{scene}");
     }
 }
@@ -446,7 +446,7 @@ fn framing_shows_all_that_moves_and_then_the_selection_alone() {
         cockpit.drive.press("P").press("F").ticks(1);
         let [corner, size] = cockpit.view();
         let bodies: Vec<_> = cockpit.session().stage.things().collect();
-        let world = cockpit.session().stage.world();
+        let world = &cockpit.session().stage.sim().world;
         let moving = bodies
             .into_iter()
             .filter(|thing| world.get::<PhysicsBody>(*thing).is_some_and(|body| body.inverse_mass > 0.0));
@@ -467,13 +467,13 @@ fn framing_shows_all_that_moves_and_then_the_selection_alone() {
 #[test]
 fn the_toolbar_changes_method_and_substeps() {
     let mut cockpit = Cockpit::of("orbit", [1280, 720]);
-    let before = cockpit.session().stage.stepper().method();
+    let before = cockpit.session().stage.sim().stepper.method();
     assert_ne!(before, Method::RungeKutta4);
     cockpit.click("method of integration (I and Shift+I)");
     cockpit.click(Method::RungeKutta4.claims().title);
-    assert_eq!(cockpit.session().stage.stepper().method(), Method::RungeKutta4);
+    assert_eq!(cockpit.session().stage.sim().stepper.method(), Method::RungeKutta4);
 
-    let substeps = |cockpit: &Cockpit| cockpit.session().stage.world().resource::<Substeps>().0;
+    let substeps = |cockpit: &Cockpit| cockpit.session().stage.sim().world.resource::<Substeps>().0;
     assert_eq!(substeps(&cockpit), 1);
     // The list that was chosen from is closed; open again, it has the substeps below the methods.
     assert!(!cockpit.has(Method::ExplicitEuler.claims().title));
@@ -630,7 +630,7 @@ fn graphs_keep_the_last_ten_seconds_and_save_them_as_a_table() {
     let length = rows.last().unwrap()[0] - rows[0][0];
     assert!(length > 9.9 && length <= 10.0, "{length} s");
     let body = cockpit.drive.entity("ball");
-    let mass = cockpit.session().stage.world().get::<PhysicsBody>(body).unwrap().mass();
+    let mass = cockpit.session().stage.sim().world.get::<PhysicsBody>(body).unwrap().mass();
     for row in rows {
         let speed = DVec3::new(row[4], row[5], row[6]).length();
         assert!((row[13] - 0.5 * mass * speed * speed).abs() < 1e-9);
@@ -658,10 +658,10 @@ fn a_fault_stays_with_its_cures_until_it_is_dismissed() {
     run_to_fault(&mut cockpit);
     cockpit.drive.ticks(3);
     let fault = cockpit.session().stage.fault().expect("explicit Euler cannot").tick;
-    assert_eq!(cockpit.session().stage.ticks(), fault - 1);
+    assert_eq!(cockpit.session().stage.sim().ticks(), fault - 1);
     cockpit.drive.ticks(1000);
     cockpit.click("implicit Euler");
-    assert_eq!(cockpit.session().stage.stepper().method(), Method::ImplicitEuler);
+    assert_eq!(cockpit.session().stage.sim().stepper.method(), Method::ImplicitEuler);
     cockpit.click("Play");
     cockpit.drive.ticks(600);
     assert!(!cockpit.session().stage.paused() && cockpit.session().stage.fault().is_none(), "cured");
@@ -683,14 +683,14 @@ fn going_on_through_a_fault_keeps_its_cures_and_calls_no_later_tick_good() {
     cockpit.drive.press("F1");
     run_to_fault(&mut cockpit);
     cockpit.drive.ticks(3);
-    let good = cockpit.session().stage.ticks();
+    let good = cockpit.session().stage.sim().ticks();
     let offers = |cockpit: &Cockpit| {
         let controls = cockpit.session().controls();
         ["implicit Euler", "Reset to start", "Last good tick"]
             .map(|name| controls.iter().any(|control| control.name == name && control.role == "Button"))
     };
     let says_good =
-        |cockpit: &Cockpit| cockpit.session().stage.notices().any(|notice| notice.contains("good"));
+        |cockpit: &Cockpit| cockpit.session().stage.notices.texts().any(|notice| notice.contains("good"));
     assert!(offers(&cockpit) == [true, true, false] && says_good(&cockpit));
 
     // It explodes until a number is too large, and stops once more: before that the run had gone wrong already.
@@ -699,19 +699,21 @@ fn going_on_through_a_fault_keeps_its_cures_and_calls_no_later_tick_good() {
         assert!(
             offers(&cockpit) == [true; 3] && !says_good(&cockpit),
             "tick {}",
-            cockpit.session().stage.ticks()
+            cockpit.session().stage.sim().ticks()
         );
         cockpit.drive.ticks(1);
     }
     cockpit.drive.ticks(3);
     let fault = cockpit.session().stage.fault().unwrap();
     assert!(
-        fault.quarantined && cockpit.session().stage.ticks() == fault.tick - 1 && fault.tick > good + 100
+        fault.quarantined
+            && cockpit.session().stage.sim().ticks() == fault.tick - 1
+            && fault.tick > good + 100
     );
     assert!(offers(&cockpit) == [true; 3] && !says_good(&cockpit));
 
     cockpit.click("Last good tick");
-    assert_eq!(cockpit.session().stage.ticks(), good);
+    assert_eq!(cockpit.session().stage.sim().ticks(), good);
     cockpit.click("implicit Euler");
     cockpit.click("Play");
     cockpit.drive.ticks(600);
@@ -809,13 +811,13 @@ fn thousands_of_random_events_over_all_tools_do_no_harm() {
         }
         assert!(!cockpit.session().takes_text() && cockpit.session().open_panels().is_empty(), "{scene}");
         cockpit.drive.press("F1");
-        let ticks = cockpit.session().stage.ticks();
-        let fresh = Drive::of(cockpit.session().stage.scene().clone());
+        let ticks = cockpit.session().stage.sim().ticks();
+        let fresh = Drive::of(scene::Scene::clone(&cockpit.session().stage.sim().scene));
         assert_eq!(cockpit.drive.hash(), fresh.hash(), "{scene}: the start");
         if cockpit.session().stage.paused() {
             cockpit.drive.press("P");
         }
-        assert!(cockpit.drive.frames(10).session.stage.ticks() > ticks, "{scene}: it does not run");
+        assert!(cockpit.drive.frames(10).session.stage.sim().ticks() > ticks, "{scene}: it does not run");
     }
 }
 
@@ -833,14 +835,14 @@ fn a_scene_a_method_and_a_tool_are_reached_by_keys_alone() {
     cockpit.go_to("Build", "Tab").press("Enter").go_to("Settings", "Tab").press("Enter");
     assert_eq!(cockpit.session().open_panels(), [Panel::Settings]);
     cockpit.go_to("Moon", "Tab").press("Space");
-    assert_eq!(cockpit.session().stage.world().resource::<Gravity>().acceleration.y, -1.62);
+    assert_eq!(cockpit.session().stage.sim().world.resource::<Gravity>().acceleration.y, -1.62);
 
     // Past the last part is the scene, and after that the first part.
     cockpit.press("F6");
     assert_eq!(cockpit.focused(), None);
     cockpit.press("F6").go_to("method of integration (I and Shift+I)", "Tab");
     cockpit.press("Enter").go_to(Method::RungeKutta4.claims().title, "Down").press("Enter");
-    assert_eq!(cockpit.session().stage.stepper().method(), Method::RungeKutta4);
+    assert_eq!(cockpit.session().stage.sim().stepper.method(), Method::RungeKutta4);
     assert_eq!(
         cockpit.focused().unwrap().name,
         "method of integration (I and Shift+I)",
@@ -1100,7 +1102,7 @@ fn keys_select_one_movable_body_after_the_other_and_push_it() {
         let name = cockpit.drive.selected().unwrap();
         let body = cockpit.drive.entity(&name);
         assert!(
-            cockpit.session().stage.world().get::<PhysicsBody>(body).unwrap().inverse_mass > 0.0,
+            cockpit.session().stage.sim().world.get::<PhysicsBody>(body).unwrap().inverse_mass > 0.0,
             "{name}"
         );
         if seen.contains(&name) {

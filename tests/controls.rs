@@ -11,7 +11,7 @@ use scene::CameraSpec;
 use crate::rigs::{Drive, H, at, click, close, down, own_method, tap, up};
 
 fn gravity_on(drive: &Drive) -> bool {
-    drive.session.stage.world().resource::<Gravity>().on
+    drive.session.stage.sim().world.resource::<Gravity>().on
 }
 
 /// The tutorial in selection mode with the player selected.
@@ -41,7 +41,7 @@ fn it_starts_in_camera_mode_with_gravity_off_and_nothing_selected() {
     );
     let before = drive.hash();
     drive.ticks(120);
-    assert_eq!((drive.hash(), drive.session.stage.ticks()), (before, 120), "nothing moves by itself");
+    assert_eq!((drive.hash(), drive.session.stage.sim().ticks()), (before, 120), "nothing moves by itself");
 }
 
 #[test]
@@ -180,10 +180,10 @@ fn held_keys_push_the_selection_with_10_newtons_in_every_tick_begun_while_held()
         for rate in [30.0, 60.0, 144.0, 1000.0] {
             let mut drive = undamped_with_player();
             drive.give([down(key)]);
-            while drive.session.stage.ticks() < 24 {
+            while drive.session.stage.sim().ticks() < 24 {
                 drive.frame(1.0 / rate, []);
             }
-            let held = drive.session.stage.ticks() as f64;
+            let held = drive.session.stage.sim().ticks() as f64;
             drive.give([up(key)]).run(10, 1.0 / rate);
             let expected = axis * held * 10.0 * 0.5 * H;
             let v = drive.v("player");
@@ -209,23 +209,23 @@ fn held_keys_push_in_selection_mode_only_and_two_opposite_ones_cancel() {
 fn p_pauses_and_owes_nothing_and_a_point_steps_once() {
     let mut drive = Drive::tutorial();
     drive.press("G").frames(3);
-    assert_eq!(drive.session.stage.ticks(), 6);
+    assert_eq!(drive.session.stage.sim().ticks(), 6);
     let before = drive.hash();
     drive.press("P").frames(300);
-    assert_eq!((drive.session.stage.ticks(), drive.hash()), (6, before));
+    assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (6, before));
     drive.press("P").frames(1);
-    assert_eq!((drive.session.stage.ticks(), drive.session.stage.dropped()), (8, 0.0));
+    assert_eq!((drive.session.stage.sim().ticks(), drive.session.stage.dropped()), (8, 0.0));
     drive.frame(1.0 / 60.0, tap("."));
     assert!(drive.session.stage.paused());
-    assert_eq!(drive.frames(9).session.stage.ticks(), 9);
+    assert_eq!(drive.frames(9).session.stage.sim().ticks(), 9);
     drive.frame(0.0, tap(".").into_iter().chain(tap(".")));
-    assert_eq!(drive.session.stage.ticks(), 11);
+    assert_eq!(drive.session.stage.sim().ticks(), 11);
     // A step that is asked for in the frame in which the pause ends is not kept for the next pause.
     drive.frame(0.0, tap(".").into_iter().chain(tap("P")));
     assert!(!drive.session.stage.paused());
-    let ticks = drive.session.stage.ticks();
+    let ticks = drive.session.stage.sim().ticks();
     drive.press("P").frames(3);
-    assert_eq!(drive.session.stage.ticks(), ticks);
+    assert_eq!(drive.session.stage.sim().ticks(), ticks);
 }
 
 #[test]
@@ -265,7 +265,7 @@ fn the_same_clicks_before_the_same_ticks_end_in_the_same_bits_at_every_frame_rat
         let (mut drive, pixel) = with_player();
         let mut clicks = vec![8, 20, 64, 100];
         for i in 0.. {
-            let ticks = drive.session.stage.ticks();
+            let ticks = drive.session.stage.sim().ticks();
             if ticks >= 120 {
                 break;
             }
@@ -275,7 +275,7 @@ fn the_same_clicks_before_the_same_ticks_end_in_the_same_bits_at_every_frame_rat
             }
             drive.frame(length(i), if due { click(Button::Right).to_vec() } else { Vec::new() });
         }
-        assert!(clicks.is_empty() && drive.session.stage.ticks() == 120);
+        assert!(clicks.is_empty() && drive.session.stage.sim().ticks() == 120);
         // Four clicks of one tick each, as damping leaves them.
         let left: f64 = [8, 20, 64, 100].iter().map(|tick| (1.0 - 0.4 * H).powi(120 - tick)).sum();
         close(drive.v("player").length(), left * 10.0 * 0.5 * H, 1e-12);
@@ -305,9 +305,10 @@ fn every_click_is_one_tick_of_push_however_frame_times_jitter() {
 fn a_frame_of_no_time_changes_no_body_and_no_camera() {
     let (mut drive, _) = with_player();
     drive.press("G").frame(0.021, []).give([down("Up")]).press("Q").give([down("W")]);
-    let (hash, camera, ticks) = (drive.hash(), *drive.session.view.camera(), drive.session.stage.ticks());
+    let (hash, camera, ticks) =
+        (drive.hash(), *drive.session.view.camera(), drive.session.stage.sim().ticks());
     drive.run(20, 0.0);
-    assert_eq!((drive.hash(), drive.session.stage.ticks()), (hash, ticks));
+    assert_eq!((drive.hash(), drive.session.stage.sim().ticks()), (hash, ticks));
     assert_eq!((*drive.session.view.camera(), drive.session.stage.dropped()), (camera, 0.0));
 }
 
@@ -315,10 +316,10 @@ fn a_frame_of_no_time_changes_no_body_and_no_camera() {
 fn a_hitch_of_a_second_simulates_a_quarter_and_reports_the_rest_as_dropped() {
     let mut drive = Drive::tutorial();
     drive.frames(3).frame(1.0, []);
-    assert_eq!(drive.session.stage.ticks(), 36);
+    assert_eq!(drive.session.stage.sim().ticks(), 36);
     close(drive.session.stage.dropped(), 0.75, 1e-12);
     drive.frames(3);
-    assert_eq!(drive.session.stage.ticks(), 42);
+    assert_eq!(drive.session.stage.sim().ticks(), 42);
     close(drive.session.stage.dropped(), 0.75, 1e-12);
     close(drive.session.stage.simulated(), 42.0 * H, 1e-15);
 }
@@ -328,7 +329,7 @@ fn one_step_a_frame_depends_on_the_frame_rate_and_a_fixed_step_does_not() {
     let end = |name: &str, rate: u32| {
         let mut drive = Drive::shipped(name);
         drive.press("G").run(rate, 1.0 / f64::from(rate));
-        (drive.session.stage.ticks(), drive.x("player").y, drive.hash())
+        (drive.session.stage.sim().ticks(), drive.x("player").y, drive.hash())
     };
     assert_eq!(end("tutorial", 30), end("tutorial", 60));
     let (slow, fast) = (end("frame_step", 30), end("frame_step", 60));
@@ -356,15 +357,15 @@ fn i_and_shift_i_go_through_the_methods_of_the_scene_and_a_reset_keeps_the_chose
     let mut drive = Drive::tutorial();
     for (key, step) in [("I", Method::next as fn(Method) -> Method), ("Shift+I", Method::previous)] {
         for _ in Method::ALL {
-            let expected = step(drive.session.stage.stepper().method());
-            assert_eq!(drive.press(key).session.stage.stepper().method(), expected, "{key}");
+            let expected = step(drive.session.stage.sim().stepper.method());
+            assert_eq!(drive.press(key).session.stage.sim().stepper.method(), expected, "{key}");
         }
     }
-    assert_eq!(drive.session.stage.stepper().method(), Method::SemiImplicitEuler);
+    assert_eq!(drive.session.stage.sim().stepper.method(), Method::SemiImplicitEuler);
     // Each press of a frame counts.
     drive.give(tap("I").into_iter().chain(tap("I")).chain(tap("Shift+I")));
-    assert_eq!(drive.session.stage.stepper().method(), Method::ImplicitEuler);
-    assert_eq!(drive.press("F1").session.stage.stepper().method(), Method::ImplicitEuler);
+    assert_eq!(drive.session.stage.sim().stepper.method(), Method::ImplicitEuler);
+    assert_eq!(drive.press("F1").session.stage.sim().stepper.method(), Method::ImplicitEuler);
     let hash = drive.hash();
     drive.press("G").ticks(10);
     assert_ne!(drive.hash(), hash);
@@ -387,7 +388,10 @@ fn shift_changes_only_the_keys_that_have_a_row_with_it() {
     let mut drive = Drive::tutorial();
     drive.give([down("Shift+W"), up("W")]).ticks(5);
     assert_eq!(drive.session.view.camera().position, CameraSpec::TUTORIAL.position);
-    assert_eq!(Drive::tutorial().press("Ctrl+Shift+I").session.stage.stepper().method(), Method::default());
+    assert_eq!(
+        Drive::tutorial().press("Ctrl+Shift+I").session.stage.sim().stepper.method(),
+        Method::default()
+    );
     assert_eq!(Key::character('i').with_shift(true).to_string(), "Shift+I");
     assert_eq!(Key::character('?').with_shift(true).to_string(), "?");
     for word in ["Shift+?", "Shift+Up", "Shift+", "Shift+Ctrl+I", "Shift+Shift"] {
@@ -449,7 +453,7 @@ fn a_body_gets_a_method_of_its_own_and_the_scenes_again() {
     // The scene's method is that of all others.
     drive.press("Shift+I");
     assert_eq!(count(&mut drive)[0], (Method::ExplicitEuler, 26));
-    let player = drive.session.stage.scene().names.find("player").unwrap();
+    let player = drive.session.stage.sim().scene.names.find("player").unwrap();
     let scenes = Change::request(Request::SetBodyMethod(player, None));
     drive.session.stage.change(scenes, SwitchedBy::Settings);
     drive.give([own_method("enemy", Method::ExplicitEuler)]);

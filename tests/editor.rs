@@ -21,7 +21,7 @@ fn editor(scene: &str) -> Cockpit {
 }
 
 fn scene(cockpit: &Cockpit) -> &Scene {
-    cockpit.drive.session.stage.scene()
+    &cockpit.drive.session.stage.sim().scene
 }
 
 /// The text that saving orders to be written.
@@ -65,7 +65,7 @@ fn everything_that_can_be_added_stands_selected_and_stays_finite() {
         assert!(cockpit.drive.session.stage.selection().is_some(), "{button}");
         let text = &scene(&cockpit).text;
         assert!(!text.contains("-0.0,") && !text.contains("-0.0)"), "{button}: {text}");
-        let clock = cockpit.drive.session.stage.world().resource::<StepClock>();
+        let clock = cockpit.drive.session.stage.sim().world.resource::<StepClock>();
         assert!(cockpit.drive.session.stage.paused() && clock.scene_seconds() == 0.0, "{button}");
     }
     assert_eq!(
@@ -122,7 +122,9 @@ fn two_clicks_join_two_bodies_and_a_point_of_a_soft_body_by_a_spring() {
     // Deleted with one of its ends.
     let player = cockpit.seen("player");
     cockpit.drive.click(Button::Left, player).press("Delete").ticks(1);
-    assert!(scene(&cockpit).springs.is_empty() && cockpit.drive.session.stage.body("player").is_none());
+    assert!(
+        scene(&cockpit).springs.is_empty() && cockpit.drive.session.stage.sim().named("player").is_none()
+    );
 
     let mut cockpit = editor("rope");
     cockpit.click("Spring");
@@ -142,7 +144,7 @@ fn a_grid_taken_apart_runs_as_before() {
     let before: Vec<_> = scene(&cockpit).bodies.clone();
     cockpit.click("Take apart");
     assert_eq!(scene(&cockpit).bodies, before);
-    assert!(cockpit.drive.session.stage.body("grid-x4-z4").is_some());
+    assert!(cockpit.drive.session.stage.sim().named("grid-x4-z4").is_some());
 }
 
 /// The boxes around two bodies of the scene overlap.
@@ -207,11 +209,11 @@ fn deleting_one_body_of_a_grid_asks_whether_alone() {
         assert_eq!(scene(&cockpit).bodies.len(), 29, "asked before");
         cockpit.click(answer);
         assert_eq!(scene(&cockpit).bodies.len(), left, "{answer}");
-        assert!(name.is_none_or(|name| cockpit.drive.session.stage.body(name).is_some()), "{answer}");
-        assert!(cockpit.drive.session.stage.body("grid-x4-z4").is_none());
+        assert!(name.is_none_or(|name| cockpit.drive.session.stage.sim().named(name).is_some()), "{answer}");
+        assert!(cockpit.drive.session.stage.sim().named("grid-x4-z4").is_none());
         cockpit.drive.press("Ctrl+Z").ticks(1);
         assert_eq!(scene(&cockpit).bodies.len(), 29, "{answer}: one change");
-        assert!(cockpit.drive.session.stage.body("grid.x4.z4").is_some());
+        assert!(cockpit.drive.session.stage.sim().named("grid.x4.z4").is_some());
     }
 }
 
@@ -219,17 +221,17 @@ fn deleting_one_body_of_a_grid_asks_whether_alone() {
 fn what_was_set_without_the_editor_is_saved_and_survives_a_change() {
     let mut cockpit = editor("tutorial");
     cockpit.drive.press("G").press("I").ticks(1);
-    let method = cockpit.drive.session.stage.stepper().method();
+    let method = cockpit.drive.session.stage.sim().stepper.method();
     assert_ne!(method, Method::default());
     cockpit.click("Sphere");
-    assert_eq!(cockpit.drive.session.stage.stepper().method(), method);
-    assert!(cockpit.drive.session.stage.world().resource::<Gravity>().on);
+    assert_eq!(cockpit.drive.session.stage.sim().stepper.method(), method);
+    assert!(cockpit.drive.session.stage.sim().world.resource::<Gravity>().on);
     let text = saved(&mut cockpit);
     assert!(text.contains(method.name()) && text.contains("on_at_start: true"), "{text}");
     assert!(text.contains("// Inverse mass 0: no force moves it"), "comments stay");
     cockpit.drive.press("Ctrl+Z").ticks(1);
     assert_eq!(
-        cockpit.drive.session.stage.stepper().method(),
+        cockpit.drive.session.stage.sim().stepper.method(),
         method,
         "undo takes the sphere back, not the method"
     );
@@ -244,7 +246,7 @@ fn undo_and_redo_keep_a_method_that_was_chosen_after_the_change() {
         cockpit.drive.press("I").press("G").ticks(1);
         let chosen = |cockpit: &Cockpit| {
             let session = &cockpit.drive.session;
-            (session.stage.stepper().method(), session.stage.world().resource::<Gravity>().on)
+            (session.stage.sim().stepper.method(), session.stage.sim().world.resource::<Gravity>().on)
         };
         let before = chosen(&cockpit);
         cockpit.drive.press(keys).ticks(1);
@@ -260,7 +262,7 @@ fn what_is_switched_off_stays_off_through_a_change_and_a_save() {
         cockpit.drive.session.stage.switch_effect(effect, on, SwitchedBy::Panel).unwrap();
     };
     let is_on = |cockpit: &Cockpit| {
-        let world = cockpit.drive.session.stage.world();
+        let world = &cockpit.drive.session.stage.sim().world;
         (world.contains_resource::<Damping>(), world.contains_resource::<Drag>())
     };
     switch(&mut cockpit, Effect::Damping, false);
@@ -270,7 +272,7 @@ fn what_is_switched_off_stays_off_through_a_change_and_a_save() {
     let text = saved(&mut cockpit);
     assert!(text.contains("off_at_start: [damping, drag]"), "{text}");
     let again = Drive::text(&text);
-    assert_eq!(again.session.stage.scene().off_at_start, [Effect::Damping, Effect::Drag]);
+    assert_eq!(again.session.stage.sim().scene.off_at_start, [Effect::Damping, Effect::Drag]);
     assert_eq!(again.hash(), cockpit.drive.hash());
     // A reset keeps what was switched since, too.
     switch(&mut cockpit, Effect::Damping, true);

@@ -133,7 +133,7 @@ fn a_ledger_is_drawn_after_a_frame_without_end() {
     for length in [1.0 / 60.0, 1e250, 1.0] {
         drive.frame(length, []);
     }
-    assert_eq!((drive.session.open_panels(), drive.session.stage.ticks()), (&[Panel::Ledger][..], 3));
+    assert_eq!((drive.session.open_panels(), drive.session.stage.sim().ticks()), (&[Panel::Ledger][..], 3));
 }
 
 /// `1 - c t` overflows, and zero positions times that are NaN.
@@ -189,7 +189,8 @@ fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
     drive.run(4, 1000.0);
     let fault = drive.session.stage.fault().expect("it explodes").clone();
     let bundle = drive.session.stage.bundle(None).expect("a recorded run comes out the same");
-    let again = Rerun::of(drive.session.stage.scene().clone(), &bundle, TIMELINE_BYTES, &mut |_| ()).unwrap();
+    let again =
+        Rerun::of(drive.session.stage.sim().scene.clone(), &bundle, TIMELINE_BYTES, &mut |_| ()).unwrap();
     assert!(again.faults.contains(&fault), "{fault:?} is not among {:?}", again.faults);
 }
 

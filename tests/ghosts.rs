@@ -32,13 +32,13 @@ fn reference(scene: Scene) -> Drive {
 /// Distances of bodies that move in both runs, in the order of ids.
 fn distances(a: &Drive, b: &Drive) -> Vec<f64> {
     let moving = |drive: &Drive, name: &str| {
-        let body = drive.session.stage.body(name)?;
-        let world = drive.session.stage.world();
+        let body = drive.session.stage.sim().named(name)?;
+        let world = &drive.session.stage.sim().world;
         let moves = world.get::<PhysicsBody>(body).is_some_and(|state| state.inverse_mass > 0.0);
         let there = world.get::<Quarantined>(body).is_none() && world.get::<motion::Dormant>(body).is_none();
         (moves && there).then(|| drive.x(name))
     };
-    let names: Vec<_> = a.session.stage.scene().names.iter().map(|name| name.into_owned()).collect();
+    let names: Vec<_> = a.session.stage.sim().scene.names.iter().map(|name| name.into_owned()).collect();
     names.iter().filter_map(|name| Some((moving(a, name)? - moving(b, name)?).length())).collect()
 }
 
@@ -152,7 +152,7 @@ fn shipped_scenes_have_the_distances_of_runs_of_their_own() {
             drive.frame(length(frame), []);
         }
         for method in Method::ALL {
-            if drive.session.stage.stepper().method() == method && name == "orbits_race" {
+            if drive.session.stage.sim().stepper.method() == method && name == "orbits_race" {
                 continue;
             }
             let mut run = alone(scene.clone(), method, None);
@@ -198,13 +198,13 @@ fn the_largest_distance_and_the_mean_are_of_all_ticks() {
     let mut drive = Drive::of(scene());
     // Several ticks a frame: those in between count, too.
     drive.press("T").run(60, 0.1);
-    assert!(drive.session.stage.ticks() > 200);
+    assert!(drive.session.stage.sim().ticks() > 200);
     let run = |method, substeps| Simulation::new(Scene { method, substeps, ..scene() });
     let mut nearer_now = 0;
     for method in Method::ALL {
         let (mut run, mut reference) = (run(method, 1), run(Method::RungeKutta4, 16));
         let (mut largest, mut squares, mut last) = (0.0, 0.0, 0.0);
-        for _ in 0..drive.session.stage.ticks() {
+        for _ in 0..drive.session.stage.sim().ticks() {
             run.tick();
             reference.tick();
             last = Distances::between(&run, &reference).each[0].1;
@@ -213,7 +213,7 @@ fn the_largest_distance_and_the_mean_are_of_all_ticks() {
         let row = row(&drive, method);
         assert_eq!((row.distance, row.largest), (Some(last), Some(largest)), "{method:?}");
         // At the start there is none.
-        let mean = squares / (drive.session.stage.ticks() + 1) as f64;
+        let mean = squares / (drive.session.stage.sim().ticks() + 1) as f64;
         assert!((row.rms.unwrap() / mean.sqrt() - 1.0).abs() < 1e-9, "{method:?}");
         nearer_now += usize::from(last < 0.5 * largest);
     }
@@ -253,7 +253,10 @@ fn ghosts_change_nothing_of_the_run_and_leave_nothing_behind() {
         assert_eq!(drive.hash(), plain.hash());
         assert_eq!(drive.session.tools.ghosts(&drive.session.stage).is_empty(), !(5..48).contains(&frame));
     }
-    assert_eq!(drive.session.stage.evaluations().laws(), plain.session.stage.evaluations().laws());
+    assert_eq!(
+        drive.session.stage.sim().evaluations().laws(),
+        plain.session.stage.sim().evaluations().laws()
+    );
     let (with, without) = (drive.session.picture(), plain.session.picture());
     assert!(empty.translucent.is_empty() && with.translucent.is_empty());
     assert_eq!((with.spheres, with.cuboids), (without.spheres, without.cuboids));
@@ -286,7 +289,7 @@ fn a_ghost_that_is_quarantined_is_named_with_its_time_and_the_others_go_on() {
         let mut run = alone(stiff(method.name()), method, None);
         run.run(700, 0.1);
         let record = &run.session.stage.quarantined()[0];
-        let seconds = record.tick as f64 / run.session.stage.scene().step_hz;
+        let seconds = record.tick as f64 / run.session.stage.sim().scene.step_hz;
         let words = format!("{} was quarantined at {seconds:.2} s: {}", record.body, record.what);
         assert_eq!(row.state, GhostState::Failed(words), "{method:?}");
         assert_eq!([row.distance, row.largest, row.rms], [None; 3]);
@@ -327,12 +330,12 @@ fn the_next_method_becomes_solid_and_the_last_one_a_ghost_again() {
         let rows = drive.session.tools.ghosts(&drive.session.stage);
         rows.iter().find(|row| row.state == GhostState::Solid).and_then(|row| row.method)
     };
-    assert_eq!(drive.press("Shift+T").session.stage.stepper().method(), Method::SemiImplicitEuler);
+    assert_eq!(drive.press("Shift+T").session.stage.sim().stepper.method(), Method::SemiImplicitEuler);
     drive.press("T").ticks(5);
     assert_eq!(solid(&drive), Some(Method::SemiImplicitEuler));
     let before = row(&drive, Method::SemiImplicitEuler).distance;
     drive.press("Shift+T");
-    assert_eq!(drive.session.stage.stepper().method(), Method::ImplicitEuler);
+    assert_eq!(drive.session.stage.sim().stepper.method(), Method::ImplicitEuler);
     assert_eq!(solid(&drive), Some(Method::ImplicitEuler));
     // Its twin is where the solid bodies were.
     assert_eq!(row(&drive, Method::SemiImplicitEuler).distance, before);
@@ -360,11 +363,11 @@ fn a_reset_restarts_ghosts_and_another_scene_has_none() {
 fn pause_single_steps_and_slow_motion_keep_ghosts_in_step() {
     let mut drive = Drive::of(mixed());
     drive.press("T").ticks(10).press("P").ticks(10).press(".").press(".").press("P").press("-").ticks(40);
-    let ticks = u32::try_from(drive.session.stage.ticks()).unwrap();
+    let ticks = u32::try_from(drive.session.stage.sim().ticks()).unwrap();
     let (mut run, mut reference) = (alone(mixed(), Method::VelocityVerlet, None), reference(mixed()));
     for other in [&mut run, &mut reference] {
         other.frames(ticks);
-        assert_eq!(other.session.stage.ticks(), u64::from(ticks));
+        assert_eq!(other.session.stage.sim().ticks(), u64::from(ticks));
     }
     assert_tells(&drive, Method::VelocityVerlet, &run, &reference);
 }

@@ -156,7 +156,7 @@ fn ghosts_have_the_states_of_runs_by_their_methods_and_the_distances_of_their_li
         scene.substeps = substeps.unwrap_or(scene.substeps);
         Simulation::new(scene)
     };
-    let solid = cockpit.session().stage.stepper().method();
+    let solid = cockpit.session().stage.sim().stepper.method();
     for method in Method::ALL {
         let run = if method == solid { "solid" } else { "ghost" };
         assert_states(&rows, ("ball", run, method.name()), alone(method, None), 0);
@@ -223,7 +223,7 @@ fn what_has_not_happened_is_in_no_graph() {
     let mut cockpit = graphs("bridge");
     cockpit.drive.session.stage.keep_timeline();
     keep(&mut cockpit, &["plank3", "plank6"]);
-    let start = cockpit.session().stage.ticks();
+    let start = cockpit.session().stage.sim().ticks();
     cockpit.drive.press("T").ticks(120);
     let times = |rows: &[Row], run: &str| {
         let of = rows.iter().filter(|row| row.body == "plank6" && row.run == run);
@@ -278,7 +278,7 @@ fn bodies_that_are_gone_leave_the_graph_and_those_of_an_edited_scene_stay_in_it(
     cockpit.drive.press("M").ticks(10);
     select(&mut cockpit, "plank0");
     cockpit.drive.press("Delete").give([]);
-    let text: Scene = cockpit.session().stage.scene().clone();
+    let text: Scene = Scene::clone(&cockpit.session().stage.sim().scene);
     assert!(text.names.find("plank0").is_none());
     let rows = saved(&mut cockpit);
     let at = |body: &str| text.bodies[text.names.find(body).unwrap() as usize].position;

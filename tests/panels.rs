@@ -70,7 +70,7 @@ fn escape_closes_what_was_opened_last_and_then_clears_the_selection() {
 #[test]
 fn escape_closes_an_open_list_and_a_number_being_typed_before_their_panel() {
     let (mut drive, _) = with_settings();
-    let method = |drive: &Drive| drive.session.stage.stepper().method();
+    let method = |drive: &Drive| drive.session.stage.sim().stepper.method();
     drive.click_on(Method::SemiImplicitEuler.claims().title);
     let other = middle(&drive.control(Method::ExplicitEuler.claims().title));
     drive.press("Escape").ticks(1);
@@ -127,7 +127,7 @@ fn beside_open_settings_clicks_wheel_and_keys_reach_the_scene() {
     assert_eq!(drive.frame(H, [Input::Wheel(1.0)]).session.view.click_force(), 110.0);
     drive.frame(H, click(Button::Right)).ticks(1);
     assert!(drive.v("player").length() > 0.0);
-    assert!(drive.press("G").session.stage.world().resource::<Gravity>().on);
+    assert!(drive.press("G").session.stage.sim().world.resource::<Gravity>().on);
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn what_is_typed_into_the_finder_opens_a_scene_and_does_not_act_on_this_one() {
     drive.session.open(scene::load("thousand").unwrap());
     drive.ticks(2);
     assert_eq!(
-        (drive.session.stage.scene().name.as_str(), drive.session.stage.things().count()),
+        (drive.session.stage.sim().scene.name.as_str(), drive.session.stage.things().count()),
         ("thousand", 1001)
     );
 }
@@ -200,7 +200,7 @@ fn letters_typed_into_the_finder_do_not_press_their_keys() {
         drive.frame(H, tap(key));
     }
     drive.ticks(30);
-    assert!(!drive.session.stage.paused() && !drive.session.stage.world().resource::<Gravity>().on);
+    assert!(!drive.session.stage.paused() && !drive.session.stage.sim().world.resource::<Gravity>().on);
     assert_eq!((drive.hash(), *drive.session.view.camera()), (hash, camera));
     assert_eq!(
         (drive.session.stage.take_orders(), drive.session.view.mode()),
@@ -223,41 +223,42 @@ fn ctrl_a_selects_all_of_the_finder() {
 fn a_number_being_typed_into_the_settings_takes_the_keys() {
     let (mut drive, _) = with_settings();
     write_step_hz(&mut drive);
-    let gravity = *drive.session.stage.world().resource::<Gravity>();
+    let gravity = *drive.session.stage.sim().world.resource::<Gravity>();
     drive.frame(H, tap("G")).frame(H, tap("Q")).ticks(1);
-    assert_eq!(*drive.session.stage.world().resource::<Gravity>(), gravity);
+    assert_eq!(*drive.session.stage.sim().world.resource::<Gravity>(), gravity);
     assert!(!drive.session.view.grabs_pointer());
     drive.press("Escape");
     assert!(!drive.session.takes_text());
-    assert_ne!(*drive.press("G").session.stage.world().resource::<Gravity>(), gravity);
+    assert_ne!(*drive.press("G").session.stage.sim().world.resource::<Gravity>(), gravity);
 }
 
 #[test]
 fn what_is_changed_in_the_settings_acts_on_the_scene() {
     let (mut drive, _) = with_settings();
     drive.click_on("on");
-    assert!(drive.session.stage.world().resource::<Gravity>().on);
+    assert!(drive.session.stage.sim().world.resource::<Gravity>().on);
     assert!(drive.ticks(5).v("player").y < 0.0);
 }
 
 #[test]
 fn a_method_is_chosen_from_the_list_in_the_settings() {
     let (mut drive, _) = with_settings();
-    assert_eq!(drive.session.stage.stepper().method(), Method::SemiImplicitEuler);
+    assert_eq!(drive.session.stage.sim().stepper.method(), Method::SemiImplicitEuler);
     drive.click_on(Method::SemiImplicitEuler.claims().title).click_on(Method::ExplicitEuler.claims().title);
     assert_eq!(drive.session.stage.methods(), [(Method::ExplicitEuler, 28)]);
 }
 
 #[test]
 fn notices_are_one_a_topic_and_go_when_they_are_no_longer_true() {
-    let says =
-        |film: &Film, what: &str| film.session.stage.notices().filter(|notice| notice.contains(what)).count();
+    let says = |film: &Film, what: &str| {
+        film.session.stage.notices.texts().filter(|notice| notice.contains(what)).count()
+    };
     let mut scene = scene::load("rope").unwrap();
     scene.method = Method::ImplicitEuler;
     let mut film = Film::of(scene);
     let stop_early = |film: &mut Film| {
         let solver = Solver { tolerance: 0.0, most_iterations: 1, ..Solver::default() };
-        film.session.stage.world_mut().insert_resource(solver);
+        film.session.stage.sim_mut().world.insert_resource(solver);
         film.frames(2);
         assert_eq!(says(film, "did not converge"), 1);
     };
@@ -280,8 +281,8 @@ fn notices_are_one_a_topic_and_go_when_they_are_no_longer_true() {
     assert_eq!(says(&film, "nothing is kept"), 0);
     // A reset is a start: also of the speed.
     film.press("F1");
-    assert_eq!(film.session.stage.notices().count(), 0);
-    let ticks = film.session.stage.ticks();
+    assert_eq!(film.session.stage.notices.texts().count(), 0);
+    let ticks = film.session.stage.sim().ticks();
     film.frames(60);
-    assert_eq!(film.session.stage.ticks(), ticks + 120);
+    assert_eq!(film.session.stage.sim().ticks(), ticks + 120);
 }

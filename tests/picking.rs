@@ -48,7 +48,7 @@ fn distance(shape: Shape, center: DVec3, direction: DVec3) -> Option<f64> {
 /// Name and distance of the closest thing behind a pixel, every thing tested.
 fn closest(drive: &Drive, pixel: DVec2) -> Option<(String, f64)> {
     let (eye, direction) = ray(drive, pixel);
-    let world = drive.session.stage.world();
+    let world = &drive.session.stage.sim().world;
     let hits = drive.session.stage.things().filter_map(|thing| {
         let center = world.get::<Transform>(thing)?.position - eye;
         Some((drive.session.stage.name(thing), distance(*world.get::<Shape>(thing)?, center, direction)?))
@@ -385,7 +385,8 @@ fn a_removed_body_is_selected_no_more_even_while_the_button_is_held() {
         drive.session.stage.selection().is_none_or(|thing| drive
             .session
             .stage
-            .world()
+            .sim()
+            .world
             .get_entity(thing)
             .is_ok())
     );

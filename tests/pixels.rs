@@ -70,7 +70,7 @@ fn tour(wanted: &[&str]) -> Vec<Image> {
         let time = clock.advance_to(session.stage.frames() as f64 / 60.0).unwrap();
         let mut events = player.of_frame(
             session.stage.frames(),
-            session.stage.ticks(),
+            session.stage.sim().ticks(),
             [time.total() - time.length(), time.total()],
         );
         for event in &mut events {

@@ -117,8 +117,8 @@ fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
     for name in shipped() {
         let mut session = session(name);
         let methods = methods(&mut session);
-        let scene = session.stage.scene().clone();
-        let found = columns(session.stage.world());
+        let scene = session.stage.sim().scene.clone();
+        let found = columns(&session.stage.sim().world);
         let coupled = declares(&scene, Effect::Springs) || declares(&scene, Effect::MutualGravity);
         let any = |has: fn(&scene::BodySpec) -> bool| scene.bodies.iter().any(has);
         let called = scene.laws.wells.is_some()
@@ -170,8 +170,8 @@ fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
 fn a_schedule_has_the_systems_that_its_scene_calls_for_and_no_others() {
     for name in shipped() {
         let session = session(name);
-        let scene = session.stage.scene();
-        let found = systems(session.stage.stepper());
+        let scene = &session.stage.sim().scene;
+        let found = systems(&session.stage.sim().stepper);
         let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
         assert_eq!(found.contains("integrate_groups"), coupled, "{name}: {found:?}");
         let on_device = |on: bool| scene.emitters.iter().any(|emitter| emitter.swarm.is_some() == on);
@@ -196,7 +196,7 @@ fn a_schedule_has_the_systems_that_its_scene_calls_for_and_no_others() {
 fn resources_of_undeclared_effects_are_not_there() {
     for name in shipped() {
         let session = session(name);
-        let (scene, world) = (session.stage.scene(), session.stage.world());
+        let (scene, world) = (&session.stage.sim().scene, &session.stage.sim().world);
         let there = [
             (Effect::Gravity, world.contains_resource::<Gravity>()),
             (Effect::Damping, world.contains_resource::<Damping>()),
@@ -219,9 +219,9 @@ fn resources_of_undeclared_effects_are_not_there() {
 fn evaluations_of_absent_effects_are_none() {
     for name in shipped() {
         let session = session(name);
-        for (law, evaluations) in session.stage.evaluations().laws() {
+        for (law, evaluations) in session.stage.sim().evaluations().laws() {
             let declared = Effect::ALL.iter().find(|effect| effect.name() == *law);
-            let declared = declared.is_some_and(|effect| declares(session.stage.scene(), *effect));
+            let declared = declared.is_some_and(|effect| declares(&session.stage.sim().scene, *effect));
             assert!(declared || *evaluations == 0, "{name}: {law} was evaluated {evaluations} times");
         }
     }

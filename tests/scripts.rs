@@ -13,7 +13,7 @@ use crate::rigs::{Drive, H, at, change, click, down, remove, tap, up};
 fn read(drive: &Drive, script: &str) -> Result<Script, scene::SceneError> {
     let read = Script::parse("test", script)?;
     let is_key = |word: &str| sandbox::actions::key_of_word(word).is_ok();
-    read.check("test", script, drive.session.stage.scene(), is_key, |_| false)?;
+    read.check("test", script, &drive.session.stage.sim().scene, is_key, |_| false)?;
     Ok(read)
 }
 
@@ -100,7 +100,7 @@ fn experiments_act_in_the_tick_of_their_time_whatever_the_frames_are() {
         drive.session.play(Player::new(read(&drive, &script).unwrap()).unwrap());
         drive.session.stage.limit_ticks(TICKS);
         let (mut hashes, mut frame) = (Vec::new(), 0.0);
-        while drive.session.stage.ticks() < TICKS {
+        while drive.session.stage.sim().ticks() < TICKS {
             let time = drive.clock.advance_to(frame / fps).unwrap();
             drive.session.advance_watched(&InputFrame::NOTHING, time, &mut |session, _| {
                 hashes.push(sandbox::report::state_hash(session));
@@ -240,7 +240,7 @@ fn of_two_pushes_in_ticks_of_one_frame_the_last_is_shown() {
     let script =
         r#"[(at_tick: 0, do: push("enemy", (30, 0, 0))), (at_tick: 1, do: push("enemy", (0, 5, 0)))]"#;
     play(&mut drive, script, 1);
-    assert_eq!(drive.session.stage.ticks(), 2);
+    assert_eq!(drive.session.stage.sim().ticks(), 2);
     let enemy = drive.entity("enemy");
     let mut forces = drive.session.stage.forces_on(enemy);
     forces.retain(|(cause, newtons)| matches!(cause, ForceCause::Push) && *newtons != DVec3::ZERO);
@@ -257,7 +257,7 @@ fn a_paused_run_waits_for_no_key_that_is_held_for_ever() {
         assert!(drive.session.stage.paused() && !drive.session.player().unwrap().finished());
         drive.session.player().unwrap().waits_forever(
             drive.session.stage.frames(),
-            drive.session.stage.ticks(),
+            drive.session.stage.sim().ticks(),
             60.0,
         )
     };
@@ -286,7 +286,7 @@ fn a_key_at_a_late_time_is_pressed_in_the_frame_that_ends_then_and_not_before() 
 fn what_a_script_asks_of_another_scene_is_refused_there() {
     let mut drive = Drive::tutorial();
     play(&mut drive, r#"[(at_tick: 20, do: set_damping(1)), (at_tick: 20, do: remove("player"))]"#, 30);
-    drive.session.stage.take_refusals();
+    drive.session.stage.notices.take_refusals();
     let player = Script::parse(
         "test",
         r#"[(at_tick: 70, do: set_damping(1)), (at_tick: 70, do: push("player", (1, 0, 0)))]"#,
@@ -294,7 +294,7 @@ fn what_a_script_asks_of_another_scene_is_refused_there() {
     drive.session.play(Player::new(player.unwrap()).unwrap());
     drive.session.open(scene::load("empty").unwrap());
     drive.ticks(20);
-    let refusals = drive.session.stage.take_refusals();
+    let refusals = drive.session.stage.notices.take_refusals();
     assert_eq!(refusals, ["this scene never declared damping", "there is no body player any more"]);
 }
 
@@ -305,10 +305,10 @@ fn a_script_sets_gravity_damping_and_method() {
             (at_tick: 10, do: set_method(explicit_euler))]"#,
         60,
     );
-    let world = drive.session.stage.world();
+    let world = &drive.session.stage.sim().world;
     assert_eq!(*world.resource::<Gravity>(), Gravity { acceleration: DVec3::Z * -1.6, on: true });
     assert_eq!(*world.resource::<Damping>(), Damping { model: DampingModel::Tutorial, rate: 0.0 });
-    assert_eq!(drive.session.stage.stepper().method(), Method::ExplicitEuler);
+    assert_eq!(drive.session.stage.sim().stepper.method(), Method::ExplicitEuler);
     assert!((drive.v("player").z + 1.6).abs() < 1e-13);
 }
 
@@ -321,12 +321,12 @@ fn gravity_and_damping_that_were_set_survive_a_reset_also_of_the_same_frame() {
         );
         let drive = played(&script, 10);
         assert_eq!(
-            drive.session.stage.world().resource::<Gravity>().acceleration,
+            drive.session.stage.sim().world.resource::<Gravity>().acceleration,
             DVec3::Y * -1.6,
             "{reset}"
         );
-        assert_eq!(drive.session.stage.world().resource::<Damping>().rate, 2.0, "{reset}");
-        assert_eq!(drive.session.stage.stepper().method(), Method::ExplicitEuler);
+        assert_eq!(drive.session.stage.sim().world.resource::<Damping>().rate, 2.0, "{reset}");
+        assert_eq!(drive.session.stage.sim().stepper.method(), Method::ExplicitEuler);
     }
 }
 
@@ -342,7 +342,7 @@ fn a_script_changes_single_bodies() {
     assert_eq!(drive.v("player"), DVec3::new(-1.0, -2.0, -3.0));
     assert_eq!(drive.v("enemy"), DVec3::new(0.0, -2.0, 0.0), "an impulse is mass times velocity");
     assert_eq!(drive.x("bonus"), DVec3::new(7.0, 8.0, 9.0));
-    assert_eq!(drive.session.stage.body("grid.x0.z0"), None);
+    assert_eq!(drive.session.stage.sim().named("grid.x0.z0"), None);
     assert_eq!(drive.session.stage.things().count(), 28);
     assert!((drive.v("grid.x1.z0").x + 1.0).abs() < 1e-14, "12 N for a tick of 1/120 s on 0.1 kg");
 }
@@ -357,7 +357,7 @@ fn removing_the_selection_clears_it_and_releases_the_camera() {
     drive.press("G").ticks(10);
     assert_eq!((drive.selected(), *drive.session.view.camera()), (None, camera));
     drive.press("F1").ticks(1);
-    assert!(drive.session.stage.body("player").is_some());
+    assert!(drive.session.stage.sim().named("player").is_some());
 }
 
 #[test]

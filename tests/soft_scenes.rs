@@ -53,7 +53,7 @@ fn scenes_after_two_seconds_are_their_references() {
     let pictures = names.map(|name| {
         let mut film = Film::shipped(name);
         film.frames(120);
-        assert_eq!(film.session.stage.ticks(), 240);
+        assert_eq!(film.session.stage.sim().ticks(), 240);
         studio.draw_bodies(&mut film.session)
     });
     assert_pictures(names, &pictures);

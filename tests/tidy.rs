@@ -351,10 +351,17 @@ fn the_view_changes_no_stage_and_a_stage_knows_no_picture() {
 
 #[test]
 fn the_sandbox_changes_a_simulation_by_changes_alone() {
-    let ways = ["push_once", ".sustain(", "resource_mut::<Requests>", "sim.request(", "sim.push("];
-    never("crates/sandbox/src", &[], &ways);
+    let ways = [
+        "push_once",
+        ".sustain(",
+        "resource_mut::<Requests>",
+        ".request(",
+        ".set_method(",
+        "sim_mut().push(",
+    ];
+    never("crates/sandbox/src", &["crates/sandbox/src/stage/change.rs"], &ways);
     // Which also records it.
-    never("crates/sandbox/src", &["crates/sandbox/src/stage/change.rs"], &["sim.give("]);
+    never("crates/sandbox/src", &["crates/sandbox/src/stage/change.rs"], &["sim.give(", "sim_mut().give("]);
 }
 
 #[test]

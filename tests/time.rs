@@ -163,14 +163,14 @@ fn ticks_that_take_longer_than_they_simulate_end_in_a_steady_frame_and_not_in_a_
         let (mut frames, mut length, mut lengths) = (FrameClock::default(), 1.0 / 60.0, Vec::new());
         for _ in 0..40 {
             let mut spent = 0.0;
-            let (before, dropped) = (session.stage.ticks(), session.stage.dropped());
+            let (before, dropped) = (session.stage.sim().ticks(), session.stage.dropped());
             let time = frames.advance_by(length).unwrap();
             session.advance_watched(&InputFrame::NOTHING, time, &mut |_, _| {
                 spent += cost;
                 if spent > patience { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             });
             // Nothing is lost in silence.
-            let simulated = (session.stage.ticks() - before) as f64 / hz;
+            let simulated = (session.stage.sim().ticks() - before) as f64 / hz;
             let told = session.stage.dropped() - dropped;
             assert!((simulated + told - length).abs() <= 2.0 / hz + 1e-9, "{simulated} {told} {length}");
             length = spent.max(1.0 / 60.0);
@@ -180,6 +180,6 @@ fn ticks_that_take_longer_than_they_simulate_end_in_a_steady_frame_and_not_in_a_
         let most = (0.25 * hz * cost).min(patience + cost).max(1.0 / 60.0);
         assert!(lengths.iter().all(|length| *length <= most + 1e-9), "{hz}: {lengths:?}");
         assert_eq!(lengths[38], lengths[39], "{hz}: not steady");
-        assert!(session.stage.ticks() >= 40, "{hz}: it stands still");
+        assert!(session.stage.sim().ticks() >= 40, "{hz}: it stands still");
     }
 }

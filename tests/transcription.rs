@@ -37,7 +37,7 @@ fn update(bodies: &mut [Body], gravity: bool, dt: f64) {
 
 /// Every body with physics of a session, in stable-id order.
 fn bodies(stage: &Stage) -> Vec<Body> {
-    let world = stage.world();
+    let world = &stage.sim().world;
     let things = stage.things().filter_map(|thing| world.get::<PhysicsBody>(thing).map(|body| (thing, body)));
     things
         .map(|(thing, body)| Body {
@@ -109,7 +109,7 @@ fn the_tutorials_two_loops_and_the_schedule_visit_the_same_bits_for_ten_seconds(
         }
         update(&mut copy, gravity, H);
         drive.frame(H, events);
-        assert_eq!(drive.session.stage.ticks(), u64::from(tick) + 1);
+        assert_eq!(drive.session.stage.sim().ticks(), u64::from(tick) + 1);
         assert_eq!(bits(&bodies(&drive.session.stage)), bits(&copy), "after tick {tick}");
     }
 }
@@ -141,7 +141,7 @@ fn the_plan_of_one_pass_visits_the_same_bits_as_the_two_loops() {
     let mut scene = scene::load("thousand").unwrap();
     scene.damping = Some(Damping::TUTORIAL);
     let mut drive = Drive::of(scene);
-    assert_eq!(drive.session.stage.stepper().plan().passes, motion::Passes::One);
+    assert_eq!(drive.session.stage.sim().stepper.plan().passes, motion::Passes::One);
     let mut copy = bodies(&drive.session.stage);
     assert_eq!(copy.len(), 1001);
     for tick in 0..300_u32 {

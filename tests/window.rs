@@ -302,20 +302,20 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
                 assert_eq!(session.view.click_force(), 110.0);
                 assert_eq!(session.view.mode(), Mode::Selection);
             }
-            seen.push((session.stage.ticks(), format!("{:016x}", state_hash(&session.stage))));
+            seen.push((session.stage.sim().ticks(), format!("{:016x}", state_hash(&session.stage))));
         }
     });
     assert_eq!(seen.len(), window.screenshots);
     assert_eq!(seen[shot], (pushed.tick, pushed.state_hash));
     assert_eq!(seen.last(), Some(&(paused.tick, paused.state_hash.clone())));
-    let body = end.stage.body("grid.x4.z4").unwrap();
-    let velocity = end.stage.world().get::<PhysicsBody>(body).unwrap().velocity;
+    let body = end.stage.sim().named("grid.x4.z4").unwrap();
+    let velocity = end.stage.sim().world.get::<PhysicsBody>(body).unwrap().velocity;
     assert!(
         velocity.x > 1.0 && velocity.y < 0.0 && velocity.z < -1.0,
         "pushed and falling: {velocity}\n{}",
         script.to_ron()
     );
-    assert_eq!(end.stage.stepper().method(), Method::default().next());
+    assert_eq!(end.stage.sim().stepper.method(), Method::default().next());
     assert_eq!(end.stage.selection(), None, "Escape clears the selection");
 
     let [in_window, in_replay] = [&pushed.image, &replayed.unwrap()].map(without_the_shells_words);
@@ -480,7 +480,7 @@ fn ended_while_recording(end: impl FnOnce(&mut Window)) -> ExitStatus {
     let mut seen = Vec::new();
     replay(&script, &recording, |session, orders| {
         if orders.contains(&Order::Screenshot(None)) {
-            seen.push((session.stage.ticks(), format!("{:016x}", state_hash(&session.stage))));
+            seen.push((session.stage.sim().ticks(), format!("{:016x}", state_hash(&session.stage))));
         }
     });
     assert!(seen.contains(&(last.tick, last.state_hash)), "{seen:?}");
@@ -551,7 +551,7 @@ fn a_resized_window_goes_on_in_its_new_size_and_records_it() {
     assert_eq!(recording.size_px, FILM_SIZE.into());
     let end = replay(&script, &recording, |_, _| {});
     assert_eq!(end.view.size_px(), wanted);
-    assert!(end.stage.ticks() >= resized.tick);
+    assert!(end.stage.sim().ticks() >= resized.tick);
 }
 
 #[test]

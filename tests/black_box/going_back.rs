@@ -43,14 +43,14 @@ fn a_comma_goes_one_tick_back_and_a_dot_forward_again() {
     for tick in (40..60).rev() {
         drive.press(",");
         assert!(drive.session.stage.paused());
-        assert_eq!(drive.session.stage.ticks(), tick);
+        assert_eq!(drive.session.stage.sim().ticks(), tick);
         assert_eq!(drive.hash(), hashes[usize::try_from(tick).unwrap() - 1]);
     }
     drive.press(".").press(".");
-    assert_eq!((drive.session.stage.ticks(), drive.hash()), (42, hashes[41]));
+    assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (42, hashes[41]));
     // That dropped what came after: there is nothing to go forward to.
     drive.session.seek(60);
-    assert_eq!((drive.session.stage.ticks(), drive.hash()), (42, hashes[41]));
+    assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (42, hashes[41]));
 }
 
 #[test]
@@ -64,7 +64,7 @@ fn going_on_from_the_past_is_going_on_as_if_the_future_had_never_been() {
     assert_eq!(drive.hash(), expected[29]);
     drive.press("P");
     assert_eq!(go(&mut drive, 30..50), expected[30..]);
-    assert_eq!(drive.session.stage.evaluations(), never.session.stage.evaluations());
+    assert_eq!(drive.session.stage.sim().evaluations(), never.session.stage.sim().evaluations());
 }
 
 #[test]
@@ -82,12 +82,12 @@ fn selection_and_ledger_go_along_and_a_reset_or_another_scene_restarts() {
     go(&mut drive, 12..20);
     assert!(drive.session.tools.ledger().unwrap().seconds() > 0.1);
     drive.press("F1");
-    let began = drive.session.stage.ticks();
+    let began = drive.session.stage.sim().ticks();
     drive.press(",");
-    assert_eq!(drive.session.stage.ticks(), began, "nothing is before a reset");
+    assert_eq!(drive.session.stage.sim().ticks(), began, "nothing is before a reset");
     drive.session.open(scene::load("oscillator").unwrap());
     drive.frames(3);
-    let (ticks, hash) = (drive.session.stage.ticks(), drive.hash());
+    let (ticks, hash) = (drive.session.stage.sim().ticks(), drive.hash());
     drive.frames(3);
     drive.session.seek(ticks);
     assert_eq!(drive.hash(), hash);
@@ -97,20 +97,20 @@ fn selection_and_ledger_go_along_and_a_reset_or_another_scene_restarts() {
 fn ticks_are_asked_for_as_often_as_their_length_says_that_was_gone_back_to() {
     let mut drive = Drive::tutorial().recording();
     let in_a_second = |drive: &mut Drive| {
-        let before = drive.session.stage.ticks();
-        drive.frames(60).session.stage.ticks() - before
+        let before = drive.session.stage.sim().ticks();
+        drive.frames(60).session.stage.sim().ticks() - before
     };
     assert_eq!(in_a_second(&mut drive), 120);
     let _ = drive.session.controls();
     drive.press("Q").press("Tab").ticks(2);
     write_step_hz(&mut drive);
     drive.frame(H, [Input::Text("30".to_owned())]).frame(H, tap("Enter")).press("Tab").ticks(4);
-    let later = drive.session.stage.ticks();
+    let later = drive.session.stage.sim().ticks();
     assert_eq!(drive.session.stage.step_hz(), 30.0);
     assert_eq!(in_a_second(&mut drive), 30);
     for (tick, rate) in [(100, 120.0), (later + 10, 30.0), (50, 120.0)] {
         drive.session.seek(tick);
-        assert_eq!((drive.session.stage.ticks(), drive.session.stage.step_hz()), (tick, rate));
+        assert_eq!((drive.session.stage.sim().ticks(), drive.session.stage.step_hz()), (tick, rate));
     }
     drive.press("P");
     assert_eq!(in_a_second(&mut drive), 120);
@@ -140,7 +140,7 @@ fn a_fault_goes_back_to_the_last_good_tick_pauses_and_selects_and_going_on_goes_
     let good = drive.hash();
     drive.frame(1.0 / 60.0, [push("second", [f64::NAN, 0.0, 0.0])]);
     assert!(drive.session.stage.paused());
-    assert_eq!((drive.session.stage.ticks(), drive.hash()), (20, good));
+    assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (20, good));
     assert_eq!(drive.selected().as_deref(), Some("second"));
     assert_eq!(drive.session.stage.quarantined(), []);
     let fault = drive.session.stage.fault().unwrap().clone();
@@ -151,12 +151,12 @@ fn a_fault_goes_back_to_the_last_good_tick_pauses_and_selects_and_going_on_goes_
     assert_eq!((bundle.manifest.snapshot_tick, bundle.manifest.end_tick), (0, 21));
     assert_eq!(Bundle::read(&bundle.write().unwrap()).unwrap().manifest, bundle.manifest);
     drive.session.seek(21);
-    assert!(drive.session.stage.world().get::<motion::Quarantined>(drive.entity("second")).is_some());
+    assert!(drive.session.stage.sim().world.get::<motion::Quarantined>(drive.entity("second")).is_some());
     drive.session.seek(20);
     // Going on drops the push, and with it the fault.
     drive.press("P").frames(5);
     assert!(drive.session.stage.fault().is_none() && drive.session.stage.quarantined().is_empty());
-    assert_eq!(drive.session.stage.ticks(), 25);
+    assert_eq!(drive.session.stage.sim().ticks(), 25);
 }
 
 #[test]
@@ -181,7 +181,7 @@ fn who_is_quarantined_between_two_ticks_is_so_at_once_and_gone_back_from_after_t
         if records {
             assert!(
                 drive.session.stage.paused()
-                    && drive.session.stage.ticks() == 20
+                    && drive.session.stage.sim().ticks() == 20
                     && quarantined(&drive).is_empty()
             );
             assert_eq!(drive.session.stage.all_quarantined().len(), 1);
@@ -197,8 +197,8 @@ fn who_is_quarantined_between_two_ticks_is_so_at_once_and_gone_back_from_after_t
 fn a_session_that_records_is_the_same_session() {
     let (mut plain, mut recorded) = (Drive::of(mixed()), recording());
     assert_eq!(go(&mut plain, 0..40), go(&mut recorded, 0..40));
-    assert_eq!(plain.session.stage.evaluations(), recorded.session.stage.evaluations());
-    let gravity = |drive: &Drive| drive.session.stage.world().resource::<Gravity>().on;
+    assert_eq!(plain.session.stage.sim().evaluations(), recorded.session.stage.sim().evaluations());
+    let gravity = |drive: &Drive| drive.session.stage.sim().world.resource::<Gravity>().on;
     assert_eq!(gravity(&plain), gravity(&recorded));
     assert_eq!(plain.x("ball") - recorded.x("ball"), DVec3::ZERO);
     // Without a timeline there is nothing to go back to.

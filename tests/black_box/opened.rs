@@ -34,16 +34,16 @@ fn an_opened_bundle_has_every_tick_of_its_run_and_repeats_it_until_its_end() {
         let (mut drive, repetition) = reopened(&bundle, interpolate);
         assert!(repetition.same() && repetition.fault.is_none(), "{repetition:?}");
         assert!(drive.session.stage.paused() && drive.session.stage.records());
-        assert_eq!((drive.session.stage.ticks(), drive.hash()), (60, hashes[59]));
+        assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (60, hashes[59]));
         for tick in (50..60).rev() {
             drive.press(",");
-            assert_eq!((drive.session.stage.ticks(), drive.hash()), (tick, hashes[tick as usize - 1]));
+            assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (tick, hashes[tick as usize - 1]));
         }
         drive.session.seek(0);
         drive.press("P");
         for hash in &hashes {
             drive.frame(1.0 / 60.0, []);
-            assert_eq!(drive.hash(), *hash, "tick {}", drive.session.stage.ticks());
+            assert_eq!(drive.hash(), *hash, "tick {}", drive.session.stage.sim().ticks());
         }
         let again = drive.session.stage.bundle(None).unwrap();
         assert_eq!(
@@ -79,10 +79,10 @@ fn a_bundle_of_the_last_minute_of_a_longer_run_with_inputs_repeats_it() {
 fn counts_of_evaluations_are_repeated_too() {
     let (then, _) = recorded();
     let (mut drive, _) = reopened(&then.session.stage.bundle(None).unwrap(), true);
-    assert_eq!(drive.session.stage.evaluations(), then.session.stage.evaluations());
+    assert_eq!(drive.session.stage.sim().evaluations(), then.session.stage.sim().evaluations());
     drive.session.seek(10);
     drive.press("P").frames(50);
-    assert_eq!(drive.session.stage.evaluations(), then.session.stage.evaluations());
+    assert_eq!(drive.session.stage.sim().evaluations(), then.session.stage.sim().evaluations());
 }
 
 #[test]
@@ -95,7 +95,7 @@ fn what_is_done_by_hand_drops_what_came_after() {
     drive.frame(1.0 / 60.0, [push("second", [0.0, 50.0, 0.0])]);
     assert_ne!(drive.hash(), hashes[25]);
     drive.session.seek(60);
-    assert_eq!(drive.session.stage.ticks(), 26, "the rest is gone");
+    assert_eq!(drive.session.stage.sim().ticks(), 26, "the rest is gone");
     drive.session.seek(25);
     assert_eq!(drive.hash(), hashes[24]);
 
@@ -105,7 +105,7 @@ fn what_is_done_by_hand_drops_what_came_after() {
         drive.session.seek(20);
         drive.press(key).press(".");
         drive.session.seek(60);
-        assert_eq!(drive.session.stage.ticks(), 21, "{key}");
+        assert_eq!(drive.session.stage.sim().ticks(), 21, "{key}");
         assert!(reopened(&drive.session.stage.bundle(None).unwrap(), true).1.same(), "{key}");
     }
 }
@@ -117,22 +117,22 @@ fn a_fault_is_met_again_and_gone_through_to_the_same_end() {
     assert!(repetition.same(), "{repetition:?}");
     assert_eq!(repetition.fault, bundle.manifest.fault);
     let fault = drive.session.stage.fault().unwrap().clone();
-    assert_eq!(Some(fault.named(&drive.session.stage.scene().names)), bundle.manifest.fault);
+    assert_eq!(Some(fault.named(&drive.session.stage.sim().scene.names)), bundle.manifest.fault);
     assert_eq!(drive.session.stage.quarantined().len(), 1);
     drive.session.rewind_before_fault();
     for _ in 0..2 {
-        assert_eq!((drive.session.stage.ticks(), drive.hash()), (20, hashes[19]));
+        assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (20, hashes[19]));
         assert!(drive.session.stage.paused() && drive.session.stage.quarantined().is_empty());
         assert_eq!(drive.selected().as_deref(), Some("second"));
         // It is met once; after that it is known.
         drive.press("P").frame(1.0 / 60.0, []);
     }
-    assert_eq!(drive.session.stage.ticks(), 21);
+    assert_eq!(drive.session.stage.sim().ticks(), 21);
     assert_eq!(format!("{:016x}", drive.hash()), bundle.manifest.end_state_hash);
     assert_eq!(drive.session.stage.quarantined()[0].body, "second");
     assert_eq!(drive.session.stage.fault(), Some(&fault));
     drive.press(",").press(",");
-    assert_eq!((drive.session.stage.ticks(), drive.hash()), (19, hashes[18]));
+    assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (19, hashes[18]));
 }
 
 #[test]
@@ -142,31 +142,31 @@ fn energy_out_of_nowhere_stops_a_session_at_the_last_good_tick_and_its_bundle_me
     drive.run(10, 0.01);
     assert!(drive.session.stage.paused() && drive.session.tools.ledger().is_none());
     let fault = drive.session.stage.fault().unwrap().clone();
-    assert_eq!((drive.session.stage.ticks(), fault.tick, drive.hash()), (0, 1, start));
+    assert_eq!((drive.session.stage.sim().ticks(), fault.tick, drive.hash()), (0, 1, start));
     assert_eq!(drive.selected().as_deref(), Some("ball"));
     let (mut again, repetition) = reopened(&drive.session.stage.bundle(None).unwrap(), true);
     assert!(repetition.same(), "{repetition:?}");
     again.session.rewind_before_fault();
     again.press("P").run(10, 0.01);
-    assert_eq!((again.session.stage.ticks(), again.session.stage.fault()), (0, Some(&fault)));
+    assert_eq!((again.session.stage.sim().ticks(), again.session.stage.fault()), (0, Some(&fault)));
     // Going on goes through it, and it stays known.
     again.press("P").run(10, 0.01);
-    assert_eq!((again.session.stage.ticks(), again.session.stage.fault()), (10, Some(&fault)));
+    assert_eq!((again.session.stage.sim().ticks(), again.session.stage.fault()), (10, Some(&fault)));
 }
 
 #[test]
 fn a_fault_in_the_same_tick_after_something_else_was_done_is_another_one() {
     let mut drive = Drive::text(super::program::STIFF).recording();
     drive.run(10, 0.01);
-    assert_eq!(drive.session.stage.ticks(), 0);
+    assert_eq!(drive.session.stage.sim().ticks(), 0);
     // Another method that explodes, and a push.
     for events in [tap("Shift+I").to_vec(), vec![push("ball", [0.0, 1.0, 0.0])]] {
         drive.give(events).press("P").run(10, 0.01);
         assert!(drive.session.stage.paused());
-        assert_eq!((drive.session.stage.ticks(), drive.session.stage.fault().unwrap().tick), (0, 1));
+        assert_eq!((drive.session.stage.sim().ticks(), drive.session.stage.fault().unwrap().tick), (0, 1));
     }
     drive.press("P").run(10, 0.01);
-    assert_eq!(drive.session.stage.ticks(), 10);
+    assert_eq!(drive.session.stage.sim().ticks(), 10);
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn steps_of_frames_are_repeated_with_their_own_lengths() {
     assert!(repetition.same(), "{repetition:?}");
     drive.session.seek(5);
     drive.press("P").run(35, 0.02);
-    assert_eq!((drive.session.stage.ticks(), state_hash(&drive.session.stage)), (40, then.hash()));
+    assert_eq!((drive.session.stage.sim().ticks(), state_hash(&drive.session.stage)), (40, then.hash()));
 }
 
 /// The last step before and the first step after going back have the same length, which differs from that in between.
@@ -215,9 +215,12 @@ fn a_bundle_made_after_going_back_repeats_the_steps_that_were_taken_then() {
     drive.press("P").frame(0.02, []);
     let (again, repetition) = reopened(&drive.session.stage.bundle(None).unwrap(), false);
     assert!(repetition.same(), "{repetition:?}");
-    assert_eq!((again.session.stage.ticks(), again.hash()), (drive.session.stage.ticks(), drive.hash()));
+    assert_eq!(
+        (again.session.stage.sim().ticks(), again.hash()),
+        (drive.session.stage.sim().ticks(), drive.hash())
+    );
     let mut straight = thrown();
-    straight.run(3, 0.01).run(u32::try_from(drive.session.stage.ticks()).unwrap() - 3, 0.02);
+    straight.run(3, 0.01).run(u32::try_from(drive.session.stage.sim().ticks()).unwrap() - 3, 0.02);
     assert_eq!(drive.hash(), straight.hash());
 }
 
@@ -230,7 +233,7 @@ fn going_back_brings_back_the_substeps_of_then() {
     hashes.extend(go(&mut drive, 20..40));
     for tick in [10, 20, 30, 40] {
         drive.session.seek(tick);
-        let now = drive.session.stage.world().resource::<Substeps>().0;
+        let now = drive.session.stage.sim().world.resource::<Substeps>().0;
         assert_eq!((now == 7, drive.hash()), (tick > 20, hashes[tick as usize - 1]), "tick {tick}");
     }
     // And from there on.
@@ -250,9 +253,9 @@ fn a_reset_of_an_opened_bundle_is_its_scene_from_the_start() {
     drive.press("F1").press("P");
     assert_ne!(drive.hash(), hashes[59]);
     assert_eq!(go(&mut drive, 0..10), go(&mut then, 0..10));
-    assert_eq!(drive.session.stage.ticks(), 70);
+    assert_eq!(drive.session.stage.sim().ticks(), 70);
     drive.session.seek(0);
-    assert_eq!(drive.session.stage.ticks(), 60, "its timeline is a new one");
+    assert_eq!(drive.session.stage.sim().ticks(), 60, "its timeline is a new one");
 }
 
 #[test]

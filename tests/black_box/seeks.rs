@@ -40,7 +40,7 @@ fn arrive(drive: &mut Drive) {
 fn a_way_of_many_ticks_takes_frames_and_shows_the_present_until_it_is_there() {
     let (mut drive, hashes) = on_the_way();
     let mut frames = 0;
-    while drive.session.stage.ticks() == 60 {
+    while drive.session.stage.sim().ticks() == 60 {
         assert_eq!(drive.hash(), hashes[59]);
         assert!(drive.session.stage.paused());
         assert!(short_frame(&mut drive, []) <= 2, "a frame continues after its look has broken");
@@ -48,7 +48,7 @@ fn a_way_of_many_ticks_takes_frames_and_shows_the_present_until_it_is_there() {
         assert!(frames < 60, "it never arrives");
     }
     assert!(frames >= 8, "{frames}");
-    assert_eq!((drive.session.stage.ticks(), drive.hash()), (59, hashes[58]));
+    assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (59, hashes[58]));
     assert_eq!(drive.session.stage.dropped(), 0.0);
 }
 
@@ -59,25 +59,25 @@ fn what_is_asked_on_the_way_is_done_there() {
     short_frame(&mut drive, tap(","));
     short_frame(&mut drive, tap(","));
     arrive(&mut drive);
-    assert_eq!((drive.session.stage.ticks(), drive.hash()), (57, hashes[56]));
+    assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (57, hashes[56]));
 
     let (mut drive, hashes) = on_the_way();
     short_frame(&mut drive, tap("P"));
-    while drive.session.stage.ticks() == 60 {
+    while drive.session.stage.sim().ticks() == 60 {
         short_frame(&mut drive, []);
     }
     assert!(!drive.session.stage.paused());
-    assert!((59..=60).contains(&drive.session.stage.ticks()), "{}", drive.session.stage.ticks());
+    assert!((59..=60).contains(&drive.session.stage.sim().ticks()), "{}", drive.session.stage.sim().ticks());
     let mut never = Drive::of(mixed());
     go(&mut never, 0..59);
-    let ticks = drive.session.stage.ticks();
+    let ticks = drive.session.stage.sim().ticks();
     never.frames(u32::try_from(ticks).unwrap() - 59);
     assert_eq!(drive.hash(), never.hash());
 
     let (mut drive, _) = on_the_way();
     short_frame(&mut drive, tap("."));
     arrive(&mut drive);
-    assert_eq!(drive.session.stage.ticks(), 60);
+    assert_eq!(drive.session.stage.sim().ticks(), 60);
     assert_eq!(drive.hash(), hashes[59]);
 }
 
@@ -88,20 +88,20 @@ fn something_done_on_the_way_is_done_here_and_nobody_is_taken_away_from_it() {
         short_frame(&mut drive, tap("P"));
         short_frame(&mut drive, events.clone());
         arrive(&mut drive);
-        assert!(drive.session.stage.ticks() >= 61, "{events:?}: {}", drive.session.stage.ticks());
+        assert!(drive.session.stage.sim().ticks() >= 61, "{events:?}: {}", drive.session.stage.sim().ticks());
         let bundle = drive.session.stage.bundle(None).unwrap();
-        assert_eq!(bundle.manifest.end_tick, drive.session.stage.ticks(), "{events:?}");
+        assert_eq!(bundle.manifest.end_tick, drive.session.stage.sim().ticks(), "{events:?}");
     }
     // A reset and another scene have no such past.
     let (mut drive, _) = on_the_way();
     short_frame(&mut drive, tap("F1"));
-    let began = drive.session.stage.ticks();
+    let began = drive.session.stage.sim().ticks();
     arrive(&mut drive);
-    assert_eq!(drive.session.stage.ticks(), began);
+    assert_eq!(drive.session.stage.sim().ticks(), began);
     let (mut drive, _) = on_the_way();
     drive.session.open(scene::load("oscillator").unwrap());
     arrive(&mut drive);
-    assert_eq!(drive.session.stage.scene().name, "oscillator");
+    assert_eq!(drive.session.stage.sim().scene.name, "oscillator");
 }
 
 #[test]
@@ -109,9 +109,9 @@ fn a_fault_is_gone_back_from_in_frames_too() {
     let mut drive = recording();
     let hashes = go(&mut drive, 0..60);
     short_frame(&mut drive, [push("second", [f64::NAN, 0.0, 0.0])]);
-    assert_eq!(drive.session.stage.ticks(), 61);
+    assert_eq!(drive.session.stage.sim().ticks(), 61);
     arrive(&mut drive);
-    assert_eq!((drive.session.stage.ticks(), drive.hash()), (60, hashes[59]));
+    assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (60, hashes[59]));
     assert_eq!(drive.selected().as_deref(), Some("second"));
     assert!(drive.session.stage.paused() && drive.session.stage.quarantined().is_empty());
 }

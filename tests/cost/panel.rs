@@ -76,7 +76,7 @@ fn a_click_on_a_dot_takes_its_setting() {
             if now != before {
                 let study = drive.session.tools.cost_study().unwrap();
                 assert!(study.cells.iter().any(|cell| cell.setting == now), "{now}");
-                assert_eq!(drive.session.stage.stepper().method(), now.method);
+                assert_eq!(drive.session.stage.sim().stepper.method(), now.method);
                 // It stays over a reset, and the study over both: it has settings of its own.
                 drive.press("F1").ticks(2);
                 assert_eq!(drive.session.stage.setting(), now);

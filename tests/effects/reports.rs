@@ -186,11 +186,11 @@ fn the_panel_switches_says_by_whom_and_keeps_off_what_is_off_over_a_reset() {
     assert!(drive.session.stage.switch_effect(Effect::Thrusts, true, SwitchedBy::Panel).is_err());
     drive.press("F1").ticks(2);
     let states = |drive: &mut Drive| {
-        Effect::ALL.map(|effect| motion::effects::state(drive.session.stage.world_mut(), effect))
+        Effect::ALL.map(|effect| motion::effects::state(&mut drive.session.stage.sim_mut().world, effect))
     };
     let off = states(&mut drive).iter().filter(|state| **state == EffectState::Off).count();
     assert_eq!(off, 3);
-    assert!(!drive.session.stage.world().resource::<Gravity>().on);
+    assert!(!drive.session.stage.sim().world.resource::<Gravity>().on);
     drive.session.stage.switch_effect(Effect::Drag, true, SwitchedBy::Panel).unwrap();
     drive.ticks(5);
     assert_eq!(

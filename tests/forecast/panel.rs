@@ -45,7 +45,7 @@ fn is_green([red, green, ..]: [f32; 4]) -> bool {
 
 fn size(session: &Session) -> f64 {
     let positions =
-        session.stage.things().filter_map(|thing| session.stage.world().get::<motion::Transform>(thing));
+        session.stage.things().filter_map(|thing| session.stage.sim().world.get::<motion::Transform>(thing));
     positions.map(|at| at.position.length()).fold(0.0, f64::max)
 }
 
@@ -102,7 +102,7 @@ fn the_open_panel_follows_a_changed_body_at_once() {
     assert!(worst(&film).is_unstable());
     for end in ["w2", "w3"] {
         let stage = &mut film.session.stage;
-        let id = stage.body(end).and_then(|body| stage.simulation().id(body)).unwrap();
+        let id = stage.sim().named(end).and_then(|body| stage.sim().id(body)).unwrap();
         stage.change(Change::request(Request::SetInverseMass(id, 0.1)), SwitchedBy::Settings);
     }
     film.frames(2);

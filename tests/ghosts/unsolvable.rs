@@ -18,9 +18,9 @@ fn method(drive: &mut Drive) -> Method {
 
 #[test]
 fn mutual_gravity_stays_off_while_any_method_cannot_solve_it_also_one_that_moves_nothing() {
-    let attracts = |drive: &Drive| drive.session.stage.world().contains_resource::<MutualGravity>();
+    let attracts = |drive: &Drive| drive.session.stage.sim().world.contains_resource::<MutualGravity>();
     let names = |drive: &Drive| -> Vec<String> {
-        drive.session.stage.scene().names.iter().map(|name| name.into_owned()).collect()
+        drive.session.stage.sim().scene.names.iter().map(|name| name.into_owned()).collect()
     };
     // The scene's method is in no body's use.
     let mut drive = Drive::shipped("figure_eight");
@@ -54,11 +54,14 @@ fn ghosts_a_step_back_and_a_bundle_work_after_mutual_gravity_is_off_and_the_meth
     assert_eq!(method(&mut drive), Method::ImplicitEuler);
     drive.press("T").ticks(8);
     assert!(!drive.session.tools.ghosts(&drive.session.stage).is_empty());
-    let (ticks, hash) = (drive.session.stage.ticks(), drive.hash());
+    let (ticks, hash) = (drive.session.stage.sim().ticks(), drive.hash());
     let bundle = drive.session.stage.bundle(None).expect("it comes out the same");
     assert_eq!(bundle.manifest.end_state_hash, format!("{hash:016x}"));
     drive.ticks(1).press(",");
-    assert_eq!((drive.session.stage.ticks(), drive.hash()), (ticks, hash));
+    assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (ticks, hash));
     drive.session.seek(2);
-    assert_eq!((drive.session.stage.ticks(), method(&mut drive)), (2, drive.session.stage.scene().method));
+    assert_eq!(
+        (drive.session.stage.sim().ticks(), method(&mut drive)),
+        (2, drive.session.stage.sim().scene.method)
+    );
 }

@@ -102,7 +102,7 @@ fn the_panel_keeps_books_while_it_is_open_and_no_longer() {
     let ledger = drive.session.tools.ledger().unwrap();
     assert!((ledger.seconds() - 60.0 * H).abs() < 1e-12);
     // Semi-implicit Euler loses `m g² h² / 2` a tick and body; damping makes it a little less.
-    let bodies = motion::totals(drive.session.stage.world_mut()).momentum.y / drive.v("player").y;
+    let bodies = motion::totals(&mut drive.session.stage.sim_mut().world).momentum.y / drive.v("player").y;
     let lost = -bodies * 9.8 * 9.8 * H * H / 2.0 * 60.0;
     let ledger = drive.session.tools.ledger().unwrap();
     let residual = ledger.since_opening().energy.residual;
@@ -128,7 +128,7 @@ fn a_change_of_the_method_begins_a_ledger_and_what_was_before_stays_with_the_met
     drive.give([method(Method::RungeKutta4)]).ticks(30);
     let (by_runge_kutta, ledger) = (invented(&drive), drive.session.tools.ledger().unwrap());
     assert!(by_runge_kutta.abs() < 1e-3 * by_euler, "{by_runge_kutta} J of {by_euler} J");
-    assert!(ledger.seconds() < 31.0 / drive.session.stage.scene().step_hz, "{} s", ledger.seconds());
+    assert!(ledger.seconds() < 31.0 / drive.session.stage.sim().scene.step_hz, "{} s", ledger.seconds());
 }
 
 #[test]

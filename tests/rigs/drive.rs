@@ -140,15 +140,15 @@ impl Drive {
     }
 
     pub fn entity(&self, name: &str) -> Entity {
-        self.session.stage.body(name).unwrap()
+        self.session.stage.sim().named(name).unwrap()
     }
 
     pub fn x(&self, name: &str) -> DVec3 {
-        self.session.stage.world().get::<Transform>(self.entity(name)).unwrap().position
+        self.session.stage.sim().world.get::<Transform>(self.entity(name)).unwrap().position
     }
 
     pub fn v(&self, name: &str) -> DVec3 {
-        self.session.stage.world().get::<PhysicsBody>(self.entity(name)).unwrap().velocity
+        self.session.stage.sim().world.get::<PhysicsBody>(self.entity(name)).unwrap().velocity
     }
 
     /// The state's hash.

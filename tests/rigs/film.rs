@@ -215,7 +215,13 @@ impl Film {
     }
 
     pub fn position(&self, body: &str) -> DVec3 {
-        self.session.stage.world().get::<Transform>(self.session.stage.body(body).unwrap()).unwrap().position
+        self.session
+            .stage
+            .sim()
+            .world
+            .get::<Transform>(self.session.stage.sim().named(body).unwrap())
+            .unwrap()
+            .position
     }
 
     /// Where the middle of `body` is seen.
@@ -233,7 +239,7 @@ impl Film {
         self.press("Q");
         let pixel = self.pixel(body);
         self.frame([at(pixel)]).click(Button::Left);
-        assert_eq!(self.session.stage.selection(), self.session.stage.body(body));
+        assert_eq!(self.session.stage.selection(), self.session.stage.sim().named(body));
         self
     }
 }

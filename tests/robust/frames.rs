@@ -9,7 +9,7 @@ use crate::rigs::{Drive, folder, json, sandbox};
 const FRAMES: [f64; 9] = [1.0 / 60.0, 0.0, 1e-9, 1.0, 0.0, 1.0 / 60.0, 1e-300, 100.0, 1.0 / 60.0];
 
 fn is_finite(drive: &Drive) -> bool {
-    drive.session.stage.world().iter_entities().all(|entity| {
+    drive.session.stage.sim().world.iter_entities().all(|entity| {
         entity.get::<Transform>().is_none_or(|at| at.position.is_finite())
             && entity.get::<PhysicsBody>().is_none_or(|body| body.velocity.is_finite())
     })
@@ -19,11 +19,11 @@ fn is_finite(drive: &Drive) -> bool {
 fn a_session_takes_any_frame_time_that_is_one() {
     let mut drive = Drive::tutorial();
     drive.press("G");
-    let (mut dropped, mut ticks) = (0.0, drive.session.stage.ticks());
+    let (mut dropped, mut ticks) = (0.0, drive.session.stage.sim().ticks());
     for length in FRAMES {
-        let (before, hash) = (drive.session.stage.ticks(), drive.hash());
+        let (before, hash) = (drive.session.stage.sim().ticks(), drive.hash());
         drive.frame(length, []);
-        let due = drive.session.stage.ticks() - before;
+        let due = drive.session.stage.sim().ticks() - before;
         ticks += due;
         // A quarter of a second at 120 Hz, and what it is not caught up with is told.
         assert!(due <= 30, "{length}: {due} ticks");
@@ -43,7 +43,7 @@ fn a_session_takes_any_frame_time_that_is_one() {
     // The state is that of as many ticks in a row.
     let mut plain = Drive::tutorial();
     plain.press("G");
-    while plain.session.stage.ticks() < ticks {
+    while plain.session.stage.sim().ticks() < ticks {
         plain.ticks(1);
     }
     assert_eq!(plain.hash(), drive.hash());
@@ -62,7 +62,7 @@ fn a_bad_frame_time_is_refused_before_it_reaches_a_session() {
         assert_eq!(drive.hash(), hash, "{length}");
     }
     drive.frame(1.0 / 60.0, []);
-    assert_eq!(drive.session.stage.ticks(), 8);
+    assert_eq!(drive.session.stage.sim().ticks(), 8);
 }
 
 /// None, next to none and a whole second are steps like others.

@@ -18,9 +18,9 @@ fn error(device: &mut Device, text: &str, hz: u32, seconds: f64, path: Path<'_>)
     let length = 1.0 / f64::from(hz);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of ticks")]
     drive.run((seconds / length).round() as u32, length);
-    let (now, rate) = (drive.session.stage.simulated(), drive.session.stage.scene().emitters[0].rate);
+    let (now, rate) = (drive.session.stage.simulated(), drive.session.stage.sim().scene.emitters[0].rate);
     let living = device.living(&mut drive.session);
-    let world = drive.session.stage.world_mut();
+    let world = &mut drive.session.stage.sim_mut().world;
     let swarm = world.query::<&Swarm>().single(world).unwrap().clone();
     assert!(!living.is_empty());
     let off = |(number, place): (u64, DVec3)| {

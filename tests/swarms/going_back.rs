@@ -46,13 +46,13 @@ fn one_adapter_gives_equal_bits_after_every_way() {
         if tick == 120 {
             drive.give([Input::Act(Action::SetGravity(glam::DVec3::new(0.0, 2.0, 0.0)))]);
         }
-        assert_eq!(drive.session.stage.ticks(), tick + 1);
+        assert_eq!(drive.session.stage.sim().ticks(), tick + 1);
         then.push(bits(&mut device, &mut drive));
     }
     // Back, forth, and back by a tick.
     for tick in [150, 60, 199, 121, 122, 200, 1] {
         drive.session.seek(tick);
-        assert_eq!(drive.session.stage.ticks(), tick);
+        assert_eq!(drive.session.stage.sim().ticks(), tick);
         let before = device.swarms.dispatches();
         same(&bits(&mut device, &mut drive), &then[tick as usize - 1], &format!("tick {tick}"));
         // From the nearest state that was kept, not from the first birth.
@@ -65,7 +65,7 @@ fn one_adapter_gives_equal_bits_after_every_way() {
     same(&bits(&mut Device::new(), &mut drive), &then[98], "another device");
     // On from there, without the change at tick 121, which is dropped.
     drive.press("P");
-    for tick in drive.session.stage.ticks()..121 {
+    for tick in drive.session.stage.sim().ticks()..121 {
         ticks(&mut drive, 1);
         same(&bits(&mut device, &mut drive), &then[tick as usize], &format!("tick {tick}"));
     }
@@ -118,10 +118,10 @@ fn a_bundle_brings_its_swarm_along() {
     let (mut session, repetition) =
         sandbox::Session::of_bundle(&bundle, "b", Options::default(), &mut |_| {}).unwrap();
     assert_eq!(repetition.first_different_tick, None);
-    let mut opened = Drive::of(session.stage.scene().clone());
+    let mut opened = Drive::of(scene::Scene::clone(&session.stage.sim().scene));
     std::mem::swap(&mut opened.session, &mut session);
     same(&bits(&mut device, &mut opened), &then, "at its end");
-    let early = opened.session.stage.ticks() - 3500;
+    let early = opened.session.stage.sim().ticks() - 3500;
     opened.session.seek(early);
     drive.session.seek(early);
     same(&bits(&mut device, &mut opened), &bits(&mut Device::new(), &mut drive), "a minute back");
@@ -131,7 +131,7 @@ fn a_bundle_brings_its_swarm_along() {
 fn a_state_is_kept_as_its_words() {
     let mut drive = storm();
     ticks(&mut drive, 90);
-    let sim = drive.session.stage.world_mut();
+    let sim = &mut drive.session.stage.sim_mut().world;
     let log = sim.query::<&motion::SwarmLog>().single(sim).unwrap();
     // No longer than the life of a particle, in ticks.
     assert_eq!(log.ticks.len(), 72);

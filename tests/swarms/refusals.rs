@@ -58,10 +58,10 @@ fn an_own_law_is_refused_by_name() {
 fn a_particle_on_the_device_has_no_name_and_is_not_picked() {
     let mut drive = Drive::text(&scene_text("", EMITTER));
     drive.run(30, 1.0 / 60.0);
-    assert_eq!(drive.session.stage.body("e.0"), None);
+    assert_eq!(drive.session.stage.sim().named("e.0"), None);
     assert_eq!(drive.session.stage.things().count(), 0);
     drive.give([Input::Act(Action::Remove("e.0".to_owned()))]);
-    assert_eq!(drive.session.stage.take_refusals(), ["there is no body e.0 any more"]);
+    assert_eq!(drive.session.stage.notices.take_refusals(), ["there is no body e.0 any more"]);
 }
 
 #[test]

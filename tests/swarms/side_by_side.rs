@@ -31,7 +31,7 @@ impl<'d> Pair<'d> {
             Drive::with(scene_of(&scene_text(keys, &format!("{emitter} {on}"))), options).recording()
         };
         let (swarm, bodies) = (drive(&format!("on: gpu, layout: {layout}")), drive("on: cpu"));
-        let id = |slot: usize| bodies.session.stage.body(&format!("e.{slot}")).unwrap();
+        let id = |slot: usize| bodies.session.stage.sim().named(&format!("e.{slot}")).unwrap();
         let body_ids = (0..SLOTS).map(id).collect();
         Self { device, swarm, bodies, slots: SLOTS, body_ids }
     }
@@ -48,7 +48,7 @@ impl<'d> Pair<'d> {
     }
 
     fn places(session: &Session, body: Entity) -> Option<DVec3> {
-        let body = session.stage.world().entity(body);
+        let body = session.stage.sim().world.entity(body);
         (!body.contains::<Dormant>()).then(|| body.get::<Transform>().unwrap().position)
     }
 
@@ -64,7 +64,7 @@ impl<'d> Pair<'d> {
                 (Some(there), Some(body)) => largest = largest.max(there.distance(body)),
                 (None, None) => {}
                 (there, body) => {
-                    let now = self.swarm.session.stage.ticks();
+                    let now = self.swarm.session.stage.sim().ticks();
                     panic!("slot {slot} after tick {now}: {there:?} on the device, {body:?} as a body");
                 }
             }

@@ -79,8 +79,9 @@ pub fn session(bytes: &[u8]) {
         });
         session.stage.take_orders();
         for thing in session.stage.things() {
-            let position = session.stage.world().get::<Transform>(thing).map(|transform| transform.position);
-            let body = session.stage.world().get::<PhysicsBody>(thing);
+            let position =
+                session.stage.sim().world.get::<Transform>(thing).map(|transform| transform.position);
+            let body = session.stage.sim().world.get::<PhysicsBody>(thing);
             let finite =
                 position.is_none_or(|x| x.is_finite()) && body.is_none_or(|body| body.velocity.is_finite());
             assert!(finite, "{}: {position:?} {body:?}\n{text}", session.stage.name(thing));

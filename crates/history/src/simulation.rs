@@ -7,8 +7,8 @@ use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::units::Vector;
 use motion::{
-    Cause, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests, Stepper, Substeps, TimeStep,
-    Transform,
+    Cause, Evaluations, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests, Stepper, Substeps,
+    TimeStep, Transform,
 };
 use scene::Scene;
 use xxhash_rust::xxh3::Xxh3;
@@ -81,6 +81,12 @@ impl Simulation {
     #[must_use]
     pub fn ticks(&self) -> u64 {
         self.world.resource::<StepClock>().ticks()
+    }
+
+    /// How often laws were evaluated so far, and what solvers did.
+    #[must_use]
+    pub fn evaluations(&self) -> &Evaluations {
+        self.world.resource()
     }
 
     /// Changes the method of bodies without their own: see [`Stepper::set_method`].

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use history::Simulation;
+use motion::SwarmLog;
 use motion::effects::{Effect, EffectState};
-use motion::{Evaluations, SwarmLog};
 use scene::Scene;
 
 use crate::cost::{Deviation, Sample};
@@ -48,7 +48,7 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
     let effects: Vec<_> = Effect::ALL.into_iter().filter(acts).collect();
     full.run(ticks);
     let evaluations = |simulation: &Simulation| -> u64 {
-        simulation.world.resource::<Evaluations>().laws().iter().map(|(_, count)| count).sum()
+        simulation.evaluations().laws().iter().map(|(_, count)| count).sum()
     };
     let (states, spent) = (full.states().collect::<Vec<_>>(), evaluations(&full));
     let swarms = swarm_keys(&mut full);

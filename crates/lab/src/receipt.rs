@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 use history::Simulation;
 use motion::effects::{Effect, EffectState, column_bytes};
 use motion::snapshot::{LastAcceleration, LastStep};
-use motion::{Dormant, Evaluations, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method};
+use motion::{Dormant, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method};
 use scene::{Declaration, Scene};
 
 use crate::run::{ByEffect, started, step_times};
@@ -59,7 +59,7 @@ pub fn receipt(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
     let ticks = ticks.max(1);
     let mut simulation = started(scene.clone(), without);
     simulation.run(ticks);
-    let evaluations = simulation.world.resource::<Evaluations>().clone();
+    let evaluations = simulation.evaluations().clone();
     let mut rows = look(&mut simulation);
     let acting: Vec<_> =
         rows.iter().filter(|row| row.state == EffectState::On).filter_map(|row| row.effect).collect();

@@ -153,8 +153,6 @@ pub(crate) struct PerWorld {
     pub number: u64,
     /// Whether it was restored by a seek; else it began at the start of its scene.
     pub sought: bool,
-    /// Stable id of every body.
-    pub ids: HashMap<Entity, u32>,
     pub selection: Option<Entity>,
     /// What the pointer pulls.
     pub pull: Option<Pull>,
@@ -177,7 +175,6 @@ impl PerWorld {
         Self {
             number,
             sought,
-            ids: (0..).zip(&sim.bodies).map(|(id, entity)| (*entity, id)).collect(),
             selection: None,
             pull: None,
             interventions: 0,
@@ -226,7 +223,7 @@ const PACE: &str = "a checked pace is positive and finite";
 
 /// A run of a scene.
 pub struct Stage {
-    pub(crate) sim: Simulation,
+    sim: Simulation,
     pub(crate) here: PerWorld,
     /// Rises whenever things may be drawn elsewhere; what was computed at another version is out of date.
     pub(crate) version: u64,
@@ -240,9 +237,8 @@ pub struct Stage {
     /// The last minute, if it is recorded.
     pub(crate) past: Option<Box<Recorded>>,
     pub(crate) clock: TickClock,
-    pub(crate) notices: Notices,
-    /// What was asked for and not done, lately.
-    pub(crate) refusals: Vec<String>,
+    /// What the person is told.
+    pub notices: Notices,
     pub(crate) orders: Vec<Order>,
     /// What a script wrote below pictures, in place of the description of the scene.
     pub(crate) caption: Option<String>,
@@ -269,7 +265,6 @@ impl Stage {
             past: None,
             clock,
             notices: Notices::default(),
-            refusals: Vec::new(),
             orders: Vec::new(),
             caption: None,
             run,
@@ -319,16 +314,6 @@ impl Stage {
         self.held.clear();
         self.here = PerWorld::of(&self.sim, self.here.number + 1, sought);
         self.version += 1;
-    }
-
-    /// A [`query`] without a filter.
-    pub(crate) fn query<D: QueryData>(&self) -> QueryState<D> {
-        query(&self.sim.world)
-    }
-
-    /// A [`query`].
-    pub(crate) fn query_filtered<D: QueryData, F: QueryFilter>(&self) -> QueryState<D, F> {
-        query(&self.sim.world)
     }
 
     /// How a click pushes.

@@ -107,7 +107,7 @@ impl Tools {
 
     /// Whether the scene has changes that no file has.
     pub(crate) fn has_unsaved_changes(&self, stage: &Stage) -> bool {
-        self.editor.is_unsaved(&stage.sim.scene)
+        self.editor.is_unsaved(&stage.sim().scene)
     }
 
     /// Forgets changes of the scene.

@@ -106,7 +106,7 @@ pub struct View {
 impl View {
     /// Looks at the start of a stage, in a picture of that size.
     pub(crate) fn new(stage: &Stage, size_px: [u32; 2]) -> Self {
-        let scene: &Scene = &stage.sim.scene;
+        let scene: &Scene = &stage.sim().scene;
         Self {
             camera: Camera::new(scene.camera).at_distance(navigation::distance_of(scene)),
             mode: Mode::default(),
@@ -149,7 +149,7 @@ impl View {
     /// Takes another text of the scene `before`: what the texts agree about stays.
     pub(crate) fn reopen(&mut self, stage: &Stage, before: &Scene) {
         let next = Self::new(stage, self.size_px);
-        let scene = &stage.sim.scene;
+        let scene = &stage.sim().scene;
         if scene.camera != before.camera {
             self.camera = next.camera;
         }
@@ -184,11 +184,11 @@ impl View {
     /// Notes where bodies are at the end of a tick.
     pub(crate) fn after_tick(&mut self, stage: &Stage) {
         if self.trails {
-            self.trail.after_tick(&stage.sim.world, stage.simulated(), stage.usual_pace());
+            self.trail.after_tick(&stage.sim().world, stage.simulated(), stage.usual_pace());
         }
         if let Some(height) = self.ground_to_pass(stage) {
-            let tick = stage.sim.world.resource::<TimeStep>().0;
-            self.passes.after_tick(&stage.sim.world, height, stage.simulated(), tick);
+            let tick = stage.sim().world.resource::<TimeStep>().0;
+            self.passes.after_tick(&stage.sim().world, height, stage.simulated(), tick);
         }
     }
 
@@ -205,7 +205,7 @@ impl View {
     /// Lets the camera follow what it is locked to.
     pub(crate) fn follow_locked(&mut self, stage: &Stage) {
         let Some(thing) = self.locked else { return };
-        match thing.entity(&stage.sim).and_then(|entity| stage.drawn_position(entity)) {
+        match thing.entity(stage.sim()).and_then(|entity| stage.drawn_position(entity)) {
             Some(position) => self.camera.follow(position),
             None => self.locked = None,
         }

@@ -84,7 +84,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         session.begin_lesson(lesson, of_runs);
     }
     if let Some(path) = &args.script {
-        let script = files.script(path, session.stage.scene())?;
+        let script = files.script(path, &session.stage.sim().scene)?;
         session.play(player_of(script));
     }
     for path in remembered::paths() {
@@ -118,7 +118,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
             shell.session.stage.remember_files(remembered::files());
             shell.session.tools.learn.own = remembered::lessons();
             shell.remembered = Some(shell.session.stage.files().to_owned());
-            if let Source::File(path) = shell.session.stage.scene().source.clone() {
+            if let Source::File(path) = shell.session.stage.sim().scene.source.clone() {
                 shell.session.stage.run.note_file(&path);
             }
             if let Some(draft) = left {

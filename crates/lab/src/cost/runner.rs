@@ -4,8 +4,8 @@
 
 use glam::DVec3;
 use history::Simulation;
+use motion::Method;
 use motion::groups::Groups;
-use motion::{Evaluations, Method};
 
 use super::record::{Counts, Failure};
 
@@ -42,7 +42,7 @@ impl Runner for Simulation {
     }
 
     fn counts(&mut self) -> Counts {
-        let evaluations = self.world.resource::<Evaluations>();
+        let evaluations = self.evaluations();
         let (accelerations, newton, cg) =
             (evaluations.accelerations(), evaluations.newton_iterations(), evaluations.cg_iterations());
         Counts { accelerations, solver: newton + cg * mean_group(self) }
@@ -52,7 +52,7 @@ impl Runner for Simulation {
         if let Some(failure) = Self::failure(self) {
             return Some(Failure::Quarantined { body: failure.name(&self.scene), tick: failure.tick });
         }
-        let steps = self.world.resource::<Evaluations>().unconverged_steps();
+        let steps = self.evaluations().unconverged_steps();
         (steps > 0).then_some(Failure::Unconverged { steps })
     }
 }

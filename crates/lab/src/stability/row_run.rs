@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 
 use history::{Change, Simulation};
+use motion::TimeStep;
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
-use motion::{Evaluations, TimeStep};
 use scene::{Scene, Step, SurvivalRow};
 
 use crate::cost::Sample;
@@ -82,6 +82,6 @@ impl RowRun {
 
     /// Number of implicit steps that did not converge.
     pub fn unconverged(&self) -> u64 {
-        self.simulation.world.resource::<Evaluations>().unconverged_steps()
+        self.simulation.evaluations().unconverged_steps()
     }
 }

@@ -5,7 +5,6 @@ use std::sync::LazyLock;
 
 use cpu_time::ThreadTime;
 use history::{REFERENCE_METHOD, Simulation, reference_substeps};
-use motion::Evaluations;
 use motion::ledger::Ledger;
 use motion::units::Vector;
 use scene::{EXPLODES, Scene, StepKind};
@@ -79,7 +78,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
                 values.push(Value::Number((counts.accelerations + counts.solver) as f64 / bodies as f64));
             }
             Measure::Unconverged => {
-                values.push(Value::Count(simulation.world.resource::<Evaluations>().unconverged_steps()));
+                values.push(Value::Count(simulation.evaluations().unconverged_steps()));
             }
             Measure::StateHash => values.push(Value::Text(format!("{:016x}", simulation.hash()))),
             Measure::Time => {

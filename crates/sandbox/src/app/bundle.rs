@@ -74,7 +74,7 @@ impl Session {
             .map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
         let Rerun { timeline, end, faults, diverged_at, state_hash } = rerun;
         let mut session = Self::new(scene, Options { paused: true, ..options });
-        let named = |fault: &Fault| fault.named(&session.stage.sim.scene.names);
+        let named = |fault: &Fault| fault.named(&session.stage.sim().scene.names);
         let then = &bundle.manifest;
         let of_then = faults.iter().find(|fault| Some(named(fault)) == then.fault);
         let fault = of_then.or(faults.first()).cloned();
@@ -85,7 +85,7 @@ impl Session {
             same_fault: fault.as_ref().map(named) == then.fault,
             fault: fault.as_ref().map(named),
         };
-        let watch = Watch::going_on(&mut session.stage.sim.world, end.watch.energy());
+        let watch = Watch::going_on(&mut session.stage.sim_mut().world, end.watch.energy());
         let mut recorded = Recorded::new(timeline, watch);
         (recorded.fault, recorded.repeats) = (fault, true);
         session.stage.past = Some(Box::new(recorded));
@@ -108,20 +108,20 @@ impl Stage {
         let keyframes = timeline.keyframes().map(|(tick, state)| Keyframe { tick, state_hash: hash(state) });
         let range = timeline.range();
         Some(Bundle {
-            scene: self.sim.scene.text.to_string(),
+            scene: self.sim().scene.text.to_string(),
             manifest: Manifest {
                 format: BUNDLE_FORMAT,
                 program: PROGRAM.to_owned(),
-                scene: self.sim.scene.name.clone(),
-                settings: Overrides::of(&self.sim.scene),
+                scene: self.sim().scene.name.clone(),
+                settings: Overrides::of(&self.sim().scene),
                 snapshot_tick: *range.start(),
                 end_tick: *range.end(),
-                end_state_hash: hash(timeline.end_hash(&self.sim.scene).ok()?),
+                end_state_hash: hash(timeline.end_hash(&self.sim().scene).ok()?),
                 keyframes: keyframes.collect(),
                 fault: fault
                     .as_ref()
                     .filter(|fault| *range.start() < fault.found && fault.found <= *range.end())
-                    .map(|fault| fault.named(&self.sim.scene.names)),
+                    .map(|fault| fault.named(&self.sim().scene.names)),
             },
             snapshot: snapshot.clone(),
             events,

@@ -182,7 +182,7 @@ impl Cockpit {
         Side::bottom("hints").frame(bare).show(root, |ui| hints::show(ui, (stage, view), &tools.editor));
         if browses {
             let side = Side::left("scenes").frame(bare).resizable(false).exact_size(BROWSER);
-            let here = (&*stage.sim.scene.name, &*stage.run.files);
+            let here = (&*stage.sim().scene.name, &*stage.run.files);
             let side = side.show(root, |ui| self.browser.show(ui, here, intents));
             self.lay_out_part(Part::Scenes, side.response.rect, &side.inner);
         }

@@ -11,6 +11,8 @@ use crate::input::{Button, Input, Key, SwitchedBy};
 use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::stage::pull::Pull;
+use crate::stage::soft::pushes_on;
+use crate::stage::things::is_movable;
 use crate::tools::Tools;
 use crate::view::navigation::Drag;
 use crate::view::{Mode, View};
@@ -138,7 +140,8 @@ impl Hands {
     fn wheel(&mut self, notches: f64, reach: &mut Reach<'_>) {
         let moves_camera = reach.moves_camera();
         let Reach { stage, view, ui, .. } = reach;
-        let pushes = stage.sim.scene.push.is_some() && stage.moves_selection();
+        let pushes = stage.sim().scene.push.is_some()
+            && stage.here.selection.is_some_and(|thing| is_movable(&stage.sim().world, thing));
         if view.mode == Mode::Selection && ui.wants_pointer() {
             ui.wheel(notches);
         } else if notches.is_finite() {
@@ -235,7 +238,7 @@ impl Hands {
         let Reach { stage, view, .. } = reach;
         let selected = stage.here.selection.filter(|_| view.mode == Mode::Selection);
         let held = match selected {
-            Some(thing) if newtons != DVec3::ZERO => stage.pushes_on(thing, newtons),
+            Some(thing) if newtons != DVec3::ZERO => pushes_on(&stage.sim().world, thing, newtons),
             _ => Vec::new(),
         };
         stage.here.interventions += u64::from(stage.held.is_empty() && !held.is_empty());
@@ -249,13 +252,13 @@ impl Hands {
         let Reach { stage, view, .. } = reach;
         let ray = view.picking_ray();
         let hit = view.cast(stage, &ray).map(|hit| hit.entity);
-        stage.here.selection = hit.filter(|hit| wanted || stage.is_movable(*hit));
+        stage.here.selection = hit.filter(|hit| wanted || is_movable(&stage.sim().world, *hit));
     }
 
     /// Whether a click selects what cannot be moved. Within the cockpit a scene does not say so: there a click beside a body
     /// deselects.
     pub fn selects_immovable(&self, stage: &Stage, ui: &Ui) -> bool {
-        let by_scene = stage.sim.scene.select_immovable && !ui.cockpit.shown;
+        let by_scene = stage.sim().scene.select_immovable && !ui.cockpit.shown;
         by_scene || self.held.selects_immovable()
     }
 
@@ -264,13 +267,15 @@ impl Hands {
         let moves_camera = reach.moves_camera();
         let Reach { stage, view, .. } = reach;
         let ray = view.picking_ray();
-        let selected = stage.here.selection.filter(|_| stage.sim.scene.push.is_some());
+        let selected = stage.here.selection.filter(|_| stage.sim().scene.push.is_some());
         let hit = selected.and_then(|selected| view.cast(stage, &ray).filter(|hit| hit.entity == selected));
-        if !(hit.is_some() && stage.moves_selection()) && moves_camera {
+        if !(hit.is_some() && stage.here.selection.is_some_and(|thing| is_movable(&stage.sim().world, thing)))
+            && moves_camera
+        {
             self.drag = Some(Drag::Orbit(view.pivot(stage)));
         }
         let Some((hit, body)) = hit.and_then(|hit| Some((hit, hit.pushed?))) else { return Vec::new() };
-        let Some(id) = stage.sim.id(body) else { return Vec::new() };
+        let Some(id) = stage.sim().id(body) else { return Vec::new() };
         let newtons = ray.direction() * view.click_force;
         view.flash(stage, body, ray.at(hit.distance), newtons);
         vec![Intent::Change(Change::Push(id, newtons), SwitchedBy::Key)]

@@ -58,7 +58,7 @@ pub(super) fn lay_out(
         windows.push((panel, shown.map(|shown| shown.response.rect), desk.closes));
     }
     if let Some(question) = &ui.question {
-        let scene = &stage.sim.scene;
+        let scene = &stage.sim().scene;
         intents.extend(ask(&context, question, &scene.name, &tools.editor.file(scene)));
     }
     windows.iter().filter(|(.., closes)| *closes).for_each(|(panel, ..)| ui.close(*panel));
@@ -84,7 +84,7 @@ pub(super) fn lay_out(
     if (docks && !ui.shows(Panel::Learn)) || words == Words::Captions {
         let lesson = tools.learn.caption().filter(|_| ui.shows(Panel::Learn));
         let words = lesson.or_else(|| stage.caption.clone());
-        let words = words.unwrap_or_else(|| stage.sim.scene.description.clone());
+        let words = words.unwrap_or_else(|| stage.sim().scene.description.clone());
         hud::caption(&painter, stage, view, &words);
     }
     view.write_pull(stage, &painter);
@@ -94,7 +94,7 @@ pub(super) fn lay_out(
     let selected =
         stage.here.selection.filter(|_| !docks && has_all).and_then(|thing| Selected::of(stage, thing));
     if let Some(selected) = selected {
-        card::show(&context, &selected, stage.sim.method());
+        card::show(&context, &selected, stage.sim().method());
     }
     intents
 }

@@ -184,12 +184,12 @@ impl Session {
         self.stage.notices.expire(time.total());
         self.view.expire_flash(time.total());
         let Self { stage, view, tools, ui, .. } = self;
-        let (mut intents, text) = (Vec::new(), Arc::clone(&stage.sim.scene.text));
+        let (mut intents, text) = (Vec::new(), Arc::clone(&stage.sim().scene.text));
         ui.run(time, |ui, root| intents.extend(lay_out(ui, root, stage, view, tools)));
         for intent in intents {
             // Places in one text are others in the text that a change before made of it.
             let stale =
-                matches!(intent, Intent::Rewrite(..)) && !Arc::ptr_eq(&text, &self.stage.sim.scene.text);
+                matches!(intent, Intent::Rewrite(..)) && !Arc::ptr_eq(&text, &self.stage.sim().scene.text);
             if !stale {
                 self.carry_out(intent);
             }
@@ -377,7 +377,7 @@ impl Session {
         self.tools.each().for_each(|(_, tool)| tool.cancel());
         let asked = self.ui.question.take().is_some();
         if !asked && !self.ui.close_top() && self.stage.here.selection.take().is_none() {
-            self.stage.notice("Ctrl+Q quits");
+            self.stage.notices.say(Topic::Other, "Ctrl+Q quits");
         }
     }
 
@@ -399,8 +399,8 @@ impl Session {
     }
 
     fn change_method(&mut self, other: fn(Method) -> Method) {
-        let gravity = self.stage.sim.world.contains_resource::<MutualGravity>();
-        let mut method = other(self.stage.sim.method());
+        let gravity = self.stage.sim().world.contains_resource::<MutualGravity>();
+        let mut method = other(self.stage.sim().method());
         while unsolvable(method, gravity).is_some() {
             method = other(method);
         }
@@ -422,7 +422,7 @@ impl Session {
 
     fn open_neighbor(&mut self, step: isize) {
         let shipped = scene::shipped();
-        let here = shipped.iter().position(|shipped| shipped.name == self.stage.sim.scene.name);
+        let here = shipped.iter().position(|shipped| shipped.name == self.stage.sim().scene.name);
         let next = match here {
             Some(here) => {
                 here.checked_add_signed(step).map_or(shipped.len() - 1, |next| next % shipped.len())
@@ -437,7 +437,8 @@ impl Session {
         self.stage.open(scene);
         self.view.open(&self.stage);
         self.begin_scene(false);
-        if let Source::File(path) = &self.stage.sim.scene.source {
+        let scene = Arc::clone(&self.stage.sim().scene);
+        if let Source::File(path) = &scene.source {
             self.stage.run.note_file(path);
         }
     }
@@ -445,7 +446,7 @@ impl Session {
     /// Restarts with `scene`, another text of the present one, paused; camera, click force and what is drawn stay.
     fn restart_with(&mut self, scene: Scene, select: Option<&str>) {
         let offset = offset_in_entry(&self.stage, select);
-        let (before, pace) = (Arc::clone(&self.stage.sim.scene), self.stage.clock.pace());
+        let (before, pace) = (Arc::clone(&self.stage.sim().scene), self.stage.clock.pace());
         // The text says them; scenes that are opened later have them again.
         let overrides = std::mem::take(&mut self.stage.run.options.overrides);
         self.stage.open(scene);
@@ -574,7 +575,7 @@ impl Session {
 
     /// Does what the script does at the start of a frame.
     fn play_frame(&mut self, time: FrameTime) {
-        let (frame, ticks) = (self.stage.frames(), self.stage.ticks());
+        let (frame, ticks) = (self.stage.frames(), self.stage.sim().ticks());
         let Some(player) = &mut self.player else { return };
         for input in player.of_frame(frame, ticks, [time.total() - time.length(), time.total()]) {
             self.handle(&input);
@@ -584,7 +585,7 @@ impl Session {
     /// Does what the script does before the next tick; whether that is something.
     fn play_tick(&mut self) -> bool {
         let Some(player) = &mut self.player else { return false };
-        let world = &self.stage.sim.world;
+        let world = &self.stage.sim().world;
         let (clock, step) = (world.resource::<StepClock>(), world.resource::<TimeStep>());
         let inputs = player.of_tick(clock.ticks(), clock.seconds(), step.0);
         inputs.iter().for_each(|input| self.handle(input));

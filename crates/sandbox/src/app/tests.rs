@@ -23,7 +23,7 @@ fn the_clock_shown_is_the_scenes() {
     let mut clock = FrameClock::default();
     let mut shown = |session: &mut Session| {
         session.advance(&InputFrame::NOTHING, clock.advance_by(0.1).expect("a time"));
-        session.stage.sim.world.resource::<StepClock>().scene_seconds()
+        session.stage.sim().world.resource::<StepClock>().scene_seconds()
     };
     let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} s is not {b} s");
     close(shown(&mut session), 0.1);
@@ -48,9 +48,9 @@ fn a_change_of_the_method_while_time_stands_still_changes_no_velocity_on_the_car
         session.advance(&InputFrame::NOTHING, clock.advance_by(seconds).expect("a time"));
         let velocities = |session: &mut Session| {
             let of = |session: &mut Session, thing| Selected::of(&session.stage, thing)?.body;
-            let mut softs = session.stage.sim.world.query_filtered::<Entity, With<SoftBody>>();
-            let softs: Vec<_> = softs.iter(&session.stage.sim.world).collect();
-            let bodies = session.stage.sim.bodies.clone();
+            let mut softs = session.stage.sim_mut().world.query_filtered::<Entity, With<SoftBody>>();
+            let softs: Vec<_> = softs.iter(&session.stage.sim().world).collect();
+            let bodies = session.stage.sim().bodies.clone();
             bodies
                 .into_iter()
                 .chain(softs)
@@ -58,9 +58,9 @@ fn a_change_of_the_method_while_time_stands_still_changes_no_velocity_on_the_car
                 .collect::<Vec<_>>()
         };
         let stored = |session: &Session, body| {
-            session.stage.sim.world.get::<PhysicsBody>(body).map(|body| body.velocity)
+            session.stage.sim().world.get::<PhysicsBody>(body).map(|body| body.velocity)
         };
-        let lagged: Vec<_> = session.stage.sim.bodies.iter().map(|body| stored(&session, *body)).collect();
+        let lagged: Vec<_> = session.stage.sim().bodies.iter().map(|body| stored(&session, *body)).collect();
         let before = velocities(&mut session);
         session.stage.change(Change::Method(Method::VelocityVerlet), SwitchedBy::Settings);
         let after = velocities(&mut session);
@@ -77,7 +77,7 @@ fn a_change_of_the_method_while_time_stands_still_changes_no_velocity_on_the_car
 fn a_card_that_gets_wider_stays_in_the_picture_in_the_same_frame() {
     let text = "(version: 1, bodies: [(name: \"ball\", shape: sphere(radius_m: 1), position_m: (0, 0, -9))])";
     let mut session = Session::new(Scene::parse("card", text).expect("a good scene"), Options::default());
-    session.stage.here.selection = session.stage.body("ball");
+    session.stage.here.selection = session.stage.sim().named("ball");
     let mut clock = FrameClock::default();
     let mut right = |session: &mut Session, x: f64| {
         let put = Action::SetPosition("ball".to_owned(), DVec3::splat(x));
@@ -105,7 +105,7 @@ fn card(scene: Scene, body: &str, ticks: u32) -> Vec<(String, String)> {
     for _ in 0..ticks {
         session.advance(&InputFrame::NOTHING, clock.advance_by(tick).expect("time does not go back"));
     }
-    let body = session.stage.body(body).expect("a body of the scene");
+    let body = session.stage.sim().named(body).expect("a body of the scene");
     let selected = Selected::of(&session.stage, body).expect("a thing");
     rows(&selected, Method::default()).into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
@@ -159,7 +159,7 @@ fn labelled() -> Session {
             (name: \"distant\", position_m: (0, 0, -200)),
         ])";
     let mut session = Session::new(Scene::parse("labels", text).expect("a good scene"), Options::default());
-    let names: Vec<_> = session.stage.sim.scene.names.iter().map(std::borrow::Cow::into_owned).collect();
+    let names: Vec<_> = session.stage.sim().scene.names.iter().map(std::borrow::Cow::into_owned).collect();
     session.view.labels = (0..).zip(names).collect();
     // A body that there is not.
     session.view.labels.push((99, "no body".to_owned()));
@@ -186,10 +186,10 @@ fn words_stand_beside_thin_bodies_and_a_ring_goes_around_all_of_one() {
     let mut session = Session::new(Scene::parse("thin", text).expect("a good scene"), Options::default());
     let reach = |session: &Session| labels(session)[0].reach;
     assert!((reach(&session) - 18.0).abs() < 1e-9, "{}", reach(&session));
-    let mast = session.stage.sim.bodies[0];
+    let mast = session.stage.sim().bodies[0];
     session
         .stage
-        .sim
+        .sim_mut()
         .world
         .entity_mut(mast)
         .insert(Orientation(DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2)));
@@ -201,8 +201,8 @@ fn words_stand_beside_thin_bodies_and_a_ring_goes_around_all_of_one() {
 #[test]
 fn the_label_of_a_removed_body_is_gone_and_others_stay_after_a_reset() {
     let mut session = labelled();
-    let ahead = session.stage.sim.bodies[0];
-    let ahead = session.stage.sim.id(ahead).expect("a body");
+    let ahead = session.stage.sim().bodies[0];
+    let ahead = session.stage.sim().id(ahead).expect("a body");
     session.stage.give(Change::request(Request::Remove(ahead)));
     assert_eq!(labels(&session).len(), 1);
     session.carry_out(Intent::Act(Act::ResetWorld));
@@ -266,7 +266,7 @@ fn a_reset_and_another_scene_have_no_quarantined_bodies_and_a_run_keeps_all() {
         session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
         let names: Vec<_> = session.stage.quarantined_here().iter().map(|body| body.body.as_str()).collect();
         assert_eq!(names, ["ahead"]);
-        let body = session.stage.body("ahead").expect("it is there");
+        let body = session.stage.sim().named("ahead").expect("it is there");
         let why = session.stage.quarantined_because(body).expect("it is quarantined");
         assert!(why.ends_with(" by integrate_acceleration"), "{why}");
     };
@@ -275,7 +275,7 @@ fn a_reset_and_another_scene_have_no_quarantined_bodies_and_a_run_keeps_all() {
     assert!(session.stage.quarantined_here().is_empty());
     assert_eq!(session.stage.quarantined().len(), 1);
     nan(&mut session);
-    let scene = session.stage.scene().clone();
+    let scene = Scene::clone(&session.stage.sim().scene);
     session.open(scene);
     assert!(session.stage.quarantined_here().is_empty());
     nan(&mut session);
@@ -311,8 +311,8 @@ fn the_settings_declare_an_effect_and_say_so_and_a_script_is_refused() {
     let mut session = Session::new(scene, Options::default());
     let mut declared_by = |by| {
         session.stage.change(Change::request(Request::SetGravity(DVec3::Y)), by);
-        let said = session.stage.notices().last().expect("either is told").to_owned();
-        (session.stage.world().contains_resource::<Gravity>(), said)
+        let said = session.stage.notices.texts().last().expect("either is told").to_owned();
+        (session.stage.sim().world.contains_resource::<Gravity>(), said)
     };
     assert_eq!(declared_by(SwitchedBy::Script), (false, "this scene never declared gravity".to_owned()));
     let said = "gravity is declared by the settings now, not by the scene".to_owned();

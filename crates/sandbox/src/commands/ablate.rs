@@ -96,7 +96,7 @@ impl Pictures {
         }
         session.stage.limit_ticks(ticks);
         let (mut clock, mut frame) = (FrameClock::default(), 0_u64);
-        while session.stage.ticks() < ticks {
+        while session.stage.sim().ticks() < ticks {
             frame += 1;
             #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
             let time = clock.advance_to(frame as f64 / scene.step_hz).expect("frames follow one another");

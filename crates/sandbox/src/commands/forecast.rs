@@ -67,16 +67,16 @@ pub(crate) fn run(args: &ForecastArgs) -> Result<(), Failure> {
 const MODE: f64 = 1e-7;
 
 fn modes(name: &str, stage: &mut Stage, count: usize) -> Result<NaturalModes, Failure> {
-    let bodies = stage.world().get_resource::<Groups>().map_or(0, Groups::bodies);
+    let bodies = stage.sim().world.get_resource::<Groups>().map_or(0, Groups::bodies);
     let seconds = MODE * (3.0 * bodies as f64).powi(2) * count as f64;
     check_time(&format!("{name}: natural modes of {bodies} bodies"), seconds)?;
     let _waiting = Waiting::begin("computing natural modes", seconds);
-    Ok(natural_modes(stage.world_mut(), count))
+    Ok(natural_modes(&mut stage.sim_mut().world, count))
 }
 
 fn table(stage: &Stage, rows: &[ForecastRow], found: Option<&NaturalModes>) -> String {
     let mut text =
-        format!("forecast of `{}`, in ticks at {} Hz\n", stage.scene().name, digits(tick_rate(stage)));
+        format!("forecast of `{}`, in ticks at {} Hz\n", stage.sim().scene.name, digits(tick_rate(stage)));
     if rows.is_empty() {
         text += "nothing in it limits the step\n";
     } else {
@@ -138,7 +138,7 @@ fn json(stage: &Stage, rows: &[ForecastRow], found: Option<&NaturalModes>) -> St
         |found| json!({ "lowest": modes(&found.lowest), "highest": modes(&found.highest) }),
     );
     let report = json!({
-        "scene": stage.scene().name,
+        "scene": stage.sim().scene.name,
         "step_hz": number(tick_rate(stage)),
         "forecast": rows.iter().map(forecast_json).collect::<Vec<_>>(),
         "modes": modes,
@@ -148,7 +148,7 @@ fn json(stage: &Stage, rows: &[ForecastRow], found: Option<&NaturalModes>) -> St
 
 /// Ticks per second; frames per second where a tick is a frame.
 fn tick_rate(stage: &Stage) -> f64 {
-    if stage.scene().step == StepKind::Frame { DEFAULT_FPS } else { stage.step_hz() }
+    if stage.sim().scene.step == StepKind::Frame { DEFAULT_FPS } else { stage.step_hz() }
 }
 
 fn frequency_hz(mode: &NaturalMode) -> f64 {

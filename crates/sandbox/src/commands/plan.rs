@@ -42,15 +42,15 @@ pub(crate) fn run(args: &PlanArgs) -> Result<(), Failure> {
 pub fn text(scene: Scene, overrides: Overrides) -> String {
     let options = Options { pictures: false, interpolate: false, overrides, ..Options::default() };
     let mut session = Session::new(scene, options);
-    let LawTexts { between_bodies, on_bodies, damping } = LawTexts::of(session.stage.world_mut());
+    let LawTexts { between_bodies, on_bodies, damping } = LawTexts::of(&mut session.stage.sim_mut().world);
     let [between_bodies, accelerating] = [&between_bodies, &on_bodies].map(joined);
     let damping = joined(&damping);
-    let scene = session.stage.scene();
+    let scene = &session.stage.sim().scene;
     let step = match scene.step {
         StepKind::Fixed => format!("{} Hz", scene.step_hz),
         StepKind::Frame => "the frame's own length".to_owned(),
     };
-    let (method, scene_substeps) = (session.stage.stepper().method(), scene.substeps);
+    let (method, scene_substeps) = (session.stage.sim().stepper.method(), scene.substeps);
     let mut plan = format!(
         "step of `{}`: {}, {step}{}, {} bodies\n",
         scene.name,
@@ -58,7 +58,7 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
         if scene.substeps == 1 { String::new() } else { format!(" in {} substeps", scene.substeps) },
         scene.bodies.len()
     );
-    let systems = session.stage.stepper().systems();
+    let systems = session.stage.sim().stepper.systems();
     let integrating = systems.iter().filter(|system| integrated(system).is_some()).count();
     for (i, system) in systems.iter().enumerate() {
         let name = system.split(['<', ':']).next().unwrap_or(system);
@@ -78,7 +78,7 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
         let [first, second] = if method == Method::ExplicitEuler { [halves[1], halves[0]] } else { halves };
         plan += &format!("     ( {first}, then {second}, one pass over memory, equal bits )\n");
     }
-    for (_, emitter, swarm) in session.stage.scene().swarms() {
+    for (_, emitter, swarm) in session.stage.sim().scene.swarms() {
         let (particles, substeps) = (swarm.launches.len() as u64, swarm.substeps.unwrap_or(scene_substeps));
         plan += &format!(
             "     ( on the graphics device: `{}`, {particles} particles, {}, {substeps} dispatch{} per tick, {} bytes per particle and \

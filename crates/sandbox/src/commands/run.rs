@@ -207,7 +207,7 @@ fn simulate(
         session.stage.limit_ticks(ticks);
     }
     let mut clock = FrameClock::default();
-    while ticks.is_none_or(|ticks| session.stage.ticks() < ticks) || session.stage.frames() == 0 {
+    while ticks.is_none_or(|ticks| session.stage.sim().ticks() < ticks) || session.stage.frames() == 0 {
         if let Some(demonstration) = &mut demonstration {
             demonstration.before_frame(session)?;
         }
@@ -228,14 +228,14 @@ fn simulate(
             }
             quits => quits?,
         };
-        for refusal in session.stage.take_refusals() {
-            tell(&format!("{}: {refusal}", session.stage.scene().name));
+        for refusal in session.stage.notices.take_refusals() {
+            tell(&format!("{}: {refusal}", session.stage.sim().scene.name));
         }
         let found_fault = args.black_box.is_some() && session.stage.fault().is_some();
         if quits || found_fault || outputs.watch.error.is_some() || outputs.refused.is_err() {
             break;
         }
-        progress.set_position(session.stage.ticks());
+        progress.set_position(session.stage.sim().ticks());
         if let FrameEnds::Constant { rate } = ends
             && session.stage.paused()
             && session.stage.arrived()
@@ -260,7 +260,7 @@ fn simulate(
 
 /// An error where the paused `session` has a script whose next step would never come.
 fn refuse_endless_wait(args: &RunArgs, session: &Session, rate: f64) -> Result<(), Failure> {
-    let now = session.stage.ticks();
+    let now = session.stage.sim().ticks();
     let waits = |player: &Player| player.waits_forever(session.stage.frames(), now, rate);
     match session.player().and_then(waits) {
         None => Ok(()),
@@ -276,7 +276,7 @@ const MOST_WARNINGS: usize = 3;
 
 /// Warnings of what would grow without bound; an error if that was asked for.
 fn forecast_start(args: &RunArgs, session: &mut Session, frame: f64) -> Result<Vec<String>, Failure> {
-    let scene = session.stage.scene().name.clone();
+    let scene = session.stage.sim().scene.name.clone();
     let rows = session.tools.forecast_start(&mut session.stage, frame);
     let line = |row: &ForecastRow| format!("{scene} is {}: {}", row.verdict(), row.line());
     let mut lines: Vec<_> = rows.iter().take(MOST_WARNINGS).map(line).collect();
@@ -293,7 +293,7 @@ fn forecast_start(args: &RunArgs, session: &mut Session, frame: f64) -> Result<V
 
 /// Keeps the ledger that was asked for, or that a bound of the energy is checked by.
 fn keep_ledger(args: &RunArgs, session: &mut Session) {
-    if keeps_ledger(args, session.stage.scene()) {
+    if keeps_ledger(args, &session.stage.sim().scene) {
         session.tools.keep_ledger(&mut session.stage);
     }
 }
@@ -308,7 +308,7 @@ const LONG: f64 = 10.0;
 
 /// Announces a long run of bodies that all attract each other.
 fn long_ticks(session: &Session, ticks: u64) -> Option<String> {
-    let scene = session.stage.scene();
+    let scene = &session.stage.sim().scene;
     let AttractionTick { bodies, seconds } = lab::attraction_tick(scene)?;
     #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
     let all = seconds * ticks as f64;

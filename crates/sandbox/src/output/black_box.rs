@@ -41,9 +41,9 @@ pub(crate) fn write(
     let written = finish_bundle(path, file, &session.stage, image.ok().as_ref());
     Some(BlackBox {
         written: written.map(|()| path.to_owned()),
-        tick: session.stage.ticks(),
+        tick: session.stage.sim().ticks(),
         quarantined: fault.quarantined,
-        fault: fault.named(&session.stage.scene().names),
+        fault: fault.named(&session.stage.sim().scene.names),
     })
 }
 

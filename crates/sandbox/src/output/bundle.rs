@@ -14,6 +14,7 @@ use crate::output::files::{Output, OutputPath, output_file};
 use crate::output::pictures::png;
 use crate::output::progress::progress_bar;
 use crate::stage::Stage;
+use crate::stage::notices::Topic;
 use crate::stage::options::Options;
 
 /// Largest file that is read, bytes.
@@ -84,10 +85,13 @@ pub(crate) fn opened(bundle: &Bundle, name: &str, options: Options) -> Result<Se
     session.rewind_before_fault();
     let differences = repetition.differences(&bundle.manifest);
     if !differences.is_empty() {
-        session.stage.notice(format!("{name} does not repeat: {}", differences.join("; ")));
+        session
+            .stage
+            .notices
+            .say(Topic::Other, format!("{name} does not repeat: {}", differences.join("; ")));
     }
     if let Some(fault) = &repetition.fault {
-        session.stage.notice(fault.to_string());
+        session.stage.notices.say(Topic::Other, fault.to_string());
     }
     Ok(session)
 }

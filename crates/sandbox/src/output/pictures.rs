@@ -82,9 +82,9 @@ pub(crate) fn png(image: &Image, stage: &Stage) -> Vec<u8> {
 pub(crate) fn with_settings<T>(stage: &Stage, png: impl FnOnce(&[(&str, &str)]) -> T) -> T {
     let text = [
         ("Software", PROGRAM.to_owned()),
-        ("Scene", stage.scene().name.clone()),
-        ("Tick", stage.ticks().to_string()),
-        ("Method", stage.stepper().method().name().to_owned()),
+        ("Scene", stage.sim().scene.name.clone()),
+        ("Tick", stage.sim().ticks().to_string()),
+        ("Method", stage.sim().stepper.method().name().to_owned()),
         ("StateHash", format!("{:016x}", report::state_hash(stage))),
     ];
     let text: Vec<_> = text.iter().map(|(name, value)| (*name, value.as_str())).collect();

@@ -17,7 +17,7 @@ use crate::tools::forecast::ForecastRow;
 /// order.
 #[must_use]
 pub fn state_hash(stage: &Stage) -> u64 {
-    stage.simulation().hash()
+    stage.sim().hash()
 }
 
 /// A run in numbers.
@@ -30,14 +30,14 @@ impl Summary {
     /// Energy and momentum at the start of a run: the base of its drift.
     #[must_use]
     pub fn start(stage: &mut Stage) -> Totals {
-        totals(stage.world_mut())
+        totals(&mut stage.sim_mut().world)
     }
 
     /// The summary of `session`, which began with `start`; `adapter` drew the pictures, if any were drawn.
     #[must_use]
     pub fn of(session: &mut Session, start: Totals, pictures: u64, adapter: Option<String>) -> Self {
-        let now = totals(session.stage.world_mut());
-        let evaluations = session.stage.evaluations();
+        let now = totals(&mut session.stage.sim_mut().world);
+        let evaluations = session.stage.sim().evaluations();
         // Every law is listed: one that does not act was evaluated 0 times.
         let laws: Map<_, _> = LAWS
             .iter()
@@ -67,11 +67,11 @@ impl Summary {
             .map(|(method, bodies)| (method.name().to_owned(), json!(bodies)))
             .collect();
         let fields = [
-            ("scene", json!(session.stage.scene().name)),
-            ("method", json!(session.stage.stepper().method().name())),
+            ("scene", json!(session.stage.sim().scene.name)),
+            ("method", json!(session.stage.sim().stepper.method().name())),
             ("methods", Value::Object(methods)),
             ("step_hz", number(session.stage.step_hz())),
-            ("ticks", json!(session.stage.ticks())),
+            ("ticks", json!(session.stage.sim().ticks())),
             ("simulated_s", number(session.stage.simulated())),
             ("dropped_s", number(session.stage.dropped())),
             ("force_evaluations", json!(accelerations)),
@@ -90,7 +90,7 @@ impl Summary {
             ("frames", json!(pictures)),
             ("adapter", adapter.map_or(Value::Null, Value::String)),
         ];
-        let swarms = session.stage.scene().swarms();
+        let swarms = session.stage.sim().scene.swarms();
         let without: Vec<_> = swarms.map(|(_, emitter, _)| emitter.name.as_str()).collect();
         let ledger = session.tools.ledger().map(|ledger| ("ledger", ledger_json(ledger, &without)));
         let fields = fields.into_iter().chain(ledger);

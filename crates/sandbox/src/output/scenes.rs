@@ -112,7 +112,7 @@ mod tests {
         let mut session = opened(&path);
         let had = fs::read_to_string(&path).expect("a file");
         change(&mut session, "2.0");
-        let (scene, file) = (session.stage.scene().clone(), session.tools.own_file());
+        let (scene, file) = (scene::Scene::clone(&session.stage.sim().scene), session.tools.own_file());
         session.open(scene::load("tutorial").expect("a scene"));
         session.open_unsaved(scene, file);
         assert!(session.stage.paused() && session.has_unsaved_changes());

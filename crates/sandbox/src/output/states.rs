@@ -98,7 +98,7 @@ impl Causes {
     fn of(stage: &mut Stage) -> Self {
         let mut is_declared = |law: &&str| {
             let effect = Effect::from_name(law);
-            effect.is_some_and(|effect| state(stage.world_mut(), effect) != EffectState::NotDeclared)
+            effect.is_some_and(|effect| state(&mut stage.sim_mut().world, effect) != EffectState::NotDeclared)
         };
         let declared: Vec<_> = LAWS.iter().map(|(law, _)| *law).filter(&mut is_declared).collect();
         let energies = declared.iter().copied().filter(|law| LAWS_WITH_POTENTIAL.contains(law)).collect();
@@ -196,8 +196,8 @@ impl<W: Write + Send> States<W> {
         let bodies: Vec<_> = stage
             .things()
             .filter_map(|thing| {
-                let body = *stage.world().get::<PhysicsBody>(thing)?;
-                let position = stage.world().get::<Transform>(thing)?.position;
+                let body = *stage.sim().world.get::<PhysicsBody>(thing)?;
+                let position = stage.sim().world.get::<Transform>(thing)?.position;
                 let name = stage.name(thing);
                 is_wanted(&name).then_some((thing, name, position, body))
             })
@@ -208,7 +208,7 @@ impl<W: Write + Send> States<W> {
         for (at, (thing, name, position, body)) in bodies.into_iter().enumerate() {
             let moves = moves(stage, thing, &body);
             let mut row =
-                vec![Value::Count(stage.ticks()), Value::Number(stage.simulated()), Value::Text(name)];
+                vec![Value::Count(stage.sim().ticks()), Value::Number(stage.simulated()), Value::Text(name)];
             for (quantity, other) in self.quantities.iter().zip(&others) {
                 let vector = |v: DVec3| v.to_array().map(Value::Number).to_vec();
                 let of_forces = |v: DVec3| if moves { vector(v) } else { vec![Value::Absent; 3] };
@@ -269,13 +269,13 @@ pub(crate) fn csv_of(stage: &mut Stage) -> io::Result<Vec<u8>> {
 /// The position of the body whose distance is asked for.
 fn other(stage: &Stage, quantity: &Quantity) -> Option<DVec3> {
     let Quantity::Distance(name) = quantity else { return None };
-    let body = stage.simulation().named(name)?;
-    stage.world().get::<Transform>(body).map(|transform| transform.position)
+    let body = stage.sim().named(name)?;
+    stage.sim().world.get::<Transform>(body).map(|transform| transform.position)
 }
 
 /// Whether forces move the body.
 fn moves(stage: &Stage, thing: Entity, body: &PhysicsBody) -> bool {
-    let thing = stage.world().entity(thing);
+    let thing = stage.sim().world.entity(thing);
     body.inverse_mass > 0.0 && !thing.contains::<Quarantined>() && !thing.contains::<Dormant>()
 }
 
@@ -291,10 +291,12 @@ impl Caused {
             Self { forces: vec![Vec::new(); bodies.len()], energies: vec![Vec::new(); bodies.len()] };
         let asks = |of: &[Quantity]| quantities.iter().any(|quantity| of.contains(quantity));
         if asks(&[Quantity::Acceleration, Quantity::Force, Quantity::Forces]) {
-            stage.each_force(bodies, |at, cause, newtons| caused.forces[at].push((cause.name(), newtons)));
+            motion::each_force(&stage.sim().world, &stage.pushes(), bodies, |at, cause, newtons| {
+                caused.forces[at].push((cause.name(), newtons));
+            });
         }
         if asks(&[Quantity::Energies]) {
-            each_potential_energy(stage.world(), bodies, |at, law, joules| {
+            each_potential_energy(&stage.sim().world, bodies, |at, law, joules| {
                 caused.energies[at].push((law, joules));
             });
         }

@@ -8,51 +8,29 @@ use bevy_ecs::prelude::*;
 use history::Simulation;
 use lab::cost::Setting;
 use motion::clock::StepClock;
-use motion::{Evaluations, Method, PhysicsBody, Quarantined, Stepper, TimeStep};
-use scene::Scene;
+use motion::{Method, PhysicsBody, Quarantined, TimeStep};
 
+use crate::stage::query;
+use crate::stage::soft::soft_name;
 use crate::stage::{Order, Stage};
 
 impl Stage {
-    /// What runs.
+    /// The simulation.
     #[must_use]
-    pub const fn simulation(&self) -> &Simulation {
+    pub const fn sim(&self) -> &Simulation {
         &self.sim
     }
 
-    /// The scene.
-    #[must_use]
-    pub fn scene(&self) -> &Scene {
-        &self.sim.scene
-    }
-
-    /// The world, to look at.
-    #[must_use]
-    pub const fn world(&self) -> &World {
-        &self.sim.world
-    }
-
-    /// The world, for queries, which need it mutable; input and scripts never write it.
-    pub const fn world_mut(&mut self) -> &mut World {
-        &mut self.sim.world
-    }
-
-    /// The compiled step.
-    #[must_use]
-    pub const fn stepper(&self) -> &Stepper {
-        &self.sim.stepper
+    /// The simulation, for queries and observers that need it mutable. Only [`Self::change`] may change how it moves: what else
+    /// does is not recorded.
+    pub const fn sim_mut(&mut self) -> &mut Simulation {
+        &mut self.sim
     }
 
     /// The selected thing.
     #[must_use]
     pub const fn selection(&self) -> Option<Entity> {
         self.here.selection
-    }
-
-    /// Ticks simulated, over every reset of the world.
-    #[must_use]
-    pub fn ticks(&self) -> u64 {
-        self.sim.ticks()
     }
 
     /// Frames so far.
@@ -78,27 +56,15 @@ impl Stage {
         self.run.dropped
     }
 
-    /// How often laws were evaluated so far, and what solvers did.
-    #[must_use]
-    pub fn evaluations(&self) -> &Evaluations {
-        self.sim.world.resource::<Evaluations>()
-    }
-
     /// Bodies that forces move, by the method that moves them, in the order of [`motion::METHODS`].
     pub fn methods(&self) -> Vec<(Method, usize)> {
         let scene = self.sim.method();
-        let mut bodies = self.query_filtered::<(EntityRef, &PhysicsBody), Without<Quarantined>>();
+        let mut bodies = query::<(EntityRef, &PhysicsBody), Without<Quarantined>>(&self.sim.world);
         let mut counts = BTreeMap::new();
         for (entity, _) in bodies.iter(&self.sim.world).filter(|(_, body)| body.inverse_mass > 0.0) {
             *counts.entry(motion::own_method(entity).unwrap_or(scene)).or_default() += 1;
         }
         counts.into_iter().collect()
-    }
-
-    /// The body of that name, if there is one and it was not removed.
-    #[must_use]
-    pub fn body(&self, name: &str) -> Option<Entity> {
-        self.sim.named(name)
     }
 
     /// Every thing of the scene that was not removed, in stable-id order.
@@ -115,9 +81,8 @@ impl Stage {
     /// Name of a thing of the scene, or of a soft body.
     #[must_use]
     pub fn name(&self, thing: Entity) -> String {
-        let name =
-            self.here.ids.get(&thing).and_then(|id| self.sim.scene.names.get(*id)).map(Cow::into_owned);
-        name.or_else(|| self.soft_name(thing)).unwrap_or_else(|| format!("{thing}"))
+        let name = self.sim.id(thing).and_then(|id| self.sim.scene.names.get(id)).map(Cow::into_owned);
+        name.or_else(|| soft_name(&self.sim, thing)).unwrap_or_else(|| format!("{thing}"))
     }
 
     /// Method and substeps of the bodies without their own.
@@ -129,11 +94,6 @@ impl Stage {
     /// Takes the orders of this frame, which the program outside carries out.
     pub fn take_orders(&mut self) -> Vec<Order> {
         std::mem::take(&mut self.orders)
-    }
-
-    /// Takes the recent refusals: what was requested and not done.
-    pub fn take_refusals(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.refusals)
     }
 
     /// Scene files that were opened or saved, the newest last.

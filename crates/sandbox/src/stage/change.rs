@@ -26,7 +26,7 @@ impl Stage {
         match Change::of(action, &self.sim) {
             Ok(Some(change)) => self.change(change, SwitchedBy::Script),
             Ok(None) => {}
-            Err(gone) => self.refuse(gone.to_string()),
+            Err(gone) => self.notices.refuse(Topic::Other, gone.to_string()),
         }
     }
 
@@ -108,7 +108,7 @@ impl Stage {
     fn refuses(&mut self, methods: impl IntoIterator<Item = Method>, mutual_gravity: bool) -> bool {
         let why = methods.into_iter().find_map(|method| unsolvable(method, mutual_gravity));
         if let Some(why) = why {
-            self.refuse(format!("{why}; take another method"));
+            self.notices.refuse(Topic::Other, format!("{why}; take another method"));
         }
         why.is_some()
     }
@@ -143,7 +143,7 @@ impl Stage {
             return Ok(());
         }
         let error = NeverDeclared(effect);
-        self.refuse(error.to_string());
+        self.notices.refuse(Topic::Other, error.to_string());
         Err(error)
     }
 
@@ -178,7 +178,8 @@ impl Stage {
                     return;
                 }
             } else if motion::effects::state(&mut self.sim.world, effect) == EffectState::NotDeclared {
-                self.notice(format!("{effect} is declared by the settings now, not by the scene"));
+                self.notices
+                    .say(Topic::Other, format!("{effect} is declared by the settings now, not by the scene"));
             }
             self.note_switched(effect, by);
         }
@@ -203,7 +204,7 @@ impl Stage {
             }
             None => {
                 let what = "this scene declares no gravity; the settings (Tab) can add it";
-                self.refuse_about(Topic::Gravity, what);
+                self.notices.refuse(Topic::Gravity, what);
             }
         }
     }

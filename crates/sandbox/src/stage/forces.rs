@@ -11,14 +11,9 @@ impl Stage {
     /// The forces on `body` at its present state, N, by cause; pushes are those of the last tick.
     pub fn forces_on(&self, body: Entity) -> Vec<(ForceCause, DVec3)> {
         let mut forces = Vec::new();
-        self.each_force(&[body], |_, cause, newtons| forces.push((cause, newtons)));
+        let each = |_, cause, newtons| forces.push((cause, newtons));
+        motion::each_force(&self.sim.world, &self.pushes(), &[body], each);
         forces
-    }
-
-    /// Calls `each` with every force on `bodies`, given by their places among them.
-    pub(crate) fn each_force(&self, bodies: &[Entity], each: impl FnMut(usize, ForceCause, DVec3)) {
-        let pushes = self.pushes();
-        motion::each_force(&self.sim.world, &pushes, bodies, each);
     }
 
     /// The pushes of the last tick.

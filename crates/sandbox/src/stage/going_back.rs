@@ -10,6 +10,7 @@ use history::{Event, Fault, Replay};
 use motion::remember_positions;
 
 use crate::stage::notices::Topic;
+use crate::stage::things::Thing;
 use crate::stage::ticks::Look;
 use crate::stage::timeline::{Recorded, Way};
 use crate::stage::{OnFault, Order, Simulated, Stage, prepare};
@@ -51,7 +52,7 @@ impl Stage {
 
     /// Does what was recorded at the end of the last tick.
     fn repeat_events(&mut self) {
-        let now = self.ticks();
+        let now = self.sim.ticks();
         let Some(past) = &self.past else { return };
         let events: Vec<Event> = past.timeline.events_after(now).cloned().collect();
         events.into_iter().for_each(|event| self.give_again(event.what));
@@ -59,7 +60,7 @@ impl Stage {
 
     /// Records a tick that is over, unless it was one that is `repeated`; whether something went wrong in it.
     pub(crate) fn record_after_tick(&mut self, repeated: bool) -> bool {
-        let now = self.ticks();
+        let now = self.sim.ticks();
         let Some(past) = &mut self.past else { return false };
         let at_the_end = repeated && now == *past.timeline.range().end();
         if !repeated {
@@ -140,7 +141,7 @@ impl Stage {
         self.paused = true;
         self.notices.retract(Topic::Place);
         let Some(past) = &mut self.past else {
-            self.refuse("no timeline is kept to go back in");
+            self.notices.refuse(Topic::Other, "no timeline is kept to go back in");
             return;
         };
         let Recorded { timeline, way, .. } = &mut **past;
@@ -153,7 +154,7 @@ impl Stage {
         *way = None;
         match timeline.begin_seek(&self.sim.scene, tick) {
             Ok(seek) => *way = Some(Box::new(Way { seek, tells: false })),
-            Err(broken) => self.notice(broken.to_string()),
+            Err(broken) => self.notices.say(Topic::Other, broken.to_string()),
         }
     }
 
@@ -181,7 +182,7 @@ impl Stage {
     }
 
     fn tell_of_last_good_tick(&mut self) {
-        let now = self.ticks();
+        let now = self.sim.ticks();
         let before = self.fault().is_none_or(|fault| now < fault.tick);
         let which = match self.past.as_ref().is_none_or(|past| past.is_good(now)) {
             true => "the last good tick",
@@ -206,13 +207,14 @@ impl Stage {
             Some((first, now)) if first >= now => {
                 self.notices.say(Topic::Place, "nothing is kept of the time before this tick".to_owned());
             }
-            within => self.begin_seek(within.map_or(self.ticks(), |(_, now)| now).saturating_sub(1)),
+            within => self.begin_seek(within.map_or(self.sim.ticks(), |(_, now)| now).saturating_sub(1)),
         }
     }
 
     /// Replaces the world by one of another tick.
     pub(crate) fn go_on_from(&mut self, replay: Replay) {
-        let (selection, before) = (self.here.selection.and_then(|entity| self.thing(entity)), self.ticks());
+        let (selection, before) =
+            (self.here.selection.and_then(|entity| Thing::of(&self.sim, entity)), self.sim.ticks());
         let Replay { mut simulation, watch } = replay;
         prepare(&mut simulation.world, simulation.bodies.len(), self.run.options);
         simulation.world.run_system_cached(remember_positions).expect("a query and nothing else");
@@ -222,7 +224,7 @@ impl Stage {
         }
         self.here.selection = selection.and_then(|thing| thing.entity(&self.sim));
         if let Some(left) = self.run.ticks_left {
-            self.run.ticks_left = Some(left.saturating_add(before).saturating_sub(self.ticks()));
+            self.run.ticks_left = Some(left.saturating_add(before).saturating_sub(self.sim.ticks()));
         }
         self.keep_pace_with_step();
     }

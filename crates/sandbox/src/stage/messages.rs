@@ -1,59 +1,48 @@
 //! Tells the person: notices, refusals and quarantined bodies, from the state of a stage.
 
+use std::borrow::Cow;
+
 use bevy_ecs::entity::Entity;
-use motion::{Cause, Evaluations, Fault, Quarantine, QuarantineRecord};
+use motion::{Cause, Evaluations, Fault, Quarantine, QuarantineRecord, StableId};
 
 use crate::stage::Stage;
 use crate::stage::notices::{QuarantinedBody, Topic};
-
-/// Refusals that wait to be told.
-const MOST_REFUSALS: usize = 16;
 
 /// So many quarantined bodies of a world are told of, one by one.
 const TOLD: usize = 3;
 
 impl Stage {
-    /// Says something to the person for a few seconds.
-    pub fn notice(&mut self, text: impl Into<String>) {
-        self.notices.say(Topic::Other, text.into());
-    }
-
-    /// The present notices.
-    pub fn notices(&self) -> impl Iterator<Item = &str> {
-        self.notices.texts()
-    }
-
-    /// Says to the person, and to a run that no person looks at, that something was not done.
-    pub(crate) fn refuse(&mut self, what: impl Into<String>) {
-        self.refuse_about(Topic::Other, what);
-    }
-
-    pub(crate) fn refuse_about(&mut self, topic: Topic, what: impl Into<String>) {
-        let what = what.into();
-        if self.refusals.len() < MOST_REFUSALS {
-            self.refusals.push(what.clone());
-        }
-        self.notices.say(topic, what);
-    }
-
     pub(crate) fn note_quarantined(&mut self) {
         let seen = self.here.records_seen;
         let records = self.sim.world.resource::<Quarantine>().records()[seen..].to_vec();
         self.here.records_seen += records.len();
         let times = self.times();
-        for (number, QuarantineRecord { body, tick, cause, .. }) in (seen..).zip(records) {
-            let (body, what, Cause { system, component, fault }) = (self.name(body), cause.what(), cause);
-            if number < TOLD {
-                self.notice(format!("{body} was quarantined at {}: {what}", times.words(tick)));
-            }
-            let cause = match fault {
+        for (number, QuarantineRecord { body, id, other_end, tick, cause }) in (seen..).zip(records) {
+            // A body may have been removed since.
+            let name = |id: Option<StableId>, body: Entity| {
+                let name = id.and_then(|id| self.sim.scene.names.get(id.0)).map(Cow::into_owned);
+                name.unwrap_or_else(|| self.name(body))
+            };
+            let (body, what, Cause { system, component, fault }) = (name(id, body), cause.what(), cause);
+            let fault = match fault {
                 Fault::Law(law) => format!("law {law}"),
-                Fault::Spring(other) => format!("spring to {}", self.name(other)),
+                Fault::Spring(other) => format!("spring to {}", name(other_end, other)),
                 fault => fault.name().to_owned(),
             };
+            if number < TOLD {
+                self.notices
+                    .say(Topic::Other, format!("{body} was quarantined at {}: {what}", times.words(tick)));
+            }
             // A run that continues from the past may repeat what came after.
             if self.run.quarantined.len() == self.run.quarantined_before + number {
-                self.run.quarantined.push(QuarantinedBody { body, tick, what, system, component, cause });
+                self.run.quarantined.push(QuarantinedBody {
+                    body,
+                    tick,
+                    what,
+                    system,
+                    component,
+                    cause: fault,
+                });
             }
         }
     }
@@ -62,7 +51,7 @@ impl Stage {
         let steps = self.sim.world.resource::<Evaluations>().unconverged_steps();
         if self.here.unconverged_before.take_if(|before| steps > *before).is_some() {
             let what = "an implicit step did not converge; a higher step rate may help";
-            self.notices.say(Topic::Unconverged, what.to_owned());
+            self.notices.say(Topic::Unconverged, what);
         }
     }
 

@@ -6,6 +6,9 @@ const NOTICE_S: f64 = 4.0;
 /// Notices without a topic of their own that are shown at once.
 const MOST_OTHERS: usize = 3;
 
+/// Refusals that wait to be told.
+const MOST_REFUSALS: usize = 16;
+
 /// A body that was quarantined, by name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuarantinedBody {
@@ -54,50 +57,69 @@ struct Notice {
 
 /// The notices of a session, oldest first.
 #[derive(Default)]
-pub(crate) struct Notices(Vec<Notice>);
+pub struct Notices {
+    shown: Vec<Notice>,
+    /// Texts of refusals that no one has read yet.
+    refusals: Vec<String>,
+}
 
 impl Notices {
     /// Says something for a few seconds, in place of what was said of its topic before.
-    pub fn say(&mut self, topic: Topic, text: String) {
+    pub(crate) fn say(&mut self, topic: Topic, text: impl Into<String>) {
+        let text = text.into();
         if topic == Topic::Other {
-            self.0.retain(|notice| notice.text != text);
-            let others = self.0.iter().filter(|notice| notice.topic == topic).count();
+            self.shown.retain(|notice| notice.text != text);
+            let others = self.shown.iter().filter(|notice| notice.topic == topic).count();
             if others >= MOST_OTHERS
-                && let Some(oldest) = self.0.iter().position(|notice| notice.topic == topic)
+                && let Some(oldest) = self.shown.iter().position(|notice| notice.topic == topic)
             {
-                self.0.remove(oldest);
+                self.shown.remove(oldest);
             }
         } else {
             self.retract(topic);
         }
-        self.0.push(Notice { topic, text, until: None });
+        self.shown.push(Notice { topic, text, until: None });
+    }
+
+    /// Says to the person, and to a run that no person looks at, that something was not done.
+    pub(crate) fn refuse(&mut self, topic: Topic, what: impl Into<String>) {
+        let what = what.into();
+        if self.refusals.len() < MOST_REFUSALS {
+            self.refusals.push(what.clone());
+        }
+        self.say(topic, what);
+    }
+
+    /// Takes the recent refusals: what was requested and not done.
+    pub fn take_refusals(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.refusals)
     }
 
     /// Takes back what is no longer true.
-    pub fn retract(&mut self, topic: Topic) {
-        self.0.retain(|notice| notice.topic != topic);
+    pub(crate) fn retract(&mut self, topic: Topic) {
+        self.shown.retain(|notice| notice.topic != topic);
     }
 
     /// Takes back what was said of a run that has come to its end.
-    pub fn retract_run(&mut self) {
-        self.0.retain(|notice| notice.topic == Topic::File);
+    pub(crate) fn retract_run(&mut self) {
+        self.shown.retain(|notice| notice.topic == Topic::File);
     }
 
-    pub fn clear(&mut self) {
-        self.0.clear();
+    pub(crate) fn clear(&mut self) {
+        self.shown.clear();
     }
 
     /// Drops those that have been seen long enough at `now`, s.
-    pub fn expire(&mut self, now: f64) {
-        self.0.retain_mut(|notice| now <= *notice.until.get_or_insert(now + NOTICE_S));
+    pub(crate) fn expire(&mut self, now: f64) {
+        self.shown.retain_mut(|notice| now <= *notice.until.get_or_insert(now + NOTICE_S));
     }
 
     /// When the next one goes, s; one that has not been seen yet goes `now`.
-    pub fn next_end(&self, now: f64) -> f64 {
-        self.0.iter().map(|notice| notice.until.unwrap_or(now)).fold(f64::INFINITY, f64::min)
+    pub(crate) fn next_end(&self, now: f64) -> f64 {
+        self.shown.iter().map(|notice| notice.until.unwrap_or(now)).fold(f64::INFINITY, f64::min)
     }
 
     pub fn texts(&self) -> impl Iterator<Item = &str> {
-        self.0.iter().map(|notice| notice.text.as_str())
+        self.shown.iter().map(|notice| notice.text.as_str())
     }
 }

@@ -4,7 +4,11 @@
 
 use bevy_ecs::entity::Entity;
 use glam::DVec3;
-use motion::PhysicsBody;
+use motion::{PhysicsBody, SoftBody};
+
+use crate::stage::Stage;
+use crate::stage::soft::mass;
+use crate::stage::things::Picked;
 
 /// Angular frequency of the spring, 1/s: what is pulled follows within half a second.
 const FREQUENCY: f64 = 8.0;
@@ -37,6 +41,16 @@ pub(crate) struct Pull {
 }
 
 impl Pull {
+    /// A pull of the body that a push at `hit` acts on, if forces move it. It was taken at `place`, m, so `depth` m in front of
+    /// the camera.
+    pub fn of(stage: &Stage, hit: &Picked, place: DVec3, depth: f64) -> Option<Self> {
+        let (body, world) = (hit.pushed?, &stage.sim.world);
+        let state = world.get::<PhysicsBody>(body).filter(|state| state.inverse_mass > 0.0)?;
+        let soft = world.get::<SoftBody>(hit.entity).map(|soft| mass(world, soft));
+        let (mass, offset) = (soft.unwrap_or(state.mass()), place - stage.drawn_position(body)?);
+        Some(Self { body, mass, offset, depth, toward: place, newtons: 0.0, limited: false })
+    }
+
     /// The force on the body at `position`, m, in a tick of `step` seconds, N.
     pub fn force(&mut self, position: DVec3, body: &PhysicsBody, step: f64) -> DVec3 {
         let mass = body.mass();

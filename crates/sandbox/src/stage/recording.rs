@@ -33,7 +33,7 @@ impl Stage {
         let timeline = Timeline::new(&mut self.sim, TIMELINE_BYTES, watch.energy());
         self.past = timeline.map(|timeline| Box::new(Recorded::new(timeline, watch)));
         if self.past.is_none() {
-            self.refuse("too many bodies to go back in time");
+            self.notices.refuse(Topic::Other, "too many bodies to go back in time");
         }
     }
 
@@ -51,7 +51,7 @@ impl Stage {
 
     /// Begins a tick that is not one that is repeated: what was recorded after it is dropped.
     pub(crate) fn leave_recorded_ticks(&mut self) {
-        let now = self.ticks();
+        let now = self.sim.ticks();
         if let Some(past) = &mut self.past {
             past.timeline.forget_after(now);
             // What was gone back behind, and is not ahead any more, is no fault.
@@ -64,7 +64,7 @@ impl Stage {
 
     /// Whether the coming tick is one that was recorded and is repeated.
     pub(crate) fn repeats(&self) -> bool {
-        self.past.as_ref().is_some_and(|past| past.repeats && self.ticks() < *past.timeline.range().end())
+        self.past.as_ref().is_some_and(|past| past.repeats && self.sim.ticks() < *past.timeline.range().end())
     }
 
     /// Gives up a seek, for what was done here made it worthless.
@@ -80,13 +80,13 @@ impl Stage {
         if self.past.is_some() {
             self.orders.push(Order::Bundle);
         } else {
-            self.refuse("no timeline is kept that could be saved");
+            self.notices.refuse(Topic::Other, "no timeline is kept that could be saved");
         }
     }
 
     /// The times of the scene at the ends of recorded ticks.
     pub(crate) fn times(&self) -> Times {
-        let (clock, now) = (self.sim.world.resource::<StepClock>(), self.ticks());
+        let (clock, now) = (self.sim.world.resource::<StepClock>(), self.sim.ticks());
         let began = clock.seconds() - clock.scene_seconds();
         let mut known: Vec<_> = self.past.iter().flat_map(|past| past.timeline.times()).collect();
         known.iter_mut().for_each(|(_, seconds)| *seconds -= began);
@@ -107,7 +107,7 @@ impl Stage {
         let Recorded { timeline, fault, repeats, way, .. } = &**self.past.as_ref()?;
         Some(Within {
             range: timeline.range(),
-            at: way.as_ref().map_or_else(|| self.ticks(), |way| way.seek.to()),
+            at: way.as_ref().map_or_else(|| self.sim.ticks(), |way| way.seek.to()),
             left: way.as_ref().map_or(0, |way| way.seek.ticks_left()),
             keyframes: timeline.keyframes().map(|(tick, _)| tick).collect(),
             times: self.times(),

@@ -2,10 +2,9 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use history::Simulation;
 use motion::{Dormant, PhysicsBody, Push, Quarantined, SoftBody, Transform};
 use scene::SoftBodyName;
-
-use crate::stage::Stage;
 
 /// What the points of a soft body have together.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,26 +25,26 @@ pub(crate) struct SoftSum {
     pub spring_energy: f64,
 }
 
-impl Stage {
-    /// The pushes that a force of `newtons` on `thing` consists of: on a soft body it is shared out by mass, so that
-    /// all points gain the same speed; those that nothing moves get none.
-    pub(crate) fn pushes_on(&self, thing: Entity, newtons: DVec3) -> Vec<Push> {
-        let Some(body) = self.sim.world.get::<SoftBody>(thing) else {
-            return vec![Push { body: thing, newtons }];
-        };
-        let mass = mass(&self.sim.world, body);
-        let share =
-            |(body, point): (Entity, &PhysicsBody)| Push { body, newtons: newtons * (point.mass() / mass) };
-        movable_points(&self.sim.world, body).map(share).collect()
-    }
+/// The pushes that a force of `newtons` on `thing` consists of: on a soft body it is shared out by mass, so that all points gain
+/// the same speed; immovable points get none.
+pub(crate) fn pushes_on(world: &World, thing: Entity, newtons: DVec3) -> Vec<Push> {
+    let Some(body) = world.get::<SoftBody>(thing) else {
+        return vec![Push { body: thing, newtons }];
+    };
+    let mass = mass(world, body);
+    let share =
+        |(body, point): (Entity, &PhysicsBody)| Push { body, newtons: newtons * (point.mass() / mass) };
+    movable_points(world, body).map(share).collect()
+}
 
+impl SoftSum {
     /// What the points of `thing` have together, if it is a soft body that has any.
-    pub(crate) fn soft_sum(&self, thing: Entity) -> Option<SoftSum> {
-        let world = &self.sim.world;
+    pub fn of(simulation: &Simulation, thing: Entity) -> Option<Self> {
+        let world = &simulation.world;
         let body = world.get::<SoftBody>(thing)?;
         let place = |point| Some(world.get::<Transform>(point)?.position);
-        let at_start = |point| match self.here.ids.get(&point) {
-            Some(id) => Some(self.sim.scene.bodies.get(*id as usize)?.position),
+        let at_start = |point| match simulation.id(point) {
+            Some(id) => Some(simulation.scene.bodies.get(id as usize)?.position),
             None => place(point),
         };
         let position = center_of_mass(world, body, place)?;
@@ -57,7 +56,7 @@ impl Stage {
             let [a, b] = spring.ends.map(|end| body.points.get(end as usize).copied().and_then(place));
             Some(spring.elastic.energy(a?.distance(b?)))
         });
-        Some(SoftSum {
+        Some(Self {
             position,
             displacement,
             body: together(world, body),
@@ -69,16 +68,16 @@ impl Stage {
             spring_energy: energies.sum(),
         })
     }
+}
 
-    /// Name of a soft body: its own, or that of its first point up to the first dot.
-    pub(crate) fn soft_name(&self, thing: Entity) -> Option<String> {
-        if let Some(name) = self.sim.world.get::<SoftBodyName>(thing) {
-            return Some(name.0.clone());
-        }
-        let first = self.sim.world.get::<SoftBody>(thing)?.points.first()?;
-        let name = self.sim.scene.names.get(*self.here.ids.get(first)?)?;
-        Some(name.split('.').next().unwrap_or_default().to_owned())
+/// Name of a soft body: its own, or that of its first point up to the first dot.
+pub(crate) fn soft_name(simulation: &Simulation, thing: Entity) -> Option<String> {
+    if let Some(name) = simulation.world.get::<SoftBodyName>(thing) {
+        return Some(name.0.clone());
     }
+    let first = simulation.world.get::<SoftBody>(thing)?.points.first()?;
+    let name = simulation.scene.names.get(simulation.id(*first)?)?;
+    Some(name.split('.').next().unwrap_or_default().to_owned())
 }
 
 /// The points that forces move.

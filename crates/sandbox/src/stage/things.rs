@@ -10,8 +10,8 @@ use scene::FileIndex;
 
 use crate::stage::Stage;
 use crate::stage::forces::{synchronized, synchronized_points};
-use crate::stage::pull::Pull;
-use crate::stage::soft::{center_of_mass, kinetic_energy, mass, together};
+use crate::stage::query;
+use crate::stage::soft::{center_of_mass, kinetic_energy, together};
 
 /// A body or a soft body, in every world of its scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +21,15 @@ pub(crate) enum Thing {
 }
 
 impl Thing {
+    /// The thing that `entity` is, if it is one.
+    pub fn of(simulation: &Simulation, entity: Entity) -> Option<Self> {
+        let soft = || {
+            simulation.world.get::<SoftBody>(entity)?;
+            simulation.world.get::<FileIndex>(entity).copied().map(Self::Soft)
+        };
+        simulation.id(entity).map(Self::Body).or_else(soft)
+    }
+
     /// Its entity in `simulation`, unless it was removed.
     pub fn entity(self, simulation: &Simulation) -> Option<Entity> {
         match self {
@@ -88,22 +97,13 @@ impl Motion {
 }
 
 impl Stage {
-    /// The thing that `entity` is, if it is one.
-    pub(crate) fn thing(&self, entity: Entity) -> Option<Thing> {
-        let soft = || {
-            self.sim.world.get::<SoftBody>(entity)?;
-            self.sim.world.get::<FileIndex>(entity).copied().map(Thing::Soft)
-        };
-        self.here.ids.get(&entity).copied().map(Thing::Body).or_else(soft)
-    }
-
     /// The thing of that name, if there is one.
     pub(crate) fn thing_named(&self, name: &str) -> Option<Thing> {
         let soft = || {
-            let mut softs = self.query_filtered::<Entity, With<SoftBody>>();
+            let mut softs = query::<Entity, With<SoftBody>>(&self.sim.world);
             softs.iter(&self.sim.world).find(|soft| self.name(*soft) == name)
         };
-        self.thing(self.sim.named(name).or_else(soft)?)
+        Thing::of(&self.sim, self.sim.named(name).or_else(soft)?)
     }
 
     /// Where a thing is drawn, m; of a soft body, its center of mass.
@@ -119,54 +119,39 @@ impl Stage {
         Some(drawn(now, self.sim.world.get::<PreviousPosition>(thing), self.here.alpha))
     }
 
-    /// A pull of the body that a push at `hit` acts on, if forces move it. It was taken at `place`, m, so `depth` m in front of the
-    /// camera.
-    pub(crate) fn pull_of(&self, hit: &Picked, place: DVec3, depth: f64) -> Option<Pull> {
-        let body = hit.pushed?;
-        let state = self.sim.world.get::<PhysicsBody>(body).filter(|state| state.inverse_mass > 0.0)?;
-        let soft = self.sim.world.get::<SoftBody>(hit.entity).map(|soft| mass(&self.sim.world, soft));
-        let (mass, offset) = (soft.unwrap_or(state.mass()), place - self.drawn_position(body)?);
-        Some(Pull { body, mass, offset, depth, toward: place, newtons: 0.0, limited: false })
-    }
-
-    /// Whether forces move a thing, or did until it was quarantined; of a soft body, any of its points.
-    pub(crate) fn is_movable(&self, thing: Entity) -> bool {
-        let moves = |body: Entity| {
-            let state = self.sim.world.get::<PhysicsBody>(body);
-            state.is_some_and(|state| state.inverse_mass > 0.0)
-                || self.sim.world.get::<Quarantined>(body).is_some()
-        };
-        match self.sim.world.get::<SoftBody>(thing) {
-            Some(soft) => soft.points.iter().any(|point| moves(*point)),
-            None => moves(thing),
-        }
-    }
-
-    /// Whether something is selected that forces move.
-    pub(crate) fn moves_selection(&self) -> bool {
-        self.here.selection.is_some_and(|thing| self.is_movable(thing))
-    }
-
     /// Selects the next movable thing of the scene, or the one before; after the last one comes the first.
     pub(crate) fn select_neighbor(&mut self, step: isize) {
-        let points = self.points_of_soft_bodies();
-        let softs: Vec<_> = self.query_filtered::<Entity, With<SoftBody>>().iter(&self.sim.world).collect();
+        let points = points_of_soft_bodies(&self.sim.world);
+        let softs: Vec<_> = query::<Entity, With<SoftBody>>(&self.sim.world).iter(&self.sim.world).collect();
         let awake = |thing: &Entity| self.sim.world.get::<Dormant>(*thing).is_none();
         let bodies = self.things().filter(|thing| !points.contains(*thing)).chain(softs);
-        let movable: Vec<_> = bodies.filter(|thing| awake(thing) && self.is_movable(*thing)).collect();
+        let movable: Vec<_> =
+            bodies.filter(|thing| awake(thing) && is_movable(&self.sim.world, *thing)).collect();
         let here = movable.iter().position(|thing| Some(*thing) == self.here.selection);
         let next = here.and_then(|here| movable.get(here.checked_add_signed(step)?));
         let end = if step > 0 { movable.first() } else { movable.last() };
         self.here.selection = next.or(end).copied();
     }
+}
 
-    /// The points of soft bodies, which are never drawn as particles.
-    pub(crate) fn points_of_soft_bodies(&self) -> SoftPoints {
-        let mut bodies = self.query::<&SoftBody>();
-        let mut points = SoftPoints::default();
-        bodies.iter(&self.sim.world).flat_map(|body| &body.points).for_each(|point| points.insert(*point));
-        points
+/// Whether forces move a thing, or did until it was quarantined; of a soft body, any of its points.
+pub(crate) fn is_movable(world: &World, thing: Entity) -> bool {
+    let moves = |body: Entity| {
+        let state = world.get::<PhysicsBody>(body);
+        state.is_some_and(|state| state.inverse_mass > 0.0) || world.get::<Quarantined>(body).is_some()
+    };
+    match world.get::<SoftBody>(thing) {
+        Some(soft) => soft.points.iter().any(|point| moves(*point)),
+        None => moves(thing),
     }
+}
+
+/// The points of soft bodies, which are never drawn as particles.
+pub(crate) fn points_of_soft_bodies(world: &World) -> SoftPoints {
+    let mut points = SoftPoints::default();
+    let mut bodies = query::<&SoftBody, ()>(world);
+    bodies.iter(world).flat_map(|body| &body.points).for_each(|point| points.insert(*point));
+    points
 }
 
 /// Where a body is drawn, `alpha` of the way from the last tick to this one, m.

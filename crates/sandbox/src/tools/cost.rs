@@ -35,7 +35,7 @@ impl Tool for Cost {
         }
         let settings = settings(stage);
         if self.live.as_ref().is_none_or(|live| live.of != settings) {
-            let mut scene = Scene::clone(&stage.sim.scene);
+            let mut scene = Scene::clone(&stage.sim().scene);
             let (method, substeps) = (scene.method, scene.substeps);
             RunSettings { method, substeps, ..settings.clone() }.apply(&mut scene);
             let subject = Subject::of_scene(scene, None);

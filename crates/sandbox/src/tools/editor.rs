@@ -113,7 +113,7 @@ impl Editor {
             return None;
         };
         let inverse = |name: &str| {
-            let body = stage.body(name).and_then(|body| stage.sim.world.get::<PhysicsBody>(body));
+            let body = stage.sim().named(name).and_then(|body| stage.sim().world.get::<PhysicsBody>(body));
             body.map_or(0.0, |body| body.inverse_mass)
         };
         let inverse = inverse(from) + inverse(to);
@@ -123,7 +123,7 @@ impl Editor {
     }
 
     fn file_row(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
-        let scene = &desk.stage.sim.scene;
+        let scene = &desk.stage.sim().scene;
         let unsaved = self.is_unsaved(scene);
         let [can_undo, can_redo] =
             self.document.as_ref().map_or([false; 2], |document| [document.can_undo(), document.can_redo()]);
@@ -154,7 +154,7 @@ impl Editor {
             for (words, list, text) in PARTS {
                 if ui.button(words).clicked() {
                     let mut place = place(desk.stage, desk.view);
-                    let scene = &desk.stage.sim.scene;
+                    let scene = &desk.stage.sim().scene;
                     let name = scene.fresh_name(&words.to_lowercase());
                     let index = scene.count(list);
                     let (path, color) =
@@ -204,7 +204,7 @@ impl Editor {
             ui.weak("Click a body to change it; Ctrl+click selects also what cannot be moved.");
             return;
         };
-        let (path, scene) = (entry.path(), &desk.stage.sim.scene);
+        let (path, scene) = (entry.path(), &desk.stage.sim().scene);
         ui.horizontal_wrapped(|ui| {
             ui.strong(if entry.bodies.len() > 1 && entry.list != "soft_bodies" {
                 format!("{name}: one of {} of {path}", entry.bodies.len())
@@ -246,7 +246,7 @@ impl Editor {
     /// Everything of the scene but its bodies.
     fn of_scene(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let mut changes = Vec::new();
-        let scene = &desk.stage.sim.scene;
+        let scene = &desk.stage.sim().scene;
         CollapsingHeader::new("The scene").show(ui, |ui| {
             let own = |field: &scene::Field| {
                 let elsewhere = [scene::Kind::Group, scene::Kind::Other].contains(&field.kind);
@@ -308,7 +308,7 @@ impl Tool for Editor {
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         self.laid_out = true;
-        self.form.read(&desk.stage.sim.scene);
+        self.form.read(&desk.stage.sim().scene);
         self.leave_entry(desk);
         self.file_row(ui, desk);
         self.add_row(ui, desk);
@@ -339,7 +339,7 @@ impl Tool for Editor {
                 self.save_scene(stage);
                 Vec::new()
             }
-            Intent::Act(Act::SaveBundle) if self.is_unsaved(&stage.sim.scene) => {
+            Intent::Act(Act::SaveBundle) if self.is_unsaved(&stage.sim().scene) => {
                 vec![Intent::Act(Act::SaveScene)]
             }
             Intent::Act(_)
@@ -381,7 +381,7 @@ impl Tool for Editor {
         let mut moved = || {
             let handle = self.handle.take().filter(|handle| handle.by != DVec3::ZERO)?;
             let path = selected_entry(stage)?.0.path();
-            Some(Intent::Rewrite(stage.sim.scene.shifted(&path, handle.by), Some(path)))
+            Some(Intent::Rewrite(stage.sim().scene.shifted(&path, handle.by), Some(path)))
         };
         moved().into_iter().collect()
     }
@@ -421,7 +421,7 @@ impl Tool for Editor {
 
 /// Asks for changes of the scene's text, if there are any; what names the bodies of an entry follows its name.
 fn change(desk: &mut Desk<'_>, changes: Vec<Change>, select: Option<String>) {
-    let scene = &desk.stage.sim.scene;
+    let scene = &desk.stage.sim().scene;
     let follow = |change: Change| match name_of(&change) {
         Some((path, name)) => scene.named(path, &name),
         None => vec![change],
@@ -443,8 +443,8 @@ fn name_of(change: &Change) -> Option<(&str, String)> {
 
 /// Length of a substep, s.
 fn substep(stage: &Stage) -> f64 {
-    let substeps = stage.sim.world.resource::<Substeps>().0;
-    stage.sim.world.resource::<TimeStep>().0 / f64::from(substeps)
+    let substeps = stage.sim().world.resource::<Substeps>().0;
+    stage.sim().world.resource::<TimeStep>().0 / f64::from(substeps)
 }
 
 /// In the middle of the view, on what is seen there.

@@ -4,7 +4,6 @@ mod panel;
 mod state;
 
 use egui::{Align2, Ui};
-use motion::Evaluations;
 
 use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
@@ -25,6 +24,6 @@ impl Tool for Effects {
 
     /// Counts evaluations per step from here on: what was counted before was another world.
     fn restart(&mut self, stage: &mut Stage) {
-        self.seen = (stage.ticks(), stage.sim.world.resource::<Evaluations>().laws().to_vec());
+        self.seen = (stage.sim().ticks(), stage.sim().evaluations().laws().to_vec());
     }
 }

@@ -42,11 +42,11 @@ impl Tool for Ghosts {
         if self.twins.is_some() {
             return true;
         }
-        if stage.sim.bodies.len() > MOST_BODIES {
-            stage.notice(format!("more than {MOST_BODIES} bodies: too many for ghosts"));
+        if stage.sim().bodies.len() > MOST_BODIES {
+            stage.notices.say(Topic::Other, format!("more than {MOST_BODIES} bodies: too many for ghosts"));
             return false;
         }
-        self.begin(&mut stage.sim, BTreeSet::new());
+        self.begin(stage.sim_mut(), BTreeSet::new());
         true
     }
 
@@ -93,7 +93,7 @@ impl Tool for Ghosts {
 
     fn restart(&mut self, stage: &mut Stage) {
         if let Some(Twins { hidden, .. }) = self.twins.take() {
-            self.begin(&mut stage.sim, hidden);
+            self.begin(stage.sim_mut(), hidden);
         }
     }
 

@@ -33,6 +33,6 @@ impl Tool for Graphs {
         if std::mem::take(&mut self.renamed) {
             self.go_on_with_names(stage);
         }
-        self.go_to(stage.sim.world.resource::<StepClock>().scene_seconds());
+        self.go_to(stage.sim().world.resource::<StepClock>().scene_seconds());
     }
 }

@@ -47,7 +47,7 @@ impl Tool for Learn {
 
     fn after_ticks(&mut self, stage: &mut Stage, _: &View, open: bool, _: FrameTime) {
         self.shown = open;
-        let falls = stage.sim.world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on);
+        let falls = stage.sim().world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on);
         self.tried = [self.tried[0] || stage.here.pull.is_some(), self.tried[1] || falls];
     }
 
@@ -55,7 +55,7 @@ impl Tool for Learn {
         let body = self
             .points_at()
             .filter(|_| self.shown && self.is_at_home(stage))
-            .and_then(|name| stage.body(name));
+            .and_then(|name| stage.sim().named(name));
         if let Some((_, label)) = body.and_then(|body| view.label(stage, body, "", around)) {
             marks::ring(painter, &label, &[(5.0, Color32::from_black_alpha(140)), (2.5, marks::POINTER)]);
         }

@@ -33,14 +33,14 @@ impl Tool for Settings {
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let selected = desk.stage.here.selection.and_then(|thing| Selected::of(desk.stage, thing));
         let (stage, intents) = (&*desk.stage, &mut *desk.intents);
-        let method = stage.sim.method();
+        let method = stage.sim().method();
         mouse_hint(ui, desk.view);
         gravity(ui, stage, intents);
         ui.separator();
         damping(ui, stage, intents);
         ui.separator();
         ui.horizontal(|ui| {
-            let mut rate = 1.0 / stage.sim.world.resource::<TimeStep>().0;
+            let mut rate = 1.0 / stage.sim().world.resource::<TimeStep>().0;
             ui.label("step_hz");
             if ui.add(DragValue::new(&mut rate).range(STEP_HZ).speed(1.0).suffix(" Hz")).changed() {
                 intents.push(Intent::Change(Change::Step(1.0 / rate), SwitchedBy::Settings));
@@ -50,7 +50,7 @@ impl Tool for Settings {
         method::of_scene(ui, method, intents);
         ui.separator();
         match &selected {
-            Some(selected) => body(ui, (stage.sim.id(selected.entity), selected), method, intents),
+            Some(selected) => body(ui, (stage.sim().id(selected.entity), selected), method, intents),
             None => {
                 ui.weak("select a body to edit its mass, velocity and method");
             }
@@ -65,7 +65,7 @@ fn ask(request: Request<u32>) -> Intent {
 
 fn gravity(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     ui.label("gravity");
-    let declared = stage.sim.world.get_resource::<Gravity>();
+    let declared = stage.sim().world.get_resource::<Gravity>();
     let mut on = declared.is_some_and(|gravity| gravity.on);
     if ui.checkbox(&mut on, "on").changed() {
         intents.push(ask(match declared {
@@ -88,7 +88,7 @@ fn gravity(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
 
 fn damping(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     ui.label("damping");
-    let declared = stage.sim.world.get_resource::<Damping>().copied();
+    let declared = stage.sim().world.get_resource::<Damping>().copied();
     let declared = declared.unwrap_or(Damping { model: DampingModel::default(), rate: 0.0 });
     let mut changed = declared;
     ui.horizontal(|ui| {

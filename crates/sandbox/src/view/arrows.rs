@@ -7,6 +7,7 @@ use render::{Frame, Line};
 
 use crate::stage::Stage;
 use crate::stage::forces::add_to;
+use crate::stage::query;
 use crate::view::View;
 
 const VELOCITY_COLOR: [f32; 4] = [0.3, 0.75, 1.0, 1.0];
@@ -58,7 +59,7 @@ impl View {
         let (bodies, eye) = (movable(stage), self.camera.position);
         let entities: Vec<_> = bodies.iter().map(|(entity, ..)| *entity).collect();
         let mut by_cause = vec![Vec::<(&'static str, DVec3)>::new(); bodies.len()];
-        stage.each_force(&entities, |place, cause, newtons| {
+        motion::each_force(&stage.sim().world, &stage.pushes(), &entities, |place, cause, newtons| {
             add_to(&mut by_cause[place], cause.name(), newtons);
         });
         for forces in &mut by_cause {
@@ -99,8 +100,8 @@ impl View {
 
 /// Every movable body that is there, its position, m, and its velocity, m/s.
 fn movable(stage: &Stage) -> Vec<(Entity, DVec3, DVec3)> {
-    let mut bodies = stage.query_filtered::<(Entity, &Transform, &PhysicsBody), Without<Dormant>>();
-    let bodies = bodies.iter(&stage.sim.world).filter(|(.., body)| body.inverse_mass > 0.0);
+    let mut bodies = query::<(Entity, &Transform, &PhysicsBody), Without<Dormant>>(&stage.sim().world);
+    let bodies = bodies.iter(&stage.sim().world).filter(|(.., body)| body.inverse_mass > 0.0);
     bodies.map(|(entity, transform, body)| (entity, transform.position, body.velocity)).collect()
 }
 

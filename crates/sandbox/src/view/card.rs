@@ -49,7 +49,7 @@ pub(crate) struct Selected {
 
 impl Selected {
     pub(crate) fn of(stage: &Stage, entity: Entity) -> Option<Self> {
-        match stage.soft_sum(entity) {
+        match SoftSum::of(stage.sim(), entity) {
             Some(soft) => Some(Self::of_points(stage, entity, soft)),
             None => Self::of_thing(stage, entity),
         }
@@ -58,7 +58,7 @@ impl Selected {
     /// A soft body as its center of mass.
     fn of_points(stage: &Stage, entity: Entity, mut soft: SoftSum) -> Self {
         let pushes = stage.pushes();
-        soft.body = synchronized_points(&stage.sim.world, &pushes, entity, soft.body);
+        soft.body = synchronized_points(&stage.sim().world, &pushes, entity, soft.body);
         Self {
             entity,
             name: stage.name(entity),
@@ -73,18 +73,18 @@ impl Selected {
     }
 
     fn of_thing(stage: &Stage, entity: Entity) -> Option<Self> {
-        let position = stage.sim.world.get::<Transform>(entity)?.position;
+        let position = stage.sim().world.get::<Transform>(entity)?.position;
         let start =
-            stage.here.ids.get(&entity).map_or(position, |id| stage.sim.scene.bodies[*id as usize].position);
+            stage.sim().id(entity).map_or(position, |id| stage.sim().scene.bodies[id as usize].position);
         let forces = stage.forces_on(entity);
         Some(Self {
             entity,
             name: stage.name(entity),
             position,
             displacement: position - start,
-            body: synchronized(&stage.sim.world, entity, &forces),
+            body: synchronized(&stage.sim().world, entity, &forces),
             forces: Self::named(stage, &forces),
-            own_method: stage.sim.world.get_entity(entity).ok().and_then(motion::own_method),
+            own_method: stage.sim().world.get_entity(entity).ok().and_then(motion::own_method),
             quarantined: stage.quarantined_because(entity),
             soft: None,
         })

@@ -68,7 +68,7 @@ pub(crate) fn show(painter: &Painter, stage: &Stage, view: &View) {
         true => at(painter, NOTICES_IN_COCKPIT_AT) + Vec2::Y * corner,
         false => at(painter, NOTICES_AT),
     };
-    notices(painter, notices_at, stage.notices(), size(painter, view) * 0.8);
+    notices(painter, notices_at, stage.notices.texts(), size(painter, view) * 0.8);
     if view.mode == Mode::Camera {
         cross_hair(painter, painter.clip_rect().center());
     }
@@ -83,8 +83,8 @@ pub(crate) fn caption(painter: &Painter, stage: &Stage, view: &View, words: &str
     let lines = wrapped(painter, words, &font, 0.94 * painter.clip_rect().width());
     write(Vec2::new(2.0, 98.0), Align2::LEFT_BOTTOM, &lines);
     if !view.has_bars() {
-        let seconds = stage.sim.world.resource::<StepClock>().scene_seconds();
-        let step = stage.sim.world.resource::<TimeStep>().0;
+        let seconds = stage.sim().world.resource::<StepClock>().scene_seconds();
+        let step = stage.sim().world.resource::<TimeStep>().0;
         write(Vec2::new(2.0, 3.0), Align2::LEFT_TOP, &format!("t = {}", scene_time(seconds, step)));
         scale_bar(painter, stage, view, &font);
     }
@@ -172,7 +172,7 @@ fn words(painter: &Painter, stage: &Stage, view: &View) -> (Vec<Words>, f32) {
 /// The words of the tutorial, and where they stand.
 fn tutorial(stage: &Stage, view: &View) -> Vec<(Vec2, String)> {
     let mut all = Vec::new();
-    if stage.sim.scene.push.is_some() {
+    if stage.sim().scene.push.is_some() {
         all.push((CLICK_FORCE_AT, format!("Click Force:{:.6}", view.click_force)));
     }
     match (view.locked, stage.here.selection) {
@@ -185,7 +185,7 @@ fn tutorial(stage: &Stage, view: &View) -> Vec<(Vec2, String)> {
         Mode::Selection => "camera",
     };
     all.push((MODE_HINT_AT, format!("Press Q to change to {other} mode!")));
-    if let Some(gravity) = stage.sim.world.get_resource::<Gravity>() {
+    if let Some(gravity) = stage.sim().world.get_resource::<Gravity>() {
         all.push((GRAVITY_AT, format!("(G)ravity {}", if gravity.on { "on" } else { "off" })));
     }
     all
@@ -217,21 +217,21 @@ fn notices<'a>(painter: &Painter, mut place: Pos2, notices: impl Iterator<Item =
 
 /// How many bodies there are, and particles on the graphics device.
 pub(crate) fn bodies(stage: &Stage) -> String {
-    let bodies = stage.sim.bodies.len();
-    let particles = stage.sim.scene.swarm_particles();
+    let bodies = stage.sim().bodies.len();
+    let particles = stage.sim().scene.swarm_particles();
     let more = if particles > 0 { format!(", {particles} particles") } else { String::new() };
     format!("{bodies} {}{more}", if bodies == 1 { "body" } else { "bodies" })
 }
 
 /// The scene and its clock, each in a line; of what the shell measured, one while the run is not paused.
 fn clock(stage: &Stage, view: &View) -> Vec<String> {
-    let (stepper, world) = (&stage.sim.stepper, &stage.sim.world);
+    let (stepper, world) = (&stage.sim().stepper, &stage.sim().world);
     let own = if stepper.plan().own.is_empty() { "" } else { " and bodies' own" };
     let method = stepper.method().claims().title;
     let scene_s = world.resource::<StepClock>().scene_seconds();
     let step = world.resource::<TimeStep>().0;
     let mut lines = vec![
-        format!("{}   {}   {method}{own}", stage.sim.scene.name, bodies(stage)),
+        format!("{}   {}   {method}{own}", stage.sim().scene.name, bodies(stage)),
         format!("{} at {}", scene_time(scene_s, step), tick_rate(step)),
     ];
     // Paused, frames are drawn when something changes.

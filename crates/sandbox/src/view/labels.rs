@@ -39,7 +39,7 @@ impl View {
     pub(crate) fn visible_labels(&self, stage: &Stage) -> Vec<Label> {
         let labels = self.labels.iter();
         let mut seen: Vec<_> = labels
-            .filter_map(|(id, text)| self.label(stage, *stage.sim.bodies.get(*id as usize)?, text, beside))
+            .filter_map(|(id, text)| self.label(stage, *stage.sim().bodies.get(*id as usize)?, text, beside))
             .collect();
         seen.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         seen.into_iter().map(|(_, label)| label).collect()
@@ -48,12 +48,12 @@ impl View {
     /// What marks the body that a fault is about, while the run stands next to it.
     pub(crate) fn fault_mark(&self, stage: &Stage) -> Option<Label> {
         let fault = stage.fault().filter(|_| stage.paused())?;
-        let words = match stage.ticks().checked_sub(fault.tick) {
-            None if stage.ticks() + 1 == fault.tick => "goes wrong in the next tick".to_owned(),
+        let words = match stage.sim().ticks().checked_sub(fault.tick) {
+            None if stage.sim().ticks() + 1 == fault.tick => "goes wrong in the next tick".to_owned(),
             Some(0) => "went wrong in this tick".to_owned(),
             _ => format!("goes wrong at {}", stage.times().words(fault.tick)),
         };
-        let body = *stage.sim.bodies.get(fault.body? as usize)?;
+        let body = *stage.sim().bodies.get(fault.body? as usize)?;
         let label = self.label(stage, body, &format!("{} {words}", stage.name(body)), around);
         label.map(|(_, label)| label)
     }
@@ -71,9 +71,9 @@ impl View {
         let distance = (place - view.position).dot(view.forward());
         let drawn = (view.near_m..=view.far_m).contains(&distance);
         let (at, inside) = self.seen_at(place).filter(|_| drawn)?;
-        let turned = stage.sim.world.get::<Orientation>(thing).map_or(DQuat::IDENTITY, |turned| turned.0);
+        let turned = stage.sim().world.get::<Orientation>(thing).map_or(DQuat::IDENTITY, |turned| turned.0);
         let reach = stage
-            .sim
+            .sim()
             .world
             .get::<Shape>(thing)
             .map_or(0.0, |shape| reach(shape, turned.inverse() * view.right()));

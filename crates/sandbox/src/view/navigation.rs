@@ -7,6 +7,7 @@ use pick::Shape;
 use scene::{BodySpec, CameraSpec, EmitterSpec, Scene};
 
 use crate::stage::Stage;
+use crate::stage::things::Thing;
 use crate::view::View;
 
 /// Degrees per point of a drag around a place.
@@ -87,7 +88,7 @@ impl View {
     #[must_use]
     pub fn wants_frame(&self, stage: &Stage) -> bool {
         let Some((middle, radius)) = extent(stage) else { return false };
-        stage.sim.scene.camera == CameraSpec::TUTORIAL
+        stage.sim().scene.camera == CameraSpec::TUTORIAL
             && self.camera.position.distance(middle) > FAR * self.framed_distance(radius)
     }
 
@@ -103,7 +104,7 @@ impl View {
     /// began, so that the number changes with the camera alone.
     pub(crate) fn pixels_per_meter(&self, stage: &Stage) -> Option<f64> {
         let followed = self.locked.as_ref().and_then(|_| extent(stage));
-        let (middle, _) = followed.or_else(|| extent_at_start(&stage.sim.scene))?;
+        let (middle, _) = followed.or_else(|| extent_at_start(&stage.sim().scene))?;
         let [at, aside] = [middle, middle + self.viewpoint().right()].map(|place| self.seen_at(place));
         Some(at?.0.distance(aside?.0)).filter(|pixels| pixels.is_finite() && *pixels > 0.0)
     }
@@ -135,7 +136,7 @@ impl View {
     pub(crate) fn toggle_lock(&mut self, stage: &Stage) {
         self.locked = match self.locked {
             Some(_) => None,
-            None => stage.here.selection.and_then(|entity| stage.thing(entity)),
+            None => stage.here.selection.and_then(|entity| Thing::of(stage.sim(), entity)),
         };
     }
 }
@@ -143,7 +144,7 @@ impl View {
 /// The bodies that move, and the points of soft bodies.
 fn moving(stage: &Stage) -> impl Iterator<Item = Entity> {
     let moves = |thing: &Entity| {
-        let body = stage.sim.world.get::<PhysicsBody>(*thing);
+        let body = stage.sim().world.get::<PhysicsBody>(*thing);
         body.is_some_and(|body| body.inverse_mass > 0.0)
     };
     stage.things().filter(moves)
@@ -153,7 +154,7 @@ fn moving(stage: &Stage) -> impl Iterator<Item = Entity> {
 fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
     let mut things: Vec<_> = match stage.here.selection {
         Some(thing) => {
-            let soft = stage.sim.world.get::<SoftBody>(thing);
+            let soft = stage.sim().world.get::<SoftBody>(thing);
             soft.map_or_else(|| vec![thing], |soft| soft.points.clone())
         }
         None => moving(stage).collect(),
@@ -162,12 +163,13 @@ fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
         things = stage.things().collect();
     }
     let balls = things.iter().filter_map(|thing| {
-        let radius = stage.sim.world.get::<Shape>(*thing).map_or(0.0, Shape::bounding_radius);
+        let radius = stage.sim().world.get::<Shape>(*thing).map_or(0.0, Shape::bounding_radius);
         Some((stage.drawn_position(*thing)?, radius)).filter(|(place, _)| place.is_finite())
     });
     let whole = stage.here.selection.is_none();
-    let swarms = stage.sim.scene.emitters.iter().filter(|_| whole);
-    let balls: Vec<_> = balls.chain(swarms.filter_map(|emitter| reach(&stage.sim.scene, emitter))).collect();
+    let swarms = stage.sim().scene.emitters.iter().filter(|_| whole);
+    let balls: Vec<_> =
+        balls.chain(swarms.filter_map(|emitter| reach(&stage.sim().scene, emitter))).collect();
     let least = balls.iter().map(|(place, radius)| *place - *radius).reduce(DVec3::min)?;
     let most = balls.iter().map(|(place, radius)| *place + *radius).reduce(DVec3::max)?;
     let middle = (least + most) / 2.0;

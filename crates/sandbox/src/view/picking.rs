@@ -6,7 +6,8 @@ use motion::{Dormant, Orientation, PhysicsBody, PreviousPosition, Quarantined, S
 use pick::{Chunk, Drawn, Ray, Shape, SoftPoint, Viewpoint};
 
 use crate::stage::Stage;
-use crate::stage::things::{Picked, drawn};
+use crate::stage::query;
+use crate::stage::things::{Picked, drawn, is_movable};
 use crate::view::picture::find_points;
 use crate::view::{Mode, View};
 
@@ -91,14 +92,14 @@ impl View {
 
     /// Whether the ground is drawn in place of a body.
     fn is_in_place_of_ground(&self, stage: &Stage, body: Entity) -> bool {
-        let shape = stage.sim.world.get::<Shape>(body);
+        let shape = stage.sim().world.get::<Shape>(body);
         shape.is_some_and(|shape| self.is_ground(stage, body, shape))
     }
 
     fn cast_through(&self, stage: &Stage, ray: &Ray, drawn: Drawn) -> Option<Picked> {
         let through = &ray.through(drawn);
         let solid = self.seen.targets.cast(through).map(|hit| (hit.entity, hit.distance, Some(hit.entity)));
-        let soft = self.seen.soft.cast(through, self.thinnest(), |body| stage.sim.world.get(body));
+        let soft = self.seen.soft.cast(through, self.thinnest(), |body| stage.sim().world.get(body));
         let soft = soft.map(|hit| (hit.entity, hit.distance, hit.pushed));
         let disc = self.disc_on(ray, drawn).map(|(entity, distance)| (entity, distance, Some(entity)));
         // Of equally close ones the solid one.
@@ -131,7 +132,9 @@ impl View {
             return None;
         }
         let ray = self.picking_ray();
-        self.cast(stage, &ray).map(|hit| hit.entity).filter(|thing| immovable || stage.is_movable(*thing))
+        self.cast(stage, &ray)
+            .map(|hit| hit.entity)
+            .filter(|thing| immovable || is_movable(&stage.sim().world, *thing))
     }
 
     /// Smallest radius with which ropes are drawn, as a share of the distance.
@@ -152,14 +155,11 @@ impl View {
         if seen.version == version && seen.targets.anchor() == camera.position {
             return;
         }
-        let (world, alpha) = (&stage.sim.world, stage.here.alpha);
-        let mut things = stage.query_filtered::<(
-            Entity,
-            &Transform,
-            Option<&PreviousPosition>,
-            &Shape,
-            Option<&Orientation>,
-        ), Without<Dormant>>();
+        let (world, alpha) = (&stage.sim().world, stage.here.alpha);
+        let mut things = query::<
+            (Entity, &Transform, Option<&PreviousPosition>, &Shape, Option<&Orientation>),
+            Without<Dormant>,
+        >(&stage.sim().world);
         let tables = things.contiguous_iter(world).expect("every component of a thing is stored in tables");
         let chunks = tables.map(|(entities, transforms, previous, shapes, orientations)| Chunk {
             entities,
@@ -169,11 +169,11 @@ impl View {
             orientations,
         });
         seen.targets.update(camera.position, alpha, chunks);
-        let mut bodies = stage.query::<(Entity, &SoftBody)>();
-        let mut points = stage.query_filtered::<
+        let mut bodies = query::<(Entity, &SoftBody), ()>(&stage.sim().world);
+        let mut points = query::<
             (&Transform, Option<&PreviousPosition>, &PhysicsBody),
             (Without<Quarantined>, Without<Dormant>),
-        >();
+        >(&stage.sim().world);
         let points = points.query(world);
         let point = |entity| {
             let (now, before, body) = points.get(entity).ok()?;

@@ -10,7 +10,8 @@ use scene::{Appearance, PointRadius};
 
 use crate::stage::Stage;
 use crate::stage::options::Words;
-use crate::stage::things::drawn;
+use crate::stage::query;
+use crate::stage::things::{drawn, is_movable, points_of_soft_bodies};
 use crate::view::swarms::{EXPOSURE_S, FADES_IN};
 use crate::view::{View, art};
 
@@ -70,7 +71,7 @@ impl View {
                 #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
                 far_m: view.far_m as f32,
             },
-            light: stage.sim.scene.light.map(|light| match own_look {
+            light: stage.sim().scene.light.map(|light| match own_look {
                 true => self.lamp.seen_from(eye, light.shadows),
                 false => Light {
                     position: (light.position - eye).as_vec3(),
@@ -106,12 +107,12 @@ impl View {
     }
 
     fn add_shapes(&self, stage: &Stage, frame: &mut Frame, hovered: Option<Entity>) {
-        let mut looks = stage.query::<&Appearance>();
+        let mut looks = query::<&Appearance, ()>(&stage.sim().world);
         let (own_look, has_ground) = (frame.soft, frame.ground.is_some());
         let targets = &self.seen.targets;
         let (xs, ys, zs) = targets.positions();
         for (i, entity) in targets.entities().iter().enumerate() {
-            let look = looks.get(&stage.sim.world, *entity).copied().unwrap_or(PLAIN);
+            let look = looks.get(&stage.sim().world, *entity).copied().unwrap_or(PLAIN);
             let selected = stage.here.selection == Some(*entity);
             let shape = targets.shape(i);
             let mut surface = if look.checker && !own_look { render::CHECKER } else { 0 };
@@ -120,7 +121,7 @@ impl View {
             }
             let color = match own_look {
                 true if has_ground && surface == 0 && self.is_ground(stage, *entity, shape) => continue,
-                true => art::color(look, shape, stage.is_movable(*entity)),
+                true => art::color(look, shape, is_movable(&stage.sim().world, *entity)),
                 false => look.color,
             };
             let [r, g, b] = color;
@@ -194,11 +195,12 @@ impl View {
     /// Whether the ground is drawn in place of a body.
     pub(super) fn is_ground(&self, stage: &Stage, body: Entity, shape: &Shape) -> bool {
         let height = stage.drawn_position(body).map(|place| place.y);
-        !stage.is_movable(body) && height.is_some_and(|height| self.ground.replaces(shape, height))
+        !is_movable(&stage.sim().world, body)
+            && height.is_some_and(|height| self.ground.replaces(shape, height))
     }
 
     fn add_trails(&self, stage: &Stage, frame: &mut Frame) {
-        let (world, eye) = (&stage.sim.world, self.camera.position);
+        let (world, eye) = (&stage.sim().world, self.camera.position);
         for (body, points) in self.trail.until(stage.drawn_at()) {
             let color = world.get::<Appearance>(body).copied().unwrap_or(PLAIN).color;
             let [r, g, b] = if frame.paper { color.map(|channel| 0.6 * channel) } else { trail_color(color) };
@@ -239,17 +241,20 @@ pub(super) struct Point {
 /// Sets `points` to all bodies that are drawn as points.
 pub(super) fn find_points(stage: &Stage, points: &mut Vec<Point>) {
     let alpha = stage.here.alpha;
-    let of_soft_bodies = stage.points_of_soft_bodies();
+    let of_soft_bodies = points_of_soft_bodies(&stage.sim().world);
     let fades = fades(stage);
-    let mut bodies = stage.query_filtered::<(
-        Entity,
-        &Transform,
-        &PhysicsBody,
-        Option<&PreviousPosition>,
-        Option<&Appearance>,
-        Option<&PointRadius>,
-    ), (Without<Shape>, Without<Dormant>)>();
-    let bodies = bodies.iter(&stage.sim.world).filter(|(entity, ..)| !of_soft_bodies.contains(*entity));
+    let mut bodies = query::<
+        (
+            Entity,
+            &Transform,
+            &PhysicsBody,
+            Option<&PreviousPosition>,
+            Option<&Appearance>,
+            Option<&PointRadius>,
+        ),
+        (Without<Shape>, Without<Dormant>),
+    >(&stage.sim().world);
+    let bodies = bodies.iter(&stage.sim().world).filter(|(entity, ..)| !of_soft_bodies.contains(*entity));
     points.clear();
     points.extend(bodies.map(|(entity, now, body, before, look, radius)| Point {
         entity,
@@ -263,9 +268,10 @@ pub(super) fn find_points(stage: &Stage, points: &mut Vec<Point>) {
 
 /// How much is left to see of each particle of an emitter, by the index of its entity.
 fn fades(stage: &Stage) -> Vec<Option<f32>> {
-    let now = stage.sim.world.resource::<StepClock>().scene_seconds();
+    let now = stage.sim().world.resource::<StepClock>().scene_seconds();
     let mut fades = Vec::new();
-    for (emitter, emission) in stage.query::<(&Emitter, &Emission)>().iter(&stage.sim.world) {
+    for (emitter, emission) in query::<(&Emitter, &Emission), ()>(&stage.sim().world).iter(&stage.sim().world)
+    {
         let last = emitter.pool.iter().map(|body| body.index_u32() as usize + 1).max().unwrap_or(0);
         fades.resize(last.max(fades.len()), None);
         for (body, number) in emitter.pool.iter().zip(emission.state().slots) {

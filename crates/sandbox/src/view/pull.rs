@@ -18,7 +18,7 @@ impl View {
         let hit = self.cast(stage, &ray)?;
         let place = ray.at(hit.distance);
         let depth = (place - self.camera.position).dot(self.viewpoint().forward());
-        stage.pull_of(&hit, place, depth)
+        Pull::of(stage, &hit, place, depth)
     }
 
     /// Where the pointer now wants the place that it took `depth` meters in front of the camera, m.

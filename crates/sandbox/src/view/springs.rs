@@ -10,6 +10,7 @@ use render::{Frame, Instance, Line, Particle, Surface};
 use scene::Appearance;
 
 use crate::stage::Stage;
+use crate::stage::query;
 use crate::view::View;
 use crate::view::picture::{OUTLINE, PLAIN, Ratio, SELECTED};
 
@@ -197,11 +198,11 @@ impl View {
         ratio: Ratio<'_>,
         hovered: Option<Entity>,
     ) {
-        let mut looks = stage.query::<(&SoftBody, Option<&Appearance>)>();
+        let mut looks = query::<(&SoftBody, Option<&Appearance>), ()>(&stage.sim().world);
         #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
         let thinnest = self.thinnest() as f32;
         for pose in self.seen.soft.poses() {
-            let Ok((body, look)) = looks.get(&stage.sim.world, pose.entity()) else { continue };
+            let Ok((body, look)) = looks.get(&stage.sim().world, pose.entity()) else { continue };
             let selected = stage.here.selection == Some(pose.entity());
             let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
             let outlined = selected || hovered == Some(pose.entity());
@@ -214,12 +215,12 @@ impl View {
     /// Springs between bodies; one with an end that makes it inert is not drawn.
     pub(super) fn add_springs(&self, stage: &Stage, frame: &mut Frame, ratio: Ratio<'_>) {
         let eye = self.camera.position;
-        let mut springs = stage.query::<&Spring>();
-        let coiled = frame.soft && springs.iter(&stage.sim.world).count() <= MOST_COILS;
+        let mut springs = query::<&Spring, ()>(&stage.sim().world);
+        let coiled = frame.soft && springs.iter(&stage.sim().world).count() <= MOST_COILS;
         let mut ends =
-            stage.query_filtered::<(), (With<PhysicsBody>, Without<Quarantined>, Without<Dormant>)>();
-        let ends = ends.query(&stage.sim.world);
-        for spring in springs.iter(&stage.sim.world) {
+            query::<(), (With<PhysicsBody>, Without<Quarantined>, Without<Dormant>)>(&stage.sim().world);
+        let ends = ends.query(&stage.sim().world);
+        for spring in springs.iter(&stage.sim().world) {
             let place = |end| stage.drawn_position(end).filter(|_| ends.contains(end));
             if let [Some(from), Some(to)] = spring.ends.map(place) {
                 let color = if let Some(ratio) = ratio {

@@ -5,6 +5,7 @@ use render::{SwarmDamping, SwarmLook, SwarmStepping};
 use scene::{Appearance, FileIndex, PointRadius};
 
 use crate::stage::Stage;
+use crate::stage::query;
 use crate::view::View;
 
 /// How long the film is exposed to what an emitter throws, s: it is drawn as long as the way it takes in that time.
@@ -27,27 +28,29 @@ pub(crate) fn all_swarms(stage: &Stage) -> Vec<render::Swarm> {
 }
 
 fn swarms(stage: &Stage, seen: impl Fn(glam::DVec3) -> [f32; 3], back: f64) -> Vec<render::Swarm> {
-    let mut found: Vec<_> = stage
-        .query::<(&FileIndex, &Swarm, &SwarmLog, Option<&Appearance>, Option<&PointRadius>)>()
-        .iter(&stage.sim.world)
-        .map(|(FileIndex(index), swarm, log, look, radius)| {
-            let [r, g, b] = look.map_or([1.0; 3], |look| look.color);
-            #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
-            let look = SwarmLook {
-                anchor: seen(swarm.anchor),
-                radius_m: radius.copied().unwrap_or_default().0,
-                color: [r, g, b, 1.0],
-                back: back as f32,
-                exposure_s: EXPOSURE_S as f32,
-                life_s: stage.sim.scene.emitters[*index as usize].life as f32,
-                fades_in: FADES_IN as f32,
-            };
-            let ticks = log.ticks.iter().map(tick).collect();
-            let (stepping, launches) = (stepping(swarm.method), swarm.launches.clone());
-            let goes_back = stage.records();
-            (*index, render::Swarm { stepping, launches, ticks, goes_back, look })
-        })
-        .collect();
+    let mut found: Vec<_> = query::<
+        (&FileIndex, &Swarm, &SwarmLog, Option<&Appearance>, Option<&PointRadius>),
+        (),
+    >(&stage.sim().world)
+    .iter(&stage.sim().world)
+    .map(|(FileIndex(index), swarm, log, look, radius)| {
+        let [r, g, b] = look.map_or([1.0; 3], |look| look.color);
+        #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
+        let look = SwarmLook {
+            anchor: seen(swarm.anchor),
+            radius_m: radius.copied().unwrap_or_default().0,
+            color: [r, g, b, 1.0],
+            back: back as f32,
+            exposure_s: EXPOSURE_S as f32,
+            life_s: stage.sim().scene.emitters[*index as usize].life as f32,
+            fades_in: FADES_IN as f32,
+        };
+        let ticks = log.ticks.iter().map(tick).collect();
+        let (stepping, launches) = (stepping(swarm.method), swarm.launches.clone());
+        let goes_back = stage.records();
+        (*index, render::Swarm { stepping, launches, ticks, goes_back, look })
+    })
+    .collect();
     found.sort_by_key(|(index, _)| *index);
     found.into_iter().map(|(_, swarm)| swarm).collect()
 }

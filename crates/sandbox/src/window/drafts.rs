@@ -53,7 +53,7 @@ impl Drafts {
 
     /// Keeps the unsaved changes of `session` for a crash, in place of those before; whether they are kept.
     pub fn keep(&mut self, session: &mut Session) -> bool {
-        let unsaved = session.has_unsaved_changes().then(|| Arc::clone(&session.stage.scene().text));
+        let unsaved = session.has_unsaved_changes().then(|| Arc::clone(&session.stage.sim().scene.text));
         let file = unsaved.as_ref().and_then(|_| session.tools.own_file());
         self.keep_text(unsaved.as_ref(), file.as_ref(), |words| session.stage.notices.say(Topic::File, words))
     }

@@ -61,10 +61,10 @@ impl Program for WindowProgram<'_> {
         session.stage.save_faults();
         // Without them it runs as well, and the person is told what is missing.
         if let Some(screen) = &self.screen {
-            let scene = session.stage.scene();
+            let scene = &session.stage.sim().scene;
             let missing = check(&screen.gpu, scene).err().map(|failure| failure.to_string());
             let said = missing.or_else(|| slow_words(&screen.gpu, scene));
-            said.into_iter().for_each(|words| session.stage.notice(words));
+            said.into_iter().for_each(|words| session.stage.notices.say(Topic::Other, words));
         }
         Ok(())
     }

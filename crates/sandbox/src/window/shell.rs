@@ -89,11 +89,11 @@ impl ApplicationHandler for Shell {
         }
         match Screen::new(event_loop, self.session.view.size_px()) {
             Ok(screen) => {
-                if let Err(failure) = check(&screen.gpu, self.session.stage.scene()) {
+                if let Err(failure) = check(&screen.gpu, &self.session.stage.sim().scene) {
                     return self.fail(event_loop, failure);
                 }
-                let slow = slow_words(&screen.gpu, self.session.stage.scene());
-                slow.into_iter().for_each(|words| self.session.stage.notice(words));
+                let slow = slow_words(&screen.gpu, &self.session.stage.sim().scene);
+                slow.into_iter().for_each(|words| self.session.stage.notices.say(Topic::Other, words));
                 let size = screen.window.inner_size();
                 self.events.push(Input::Resized([size.width, size.height]));
                 self.events.push(Input::Scaled(screen.window.scale_factor()));
@@ -418,7 +418,7 @@ impl Shell {
                     .say(Topic::File, format!("the recording is written at the end: {failure}"));
             }
         }
-        let (before, ticks_before) = (Instant::now(), self.session.stage.ticks());
+        let (before, ticks_before) = (Instant::now(), self.session.stage.sim().ticks());
         let progress_before = self.session.stage.progress();
         // To the end of the last tick: the panels, which come after it, take longer than all ticks.
         let mut after = before;
@@ -437,7 +437,7 @@ impl Shell {
             length_s: time.length(),
             // A run that went back simulated nothing.
             simulated_s: (self.session.stage.progress() - progress_before).max(0.0),
-            ticks: self.session.stage.ticks().saturating_sub(ticks_before),
+            ticks: self.session.stage.sim().ticks().saturating_sub(ticks_before),
             ticking: after - before,
             setting: SpeedSetting::of(&self.session),
         });

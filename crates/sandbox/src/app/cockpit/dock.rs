@@ -84,7 +84,7 @@ fn selection(ui: &mut Ui, stage: &Stage, view: &View) {
     let selected = stage.here.selection.and_then(|thing| Selected::of(stage, thing));
     if let Some(selected) = selected {
         sideways(ui, "selection", |ui| {
-            card::dock_lines(ui, &selected, stage.sim.method(), &view.viewpoint());
+            card::dock_lines(ui, &selected, stage.sim().method(), &view.viewpoint());
         });
     } else {
         ui.weak("Click a body to select it.");

@@ -43,7 +43,7 @@ impl FaultBar {
                 return;
             }
             // In a state that went wrong before, the forecast would say what no longer helps.
-            let is_good = stage.past.as_ref().is_some_and(|past| past.is_good(stage.ticks()));
+            let is_good = stage.past.as_ref().is_some_and(|past| past.is_good(stage.sim().ticks()));
             let cures = if is_good { cures(stage) } else { std::mem::take(&mut self.cures) };
             *self = Self { of, dismissed: false, cures };
         }
@@ -55,7 +55,7 @@ impl FaultBar {
             ui.horizontal_wrapped(|ui| {
                 let color = inks::words(ui.visuals(), FAULT);
                 ui.label(RichText::new(format!("At {at}: {}.", fault.what)).color(color));
-                if let Some(good) = good.filter(|good| *good != stage.ticks())
+                if let Some(good) = good.filter(|good| *good != stage.sim().ticks())
                     && ui.button("Last good tick").clicked()
                 {
                     intents.push(Intent::Seek(good));
@@ -101,7 +101,7 @@ fn cures(stage: &mut Stage) -> Vec<Cure> {
             )
         }
     };
-    let attracts = stage.sim.world.contains_resource::<MutualGravity>();
+    let attracts = stage.sim().world.contains_resource::<MutualGravity>();
     let method = method.filter(|method| *method != present.method && unsolvable(*method, attracts).is_none());
     let substeps = substeps.filter(|substeps| *substeps != present.substeps);
     let finer = substeps.map(|substeps| (format!("{substeps} substeps"), Setting { substeps, ..present }));

@@ -5,6 +5,7 @@ use report::numbers::digits;
 
 use crate::app::cockpit::toolbar;
 use crate::stage::Stage;
+use crate::stage::things::is_movable;
 use crate::tools::editor::Editor;
 use crate::view::hud::bodies;
 use crate::view::{Mode, View};
@@ -53,7 +54,7 @@ fn words(stage: &Stage, view: &View) -> String {
             digits(stage.push_spec().per_notch)
         )
     };
-    let pushes = stage.sim.scene.push.is_some();
+    let pushes = stage.sim().scene.push.is_some();
     match (view.mode, stage.here.selection) {
         (Mode::Camera, selected) => {
             let aim = selected.filter(|_| pushes).map_or(String::new(), |_| format!(" At the selection, {}.", click()));
@@ -62,7 +63,7 @@ fn words(stage: &Stage, view: &View) -> String {
         (Mode::Selection, None) => {
             "Click a body to select it, drag it to pull it. Right drag orbits, middle drag pans, the wheel zooms. F frames the scene.".to_owned()
         }
-        (Mode::Selection, Some(thing)) if !stage.is_movable(thing) => {
+        (Mode::Selection, Some(thing)) if !is_movable(&stage.sim().world, thing) => {
             format!(
                 "{} cannot be moved. Right drag orbits, middle drag pans, the wheel zooms. F frames it. A click beside a body deselects.",
                 stage.name(thing)

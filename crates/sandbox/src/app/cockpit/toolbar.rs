@@ -55,13 +55,13 @@ pub(super) fn show(
         act_while_held(ui, intents, Act::Step, ("⏭", "Step"));
         act(ui, intents, Act::ResetWorld, ("⟲", "Reset"), false);
         pace(ui, stage, intents);
-        let seconds = stage.sim.world.resource::<StepClock>().scene_seconds();
-        let step = stage.sim.world.resource::<TimeStep>().0;
+        let seconds = stage.sim().world.resource::<StepClock>().scene_seconds();
+        let step = stage.sim().world.resource::<TimeStep>().0;
         ui.monospace(format!("{:>9}", scene_time(seconds, step)));
         ui.separator();
         method(ui, stage, intents);
         ui.separator();
-        if let Some(gravity) = stage.sim.world.get_resource::<Gravity>() {
+        if let Some(gravity) = stage.sim().world.get_resource::<Gravity>() {
             act(ui, intents, Act::ToggleGravity, ("⬇", "Gravity"), gravity.on);
         }
         act(ui, intents, Act::VelocityArrows, ("➡", "Velocity"), view.velocity_arrows);
@@ -164,14 +164,14 @@ fn pace(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
 
 /// Ticks of the present length, in words.
 pub(super) fn rate(stage: &Stage) -> String {
-    tick_rate(stage.sim.world.resource::<TimeStep>().0)
+    tick_rate(stage.sim().world.resource::<TimeStep>().0)
 }
 
 /// Method and step as one control: the list says order and cost of each method, and below it has the substeps.
 fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     let setting = stage.setting();
     let mut chosen = setting;
-    let attracts = stage.sim.world.contains_resource::<MutualGravity>();
+    let attracts = stage.sim().world.contains_resource::<MutualGravity>();
     let present = format!("{}, {} x {}", setting.method.claims().title, rate(stage), setting.substeps);
     let list = ComboBox::from_id_salt("method of the scene")
         .width(216.0)

@@ -55,7 +55,7 @@ impl<'a> Outputs<'a> {
         let Options { size_px, pictures, .. } = session.stage.run.options;
         let camera = pictures.then(|| Camera::new(size_px, args.quality.into())).transpose()?;
         let mut swarms = None;
-        take_swarms(args, session.stage.scene(), camera.as_ref(), &mut swarms)?;
+        take_swarms(args, &session.stage.sim().scene, camera.as_ref(), &mut swarms)?;
         if camera.is_some() {
             make_folder(folder(args).unwrap_or(Path::new("")))?;
         }
@@ -78,7 +78,7 @@ impl<'a> Outputs<'a> {
         match (&outputs.camera, &outputs.swarms) {
             (Some(camera), _) => {
                 eprintln!("drawing with {}", camera.gpu.info);
-                slow_words(&camera.gpu, session.stage.scene()).iter().for_each(|line| tell(line));
+                slow_words(&camera.gpu, &session.stage.sim().scene).iter().for_each(|line| tell(line));
             }
             (None, Some(device)) => eprintln!("particles on {}", device.gpu.info),
             (None, None) => {}
@@ -138,7 +138,7 @@ impl<'a> Outputs<'a> {
         let adapter = camera.as_ref().map(|camera| camera.gpu.info.to_string());
         let mut summary = Summary::of(&mut session, start, pictures, adapter);
         let mut failed = 0;
-        if has_swarms(session.stage.scene()) {
+        if has_swarms(&session.stage.sim().scene) {
             let states = swarms::summary(&session.stage, camera.as_mut(), swarms.as_mut());
             if let Err(failure) = &states {
                 tell(&format!("the summary has no swarms: {failure}"));
@@ -162,7 +162,7 @@ impl<'a> Outputs<'a> {
         } else {
             show(&summary.to_table())
         };
-        let unconverged = session.stage.evaluations().unconverged_steps();
+        let unconverged = session.stage.sim().evaluations().unconverged_steps();
         if unconverged > 0 {
             eprintln!(
                 "{unconverged} implicit steps did not converge; a higher step rate or more substeps may help"
@@ -235,7 +235,7 @@ impl Program for Outputs<'_> {
         let told = forecast_start(self.args, session, self.longest_frame);
         self.refused = told.map(|told| told.iter().for_each(|line| tell(line)));
         if self.refused.is_ok() {
-            let (scene, camera) = (session.stage.scene(), self.camera.as_ref());
+            let (scene, camera) = (&session.stage.sim().scene, self.camera.as_ref());
             self.refused = take_swarms(self.args, scene, camera, &mut self.swarms);
         }
         keep_ledger(self.args, session);
@@ -272,7 +272,7 @@ fn steps_left(args: &RunArgs, session: &Session) -> Option<String> {
     };
     // What is left of a lesson is told by its steps.
     let script = args.script.as_deref()?.display();
-    let (when, tick, seconds) = (step.when, session.stage.ticks(), session.stage.simulated());
+    let (when, tick, seconds) = (step.when, session.stage.sim().ticks(), session.stage.simulated());
     Some(format!(
         "{script}: steps[{first}], at {when}{others} not reached: the run ended at tick {tick}, {seconds} s; let it last longer"
     ))
@@ -290,10 +290,10 @@ fn verdict(args: &RunArgs, session: &Session, failed: u64) -> Result<(), Failure
         )));
     }
     // A run that went back from a fault, and was not continued, has not passed it.
-    if let Some(fault) = session.stage.fault().filter(|fault| fault.tick > session.stage.ticks()) {
-        return Err(Failure::Expectation(fault.named(&session.stage.scene().names).to_string()));
+    if let Some(fault) = session.stage.fault().filter(|fault| fault.tick > session.stage.sim().ticks()) {
+        return Err(Failure::Expectation(fault.named(&session.stage.sim().scene.names).to_string()));
     }
-    let Some(expect) = session.stage.scene().expect.filter(|_| args.assert) else { return Ok(()) };
+    let Some(expect) = session.stage.sim().scene.expect.filter(|_| args.assert) else { return Ok(()) };
     if expect.finite == Some(true) && failed > 0 {
         let what = "particles on the graphics device are not finite any more";
         return Err(Failure::Expectation(format!("{failed} {what}")));
@@ -391,7 +391,7 @@ impl Watch {
     }
 
     pub fn after_tick(&mut self, stage: &Stage) {
-        if stage.ticks().is_multiple_of(self.every) {
+        if stage.sim().ticks().is_multiple_of(self.every) {
             self.look(stage);
         }
     }
@@ -399,12 +399,12 @@ impl Watch {
     pub fn look(&mut self, stage: &Stage) {
         if let (Some(state), None) = (&mut self.state, &self.error) {
             self.error = state.add(stage).err();
-            self.last = Some(stage.ticks());
+            self.last = Some(stage.sim().ticks());
         }
     }
 
     fn finish(&mut self, stage: &Stage, path: Option<&Path>) -> Result<(), Failure> {
-        if self.state.is_some() && self.last != Some(stage.ticks()) {
+        if self.state.is_some() && self.last != Some(stage.sim().ticks()) {
             self.look(stage);
         }
         let finished = match (self.error.take(), self.state.take()) {

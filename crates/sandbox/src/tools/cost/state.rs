@@ -40,10 +40,10 @@ impl Cost {
 /// The settings on which the result of a study of the running scene depends: not methods and substeps, of which it
 /// has its own, and with gravity on or off as in the scene.
 pub(super) fn settings(stage: &mut Stage) -> RunSettings {
-    let now = RunSettings::of(&mut stage.sim);
+    let now = RunSettings::of(stage.sim_mut());
     let mut settings = RunSettings { method: Method::default(), substeps: 1, ..now };
     if let Some(gravity) = &mut settings.effects.gravity {
-        gravity.on = stage.sim.scene.gravity.is_none_or(|there| there.on);
+        gravity.on = stage.sim().scene.gravity.is_none_or(|there| there.on);
     }
     settings.effects.off.retain(|effect| *effect != Effect::Gravity);
     settings

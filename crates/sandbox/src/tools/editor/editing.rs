@@ -43,7 +43,7 @@ impl Editor {
     ) -> Next {
         match after {
             Ok(scene) => {
-                self.document(&stage.sim.scene).changed(before);
+                self.document(&stage.sim().scene).changed(before);
                 restart(scene, select)
             }
             Err(error) => {
@@ -87,7 +87,7 @@ impl Editor {
         // Along one axis, as a person would put it there.
         let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * axis.dot(right).signum());
         let axis = axes.into_iter().max_by(|a, b| a.dot(right).total_cmp(&b.dot(right))).unwrap_or(DVec3::X);
-        let scene = &stage.sim.scene;
+        let scene = &stage.sim().scene;
         let (original, path) = (entry.path(), format!("{}[{}]", entry.list, scene.count(entry.list)));
         let by = free_move(scene, &scene.copied(&original, DVec3::ZERO), &path, &[axis], true);
         let copy = scene.copied(&original, by);
@@ -98,8 +98,8 @@ impl Editor {
     pub(super) fn delete_selection(&mut self, stage: &mut Stage, open: bool) -> Next {
         let Some((entry, name)) = edited_entry(stage, open) else { return Vec::new() };
         if entry.may_be_taken_apart() && entry.bodies.len() > 1 {
-            let body = stage.here.selection.and_then(|thing| stage.here.ids.get(&thing).copied());
-            let alone = body.filter(|_| !stage.sim.scene.apart(&entry.path()).is_empty());
+            let body = stage.here.selection.and_then(|thing| stage.sim().id(thing));
+            let alone = body.filter(|_| !stage.sim().scene.apart(&entry.path()).is_empty());
             vec![Intent::Ask(Question::Deleting { name, entry, alone })]
         } else {
             self.delete(stage, &entry, None)
@@ -109,12 +109,12 @@ impl Editor {
     /// Removes an entry, or takes a grid or a cloud apart and removes the body with that stable id from it.
     pub(super) fn delete(&mut self, stage: &mut Stage, entry: &Entry, alone: Option<u32>) -> Next {
         let Some(body) = alone else {
-            let without = stage.sim.scene.without(&entry.path());
+            let without = stage.sim().scene.without(&entry.path());
             return self.rewrite(stage, &without, None);
         };
-        let place = stage.sim.scene.count("bodies") + (body - entry.bodies.start) as usize;
+        let place = stage.sim().scene.count("bodies") + (body - entry.bodies.start) as usize;
         let before = present_text(stage);
-        let apart = rewritten(stage, &before, &stage.sim.scene.apart(&entry.path()));
+        let apart = rewritten(stage, &before, &stage.sim().scene.apart(&entry.path()));
         let after = apart.and_then(|apart| {
             let without = apart.without(&format!("bodies[{place}]"));
             rewritten(stage, &apart.text, &without)
@@ -125,7 +125,7 @@ impl Editor {
     /// Orders the scene to be written into the file that the editor names.
     pub(super) fn save_scene(&mut self, stage: &mut Stage) {
         let text = present_text(stage);
-        let scene = &stage.sim.scene;
+        let scene = &stage.sim().scene;
         let mut path = PathBuf::from(self.file(scene));
         if path.extension().is_none() {
             path.set_extension("ron");
@@ -138,7 +138,7 @@ impl Editor {
 
     /// Notes that the file has the text of the scene now.
     pub(crate) fn saved(&mut self, stage: &mut Stage, SceneFile { path, text, of, .. }: &SceneFile) {
-        let document = self.document(&stage.sim.scene);
+        let document = self.document(&stage.sim().scene);
         document.file = Some((path.clone(), Arc::clone(text)));
         document.saved = Some(Arc::clone(of));
         stage.run.note_file(path);
@@ -151,7 +151,7 @@ impl Editor {
 
     /// Restores unsaved changes, and the [file](Self::own_file) that they were made in.
     pub(crate) fn open_unsaved(&mut self, stage: &Stage, file: Option<(PathBuf, Arc<str>)>) {
-        let document = self.document(&stage.sim.scene);
+        let document = self.document(&stage.sim().scene);
         (document.saved, document.file) = (None, file);
     }
 }
@@ -162,13 +162,13 @@ fn restart(scene: Scene, select: Option<&str>) -> Next {
 
 /// The scene of another text of the present one.
 fn rewritten(stage: &Stage, text: &str, changes: &[TextEdit]) -> Result<Scene, SceneError> {
-    let scene = &stage.sim.scene;
+    let scene = &stage.sim().scene;
     scene::rewrite(&scene.name, text, changes).and_then(|text| scene.reread(&text))
 }
 
 /// The text of the scene with the method, step, gravity, damping and switched effects that it has now.
 fn present_text(stage: &mut Stage) -> Arc<str> {
-    let text = Arc::clone(&stage.sim.scene.text);
+    let text = Arc::clone(&stage.sim().scene.text);
     let settings = settings_of(stage);
     if settings.is_empty() {
         return text;
@@ -178,13 +178,13 @@ fn present_text(stage: &mut Stage) -> Arc<str> {
 
 /// What of the text is set otherwise in the run, as changes of the text.
 fn settings_of(stage: &mut Stage) -> Vec<TextEdit> {
-    let scene = &stage.sim.scene;
+    let scene = &stage.sim().scene;
     scene.reread(&scene.text).map_or_else(|_| Vec::new(), |written| settings(stage, &written))
 }
 
 /// The scene of `text` with these settings; without them if they make no scene together with its other keys.
 fn with_settings(stage: &Stage, text: &str, settings: &[TextEdit]) -> Result<Scene, SceneError> {
-    rewritten(stage, text, settings).or_else(|_| stage.sim.scene.reread(text))
+    rewritten(stage, text, settings).or_else(|_| stage.sim().scene.reread(text))
 }
 
 /// The entry of the selection, while the editor is open.
@@ -202,7 +202,7 @@ fn edited_entry(stage: &mut Stage, open: bool) -> Option<(Entry, String)> {
 
 /// What of `written` is set otherwise in the run of `stage`, as changes of its text.
 fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
-    let now = RunSettings::of(&mut stage.sim);
+    let now = RunSettings::of(stage.sim_mut());
     let mut changes = Vec::new();
     let mut set = |group: &str, key: &str, value: String| changes.push(TextEdit::set(group, key, value));
     if now.method != written.method {
@@ -246,7 +246,7 @@ fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
 fn switched_off(stage: &mut Stage, mut now: Vec<Effect>, written: &Scene) -> Option<TextEdit> {
     now.retain(|effect| *effect != Effect::Gravity);
     let mut before = written.off_at_start.clone();
-    before.retain(|effect| effects::state(&mut stage.sim.world, *effect) != EffectState::NotDeclared);
+    before.retain(|effect| effects::state(&mut stage.sim_mut().world, *effect) != EffectState::NotDeclared);
     before.sort();
     before.dedup();
     let names: Vec<_> = now.iter().map(|effect| effect.name()).collect();

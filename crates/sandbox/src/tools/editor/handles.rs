@@ -44,7 +44,7 @@ fn arrows(stage: &Stage, view: &View) -> Option<(DVec3, f64)> {
     let thing = stage.here.selection?;
     selected_entry(stage)?;
     let at = stage.drawn_position(thing)?;
-    let world = &stage.sim.world;
+    let world = &stage.sim().world;
     let radius = match world.get::<SoftBody>(thing) {
         Some(soft) => {
             let points = soft.points.iter().filter_map(|point| stage.drawn_position(*point));
@@ -88,9 +88,9 @@ impl Handle {
         let Some((entry, _)) = selected_entry(stage) else { return };
         let eye = view.camera.position;
         for id in entry.bodies.take(SHOWN) {
-            let Some(body) = stage.sim.body(id) else { continue };
+            let Some(body) = stage.sim().body(id) else { continue };
             let Some(at) = stage.drawn_position(body) else { continue };
-            let world = &stage.sim.world;
+            let world = &stage.sim().world;
             let position = (at + self.by - eye).as_vec3().to_array();
             let [r, g, b] = world.get::<Appearance>(body).copied().unwrap_or(PLAIN).color;
             let color = [r, g, b, 0.6];

@@ -10,9 +10,9 @@ use crate::stage::things::Thing;
 /// The entry of the selection, and what the selection is called.
 pub(crate) fn selected_entry(stage: &Stage) -> Option<(Entry, String)> {
     let thing = stage.here.selection?;
-    let points = stage.sim.world.get::<SoftBody>(thing).map(|soft| &soft.points);
+    let points = stage.sim().world.get::<SoftBody>(thing).map(|soft| &soft.points);
     let body = points.map_or(Some(&thing), |points| points.first())?;
-    let entry = stage.sim.scene.entry_of(*stage.here.ids.get(body)?)?;
+    let entry = stage.sim().scene.entry_of(stage.sim().id(*body)?)?;
     Some((entry, stage.name(thing)))
 }
 
@@ -25,17 +25,17 @@ pub(super) fn selected_path(stage: &Stage) -> Option<String> {
 pub(crate) fn offset_in_entry(stage: &Stage, path: Option<&str>) -> u32 {
     let offset = || {
         let (entry, _) = selected_entry(stage).filter(|(entry, _)| Some(&*entry.path()) == path)?;
-        Some(stage.here.ids.get(&stage.here.selection?)? - entry.bodies.start)
+        Some(stage.sim().id(stage.here.selection?)? - entry.bodies.start)
     };
     offset().unwrap_or(0)
 }
 
 /// A body of the entry at `path`, or the soft body that it makes.
 pub(crate) fn entity_at(stage: &Stage, path: &str, offset: u32) -> Option<Entity> {
-    let entry = stage.sim.scene.entry_at(path)?;
+    let entry = stage.sim().scene.entry_at(path)?;
     let thing = match entry.list {
         "soft_bodies" => Thing::Soft(FileIndex(u32::try_from(entry.index).ok()?)),
         _ => Thing::Body((entry.bodies.start + offset).min(entry.bodies.end.saturating_sub(1))),
     };
-    thing.entity(&stage.sim)
+    thing.entity(stage.sim())
 }

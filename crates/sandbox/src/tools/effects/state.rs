@@ -2,12 +2,14 @@
 
 use history::RunSettings;
 use lab::ReceiptLine;
+use motion::PreviousPosition;
 use motion::effects::EffectState;
-use motion::{Evaluations, PreviousPosition};
 use render::Swarms;
 use scene::Scene;
 
 use crate::stage::Stage;
+use crate::stage::notices::Topic;
+use crate::stage::query;
 use crate::view::View;
 
 /// Why a run is recorded.
@@ -37,7 +39,7 @@ impl Effects {
     /// those since the last look, times those of the last measurement.
     pub fn receipt(&mut self, stage: &mut Stage, view: &View) -> Vec<ReceiptLine> {
         self.look_at_rates(stage);
-        let mut rows = lab::look(&mut stage.sim);
+        let mut rows = lab::look(stage.sim_mut());
         rows.extend(picture_rows(stage, view));
         for row in &mut rows {
             if let Some(by) = row.effect.and_then(|effect| stage.switched.get(&effect)) {
@@ -55,14 +57,17 @@ impl Effects {
 
     /// Measures on a copy of the scene, from its start, what each effect costs per step.
     pub(super) fn measure(&mut self, stage: &mut Stage) {
-        let scene = &stage.sim.scene;
+        let scene = &stage.sim().scene;
         if scene.bodies.len() > MEASURED_BODIES {
-            stage.notice(format!("too many bodies to wait for: run `sandbox effects {}`", scene.name));
+            stage.notices.say(
+                Topic::Other,
+                format!("too many bodies to wait for: run `sandbox effects {}`", scene.name),
+            );
             return;
         }
         // It may have been switched on since.
         let scene = Scene { off_at_start: Vec::new(), ..Scene::clone(scene) };
-        let receipt = lab::receipt(&scene, MEASURED_TICKS, &RunSettings::of(&mut stage.sim).effects.off);
+        let receipt = lab::receipt(&scene, MEASURED_TICKS, &RunSettings::of(stage.sim_mut()).effects.off);
         let watch = lab::watch_time(&scene);
         let rows = receipt.rows.iter().map(|row| (row.name, row.ns, row.share));
         self.measured = rows.chain([(ENERGY_WATCH, Some(watch), Some(watch / receipt.ns))]).collect();
@@ -70,12 +75,12 @@ impl Effects {
 
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     fn look_at_rates(&mut self, stage: &Stage) {
-        let now = stage.ticks();
+        let now = stage.sim().ticks();
         let (then, before) = &self.seen;
         if now <= *then {
             return;
         }
-        let counts = stage.sim.world.resource::<Evaluations>().laws().to_vec();
+        let counts = stage.sim().evaluations().laws().to_vec();
         let ticks = (now - then) as f64;
         let was = |law| before.iter().find(|(name, _)| *name == law).map_or(0, |(_, count)| *count);
         self.rates = counts
@@ -94,12 +99,12 @@ pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [ReceiptLine; 7] {
         bytes: if on { bytes } else { 0 },
         ..ReceiptLine::of(name, if on { EffectState::On } else { EffectState::Off })
     };
-    let drawn_between = stage.query::<&PreviousPosition>().iter(&stage.sim.world).count();
+    let drawn_between = query::<&PreviousPosition, ()>(&stage.sim().world).iter(&stage.sim().world).count();
     let (shapes, picked) = view.targets();
     let movable = stage.methods().into_iter().map(|(_, bodies)| bodies).sum();
     let arrows = view.velocity_arrows || view.force_arrows;
     let timeline = stage.past.as_ref().map_or(0, |past| past.timeline.bytes());
-    let shadows = stage.sim.scene.light.is_some_and(|light| light.shadows);
+    let shadows = stage.sim().scene.light.is_some_and(|light| light.shadows);
     let options = stage.run.options;
     [
         row(
@@ -123,11 +128,12 @@ pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [ReceiptLine; 7] {
 
 /// The particles that the graphics device has.
 fn swarm_row(stage: &Stage) -> ReceiptLine {
-    let scene = &stage.sim.scene;
+    let scene = &stage.sim().scene;
     let Some((first, ..)) = scene.swarms().next() else {
         return ReceiptLine::of("swarms", EffectState::NotDeclared);
     };
-    let substeps = scene.swarms().map(|(_, _, swarm)| swarm.substeps.unwrap_or_else(|| stage.sim.substeps()));
+    let substeps =
+        scene.swarms().map(|(_, _, swarm)| swarm.substeps.unwrap_or_else(|| stage.sim().substeps()));
     let (dispatches, bodies) = (substeps.sum::<u32>(), scene.swarm_particles());
     let s = if dispatches == 1 { "" } else { "es" };
     ReceiptLine {

@@ -228,8 +228,8 @@ impl Forecast {
     }
 
     pub(super) fn refresh(&mut self, stage: &mut Stage, of: Circumstances) {
-        let method = stage.sim.method();
-        let forecast = forecast::Forecast::with_springs(&mut stage.sim.world, method);
+        let method = stage.sim().method();
+        let forecast = forecast::Forecast::with_springs(&mut stage.sim_mut().world, method);
         let mut springs = HashMap::new();
         for spring in forecast.springs() {
             let ratio: &mut f64 = springs.entry(in_order(spring.ends)).or_default();
@@ -241,15 +241,16 @@ impl Forecast {
 
 /// How far everything is from instability at the start of a scene with frames of that length, s, the worst first.
 pub(crate) fn rows_at_start(stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
-    if stage.sim.scene.step == StepKind::Frame {
-        stage.sim.world.insert_resource(TimeStep(frame));
+    if stage.sim().scene.step == StepKind::Frame {
+        stage.sim_mut().world.insert_resource(TimeStep(frame));
     }
     rows(stage)
 }
 
 /// How far everything is from instability as it is now, the worst first.
 pub(crate) fn rows(stage: &mut Stage) -> Vec<ForecastRow> {
-    let forecast = forecast::Forecast::of(&mut stage.sim.world, stage.sim.stepper.method());
+    let method = stage.sim().method();
+    let forecast = forecast::Forecast::of(&mut stage.sim_mut().world, method);
     rows_of(stage, &forecast)
 }
 
@@ -276,8 +277,8 @@ fn part_name(stage: &Stage, part: LimitingPart) -> String {
 }
 
 pub(super) fn circumstances(stage: &mut Stage) -> Circumstances {
-    let settings = RunSettings::of(&mut stage.sim);
-    let groups = stage.sim.world.get_resource::<Groups>();
+    let settings = RunSettings::of(stage.sim_mut());
+    let groups = stage.sim().world.get_resource::<Groups>();
     let structure = groups.map_or([0; 4], |groups| {
         [groups.len(), groups.springs(), groups.bodies(), stage.quarantined_here().len()]
     });

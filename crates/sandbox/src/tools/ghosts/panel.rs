@@ -29,9 +29,9 @@ const COLUMNS: f32 = 10.0;
 /// How much the table says: the most for which it fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Words {
-    /// Names and headings.
+    /// Names, headings and three digits.
     Whole,
-    /// In the dock: names.
+    /// In the dock: names and two digits.
     Docked,
     /// In a narrow dock: the short names of the picture.
     Short,
@@ -40,7 +40,7 @@ enum Words {
 pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
     let (stage, docks) = (&*desk.stage, desk.dock_width.is_some());
     let rows = ghosts.rows(stage);
-    let solid = stage.sim.method();
+    let solid = stage.sim().method();
     let fits = |words, numbers| width(ui, &rows, words, numbers) <= ui.available_width();
     let (words, numbers) = match docks {
         false => (Words::Whole, 3),
@@ -112,8 +112,9 @@ fn name(row: &GhostRow, words: Words) -> String {
 }
 
 /// Its three distances.
-fn distances(row: &GhostRow) -> [String; 3] {
-    let written = |distance: Option<f64>| distance.map_or_else(String::new, |distance| length(distance, 3));
+fn distances(row: &GhostRow, words: Words) -> [String; 3] {
+    let digits = if words == Words::Whole { 3 } else { 2 };
+    let written = |distance: Option<f64>| distance.map_or_else(String::new, |meters| length(meters, digits));
     let now = match &row.state {
         GhostState::Failed(_) => "failed".to_owned(),
         GhostState::Unsolvable(_) => "cannot".to_owned(),
@@ -128,7 +129,7 @@ fn width(ui: &Ui, rows: &[GhostRow], words: Words, numbers: usize) -> f32 {
     let of = |text: String| ui.painter().layout_no_wrap(text, font.clone(), Color32::WHITE).size().x;
     let widest =
         |column: &dyn Fn(&GhostRow) -> String| rows.iter().map(|row| of(column(row))).fold(0.0, f32::max);
-    let numbers = (0..numbers).map(|number| COLUMNS + widest(&|row| distances(row)[number].clone()));
+    let numbers = (0..numbers).map(|number| COLUMNS + widest(&|row| distances(row, words)[number].clone()));
     BEFORE_NAME + widest(&|row| name(row, words)) + numbers.sum::<f32>()
 }
 
@@ -157,7 +158,7 @@ fn line(
             twins.show(row.method, shown);
         }
     });
-    for (number, text) in distances(row).into_iter().enumerate().take(numbers) {
+    for (number, text) in distances(row, words).into_iter().enumerate().take(numbers) {
         if number == 0 && !there {
             ui.weak(text)
         } else {

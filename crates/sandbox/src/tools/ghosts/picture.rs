@@ -111,7 +111,7 @@ fn longest_lines(scene: &Scene, tracks: &[Track<'_>], focus: &std::ops::Range<u3
 /// Adds the ghosts to the picture.
 pub(super) fn add_ghosts(twins: &Twins, stage: &Stage, view: &View, frame: &mut Frame) {
     let look = |simulation| Looked { simulation, alpha: stage.here.alpha, eye: view.camera.position };
-    let (tracks, bodies) = (twins.tracks(stage), single_bodies(&stage.sim.scene));
+    let (tracks, bodies) = (twins.tracks(stage), single_bodies(&stage.sim().scene));
     let shown = |track: &Track<'_>| twins.shows(Some(track.method));
     for track in tracks.iter().filter(|track| !track.solid && shown(track)) {
         add_run(frame, bodies, &twins.edges, &look(track.simulation), track.ink());
@@ -120,7 +120,7 @@ pub(super) fn add_ghosts(twins: &Twins, stage: &Stage, view: &View, frame: &mut 
     if twins.shows(None) {
         add_run(frame, bodies, &twins.edges, &reference, REFERENCE_INK);
     }
-    for (run, id) in longest_lines(&stage.sim.scene, &tracks, &focus(stage)) {
+    for (run, id) in longest_lines(&stage.sim().scene, &tracks, &focus(stage)) {
         let track = &tracks[run];
         if let (Some(from), Some(to)) = (look(track.simulation).place_of(id), reference.place_of(id))
             && shown(track)

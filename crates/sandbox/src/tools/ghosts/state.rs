@@ -131,14 +131,14 @@ impl Twins {
 
     /// Adds the distances after the last tick, unless it was added before.
     pub fn add_distances(&mut self, stage: &Stage) {
-        let now = Some(stage.sim.ticks());
+        let now = Some(stage.sim().ticks());
         if self.added == now {
             return;
         }
         self.added = now;
         let Some(reference) = self.reference() else { return };
         let twins = self.running().map(|twin| (Some(twin.method()), twin.simulation()));
-        let runs = twins.chain([(None, &stage.sim)]);
+        let runs = twins.chain([(None, stage.sim())]);
         let distances: Vec<_> =
             runs.map(|(run, simulation)| (run, Distances::between(simulation, reference))).collect();
         for (run, distances) in distances {
@@ -181,11 +181,11 @@ impl Twins {
     /// Every run whose distances are known: the solid one and its ghosts, unless they or the reference failed.
     pub fn tracks<'a>(&'a self, stage: &'a Stage) -> Vec<Track<'a>> {
         let Some(reference) = self.reference() else { return Vec::new() };
-        let solid = stage.sim.method();
+        let solid = stage.sim().method();
         let running = self.running().filter(|twin| twin.method() != solid);
         let mut tracks: Vec<_> = running
             .map(|twin| Track::new(twin.simulation(), false, reference))
-            .chain([Track::new(&stage.sim, true, reference)])
+            .chain([Track::new(stage.sim(), true, reference)])
             .collect();
         tracks.sort_by_key(|track| track.method);
         tracks
@@ -202,8 +202,8 @@ impl Ghosts {
     /// and, last, of the reference; nothing while no ghosts are shown.
     pub fn rows(&self, stage: &Stage) -> Vec<GhostRow> {
         let Some(twins) = &self.twins else { return Vec::new() };
-        let (focus, solid) = (focus(stage), stage.sim.method());
-        let declared = stage.sim.scene.mutual_gravity.is_some();
+        let (focus, solid) = (focus(stage), stage.sim().method());
+        let declared = stage.sim().scene.mutual_gravity.is_some();
         let counts = |id| focus.contains(&id);
         let row = |method, state, run: Option<&Simulation>| {
             let distances = run.zip(twins.reference()).map(|(run, other)| Distances::between(run, other));
@@ -229,7 +229,7 @@ impl Ghosts {
             row(Some(method), state, twin.filter(|_| failure.is_none()).map(Twin::simulation))
         };
         let is_mixed = twins.so_far(None) != twins.so_far(Some(solid));
-        let mixed = is_mixed.then(|| row(None, GhostState::Mixed, Some(&stage.sim)));
+        let mixed = is_mixed.then(|| row(None, GhostState::Mixed, Some(stage.sim())));
         let failed = twins.reference.failure().map(|failure| GhostState::Failed(words_of(stage, failure)));
         let reference =
             GhostRow { shown: twins.shows(None), ..row(None, failed.unwrap_or(GhostState::Runs), None) };
@@ -250,10 +250,10 @@ impl Ghosts {
 
     /// Makes the ghosts again where the scene got other substeps: a twin keeps those that it began with.
     pub(super) fn keep_substeps(&mut self, stage: &mut Stage) {
-        if self.substeps != stage.sim.scene.substeps
+        if self.substeps != stage.sim().scene.substeps
             && let Some(Twins { hidden, .. }) = self.twins.take()
         {
-            self.begin(&mut stage.sim, hidden);
+            self.begin(stage.sim_mut(), hidden);
         }
     }
 
@@ -301,23 +301,23 @@ impl Ghosts {
 }
 
 fn words_of(stage: &Stage, failure: Failure) -> String {
-    let (body, time) = (failure.name(&stage.sim.scene), stage.times().words(failure.tick));
+    let (body, time) = (failure.name(&stage.sim().scene), stage.times().words(failure.tick));
     format!("{body} was quarantined at {time}: {}", failure.cause.what())
 }
 
 /// Stable ids of the bodies whose distances are shown: the selection, or all if nothing that moves is selected.
 pub(super) fn focus(stage: &Stage) -> Range<u32> {
-    let moves = |ids: &Range<u32>| ids.clone().any(|id| stage.sim.moving(id).is_some());
+    let moves = |ids: &Range<u32>| ids.clone().any(|id| stage.sim().moving(id).is_some());
     ids_selected(stage).filter(moves).unwrap_or(0..u32::MAX)
 }
 
 fn ids_selected(stage: &Stage) -> Option<Range<u32>> {
     let selection = stage.here.selection?;
-    if stage.sim.world.get::<SoftBody>(selection).is_some() {
-        let FileIndex(index) = stage.sim.world.get(selection)?;
-        return stage.sim.scene.soft_bodies.get(*index as usize).map(|soft| soft.points.clone());
+    if stage.sim().world.get::<SoftBody>(selection).is_some() {
+        let FileIndex(index) = stage.sim().world.get(selection)?;
+        return stage.sim().scene.soft_bodies.get(*index as usize).map(|soft| soft.points.clone());
     }
-    stage.here.ids.get(&selection).map(|id| *id..*id + 1)
+    stage.sim().id(selection).map(|id| id..id + 1)
 }
 
 /// The body that the distances are of, in words.

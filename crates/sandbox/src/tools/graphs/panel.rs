@@ -235,13 +235,13 @@ mod tests {
         let (mut graphs, mut ghosts) = (Graphs::default(), Ghosts::default());
         assert!(ghosts.toggle(&mut stage, false));
         for body in ["plank3", "plank6"] {
-            stage.here.selection = stage.body(body);
+            stage.here.selection = stage.sim().named(body);
             graphs.sample(&stage, &ghosts, true);
             graphs.bodies[0].kept = true;
         }
         for _ in 0..30 {
             ghosts.before_tick(&mut stage, true);
-            stage.sim.tick();
+            stage.sim_mut().tick();
             graphs.sample(&stage, &ghosts, true);
         }
         (graphs, stage)
@@ -257,7 +257,7 @@ mod tests {
         assert_eq!(names, ["plank3", "plank6"]);
         assert_ne!(curves[18].color, curves[19].color);
         for (body, curve) in ["plank3", "plank6"].into_iter().zip(&curves[18..]) {
-            let place = stage.sim.named(body).and_then(|body| stage.drawn_position(body)).expect("a place");
+            let place = stage.sim().named(body).and_then(|body| stage.drawn_position(body)).expect("a place");
             assert_eq!((curve.points.len(), curve.points[30][1]), (31, place.y));
         }
         let yoshida = curves.iter().find(|curve| curve.name == "plank6, Y4").expect("a curve");
@@ -288,10 +288,10 @@ mod tests {
         let mut stage = Stage::new(scene::load("oscillator").expect("it is shipped"), Whole::default());
         let (mut graphs, mut ghosts) = (Graphs::default(), Ghosts::default());
         assert!(ghosts.toggle(&mut stage, false));
-        stage.here.selection = stage.body("ball");
+        stage.here.selection = stage.sim().named("ball");
         for _ in 0..30 {
             ghosts.before_tick(&mut stage, true);
-            stage.sim.tick();
+            stage.sim_mut().tick();
             graphs.sample(&stage, &ghosts, true);
         }
         let curve = several(&Visuals::light(), &graphs).pop().expect("a curve").points;

@@ -185,7 +185,8 @@ impl Default for Parts {
 impl Graphs {
     /// Samples the bodies and their ghosts after the ticks of a frame.
     pub fn sample(&mut self, stage: &Stage, ghosts: &Ghosts, open: bool) {
-        let selection = stage.here.selection.filter(|_| open).and_then(|entity| stage.thing(entity));
+        let selection =
+            stage.here.selection.filter(|_| open).and_then(|entity| Thing::of(stage.sim(), entity));
         self.bodies.retain(|body| body.kept || Some(body.thing) == selection);
         if !open {
             self.bodies.iter_mut().for_each(|body| body.tracks.clear());
@@ -195,16 +196,16 @@ impl Graphs {
             self.ghosts = ghosts.generation();
             self.bodies.iter_mut().for_each(|body| body.tracks.retain(|track| track.run == Run::Solid));
         }
-        self.bodies.retain(|body| body.thing.entity(&stage.sim).is_some());
+        self.bodies.retain(|body| body.thing.entity(stage.sim()).is_some());
         self.add(stage, selection);
-        let time = stage.sim.world.resource::<StepClock>().scene_seconds();
+        let time = stage.sim().world.resource::<StepClock>().scene_seconds();
         let pushes = stage.pushes();
         for body in &mut self.bodies {
-            body.sample(&stage.sim, &pushes, time, (Run::Solid, true));
+            body.sample(stage.sim(), &pushes, time, (Run::Solid, true));
         }
         let pushes: Vec<(u32, DVec3)> =
-            pushes.iter().filter_map(|push| Some((*stage.here.ids.get(&push.body)?, push.newtons))).collect();
-        for GhostRun { method, shown, simulation } in ghosts.runs(stage.sim.method()) {
+            pushes.iter().filter_map(|push| Some((stage.sim().id(push.body)?, push.newtons))).collect();
+        for GhostRun { method, shown, simulation } in ghosts.runs(stage.sim().method()) {
             let push =
                 |(id, newtons): &(u32, DVec3)| Some(Push { body: simulation.body(*id)?, newtons: *newtons });
             let pushes: Vec<_> = pushes.iter().filter_map(push).collect();

@@ -172,7 +172,7 @@ impl Learn {
 
     /// Whether the stage has the scene of the lesson.
     pub fn is_at_home(&self, stage: &Stage) -> bool {
-        self.home().is_some_and(|home| match &stage.sim.scene.source {
+        self.home().is_some_and(|home| match &stage.sim().scene.source {
             Source::Shipped(name) => *name == home,
             Source::File(path) => is_same_scene(&path.to_string_lossy(), &home),
             Source::Text => false,
@@ -194,7 +194,7 @@ impl Learn {
         }
         let Some(running) = &mut self.running else { return };
         for quantity in &running.lesson.measure {
-            if let Some(value) = measured(&mut stage.sim, &quantity.measure) {
+            if let Some(value) = measured(stage.sim_mut(), &quantity.measure) {
                 running.of_screen.note(&quantity.name, value);
             }
         }
@@ -219,7 +219,7 @@ impl Learn {
             running.of_screen.begin();
         }
         for quantity in &running.lesson.measure {
-            let value = match measured(&mut stage.sim, &quantity.measure) {
+            let value = match measured(stage.sim_mut(), &quantity.measure) {
                 Some(value) => value,
                 None => seen(&quantity.measure, stage, screen),
             };
@@ -412,7 +412,7 @@ fn seen(measure: &Measure, stage: &Stage, screen: &Screen<'_>) -> f64 {
     let truth = |holds: bool| f64::from(u8::from(holds));
     match measure {
         Measure::Selected(body) => {
-            truth(stage.here.selection.is_some_and(|thing| stage.body(body) == Some(thing)))
+            truth(stage.here.selection.is_some_and(|thing| stage.sim().named(body) == Some(thing)))
         }
         Measure::GhostError(method) => ghosts.largest(*method).unwrap_or(f64::NAN),
         Measure::PushWork => ledger.kept().map_or(f64::NAN, |ledger| ledger.since_opening().energy.pushes),

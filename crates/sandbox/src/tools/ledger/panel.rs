@@ -38,12 +38,12 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, (past, points): 
     let last_second = ledger.last_second();
     let color = inks::words(ui.visuals(), RESIDUAL);
     ui.label(RichText::new(sentence(stage, ledger)).color(color).strong());
-    let particles = stage.sim.scene.swarm_particles();
+    let particles = stage.sim().scene.swarm_particles();
     if particles > 0 {
         ui.label(format!("The {particles} particles on the graphics device are not in the ledger."));
     }
     if !past.is_empty() {
-        before(ui, past, stage.sim.world.resource::<TimeStep>().0);
+        before(ui, past, stage.sim().world.resource::<TimeStep>().0);
         ui.separator();
     }
     energy(ui, ledger, &last_second);
@@ -83,9 +83,9 @@ fn percent(share: f64) -> String {
 
 /// What the method has done, in words.
 fn sentence(stage: &Stage, ledger: &Ledger) -> String {
-    let (stepper, method) = (&stage.sim.stepper, method_of(stage));
+    let (stepper, method) = (&stage.sim().stepper, method_of(stage));
     let (residual, seconds) = (ledger.since_opening().energy.residual, ledger.seconds());
-    let time = scene_time(seconds, stage.sim.world.resource::<TimeStep>().0);
+    let time = scene_time(seconds, stage.sim().world.resource::<TimeStep>().0);
     if seconds <= 0.0 {
         return format!("{method}: nothing simulated yet");
     }
@@ -261,8 +261,9 @@ mod tests {
             let mut scene = scene::load("orbit").expect("a shipped scene");
             scene.method = method;
             let mut stage = Stage::new(scene, Run::default());
-            let mut ledger = Ledger::open(&mut stage.sim.world);
-            (0..99).for_each(|_| ledger.tick(&mut stage.sim.stepper, &mut stage.sim.world));
+            let sim = stage.sim_mut();
+            let mut ledger = Ledger::open(&mut sim.world);
+            (0..99).for_each(|_| ledger.tick(&mut sim.stepper, &mut sim.world));
             sentence(&stage, &ledger)
         };
         assert!(

@@ -98,7 +98,7 @@ pub(crate) struct Ledger {
 
 /// The method of a stage in words, with its substeps.
 pub(super) fn method_of(stage: &Stage) -> String {
-    let (stepper, substeps) = (&stage.sim.stepper, stage.sim.substeps());
+    let (stepper, substeps) = (&stage.sim().stepper, stage.sim().substeps());
     let method = match stepper.plan().own.is_empty() {
         true => stepper.method().claims().title,
         false => "several methods",
@@ -117,7 +117,7 @@ fn point(ledger: &ledger::Ledger, time: f64) -> Point {
 }
 
 fn scene_seconds(stage: &Stage) -> f64 {
-    stage.sim.world.resource::<StepClock>().scene_seconds()
+    stage.sim().world.resource::<StepClock>().scene_seconds()
 }
 
 impl Ledger {
@@ -146,7 +146,7 @@ impl Ledger {
         if !wanted {
             self.close();
         } else if self.kept.is_none() {
-            let (ledger, from) = (ledger::Ledger::open(&mut stage.sim.world), scene_seconds(stage));
+            let (ledger, from) = (ledger::Ledger::open(&mut stage.sim_mut().world), scene_seconds(stage));
             let history = History::new(point(&ledger, from));
             self.kept = Some(Box::new(Kept { ledger, history, method: method_of(stage), from }));
         }

@@ -33,7 +33,7 @@ fn session(scene: Scene, seconds: f64) -> Session {
 
 /// Everything that can be seen and picked.
 fn things(session: &mut Session) -> Vec<Entity> {
-    let world = &mut session.stage.sim.world;
+    let world = &mut session.stage.sim_mut().world;
     let mut things: Vec<_> =
         world.query_filtered::<Entity, Or<(With<Shape>, With<SoftBody>)>>().iter(world).collect();
     let mut points = Vec::new();
@@ -51,7 +51,7 @@ fn picture(
 ) -> Image {
     for (number, thing) in things.iter().enumerate() {
         let look = Appearance { color: look(number), checker: false };
-        session.stage.sim.world.entity_mut(*thing).insert(look);
+        session.stage.sim_mut().world.entity_mut(*thing).insert(look);
     }
     session.stage.version += 1;
     let Session { stage, view, .. } = session;
@@ -209,7 +209,7 @@ fn the_ground_hides_what_fell_through_it_and_shows_a_ring() {
     .unwrap_or_else(|error| panic!("{error}"));
     let mut session = session(scene, 0.7);
     let place = |session: &Session, name: &str| {
-        session.stage.drawn_position(session.stage.body(name).expect("a body")).expect("it is drawn")
+        session.stage.drawn_position(session.stage.sim().named(name).expect("a body")).expect("it is drawn")
     };
     // What the ground hides is seen faintly, and picked where nothing else is.
     for name in ["ball", "mote", "box"] {
