@@ -34,10 +34,10 @@
 //! The modules, each of which uses only those before it:
 //!
 //! - `simd` and [`units`]: vector instructions of the machine; the scalar and vector of the simulation.
-//! - `names` and `lists`, with the feature `serde`: what derives for files use.
+//! - `names` and `lists`, with the feature `serde`: helpers of derives for files.
 //! - `state`: components and resources of bodies, forces, springs and emitters, and the [`clock`]s.
 //! - `laws`: the trait [`Law`] and one file per law; damping, and the times of a tick.
-//! - [`methods`]: the methods, and [`METHODS`], the table of what they claim.
+//! - [`methods`]: the methods, and [`METHODS`], the table of their claims.
 //! - `kernels`: one tick of a block of bodies by a method.
 //! - `tick`: the systems that integrate single bodies, and [`Quarantine`] of those that fail.
 //! - [`groups`]: bodies joined by springs or mutual gravity, integrated together.
