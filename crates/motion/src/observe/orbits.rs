@@ -39,7 +39,7 @@ const MOST_ORBITS: usize = 4096;
 /// The largest number of bodies that attract each other: their energy takes all pairs.
 const MOST_ATTRACTING: usize = 256;
 
-/// Whether only attraction acts, besides damping and drag in still air: energy is then conserved or lost, never gained.
+/// Whether attraction is all that can add energy: energy is then conserved, or lost to damping and drag in still air.
 fn only_attracts(world: &World) -> bool {
     let falls = world.get_resource::<Gravity>().and_then(Gravity::active_acceleration);
     let falls = falls.is_some_and(|acceleration| acceleration != Vector::ZERO);

@@ -34,7 +34,7 @@ pub struct ClockState {
     pub ticks: u64,
     /// The tick at which the current run of equal steps began, at most `ticks`: a changed step begins a new one.
     pub since_tick: u64,
-    /// Simulated time then, s.
+    /// Simulated time at that tick, s.
     pub since_time: Scalar,
     /// Length of each of these steps, s.
     pub step: Scalar,

@@ -29,7 +29,7 @@ pub struct Elastic {
 }
 
 impl Elastic {
-    /// The bits of its numbers: two springs that have the same are interchangeable.
+    /// The bits of its numbers: springs with equal bits are interchangeable.
     pub(crate) fn bits(&self) -> ([u64; 3], bool) {
         ([self.stiffness, self.damping, self.rest_length].map(f64::to_bits), self.pull_only)
     }

@@ -21,11 +21,11 @@ pub struct Cause<B = Entity> {
     pub system: &'static str,
     /// The component or resource at fault, with its field where it has several.
     pub component: &'static str,
-    /// What happened to it.
+    /// The fault.
     pub fault: Fault<B>,
 }
 
-/// What happened to a component or a resource.
+/// The fault of a component or a resource.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Fault<B = Entity> {
@@ -266,7 +266,7 @@ pub fn quarantine_bodies(
         return;
     }
     if let Some(mut changed) = changed {
-        // Its springs are inert.
+        // Springs of a quarantined body are inert.
         changed.0 = true;
     }
     let tick = clock.map_or(0, |clock| clock.ticks() + 1);
@@ -285,7 +285,7 @@ pub fn quarantine_bodies(
         let (transform, state) = (sound_place(transform, previous), sound_motion(state));
         entity.try_insert((transform, state, Quarantined));
         if previous.is_some_and(|previous| !previous.is_finite()) {
-            // Nothing is interpolated.
+            // Drawing cannot interpolate from a position that is not finite.
             entity.try_insert(PreviousPosition(transform.position));
         }
         if last.is_some_and(|last| !last.0.is_finite()) {
