@@ -181,7 +181,7 @@ pub(crate) struct StepStatistics {
     pub laws: Counts,
     /// Iterations of implicit steps.
     pub iterations: Iterations,
-    /// Records of every row, if a ledger wants them.
+    /// Records of every row, if the tick has a ledger.
     pub record: Option<Recorder>,
 }
 

@@ -1,8 +1,8 @@
 //! Linear motion on an entity component system: `Transform`, `PhysicsBody` and `Force`, moved by scheduled systems.
 //!
-//! What this crate is for, in order of importance: motion that can be proven against theory; hard cases that stay
-//! finite; a step that costs what its arithmetic costs. It reads no file, no device and no clock. It has no rotation
-//! dynamics, no collisions and no friction.
+//! The goals, in order of importance: motion that can be proven against theory; hard cases that stay finite; a step that
+//! costs what its arithmetic costs. The crate reads no file, no device and no clock. It has no rotation dynamics, no
+//! collisions and no friction.
 //!
 //! ```
 //! use bevy_ecs::prelude::*;
@@ -125,7 +125,8 @@ pub mod forecast {
     };
 }
 
-/// The ledger of energy, momentum and angular momentum: what each cause added, and the residual, which is the error of the method.
+/// The ledger of energy, momentum and angular momentum: the amount that each cause added, and the residual, which is the error
+/// of the method.
 pub mod ledger {
     pub use crate::observe::ledger::{Energies, Ledger, LedgerLines, LedgerTotals};
 }

@@ -75,9 +75,9 @@ pub use crate::state::switched_off::{Off, OffResource, SpringsOff};
 
 /// The state of a world between two ticks. `B` names bodies and emitters, `Bodies` is a list of bodies.
 ///
-/// To restore it into another world, give it the entities of the other world by [`MapEntities::map_entities`], for example with an
-/// `EntityHashMap<Entity>`. Files need names that are the same in every world: see [`Snapshot::rename`]. The
-/// feature `serde` writes and reads a snapshot with such names; `lists::within` limits the memory that its lists take.
+/// To restore it into another world, give it the entities of the other world by [`MapEntities::map_entities`], for example
+/// with an `EntityHashMap<Entity>`. Files need names that are the same in every world: see [`Snapshot::rename`]. The feature
+/// `serde` writes and reads a snapshot with such names; `lists::within` limits the memory that its lists take.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(default))]
 #[cfg_attr(feature = "serde", serde(bound(serialize = "B: Clone + Serialize, Bodies: Serialize")))]

@@ -77,7 +77,7 @@ impl Rows<'_> {
     }
 }
 
-/// How the rows are to be written.
+/// Parameters of a write.
 #[derive(Clone, Copy)]
 pub(crate) struct Writing {
     /// How far from the previous to the current position things are drawn.

@@ -60,8 +60,8 @@ impl Viewpoint {
     /// The ray from the eye through `pixel` (from the top left corner, physical pixels; whole numbers are the
     /// pixels' corners) of a picture of `size_px`.
     ///
-    /// It starts at the eye, not at the near plane, and the far plane does not end it. Where there is no such
-    /// ray, as for a minimized window of 0 by 0 pixels, it is the ray straight ahead.
+    /// It starts at the eye, not at the near plane, and the far plane does not end it. If there is no such ray, as for a
+    /// minimized window of 0 by 0 pixels, it is the ray straight ahead.
     #[must_use]
     pub fn ray_through(&self, pixel: DVec2, size_px: DVec2) -> Ray {
         // Two points on the ray, as the tutorial does it: exactly on the planes is where a hardware matrix

@@ -49,7 +49,7 @@ pub(crate) trait TickField: Field + Sized {
     /// Applies speed limit and axis locks.
     fn restrain(&mut self, v: Self::Space) -> Self::Space;
 
-    /// The records of the tick, if a ledger wants them.
+    /// The records of the tick, if it has a ledger.
     fn recorder(&mut self) -> &mut Option<Recorder>;
 
     /// An element of the space as rows.
@@ -84,7 +84,7 @@ pub(crate) trait TickField: Field + Sized {
         limited
     }
 
-    /// Records a change, if a ledger wants it.
+    /// Records a change, if the tick has a ledger.
     #[inline(always)]
     fn record_change(&mut self, from: Self::Space, to: Self::Space, note: Note<'_>) {
         if self.recorder().is_some() {

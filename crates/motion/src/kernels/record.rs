@@ -191,7 +191,7 @@ pub(crate) fn vector([x, y, z, _]: &[f64; 4]) -> Vector {
 pub(crate) struct TickRecords(pub Option<EntityHashMap<TickRecord>>);
 
 impl TickRecords {
-    /// A recorder of `rows` rows, if a ledger wants records.
+    /// A recorder of `rows` rows, if the tick has a ledger.
     pub fn recorder(&self, rows: usize) -> Option<Recorder> {
         self.0.is_some().then(|| Recorder::of(rows))
     }

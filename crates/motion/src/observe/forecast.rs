@@ -77,7 +77,7 @@ pub enum Deviation {
     Alternates([Scalar; 2]),
 }
 
-/// What becomes of a motion under the method.
+/// The fate of a motion under the method.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Fate {
     /// It stays near the true motion.
@@ -124,13 +124,13 @@ pub struct Margin {
     /// is within 0.1 %; for groups of more than a million bodies it may end earlier.
     pub at_most: Scalar,
     /// The value above which the mode grows: the next such limit above the current value if that is stable. 0 if no
-    /// step is stable, or if the limit is below 5e-3, or below 0.05 for several modes by a method of order 2; infinite if every step is
-    /// stable. Yoshida 4 with damping is stable again at some longer steps.
+    /// step is stable, or if the limit is below 5e-3, or below 0.05 for several modes under a method that is not of order 1;
+    /// infinite if every step is stable. Yoshida 4 with damping is stable again at some longer steps.
     pub limit: Scalar,
     /// The value of a circular orbit above which the method does not keep it within half and twice its radius for
     /// [`LASTING_TURNS`]; 0 if the method keeps none. `None` if the motion is not an orbit.
     pub lasts: Option<Scalar>,
-    /// What becomes of the motion.
+    /// The fate of the motion.
     pub fate: Fate,
     /// Factor of growth per second, after many seconds; 1 if it does not grow. For an orbit, a factor of 2 in the turns after
     /// which the method leaves it; infinite if the growth accelerates.

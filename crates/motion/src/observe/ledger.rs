@@ -1,4 +1,5 @@
-//! The ledger of energy, momentum and angular momentum: what each cause added, and the residual, which is the error of the method.
+//! The ledger of energy, momentum and angular momentum: the amount that each cause added, and the residual, which is the error
+//! of the method.
 //!
 //! A ledger is not part of the world or its systems: it reads every body before and after a tick. A world without a
 //! ledger pays nothing for it.

@@ -40,9 +40,9 @@ const NOT_INSTALLED: &str = "call `Stepper::install` first; it cannot be used wi
 ///   [`PhysicsBody`](crate::PhysicsBody), whose velocity is that at the time of the position;
 /// - a mass or a velocity given to a body that was immovable and at rest.
 ///
-/// A body, spring or emitter with Bevy's [`Disabled`](bevy_ecs::entity_disabling::Disabled), and a body without its
-/// `Transform` or [`Force`](crate::Force), is out of the ticks as a removed one is. A body and a spring come back in the state in which they left, without a force; an
-/// emitter begins as a new one, and its particles are dormant meanwhile.
+/// Ticks skip a body, spring or emitter with Bevy's [`Disabled`](bevy_ecs::entity_disabling::Disabled), and a body without its
+/// `Transform` or [`Force`](crate::Force), as if it were removed. A body and a spring come back in the state in which they left,
+/// without a force; an emitter begins as a new one, and its particles are dormant meanwhile.
 ///
 /// A running body's velocity, position, inverse mass and method are changed by a [`Request`](crate::Request): the method
 /// state of position Verlet belongs to the old values, and so do the counts of evaluations and the groups. Under position
@@ -196,7 +196,7 @@ impl Stepper {
     /// A run condition on [`StepSystems::Tick`] pauses all of it: bodies, emitters, engines, the clock, pushes and forces wait.
     ///
     /// # A law that panics
-    /// Where the panic is caught, the world and the stepper stay usable. The tick is not counted, and bodies that were integrated
+    /// If the panic is caught, the world and the stepper stay usable. The tick is not counted, and bodies that were integrated
     /// before the panic have moved: [restore](crate::snapshot) a snapshot to undo that. The next run of a schedule with a
     /// single-threaded executor skips the systems that ran before the panic; a new schedule, after
     /// [`uninstall`](Self::uninstall), does not.

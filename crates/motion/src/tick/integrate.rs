@@ -53,7 +53,7 @@ struct TableTick<'a> {
     parameters: &'a TickParameters<'a>,
     /// The births in the table, by row.
     births: &'a [Birth],
-    /// The records of the tick, if a ledger wants them.
+    /// The records of the tick, if it has a ledger.
     records: &'a TickRecords,
 }
 

@@ -252,8 +252,8 @@ impl Quarantine {
 
 /// Quarantines the bodies that the tick refused and marks them [`Quarantined`].
 ///
-/// Where something else has written a non-finite state, the body stays at its [`PreviousPosition`], or at the origin
-/// without one; at rest; immovable.
+/// If other code has written a state that is not finite, the position becomes the [`PreviousPosition`], or the origin without
+/// one, the velocity 0 and the inverse mass 0, each only if it is not finite.
 pub fn quarantine_bodies(
     mut commands: Commands,
     mut quarantine: ResMut<Quarantine>,

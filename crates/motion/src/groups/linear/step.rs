@@ -16,7 +16,7 @@ use crate::units::Vector;
 pub(in crate::groups) struct Local {
     /// `-h da/dv - h² da/dx` of attractive laws.
     attractive: DMat3,
-    /// The same of all laws, minus `attractive`.
+    /// `-h da/dv - h² da/dx` of all laws, minus `attractive`.
     rest: DMat3,
     /// `h da/dx` of attractive laws.
     pub moved: DMat3,

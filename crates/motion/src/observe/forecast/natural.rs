@@ -53,8 +53,8 @@ const LEAST: Scalar = 1e-11;
 /// rest length there. Groups whose bodies attract each other have no modes. `count` is at most [`NaturalModes::MOST`].
 ///
 /// Groups of up to 40 bodies are solved as a whole (Jacobi 1846), larger ones by block Krylov subspaces (Golub, Underwood 1977;
-/// restarted with the best vectors: Wu, Simon 2000), for the slowest modes on shifted inverses, by conjugate gradients. There a mode
-/// that is a thousand times slower than all others may be missed.
+/// restarted with the best vectors: Wu, Simon 2000), for the slowest modes on shifted inverses, by conjugate gradients. In
+/// larger groups a mode that is a thousand times slower than all others may be missed.
 #[must_use]
 pub fn natural_modes(world: &mut World, count: usize) -> NaturalModes {
     compile_groups(world);
