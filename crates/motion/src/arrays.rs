@@ -54,7 +54,7 @@ pub struct Bare {
     /// Ids of the bodies of a world, ascending.
     ids: Vec<StableId>,
     forces: Vec<[f64; 3]>,
-    /// Rows that were pushed, in the form that kernels take.
+    /// Pushed rows as (0, row), ascending: kernels take (table, row).
     pushed: Vec<(usize, usize)>,
     method: Method,
     /// Length of a tick, s.

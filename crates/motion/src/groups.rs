@@ -53,11 +53,11 @@ pub struct Groups {
     /// Whether the world had springs, and mutual gravity, at the last check.
     reasons: (bool, bool),
     pub(crate) list: Vec<Group>,
-    /// The tables that the rows of groups are in, ascending.
+    /// The tables that hold rows of groups, ascending.
     places: Vec<Place>,
     /// The places of the movable rows of groups that are integrated alone, by table and row.
     runs: Vec<TableRun>,
-    /// All groups, those of a bundle together, in the order of their numbers.
+    /// Groups and bundles in the order in which they are integrated: by group number, a bundle at its first group.
     units: Vec<Unit>,
     /// Groups that are integrated side by side.
     bundles: Bundles,
@@ -68,7 +68,7 @@ pub struct Groups {
     v: RowArray,
     w: Vec<Scalar>,
     last: Vec<Scalar>,
-    /// Rows of each group in no bundle that the running system has found.
+    /// Number of movable rows that the running system has found, per group outside bundles.
     seen: Vec<usize>,
     /// Group, row and force, N, of every pushed row.
     pushes: Vec<(usize, usize, Row)>,
@@ -83,7 +83,7 @@ pub(crate) struct Group {
     pub coupling: Coupling,
     /// Its bodies by row, movable ones first, then anchors, each in the order of stable ids.
     pub bodies: Vec<Entity>,
-    /// Rows whose options change them.
+    /// Rows with options other than own laws and substeps.
     with_options: Vec<u32>,
     /// Rows with own laws.
     with_laws: Vec<u32>,
@@ -171,7 +171,7 @@ impl Groups {
     }
 }
 
-/// The states of bodies; one that is gone counts as immovable at the origin.
+/// The states of bodies; a removed body counts as immovable at the origin.
 pub(crate) fn states_of(world: &World, bodies: &[Entity]) -> Vec<BodyState> {
     let state = |body: &Entity| {
         let PhysicsBody { velocity, inverse_mass } =

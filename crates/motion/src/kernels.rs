@@ -181,7 +181,7 @@ pub(crate) struct StepStatistics {
     pub laws: Counts,
     /// Iterations of implicit steps.
     pub iterations: Iterations,
-    /// Records of every row, if a ledger wants them.
+    /// Records of every row, if the tick has a ledger.
     pub record: Option<Recorder>,
 }
 
@@ -190,7 +190,7 @@ impl StepStatistics {
         count(&mut self.laws, name, rows);
     }
 
-    /// Counts evaluations of so many rows, in which the laws `called` were called.
+    /// Counts an evaluation of `rows` rows in which the laws `called` were called.
     pub fn count<'l>(&mut self, rows: u64, called: impl Iterator<Item = &'l dyn Law>) {
         self.accelerations += rows;
         called.for_each(|law| self.count_law(law.name(), rows));
@@ -212,7 +212,7 @@ pub(crate) struct Batch<'a> {
     pub bodies: &'a mut [Row],
     /// The applied forces, if any body is pushed.
     pub applied: Option<AppliedForces<'a>>,
-    /// What the method keeps of every body.
+    /// The method state of every body.
     pub method_state: MethodStateRows<'a>,
 }
 
@@ -262,7 +262,7 @@ impl AppliedForces<'_> {
             pushed.partition_point(|(_, pushed)| *pushed < self.offset + row)
         };
         let pushed = &self.rows[before(self.rows, rows.start)..];
-        // There are no more than rows: this makes the second search short.
+        // At most as many are pushed as there are rows: this shortens the second search.
         let pushed = &pushed[..pushed.len().min(rows.len())];
         Self {
             forces: &self.forces[rows.clone()],
@@ -279,7 +279,7 @@ pub(crate) type Refuse<'a> = &'a mut dyn FnMut(usize, Breach);
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kernel {
     pub traits: Traits,
-    /// Integrates a tick of some rows of a batch, whose options are given if they have any.
+    /// Integrates a tick of some rows of a batch. The options are `None` if no row has any.
     pub integrate: fn(
         &TickParameters<'_>,
         &mut Batch<'_>,
@@ -296,7 +296,7 @@ impl Kernel {
         Self { traits: Traits::of::<M>(), integrate: integrate_batch::<M> }
     }
 
-    /// Integrates a tick of one row with these options, or says why it was refused.
+    /// Integrates a tick of one row with these options, or returns why it was refused.
     pub fn integrate_row(
         self,
         parameters: &TickParameters<'_>,
@@ -312,7 +312,7 @@ impl Kernel {
     }
 }
 
-/// Integrates a tick of some rows of a batch; those with options together where nothing but their own laws differs.
+/// Integrates a tick of some rows of a batch. Consecutive rows whose options differ only in own laws are integrated together.
 fn integrate_batch<M: Integrator>(
     parameters: &TickParameters<'_>,
     batch: &mut Batch<'_>,
@@ -359,7 +359,7 @@ fn integrate_batch<M: Integrator>(
     let done = in_registers.then(|| affine::run::<M>(parameters, batch, rows.clone(), refuse));
     match done.flatten() {
         Some(evaluations) => statistics.accelerations += evaluations,
-        // The same bits.
+        // The kernel of blocks gives the same bits.
         None => blocks::run::<M>(parameters, &BodyOptions::NONE, None, batch, rows, statistics, refuse),
     }
 }

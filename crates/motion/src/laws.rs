@@ -76,7 +76,7 @@ macro_rules! with_laws_of_tests {
 }
 pub(crate) use with_laws_of_tests;
 
-/// The time at which a law is evaluated, and the side of a discontinuity on which it is.
+/// The time at which a law is evaluated, and on which side of a discontinuity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EvaluationTime {
     /// Time of the evaluation, s.
@@ -172,8 +172,8 @@ pub trait Law: Debug + Send + Sync + 'static {
     /// Whether the acceleration depends on the velocity. Some methods then take more evaluations or lose an order.
     fn depends_on_velocity(&self) -> bool;
 
-    /// The law as a constant and linear drag, if it is no more than that. An affine law is summed once per tick and is
-    /// never called.
+    /// The law as a constant acceleration and linear drag, if it has no other terms. An affine law is summed once per tick and
+    /// is never called.
     fn affine(&self) -> Option<Affine> {
         None
     }
@@ -195,8 +195,8 @@ pub trait Law: Debug + Send + Sync + 'static {
         false
     }
 
-    /// A number that changes whenever the law says something else of the same state and time, for an own law of a body that
-    /// does; accelerations that were cached before are then of no use.
+    /// Version of an own law whose acceleration in a given state and at a given time can change; `None` for every other law. A
+    /// new version invalidates cached accelerations.
     fn version(&self) -> Option<u64> {
         None
     }
@@ -206,8 +206,8 @@ pub trait Law: Debug + Send + Sync + 'static {
         &[]
     }
 
-    /// The drag per mass that the law is for a body of that inverse mass, 1/kg, if it is drag of single bodies. The forecast
-    /// judges it with that of all bodies.
+    /// The law as drag per mass for a body of that inverse mass, 1/kg, if it is drag of single bodies. The forecast adds it to
+    /// the drag of all bodies.
     fn drag(&self, inverse_mass: f64) -> Option<Drag> {
         let _ = inverse_mass;
         None
@@ -231,7 +231,7 @@ pub trait Law: Debug + Send + Sync + 'static {
     }
 }
 
-/// Bodies of a block: laws are evaluated for so many at a time.
+/// Number of bodies in a block: laws are evaluated for this many at a time.
 pub const BLOCK_BODIES: usize = 32;
 
 /// x, y and z of the bodies of a block, as structures of arrays.

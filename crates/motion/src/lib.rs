@@ -1,8 +1,8 @@
 //! Linear motion on an entity component system: `Transform`, `PhysicsBody` and `Force`, moved by scheduled systems.
 //!
-//! What this crate is for, in order of importance: motion that can be proven against theory; hard cases that stay
-//! finite; a step that costs what its arithmetic costs. It reads no file, no device and no clock. It has no rotation
-//! dynamics, no collisions and no friction.
+//! The goals, in order of importance: motion that can be proven against theory; hard cases that stay finite; a step that
+//! costs what its arithmetic costs. The crate reads no file, no device and no clock. It has no rotation dynamics, no
+//! collisions and no friction.
 //!
 //! ```
 //! use bevy_ecs::prelude::*;
@@ -34,10 +34,10 @@
 //! The modules, each of which uses only those before it:
 //!
 //! - `simd` and [`units`]: vector instructions of the machine; the scalar and vector of the simulation.
-//! - `names` and `lists`, with the feature `serde`: what derives for files use.
+//! - `names` and `lists`, with the feature `serde`: helpers of derives for files.
 //! - `state`: components and resources of bodies, forces, springs and emitters, and the [`clock`]s.
 //! - `laws`: the trait [`Law`] and one file per law; damping, and the times of a tick.
-//! - [`methods`]: the methods, and [`METHODS`], the table of what they claim.
+//! - [`methods`]: the methods, and [`METHODS`], the table of their claims.
 //! - `kernels`: one tick of a block of bodies by a method.
 //! - `tick`: the systems that integrate single bodies, and [`Quarantine`] of those that fail.
 //! - [`groups`]: bodies joined by springs or mutual gravity, integrated together.
@@ -125,7 +125,8 @@ pub mod forecast {
     };
 }
 
-/// The ledger of energy, momentum and angular momentum: what each cause added, and the residual, which is the error of the method.
+/// The ledger of energy, momentum and angular momentum: the amount that each cause added, and the residual, which is the error
+/// of the method.
 pub mod ledger {
     pub use crate::observe::ledger::{Energies, Ledger, LedgerLines, LedgerTotals};
 }

@@ -1,4 +1,4 @@
-//! Lists of files, read into no more memory than is allowed: three bytes of a file can be seventy in memory.
+//! Reading of lists from files within a memory limit: three bytes of a file can be seventy in memory.
 
 use std::cell::Cell;
 use std::fmt;
@@ -16,9 +16,9 @@ pub fn within<T>(bytes: usize, read: impl FnOnce() -> T) -> T {
     counted_within(bytes, read).0
 }
 
-/// The same, and the bytes that they took; `None` if they would have taken more.
+/// [`within`], with the bytes that the lists took; `None` if they would have taken more than `bytes`.
 pub fn counted_within<T>(bytes: usize, read: impl FnOnce() -> T) -> (T, Option<usize>) {
-    /// Gives back the room of before, also where `read` panics.
+    /// Restores the previous limit, also if `read` panics.
     struct Before(usize, bool);
 
     impl Drop for Before {

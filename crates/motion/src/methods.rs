@@ -176,8 +176,8 @@ pub trait Integrator: Copy + Default + Send + Sync + 'static {
     ) -> (F::Space, F::Space);
 }
 
-/// Evaluates an expression with the type of a method; `@count` is the number of methods. Has the list that the compiler
-/// holds the enum, the claims and the colors to.
+/// Evaluates an expression with the type of a method; `@count` is the number of methods. Contains the list of methods,
+/// against which the compiler checks the enum, the claims and the colors.
 macro_rules! with_method {
     ($method:expr, $name:ident => $do:expr) => {
         $crate::methods::with_method!(@list @each $method, $name => $do;)

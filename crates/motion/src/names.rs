@@ -1,8 +1,8 @@
-//! Methods, effects and laws in files, by their names: for derives of serde.
+//! Serde helpers that write methods, effects and laws to files by name.
 
 use serde::{Deserialize, Deserializer, Serializer, de, ser};
 
-/// Writes `name`, which only a `known` one can be read from.
+/// Writes `name`; an error if it is not `known`.
 pub(crate) fn write<S: Serializer>(name: &str, known: bool, out: S) -> Result<S::Ok, S::Error> {
     // The name of an embedder's own law could not be read again.
     if known { out.serialize_str(name) } else { Err(ser::Error::custom(unknown(name))) }
@@ -21,7 +21,7 @@ fn unknown(name: &str) -> String {
     format!("this program knows no `{name}`")
 }
 
-/// Implements the traits of serde for a choice that has a `name` and is found `from_name`.
+/// Implements the traits of serde for an enum with `name` and `from_name`.
 macro_rules! written_by_name {
     ($Choice:ty) => {
         impl serde::Serialize for $Choice {

@@ -1,4 +1,4 @@
-//! The schedule: the systems that a tick is compiled of, and what changes the world between two ticks.
+//! The schedule: the systems that a tick is compiled of, and the changes of a world between two ticks.
 
 pub(crate) mod effects;
 pub(crate) mod emission;

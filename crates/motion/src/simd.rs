@@ -18,7 +18,7 @@ pub(crate) fn vectorize<R>(arithmetic: impl FnOnce() -> R) -> R {
     arithmetic()
 }
 
-/// [`vectorize`] for so many numbers: where they are few, choosing instructions takes longer than the arithmetic.
+/// [`vectorize`] for arithmetic on `numbers` numbers: for few, choosing instructions takes longer than the arithmetic.
 #[inline(always)]
 pub(crate) fn vectorize_many<R>(numbers: usize, arithmetic: impl FnOnce() -> R) -> R {
     const FEW: usize = 64;

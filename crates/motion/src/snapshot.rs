@@ -75,9 +75,9 @@ pub use crate::state::switched_off::{Off, OffResource, SpringsOff};
 
 /// The state of a world between two ticks. `B` names bodies and emitters, `Bodies` is a list of bodies.
 ///
-/// To restore it into another world, give it the entities of the other world by [`MapEntities::map_entities`], for example with an
-/// `EntityHashMap<Entity>`. Files need names that are the same in every world: see [`Snapshot::rename`]. The
-/// feature `serde` writes and reads a snapshot with such names; `lists::within` limits the memory that its lists take.
+/// To restore it into another world, give it the entities of the other world by [`MapEntities::map_entities`], for example
+/// with an `EntityHashMap<Entity>`. Files need names that are the same in every world: see [`Snapshot::rename`]. The feature
+/// `serde` writes and reads a snapshot with such names; `lists::within` limits the memory that its lists take.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(default))]
 #[cfg_attr(feature = "serde", serde(bound(serialize = "B: Clone + Serialize, Bodies: Serialize")))]
@@ -100,7 +100,7 @@ pub struct Snapshot<B = Entity, Bodies = Vec<B>> {
     /// Evaluations so far.
     #[cfg_attr(feature = "serde", serde(rename = "counts"))]
     pub evaluations: Evaluations,
-    /// Everything that is there, scenery too, for whoever makes a world for the snapshot: [`take`] leaves the list empty, and
+    /// All entities, scenery included, for code that makes a world for the snapshot: [`take`] leaves the list empty, and
     /// [`restore`] does not read it.
     pub things: Bodies,
     /// The bodies, in the order of their tables: neighbors share calls of laws, so that counts of evaluations depend on it.
@@ -170,7 +170,7 @@ pub struct Effects {
 pub enum RestoreError {
     /// The world has other bodies or emitters.
     Mismatch(Mismatch),
-    /// [`take`] cannot have made a field of the snapshot.
+    /// A field of the snapshot has a value that [`take`] cannot have made.
     Invalid {
         /// The field of [`Snapshot`].
         field: &'static str,
@@ -195,9 +195,9 @@ impl std::error::Error for RestoreError {}
 /// The bodies or emitters in which a world and a snapshot differ.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mismatch {
-    /// Those of the snapshot that the world lacks.
+    /// Bodies and emitters of the snapshot that the world lacks.
     pub missing: Vec<Entity>,
-    /// Those of the world that the snapshot lacks.
+    /// Bodies and emitters of the world that the snapshot lacks.
     pub unknown: Vec<Entity>,
 }
 
@@ -217,7 +217,7 @@ impl fmt::Display for Mismatch {
 
 impl std::error::Error for Mismatch {}
 
-/// Bodies of a snapshot.
+/// Filter of the bodies of a snapshot.
 type IsBody = (With<Transform>, With<PhysicsBody>);
 
 /// Takes the state of `world`, which `stepper` simulates, between two ticks.
@@ -326,7 +326,7 @@ pub fn restore(world: &mut World, stepper: &mut Stepper, snapshot: &Snapshot) ->
         }
     }
     give(world, swarms);
-    // Those of a tick in which a law panicked.
+    // The births of a tick in which a law panicked.
     if let Some(mut emissions) = world.get_resource_mut::<Emissions>() {
         emissions.births.clear();
     }
@@ -347,7 +347,7 @@ pub fn restore(world: &mut World, stepper: &mut Stepper, snapshot: &Snapshot) ->
 }
 
 impl Effects {
-    /// Those of `world`.
+    /// The effects of `world`.
     pub fn of(world: &mut World) -> Self {
         let off = world.get_resource::<OffResource<Damping>>().map(|OffResource(damping)| *damping);
         Self {
@@ -360,7 +360,7 @@ impl Effects {
         }
     }
 
-    /// Gives them to `world`, as far as it declares them.
+    /// Applies these effects to `world`, as far as it declares them.
     pub fn put(&self, world: &mut World) {
         let switch = |world: &mut World, to_off: bool| {
             for effect in Effect::ALL.into_iter().filter(|effect| self.off.contains(effect) == to_off) {
@@ -392,8 +392,8 @@ impl MapEntities for Snapshot {
 }
 
 impl<B, Bodies> Snapshot<B, Bodies> {
-    /// The same state with other names: each function returns a list of bodies, a body, an emitter and a record with theirs. What
-    /// gets `None` is left out.
+    /// The same state with other names: the functions return a list of bodies, a body, an emitter and a record with the new
+    /// names. Entries for which they return `None` are left out.
     pub fn rename<Other, OtherBodies>(
         self,
         list: impl Fn(Bodies) -> OtherBodies,
@@ -461,7 +461,7 @@ impl<B, Bodies> Snapshot<B, Bodies> {
 }
 
 impl Snapshot {
-    /// Checks what needs no world but for the entities that it names. Returns the clock.
+    /// Checks the numbers, the lengths of the lists and that `world` has the entities of the lists. Returns the clock.
     fn check_fields(&self, world: &World) -> Result<StepClock, RestoreError> {
         let Self { step: TimeStep(step), substeps, effects, bodies, transforms, states, .. } = self;
         let ensure = |holds, field, why| {
@@ -495,7 +495,7 @@ impl Snapshot {
         Ok(clock)
     }
 
-    /// Checks that the world has exactly the bodies and emitters of the snapshot, each of which is there once.
+    /// Checks that the world has exactly the bodies and emitters of the snapshot, each of which is listed once.
     fn check_bodies(&self, world: &mut World) -> Result<(), RestoreError> {
         let same = world.query_filtered::<Entity, IsBody>().iter(world).eq(self.bodies.iter().copied())
             && marked::<Emission>(world).into_iter().eq(self.emissions.iter().map(|(emitter, _)| *emitter));
@@ -526,7 +526,7 @@ impl Snapshot {
         Ok(())
     }
 
-    /// Gives the bodies their methods. Accelerations that were cached by another one are not kept.
+    /// Gives the bodies their methods. Drops cached accelerations if a method changes.
     fn put_methods(&self, world: &mut World, present: Method) {
         let then: EntityHashMap<Method> = self.own_methods.iter().copied().collect();
         let mut own = world.query_filtered::<EntityRef, With<OwnMethod>>();
@@ -609,7 +609,7 @@ fn entities<T>(list: &[(Entity, T)]) -> impl Iterator<Item = Entity> {
     list.iter().map(|(entity, _)| *entity)
 }
 
-/// Why `world` cannot have this list of entities, if so.
+/// Why `world` cannot have this list of entities; `None` if it can.
 fn fault_of(world: &World, entities: impl Iterator<Item = Entity>) -> Option<&'static str> {
     // A bit for each entity by its index, which two that exist do not share.
     let mut seen: Vec<u64> = Vec::new();
@@ -637,7 +637,7 @@ fn with<C: Copy>(bodies: &[Entity], value: C) -> Vec<(Entity, C)> {
     bodies.iter().map(|body| (*body, value)).collect()
 }
 
-/// Gives exactly these entities the component; whether one was added, removed or changed.
+/// Gives exactly these entities the component. Returns whether one was added, removed or changed.
 fn give<C: Component<Mutability = Mutable> + Clone + PartialEq>(
     world: &mut World,
     then: &[(Entity, C)],

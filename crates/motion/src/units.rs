@@ -13,7 +13,8 @@ pub fn outer(a: Vector, b: Vector) -> glam::DMat3 {
     glam::DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
-/// Refuses `value`, in `unit`, of `what` if it is below 0. NaN passes: bodies that it reaches are quarantined, which names it.
+/// Checks that `value` of the quantity `what`, in `unit`, is at least 0. NaN passes: bodies that it reaches are quarantined
+/// with a record that names it.
 ///
 /// # Panics
 /// If it is below 0.

@@ -1,4 +1,4 @@
-//! The tree: parry's bounding volume hierarchy over the targets, kept in a frame of its own, and what it costs.
+//! The tree: parry's bounding volume hierarchy over the targets, kept in a frame of its own, and its costs.
 
 use std::cell::Cell;
 
@@ -46,7 +46,7 @@ const ROAM: f64 = 4096.0;
 pub(crate) struct Tree {
     bvh: Bvh,
     frame: DVec3,
-    /// Centers relative to the frame, by which a thing at rest is recognized.
+    /// Coordinates of the centers relative to the frame, by which a thing at rest is recognized.
     x: Vec<f32>,
     y: Vec<f32>,
     z: Vec<f32>,
@@ -77,7 +77,7 @@ impl Tree {
 
     fn leaf(&self, row: usize) -> Aabb {
         let center = Vec3::new(self.x[row], self.y[row], self.z[row]);
-        // Not a number or beyond all reach: the exact test refuses it, so any box serves that builds well.
+        // The exact test refuses a center that is NaN or out of reach, so any box that builds well will do.
         let (center, reach) =
             if within_reach(center) { (center, self.reach[row]) } else { (Vec3::ZERO, Vec3::ZERO) };
         let size = center.abs().max_element() + reach.max_element() + 2.0 * ROAM as f32;
@@ -89,7 +89,7 @@ impl Tree {
         (anchor - self.frame).abs().max_element() <= ROAM
     }
 
-    /// Takes note of those `rows`, the first of which is number `from`, that are not where the tree has them.
+    /// Notes the rows that are not where the tree has them; the first of `rows` has the number `from`.
     pub(crate) fn note(&mut self, from: usize, rows: Rows<'_>, alpha: f64) {
         let all = from..from + rows.transforms.len();
         let mut next = 0;
@@ -109,8 +109,8 @@ impl Tree {
         }
     }
 
-    /// Brings the tree up to date with the noted rows if that is cheaper than scanning `rays` rays; false if it
-    /// is not, and the tree has to go.
+    /// Brings the tree up to date with the noted rows if that is cheaper than scanning `rays` rays. Returns false if it
+    /// is not: the tree must then be dropped.
     pub(crate) fn follow(&mut self, rays: u32) -> bool {
         if self.moved.len() > cost::movers_worth_following(self.x.len(), rays) {
             return false;

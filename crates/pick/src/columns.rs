@@ -56,13 +56,13 @@ impl Columns {
     }
 }
 
-/// Where the thing of one row is drawn, world space, m.
+/// Drawn position of one row, world space, m.
 #[inline(always)]
 fn drawn(current: &Transform, previous: &PreviousPosition, alpha: f64) -> DVec3 {
     previous.0 + (current.position - previous.0) * alpha
 }
 
-/// What there is to write: a run of rows of one table.
+/// The rows to write: a run of rows of one table.
 #[derive(Clone, Copy)]
 pub(crate) struct Rows<'a> {
     pub(crate) transforms: &'a [Transform],
@@ -70,27 +70,27 @@ pub(crate) struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// Where the thing of `row` is drawn, world space, m.
+    /// Drawn position of `row`, world space, m.
     pub(crate) fn drawn(&self, row: usize, alpha: f64) -> DVec3 {
         let current = &self.transforms[row];
         self.previous.map_or(current.position, |previous| drawn(current, &previous[row], alpha))
     }
 }
 
-/// How the rows are to be written.
+/// Parameters of a write.
 #[derive(Clone, Copy)]
 pub(crate) struct Writing {
     /// How far from the previous to the current position things are drawn.
     pub(crate) alpha: f64,
-    /// What the positions found in the columns are relative to.
+    /// Anchor of the positions that are in the columns before the write, m.
     pub(crate) old_anchor: DVec3,
-    /// What the positions written are relative to.
+    /// Anchor of the positions to write, m.
     pub(crate) anchor: DVec3,
-    /// How many things that moved are worth counting; `None` if none is.
+    /// Number of moved things above which counting stops; `None` to count none.
     pub(crate) enough: Option<usize>,
 }
 
-/// Rows between two looks at whether enough have been counted.
+/// Rows between two checks of whether enough have been counted.
 const STRIDE: usize = 256;
 
 dispatched!(write(to: Positions<'_>, rows: Rows<'_>, writing: Writing) -> usize, write_rows);
@@ -98,8 +98,8 @@ dispatched!(write(to: Positions<'_>, rows: Rows<'_>, writing: Writing) -> usize,
 /// Writes the drawn positions and returns how many of them have moved, or some number above `enough`: counting costs
 /// as much as writing, and is not needed if most things move.
 ///
-/// Positions are compared relative to the old anchor: so a thing at rest is told from a moving one without a
-/// second copy of the world, however the camera flies.
+/// Positions are compared relative to the old anchor. This distinguishes things at rest from moving ones without a second
+/// copy of the world, however the camera flies.
 #[inline(always)]
 fn write_rows(to: Positions<'_>, rows: Rows<'_>, writing: Writing) -> usize {
     let mut moved = 0;
@@ -157,7 +157,7 @@ fn write_stride(
     moved as usize
 }
 
-/// Rows that [`next_moved`] looks at together.
+/// Number of rows that [`next_moved`] checks together.
 pub(crate) const SPAN: usize = 64;
 
 /// Known positions relative to `frame`, a run of rows of a table.
@@ -174,7 +174,7 @@ dispatched!(
     next_moved_span
 );
 
-/// The first span of [`SPAN`] rows at or after span `from` in which a thing is not drawn where it is known to be.
+/// The first span of [`SPAN`] rows at or after span `from` in which a drawn position differs from the known one.
 #[inline(always)]
 fn next_moved_span(known: Known<'_>, rows: Rows<'_>, alpha: f64, from: usize) -> Option<usize> {
     let columns = known.x.chunks(SPAN).zip(known.y.chunks(SPAN)).zip(known.z.chunks(SPAN));
@@ -212,7 +212,7 @@ fn any_moved(
     moved != 0
 }
 
-/// Whether a position is not the one in the columns, bit for bit, so that one that is not a number can rest too.
+/// Whether a position differs from the one in the columns in any bit. By bits, so that a position of NaN can be at rest.
 #[inline(always)]
 pub(crate) fn differs(is: Vec3, (x, y, z): (&f32, &f32, &f32)) -> bool {
     let off = |a: f32, b: &f32| a.to_bits() ^ b.to_bits();
@@ -221,9 +221,9 @@ pub(crate) fn differs(is: Vec3, (x, y, z): (&f32, &f32, &f32)) -> bool {
 
 dispatched!(same(known: &[Entity], now: &[Entity]) -> bool, same_in_full);
 
-/// Whether `known` starts with what is there `now`.
+/// Whether `known` starts with `now`.
 ///
-/// No early end: comparing all of it in vectors is faster than stopping at a difference that is rare.
+/// Does not stop early: comparing everything with vector instructions is faster than stopping at a rare difference.
 #[inline(always)]
 fn same_in_full(known: &[Entity], now: &[Entity]) -> bool {
     known.iter().zip(now).fold(0, |off, (a, b)| off | (a.to_bits() ^ b.to_bits())) == 0

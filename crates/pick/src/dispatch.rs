@@ -1,7 +1,8 @@
-//! How hot loops are compiled once for every processor and once for those with AVX2.
+//! A macro that compiles hot loops once for every processor and once for processors with AVX2.
 
-/// Defines `$name`, which runs `$body` as it was compiled for what the processor has. The bodies are `inline(always)`,
-/// so that each copy is compiled with the features of the function around it; the results are the same to the bit.
+/// Defines `$name`, which runs the copy of `$body` that is compiled for the features of the processor. The bodies are
+/// `inline(always)`, so that each copy is compiled with the features of the function around it; the results are the same to
+/// the bit.
 macro_rules! dispatched {
     ($name:ident ( $($argument:ident : $type:ty),* ) -> $result:ty, $body:expr) => {
         pub(crate) fn $name($($argument: $type),*) -> $result {

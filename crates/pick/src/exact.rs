@@ -1,4 +1,4 @@
-//! The exact test of one ray against one shape: parry's, done close to the shape.
+//! The exact test of one ray against one shape: that of parry, done close to the shape.
 
 use glam::{DVec3, Quat, Vec3};
 use parry3d::bounding_volume::Aabb;
@@ -8,20 +8,20 @@ use parry3d::shape::{Ball, Cuboid};
 
 use crate::{Ray, Shape};
 
-/// Whether something at `center` (m, relative to the anchor) can be hit at all: not if it is not a number, nor if
-/// it is so far away that squares would overflow in f32.
+/// Whether something at `center` (m, relative to the anchor) can be hit at all: not if a coordinate is NaN, nor if it is so
+/// far away that squares would overflow in f32.
 #[inline]
 pub(crate) fn within_reach(center: Vec3) -> bool {
     // Not `max_element() <`, which does not see a NaN beside a number.
     center.abs().cmplt(Vec3::splat(1e18)).all()
 }
 
-/// A shape as parry knows it.
+/// A shape in types of parry.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Volume {
     Ball(Ball),
     Cuboid(Cuboid),
-    /// A literal of a size that no constructor lets pass; never hit.
+    /// A literal with a size that the constructors refuse; never hit.
     Nothing,
 }
 
@@ -34,7 +34,7 @@ impl Volume {
         }
     }
 
-    /// Radius of the ball around the center that contains it, m; NaN, which no comparison passes, for nothing.
+    /// Radius of the ball around the center that contains it, m; NaN, which fails every comparison, for [`Self::Nothing`].
     pub(crate) fn bounding_radius(&self) -> f32 {
         match self {
             Self::Ball(ball) => ball.radius,
@@ -43,7 +43,7 @@ impl Volume {
         }
     }
 
-    /// Half the edges of the axis-aligned box that contains it when turned, m.
+    /// Half extents of the axis-aligned box that contains the rotated shape, m.
     pub(crate) fn reach(&self, orientation: Quat) -> Vec3 {
         match self {
             Self::Ball(ball) => Vec3::splat(ball.radius),
@@ -54,7 +54,7 @@ impl Volume {
         }
     }
 
-    /// Whether the shape is at least `finest` m wide, seen in a direction: no thin plate from its edge.
+    /// Whether the shape is at least `finest` m wide, seen in a direction; a thin plate is not, seen from its edge.
     #[inline]
     fn is_seen(&self, orientation: Quat, direction: DVec3, finest: f64) -> bool {
         if 2.0 * f64::from(self.bounding_radius()) < finest {
@@ -64,7 +64,7 @@ impl Volume {
         if finest <= 2.0 * f64::from(cuboid.half_extents.min_element()) {
             return true;
         }
-        // The picture of a box is as wide across as its edges are together, and narrowest across one of them.
+        // The projection of a box is as wide in a direction as those of its edges together, and is narrowest across one of them.
         let edges =
             [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| (orientation * (axis * cuboid.half_extents)).as_dvec3());
         let width = |across: DVec3| edges.iter().map(|edge| 2.0 * edge.dot(across).abs()).sum::<f64>();

@@ -1,4 +1,4 @@
-//! A half-line with a unit direction, or a part of one.
+//! A half-line with a unit direction, or a part of a half-line.
 
 use std::fmt;
 
@@ -12,7 +12,7 @@ pub struct Ray {
     drawn: Drawn,
 }
 
-/// What a picture shows along a ray.
+/// The part of a ray that a picture shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drawn {
     /// Distance from which on surfaces are drawn, m: a shape that is entered before it is not seen from inside.
@@ -71,24 +71,24 @@ impl Ray {
         Ok(Self { origin, direction, drawn: Drawn::ALL })
     }
 
-    /// The same ray, which hits nothing but what is drawn.
+    /// The same ray, restricted to surfaces that are drawn.
     #[must_use]
     pub const fn through(self, drawn: Drawn) -> Self {
         Self { drawn, ..self }
     }
 
-    /// What the ray can hit.
+    /// The part of the ray that can hit.
     pub(crate) const fn drawn(&self) -> Drawn {
         self.drawn
     }
 
-    /// Where the ray starts, world space, m.
+    /// Start of the ray, world space, m.
     #[must_use]
     pub const fn origin(&self) -> DVec3 {
         self.origin
     }
 
-    /// Where the ray points, of unit length.
+    /// Direction of the ray, of unit length.
     #[must_use]
     pub const fn direction(&self) -> DVec3 {
         self.direction

@@ -5,16 +5,16 @@ use glam::{DVec3, Vec3};
 use crate::Ray;
 use crate::dispatch::dispatched;
 
-/// Targets in a block. 32 lanes are a few vectors; more only re-tests more targets one by one after a match.
+/// Number of targets in a block. 32 lanes are a few vectors; more would only re-test more targets one by one after a match.
 pub(crate) const BLOCK: usize = 32;
 
-/// How far the test errs on the side of matching, per square meter of squared distance (c² and b² below).
+/// Margin by which the test favors a match, per square meter of squared distance (c² and b² below).
 ///
 /// c² comes with 3 roundings of 2^-24, b² with some 8; this is 4 times their sum of 7e-7, since a miss here would be
-/// a wrong answer. What it costs: everything within 1.7 mrad of the ray, about a pixel, is tested exactly, 20 ns each.
+/// a wrong answer. Its cost: everything within 1.7 mrad of the ray, about a pixel, is tested exactly, 20 ns each.
 const SLACK: f32 = 3e-6;
 
-/// How much larger bounding balls are stored than they are, for the comparisons along the ray.
+/// Factor by which stored bounding balls are enlarged, for the comparisons along the ray.
 pub(crate) const INFLATION: f32 = 1.0 + 2e-6;
 
 /// Bounding balls as structure of arrays, each array a whole number of blocks long.
@@ -42,14 +42,14 @@ dispatched!(
 impl Beam {
     pub(crate) fn new(ray: &Ray, anchor: DVec3) -> Self {
         let origin = (ray.origin() - anchor).as_vec3();
-        // Subtracting the origin costs a rounding of it, which the slack per distance from it does not cover.
+        // Subtracting the origin adds a rounding error of its size, which the slack per distance from it does not cover.
         Self { origin, direction: ray.direction().as_vec3(), slack: SLACK * origin.length_squared() }
     }
 
-    /// Whether the ball may be met at less than `limit` m. May say yes wrongly, never no.
+    /// Whether the ball may be met at less than `limit` m. May be true wrongly, never false.
     ///
-    /// For a center c, at b along the ray, it compares c² - b² with r²; in f32 the difference of far centers is
-    /// noise, which is what the slack is for.
+    /// For a center c, at b along the ray, it compares c² - b² with r²; in f32 the difference is noise for far centers,
+    /// which the slack covers.
     #[inline(always)]
     fn may_meet(&self, x: f32, y: f32, z: f32, radius: f32, limit: f32) -> bool {
         let (x, y, z) = (x - self.origin.x, y - self.origin.y, z - self.origin.z);
@@ -66,7 +66,7 @@ impl Beam {
     fn next_block(&self, balls: Balls<'_>, from: usize, limit: f32) -> Option<usize> {
         let blocks = balls.x.iter().zip(balls.y).zip(balls.z).zip(balls.radius).enumerate().skip(from);
         for (block, (((x, y), z), radius)) in blocks {
-            // An integer count: LLVM vectorizes its sum, a float maximum it does not.
+            // An integer count: LLVM vectorizes its sum, but not a float maximum.
             let mut matches = 0_u32;
             for lane in 0..BLOCK {
                 matches += u32::from(self.may_meet(x[lane], y[lane], z[lane], radius[lane], limit));

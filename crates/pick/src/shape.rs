@@ -10,7 +10,7 @@ use glam::DVec3;
 /// A shape on an entity without a `PhysicsBody` is scenery: it never moves, and rays hit it all the same.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
-    /// A box, turned by the entity's `Orientation` where it has one.
+    /// A box, rotated by the entity's `Orientation` if it has one.
     Cuboid {
         /// Half of each edge, m.
         half_extents: DVec3,
@@ -22,10 +22,10 @@ pub enum Shape {
     },
 }
 
-/// Why a size cannot be a shape's.
+/// The error of a size that no shape can have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeError {
-    /// What the size is called.
+    /// Name of the size.
     what: &'static str,
     /// The refused size, m.
     size: f64,
@@ -93,7 +93,7 @@ impl Shape {
         }
     }
 
-    /// Half of each edge of the box that contains the unturned shape, m: what a unit mesh is scaled by.
+    /// Half of each edge of the box that contains the unrotated shape, m: the scale of a unit mesh.
     #[must_use]
     pub fn half_extents(&self) -> DVec3 {
         match *self {

@@ -9,13 +9,13 @@ use parry3d::query::details::local_ray_intersection_with_triangle;
 use crate::exact::within_reach;
 use crate::{Drawn, Ray};
 
-/// Radius of a point of a rope, as a share of the mean length at which its springs rest.
+/// Radius of a point of a rope, as a share of the mean rest length of its springs.
 const POINT_RADIUS: f64 = 0.12;
 
-/// Smallest and largest radius of a point, m: something to see and to hit, and never a ball and chain.
+/// Smallest and largest radius of a point, m: large enough to see and to hit, small enough for a rope.
 const POINT_RADII: [f64; 2] = [0.002, 0.15];
 
-/// Radius of a rope between its points, as a share of theirs.
+/// Radius of a rope between its points, as a share of the radius of the points.
 const LINK_RADIUS: f64 = 0.5;
 
 /// A point of a soft body.
@@ -43,13 +43,13 @@ impl SoftPose {
         self.entity
     }
 
-    /// Drawn positions of its points minus the anchor, m; not a number for a point that is not there.
+    /// Drawn positions of its points minus the anchor, m; NaN for a missing point.
     #[must_use]
     pub fn points(&self) -> &[Vec3] {
         &self.points
     }
 
-    /// Whether forces move point `number`; not if it is not there.
+    /// Whether forces move point `number`; false for a missing point.
     #[must_use]
     pub fn is_movable(&self, number: u32) -> bool {
         self.movable.get(number as usize).is_some_and(|movable| *movable)
@@ -67,7 +67,7 @@ impl SoftPose {
         self.radius * LINK_RADIUS
     }
 
-    /// Where the points of those numbers are, minus the anchor, m, if all of them are there.
+    /// Positions of the points with those numbers minus the anchor, m; `None` if one of them is missing.
     #[must_use]
     pub fn corners<const N: usize>(&self, numbers: [u32; N]) -> Option<[Vec3; N]> {
         let corners = numbers.map(|number| self.points.get(number as usize).copied().unwrap_or(Vec3::NAN));
@@ -91,7 +91,7 @@ impl SoftPose {
         self.radius = point_radius(&body.springs);
     }
 
-    /// A ball around its points: middle and radius, m; none if no point is there.
+    /// A ball around its points: center and radius, m; `None` if all points are missing.
     fn bounds(&self) -> Option<(DVec3, f64)> {
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         for point in self.points.iter().filter(|point| within_reach(**point)) {
@@ -117,19 +117,20 @@ pub struct SoftHit {
     pub entity: Entity,
     /// Distance from the ray's origin, m, above 0.
     pub distance: f64,
-    /// Where on its surface, world space, m.
+    /// Point of its surface that was hit, world space, m.
     pub point: DVec3,
-    /// The triangle that was hit, by its number; of a rope, none.
+    /// Number of the triangle that was hit; `None` for a rope.
     pub triangle: Option<usize>,
-    /// The body that a push there acts on: of the points of what was hit, the nearest that forces move.
+    /// The body that a push at the hit acts on: the nearest movable point of the triangle, spring or point that was hit.
     pub pushed: Option<Entity>,
 }
 
-/// The drawn points of all soft bodies of one frame, relative to an anchor: filled once a frame, read by ray casts
+/// The drawn points of all soft bodies of one frame, relative to an anchor: filled once per frame, read by ray casts
 /// and by the extraction of surfaces.
 ///
-/// A soft body with triangles is hit at these, from both sides, and any other at its points and springs with the
-/// radii at which they are drawn. What lacks a point is not hit, nor what is farther than 1e18 m.
+/// A soft body with triangles is hit at its triangles, from both sides, and any other at its points and springs with the
+/// radii at which they are drawn. A point that is missing or farther than 1e18 m is not hit, nor are its triangles and
+/// springs.
 #[derive(Debug, Default)]
 pub struct SoftTargets {
     anchor: DVec3,
@@ -137,8 +138,8 @@ pub struct SoftTargets {
 }
 
 impl SoftTargets {
-    /// Takes over the points of `bodies`, relative to `anchor` (world space, m; the camera's position). `point` is
-    /// asked for each of them and says nothing of one that is not to be seen.
+    /// Takes over the points of `bodies`, relative to `anchor` (world space, m; the camera's position). `point` returns
+    /// each of them, or `None` for a point that is not drawn.
     pub fn update<'a>(
         &mut self,
         anchor: DVec3,
@@ -163,9 +164,8 @@ impl SoftTargets {
         &self.poses
     }
 
-    /// The closest soft body on `ray`; of two equally close ones the first. `body` gives the structure that belongs
-    /// to a pose. What is drawn thinner than `thinnest` (radius over distance, at least 0) is drawn, and hit, with
-    /// that.
+    /// The closest soft body on `ray`; the first of two equally close ones. `body` returns the structure that belongs to a
+    /// pose. Points and springs thinner than `thinnest` (radius over distance, at least 0) are drawn, and hit, with that ratio.
     ///
     /// Every triangle and spring of the bodies near the ray is tested; some 10 ns each.
     pub fn cast<'a>(
@@ -194,7 +194,7 @@ impl SoftTargets {
     }
 }
 
-/// What was hit of one body.
+/// A hit on one body.
 struct Found {
     distance: f64,
     triangle: Option<usize>,
@@ -205,17 +205,17 @@ struct Found {
 /// A ray that starts just before the ball around a body, so that the numbers of the exact tests are of the body's
 /// size and not of its distance.
 struct Near {
-    /// From the anchor, m.
+    /// Start relative to the anchor, m.
     start: DVec3,
     direction: DVec3,
-    /// What the ray has passed, m.
+    /// Length of the ray before `start`, m.
     skipped: f64,
     thinnest: f64,
     drawn: Drawn,
 }
 
 impl Near {
-    /// None if the ray misses the ball.
+    /// Moves the start of the ray to the ball around a body; `None` if the ray misses the ball.
     fn of(pose: &SoftPose, ray: &Ray, shift: DVec3, thinnest: f64) -> Option<Self> {
         let (middle, radius) = pose.bounds()?;
         let (center, direction) = (middle - shift, ray.direction());
@@ -287,9 +287,9 @@ impl Near {
     }
 
     /// Distance along the ray to a capsule of that radius, m, or of the radius that it is drawn with if that is
-    /// more. One that contains the ray's origin is not hit.
+    /// larger. A capsule that contains the ray's origin is not hit.
     ///
-    /// In f64 and not by parry, which knows a capsule only by a search for its support points.
+    /// In f64 and not by parry, which tests a capsule only by a search for its support points.
     fn capsule(&self, ends: [Vec3; 2], radius: f64) -> Option<f64> {
         let [a, b] = ends.map(|end| self.local(end));
         let middle = (a + b) / 2.0;

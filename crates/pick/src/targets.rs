@@ -20,36 +20,36 @@ use crate::{Ray, Shape};
 pub struct Chunk<'a> {
     /// The entity of each row.
     pub entities: &'a [Entity],
-    /// Where they are.
+    /// Position of each row.
     pub transforms: &'a [Transform],
-    /// Where they were at the start of the last tick; without it they are drawn where they are.
+    /// Position of each row at the start of the last tick; without it the rows are drawn at their positions.
     pub previous: Option<&'a [PreviousPosition]>,
-    /// What rays hit.
+    /// Shape of each row.
     pub shapes: &'a [Shape],
-    /// How they are turned; without it they are not.
+    /// Orientation of each row; without it no row is rotated.
     pub orientations: Option<&'a [Orientation]>,
 }
 
 /// The closest thing on a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Which thing.
+    /// The entity that was hit.
     pub entity: Entity,
     /// Its row in [`Targets`], valid until the next update.
     pub index: usize,
     /// Distance from the ray's origin, m, above 0.
     pub distance: f64,
-    /// Where on its surface, world space, m.
+    /// Point of its surface that was hit, world space, m.
     pub point: DVec3,
 }
 
-/// The drawn poses of one frame, relative to an anchor: structure of arrays in f32, filled once a frame, read by
+/// The drawn poses of one frame, relative to an anchor: structure of arrays in f32, filled once per frame, read by
 /// ray casts and by the extraction of instances.
 ///
 /// The closest hit wins (the lower row among equals); floor, immovable bodies and scenery are hit like all else. A
-/// shape that contains the ray's origin is not hit, since a body cannot be seen from inside: so does the tutorial's
-/// box; its sphere is hit at a negative distance instead, a slip that is not repeated here. What is behind the
-/// origin, at a position that is not finite, or farther than 1e18 m is never hit.
+/// shape that contains the ray's origin is not hit, since a body cannot be seen from inside. The tutorial's box behaves
+/// the same; its sphere is hit at a negative distance instead, an error that is not repeated here. Shapes behind the
+/// origin, at a position that is not finite, or farther than 1e18 m are never hit.
 ///
 /// A cast scans all targets or walks a tree, whichever recent frames make cheaper; the hit is the same.
 #[derive(Resource, Default)]
@@ -65,7 +65,7 @@ pub struct Targets {
     tree: OnceLock<Tree>,
     /// Rays since the last update.
     rays: AtomicU32,
-    /// Rays scanned since targets moved in numbers.
+    /// Rays scanned since too many targets moved for a tree.
     scanned: AtomicU32,
 }
 
@@ -132,7 +132,7 @@ impl Targets {
         }
     }
 
-    /// Has shapes and orientations read again at the next update.
+    /// Makes the next update read shapes and orientations again.
     pub fn invalidate(&mut self) {
         self.truncate(0, 0);
     }
@@ -251,13 +251,13 @@ impl Targets {
         self.entities.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no targets.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.entities.is_empty()
     }
 
-    /// What the positions are relative to, world space, m.
+    /// The anchor, to which the positions are relative, world space, m.
     #[must_use]
     pub fn anchor(&self) -> DVec3 {
         self.anchor
@@ -295,7 +295,7 @@ impl Targets {
         &self.shapes[index]
     }
 
-    /// How row `index` is turned, of unit length.
+    /// The orientation of row `index`, a unit quaternion.
     ///
     /// # Panics
     ///
@@ -305,7 +305,7 @@ impl Targets {
         self.orientations[index]
     }
 
-    /// Half the edges of the axis-aligned box around row `index` as it is turned, m.
+    /// Half extents of the axis-aligned box around the rotated shape of row `index`, m.
     ///
     /// # Panics
     ///
@@ -315,7 +315,7 @@ impl Targets {
         self.volumes[index].reach(self.orientations[index])
     }
 
-    /// The row of `entity`, found by walking all of them.
+    /// The row of `entity`, found by a linear search.
     #[must_use]
     pub fn index_of(&self, entity: Entity) -> Option<usize> {
         self.entities.iter().position(|&e| e == entity)

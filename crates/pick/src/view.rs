@@ -1,4 +1,4 @@
-//! Where a picture is seen from: pixels to rays and points to pixels.
+//! The camera of a picture: pixels to rays and points to pixels.
 
 use glam::dcamera::rh::proj::opengl::perspective;
 use glam::{DMat4, DQuat, DVec2, DVec3};
@@ -8,7 +8,7 @@ use crate::Ray;
 /// A perspective camera. It looks along its own -Z with +Y up and +X right.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewpoint {
-    /// Where the eye is, world space, m.
+    /// Position of the eye, world space, m.
     pub position: DVec3,
     /// Camera space to world space.
     pub orientation: DQuat,
@@ -39,19 +39,19 @@ impl Viewpoint {
         Self { position, orientation: yaw * pitch, fov_y_rad, near_m, far_m }
     }
 
-    /// Where the camera looks, of unit length.
+    /// Direction in which the camera looks, of unit length.
     #[must_use]
     pub fn forward(&self) -> DVec3 {
         self.orientation * DVec3::NEG_Z
     }
 
-    /// What is to the right in the picture, of unit length.
+    /// Direction to the right in the picture, of unit length.
     #[must_use]
     pub fn right(&self) -> DVec3 {
         self.orientation * DVec3::X
     }
 
-    /// What is up in the picture, of unit length.
+    /// Direction up in the picture, of unit length.
     #[must_use]
     pub fn up(&self) -> DVec3 {
         self.orientation * DVec3::Y
@@ -60,8 +60,8 @@ impl Viewpoint {
     /// The ray from the eye through `pixel` (from the top left corner, physical pixels; whole numbers are the
     /// pixels' corners) of a picture of `size_px`.
     ///
-    /// It starts at the eye, not at the near plane, and the far plane does not end it. Where there is no such
-    /// ray, as for a minimized window of 0 by 0 pixels, it is the ray straight ahead.
+    /// It starts at the eye, not at the near plane, and the far plane does not end it. If there is no such ray, as for a
+    /// minimized window of 0 by 0 pixels, it is the ray straight ahead.
     #[must_use]
     pub fn ray_through(&self, pixel: DVec2, size_px: DVec2) -> Ray {
         // Two points on the ray, as the tutorial does it: exactly on the planes is where a hardware matrix
@@ -73,8 +73,8 @@ impl Viewpoint {
         self.ray_along(far - near).unwrap_or_else(|| self.ray_ahead())
     }
 
-    /// Where in a picture of `size_px` the world point `point` (m) appears, in pixels from the top left corner;
-    /// `None` if it is not in front of the camera.
+    /// The position of the world point `point` (m) in a picture of `size_px`, in pixels from the top left corner; `None` if
+    /// the point is not in front of the camera.
     #[must_use]
     pub fn project(&self, point: DVec3, size_px: DVec2) -> Option<DVec2> {
         let seen = self.orientation.inverse() * (point - self.position);

@@ -25,7 +25,7 @@ pub(super) struct Kind {
 /// The options of a body.
 #[derive(Debug)]
 pub(super) struct OwnOptions {
-    /// Without its laws.
+    /// The options except laws.
     pub options: BodyOptions<'static>,
     pub laws: Vec<Box<dyn Law>>,
 }
@@ -40,7 +40,7 @@ impl OwnOptions {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Run {
     pub rows: Range<usize>,
-    /// The kind of its first row; those of the others differ in `own` alone, which counts up.
+    /// The kind of the first row. The kinds of the other rows differ only in `own`, which increases by 1 per row.
     pub kind: Kind,
 }
 

@@ -18,7 +18,7 @@ pub(super) struct Source {
     emitter: Emitter,
     pub emission: Emission,
     is_on: bool,
-    /// The row of the body on which it rides, if it does; the inner `None` is a body that carries nothing.
+    /// The row of the carrier, if the emitter rides on a body; the inner `None` is a body that cannot carry it.
     carrier: Option<Option<usize>>,
     /// The row of every slot; `None` if its body was removed or quarantined.
     rows: Vec<Option<usize>>,
@@ -60,7 +60,7 @@ impl Bare {
                 let [x, y, z] = birth.map_or(Vector::ZERO, |(_, launch)| launch).to_array();
                 positions[row] = position.to_array();
                 bodies[row] = [x, y, z, emitter.inverse_mass];
-                // Nothing is left of an earlier life.
+                // Clear the method state of the earlier particle in this slot.
                 last_steps.get_mut(row).into_iter().for_each(|step| *step = 0.0);
                 cached.get_mut(row).into_iter().for_each(|cached| *cached = CachedAcceleration::default());
                 let kind = &mut individuals.kinds[row];
@@ -70,7 +70,7 @@ impl Bare {
         }
     }
 
-    /// Takes from the emissions which particles are alive.
+    /// Updates which particles are alive, from the emissions.
     pub(super) fn update_living(&mut self) {
         for Source { emission, rows, .. } in &self.sources {
             for (slot, row) in rows.iter().enumerate() {

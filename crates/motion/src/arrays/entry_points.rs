@@ -60,7 +60,7 @@ impl Bare {
         self.forget_accelerations();
     }
 
-    /// Synchronizes velocities that are half a step behind for bodies of some methods.
+    /// Synchronizes velocities that are half a step behind, for bodies whose method satisfies `which`.
     fn leave_those(&mut self, which: impl Fn(Method) -> bool) {
         self.individuals.plan(&self.bodies);
         for group in 0..self.groups.len() {

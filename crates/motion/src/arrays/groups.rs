@@ -15,9 +15,9 @@ pub(super) struct ArrayGroup {
     pub coupling: Coupling,
     /// The rows of its bodies, movable ones first.
     pub rows: Vec<usize>,
-    /// Its own rows whose options change them, ascending.
+    /// Group rows with options other than own laws and substeps, ascending.
     pub with_options: Vec<u32>,
-    /// Its own rows with own laws, ascending.
+    /// Group rows with own laws, ascending.
     pub with_laws: Vec<u32>,
     pub substeps: Option<u32>,
     /// The method of its bodies, if they have their own.
@@ -118,7 +118,7 @@ impl Bare {
         last.extend(rows.iter().map(|row| self.last_steps.get(*row).copied().unwrap_or(0.0)));
     }
 
-    /// Collects the pushes on a group, by its own rows.
+    /// Collects the pushes on a group, by group row.
     fn gather_pushes(&self, members: &[usize], pushes: &mut Vec<Push>) {
         pushes.clear();
         if self.pushed.is_empty() {

@@ -1,4 +1,4 @@
-//! What a law gets from its line in the list of laws.
+//! Tests that its line in the list of laws is all that a law needs.
 
 use std::f64::consts::PI;
 
@@ -30,7 +30,7 @@ fn a_law_in_the_list_acts_is_counted_copied_switched_and_diagnosed() {
     let mut arrays =
         Bare::of_world(&mut world, method, &|_| Vec::new(), Vec::new()).expect("it has a time step");
 
-    // A circle of radius v / w, once around in 2 pi / w.
+    // A circle of radius v / w and period 2 pi / w.
     for _ in 0..TICKS / 2 {
         stepper.tick(&mut world);
         arrays.tick();

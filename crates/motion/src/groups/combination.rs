@@ -2,8 +2,8 @@
 
 use std::ops::{Add, Mul, Sub};
 
-/// The number of arrays in a step: position, velocity, applied acceleration, the cached acceleration, and those that the
-/// step makes. Yoshida 4 under laws of the velocity makes six.
+/// The number of arrays in a step: position, velocity, applied acceleration, cached acceleration, and up to ten that the
+/// step computes. Yoshida 4 computes six under laws of the velocity.
 pub(crate) const SLOTS: usize = 14;
 /// The positions at the start of the step.
 pub(crate) const POSITION: usize = 0;
@@ -13,10 +13,10 @@ pub(crate) const VELOCITY: usize = 1;
 pub(crate) const APPLIED: usize = 2;
 /// The accelerations at the end of the previous step.
 pub(crate) const CACHED: usize = 3;
-/// The first array that a step makes.
+/// The first array that a step computes.
 pub(crate) const FIRST: usize = 4;
 
-/// Positions, velocities or accelerations of all bodies of a group, as factors of arrays.
+/// Positions, velocities or accelerations of all bodies of a group, as a linear combination of arrays.
 ///
 /// A method over this space computes the factors only; no array is read before a law needs a state or the step ends.
 /// Each stage then costs one pass over the arrays, however many terms it has.
@@ -69,7 +69,7 @@ impl Mul<f64> for Combination {
     type Output = Self;
 
     fn mul(mut self, by: f64) -> Self {
-        // An array with factor 0 keeps it, also under infinite factors.
+        // Factors that are 0 stay 0: 0 times an infinite factor would be NaN.
         let finite = by.is_finite();
         for factor in &mut self.factors {
             *factor = if finite || *factor != 0.0 { *factor * by } else { 0.0 };

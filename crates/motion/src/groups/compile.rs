@@ -98,7 +98,7 @@ struct Node {
 struct Graph {
     nodes: Vec<Node>,
     springs: Springs,
-    /// Triangles in air; their masses are computed later, from those that are left.
+    /// Triangles in air. Their masses are computed once the groups are known.
     sheets: Vec<SheetRow>,
 }
 
@@ -123,7 +123,7 @@ fn compile(world: &mut World) {
 
 /// Logs, once per world, that springs to particles are inert.
 fn tell_inert_springs(world: &mut World) {
-    /// Whether it was told.
+    /// Inserted once the warning is logged.
     #[derive(Resource)]
     struct Told;
 
@@ -193,7 +193,7 @@ impl Graph {
                 Some(SpringRow { ends: [a?, b?], elastic: spring.elastic })
             })
             .collect();
-        // Two springs that are equal in all of this are interchangeable.
+        // Springs with equal keys are interchangeable.
         springs.sort_unstable_by_key(|SpringRow { ends: [a, b], elastic }| {
             (*a.min(b), *a.max(b), elastic.bits())
         });
@@ -207,7 +207,7 @@ impl Graph {
                 (points, soft)
             })
             .collect();
-        // Soft bodies that are equal in all of this are interchangeable, as single springs are.
+        // Soft bodies with equal keys are interchangeable, as single springs are.
         let pulls = |link: &Link| (link.ends, link.elastic.bits());
         softs.sort_by(|(points, soft), (others, other)| {
             let lowest = |points: &[Option<u32>]| points.iter().flatten().copied().min();
@@ -221,7 +221,7 @@ impl Graph {
     }
 
     /// # Panics
-    /// If a number is out of its range: it is in the message.
+    /// If a number is out of its range; the message names it.
     fn check(&self) {
         self.springs.iter().for_each(|spring| spring.elastic.check());
         self.nodes.iter().for_each(|node| at_least_0(node.source, "the mass of a source of gravity", "kg"));
@@ -259,7 +259,7 @@ impl Graph {
     /// The connected components, each with its bodies.
     fn groups(self, attracts: bool) -> Vec<Coupled> {
         let Self { nodes, mut springs, sheets } = self;
-        // NaN counts as attracting, so that it is found.
+        // NaN counts as attracting, so that the failure is found.
         let pulls = |source: Scalar| source > 0.0 || source.is_nan();
         let joined = |node: usize, used: &[bool]| used[node] || attracts && pulls(nodes[node].source);
         let mut used = vec![attracts; nodes.len()];

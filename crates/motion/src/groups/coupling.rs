@@ -114,10 +114,9 @@ impl Coupling {
         self.attraction(law, rows.map(|row| self.mass(row, w)), rows.map(|row| vector(&x[row])))
     }
 
-    /// The strength mu of the well in which the second of two rows moves as seen from the first, m³/s²: `G (m1 + m2)` without
-    /// the masses that nothing moves by.
+    /// The gravitational parameter mu of the motion of two rows relative to each other, m³/s²: `G (m1 + m2)`, where a mass
+    /// counts only if the other row is movable.
     pub fn pair_strength(&self, law: &MutualGravity, rows: [usize; 2], w: &[f64]) -> f64 {
-        // An immovable row orbits no other.
         let [mass, other] = [[0, 1], [1, 0]].map(|[of, by]| {
             let follows = rows[by] < self.movable && w[rows[by]] > 0.0;
             if follows { self.mass(rows[of], w) } else { 0.0 }
@@ -160,14 +159,14 @@ impl Coupling {
         })
     }
 
-    /// `sum` and the potential energy of mutual gravity at `x`, J.
+    /// `sum` plus the potential energy of mutual gravity at `x`, J.
     pub fn attraction_energy(&self, gravity: Option<&MutualGravity>, x: &[Row], w: &[f64], sum: f64) -> f64 {
         let law = gravity.filter(|_| self.attracts);
         law.map_or(sum, |law| self.attraction_energies(law, x, w).fold(sum, |sum, (_, energy)| sum + energy))
     }
 
-    /// Every two rows, of which the first can move, with the potential energy of their mutual gravity at `x`, J. Leaves out those
-    /// at the same position.
+    /// Every pair of rows whose first is movable, with the potential energy of their mutual gravity at `x`, J. Skips pairs at
+    /// the same position.
     pub fn attraction_energies(
         &self,
         law: &MutualGravity,
@@ -181,7 +180,7 @@ impl Coupling {
         })
     }
 
-    /// Bytes of its lists.
+    /// Allocated bytes of the lists.
     pub fn bytes(&self) -> usize {
         let numbers = self.masses.capacity() + self.sources.capacity();
         self.springs.bytes()

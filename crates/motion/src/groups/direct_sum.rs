@@ -7,17 +7,17 @@ use crate::laws::MutualGravity;
 use crate::simd::{Lanes as _, with_simd};
 use crate::state::threads::Threads;
 
-/// Bodies whose forces are summed at once.
+/// Number of bodies whose forces are summed at once.
 const AT_ONCE: usize = 4;
 
-/// Pairs of a body and a source from which sharing them among threads is faster.
+/// Number of pairs of a body and a source from which on sharing them among threads is faster.
 const SHARED_FROM: usize = 1 << 17;
 
-/// Rows that attract each other.
+/// The direct sum over rows that attract each other.
 ///
-/// Each force is computed twice, once for each body of a pair: every body has its own sum, over the other rows in their
-/// order, whatever is computed at once and by which thread. The factors of a force are multiplied in the same order both
-/// times, so that action and reaction have the same bits.
+/// Each force is computed twice, once per body of a pair: every body sums over the other rows in row order, so the bits do
+/// not depend on the vector width or on the threads. The factors of a force are multiplied in the same order both times, so
+/// that action and reaction have the same bits.
 #[derive(Clone, Copy)]
 pub(super) struct DirectSum<'a> {
     pub law: &'a MutualGravity,
@@ -69,7 +69,7 @@ impl DirectSum<'_> {
     }
 }
 
-/// Four rows, as columns. If they are fewer, the others are like the last one.
+/// Four rows, as columns. If there are fewer, the last one fills the other lanes.
 struct Four<'a, S: Simd> {
     simd: S,
     all: DirectSum<'a>,
@@ -83,7 +83,7 @@ struct Four<'a, S: Simd> {
 }
 
 impl<'a, S: Simd> Four<'a, S> {
-    /// The rows from `start` on, on which `forces` act already.
+    /// Loads the rows from `start` on; the sums start at `forces`.
     #[inline(always)]
     fn of(simd: S, all: DirectSum<'a>, start: usize, forces: &[Row]) -> Self {
         let own = |k: usize| k.min(forces.len() - 1);
@@ -101,7 +101,8 @@ impl<'a, S: Simd> Four<'a, S> {
         }
     }
 
-    /// G, the mass of the earlier body and that of the later one; the source may be `earlier`.
+    /// Product of G, the mass of the earlier row and that of the later row, in this order. `earlier`: whether the source is the
+    /// earlier row.
     #[inline(always)]
     fn masses(&self, source: usize, earlier: bool) -> f64x4<S> {
         let mass = f64x4::splat(self.simd, self.all.masses[source]);

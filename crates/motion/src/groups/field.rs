@@ -41,7 +41,7 @@ pub(crate) struct GroupEnvironment<'a> {
     pub parameters: TickParameters<'a>,
     /// How implicit steps are solved.
     pub solver: Solver,
-    /// Names of the laws that are summed before a tick, with exact damping, without gravity.
+    /// Names of the laws that are summed before a tick, including exact damping but not gravity.
     pub summed: &'a [&'static str],
     /// The threads that share the rows of a large group.
     pub threads: Option<&'a Threads>,
@@ -83,11 +83,11 @@ pub(crate) struct GroupRows<'a, E: Layout = Row> {
     pub w: &'a [f64],
     /// The number of groups: lanes beyond it are fillers.
     pub groups: usize,
-    /// Groups whose results are not used, ascending: they are not counted.
+    /// Groups whose results are not used, ascending; their evaluations are not counted.
     pub apart: &'a [usize],
-    /// Lengths of the last steps of the movable rows, s, for a method that keeps them.
+    /// Lengths of the last steps of the movable rows, s, for a method with [`MethodStateKind::LastStep`].
     pub last: &'a mut [f64],
-    /// Rows whose options change them, ascending.
+    /// Rows with options other than own laws and substeps, ascending.
     pub with_options: &'a [u32],
     /// Rows with own laws, ascending.
     pub with_laws: &'a [u32],
@@ -113,7 +113,7 @@ pub(crate) struct Scratch<E: Layout = Row> {
     masses: Vec<f64>,
     /// The applied forces.
     pub pushes: Vec<Push>,
-    /// The groups whose accelerations at the start are not in the cache, where some are: one more evaluation of each.
+    /// Groups without cached start accelerations in a tick where other groups have them; each costs one more evaluation.
     not_cached: Vec<usize>,
 }
 
@@ -138,7 +138,7 @@ pub(crate) struct GroupField<'a, E: Layout = Row> {
     coupling: &'a Coupling,
     environment: &'a GroupEnvironment<'a>,
     rows: GroupRows<'a, E>,
-    /// Elements of a row: several if the groups are more than the lanes of an element.
+    /// Elements per row: above 1 if there are more groups than lanes in an element.
     width: usize,
     /// Evaluations of all laws so far.
     evaluations: u64,
@@ -161,25 +161,26 @@ pub(crate) struct GroupField<'a, E: Layout = Row> {
 /// Whether to search for the rows that turn non-finite first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Watch {
-    /// No: the end of the tick tells whether there are any.
+    /// Do not search: the end of the tick tells whether there are any.
     Off,
-    /// Yes.
+    /// Search within the tick.
     On,
-    /// No: the end of the tick tells the groups in which there are any.
+    /// Do not search: the end of the tick tells which groups have any.
     Groups,
 }
 
 /// A method compiled for groups.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GroupKernel {
-    /// The method for a body that is left alone.
+    /// The kernel for a body that is left alone.
     pub single: Kernel,
-    /// Whether implicit steps are solved: side by side only if they are linear.
+    /// Whether the method solves implicit steps. Groups are then integrated side by side only if each step is linear.
     pub solves: bool,
-    /// Integrates a tick. Fails if a row is not finite or not in range, with those rows that were first, ascending, if
-    /// they were searched for.
+    /// Integrates a tick. Fails if a row is not finite or out of range; returns the rows that failed first, ascending, if
+    /// [`Watch`] searches for them.
     pub tick: fn(GroupField<'_>, Watch) -> Result<(), Vec<usize>>,
-    /// Integrates a tick of several groups of one shape. Fails with those of which a row is not finite or not in range.
+    /// Integrates a tick of several groups of one shape. Fails with the groups that have a row that is not finite or out of
+    /// range.
     pub tick_lanes: fn(GroupField<'_, Axes>) -> Result<(), Vec<usize>>,
 }
 
@@ -278,7 +279,7 @@ impl<'a, E: Layout> GroupField<'a, E> {
         }
     }
 
-    /// Elements of the movable rows, which come first.
+    /// Number of elements of the movable rows, which come first.
     const fn movable(&self) -> usize {
         self.coupling.movable * self.width
     }
@@ -288,13 +289,13 @@ impl<'a, E: Layout> GroupField<'a, E> {
         E::place(self.width, row, group)
     }
 
-    /// The rows that failed, each with the number of its group, group by group.
+    /// Checks the new states. `Err` lists the rows that failed, each with the number of its group, group by group.
     fn outcome(&mut self) -> Result<(), Vec<(usize, usize)>> {
         let (movable, groups) = (self.coupling.movable, self.rows.groups);
         let bounds = self.environment.parameters.bounds;
         let Bounds { position, speed } = bounds;
         let within = |number: f64, bound: f64| number.abs() <= bound;
-        // An inverse mass of NaN is not above 0, so nothing would act on the row: it is checked here.
+        // Inverse masses are checked too: NaN is not above 0, so nothing would act on the row.
         let holds = |x: &E, v: &E, w: &[f64]| {
             // Not `all`: a loop without an exit is vectorized.
             let mut holds = true;

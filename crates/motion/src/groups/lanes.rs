@@ -19,19 +19,19 @@ use crate::laws::{Axes, BLOCK_BODIES};
 use crate::simd::with_simd;
 use crate::state::springs::Elastic;
 
-/// Rows of a group up to which it is integrated beside others: the arrays of larger ones leave the caches.
+/// Most rows of a group that is integrated beside others: the arrays of larger groups leave the caches.
 const MOST_ROWS: usize = 256;
 
-/// Elements of the movable rows of a bundle, about: so few share the fixed time of a tick, and so many stay in the
-/// second-level cache with the arrays of all stages.
+/// Approximate number of elements of the movable rows of a bundle: enough to share the fixed time of a tick, few enough that
+/// the arrays of all stages stay in the second-level cache.
 const ELEMENTS: usize = 16;
 
-/// The fixed time of a tick, and the time of a row of a block of groups, in times of a row of a group alone
-/// (docs/performance.md has the measurements).
+/// The fixed time of a tick, in units of the time per row of a group alone (measured in docs/performance.md).
 const FIXED: usize = 40;
+/// The time per row of a block of groups, in the same units.
 const BLOCK_ROW: usize = 24;
 
-/// Whether integrating so many groups of `rows` movable rows side by side is faster than each alone.
+/// Whether integrating `groups` groups of `rows` movable rows each side by side is faster than one by one.
 fn is_worth(groups: usize, rows: usize) -> bool {
     groups > 1 && groups * (FIXED + rows) >= FIXED + groups.div_ceil(BLOCK_BODIES) * BLOCK_ROW * rows
 }
@@ -41,12 +41,13 @@ fn is_worth(groups: usize, rows: usize) -> bool {
 pub(super) struct Bundle {
     /// The numbers of the groups by lane, ascending.
     pub groups: Vec<usize>,
-    /// The number of its elements.
+    /// The number of elements.
     pub elements: usize,
     /// Elements of a row.
     pub width: usize,
-    /// The places of its movable rows, and those of its anchors.
+    /// The table rows of the movable rows.
     pub members: Vec<LaneRun>,
+    /// The table rows of the anchors.
     pub anchors: Vec<LaneRun>,
     pub springs: LaneSprings,
     pub cache: GroupCache<Axes>,
@@ -66,7 +67,7 @@ impl Bundle {
     }
 }
 
-/// Rows of a table at equal distances that are the same row of consecutive groups of a bundle.
+/// Equally spaced rows of a table that hold the same row of consecutive groups of a bundle.
 #[derive(Debug)]
 pub(super) struct LaneRun {
     /// The number of the table among the [places](super::Groups::places).
@@ -74,13 +75,13 @@ pub(super) struct LaneRun {
     pub start: usize,
     pub step: usize,
     pub row: usize,
-    /// The first of the groups.
+    /// The first group.
     pub group: usize,
     pub bodies: Vec<Entity>,
 }
 
 impl LaneRun {
-    /// Appends the body at a row of a table, if it is that of the next group.
+    /// Appends the body of the next group, at the row `at` of a table, if it continues the run. Returns whether it does.
     pub fn takes(&mut self, place: usize, at: usize, body: Entity) -> bool {
         let len = self.bodies.len();
         let step = match len {
@@ -97,7 +98,7 @@ impl LaneRun {
         }
     }
 
-    /// Whether the bodies are where they were, in a table of these.
+    /// Whether the bodies of the run are still at the same rows of their table, which now holds `entities`.
     pub fn is_in(&self, entities: &[Entity]) -> bool {
         let Self { start, step, bodies, .. } = self;
         match entities.get(*start..) {
@@ -108,8 +109,7 @@ impl LaneRun {
         }
     }
 
-    /// Calls `each` for the parts within one element: the first row of the table and the number of rows; element and first
-    /// lane.
+    /// Calls `each` for each part within one element, with (first row of the table, number of rows) and (element, first lane).
     #[inline(always)]
     pub fn parts(&self, bundle: &Bundle, mut each: impl FnMut((usize, usize), (usize, usize))) {
         let (mut element, mut lane) = bundle.place(self.row, self.group);
@@ -123,7 +123,7 @@ impl LaneRun {
     }
 }
 
-/// All bundles of a world, and the rows of the one that is integrated: they stay in the caches.
+/// All bundles of a world. The rows are those of the bundle that is being integrated: one set of arrays stays in the caches.
 #[derive(Debug, Default)]
 pub(super) struct Bundles {
     pub list: Vec<Bundle>,
@@ -137,19 +137,19 @@ pub(super) struct Bundles {
     pub lists: Lists,
 }
 
-/// Groups of the bundle that is integrated, by lane, each list ascending.
+/// Lists of lanes of the bundle that is being integrated, each ascending.
 #[derive(Debug, Default)]
 pub(super) struct Lists {
-    /// Those that are integrated alone in this tick.
+    /// Groups that are integrated alone in this tick.
     pub alone: Vec<usize>,
-    /// These and those whose anchors are not finite or out of range.
+    /// The groups in `alone` and those whose anchors are not finite or out of range.
     pub apart: Vec<usize>,
-    /// Those that fail.
+    /// Groups that fail.
     pub failed: Vec<usize>,
 }
 
 impl Lists {
-    /// Starts with the groups that are `lost`, and those that `list` lists.
+    /// Fills the lists at the start of a tick: `list` adds the groups to integrate alone, and the `lost` groups fail.
     pub fn fill(&mut self, lost: &[usize], list: impl FnOnce(&mut Vec<usize>)) {
         let Self { alone, apart, failed } = self;
         for list in [&mut *alone, &mut *apart, &mut *failed] {
@@ -166,7 +166,7 @@ impl Lists {
     }
 }
 
-/// Everything in which groups of one bundle agree.
+/// The properties that all groups of one bundle have in common.
 #[derive(PartialEq, Eq, Hash)]
 struct Shape {
     movable: usize,
@@ -176,7 +176,7 @@ struct Shape {
     substeps: Option<u32>,
     /// The tables of the movable rows.
     tables: Vec<usize>,
-    /// Rows whose options change them, with these options.
+    /// Rows with options other than own laws and substeps, and these options.
     options: Vec<(u32, OptionBits)>,
 }
 
@@ -217,7 +217,8 @@ impl Shape {
     }
 }
 
-/// The groups of each bundle, those of the lowest number first: the groups of one shape, as far as it is worth it.
+/// Collects groups of equal shape into bundles where that is faster. Returns the group numbers of each bundle, in ascending
+/// order.
 pub(super) fn bundles<'o>(
     list: &[Group],
     places: &[Places],
@@ -239,7 +240,7 @@ pub(super) fn bundles<'o>(
 }
 
 impl Bundles {
-    /// Makes the bundles of these groups, whose caches they take over.
+    /// Makes bundles of these groups and moves the caches of the groups into them.
     pub fn make(&mut self, groups: Vec<Vec<usize>>, list: &mut [Group]) {
         for groups in groups {
             let Coupling { rows, .. } = list[groups[0]].coupling;
@@ -278,7 +279,7 @@ impl Bundles {
         }
     }
 
-    /// Makes the lanes beyond the last group of a bundle like the first one of their block, so that they stay finite.
+    /// Copies the first lane of the last block into the lanes beyond the last group of a bundle, so that they stay finite.
     pub fn fill_up(&mut self, number: usize) {
         let Bundle { elements, width, ref groups, .. } = self.list[number];
         let rest = groups.len() % BLOCK_BODIES;
@@ -319,7 +320,7 @@ pub(crate) enum ElasticLanes {
 }
 
 impl ElasticLanes {
-    /// Those of a spring in the groups of a block; lanes beyond them are like the first one.
+    /// The properties of a spring in the groups of a block; the first group fills the unused lanes.
     fn of(springs: &[Elastic]) -> Self {
         if springs.iter().all(|spring| spring.bits() == springs[0].bits()) {
             return Self::Equal(springs[0]);
@@ -342,7 +343,7 @@ pub(crate) struct LaneSprings {
 }
 
 impl LaneSprings {
-    /// The springs of some groups of a list, in `width` blocks.
+    /// The springs of the groups numbered `groups` in `list`, each spring in `width` blocks.
     fn of(groups: &[usize], list: &[Group], width: usize) -> Self {
         let mut springs: Vec<_> = groups.iter().map(|group| list[*group].coupling.springs.iter()).collect();
         let of_each = list[groups[0]].coupling.springs.len();
@@ -368,8 +369,8 @@ impl LaneSprings {
         self.blocks.iter().skip(block).step_by(self.width)
     }
 
-    /// Adds the forces in the state (`x`, `v`) to those on the movable rows, N, of groups with the springs of `coupling` but
-    /// for their properties.
+    /// Adds the forces of the springs in the state (`x`, `v`) to `sum` on the movable rows, N. Takes only the ends of the springs
+    /// from `coupling`.
     pub fn pull(&self, coupling: &Coupling, x: &[Axes], v: &[Axes], sum: &mut [Axes]) {
         if coupling.springs.damped() {
             with_simd!(simd => self.add::<_, true>(simd, coupling, (x, v), sum));
@@ -423,7 +424,7 @@ impl ElasticLanes {
     ) {
         let (x, v, ends) = ([&x[a], &x[b]], [&v[a], &v[b]], ([a, b], moves));
         match self {
-            // A rest length of 0 leaves the stiffness, whatever the length.
+            // With a rest length of 0 the force over the length is the stiffness.
             Self::Equal(Elastic { stiffness, rest_length: 0.0, .. }) if !DAMPED => {
                 let stiffness = f64x4::splat(simd, *stiffness);
                 pull_with(
@@ -458,8 +459,8 @@ impl ElasticLanes {
     }
 }
 
-/// [`pull_with`] of the tension of springs with the stiffnesses, dampings and rest lengths that `elastic` gives of the lanes
-/// from one on.
+/// [`pull_with`] for springs with stiffness, damping and rest length: `elastic` returns them for the four lanes from the
+/// given one on.
 #[inline(always)]
 fn pull_elastic<S: Simd, const DAMPED: bool>(
     simd: S,
@@ -481,8 +482,8 @@ fn pull_elastic<S: Simd, const DAMPED: bool>(
     );
 }
 
-/// Adds the forces of springs whose ends are at `x` to those on the ends that move; `tension` gives the forces over the
-/// lengths of the lanes from one on.
+/// Adds the forces of springs whose ends are at `x` to those on the ends that move; `tension` returns force over length,
+/// N/m, for the four lanes from the given one on.
 #[inline(always)]
 fn pull_with<S: Simd>(
     simd: S,
@@ -520,8 +521,8 @@ pub(super) fn three<S: Simd>(simd: S, at: usize, [a, b, c]: &[[f64; BLOCK_BODIES
     [four(simd, at, a), four(simd, at, b), four(simd, at, c)]
 }
 
-/// x, y and z of the second minus those of the first. Without closures, which would be compiled without the vector instructions of
-/// their caller.
+/// x, y and z of the second minus those of the first. Without closures, which would be compiled without the vector
+/// instructions of their caller.
 #[inline(always)]
 pub(super) fn differences<S: Simd>(simd: S, at: usize, [first, second]: [&Axes; 2]) -> [f64x4<S>; 3] {
     let ([a, b, c], [d, e, f]) = (three(simd, at, first), three(simd, at, second));

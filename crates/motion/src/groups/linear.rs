@@ -42,26 +42,26 @@ pub(crate) struct LinearGroup<'a> {
     coupling: &'a Coupling,
     /// Positions by row, m.
     at: Vec<Row>,
-    /// Square roots of inverse masses by row and axis, 0 where it cannot move.
+    /// Square roots of inverse masses by row and axis; 0 along axes on which the row cannot move.
     root: Vec<DVec3>,
     /// Triangles in air: corners, normal and `m (c + k |u| + k (u·n)² / |u|) / 9`, kg/s.
     sheets: Vec<([usize; 3], DVec3, Scalar)>,
     /// Negative derivative of drag by velocity of every row, 1/s; empty without drag.
     drag: Vec<DMat3>,
-    /// The part of the negative derivative of wells by position that pulls every row back, 1/s²; empty without wells.
+    /// The restoring part of the negative derivative of wells by position, by row, 1/s²; empty without wells.
     wells: Vec<DMat3>,
     /// Rates of the scene's damping by row, 1/s; empty without damping.
     rates: Vec<Scalar>,
-    /// Length of the steps that damping acts on, in steps of the laws.
+    /// Length of the interval over which the scene's damping acts, in steps of the laws.
     decays: Scalar,
     threads: Option<&'a Threads>,
-    /// The parts of threads in the forces of springs.
+    /// The shares of the threads in the forces of springs.
     shares: Vec<Share>,
     /// Arrays that a product needs, reused for the next one.
     spare: RefCell<[Vec<Row>; 2]>,
 }
 
-/// What contributes most to a mode.
+/// The part of a group that contributes most to a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Contributor {
     Spring([usize; 2]),
@@ -73,7 +73,7 @@ pub(crate) enum Contributor {
 }
 
 impl<'a> LinearGroup<'a> {
-    /// The linear system of a group, whose `bodies` are given by row.
+    /// Linearizes a group in its present state; `bodies` are in the order of its rows.
     pub fn of(world: &'a World, coupling: &'a Coupling, bodies: &[Entity]) -> Self {
         let threads = Threads::for_rows(world.get_resource(), coupling.rows);
         let states = states_of(world, bodies);
@@ -143,7 +143,7 @@ impl<'a> LinearGroup<'a> {
         self.at = positions;
     }
 
-    /// The same system with all that wells do, also what pushes bodies on: A may then have negative eigenvalues.
+    /// Returns the system with the whole derivative of wells, not only its restoring part: A may then have negative eigenvalues.
     pub fn with_whole_wells(mut self, world: &World, bodies: &[Entity]) -> Self {
         if let Some(wells) = world.get_resource::<Wells>() {
             let at = EvaluationTime { time: 0.0, within_step: 0.0 };
@@ -172,7 +172,7 @@ impl<'a> LinearGroup<'a> {
         self.coupling.springs.iter().map(|spring| spring.ends.map(|end| end as usize))
     }
 
-    /// The same system where the scene's damping acts on steps `times` as long.
+    /// Returns the system with the scene's damping over intervals `times` as long.
     pub const fn with_longer_decays(mut self, times: Scalar) -> Self {
         self.decays = times;
         self
@@ -185,7 +185,7 @@ impl<'a> LinearGroup<'a> {
 
     /// The rate c of all laws if they are `-c v` on every row, 1/s.
     pub fn uniform_rate(&self) -> Option<Scalar> {
-        // Not the default, which is the unit matrix.
+        // Not `unwrap_or_default`: the default matrix is the identity.
         let rate = self.drag.first().map_or(0.0, |first| first.x_axis.x);
         let damped = self.coupling.springs.damped();
         let uniform = self.drag.iter().all(|drag| *drag == DMat3::from_diagonal(DVec3::splat(rate)));
@@ -241,7 +241,7 @@ impl<'a> LinearGroup<'a> {
         }
     }
 
-    /// How far each movable body moves with y.
+    /// Amplitude of each movable body in the mode y: the length of its part of `W^½ y`.
     pub fn amplitudes(&self, y: &[Scalar]) -> impl Iterator<Item = Scalar> {
         let rows = self.root.iter().zip(y.as_chunks().0);
         rows.map(|(root, y)| (*root * DVec3::from_array(*y)).length())
@@ -255,8 +255,9 @@ impl<'a> LinearGroup<'a> {
         }
     }
 
-    /// Bounds of each spring's part in the largest eigenvalue of A, 1/s², and of C, 1/s: the sums of what pulls at its
-    /// ends over their masses (Gershgorin 1931, on springs instead of bodies). The largest of them bound the eigenvalues.
+    /// Bounds of each spring's part in the largest eigenvalue of A, 1/s², and of C, 1/s: the stiffnesses and the dampings of all
+    /// springs at its ends, summed and divided by the masses of the ends (Gershgorin 1931, on springs instead of bodies). The
+    /// largest of these bounds hold for the eigenvalues.
     pub fn bounds(&self) -> impl Iterator<Item = [Scalar; 2]> {
         let mut sums = vec![[0.0; 2]; self.root.len()];
         for Stiff { ends, along, damping, .. } in self.springs() {
@@ -273,10 +274,10 @@ impl<'a> LinearGroup<'a> {
         })
     }
 
-    /// An upper bound of the largest eigenvalue of what [`Self::apply`] applies, with decays. Each spring is split between
-    /// its ends by `(u - v)² <= (1 + t) u² + (1 + 1/t) v²`, where t is the ratio of their inverse masses; the bound is the
-    /// largest eigenvalue of a single row. It is exact where neighbors can swing against each other, as in a lattice, for
-    /// which Gershgorin's bound is three times as large.
+    /// An upper bound of the largest eigenvalue of the operator of [`Self::apply`], decays included. Each spring is split
+    /// between its ends by `(u - v)² <= (1 + t) u² + (1 + 1/t) v²`, where t is the ratio of their inverse masses; the bound is
+    /// the largest eigenvalue of a single row. It is exact if neighbors can swing against each other, as in a lattice, for which
+    /// Gershgorin's bound is three times as large.
     pub fn bound(&self, [stiffness, rate]: [Scalar; 2]) -> Scalar {
         let squares: Vec<_> = self.root.iter().map(|root| square(root.max_element())).collect();
         let mut sums = vec![[0.0; 6]; self.root.len()];
@@ -334,7 +335,7 @@ impl<'a> LinearGroup<'a> {
         (0..self.root.len()).max_by(|a, b| rate(*a).total_cmp(&rate(*b))).unwrap_or_default()
     }
 
-    /// What contributes most to `stiffness y·A y + rate y·C y`.
+    /// The largest contributor to `stiffness y·A y + rate y·C y`.
     pub fn largest_contributor(&self, [stiffness, rate]: [Scalar; 2], y: &[Scalar]) -> Option<Contributor> {
         let of = |row: usize| match self.root.get(row) {
             Some(root) => *root * DVec3::from_slice(&y[3 * row..]),
@@ -394,7 +395,7 @@ fn largest_of_three(diagonal: DVec3, beside: DVec3, most: Scalar) -> Scalar {
     let mean = diagonal.element_sum() / 3.0;
     let from_mean = diagonal - DVec3::splat(mean);
     let spread = ((from_mean.length_squared() + 2.0 * beside.length_squared()) / 6.0).sqrt();
-    // Also if it is NaN.
+    // NaN does not return here: `larger` makes it infinite.
     if mean + 2.0 * spread <= most {
         return most;
     }

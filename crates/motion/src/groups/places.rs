@@ -1,4 +1,4 @@
-//! Where the rows of groups lie in the tables: found, gathered before a tick and scattered after it.
+//! The rows of groups in the tables: found, gathered before a tick and scattered after it.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ use crate::state::range::Bounds;
 use crate::state::threads::Threads;
 use crate::tick::environment::EnvironmentParam;
 
-/// Why tables are slices.
+/// The reason why tables are contiguous slices.
 const DENSE: &str = "every component of a body is stored in tables";
 
 /// The tables of a running system.
@@ -91,15 +91,16 @@ impl<'w> Tables<'w> {
     }
 }
 
-/// A table that groups are in.
+/// A table that holds rows of groups.
 #[derive(Debug, Default)]
 pub(super) struct Place {
     /// Its number in the world.
     table: usize,
-    /// Its bodies by row, if it is one of members.
+    /// The bodies by row, if members are in the table.
     bodies: Vec<Entity>,
-    /// Its number among the tables of members of the running system, and among those of anchors.
+    /// Its number among the tables of members of the running system.
     members: Option<usize>,
+    /// Its number among the tables of anchors of the running system.
     anchors: Option<usize>,
 }
 
@@ -113,7 +114,7 @@ pub(super) struct TableRun {
     row: usize,
 }
 
-/// How a group, or several, is integrated.
+/// One or several groups that are integrated at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Unit {
     /// The group of this number alone.
@@ -164,7 +165,7 @@ impl Groups {
         self.place(&places);
     }
 
-    /// Forgets where the rows are, and which groups are integrated side by side: the groups are others.
+    /// Forgets the places of the rows and the bundles, because the groups have changed.
     pub(super) fn forget_places(&mut self) {
         self.bundles.list.clear();
         self.places.clear();
@@ -219,7 +220,7 @@ impl Groups {
         self.seen.resize(self.list.len(), 0);
     }
 
-    /// Makes room for so many rows of groups that are integrated alone.
+    /// Makes room for `rows` rows of groups that are integrated alone.
     pub(super) fn fit(&mut self, rows: usize) {
         self.x.resize(rows);
         self.v.resize(rows);
@@ -227,8 +228,8 @@ impl Groups {
         self.last.resize(rows, 0.0);
     }
 
-    /// Copies the rows of the system's groups that are integrated alone from the tables; `false` if the rows of groups are
-    /// not where they were.
+    /// Copies the rows of the system's groups that are integrated alone from the tables; `false` if rows of groups have moved
+    /// within the tables.
     pub(super) fn gather(&mut self, param: &EnvironmentParam, tables: &mut Tables) -> bool {
         for unit in &self.units {
             if let Unit::Group(number) = unit {
@@ -336,7 +337,7 @@ impl Groups {
         }
     }
 
-    /// Copies the rows of a bundle from the tables; `false` if they are not those of the system.
+    /// Copies the rows of a bundle from the tables; `false` if the running system does not have them.
     pub(super) fn load(&mut self, number: usize, tables: &mut Tables, bounds: Bounds) -> bool {
         let Self { places, bundles: Bundles { list, x, v, w, last: steps, .. }, .. } = self;
         let bundle = &mut list[number];
@@ -461,7 +462,7 @@ fn newtons(forces: &[Force], row: usize) -> Row {
     [x, y, z, 0.0]
 }
 
-/// Copies so many rows, each `step`th one, from a lane on.
+/// Copies `count` rows, every `step`th one, into the lanes from `lane` on.
 #[inline(always)]
 fn load_rows<const N: usize>(to: &mut Axes, (lane, count): (usize, usize), rows: &[[f64; N]], step: usize) {
     if let (1, BLOCK_BODIES, Some(rows)) = (step, count, rows.first_chunk()) {
@@ -478,7 +479,7 @@ fn load_rows<const N: usize>(to: &mut Axes, (lane, count): (usize, usize), rows:
     }
 }
 
-/// Whether so many rows from a lane on are at rest, and finite and in range.
+/// Whether the `count` rows from `lane` on are at rest, finite and in range.
 fn is_regular((x, v): (&Axes, &Axes), (lane, count): (usize, usize), bounds: Bounds) -> bool {
     let each = |axis: usize, lane: usize| (x[axis][lane].abs() <= bounds.position) & (v[axis][lane] == 0.0);
     if count < BLOCK_BODIES {

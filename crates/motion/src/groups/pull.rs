@@ -11,7 +11,7 @@ use crate::state::springs::Elastic;
 use crate::state::threads::Threads;
 use crate::units::Vector;
 
-/// Springs that are computed at once: four square roots and divisions take hardly longer than one.
+/// Number of springs that are computed at once: four square roots and divisions take hardly longer than one.
 pub(super) const AT_ONCE: usize = 4;
 
 /// A spring between two rows.
@@ -34,7 +34,7 @@ impl SpringRow {
     }
 }
 
-/// Whether a spring pulls whose ends are `d` apart and move apart with the velocity `u`.
+/// Whether a spring pulls while its second end is at `d` from the first and moves at `u` relative to it.
 pub(crate) fn pulls(elastic: &Elastic, d: Vector, u: Vector) -> bool {
     let length = d.dot(d).sqrt();
     length > 0.0 && elastic.tension(length, d.dot(u) / length) > 0.0
@@ -53,9 +53,9 @@ pub(crate) struct SpringBlock {
 /// of their stiffness, at least 0.
 pub(crate) type AxisBlock = [[f64; AT_ONCE]; 2];
 
-/// The direction of a spring whose second end is at `d` from the first, and its stiffness across that direction as a
-/// fraction of its stiffness, which is negative for a spring shorter than at rest. A spring whose ends coincide has
-/// no direction: it is isotropic if its rest length is 0, and is skipped if not.
+/// The direction of a spring whose second end is at `d` from the first, and the ratio of its stiffness across that direction
+/// to its stiffness. The ratio is negative for a spring shorter than at rest. A spring whose ends coincide has no direction:
+/// it is isotropic if its rest length is 0, and is skipped otherwise.
 pub(super) fn axis(d: Vector, rest_length: f64) -> (Vector, f64) {
     let length = d.dot(d).sqrt();
     if length > 0.0 {
@@ -82,8 +82,8 @@ pub(super) fn positive(x: f64) -> f64 {
     if x > 0.0 { x } else { 0.0 }
 }
 
-/// The part of one thread in the forces of springs: forces on some rows, of every spring that ends there, in the order of
-/// springs. A spring between two parts is computed twice, so that the bits do not depend on the parts.
+/// One thread's share of the forces of springs: the forces on some rows, by every spring that ends at one of them, in the
+/// order of springs. A spring between two shares is computed twice, so that the bits do not depend on the shares.
 #[derive(Clone, Debug)]
 pub(crate) struct Share {
     rows: Range<usize>,
@@ -95,7 +95,7 @@ pub(crate) struct Share {
 pub(crate) type Shares<'a> = Option<(&'a Threads, &'a [Share])>;
 
 impl Share {
-    /// Calls `pull` for each share with its rows of `forces`, all at the same time; anchors may be missing there.
+    /// Calls `pull` for each share with its rows of `forces`, all at the same time. `forces` may lack the anchors.
     pub fn each<R: Send>(
         threads: &Threads,
         shares: &[Self],
@@ -131,7 +131,7 @@ pub(crate) struct Springs {
     blocks: Vec<SpringBlock>,
     len: usize,
     damped: bool,
-    /// Numbers of those that only pull, ascending.
+    /// Numbers of the springs that only pull, ascending.
     cords: Vec<u32>,
 }
 
@@ -170,7 +170,7 @@ impl Springs {
         self.len += 1;
     }
 
-    /// The shares of `count` threads in the forces on `rows` rows, each with about as many ends of springs.
+    /// Splits the forces on `rows` rows into shares for `count` threads, each with about the same number of spring ends.
     pub fn shares(&self, rows: usize, count: usize) -> Vec<Share> {
         let mut ends = vec![0_usize; rows];
         self.iter().flat_map(|spring| spring.ends).for_each(|end| ends[end as usize] += 1);
@@ -231,7 +231,7 @@ impl Springs {
         (self.len, self.damped) = (other.len, other.damped);
     }
 
-    /// Makes a spring as stiff and damped as `elastic` says.
+    /// Sets stiffness and damping of a spring to those of `elastic`.
     pub fn tune(&mut self, number: u32, elastic: &Elastic) {
         let at = number as usize % AT_ONCE;
         let block = &mut self.blocks[number as usize / AT_ONCE];
@@ -273,7 +273,7 @@ impl Springs {
         }
     }
 
-    /// Adds the forces of some blocks, on the rows from `first` on alone if they are `SHARED`.
+    /// Adds the forces of some blocks; if `SHARED`, only those on the rows of a share, which start at `first`.
     fn add_blocks<F: EndForces, const SHARED: bool>(
         &self,
         numbers: Range<usize>,
@@ -336,7 +336,7 @@ fn add_with<'b, S: Simd, F: EndForces, const SHARED: bool>(
     }
 }
 
-/// What the springs of a block add to the forces on their first ends; their second ends get the opposite.
+/// Forces of springs on their first ends; the second ends get the opposite forces.
 pub(crate) trait EndForces: Sync {
     /// A row for each spring of block `number`.
     fn of<S: Simd>(&self, simd: S, number: usize, block: &SpringBlock) -> [f64x4<S>; AT_ONCE];
@@ -365,8 +365,8 @@ impl<const DAMPED: bool> EndForces for Tension<'_, DAMPED> {
     }
 }
 
-/// The forces of four springs over their lengths, N/m, of these stiffnesses, dampings and rest lengths, whose second ends
-/// are `d` from the first and move away from them with the velocities `u`.
+/// The forces of four springs over their lengths, N/m, with these stiffnesses, dampings and rest lengths, if their second
+/// ends are at `d` from the first and move at `u` relative to them.
 #[inline(always)]
 pub(super) fn tension<S: Simd, const DAMPED: bool>(
     simd: S,
@@ -388,9 +388,9 @@ pub(super) fn tension<S: Simd, const DAMPED: bool>(
     tension
 }
 
-/// Changes of the forces, linearized: `times (across u + n (n·u) (along - across))`, where u is by how much the second end
-/// moves away from the first, n the direction of the spring, and, of its stiffness k, its length L, its rest length L0 and
-/// its damping c, `along = stiffness k + damping c` and `across = stiffness k (1 - L0 / L)`, at least 0.
+/// Linearized changes of the forces of springs: `times (across u + n (n·u) (along - across))`, where u is the move of the
+/// second end relative to the first and n the direction of the spring. A spring of stiffness k, damping c, length L and rest
+/// length L0 has `along = stiffness k + damping c` and `across = stiffness k (1 - L0 / L)`, at least 0.
 pub(crate) struct Linearized<'a> {
     /// The positions.
     pub x: &'a [Row],
@@ -428,7 +428,7 @@ impl EndForces for Linearized<'_> {
     }
 }
 
-/// Of four linearized springs: `across`, and `along - across`, as in [`Linearized`].
+/// `across` and `along - across` of four linearized springs, as in [`Linearized`].
 #[inline(always)]
 pub(super) fn stiffnesses<S: Simd>(
     simd: S,

@@ -6,19 +6,19 @@ use super::rows::{Row, RowArray};
 use crate::laws::damping::SNAP;
 use crate::state::threads::Threads;
 
-/// How an implicit Euler step of bodies that are joined is solved (Baraff, Witkin 1998, eq. 6, in inverse-mass
-/// form): `(1 + h W^½ D W^½ + h² W^½ K W^½) y = h W^½ (f - h K v)`, `v1 = v + W^½ y`, with the stiffness K and the
-/// damping D of the springs at the start of the step. It is linear, symmetric and positive definite, at least 1,
-/// and a row of inverse mass 0 solves itself.
+/// The solver of implicit Euler steps of groups (Baraff, Witkin 1998, eq. 6, in inverse-mass form):
+/// `(1 + h W^½ D W^½ + h² W^½ K W^½) y = h W^½ (f - h K v)`, `v1 = v + W^½ y`, with the stiffness K and the damping D of the
+/// springs at the start of the step. The system is linear; its matrix is symmetric and positive definite with eigenvalues of
+/// at least 1, and the equation of a row of inverse mass 0 is `y = 0`.
 ///
-/// Gravity is a kick before it. A spring that is shorter than at rest has no stiffness across its axis, which would
-/// be negative (Choi, Ko 2002). Derivatives of laws of single bodies are included where they are attractive; where
-/// they are repulsive, and for mutual gravity, the law acts as at the start of the step. The masses are the only
-/// preconditioner, because no other one keeps momentum when the iteration is stopped early.
+/// Gravity is a kick before the solve. A spring that is shorter than at rest has no stiffness across its axis, which would
+/// be negative (Choi, Ko 2002). Derivatives of laws of single bodies are included if they are attractive; repulsive laws and
+/// mutual gravity act as at the start of the step. The masses are the only preconditioner, because no other one keeps
+/// momentum when the iteration is stopped early.
 ///
-/// Where a called law depends on the state of a body, Newton's method continues from there until it converges, as it does
-/// for single bodies, with the exact derivatives of all but mutual gravity. Their matrix is neither symmetric nor definite:
-/// generalized conjugate residuals solve it, with the definite matrix above as preconditioner.
+/// If a called law depends on the state of a body, Newton's method continues from this solution until it converges, as it
+/// does for single bodies, with the exact derivatives of all forces but mutual gravity. Their matrix is neither symmetric nor
+/// definite: generalized conjugate residuals solve it, with the definite matrix above as preconditioner.
 ///
 /// Springs and air alone are solved by one linear solve, which is not stable for every stiffness: a chain of twenty links
 /// of 1e8 N/m and 1 kg that cracks like a whip at 60 Hz gains energy, and with five Newton iterations it does not
@@ -41,8 +41,9 @@ impl Default for Solver {
     }
 }
 
-/// Most directions that generalized conjugate residuals keep before they restart, and most directions in all.
+/// Most directions that generalized conjugate residuals keep before they restart.
 const KEPT_DIRECTIONS: usize = 10;
+/// Most directions of generalized conjugate residuals in all.
 const MOST_DIRECTIONS: usize = 60;
 
 /// Arrays of an iteration for `A y = r`, reused for the next one.
@@ -56,9 +57,9 @@ pub(super) struct Gradients {
     p: RowArray,
     /// The product with the direction; scratch space between two solves.
     pub q: RowArray,
-    /// Directions of [`Gradients::solve_exact`] and their products of length 1.
+    /// Directions of [`Gradients::solve_exact`], each with its product, which has length 1.
     directions: Vec<[RowArray; 2]>,
-    /// Its solution and its residual.
+    /// Solution and residual of [`Gradients::solve_exact`].
     whole: [RowArray; 2],
 }
 
@@ -100,7 +101,7 @@ impl Gradients {
         while !converged && iterations < solver.most_iterations.max(1) {
             multiply(&self.p, &mut self.q);
             let curvature = dot(&self.p, &self.q);
-            // Not finite, or lost to rounding.
+            // Stop if it is not finite or lost to rounding.
             if !(curvature > 0.0 && curvature.is_finite()) {
                 break;
             }
@@ -122,7 +123,7 @@ impl Gradients {
             });
             squared = left;
         }
-        // The square of a tiny number is 0: no tolerance is below that.
+        // The square of a tiny residual underflows to 0: no tolerance is below that.
         Solved { iterations, converged: converged || squared < SNAP, is_finite }
     }
 
@@ -159,7 +160,7 @@ impl Gradients {
                 advance(q, product, -share);
             }
             let length = dot(q, q).sqrt();
-            // Not finite, or lost to rounding.
+            // Stop if it is not finite or lost to rounding.
             if !(length > 0.0 && length.is_finite()) {
                 break;
             }
@@ -188,7 +189,7 @@ impl Gradients {
     }
 }
 
-/// Rows of which the products are summed first, so that the sum of all does not depend on the threads.
+/// Number of rows per partial sum of products. It is fixed, so that the total does not depend on the threads.
 const SUMMED_ROWS: usize = 4096;
 
 /// The sum of the products of two arrays.

@@ -22,7 +22,7 @@ impl Sets {
     /// The representative of the set of `member`: its lowest number.
     ///
     /// # Panics
-    /// When it is not below the count; [`Sets::join`] too.
+    /// If `member` is not below the count. [`Sets::join`] panics likewise.
     pub fn of(&mut self, mut member: usize) -> usize {
         while self.parents[member] != member {
             self.parents[member] = self.parents[self.parents[member]];
@@ -44,7 +44,7 @@ pub(crate) struct Part {
     pub coupling: Coupling,
     /// Its rows, as rows of the whole.
     pub rows: Vec<usize>,
-    /// The part's row numbers of anchors.
+    /// Row numbers in the part of anchors, by their rows in the whole.
     held: HashMap<usize, usize>,
 }
 
@@ -146,7 +146,7 @@ impl Coupling {
 }
 
 impl Coupling {
-    /// A subset of `rows`, ascending, of which no two act on each other, chosen greedily from the lowest.
+    /// A subset of `rows`, ascending, in which no two rows act on each other, chosen greedily from the lowest.
     pub(super) fn apart(&self, rows: &[usize]) -> Vec<usize> {
         if self.attracts {
             return rows.first().copied().into_iter().collect();
@@ -180,7 +180,7 @@ impl Part {
         self.rows.push(row);
     }
 
-    /// The number in the part of row `row` of the whole; `number` gives that of a movable row.
+    /// The number in the part of row `row` of the whole; `number` returns it for a movable row.
     fn row(&mut self, whole: &Coupling, row: u32, number: &impl Fn(u32) -> u32) -> u32 {
         if (row as usize) < whole.movable {
             return number(row);
@@ -204,7 +204,7 @@ impl Part {
 }
 
 impl Coupling {
-    /// Takes over the masses of movable rows, whose inverses are `w`, if they were written since it was compiled.
+    /// Updates the masses of the movable rows from the inverse masses `w`, if some were written since the groups were compiled.
     pub(super) fn weigh(&mut self, w: &[Scalar]) {
         if !self.attracts && self.sheets.is_empty() {
             return;
@@ -222,8 +222,8 @@ impl Coupling {
 }
 
 impl Coupling {
-    /// Computes the masses of triangles: the mass of a point is shared by its triangles. An anchor counts as much as
-    /// the movable corners.
+    /// Computes the masses of triangles: the mass of a point is shared by its triangles. An anchor counts as the mean of the
+    /// movable corners.
     pub(super) fn finish(&mut self) {
         let Self { sheets, masses, in_sheets, movable, .. } = self;
         let mut triangles = vec![0_u32; *movable];

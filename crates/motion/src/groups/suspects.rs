@@ -50,8 +50,8 @@ pub(super) fn springs_by_row(coupling: &Coupling) -> Vec<Vec<(usize, Elastic)>> 
 }
 
 impl Suspects<'_, '_, '_> {
-    /// Why a row fails in a tick whatever the other rows do, if it does: its state is not finite, or something that
-    /// acts on it is not.
+    /// The cause if a row fails in a tick whatever the other rows do: its state is not finite or out of range, or something that
+    /// acts on it is not finite.
     pub fn lost(&self, row: usize) -> Option<Cause> {
         let RowStates { x, v, w, .. } = self.before;
         let Group { coupling, .. } = self.group;
@@ -72,7 +72,7 @@ impl Suspects<'_, '_, '_> {
             return Some(self.environment.shared.cause(SYSTEM, breach, no_range));
         }
         let BodyOptions { gravity_off, damping_rate, locks, .. } = self.whole.row(row);
-        // A locked row may not be affected.
+        // A law that is not finite may not affect a locked row.
         if row >= coupling.movable || locks.is_some() {
             return None;
         }
@@ -85,7 +85,7 @@ impl Suspects<'_, '_, '_> {
         self.environment.shared.found(Exposure { kicks: true, gravity_off, own_rate }).and_then(cause)
     }
 
-    /// Why a row failed in a tick without the rows `removed`.
+    /// The cause why a row failed in a tick without the rows `removed`.
     pub fn cause(&self, row: usize, breach: Breach, removed: &[bool]) -> Cause {
         let BodyOptions { gravity_off, damping_rate, speed_limit, laws, .. } = self.whole.row(row);
         let own_rate = damping_rate.is_some();

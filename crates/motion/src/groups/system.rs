@@ -20,7 +20,7 @@ use crate::state::threads::Threads;
 use crate::tick::body_filter::BodyFilter;
 use crate::tick::environment::{Environment, EnvironmentParam, TickOutput};
 
-/// What the system reads and writes besides the environment and the members of its groups.
+/// The parameters of the system besides the environment and the members of its groups.
 #[derive(SystemParam)]
 struct GroupsParam<'w, 's> {
     groups: ResMut<'w, Groups>,
@@ -138,7 +138,7 @@ impl Tick<'_, '_, '_, '_, '_> {
         }
     }
 
-    /// Integrates a group whose rows are among those of groups alone.
+    /// Integrates a group whose rows are in the arrays of groups that are integrated alone.
     fn alone(&mut self, groups: &mut Groups, number: usize) {
         self.set_substeps(groups.list[number].substeps);
         let record = self.output.records.recorder(groups.list[number].coupling.rows);
@@ -164,7 +164,7 @@ impl Tick<'_, '_, '_, '_, '_> {
         self.changed.0 = true;
     }
 
-    /// Integrates the groups of a bundle side by side, and each alone that cannot be.
+    /// Integrates the groups of a bundle side by side where possible, the others alone.
     fn bundle(&mut self, groups: &mut Groups, number: usize) {
         if !groups.load(number, self.tables, self.environment.parameters.bounds) {
             return;
@@ -194,7 +194,7 @@ impl Tick<'_, '_, '_, '_, '_> {
         groups.store(number, self.tables);
     }
 
-    /// Integrates the groups of a bundle but those `apart`; adds those that fail to `failed`.
+    /// Integrates the groups of a bundle side by side, except those `apart`; adds the groups that fail to `failed`.
     fn side_by_side(
         &mut self,
         groups: &mut Groups,
@@ -222,7 +222,7 @@ impl Tick<'_, '_, '_, '_, '_> {
         }
     }
 
-    /// Lists the groups of a bundle that cannot be integrated beside its first one in this tick.
+    /// Lists the groups of a bundle that cannot be integrated beside its first group in this tick.
     fn apart(&self, groups: &Groups, number: usize, apart: &mut Vec<usize>) {
         let Groups { list, bundles, .. } = groups;
         let bundle @ Bundle { groups: members, moving, .. } = &bundles.list[number];
@@ -339,8 +339,8 @@ impl Groups {
         (kernel.tick)(field, Watch::Off)
     }
 
-    /// Integrates a tick of the groups of a bundle; the results of those `apart` are not used. Fails with the groups of which
-    /// a row is not finite or not in range.
+    /// Integrates a tick of the groups of a bundle; the results of those `apart` are not used. Fails with the groups that have a
+    /// row that is not finite or out of range.
     fn tick_lanes(
         &mut self,
         kernel: GroupKernel,
@@ -363,7 +363,7 @@ impl Groups {
         let shape = &list[groups[0]];
         let last = &mut last[..shape.coupling.movable * width * BLOCK_BODIES];
         if kernel.single.traits.state == MethodStateKind::LastStep {
-            // The others are apart.
+            // Groups with other last steps are in `apart`.
             let step = last[0];
             last.fill(step);
         }
@@ -385,7 +385,7 @@ impl Groups {
         (kernel.tick_lanes)(field)
     }
 
-    /// Moves the state of a group of a bundle to the rows of groups alone, behind `at` others.
+    /// Moves the state of a group out of its bundle, behind the rows of groups that are integrated alone and of `at` others.
     fn take_out(&mut self, number: usize, lane: usize, at: usize) {
         let group = self.set_apart(number, lane, at);
         let Self { list, bundles, x, v, w, last, .. } = self;
@@ -400,13 +400,13 @@ impl Groups {
         bundle.cache.give(bundle.width, coupling.rows, lane, cache);
     }
 
-    /// Makes room for so many groups of a bundle behind the rows of groups alone.
+    /// Makes room for `groups` groups of a bundle behind the rows of groups that are integrated alone.
     fn make_room(&mut self, number: usize, groups: usize) {
         let rows = self.list[self.bundles.list[number].groups[0]].coupling.rows;
         self.fit(self.x.len().max(self.alone + groups * rows));
     }
 
-    /// Gives a group of a bundle a place behind the rows of groups alone and of `at` others. Returns its number.
+    /// Places a group of a bundle behind the rows of groups that are integrated alone and of `at` others. Returns its number.
     fn set_apart(&mut self, number: usize, lane: usize, at: usize) -> usize {
         let group = self.bundles.list[number].groups[lane];
         let Group { first, coupling, .. } = &mut self.list[group];
@@ -414,7 +414,7 @@ impl Groups {
         group
     }
 
-    /// Takes the state of a group back into its bundle.
+    /// Moves the state of a group back into its bundle.
     fn put_back(&mut self, number: usize, lane: usize) {
         let Self { list, bundles, x, v, last, .. } = self;
         let bundle = &mut bundles.list[number];

@@ -18,8 +18,8 @@ type Triples = [f64; 3 * BLOCK + 1];
 /// Rows that take all substeps before the next rows: they stay in the first-level cache.
 const STAY: usize = 32 * BLOCK;
 
-/// Integrates a tick of some rows and returns the number of evaluations; `None`, with nothing done, if the machine has no registers that
-/// hold a row.
+/// Integrates a tick of some rows and returns the number of evaluations. Does nothing and returns `None` if the machine has no
+/// registers that hold a row.
 #[must_use]
 pub(super) fn run<M: Integrator>(
     parameters: &TickParameters<'_>,
@@ -198,7 +198,7 @@ impl<S: Simd> AffineKernel<'_, '_, '_, S> {
             MethodStateRows::LastStep(steps) => Some(steps.as_chunks_mut::<BLOCK>().0.iter_mut()),
             _ => None,
         };
-        // Every block takes as many evaluations per movable body.
+        // The number of evaluations per movable body is the same for every block.
         let (mut movable, mut per_body) = (0, 0);
         for (number, block) in blocks[..count].iter_mut().enumerate() {
             let start = number * BLOCK;

@@ -17,7 +17,7 @@ pub(crate) struct Block<const N: usize>(pub [[f64; N]; 3]);
 impl<const N: usize> Block<N> {
     pub const ZERO: Self = Self([[0.0; N]; 3]);
 
-    /// The first bodies from triples; the others are like the first one, so that no law sees a state that no body has.
+    /// Makes a block from rows; the first row fills up the rest, so that no law sees a state that no body has.
     pub fn of<const M: usize>(rows: &[[f64; M]]) -> Self {
         let mut block = Self::ZERO;
         block.load(rows);
@@ -277,7 +277,7 @@ impl Slots {
         Slot { slots: self, code: number as u64 }
     }
 
-    /// `number` of every axis and body, which also gets the elements `a` and `b`.
+    /// A new element with `number` of every axis and body; `number` also gets the elements `a` and `b`.
     #[inline(always)]
     fn fill(&self, [a, b]: [usize; 2], number: impl Fn(usize, usize, &Full, &Full) -> f64) -> Slot<'_> {
         self.add(
@@ -385,7 +385,7 @@ impl<'s> BlockSpace<BLOCK_BODIES> for Slot<'s> {
         for place in 0..kept.len() {
             let from = kept[place].code;
             let to = place as u64;
-            // Two of them may be one.
+            // Two elements of `kept` may be the same slot.
             if from < to {
                 continue;
             }

@@ -22,7 +22,7 @@ pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
     pub options: &'a BodyOptions<'a>,
     /// The options of every row of the batch, where the own laws of bodies differ.
     pub rows: Option<&'a dyn RowOptions>,
-    /// The own laws of every body, and what changes whenever they do.
+    /// The own laws of every body and their version.
     pub own_laws: [(&'a [Box<dyn Law>], u64); N],
     /// Axes along which bodies can be accelerated.
     open: [bool; 3],
@@ -32,7 +32,7 @@ pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
     segment: Option<Segment>,
     /// Whether a law that is called depends on the velocity.
     calls_with_velocity: bool,
-    /// Whether drag or a law that is called slows bodies.
+    /// Whether linear drag acts or a called law depends on the velocity.
     drags: bool,
     /// Magnitude below which velocities snap to 0.
     least: f64,
@@ -48,19 +48,19 @@ pub(super) struct BlockField<'a, X: BlockSpace<N>, const N: usize> {
     /// Sum of the called laws in the last evaluation.
     pub called: Block<N>,
     pub statistics: &'a mut StepStatistics,
-    /// Movable bodies of the block, which are counted.
+    /// Number of movable bodies of the block, whose evaluations are counted.
     movable: u64,
     /// Evaluations of the block in this tick.
     evaluations: u64,
-    /// Evaluations of single bodies in the blocks before, whose laws are not yet counted: looking up their names takes time.
+    /// Evaluations of single bodies in earlier blocks that are not yet counted by law: looking up the names takes time.
     counted: u64,
     /// Where the states are stored.
     pub memory: X::Memory,
 }
 
 impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
-    /// The field of blocks of bodies with the same options, or with the same but for their own laws, which `rows` has then;
-    /// before [`Self::enter_block`].
+    /// A field for blocks of bodies with equal options. If their own laws differ, `rows` has the options of each row. Call
+    /// [`Self::enter_block`] next.
     pub fn new<M: Integrator>(
         parameters: &'a TickParameters<'a>,
         options: &'a BodyOptions<'a>,
@@ -111,7 +111,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         self.segment = None;
         self.evaluations = 0;
         self.h = self.parameters.times.substep();
-        // What precedes the tick snaps only where something linear slows.
+        // Before the first segment, velocities snap only under damping or linear drag.
         self.drags = self.parameters.rate > 0.0;
         self.set_decay(self.parameters.decay);
         self.drags |= self.calls_with_velocity;
@@ -230,8 +230,8 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         });
     }
 
-    /// Acceleration by all laws at the time `at`, in one pass less, if there is one called law and nothing else but what
-    /// accelerates all bodies. The bits are the same: what follows the constant terms is a sum of one number.
+    /// Acceleration by all laws at the time `at` in one pass less, if one law is called, every body can move along every axis and
+    /// no force is applied. The bits are the same: the sum of the called laws has one term.
     #[inline(always)]
     fn acceleration_by_one(&mut self, at: EvaluationTime, x: X, v: X) -> Option<X> {
         if N != BLOCK_BODIES || self.rows.is_some() {
@@ -265,8 +265,8 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         add_one(self.laws_of(k), at, k, (x, v, &self.w), &mut self.called);
     }
 
-    /// Acceleration by all laws at the time `at`, where [`Self::called`] has the sum of the called laws of the bodies that
-    /// are `known`. For the others they are called.
+    /// Acceleration by all laws at the time `at`, where [`Self::called`] has the sum of the called laws for the bodies that are
+    /// `known`. Calls the laws for the others.
     #[inline(never)]
     pub fn laws_known(&mut self, at: EvaluationTime, (x, v): (X, X), known: &[bool; N]) -> X {
         if known.contains(&false) {
@@ -304,7 +304,7 @@ fn load_inverse_masses<const N: usize>(w: &mut [f64; N], bodies: &[Row]) {
 /// `number`, or 0 if its magnitude is below `least`.
 #[inline(always)]
 fn snapped(number: f64, least: f64) -> f64 {
-    // Not "unless it is at least": NaN must stay, to be found.
+    // Not `number.abs() >= least`, which is false for NaN: NaN must stay, to be found.
     if number.abs() < least { 0.0 } else { number }
 }
 
@@ -477,7 +477,7 @@ impl<X: BlockSpace<N>, const N: usize> NewtonField for BlockField<'_, X, N> {
     }
 }
 
-/// Solves the equations with these columns by Cramer's rule: the next Newton iteration corrects what it loses in an
+/// Solves the equations with these columns by Cramer's rule: the next Newton iteration corrects its error for an
 /// ill-conditioned matrix. The result is not finite if the matrix is singular.
 fn solve([x, y, z]: [Vector; 3], right: Vector) -> Vector {
     let minors = Vector::new(y.cross(z).dot(right), z.cross(x).dot(right), x.cross(y).dot(right));
@@ -501,7 +501,7 @@ impl<X: BlockSpace<N>, const N: usize> TickField for BlockField<'_, X, N> {
         step_state.start = step_state.start.map(|_| kept[2]);
     }
 
-    /// As the affine kernel after each of its steps, so that subnormal numbers are the same.
+    /// Snaps as the affine kernel does after each step, so that subnormal numbers are the same.
     #[inline(always)]
     fn after_step<M: Integrator>(&mut self, x: X, v: X, _: &mut StepState<Self>) -> (X, X) {
         (x, if M::DAMPS_INSIDE || !self.drags { v } else { self.snap(v) })

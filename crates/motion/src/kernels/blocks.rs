@@ -17,10 +17,10 @@ use crate::simd::vectorize;
 use crate::state::method_state::CachedAcceleration;
 use crate::state::range::Bounds;
 
-/// Rows up to which a rest is integrated body by body: a block takes as long however many there are.
+/// Most rows that are integrated body by body: a block takes the same time for any number of rows.
 const FEW: usize = 4;
 
-/// Integrates a tick of some rows with these options; where only their own laws differ, `own` has those.
+/// Integrates a tick of some rows with these options; if their own laws differ, `own` has the options of each row.
 pub(super) fn run<M: Integrator>(
     parameters: &TickParameters<'_>,
     options: &BodyOptions<'_>,
@@ -56,7 +56,7 @@ fn run_blocks<M: Integrator>(
     while start < end {
         let mut rows = start..end.min(start + BLOCK_BODIES);
         if let MethodStateRows::LastStep(steps) = &batch.method_state {
-            // Some bodies are new to the method.
+            // Rows with different last steps are split: some bodies are new to the method.
             let alike = steps[rows.clone()].iter().take_while(|step| **step == steps[start]).count();
             rows.end = start + alike.max(1);
         }
@@ -168,7 +168,7 @@ fn is_finite<const N: usize>(x: &Block<N>, v: &Block<N>, w: &[f64; N]) -> bool {
     sums.iter().fold(true, |all, sum| all & (*sum - *sum == 0.0))
 }
 
-/// Stores what the next tick starts from: the accelerations `called`, if it can use them.
+/// Stores the method state for the next tick: the length of the last step, or the accelerations `called`.
 #[inline(never)]
 fn note<X: BlockSpace<N>, const N: usize>(
     field: &BlockField<'_, X, N>,
@@ -197,8 +197,8 @@ fn note<X: BlockSpace<N>, const N: usize>(
     }
 }
 
-/// The cached accelerations of bodies whose tick starts where their last one ended. Laws are called for the others,
-/// unless that is all of them.
+/// The accelerations at the start of the tick: cached for bodies in the state in which their last tick ended, evaluated for
+/// the others. `None` if no cached acceleration fits.
 #[inline(never)]
 fn recall<X: BlockSpace<N>, const N: usize>(
     segments: &Segments,
@@ -206,7 +206,7 @@ fn recall<X: BlockSpace<N>, const N: usize>(
     field: &mut BlockField<'_, X, N>,
     (x, v): (X, X),
 ) -> Option<X> {
-    // What was evaluated before a jump is of no use after it.
+    // Accelerations from before a jump are invalid after it.
     let first = segments.iter().next().filter(|first| !first.jump)?;
     let (time, epoch) = (field.parameters.times.start, field.parameters.epoch);
     let BlockField { w, own_laws, called, .. } = field;

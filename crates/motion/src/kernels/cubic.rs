@@ -1,13 +1,13 @@
-//! The cubic through position and velocity at both ends of a time.
+//! The cubic through position and velocity at both ends of a time interval.
 
 use crate::units::{Scalar, Vector};
 
-/// The cubic through position, m, and velocity, m/s, at both ends of a time (Hermite 1878).
+/// The cubic through position, m, and velocity, m/s, at both ends of a time interval (Hermite 1878).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cubic {
     from: [Vector; 2],
     length: Scalar,
-    /// Coefficients of s² and s³, m, where s is the elapsed fraction of the time.
+    /// Coefficients of s² and s³, m, where s is the elapsed fraction of the interval.
     pub curve: [Vector; 2],
 }
 

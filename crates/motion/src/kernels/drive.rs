@@ -6,8 +6,8 @@ use crate::laws::damping::Decay;
 use crate::laws::tick_times::{Segment, Segments};
 use crate::methods::{Field, Integrator, StepState};
 
-/// A field that is driven through a tick segment by segment. What changes velocities besides forces and laws, and its record,
-/// is written here, once for blocks and groups.
+/// A field that is driven through a tick segment by segment. Damping, speed limits and axis locks, and their records, are
+/// written here, once for blocks and groups.
 pub(crate) trait TickField: Field + Sized {
     /// The rows of all bodies.
     type Rows: AsRef<[Row]>;
@@ -18,14 +18,14 @@ pub(crate) trait TickField: Field + Sized {
     /// Begins a step in the state that the last one left.
     fn begin_step(&mut self) {}
 
-    /// The length of the step, s, up to the first discontinuity that depends on the state, on the way to (`x`, `v`); `None` if
-    /// there is none. The step is then taken again up to there.
+    /// The length of a step that would end in (`x`, `v`) up to its first discontinuity that depends on the state, s; `None` if
+    /// there is none. The step is then repeated with this length.
     fn ends_early(&mut self, x: Self::Space, v: Self::Space) -> Option<f64> {
         let _ = (x, v);
         None
     }
 
-    /// Frees memory of the last step: of all elements of the space but the state and what the method keeps.
+    /// Frees the memory of the last step: all elements of the space except the state and the method state.
     fn recycle(&mut self, x: &mut Self::Space, v: &mut Self::Space, step_state: &mut StepState<Self>) {
         let _ = (x, v, step_state);
     }
@@ -49,7 +49,7 @@ pub(crate) trait TickField: Field + Sized {
     /// Applies speed limit and axis locks.
     fn restrain(&mut self, v: Self::Space) -> Self::Space;
 
-    /// The records of the tick, if a ledger wants them.
+    /// The records of the tick, if it has a ledger.
     fn recorder(&mut self) -> &mut Option<Recorder>;
 
     /// An element of the space as rows.
@@ -84,7 +84,7 @@ pub(crate) trait TickField: Field + Sized {
         limited
     }
 
-    /// Records a change, if a ledger wants it.
+    /// Records a change, if the tick has a ledger.
     #[inline(always)]
     fn record_change(&mut self, from: Self::Space, to: Self::Space, note: Note<'_>) {
         if self.recorder().is_some() {
@@ -144,7 +144,7 @@ pub(crate) fn drive<M: Integrator, F: TickField>(
             field.enter::<M>(segment, parameters.decay_in(segment));
             field.begin_step();
             if segment.jump {
-                // It was evaluated before the jump.
+                // The cached acceleration is from before the jump.
                 step_state.start = None;
             }
             let StepState { last_step, start } = *step_state;

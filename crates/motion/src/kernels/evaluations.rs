@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 
 use crate::kernels::{Counts, StepStatistics, count};
 
-/// Evaluations since the world was made, as counted by the run.
+/// Counts of evaluations and of solver iterations since the world was made.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 pub struct Evaluations {
@@ -58,7 +58,7 @@ mod by_law {
 }
 
 impl Evaluations {
-    /// Counts to continue from: accelerations, evaluations by law, and iterations.
+    /// Makes counts to continue from: accelerations, evaluations by law, and iterations.
     #[must_use]
     pub fn going_on(
         accelerations: u64,
@@ -100,7 +100,7 @@ impl Evaluations {
         self.unconverged_steps
     }
 
-    /// Bytes of the list of laws, as it is allocated.
+    /// Allocated bytes of the list of laws.
     #[must_use]
     pub fn list_bytes(&self) -> usize {
         if self.laws.spilled() { self.laws.capacity() * size_of::<(&str, u64)>() } else { 0 }

@@ -35,7 +35,7 @@ pub(crate) struct Constants<S: Simd> {
     /// Factor after the move.
     pub after: f64x4<S>,
     immovable: f64x4<S>,
-    /// Holds in the last lane alone.
+    /// Mask of the last lane alone.
     last_lane: <f64x4<S> as SimdBase<S>>::Mask,
     least: f64x4<S>,
     gain: f64,
@@ -84,7 +84,7 @@ impl<S: Simd> Constants<S> {
         f64x4::splat(self.simd, body[3]).simd_gt(self.immovable)
     }
 
-    /// The number of bodies of a block that can be accelerated: mostly all, which one test tells.
+    /// The number of bodies of a block that can be accelerated. One test detects the usual case that all can.
     #[inline(always)]
     pub fn count_movable(&self, block: &[[f64; 4]; BLOCK]) -> u64 {
         let mut all = self.movable(&block[0]);
@@ -104,7 +104,7 @@ impl<S: Simd> Constants<S> {
     #[inline(always)]
     pub fn snap<const N: usize>(&self, mut v: Rows<S, N>) -> Rows<S, N> {
         each_row!(k in N {
-            // Not "unless it is at least": NaN must stay, to be found.
+            // Selected by `<`, which is false for NaN: NaN must stay, to be found.
             v.0[k] = v.0[k].except(v.0[k].abs().simd_lt(self.least));
         });
         v
@@ -125,7 +125,7 @@ pub(crate) fn restrain([x, y, z, _]: &mut [f64; 4], limit: Option<f64>, locks: O
     if let Some(limit) = limit {
         // Not by the sum of squares, which overflows for speeds that are still finite.
         let speed = libm::hypot(libm::hypot(*x, *y), *z);
-        // Not "if above": a limit of NaN must be found, not skipped.
+        // Not `speed > limit`: a limit of NaN must be found, not skipped.
         let is_allowed = speed <= limit;
         if !is_allowed {
             let factor = limit / speed;

@@ -48,7 +48,7 @@ impl<S: Simd, const N: usize> Rows<S, N> {
         Self(lanes)
     }
 
-    /// The same in every row.
+    /// `lanes` in every row.
     #[inline(always)]
     pub fn splat(lanes: f64x4<S>) -> Self {
         Self([lanes; N])

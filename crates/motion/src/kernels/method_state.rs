@@ -1,10 +1,10 @@
-//! What methods keep of the rows of a batch from tick to tick.
+//! The method state of the rows of a batch.
 
 use crate::state::method_state::CachedAcceleration;
 
 /// The column of a method's state.
 pub(crate) enum MethodStateRows<'a> {
-    /// It keeps nothing.
+    /// The method has no state.
     None,
     /// Length of the last step, s.
     LastStep(&'a mut [f64]),

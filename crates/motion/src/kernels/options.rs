@@ -55,8 +55,8 @@ impl BodyOptions<'_> {
         self.laws.iter().flat_map(|law| law.discontinuities()).any(|time| times.holds(*time))
     }
 
-    /// Whether all is equal to `other` but the formulas of their own laws: where none of them [jumps](Self::jumps), the
-    /// bodies are integrated together.
+    /// Whether the options equal those of `other` except for the formulas of own laws. The bodies are then integrated together,
+    /// unless one of these laws [jumps](Self::jumps).
     pub fn is_like(&self, other: &BodyOptions<'_>) -> bool {
         let kind =
             |laws: &[Box<dyn Law>]| (laws.is_empty(), laws.iter().any(|law| law.depends_on_velocity()));

@@ -1,4 +1,4 @@
-//! Records of what a tick did to each body besides forces and laws. Kernels write them only for a ledger.
+//! Records of the kicks, damping and limits of each body in a tick. Kernels write them only for a ledger.
 
 use std::ops::Range;
 
@@ -103,19 +103,19 @@ impl TickRecord {
         self.damping.add_change(self.moved, to - from - a * h, energy);
     }
 
-    /// The method begins with the tick, at `x` with the velocity `v`.
+    /// Records that the method begins the tick at `x` with the velocity `v`.
     pub fn begin(&mut self, x: Vector, v: Vector) {
         (self.between, self.began, self.moved) = (Some([v; 2]), x, Vector::ZERO);
     }
 
-    /// The method ends at `x` with the velocity `v`.
+    /// Records that the method ends the tick at `x` with the velocity `v`.
     pub fn end(&mut self, x: Vector, v: Vector) {
         if let Some([_, end]) = &mut self.between {
             (*end, self.moved) = (v, x - self.began);
         }
     }
 
-    /// Adds the record of another system in the same tick, which follows.
+    /// Adds the record of a system that follows in the same tick.
     fn merge(&mut self, other: &Self) {
         self.damping.merge(self.moved, &other.damping);
         self.limits.merge(self.moved, &other.limits);
@@ -132,7 +132,7 @@ impl TickRecord {
 /// Mean over s from 0 to 1 of `(1 - e^(-q s)) / (1 - e^-q)`: the mean of a velocity that follows `v' = a - c v` for h
 /// seconds, as a fraction of the way from its start to its end, with q = c h.
 fn mean(q: Scalar) -> Scalar {
-    // The closed form loses more to cancellation than the series leaves out.
+    // For small q the closed form loses more to cancellation than the series to truncation.
     if q < 0.1 {
         let square = q * q;
         return 0.5 + q * (1.0 / 12.0 - square * (1.0 / 720.0 - square / 30_240.0));
@@ -147,7 +147,7 @@ pub(crate) type Note<'a> = &'a dyn Fn(&mut TickRecord, usize, Vector, Vector);
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Recorder {
     rows: Vec<TickRecord>,
-    /// The row that is the first of the batch.
+    /// The number in the record of the first row of the batch.
     pub first: usize,
     block: Range<usize>,
 }
@@ -191,7 +191,7 @@ pub(crate) fn vector([x, y, z, _]: &[f64; 4]) -> Vector {
 pub(crate) struct TickRecords(pub Option<EntityHashMap<TickRecord>>);
 
 impl TickRecords {
-    /// A recorder of that many rows, if a ledger wants records.
+    /// A recorder of `rows` rows, if the tick has a ledger.
     pub fn recorder(&self, rows: usize) -> Option<Recorder> {
         self.0.is_some().then(|| Recorder::of(rows))
     }

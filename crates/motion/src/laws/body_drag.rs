@@ -3,8 +3,8 @@
 use super::{BodyState, Drag, EvaluationTime, Jacobians, Law};
 use crate::units::{Scalar, Vector, at_least_0};
 
-/// Drag of one body in a fluid at rest: `F = -b v - q |v| v`, so that of two bodies of one shape the lighter one is slowed
-/// more. It adds to the [`Drag`] of all bodies, which is per mass, and is counted and switched with it.
+/// Drag of one body in a fluid at rest: `F = -b v - q |v| v`. It slows the lighter of two bodies of the same shape more. It
+/// adds to the [`Drag`] of all bodies, which is per mass, and is counted and switched with it.
 ///
 /// A body of drag coefficient C_d and cross-section A has `q = ρ C_d A / 2` in a fluid of density ρ (Rayleigh 1876); the
 /// terminal speed of a fall is then `sqrt(m g / q)`.
@@ -35,7 +35,7 @@ impl BodyDrag {
         0.5 * Self::AIR_KG_M3 * area
     }
 
-    /// Its acceleration as drag per mass, of a body of that inverse mass, 1/kg.
+    /// The drag per mass of a body of that inverse mass, 1/kg.
     fn per_mass(self, inverse_mass: Scalar) -> Drag {
         Drag::new(self.linear * inverse_mass, self.quadratic * inverse_mass)
     }

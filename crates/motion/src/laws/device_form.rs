@@ -1,4 +1,4 @@
-//! The laws as a graphics device evaluates them: which of its formulas a law is, with the numbers for it.
+//! The formulas by which a graphics device evaluates laws, with their numbers.
 
 use super::{Affine, Drag, Well};
 

@@ -30,7 +30,7 @@ impl OwnLaws {
     }
 
     pub(crate) fn version(&self) -> u64 {
-        // Above the numbers of lists, of which there are far fewer.
+        // Shifted above the version numbers of lists, which stay far smaller.
         let of_laws = self.laws.iter().filter_map(|law| law.version());
         of_laws.fold(self.version, |sum, version| sum.wrapping_add(version << 40))
     }

@@ -13,8 +13,8 @@ use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::emitter::Dormant;
 use crate::units::{Scalar, Vector, at_least_0};
 
-/// A [`Well`] that rides on a body. It attracts the bodies that have it among their [`OwnLaws`](crate::OwnLaws), and has to
-/// be in the resource [`RidingWells`] as well: copies of one well ride together.
+/// A [`Well`] that rides on a body. It attracts the bodies that have it among their [`OwnLaws`](crate::OwnLaws), and must
+/// be in the resource [`RidingWells`] as well: copies of one well share its motion.
 ///
 /// Within a tick the carrier counts as moving uniformly, with its velocity at the start of the tick, so that methods of an
 /// order above 2 are of order 2 here. The well does not attract while its carrier is removed, disabled, quarantined or
@@ -31,7 +31,7 @@ pub struct RidingWell {
 #[derive(Resource, Clone, Debug, Default)]
 pub struct RidingWells(pub Vec<RidingWell>);
 
-/// Where the carrier is at a time: position, m, velocity, m/s, and that time, s, as bits; NaN while it carries nothing.
+/// Position, m, and velocity, m/s, of the carrier at a time, and that time, s, as bits; NaN while it cannot carry the well.
 #[derive(Debug)]
 struct Course {
     bits: [AtomicU64; 7],
@@ -108,13 +108,13 @@ impl Law for RidingWell {
         false
     }
 
-    /// What was evaluated along the course of the last tick is of no use in this one.
+    /// Changes with the course, once per tick: accelerations cached along the last course are invalid.
     fn version(&self) -> Option<u64> {
         Some(self.course.version.load(Ordering::Relaxed))
     }
 }
 
-/// Puts the wells of `world`, if it has some, where their carriers are. Returns whether it has.
+/// Moves the wells of `world` to their carriers. Returns whether there are any.
 pub(crate) fn prepare(world: &mut World) -> bool {
     let carries = world.contains_resource::<RidingWells>();
     if carries && world.contains_resource::<StepClock>() {
@@ -126,7 +126,7 @@ pub(crate) fn prepare(world: &mut World) -> bool {
 /// A body that can carry a well now.
 type Carrier = (Without<Quarantined>, Without<Dormant>);
 
-/// Puts the wells where their carriers are at the start of the tick.
+/// Moves the wells to their carriers at the start of the tick.
 pub fn carry_wells(
     wells: Res<RidingWells>,
     clock: Res<StepClock>,

@@ -8,13 +8,13 @@ use super::{Gravity, Law, Laws, with_world_laws};
 
 /// A law that is a resource of a world.
 pub(crate) trait WorldLaw: Resource + Clone + Law {
-    /// Whether its parameters are numbers that it can compute with.
+    /// Whether its parameters are valid numbers.
     fn is_finite(&self) -> bool;
 
     /// Checks that its parameters are in their range.
     ///
     /// # Panics
-    /// If one is not: it is in the message.
+    /// If one is not; the message names it.
     fn check(&self) {}
 
     /// Size of the lists that it holds, bytes.
@@ -98,7 +98,7 @@ macro_rules! declare {
                 laws.into_iter().flatten()
             }
 
-            /// [Checks](WorldLaw::check) those that are resources.
+            /// [Checks](WorldLaw::check) the laws that are resources.
             pub fn check(self) {
                 $(self.$law.map(WorldLaw::check);)*
             }
@@ -131,7 +131,7 @@ macro_rules! declare {
                 SharedLaws { $($law: self.$law.as_deref(),)* more }
             }
 
-            /// When the laws have changed last.
+            /// The last changes of the laws.
             pub(crate) fn changes(&self) -> Changes {
                 Changes {
                     $($law: self.$law.as_ref().map(DetectChanges::last_changed),)*
@@ -140,7 +140,7 @@ macro_rules! declare {
             }
         }
 
-        /// Ticks of the last change of each resource; `None` for one that does not exist.
+        /// System ticks of the last change of each resource; `None` for one that does not exist.
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         pub(crate) struct Changes {
             $($law: Option<Tick>,)*
@@ -152,8 +152,8 @@ macro_rules! declare {
 with_world_laws!(declare);
 
 impl<'a> SharedLaws<'a> {
-    /// The laws that act on a body with its `own` laws, and `gravity` if that acts on it. On a body in a sheet drag
-    /// does not act: it acts on the triangles of the sheet.
+    /// The laws that act on a body with its `own` laws, and `gravity` if it acts on the body. Drag acts on the triangles of a
+    /// sheet, not on its bodies.
     pub fn on_body(
         self,
         gravity: Option<&'a Gravity>,

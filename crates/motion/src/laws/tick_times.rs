@@ -42,7 +42,7 @@ impl Segment {
     /// The first `length` seconds, and the rest after a discontinuity.
     pub fn split(self, length: f64) -> (Self, Self) {
         let time = self.start + length;
-        // What comes after a part of no length comes after what was before it.
+        // The rest after a part of length 0 follows the interval before it.
         let preceding = if length > 0.0 { length } else { self.preceding };
         let rest = Self { start: time, length: self.length - length, preceding, jump: true, ..self };
         (Self { end: time, length, ..self }, rest)
@@ -50,7 +50,7 @@ impl Segment {
 
     /// The start, seen from before a discontinuity.
     pub fn before(&self) -> EvaluationTime {
-        // Within the interval before it: what jumps at the start of that has jumped.
+        // Within the preceding interval: laws that jump at the start of that interval have jumped.
         EvaluationTime { time: self.start, within_step: self.start - self.length.min(self.preceding) * 0.25 }
     }
 }
@@ -68,8 +68,8 @@ pub(crate) struct TickTimes {
     pub substeps: u32,
 }
 
-/// A discontinuity this near to the end of a substep, in lengths of a substep, counts as at the end: it would split off
-/// an interval of rounding errors.
+/// A discontinuity within this fraction of a substep from its end counts as at the end: it would split off an interval of
+/// rounding errors.
 const NEAR: Scalar = 1e-9;
 
 impl TickTimes {
@@ -113,7 +113,7 @@ impl TickTimes {
     }
 }
 
-/// The intervals of a tick, computed one after the other: a list of them would be allocated.
+/// The intervals of a tick, computed one by one: a list would have to be allocated.
 #[derive(Clone, Debug)]
 pub(crate) struct Segments {
     times: TickTimes,

@@ -7,7 +7,7 @@ use super::{Axes, BLOCK_BODIES, BodyBlock, BodyState, DeviceForm, EvaluationTime
 use crate::units::{Scalar, Vector, at_least_0, outer};
 
 /// A point that attracts every body, whatever its mass: `a = -mu r / (r² + s²)^(3/2)` with r from the well to the body
-/// (Newton; softened after Plummer 1911). In the middle of a well without softening there is no force.
+/// (Newton; softened after Plummer 1911). At the center of a well without softening the force is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Well {
     /// Position, m.
@@ -19,7 +19,7 @@ pub struct Well {
 }
 
 impl Well {
-    /// r and `(r² + s²)^(-1/2)`, which is 0 where both are: there no direction is that of a force.
+    /// r and `(r² + s²)^(-1/2)`, which counts as 0 if r and s are 0: a force would have no direction there.
     #[inline(always)]
     fn reach(&self, body: BodyState) -> (Vector, f64) {
         let r = body.position - self.position;
@@ -35,7 +35,7 @@ impl Well {
         r * -(self.strength * inverse * inverse * inverse)
     }
 
-    /// `sum` and the derivative of the acceleration by position, 1/s².
+    /// `sum` plus the derivative of the acceleration by position, 1/s².
     pub(super) fn add_jacobian(&self, sum: DMat3, body: BodyState) -> DMat3 {
         let (r, inverse) = self.reach(body);
         let cubed = self.strength * inverse * inverse * inverse;
@@ -50,8 +50,8 @@ impl Well {
 }
 
 impl Well {
-    /// The part of the negative derivative of the acceleration that pulls back, 1/s²: across the line to the well, and along
-    /// it where softening is large enough.
+    /// The restoring part of the negative derivative of the acceleration, 1/s²: across the line to the well, and along it if
+    /// softening is large enough.
     pub(crate) fn restoring(&self, position: Vector) -> DMat3 {
         let r = position - self.position;
         let squared = r.length_squared();

@@ -34,7 +34,7 @@ pub(crate) fn marker(world: &mut World, method: Method) -> ComponentId {
     with_method!(method, M => world.register_component::<M>())
 }
 
-/// Whether bodies of that kind have this method of their own.
+/// Whether bodies of the archetype `kind` have `method` as their own method.
 pub(crate) fn is_marked(world: &World, kind: &Archetype, method: Method) -> bool {
     with_method!(method, M => contains::<M>(world, kind))
 }

@@ -69,8 +69,8 @@ const IN_STEP: &str =
 /// Damping of all other methods.
 const AS_LAW: &str = "exact is the law a = -c v, evaluated at every stage; clamped and implicit multiply before, tutorial after a tick";
 
-/// A method of that order with as many evaluations per step, which is never stable, symplectic or reversible: each row
-/// says how its method differs.
+/// Default claims of a method of that order: as many evaluations per step, never stable, not symplectic, not reversible. Each
+/// row overrides the claims in which its method differs.
 const fn of_order(order: u32) -> Claims {
     Claims {
         method: Method::ExplicitEuler,

@@ -13,8 +13,8 @@ use crate::state::method_state::LastStep;
 /// The velocity of a body is d / h, the mean velocity of the last step. It is half a step behind the position and of
 /// order 1. A law that depends on the velocity makes the position order 1 too.
 ///
-/// A step of length h after one of a different length p takes `a h (h + p) / 2` in place of `a h²`. A start has p = 0,
-/// which gives a h² / 2, the Taylor value. Reversed velocities have p = -h: the body returns along its path.
+/// A step of length h after one of a different length p adds `a h (h + p) / 2` instead of `a h²`. At a start p is 0, which
+/// gives a h² / 2, the Taylor value. After a reversal of velocities p is -h: the body returns along its path.
 ///
 /// Applied forces are constant over the tick and are solved exactly: `F w h²/2` for the position, `F w h` for the
 /// velocity.

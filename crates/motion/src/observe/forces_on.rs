@@ -44,9 +44,9 @@ impl ForceCause {
 /// sum is mass times acceleration.
 ///
 /// Damping is `-m c v` under every model, which is the limit of `tutorial` and `clamped` for short steps. Speed limits
-/// are not forces and are left out. No force acts along a locked axis. Under position Verlet laws see the velocity of
-/// half a step before, as in a step. The result is empty if the body is immovable, quarantined, not born, or has no
-/// physics.
+/// are not forces and are left out. No force acts along a locked axis. Under position Verlet laws are evaluated at the
+/// velocity of half a step before, as in a step. The result is empty if the body is immovable, quarantined, not born, or has
+/// no physics.
 #[must_use]
 pub fn forces_on(world: &World, body: Entity) -> Vec<(ForceCause, Vector)> {
     let pushes: Vec<_> = world.get_resource::<PushQueue>().into_iter().flat_map(PushQueue::pending).collect();
@@ -56,7 +56,7 @@ pub fn forces_on(world: &World, body: Entity) -> Vec<(ForceCause, Vector)> {
 }
 
 /// Computes the forces of [`forces_on`] for many bodies in one pass over the springs, and calls `each` with the index
-/// of the body in `bodies`, the cause and the force, N. Takes `pushes` instead of those that wait for the next tick.
+/// of the body in `bodies`, the cause and the force, N. Uses `pushes` instead of the pushes that wait for the next tick.
 pub fn each_force(
     world: &World,
     pushes: &[Push],
@@ -96,8 +96,8 @@ pub fn each_force(
 pub const LAWS_WITH_POTENTIAL: [&str; 4] = ["gravity", "wells", "springs", "mutual_gravity"];
 
 /// Calls `each` with the index of every body in `bodies` that has potential energy by a law, the name of the law and the
-/// energy, J, in the current state. An energy that two bodies share, of a spring or of mutual gravity, belongs to each of them by half,
-/// immovable ones among them: the sum over all bodies is [`Totals::potential_energy`](crate::Totals::potential_energy).
+/// energy, J, in the current state. The energy of a spring or of mutual gravity is split evenly between its two bodies,
+/// immovable ones included: the sum over all bodies is [`Totals::potential_energy`](crate::Totals::potential_energy).
 pub fn each_potential_energy(
     world: &World,
     bodies: &[Entity],

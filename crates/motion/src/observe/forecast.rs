@@ -48,7 +48,7 @@ pub enum LimitingPart {
     MutualGravity([Entity; 2]),
 }
 
-/// The state whose value a margin has.
+/// The state in which a margin has its value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Occasion {
     /// The present state.
@@ -66,7 +66,7 @@ pub enum Occasion {
     Birth,
 }
 
-/// How a method misses the true motion without growing.
+/// How a method deviates from the true motion without growing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Deviation {
     /// The velocity changes its sign.
@@ -77,7 +77,7 @@ pub enum Deviation {
     Alternates([Scalar; 2]),
 }
 
-/// What becomes of a motion under the method.
+/// The fate of a motion under the method.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Fate {
     /// It stays near the true motion.
@@ -85,7 +85,7 @@ pub enum Fate {
     Holds,
     /// It does not grow, but is wrong.
     Wrong(Deviation),
-    /// An orbit leaves half and twice its size after so many turns, up to [`LASTING_TURNS`].
+    /// An orbit leaves the range from half to twice its size after this many turns, up to [`LASTING_TURNS`].
     Drifts(Scalar),
     /// It grows in every step.
     Grows,
@@ -115,7 +115,7 @@ pub struct Margin {
     /// w h of springs and attraction, or c h of damping, of the fastest mode for a step of h seconds. For springs, in the
     /// present state, this is a lower bound: a mode that is predicted to grow does grow.
     pub value: Scalar,
-    /// The value in the present state, if `value` is that of another one.
+    /// The value in the present state, which differs from `value` if that belongs to another state.
     pub now: Scalar,
     /// The state that has `value`.
     pub occasion: Occasion,
@@ -124,18 +124,18 @@ pub struct Margin {
     /// is within 0.1 %; for groups of more than a million bodies it may end earlier.
     pub at_most: Scalar,
     /// The value above which the mode grows: the next such limit above the current value if that is stable. 0 if no
-    /// step is stable, or if the limit is below 5e-3, or below 0.05 for several modes by a method of order 2; infinite if every step is
-    /// stable. Yoshida 4 with damping is stable again at some longer steps.
+    /// step is stable, or if the limit is below 5e-3, or below 0.05 for several modes under a method that is not of order 1;
+    /// infinite if every step is stable. Yoshida 4 with damping is stable again at some longer steps.
     pub limit: Scalar,
     /// The value of a circular orbit above which the method does not keep it within half and twice its radius for
-    /// [`LASTING_TURNS`]; 0 for none. `None` for what is not an orbit.
+    /// [`LASTING_TURNS`]; 0 if the method keeps none. `None` if the motion is not an orbit.
     pub lasts: Option<Scalar>,
-    /// What becomes of the motion.
+    /// The fate of the motion.
     pub fate: Fate,
-    /// Factor of growth per second, after many seconds; 1 if it does not grow. For an orbit, a factor of 2 in the
-    /// turns after which it is left; infinite for what grows ever faster.
+    /// Factor of growth per second, after many seconds; 1 if it does not grow. For an orbit, a factor of 2 in the turns after
+    /// which the method leaves it; infinite if the growth accelerates.
     pub growth_per_s: Scalar,
-    /// The same per tick.
+    /// Factor of growth per tick.
     pub growth_per_tick: Scalar,
     /// The changes that would make it stable, even if the value is its upper bound. Empty if it is known to be stable.
     pub cure: Cure,
@@ -167,11 +167,12 @@ impl Margin {
         if limit == 0.0 { Scalar::INFINITY } else { self.value / limit }
     }
 
-    /// Whether that is seen in [`LASTING_TURNS`]: it at least doubles, or leaves its orbit. Runge-Kutta 2 is never quite stable.
+    /// Whether the instability shows within [`LASTING_TURNS`]: the motion at least doubles or leaves its orbit. Runge-Kutta 2 is
+    /// never quite stable.
     #[must_use]
     pub fn is_reported(&self) -> bool {
         match self.fate {
-            // An orbit is left within them, whose turns may take far longer than those at its closest approach.
+            // The method leaves an orbit within these turns, which may take far longer than those at its closest approach.
             Fate::Grows => self.lasts.is_some() || self.growth_in_turns() >= 2.0,
             Fate::Drifts(_) => true,
             Fate::Holds | Fate::Wrong(_) => false,
@@ -202,8 +203,8 @@ pub struct SpringMargin {
 const MOST_AHEAD: usize = 32;
 
 /// A forecast of instability: the stability margins of all bodies. Springs and dampers are linearized in the present state.
-/// Attraction is taken at the closest approach to come, drag at the fastest speed; there the method itself steps the body on
-/// all of its laws, beside the true motion.
+/// Attraction is taken at the closest approach to come, drag at the fastest speed; for these the method itself steps the body
+/// under all of its laws, beside the true motion.
 ///
 /// The method itself steps the linear system, so that a tick is a matrix. The system is stable if no eigenvalue of the
 /// matrix exceeds 1 in magnitude. The system of a group is reduced to its fastest modes, by stiffness and damping
@@ -226,7 +227,7 @@ impl Forecast {
         Self::compute(world, method, false)
     }
 
-    /// Computes the forecast with [`Self::springs`], of which a large world has many.
+    /// Computes the forecast with [`Self::springs`], a list that is long in a large world.
     #[must_use]
     pub fn with_springs(world: &mut World, method: Method) -> Self {
         Self::compute(world, method, true)
@@ -254,7 +255,7 @@ impl Forecast {
         forecast
     }
 
-    /// Largest memory that the forecast of a group of so many bodies takes, bytes.
+    /// Largest memory that the forecast of a group of `bodies` bodies takes, bytes.
     #[must_use]
     pub fn most_bytes(bodies: u64) -> u64 {
         let numbers = usize::try_from(bodies.saturating_mul(3)).unwrap_or(usize::MAX);

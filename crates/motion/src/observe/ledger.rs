@@ -1,4 +1,5 @@
-//! The ledger of energy, momentum and angular momentum: what each cause added, and the residual, which is the error of the method.
+//! The ledger of energy, momentum and angular momentum: the amount that each cause added, and the residual, which is the error
+//! of the method.
 //!
 //! A ledger is not part of the world or its systems: it reads every body before and after a tick. A world without a
 //! ledger pays nothing for it.
@@ -42,7 +43,7 @@ const SAMPLES_PER_SECOND: Scalar = 128.0;
 ///   change velocity and position one after the other, so that their work is, in each step, the impulse times the mean
 ///   of the velocities before and after the kick, and their torque that at the place of the kick.
 /// - Laws: the work of a law [with a potential](crate::Law::has_potential) is the change of its potential, which is
-///   part of the energy and no line. The work of all other laws is the integral of their power, the impulse of all laws
+///   part of the energy and has no line. The work of all other laws is the integral of their power, the impulse of all laws
 ///   the integral of their force, and their angular impulse that of their torque. All are integrated by Simpson's rule
 ///   along the cubic through position and velocity at both ends of the tick (Hermite 1878), split where a law jumps.
 ///   They are of order 4, like the best methods, in the length of the *tick*: substeps do not make them more accurate.
@@ -94,7 +95,7 @@ impl Conserved {
 }
 
 impl Ledger {
-    /// Opens a ledger of `world`, whose energy, momentum and angular momentum it compares later ones with.
+    /// Opens a ledger of `world`, which compares later energy, momentum and angular momentum with the present ones.
     pub fn open(world: &mut World) -> Self {
         compile_groups(world);
         let mut query = LedgerQuery::new(world);

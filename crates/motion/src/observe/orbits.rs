@@ -1,4 +1,4 @@
-//! Orbits: the energy of what attraction alone moves, negative for what is bound.
+//! Orbits: the energy of bodies that only attraction moves, negative if they are bound.
 
 use bevy_ecs::prelude::*;
 
@@ -12,7 +12,7 @@ use crate::state::coupling::Grouped;
 use crate::state::emitter::Particle;
 use crate::units::{Scalar, Vector};
 
-/// Bodies that nothing but attraction moves: a single body in wells, or all bodies that attract each other.
+/// Bodies that only attraction moves: a single body in wells, or all bodies that attract each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
     /// Stable id of the body, or of the first of several.
@@ -39,7 +39,7 @@ const MOST_ORBITS: usize = 4096;
 /// The largest number of bodies that attract each other: their energy takes all pairs.
 const MOST_ATTRACTING: usize = 256;
 
-/// Whether attraction is all that can add energy: it is conserved, or lost to damping and drag in still air.
+/// Whether attraction is all that can add energy: energy is then conserved, or lost to damping and drag in still air.
 fn only_attracts(world: &World) -> bool {
     let falls = world.get_resource::<Gravity>().and_then(Gravity::active_acceleration);
     let falls = falls.is_some_and(|acceleration| acceleration != Vector::ZERO);
@@ -98,7 +98,7 @@ fn orbits_of_groups(world: &World) -> Vec<Orbit> {
             && coupling.rows <= MOST_ATTRACTING
     });
     let orbit = |group: &Group| {
-        // Bodies that are damped at rates of their own part without gaining energy.
+        // Bodies that are damped at different rates drift apart without gaining energy.
         if group.bodies.iter().any(|body| world.get::<DampingRate>(*body).is_some()) {
             return None;
         }
@@ -106,7 +106,7 @@ fn orbits_of_groups(world: &World) -> Vec<Orbit> {
         let movable = &states[..group.coupling.movable];
         let anchors = group.bodies[group.coupling.movable..].iter().zip(&states[group.coupling.movable..]);
         let mut sources = anchors.filter(|(body, _)| world.get::<SourceMass>(**body).is_some()).peekable();
-        // Where something holds a source, its frame is that of the scene.
+        // With an immovable source the frame is that of the scene.
         let is_free = sources.peek().is_none();
         if sources.any(|(_, source)| source.velocity != Vector::ZERO) {
             return None;

@@ -19,18 +19,18 @@ use crate::state::previous_position::PreviousPosition;
 use crate::state::switched_off::Off;
 use crate::units::{Scalar, Vector};
 
-/// Position, m, and velocity, m/s, of the body on which an emitter rides; `None` if it carries nothing now.
+/// Position, m, and velocity, m/s, of the body on which an emitter rides; `None` if it cannot carry now.
 pub(crate) fn carrier_state(world: &World, RidesOn(body): RidesOn) -> Option<(Vector, Vector)> {
     let body = world.get_entity(body).ok()?;
     let away = body.contains::<Quarantined>() || body.contains::<Dormant>() || is_disabled(world, body);
     let (transform, state) = body.get_components::<(&Transform, &PhysicsBody)>().ok()?;
     let (position, velocity) = (transform.position, state.velocity);
-    // One that is not finite is about to be quarantined.
+    // A body whose state is not finite is about to be quarantined.
     (!away && position.is_finite() && velocity.is_finite()).then_some((position, velocity))
 }
 
-/// The place of a particle of an emitter that rides, whose place is counted from `carrier`, and its birth in the tick that
-/// begins at `start`, s. Nothing is born where nothing carries.
+/// Position and birth of a particle of an emitter that rides on `carrier`, from those relative to the carrier, in the tick
+/// that begins at `start`, s. Without a carrier nothing is born.
 pub(crate) fn ride(
     carrier: Option<(Vector, Vector)>,
     position: Vector,
@@ -54,7 +54,7 @@ pub struct ParticleChange {
 }
 
 impl ParticleChange {
-    /// In the tick that begins at `start`, s.
+    /// Applies the change in the tick that begins at `start`, s.
     fn apply(self, world: &mut World, start: Scalar) {
         let Self { body, mut position, carrier, inverse_mass, birth } = self;
         // No particle is born while its body is disabled.
@@ -74,7 +74,7 @@ impl ParticleChange {
             let velocity = birth.map_or(Vector::ZERO, |(_, velocity)| velocity);
             *state = PhysicsBody { velocity, inverse_mass };
         }
-        // Nothing is left of the previous life: it is not drawn moving from there, and its method restarts.
+        // Clears the state of the previous life: the particle is not drawn moving from there, and its method restarts.
         if let Some(mut before) = body.get_mut::<PreviousPosition>() {
             before.0 = position;
         }
@@ -100,7 +100,7 @@ type Emitters = (
     &'static mut Emission,
 );
 
-/// Those whose particles are bodies.
+/// Filter of emitters whose particles are bodies.
 type WithBodies = Without<Swarm>;
 
 /// Emits the particles that are due in the tick, and makes those dormant whose life ends in it.

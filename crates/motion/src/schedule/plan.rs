@@ -1,4 +1,4 @@
-//! The plan of a tick: which systems it has, and what decides so.
+//! The plan of a tick: its systems, and the conditions that decide about them.
 
 use bevy_ecs::archetype::Archetype;
 use bevy_ecs::prelude::*;
@@ -155,7 +155,7 @@ impl StepPlan {
     }
 }
 
-/// What a plan depends on and what is cheap to compare before every tick.
+/// The inputs of a plan that are cheap to compare before every tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PlanInputs {
     /// The number of archetypes: a new one may have a method of its own.
@@ -204,8 +204,8 @@ fn has_bodies(world: &World, grouped: bool, such: impl Fn(&Archetype) -> bool) -
     })
 }
 
-/// Whether bodies may be marked with that method, in groups or not. Beside groups only archetypes with bodies count: one
-/// is left empty when its bodies join a group or leave it.
+/// Whether bodies may be marked with that method, in groups or not. In a world with groups only archetypes with bodies count:
+/// an archetype is left empty when its bodies join a group or leave it.
 fn is_in_use(world: &World, method: Method, grouped: bool) -> bool {
     if world.contains_resource::<Groups>() {
         return has_bodies(world, grouped, |kind| is_marked(world, kind, method));

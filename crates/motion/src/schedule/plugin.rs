@@ -95,7 +95,7 @@ impl Plugin for InertiaPlugin {
         world.schedule_scope(self.schedule, |world, schedule| stepper.install(world, schedule));
     }
 
-    /// The pool of the app is there once every plugin was built.
+    /// The pool of the app exists once every plugin is built.
     fn finish(&self, app: &mut App) {
         if !app.world().contains_resource::<Threads>() {
             app.insert_resource(Threads::of_app());

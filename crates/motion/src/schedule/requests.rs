@@ -19,8 +19,8 @@ use crate::state::static_bodies::update_static_mark;
 use crate::tick::quarantine::{Cause, Fault, Quarantine, Refused, place, quarantine_refused};
 use crate::units::{Scalar, Vector};
 
-/// A request to change the state of a world between two ticks. Restarts the methods that it has to. A body whose state
-/// would not be finite, or out of [`Range`], is quarantined instead.
+/// A request to change the state of a world between two ticks. Restarts methods where it has to. A body whose state would
+/// not be finite, or out of [`Range`], is quarantined instead.
 ///
 /// `Body` names a body: an entity, or a name that is the same in several worlds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +51,7 @@ pub enum Request<Body = Entity> {
 }
 
 impl<Body> Request<Body> {
-    /// The same request with the body that `renamed` returns; `None` if it returns none.
+    /// The same request with the body that `renamed` returns; `None` if `renamed` returns `None`.
     pub fn rename<Other>(self, renamed: impl FnOnce(Body) -> Option<Other>) -> Option<Request<Other>> {
         Some(match self {
             Self::Impulse(body, impulse) => Request::Impulse(renamed(body)?, impulse),
@@ -111,7 +111,7 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
             }
             Request::SetPosition(body, position) => {
                 displace(world, body, |at, _| at.position = position);
-                // It did not move there: nothing is drawn in between.
+                // The body did not move there: it is not drawn in between.
                 let now = world.get::<Transform>(body).map(|at| at.position);
                 if let (Some(now), Some(mut before)) = (now, world.get_mut::<PreviousPosition>(body)) {
                     before.0 = now;
@@ -152,7 +152,7 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
                 world.insert_resource(damping);
             }
             Request::Switch(..) => {
-                // Switches in a row are one: off and on again does nothing at all.
+                // Consecutive switches are applied as one: off and on again does nothing at all.
                 let switches = run.iter().filter_map(|request| {
                     if let Request::Switch(effect, on) = request { Some((*effect, *on)) } else { None }
                 });
@@ -216,7 +216,7 @@ fn displace(world: &mut World, entity: Entity, edit: impl Fn(&mut Transform, &mu
     change(world, entity, edit);
 }
 
-/// The component at fault in a new state, of what the request has changed.
+/// The component at fault in a new state, among those that the request has changed.
 fn fault_of(old: &State, new: &State, range: Option<&Range>) -> Option<(&'static str, Fault)> {
     let changed =
         |old: Vector, new: Vector| old.to_array().map(f64::to_bits) != new.to_array().map(f64::to_bits);

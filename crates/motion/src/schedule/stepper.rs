@@ -40,9 +40,9 @@ const NOT_INSTALLED: &str = "call `Stepper::install` first; it cannot be used wi
 ///   [`PhysicsBody`](crate::PhysicsBody), whose velocity is that at the time of the position;
 /// - a mass or a velocity given to a body that was immovable and at rest.
 ///
-/// A body, spring or emitter with Bevy's [`Disabled`](bevy_ecs::entity_disabling::Disabled), and a body without its
-/// `Transform` or [`Force`](crate::Force), is out of the ticks as a removed one is. A body and a spring come back in the state in which they left, without a force; an
-/// emitter begins as a new one, and its particles are dormant meanwhile.
+/// Ticks skip a body, spring or emitter with Bevy's [`Disabled`](bevy_ecs::entity_disabling::Disabled), and a body without its
+/// `Transform` or [`Force`](crate::Force), as if it were removed. A body and a spring come back in the state in which they left,
+/// without a force; an emitter begins as a new one, and its particles are dormant meanwhile.
 ///
 /// A running body's velocity, position, inverse mass and method are changed by a [`Request`](crate::Request): the method
 /// state of position Verlet belongs to the old values, and so do the counts of evaluations and the groups. Under position
@@ -50,10 +50,10 @@ const NOT_INSTALLED: &str = "call `Stepper::install` first; it cannot be used wi
 pub struct Stepper {
     plan: StepPlan,
     schedule: Schedule,
-    /// What the plan was made from.
+    /// The inputs from which the plan was made.
     inputs: PlanInputs,
     statics: StaticWatch,
-    /// Whether it is in a schedule of the user's, which has the rest of the tick.
+    /// Whether the stepper is installed in a user's schedule, which runs the rest of the tick.
     installed: bool,
     /// Whether a tick did not end, because a law panicked in it.
     interrupted: bool,
@@ -105,9 +105,9 @@ impl Stepper {
 
     /// [`Stepper::new`] with a method of your own for every body that has none of its own.
     ///
-    /// What is known of a method without running it is what the table says of [`Integrator::METHOD`]: a
-    /// [forecast](crate::forecast) is of that method, and so is a [snapshot](crate::snapshot), which has to be restored into
-    /// a stepper made by this function. Whether damping is inside its steps, and its state, must be as in that row.
+    /// The row of [`Integrator::METHOD`] in the table stands for the method wherever it is not run: a
+    /// [forecast](crate::forecast) is of that method, and a [snapshot](crate::snapshot) names it and has to be restored into a
+    /// stepper made by this function. [`Integrator::DAMPS_INSIDE`] and [`Integrator::STATE`] must be those of that row.
     ///
     /// ```
     /// use bevy_ecs::prelude::*;
@@ -196,7 +196,7 @@ impl Stepper {
     /// A run condition on [`StepSystems::Tick`] pauses all of it: bodies, emitters, engines, the clock, pushes and forces wait.
     ///
     /// # A law that panics
-    /// Where the panic is caught, the world and the stepper stay usable. The tick is not counted, and bodies that were integrated
+    /// If the panic is caught, the world and the stepper stay usable. The tick is not counted, and bodies that were integrated
     /// before the panic have moved: [restore](crate::snapshot) a snapshot to undo that. The next run of a schedule with a
     /// single-threaded executor skips the systems that ran before the panic; a new schedule, after
     /// [`uninstall`](Self::uninstall), does not.
@@ -340,7 +340,7 @@ impl Stepper {
         }
     }
 
-    /// Plans again for a world whose bodies were given another state, and its method.
+    /// Plans again for a world that was restored to another state, with the method of that state.
     pub(crate) fn go_on(&mut self, world: &mut World, method: Method) {
         if method == self.plan.method {
             self.recompile(world);
@@ -349,7 +349,7 @@ impl Stepper {
         }
     }
 
-    /// The method of every body that has none of its own: of a method of your own, [`Integrator::METHOD`].
+    /// The method of every body that has none of its own; for a method of your own, its [`Integrator::METHOD`].
     #[must_use]
     pub const fn method(&self) -> Method {
         self.plan.method
@@ -386,10 +386,10 @@ fn finish_tick(world: &mut World) {
     }
 }
 
-/// Checks what holds for every body.
+/// Checks the numbers of the resources that act on every body.
 ///
 /// # Panics
-/// If a number is out of its range: it is in the message.
+/// If a number is out of its range; the message names it.
 fn check(world: &World) {
     world.resource::<TimeStep>().check();
     if let Some(Substeps(substeps)) = world.get_resource() {

@@ -15,12 +15,12 @@ use crate::state::emitter::{Emitter, emitters_changed};
 use crate::state::substeps::Substeps;
 use crate::units::Vector;
 
-/// Makes the particles of an [`Emitter`], whose `pool` is empty, those of a graphics device. A component of the emitter's
+/// Puts the particles of an [`Emitter`], whose `pool` must be empty, on a graphics device. A component of the emitter's
 /// entity, which then has a [`SwarmLog`].
 ///
-/// Positions are stored in single precision and count from `anchor`. It obeys gravity, the laws of every body, each of
-/// which needs a [`DeviceForm`](crate::DeviceForm), and damping; springs, mutual gravity, own laws of bodies, a range and pushes
-/// do not reach a swarm, and no ledger has it.
+/// Positions are stored in single precision and count from `anchor`. A swarm obeys gravity, the laws of every body, each of
+/// which needs a [`DeviceForm`](crate::DeviceForm), and damping. Springs, mutual gravity, own laws of bodies, a range and
+/// pushes do not act on a swarm, and ledgers leave it out.
 #[derive(Component, Clone, Debug, PartialEq)]
 #[component(immutable, on_insert = emitters_changed, on_discard = emitters_changed)]
 #[require(SwarmLog)]
@@ -50,7 +50,7 @@ impl Swarm {
     }
 
     /// # Panics
-    /// If no device can integrate it: why is in the message.
+    /// If no device can integrate it; the message says why.
     pub(crate) fn check(&self, emitter: &Emitter) {
         emitter.check();
         let Self { method, anchor, .. } = self;
@@ -75,7 +75,7 @@ pub struct SwarmLog {
     pub ticks: VecDeque<SwarmTick>,
     /// [`SwarmTick::key`] of the last tick, in the log or not; 0 before the first.
     pub key: u64,
-    /// Whether velocities were reversed after it.
+    /// Whether velocities were reversed after the last tick.
     pub reversed: bool,
 }
 
@@ -86,8 +86,8 @@ impl SwarmLog {
         self.ticks.capacity() * size_of::<SwarmTick>()
     }
 
-    /// Enters a tick, without its key and what follows from the tick before, whose laws it shares if they are the same. Forgets the
-    /// ticks before the birth of the oldest living particle.
+    /// Appends a tick and sets its key and the fields that follow from the tick before. Equal laws must be shared with that tick.
+    /// Drops the ticks before the birth of the oldest living particle.
     pub(crate) fn enter(&mut self, mut tick: SwarmTick) {
         tick.other_laws = self.ticks.back().is_some_and(|last| !Arc::ptr_eq(&last.laws, &tick.laws));
         tick.reversed = std::mem::take(&mut self.reversed);
@@ -115,22 +115,22 @@ pub struct SwarmTick {
     pub step: f32,
     /// Number of substeps, at least 1.
     pub substeps: u32,
-    /// First particle that is due in the tick, and the first after it that is not. Each takes its slot over.
+    /// First particle that is due in the tick, and the first after it that is not. Each takes over its slot.
     pub births: [u64; 2],
-    /// Whether those that are due are born; else their slots are free: the body that carries the emitter is away.
+    /// Whether the due particles are born. If not, because the carrier of the emitter is away, their slots are free.
     pub born: bool,
-    /// When the first of them is born, s.
+    /// Time of the first birth, s.
     pub first_birth: f32,
     /// Time from birth to birth, s.
     pub between: f32,
-    /// Where one is born that is born at the start of the tick, m.
+    /// Position of a birth at the start of the tick, m.
     pub source: [f32; 3],
     /// Velocity of the body on which the emitter rides, m/s.
     pub carried: [f32; 3],
     /// Particles below this number are dead at the end of the tick; they die at its start.
     pub dead: u64,
     /// Whether other laws act than in the tick before: position Verlet then brings its velocities to the time of the positions
-    /// under the laws of that one.
+    /// under the laws of the tick before.
     pub other_laws: bool,
     /// Whether velocities are reversed before the tick.
     pub reversed: bool,

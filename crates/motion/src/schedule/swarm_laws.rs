@@ -9,7 +9,7 @@ use crate::laws::damping::{Damping, DampingModel};
 use crate::laws::{Affine, DeviceForm, Gravity, Law, SharedLaws, Well};
 use crate::units::Vector;
 
-/// The laws of a swarm: `a = constant - rate v` and the drag and the wells below it.
+/// The laws of a swarm: `a = constant - rate v`, plus drag and wells.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SwarmLaws {
     /// The sum of constant accelerations, m/s².
@@ -35,7 +35,7 @@ pub struct SwarmDrag {
     pub mean: [f32; 3],
     /// Gusts: `across sin p + up sin(2p) / 2`, m/s. Zero in steady wind.
     pub across: [f32; 3],
-    /// As above.
+    /// Amplitude of the gusts along the second direction, m/s: see [`across`](Self::across).
     pub up: [f32; 3],
     /// `p = phase + turns t - wave x`: wave vector, rad/m.
     pub wave: [f32; 3],
@@ -43,7 +43,7 @@ pub struct SwarmDrag {
     pub turns: f32,
 }
 
-/// In the precision of a device. A number out of its range is infinite there.
+/// Converts numbers to the precision of a device. A number out of its range becomes infinite.
 #[expect(clippy::cast_possible_truncation, reason = "the precision of a device")]
 pub(crate) fn single<const N: usize>(numbers: [f64; N]) -> [f32; N] {
     numbers.map(|number| number as f32)
@@ -115,7 +115,7 @@ impl SwarmLaws {
         (if laws == **before { Arc::clone(before) } else { Arc::new(laws) }, phase)
     }
 
-    /// All of its numbers.
+    /// The bits of all numbers.
     pub fn words(&self) -> impl Iterator<Item = u64> + '_ {
         let Self { constant, rate, drag, wells, damping } = self;
         let drag = drag.iter().flat_map(|drag| {
@@ -134,7 +134,7 @@ pub(crate) fn word(number: &f32) -> u64 {
     u64::from(number.to_bits())
 }
 
-/// An angle, rad, from -pi to pi.
+/// Reduces an angle, rad, to the range from -pi to pi.
 fn within_a_turn(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     angle - (angle / turn).round() * turn

@@ -1,4 +1,4 @@
-//! The system that says what a tick does to swarms.
+//! The system that enters the ticks of swarms into their logs.
 
 use bevy_ecs::prelude::*;
 
@@ -57,7 +57,7 @@ pub fn advance_swarms(
             step,
             substeps,
             births: [births.start, births.end],
-            // Nothing is born where nothing carries.
+            // Without a carrier nothing is born.
             born: carrier != Some(None),
             first_birth,
             between,
@@ -75,7 +75,7 @@ pub fn advance_swarms(
 /// Checks the swarms of `world`. Returns whether there are any.
 ///
 /// # Panics
-/// If a number of one is out of its range.
+/// If a number of a swarm is out of its range.
 pub(crate) fn prepare(world: &mut World) -> bool {
     let mut swarms = world.query::<(&Swarm, Option<&Emitter>, Option<&Off<Emitter>>)>();
     let mut some = false;

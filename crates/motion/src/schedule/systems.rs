@@ -36,7 +36,7 @@ struct Step;
 /// [`Stepper::install`](crate::Stepper::install) has put the physics into.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StepSystems {
-    /// All of the sets below. A run condition on it pauses the physics, its clock, emitters and engines among it; pushes wait.
+    /// All of the sets below. A run condition on it pauses the physics, with its clock, emitters and engines; pushes wait.
     /// While a condition on [`StepSystems::Integrate`] alone is false, forces are cleared without having moved anything.
     Tick,
     /// Applies queued pushes: they become the [`Force`](crate::Force) of their bodies. Order a system that adds forces
@@ -57,7 +57,7 @@ pub fn step_schedule(world: &mut World, plan: &StepPlan) -> Schedule {
     schedule_of(step_systems(world, plan))
 }
 
-/// Compiles the schedule of what [`StepSystems::Integrate`] does.
+/// Compiles the schedule that [`StepSystems::Integrate`] runs.
 pub(crate) fn inner_schedule(world: &mut World, plan: &StepPlan) -> Schedule {
     schedule_of(births(plan).chain(integration(world, plan)))
 }

@@ -1,4 +1,4 @@
-//! Tests of ticks that need what only this crate can reach.
+//! Tests of ticks that need private items of this crate.
 
 use bevy_ecs::prelude::*;
 

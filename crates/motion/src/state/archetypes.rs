@@ -4,7 +4,7 @@ use bevy_ecs::archetype::Archetype;
 use bevy_ecs::prelude::*;
 
 /// Whether an archetype with that component exists, even if it is empty now: a schedule that was compiled while it was
-/// empty is not told when it fills.
+/// empty is not compiled again when it fills.
 pub(crate) fn may_exist<C: Component>(world: &World) -> bool {
     world.archetypes().iter().any(|archetype| contains::<C>(world, archetype))
 }

@@ -34,7 +34,7 @@ pub struct ClockState {
     pub ticks: u64,
     /// The tick at which the current run of equal steps began, at most `ticks`: a changed step begins a new one.
     pub since_tick: u64,
-    /// Simulated time then, s.
+    /// Simulated time at that tick, s.
     pub since_time: Scalar,
     /// Length of each of these steps, s.
     pub step: Scalar,
@@ -67,8 +67,8 @@ impl StepClock {
         (self.0.ticks - self.0.since_tick) as Scalar * self.0.step
     }
 
-    /// Sets the start of the scene to now. Ticks and simulated time continue. Until the step changes, the time of the scene has the
-    /// bits of a first scene.
+    /// Sets the start of the scene to now. Ticks and simulated time continue. Until the step changes, the time of the scene has
+    /// the bits of a first scene.
     pub fn begin_scene(&mut self) {
         let now = self.seconds();
         (self.0.since_tick, self.0.since_time, self.0.scene_began) = (self.0.ticks, now, now);

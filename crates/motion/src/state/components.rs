@@ -21,7 +21,8 @@ pub struct Transform {
     pub position: Vector,
 }
 
-/// A body that replaces this one starts its method: its velocity is that at the time of the position, not that of half a step before.
+/// Restarts the method of a body whose [`PhysicsBody`] is replaced: the new velocity is that at the time of the position, not
+/// that of half a step before.
 fn body_discarded(mut world: DeferredWorld, context: HookContext) {
     if let Some(mut last) = world.get_mut::<LastStep>(context.entity) {
         last.0 = 0.0;
@@ -29,7 +30,8 @@ fn body_discarded(mut world: DeferredWorld, context: HookContext) {
     structure_changed(world, context);
 }
 
-/// Without one of the components that every body needs, a body is in no tick.
+/// Has the groups compiled again when a body gains or loses a component that every body needs: without it, a body is in no
+/// tick.
 fn body_changed(world: DeferredWorld, context: HookContext) {
     if world.get_entity(context.entity).is_ok_and(|entity| entity.contains::<PhysicsBody>()) {
         structure_changed(world, context);
@@ -49,8 +51,8 @@ impl Transform {
 /// The step multiplies by the inverse mass; 0 is an infinite mass, which no force, law or NaN moves. Only values
 /// above 0 are movable.
 ///
-/// `Changed<PhysicsBody>` does not tell that a tick changed a velocity: a tick writes every row of a table, so that it would be
-/// true of every body in every tick. It tells of other code that wrote.
+/// `Changed<PhysicsBody>` does not detect that a tick changed a velocity: a tick writes every row of a table, so that it would
+/// be true for every body in every tick. It detects writes by other code.
 ///
 /// Aligned to its size, so that no row crosses a cache line.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

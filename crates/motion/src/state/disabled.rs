@@ -1,8 +1,8 @@
 //! Disabled bodies, springs and emitters: entities with Bevy's [`Disabled`], or with another component that hides entities from
 //! queries.
 //!
-//! Queries skip them, so that no system moves them. What is made of them when the world changes, the groups and the pools, is
-//! made again when one is disabled or enabled.
+//! Queries skip them, so that no system moves them. Groups and pools, which are made from them, are made again when one is
+//! disabled or enabled.
 //!
 //! [`Disabled`]: bevy_ecs::entity_disabling::Disabled
 
@@ -37,11 +37,11 @@ pub(crate) fn watch_disabled(world: &mut World) {
 
 fn disable(added: On<Add<()>>, mut world: DeferredWorld) {
     changed(added.entity, &mut world);
-    // An emitter that is enabled begins as a new one.
+    // An emitter begins as a new one when it is enabled.
     if let Some(mut emission) = world.get_mut::<Emission>(added.entity) {
         *emission = Emission::default();
     }
-    // Marks that hold for bodies of the tick; they get them again.
+    // These marks are only for bodies in a tick, and are set again when the body is enabled.
     if let Ok(mut body) = world.commands().get_entity(added.entity) {
         body.try_remove::<(Grouped, Static)>();
     }
@@ -49,7 +49,7 @@ fn disable(added: On<Add<()>>, mut world: DeferredWorld) {
 
 fn enable(removed: On<Remove<()>>, mut world: DeferredWorld) {
     changed(removed.entity, &mut world);
-    // A force acts for one tick, in which it was not there.
+    // A force acts for one tick, in which the body was disabled.
     if let Some(mut force) = world.get_mut::<Force>(removed.entity) {
         *force.bypass_change_detection() = Force(Vector::ZERO);
     }

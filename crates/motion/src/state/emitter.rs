@@ -10,8 +10,8 @@ use crate::state::clock::StepClock;
 use crate::state::coupling::structure_changed;
 use crate::units::{Scalar, Vector, at_least_0};
 
-/// A birth or death this near to the end of a tick, in births, is at its end: 1/60 s times 500 per second may be one
-/// rounding error off.
+/// A birth or death within this fraction of the interval between births from the end of a tick counts as at its end: 1/60 s
+/// times 500 per second may be one rounding error off.
 const NEARLY: Scalar = 1e-6;
 
 /// Marks a free slot.
@@ -25,7 +25,7 @@ const FREE: u64 = u64::MAX;
 ///
 /// A particle that is born within a tick is integrated over the rest of that tick, in as many substeps as a whole one.
 ///
-/// Its first tick panics if a field is out of range.
+/// The first tick of an emitter panics if a field is out of range.
 ///
 /// The component is immutable: insert another one to change it. If it is removed, its particles become [`Dormant`] before
 /// the next tick; switch the effect off to let them live out their lives.
@@ -39,7 +39,8 @@ pub struct Emitter {
     pub life: Scalar,
     /// Position at which particles are born, m.
     pub position: Vector,
-    /// The pool of bodies, each of which is in no other pool. The first tick makes each of them a [`Particle`], [`Dormant`] until it is born.
+    /// The pool of bodies, each of which is in no other pool. The first tick makes each of them a [`Particle`], [`Dormant`] until
+    /// it is born.
     pub pool: Vec<Entity>,
     /// Velocity at birth of each body of the pool, m/s; at least as many as there are bodies.
     pub launches: Vec<Vector>,
@@ -49,7 +50,7 @@ pub struct Emitter {
 
 impl Emitter {
     /// # Panics
-    /// If it cannot emit: what its fields should be is in the message.
+    /// If it cannot emit; the message says how to set its fields.
     pub(crate) fn check(&self) {
         let Self { rate, life, pool, launches, inverse_mass, .. } = self;
         assert!(
@@ -80,7 +81,7 @@ pub struct RidesOn(pub Entity);
 #[component(on_add = dormant_changed, on_remove = dormant_changed)]
 pub struct Dormant;
 
-/// Particles are in no group, so that births change none.
+/// Has the groups compiled again if the body is not a particle: particles are in no group, so births change none.
 fn dormant_changed(world: DeferredWorld, context: HookContext) {
     if world.get_entity(context.entity).is_ok_and(|body| !body.contains::<Particle>()) {
         structure_changed(world, context);

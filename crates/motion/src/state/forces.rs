@@ -10,7 +10,7 @@ use crate::units::Vector;
 /// Bodies whose [`Force`] is cleared at the end of the tick, and the forces that came too late for it.
 #[derive(Resource, Debug, Default)]
 pub struct PushedBodies {
-    /// A body that was pushed twice is listed twice.
+    /// The pushed bodies; a body that was pushed twice is listed twice.
     pub(crate) bodies: Vec<Entity>,
     /// Forces that were added after the integration, for the next tick.
     late: Vec<Push>,
@@ -103,8 +103,8 @@ pub(crate) fn sum_by_body(pushes: impl Iterator<Item = Push>) -> EntityHashMap<V
 /// The pushes for the next tick.
 ///
 /// An edge push (a click) waits here for the next tick and acts in that tick only: it is neither lost in a frame
-/// without a tick nor doubled in a frame with two. A sustained push (a held key) acts in every tick that begins while
-/// it is here.
+/// without a tick nor doubled in a frame with two. A sustained push (a held key) acts in every tick that begins while it is
+/// in the queue.
 #[derive(Resource, Debug, Default)]
 pub struct PushQueue {
     edges: Vec<Push>,

@@ -1,4 +1,4 @@
-//! Method state: what position Verlet, velocity Verlet and Yoshida 4 keep of a body from tick to tick.
+//! Method state: the data that position Verlet, velocity Verlet and Yoshida 4 keep per body from tick to tick.
 
 use bevy_ecs::prelude::*;
 
@@ -32,7 +32,7 @@ pub(crate) struct CachedAcceleration {
 
 impl Default for CachedAcceleration {
     fn default() -> Self {
-        // No time of an evaluation equals it.
+        // No evaluation happens at an infinite time.
         Self { at: [0.0; 4], time: f64::INFINITY, laws: (0, 0), acceleration: [0.0; 3] }
     }
 }

@@ -24,7 +24,7 @@ impl Range {
     /// If a bound is not above 0.
     pub(crate) fn check(&self) {
         for (bound, of) in [(self.position, "m"), (self.speed, "m/s")] {
-            // NaN is told apart: it quarantines every body.
+            // NaN passes: it quarantines every body.
             assert!(
                 bound > 0.0 || bound.is_nan(),
                 "no body is within a range of {bound} {of}; give bounds above 0"
@@ -71,7 +71,7 @@ impl Bounds {
         v.iter().all(|part| part.abs() <= self.speed)
     }
 
-    /// Why the new state of a row would not be stored, if so; velocity is checked first. `row` is velocity and inverse
+    /// Why the new state of a row cannot be stored; `None` if it can. Velocity is checked first. `row` is velocity and inverse
     /// mass.
     pub fn breach(&self, x: &[f64; 3], row: &[f64; 4]) -> Option<Breach> {
         let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());

@@ -29,7 +29,7 @@ pub struct Elastic {
 }
 
 impl Elastic {
-    /// The bits of its numbers: two springs that have the same are interchangeable.
+    /// The bits of its numbers: springs with equal bits are interchangeable.
     pub(crate) fn bits(&self) -> ([u64; 3], bool) {
         ([self.stiffness, self.damping, self.rest_length].map(f64::to_bits), self.pull_only)
     }
@@ -61,7 +61,7 @@ impl Elastic {
 /// A spring between two bodies, as a separate entity. The component is immutable: insert another one to change it.
 ///
 /// The spring is inert if an end no longer exists, has no physics, is disabled or quarantined, or is a particle of an
-/// [`Emitter`](crate::Emitter), which a log message says. The first tick panics if a number is below 0.
+/// [`Emitter`](crate::Emitter), which is logged. The first tick panics if a number is below 0.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 #[component(immutable, on_insert = structure_changed, on_discard = structure_changed)]
 pub struct Spring {

@@ -42,14 +42,14 @@ pub(crate) fn update_static_mark(world: &mut World, body: Entity) {
     }
 }
 
-/// Finds static bodies that were given a mass or a velocity since the last look. A look costs nothing per body while no
-/// code writes to one.
+/// Finds static bodies that were given a mass or a velocity since the last check. A check costs nothing per body while no
+/// code writes to a body.
 pub(crate) struct StaticWatch(
     SystemState<Query<'static, 'static, (Entity, Ref<'static, PhysicsBody>), With<Static>>>,
 );
 
 impl StaticWatch {
-    /// A watch whose first look is at every static body.
+    /// A watch whose first check covers every static body.
     pub fn new(world: &mut World) -> Self {
         Self(SystemState::new(world))
     }

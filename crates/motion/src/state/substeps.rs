@@ -37,7 +37,8 @@ impl Default for Substeps {
     }
 }
 
-/// Substeps per tick of this body, from 1 to [`Substeps::MOST`]; inserting another number panics. Present only on bodies with their own number.
+/// Substeps per tick of this body, from 1 to [`Substeps::MOST`]; inserting another number panics. Present only on bodies with
+/// their own number.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[component(on_insert = own_substeps_inserted, on_discard = structure_changed)]

@@ -10,7 +10,7 @@ pub struct Threads {
     pool: Pool,
 }
 
-/// The other threads: the one that runs the tick is not in the pool.
+/// The threads besides the one that runs the tick, which is not in the pool.
 #[derive(Debug)]
 enum Pool {
     None,
@@ -19,7 +19,7 @@ enum Pool {
 }
 
 impl Threads {
-    /// Number of bodies in a table from which sharing them is faster.
+    /// Number of bodies in a table from which on sharing them among threads is faster.
     pub const FROM: usize = 20_000;
 
     /// Starts `count` threads, at least 1.
@@ -53,7 +53,7 @@ impl Threads {
         }
     }
 
-    /// `threads`, if there are several and sharing so many rows among them is faster.
+    /// `threads`, if there are several and sharing `rows` rows among them is faster.
     pub(crate) fn for_rows(threads: Option<&Self>, rows: usize) -> Option<&Self> {
         threads.filter(|threads| threads.count() > 1 && rows >= Self::FROM)
     }

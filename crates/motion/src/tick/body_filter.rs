@@ -24,14 +24,14 @@ impl BodyFilter {
         }
     }
 
-    /// Those of them that have `C`.
+    /// Restricts the filter to bodies that have `C`.
     #[must_use]
     pub fn with<C: Component>(mut self, world: &mut World) -> Self {
         self.with.push(world.register_component::<C>());
         self
     }
 
-    /// Those of them that lack `C`.
+    /// Restricts the filter to bodies that lack `C`.
     #[must_use]
     pub fn without<C: Component>(mut self, world: &mut World) -> Self {
         self.without.push(world.register_component::<C>());

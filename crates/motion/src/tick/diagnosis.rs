@@ -11,7 +11,7 @@ use crate::units::{Scalar, Vector};
 /// The component or resource at fault, and its fault.
 pub(crate) type Evidence = (&'static str, Fault);
 
-/// The components of a refused body when the system looked.
+/// The components of a refused body at the time of the check.
 pub(crate) struct Suspect<'a> {
     pub position: Vector,
     pub body: PhysicsBody,
@@ -22,7 +22,7 @@ pub(crate) struct Suspect<'a> {
     pub laws: &'a [Box<dyn Law>],
 }
 
-/// BodyFilter resources acted on a refused body.
+/// Which resources acted on a refused body.
 #[derive(Clone, Copy)]
 pub(crate) struct Exposure {
     /// Whether its velocity was updated, by forces and laws.
@@ -92,7 +92,7 @@ impl Environment<'_> {
         place.or_else(law).map(|place| (place, Fault::Found))
     }
 
-    /// The first law of all bodies whose acceleration of this body is not finite.
+    /// The first of the laws of every body that gives this body an acceleration that is not finite.
     pub(crate) fn law_at_fault(&self, state: BodyState) -> Option<Evidence> {
         let more = self.laws.more.iter().map(|law| (place::LAWS, &**law));
         guilty(self.laws.resources().chain(more), state, self.times.ends())

@@ -26,7 +26,7 @@ use crate::units::Scalar;
 use crate::units::Vector;
 
 /// Everything that acts on all bodies in a tick, borrowed from a world, the parameters of a system, or plain arrays.
-/// The options of single bodies are beside it ([`BodyOptions`](crate::kernels::BodyOptions)).
+/// The options of single bodies are separate ([`BodyOptions`](crate::kernels::BodyOptions)).
 #[derive(Clone, Copy)]
 pub(crate) struct Environment<'a> {
     /// Gravity, if it is on.

@@ -41,7 +41,7 @@ pub type Bodies<'w, 's, Who> = Query<
     (Who, Without<Quarantined>, Without<Static>, Without<Dormant>, Without<Grouped>),
 >;
 
-/// What is read of a table in a tick.
+/// The data of a table that a tick reads.
 struct TableTick<'a> {
     kernel: Kernel,
     entities: &'a [Entity],
@@ -53,7 +53,7 @@ struct TableTick<'a> {
     parameters: &'a TickParameters<'a>,
     /// The births in the table, by row.
     births: &'a [Birth],
-    /// Tells whether the tick is recorded for a ledger.
+    /// The records of the tick, if it has a ledger.
     records: &'a TickRecords,
 }
 

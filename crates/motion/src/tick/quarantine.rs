@@ -21,11 +21,11 @@ pub struct Cause<B = Entity> {
     pub system: &'static str,
     /// The component or resource at fault, with its field where it has several.
     pub component: &'static str,
-    /// What happened to it.
+    /// The fault.
     pub fault: Fault<B>,
 }
 
-/// What happened to a component or a resource.
+/// The fault of a component or a resource.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 pub enum Fault<B = Entity> {
@@ -252,8 +252,8 @@ impl Quarantine {
 
 /// Quarantines the bodies that the tick refused and marks them [`Quarantined`].
 ///
-/// Where something else has written a non-finite state, the body stays at its [`PreviousPosition`], or at the origin
-/// without one; at rest; immovable.
+/// If other code has written a state that is not finite, the position becomes the [`PreviousPosition`], or the origin without
+/// one, the velocity 0 and the inverse mass 0, each only if it is not finite.
 pub fn quarantine_bodies(
     mut commands: Commands,
     mut quarantine: ResMut<Quarantine>,
@@ -266,7 +266,7 @@ pub fn quarantine_bodies(
         return;
     }
     if let Some(mut changed) = changed {
-        // Its springs are inert.
+        // Springs of a quarantined body are inert.
         changed.0 = true;
     }
     let tick = clock.map_or(0, |clock| clock.ticks() + 1);
@@ -285,7 +285,7 @@ pub fn quarantine_bodies(
         let (transform, state) = (sound_place(transform, previous), sound_motion(state));
         entity.try_insert((transform, state, Quarantined));
         if previous.is_some_and(|previous| !previous.is_finite()) {
-            // Nothing is interpolated.
+            // Drawing cannot interpolate from a position that is not finite.
             entity.try_insert(PreviousPosition(transform.position));
         }
         if last.is_some_and(|last| !last.0.is_finite()) {

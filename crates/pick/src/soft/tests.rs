@@ -5,7 +5,7 @@ use motion::Elastic;
 
 use super::*;
 
-/// A soft body and where its points are.
+/// A soft body and the positions of its points.
 struct Sample {
     entity: Entity,
     body: SoftBody,
@@ -110,7 +110,7 @@ fn a_ray_through_a_hole_misses() {
     let whole = cast(&[&sheet], DVec3::ZERO, &through, 0.0).unwrap().triangle.unwrap();
     sheet.body.triangles.remove(whole);
     assert_eq!(cast(&[&sheet], DVec3::ZERO, &through, 0.0), None);
-    // A point that is gone, or nowhere, takes its triangles with it.
+    // The triangles of a point that is missing, or at NaN, are not hit.
     for hole in [None, Some(DVec3::NAN)] {
         let mut sheet = Sample::sheet(&mut world, 3, DVec3::ZERO);
         match hole {

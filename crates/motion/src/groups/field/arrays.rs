@@ -124,7 +124,7 @@ impl<E: Layout> GroupField<'_, E> {
                     #[inline(always)]
                     || {
                         for part in numbers {
-                            // Not "unless it is at least": NaN must stay, to be found.
+                            // Not `!(part.abs() >= SNAP)`: NaN must stay, to be found.
                             *part = if part.abs() < SNAP { 0.0 } else { *part };
                         }
                     },
@@ -134,11 +134,11 @@ impl<E: Layout> GroupField<'_, E> {
     }
 }
 
-/// Numbers that are computed before the first of them is stored: the compiler would have to assume that each place
-/// overlaps with what the next number is computed from.
+/// Number of results that are computed before the first of them is stored. One by one, the compiler would have to assume
+/// that each store overlaps with the inputs of the next result.
 const AT_ONCE: usize = 4;
 
-/// Parts of an array.
+/// The first `len` numbers of an array, in parts of [`AT_ONCE`].
 fn parts_of(numbers: &[f64], len: usize) -> &[[f64; AT_ONCE]] {
     numbers[..len].as_chunks().0
 }

@@ -45,8 +45,8 @@ impl GroupCache<Axes> {
         }
     }
 
-    /// Takes the cache of one group out of `cache`. Leaves it there, and returns `false`, if there are caches of groups whose
-    /// rows are in other classes.
+    /// Takes the cache of one group out of `cache`. Leaves it there and returns `false` if there are caches of other groups
+    /// whose rows are in other classes.
     #[must_use]
     pub fn take(&mut self, width: usize, group: usize, cache: &mut GroupCache) -> bool {
         if self.keys.len() <= group {
@@ -119,12 +119,12 @@ impl<E: Layout> GroupField<'_, E> {
         }
     }
 
-    /// Takes the accelerations out of the cache, if they are those of this state. Those of groups in another state are
-    /// computed, unless that is all of them.
+    /// Takes the accelerations out of the cache, if they belong to this state. Computes those of groups whose state differs;
+    /// `None` if it differs for all groups.
     pub(super) fn recall(&mut self, cache: &mut GroupCache<E>) -> Option<Combination> {
         let now = Some(self.cache_key(self.environment.parameters.times.start));
         cache.keys.resize(self.rows.groups, None);
-        // What was evaluated before a jump is of no use after it.
+        // Accelerations from before a jump are invalid after it.
         let may_fit = cache.classes == self.scratch.classes && !self.segment.jump;
         let same = may_fit && cache.w == self.rows.w && numbers(&cache.x) == numbers(self.rows.x);
         let mut others = std::mem::take(&mut self.scratch.not_cached);
@@ -136,7 +136,7 @@ impl<E: Layout> GroupField<'_, E> {
         let none = others.len() == self.rows.groups;
         others.retain(|group| !none && self.rows.apart.binary_search(group).is_err());
         self.scratch.not_cached = others;
-        // Until the tick has new ones: it may not end.
+        // Empty until the tick stores new ones: it may fail.
         cache.keys.clear();
         if none {
             return None;

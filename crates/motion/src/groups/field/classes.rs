@@ -8,7 +8,7 @@ use crate::methods::Field as _;
 use crate::state::components::AxisLocks;
 use crate::units::Vector;
 
-/// What acts on a class of rows besides forces.
+/// The laws and options that a class of rows shares: constant acceleration, linear drag, damping, limits and locks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Class {
     /// Constant acceleration, m/s².
@@ -69,7 +69,7 @@ impl<E: Layout> GroupField<'_, E> {
         classes.clear();
         class_of.clear();
         let sheets: &[u32] = if drag.is_some() { &self.coupling.in_sheets } else { &[] };
-        // Only what acts is added: adding and subtracting again would leave a rounding error.
+        // Sums only the terms that act: adding a term and subtracting it again would leave a rounding error.
         let class = |in_sheet: bool, options: &BodyOptions<'_>| {
             let air = if in_sheet { none } else { air };
             let gravity = if options.gravity_off { Vector::ZERO } else { gravity };

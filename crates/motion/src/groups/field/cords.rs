@@ -1,8 +1,7 @@
-//! Cords, springs that only pull, in a step of a group: which are slack, and where within the step that changes.
+//! Cords, springs that only pull, in a step of a group: which are slack, and when within the step that changes.
 //!
-//! A cord is a spring while it is taut and nothing while it is slack, so that a method meets no kink and no jump within a
-//! step. A step at whose end, or on whose way, a cord is not what it was is taken again up to that moment; the rest of it is
-//! a step of its own.
+//! Within a step a cord either acts as a spring (taut) or does not act (slack), so that a method meets no kink or jump inside
+//! a step. A step in which a cord changes is repeated up to the time of the change; the rest is a step of its own.
 
 use smallvec::SmallVec;
 
@@ -16,16 +15,16 @@ use crate::units::{Scalar, Vector};
 
 /// Most changes per tick that end a step; later ones take effect in the next step.
 const MOST: u32 = 256;
-/// A change this near to an end of a step, in lengths of it, is at that end.
+/// A change within this fraction of a step from one of its ends counts as at that end.
 const NEAR: Scalar = 1e-9;
 
-/// Parts of a step or tick at whose ends cords are looked at, each from one fraction of it to another.
+/// Equal parts of a step or tick, as (start, end) in fractions of it, at whose ends cords are checked.
 pub(crate) fn parts_of_way() -> impl Iterator<Item = (f64, f64)> {
     const PARTS: u32 = 8;
     (0..PARTS).map(|i| (f64::from(i) / f64::from(PARTS), f64::from(i + 1) / f64::from(PARTS)))
 }
 
-/// The place between `from` and `to` at which what holds at `from` ends, by halving; `to` is beyond it.
+/// Finds by bisection where between `from` and `to` the condition `holds` ends. It must hold at `from` and not at `to`.
 pub(crate) fn end_of(holds: impl Fn(f64) -> bool, mut from: f64, mut to: f64) -> f64 {
     loop {
         let middle = 0.5 * (from + to);
@@ -43,23 +42,25 @@ pub(super) struct Cords {
     springs: Springs,
     /// Whether each cord is taut in this step.
     taut: Vec<bool>,
-    /// Whether each was in the step before.
+    /// Whether each cord was taut in the previous step.
     before: Vec<bool>,
-    /// Numbers, among the cords, of those that change where the next step begins.
+    /// Indices of the cords that change at the start of the next step.
     changing: Vec<usize>,
-    /// Those that have changed where this step begins.
+    /// Indices of the cords that changed at the start of this step.
     changed: Vec<usize>,
-    /// Whether the next step begins where this one did.
+    /// Whether the next step starts at the same time as this one.
     again: bool,
     /// Changes that ended a step in this tick.
     changes: u32,
-    /// The records before the step, and whether no row was found then that is not finite.
+    /// The record at the start of the step, which is restored if the step is repeated.
     record: Option<Recorder>,
+    /// Whether no failed row had been found at the start of the step.
     found_none: bool,
 }
 
 impl Cords {
-    /// Makes the taut ones of `all` springs pull and the others loose, as in this step or in the one `before`.
+    /// Sets taut cords to their springs in `all` and loosens slack ones, as in this step or, with `before`, as in the previous
+    /// one.
     fn tune(&mut self, all: &Springs, before: bool) {
         let taut = if before { &self.before } else { &self.taut };
         for (number, taut) in all.cords().iter().zip(taut) {
@@ -69,7 +70,7 @@ impl Cords {
     }
 }
 
-/// The motion of the second end of a cord as seen from the first in a step.
+/// The motion in a step of the second end of a cord relative to the first.
 struct Way {
     elastic: Elastic,
     cubic: Cubic,
@@ -83,7 +84,7 @@ impl Way {
         pulls(&self.elastic, d, u)
     }
 
-    /// The fraction of the step after which the cord first is not `taut`.
+    /// The fraction of the step after which the cord first differs from `taut`.
     fn change(&self, taut: bool) -> Option<Scalar> {
         let is_as_before = |s| self.is_taut(s) == taut;
         let (before, after) = parts_of_way().find(|(_, after)| !is_as_before(*after))?;
@@ -115,8 +116,7 @@ impl<E: Layout> GroupField<'_, E> {
         }
     }
 
-    /// Begins a step from the state at its start: those cords that ended the last step have changed, and all others are as
-    /// the state says.
+    /// Begins a step: cords that ended the last step change; all others are taut or slack by the state at the start.
     pub(super) fn begin_step_of_cords(&mut self) {
         if !self.has_cords() {
             return;
@@ -145,8 +145,8 @@ impl<E: Layout> GroupField<'_, E> {
         self.scratch.cords = cords;
     }
 
-    /// The length of the step up to the moment at which a cord changes on the way to (`x`, `v`), s; `None` if none does, or
-    /// if that is at its end. Takes the step back.
+    /// The length of a step that would end in (`x`, `v`) up to the first change of a cord, s; the step is then undone. `None`
+    /// if no cord changes, or only at the end of the step.
     pub(super) fn change_of_cords(&mut self, x: Combination, v: Combination) -> Option<Scalar> {
         if !self.has_cords() || self.scratch.cords.changes >= MOST {
             return None;
@@ -160,12 +160,12 @@ impl<E: Layout> GroupField<'_, E> {
             let SpringRow { ends, elastic } = self.coupling.springs.get(*number);
             let from = self.apart(ends, self.rows.x, self.rows.v);
             let to = self.apart(ends, &to_x, &to_v);
-            // One that is not finite fails as it is.
+            // A state that is not finite fails anyway.
             if !(to[0] + to[1]).is_finite() {
                 return None;
             }
             let change = Way { elastic, cubic: Cubic::new(from, to, h), h }.change(cords.taut[i])?;
-            // Once at a time: what only touches a change does not change to and fro.
+            // Once per time: a cord that only touches the threshold must not change back and forth.
             (change > NEAR || !cords.changed.contains(&i)).then_some((i, change))
         };
         let changes: SmallVec<[(usize, Scalar); 8]> =
@@ -187,7 +187,7 @@ impl<E: Layout> GroupField<'_, E> {
         Some(if first > NEAR { first * h } else { 0.0 })
     }
 
-    /// Computes what `of` does with the cords as they were before they changed at the start of this step.
+    /// Calls `of` with the cords as they were before they changed at the start of this step.
     pub(super) fn before_change_of_cords<T>(&mut self, of: impl FnOnce(&mut Self) -> T) -> T {
         if self.has_cords() {
             self.scratch.cords.tune(&self.coupling.springs, true);
@@ -199,7 +199,7 @@ impl<E: Layout> GroupField<'_, E> {
         done
     }
 
-    /// How far apart the second end of a spring is from the first, and how fast it moves from it.
+    /// Position, m, and velocity, m/s, of the second end of a spring relative to the first.
     fn apart(&self, ends: [u32; 2], x: &[E], v: &[E]) -> [Vector; 2] {
         let row = |rows: &[E], row: u32| {
             let (element, lane) = self.place(row as usize, 0);

@@ -130,8 +130,8 @@ impl<'a, E: Layout> GroupField<'a, E> {
         }
     }
 
-    /// Counts the evaluations of all laws of the tick and the iterations of solvers, except those of groups that failed, whose
-    /// broken rows these are.
+    /// Counts the evaluations of all laws in the tick and the iterations of solvers, except those of groups that failed:
+    /// `broken` lists their rows that failed, each with its group.
     pub(super) fn count(&mut self, broken: &[(usize, usize)]) {
         let Self { coupling, environment, rows, options, with_gravity, statistics, .. } = self;
         let is_apart = |group: &usize| rows.apart.binary_search(group).is_ok();

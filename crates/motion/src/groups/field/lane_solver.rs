@@ -1,8 +1,8 @@
 //! Implicit Euler steps of several groups of one shape: conjugate gradients of four groups at a time.
 //!
-//! Each lane has the operations of [`Workspace`](super::solving::Workspace), in their order, and is left alone once it has
-//! converged, or when rounding ends its iteration. Groups on which called laws act, or that continue by Newton's method, are
-//! not among them.
+//! Each lane performs the operations of [`Workspace`](super::solving::Workspace) in the same order, and stays unchanged once it
+//! has converged or rounding has ended its iteration. Groups with called laws, or that continue by Newton's method, are not
+//! solved here.
 
 use fearless_simd::{Simd, SimdBase, f64x4, prelude::*};
 
@@ -24,8 +24,9 @@ use crate::simd::{Lanes as _, with_simd};
 pub(crate) struct LaneSolver {
     /// Forces of the springs of all groups, N.
     pub forces: Array<Axes>,
-    /// The movable rows and the springs of four groups.
+    /// The rows of four groups, anchors included.
     rows: Vec<SolverRow>,
+    /// The springs of four groups.
     springs: Vec<SolverSpring>,
 }
 
@@ -39,8 +40,9 @@ type Vectors = [[f64; AT_ONCE]; 3];
 struct SolverRow {
     /// Square roots of the inverse masses; 0 for an anchor.
     root: [f64; AT_ONCE],
-    /// Rate of linear drag, 1/s, and times the step.
+    /// Rate of linear drag, 1/s.
     rate: f64,
+    /// `rate` times the length of the step.
     rate_in_step: f64,
     /// The axes along which the row can move.
     open: [bool; 3],
@@ -58,9 +60,9 @@ struct SolverRow {
 #[derive(Clone, Copy, Debug)]
 struct SolverSpring {
     ends: [usize; 2],
-    /// Its directions.
+    /// Unit vectors from the first end to the second.
     n: Vectors,
-    /// Its [stiffnesses] in a step, across it and the rest, kg.
+    /// The [stiffnesses] in a step, kg: across the axis, and along minus across.
     stiffnesses: [[f64; AT_ONCE]; 2],
 }
 
@@ -109,7 +111,7 @@ impl LaneSolver {
             let root = f64x4::simd_from(simd, row.root);
             let (y, r) = (of(simd, &row.y), of(simd, &row.r));
             for axis in 0..3 {
-                // Where the right side is not finite, the velocity shows it.
+                // A right side that is not finite goes into the velocity, to be found.
                 let keeps = is_finite | r[axis].abs().simd_le(most);
                 let sum = keeps.select(four(simd, at.1, &v[axis]), r[axis]) + y[axis] * root;
                 sum.store_slice(&mut v[axis][at.1..at.1 + AT_ONCE]);
@@ -117,7 +119,8 @@ impl LaneSolver {
         }
     }
 
-    /// Sets up the rows, and linearizes the springs, whose forces become those after the step without accelerations, `f - h K v`.
+    /// Sets up the rows and linearizes the springs. Their forces become `f - h K v`: those at the end of the step if no body were
+    /// accelerated.
     #[inline(always)]
     fn linearize<S: Simd>(
         &mut self,
@@ -214,7 +217,7 @@ impl LaneSolver {
                 break;
             }
             let curvature = self.multiply(simd, movable);
-            // Not finite, or lost to rounding.
+            // Stop a lane whose curvature is not finite or lost to rounding.
             active &= curvature.simd_gt(zero) & curvature.simd_le(splat(f64::MAX));
             let step = squared / curvature;
             let mut squares = [zero; 3];
@@ -241,7 +244,7 @@ impl LaneSolver {
             squared = active.select(left, squared);
             active &= !converged;
         }
-        // The square of a tiny number is 0: no tolerance is below that.
+        // The square of a tiny residual underflows to 0: no tolerance is below that.
         (iterations, converged | squared.simd_lt(splat(SNAP)))
     }
 
@@ -285,7 +288,8 @@ fn of<S: Simd>(simd: S, [x, y, z]: &Vectors) -> [f64x4<S>; 3] {
     [f64x4::simd_from(simd, *x), f64x4::simd_from(simd, *y), f64x4::simd_from(simd, *z)]
 }
 
-/// `times` the changes of the forces on the first end of linearized springs whose second ends move by `u` from the first.
+/// Changes of the forces on the first ends of linearized springs whose second ends move by `u` relative to the first,
+/// multiplied by `times`.
 #[inline(always)]
 fn pulls<S: Simd>(
     n: [f64x4<S>; 3],

@@ -1,4 +1,4 @@
-//! What differs between the two layouts of a field: the rows of one group, or the same rows of several groups side by side.
+//! The two layouts of a field: the rows of one group, or the same rows of several groups side by side.
 
 use std::fmt;
 
@@ -15,7 +15,7 @@ use crate::laws::{Axes, BLOCK_BODIES, BodyBlock, EvaluationTime, Law};
 
 /// An element of the arrays of a field.
 pub(crate) trait Layout: Element {
-    /// What the forces of springs are computed from besides the coupling.
+    /// Data from which the forces of springs are computed, besides the coupling.
     type Springs<'a>: Copy;
 
     /// Sets `sum` to the forces of the coupling in the state (`x`, `v`), N.
@@ -34,7 +34,7 @@ pub(crate) trait Layout: Element {
 
 /// The rows of one group.
 impl Layout for Row {
-    /// The parts of threads, if it is worth it.
+    /// The shares of the threads; empty if one thread computes all springs.
     type Springs<'a> = &'a [Share];
 
     fn pull(field: &GroupField<'_>, time: f64, x: &[Self], v: &[Self], sum: &mut [Self]) {
@@ -103,8 +103,8 @@ fn add_called(law: &dyn Law, at: EvaluationTime, x: &[Row], v: &[Row], sum: &mut
     }
 }
 
-/// A row of several groups of one shape, a block of bodies. Groups with sheets, mutual gravity or own laws of bodies are
-/// not among them.
+/// The same row of several groups of one shape, a block of bodies. Groups with sheets, mutual gravity or own laws do not use
+/// this layout.
 impl Layout for Axes {
     type Springs<'a> = &'a LaneSprings;
 

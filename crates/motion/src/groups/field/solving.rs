@@ -22,7 +22,7 @@ pub(crate) struct Workspace {
     x: RowArray,
     /// Velocities before the solve, with the kicks that precede it.
     before: RowArray,
-    /// Velocities that a Newton iteration tries.
+    /// Trial velocities of a Newton iteration.
     tried: RowArray,
 }
 
@@ -42,7 +42,7 @@ impl<E: Layout> GroupField<'_, E> {
         E::solve(self, &mut v, &mut iterations);
         self.scratch.iterations = iterations;
         self.scratch.slots[start] = v;
-        // One row is enough: the solution depends on all of them.
+        // One row is enough: the solution depends on all rows.
         self.look(|field| field.broken(field.array(start)).take(1).collect());
         Combination::of(start)
     }
@@ -141,8 +141,8 @@ impl Workspace {
         Row::pull(field, field.end().time, &self.x, v, &mut self.linear.forces);
     }
 
-    /// `h W^½ (f - h K v)`, from the forces f at the start of the step; for an iteration of Newton `W^-½ (v0 + h a - v)`,
-    /// from the forces at its end.
+    /// Computes the right side: `h W^½ (f - h K v)` from the forces f at the start of the step, or, for a Newton iteration,
+    /// `W^-½ (v0 + h a - v)` from the forces at its end.
     fn right_side(&mut self, field: &mut GroupField<'_>, v: &[Row], is_newton: bool) {
         let h = field.step();
         if !is_newton {
@@ -188,7 +188,7 @@ impl Workspace {
         self.right_side(field, v, true);
     }
 
-    /// Continues from `v` by Newton's method, for at most so many iterations. Returns whether it has converged.
+    /// Continues from `v` by Newton's method, for at most `most` iterations. Returns whether it has converged.
     fn converge(
         &mut self,
         field: &mut GroupField<'_>,
@@ -248,7 +248,7 @@ impl Workspace {
             parts.fold(0.0, |most, part| if part.abs() <= most { most } else { part.abs() })
         };
         let size = largest(&self.gradients.y);
-        // Several springs round at each body.
+        // The forces of several springs are rounded at each body.
         let rounding = f64::EPSILON * 16.0 * largest(&self.x);
         size <= ImplicitEuler::tolerance() * (largest(v) + largest(&self.before))
             || size * field.step() <= rounding
@@ -277,7 +277,7 @@ impl Workspace {
         }
     }
 
-    /// Makes velocities infinite or NaN where the right side was: those of the other rows stay as they are.
+    /// Copies the entries of the right side that are not finite into the velocities. Other velocities stay as they are.
     fn show_broken(&self, field: &mut GroupField<'_>, v: &mut [Row]) {
         let r = &self.gradients.r;
         for (v, r) in v[..field.coupling.movable].iter_mut().zip(r.iter()) {

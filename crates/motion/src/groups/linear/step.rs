@@ -16,7 +16,7 @@ use crate::units::Vector;
 pub(in crate::groups) struct Local {
     /// `-h da/dv - h² da/dx` of attractive laws.
     attractive: DMat3,
-    /// What is missing there from that of all laws.
+    /// `-h da/dv - h² da/dx` of all laws, minus `attractive`.
     rest: DMat3,
     /// `h da/dx` of attractive laws.
     pub moved: DMat3,
@@ -35,7 +35,7 @@ pub(in crate::groups) struct LinearStep {
     compressed: Vec<([u32; 2], Vector, f64)>,
     /// Square roots of inverse masses.
     pub root: Vec<f64>,
-    /// Forces of what is coupled, N.
+    /// Forces of the coupling, N.
     pub forces: RowArray,
     scaled: RowArray,
 }
@@ -51,8 +51,8 @@ impl LinearStep {
         self.root.extend(movable.iter().map(|w| if *w > 0.0 { w.sqrt() } else { 0.0 }));
     }
 
-    /// Derivatives of springs and air in steps of `h` at the state `x`, `v`, without those of laws that are called. With
-    /// `exact`, also of the forces across springs that are shorter than at rest.
+    /// Computes the derivatives of springs and air for a step of `h` in the state `x`, `v`, without those of called laws. With
+    /// `exact`, also those of the forces across springs that are shorter than at rest.
     pub fn linearize(
         &mut self,
         threads: Option<&Threads>,
@@ -111,7 +111,8 @@ impl LinearStep {
         !(is_zero(position) && is_zero(velocity))
     }
 
-    /// Adds what the springs, at the positions `x`, pull less after `h` at the velocities `v`: the forces become `f - h K v`.
+    /// Adds the change of the spring forces in `h` seconds at the velocities `v`, linearized at the positions `x`: the forces
+    /// become `f - h K v`.
     pub fn add_moves_of_springs(
         &mut self,
         springs: &Springs,
@@ -130,9 +131,8 @@ impl LinearStep {
         springs.add(shares, &change, &mut self.forces);
     }
 
-    /// `q = A p`, without a matrix, with springs at the positions `x`; `row_terms` gives the rate of linear drag and the locks
-    /// of a row. A is the exact
-    /// derivative if `exact`, and else its positive definite part.
+    /// Computes `q = A p` without a matrix, with springs at the positions `x`; `row_terms` returns the rate of linear drag and
+    /// the locks of a row. A is the exact derivative if `exact`, otherwise its positive definite part.
     pub fn multiply(
         &mut self,
         (coupling, springs): (&Coupling, &Springs),
@@ -142,7 +142,7 @@ impl LinearStep {
         exact: bool,
         (p, q): (&[Row], &mut [Row]),
     ) {
-        // Once: finding where an array begins is more than what is done to a row.
+        // Once: dereferencing an array costs more than the work on a row.
         let Self { axes, sheets: normals, local, compressed, root, forces, scaled } = self;
         let (forces, scaled): (&mut [Row], &mut [Row]) = (forces, scaled);
         let movable = root.len();
@@ -208,7 +208,7 @@ fn attractive_part(derivative: DMat3) -> DMat3 {
     let whole =
         s(0, 0) * minor(1, 2) - s(0, 1) * (s(0, 1) * s(2, 2) - s(1, 2) * s(0, 2)) + s(0, 2) * cross(0, 1, 2);
     let minors = [s(0, 0), s(1, 1), s(2, 2), minor(0, 1), minor(1, 2), minor(0, 2), whole];
-    // Sylvester: of a semidefinite matrix every principal minor is at least 0.
+    // Sylvester: every principal minor of a semidefinite matrix is at least 0.
     if minors.iter().all(|minor| *minor >= 0.0) {
         let column = |j: usize| Vector::from_array([0, 1, 2].map(|i| -s(i, j)));
         let [x, y, z] = [0, 1, 2].map(column);

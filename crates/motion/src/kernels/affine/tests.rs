@@ -1,4 +1,4 @@
-//! Every way in which a table can be integrated gives the same bits.
+//! Tests that every way in which a table can be integrated gives the same bits.
 
 use super::*;
 use crate::kernels::blocks;
@@ -27,7 +27,7 @@ impl State {
             bodies: (0..ROWS)
                 .map(|i| [number(i, 0.3), number(i, 5.0), number(i, -0.7), (i as f64 / 3.0)])
                 .collect(),
-            // One body is new, another one was turned round.
+            // One body is new; the velocity of another one was reversed.
             steps: (0..ROWS).map(|i| [h, h, 0.0, h, h, h, h, h, h, -h, h][i]).collect(),
         }
     }

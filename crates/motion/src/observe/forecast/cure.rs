@@ -1,4 +1,4 @@
-//! The largest stable step of a linear system, and what would make an unstable one stable.
+//! The largest stable step of a linear system, and the changes that would make an unstable one stable.
 
 use super::modes::{Modes, Stepping};
 use super::{Cure, Fate, LimitingPart, Margin, Occasion};
@@ -14,8 +14,8 @@ pub(super) struct LinearSystem {
     guess: Option<Modes>,
 }
 
-/// Smallest limits of one oscillator or a method of order 1, and of several by any other: below, no step counts as stable.
-/// At shorter steps the growth of Runge-Kutta 2 is below the tolerance for rounding.
+/// Smallest limits: of one oscillator or a method of order 1, and of several oscillators under any other method. Below them
+/// no step counts as stable. At shorter steps the growth of Runge-Kutta 2 is below the tolerance for rounding.
 const SMALLEST_LIMITS: [Scalar; 2] = [5e-3, 0.05];
 
 /// The search for limits ends at this value and at its reciprocal.

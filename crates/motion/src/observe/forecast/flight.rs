@@ -10,8 +10,8 @@ use crate::laws::{BodyState, EvaluationTime, Jacobians, Law};
 use crate::methods::{Field, Integrator, Newton, NewtonField, StepState, newton_velocity, with_method};
 use crate::state::components::AxisLocks;
 
-/// A body with everything that acts on it. Two bodies that attract each other are one: their distance, in a well of the
-/// strength G (m1 + m2).
+/// A body with everything that acts on it. Two bodies that attract each other are one subject: their distance, in a well of
+/// the strength G (m1 + m2).
 #[derive(Clone, Copy)]
 pub(super) struct Subject<'a> {
     /// Every law, gravity included.
@@ -93,8 +93,8 @@ impl Subject<'_> {
         [x, v]
     }
 
-    /// The true motion over as many ticks, by Runge-Kutta 4 at steps that follow the rates that it meets. `see` is called
-    /// with every state and whether a tick ends there. Returns whether the motion could be resolved.
+    /// Computes the true motion over `ticks` ticks, by Runge-Kutta 4 at steps that follow the rates that it meets. `see` is
+    /// called with whether a tick ends and the state after every step. Returns whether the motion could be resolved.
     pub fn fly_truly(&self, tick: f64, ticks: u32, see: &mut dyn FnMut(bool, Point)) -> bool {
         use crate::methods::RungeKutta4;
         let rate = self.damping.map_or(0.0, |damping| damping.rate);
@@ -150,8 +150,8 @@ impl Subject<'_> {
     }
 }
 
-/// An upper bound of the magnitude of the eigenvalues: exact for a multiple of the unit matrix, a factor of 1.22 for the pull
-/// of a point.
+/// An upper bound of the magnitude of the eigenvalues: exact for a multiple of the unit matrix, 1.22 times too large for the
+/// pull of a point.
 fn size(derivative: DMat3) -> f64 {
     let [x, y, z] = derivative.to_cols_array_2d().map(DVec3::from_array);
     let rows = (x.abs() + y.abs() + z.abs()).max_element();

@@ -19,8 +19,8 @@ use crate::state::components::Transform;
 use crate::state::method_state::LastStep;
 use crate::units::Scalar;
 
-/// The margin of a group, if anything acts in it. Adds the margins of its springs to `spring_margins`, if given. If it
-/// `looks_ahead`, a method that only damping keeps stable is judged over the motion to come.
+/// The margin of a group, if anything acts in it. Adds the margins of its springs to `spring_margins`, if given. With
+/// `looks_ahead`, a method that is stable only with damping is judged over the motion to come.
 pub(super) fn margin(
     world: &World,
     coupling: &Coupling,
@@ -46,7 +46,7 @@ pub(super) fn margin(
     } else {
         infinite_margin(&group, shares(), bodies, stepping)
     };
-    // Whether a method that is stable only with damping holds depends on where the damping is, which changes as the bodies move.
+    // A method that is stable only with damping depends on where the damping acts, which changes as the bodies move.
     let is_weak = looks_ahead && stepping.method.claims().stability_limit == 0.0 && over.is_finite();
     let fastest = stiffest.sqrt() + rate;
     let shares: Vec<_> = shares().collect();
@@ -72,8 +72,8 @@ pub(super) fn margin(
     Some(margin)
 }
 
-/// The margin of a motion whose margins are `now` and, after it has settled, those of the states that it meets: it grows if it
-/// does so on the mean.
+/// The margin of a motion: `now` is its margin in the present state, `late` are those in states that it meets after it has
+/// settled. It grows if it grows on average over `late`.
 fn over_the_run(now: Margin, late: &[Margin]) -> Margin {
     let mean = |of: fn(&Margin) -> Scalar| {
         late.iter().map(|margin| libm::log(of(margin))).sum::<Scalar>() / late.len().max(1) as Scalar
@@ -113,7 +113,7 @@ fn group_margin(
     let damping = world.get_resource::<Damping>().copied();
     let growing = (stepping.method.claims().stability_limit == 0.0).then_some((stepping, h));
     let solver = world.get_resource::<Solver>().copied().unwrap_or_default();
-    // Also the power of the value that the eigenvalue is proportional to.
+    // `power`: the eigenvalue is proportional to this power of the value.
     let with_threshold = |threshold| {
         let LimitingMode { system, mode: y, largest, quotients: [stiffness, rate], excess } =
             limiting_mode(group, damping, short, bounds, growing, threshold)?;
@@ -159,7 +159,7 @@ pub(super) fn attraction_margin(
     let mut states = states_of(world, bodies);
     synchronize(world, coupling, law, bodies, &mut states);
     let w: Vec<_> = states.iter().map(|state| state.inverse_mass).collect();
-    // The second as seen from the first, in its well.
+    // The second body relative to the first, in the well of the pair.
     let relative = |[a, b]: [usize; 2]| {
         let strength = coupling.pair_strength(law, [a, b], &w);
         let well = Well { position: DVec3::ZERO, strength, softening: law.softening };
@@ -172,7 +172,8 @@ pub(super) fn attraction_margin(
     };
     let pairs = (0..coupling.movable).flat_map(|a| (a + 1..coupling.rows).map(move |b| [a, b]));
     let damping = world.get_resource::<Damping>().copied().filter(|damping| damping.rate > 0.0);
-    // Of more than two bodies no pair is alone. With springs, damping, or too many of them they are judged by pairs.
+    // With more than two bodies no pair is alone. With springs, damping, wells or drag, or with too many bodies, they are judged
+    // by pairs.
     let is_alone = coupling.rows == 2;
     let is_bare = coupling.springs.is_empty()
         && damping.is_none()
@@ -237,7 +238,7 @@ fn synchronize(
     }
 }
 
-/// The margin of a group whose fastest mode may be infinitely fast; `shares` are those of its springs in it.
+/// The margin of a group whose fastest mode may be infinitely fast; `shares` are the shares of the springs in that mode.
 fn infinite_margin(
     group: &LinearGroup<'_>,
     shares: impl Iterator<Item = Scalar>,
@@ -260,7 +261,7 @@ const MOST_UNDAMPED: usize = 4;
 /// Step of `h` seconds over the longest stable step of semi-implicit Euler, which is at `h² stiffness + 2 h rate = 4`.
 /// The limits of other methods differ by a factor of about 1 and are computed.
 fn times_over([stiffness, rate]: [Scalar; 2], h: Scalar) -> Scalar {
-    // 1 / t of t² p + 2 t q = 4.
+    // 1 / t, where t² p + 2 t q = 4.
     let (p, q) = (h * h * stiffness, h * rate);
     (q + (q * q + 4.0 * p).sqrt()) / 4.0
 }
@@ -297,9 +298,9 @@ struct LimitingMode {
 }
 
 /// Finds the mode that decides whether a group is stable at steps of about `h` seconds. This is the fastest mode or, for a
-/// method that is stable only with damping, whose steps `growing` has with their length, the one that grows most.
-/// `stiffest`, 1/s², and `rate`, 1/s, are bounds of the stiffness and of the damping. With a `threshold`, the search goes
-/// on until it is known on which side of it the largest eigenvalue is.
+/// method that is stable only with damping, the mode that grows most; `growing` then has the stepping and the length of a
+/// step, s. `stiffest`, 1/s², and `rate`, 1/s, are bounds of the stiffness and of the damping. With a `threshold`, the search
+/// continues until it is known on which side of it the largest eigenvalue is.
 ///
 /// Modes are Ritz vectors, which are never faster than the fastest mode: a stable group never appears unstable.
 fn limiting_mode(

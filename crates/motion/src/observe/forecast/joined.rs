@@ -1,4 +1,4 @@
-//! The true motion of a few bodies that springs join: a net is linear only near the state in which it is looked at.
+//! The true motion of a few bodies that springs join: a net is linear only near the state in which it is linearized.
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
@@ -17,10 +17,10 @@ use crate::units::Scalar;
 /// Largest number of bodies whose motion is computed.
 const MOST_BODIES: usize = 16;
 
-/// Ticks that are looked ahead: ten seconds at 60 Hz.
+/// Number of ticks of the computed motion: ten seconds at 60 Hz.
 const TICKS: u32 = 600;
 
-/// States at which the motion is stopped; the later half of them is looked at.
+/// Number of states at which the motion is sampled; only the later half is used.
 const LOOKS: u32 = 24;
 
 /// Most steps of the motion.
@@ -29,9 +29,9 @@ const MOST_STEPS: f64 = 60_000.0;
 /// Steps per radian of the fastest mode.
 const STEPS_PER_RADIAN: f64 = 8.0;
 
-/// Computes the positions by row that a group meets in the later half of the next ticks of `tick` seconds, where `rate` is a bound of its fastest
-/// frequency and damping, 1/s. `None` if that would take too long, if it is at rest in its equilibrium, or if more than springs
-/// and laws without a place act.
+/// Computes the positions by row that a group meets in the later half of the next ticks of `tick` seconds, where `rate` is a
+/// bound of its fastest frequency and damping, 1/s. `None` if that would take too long, if the group is at rest in its
+/// equilibrium, or if wells, mutual gravity or air on sheets act.
 pub(super) fn positions_met(
     world: &World,
     coupling: &Coupling,
@@ -78,7 +78,7 @@ pub(super) fn positions_met(
         if !x.iter().all(|x| x.is_finite()) {
             return None;
         }
-        // In the first half it settles.
+        // The motion settles in the first half.
         if look >= LOOKS / 2 {
             met.push(x.iter().map(|x| row_of(*x)).collect());
         }

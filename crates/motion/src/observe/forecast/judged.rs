@@ -20,8 +20,9 @@ pub(super) const MOST_BODIES: usize = 16;
 /// Most ticks of a trial.
 const MOST_TICKS: f64 = 20_000.0;
 
-/// Steps after which a trial ends, but not before its least number of turns.
+/// Number of steps after which a trial ends, but not before [`LEAST_TURNS`].
 const ENOUGH_STEPS: f64 = 1e6;
+/// Least number of turns of a trial.
 const LEAST_TURNS: f64 = 2.0;
 
 /// Most steps of a trial of a cure.
@@ -30,7 +31,7 @@ const MOST_STEPS: f64 = 1e7;
 /// Share of a limit below which a motion is not tried.
 const SAFE: f64 = 0.25;
 
-/// How many numbers of substeps are tried before none is named.
+/// Most numbers of substeps that are tried before a cure names none.
 const MOST_TRIES: u32 = 12;
 
 /// The true motion of bodies that are attracted.
@@ -57,9 +58,10 @@ pub(super) trait Attracted {
     fn softness(&self, distance: Option<Scalar>) -> f64;
     /// The true motion, if it can be resolved.
     fn truth(&self, tick: Scalar) -> Option<Truth>;
-    /// Steps of a trial.
+    /// Number of steps of a trial.
     fn steps(&self, truth: &Truth, stepping: Stepping) -> f64;
-    /// Turns after which the method leaves the true orbit, infinite for a gain of energy in a passage; `None` if it keeps it.
+    /// Number of turns after which the method leaves the true orbit; infinite for a gain of energy in a passage, `None` if the
+    /// method keeps the orbit.
     fn leaves(&self, truth: &Truth, stepping: Stepping) -> Option<Scalar>;
 
     /// Whether a trial ends before the body has come around.
@@ -67,14 +69,14 @@ pub(super) trait Attracted {
         truth.passage.is_none() && truth.turn > MOST_TICKS * stepping.tick
     }
 
-    /// Turns after which a motion with that value is left; `None` if it is kept.
+    /// Number of turns after which the method leaves a motion with that value; `None` if it keeps the motion.
     fn turns(&self, truth: &Truth, value: Scalar, stepping: Stepping) -> Option<Scalar> {
         let limits = CircleLimits::of(stepping.method, self.softness(Some(truth.apsides.nearest)));
         if value < SAFE * limits.lasts {
             // Far below every limit nothing has to be tried.
             None
         } else if self.steps(truth, stepping) > MOST_STEPS || self.is_too_slow(truth, stepping) {
-            // What cannot be tried is judged like a circle.
+            // A motion that cannot be tried is judged like a circle.
             (limits.fate(value) != Fate::Holds).then_some(LASTING_TURNS)
         } else {
             self.leaves(truth, stepping)
@@ -133,7 +135,7 @@ pub(super) trait Attracted {
         Margin { cure, ..margin }
     }
 
-    /// What becomes of a motion that is not tried.
+    /// The fate of a motion that is not tried.
     fn untried(&self, value: Scalar, limits: CircleLimits) -> Fate {
         limits.fate(value)
     }
@@ -206,7 +208,7 @@ impl Attracted for Orbit<'_> {
             passage: None,
             farthest: [0.0; MOST_BODIES],
         };
-        // What cannot be resolved to its end is met all the same.
+        // A motion that cannot be resolved to its end counts as far as it was resolved.
         let _: bool = self.subject.fly_truly(tick, ticks_of(turn, whole_ticks(tick)), &mut |_, [x, _]| {
             let r = x.distance(self.well.position);
             met.apsides =
@@ -231,13 +233,13 @@ impl Orbit<'_> {
         if flown >= LASTING_TURNS || stepping.method.claims().symplectic || !self.is_alone {
             return None;
         }
-        // An orbit of a slow body is too long to be tried whole: half its energy is a factor of 2 in its size.
+        // A slow orbit is too long to be tried as a whole: a change of its energy by half is a factor of 2 in its size.
         let (start, end) = self.energies(stepping, ticks)?;
         let turns = flown * 0.5 / (end / start - 1.0).abs();
         (turns <= LASTING_TURNS).then_some(turns)
     }
 
-    /// Energies before and after so many ticks, J/kg; `None` if a state is not finite, or something takes or gives energy.
+    /// Energies before and after `ticks` ticks, J/kg; `None` if a state is not finite, or something takes or gives energy.
     fn energies(&self, stepping: Stepping, ticks: u32) -> Option<(Scalar, Scalar)> {
         let BodyState { position, velocity, inverse_mass } = self.subject.start;
         let (start, mut last) = ([position, velocity], [position, velocity]);
@@ -250,7 +252,7 @@ impl Orbit<'_> {
         is_finite.then_some((energy(start)?, energy(last)?))
     }
 
-    /// Whether a passage changes the energy by more than there was.
+    /// Whether a passage changes the energy by more than the total and the kinetic energy before it.
     fn gains_in(&self, passage: Scalar, stepping: Stepping) -> bool {
         let kinetic = 0.5 * self.subject.start.velocity.length_squared();
         let energies = self.energies(stepping, ticks_of(passage / LASTING_TURNS, stepping));
@@ -296,7 +298,8 @@ impl Attracted for Pair {
     }
 }
 
-/// The methods that may cure an orbit of another. Implicit Euler shrinks every orbit, and throws a body out that has come near.
+/// The methods that may cure an orbit under the method `of`. Implicit Euler is left out: it shrinks every orbit, and ejects a
+/// body that has come near.
 fn cures_of_orbit(of: Method) -> impl Iterator<Item = Method> {
     as_good_as(of).filter(move |method| *method != Method::ImplicitEuler && *method != of)
 }
@@ -315,7 +318,7 @@ fn softness(well: &Well, distance: Scalar) -> f64 {
     if well.softening == 0.0 { 0.0 } else { well.softening / distance.max(1e-3 * well.softening) }
 }
 
-/// Ticks in which orbits of `turn` seconds are tried.
+/// Number of ticks for which orbits of `turn` seconds are tried.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between two small counts")]
 fn ticks_of(turn: Scalar, stepping: Stepping) -> u32 {
     let ticks = |turns: Scalar| (turns * turn / stepping.tick).ceil();
@@ -324,12 +327,12 @@ fn ticks_of(turn: Scalar, stepping: Stepping) -> u32 {
     ticks(LASTING_TURNS).min(enough).clamp(20.0, MOST_TICKS) as u32
 }
 
-/// The stepping of a motion of which only the length of a tick counts.
+/// A stepping of which only the length of a tick is used.
 fn whole_ticks(tick: Scalar) -> Stepping {
     Stepping { method: Method::default(), tick, substeps: 1, may_be_implicit: false }
 }
 
-/// The smallest number of substeps above `substeps` for which `holds`, near `times` as many.
+/// The first number of substeps above `substeps` for which `holds`, tried from `times` as many on in increments of half.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below a small limit")]
 fn shortest(substeps: u32, times: Scalar, holds: impl Fn(u32) -> bool) -> Option<u32> {
     let guess = f64::from(substeps) * times;
@@ -344,7 +347,7 @@ fn shortest(substeps: u32, times: Scalar, holds: impl Fn(u32) -> bool) -> Option
         if holds(tried) {
             return Some(tried);
         }
-        // By halves: the limit that made the guess may be far from that of this motion.
+        // In increments of half: the limit that made the guess may be far from that of this motion.
         tried += tried.div_ceil(2);
     }
     None
@@ -362,10 +365,10 @@ pub(super) struct Slowed<'a> {
     pub is_quadratic: bool,
 }
 
-/// Ticks in which drag is tried: what is slowed by more than [`SAFE`] per tick has settled by then.
+/// Number of ticks for which drag is tried: a body that is slowed by more than [`SAFE`] per tick has settled by then.
 const DRAG_TICKS: u32 = 240;
 
-/// The last of these ticks, in which the velocity is compared.
+/// Number of these ticks, the last ones, in which the velocity is compared.
 const LAST_TICKS: u32 = 60;
 
 /// Relative difference of a velocity that counts as wrong.
@@ -386,7 +389,7 @@ impl Slowed<'_> {
         }
         let Some(truth) = self.truth(stepping.tick) else { return margin };
         let fate = |stepping: Stepping| {
-            // A body that rests tells nothing when it is stepped.
+            // Stepping a body at rest would show nothing.
             if least.is_stable(stepping) { self.fate(&truth, stepping) } else { Fate::Grows }
         };
         let holds = |stepping: Stepping| fate(stepping) == Fate::Holds;
@@ -395,7 +398,7 @@ impl Slowed<'_> {
             margin.limit = self.limit(margin.value, stepping);
         }
         let grows = margin.fate == Fate::Grows;
-        // It grows ever faster.
+        // The growth accelerates.
         margin.growth_per_s = if grows { Scalar::INFINITY } else { 1.0 };
         margin.growth_per_tick = margin.growth_per_s;
         margin.cure = Cure::default();
@@ -447,7 +450,7 @@ impl Slowed<'_> {
         let late = (DRAG_TICKS - LAST_TICKS) as usize;
         let settled = expected[late..].iter().sum::<DVec3>() / f64::from(LAST_TICKS);
         let is_settled = |step: &DVec3| step.distance(settled) <= 0.01 * settled.length();
-        // What comes to rest has no multiple of its velocity.
+        // A body that comes to rest has no velocity to take a multiple of.
         if settled.length() > WRONG * WRONG * most && expected[late..].iter().all(is_settled) {
             // The tutorial's damping moves a body at the true speed, and stores a smaller one.
             let is_stored = self.subject.damping.is_none_or(|damping| damping.is_exact());
@@ -463,7 +466,7 @@ impl Slowed<'_> {
                 return Fate::Wrong(Deviation::Settles(least));
             }
         }
-        // What is next to nothing has no direction.
+        // A step of almost no length has no direction.
         let turns =
             |(step, expected): (&DVec3, &DVec3)| step.dot(*expected) < 0.0 && step.length() > WRONG * most;
         let goes_on = expected.iter().all(|step| step.dot(expected[0]) >= 0.0);

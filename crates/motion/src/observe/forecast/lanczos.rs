@@ -3,21 +3,24 @@
 /// An eigenvalue and its vector of length 1.
 pub(crate) type Pair = (f64, Vec<f64>);
 
-/// Largest number of vectors in the basis, and of numbers in all of them: the memory that a large group may take.
+/// Largest number of vectors in the basis.
 const MOST_VECTORS: usize = 32;
+/// Largest number of numbers in all vectors of the basis: the memory that a large group may take.
 const MOST_NUMBERS: usize = 8_000_000;
 /// Smallest number of vectors: with fewer, restarts would slow the iteration down.
 const LEAST_VECTORS: usize = 8;
 
-/// Largest number of products with the operator, and of numbers in all their results.
+/// Largest number of products with the operator.
 const MOST_PRODUCTS: usize = 400;
+/// Largest number of numbers in the results of all products.
 const MOST_WORK: usize = 100_000_000;
-/// The second one to decide on which side of a threshold an eigenvalue is.
+/// [`MOST_WORK`] when the iteration has to decide on which side of a threshold an eigenvalue is.
 const MOST_WORK_TO_DECIDE: usize = 400_000_000;
 
-/// Relative distance between the bounds of the largest eigenvalue at which the iteration stops; its root is then known
-/// to half of that. The second one holds after [`ENOUGH_WORK`].
+/// Relative distances between the bounds of the largest eigenvalue at which the iteration stops, before and after
+/// [`ENOUGH_WORK`]; the root of the eigenvalue is then known to half of that.
 const TOLERANCES: [f64; 2] = [1e-3, 0.02];
+/// Number of numbers in the results of products after which the larger of [`TOLERANCES`] is enough.
 const ENOUGH_WORK: usize = 5_000_000;
 
 /// Probability that a start vector has too small a share of the largest eigenvector.
@@ -121,7 +124,7 @@ pub(crate) fn most_bytes(n: usize) -> usize {
     n.saturating_mul(size_of::<f64>() * (most_vectors(n) + 2))
 }
 
-/// Largest relative error of the first Ritz value after so many products, for any operator and all but one start in a
+/// Largest relative error of the first Ritz value after `products` products, for any operator and all but one start in a
 /// thousand (Kuczynski, Wozniakowski 1992, theorem 4.2; restarts change this little).
 #[expect(clippy::cast_precision_loss, reason = "a count of numbers")]
 fn missed(n: usize, products: usize) -> f64 {
@@ -287,7 +290,7 @@ mod tests {
         let exact = 2.0 + 2.0 * libm::cos(std::f64::consts::PI / f64::from(n + 1));
         let find = |threshold| largest(n as usize, 1, 6.0, threshold, chain);
         let Largest { pairs, at_most } = find(None);
-        // Not decided without it.
+        // Without a threshold it is not decided.
         let (below, above) = (0.9 * pairs[0].0 + 0.1 * exact, at_most.midpoint(exact));
         assert!(pairs[0].0 < below && above < at_most, "{below} {above}");
         assert!(find(Some(below)).pairs[0].0 >= below);

@@ -14,7 +14,7 @@ use crate::methods::table::Method;
 use crate::methods::{Field, Integrator, RungeKutta4, StepState, with_method};
 use crate::units::Scalar;
 
-/// Pairs that are evaluated in a trial.
+/// Most pairs that are evaluated in a trial.
 const MOST_PAIRS: f64 = 4e6;
 
 /// Steps of the true motion per radian of the fastest pair.
@@ -23,10 +23,10 @@ const STEPS_PER_RADIAN: f64 = 16.0;
 /// Most steps of the true motion.
 const MOST_STEPS: u32 = 100_000;
 
-/// Ticks over which an energy is averaged: at a close approach that of a good method differs for a while.
+/// Number of ticks over which the energy is averaged: at a close approach even that of a good method differs for a while.
 const AVERAGED: usize = 64;
 
-/// Energy, as a part of the kinetic one, below which a group is about to fly apart in any case.
+/// Energy, as a share of the kinetic energy, below which a group is about to fly apart in any case.
 const SMALL_ENERGY: f64 = 0.2;
 
 /// Vectors of several bodies.
@@ -82,7 +82,7 @@ impl Attracting<'_> {
         let pull = |[a, b]: [usize; 2]| {
             let squared = x[a].distance_squared(x[b]);
             let r = squared + self.law.softening * self.law.softening;
-            // What is held orbits nothing.
+            // An immovable body does not orbit the other one.
             let mass = if b < self.movable { self.masses[a] + self.masses[b] } else { self.masses[b] };
             let pull = self.law.constant * mass / (r * r.sqrt());
             // No force acts at the same position.
@@ -96,7 +96,7 @@ impl Attracting<'_> {
         let mass = |row: usize| 1.0 / self.states[row].inverse_mass;
         let total: Scalar = (0..self.movable).map(mass).sum();
         let momentum: DVec3 = (0..self.movable).map(|row| v[row] * mass(row)).sum();
-        // What is held as a source has no momentum to share.
+        // With an immovable source the frame is that of the scene: there is no drift to subtract.
         let is_held = self.masses[self.movable..].iter().any(|mass| *mass > 0.0);
         let drift = if is_held { 0.0 } else { momentum.length_squared() / (2.0 * total) };
         let kinetic: Scalar = (0..self.movable).map(|row| 0.5 * mass(row) * v[row].length_squared()).sum();
@@ -196,7 +196,7 @@ impl Attracted for Attracting<'_> {
             left -= field.h;
             (x, v) = RungeKutta4::step(&mut field, x, v, &mut StepState::default());
         }
-        // What cannot be resolved to its end is met all the same.
+        // A motion that cannot be resolved to its end counts as far as it was resolved.
         let apsides = Apsides { nearest, farthest: Scalar::INFINITY };
         Some(Truth { apsides, pull, turn, passage: None, farthest })
     }

@@ -96,7 +96,7 @@ impl Modes {
         after.times(&tick).times(&before)
     }
 
-    /// The matrix of a number that each damping has.
+    /// The matrix that multiplies the coordinates of each damping by `number` of that damping.
     fn mixed(&self, number: impl Fn(Damping) -> f64) -> Matrix {
         let mut sum = Matrix::zero(self.stiffness.size());
         self.decays.iter().for_each(|(damping, part)| sum.add(part, number(*damping)));

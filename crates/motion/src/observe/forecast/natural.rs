@@ -1,4 +1,4 @@
-//! The natural modes of groups: how bodies swing that springs join, each mode with its frequency and damping.
+//! The natural modes of bodies joined by springs, each with its frequency and damping.
 
 use bevy_ecs::prelude::*;
 
@@ -6,14 +6,14 @@ use super::lanczos::{Pair, combined, dot, orthogonalize, scattered, symmetric_ei
 use crate::groups::{Group, Groups, LinearGroup, compile_groups};
 use crate::units::Scalar;
 
-/// A natural mode: bodies that springs join swing at one frequency, all of them through rest at the same time.
+/// A natural mode: bodies joined by springs swing at one frequency, and all come to rest at the same times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NaturalMode {
     /// Its frequency without damping, rad/s, above 0.
     pub angular_frequency: Scalar,
-    /// Damping over the damping at which it no longer swings; 0 without damping. The mode swings at
-    /// `angular_frequency sqrt(1 - damping_ratio²)` and decays as `exp(-damping_ratio angular_frequency t)`. It is exact where
-    /// damping is proportional to masses or to stiffnesses, and of first order in the damping elsewhere.
+    /// Damping over critical damping; 0 without damping. The mode swings at `angular_frequency sqrt(1 - damping_ratio²)` and
+    /// decays as `exp(-damping_ratio angular_frequency t)`. The ratio is exact if damping is proportional to masses or to
+    /// stiffnesses, and of first order in the damping otherwise.
     pub damping_ratio: Scalar,
     /// The bodies that move most, up to [`NaturalMode::BODIES`], with their amplitudes over that of the first.
     pub bodies: Vec<(Entity, Scalar)>,
@@ -45,15 +45,16 @@ const MOST_WHOLE: usize = 120;
 const LEAST: Scalar = 1e-11;
 
 /// Computes up to `count` of the slowest and of the fastest natural modes of all groups of `world`, linearized in the
-/// present state: springs, wells, drag and damping. Of wells at groups of more than 40 bodies only what pulls back counts. Compiles the groups again if they changed.
+/// present state: springs, wells, drag and damping. In groups of more than 40 bodies only the restoring part of wells counts.
+/// Compiles the groups again if they changed.
 ///
-/// Where nothing pulls a motion back it has no frequency and is no mode: a free group drifts, a spring at its rest length holds
-/// nothing across itself. A compressed spring, which pushes across itself, counts there as one at its rest length. Groups that
-/// attract each other have no modes. `count` is at most [`NaturalModes::MOST`].
+/// A motion without a restoring force has no frequency and is no mode: a free group drifts, and a spring at its rest length
+/// has no stiffness across its axis. A compressed spring, whose stiffness across its axis is negative, counts as one at its
+/// rest length there. Groups whose bodies attract each other have no modes. `count` is at most [`NaturalModes::MOST`].
 ///
 /// Groups of up to 40 bodies are solved as a whole (Jacobi 1846), larger ones by block Krylov subspaces (Golub, Underwood 1977;
-/// restarted with the best vectors: Wu, Simon 2000), for the slowest modes on shifted inverses, by conjugate gradients. There a mode
-/// that is a thousand times slower than all others may be missed.
+/// restarted with the best vectors: Wu, Simon 2000), for the slowest modes on shifted inverses, by conjugate gradients. In
+/// larger groups a mode that is a thousand times slower than all others may be missed.
 #[must_use]
 pub fn natural_modes(world: &mut World, count: usize) -> NaturalModes {
     compile_groups(world);
@@ -78,7 +79,7 @@ pub fn natural_modes(world: &mut World, count: usize) -> NaturalModes {
         lowest.extend(low.into_iter().map(found));
         highest.extend(high.into_iter().map(found));
         keep(&mut lowest, count, |a, b| a.total_cmp(&b));
-        // Of these, as many may be among the slowest.
+        // Twice as many: `count` of them may be among the slowest.
         keep(&mut highest, 2 * count, |a, b| b.total_cmp(&a));
     }
     highest.retain(|(number, _)| lowest.iter().all(|(other, _)| number != other));
@@ -128,7 +129,7 @@ fn of_matrix(group: &LinearGroup<'_>, count: usize) -> [Vec<Numbered>; 2] {
 /// subspaces.
 fn of_subspaces(group: &LinearGroup<'_>, count: usize) -> [Vec<Numbered>; 2] {
     let (n, stiffness) = (group.coordinates(), stiffness(group));
-    // Products: of what nothing pulls back they have no share.
+    // Products with the stiffness: they have no share of motions without a restoring force.
     let start = || {
         let numbers = scattered(n * (count + BESIDE).min(n));
         numbers.chunks(n).map(|numbers| image(&stiffness, numbers)).collect::<Vec<_>>()
@@ -136,8 +137,8 @@ fn of_subspaces(group: &LinearGroup<'_>, count: usize) -> [Vec<Numbered>; 2] {
     let mut fast = extreme(start(), count, MOST_RESTARTS[0], stiffness);
     let Some((largest, _)) = fast.first() else { return Default::default() };
     let least = LEAST * largest;
-    // The largest of `p / (p + s)²` are the smallest p above s. What has no frequency has 0 there, and rounding lets in little of it
-    // while s is not far below the p that are looked for.
+    // The largest values of `p / (p + s)²` belong to the smallest p above s. Motions without a frequency have the value 0, and
+    // rounding lets in little of them while s is not far below the p that are searched for.
     let mut shift = 1e-3 * largest;
     let mut basis: Vec<Vec<Scalar>> = Vec::new();
     let slow = loop {
@@ -151,7 +152,7 @@ fn of_subspaces(group: &LinearGroup<'_>, count: usize) -> [Vec<Numbered>; 2] {
             solve(&shifted, &once, &mut twice);
             stiffness(&twice, out);
         });
-        // Modes near the shift are known best: those of all shifts together have the best of each.
+        // Modes near a shift are the most accurate: the basis collects those of all shifts.
         found.into_iter().for_each(|(_, y)| add(&mut basis, y));
         let mut slow = ritz(&basis, stiffness);
         slow.reverse();
@@ -164,7 +165,7 @@ fn of_subspaces(group: &LinearGroup<'_>, count: usize) -> [Vec<Numbered>; 2] {
     };
     fast.retain(|(value, _)| *value > least);
     let slow: Vec<_> = slow.into_iter().enumerate().collect();
-    // Their numbers follow on those of the slowest.
+    // Their numbers continue those of the slowest.
     let fast = fast.into_iter().enumerate().map(|(number, pair)| (count + number, pair));
     [slow, fast.collect()]
 }
@@ -186,21 +187,22 @@ fn mode(group: &LinearGroup<'_>, bodies: &[Entity], (squared, y): Pair) -> Natur
     NaturalMode { angular_frequency, damping_ratio, bodies: moved }
 }
 
-/// Vectors of a block beside those that are asked for: a mode is found as often as it is there, up to so many times more.
+/// Vectors of a block in addition to the modes that are searched for: a repeated eigenvalue is found as often as it occurs, up
+/// to this many more times.
 const BESIDE: usize = 4;
 
-/// Blocks of the basis.
+/// Number of blocks in the basis.
 const BLOCKS: usize = 4;
 
 /// Most restarts for the fastest modes, and for the slowest ones at each shift.
 const MOST_RESTARTS: [usize; 2] = [300, 30];
 
-/// Length of what is left of an eigenpair, over its eigenvalue, at which it is found: the relative error of the eigenvalue is at most
-/// that.
+/// Length of the residual of an eigenpair over its eigenvalue at which the pair counts as found: the relative error of the
+/// eigenvalue is at most that.
 const FOUND: Scalar = 1e-6;
 
 /// Finds `count` of the largest eigenpairs of a symmetric positive semidefinite operator, the largest first, in the Krylov
-/// subspaces of the block `next`, with so many restarts at most.
+/// subspaces of the block `next`, with at most `most_restarts` restarts.
 fn extreme(
     mut next: Vec<Vec<Scalar>>,
     count: usize,
@@ -218,7 +220,7 @@ fn extreme(
                 let before = dot(&vector, &vector).sqrt();
                 orthogonalize(&mut vector, &basis);
                 let length = dot(&vector, &vector).sqrt();
-                // What is left of the others is rounding.
+                // The remainder of other vectors is rounding error.
                 if basis.len() < most && length > 1e-5 * before && length.is_finite() {
                     vector.iter_mut().for_each(|part| *part /= length);
                     images.push(image(&apply, &vector));
@@ -240,7 +242,7 @@ fn extreme(
             let left: Vec<_> = image.iter().zip(vector).map(|(image, part)| image - value * part).collect();
             let size = dot(&left, &left).sqrt();
             is_found &= number >= count || size <= FOUND * value.abs();
-            // Of a pair that is found rounding is left.
+            // The residual of a pair that is found is rounding error.
             if size > 0.1 * FOUND * value.abs() {
                 next.push(left);
             }
@@ -260,7 +262,7 @@ fn image(apply: &impl Fn(&[Scalar], &mut [Scalar]), y: &[Scalar]) -> Vec<Scalar>
     out
 }
 
-/// Adds what a vector has beside an orthonormal basis to it.
+/// Extends an orthonormal basis by the normalized part of a vector that the basis does not span.
 fn add(basis: &mut Vec<Vec<Scalar>>, mut vector: Vec<Scalar>) {
     orthogonalize(&mut vector, basis);
     let length = dot(&vector, &vector).sqrt();

@@ -1,8 +1,8 @@
 //! Orbits about a point: how near they come, and up to which w h a method keeps them.
 //!
-//! A circular orbit is not a spring. A method that conserves angular momentum has circles of its own, which it leaves at a
-//! rate that the matrix of one step about such a circle tells, in the frame that turns with the body. Every method, also one
-//! below that limit, changes a circle in the long run: it lasts if it stays within half and twice its radius.
+//! A circular orbit is not a spring. A method that conserves angular momentum has circles of its own. The matrix of one step
+//! about such a circle, in the frame that rotates with the body, gives the rate at which the method leaves it. Every method,
+//! also one below that limit, changes a circle in the long run: it lasts if it stays within half and twice its radius.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -21,7 +21,7 @@ use crate::methods::table::Method;
 /// Turns after which a circle counts as lasting.
 pub const LASTING_TURNS: f64 = 100.0;
 
-/// Largest change of the radius of an orbit that lasts, as a factor; of several bodies also of their energy.
+/// Largest change of the radius of an orbit that lasts, as a factor; for several bodies also of their energy.
 pub(super) const KEEPS_WITHIN: f64 = 2.0;
 
 /// Below this w h no step counts as short enough.
@@ -43,9 +43,9 @@ const GROWS: f64 = 1e-3;
 /// The values of w h of a circle of radius r about a well up to which a method keeps it, w² = mu / (r² + s²)^(3/2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CircleLimits {
-    /// From here on the circle grows in every step; `None` for a method that has no circles.
+    /// The value from which on the circle grows in every step; `None` for a method that has no circles.
     pub grows: Option<f64>,
-    /// Up to here a circle lasts for [`LASTING_TURNS`]; 0 for none.
+    /// The value up to which a circle lasts for [`LASTING_TURNS`]; 0 if no circle does.
     pub lasts: f64,
 }
 
@@ -53,7 +53,7 @@ impl CircleLimits {
     /// The limits of `method` where the softening s is `softness` times the radius.
     pub fn of(method: Method, softness: f64) -> Self {
         static KNOWN: Mutex<BTreeMap<(Method, u32), CircleLimits>> = Mutex::new(BTreeMap::new());
-        // In steps of 5 %: finding them takes as long as thousands of ticks.
+        // Cached in steps of 5 % of softness: finding limits takes as long as thousands of ticks.
         let number = if softness > LEAST_SOFTNESS {
             (libm::log(softness / LEAST_SOFTNESS) * 20.0).ceil()
         } else {
@@ -76,7 +76,8 @@ impl CircleLimits {
 }
 
 impl CircleLimits {
-    /// What becomes of a circle, by these limits alone. A method that keeps no circle at any step says nothing of this one.
+    /// The fate of a circle by these limits alone. It holds if the method keeps no circle at any step: the limits then tell
+    /// nothing.
     pub fn fate(self, value: f64) -> Fate {
         match self.grows {
             Some(grows) if value >= grows => Fate::Grows,
@@ -123,7 +124,7 @@ fn lasts_to(method: Method, softness: f64) -> f64 {
         let ticks = (LASTING_TURNS * TAU / h).ceil() as u32;
         leaves(&on_circle(&laws, DVec3::Y), DVec3::ZERO, [1.0; 2], steps_of(method, h), ticks).is_some()
     };
-    // Resonances are narrow. Points are looked at once, softened wells for each softness.
+    // Small factors, because resonances are narrow. A point is searched once, a softened well for each softness.
     let by = if softness == 0.0 { 1.005 } else { 1.02 };
     if leaves(SMALLEST) { 0.0 } else { first(&leaves, SHORT, by) }
 }
@@ -142,8 +143,8 @@ fn first(fails: &dyn Fn(f64) -> bool, start: f64, by: f64) -> f64 {
     low
 }
 
-/// Growth per step of small deviations from the method's own circle of radius 1, after many steps, in the frame that turns
-/// with it; `None` if it has none.
+/// Growth per step of small deviations from the method's own circle of radius 1, after many steps, in the frame that rotates
+/// with the body; `None` if the method has no such circle.
 fn growth_about_circle(laws: &[&dyn Law], stepping: Stepping) -> Option<f64> {
     // A state of the plane: x, y and the velocity.
     type Plane = [f64; 4];
@@ -270,7 +271,7 @@ impl Well {
         }
         let inner = if leaves { r } else { turn(r, 0.0).min(r) };
         Apsides {
-            // What has no angular momentum but rounding falls into the well.
+            // A body without angular momentum, except for rounding, falls into the well.
             nearest: if inner < 1e-9 * r { 0.0 } else { inner },
             farthest: if is_bound { turn(r, most.max(r)).max(r) } else { f64::INFINITY },
         }
@@ -288,7 +289,7 @@ impl Well {
 mod tests {
     use super::*;
 
-    /// The limits by a program of its own (Python, NumPy): the 4x4 matrix of a step about the discrete circle, and loops.
+    /// The limits by an independent program (Python, NumPy): the 4x4 matrix of a step about the discrete circle, and loops.
     #[test]
     fn circles_grow_and_last_up_to_known_limits() {
         for (method, grows, lasts) in [

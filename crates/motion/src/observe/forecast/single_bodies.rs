@@ -28,8 +28,9 @@ struct Oscillator {
     state: BodyState,
     /// Square of the frequency, 1/s².
     stiffness: Scalar,
-    /// Largest rate of drag to come, and that of the present state, 1/s.
+    /// Largest rate of drag to come, 1/s.
     drag: Scalar,
+    /// Rate of drag in the present state, 1/s.
     drag_now: Scalar,
     /// The state that has the largest rate.
     occasion: Occasion,
@@ -37,7 +38,7 @@ struct Oscillator {
     damping: Scalar,
 }
 
-/// What may limit the step of a body.
+/// A cause that may limit the step of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Limit {
     /// Drag and damping.
@@ -59,7 +60,7 @@ struct StepClass {
     tried: Vec<(LimitingPart, Well, Oscillator)>,
 }
 
-/// Number of bodies of a class whose orbits are tried: the fastest may be one that only passes.
+/// Number of bodies of a class whose orbits are tried: the fastest one may only pass by.
 const MOST_TRIED: usize = 4;
 
 /// Largest number of wells that are listed for the bodies of a class: the fastest.
@@ -142,13 +143,13 @@ impl Forecast {
                 let stiffness = well.squared_frequency(well.position + DVec3::X * r);
                 class.try_orbit(part, well, Oscillator { stiffness, ..oscillator });
             }
-            // Of bodies that springs join, wells are in the sum of their group.
+            // For bodies joined by springs, wells are part of the margin of their group.
             let joined = grouped && environment.attraction.is_none();
             for (number, well) in wells.iter().enumerate().filter(|_| !joined) {
                 let stiffness = well.squared_frequency(state.position);
                 class.keep(Limit::Well(number), Oscillator { stiffness, ..oscillator });
             }
-            // Own wells and own drag of a body that moves alone are among what is tried.
+            // Own wells and own drag of a body that moves alone are tried as orbits and as drag.
             let own = options.laws.iter().map(|law| &**law);
             let is_tried = |law: &&dyn Law| !law.wells().is_empty() || law.drag(state.inverse_mass).is_some();
             let own = own.filter(|law| grouped || !is_tried(law));
@@ -180,7 +181,7 @@ impl Forecast {
     }
 }
 
-/// Where every body of an emitter is born, and how fast.
+/// Position, m, and velocity, m/s, at birth of every body of an emitter.
 fn launches(world: &mut World) -> EntityHashMap<(DVec3, DVec3)> {
     let mut emitters = world.query::<(&Emitter, Option<&RidesOn>)>();
     let mut launches = EntityHashMap::default();
@@ -194,7 +195,7 @@ fn launches(world: &mut World) -> EntityHashMap<(DVec3, DVec3)> {
 }
 
 impl Oscillator {
-    /// Sets the rates of drag of a body that everything else accelerates by so much, m/s².
+    /// Sets the rates of drag of a body; `acceleration`, m/s², is that by everything else.
     fn slow(&mut self, drag: &Drag, time: Scalar, acceleration: Scalar) {
         self.drag_now = drag.linear + drag.quadratic * drag.against(time, self.state).length();
         let wind = drag.wind.unwrap_or_default();
@@ -213,7 +214,7 @@ impl Oscillator {
 }
 
 impl Limit {
-    /// Place in the list of margins: in this order, laws as they came.
+    /// Rank in the list of margins: damping, wells by number, then laws in the order in which they were found.
     fn rank(self) -> usize {
         match self {
             Self::Damping => 0,
@@ -222,7 +223,7 @@ impl Limit {
         }
     }
 
-    /// By how much a body is limited, to compare it with others.
+    /// How strongly the step of a body is limited, to compare it with other bodies.
     fn speed(self, oscillator: &Oscillator) -> Scalar {
         let Oscillator { stiffness, drag, damping, .. } = oscillator;
         match self {
@@ -280,7 +281,7 @@ struct Judge<'w> {
 }
 
 impl Judge<'_> {
-    /// The margin of the bodies of a class at a limit, of which the oscillator is the fastest.
+    /// The margin of the bodies of a class at a limit; `oscillator` is the fastest of them.
     fn margin(&self, class: &StepClass, limit: Limit, oscillator: Oscillator) -> Margin {
         let (stepping, bodies) = (class.stepping, class.bodies);
         let h = stepping.tick / f64::from(stepping.substeps);
@@ -315,7 +316,7 @@ impl Judge<'_> {
         }
     }
 
-    /// The worst of the orbits of a class that are tried.
+    /// The worst margin among the orbits of a class that are tried.
     fn orbit(&self, class: &StepClass) -> Option<Margin> {
         if self.wells.len() > MOST_WELLS {
             return None;

@@ -129,7 +129,7 @@ impl LedgerGroup<'_> {
         cuts(times, changes.iter())
     }
 
-    /// Adds the springs; those that are not `taut` have no force, but lose what energy of them is left.
+    /// Adds the springs. A spring that is not `taut` has no force, but the elastic energy that is left in it counts as lost.
     fn add_springs(
         &self,
         node: &GroupNode<'_>,

@@ -8,7 +8,7 @@ use crate::laws::EvaluationTime;
 use crate::laws::tick_times::TickTimes;
 use crate::units::{Scalar, Vector};
 
-/// A discontinuity this near to an end of the tick, in ticks, splits nothing off.
+/// A discontinuity within this fraction of a tick from one of its ends does not split the tick.
 const NEAR: Scalar = 1e-9;
 
 /// The cubic through position and velocity at both ends of a tick (Hermite 1878), with a bend where a law jumps. Its

@@ -1,4 +1,4 @@
-//! The values of effects: where they are while on and while off, and how much of a world they take.
+//! The values of effects: where they are stored while on and while off, and how many bodies and bytes they affect.
 
 use std::mem::{replace, size_of, size_of_val};
 
@@ -28,7 +28,7 @@ pub(super) struct Values {
     pub switch: fn(&mut World, bool),
     /// Prepares position Verlet for the switch: half a step under these values cannot be ended without them.
     pub restart: fn(&mut World),
-    /// How many bodies they act on while they are on.
+    /// Number of bodies that they act on while they are on.
     pub bodies: fn(&mut World) -> usize,
     pub bytes: fn(&mut World) -> usize,
 }
@@ -80,7 +80,7 @@ pub(super) const fn component<C: Component>() -> Values {
     }
 }
 
-/// Own laws of bodies that have the name of that effect.
+/// Own laws of bodies whose name is that of the effect.
 pub(super) const fn own_laws<const EFFECT: usize>() -> Values {
     fn have<const EFFECT: usize>(laws: &OwnLaws) -> bool {
         laws.laws().iter().any(|law| law.name() == EFFECTS[EFFECT].1)
@@ -133,7 +133,7 @@ pub(super) const fn own_laws<const EFFECT: usize>() -> Values {
             sum(world, |laws: &OwnLaws| {
                 let laws = laws.laws().iter().enumerate().filter(|(_, law)| law.name() == EFFECTS[EFFECT].1);
                 let bytes = laws.map(|(place, law)| {
-                    // The component goes to the first law of the body.
+                    // The bytes of the component count with the first law of the body.
                     let component = if place == 0 { size_of::<OwnLaws>() } else { 0 };
                     size_of_val(&**law) + size_of::<Box<dyn Law>>() + size_of::<usize>() + component
                 });
@@ -295,7 +295,7 @@ fn spring_ends(world: &mut World) -> usize {
     ends.len()
 }
 
-/// Bytes of the groups. They are the springs', or mutual gravity's if no springs are on.
+/// Bytes of the groups, which count with springs, or with mutual gravity if no springs are on.
 fn group_bytes(world: &World) -> usize {
     world.get_resource::<Groups>().map_or(0, Groups::bytes)
 }

@@ -1,4 +1,4 @@
-//! What is noticed between frames: changed rows, things that move, a camera that flies.
+//! Tests of changes between frames: changed rows, things that move, a camera that flies.
 
 use glam::{DQuat, DVec3};
 
@@ -72,7 +72,7 @@ fn a_tree_is_built_over_resting_targets_and_follows_the_few_that_move() {
         let at_mover = ray(eye, scene.transforms[7].position - eye);
         assert_eq!(targets.cast(&at_mover), targets.cast_by_scan(&at_mover));
     }
-    // All move: with many rays a frame the tree is refitted and rebuilt, with few it goes.
+    // All move: with many rays per frame the tree is refitted and rebuilt, with few it is dropped.
     for _ in 0..40 {
         scene.transforms.iter_mut().for_each(|t| t.position += dice.vector() * 0.3);
         for _ in 0..500 {

@@ -1,4 +1,4 @@
-//! What is hit.
+//! Tests of hits.
 
 use glam::{DQuat, DVec2, DVec3};
 
@@ -196,7 +196,7 @@ fn a_ray_may_start_away_from_the_anchor() {
         for _ in 0..200 {
             let ray = dice.aim(DVec3::Z * 40.0, &scene);
             let (a, b) = (cast(&at_eye, &ray), cast(&targets, &ray));
-            // Grazing rays may tell the two roundings apart; all others may not.
+            // Only for grazing rays may the two roundings give different hits.
             if let (Some(a), Some(b)) = (a, b)
                 && a.entity == b.entity
             {
