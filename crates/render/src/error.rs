@@ -1,6 +1,6 @@
 //! What can go wrong between a frame and its pixels, in sentences that say what to do.
 
-/// Why there is no picture.
+/// Why no picture could be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
     /// The machine offers no adapter at all, not even a software one.
@@ -12,12 +12,12 @@ pub enum RenderError {
         /// What wgpu said.
         detail: String,
     },
-    /// `WGPU_ADAPTER_NAME` names an adapter that is not there.
+    /// `WGPU_ADAPTER_NAME` names an adapter that the machine does not have.
     #[error("WGPU_ADAPTER_NAME is `{wanted}`, but no usable adapter has that in its name; found: {found}")]
     NoSuchAdapter {
         /// The value of the variable.
         wanted: String,
-        /// The adapters that are there, one after another.
+        /// The adapters of the machine, one after another.
         found: String,
     },
     /// The adapter refused to open.
@@ -49,9 +49,9 @@ pub enum RenderError {
         "a picture of {width} x {height} pixels cannot be drawn: each side must be 1 to {max}, and all at most {max_area}"
     )]
     Size {
-        /// Asked for, in pixels.
+        /// Requested width, pixels.
         width: u32,
-        /// Asked for, in pixels.
+        /// Requested height, pixels.
         height: u32,
         /// The longest side this adapter can draw, in pixels.
         max: u32,
@@ -74,9 +74,9 @@ pub enum RenderError {
     Swarm {
         /// Which adapter, in one line.
         adapter: String,
-        /// Asked for.
+        /// Requested number of particles.
         slots: u64,
-        /// The most that it can have.
+        /// The most particles that it can have.
         most: u64,
     },
     /// The pixels could not be copied back from the adapter.
