@@ -1,4 +1,4 @@
-//! The matrix as one page that needs nothing beside it.
+//! The matrix as one self-contained page.
 
 use lab::stability::{Class, Matrix};
 use scene::Measure;
