@@ -36,7 +36,7 @@ impl Absence {
     }
 }
 
-/// What each effect of a run changes: a row for every effect that acts at the start.
+/// The changes that each effect of a run makes: a row for every effect that acts at the start.
 pub type Ablation = ByEffect<Absence>;
 
 /// Runs `scene` for `ticks` ticks, at least 1, and again without each effect that acts at its start.

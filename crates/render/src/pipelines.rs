@@ -85,7 +85,7 @@ pub(crate) struct Pipelines {
     pub line: wgpu::RenderPipeline,
 }
 
-/// Where the pipelines draw to.
+/// The format and sample count that the pipelines draw to.
 pub(crate) struct Destination {
     pub format: TextureFormat,
     pub samples: u32,

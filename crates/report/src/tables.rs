@@ -305,7 +305,7 @@ pub(crate) fn outcome(cell: &Cell) -> String {
     }
 }
 
-/// The same second at several frame rates.
+/// One second at several frame rates.
 pub(crate) fn rates(study: &Study) -> Table {
     let row = |rate: &RateRow| {
         vec![

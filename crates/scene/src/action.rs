@@ -1,4 +1,4 @@
-//! What a script can do, and when: every input of a person, and changes of the simulation.
+//! Actions of a script and their times: every input of a person, and changes of the simulation.
 
 use std::fmt;
 
@@ -150,7 +150,7 @@ actions! {
     SwitchEffect(#[serde(with = "effect")] effect: Effect, on: bool) => Target::Effect(*effect), None;
 }
 
-/// What an action acts on. The last three are changes of bodies, laws or methods, which no input of a person makes.
+/// The target of an action. The last three are changes of bodies, laws or methods, which no input of a person makes.
 enum Target<'a> {
     /// The window, by input of a person.
     Input,
@@ -184,7 +184,7 @@ const LONGEST_CAPTION: usize = 300;
 /// Largest side of a window, px: what graphics devices commonly offer.
 const LARGEST_SIDE: u32 = 16_384;
 
-/// What is wrong with a value, and what would be right.
+/// A fault of a value, and its cure.
 type Fault = (String, String);
 
 /// The fault of a value that is not valid.
@@ -236,7 +236,7 @@ impl Action {
     }
 }
 
-/// What happens, and when.
+/// An action and its time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
     /// When it is due.

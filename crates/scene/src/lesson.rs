@@ -51,7 +51,7 @@ pub struct Quantity {
     pub measure: Measure,
 }
 
-/// What can be measured. In a file it is written as its name in snake case: `speed("ball")`.
+/// A measure of a run. In a file it is written as its name in snake case: `speed("ball")`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
@@ -208,7 +208,7 @@ pub struct LessonStep {
     pub holds: Option<Formula>,
 }
 
-/// What a step of a lesson begins with.
+/// A start action of a step of a lesson.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Begin {
@@ -222,7 +222,7 @@ pub enum Begin {
     Frame,
 }
 
-/// What ends a step.
+/// The goal that ends a step.
 #[derive(Clone, Debug)]
 pub enum Goal {
     /// The person does something.

@@ -196,7 +196,7 @@ impl Census {
     }
 }
 
-/// What a run keeps besides its world. Tables of states are written as they come and keep nothing.
+/// Everything that a run keeps besides its world. Tables of states are written as they come and keep nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Keeps {
     /// A ledger of energy, momentum and angular momentum.

@@ -138,7 +138,7 @@ impl Scene {
     }
 }
 
-/// Where a scene came from.
+/// The source of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     /// The shipped scene of that name, embedded in the program.

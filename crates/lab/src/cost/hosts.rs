@@ -1,4 +1,4 @@
-//! Where a subject runs: in a world of entities, or in a loop over arrays.
+//! Hosts of a subject: a world of entities, or a loop over arrays.
 
 use super::record::{Failure, Host, Setting};
 use super::runner::Runner;

@@ -1,4 +1,4 @@
-//! The same second at several frame rates.
+//! Compares one simulated second at several frame rates.
 
 use glam::DVec3;
 use motion::{Damping, DampingModel, Method, Request, TimeStep, Transform};

@@ -116,7 +116,7 @@ pub struct Time {
     pub quartiles: [f64; 3],
 }
 
-/// Where a run is computed.
+/// The host of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Host {
@@ -207,7 +207,7 @@ impl Cell {
     }
 }
 
-/// What errors are measured against.
+/// The truth that errors are measured against.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Truth {
@@ -326,7 +326,7 @@ pub struct Study {
     pub tick_times: Vec<TickTime>,
     /// Energy over short and long runs.
     pub drifts: Vec<Drift>,
-    /// The same second at several frame rates; empty if it was not asked for.
+    /// One second at several frame rates; empty if it was not asked for.
     pub rates: Vec<RateRow>,
     /// Notes for the reader: what was switched on, left out, or cut short.
     pub notes: Vec<String>,

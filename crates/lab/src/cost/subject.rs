@@ -1,4 +1,4 @@
-//! What is studied: a problem, or a scene from its start.
+//! The subject of a study: a problem, or a scene from its start.
 
 use history::Simulation;
 use motion::effects::Effect;

@@ -38,7 +38,7 @@ const fn divisor(scale: f64) -> f64 {
     if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
 }
 
-/// Where the states of a target come from.
+/// The source of the states of a target.
 enum Source {
     Closed(fn(f64) -> Vec<State>),
     Run(Box<dyn Runner>),

@@ -1,4 +1,4 @@
-//! What is written beside a table of runs: the plain data of `sweep.json`, which is read again.
+//! The plan and record of a sweep: the plain data of `sweep.json`, which is read again.
 
 use serde::{Deserialize, Serialize};
 
@@ -70,7 +70,7 @@ impl Plan {
     }
 }
 
-/// What is written beside a table of runs, in `sweep.json`.
+/// The record that is written beside a table of runs, in `sweep.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Version of this format: [`FORMAT`].

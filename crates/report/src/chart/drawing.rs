@@ -34,7 +34,7 @@ impl Anchor {
     }
 }
 
-/// What a shape is.
+/// The outline of a shape: a path or words.
 #[derive(Clone, Debug)]
 pub(crate) enum Outline {
     /// The path, in the language of SVG.

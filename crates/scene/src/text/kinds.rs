@@ -13,7 +13,7 @@ pub enum Kind {
     Count,
     /// A number.
     Number,
-    /// That number of numbers in round brackets.
+    /// A tuple of that many numbers, in round brackets.
     Numbers(usize),
     /// A text in double quotes.
     Text,

@@ -103,7 +103,7 @@ fn leading_blank(text: &str) -> usize {
     if blank == text.len() { 0 } else { blank }
 }
 
-/// What is wrong, and what would be right.
+/// Describes what is wrong, and what would be right.
 fn explain(error: &Error) -> (String, String) {
     let (what, cure) = match error {
         Error::Eof => ("the text ends too early", "close every `(`, `[` and `\"` that was opened"),
