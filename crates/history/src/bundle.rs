@@ -2,7 +2,7 @@
 //!
 //! A ZIP archive of `scene.ron`, the text of the scene as it was read; `manifest.json`, the description of the run
 //! and its faults; `state.cbor`, the snapshot from which the run is repeated and the events after it, in CBOR (RFC
-//! 8949), whose numbers are exact; and `picture.png`, if there was an adapter. The archive's comment ends with the
+//! 8949), whose numbers are exact; and `picture.png`, if there was a GPU adapter. The archive's comment ends with the
 //! XXH3-64 of all bytes before it.
 
 mod archive;
@@ -41,7 +41,7 @@ pub struct Bundle {
 /// A change of a run from outside, with its tick.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
-    /// Ticks that had been simulated.
+    /// Number of ticks simulated before the change.
     pub tick: u64,
     /// The change.
     pub what: Change,
@@ -60,7 +60,7 @@ impl Event {
 }
 
 impl Bundle {
-    /// The scene with the settings of the run; messages call it `name`.
+    /// Parses the scene and applies the settings of the run. Error messages call the scene `name`.
     ///
     /// # Errors
     /// If the text is not a valid scene.

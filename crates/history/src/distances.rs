@@ -7,14 +7,14 @@ use motion::{Dormant, PhysicsBody, Quarantined, Transform};
 use crate::simulation::Simulation;
 
 impl Simulation {
-    /// The body of that stable id, unless it is removed, quarantined or not born.
+    /// The body of that stable id, unless it was removed, is quarantined or is not born yet.
     #[must_use]
     pub fn present(&self, id: u32) -> Option<EntityRef<'_>> {
         let body = self.world.get_entity(*self.bodies.get(id as usize)?).ok()?;
         (!body.contains::<Quarantined>() && !body.contains::<Dormant>()).then_some(body)
     }
 
-    /// [`Self::present`] if the body is movable.
+    /// Like [`Self::present`], for movable bodies alone.
     #[must_use]
     pub fn moving(&self, id: u32) -> Option<EntityRef<'_>> {
         self.present(id)
@@ -41,7 +41,7 @@ impl Distances {
         Self { each: (0..).take(simulation.bodies.len()).filter_map(distance).collect() }
     }
 
-    /// The farthest body of those that `counts`, the first of several.
+    /// The body with the largest distance among those for which `counts` is true; the first of several.
     #[must_use]
     pub fn farthest(&self, counts: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
         let farther = |best: (u32, f64), body: (u32, f64)| if body.1 > best.1 { body } else { best };
@@ -72,14 +72,14 @@ impl DistancesSoFar {
         }
     }
 
-    /// The largest of the bodies that `counts`, m; `None` without any.
+    /// The largest distance of a body for which `counts` is true, m; `None` without such a body.
     #[must_use]
     pub fn largest(&self, counts: impl Fn(u32) -> bool) -> Option<f64> {
         let counted = (0..).zip(&self.largest).filter(|(id, distance)| **distance >= 0.0 && counts(*id));
         counted.map(|(_, distance)| *distance).reduce(f64::max)
     }
 
-    /// Root of the mean square over all ticks and bodies, m; `None` without any.
+    /// Root of the mean square over all ticks and bodies, m; `None` without distances.
     #[must_use]
     pub fn rms(&self) -> Option<f64> {
         (self.count > 0.0).then(|| (self.squares / self.count).sqrt())

@@ -4,10 +4,10 @@
 //! - [`Change`]: everything that is done to a running simulation from outside, and the one place that applies it.
 //! - [`RunSettings`]: the present settings of a run; [`Overrides`]: the settings that replace those of its scenes.
 //! - [`Snapshot`]: the state of a simulation between two ticks, by stable id, for files and for new worlds of the same scene.
-//! - [`Timeline`]: the last minute of a run. [`Seek`] goes to another tick, [`Watch`] looks for a [`Fault`], and [`Replay`] simulates
-//!   the ticks from a snapshot again.
+//! - [`Timeline`]: the last minute of a run. [`Seek`] goes to another tick, [`Watch`] detects a [`Fault`], and [`Replay`]
+//!   simulates the ticks from a snapshot again.
 //! - [`Bundle`]: a run in a file; its parts are [`Manifest`], [`Event`] and [`EnergyState`]. [`Rerun`] simulates one again.
-//! - [`Twin`]: a simulation that follows another one by its own method. [`Distances`] says how far apart the two are.
+//! - [`Twin`]: a simulation that follows another one with its own method. [`Distances`] measures how far apart the two are.
 //! - `lists`: lists that are read from files into a limited amount of memory.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]

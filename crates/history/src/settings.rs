@@ -34,13 +34,13 @@ impl Overrides {
         }
     }
 
-    /// Why `scene` cannot have these settings, if it cannot: their method cannot solve one of its laws.
+    /// Why `scene` cannot have these settings, if so: their method cannot solve one of its laws.
     #[must_use]
     pub fn unsolvable(self, scene: &Scene) -> Option<&'static str> {
         unsolvable(self.method?, scene.mutual_gravity.is_some())
     }
 
-    /// Applies them to `scene`, without a method that cannot solve its laws and without an invalid rate.
+    /// Applies the settings to `scene`, except a method that cannot solve its laws and an invalid rate.
     pub fn apply(self, scene: &mut Scene) {
         let solved = self.unsolvable(scene).is_none();
         scene.method = self.method.filter(|_| solved).unwrap_or(scene.method);
@@ -92,7 +92,7 @@ impl RunSettings {
         scene.off_at_start = off.filter(|effect| *effect != Effect::Gravity).collect();
     }
 
-    /// Applies the settings to another run of the same scene, except substeps, which it has from its scene.
+    /// Applies the settings to another run of the same scene, except substeps, which that run has from its scene.
     pub fn put(&self, simulation: &mut Simulation) {
         simulation.world.insert_resource(TimeStep(self.step));
         self.effects.put(&mut simulation.world);
@@ -103,8 +103,8 @@ impl RunSettings {
     }
 }
 
-/// The rate of ticks of that length, s, in Hz: rounded to ten digits if ticks of that rate have exactly this length, else
-/// `1 / step`.
+/// The rate of ticks that last `step` s, in Hz: rounded to ten digits if ticks of the rounded rate have exactly this
+/// length, else `1 / step`.
 #[must_use]
 pub fn rate_of(step: f64) -> f64 {
     let rate = 1.0 / step;

@@ -1,7 +1,7 @@
 //! Snapshots of scenes: a [`motion::snapshot::Snapshot`] by stable id instead of entity, for files and for new worlds of the
 //! same scene.
 //!
-//! A simulation is copied in no other way: twins, going back and bundles all restore a snapshot.
+//! This is the only way to copy a simulation: twins, seeks and bundles all restore a snapshot.
 
 mod restore;
 mod runs;
@@ -30,7 +30,7 @@ pub struct Snapshot {
 }
 
 impl Simulation {
-    /// Its state, between two ticks.
+    /// Takes a snapshot of the simulation. Call it between two ticks.
     pub fn snapshot(&mut self) -> Snapshot {
         let state = snapshot::take(&mut self.world, &self.stepper);
         let mut things: Vec<_> = self.world.query::<&StableId>().iter(&self.world).map(|id| id.0).collect();
@@ -38,7 +38,7 @@ impl Simulation {
         let id = |body: Entity| self.id(body);
         let runs = |bodies: Vec<Entity>| Runs::of(bodies.into_iter().filter_map(id));
         let index = |emitter: Entity| self.world.get::<FileIndex>(emitter).map(|index| index.0);
-        // The body itself may be gone since.
+        // The body may have been removed since, but the record has its id.
         let record = |record: QuarantineRecord| {
             let (body, StableId(id)) = (record.body, record.id?);
             let other_end = record.other_end.map_or(u32::MAX, |id| id.0);
@@ -135,8 +135,8 @@ impl Snapshot {
         self
     }
 
-    /// Makes it the start of `scene`, which has other methods: every body gets the method of the scene, and a
-    /// previous position of position Verlet counts only under that method.
+    /// Turns the snapshot into the start of `scene`, which has other methods: every body gets the method of the
+    /// scene, and a previous position for position Verlet counts only with that method.
     pub(crate) fn begin_by_method_of(&mut self, scene: &Scene) {
         let snapshot::Snapshot { method, own_methods, last_steps, bodies, states, .. } = &mut self.state;
         *method = scene.method;

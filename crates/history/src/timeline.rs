@@ -22,13 +22,13 @@ pub use rerun::Rerun;
 pub use seek::Seek;
 pub use watch::{ENERGY_JUMP, Fault, Watch};
 
-/// Most bytes of a timeline.
+/// Memory limit of a timeline, bytes.
 pub const TIMELINE_BYTES: usize = 64 << 20;
 
-/// Simulated time that a timeline keeps, if its bytes suffice, s.
+/// Simulated time that a timeline covers, s, if its memory limit allows it.
 pub const TIMELINE_SECONDS: f64 = 60.0;
 
-/// Ticks between two snapshots at first: the most ticks that are simulated again.
+/// Ticks between two snapshots at first, hence the most ticks that a seek simulates at first.
 const FIRST_SPACING: u64 = 32;
 
 /// A snapshot, its hash, its time and its size.
@@ -44,7 +44,7 @@ struct Keyframe {
 
 impl Keyframe {
     fn of(simulation: &mut Simulation, energy: EnergyState) -> Self {
-        // What waits is noted as an event when the tick takes it.
+        // A pending input is recorded as an event when a tick applies it.
         let snapshot = simulation.snapshot().without_inputs();
         let bytes = size_of::<Self>() + snapshot.bytes();
         let (state_hash, seconds) =
@@ -55,13 +55,14 @@ impl Keyframe {
 
 /// Snapshots and events of a run.
 ///
-/// When it is full, every second snapshot is dropped and half as many are taken from then on; where that would leave less
-/// than two, the oldest are dropped. Those of more than a minute ago are dropped in any case.
+/// When the timeline is full, every second snapshot is dropped and the spacing of later ones doubles. With three
+/// snapshots or fewer, or if events take half of the limit, the oldest snapshot is dropped instead. Snapshots that
+/// are more than a minute old are dropped in any case.
 #[derive(Clone, Debug)]
 pub struct Timeline {
     cap: usize,
     keyframes: VecDeque<Keyframe>,
-    /// One more snapshot, at the tick to which the run last went back.
+    /// One more snapshot, taken shortly before the end of the last long seek.
     near: Option<Box<Keyframe>>,
     /// The events since the oldest snapshot, ascending by tick.
     events: VecDeque<Event>,
@@ -72,8 +73,8 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// A timeline of `simulation` that begins now, between two ticks, and takes at most `cap` bytes. `None` if two
-    /// snapshots take more. `energy` is [`Watch::energy`].
+    /// Starts a timeline of `simulation`, between two ticks, that takes at most `cap` bytes. `None` if two snapshots
+    /// take more. `energy` is [`Watch::energy`].
     pub fn new(simulation: &mut Simulation, cap: usize, energy: EnergyState) -> Option<Self> {
         let mut timeline = Self {
             cap,
@@ -89,7 +90,7 @@ impl Timeline {
         (timeline.bytes() * 2 <= cap).then_some(timeline)
     }
 
-    /// Ticks that can be sought.
+    /// Ticks that a seek can reach.
     #[must_use]
     pub fn range(&self) -> RangeInclusive<u64> {
         self.keyframes.front().map_or(self.head, |first| first.snapshot.ticks())..=self.head
@@ -100,25 +101,25 @@ impl Timeline {
         self.keyframes.iter().map(|keyframe| (keyframe.snapshot.ticks(), keyframe.state_hash))
     }
 
-    /// Ticks of the snapshots with the simulated times then, s, ascending.
+    /// Ticks of the snapshots with their simulated times, s, ascending.
     pub fn times(&self) -> impl Iterator<Item = (u64, f64)> + '_ {
         self.keyframes.iter().map(|keyframe| (keyframe.snapshot.ticks(), keyframe.seconds))
     }
 
-    /// Bytes of the timeline.
+    /// Memory that the timeline takes, bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let near = self.near.as_ref().map_or(0, |near| near.bytes);
         size_of::<Self>() + self.keyframe_bytes + near + self.event_bytes
     }
 
-    /// Most bytes of the timeline.
+    /// Memory limit of the timeline, bytes.
     #[must_use]
     pub const fn cap(&self) -> usize {
         self.cap
     }
 
-    /// Notes a change that is made between two ticks. Drops the record of ticks after the present one, if the run went back.
+    /// Records a change between two ticks. If the run went back, drops the record of the ticks after the present one.
     pub fn note(&mut self, simulation: &Simulation, what: Change) {
         let tick = simulation.ticks();
         self.forget_after(tick);
@@ -127,7 +128,7 @@ impl Timeline {
         self.events.push_back(event);
     }
 
-    /// Notes that the tick is over. `energy` is [`Watch::energy`].
+    /// Records the end of a tick. `energy` is [`Watch::energy`].
     pub fn after_tick(&mut self, simulation: &mut Simulation, energy: EnergyState) {
         self.head = simulation.ticks();
         let last = self.keyframes.back().map_or(0, |keyframe| keyframe.snapshot.ticks());
@@ -157,7 +158,7 @@ impl Timeline {
         self.keyframes.push_back(keyframe);
     }
 
-    /// The nearest snapshot that is not after the end of tick number `tick`.
+    /// The last snapshot at or before the end of tick number `tick`.
     fn keyframe_before(&self, tick: u64) -> Option<&Keyframe> {
         let not_after = |keyframe: &&Keyframe| keyframe.snapshot.ticks() <= tick;
         let regular = self.keyframes.iter().rfind(not_after)?;
@@ -165,7 +166,7 @@ impl Timeline {
         Some(near.filter(|near| near.snapshot.ticks() > regular.snapshot.ticks()).unwrap_or(regular))
     }
 
-    /// Keeps one more snapshot, in place of the last one of that kind, if it fits.
+    /// Replaces the extra snapshot by `near`, or drops it if `near` does not fit.
     fn keep_near(&mut self, near: Keyframe) {
         self.near = None;
         if self.bytes() + near.bytes <= self.cap {
@@ -173,7 +174,8 @@ impl Timeline {
         }
     }
 
-    /// Drops the record of ticks after tick number `now`, if the run went back to it: it takes another way from there.
+    /// Drops the record of ticks after tick number `now` if the run went back to it, because it may differ from there
+    /// on.
     pub fn forget_after(&mut self, now: u64) {
         if now >= self.head {
             return;
@@ -205,7 +207,7 @@ impl Timeline {
         }
     }
 
-    /// Every second snapshot goes; the oldest and the newest stay.
+    /// Drops every second snapshot, except the oldest and the newest, and doubles the spacing.
     fn thin_out(&mut self) {
         self.spacing = self.spacing.saturating_mul(2);
         let last = self.keyframes.len() - 1;

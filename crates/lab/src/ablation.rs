@@ -36,7 +36,7 @@ impl Absence {
     }
 }
 
-/// What each effect of a run changes: a row for every effect that acts at the start.
+/// The changes that each effect of a run makes: a row for every effect that acts at the start.
 pub type Ablation = ByEffect<Absence>;
 
 /// Runs `scene` for `ticks` ticks, at least 1, and again without each effect that acts at its start.
@@ -81,7 +81,7 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
     Ablation { scene: scene.name.clone(), method: scene.method, ticks, ns, rows }
 }
 
-/// What the ticks of swarms come to: the same keys are the same particles.
+/// Keys of the ticks of all swarms: equal keys mean the same particles.
 fn swarm_keys(simulation: &mut Simulation) -> Vec<u64> {
     let mut logs = simulation.world.query::<&SwarmLog>();
     logs.iter(&simulation.world).map(|log| log.key).collect()

@@ -1,4 +1,4 @@
-//! What accuracy costs: every method at every step on a problem or a scene, its error beside its cost.
+//! Measures what accuracy costs: the error and the cost of every method at every step on a problem or a scene.
 //!
 //! A [`Plan`] says what is run of a [`Subject`]. A [`Bench`] runs it a little at a time, each run in a world or in plain
 //! arrays ([`Runner`]), and writes a [`Study`]: the errors and evaluations of every [`Cell`], the times of ticks

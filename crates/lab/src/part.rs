@@ -28,7 +28,7 @@ pub struct Part {
     pub found: Found,
 }
 
-/// What a part of a study found. Its pieces are those of the [shard](Part::shard), in their order.
+/// The results of a part of a study. Its pieces are those of the [shard](Part::shard), in their order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Found {
@@ -43,7 +43,7 @@ pub enum Found {
     Recommend {
         /// The scene, as the command line names it, and its text.
         scene: [String; 2],
-        /// What is asked for.
+        /// The goal of the recommendation.
         goal: Goal,
         /// Seconds over which errors are measured, if they were given.
         seconds: Option<f64>,
@@ -73,7 +73,7 @@ impl Part {
         Self { format: FORMAT, command, scenes_hash, shard, machine: Machine::here(), complete: false, found }
     }
 
-    /// What keeps two parts from being of one study, as the end of a sentence.
+    /// Why two parts do not belong to one study, as the end of a sentence.
     #[must_use]
     pub fn differs(&self, other: &Self) -> Option<&'static str> {
         if self.machine.version != other.machine.version {

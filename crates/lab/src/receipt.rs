@@ -85,7 +85,7 @@ pub fn receipt(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
 
 const IMPLICIT_SOLVER: &str = "implicit_solver";
 
-/// The lines of a simulation as it is, without running it: evaluations and times are not filled in.
+/// The lines of a simulation in its present state, without running it: evaluations and times are not filled in.
 pub fn look(simulation: &mut Simulation) -> Vec<ReceiptLine> {
     let method = simulation.method();
     let Simulation { scene, world, .. } = simulation;

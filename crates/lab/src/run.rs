@@ -9,7 +9,7 @@ use motion::effects::Effect;
 use motion::{Method, Request};
 use scene::{BodySpec, Names, Scene};
 
-/// What a study of effects found in a run.
+/// The results of a study of the effects of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ByEffect<R> {
     /// Name of the scene.
@@ -88,7 +88,7 @@ pub(crate) fn step_times(scene: &Scene, variants: &[Vec<Effect>], ticks: u64) ->
     least.into_iter().map(|seconds| seconds * 1e9).collect()
 }
 
-/// Ticks before a watch is measured: longer than it keeps a ledger after the start of a fall.
+/// Ticks before a watch is measured: longer than the watch keeps a ledger after the start of a fall.
 const WATCH_WARM_UP: u64 = 32;
 
 /// Least thread CPU time that a [`Watch`] adds to a tick of `scene`, ns, while no energy grows. It is measured by
@@ -108,7 +108,7 @@ pub fn watch_time(scene: &Scene) -> f64 {
     (0..ROUNDS).map(|_| looks(block)).fold(f64::INFINITY, f64::min) * 1e9
 }
 
-/// Bodies of the sample.
+/// Most bodies that [`attraction_tick`] simulates.
 const SAMPLE: usize = 2_000;
 
 /// A tick of bodies that attract each other.
@@ -116,7 +116,7 @@ const SAMPLE: usize = 2_000;
 pub struct AttractionTick {
     /// Bodies that move and attract each other.
     pub bodies: usize,
-    /// Thread CPU time of a tick, s, estimated from a tick of some of them by the square of their number.
+    /// Thread CPU time of a tick, s, extrapolated from a tick of some of these bodies by the square of their number.
     pub seconds: f64,
 }
 

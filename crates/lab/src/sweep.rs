@@ -19,7 +19,8 @@ pub use axis::Axis;
 pub use measure::Measure;
 pub use record::{FORMAT, Plan, Record};
 
-/// Runs that are looked at for an estimate of the time of all.
+/// Most runs from which the time of all runs is estimated, and most values of an axis that are checked from its
+/// start.
 const PROBES: u64 = 64;
 
 /// A sweep before any of its runs.
@@ -27,7 +28,7 @@ const PROBES: u64 = 64;
 pub struct Sweep {
     varied: VariedScene,
     plan: Plan,
-    /// Which axes have numbers alone.
+    /// Whether the values of each axis are all numbers.
     numeric: Vec<bool>,
 }
 
@@ -36,7 +37,7 @@ pub struct Sweep {
 pub enum Outcome {
     /// It ran to its end.
     Finished,
-    /// It ran to its end, but not with all bodies.
+    /// It ran to its end, but a body was quarantined.
     Quarantined,
     /// The scene does not allow its values together.
     Refused,
@@ -69,8 +70,8 @@ impl Sweep {
     /// A sweep over `scene`.
     ///
     /// # Errors
-    /// A place that the scene does not have, or a value that it does not allow beside the first ones of the other axes. A method
-    /// that it cannot have is no error, unless it is the only one.
+    /// If the scene does not have a place, or does not allow a value beside the first ones of the other axes. A
+    /// method that the scene cannot have is no error, unless it can have none of the methods.
     pub fn new(scene: &Scene, plan: Plan) -> Result<Self, SceneError> {
         let firsts: Vec<(&str, &str)> =
             plan.axes.iter().map(|axis| (&*axis.place, &*axis.values[0])).collect();
@@ -78,7 +79,7 @@ impl Sweep {
         let base = beginning(&varied, &plan)?;
         for (at, axis) in plan.axes.iter().enumerate().filter(|(_, axis)| !is_of_methods(axis)) {
             let mut values = base.clone();
-            // Of many values that were computed the ends tell whether they are allowed.
+            // The first values and the last tell whether all are allowed: many values come from a range.
             let (first, last) = (axis.values.iter().take(PROBES as usize), axis.values.iter().last());
             for value in first.chain(last) {
                 values[at] = value;
@@ -89,7 +90,7 @@ impl Sweep {
         Ok(Self { varied, plan, numeric })
     }
 
-    /// What it runs.
+    /// The plan of the sweep.
     #[must_use]
     pub const fn plan(&self) -> &Plan {
         &self.plan
@@ -98,12 +99,12 @@ impl Sweep {
     /// The scene of run number `run`.
     ///
     /// # Errors
-    /// Where the values are not allowed together.
+    /// If the values are not allowed together.
     pub fn scene(&self, run: u64) -> Result<Scene, SceneError> {
         self.varied.scene(&self.plan.values(run))
     }
 
-    /// Seconds of one core that the runs of `shard` take some, as estimated of some of them.
+    /// Estimated time of the runs of `shard` on one core, s, from the estimates of some of them.
     #[must_use]
     pub fn estimated_seconds(&self, shard: Shard) -> f64 {
         let runs = shard.count(self.plan.runs().unwrap_or(u64::MAX));
@@ -122,14 +123,14 @@ impl Sweep {
         sum / probes.max(1) as f64 * runs as f64
     }
 
-    /// Runs those of `shard` that come after the first `done` of it, on so many `threads`, and calls `take` with each row in
-    /// the order of their numbers, until it breaks.
+    /// Runs the part `shard` of the sweep without its first `done` runs, on `threads` threads, and calls `take` with
+    /// each row in the order of run numbers, until it breaks.
     pub fn run(&self, shard: Shard, done: u64, threads: usize, mut take: impl FnMut(Row) -> ControlFlow<()>) {
         let left = shard.count(self.plan.runs().unwrap_or(0)).saturating_sub(done);
         ordered(left, threads, |place| self.row(shard.nth(done + place)), &mut take);
     }
 
-    /// Run number `run`.
+    /// Simulates run number `run` and returns its row.
     #[must_use]
     pub fn row(&self, run: u64) -> Row {
         let (outcome, why, measured) = match self.scene(run) {
@@ -152,7 +153,7 @@ impl Sweep {
     }
 }
 
-/// Why a scene is refused, in one line, whatever its file is called.
+/// Why a scene is refused, in one line, without the name of its file.
 fn reason(error: &SceneError) -> String {
     let fault = |fault: &scene::Fault| match &fault.path {
         Some(path) => format!("{path}: {}; {}", fault.what, fault.cure),
@@ -161,15 +162,15 @@ fn reason(error: &SceneError) -> String {
     error.faults.iter().map(fault).collect::<Vec<_>>().join("; ").replace('\n', " ")
 }
 
-/// Whether the axis has methods alone. Not every scene can have every method: those that it cannot have are rows.
+/// Whether all values of the axis are methods. Methods that the scene cannot have give refused rows, not an error.
 fn is_of_methods(axis: &Axis) -> bool {
     axis.values.iter().all(|value| Method::from_name(value).is_some())
 }
 
-/// Values that the scene allows together, the first ones where they are no methods.
+/// Values that the scene allows together: of axes other than methods, the first ones.
 ///
 /// # Errors
-/// The first reason why it allows none.
+/// If there are none: the error of the first values.
 fn beginning<'p>(varied: &VariedScene, plan: &'p Plan) -> Result<Vec<&'p str>, SceneError> {
     let mut values: Vec<&str> = plan.axes.iter().map(|axis| &*axis.values[0]).collect();
     let Err(error) = varied.scene(&values) else { return Ok(values) };
@@ -184,7 +185,7 @@ fn beginning<'p>(varied: &VariedScene, plan: &'p Plan) -> Result<Vec<&'p str>, S
     Err(error)
 }
 
-/// Ticks of a run of `scene` of so many `seconds`; 0 where they are less than half a tick.
+/// Number of ticks in `seconds` of `scene`; 0 if that is less than half a tick.
 fn ticks(scene: &Scene, seconds: f64) -> u64 {
     (seconds * scene.step_hz).round() as u64
 }

@@ -16,7 +16,7 @@ impl InstanceBuffer {
         Self::of(device, label, wgpu::BufferUsages::VERTEX)
     }
 
-    /// A buffer for indices.
+    /// An empty buffer for indices.
     pub fn of_indices(device: &wgpu::Device, label: &'static str) -> Self {
         Self::of(device, label, wgpu::BufferUsages::INDEX)
     }
@@ -25,7 +25,8 @@ impl InstanceBuffer {
         Self { label, buffer: create(device, label, usage | wgpu::BufferUsages::COPY_DST, 16 * 1024) }
     }
 
-    /// How many of `rows` are there to draw: all, unless they exceed the largest buffer of the adapter.
+    /// Copies `rows` to the adapter. Returns the number of rows that can be drawn: all, unless they exceed its
+    /// largest buffer.
     pub fn upload<T: Pod>(&mut self, gpu: &Gpu, rows: &[T]) -> u32 {
         let limit = gpu.device.limits().max_buffer_size;
         let most = usize::try_from(limit).unwrap_or(usize::MAX) / size_of::<T>();
@@ -47,7 +48,7 @@ impl InstanceBuffer {
         &self.buffer
     }
 
-    /// Draws `count` rows of what is a strip of two triangles each.
+    /// Draws `count` rows as quads: strips of two triangles each.
     pub fn draw_quads(&self, pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline, count: u32) {
         if count > 0 {
             pass.set_pipeline(pipeline);
@@ -57,11 +58,11 @@ impl InstanceBuffer {
     }
 }
 
-/// More bodies than this are drawn as they come: sorting them would take longer than it saves.
+/// More bodies than this are drawn in the order in which they come: sorting them would take longer than it saves.
 const MOST_SORTED: usize = 10_000;
 
-/// The bodies of one mesh, the outlined ones last so that each kind is one draw, and nearer ones before those that they hide:
-/// what is hidden need not be shaded.
+/// The bodies of one mesh. The outlined ones are last, so that each kind is one draw. Nearer ones come before those
+/// that they hide, because hidden pixels need not be shaded.
 pub(crate) struct Bodies {
     instances: InstanceBuffer,
     sorted: Vec<Instance>,
@@ -82,7 +83,8 @@ impl Bodies {
         let is_outlined = |row: &Instance| row.surface & OUTLINED != 0;
         let sorts = self.sorted.len() <= MOST_SORTED;
         self.sorted.sort_by_cached_key(|row| {
-            // To its far side: a floor comes after what stands on it. Numbers from 0 up are ordered as their bits are.
+            // The key is the distance to the far side, so a floor comes after bodies on it. Floats from 0 up are
+            // ordered as their bits.
             let distance = || Vec3::from(row.position).length() + Vec3::from(row.half_extents).max_element();
             (is_outlined(row), if sorts { distance().to_bits() } else { 0 })
         });

@@ -1,4 +1,4 @@
-//! What changes from each picture of a film to the next, and when.
+//! Finds the rectangle in which each picture of a film differs from the one before it.
 
 use std::io;
 
@@ -18,8 +18,8 @@ impl Changes {
     /// Before the first picture.
     pub(crate) const NONE: Self = Self { shown: None, last_s: 0.0, length_s: 0.0 };
 
-    /// The rectangle in which a picture that begins at `at_s` differs from the one before, and where it lies; pixels that stay are
-    /// transparent. All of the first picture; none if nothing changes.
+    /// The rectangle in which a picture that begins at `at_s` differs from the one before, and its position;
+    /// unchanged pixels are transparent. The whole first picture; `None` if nothing changes.
     ///
     /// # Errors
     /// If the picture has another size than the one before.
@@ -50,7 +50,7 @@ impl Changes {
     }
 }
 
-/// The smallest rectangle of `next` in which it differs from `shown`, and where it lies; none if they are equal.
+/// The smallest rectangle of `next` in which it differs from `shown`, and its position; `None` if the two are equal.
 fn difference(shown: &Image, next: &Image) -> Option<([u32; 2], Image)> {
     let [width, height] = next.size_px;
     let differs = |x: &u32, y: &u32| shown.pixel(*x, *y) != next.pixel(*x, *y);

@@ -1,6 +1,6 @@
-//! What can go wrong between a frame and its pixels, in sentences that say what to do.
+//! Errors between a frame and its pixels, in sentences that say what to do.
 
-/// Why there is no picture.
+/// Why no picture could be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
     /// The machine offers no adapter at all, not even a software one.
@@ -9,23 +9,23 @@ pub enum RenderError {
          (software rendering), or run without pictures ({detail})"
     )]
     NoAdapter {
-        /// What wgpu said.
+        /// The message of wgpu.
         detail: String,
     },
-    /// `WGPU_ADAPTER_NAME` names an adapter that is not there.
+    /// `WGPU_ADAPTER_NAME` names an adapter that the machine does not have.
     #[error("WGPU_ADAPTER_NAME is `{wanted}`, but no usable adapter has that in its name; found: {found}")]
     NoSuchAdapter {
         /// The value of the variable.
         wanted: String,
-        /// The adapters that are there, one after another.
+        /// The adapters of the machine, one after another.
         found: String,
     },
     /// The adapter refused to open.
     #[error("the graphics adapter {adapter} could not be opened: {detail}")]
     Device {
-        /// Which adapter, in one line.
+        /// The adapter, in one line.
         adapter: String,
-        /// What wgpu said.
+        /// The message of wgpu.
         detail: String,
     },
     /// The device was lost while it was in use, or had no memory for a swarm.
@@ -33,15 +33,15 @@ pub enum RenderError {
         "the graphics adapter {adapter} was lost: {detail}; start again, with another adapter in WGPU_ADAPTER_NAME, or with less to draw"
     )]
     Lost {
-        /// Which adapter, in one line.
+        /// The adapter, in one line.
         adapter: String,
-        /// What wgpu said.
+        /// The message of wgpu.
         detail: String,
     },
     /// The window cannot be drawn to.
     #[error("cannot draw into the window: {detail}; WGPU_BACKEND=vulkan or WGPU_BACKEND=gl may help")]
     Surface {
-        /// What wgpu said.
+        /// The message of wgpu.
         detail: String,
     },
     /// A picture of this size cannot be drawn.
@@ -49,9 +49,9 @@ pub enum RenderError {
         "a picture of {width} x {height} pixels cannot be drawn: each side must be 1 to {max}, and all at most {max_area}"
     )]
     Size {
-        /// Asked for, in pixels.
+        /// Requested width, pixels.
         width: u32,
-        /// Asked for, in pixels.
+        /// Requested height, pixels.
         height: u32,
         /// The longest side this adapter can draw, in pixels.
         max: u32,
@@ -63,7 +63,7 @@ pub enum RenderError {
         "the graphics adapter {adapter} runs no compute shaders, which emitters with on: gpu need; give them on: cpu"
     )]
     NoCompute {
-        /// Which adapter, in one line.
+        /// The adapter, in one line.
         adapter: String,
     },
     /// A swarm has more particles than the adapter can have in one buffer.
@@ -72,17 +72,17 @@ pub enum RenderError {
          or on: cpu"
     )]
     Swarm {
-        /// Which adapter, in one line.
+        /// The adapter, in one line.
         adapter: String,
-        /// Asked for.
+        /// Requested number of particles.
         slots: u64,
-        /// The most that it can have.
+        /// The most particles that it can have.
         most: u64,
     },
     /// The pixels could not be copied back from the adapter.
     #[error("nothing could be read back from the graphics adapter: {detail}")]
     ReadBack {
-        /// What wgpu said.
+        /// The message of wgpu.
         detail: String,
     },
 }

@@ -1,4 +1,4 @@
-//! Pictures one after the other, as an animated PNG.
+//! Encodes pictures as an animated PNG.
 
 use std::io::{self, Read, Seek, SeekFrom, Write};
 
@@ -8,20 +8,21 @@ use png::{Compression, Filter};
 use crate::Image;
 use crate::changes::Changes;
 
-/// A moving picture: the first picture, and what changes after it. Each is encoded as it comes and put into `spool`, for a PNG
-/// begins with the number of its pictures; so memory does not grow with them.
+/// An animated PNG in progress. Each picture is encoded when it is added and stored in `spool`, because a PNG begins
+/// with the number of its pictures; so memory does not grow with them.
 #[derive(Debug)]
 pub struct Film<S> {
     spool: S,
     changes: Changes,
-    /// The last change, whose end is not known yet.
+    /// The last change, which has no end time yet.
     waiting: Option<Change>,
-    /// Pictures and numbered chunks in the spool.
+    /// Pictures in the spool.
     pictures: u32,
+    /// Numbered chunks in the spool.
     numbered: u32,
 }
 
-/// The rectangle of a picture in which it differs from the one before, compressed; pixels that stay are transparent.
+/// The compressed rectangle in which a picture differs from the one before; unchanged pixels are transparent.
 #[derive(Debug)]
 struct Change {
     at_s: f64,
@@ -34,8 +35,8 @@ impl Film<()> {
     /// The shortest and the longest time that a picture can be shown, s.
     pub const LENGTHS_S: [f64; 2] = [1e-3, u16::MAX as f64];
 
-    /// Bytes that a film of pictures of that size takes at most, however many they are: two pictures, what differs between them
-    /// twice, and that compressed, which may be larger than it was.
+    /// Most memory of a film of pictures of that size, bytes, however many there are: two pictures, twice their
+    /// difference, and the compressed difference, which may be larger than the raw one.
     #[must_use]
     pub fn bytes([width, height]: [u32; 2]) -> u64 {
         6 * 4 * u64::from(width) * u64::from(height)
@@ -82,7 +83,7 @@ impl<S: Read + Write + Seek> Film<S> {
         out.flush()
     }
 
-    /// Puts the change that waits into the spool: it ends at `end_s`.
+    /// Puts the waiting change into the spool, with the end time `end_s`.
     fn end_waiting(&mut self, end_s: f64) -> io::Result<()> {
         let Some(Change { at_s, origin_px: [x, y], size_px: [width, height], data }) = self.waiting.take()
         else {
@@ -93,7 +94,7 @@ impl<S: Read + Write + Seek> Film<S> {
             control.extend(number.to_be_bytes());
         }
         control.extend(delay(at_s, end_s).map(u16::to_be_bytes).concat());
-        // What is drawn stays, and the next picture is drawn over it.
+        // The picture stays on the canvas, and the next one is drawn over it.
         control.extend([0, 1]);
         write_chunk(&mut self.spool, fcTL, &control)?;
         if self.pictures == 0 {
@@ -106,7 +107,7 @@ impl<S: Read + Write + Seek> Film<S> {
         Ok(())
     }
 
-    /// The number of the next chunk that has one.
+    /// The number of the next numbered chunk.
     fn number(&mut self) -> Vec<u8> {
         self.numbered += 1;
         (self.numbered - 1).to_be_bytes().to_vec()
@@ -118,7 +119,7 @@ fn compressed(image: &Image) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut encoder = Image::encoder(&mut bytes, image.size_px, &[])?;
     encoder.set_compression(Compression::High);
-    // Differences to neighbors are larger than what they replace where most pixels are transparent.
+    // Where most pixels are transparent, differences between neighbors are larger than the pixels themselves.
     encoder.set_filter(Filter::NoFilter);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&image.rgba)?;
@@ -136,17 +137,18 @@ fn compressed(image: &Image) -> io::Result<Vec<u8>> {
     Ok(rows)
 }
 
-/// Bytes before the first chunk of a PNG, and after the data of each chunk.
+/// Bytes before the first chunk of a PNG.
 const SIGNATURE: usize = 8;
+/// Bytes after the data of each chunk.
 const CHECKSUM: usize = 4;
 
-/// Writes a chunk as a PNG has it, without its checksum.
+/// Writes a chunk of a PNG without its checksum.
 fn write_chunk(spool: &mut impl Write, ChunkType(kind): ChunkType, data: &[u8]) -> io::Result<()> {
     let length = u32::try_from(data.len()).map_err(io::Error::other)?;
     [&length.to_be_bytes(), &kind, data].into_iter().try_for_each(|part| spool.write_all(part))
 }
 
-/// Reads a chunk into `data`, without its checksum: its kind; `None` at the end.
+/// Reads a chunk into `data`, without its checksum, and returns its kind; `None` at the end.
 fn read_chunk(spool: &mut impl Read, data: &mut Vec<u8>) -> io::Result<Option<ChunkType>> {
     let (mut length, mut kind) = ([0; 4], [0; 4]);
     match spool.read_exact(&mut length) {
@@ -159,8 +161,8 @@ fn read_chunk(spool: &mut impl Read, data: &mut Vec<u8>) -> io::Result<Option<Ch
     Ok(Some(ChunkType(kind)))
 }
 
-/// From one time to the other, as a numerator and the parts of a second that it counts: milliseconds, or the finest parts of
-/// which there are few enough. Both times are rounded, so that a long film keeps time.
+/// The time from `from_s` to `to_s` as a numerator and a denominator: milliseconds, or the finest unit with which the
+/// numerator fits. Both times are rounded, not the difference, so that a long film keeps time.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rounded; casts saturate")]
 fn delay(from_s: f64, to_s: f64) -> [u16; 2] {
     let parts = |per_second: u16| {

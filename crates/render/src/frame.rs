@@ -6,33 +6,33 @@ use glam::{Mat4, Quat, Vec3};
 use crate::swarm_tick::Swarm;
 use crate::{Line, Surface};
 
-/// Bit of [`Instance::surface`]: the 4 by 4 checker board of the tutorial, once on each cube face or around a sphere.
+/// Bit of [`Instance::surface`]: the 4 by 4 checkerboard of the tutorial, once on each cube face or around a sphere.
 pub const CHECKER: u32 = 1;
 /// Bit of [`Instance::surface`]: a bright outline with a dark rim, of constant width on the screen.
 pub const OUTLINED: u32 = 2;
 
-/// All that one picture shows. The camera is the origin: positions are in meters relative to it, in the axes of the
-/// world (+Y up), so that a scene far from the world's origin draws as sharply as one at it.
+/// Everything that one picture shows. The camera is the origin: positions are in meters relative to it, in the axes
+/// of the world (+Y up), so that a scene far from the world's origin draws as sharply as one at the origin.
 #[derive(Clone, Default)]
 pub struct Frame {
-    /// Width and height in pixels; a zero draws nothing. Must be the size of the view that is drawn into.
+    /// Width and height in pixels; if one is zero, nothing is drawn. Must be the size of the view that is drawn into.
     pub size_px: [u32; 2],
-    /// The part of the picture that shows the scene: left, top, width and height in pixels, inside the picture; without it,
-    /// all of it.
+    /// The part of the picture that shows the scene: left, top, width and height in pixels, inside the picture;
+    /// `None` for the whole picture.
     pub view_px: Option<[u32; 4]>,
-    /// Red, green and blue, as displayed, of what is around that part.
+    /// Color outside of that part: red, green and blue, as displayed.
     pub surround: [u8; 3],
-    /// Where the camera looks, and how wide.
+    /// Direction and angle of view of the camera.
     pub camera: Camera,
-    /// Whether nothing is up: the sky is without a horizon.
+    /// Whether the scene has no up direction: the sky then has no horizon.
     pub space: bool,
-    /// Whether light is soft, bodies are matte and the ground is light; else all is as in the tutorial.
+    /// Whether light is soft, bodies are matte and the ground is light; otherwise they look as in the tutorial.
     pub soft: bool,
     /// Whether the picture is for paper: no sky, a white ground, and light that is soft.
     pub paper: bool,
     /// A plain that hides what is below it, but for lines and translucent bodies.
     pub ground: Option<Ground>,
-    /// The one lamp; without it everything is lit softly from the camera.
+    /// The only lamp; without it everything is lit softly from the camera.
     pub light: Option<Light>,
     /// Boxes, in any order.
     pub cuboids: Vec<Instance>,
@@ -42,7 +42,8 @@ pub struct Frame {
     pub surfaces: Vec<Surface>,
     /// Small discs; they receive shadows and cast none.
     pub particles: Vec<Particle>,
-    /// What is too small and fast to have a shape: drops, sparks. Drawn in this order over bodies and particles.
+    /// Spots for things too small and fast to have a shape, such as drops and sparks. Drawn in this order over bodies
+    /// and particles.
     pub sprites: Vec<Sprite>,
     /// Particles that live on the device, drawn as sprites. An adapter that cannot have them draws none: see
     /// [`Gpu::check_swarm`](crate::Gpu::check_swarm).
@@ -61,7 +62,7 @@ impl Frame {
         self.panels.as_ref().map(|panels| panels.pixels_per_point).filter(|scale| *scale > 0.0).unwrap_or(1.0)
     }
 
-    /// Left, top, width and height of the part that shows the scene, pixels; each side at least one.
+    /// Left, top, width and height of the part that shows the scene, pixels; each side at least 1.
     pub fn view_px(&self) -> [u32; 4] {
         let [width, height] = self.size_px;
         let [left, top, wide, high] = self.view_px.unwrap_or([0, 0, width, height]);
@@ -90,7 +91,7 @@ impl Translucent {
     }
 }
 
-/// How the camera sees; it is always at the origin of the frame.
+/// Direction, angle and range of view; the camera is always at the origin of the frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// From camera space (looking along -Z, +Y up, +X right) to the axes of the world.
@@ -129,14 +130,14 @@ impl Camera {
     }
 }
 
-/// An endless plane with lines.
+/// An endless plane with a grid of lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
     /// Height relative to the camera, m; below 0.
     pub height_m: f32,
-    /// From line to line, along x as along z, m.
+    /// Distance between lines, along x and along z, m.
     pub spacing_m: f32,
-    /// How far the camera is past a line, along x and z, m.
+    /// Distance from the last line to the camera, along x and z, m.
     pub offset_m: [f32; 2],
 }
 
@@ -162,7 +163,7 @@ pub struct Instance {
     pub position: [f32; 3],
     /// Any of [`CHECKER`] and [`OUTLINED`].
     pub surface: u32,
-    /// Half the size along each own axis, m; of a ball the radius, three times.
+    /// Half the size along each axis of the body, m; for a ball the radius, three times.
     pub half_extents: [f32; 3],
     #[doc(hidden)]
     pub _pad: u32,
@@ -206,7 +207,7 @@ pub struct Sprite {
     pub position: [f32; 3],
     /// Radius, m; never drawn smaller than a pixel.
     pub radius_m: f32,
-    /// The way that it is drawn out along, m: it ends at the position.
+    /// Vector along which the spot is stretched, m; it ends at the position.
     pub streak: [f32; 3],
     #[doc(hidden)]
     pub _pad: f32,
@@ -222,12 +223,12 @@ pub struct Panels {
     /// From `FullOutput::textures_delta`. Every delta must reach the renderer, in order: draw each frame that has
     /// panels, if need be with no area. Drawing a frame twice does no harm.
     pub textures_delta: egui::TexturesDelta,
-    /// Pixels a logical point, above 0.
+    /// Pixels per logical point, above 0.
     pub pixels_per_point: f32,
 }
 
 impl Drop for Panels {
-    /// Drawing borrows the frame and so cannot use the deltas up; egui panics where one is dropped unused.
+    /// Drawing borrows the frame and so cannot consume the deltas; egui panics when one is dropped unused.
     fn drop(&mut self) {
         self.textures_delta.clear();
     }

@@ -1,4 +1,4 @@
-//! Pictures one after the other, as an animated GIF: in 256 colors each, for programs that show nothing else.
+//! Encodes pictures as an animated GIF with 256 colors per picture, for programs that show no other format.
 
 use std::io::{self, Write};
 
@@ -7,17 +7,17 @@ use gif::{DisposalMethod, Encoder, EncodingError, Frame, Repeat};
 use crate::Image;
 use crate::changes::Changes;
 
-/// Hundredths of a second, in which a GIF counts.
+/// Time units of a GIF per second: it counts hundredths of a second.
 const PER_SECOND: f64 = 100.0;
 
-/// How coarsely colors are chosen, from 1 to 30.
+/// How coarsely colors are chosen, from 1 (finest) to 30.
 const SPEED: i32 = 10;
 
-/// A moving picture that plays without end. Each picture is written once the next one says how long it is shown.
+/// An animated GIF that plays without end. Each picture is written when the next one determines how long it is shown.
 pub struct Gif<W: Write> {
     encoder: Encoder<W>,
     changes: Changes,
-    /// What the next frame draws, and when it begins, s.
+    /// The next frame, and the time at which it begins, s.
     waiting: Option<(Frame<'static>, f64)>,
 }
 
@@ -27,7 +27,7 @@ impl Gif<Vec<u8>> {
 }
 
 impl<W: Write> Gif<W> {
-    /// Begins a film in `out`, of pictures of that size.
+    /// Begins a GIF in `out`, of pictures of that size.
     ///
     /// # Errors
     /// If a side is longer than 65,535 pixels, or `out` cannot be written.
@@ -61,7 +61,7 @@ impl<W: Write> Gif<W> {
 
     fn end_waiting(&mut self, end_s: f64) -> io::Result<()> {
         let Some((mut frame, at_s)) = self.waiting.take() else { return Ok(()) };
-        // Both times are rounded, so that a long film keeps time.
+        // Both times are rounded, not the difference, so that a long film keeps time.
         let [from, to] = [at_s, end_s].map(|time| (time * PER_SECOND).round());
         #[expect(
             clippy::cast_possible_truncation,
@@ -74,7 +74,7 @@ impl<W: Write> Gif<W> {
     }
 }
 
-/// A frame that draws `part` there, over what is drawn already.
+/// A frame that draws `part` at `origin_px` over the earlier pictures.
 fn frame(origin_px: [u32; 2], mut part: Image) -> io::Result<Frame<'static>> {
     let ([left, top], [width, height]) = (origin_px, part.size_px);
     let pixels = |number| u16::try_from(number).map_err(io::Error::other);
@@ -119,7 +119,8 @@ mod tests {
             ));
         }
         let delays: Vec<_> = frames.iter().map(|(delay, ..)| *delay).collect();
-        // One that changes nothing lengthens the one before; the last is as long as the one before it.
+        // A picture without changes extends the one before it; the last picture is shown as long as the one before
+        // it.
         assert_eq!(delays, [50, 50, 25]);
         assert_eq!(frames[1].1, [1, 0, 1, 1], "only what differs");
         assert_eq!(frames[1].2, [200, 0, 0, 255]);

@@ -19,14 +19,14 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// The adapter in words.
     pub info: AdapterSummary,
-    /// Why the device can be used no more, once it cannot.
+    /// Why the device is no longer usable; empty while it is.
     lost: Arc<OnceLock<String>>,
 }
 
 /// An adapter in words; displays as one line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterSummary {
-    /// As the driver calls it.
+    /// Name of the adapter, as the driver reports it.
     pub name: String,
     /// `vulkan`, `gl`, `metal` or `dx12`.
     pub backend: String,
@@ -81,7 +81,7 @@ impl Gpu {
         let instance = Instance::new(InstanceDescriptor::new_with_display_handle_from_env(display));
         let surface = match instance.create_surface(window) {
             Ok(surface) => surface,
-            // Without any adapter the surface fails first, and its message would send the reader the wrong way.
+            // Without any adapter, creating the surface fails first, and its message would mislead the reader.
             Err(error) => {
                 chosen_adapter(&instance, None)?;
                 return Err(RenderError::Surface { detail: error.to_string() });
@@ -109,7 +109,8 @@ impl Gpu {
     /// Whether the device still works.
     ///
     /// # Errors
-    /// If it was lost, as where its driver was restarted or the adapter was unplugged, or had too little memory for a swarm.
+    /// If it was lost, for example because its driver was restarted or the adapter was unplugged, or if it had too
+    /// little memory for a swarm.
     pub fn check(&self) -> Result<(), RenderError> {
         // Callbacks are called while the device is polled.
         let _ = self.device.poll(wgpu::PollType::Poll);
@@ -124,13 +125,13 @@ impl Gpu {
         let _ = self.lost.set(why);
     }
 
-    /// The bytes of a buffer that can be mapped. Waits for all submitted work. An error is what wgpu said.
+    /// Copies out the bytes of a buffer that can be mapped. Waits for all submitted work. An error is wgpu's message.
     pub(crate) fn read_buffer(&self, buffer: &wgpu::Buffer) -> Result<Vec<u8>, String> {
         let (sender, receiver) = std::sync::mpsc::channel();
         // A buffer of a lost device is invalid.
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-            // The receiver is only gone where the wait below has failed, which is reported there.
+            // The receiver is gone only if the wait below has failed, which is reported there.
             let _ = sender.send(result);
         });
         if let Some(error) = pollster::block_on(scope.pop()) {
@@ -162,7 +163,7 @@ impl Gpu {
     }
 }
 
-/// wgpu's own look-up by `WGPU_ADAPTER_NAME` panics where no adapter has the name, so this is done here.
+/// Chooses an adapter, by `WGPU_ADAPTER_NAME` if it is set: wgpu's own look-up panics if no adapter has the name.
 fn chosen_adapter(instance: &Instance, surface: Option<&Surface<'_>>) -> Result<wgpu::Adapter, RenderError> {
     if let Some(wanted) = std::env::var("WGPU_ADAPTER_NAME").ok().filter(|name| !name.is_empty()) {
         let adapters = pollster::block_on(instance.enumerate_adapters(Backends::all()));

@@ -6,7 +6,7 @@ use std::{
     path::Path,
 };
 
-/// A picture: rows from top to bottom, four bytes a pixel.
+/// A picture: rows from top to bottom, four bytes per pixel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     /// Width and height in pixels.
@@ -16,7 +16,7 @@ pub struct Image {
 }
 
 impl Image {
-    /// The four bytes at column `x` and row `y` from the top left; none outside.
+    /// The four bytes at column `x` and row `y` from the top left; `None` outside of the picture.
     pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 4]> {
         if x >= self.size_px[0] || y >= self.size_px[1] {
             return None;
@@ -25,7 +25,7 @@ impl Image {
         self.rgba.get(at..at + 4)?.try_into().ok()
     }
 
-    /// The part of `size_px` whose top left corner is `origin_px`; none where it is not wholly inside.
+    /// The part of `size_px` whose top left corner is `origin_px`; `None` if it is not wholly inside.
     pub fn crop(&self, origin_px: [u32; 2], size_px: [u32; 2]) -> Option<Self> {
         for axis in 0..2 {
             if origin_px[axis].checked_add(size_px[axis])? > self.size_px[axis] {
@@ -45,7 +45,7 @@ impl Image {
     /// A PNG with `text` as keyword and value pairs.
     ///
     /// # Errors
-    /// A keyword that cannot be one.
+    /// If a keyword is not valid.
     pub fn png(&self, text: &[(&str, &str)]) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         let mut writer = Self::encoder(&mut bytes, self.size_px, text)?.write_header()?;
@@ -70,12 +70,12 @@ impl Image {
         Ok(encoder)
     }
 
-    /// Reads a file with a PNG of 8-bit gray, RGB or RGBA, or what decodes to one.
+    /// Reads a PNG file of 8-bit gray, RGB or RGBA, or of a format that decodes to one of these.
     pub fn read_png(path: impl AsRef<Path>) -> io::Result<Self> {
         Self::decode_png(BufReader::new(File::open(path)?))
     }
 
-    /// Decodes a PNG of 8-bit gray, RGB or RGBA, or what decodes to one.
+    /// Decodes a PNG of 8-bit gray, RGB or RGBA, or of a format that decodes to one of these.
     pub fn decode_png(file: impl BufRead + Seek) -> io::Result<Self> {
         let mut decoder = png::Decoder::new(file);
         decoder.set_transformations(png::Transformations::normalize_to_color8());

@@ -1,4 +1,4 @@
-//! A plain [`Frame`] to pixels with wgpu: the same picture in a window and without one.
+//! Draws a plain [`Frame`] with wgpu: the same picture in a window and without one.
 //!
 //! - [`Frame`]: the plain data of one picture, relative to the camera; [`Line`] and [`Surface`] are parts of it.
 //! - [`Renderer`]: draws a frame into any view of the right format. `pipelines` has one pipeline for each thing that is drawn,

@@ -23,13 +23,13 @@ impl Mesh {
         Self::upload(device, "cube", &vertices, &indices)
     }
 
-    /// A sphere of so many meridians and two thirds as many parallels.
+    /// A sphere with that number of meridians and two thirds as many parallels.
     pub fn sphere(device: &wgpu::Device, meridians: u16) -> Self {
         let (vertices, indices) = sphere(meridians, (meridians * 2 / 3).max(2));
         Self::upload(device, "sphere", &vertices, &indices)
     }
 
-    /// Draws those rows of `instances`.
+    /// Draws the given rows of `instances`.
     pub fn draw(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
@@ -60,7 +60,7 @@ impl Mesh {
     }
 }
 
-/// Half extent 1, counter-clockwise seen from outside, the whole texture on each face.
+/// A cube of half extent 1, counter-clockwise seen from outside, with the whole texture on each face.
 fn cube() -> (Vec<Vertex>, Vec<u16>) {
     // Normal, and the directions of growing u and v: right times up is the normal.
     const FACES: [[[f32; 3]; 3]; 6] = [
@@ -85,14 +85,15 @@ fn cube() -> (Vec<Vertex>, Vec<u16>) {
     (vertices, indices)
 }
 
-/// Radius 1, counter-clockwise seen from outside, longitude and latitude as u and v.
+/// A sphere of radius 1, counter-clockwise seen from outside, with longitude and latitude as u and v.
 fn sphere(segments: u16, rings: u16) -> (Vec<Vertex>, Vec<u16>) {
     let mut vertices = Vec::new();
     let mut indices = Vec::new();
     for ring in 0..=rings {
         let v = f32::from(ring) / f32::from(rings);
         let (radius, height) = (v * std::f32::consts::PI).sin_cos();
-        // The seam is there twice, with u = 0 and u = 1, or the texture would run backward in its last strip.
+        // The seam has two sets of vertices, with u = 0 and u = 1; otherwise the texture would run backward in its
+        // last strip.
         for segment in 0..=segments {
             let u = f32::from(segment) / f32::from(segments);
             let (x, z) = (u * std::f32::consts::TAU).sin_cos();

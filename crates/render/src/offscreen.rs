@@ -1,9 +1,9 @@
-//! A picture without a window, and its way back to memory.
+//! Draws a picture without a window and copies it to memory.
 
 use crate::{Gpu, Image, RenderError};
 
-/// What pictures without a window are drawn in. Not an sRGB format, in a window neither: the shaders encode gamma
-/// themselves and panels are blended the way egui wants it, so both give the same bytes.
+/// Format of pictures without a window. Neither this nor that of a window is an sRGB format: the shaders encode gamma
+/// themselves and panels are blended as egui expects, so both give the same bytes.
 pub const OFFSCREEN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// A texture to draw into and the buffer that it is read back through.
@@ -16,7 +16,7 @@ pub struct Offscreen {
 }
 
 impl Offscreen {
-    /// `size_px` is width and height, each 1 to [`Gpu::max_side_px`].
+    /// Creates a texture of `size_px`, width and height, each 1 to [`Gpu::max_side_px`].
     pub fn new(gpu: &Gpu, size_px: [u32; 2]) -> Result<Self, RenderError> {
         Self::with_format(gpu, size_px, OFFSCREEN_FORMAT)
     }
@@ -59,7 +59,7 @@ impl Offscreen {
         Ok(Self { size_px, texture, view, buffer, bytes_per_row })
     }
 
-    /// What to draw into.
+    /// The view to draw into.
     pub fn view(&self) -> &wgpu::TextureView {
         &self.view
     }

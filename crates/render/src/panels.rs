@@ -18,11 +18,11 @@ const ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(VertexBufferLayout {
     attributes: &wgpu::vertex_attr_array![0 => Float32x2, 1 => Float32x2, 2 => Unorm8x4],
 })];
 
-/// Both as egui has them: the picture below is covered by what alpha says, colors are added.
+/// Blending as in egui: alpha says how much of the picture below is covered, and colors are added.
 const PREMULTIPLIED: wgpu::BlendState = wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING;
 
-/// Draws panels. egui's own painter filters images by hand so that machines agree to the last bit; in software, that took
-/// longer than the bodies of a picture.
+/// Draws panels. egui's own painter filters images in its shader, so that machines agree to the last bit; in
+/// software, that took longer than drawing the bodies of a picture.
 pub(crate) struct PanelPainter {
     pipeline: wgpu::RenderPipeline,
     image_layout: BindGroupLayout,
@@ -33,7 +33,7 @@ pub(crate) struct PanelPainter {
     gathered_indices: Vec<u32>,
 }
 
-/// An image of egui's on the adapter.
+/// An image of egui on the adapter.
 struct Loaded {
     texture: wgpu::Texture,
     group: BindGroup,
@@ -91,7 +91,8 @@ impl PanelPainter {
         }
     }
 
-    /// Must run for every frame, drawn or not: egui sends each change of a texture once.
+    /// Uploads changed textures. Must run for every frame, drawn or not, because egui sends each change of a texture
+    /// once.
     pub fn update_textures(&mut self, gpu: &Gpu, panels: &Panels) {
         for (id, deltas) in &panels.textures_delta.set {
             for delta in deltas {
@@ -107,7 +108,7 @@ impl PanelPainter {
         if delta.pos.is_none() {
             self.images.insert(id, Loaded::new(&gpu.device, &self.image_layout, size, delta.options));
         }
-        // A change of an image that never came has nowhere to go.
+        // A change of an image that was never sent is ignored.
         let Some(Loaded { texture, .. }) = self.images.get(&id) else { return };
         let [x, y] = delta.pos.unwrap_or_default().map(|side| side as u32);
         gpu.queue.write_texture(
@@ -122,14 +123,14 @@ impl PanelPainter {
         );
     }
 
-    /// Drops textures that this frame was the last to use.
+    /// Drops the textures that are not used after this frame.
     pub fn free_textures(&mut self, panels: &Panels) {
         for id in &panels.textures_delta.free {
             self.images.remove(id);
         }
     }
 
-    /// Records the panels of `frame` over what `view` holds.
+    /// Records drawing the panels of `frame` over the content of `view`.
     pub fn paint(
         &mut self,
         gpu: &Gpu,
@@ -173,7 +174,7 @@ impl PanelPainter {
         }
     }
 
-    /// Whether there is something to draw, and room for it.
+    /// Uploads the vertices and indices. Returns whether there is something to draw and room for it.
     fn upload(&mut self, gpu: &Gpu, primitives: &[ClippedPrimitive]) -> bool {
         self.gathered_vertices.clear();
         self.gathered_indices.clear();
@@ -231,7 +232,7 @@ impl Loaded {
     }
 }
 
-/// Left, top, width and height in pixels of what shows of `rect`, points; none where nothing does.
+/// Left, top, width and height in pixels of the visible part of `rect`, points; `None` if no part is visible.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rounded; casts saturate")]
 fn clip(rect: &egui::Rect, scale: f32, size_px: [u32; 2]) -> Option<[u32; 4]> {
     let edge = |points: f32, most: u32| ((points * scale).round() as u32).min(most);

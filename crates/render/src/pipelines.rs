@@ -76,7 +76,7 @@ pub(crate) struct Pipelines {
     pub rim: wgpu::RenderPipeline,
     pub outline: wgpu::RenderPipeline,
     pub sky: wgpu::RenderPipeline,
-    /// In place of the sky where there is a ground.
+    /// Drawn in place of the sky if there is a ground.
     pub ground: wgpu::RenderPipeline,
     /// The ground itself, which hides what is below it.
     pub plain: wgpu::RenderPipeline,
@@ -85,38 +85,38 @@ pub(crate) struct Pipelines {
     pub line: wgpu::RenderPipeline,
 }
 
-/// Where the pipelines draw to.
+/// The format and sample count that the pipelines draw to.
 pub(crate) struct Destination {
     pub format: TextureFormat,
     pub samples: u32,
 }
 
 impl Destination {
-    /// What `stored` of shaders/globals.wgsl has to know.
+    /// The constant that `stored` of shaders/globals.wgsl needs: whether the target is an sRGB format.
     pub fn srgb(&self) -> (&'static str, f64) {
         ("target_is_srgb", f64::from(u8::from(self.format.is_srgb())))
     }
 }
 
-/// What tells one pipeline from another.
+/// The options in which pipelines differ.
 pub(crate) struct Drawing<'a> {
     pub label: &'a str,
     pub shader: &'a wgpu::ShaderModule,
     pub vertex: &'a str,
-    /// None draws depth alone.
+    /// `None` draws depth alone.
     pub fragment: Option<&'a str>,
     pub rows: &'a [Option<VertexBufferLayout<'a>>],
     pub constants: &'a [(&'a str, f64)],
     pub topology: wgpu::PrimitiveTopology,
     pub cull: Option<Face>,
     pub writes_depth: bool,
-    /// None for passes without depth.
+    /// `None` for passes without depth.
     pub depth_compare: Option<CompareFunction>,
     pub depth_bias: wgpu::DepthBiasState,
     pub blend: Option<wgpu::BlendState>,
 }
 
-/// A shader out of the texts of its parts.
+/// A shader made of the texts of its parts.
 pub(crate) fn module(device: &Device, label: &str, parts: &[&str]) -> wgpu::ShaderModule {
     device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(label),
@@ -124,7 +124,7 @@ pub(crate) fn module(device: &Device, label: &str, parts: &[&str]) -> wgpu::Shad
     })
 }
 
-/// What a pipeline is bound to.
+/// The layout of the bind groups of a pipeline.
 pub(crate) fn layout(
     device: &Device,
     label: &str,
@@ -152,7 +152,7 @@ impl Pipelines {
         let sprite = module("sprite", &[GLOBALS, SPRITE]);
         let line = module("line", &[GLOBALS, LINE]);
         let picture = layout(device, "picture", &[Some(globals), Some(shadow_map)]);
-        // The map cannot be read while it is drawn.
+        // The map cannot be read while it is drawn into.
         let from_light = layout(device, "from light", &[Some(globals)]);
 
         let srgb = to.srgb();
@@ -207,7 +207,7 @@ impl Pipelines {
                 vertex: "vs_shadow",
                 fragment: None,
                 constants: &[],
-                // Back faces in the map: what the light sees is then never compared with itself.
+                // The map has the back faces, so that a surface seen by the light is not compared with itself.
                 cull: Some(Face::Front),
                 ..bodies
             }

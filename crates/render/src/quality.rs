@@ -2,38 +2,40 @@
 
 use crate::AdapterSummary;
 
-/// The dials between speed and looks.
+/// Trade-offs between speed and looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quality {
-    /// Side of the square shadow map, pixels; cut to what the adapter can.
+    /// Side of the square shadow map, pixels; limited to what the adapter supports.
     pub shadow_map_px: u32,
-    /// Meridians of a sphere, at least 3: with n of them its outline strays from a circle by 5 / n² of the radius. The
-    /// small ones of many spheres have fewer.
+    /// Meridians of a sphere, at least 3: with n of them its outline deviates from a circle by 5 / n² of the radius.
+    /// If there are many spheres, the small ones have fewer.
     pub sphere_meridians: u16,
-    /// Samples a pixel: 1, or 4 for smooth edges; 1 where the adapter cannot do 4.
+    /// Samples per pixel: 1, or 4 for smooth edges; 1 if the adapter does not support 4.
     pub msaa: u32,
 }
 
-/// How far the outline of a small sphere may stray from a circle, pixels.
+/// Largest deviation of the outline of a small sphere from a circle, pixels.
 const STRAYS_PX: f32 = 0.5;
 
-/// Bytes of a device in software: its compiled shaders above all.
+/// Memory of a device in software, bytes: mostly its compiled shaders.
 const DEVICE: u64 = 124 << 20;
 
 impl Quality {
-    /// The same on every machine: what stored reference pictures are drawn with.
+    /// The same on every machine, for stored reference pictures.
     pub const FIXED: Self = Self { shadow_map_px: 1024, sphere_meridians: 15, msaa: 1 };
 
-    /// Smooth edges, round balls and fine shadows: what hardware draws, and software where a picture may take its time.
+    /// Smooth edges, round balls and fine shadows: for hardware, and for software if a picture may take its time.
     pub const HIGH: Self = Self { shadow_map_px: 4096, sphere_meridians: 48, msaa: 4 };
 
-    /// What suits an adapter: four samples quadruple the time of a frame in software and cost little in hardware.
+    /// The quality for an adapter: four samples quadruple the time of a frame in software and cost little in
+    /// hardware.
     pub fn for_adapter(adapter: &AdapterSummary) -> Self {
         if adapter.software { Self::FIXED } else { Self::HIGH }
     }
 
-    /// Bytes that drawing pictures of this size takes at most on a device in software, measured with llvmpipe (Mesa 22): the
-    /// device itself, the shadow map, and for every pixel its color, its depth, two copies to read it, and its samples.
+    /// Most memory for drawing pictures of this size on a device in software, bytes, measured with llvmpipe (Mesa
+    /// 22): the device itself, the shadow map, and for every pixel its color, its depth, two copies to read it, and
+    /// its samples.
     #[must_use]
     pub fn device_bytes(&self, [width, height]: [u32; 2]) -> u64 {
         let of_pixel = 16 + if self.msaa > 1 { 12 * u64::from(self.msaa) } else { 0 };

@@ -33,7 +33,7 @@ struct Globals {
     ground: Vec4,
 }
 
-/// So many spheres are drawn with all their triangles, however small they are.
+/// Up to this many spheres are drawn with all their triangles, however small they are.
 const CROWD: usize = 100;
 
 /// The textures that have the size of the picture.
@@ -55,16 +55,16 @@ pub struct Renderer {
     shadow_map: ShadowMap,
     cube: Mesh,
     sphere: Mesh,
-    /// For the small ones of many spheres.
+    /// For the small spheres of a frame with many.
     small_sphere: Mesh,
     cuboids: Bodies,
     spheres: Bodies,
     small_spheres: Bodies,
-    /// From the first frame on that has any.
+    /// Created with the first frame that has any.
     surfaces: Option<Surfaces>,
-    /// From the first frame on that has any.
+    /// Created with the first frame that has any.
     translucent: Option<TranslucentBodies>,
-    /// From the first frame on that has any.
+    /// Created with the first frame that has any.
     swarms: Option<SwarmPainter>,
     particles: InstanceBuffer,
     sprites: InstanceBuffer,
@@ -135,12 +135,12 @@ impl Renderer {
         }
     }
 
-    /// The quality in use: what was asked for, cut to what the adapter can do.
+    /// The quality in use: the requested one, limited to what the adapter supports.
     pub fn quality(&self) -> Quality {
         self.quality
     }
 
-    /// Brings the device to the last tick of each of `swarms`, as the next frame that has them would.
+    /// Advances the device to the last tick of each of `swarms`, as the next frame with these swarms would.
     pub fn follow_swarms(&mut self, gpu: &Gpu, swarms: &[Swarm]) {
         let fits = |swarm: &Swarm| gpu.check_swarm(swarm.launches.len() as u64).is_ok();
         let swarms = if swarms.iter().all(fits) { swarms } else { &[] };
@@ -151,7 +151,7 @@ impl Renderer {
         }
     }
 
-    /// The swarms of the last frame; `None` before the first that had any.
+    /// The swarms of the last frame; `None` before the first frame with swarms.
     pub fn swarms(&self) -> Option<&Swarms> {
         self.swarms.as_ref().map(|painter| &painter.swarms)
     }
@@ -174,7 +174,7 @@ impl Renderer {
     fn draw_visible(&mut self, gpu: &Gpu, frame: &Frame, view: &wgpu::TextureView) {
         let light_view = frame.light.as_ref().and_then(|light| LightView::new(light, Caster::all(frame)));
         if light_view.is_some() && self.shadow_map.side_px < self.quality.shadow_map_px {
-            // The first shadow: until then there is no memory for it.
+            // Memory for the map is allocated with the first shadow.
             self.shadow_map = self.shadow_map.enlarged(&gpu.device, self.quality.shadow_map_px);
         }
         let globals = self.globals_of(frame, light_view);
@@ -301,7 +301,7 @@ impl Renderer {
                 view: target,
                 depth_slice: None,
                 resolve_target,
-                // Seen around the view only: within it the sky covers what nothing else does.
+                // Visible only around the view: inside, the sky covers every pixel that nothing else does.
                 ops: wgpu::Operations { load: wgpu::LoadOp::Clear(surround), store },
             })],
             depth_stencil_attachment: Some(cleared_depth(&depth, wgpu::StoreOp::Discard)),
@@ -326,7 +326,8 @@ impl Renderer {
             pass.set_pipeline(pipeline);
             pass.draw(0..3, 0..1);
         }
-        // The outlines write no depth, so they come after all that they cover and before the bodies they surround.
+        // The outlines write no depth, so they come after everything that they cover and before the bodies that they
+        // surround.
         if self.bodies().iter().any(|(_, bodies)| bodies.plain < bodies.total) {
             for pipeline in [&self.pipelines.rim, &self.pipelines.outline, &self.pipelines.body] {
                 pass.set_pipeline(pipeline);
@@ -347,7 +348,7 @@ impl Renderer {
         self.lines.draw_quads(&mut pass, &self.pipelines.line, lines);
     }
 
-    /// Boxes come last: a floor is one, and the others hide much of it.
+    /// The bodies in drawing order. Boxes are last, because a floor is one, and other bodies hide much of it.
     fn bodies(&self) -> [(&Mesh, &Bodies); 3] {
         [
             (&self.sphere, &self.spheres),

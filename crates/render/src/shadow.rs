@@ -4,15 +4,15 @@ use glam::{Mat4, Vec2, Vec3};
 
 use crate::{Frame, Instance, Light, Surface};
 
-/// Field of view of the map, radians; with the near and far shares below it is what the tutorial's light at 289 m
-/// has: 45 degrees, 100 m to 500 m.
+/// Field of view of the map, radians. With the near and far shares below it is that of the tutorial's light at 289 m:
+/// 45 degrees, 100 m to 500 m.
 const FOV_RAD: f32 = std::f32::consts::FRAC_PI_4;
 /// Nearest distance in the map, as a share of the distance from the light to its target.
 const NEAR: f32 = 0.34;
 /// Farthest distance in the map, as a share of the distance from the light to its target.
 const FAR: f32 = 1.73;
 
-/// A body whose shadow spans more than this share of the map's half width is scenery: it does not widen the fit.
+/// A body whose shadow spans more than this share of the map's half width is scenery and does not widen the fit.
 const SCENERY: f32 = 0.25;
 /// How often the fit may halve the map: at 289 m the last step covers 3.7 m with the whole map.
 const MOST_HALVINGS: u32 = 6;
@@ -31,32 +31,32 @@ impl Caster {
         Self { center: Vec3::from(body.position), radius: Vec3::from(body.half_extents).length() }
     }
 
-    /// The points of a surface one by one: unlike a body it is never scenery, however wide, and it is cropped to
-    /// what the map can hold.
+    /// The points of a surface as casters. Unlike a body, a surface is never scenery, however wide, and is cropped to
+    /// the map.
     fn points(surface: &Surface) -> impl Iterator<Item = Self> {
         surface.vertices.iter().map(|vertex| Self { center: Vec3::from(vertex.position), radius: 0.0 })
     }
 
-    /// All that cast shadows in `frame`.
+    /// All casters of shadows in `frame`.
     pub fn all(frame: &Frame) -> impl Iterator<Item = Self> {
         let bodies = frame.cuboids.iter().chain(&frame.spheres).map(Self::body);
         bodies.chain(frame.surfaces.iter().flat_map(Self::points))
     }
 }
 
-/// What the light sees.
+/// The view from the light.
 #[derive(Clone, Copy)]
 pub(crate) struct LightView {
     /// From camera-relative meters to the clip space of the shadow map.
     pub projection: Mat4,
-    /// What the map spans at 1 m from the light, m.
+    /// Width of the map at 1 m from the light, m.
     pub span_m: f32,
 }
 
 impl LightView {
-    /// None where the light casts no shadows or nothing could be in the map. The map is spent on the bodies small
-    /// enough to move about: a receiver lies on the ray of light through its caster, thus in the same texel, so
-    /// nothing but the casters has to fit.
+    /// Fits the map to the casters that are small enough to move about. `None` if the light casts no shadows or
+    /// nothing could be in the map. Only casters have to fit: a receiver lies on the ray of light through its caster,
+    /// thus in the same texel.
     pub fn new(light: &Light, casters: impl Iterator<Item = Caster>) -> Option<Self> {
         let toward = light.target - light.position;
         let distance = toward.length();
@@ -64,14 +64,14 @@ impl LightView {
             return None;
         }
         let direction = toward / distance;
-        // A light straight above looks along the usual up direction, which then says nothing about the roll.
+        // A light straight above looks along the usual up direction, which then does not determine the roll.
         let up = if direction.y.abs() > 0.999 { Vec3::Z } else { Vec3::Y };
         let view = glam::camera::rh::view::look_to_mat4(light.position, direction, up);
         let projection =
             glam::camera::rh::proj::directx::perspective(FOV_RAD, 1.0, NEAR * distance, FAR * distance)
                 * view;
         let (center, half) = fitted(projection, casters);
-        // Such that x and y, once divided by w, become (xy - center) / half.
+        // Makes x and y, after division by w, equal to (xy - center) / half.
         let rows = projection.transpose();
         let cropped = Mat4::from_cols(
             (rows.x_axis - rows.w_axis * center.x) / half,
@@ -83,8 +83,8 @@ impl LightView {
     }
 }
 
-/// Center and half width of the part of the light's view, -1 to 1 each way, that holds the casters. Both move in
-/// steps, or the edges of shadows would crawl with every move of every body.
+/// Center and half width of the part of the light's view, -1 to 1 each way, that contains the casters. Both change in
+/// steps, otherwise the edges of shadows would crawl with every move of a body.
 fn fitted(projection: Mat4, casters: impl Iterator<Item = Caster>) -> (Vec2, f32) {
     let spread = 1.0 / (0.5 * FOV_RAD).tan();
     let mut low = Vec2::ONE;
@@ -118,7 +118,7 @@ fn fitted(projection: Mat4, casters: impl Iterator<Item = Caster>) -> (Vec2, f32
     ((0.5 * (low + high) / step).round() * step, half)
 }
 
-/// The map itself and how the shaders reach it.
+/// The shadow map and its bindings in the shaders.
 pub(crate) struct ShadowMap {
     pub side_px: u32,
     pub view: wgpu::TextureView,
@@ -129,7 +129,7 @@ pub(crate) struct ShadowMap {
 pub(crate) const SHADOW_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 impl ShadowMap {
-    /// A map of one pixel, for pictures without shadows: what they bind and do not look at.
+    /// A map of one pixel, which pictures without shadows bind and do not read.
     pub fn none(device: &wgpu::Device) -> Self {
         let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,
@@ -154,12 +154,12 @@ impl ShadowMap {
         Self::with_layout(device, 1, layout)
     }
 
-    /// The same with `side_px` pixels a side, at most [`ShadowMap::largest`].
+    /// A map with the same layout and `side_px` pixels per side, at most [`ShadowMap::largest`].
     pub fn enlarged(&self, device: &wgpu::Device, side_px: u32) -> Self {
         Self::with_layout(device, side_px, self.layout.clone())
     }
 
-    /// How many pixels a side can have.
+    /// The most pixels per side.
     pub fn largest(device: &wgpu::Device) -> u32 {
         device.limits().max_texture_dimension_2d
     }

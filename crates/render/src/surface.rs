@@ -6,9 +6,10 @@ use glam::Vec3;
 /// A mesh whose points moved since the last frame. Both of its sides are drawn; it casts and receives shadows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surface {
-    /// Its points; one that no triangle uses may be anywhere, also nowhere (not a number).
+    /// Its points; a point that no triangle uses may have any position, even one that is not a number.
     pub vertices: Vec<SurfaceVertex>,
-    /// Its triangles, by numbers of `vertices`; those of one piece wound in one sense, or its shading breaks.
+    /// Its triangles, by indices of `vertices`; connected triangles must be wound in the same sense, or shading
+    /// breaks.
     pub triangles: Vec<[u32; 3]>,
     /// Whether it has the outline of a selected body.
     pub outlined: bool,
@@ -27,8 +28,8 @@ pub struct SurfaceVertex {
 }
 
 impl Surface {
-    /// A smooth surface through `points`, m relative to the camera. Triangles with a point that is not there, by
-    /// number or because it is not finite, are left out. Color: red, green, blue as displayed, 0 to 1, and alpha.
+    /// A smooth surface through `points`, m relative to the camera. Triangles with an invalid index or a point that
+    /// is not finite are left out. Color: red, green, blue as displayed, 0 to 1, and alpha.
     #[must_use]
     pub fn smooth(
         points: &[Vec3],
@@ -50,8 +51,8 @@ impl Surface {
     }
 }
 
-/// The mean normal at each point of its triangles, each weighted with its area, and of the points beside it; zero at a point
-/// without triangles. Without the neighbors, ripples of one cell would show as patches.
+/// The area-weighted mean normal of the triangles at each point and at the points next to it; zero at a point without
+/// triangles. Without the neighbors, ripples of one cell would show as patches.
 fn smooth_normals(points: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let own = mean_normals(points, triangles);
     let mut normals = own.clone();
@@ -64,12 +65,12 @@ fn smooth_normals(points: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     normals.into_iter().map(Vec3::normalize_or_zero).collect()
 }
 
-/// The mean normal of the triangles at each point, each weighted with its area; zero at a point without triangles.
+/// The area-weighted mean normal of the triangles at each point; zero at a point without triangles.
 fn mean_normals(points: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; points.len()];
     for triangle in triangles {
         let [a, b, c] = triangle.map(|corner| points[corner as usize]);
-        // Twice the area long.
+        // Its length is twice the area.
         let normal = (b - a).cross(c - a);
         for corner in triangle {
             normals[*corner as usize] += normal;
@@ -110,7 +111,7 @@ mod tests {
         let [x, y, z] = surface.vertices[0].normal;
         assert!(x == 0.0 && y > 0.4 && z > 1.5 * y, "{y} {z}");
         assert_eq!([surface.vertices[2].normal[0], surface.vertices[3].normal[0]], [0.0; 2]);
-        // Those beside the fold lean to it, and more to their own triangle.
+        // Normals beside the fold lean toward it, but more toward their own triangle.
         let [flat, steep] = [normal(&surface, 2), normal(&surface, 3)];
         assert!(flat.y > 0.7 && flat.z > 0.1 && steep.z > 0.7 && steep.y > 0.1, "{flat} {steep}");
     }

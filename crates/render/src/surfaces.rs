@@ -1,7 +1,7 @@
-//! How surfaces are drawn: their pipelines, and the buffers that each frame refills.
+//! Draws surfaces: their pipelines, and the buffers that each frame refills.
 //!
-//! A sheet has no inside, so that both sides are drawn and the outline of a selected one is copies of it moved on the screen
-//! instead of a larger body behind it.
+//! A sheet has no inside. So both sides are drawn, and the outline of a selected sheet consists of copies that are
+//! moved on the screen, instead of a larger body behind it.
 
 use std::ops::Range;
 
@@ -12,11 +12,11 @@ use crate::{Gpu, Surface, SurfaceVertex, buffers::InstanceBuffer};
 
 const SURFACE: &str = include_str!("../../../shaders/surface.wgsl");
 
-/// Copies of a surface that make its outline; `vs_outline` turns each into another direction.
+/// Number of copies of a surface that make its outline; `vs_outline` moves each in another direction.
 const DIRECTIONS: u32 = 8;
 
-/// What is added to depths in the shadow map, per texel of slope: unlike bodies, a sheet has but one face to put
-/// there and is compared with itself.
+/// Bias added to depths in the shadow map, per texel of slope: unlike a body, a sheet has only one face for the map
+/// and is compared with itself.
 const SLOPE_BIAS: f32 = 1.5;
 
 const ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(VertexBufferLayout {
@@ -115,7 +115,8 @@ impl Surfaces {
             }
         }
         let vertices = self.vertices.upload(gpu, &self.gathered_vertices);
-        // More points than the largest buffer of the adapter holds: nothing, rather than triangles to nowhere.
+        // With more points than the largest buffer of the adapter holds, draw nothing, rather than triangles with
+        // missing points.
         let all = vertices as usize == self.gathered_vertices.len();
         let triangles = if all { self.indices.upload(gpu, &self.gathered_triangles) } else { 0 };
         (self.plain, self.total) = (3 * plain.min(triangles), 3 * triangles);
@@ -129,7 +130,8 @@ impl Surfaces {
         self.draw(pass, &self.body, 0..self.plain, 1);
     }
 
-    /// The outlines write no depth: they come after all that they cover and before the surfaces they surround.
+    /// The outlines write no depth: draw them after everything that they cover and before the surfaces that they
+    /// surround.
     pub fn draw_outlined(&self, pass: &mut RenderPass<'_>) {
         for (pipeline, copies) in [(&self.rim, DIRECTIONS), (&self.outline, DIRECTIONS), (&self.body, 1)] {
             self.draw(pass, pipeline, self.plain..self.total, copies);

@@ -1,4 +1,4 @@
-//! Swarms on the device: their buffers, the dispatches of their ticks, and the states that are kept for going back.
+//! Steps swarms on the device: their buffers, the dispatches of their ticks, and the states kept for going back.
 
 use std::sync::Arc;
 
@@ -13,30 +13,31 @@ use crate::{Gpu, RenderError};
 pub(crate) const SWARM: &str = include_str!("../../../shaders/swarm.wgsl");
 const STEP: &str = include_str!("../../../shaders/swarm_step.wgsl");
 
-/// Bytes of what is stored of a particle: two rows of three numbers and the number of the particle.
+/// State of a particle, bytes: two rows of three numbers, and the number of the particle.
 const PARTICLE_BYTES: u64 = 2 * ROW_BYTES;
 const ROW_BYTES: u64 = 16;
 
 /// Bytes of the velocity with which a particle is born.
 const LAUNCH_BYTES: u64 = 12;
 
-/// Most bytes of the states of all swarms that are kept for going back.
+/// Most bytes of the states of all swarms kept for going back.
 const KEPT_BYTES: u64 = 256 << 20;
 
-/// Time for which a state is kept, s: as long as the program goes back.
+/// Time for which a state is kept, s: as far as the program goes back.
 const KEPT_S: f64 = 60.0;
 
-/// Ticks between two states that are kept, at least, and as a share of the ticks of the log.
+/// Least number of ticks between two kept states.
 const SPACING: usize = 32;
+/// The spacing of kept states is also at least the ticks of the log divided by this number.
 const SHARE: usize = 8;
 
-/// Dispatches that are submitted together.
+/// Most dispatches that are submitted together.
 const TOGETHER: usize = 64;
 
 /// Particles per workgroup, as in shaders/swarm_step.wgsl.
 const WORKGROUP: u32 = 64;
 
-/// The swarms of a device. It keeps those of the last frame.
+/// The swarms of a device: those of the last frame.
 pub struct Swarms {
     pipelines: [wgpu::ComputePipeline; 2],
     bindings: wgpu::BindGroupLayout,
@@ -48,8 +49,9 @@ pub struct Swarms {
     dispatches: u64,
 }
 
-/// Where the pipelines are.
+/// Index of the pipeline that steps.
 const STEPS: usize = 0;
+/// Index of the pipeline that synchronizes.
 const SYNCHRONIZES: usize = 1;
 
 /// A swarm on the device.
@@ -57,12 +59,12 @@ pub(crate) struct DeviceSwarm {
     stepping: SwarmStepping,
     launches: Arc<[[f32; 3]]>,
     pub rows: Rows,
-    /// For each order of the two rows.
+    /// A bind group for each order of the two rows.
     groups: [wgpu::BindGroup; 2],
-    /// Which tick it is at; `None` before the first.
+    /// Key of the tick whose state it has; `None` before the first.
     key: Option<u64>,
     kept: Vec<Kept>,
-    /// Ticks since the last state that was kept.
+    /// Ticks since the last kept state.
     since: usize,
     /// Simulated time since the first frame, s.
     seconds: f64,
@@ -73,12 +75,12 @@ pub(crate) struct DeviceSwarm {
 /// The two rows of each particle: its position, and its last position or its velocity.
 pub(crate) struct Rows {
     buffers: [wgpu::Buffer; 2],
-    /// Which of them has the positions.
+    /// Which of the buffers has the positions.
     positions: usize,
 }
 
 impl Rows {
-    /// `None` where the device has no memory for them.
+    /// `None` if the device has no memory for them.
     fn new(gpu: &Gpu, slots: u64) -> Option<Self> {
         let usage =
             BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
@@ -106,10 +108,10 @@ struct Kept {
     seconds: f64,
 }
 
-/// What the device has of the particle in one slot.
+/// The state of the particle in one slot of the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SwarmParticle {
-    /// Quotient of its number by the number of slots.
+    /// The particle's number divided by the number of slots, rounded down.
     pub generation: u64,
     /// Position, m from the anchor.
     pub position: [f32; 3],
@@ -121,7 +123,7 @@ impl Gpu {
     /// Whether this adapter can have a swarm of `slots` particles.
     ///
     /// # Errors
-    /// If it has no compute shaders, or less memory in one piece.
+    /// If it has no compute shaders, or its buffers or dispatches are too small.
     pub fn check_swarm(&self, slots: u64) -> Result<(), RenderError> {
         let flags = self.adapter.get_downlevel_capabilities().flags;
         if !flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) {
@@ -139,16 +141,16 @@ impl Gpu {
 }
 
 impl Swarms {
-    /// Bytes on the device of a swarm of `slots` particles, without what is kept for going back.
+    /// Memory of a swarm of `slots` particles on the device, bytes, without the states kept for going back.
     #[must_use]
     pub const fn bytes(slots: u64) -> u64 {
         slots * (PARTICLE_BYTES + LAUNCH_BYTES)
     }
 
-    /// Bytes that are kept for going back, at most.
+    /// Most memory of the states kept for going back, bytes.
     pub const KEPT_BYTES: u64 = KEPT_BYTES;
 
-    /// No swarms, on a device that can have them: see [`Gpu::check_swarm`].
+    /// Creates an empty set of swarms, on a device that can have them: see [`Gpu::check_swarm`].
     #[must_use]
     pub fn new(gpu: &Gpu) -> Self {
         let device = &gpu.device;
@@ -209,7 +211,8 @@ impl Swarms {
         self.dispatches
     }
 
-    /// Brings the device to the last tick of each of `swarms`, and forgets all others. Submits the work without waiting for it.
+    /// Advances the device to the last tick of each of `swarms`, and drops all other swarms. Submits the work without
+    /// waiting for it.
     pub fn follow(&mut self, gpu: &Gpu, swarms: &[Swarm]) {
         let is = |device: &DeviceSwarm, swarm: &Swarm| {
             Arc::ptr_eq(&device.launches, &swarm.launches) && device.stepping == swarm.stepping
@@ -232,7 +235,7 @@ impl Swarms {
         }
     }
 
-    /// Those that follow, in the order of the swarms that they follow.
+    /// The swarms on the device, in the order of the swarms given to [`Self::follow`].
     pub(crate) fn devices(&self) -> &[DeviceSwarm] {
         &self.swarms
     }
@@ -240,7 +243,7 @@ impl Swarms {
     fn follow_one(&mut self, gpu: &Gpu, device: &mut DeviceSwarm, swarm: &Swarm, most_kept: u64) {
         let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
         let here = swarm.ticks.iter().rposition(|tick| Some(tick.key) == device.key);
-        // Only what is ahead of the device helps: in a run that is not sought, that is one tick.
+        // Only states ahead of the device help. In a run that is not sought, one tick is ahead.
         let ahead = swarm.ticks.iter().enumerate().skip(here.map_or(0, |here| here + 1)).rev();
         let kept_of = |tick: &SwarmTick| device.kept.iter().find(|kept| kept.key == tick.key);
         let kept = { ahead }.find_map(|(at, tick)| Some((at, kept_of(tick)?)));
@@ -252,7 +255,7 @@ impl Swarms {
             device.rows.buffers.iter().for_each(|buffer| encoder.clear_buffer(buffer, 0, None));
         }
         if let Some(begins) = begins {
-            // Also where no tick follows.
+            // Needed even if no tick follows.
             let last = begins.checked_sub(1).map(|before| &swarm.ticks[before]);
             device.last = Some(Parameters::new(device.stepping, device.slots(), &swarm.ticks[begins], last));
         }
@@ -282,7 +285,7 @@ impl Swarms {
         let parameters = Parameters::new(device.stepping, device.slots(), tick, last);
         let swaps = device.stepping == SwarmStepping::PositionVerlet;
         if let Some(last) = last.filter(|_| tick.other_laws && swaps) {
-            // Gusts are those of the end of that tick, where the shader evaluates them.
+            // Gusts are evaluated at the end of the last tick, as the shader does.
             let parameters = parameters.under(&last.laws, last.phase);
             self.dispatch(gpu, device, work, (SYNCHRONIZES, parameters));
         }
@@ -333,8 +336,8 @@ impl Swarms {
         }
     }
 
-    /// What the device has in every slot of the swarm number `index` of those that it follows; `None` for a slot without a
-    /// particle. Waits for the device.
+    /// Reads the particles in all slots of swarm number `index` of the swarms on the device; `None` for a slot
+    /// without a particle. Waits for the device.
     ///
     /// # Errors
     /// If it cannot be read back.
@@ -351,14 +354,14 @@ impl Swarms {
     }
 }
 
-/// Commands, and dispatches that are to be encoded at their end: pipeline, order of the rows, parameters.
+/// Commands, and dispatches to be encoded after them: pipeline, order of the rows, parameters.
 struct Work {
     encoder: wgpu::CommandEncoder,
     dispatches: Vec<(usize, usize, Parameters)>,
 }
 
 impl DeviceSwarm {
-    /// `None` where the device has no memory for it.
+    /// `None` if the device has no memory for it.
     fn new(gpu: &Gpu, swarms: &Swarms, swarm: &Swarm) -> Option<Self> {
         let device = &gpu.device;
         let slots = swarm.launches.len() as u64;
@@ -401,8 +404,9 @@ impl DeviceSwarm {
         self.launches.len() as u32
     }
 
-    /// Keeps the state after a tick of a log of so many, if the last one that was kept is some ticks old. The oldest goes where there
-    /// is no room: what is further back than a log reaches is computed from its beginning.
+    /// Keeps the state after the tick `key` of a log of `ticks` ticks, if the last kept state is old enough. The
+    /// oldest is dropped if there is no room: a state further back than the log reaches is computed from the log's
+    /// beginning.
     fn keep(
         &mut self,
         gpu: &Gpu,
@@ -422,7 +426,7 @@ impl DeviceSwarm {
             self.kept.remove(0);
         }
         let Some(mut rows) = Rows::new(gpu, u64::from(self.slots())) else { return };
-        // Copied once the dispatches before it are done.
+        // Copied after the dispatches before it are done.
         let encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
         let before = std::mem::replace(work, Work { encoder, dispatches: Vec::new() });
         swarms.submit(gpu, self, before);
@@ -431,7 +435,7 @@ impl DeviceSwarm {
     }
 }
 
-/// A buffer; `None` where the device has no memory for it.
+/// A buffer; `None` if the device has no memory for it.
 fn create(gpu: &Gpu, (label, usage): (&str, BufferUsages), size: u64) -> Option<wgpu::Buffer> {
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -443,7 +447,7 @@ fn create(gpu: &Gpu, (label, usage): (&str, BufferUsages), size: u64) -> Option<
     pollster::block_on(scope.pop()).is_none().then_some(buffer)
 }
 
-/// The rows of a buffer. Waits for the device.
+/// Reads the rows of a buffer. Waits for the device.
 fn read_rows(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<[u32; 4]>, RenderError> {
     let failed = |detail: String| RenderError::ReadBack { detail };
     let target = gpu.device.create_buffer(&wgpu::BufferDescriptor {

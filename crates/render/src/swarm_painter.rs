@@ -1,4 +1,4 @@
-//! How swarms are drawn: as sprites, from the buffers in which they are stepped.
+//! Draws swarms as sprites, from the buffers in which they are stepped.
 
 use bytemuck::bytes_of;
 use wgpu::{BindGroupLayout, BufferUsages, CompareFunction, RenderPass, ShaderStages, VertexBufferLayout};
@@ -60,7 +60,7 @@ impl SwarmPainter {
             constants: &[to.srgb()],
             topology: wgpu::PrimitiveTopology::TriangleStrip,
             cull: None,
-            // As sprites: a soft edge must not hide what is behind it.
+            // As with sprites, a soft edge must not hide what is behind it.
             writes_depth: false,
             depth_compare: Some(CompareFunction::LessEqual),
             depth_bias: wgpu::DepthBiasState::default(),
@@ -70,7 +70,7 @@ impl SwarmPainter {
         Self { swarms: Swarms::new(gpu), pipeline, bindings, uniforms: Vec::new() }
     }
 
-    /// Brings the device to the last tick of each of `swarms`, and the uniforms to their looks.
+    /// Advances the device to the last tick of each of `swarms`, and sets the uniforms to their looks.
     pub fn follow(&mut self, gpu: &Gpu, swarms: &[Swarm]) {
         self.swarms.follow(gpu, swarms);
         self.uniforms.truncate(swarms.len());

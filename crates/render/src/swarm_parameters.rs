@@ -48,7 +48,7 @@ pub(crate) struct Parameters {
     well: [[f32; 8]; SwarmLaws::WELLS],
 }
 
-/// The quotient and the slot of particle number `number` of `slots` slots.
+/// The generation and the slot of particle number `number`: quotient and remainder by `slots`.
 fn particle(number: u64, slots: u32) -> [u32; 2] {
     let slots = u64::from(slots.max(1));
     [(number / slots) as u32, (number % slots) as u32]
@@ -60,7 +60,7 @@ fn births([first, after]: [u64; 2], slots: u32) -> [u32; 4] {
 }
 
 impl Parameters {
-    /// Those of a tick of a swarm of `slots` slots, after the tick `last`.
+    /// The parameters of a tick of a swarm of `slots` slots, after the tick `last`.
     pub fn new(stepping: SwarmStepping, slots: u32, tick: &SwarmTick, last: Option<&SwarmTick>) -> Self {
         let last_births = last.map_or([0; 4], |last| births(last.births, slots));
         let last = last.unwrap_or(tick);
@@ -93,13 +93,13 @@ impl Parameters {
         parameters
     }
 
-    /// The same with the laws of another tick: `phase` is that at its start.
+    /// The same parameters with the laws of another tick; `phase` is the phase of gusts at its start.
     pub fn under(mut self, laws: &SwarmLaws, phase: f32) -> Self {
         self.act(laws, phase);
         self
     }
 
-    /// The same for a substep of the tick.
+    /// The same parameters for a substep of the tick.
     pub fn at(mut self, substep: u32) -> Self {
         self.substep = substep;
         self

@@ -2,27 +2,27 @@
 
 use std::sync::Arc;
 
-/// Particles that live on the device: what happened to them since the birth of the oldest that still lives, from which the
-/// device computes where they are, and how they look.
+/// Particles that live on the device. The ticks since the birth of the oldest living particle determine their
+/// positions, which the device computes.
 #[derive(Clone, Debug)]
 pub struct Swarm {
-    /// What is stored of a particle, and how it is stepped.
+    /// State of a particle, and its method.
     pub stepping: SwarmStepping,
     /// Velocity at birth of the particle in each slot, m/s: particle number k is in slot `k % n` of n. Swarms are told from each
     /// other by this list.
     pub launches: Arc<[[f32; 3]]>,
     /// The ticks, the newest last.
     pub ticks: Vec<SwarmTick>,
-    /// Whether states are kept for going back; else that begins with the birth of the oldest particle.
+    /// Whether states are kept for going back; otherwise going back starts at the birth of the oldest particle.
     pub goes_back: bool,
-    /// How it looks.
+    /// How the particles look.
     pub look: SwarmLook,
 }
 
-/// What is stored of a particle, and how it is stepped.
+/// The state that is stored of a particle, and the method that steps it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SwarmStepping {
-    /// Position Verlet: this position and the last one.
+    /// Position Verlet: present and last position.
     PositionVerlet,
     /// Semi-implicit Euler: position and velocity.
     SemiImplicitEuler,
@@ -41,7 +41,7 @@ impl SwarmStepping {
     }
 }
 
-/// One tick of a swarm. Times are in seconds from its start, positions in meters from the swarm's anchor.
+/// One tick of a swarm. Times are in seconds from its start, positions in meters relative to the swarm's anchor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SwarmTick {
     /// Identifies the state after the tick.
@@ -50,21 +50,22 @@ pub struct SwarmTick {
     pub step: f32,
     /// Number of substeps, at least 1.
     pub substeps: u32,
-    /// First particle that is due in the tick, and the first after it that is not. Each takes its slot over.
+    /// Numbers of the first particle that is due in the tick and of the first one after it that is not. Each takes
+    /// over its slot.
     pub births: [u64; 2],
-    /// Whether those that are due are born; else their slots are free.
+    /// Whether the due particles are born; otherwise their slots are free.
     pub born: bool,
-    /// When the first of them is born.
+    /// Time at which the first of them is born.
     pub first_birth: f32,
-    /// Time from birth to birth.
+    /// Time between two births.
     pub between: f32,
-    /// Where one is born at the start of the tick.
+    /// Position of births at the start of the tick.
     pub source: [f32; 3],
-    /// Velocity of that place, m/s.
+    /// Velocity of that position, m/s.
     pub carried: [f32; 3],
     /// Particles below this number are dead.
     pub dead: u64,
-    /// Whether other laws act than in the tick before.
+    /// Whether the laws differ from those of the tick before.
     pub other_laws: bool,
     /// Whether velocities are reversed before the tick.
     pub reversed: bool,
@@ -74,14 +75,14 @@ pub struct SwarmTick {
     pub laws: SwarmLaws,
 }
 
-/// The laws of a swarm: `a = constant - rate v` and drag and wells.
+/// The laws of a swarm: `a = constant - rate v`, plus drag and wells.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SwarmLaws {
     /// Constant acceleration, m/s².
     pub constant: [f32; 3],
     /// Rate of linear drag, 1/s.
     pub rate: f32,
-    /// Drag `-(c + k |u|) u` where u is the velocity in the air, m/s: c, 1/s, and k, 1/m.
+    /// Drag `-(c + k |u|) u`, where u is the velocity relative to the air, m/s: c, 1/s, and k, 1/m.
     pub drag: Option<[f32; 2]>,
     /// Velocity of the air, m/s: its mean, and its change in gusts, `across sin p + up sin(2p) / 2`.
     pub air: [[f32; 3]; 3],
@@ -89,9 +90,9 @@ pub struct SwarmLaws {
     pub wave: [f32; 3],
     /// Change of their phase, rad/s.
     pub turns: f32,
-    /// Wells, each as its place, m, its strength, m³/s², and its softening, m; at most [`SwarmLaws::WELLS`].
+    /// Wells, each with its position, m, strength, m³/s², and softening, m; at most [`SwarmLaws::WELLS`].
     pub wells: Arc<[[f32; 5]]>,
-    /// How velocities are multiplied, and the rate, 1/s.
+    /// How damping multiplies velocities, and its rate, 1/s.
     pub damping: Option<(SwarmDamping, f32)>,
 }
 
@@ -120,12 +121,12 @@ pub struct SwarmLook {
     pub radius_m: f32,
     /// Red, green, blue as displayed and alpha, 0 to 1.
     pub color: [f32; 4],
-    /// How much of the last tick lies between the picture and its end, 0 to 1.
+    /// Part of the last tick between the time of the picture and the end of the tick, 0 to 1.
     pub back: f32,
-    /// A particle is drawn along its way of so many seconds.
+    /// A particle is drawn along its path over this time, s.
     pub exposure_s: f32,
     /// Life of a particle, s.
     pub life_s: f32,
-    /// Last share of its life in which a particle fades away.
+    /// Last part of its life in which a particle fades away.
     pub fades_in: f32,
 }

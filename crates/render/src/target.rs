@@ -21,12 +21,12 @@ pub struct WindowFrame {
 }
 
 impl WindowFrame {
-    /// What to draw into.
+    /// The view to draw into.
     pub fn view(&self) -> &wgpu::TextureView {
         &self.view
     }
 
-    /// Width and height in pixels: what [`crate::Frame::size_px`] must be.
+    /// Width and height in pixels, required of [`crate::Frame::size_px`].
     pub fn size_px(&self) -> [u32; 2] {
         let size = self.texture.texture.size();
         [size.width, size.height]
@@ -39,7 +39,7 @@ impl WindowFrame {
 }
 
 impl WindowTarget {
-    /// `size_px` is the window's inner size; it may be zero.
+    /// Configures the surface for a window of inner size `size_px`, which may be zero.
     pub fn new(surface: Surface<'static>, gpu: &Gpu, size_px: [u32; 2]) -> Result<Self, RenderError> {
         let (config, view_format) = configuration(&surface, gpu, size_px)?;
         let mut target = Self { surface, config, view_format, visible: false, lost: false };
@@ -47,8 +47,8 @@ impl WindowTarget {
         Ok(target)
     }
 
-    /// What the renderer has to be made for. Never an sRGB format unless the system insists on one, so that a
-    /// window shows the bytes of a headless picture.
+    /// The format that the renderer has to be made for. It is an sRGB format only if the system insists on one, so
+    /// that a window shows the bytes of a headless picture.
     pub fn format(&self) -> TextureFormat {
         self.view_format
     }
@@ -65,14 +65,14 @@ impl WindowTarget {
         }
     }
 
-    /// The next picture, or none where this frame has to be skipped: the window is minimized, hidden or busy, or
-    /// its surface is [`lost`](Self::lost).
+    /// The next picture; `None` if this frame has to be skipped: the window is minimized, hidden or busy, or its
+    /// surface is [`lost`](Self::lost).
     pub fn acquire(&mut self, gpu: &Gpu) -> Option<WindowFrame> {
         if !self.visible {
             return None;
         }
         for attempt in 0..2 {
-            // Asking one that is not configured for a texture panics.
+            // Requesting a texture from a surface that is not configured panics.
             if self.lost {
                 return None;
             }
@@ -98,7 +98,7 @@ impl WindowTarget {
         None
     }
 
-    /// A surface that cannot be configured is lost, as when its display has ended.
+    /// Configures the surface. One that cannot be configured is lost, for example because its display has ended.
     fn configure(&mut self, gpu: &Gpu) {
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         self.surface.configure(&gpu.device, &self.config);
@@ -154,7 +154,7 @@ fn configuration(
         }
     }
     config.present_mode = wgpu::PresentMode::AutoVsync;
-    // Input is to be on the screen two frames later: the one it arrives in and the one that draws it.
+    // Input is to be on the screen two frames later: the frame in which it arrives and the one that draws it.
     config.desired_maximum_frame_latency = 1;
     Ok((config, view_format))
 }

@@ -1,6 +1,7 @@
-//! How translucent bodies are drawn: their pipelines, and the buffers that each frame refills.
+//! Draws translucent bodies: their pipelines, and the buffers that each frame refills.
 //!
-//! They write no depth, and count as a little farther away than they are, so that a solid body at the same place hides them.
+//! They write no depth and are drawn as if a little farther away, so that a solid body at the same position hides
+//! them.
 
 use wgpu::{BindGroupLayout, BlendState, CompareFunction, Device, Face, RenderPass, RenderPipeline};
 
@@ -58,7 +59,7 @@ impl TranslucentBodies {
             constants: &[to.srgb()],
             topology: wgpu::PrimitiveTopology::TriangleList,
             cull: Some(Face::Back),
-            // What is behind has to stay visible, whatever is drawn first.
+            // Bodies behind must stay visible, whatever is drawn first.
             writes_depth: false,
             depth_compare: Some(CompareFunction::Less),
             depth_bias: wgpu::DepthBiasState::default(),
@@ -89,7 +90,7 @@ impl TranslucentBodies {
         self.particles.upload(gpu, &rows.particles, |row| row.position);
     }
 
-    /// After all that is opaque.
+    /// Draws the bodies. Call it after everything opaque.
     pub fn draw(&self, pass: &mut RenderPass<'_>, cube: &Mesh, sphere: &Mesh) {
         pass.set_pipeline(&self.body);
         for (mesh, rows) in [(cube, &self.cuboids), (sphere, &self.spheres)] {

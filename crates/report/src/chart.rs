@@ -11,17 +11,20 @@ pub use drawing::Drawing;
 pub(crate) use drawing::{Anchor, Box4, INK, Rgb, SOFT, Shape, Stroke, WIDTH};
 pub(crate) use marks::dark_rules;
 
-/// Room of the legend at the right.
+/// Width of the legend at the right, pixels.
 const LEGEND: f64 = 296.0;
+/// Left margin of the frame, pixels.
 const LEFT: f64 = 92.0;
+/// Top margin of the frame, pixels.
 const TOP: f64 = 46.0;
+/// Bottom margin of the frame, pixels.
 const BOTTOM: f64 = 60.0;
 /// Estimated width of a letter of a label, pixels.
 const LETTER: f64 = 6.3;
-/// Height of a row of the legend.
+/// Height of a row of the legend, pixels.
 const ROW: f64 = 23.0;
 
-/// How far the words of a level are moved at a time to where nothing is, pixels.
+/// Step by which the words of a level move to a free place, pixels.
 const LEVEL_STEP: f64 = 12.0;
 
 const CROSS: &str = "M-4.5,-4.5L4.5,4.5M-4.5,4.5L4.5,-4.5";
@@ -38,13 +41,13 @@ pub(crate) struct Chart {
     x: Axis,
     y: Axis,
     height: u32,
-    /// Under the points.
+    /// Shapes below the points.
     under: Vec<Shape>,
     over: Vec<Shape>,
     legend: Vec<Shape>,
     legend_rows: f64,
     taken: Vec<Box4>,
-    /// Horizontal places of failures, to pile up those of one cost.
+    /// Horizontal positions of failures: those at one cost are stacked.
     failures: Vec<f64>,
 }
 
@@ -77,7 +80,7 @@ impl Chart {
     /// The line of a curve.
     pub(crate) fn curve(&mut self, method: Method, points: &[(f64, f64)]) {
         let points: Vec<_> = points.iter().map(|point| self.at(*point)).collect();
-        // Names keep off it.
+        // Keeps names off the curve.
         for pair in points.windows(2) {
             let [(x0, y0), (x1, y1)] = [pair[0], pair[1]];
             for i in 0..8 {
@@ -120,8 +123,8 @@ impl Chart {
         self.over.push(circle(12.0).class("ring").stroke(RING).tip(words).at(x, y));
     }
 
-    /// A name beside a point, on the side where nothing is: first towards the lower left, where under a front nothing
-    /// can be.
+    /// Adds a name beside a point, on a free side, if there is one: first toward the lower left, because no point
+    /// lies below a front.
     pub(crate) fn name(&mut self, x: f64, y: f64, text: &str) {
         let (x, y) = self.at((x, y));
         let wide = width_of(text);
@@ -153,7 +156,7 @@ impl Chart {
         self.upright(if beyond { x - 1.5 } else { x }, ("budget", BUDGET), words_of, width_of(words));
     }
 
-    /// A vertical line with words along its top, such as the size of a cache; none beyond the axis.
+    /// A vertical line with words along its top, such as the size of a cache; left out beyond the axis.
     pub(crate) fn limit(&mut self, x: f64, words: &str) {
         if self.x.holds(x) {
             let (x, _) = self.at((x, 1.0));
@@ -168,8 +171,8 @@ impl Chart {
         self.taken.push([x - 20.0, top, x + 2.0, top + 8.0 + long]);
     }
 
-    /// A horizontal line with words above its right end, or its left one; where something is there already, below it or
-    /// farther inside.
+    /// A horizontal line with words above its right end, or its left one if `at_left`; if that place is taken, below
+    /// the line or farther inside.
     pub(crate) fn level(&mut self, y: f64, words: &str, at_left: bool) {
         let [left, _, right, _] = self.frame();
         let (_, y) = self.at((1.0, y));

@@ -15,7 +15,7 @@ const DRIFT_HEADER: &str = "subject,method,substeps,long,time_s,relative_residua
 
 const RATES_HEADER: &str = "subject,frame_hz,step,damping,push,ticks,moved_m,off_m";
 
-/// In full precision; empty for what is not finite.
+/// A number in full precision; empty if it is not finite.
 fn plain(value: Option<f64>) -> String {
     value.filter(|value| value.is_finite()).map(|value| format!("{value:e}")).unwrap_or_default()
 }

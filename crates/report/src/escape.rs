@@ -1,10 +1,11 @@
-//! Text of files, as terminals, pages, Markdown and tables of other programs show it: no part of it acts.
+//! Escapes text of files for terminals, pages, Markdown and tables of other programs, so that no part of it is
+//! interpreted.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
-/// Text for a terminal: lines stay lines, and what would steer the terminal or turn the direction of writing is spelled
-/// out, as `\u{1b}`.
+/// Escapes text for a terminal: line breaks stay, and characters that would control the terminal or change the
+/// direction of writing are spelled out, as `\u{1b}`.
 pub fn terminal(text: &str) -> Cow<'_, str> {
     let steers = |c: char| {
         c != '\n' && c.is_control()
@@ -24,7 +25,8 @@ pub fn terminal(text: &str) -> Cow<'_, str> {
     Cow::Owned(escaped)
 }
 
-/// Text within a line of Markdown: it adds no tags, links or cells. Emphasis and code stay, for our own cells have them.
+/// Escapes text within a line of Markdown: it adds no tags, links or cells. Emphasis and code stay, because our own
+/// cells have them.
 pub(crate) fn markdown(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -39,7 +41,7 @@ pub(crate) fn markdown(text: &str) -> String {
     escaped
 }
 
-/// Text between tags and in attributes of HTML and SVG.
+/// Escapes text between tags and in attributes of HTML and SVG.
 pub(crate) fn html(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -56,8 +58,8 @@ pub(crate) fn html(text: &str) -> String {
     escaped
 }
 
-/// A field of comma-separated values (RFC 4180). Text that a spreadsheet would compute, and that is no number, gets an
-/// apostrophe in front, with which spreadsheets take it as text.
+/// Escapes a field of comma-separated values (RFC 4180). Text that is not a number but that a spreadsheet would
+/// compute gets an apostrophe in front, so that spreadsheets take it as text.
 pub(crate) fn csv_field(text: &str) -> String {
     let computed = text.starts_with(['=', '+', '-', '@', '\t', '\r']) && text.parse::<f64>().is_err();
     let text = if computed { format!("'{text}") } else { text.to_owned() };

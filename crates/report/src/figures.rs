@@ -11,14 +11,14 @@ use lab::cost::{Accuracy, Cost, Machine, Study};
 use self::curves::curves;
 use super::chart::Drawing;
 
-/// What a figure shows.
+/// The kind of a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Error against step.
     Step(Accuracy),
     /// Error against cost.
     Cost(Accuracy, Cost),
-    /// Energy over time; whether of the long runs.
+    /// Energy over time; `true` for the long runs.
     Drift(bool),
     /// Time of a step per body against the number of bodies.
     Growth,
@@ -38,10 +38,10 @@ impl Kind {
     }
 }
 
-/// The two that are drawn: what one sees, and what methods are usually compared by.
+/// The errors that are drawn: that of positions, which one sees, and the one by which methods are usually compared.
 pub(crate) const ACCURACIES: [Accuracy; 2] = [Accuracy::Position, Accuracy::Relative];
 
-/// Costs of which a study has any.
+/// Costs that were measured for any cell of a study.
 pub(crate) fn costs(study: &Study) -> Vec<Cost> {
     let measured = |cost: &Cost| curves(study).any(|cell| study.cost(cell, *cost).is_some());
     Cost::ALL.into_iter().filter(measured).collect()

@@ -10,23 +10,23 @@ const RULES: &str = "section{break-inside:avoid;margin-bottom:1.5em}img{max-widt
                      @page{size:A4;margin:14mm}@media print{body{font-size:10.5pt;padding:0}h1{font-size:17pt;margin:0}\
                      h2{font-size:12.5pt;margin:.6em 0 .2em}p{margin:.3em 0}ul{margin:.2em 0}tr{break-inside:avoid}}\n";
 
-/// Those of a page with steps: two of them fit on a sheet.
+/// Additional rules for a page with steps: two steps fit on a sheet.
 const TWO_TO_A_PAGE: &str = "@media print{section{margin:0}img{max-height:56mm;max-width:110mm}\
                              section:nth-of-type(2n){break-after:page}section:last-of-type{break-after:auto}}\n";
 
 /// A place for the name of a pupil and the date.
 const WHO: &str = "<p class=\"who\"><span>Name:</span><span>Date:</span></p>\n";
 
-/// A lesson, played by its solution.
+/// A lesson on paper, with the numbers that its solution gave.
 #[derive(Clone, Debug)]
 pub struct Handout {
-    /// What it is called.
+    /// Title of the lesson.
     pub title: String,
     /// What it is about.
     pub about: String,
     /// The page of the tutorial that it belongs to.
     pub belongs_to: String,
-    /// How long it takes, minutes.
+    /// Its duration, minutes.
     pub minutes: u32,
     /// Name of the file of its page.
     pub page: String,
@@ -43,13 +43,14 @@ pub struct HandoutStep {
     pub watch: String,
     /// What can be chosen; empty if nothing is chosen.
     pub choices: Vec<String>,
-    /// The unit of a number that is asked for.
+    /// The unit of the number that the step asks for, if any.
     pub unit: Option<String>,
-    /// Name of the file of its picture, beside the page. A question changes nothing that could be seen.
+    /// Name of the file of its picture, beside the page; `None` for a question, which changes nothing that could be
+    /// seen.
     pub picture: Option<String>,
-    /// What was measured when its solution did it.
+    /// What was measured when the solution was played.
     pub measured: String,
-    /// Whether that depends on the way in which the step is done.
+    /// Whether the measured numbers depend on how the step is done.
     pub depends: bool,
     /// The right answer of a question.
     pub answer: Option<String>,

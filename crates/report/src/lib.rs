@@ -1,4 +1,4 @@
-//! What studies found: pages, figures, tables, files for other programs, and a few sentences.
+//! Presents the results of studies: pages, figures, tables, files for other programs, and a few sentences.
 //!
 //! Everything here is a function of the data; nothing is measured or decided, and no file is written.
 //!
@@ -9,7 +9,7 @@
 //! - [`stability`]: the survival matrix as page, picture and tables, and the maps of stable steps.
 //! - [`sweep`]: the runs of a sweep as CSV and as a figure. [`Parquet`]: any table for other programs.
 //! - [`Table`]: a table in HTML, Markdown, CSV or for a terminal. [`numbers`]: numbers as people read them.
-//! - [`INKS`]: the color and the short name of each method. `escape`: text of files, so that no part of it acts.
+//! - [`INKS`]: the color and the short name of each method. `escape`: text of files, so that no part of it is interpreted.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
@@ -58,24 +58,24 @@ pub fn is_file(name: &str) -> bool {
     TEXTS.iter().any(|(text, _)| *text == name) || name.ends_with(PICTURE)
 }
 
-/// How the names of figures end.
+/// Suffix of the file names of figures.
 const PICTURE: &str = ".svg";
 
 /// The files of a report by their names, none of which has a folder: `report.html` with everything in it, `report.json`
 /// as [`Report`] is read again, `summary.md`, `cells.csv`, `drift.csv`, `rates.csv`, and each figure as SVG.
-/// They are made one at a time as they are asked for.
+/// Each file is made when the iterator reaches it.
 pub fn files(report: &Report) -> impl Iterator<Item = (String, Vec<u8>)> {
     let texts = TEXTS.into_iter().map(|(name, text)| (name.to_owned(), text(report).into_bytes()));
     let figures = drawn(report).map(|(name, figure)| (name + PICTURE, figure.document().into_bytes()));
     texts.chain(figures)
 }
 
-/// The report as it is read again.
+/// The report as JSON, which is read again.
 pub fn json(report: &Report) -> String {
     serde_json::to_string_pretty(report).expect("a report is plain data") + "\n"
 }
 
-/// What every study found, as Markdown.
+/// The results of every study, as Markdown.
 fn summary(report: &Report) -> String {
     let part = |study: &Study| {
         format!("## {}\n\n{}", escape::markdown(&study.subject), markdown(study, report.machine_of(study)))

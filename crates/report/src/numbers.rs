@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 /// Stands for a number that is not finite.
 pub const NONE: &str = "-";
 
-/// Digits that matter only; powers of ten from ten million up and below a ten-thousandth.
+/// Formats a number with at most that number of significant digits, but all digits before the point, without trailing
+/// zeros; as a power of ten from ten million up and below a ten-thousandth.
 pub fn number(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return NONE.to_owned();
@@ -27,12 +28,12 @@ pub fn number(value: f64, digits: usize) -> String {
     grouped(trimmed(&format!("{value:.decimals$}")))
 }
 
-/// Rounded to significant digits.
+/// Rounds to significant digits.
 pub fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value)
 }
 
-/// Significant digits, zeros at the end among them; a power of ten outside of `range`.
+/// Formats a number with significant digits, including trailing zeros; as a power of ten outside of `range`.
 pub fn significant(value: f64, digits: u8, range: Range<f64>) -> String {
     let size = value.abs();
     if value == 0.0 {
@@ -45,7 +46,7 @@ pub fn significant(value: f64, digits: u8, range: Range<f64>) -> String {
     }
 }
 
-/// At most four digits, zeros at the end left out.
+/// Formats a number with at most four significant digits, without trailing zeros.
 pub fn digits(value: f64) -> String {
     match significant(value, 4, 1e-3..1e4) {
         _ if value.is_infinite() => "infinite".to_owned(),
@@ -54,35 +55,36 @@ pub fn digits(value: f64) -> String {
     }
 }
 
-/// Four digits of what changes: zeros at the end keep it in its place.
+/// Formats a number that changes, with four significant digits (three in a power of ten): trailing zeros keep it in
+/// place.
 pub fn four_digits(value: f64) -> String {
     let digits = if (1e-3..1e5).contains(&value.abs()) { 4 } else { 3 };
     significant(value, digits, 1e-3..1e5)
 }
 
-/// Four digits with a sign, of a change.
+/// Formats a change as [`four_digits`], with a sign.
 pub fn signed(value: f64) -> String {
     if value > 0.0 { format!("+{}", four_digits(value)) } else { four_digits(value) }
 }
 
-/// Three digits.
+/// Formats a number with three significant digits.
 pub fn three_digits(value: f64) -> String {
     significant(value, 3, 0.01..1e4)
 }
 
-/// Three decimals, or a power of ten where they would say nothing.
+/// Formats a number with three decimals, or as a power of ten if decimals would say nothing.
 pub fn three_decimals(value: f64) -> String {
-    // -0 is 0.
+    // Adding 0 turns -0 into 0.
     let (value, size) = (value + 0.0, value.abs());
     if value == 0.0 || (1e-2..1e6).contains(&size) { format!("{value:.3}") } else { format!("{value:.3e}") }
 }
 
-/// A count per step; a whole number without decimals.
+/// Formats a count per step; a whole number without decimals.
 pub fn count(count: f64) -> String {
     if count == count.round() { format!("{count:.0}") } else { format!("{count:.2}") }
 }
 
-/// Seconds as a person would say them.
+/// Formats seconds in the unit that a person would use.
 pub fn long_duration(seconds: f64) -> String {
     let units = [("days", 86_400.0), ("h", 3_600.0), ("min", 60.0), ("s", 1.0)];
     let unit = units.iter().find(|(_, length)| seconds >= 1.5 * length);
@@ -90,14 +92,15 @@ pub fn long_duration(seconds: f64) -> String {
     format!("{:.1} {name}", seconds / length)
 }
 
-/// Seconds per day and per Julian year.
+/// Seconds per day.
 const DAY: f64 = 86_400.0;
+/// Seconds per Julian year.
 const YEAR: f64 = 365.25 * DAY;
 
 /// The astronomical unit, m (IAU 2012).
 const AU: f64 = 149_597_870_700.0;
 
-/// The unit in which times up to that many seconds are read, and how many seconds it has: seconds, days or years.
+/// The unit for times up to `seconds`, and its length in seconds: seconds, days or years.
 pub fn time_unit(seconds: f64) -> (&'static str, f64) {
     match seconds.abs() {
         size if size >= 2.0 * YEAR => ("years", YEAR),
@@ -106,7 +109,7 @@ pub fn time_unit(seconds: f64) -> (&'static str, f64) {
     }
 }
 
-/// Ticks of `step` seconds: so many per second or, where one lasts a minute or more, how long it is.
+/// The rate of ticks of `step` seconds: per second, or as the length of a tick if that is a minute or more.
 pub fn tick_rate(step: f64) -> String {
     match step {
         step if step < 60.0 => format!("{} Hz", digits(1.0 / step)),
@@ -115,7 +118,8 @@ pub fn tick_rate(step: f64) -> String {
     }
 }
 
-/// A time of a scene whose ticks last `step` seconds: in seconds, or in days and years where a tick lasts a minute or more.
+/// A time of a scene whose ticks last `step` seconds: in seconds, or in days and years if a tick lasts a minute or
+/// more.
 pub fn scene_time(seconds: f64, step: f64) -> String {
     match seconds {
         seconds if step < 60.0 => format!("{seconds:.2} s"),
@@ -135,7 +139,7 @@ pub fn pace_words(pace: f64) -> String {
     }
 }
 
-/// A number, or its name where JSON has none.
+/// A number for JSON; the name of a number that is not finite, which JSON does not have.
 pub fn json_number(value: f64) -> Value {
     match value {
         value if value.is_finite() => json!(value),
@@ -148,7 +152,7 @@ fn trimmed(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }
 
-/// With commas between thousands.
+/// Inserts commas between thousands.
 fn grouped(text: &str) -> String {
     let (whole, rest) = text.find('.').map_or((text, ""), |point| text.split_at(point));
     let mut grouped = String::new();
@@ -161,15 +165,15 @@ fn grouped(text: &str) -> String {
     grouped + rest
 }
 
-/// A unit: from which size on, what it divides by, and its name.
+/// A unit: the smallest size for which it is used, its own size, and its name.
 type Unit = (f64, f64, &'static str);
 
-/// In the first of `units` that it fills, which descend, or the last.
+/// Formats a value in the first of `units` that it fills, which descend, or in the last.
 fn in_units(value: f64, digits: usize, units: &[Unit]) -> String {
     if !value.is_finite() {
         return NONE.to_owned();
     }
-    // 0.99996 mm is 1 mm in two digits.
+    // 0.99996 mm is 1 mm when it is rounded to two digits.
     let size = rounded(value, digits).abs();
     let fits = units.iter().find(|(from, ..)| size >= *from * (1.0 - 1e-9));
     let Some((_, size, name)) = fits.or(units.last()) else { return number(value, digits) };
@@ -195,8 +199,8 @@ pub fn length(meters: f64, digits: usize) -> String {
     in_units(meters, digits, if no_name { &[METER] } else { &LENGTHS })
 }
 
-/// The unit in which a length up to that many meters is read in a drawing, and how many meters it has: meters, kilometers or
-/// astronomical units.
+/// The unit for lengths up to `meters` in a drawing, and its length in meters: meters, kilometers or astronomical
+/// units.
 pub fn length_unit(meters: f64) -> (&'static str, f64) {
     let (_, size, name) =
         LENGTHS[..2].iter().copied().find(|(from, ..)| meters.abs() >= *from).unwrap_or(METER);
@@ -208,7 +212,7 @@ pub fn duration(ns: f64, digits: usize) -> String {
     in_units(ns, digits, &[(1e9, 1e9, "s"), (1e6, 1e6, "ms"), (1e3, 1e3, "µs"), (1.0, 1.0, "ns")])
 }
 
-/// A part of a whole, or how many fold it is.
+/// A part of a whole in percent, or as a multiple from 10 wholes on.
 pub fn share(part: f64, digits: usize) -> String {
     match part {
         _ if !part.is_finite() => NONE.to_owned(),
@@ -217,14 +221,14 @@ pub fn share(part: f64, digits: usize) -> String {
     }
 }
 
-/// How many fold, written as people say it.
+/// A factor with two significant digits.
 pub fn fold(factor: f64) -> String {
     number(rounded(factor, 2), 2)
 }
 
 const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
-/// A power of ten with its exponent raised.
+/// A power of ten with its exponent in superscript.
 fn power_of_ten(exponent: i32) -> String {
     if exponent == 0 {
         return "1".to_owned();
@@ -233,7 +237,7 @@ fn power_of_ten(exponent: i32) -> String {
     format!("10{}", exponent.to_string().chars().map(raised).collect::<String>())
 }
 
-/// A power of ten, or a digit times one, where a plain number would be long.
+/// Formats a number as a power of ten, or a digit times one, if a plain number would be long.
 pub fn power(value: f64) -> String {
     let exponent = value.log10().floor() as i32;
     let digit = (value / 10f64.powi(exponent)).round();
@@ -246,7 +250,7 @@ pub fn power(value: f64) -> String {
     }
 }
 
-/// A sentence's first letter is a capital.
+/// The text with a capital first letter.
 pub fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())

@@ -1,4 +1,4 @@
-//! The report as one page that needs nothing beside it: the answers first, then figures, then every number.
+//! The report as one self-contained page: the answers first, then figures, then every number.
 
 use lab::cost::{Cost, Machine, Report, Study};
 
@@ -30,7 +30,7 @@ pub(crate) fn document(
     )
 }
 
-/// A table under its title; nothing without rows.
+/// A table under its title; empty if the table has no rows.
 pub(crate) fn titled(table: &Table) -> String {
     if table.rows.is_empty() {
         return String::new();
@@ -38,7 +38,7 @@ pub(crate) fn titled(table: &Table) -> String {
     format!("<h3>{}</h3>\n{}", html(&table.title), table.html())
 }
 
-/// A table that is shown when it is asked for; nothing without rows.
+/// A table that the reader can unfold; empty if it has no rows.
 pub(crate) fn folded(table: &Table) -> String {
     if table.rows.is_empty() {
         return String::new();
@@ -46,7 +46,7 @@ pub(crate) fn folded(table: &Table) -> String {
     format!("<details><summary>{}</summary>\n{}</details>\n", html(&table.title), table.html())
 }
 
-/// The page.
+/// The page of a report.
 pub(crate) fn page(report: &Report) -> String {
     let slugs = slugs(&report.studies);
     let title = match &report.studies[..] {
@@ -71,7 +71,7 @@ pub(crate) fn page(report: &Report) -> String {
     document(&title, lead, &rules, &header, &sections, &machine(report))
 }
 
-/// Subjects with their answers in one line, where there are several.
+/// Subjects with their answers in one line, if there are several subjects.
 fn contents(report: &Report, slugs: &[String]) -> String {
     if report.studies.len() < 2 {
         return String::new();
@@ -165,7 +165,7 @@ fn shown_of(figures: &[(Kind, Drawing)], kinds: fn(&Kind) -> bool) -> String {
     figures.iter().filter(|(kind, _)| kinds(kind)).map(shown).collect()
 }
 
-/// The two panels, with what they show chosen above them.
+/// The two panels, below controls that choose what they show.
 fn selected(study: &Study, slug: &str, figures: &[(Kind, Drawing)]) -> String {
     let panels = shown_of(figures, |kind| matches!(kind, Kind::Cost(..)))
         + &shown_of(figures, |kind| matches!(kind, Kind::Step(_)));
@@ -200,7 +200,7 @@ const fn cost_words(cost: Cost) -> &'static str {
     }
 }
 
-/// What is chosen is what is seen; without any script.
+/// Rules that show what is chosen, without any script.
 fn selector_rules() -> String {
     let shows = |classes: &[&str]| {
         let chosen: String = classes.iter().map(|class| format!(":has(.by-{class}:checked)")).collect();
@@ -217,7 +217,7 @@ fn selector_rules() -> String {
     rules
 }
 
-/// What a reader has to know.
+/// Notes for the reader.
 fn notes(study: &Study) -> String {
     let own = study.cells.iter().find(|cell| cell.setting == study.own);
     let own = own.map(|cell| {
@@ -232,7 +232,7 @@ fn notes(study: &Study) -> String {
     format!("<ul class=\"notes\">\n{}</ul>\n", items.collect::<String>())
 }
 
-/// Where it was measured, and how.
+/// The machines of the measurements, and how they were made.
 fn machine(report: &Report) -> String {
     let of = |machine: &Machine| {
         [

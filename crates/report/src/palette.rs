@@ -11,13 +11,13 @@ pub struct Ink {
     pub srgb: [u8; 3],
 }
 
-/// What methods are compared with.
+/// The color and the name of references.
 pub const REFERENCE_INK: Ink = Ink { short: "reference", srgb: [255, 255, 255] };
 
-/// One for each method, in the order of [`motion::METHODS`]: seven colors of Okabe and Ito (2008, Color Universal
-/// Design), then wine and indigo of Tol (2021, "muted"). Any two of them, and white, stay apart for people who do
-/// not see red, green or blue (Machado, Oliveira, Fernandes 2009): by 16 or more in CIELAB, where 2.3 is just
-/// noticed.
+/// The colors and names of methods, in the order of [`motion::METHODS`]: seven colors of Okabe and Ito (2008, Color
+/// Universal Design), then wine and indigo of Tol (2021, "muted"). Any two of them, and white, differ by 16 or more
+/// in CIELAB, where 2.3 is just noticed, also for people who do not see red, green or blue (Machado, Oliveira,
+/// Fernandes 2009).
 pub const INKS: [Ink; METHODS.len()] = [
     Ink { short: "EE", srgb: [213, 94, 0] },
     Ink { short: "SIE", srgb: [230, 159, 0] },
@@ -30,7 +30,7 @@ pub const INKS: [Ink; METHODS.len()] = [
     Ink { short: "Y4", srgb: [51, 34, 136] },
 ];
 
-/// How `method` is shown.
+/// The color and the short name of `method`.
 pub const fn ink(method: Method) -> Ink {
     INKS[method as usize]
 }
@@ -45,8 +45,7 @@ pub(crate) fn linear(channel: u8) -> f64 {
 mod tests {
     use super::*;
 
-    /// What people see who lack the cones for red, green or blue, of linear red, green and blue; and what others
-    /// do.
+    /// What people see of linear red, green and blue: with all cones, then without those for red, green or blue.
     const EYES: [[[f64; 3]; 3]; 4] = [
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         [

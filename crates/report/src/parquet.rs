@@ -11,10 +11,10 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 
-/// Rows that are kept before they are written together.
+/// Rows that are collected and written together.
 const GROUP: usize = 1 << 14;
 
-/// A table that is written row by row, in memory that does not grow with it.
+/// Writes a table row by row, in memory that does not grow with its length.
 pub struct Parquet<W: Write + Send> {
     file: SerializedFileWriter<W>,
     kinds: Vec<Kind>,
@@ -22,10 +22,10 @@ pub struct Parquet<W: Write + Send> {
 }
 
 impl<W: Write + Send> Parquet<W> {
-    /// A table with these columns and without any row; `name` is that of its schema.
+    /// Begins a table with these columns; `name` is that of its schema.
     ///
     /// # Errors
-    /// Those of writing into `to`.
+    /// If `to` cannot be written.
     pub fn new(to: W, name: &str, columns: &[Column]) -> io::Result<Self> {
         let fields = columns.iter().map(|column| {
             let physical = match column.kind {
@@ -48,16 +48,16 @@ impl<W: Write + Send> Parquet<W> {
     /// Adds a row with a value for each column.
     ///
     /// # Errors
-    /// Those of writing.
+    /// If the rows cannot be written.
     pub fn add(&mut self, row: Vec<Value>) -> io::Result<()> {
         self.rows.push(row);
         if self.rows.len() >= GROUP { self.write() } else { Ok(()) }
     }
 
-    /// Writes what is left; what the table was written to.
+    /// Writes the remaining rows and returns the writer given to [`Self::new`].
     ///
     /// # Errors
-    /// Those of writing.
+    /// If the rows cannot be written.
     pub fn finish(mut self) -> io::Result<W> {
         if !self.rows.is_empty() {
             self.write()?;
@@ -94,7 +94,7 @@ impl<W: Write + Send> Parquet<W> {
     }
 }
 
-/// Writes the next column of a group of rows: those of `values` that are not absent, and which are.
+/// Writes the next column of a group of rows: the values that are present, and which of all values these are.
 fn column<'v, T: DataType<T = V>, V>(
     group: &mut SerializedRowGroupWriter<'_, impl Write + Send>,
     values: impl Iterator<Item = &'v Value>,
@@ -111,7 +111,7 @@ fn column<'v, T: DataType<T = V>, V>(
     writer.close()
 }
 
-/// The error of the file behind one of the table.
+/// The I/O error that caused an error of the table, if there is one.
 fn written(error: ParquetError) -> io::Error {
     match error {
         ParquetError::External(error) => match error.downcast::<io::Error>() {

@@ -1,4 +1,4 @@
-//! The survival matrix on paper: page, heat map and tables.
+//! Presents the survival matrix: page, heat map and tables.
 
 mod heat_map;
 mod page;
@@ -18,7 +18,7 @@ pub fn is_file(name: &str) -> bool {
 /// and `matrix.json`, which is read again.
 pub fn files(matrix: &Matrix) -> Vec<(String, Vec<u8>)> {
     let files = [
-        // First: it tells the folder from one that a person filled.
+        // First, because this file distinguishes the folder from one that a person filled.
         ("matrix.json".to_owned(), matrix.json()),
         ("stability.html".to_owned(), page::page(matrix)),
         ("matrix.svg".to_owned(), heat_map::drawing(matrix).document()),

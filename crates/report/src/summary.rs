@@ -1,4 +1,4 @@
-//! What a study found as text: in Markdown, and for a terminal.
+//! The results of a study as text: in Markdown, and for a terminal.
 
 use lab::cost::{Machine, Study};
 
@@ -26,7 +26,7 @@ pub fn markdown(study: &Study, machine: &Machine) -> String {
     brief(study, machine) + &tables(study).iter().map(part).collect::<String>()
 }
 
-/// For a terminal: sentences, what they are read from, and every run.
+/// A study for a terminal: sentences, what they are taken from, and every run.
 pub fn text(study: &Study) -> String {
     let mut text = format!("{}: {}\n\n", study.subject, study.description);
     words(study).iter().for_each(|sentence| text += &format!("  {sentence}\n"));
@@ -36,7 +36,8 @@ pub fn text(study: &Study) -> String {
     text + "\n" + &table(study) + "\n"
 }
 
-/// Methods by the time of a step, then every cell that was run, with a star on those of the front; columns line up.
+/// Methods by the time of a step, then every cell that was run, with a star on those of the front, in aligned
+/// columns.
 pub fn table(study: &Study) -> String {
     let mut text = String::new();
     let ranking = ranking(study);

@@ -1,4 +1,4 @@
-//! The runs of a sweep on paper and for other programs: CSV, one figure.
+//! Presents the runs of a sweep: CSV, and one figure.
 
 mod figure;
 
@@ -19,7 +19,7 @@ pub fn row(values: &[Value]) -> String {
     csv_line(values.iter().map(ToString::to_string))
 }
 
-/// The value of a column that is written so in CSV; `None` if it has no such value.
+/// Reads the value of a column from a field of CSV; `None` if it is not of the kind of the column.
 pub fn read(column: &Column, field: &str) -> Option<Value> {
     if field.is_empty() {
         return Some(Value::Absent);

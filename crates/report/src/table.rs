@@ -35,7 +35,7 @@ impl Table {
         Self { numbers: false, ..Self::numbers(title, header, rows) }
     }
 
-    /// For a page, without its title.
+    /// The table as HTML, without its title.
     pub(crate) fn html(&self) -> String {
         let cells = |tag: &str, row: &[String]| -> String {
             row.iter().map(|value| format!("<{tag}>{}</{tag}>", joined(&html(value)))).collect()
@@ -48,7 +48,7 @@ impl Table {
         )
     }
 
-    /// In Markdown, without its title.
+    /// The table in Markdown, without its title.
     pub fn markdown(&self) -> String {
         let line = |row: &[String]| {
             let cells: Vec<_> = row.iter().map(|cell| markdown(cell)).collect();
@@ -58,7 +58,7 @@ impl Table {
         format!("{}|{}\n{rows}", line(&self.header), " --- |".repeat(self.header.len()))
     }
 
-    /// For a terminal, without its title: columns line up, words to the left and numbers to the right.
+    /// The table for a terminal, without its title, in aligned columns: words to the left and numbers to the right.
     pub fn aligned(&self) -> String {
         let rows: Vec<_> = std::iter::once(&self.header).chain(&self.rows).cloned().collect();
         aligned(&rows, self.numbers)
@@ -70,7 +70,7 @@ fn joined(html: &str) -> String {
     html.replace(" %", "&nbsp;%").replace("(x ", "(x&nbsp;")
 }
 
-/// Rows whose columns line up, all to the left, or but for the first one to the right.
+/// Rows in aligned columns: all to the left, or all but the first one to the right.
 pub fn aligned(rows: &[Vec<String>], to_the_right: bool) -> String {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<_> = (0..rows.first().map_or(0, Vec::len)).map(width).collect();
@@ -83,12 +83,12 @@ pub fn aligned(rows: &[Vec<String>], to_the_right: bool) -> String {
     rows.iter().map(padded).collect()
 }
 
-/// Rows under a header, as RFC 4180 has them.
+/// Rows under a header as CSV (RFC 4180).
 pub fn csv(header: &str, rows: impl Iterator<Item = Vec<String>>) -> String {
     header.to_owned() + "\n" + &rows.map(csv_line).collect::<String>()
 }
 
-/// A row as RFC 4180 has it.
+/// A row as CSV (RFC 4180).
 pub fn csv_line(fields: impl IntoIterator<Item = String>) -> String {
     fields.into_iter().map(|field| csv_field(&field)).collect::<Vec<_>>().join(",") + "\n"
 }

@@ -1,4 +1,4 @@
-//! What a study found, as tables.
+//! The results of a study as tables.
 
 use lab::cost::{
     Accuracy, Cell, Cheapest, Choice, Cost, EqualCost, Host, Outcome, OverArithmetic, Phase, Place, RateRow,
@@ -22,8 +22,8 @@ fn or_none<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
     value.map_or_else(|| NONE.to_owned(), text)
 }
 
-/// The cheapest settings for each error, with "=" between those that tie. Of errors with one answer there is the smallest,
-/// which says the others.
+/// The cheapest settings for each error, with "=" between those that tie. Only the smallest of several errors with
+/// one answer is listed, because it implies the others.
 pub(crate) fn cheapest(study: &Study) -> Table {
     let has_alone = !study.answers(Cost::Arithmetic).is_empty();
     let row = |Choice { below_m, by_evaluations, by_time, by_arithmetic }: Choice<'_>| {
@@ -60,7 +60,7 @@ fn settings(study: &Study, cheapest: &Cheapest<'_>) -> String {
     cheapest.cells().map(|cell| setting(study, cell)).collect::<Vec<_>>().join(" = ")
 }
 
-/// Methods by the time of a step, the shortest first; "=" is on those that tie.
+/// Methods by the time of a step, the shortest first; "=" marks ties.
 pub(crate) fn ranking(study: &Study) -> Table {
     let (places, alone) = (study.ranking(Host::World), study.ranking(Host::Arithmetic));
     let (base, base_alone, over) = (Place::base(&places), Place::base(&alone), study.over_arithmetic());
@@ -104,8 +104,8 @@ pub(crate) fn ranking(study: &Study) -> Table {
     Table::numbers("Time of a step", header, places.iter().enumerate().map(row))
 }
 
-/// What a step takes in this program over the arithmetic alone, and what the arithmetic takes, by method and problem; of
-/// several sizes, one after another. Empty where no loop was timed.
+/// The time of a step in this program relative to the arithmetic alone, for each of `sizes`, and the time of the
+/// arithmetic alone for the first one, by method and problem. Empty if no loop was timed.
 pub fn prices(studies: &[Study], sizes: &[usize]) -> Vec<Table> {
     let timed: Vec<_> = studies.iter().filter(|study| !study.over_arithmetic().is_empty()).collect();
     if timed.is_empty() {
@@ -148,12 +148,12 @@ pub fn prices(studies: &[Study], sizes: &[usize]) -> Vec<Table> {
     ]
 }
 
-/// A ratio of times, and in brackets by how much the median of the passes lies above the least.
+/// A ratio of times; in brackets, how far the median of the passes lies above the least.
 fn with_spread(OverArithmetic { times, spread, .. }: &OverArithmetic) -> String {
     format!("{} ({:.0} %)", number(*times, 2), 100.0 * spread)
 }
 
-/// What each method is worth: its order, whether it is ever the cheapest, and what it does to energy.
+/// Properties of each method: its order, whether it is ever the cheapest, and what it does to energy.
 pub(crate) fn of_methods(study: &Study) -> Table {
     let ranks = study.ranks();
     let best = [("evaluations", Cost::Evaluations), ("time", Cost::Time)]
@@ -187,7 +187,7 @@ pub(crate) fn of_methods(study: &Study) -> Table {
     Table::words("Methods", header.into_iter().chain(energy), rows)
 }
 
-/// The order that errors show, and what the table of methods claims where that is another.
+/// The order that errors show, and the order that the table of methods claims if it differs.
 fn order(study: &Study, method: Method) -> String {
     if study.is_exact(method) {
         return if study.truth.own_error().1 > 0.0 { "as exact as the reference" } else { "exact" }
@@ -199,7 +199,8 @@ fn order(study: &Study, method: Method) -> String {
     })
 }
 
-/// Phase and amplitude at the end of the run apart, of every method at the same step: the middle one of those that were run.
+/// Errors of phase and amplitude at the end of the run, of every method at one step: the middle one of those that
+/// were run.
 pub(crate) fn phases(study: &Study) -> Table {
     let row = |(cell, phase): (&Cell, Phase)| {
         let period_s = study.period_s?;
@@ -218,7 +219,7 @@ pub(crate) fn phases(study: &Study) -> Table {
     Table::numbers(title, header, study.phases().into_iter().filter_map(row))
 }
 
-/// Errors of positions at equal evaluations, the least of a row with a star.
+/// Errors of positions at equal evaluations; a star marks the smallest of a row.
 pub(crate) fn equal(study: &Study) -> Table {
     let row = |EqualCost { evaluations, errors_m, least_m }: EqualCost| {
         let star = |error: f64| if error <= least_m { " *" } else { "" };
@@ -232,7 +233,7 @@ pub(crate) fn equal(study: &Study) -> Table {
     Table::numbers("Errors at equal evaluations, the least with a star", header, rows)
 }
 
-/// Runs that are crosses and no points.
+/// Failed runs, which figures show as crosses.
 pub(crate) fn failed(study: &Study) -> Table {
     let rows = study.failed_runs().into_iter().map(|group| {
         let substeps: Vec<_> = group.runs.iter().map(|(substeps, _)| format!("x {substeps}")).collect();
@@ -258,8 +259,8 @@ pub(crate) fn front(study: &Study) -> Table {
     Table::numbers("On the front", header, study.front(SEEN, Cost::Evaluations).into_iter().map(row))
 }
 
-/// Every cell that was run, by method and substeps, with a star on those of the front; a failed one has its
-/// reason for an error.
+/// Every cell that was run, by method and substeps, with a star on those of the front. For a failed one, the reason
+/// is in place of the error.
 pub(crate) fn every_run(study: &Study) -> Table {
     let mut cells: Vec<_> = study.cells.iter().filter(|cell| cell.is_run()).collect();
     cells.sort_by_key(|cell| (cell.setting.method, cell.setting.substeps));
@@ -304,7 +305,7 @@ pub(crate) fn outcome(cell: &Cell) -> String {
     }
 }
 
-/// The same second at several frame rates.
+/// One second at several frame rates.
 pub(crate) fn rates(study: &Study) -> Table {
     let row = |rate: &RateRow| {
         vec![

@@ -1,4 +1,4 @@
-//! What a study found, in a few sentences.
+//! The results of a study in a few sentences.
 
 use lab::cost::{
     Cell, Contest, Cost, Crossing, Drift, EnergyScale, FailedRuns, Failure, Fate, Host, Lead, SEEN, Study,
@@ -9,7 +9,7 @@ use motion::Method;
 use super::numbers::{capital, fold, length, number, share};
 use super::palette::ink;
 
-/// What was found in sentences, the answer in one line first.
+/// The results in sentences, the answer in one line first.
 pub fn words(study: &Study) -> Vec<String> {
     let mut words = vec![headline(study)];
     if study.ranks() {
@@ -108,7 +108,7 @@ pub fn time_words(study: &Study) -> Vec<String> {
     places.first().map(|_| ranking).into_iter().chain(changes(study)).collect()
 }
 
-/// What the arithmetic alone would choose, and what this program takes on top.
+/// The methods that the arithmetic alone would choose, and the overhead of this program.
 fn alone(study: &Study) -> Option<String> {
     let (leads, over) = (study.leads(Cost::Arithmetic), study.over_arithmetic());
     let over = || over.iter().map(|over| over.times);
@@ -160,7 +160,7 @@ fn changes(study: &Study) -> Option<String> {
     }
 }
 
-/// What errors are measured against.
+/// Says what errors are measured against.
 fn truth(study: &Study) -> String {
     match &study.truth {
         Truth::ClosedForm { source } => format!("Errors are measured against a closed form: {source}."),
@@ -177,7 +177,7 @@ fn truth(study: &Study) -> String {
     }
 }
 
-/// The name in the middle of a sentence, where a comma would part it.
+/// The title of a method without commas, for the middle of a sentence.
 pub(crate) fn title(method: Method) -> String {
     method.claims().title.replace(',', "")
 }
@@ -201,7 +201,7 @@ pub(crate) fn bodies(count: usize) -> String {
     format!("{digits} {}", if count == 1 { "body" } else { "bodies" })
 }
 
-/// What became of energy, in words, and of what the numbers are parts.
+/// What became of energy, in words, and what the numbers are relative to.
 pub(crate) fn fate(drift: &Drift) -> String {
     let whole = match (drift.fate(), drift.scale) {
         (Fate::Failed | Fate::RoundOff, _) => return short_fate(drift),
@@ -212,7 +212,7 @@ pub(crate) fn fate(drift: &Drift) -> String {
     format!("{} {whole}", short_fate(drift))
 }
 
-/// The same where something else says of what the numbers are parts.
+/// What became of energy, without what the numbers are relative to.
 pub(crate) fn short_fate(drift: &Drift) -> String {
     let part = |part: f64| share(part, 2);
     match drift.fate() {
@@ -227,7 +227,7 @@ pub(crate) fn short_fate(drift: &Drift) -> String {
     }
 }
 
-/// The reason of all of these runs.
+/// The common reason of these runs.
 pub(crate) fn why(failed: &FailedRuns<'_>) -> String {
     let of = |failure: &&Failure| match failure {
         Failure::Quarantined { tick, .. } => *tick,
@@ -275,7 +275,7 @@ mod tests {
         let grown = drift(EnergyScale::PeakKinetic, 0.4, |t| 0.4 * (rate * t).exp_m1());
         assert_eq!(fate(&grown), "grows exponentially to 2.6 times the energy at the start");
         assert_eq!(short_fate(&grown), "grows exponentially to 2.6 times");
-        // An energy of 0 at the start is no measure.
+        // Growth cannot be relative to an energy of 0 at the start.
         let from_nothing = Drift { start: 0.0, ..grown };
         assert!(fate(&from_nothing).ends_with("% of the peak kinetic energy"), "{}", fate(&from_nothing));
         let line = drift(EnergyScale::Start, 1.0, |t| 1e-3 * t);

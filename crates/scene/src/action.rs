@@ -1,4 +1,4 @@
-//! What a script can do, and when: every input of a person, and changes of the simulation.
+//! Actions of a script and their times: every input of a person, and changes of the simulation.
 
 use std::fmt;
 
@@ -17,8 +17,8 @@ macro_rules! actions {
         /// One thing that a script does. In a file an action is written as its name in snake case: `press("G")`,
         /// `move_mouse(640, 360)`, `set_gravity((0, -1.6, 0))`.
         ///
-        /// Names of keys and actions are the key table's, which is not this crate's to know; numbers of changes may
-        /// be non-finite on purpose.
+        /// The names of keys and actions are in the key table of another crate, so they are not checked here; numbers
+        /// of changes may be non-finite on purpose.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[serde(rename_all = "snake_case")]
         pub enum Action {
@@ -46,15 +46,15 @@ macro_rules! actions {
 }
 
 actions! {
-    /// Presses the key of that name in this frame and lets it go in the next; one that pushes acts for one tick.
+    /// Presses the key of that name in this frame and releases it in the next; a key that pushes acts for one tick.
     Press(key: String) => Target::Key(key), nameless(key);
-    /// Holds a key for so many seconds, above 0; one that pushes acts in the ticks of that time.
+    /// Holds a key for a number of seconds, above 0; a key that pushes acts in the ticks of that time.
     Hold(key: String, seconds: f64) => Target::Key(key), nameless(key).or_else(|| timeless(*seconds, "hold a key"));
-    /// Does nothing for so many seconds, above 0; in lessons.
+    /// Does nothing for a number of seconds, above 0; for lessons.
     Wait(seconds: f64) => Target::Input, timeless(*seconds, "wait");
     /// Presses a key and leaves it down; for recordings.
     KeyDown(key: String) => Target::Key(key), nameless(key);
-    /// Lets a key go; for recordings.
+    /// Releases a key; for recordings.
     KeyUp(key: String) => Target::Key(key), nameless(key);
     /// The time at which the next key goes down or up, s, at least 0, within its frame; for recordings.
     At(time: f64) => Target::Input, unless(
@@ -64,7 +64,7 @@ actions! {
     );
     /// Types characters into the field that has the focus; for recordings.
     Text(text: String) => Target::Input, None;
-    /// Puts the pointer on a pixel in selection mode; turns the camera by as much in camera mode.
+    /// Moves the pointer to a pixel in selection mode; turns the camera by as much in camera mode.
     MoveMouse(x: f64, y: f64) => Target::Input, unless(
         x.is_finite() && y.is_finite(),
         || format!("({x}, {y}) is not a pixel"),
@@ -72,31 +72,31 @@ actions! {
     );
     /// Presses a mouse button.
     MouseDown(button: MouseButton) => Target::Input, None;
-    /// Lets a mouse button go.
+    /// Releases a mouse button.
     MouseUp(button: MouseButton) => Target::Input, None;
-    /// Presses a mouse button in this frame and lets it go in the next.
+    /// Presses a mouse button in this frame and releases it in the next.
     Click(button: MouseButton) => Target::Input, None;
-    /// Turns the wheel by so many notches, away from the person positive.
+    /// Turns the wheel by a number of notches, positive away from the person.
     Wheel(notches: f64) => Target::Input, unless(
         notches.is_finite(),
         || format!("{notches} is not a number of notches"),
         "give a finite number",
     );
-    /// The window loses the focus: every key and button is let go.
+    /// Takes the focus from the window: every key and button is released.
     FocusLost => Target::Input, None;
-    /// The window gets a new size, px, each 1 to 16384.
+    /// Resizes the window, px, each side 1 to 16384.
     Resize(width: u32, height: u32) => Target::Input, unless(
         [width, height].into_iter().all(|side| (1..=LARGEST_SIDE).contains(side)),
         || format!("{width} x {height} is not a window size"),
         "give two numbers of pixels from 1 to 16384",
     );
-    /// The display has so many pixels per point of the panels, above 0.
+    /// Sets the pixels per point of the panels, above 0.
     Scale(scale: f64) => Target::Input, unless(
         scale.is_finite() && *scale > 0.0,
         || format!("{scale} is not a scale"),
         "give a positive number",
     );
-    /// The dock gets that width, points, above 0.
+    /// Sets the width of the dock, points, above 0.
     DockWidth(points: f64) => Target::Input, unless(
         points.is_finite() && *points > 0.0,
         || format!("{points} is not a width"),
@@ -150,11 +150,11 @@ actions! {
     SwitchEffect(#[serde(with = "effect")] effect: Effect, on: bool) => Target::Effect(*effect), None;
 }
 
-/// What an action acts on. The last three are changes of bodies, laws or methods, which no input of a person makes.
+/// The target of an action. The last three are changes of bodies, laws or methods, which no input of a person makes.
 enum Target<'a> {
     /// The window, by input of a person.
     Input,
-    /// A key or a named action, pressed or let go by a person.
+    /// A key or a named action, pressed or released by a person.
     Key(&'a str),
     /// The picture.
     Picture,
@@ -184,7 +184,7 @@ const LONGEST_CAPTION: usize = 300;
 /// Largest side of a window, px: what graphics devices commonly offer.
 const LARGEST_SIDE: u32 = 16_384;
 
-/// What is wrong with a value, and what would be right.
+/// A fault of a value, and its cure.
 type Fault = (String, String);
 
 /// The fault of a value that is not valid.
@@ -229,14 +229,14 @@ impl Action {
         if let Self::SetMethod(method) | Self::SetBodyMethod(_, method) = self { Some(*method) } else { None }
     }
 
-    /// The key or named action that the action presses or lets go, if it does.
+    /// The key or named action that the action presses or releases, if it does.
     #[must_use]
     pub fn key(&self) -> Option<&str> {
         if let Target::Key(key) = self.target() { Some(key) } else { None }
     }
 }
 
-/// What happens, and when.
+/// An action and its time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
     /// When it is due.
@@ -246,38 +246,39 @@ pub struct Step {
 }
 
 impl Step {
-    /// Whether the step waits for a tick, so that what it does is the same for all frames: changes do, unless they have the
-    /// number of a frame.
+    /// Whether the step is due at a tick, so that its effect does not depend on frames: changes are, unless they have
+    /// the number of a frame.
     #[must_use]
     pub fn is_of_ticks(&self) -> bool {
         self.action.is_change() && !matches!(self.when, When::Frame(_))
     }
 }
 
-/// The moment from which a step is due.
+/// The time from which a step is due.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum When {
     /// Seconds from the start, finite and at least 0.
     Seconds(f64),
-    /// So many ticks done.
+    /// After that number of ticks.
     Tick(u64),
     /// The frame of that number, from 0.
     Frame(u64),
 }
 
 impl When {
-    /// Whether it has come for the tick that starts at `start` seconds and lasts `length` seconds, after `ticks` others.
+    /// Whether the time has come for the tick that starts at `start` seconds and lasts `length` seconds, after
+    /// `ticks` others.
     #[must_use]
     pub fn has_come(self, ticks: u64, start: f64, length: f64) -> bool {
         match self {
-            // A start is a product that was rounded, and what a person writes is another one.
+            // The start of a tick is a rounded product, and the time that a person writes is rounded differently.
             Self::Seconds(at) => at - start <= (1e-6 * length).max(4.0 * f64::EPSILON * start),
             Self::Tick(at) => at <= ticks,
             Self::Frame(_) => true,
         }
     }
 
-    /// Whether it comes before `other`; `None` if that is a moment of another kind.
+    /// Whether it is before `other`; `None` if the two are of different kinds.
     pub(crate) fn precedes(self, other: Self) -> Option<bool> {
         match (self, other) {
             (Self::Seconds(at), Self::Seconds(other)) => Some(at < other),
@@ -297,7 +298,7 @@ impl fmt::Display for When {
     }
 }
 
-/// A picture must not leave the folder that was asked for, on any system.
+/// Whether a picture has a plain name that ends in `.png`: it must not leave the requested folder, on any system.
 fn is_picture_name(name: &str) -> bool {
     let plain =
         |c: char| !c.is_control() && !matches!(c, '/' | '\\' | ':' | '*' | '?' | '"' | '<' | '>' | '|');

@@ -1,4 +1,4 @@
-//! Checks of single values: each gives a usable value and notes the fault, so that resolving continues.
+//! Checks of single values: each returns a usable value and records the fault, so that resolving continues.
 
 use glam::DVec3;
 use motion::{Method, Substeps};
@@ -8,7 +8,7 @@ use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
 use crate::text::syntax::{Triple, Word};
 
-/// What a number has to be: what makes it good, what a bad one is not, and the cure.
+/// A requirement on a number: its predicate, what a number that fails it is not, and the cure.
 pub(crate) type Rule = (fn(f64) -> bool, &'static str, &'static str);
 
 pub(crate) const DAMPING_RATE: Rule = (not_negative, "a damping rate", "give a rate per second from 0 up");
@@ -166,7 +166,7 @@ impl Faults {
         self.parts((scope, "substeps"), value)
     }
 
-    /// A number of parts of a tick under any key, where one is given.
+    /// A number of substeps under any key, if one is given.
     pub fn parts(&mut self, (scope, key): Key<'_>, value: Option<u32>) -> Option<u32> {
         let substeps = value?;
         if (1..=Substeps::MOST).contains(&substeps) {
@@ -177,19 +177,20 @@ impl Faults {
         None
     }
 
-    /// Notes a key of the group at `path` that has to be given and is not.
+    /// Records that the group at `path` lacks a required key.
     pub fn missing(&mut self, path: String, key: &str, cure: &str) {
         self.add(path, format!("`{key}` is missing"), cure);
     }
 
-    /// The same where it is not `given`.
+    /// Records that a key is missing, if it is not `given`.
     pub fn require(&mut self, given: bool, (scope, key): Key<'_>, cure: &str) {
         if !given {
             self.missing(scope.path(), key, cure);
         }
     }
 
-    /// The reciprocal of the mass of each of `bodies`, 1/kg; the mass is that of all of them, or `default`.
+    /// The reciprocal of the mass of each of `bodies`, 1/kg. `mass` is the mass of all bodies together; `default` if
+    /// it is missing.
     pub fn inverse_mass(
         &mut self,
         scope: Scope,

@@ -10,7 +10,7 @@ use crate::scene::Scene;
 pub struct Entry {
     /// The name of its list, as in `soft_bodies`.
     pub list: &'static str,
-    /// Its place in the list, from 0.
+    /// Its index in the list, from 0.
     pub index: usize,
     /// Stable ids of its bodies.
     pub bodies: Range<u32>,

@@ -1,8 +1,8 @@
-//! Frame times from a file: one length in seconds a line.
+//! Frame times from a file: one length in seconds per line.
 
 use crate::text::faults::{Faults, SceneError};
 
-/// Reads the lengths of frames, s, each finite and at least 0. Blank lines and what follows a `#` are passed over.
+/// Reads the lengths of frames, s, each finite and at least 0. Ignores blank lines, and text after a `#`.
 ///
 /// ```
 /// assert_eq!(scene::parse_frame_times("t", "0.016 # first\n\n0.02\n"), Ok(vec![0.016, 0.02]));
@@ -10,7 +10,7 @@ use crate::text::faults::{Faults, SceneError};
 ///
 /// # Errors
 ///
-/// Every line that is not a frame time; or that there is none.
+/// With every line that is not a frame time, or if there are no frame times.
 pub fn parse_frame_times(name: &str, text: &str) -> Result<Vec<f64>, SceneError> {
     let mut faults = Faults::default();
     let mut times = Vec::new();

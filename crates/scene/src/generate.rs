@@ -33,8 +33,8 @@ pub(crate) use soft::elastic;
 /// Most bodies of a scene: four times the number that the documentation promises to show.
 pub const BODY_LIMIT: u64 = 4_000_000;
 
-/// The lists that make bodies, in the order of the stable id. Each has the function that resolves an entry, and of an entry what its
-/// bodies are called if it has no name, its name, and whether its bodies may become entries of `bodies`.
+/// The lists that make bodies, in the order of the stable id. Each has the function that resolves an entry, the
+/// default name of an entry's bodies, the name of an entry, and whether its bodies may become entries of `bodies`.
 macro_rules! generators {
     ($($list:ident: $resolve:path, $raw:ident => ($kind:expr, $name:expr, $apart:literal);)*) => {
         fn resolve_entries(raw: &raw::Scene, faults: &mut Faults) -> Vec<GeneratedEntry> {
@@ -45,7 +45,7 @@ macro_rules! generators {
             entries
         }
 
-        /// What the bodies of an entry are called if it has no name, and its name; `None` if there is no such entry.
+        /// The default name of an entry's bodies, and the name of the entry; `None` if there is no such entry.
         pub(crate) fn kind_and_name<'a>(
             raw: &'a raw::Scene,
             list: &str,
@@ -130,7 +130,7 @@ pub(crate) fn bodies(
         };
         let fresh = names.add_run(scope.section, prefix.clone(), count, numbering);
         check_fresh(fresh, &prefix, scope, faults);
-        // Made even if there are faults: later checks need to know which bodies are immovable.
+        // The bodies are made even if there are faults: later checks need to know which bodies are immovable.
         (entry.make)(prefix, &mut made, &mut random);
         let these = &made.bodies[first as usize..];
         if !these.is_empty() && these.iter().all(|body| body.inverse_mass == Some(0.0)) {

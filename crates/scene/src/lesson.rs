@@ -23,13 +23,13 @@ pub const LESSON_VERSION: u32 = 1;
 pub struct Lesson {
     /// Name of a lesson in the program, or path of its file.
     pub name: String,
-    /// What it is called.
+    /// Its title.
     pub title: String,
     /// What it is about, in a sentence.
     pub about: String,
     /// The page of the tutorial that it belongs to.
     pub page: String,
-    /// How long it takes, minutes.
+    /// Its duration, minutes.
     pub minutes: u32,
     /// Name or path of its scene.
     pub scene: String,
@@ -41,8 +41,8 @@ pub struct Lesson {
     pub steps: Vec<LessonStep>,
 }
 
-/// A measured quantity and its name in formulas. Beside `name` they know `name_before`, its value when the step or run began,
-/// or just before the person last changed the run, and `name_most` and `name_least`, its extremes since then.
+/// A measured quantity and its name in formulas. Formulas can also use `name_before`, its value when the step or run
+/// began, or just before the person last changed the run, and `name_most` and `name_least`, its extremes since then.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quantity {
     /// Its name.
@@ -51,7 +51,7 @@ pub struct Quantity {
     pub measure: Measure,
 }
 
-/// What can be measured. In a file it is written as its name in snake case: `speed("ball")`.
+/// A measure of a run. In a file it is written as its name in snake case: `speed("ball")`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
@@ -85,7 +85,7 @@ pub enum Measure {
     Method(#[serde(with = "method")] Method),
     /// Evaluations of the acceleration of a body so far, in all bodies.
     Evaluations,
-    /// Bodies that were quarantined because their state was not finite any more.
+    /// Bodies that were quarantined because their state was no longer finite.
     Quarantined,
     /// Largest distance of a body from the same run by a fine reference, m, up to now. Measured in runs only.
     Error,
@@ -151,7 +151,7 @@ impl Measure {
         one.into_iter().chain(other).map(String::as_str)
     }
 
-    /// Whether only the run on the screen has it.
+    /// Whether it is measured on the screen only.
     #[must_use]
     pub const fn is_of_screen(&self) -> bool {
         matches!(
@@ -179,7 +179,7 @@ pub struct LessonRun {
     pub substeps: Option<u32>,
     /// Its ticks per second, if not the scene's.
     pub step_hz: Option<f64>,
-    /// How long it is, s.
+    /// Its length, s.
     pub seconds: f64,
     /// Changes before its first tick.
     pub start: Vec<Action>,
@@ -194,64 +194,64 @@ pub struct LessonStep {
     pub task: String,
     /// What to watch.
     pub watch: String,
-    /// The control or the body at which it points.
+    /// The control or the body that the step points at.
     pub point_at: Option<String>,
-    /// What is done before it.
+    /// What is done before the step.
     pub begin: Vec<Begin>,
-    /// What is said to a person who does not get on; may be empty.
+    /// Hint for a person who makes no progress; may be empty.
     pub hint: String,
-    /// What ends it.
+    /// What ends the step.
     pub goal: Goal,
-    /// What is said then, with measured numbers.
+    /// Text after the step, with measured numbers.
     pub then: Sentence,
-    /// What has to be true of these numbers.
+    /// Condition that these numbers satisfy.
     pub holds: Option<Formula>,
 }
 
-/// What a step of a lesson begins with.
+/// A start action of a step of a lesson.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Begin {
-    /// The scene is reset.
+    /// Resets the scene.
     Reset,
-    /// The run is paused.
+    /// Pauses the run.
     Pause,
-    /// The run continues.
+    /// Continues the run.
     Play,
-    /// The camera is where the scene puts it, or frames all bodies.
+    /// Puts the camera where the scene has it, or frames all bodies.
     Frame,
 }
 
-/// What ends a step.
+/// The goal that ends a step.
 #[derive(Clone, Debug)]
 pub enum Goal {
-    /// Something is done.
+    /// The person does something.
     Done {
-        /// True when it is.
+        /// True when it is done.
         when: Formula,
-        /// What does it.
+        /// Actions that do it.
         solution: Vec<Action>,
-        /// Other ways that do it.
+        /// Other actions that do it.
         also: Vec<Vec<Action>>,
-        /// What does not.
+        /// Actions that do not do it.
         wrong: Vec<Vec<Action>>,
     },
-    /// A number is given.
+    /// The person answers with a number.
     Number {
-        /// The right one.
+        /// The right number.
         right: Formula,
-        /// How far off an answer may be, as a part of the right one.
+        /// Largest relative error of an accepted answer.
         within: f64,
         /// Its unit.
         unit: String,
         /// The answer.
         solution: String,
-        /// Wrong ones.
+        /// Wrong answers.
         wrong: Vec<String>,
     },
-    /// One of several is chosen.
+    /// The person chooses one of several answers.
     Choice {
-        /// What can be chosen, and when it is right.
+        /// The choices, each with the condition for which it is right.
         choices: Vec<(String, Formula)>,
         /// The answer.
         solution: String,
@@ -276,10 +276,10 @@ impl Goal {
     }
 }
 
-/// What follows the name of a quantity in formulas.
+/// Suffixes of the name of a quantity in formulas.
 const SUFFIXES: [&str; 3] = ["_before", "_most", "_least"];
 
-/// The one of `quantities` that `name` means, and what follows its name there: nothing, `_before`, `_most` or `_least`.
+/// The quantity that `name` means, and the suffix of the name: empty, `_before`, `_most` or `_least`.
 #[must_use]
 pub fn quantity_of<'a, 'b>(quantities: &'a [Quantity], name: &'b str) -> Option<(&'a Quantity, &'b str)> {
     let find = |name: &str| quantities.iter().find(|quantity| quantity.name == name);
@@ -303,7 +303,7 @@ impl Lesson {
         raw::parse(name, text)
     }
 
-    /// How many wrong ways it has.
+    /// Number of wrong ways of the lesson.
     #[must_use]
     pub fn wrong_ways(&self) -> usize {
         let count = |step: &LessonStep| match &step.goal {

@@ -1,4 +1,4 @@
-//! Scene files and scripts to worlds: the one crate that parses what people write.
+//! Turns scene files and scripts into worlds. This is the only crate that parses what people write.
 //!
 //! In order of importance, this crate is for: messages that say what would be right, every fault of a file at once; one place for
 //! defaults and units; the same world from the same file, always.
@@ -17,8 +17,8 @@
 //!
 //! - [`Script`] and [`Recording`]: what happens when; [`Action`] lists what can happen. [`parse_frame_times`]: lengths of frames.
 //! - [`lesson`]: what a lesson shows, asks and measures.
-//! - [`TextEdit`] and [`rewrite`]: changes of the text of a scene, which keeps its comments and layout. [`VariedScene`]: scenes that
-//!   differ from one text in some values.
+//! - [`TextEdit`] and [`rewrite`]: changes of the text of a scene, which keeps its comments and layout. [`VariedScene`]:
+//!   scenes that differ from one text in some values.
 //! - [`Entry`] and [`Part`]: which entry a body comes from, and which bodies act on each other.
 //! - [`lists`]: lists of files, read into no more memory than is allowed.
 //! - [`memory`](memory()): the memory that a scene takes, estimated before any of it is allocated.

@@ -1,4 +1,4 @@
-//! The memory that a scene takes, estimated before any of it is allocated, and what there is.
+//! Estimates the memory that a scene takes, before any of it is allocated, and the memory that is available.
 
 use std::fs;
 use std::path::Path;
@@ -9,79 +9,87 @@ use motion::forecast::Forecast;
 
 use crate::scene::{BodySpec, Reading, Scene};
 
-/// Bytes of a body beside its entry in the scene: its components, in columns that may have room for twice as many, and
-/// look-ups by entity and by stable id. `tests/bounds.rs` measures what these come to.
+/// Bytes of a body in addition to its entry in the scene: its components, in columns that may have room for twice as
+/// many, and look-ups by entity and by stable id. `tests/bounds.rs` measures these bytes.
 const BODY: u64 = 580;
 
 /// Bytes of a scene and a world without bodies.
 const EMPTY: u64 = 256 << 10;
 
-/// What a body takes besides that moves to a table of its own, as members of groups and particles do.
+/// Additional bytes of a body that moves to a table of its own, as members of groups and particles do.
 const MOVED: u64 = 370;
 
-/// What a particle takes besides: its emitter's throw, and its life in the pool.
+/// Additional bytes of a particle: its launch velocity, and its life in the pool.
 const PARTICLE: u64 = 700;
 
-/// Bytes of a particle of a swarm: its velocity at birth here and on the device, its state there, and what is read back for a summary.
+/// Bytes of a particle of a swarm: its velocity at birth here and on the device, its state on the device, and the
+/// copies that are read back for a summary.
 const SWARM_PARTICLE: u64 = 12 + 12 + 32 + 2 * 32;
 
-/// What is kept of swarms for going back, at most (`Swarms::KEPT_BYTES` of `render`).
+/// Most bytes of the states of swarms that are kept for going back (`Swarms::KEPT_BYTES` of `render`).
 const SWARMS_KEPT: u64 = 256 << 20;
 
-/// What a member of a group takes besides: its rows in the arrays of a step and of a forecast.
+/// Additional bytes of a member of a group: its rows in the arrays of a step and of a forecast.
 const GROUPED: u64 = 270;
 
-/// Bytes of a spring of a soft body beside its entry in the scene: its place in the list that forces are computed from.
+/// Bytes of a spring of a soft body in addition to its entry in the scene: its place in the list that forces are
+/// computed from.
 const LINK: u64 = 40;
 
-/// What a triangle of a sheet takes in the air.
+/// Bytes of a triangle of a sheet in the air.
 const TRIANGLE: u64 = 220;
 
-/// Bytes in the scene, and beside them in its world, of what is written as an entry of its own: a body (what it takes more than one
-/// that is made), a spring, a well, a thrust and a point of its curve.
+/// Additional bytes of a body that is written as an entry of its own, compared with a generated one.
 const WRITTEN_BODY: u64 = 190;
+/// Bytes of a spring in the scene and in its world.
 const SPRING: [u64; 2] = [70, 350];
+/// Bytes of a well in the scene and in its world.
 const WELL: [u64; 2] = [80, 400];
+/// Bytes of a thrust, or of the drag of a body, in the scene and in its world.
 const THRUST: [u64; 2] = [130, 160];
+/// Bytes of a point of the curve of a thrust in the scene and in its world.
 const POINT: [u64; 2] = [50, 50];
 
 /// Copies of each name and label.
 const COPIES_OF_WORDS: u64 = 2;
 
-/// Copies of a text while it is read: as it came, with its numbers spelled, and for the scene.
+/// Copies of a text while it is read: the original, one with its numbers spelled as RON has them, and that of the
+/// scene.
 const COPIES_OF_TEXT: u64 = 3;
 
-/// What a body takes besides in a ledger: its rows at both ends of a tick, its record, and its path.
+/// Additional bytes of a body in a ledger: its rows at both ends of a tick, its record, and its path.
 const LEDGER: u64 = 1_200;
 
-/// What a body takes besides in a black box: its rows in the snapshot that is made. And what snapshots take at most together.
+/// Additional bytes of a body in a black box: its rows in the snapshot that is being made.
 const BLACK_BOX: u64 = 300;
+/// Most bytes of all snapshots together.
 const TIMELINE: u64 = 64 << 20;
 
-/// What a body takes besides in pictures: its instance here and on a device in software, and its place between two ticks.
+/// Additional bytes of a body in pictures: its instance here and on a device in software, and its place between two
+/// ticks.
 const PICTURE: u64 = 1000;
 
-/// What is not asked about: a scene of less fits everywhere.
+/// A scene of at most that many bytes is read without a check: it fits everywhere.
 const SMALL: u64 = 256 << 20;
 
-/// What the person allows, bytes.
+/// The memory that the person allows, bytes.
 static ALLOWED: OnceLock<u64> = OnceLock::new();
 
-/// Lets no scene from now on take more than so many bytes; the first call decides. Without one it is what the machine has
+/// Limits the memory of scenes from now on; the first call decides. Without a call, the limit is the memory that is
 /// free when a scene is loaded.
 pub fn allow_memory(bytes: u64) {
     ALLOWED.get_or_init(|| bytes);
 }
 
-/// What there is to find room for.
+/// Counts of everything that a scene needs memory for.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Census {
     pub bodies: u64,
     /// Particles on a graphics device.
     pub swarm: u64,
-    /// Those of the bodies that are members of groups, or particles.
+    /// Bodies that are members of groups, or particles.
     pub moved: u64,
-    /// Those of them that are members of groups.
+    /// Bodies that are members of groups.
     pub grouped: u64,
     /// Springs of soft bodies.
     pub links: u64,
@@ -96,13 +104,13 @@ pub(crate) struct Census {
 }
 
 impl Reading {
-    /// Bytes that are taken only while it is read, at most: a list has room for up to twice its entries.
+    /// Bytes that are taken only during reading, at most: a list has room for up to twice its entries.
     const fn passing(self) -> u64 {
         let text = self.text.saturating_mul(COPIES_OF_TEXT - 1);
         text.saturating_add(self.entries.saturating_mul(2)).saturating_add(self.words)
     }
 
-    /// Bytes that the scene keeps of it.
+    /// Bytes of the reading that the scene keeps.
     const fn kept(self) -> u64 {
         let bodies = self.bodies.saturating_mul(WRITTEN_BODY);
         self.text.saturating_add(bodies).saturating_add(self.words.saturating_mul(COPIES_OF_WORDS))
@@ -127,7 +135,7 @@ impl Census {
         }
     }
 
-    /// Those that are written as entries of their own, with their bytes in the scene and in its world.
+    /// The counts of entries that are written out, with their bytes in the scene and in its world.
     const fn written(self) -> [(u64, [u64; 2]); 5] {
         let Self { springs, wells, drags, thrusts, points, .. } = self;
         [(springs, SPRING), (wells, WELL), (drags, THRUST), (thrusts, THRUST), (points, POINT)]
@@ -141,7 +149,7 @@ impl Census {
         written.fold(bodies.saturating_add(links), u64::saturating_add)
     }
 
-    /// Bytes in its world, at most until the first tick is over.
+    /// Bytes in its world until the first tick is over, at most.
     fn in_world(self) -> u64 {
         let forecast = if self.springs + self.links > 0 { Forecast::most_bytes(self.grouped) } else { 0 };
         let of_each = [
@@ -158,14 +166,15 @@ impl Census {
         of_each.into_iter().chain(written).fold(0, u64::saturating_add)
     }
 
-    /// Bytes that a scene of it takes at most, from its reading until the first tick of a run that keeps `more` bytes is over.
+    /// Most bytes of a scene with these counts, from its reading until the first tick of a run that keeps `more`
+    /// bytes is over.
     pub fn bytes(self, reading: Reading, more: u64) -> u64 {
         let run = self.in_world().saturating_add(more);
         let kept = EMPTY.saturating_add(self.in_scene()).saturating_add(reading.kept());
         kept.saturating_add(reading.passing().max(run))
     }
 
-    /// So many bodies and the rest, in words.
+    /// The counts in words.
     pub fn words(self) -> String {
         let counts = [
             (self.links.saturating_add(self.springs), "spring"),
@@ -187,7 +196,7 @@ impl Census {
     }
 }
 
-/// What a run keeps besides its world. Tables of states are written as they come and keep nothing.
+/// Everything that a run keeps besides its world. Tables of states are written as they come and keep nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Keeps {
     /// A ledger of energy, momentum and angular momentum.
@@ -199,7 +208,7 @@ pub struct Keeps {
 }
 
 impl Keeps {
-    /// Bytes on top for a scene of so many bodies and particles on a device, at most.
+    /// Most additional bytes of a run of a scene with these bodies and particles on a device.
     fn bytes(self, Census { bodies, swarm, .. }: Census) -> u64 {
         let each = |kept: bool, bytes: u64| if kept { bodies.saturating_mul(bytes) } else { 0 };
         let parts = [
@@ -214,16 +223,16 @@ impl Keeps {
     }
 }
 
-/// So many bodies, in words.
+/// A number of bodies, in words.
 pub(crate) fn bodies_words(count: u64) -> String {
     if count == 1 { "1 body".to_owned() } else { format!("{count} bodies") }
 }
 
 impl Scene {
-    /// Says by how much a run of the scene that keeps all that exceeds what there is, if it does.
+    /// Checks that there is enough memory for a run of the scene that keeps `keeps`.
     ///
     /// # Errors
-    /// Where it takes more bytes than are allowed, or free.
+    /// If the run takes more bytes than are allowed, or free: by how much, in words.
     pub fn check_memory(&self, keeps: Keeps) -> Result<(), String> {
         let needed = self.estimated_bytes(keeps);
         let Some((least, by_person)) = too_little_for(needed) else { return Ok(()) };
@@ -232,7 +241,7 @@ impl Scene {
         Err(format!("{words} and what the run keeps of them take some {needed}, and {there}"))
     }
 
-    /// Bytes that the scene and a run of it that keeps all that take at most, from reading it until its first tick is over: as
+    /// Most bytes of the scene and of a run that keeps `keeps`, from reading it until its first tick is over, as
     /// estimated before any body was made.
     #[must_use]
     pub fn estimated_bytes(&self, keeps: Keeps) -> u64 {
@@ -296,19 +305,19 @@ pub(crate) fn too_little_for(needed: u64) -> Option<(u64, bool)> {
     (needed > least).then_some((least, by_person))
 }
 
-/// The bytes that there are, and whether the person set them, in words.
+/// The available bytes, and whether the person set them, in words.
 pub(crate) fn there_are(least: u64, by_person: bool) -> String {
     format!("{} are {}", byte_words(least), if by_person { "allowed" } else { "free" })
 }
 
-/// That the text of a scene and its entries take more than there is.
+/// Says that the text of a scene and its entries take more memory than is available.
 pub(crate) fn too_much() -> String {
     let least = too_little_for(u64::MAX);
     let there = least.map_or("no more is free".to_owned(), |(least, by_person)| there_are(least, by_person));
     format!("its text and its entries take more memory than there is, and {there}")
 }
 
-/// Bytes in the largest unit of which there is one.
+/// Bytes in words, in the largest unit that is not larger than they are.
 #[must_use]
 pub fn byte_words(bytes: u64) -> String {
     let units = [(30, "GiB"), (20, "MiB"), (10, "KiB")];
@@ -318,8 +327,8 @@ pub fn byte_words(bytes: u64) -> String {
     }
 }
 
-/// Bytes that this process can still have: the least of what the machine has, what its control groups leave it and
-/// what its address space has room for. `None` where the system does not say.
+/// Bytes that this process can still get: the least of what the machine has, what its control groups allow and what
+/// its address space has room for. `None` if the system does not say.
 fn free() -> Option<u64> {
     let machine = in_file("/proc/meminfo", "MemAvailable:").map(|kib| kib.saturating_mul(1024));
     [machine, address_space(), free_in_control_groups()].into_iter().flatten().min()
@@ -340,8 +349,8 @@ fn in_file(path: &str, key: &str) -> Option<u64> {
     line.split_whitespace().find_map(|word| word.parse().ok())
 }
 
-/// The least that the control groups of this process leave it, from its own up to the root; those of version 1 have one
-/// file for all of memory. The kernel takes the cache of files back before it refuses anything.
+/// The fewest bytes that the control groups of this process leave it, from its own up to the root; version 1 has one
+/// file for all memory. Cached files count as free, because the kernel drops them before it refuses memory.
 fn free_in_control_groups() -> Option<u64> {
     let number = |path: &Path| fs::read_to_string(path).ok()?.trim().parse::<u64>().ok();
     let cached = |folder: &Path, kinds: [&str; 2]| -> u64 {

@@ -1,4 +1,4 @@
-//! The parts of a scene that know nothing of each other.
+//! Splits a scene into parts that do not act on each other.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -15,8 +15,8 @@ use crate::scene::{BodySpec, OwnLawsSpec, Scene};
 /// A part of a scene that runs alone as it does in the whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// `free bodies` for those that nothing joins; else the name of its first soft body, or that of its first body
-    /// that can move and how many more can.
+    /// `free bodies` for bodies that nothing joins; otherwise the name of the part's first soft body, or that of its
+    /// first movable body and the number of other movable bodies.
     pub name: String,
     /// The entries of the whole scene's file whose bodies it moves.
     pub entries: Vec<Entry>,
@@ -30,10 +30,10 @@ pub struct Part {
 impl Scene {
     /// The independent parts of the scene, in the order of their first bodies, free bodies last.
     ///
-    /// Nothing collides, so bodies act on each other by springs, mutual gravity, and emitters and wells that ride on them.
-    /// A part is a group that these join, through bodies that can move; all bodies that they leave alone, particles among them, are one
-    /// part together. Bodies of one entry of the file have one method, so that an entry is never divided. Scenery,
-    /// and what cannot move and holds nothing, is in no part.
+    /// Nothing collides, so bodies act on each other only by springs, mutual gravity, and emitters and wells that
+    /// ride on them. A part is a group of bodies that these join, through movable bodies. All bodies that nothing
+    /// joins, including particles, are one part together. Bodies of one entry of the file have one method, so an
+    /// entry is never divided. Scenery, and immovable bodies that hold nothing, are in no part.
     #[must_use]
     pub fn parts(&self) -> Vec<Part> {
         let entries = self.entries();
@@ -46,7 +46,7 @@ impl Scene {
         parts.into_iter().map(|bodies| self.part(&shell, &entries, bodies)).collect()
     }
 
-    /// The scene without anything that is counted by stable id.
+    /// The scene without anything that refers to stable ids.
     fn shell(&self) -> Self {
         Self {
             own_laws: BTreeMap::new(),
@@ -100,7 +100,7 @@ impl Scene {
         Part { name: scene.part_name(), entries, bodies: ids, scene }
     }
 
-    /// Where all that can move is moved alike, makes that the scene's own method and substeps.
+    /// If all movable bodies have the same method and substeps, makes these the scene's own.
     fn take_common_setting(&mut self) {
         let setting =
             |body: &BodySpec| (body.method.unwrap_or(self.method), body.substeps.unwrap_or(self.substeps));
@@ -114,7 +114,7 @@ impl Scene {
         }
     }
 
-    /// Forgets the declarations of what is in other parts.
+    /// Removes the declarations of effects that this part does not have.
     fn keep_declared(&mut self) {
         let mut declared = std::mem::take(&mut self.declared);
         declared.retain(|declaration| match declaration.effect {
@@ -156,11 +156,11 @@ impl Scene {
     }
 }
 
-/// Stable ids by what joins them.
+/// Stable ids, grouped by what joins the bodies.
 struct Joined {
-    /// Those of each group with what holds or attracts it, ascending.
+    /// Each group, with the bodies that hold or attract it, ascending.
     members: Vec<Vec<u32>>,
-    /// Those that nothing joins, ascending.
+    /// Movable bodies that nothing joins, ascending.
     free: Vec<u32>,
 }
 
@@ -177,13 +177,13 @@ impl Joined {
         };
         scene.springs.iter().for_each(|spring| join(&mut spring.ends.into_iter(), &mut joined));
         scene.soft_bodies.iter().for_each(|soft| join(&mut soft.points.clone(), &mut joined));
-        // Particles are born where the body is on which their emitter rides.
+        // Particles are born at the body that carries their emitter.
         let with_carrier = |emitter: &EmitterSpec| {
             let first = emitter.swarm.is_none().then_some(emitter.pool.start)?;
             Some([emitter.rides_on?, first])
         };
         let emitters = scene.emitters.iter().filter_map(with_carrier);
-        // Wells pull where the body is on which they ride.
+        // A riding well pulls toward the body that carries it.
         let wells = scene
             .own_laws
             .iter()

@@ -1,4 +1,4 @@
-//! Draws that are the same on every machine: no function of theirs differs between platforms.
+//! Random draws that are the same on every machine: they use no function that differs between platforms.
 
 use glam::DVec3;
 use rand::RngExt;
@@ -14,8 +14,8 @@ pub(super) fn direction(random: &mut Pcg64) -> DVec3 {
     in_cone(random, 1.0)
 }
 
-/// A uniformly drawn unit vector of the cone about z whose half angle has this sine of its half, at least 0 and at
-/// most 1: Marsaglia's map takes the disc of that radius to the cone, equal areas to equal areas.
+/// A uniformly drawn unit vector in a cone about z. `sine_of_half` is the sine of half the cone's half angle, 0 to 1:
+/// Marsaglia's map takes the disc of that radius to the cone, and equal areas to equal areas.
 pub(super) fn in_cone(random: &mut Pcg64, sine_of_half: f64) -> DVec3 {
     let (a, b) = in_disc(random);
     let (a, b) = (a * sine_of_half, b * sine_of_half);

@@ -1,6 +1,6 @@
 //! A scene as a person writes it: every key optional, mass in kilograms, angles in degrees.
 //!
-//! The shape of the file and nothing else; defaults, units and faults are the resolver's.
+//! This is only the shape of the file; the resolver handles defaults, units and faults.
 
 mod coupled;
 mod survival;
@@ -81,7 +81,7 @@ trait Value {
     /// The keys that are known in it, or in each of its entries, and what they take.
     fn kinds() -> Vec<(&'static str, Kind)>;
 
-    /// Its path below `key`, if it is there.
+    /// Its path below `key`, if it is given.
     fn path(&self, key: &str) -> Option<String>;
 }
 
@@ -273,7 +273,7 @@ pub(crate) struct Ring {
     pub substeps: Option<u32>,
 }
 
-/// The keys that all entries have that make many bodies.
+/// The keys that are common to all entries that make many bodies.
 pub(crate) struct SharedKeys<'a> {
     pub mass_kg: Option<f64>,
     pub color: Option<Triple>,
@@ -304,14 +304,14 @@ pub(crate) struct Expect {
 /// Any word and the keys of all shapes.
 pub(crate) type Shape = Worded<Sizes>;
 
-/// The keys of all shapes together; which belong to which is for the resolver to say.
+/// The keys of all shapes together; the resolver checks which belong to which shape.
 #[derive(Deserialize)]
 pub(crate) struct Sizes {
     pub half_extents_m: Option<Triple>,
     pub radius_m: Option<f64>,
 }
 
-/// A force over time. What stands behind an unknown word cannot be read past, so that fault comes alone.
+/// A force over time. The parser cannot continue after an unknown word, so that fault is reported alone.
 #[derive(Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Curve {
@@ -324,7 +324,7 @@ pub(crate) enum Curve {
 }
 
 impl Curve {
-    /// Points of a table or coefficients.
+    /// Number of points of a table, or of coefficients.
     pub fn points(&self) -> usize {
         match self {
             Self::Polynomial(coefficients) => coefficients.len(),

@@ -1,4 +1,4 @@
-//! From what a person wrote to what the program uses: defaults, units and faults of a whole scene.
+//! Turns what a person wrote into what the program uses: defaults, units and faults of a whole scene.
 
 mod carriers;
 pub(crate) mod declared;
@@ -36,7 +36,7 @@ const FOV: Rule = (|v| v > 0.0 && v < 180.0, "a field of view", "give degrees ab
 const DRIFT: Rule = (positive, "a bound", "give a positive number such as 1e-3");
 
 impl Scene {
-    /// Reads a scene from a text; `name` is what messages call it, and the scene's name where it has none.
+    /// Reads a scene from a text. Messages call it `name`, which is also the name of a scene that has none.
     ///
     /// ```
     /// let scene = scene::Scene::parse("ball.ron", "(version: 1, bodies: [(mass_kg: 0.5)])").expect("it is a scene");
@@ -56,7 +56,7 @@ impl Scene {
         parse_as(name, text, Source::Text)
     }
 
-    /// Reads another text of this scene: it has its name where it says none, and its source.
+    /// Reads another text of this scene. It gets this scene's source, and its name if the text has none.
     ///
     /// # Errors
     ///
@@ -75,7 +75,7 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
         Ok((raw::Version { version: Some(version) }, _)) if version > SCENE_VERSION => Some(version),
         _ => None,
     };
-    // Asked first: a newer file is full of keys and types that would only be noise here.
+    // Checked first: a newer file is full of keys and types that would only be noise here.
     if let Some(version) = later() {
         let mut faults = Faults::default();
         faults.add(
@@ -158,7 +158,7 @@ fn resolve(
         }
     }
     let step_hz = faults.number((ROOT, "step_hz"), raw.step_hz, 120.0, STEP_RATE);
-    // Sixty ticks per second are watched where one lasts longer than a person waits.
+    // If a tick lasts longer than a person waits, sixty ticks are shown per second by default.
     let usual = if step_hz < SHORTEST_WAIT_HZ { 60.0 / step_hz } else { 1.0 };
     let pace = faults.number((ROOT, "pace"), raw.pace, usual, PACE);
     let kinds = [("fixed", StepKind::Fixed), ("frame", StepKind::Frame)];
@@ -239,7 +239,7 @@ fn resolve(
         survival: None,
     };
     scene.survival = survival::survival(raw, &scene, named.then_some(&scene.names), faults);
-    // A body's own rate has to act even where the scene says nothing: with the default model, on that body alone.
+    // A body's own rate has to act even if the scene declares no damping: with the default model, on that body alone.
     if scene.bodies.iter().any(|body| body.damping_rate.is_some()) {
         scene.damping.get_or_insert(Damping { model: DampingModel::Exact, rate: 0.0 });
     }
@@ -254,7 +254,7 @@ const SHARE: Rule =
 const PACE: Rule = (positive, "a pace", "give a positive number of simulated seconds per second");
 
 fn off_at_start(words: &[Word], faults: &mut Faults) -> Vec<Effect> {
-    // Gravity has a key of its own for it.
+    // Gravity has its own key for this.
     let switched = Effect::ALL.into_iter().filter(|effect| *effect != Effect::Gravity);
     let known: Vec<_> = switched.map(|effect| (effect.name(), Some(effect))).collect();
     let effect = |(i, word): (usize, &Word)| {

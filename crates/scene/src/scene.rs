@@ -28,7 +28,7 @@ pub const SCENE_VERSION: u32 = 1;
 pub struct Scene {
     /// The text that it was read from.
     pub text: Arc<str>,
-    /// What reading it took.
+    /// The memory that reading it took.
     pub reading: Reading,
     /// The name of the scene, or of its file if it declares none.
     pub name: String,
@@ -122,7 +122,7 @@ impl Scene {
         emitters.filter_map(|(i, emitter)| Some((i, emitter, emitter.swarm.as_ref()?)))
     }
 
-    /// For how many particles on a graphics device there is room.
+    /// Number of particles on a graphics device for which there is room.
     #[must_use]
     pub fn swarm_particles(&self) -> usize {
         self.swarms().map(|(_, _, swarm)| swarm.launches.len()).sum()
@@ -138,7 +138,7 @@ impl Scene {
     }
 }
 
-/// Where a scene came from.
+/// The source of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     /// The shipped scene of that name, embedded in the program.
@@ -159,7 +159,7 @@ pub enum StepKind {
     Frame,
 }
 
-/// How the pointer pushes.
+/// Strength of pushes with the pointer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PushSpec {
     /// Strength at the start, N; a negative one pulls.
@@ -244,7 +244,7 @@ pub struct RidingWellSpec {
 }
 
 impl OwnLawsSpec {
-    /// The same laws where bodies have other ids, without wells on bodies that have none.
+    /// The same laws for bodies with other ids, without wells that ride on a body without a new id.
     #[must_use]
     pub fn renumbered(&self, id: impl Fn(u32) -> Option<u32>) -> Self {
         let riding = |well: &RidingWellSpec| Some(RidingWellSpec { rides_on: id(well.rides_on)?, ..*well });
@@ -261,7 +261,7 @@ impl OwnLawsSpec {
     }
 }
 
-/// What reading a scene takes.
+/// The memory that reading a scene takes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reading {
     /// Bytes of the text.
@@ -275,7 +275,7 @@ pub struct Reading {
 }
 
 impl PartialEq for Reading {
-    /// Always: two texts of one scene are read in other ways.
+    /// Always equal: two texts of one scene may be read differently.
     fn eq(&self, _: &Self) -> bool {
         true
     }

@@ -14,7 +14,7 @@ use crate::text::syntax::{self, Word, keys_of};
 /// Version of recordings that this program reads and writes.
 pub const SCRIPT_VERSION: u32 = 2;
 
-/// The first version, in which keys have no times: what they push acts in whole frames.
+/// The first version, in which keys have no times: what a key pushes acts in whole frames.
 const FIRST_VERSION: u32 = 1;
 
 /// Steps in the order of their list; a recording has a header too.
@@ -29,7 +29,7 @@ pub struct Script {
     pub recording: Option<Recording>,
 }
 
-/// What a session has to know beside the inputs to repeat another one to the last bit.
+/// The header of a recording: what a session needs beside the inputs to repeat another session to the last bit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// Name of the scene, or path of its file.
@@ -38,8 +38,8 @@ pub struct Recording {
     pub method: Option<Method>,
     /// Size of the window at the start, px.
     pub size_px: (u32, u32),
-    /// Whether steps name the settings that were chosen in panels, in place of the clicks on them: a panel offers what its
-    /// machine measured, so the same click could choose another one. Older recordings do not.
+    /// Whether steps name the settings that were chosen in panels, in place of the clicks on them: a panel offers
+    /// what its machine measured, so the same click could choose another setting. Steps of older recordings do not.
     pub names_settings: bool,
     /// End of every frame since the start, s, finite, at least 0, never going backwards.
     pub frame_ends_s: Vec<f64>,
@@ -59,7 +59,7 @@ struct RawRecording<'a> {
     steps: Vec<RawStep<'a>>,
 }
 
-/// The action stays text at first, so that a bad one does not hide the next.
+/// A step whose action is still text, so that a bad action does not hide the next one.
 #[derive(Debug, Deserialize)]
 #[serde(rename = "Step")]
 struct RawStep<'a> {
@@ -113,12 +113,12 @@ impl Script {
         Ok(Self { steps, recording })
     }
 
-    /// Whether the script fits `scene`: every body that it names is there, and not removed before, every key is one for `is_key`,
-    /// and every effect is declared. `brings_back` says of a key whether bodies that were removed may be there again after it; `name`
-    /// is what messages call the script, `text` what it was read from.
+    /// Checks that the script fits `scene`: every body that it names exists and was not removed before, `is_key` is
+    /// true for every key, and every effect is declared. `brings_back` says whether removed bodies may exist again
+    /// after a key. Messages call the script `name`; `text` is its text.
     ///
     /// # Errors
-    /// Every step that does not fit.
+    /// With every step that does not fit.
     pub fn check(
         &self,
         name: &str,
@@ -170,19 +170,19 @@ impl Script {
 /// A recording as RON, frame by frame.
 #[derive(Clone, Debug)]
 pub struct RecordingText {
-    /// Up to the ends of the frames.
+    /// Text before the ends of the frames.
     head: String,
     ends: String,
     steps: String,
 }
 
 impl RecordingText {
-    /// What comes between the ends of the frames and the steps.
+    /// Text between the ends of the frames and the steps.
     const BETWEEN: &str = "    ],\n    steps: [\n";
-    /// What comes after the steps.
+    /// Text after the steps.
     pub const END: &str = "    ],\n)\n";
 
-    /// A recording with that header, without a frame yet.
+    /// A recording with that header and no frames.
     #[must_use]
     pub fn new(
         Recording { scene, method, size_px: (width, height), names_settings, .. }: &Recording,
@@ -237,7 +237,7 @@ fn line_of(Step { when, action }: &Step, indent: &str) -> String {
     format!("{indent}({when}, do: {}),\n", written(action))
 }
 
-/// What the outermost value of a script is called in paths: the steps of a bare list are called like those of a recording.
+/// The path of the outermost value of a script: steps of a bare list have the same paths as those of a recording.
 fn root_of(text: &str) -> &'static str {
     if locate::is_group(text, "Recording") { "" } else { "steps" }
 }
@@ -250,12 +250,12 @@ pub(crate) fn undeclared(action: &Action, scene: &Scene) -> Option<(String, Stri
     Some((what, "declare it in the scene, or leave this step out".to_owned()))
 }
 
-/// Bodies that steps have removed, by what the steps wait for: those of frames and those of ticks come in no order of their own.
+/// Bodies that earlier steps have removed, separately for steps of frames and of ticks, which have no common order.
 #[derive(Default)]
 pub(crate) struct Removed<'a>(HashMap<(bool, &'a str), usize>);
 
 impl<'a> Removed<'a> {
-    /// Looks at step number `i`: what is wrong with it, if its body is gone by then.
+    /// Records step number `i`. Returns what is wrong with it, if its body was removed before.
     pub fn look(&mut self, i: usize, step: &'a Step) -> Option<(String, String)> {
         let body = (step.is_of_ticks(), step.action.body()?);
         let before = self.0.get(&body).copied();
@@ -371,7 +371,7 @@ fn action(raw: &RawStep<'_>, i: usize, (text, root): (&str, &str), faults: &mut 
             None => Some(action),
         },
         Err(error) => {
-            // The piece borrows from the text, so the distance of the two is where it begins.
+            // The piece borrows from the text, so the difference of the addresses is its offset.
             let start = (piece.as_ptr() as usize).saturating_sub(text.as_ptr() as usize);
             syntax::fault(faults, text, root, start..start + piece.len(), &error);
             None

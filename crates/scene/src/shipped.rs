@@ -9,13 +9,13 @@ use crate::scene::{Scene, Source};
 use crate::text::faults::SceneError;
 use crate::text::nearest::{did_you_mean, nearest};
 
-/// Largest file that is read, bytes: a scene of the most bodies, each written out, has room in it.
+/// Largest file that is read, bytes: enough for a scene of the most bodies, each written out.
 pub const FILE_LIMIT: u64 = 64 << 20;
 
 /// A scene that is embedded in the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShippedScene {
-    /// What it is called on the command line.
+    /// Its name on the command line.
     pub name: &'static str,
     /// The text of its file.
     pub text: &'static str,
@@ -54,7 +54,7 @@ pub const fn shipped() -> &'static [ShippedScene] {
     ]
 }
 
-/// The hard cases of the survival matrix: scenes too, each with what it is held to.
+/// The hard cases of the survival matrix, which are scenes with bounds.
 #[must_use]
 pub const fn cases() -> &'static [ShippedScene] {
     files_of![
@@ -128,7 +128,7 @@ pub fn load_case(name_or_path: &str) -> Result<Scene, SceneError> {
     Err(SceneError::of_file(name_or_path, "the scene is no hard case", cure))
 }
 
-/// Loads a file; `known` are the names that a word without a path may have been meant to be.
+/// Loads a file; `known` are the names to suggest for a word that is not a path.
 fn load_file(
     name_or_path: &str,
     known: &[ShippedScene],
@@ -157,14 +157,14 @@ pub fn load_path(path: &Path) -> Result<Scene, SceneError> {
     let called = path.to_string_lossy();
     let mut scene = parse_as(&called, &text, Source::File(path.to_owned()))?;
     if scene.name == called {
-        // A scene that does not say its name goes by its file's, without folders.
+        // A scene without a name has that of its file, without folders.
         scene.name =
             path.file_stem().map_or_else(|| scene.name.clone(), |stem| stem.to_string_lossy().into_owned());
     }
     Ok(scene)
 }
 
-/// Reads a scene, script or table of frame times as text; a byte order mark is taken off.
+/// Reads a scene, script or table of frame times as text, without a byte order mark.
 ///
 /// # Errors
 ///
@@ -184,14 +184,14 @@ pub fn read_text(path: &Path) -> Result<String, SceneError> {
     }
     let file = File::open(path).map_err(unreadable)?;
     let mut bytes = Vec::new();
-    // One byte past the limit tells a file that is too large, also one that never ends.
+    // Read one byte past the limit to detect a file that is too large, even one that never ends.
     file.take(FILE_LIMIT + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > FILE_LIMIT {
         let cure =
             format!("give one of at most {} MiB; clouds and grids are short to write", FILE_LIMIT >> 20);
         return Err(fail("the file is too large", &cure));
     }
-    // What every ZIP archive begins with.
+    // The signature of a ZIP archive.
     if bytes.starts_with(b"PK\x03\x04") {
         let cure = format!("`sandbox {name}` opens a bundle in the window, `sandbox replay {name}` runs it");
         return Err(fail("this is an archive, not a text", &cure));

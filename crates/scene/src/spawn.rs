@@ -1,4 +1,4 @@
-//! From a resolved scene to entities: each has only the components that its body needs.
+//! Spawns a resolved scene: each entity has only the components that its body needs.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use motion::{
 
 use crate::scene::{BodySpec, RidingWellSpec, Scene};
 
-/// The looks of a thing besides its shape.
+/// The appearance of a thing besides its shape.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub struct Appearance {
     /// Linear red, green and blue, each 0 to 1.
@@ -46,7 +46,7 @@ impl Scene {
     /// Spawns every body into `world`, then springs, soft bodies and emitters, and inserts the resources of the
     /// effects that the scene declares. Switches off those of [`Scene::off_at_start`].
     ///
-    /// The entities are those of the bodies in the order of the stable id, which each of them carries; scenery too.
+    /// Returns the entities of the bodies in the order of the stable id, which each of them carries; scenery, too.
     /// Springs, soft bodies and emitters are entities with a [`FileIndex`] and an [`Appearance`].
     pub fn spawn(&self, world: &mut World) -> Vec<Entity> {
         world.insert_resource(Substeps(self.substeps));
@@ -63,13 +63,13 @@ impl Scene {
         self.spawn_own_laws(world, &entities);
         self.spawn_coupled(world, &entities);
         for effect in &self.off_at_start {
-            // One that was never declared is off anyway.
+            // An effect that was never declared is off anyway.
             let _ = motion::effects::switch(world, *effect, false);
         }
         entities
     }
 
-    /// Gives bodies their own laws. All bodies that a well attracts which rides on a body have copies of one.
+    /// Gives bodies their own laws. All bodies that one riding well attracts share copies of it.
     fn spawn_own_laws(&self, world: &mut World, entities: &[Entity]) {
         let mut riding: Vec<(RidingWellSpec, RidingWell)> = Vec::new();
         for (id, spec) in &self.own_laws {
@@ -179,7 +179,7 @@ fn give<C: Component>(entity: &mut EntityWorldMut<'_>, component: Option<C>) {
     }
 }
 
-/// The components of most bodies: place, mass and shape.
+/// The components of most bodies: position, mass and shape.
 fn spawn_plain<'w>(
     world: &'w mut World,
     id: StableId,

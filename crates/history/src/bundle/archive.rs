@@ -1,5 +1,5 @@
-//! From bytes to a bundle and back. Whatever the bytes are: a bundle or one error, and no more memory than the
-//! limits below. What is written keeps to them as well.
+//! Writes bundles to bytes and reads them back. Any bytes give a bundle or one error, and take no more memory than
+//! the limits below. Written bundles keep to the same limits.
 
 use std::io::{Cursor, Read, Write};
 
@@ -12,7 +12,7 @@ use super::{BUNDLE_FORMAT, Bundle, EnergyState, Event, Manifest};
 use crate::snapshot::Snapshot;
 use scene::lists::{list, within};
 
-/// A file of the archive, and the largest that it may be, bytes.
+/// A file of the archive: its name, and its size limit, bytes.
 struct Member {
     name: &'static str,
     most: u64,
@@ -23,25 +23,26 @@ const MANIFEST: Member = Member { name: "manifest.json", most: 16 << 20 };
 const STATE: Member = Member { name: "state.cbor", most: 512 << 20 };
 const PICTURE: Member = Member { name: "picture.png", most: 256 << 20 };
 
-/// Most memory that the lists of a state, or of a manifest, take, bytes: four times what a timeline takes.
+/// Memory limit of the lists of a state, or of a manifest, bytes: four times that of a timeline.
 const MOST_MEMORY: usize = 256 << 20;
 
 /// Hexadecimal digits of the checksum at the very end.
 const DIGITS: usize = 16;
 
-/// What every bundle, as every other ZIP archive, begins with.
+/// First bytes of every bundle: the signature of a ZIP archive.
 const MAGIC: &[u8] = b"PK\x03\x04";
 
-/// What every comment of a bundle begins with.
+/// Start of the archive comment of every bundle.
 const COMMENT: &str = "sandbox bundle, XXH3-64 of all bytes before: ";
 
 const SMALLER: &str = "make it of fewer bodies";
 
-/// Most ticks that a bundle is repeated for. A timeline keeps a minute, and at most another one before its oldest
-/// snapshot goes: that is at more than eight million ticks per second, with which no processor keeps up.
+/// Most ticks that a bundle may repeat. A timeline covers at most two minutes (one that it keeps, and up to another
+/// before its oldest snapshot is dropped), so this many ticks would be more than eight million per second, which no
+/// processor keeps up with.
 const MOST_TICKS: u64 = 1_000_000_000;
 
-/// What to do about a bundle that no program has written.
+/// Advice for a bundle that no program has written.
 pub(crate) const UNDAMAGED: &str = "get an undamaged copy";
 
 pub(crate) const CONTRADICTION: &str = "the ticks of the bundle contradict each other";
@@ -67,7 +68,7 @@ struct State<S> {
     snapshot: S,
     #[serde(deserialize_with = "list")]
     events: Vec<Event>,
-    /// The largest energy until the snapshot, which is all that programs before `energy` read and wrote.
+    /// The largest energy until the snapshot. Programs older than `energy` read and write only this key.
     energy_scale_j: Option<f64>,
     energy: Option<EnergyState>,
 }
@@ -79,11 +80,11 @@ impl Bundle {
         bytes.starts_with(MAGIC)
     }
 
-    /// The file's bytes, the same for the same bundle.
+    /// The bytes of the bundle file. Equal bundles give equal bytes.
     ///
     /// # Errors
-    /// What [`Bundle::read`] would refuse: what is too large, ticks that contradict each other, a law that is not of
-    /// this program.
+    /// If [`Bundle::read`] would refuse the bytes: a part is too large, ticks contradict each other, or a law is
+    /// unknown to this program.
     pub fn write(&self) -> Result<Vec<u8>, BadBundle> {
         let Self { scene, manifest, snapshot, events, energy, picture } = self;
         manifest.check_format()?;
@@ -105,10 +106,10 @@ impl Bundle {
         Ok(bytes)
     }
 
-    /// Reads the bytes of a file.
+    /// Reads a bundle from the bytes of a file.
     ///
     /// # Errors
-    /// Bytes that are no bundle, or a damaged one; one of a newer format; one whose ticks contradict each other.
+    /// If the bytes are not a bundle, are damaged, have a newer format, or contain ticks that contradict each other.
     pub fn read(bytes: &[u8]) -> Result<Self, BadBundle> {
         if !Self::begins_with(bytes) {
             return Err(BadBundle::new("this is not a bundle", "give a file that a black box has written"));
@@ -141,7 +142,7 @@ impl Bundle {
 }
 
 impl Manifest {
-    /// Fails where this program does not read its format.
+    /// Fails if this program cannot read the format of the manifest.
     fn check_format(&self) -> Result<(), BadBundle> {
         match self.format {
             0 => Err(BadBundle::new("manifest.json in the bundle has no format", UNDAMAGED)),
@@ -155,7 +156,7 @@ impl Manifest {
         }
     }
 
-    /// Fails where a text is not one line of plain characters, as terminals show it.
+    /// Fails if a text is not one line without control characters, as terminals show it.
     fn check_text(&self) -> Result<(), BadBundle> {
         let Self { program, scene, fault, .. } = self;
         let fault = fault.iter().flat_map(|fault| {
@@ -174,7 +175,7 @@ impl Manifest {
         }
     }
 
-    /// Fails where its ticks cannot be those of a run from a snapshot at tick `start`.
+    /// Fails if the ticks of the manifest cannot be those of a run from a snapshot at tick `start`.
     fn check_ticks(&self, start: u64) -> Result<(), BadBundle> {
         let Self { snapshot_tick, end_tick, keyframes, .. } = self;
         let ascend = keyframes.is_sorted_by(|a, b| a.tick < b.tick);
@@ -192,7 +193,7 @@ impl Manifest {
     }
 }
 
-/// An archive whose comment ends with room for the checksum.
+/// Packs files into an archive whose comment ends with room for the checksum.
 fn pack(files: &[(&Member, &[u8])]) -> Result<Vec<u8>, BadBundle> {
     for (Member { name, most }, bytes) in files {
         if bytes.len() as u64 > *most {
@@ -218,7 +219,7 @@ fn checksum(bytes: &[u8]) -> String {
     format!("{:016x}", xxh3_64(bytes))
 }
 
-/// The bytes of a file of the archive, if it is there.
+/// The bytes of a file of the archive; `None` if the archive does not have it.
 fn file(
     archive: &mut ZipArchive<Cursor<&[u8]>>,
     Member { name, most }: &Member,
@@ -228,7 +229,7 @@ fn file(
         found => found.map_err(|error| unreadable(&error))?,
     };
     let mut bytes = Vec::new();
-    // One byte past the limit tells a file that is too large; what the archive says of its size may be a lie.
+    // Read one byte past the limit to detect a file that is too large: the size stated in the archive may be false.
     found.take(*most + 1).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
     if bytes.len() as u64 > *most {
         return Err(BadBundle::new(format!("{name} in the bundle is larger than {most} bytes"), UNDAMAGED));
@@ -247,7 +248,7 @@ fn lacking(Member { name, .. }: &Member) -> BadBundle {
     BadBundle::new(format!("the bundle has no {name}"), UNDAMAGED)
 }
 
-/// What is wrong with `state.cbor`, in words: ciborium has none.
+/// Describes an error in `state.cbor` in words, because ciborium has none.
 fn unread_state(error: &ciborium::de::Error<std::io::Error>) -> BadBundle {
     use ciborium::de::Error;
     let what = match error {

@@ -1,4 +1,4 @@
-//! What a bundle says of its run, for people and programs.
+//! `manifest.json`: the description of the run in a bundle, for people and programs.
 
 use std::fmt;
 
@@ -10,7 +10,8 @@ use scene::lists::list;
 /// Version of the format that this program writes and reads.
 pub const BUNDLE_FORMAT: u32 = 1;
 
-/// `manifest.json`. Keys beside these are passed over, absent ones have defaults; `format` has to be there.
+/// The content of `manifest.json`. Unknown keys are ignored, and absent keys have defaults, except `format`, which is
+/// required.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Manifest {
@@ -20,15 +21,15 @@ pub struct Manifest {
     pub program: String,
     /// Name of the scene.
     pub scene: String,
-    /// What the run had in place of what the scene says.
+    /// Settings of the run that override those of the scene.
     pub settings: Overrides,
     /// Tick of the snapshot.
     pub snapshot_tick: u64,
-    /// Tick that the run came to; the fault's, if there is one.
+    /// Last tick of the run; the tick of the fault, if there is one.
     pub end_tick: u64,
-    /// State hash there, as summaries write it.
+    /// State hash at `end_tick`, as summaries write it.
     pub end_state_hash: String,
-    /// Ticks whose state hashes are known, ascending, the snapshot's first.
+    /// Ticks whose state hashes are known, ascending, beginning with the tick of the snapshot.
     #[serde(deserialize_with = "list")]
     pub keyframes: Vec<Keyframe>,
     /// What went wrong, if anything did.
@@ -39,9 +40,9 @@ pub struct Manifest {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Keyframe {
-    /// Ticks simulated until then.
+    /// Number of ticks simulated.
     pub tick: u64,
-    /// As summaries write it.
+    /// State hash after these ticks, as summaries write it.
     pub state_hash: String,
 }
 

@@ -29,8 +29,8 @@ fn ensure(holds: bool, what: &'static str) -> Result<(), BadSnapshot> {
 }
 
 impl Simulation {
-    /// A simulation of `scene` in that state. It continues the run of the snapshot bit for bit; its first tick
-    /// evaluates cached accelerations again. `scene` must be the scene of that run, with the options that changed it.
+    /// Restores a simulation of `scene`. It continues the run of the snapshot bit for bit; its first tick evaluates
+    /// cached accelerations again. `scene` must be the scene of that run, with the options that changed it.
     ///
     /// # Errors
     /// If the snapshot cannot be of a simulation of that scene.
@@ -102,14 +102,14 @@ impl Snapshot {
         remove(next..bodies.len());
     }
 
-    /// The same snapshot of `world`, which has the `bodies` of the scene.
+    /// The snapshot with stable ids replaced by entities of `world`, which has the `bodies` of the scene.
     fn of_world(&self, world: &mut World, bodies: &[Entity]) -> snapshot::Snapshot {
         let emissions = of_emitters::<Emission, _>(world, &self.state.emissions);
         let swarms = of_emitters::<SwarmLog, _>(world, &self.state.swarms);
         let body = |id: u32| bodies.get(id as usize).copied();
         let there = |id: u32| body(id).filter(|body| world.get_entity(*body).is_ok());
         let moves = |id: u32| there(id).filter(|body| world.get::<PhysicsBody>(*body).is_some());
-        // What waits may be for scenery: a request removes it.
+        // Pending inputs may name scenery: a request removes it.
         let push = |Push { body, newtons }: &_| Some(Push { body: there(*body)?, newtons: *newtons });
         let pushes = |all: &[Push<u32>]| all.iter().filter_map(push).collect();
         let (pushes, sustained) = (pushes(&self.state.pushes), pushes(&self.state.sustained));
@@ -117,7 +117,7 @@ impl Snapshot {
         let record = |record: QuarantineRecord<u32>| {
             let id = Some(StableId(record.body));
             let other_end = match record.cause.fault {
-                // An end without a body never had an id.
+                // A spring end that names no body never had an id.
                 Fault::Spring(end) => body(end).map(|_| StableId(end)),
                 _ => None,
             };
@@ -136,7 +136,8 @@ impl Snapshot {
     }
 }
 
-/// The emitters of `world` with a `C`, and what is `saved` of each by its place in the scene file.
+/// The emitters of `world` that have a `C`, each with the value `saved` for its place in the scene file, or the
+/// default.
 fn of_emitters<C: Component, T: Clone + Default>(world: &mut World, saved: &[(u32, T)]) -> Vec<(Entity, T)> {
     let mut emitters = world.query_filtered::<(Entity, &FileIndex), With<C>>();
     let of = |(emitter, FileIndex(index)): (Entity, &FileIndex)| {

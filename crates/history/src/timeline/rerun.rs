@@ -1,4 +1,4 @@
-//! A bundle, simulated again: its timeline, and the first difference from the recorded run.
+//! Simulates a bundle again and finds the first difference from the recorded run.
 
 use std::sync::Arc;
 
@@ -9,9 +9,9 @@ use crate::bundle::{BadBundle, Bundle, CONTRADICTION, EnergyState, UNDAMAGED};
 
 /// The result of simulating a bundle again.
 pub struct Rerun {
-    /// Its timeline, as far back as the bytes allow.
+    /// Timeline of the run, as far back as its memory limit allows.
     pub timeline: Timeline,
-    /// The run at its end, with the changes since the last tick.
+    /// The run at its end, with the changes after the last tick.
     pub end: Replay,
     /// All faults.
     pub faults: Vec<Fault>,
@@ -22,8 +22,8 @@ pub struct Rerun {
 }
 
 impl Rerun {
-    /// Simulates `bundle`, of which `scene` is the scene, to its end, with a timeline of at most `cap` bytes. `look` gets
-    /// the number of every simulated tick.
+    /// Simulates `bundle`, whose scene is `scene`, to its end, with a timeline of at most `cap` bytes. Calls `look`
+    /// with the number of every simulated tick.
     ///
     /// # Errors
     /// If the bundle contradicts itself or is too large.

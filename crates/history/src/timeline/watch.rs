@@ -1,4 +1,4 @@
-//! The watch for faults: bodies that are quarantined, and energy out of nowhere.
+//! Detects faults of a run: quarantined bodies, energy from nowhere, and bound orbits that become free.
 
 mod bound;
 
@@ -12,12 +12,12 @@ use scene::{EXPLODES, Names};
 use crate::bundle::{EnergyGrowth, EnergyLook, EnergyState, FaultEntry};
 use crate::simulation::Simulation;
 
-/// Energy that a tick invents, relative to the largest of the run before it, from which two such ticks in a row are a
-/// fault. The first tick of a fall from rest invents as much as it has, whatever comes after it; of a method beyond
-/// its limit of stability the energy grows in every tick, and from 2 on it more than triples.
+/// Two ticks in a row that each invent more than this many times the largest energy before them are a fault. One tick
+/// is not enough: the first tick of a fall from rest invents as much energy as there then is. With a method beyond
+/// its stability limit the energy grows in every tick, and more than triples in a tick above this limit.
 pub const ENERGY_JUMP: f64 = 2.0;
 
-/// Growth of the kinetic energy that is looked into, relative to the largest energy at the last look.
+/// A look begins when kinetic energy exceeds the largest energy at the last look by this factor.
 const GROWTH: f64 = 1.5;
 
 /// Ticks for which a ledger is kept after the last tick that multiplied the energy by [`GROWTH`]: in an oscillation
@@ -27,14 +27,14 @@ const PATIENCE: u64 = 8;
 /// Most ticks of a look, which would never end if every tick multiplied the energy.
 const LONGEST_LOOK: u64 = 4 * PATIENCE;
 
-/// Number of bodies up to which leaps are watched: their potential energy takes as long as a tick.
+/// Most bodies for which leaps are detected: computing their potential energy takes as long as a tick.
 const SMALL: usize = 256;
 
 /// Share of a growth that a cause must explain to count as its cause.
 const MOST: f64 = 0.5;
 
-/// Growth of kinetic and potential energy, relative to the largest energy when a growth was first seen, below which a look
-/// that finds nothing ends it.
+/// A look that finds no cause ends a growth, if kinetic plus potential energy has increased by no more than this part
+/// of the largest energy when the growth was first seen.
 const GROWN: f64 = 0.25;
 
 /// A fault of a run: a quarantined body, energy from nowhere, or a bound orbit that becomes free.
@@ -61,23 +61,25 @@ impl Fault {
     }
 }
 
-/// Simulates a run and looks at every tick.
+/// Simulates a run and checks every tick for faults.
 ///
-/// Energy is watched in two stages, because a ledger costs more than small ticks do. Kinetic energy is summed up
-/// after every tick; where it has grown by half since the last look, a ledger is kept for some ticks, and says what the
-/// method invents. A fault is the same whether a ledger is kept anyway or not.
+/// Energy is checked in two stages, because a ledger costs more than a small tick. Kinetic energy is summed after
+/// every tick. When it has grown by half since the last look, the next look begins: a ledger is kept for some ticks
+/// and shows how much energy the method invents. Faults are the same whether or not the caller keeps a ledger anyway.
 ///
-/// A jump is seen in one look, and so is a *leap*, a single tick that invents more than the run had. A slow growth is one that look after look finds to be invented for the larger part; it
-/// is a fault when it reaches [`EXPLODES`] times the energy at the end of the first look. Demonstrations of methods
-/// grow less, and the ledger explains the growth of falls, pushes and swings.
+/// One look suffices to detect a jump, and also a *leap*: a single tick that invents more energy than the run had. A
+/// slow growth takes several looks, each of which finds that most of the added energy was invented; it is a fault
+/// when it exceeds [`EXPLODES`] times the energy at the end of the first look. Demonstrations of methods grow less,
+/// and the ledger explains the growth of falls, pushes and swings.
 ///
-/// Where attraction alone moves bodies, their orbits are watched, too: none becomes free by itself.
+/// Where attraction is the only force on bodies, their orbits are checked, too: a bound orbit does not become free.
 #[derive(Debug)]
 pub struct Watch {
     records: usize,
     kinetic: KineticEnergy,
     energy: EnergyState,
-    /// During a look, from the tick after the first on, unless a ledger is kept anyway.
+    /// Ledger of the look in progress, opened in the tick after its first; `None` if the caller keeps a ledger
+    /// anyway.
     ledger: Option<Ledger>,
     orbits: BoundOrbits,
     /// Whether the energy is computed after every tick, to see what a single tick invents.
@@ -85,7 +87,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// A watch over `world` from now on, where a run begins.
+    /// A watch over a run that begins in `world`.
     #[must_use]
     pub fn new(world: &mut World) -> Self {
         let totals = totals(world);
@@ -103,7 +105,8 @@ impl Watch {
         )
     }
 
-    /// The watch over a run that continues in `world`, with what [`Watch::energy`] was then.
+    /// Continues the watch over a run in `world`. `energy` is what [`Watch::energy`] returned at that state of the
+    /// run.
     #[must_use]
     pub fn going_on(world: &mut World, energy: EnergyState) -> Self {
         let records = world.resource::<Quarantine>().records().len();
@@ -124,8 +127,8 @@ impl Watch {
         size_of::<Self>()
     }
 
-    /// Simulates one tick with the bits of [`Simulation::tick`], recorded in `ledger` if there is one. Returns what went
-    /// wrong in it.
+    /// Simulates one tick, bit for bit as [`Simulation::tick`] does, and records it in `ledger` if there is one.
+    /// Returns the fault that the tick makes certain.
     pub fn tick(&mut self, simulation: &mut Simulation, ledger: Option<&mut Ledger>) -> Option<Fault> {
         if !simulation.pending().is_empty() {
             self.note_change(simulation.ticks());
@@ -150,12 +153,12 @@ impl Watch {
         self.look_for_quarantined(world).or(jump).or(escape)
     }
 
-    /// Looks at a tick that was simulated without the watch, for measuring what a look costs.
+    /// Checks a tick that was simulated without the watch, to measure what a check costs.
     pub fn look(&mut self, world: &mut World) {
         self.look_at(world, Booked::default());
     }
 
-    /// Notes that something came from outside after tick number `tick`: no later growth begins before it.
+    /// Records a change from outside after tick number `tick`: no growth that is found later begins before it.
     pub fn note_change(&mut self, tick: u64) {
         self.energy.changed_tick = tick.saturating_add(1);
         self.orbits.forget();
@@ -203,14 +206,14 @@ impl Watch {
     }
 }
 
-/// The entries of a ledger for a tick; all 0 without a ledger.
+/// The ledger's entries for a tick; all 0 without a ledger.
 #[derive(Clone, Copy, Default)]
 struct Booked {
     /// Energy that the method invented, J.
     invented: f64,
     /// Energy that everything else added, J.
     caused: f64,
-    /// Kinetic and potential energy at its end, J.
+    /// Kinetic and potential energy at the end of the tick, J.
     total: f64,
     /// Whether anything but the method may add energy at any time.
     fed: bool,
@@ -220,24 +223,25 @@ impl Booked {
     fn of(ledger: &Ledger, births: bool) -> Self {
         let lines = &ledger.last_tick().energy;
         let caused = lines.change() - lines.residual;
-        // An engine that rests in this tick has a line, too. Drag only takes, unless there is wind.
+        // A law that does no work in this tick, such as an idle engine, has a line, too. Drag only takes energy,
+        // unless there is wind.
         let gives = |(law, joules): &(&str, f64)| *law != "drag" || *joules > 0.0;
         let fed = births || caused > 0.0 || lines.laws.iter().any(gives);
         Self { invented: lines.residual, caused, total: ledger.energies().total(), fed }
     }
 }
 
-/// Energy out of nowhere.
+/// Energy that the method invented or lost, for the message of a fault.
 struct Nowhere {
     /// The first tick that invented it.
     since: u64,
-    /// How much it is, J.
+    /// The invented energy, J; below 0 if energy was lost.
     joules: f64,
-    /// What there was, J.
+    /// Energy of the run before it, J.
     before: f64,
 }
 
-/// Enters a tick into the look that is being taken.
+/// Adds the ledger entries of a tick to the look in progress.
 fn enter(energy: &mut EnergyState, tick: u64, Booked { invented, caused, total, fed }: Booked) {
     let Some(look) = &mut energy.look else { return };
     look.total_j = look.total_j.or(Some(total - invented - caused));
@@ -251,7 +255,8 @@ fn enter(energy: &mut EnergyState, tick: u64, Booked { invented, caused, total, 
     }
 }
 
-/// A jump that this tick makes certain, if it was booked: the second in a row that invents too much.
+/// The jump that this tick makes certain, if a ledger was kept of it: it is the second tick in a row that invents too
+/// much.
 fn jump(energy: &mut EnergyState, tick: u64, Booked { invented, total, .. }: Booked) -> Option<Nowhere> {
     let (before, began, alone) = (energy.largest_j, first_tick(energy, tick, total), is_alone(energy));
     let found_before =
@@ -264,17 +269,17 @@ fn jump(energy: &mut EnergyState, tick: u64, Booked { invented, total, .. }: Boo
     }
     let first = *look.jumped.get_or_insert(tick);
     let grew = look.grew.unwrap_or(first);
-    // The tick that raised the doubt was not booked: where the next one invents, it did.
+    // No ledger was kept of the tick that began the look: if the next tick invents energy, that tick did, too.
     let multiplied = look.total_j.is_some_and(|at_first| at_first > GROWTH * energy.looked_j);
     let since = if grew == look.since.saturating_add(1) || (alone && multiplied) { began } else { grew };
     // If the look before this one found invented energy, both are one explosion.
     let since = found_before.map_or(since, |growth| growth.since.min(since));
-    // An unstable spring takes in some ticks what it gives in others: all that it gave is what there is now.
+    // An unstable spring takes energy in some ticks and gives it in others: report its net gain.
     let joules = if invented < 0.0 && total > before { total - before } else { invented };
     (tick == first.saturating_add(1)).then_some(Nowhere { since, joules, before })
 }
 
-/// A growth that has come to too much with this tick, if it was booked.
+/// The growth that exceeds its limit with this tick, if a ledger was kept of it.
 fn growth(energy: &mut EnergyState) -> Option<Nowhere> {
     let (look, growth) = (energy.look.as_ref()?, energy.growth.as_mut()?);
     let joules = energy.looked_j - growth.own_j - growth.elsewhere_j + look.invented_j;
@@ -283,8 +288,9 @@ fn growth(energy: &mut EnergyState) -> Option<Nowhere> {
     too_much.then_some(Nowhere { since: growth.since, joules, before: growth.own_j })
 }
 
-/// Takes in the kinetic energy after a tick: begins a look, continues it, or ends it. `total` is kinetic and potential
-/// energy, if the tick was booked, and `now` is so in a small world. Returns a leap that the end of a look makes certain.
+/// Updates the state of the watch with the kinetic energy after a tick: begins, continues or ends a look. `total` is
+/// kinetic plus potential energy by the ledger, 0 without one; `now` is the same energy without a ledger, in a small
+/// world. Returns the leap that the end of a look makes certain.
 fn take_in(
     energy: &mut EnergyState,
     tick: u64,
@@ -306,7 +312,8 @@ fn take_in(
         energy.look = Some(EnergyLook { since: tick, last: tick, ..EnergyLook::default() });
     }
     let look = energy.look.as_mut()?;
-    // No ledger is kept of the tick that raised the doubt, but where nothing else gives energy, all that is new is the method's.
+    // No ledger is kept of the tick that began the look, but if nothing else gives energy, the method invented all
+    // that is new.
     if leaps && look.leapt_over_j.is_none() {
         look.leapt_over_j = Some(before);
     }
@@ -325,8 +332,8 @@ fn take_in(
     leap
 }
 
-/// A leap in the look that ends at an energy of `total`: most of the energy that there is now came in one tick. A fall from
-/// rest begins with a tick that invents as much as it has, and leaves it behind.
+/// The leap in a look that ends with energy `total`, if most of the present energy was invented in one tick. The
+/// first tick of a fall from rest invents as much energy as there then is, but later ticks outgrow it.
 fn leap(energy: &EnergyState, total: f64) -> Option<Nowhere> {
     let look = energy.look.filter(|_| is_alone(energy))?;
     let (before, joules) = (look.leapt_over_j?, total - energy.total_j?);
@@ -334,19 +341,21 @@ fn leap(energy: &EnergyState, total: f64) -> Option<Nowhere> {
     stays.then(|| Nowhere { since: energy.grew_tick.unwrap_or(look.since), joules, before })
 }
 
-/// The growth that continues or begins with a look that ends with tick number `now`, at an energy of `total`.
+/// The growth that a look leaves in progress when it ends with tick number `now` and energy `total`.
 #[expect(clippy::cast_precision_loss, reason = "ticks of a run")]
 fn growth_after_look(energy: &EnergyState, now: u64, total: f64) -> Option<EnergyGrowth> {
     let look = energy.look?;
     let added = energy.largest_j - energy.looked_j;
     let [all, seen] = [energy.looked_tick, look.since].map(|first| now.saturating_sub(first) as f64);
     let explains = |joules: f64| joules * all >= MOST * added * seen;
-    // On a spring that is no longer than its swing, a method gives and takes within each swing: a look of a few ticks may
-    // see it take while it gives in the long run. Where nothing else gives, it is all the method's.
+    // On a spring that is no longer than its swing, a method gives and takes energy within each swing: a look of a
+    // few ticks may see a loss while energy grows in the long run. If nothing else gives energy, the method invented
+    // the growth.
     let in_the_long_run =
         is_alone(energy) && energy.total_j.is_some_and(|before| total - before >= MOST * added);
     if in_the_long_run || explains(look.invented_j) {
-        // A push, or an engine that starts, multiplies what was next to nothing: it is counted from the end of the first look.
+        // A push, or an engine that starts, multiplies an energy near 0: the growth is measured from the end of the
+        // first look.
         let own_j = energy.largest_j;
         let begins = EnergyGrowth {
             since: first_tick(energy, now, total),
@@ -366,9 +375,10 @@ fn is_alone(energy: &EnergyState) -> bool {
     energy.look.is_some_and(|look| !look.fed) && energy.changed_tick <= energy.looked_tick
 }
 
-/// The tick from which on the method invented what a look found until tick number `now`, at an energy of `total`: the one
-/// that raised the doubt, unless energy had multiplied by then. Then it is the one that brought it to half as much again
-/// at the rate of the look, as on a stiff spring, whose kinetic energy shows little of it in some ticks.
+/// The first tick in which the method invented energy, for a look that has reached tick number `now` with energy
+/// `total`. It is the tick that began the look, unless energy had multiplied by then. In that case it is the tick
+/// that raised the energy by half, extrapolated back at the growth rate of the look: on a stiff spring, kinetic
+/// energy shows little of the growth in some ticks.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -379,7 +389,7 @@ fn first_tick(energy: &EnergyState, now: u64, total: f64) -> u64 {
     let Some(EnergyLook { since, total_j: Some(at_first), .. }) = energy.look else { return now };
     let grown = at_first / (GROWTH * energy.looked_j);
     let per_tick = libm::log(total / at_first) / now.saturating_sub(since) as f64;
-    // The first tick of a spring from rest multiplies more than the later ones.
+    // The first tick of a spring from rest multiplies energy by more than later ticks.
     let ticks = (libm::log(grown) / per_tick).ceil() + f64::from(per_tick > libm::log(GROWTH));
     // NaN counts as no earlier tick.
     let earlier = if grown > 1.0 && per_tick > 0.0 && ticks.is_finite() { ticks as u64 } else { 0 };

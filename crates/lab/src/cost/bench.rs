@@ -21,7 +21,7 @@ use super::timing::Timings;
 use super::truth::{Compared, Comparison, Reference, Scales, Target};
 use crate::run::movable;
 
-/// Relative error above which a reference is not used.
+/// Relative error of a reference above which the run is shortened, if it may be, or a note says how far to trust it.
 const TRUSTED: f64 = 1e-2;
 
 /// The note on damping per tick, which limits methods of higher order.
@@ -43,8 +43,9 @@ pub struct Bench {
     timings: Timings,
     jobs: VecDeque<Job>,
     current: Option<(Job, CurrentRun)>,
-    /// Weight of the work that is done, and of all.
+    /// Weight of the work that is done.
     done: f64,
+    /// Weight of all work.
     total: f64,
     /// Thread CPU time that may be spent, s; below 0 after a piece that took longer than the rest of it.
     credit: f64,
@@ -333,8 +334,8 @@ impl Bench {
         }
     }
 
-    /// The runs of those cells that were not run yet, at their start beside the truth; `None` if all were, or the
-    /// truth is not known.
+    /// Starts the runs of those cells that were not run yet, beside the truth; `None` if there are no such cells, or
+    /// the truth is not known.
     fn compare(&mut self, cells: Range<usize>) -> Option<Comparison> {
         let scales = self.scales?;
         let mut runs = Vec::new();
@@ -342,7 +343,7 @@ impl Bench {
         let mut target = self.reference().map(|run| Target::run(&self.subject, run));
         for at in cells.filter(|at| !self.study.cells[*at].is_run()).collect::<Vec<_>>() {
             let setting = self.study.cells[at].setting;
-            // A closed form is known at every step.
+            // A closed form is known at every step, so each step becomes a tick.
             let closed = self.subject.exact().map(|(exact, _)| (exact, self.subject.by_steps(setting)));
             let (subject, inner) = match &closed {
                 Some((exact, (subject, inner))) => {
@@ -421,7 +422,7 @@ impl Bench {
                 (cells + beside) * ticks
             }
             Job::Time(at) => match self.timings.what(at, &self.study) {
-                // As many ticks as there is time for, of some tenths of a microsecond each.
+                // Copies are timed for a fixed time, at some tenths of a microsecond per evaluation.
                 Some((Some(copies), _)) => (1e7 * self.plan.timed).max(f64::from(copies)),
                 Some((None, setting)) => work(setting) * ticks.min(20.0),
                 None => 0.0,

@@ -1,4 +1,5 @@
-//! What is cheapest at an error. Sentences, tables, buttons and recommendations all ask [`Study::cheapest`].
+//! Finds the cheapest setting for an error. Sentences, tables, buttons and recommendations all ask
+//! [`Study::cheapest`].
 
 use motion::Method;
 
@@ -9,13 +10,13 @@ use super::record::{Cell, Host, Setting, Study};
 /// decide a choice.
 const EVEN: f64 = 0.03;
 
-/// An error so many times smaller is worth a change of the setting.
+/// A change of the setting is worthwhile if it makes the error at least this many times smaller.
 const WORTH: f64 = 1.5;
 
 /// Steps at which the error exceeds this part of the motion are too coarse to use.
 const USABLE: f64 = 0.1;
 
-/// Most bounds that are answered, one per decade.
+/// Most error bounds in a list of answers, one per decade.
 const DECADES: i32 = 6;
 
 /// The cheapest setting for an error.
@@ -40,7 +41,7 @@ impl<'a> Cheapest<'a> {
     }
 }
 
-/// The answer to "which setting, for a position error of at most this".
+/// The cheapest setting for a bound on the position error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer<'a> {
     /// The bound, m.
@@ -60,7 +61,7 @@ pub struct Lead {
     pub are_exact: bool,
 }
 
-/// What is cheapest at an error, by every cost that was measured.
+/// The cheapest settings for one bound on the error, by every cost that was measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice<'a> {
     /// The bound, m.
@@ -93,7 +94,7 @@ fn leads(study: &Study, answers: &[Answer<'_>]) -> Vec<Lead> {
 }
 
 impl Study {
-    /// The cheapest setting of f64 whose error is at most `error`, the truth's own added to it; `None` if none was
+    /// The cheapest setting whose error, with the truth's own error added, is at most `error`; `None` if none was
     /// measured.
     pub fn cheapest(&self, accuracy: Accuracy, cost: Cost, error: f64) -> Option<Cheapest<'_>> {
         let keeps = |cell: &Cell| self.promised(cell, accuracy).is_some_and(|promised| promised <= error);
@@ -118,8 +119,8 @@ impl Study {
         Some(Cheapest { cell, ties })
     }
 
-    /// The most accurate cell that costs no more than `present`, and how many times smaller its error is, if it is at least 1.5 times
-    /// smaller with the truth's own error added to it.
+    /// The most accurate cell that costs no more than `present`, and how many times smaller its error is, with the
+    /// truth's own error added to it; `None` if it is less than 1.5 times smaller.
     pub fn nearer_at_the_cost_of(
         &self,
         present: &Cell,
@@ -151,7 +152,7 @@ impl Study {
         2 * flat > methods.len()
     }
 
-    /// The largest error that a cell may have: what was measured, and the truth's own.
+    /// Bound on the error of a cell: its measured error plus the truth's own error.
     pub fn promised(&self, cell: &Cell, accuracy: Accuracy) -> Option<f64> {
         let (relative, position_m) = self.truth.own_error();
         let own = match accuracy {
@@ -162,7 +163,7 @@ impl Study {
         Some(self.error(cell, accuracy)? + own)
     }
 
-    /// Part by which equal costs of two methods may differ: for times, the spread of their rounds.
+    /// Relative difference up to which the costs of two methods are equal: for times, the spread of their rounds.
     fn tie(&self, cost: Cost, methods: [Method; 2]) -> f64 {
         match cost {
             Cost::Evaluations => EVEN,
@@ -182,14 +183,14 @@ impl Study {
         own_m.is_nan() || 10.0 * own_m > USABLE * self.position_scale_m
     }
 
-    /// A position error, or the noise floor where it is below that, m.
+    /// The position error of a cell, or the noise floor if that is larger, m.
     fn resolved(&self, cell: &Cell) -> Option<f64> {
         let accuracy = Accuracy::Position;
         Some(self.error(cell, accuracy)?.max(self.trusted(cell, accuracy)))
     }
 
-    /// The cheapest settings for position errors of powers of ten, from the largest that is of use down to what was
-    /// reached, six at most. Empty where methods cannot be ranked.
+    /// The cheapest settings for position errors of powers of ten, from the largest usable error down to the smallest
+    /// that was reached, six at most. Empty if methods cannot be ranked.
     pub fn answers(&self, cost: Cost) -> Vec<Answer<'_>> {
         if !self.ranks() {
             return Vec::new();
@@ -201,7 +202,7 @@ impl Study {
             return Vec::new();
         }
         let start = largest.log10().ceil() as i32;
-        // Parsed, because `powi` may miss the number that is written 0.001.
+        // Parsed, because `powi` may not give exactly the number that is written 0.001.
         let bounds = (0..DECADES).filter_map(|down| format!("1e{}", start - down).parse::<f64>().ok());
         let answer = |below_m: f64| {
             let cheapest = self.cheapest(Accuracy::Position, cost, below_m)?;
@@ -210,7 +211,7 @@ impl Study {
         bounds.filter(|below_m| *below_m >= least).filter_map(answer).collect()
     }
 
-    /// The methods that are the cheapest, each with the smallest error for which they are.
+    /// The cheapest methods, each group with the smallest error for which it is the cheapest.
     pub fn leads(&self, cost: Cost) -> Vec<Lead> {
         leads(self, &self.answers(cost))
     }
@@ -240,8 +241,8 @@ impl Study {
         found
     }
 
-    /// What is cheapest at each error by evaluations, by time and by the arithmetic alone, the largest error first.
-    /// Of errors with the same settings only the smallest is listed.
+    /// The cheapest settings for each error by evaluations, by time and by the arithmetic alone, the largest error
+    /// first. Only the smallest of several errors with the same settings is listed.
     pub fn choices<'a>(&'a self) -> Vec<Choice<'a>> {
         let [by_evaluations, by_time, by_arithmetic] =
             [Cost::Evaluations, Cost::Time, Cost::Arithmetic].map(|cost| self.answers(cost));

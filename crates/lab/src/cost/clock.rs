@@ -104,8 +104,8 @@ impl Trial {
     }
 }
 
-/// A fixed loop of semi-implicit Euler over falling bodies: the least that a substep of a body can take. It is never
-/// changed, so that ratios to it can be compared between versions.
+/// A fixed loop of semi-implicit Euler over falling bodies, which is the least that a substep of a body can take. The
+/// loop is never changed, so that ratios to it can be compared between versions.
 #[derive(Clone, Debug)]
 pub struct Yardstick {
     x: Vec<[f64; 3]>,

@@ -5,14 +5,14 @@ use motion::Method;
 use super::front::{Accuracy, Cost};
 use super::record::{Cell, Failure, Outcome, Phase, Setting, Study};
 
-/// The errors by which methods are compared: those of positions, which a person sees.
+/// The kind of error by which methods are compared: that of positions, which a person sees.
 pub const SEEN: Accuracy = Accuracy::Position;
 
 /// Costs that differ by less than this part are equal: rungs are a factor of two apart, and one or two start-up
 /// evaluations do not decide a comparison.
 const EQUAL: f64 = 0.15;
 
-/// A fitted order differs from the claimed one if it is off by more than this.
+/// Largest difference between a fitted and a claimed order that counts as agreement.
 const OTHER_ORDER: f64 = 0.25;
 
 /// Two methods at one cost.
@@ -22,9 +22,9 @@ pub struct Round<'a> {
     pub evaluations: f64,
     /// The cell with the smaller error.
     pub better: &'a Cell,
-    /// The other one.
+    /// The cell with the larger error.
     pub worse: &'a Cell,
-    /// How many times smaller the error is.
+    /// Ratio of the larger error to the smaller one.
     pub times: f64,
 }
 
@@ -42,7 +42,7 @@ pub struct Contest<'a> {
 /// The order that the errors of a method show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShownOrder {
-    /// The slope of its errors.
+    /// The slope of its errors against the step, in logarithms.
     pub shows: f64,
     /// The order that the table of methods claims, if it differs.
     pub claimed: Option<u32>,
@@ -55,7 +55,7 @@ pub struct EqualCost {
     pub evaluations: f64,
     /// The error of each of [`Study::methods`], m.
     pub errors_m: Vec<Option<f64>>,
-    /// The least of them, m.
+    /// The smallest of these errors, m.
     pub least_m: f64,
 }
 
@@ -64,12 +64,13 @@ pub struct EqualCost {
 pub struct FailedRuns<'a> {
     /// The method.
     pub method: Method,
-    /// The substeps of each, and its reason.
+    /// The substeps of each run, and why it failed.
     pub runs: Vec<(u32, &'a Failure)>,
 }
 
 impl Phase {
-    /// How late the run is, s; `None` if it is farther off its path than the size of the motion.
+    /// How late the run is, s; `None` if its distance from the path of the closed form exceeds the size of the
+    /// motion.
     pub fn known_late_s(&self) -> Option<f64> {
         (self.off_path < 1.0).then_some(self.late_s)
     }
@@ -122,7 +123,7 @@ impl Study {
         })
     }
 
-    /// Every rung of `first` beside the rung of `second` that takes as many evaluations.
+    /// Pairs every rung of `first` with the rung of `second` that takes as many evaluations.
     fn rounds(&self, first: Method, second: Method) -> Vec<Round<'_>> {
         let evaluations = |cell| self.cost_or_claim(cell, Cost::Evaluations).filter(|cost| *cost > 0.0);
         let near = |at: f64| {
@@ -138,7 +139,7 @@ impl Study {
         self.curve(first).filter_map(round).collect()
     }
 
-    /// Two cells at one cost, if both finished, one of them is usable and one is above the noise floor.
+    /// Compares two cells at one cost, if both finished, one of them is usable and one is above the noise floor.
     fn round<'a>(&self, evaluations: f64, first: &'a Cell, second: &'a Cell) -> Option<Round<'a>> {
         let errors = (self.error(first, SEEN)?, self.error(second, SEEN)?);
         let is_useful = self.is_usable(first) || self.is_usable(second);
@@ -185,8 +186,8 @@ impl Study {
         Some(a_step > 0.5 * f64::from(claims.evaluations + claims.evaluations_with_velocity_laws))
     }
 
-    /// The cost of a cell, failed or not. A failed run counted evaluations only until it failed, so it has at least
-    /// the cost that its method claims.
+    /// The cost of a cell, failed or not. A failed run counts evaluations only until it fails, so at least the cost
+    /// that its method claims is assumed.
     pub fn cost_or_claim(&self, cell: &Cell, cost: Cost) -> Option<f64> {
         let counted = self.cost(cell, cost);
         if cost != Cost::Evaluations || cell.errors().is_some() {
@@ -211,7 +212,7 @@ impl Study {
         }
     }
 
-    /// Errors of phase and amplitude at the end of the run, of every method at the middle step of those that were
+    /// Errors of phase and amplitude at the end of the run, for every method at the middle one of the steps that were
     /// run.
     pub fn phases(&self) -> Vec<(&Cell, Phase)> {
         let with_phase = self.cells.iter().filter_map(|cell| Some((cell, cell.errors()?.phase?)));

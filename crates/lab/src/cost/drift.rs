@@ -13,8 +13,8 @@ use super::truth::larger;
 /// Approximate number of points of a series.
 const POINTS: u64 = 200;
 
-/// Kinetic energy that position Verlet has at the time of its positions beyond that of its velocities, J, which are those of half
-/// a step before; 0 for every other method.
+/// Kinetic energy of position Verlet at the time of its positions minus that of its velocities, J, which lag half a
+/// step behind; 0 for every other method.
 fn late_energy(run: &Simulation) -> f64 {
     if run.method() != Method::PositionVerlet {
         return 0.0;
@@ -30,7 +30,7 @@ fn late_energy(run: &Simulation) -> f64 {
     bodies.sum()
 }
 
-/// Energy that the method of `run` has invented since `ledger` was opened, J; below 0 what it has lost.
+/// Energy that the method of `run` has invented since `ledger` was opened, J; negative if it has lost energy.
 pub(crate) fn invented(ledger: &Ledger, run: &Simulation) -> f64 {
     ledger.since_opening().energy.residual + late_energy(run)
 }
@@ -45,9 +45,9 @@ pub(crate) struct DriftRun {
     /// Length of a tick, s.
     length: f64,
     every: u64,
-    /// J.
+    /// Largest magnitude of the residual so far, J.
     largest: f64,
-    /// J.
+    /// Peak kinetic energy so far, J.
     peak_kinetic: f64,
     /// Times, s, and residuals, J.
     series: Vec<(f64, f64)>,
@@ -57,7 +57,8 @@ pub(crate) struct DriftRun {
 impl DriftRun {
     /// A run of `setting` that is `longer` times as long as the subject's, at least once.
     pub fn new(subject: &Subject, setting: Setting, longer: u32) -> Self {
-        // The ticks of a problem are far longer than its substeps, and a ledger samples once per tick.
+        // Each step of a problem becomes a tick, because a ledger samples once per tick and ticks are far longer than
+        // substeps.
         let by_steps = subject.problem.is_some();
         let (subject, inner) = if by_steps { subject.by_steps(setting) } else { (subject.clone(), setting) };
         let mut run = subject.run(inner);

@@ -29,7 +29,7 @@ pub enum Cost {
 }
 
 impl Cost {
-    /// All of them.
+    /// All kinds of costs.
     pub const ALL: [Self; 4] = [Self::Evaluations, Self::Time, Self::Arithmetic, Self::RealTime];
 }
 
@@ -64,7 +64,7 @@ impl Study {
         }
     }
 
-    /// The cells of a curve, in the order of their substeps.
+    /// The cells of `method`, in the order of their substeps.
     pub fn curve(&self, method: Method) -> impl Iterator<Item = &Cell> {
         self.cells.iter().filter(move |cell| cell.setting.method == method)
     }
@@ -81,9 +81,9 @@ impl Study {
         (1e3 * f64::EPSILON * steps * scale).max(10.0 * own)
     }
 
-    /// The order of a method: the slope of its error against the step on the finest two rungs whose errors are
-    /// well above round-off and the truth's own, as in the usual convergence test (SciML,
-    /// `analyticless_convergence_tests`). `None` if fewer than two are, as for an exact method.
+    /// The order of a method: the slope of its error against the step, in logarithms, on the two finest rungs whose
+    /// errors are above the noise floor, as in the usual convergence test (SciML, `analyticless_convergence_tests`).
+    /// `None` if there are fewer than two such rungs, as for an exact method.
     pub fn order(&self, method: Method, accuracy: Accuracy) -> Option<f64> {
         let points: Vec<_> = self
             .curve(method)
@@ -123,7 +123,7 @@ impl Study {
     }
 }
 
-/// The height of a line of ascending points at `at`; `None` outside of it.
+/// Interpolates linearly between ascending points; `None` outside of them.
 fn between(line: &[(f64, f64)], at: f64) -> Option<f64> {
     line.windows(2).find_map(|pair| {
         let [(a, left), (b, right)] = *pair else { return None };

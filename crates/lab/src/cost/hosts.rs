@@ -1,4 +1,4 @@
-//! Where a subject runs: in a world of entities, or in a loop over arrays.
+//! Hosts of a subject: a world of entities, or a loop over arrays.
 
 use super::record::{Failure, Host, Setting};
 use super::runner::Runner;
@@ -7,7 +7,7 @@ use super::subject::Subject;
 /// Makes the run of a setting, or says why it cannot.
 pub type Make = dyn Fn(&Subject, Setting, Host) -> Result<Box<dyn Runner>, Failure> + Send;
 
-/// Makes a run of the program itself.
+/// Makes a run of the program itself, in a world or in a loop.
 ///
 /// # Errors
 /// If the method cannot solve what the subject declares, or no loop was written for it.

@@ -26,7 +26,7 @@ fn processor() -> String {
     name.map_or_else(|| "an unnamed processor".to_owned(), |(_, name)| name.trim().to_owned())
 }
 
-/// Sizes of the caches of data, by level, bytes.
+/// Sizes of the data caches by level, bytes.
 fn caches() -> Vec<u64> {
     let of = |index: u32| {
         let read = |name: &str| {

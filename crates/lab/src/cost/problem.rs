@@ -12,7 +12,7 @@ use super::exact::{eccentric_anomaly, jacobi};
 /// Position, m, and velocity, m/s.
 pub type State = (DVec3, DVec3);
 
-/// The state of every body that can move, in the order of the file, at a time in s, and the source of the formula.
+/// A closed form: the state of every body that can move, in the order of the file, at a time in s, and its source.
 pub(crate) type Exact = (fn(f64) -> Vec<State>, &'static str);
 
 /// A problem on which methods are compared.
@@ -34,7 +34,7 @@ pub struct Problem {
     pub(crate) period: Option<f64>,
     /// Least and most substeps per tick: from useless errors to round-off.
     pub(crate) ladder: (u32, u32),
-    /// The problem in a loop over arrays, if its bodies are single.
+    /// The problem in a loop over arrays; `None` if no loop was written for it.
     pub(crate) in_loop: Option<MakeLoop>,
 }
 
@@ -90,7 +90,7 @@ impl Formula for Duffing {
     }
 }
 
-/// Gravity g, m/s².
+/// Uniform gravity g, m/s².
 #[derive(Clone, Copy)]
 struct Fall(DVec3);
 
@@ -113,7 +113,7 @@ impl Formula for Fall {
     }
 }
 
-/// Gravity g, m/s², and drag c, 1/s.
+/// Uniform gravity g, m/s², and linear drag c, 1/s.
 #[derive(Clone, Copy)]
 struct TerminalFall(DVec3, f64);
 
@@ -136,7 +136,7 @@ impl Formula for TerminalFall {
     }
 }
 
-/// Stiffness by mass w², 1/s².
+/// A linear spring to the origin with stiffness per mass w², 1/s².
 #[derive(Clone, Copy)]
 struct Spring(f64);
 
@@ -157,7 +157,7 @@ impl Formula for Spring {
     }
 }
 
-/// [`Spring`] with drag c, 1/s.
+/// A [`Spring`] with linear drag c, 1/s.
 #[derive(Clone, Copy)]
 struct DampedSpring(Spring, f64);
 
@@ -181,7 +181,7 @@ impl Formula for DampedSpring {
     }
 }
 
-/// mu, m³/s², at the origin, and the square of the softening, m².
+/// Attraction to the origin with mu, m³/s², and the square of the softening length, m².
 #[derive(Clone, Copy)]
 struct Orbit(f64, f64);
 
@@ -213,7 +213,7 @@ impl Formula for Orbit {
     }
 }
 
-/// Gravity, m/s², stiffness by mass, 1/s², and rest length, m.
+/// Uniform gravity, m/s², and a spring to the origin with stiffness per mass, 1/s², and rest length, m.
 #[derive(Clone, Copy)]
 struct Pendulum(DVec3, f64, f64);
 
@@ -239,7 +239,7 @@ impl Formula for Pendulum {
     }
 }
 
-/// Gravity, m/s², and quadratic drag k, 1/m.
+/// Uniform gravity, m/s², and quadratic drag k, 1/m.
 #[derive(Clone, Copy)]
 struct QuadraticDrag(DVec3, f64);
 
@@ -264,7 +264,7 @@ impl Formula for QuadraticDrag {
     }
 }
 
-/// The places of wells, m, mu, m³/s², and the square of their softening, m².
+/// Attraction to several wells: their positions, m, mu of each, m³/s², and the square of the softening length, m².
 #[derive(Clone, Copy)]
 struct Cluster([DVec3; 5], f64, f64);
 
@@ -291,7 +291,7 @@ impl Formula for Cluster {
     }
 }
 
-/// Force per mass at the start, m/s², and its growth, m/s³.
+/// A force that grows linearly: force per mass at the start, m/s², and its rate, m/s³.
 #[derive(Clone, Copy)]
 struct Engine(DVec3, DVec3);
 
@@ -326,15 +326,19 @@ impl Net<4> for Tetrahedron {
 
 /// Eccentricity of the orbit.
 const ECCENTRICITY: f64 = 0.6;
-/// Angular frequency of the oscillators, rad/s, and decay rate of the damped one, 1/s: a fifth of critical.
+/// Angular frequency of the oscillators, rad/s.
 const FREQUENCY: f64 = 2.0;
+/// Decay rate of the damped oscillator, 1/s: a fifth of critical.
 const DECAY: f64 = 2.0 * 0.2 * FREQUENCY;
-/// Falling: gravity, m/s², and drag, 1/s.
+/// Gravity of the falls, m/s².
 const FALL: f64 = 9.8;
+/// Linear drag of the falls, 1/s.
 const DRAG: f64 = 0.4;
+/// Quadratic drag of the falls, 1/m.
 const QUADRATIC_DRAG: f64 = 0.05;
-/// Force of the engine on 1 kg, N, and its growth, N/s.
+/// Force of the engine on 1 kg, N.
 const ENGINE: f64 = 10.0;
+/// Growth of that force, N/s.
 const ENGINE_GROWTH: f64 = 1.5;
 /// Five wells around the origin, m.
 const WELLS: [DVec3; 5] = [

@@ -8,7 +8,7 @@ use super::record::{Cell, Host, Setting, Study, TickTime, Time, TimedTick};
 
 const HOSTS: [Host; 2] = [Host::World, Host::Arithmetic];
 
-/// Part by which a time may differ by chance: how far the median of the rounds lies above the least.
+/// Relative noise of a time: how far the median of the rounds lies above the least.
 fn spread(quartiles: [f64; 3]) -> f64 {
     (quartiles[1] - 1.0).max(0.0)
 }
@@ -79,7 +79,7 @@ pub struct Place {
     pub method: Method,
     /// Thread CPU time per body per step at [`Study::size`] bodies, ns.
     pub ns_per_body_step: f64,
-    /// By which part of it the median of the passes lies above it.
+    /// Relative excess of the median of the passes over that time.
     pub spread: f64,
     /// Whether it shares the rank of the place before: it ties with the first of that rank.
     pub tied: bool,
@@ -101,7 +101,7 @@ pub struct OverArithmetic {
     pub method: Method,
     /// The ratio of the least times of all passes.
     pub times: f64,
-    /// By which part the median of the passes lies above the least, of the two the larger one.
+    /// Relative excess of the median of the passes over the least, the larger one of the two hosts.
     pub spread: f64,
 }
 
@@ -299,7 +299,7 @@ mod tests {
         points[3].ns *= 1.6;
         let (fixed, slope) = line(&points);
         assert!((fixed / 700.0 - 1.0).abs() < 1e-9 && (slope / 5.0 - 1.0).abs() < 1e-9, "{fixed} {slope}");
-        // Ticks that take less than in proportion at the start have no fixed cost below 0.
+        // Ticks whose time grows less than in proportion at first do not give a negative fixed cost.
         let (fixed, slope) = line(&[tick(1.0, 1.0), tick(10.0, 10.0), tick(1e5, 2e5)]);
         assert!(fixed == 0.0 && (slope - 1.0).abs() < 1e-9, "{fixed} {slope}");
     }

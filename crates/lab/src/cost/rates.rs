@@ -1,4 +1,4 @@
-//! The same second at several frame rates.
+//! Compares one simulated second at several frame rates.
 
 use glam::DVec3;
 use motion::{Damping, DampingModel, Method, Request, TimeStep, Transform};
@@ -10,13 +10,13 @@ use crate::run::movable;
 /// Frame rates, frames per second.
 const RATES: [f64; 5] = [15.0, 30.0, 60.0, 144.0, 240.0];
 
-/// Substeps of the run that others are compared with.
+/// Substeps of the run that the others are compared with.
 const FINER: u32 = 100;
 
 /// The frame rate at which a force for one frame equals the impulse.
 const EVEN: f64 = 60.0;
 
-/// Whether frames of a screen mean anything to a subject: it runs for a second, in ticks that are not longer than frames.
+/// Whether frame rates are compared for a subject: it runs for a second, in ticks that are not longer than frames.
 pub(crate) fn are_compared(subject: &Subject) -> bool {
     subject.seconds() >= 1.0 && subject.scene.step_hz >= RATES[0]
 }
@@ -34,8 +34,9 @@ fn models(subject: &Subject) -> Vec<Option<DampingModel>> {
     }
 }
 
-/// A second of `subject` by its own method: at each rate by ticks as long as frames and by ticks of its own, with
-/// each model of damping if it has any, its first body pushed by a force for one tick and by an impulse.
+/// Simulates a second of `subject` by its own method for every combination of frame rate, ticks (as long as frames,
+/// or as the scene's own), model of damping (if the scene has damping) and push of the first body (a force for one
+/// tick, or an impulse).
 pub(crate) fn rates(subject: &Subject) -> Vec<RateRow> {
     let Some((body, spec)) = movable(&subject.scene).next() else { return Vec::new() };
     let newtons = subject.scene.push.map_or(10.0, |push| push.start);
@@ -84,7 +85,7 @@ pub(crate) fn rates(subject: &Subject) -> Vec<RateRow> {
     rows
 }
 
-/// Ticks of a second.
+/// Number of ticks in a second.
 fn ticks(tick_hz: f64) -> u64 {
     tick_hz.round() as u64
 }

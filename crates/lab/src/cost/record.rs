@@ -20,13 +20,13 @@ impl fmt::Display for Setting {
     }
 }
 
-/// How far a run is from the truth, over all of its ticks and bodies: the largest of each, and a mean. Ticks of a problem
-/// with a closed form are its steps.
+/// Errors of a run against the truth, over all ticks and bodies: the largest of each kind, and a mean. If the truth
+/// is a closed form, each step is a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// `max sqrt((|dx| / X)² + (|dv| / V)²)` with the scales of the study, no unit.
     pub relative: f64,
-    /// Distance from where the body should be, m.
+    /// Largest distance of a body from its true position, m.
     pub position_m: f64,
     /// Largest error of the velocity, m/s. Position Verlet shows the velocity half a step before its positions.
     pub velocity_m_s: f64,
@@ -37,13 +37,13 @@ pub struct Errors {
     pub phase: Option<Phase>,
 }
 
-/// Phase and amplitude of a run apart: the nearest state that the closed form passes within half a period before or after
-/// the end of the run.
+/// Phase and amplitude errors of a run, separated by the nearest state that the closed form passes within half a
+/// period before or after the end of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Phase {
-    /// How much later the run gets there than the closed form, s.
+    /// How much later the run reaches that state than the closed form, s.
     pub late_s: f64,
-    /// Relative distance from it, with the scales of [`Errors::relative`]: the error of amplitude and shape.
+    /// Relative distance from that state, with the scales of [`Errors::relative`]: the error of amplitude and shape.
     pub off_path: f64,
 }
 
@@ -57,9 +57,9 @@ pub enum Failure {
     /// A body was quarantined.
     #[error("{body} was quarantined in tick {tick}")]
     Quarantined {
-        /// Its name.
+        /// Name of the body.
         body: String,
-        /// The tick that it did not survive.
+        /// The tick in which it was quarantined.
         tick: u64,
     },
     /// Implicit steps did not converge; their last iterates were used.
@@ -109,13 +109,14 @@ pub struct Time {
     pub ns_per_body_step: f64,
     /// Simulated seconds of all bodies per second of CPU time.
     pub real_time_factor: f64,
-    /// In steps of the yardstick: a fixed loop of semi-implicit Euler, timed in turns with it.
+    /// Per body per step, in steps of the yardstick: a fixed loop of semi-implicit Euler, timed in turns with the
+    /// run.
     pub yardsticks: f64,
     /// Quartiles of the rounds as ratios to the least: 1 on a quiet machine.
     pub quartiles: [f64; 3],
 }
 
-/// Where a run is computed.
+/// The host of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Host {
@@ -132,15 +133,15 @@ pub struct TickTime {
     pub method: Method,
     /// World or loop.
     pub host: Host,
-    /// Cost of a tick however few bodies and steps it has, ns.
+    /// Cost of a tick that does not depend on its bodies and steps, ns.
     pub fixed_ns: f64,
-    /// Cost on top, per body per step, ns.
+    /// Additional cost per body per step, ns.
     pub ns_per_body_step: f64,
-    /// Substeps of a tick of the problem that are as long as the steps that were timed; `None` for a scene.
+    /// Substeps per tick of the problem for which a substep is as long as the timed steps; `None` for a scene.
     pub substeps: Option<u32>,
     /// A step of the yardstick, timed in turns with it, ns.
     pub yardstick_ns: f64,
-    /// What was timed: copies of a problem, or a scene at its ladder of substeps; ascending.
+    /// The timed ticks, of copies of a problem or of a scene at its ladder of substeps; ascending.
     pub points: Vec<TimedTick>,
 }
 
@@ -206,7 +207,7 @@ impl Cell {
     }
 }
 
-/// What errors are measured against.
+/// The truth that errors are measured against.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Truth {
@@ -221,7 +222,7 @@ pub enum Truth {
         method: Method,
         /// Its substeps per tick.
         substeps: u32,
-        /// Its own error, from its distance to a run of half as many: as [`Errors::relative`].
+        /// Its own error as [`Errors::relative`], estimated as its distance to a run with half as many substeps.
         relative_error: f64,
         /// Its own error of positions, m.
         position_error_m: f64,
@@ -240,7 +241,7 @@ impl Truth {
     }
 }
 
-/// What residuals of energy are relative to: the larger of the two over the run.
+/// The energy that residuals are relative to: the larger of the two over the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EnergyScale {
@@ -266,8 +267,8 @@ pub struct Drift {
     pub start: f64,
     /// Largest magnitude of the ledger's residual of energy after any tick; `None` if the run failed.
     pub largest: Option<f64>,
-    /// Times, s, and residuals of some of the ticks, evenly spread: above 0 what the method invented, below 0 what it
-    /// lost.
+    /// Times, s, and residuals of some of the ticks, evenly spread: positive if the method invented energy, negative
+    /// if it lost energy.
     pub series: Vec<(f64, f64)>,
 }
 
@@ -315,9 +316,9 @@ pub struct Study {
     pub position_scale_m: f64,
     /// Scale V of velocities, m/s: the largest speed there.
     pub velocity_scale_m_s: f64,
-    /// In the order of substeps and methods.
+    /// The cells, in the order of substeps and methods.
     pub cells: Vec<Cell>,
-    /// Bodies of the copies of a problem that times are of; `None` where they are of the subject as it is.
+    /// Bodies of the copies of a problem that were timed; `None` if the subject itself was timed.
     #[serde(default)]
     pub timed_bodies: Option<usize>,
     /// Times of ticks by method and host.
@@ -325,7 +326,7 @@ pub struct Study {
     pub tick_times: Vec<TickTime>,
     /// Energy over short and long runs.
     pub drifts: Vec<Drift>,
-    /// The same second at several frame rates; empty if it was not asked for.
+    /// One second at several frame rates; empty if it was not asked for.
     pub rates: Vec<RateRow>,
     /// Notes for the reader: what was switched on, left out, or cut short.
     pub notes: Vec<String>,
@@ -359,7 +360,7 @@ pub struct Machine {
 pub struct Report {
     /// Version of this format.
     pub format: u32,
-    /// The command line that makes it again.
+    /// The command line that reproduces the report.
     pub command: String,
     /// Where it was measured.
     pub machine: Machine,

@@ -57,7 +57,7 @@ impl Runner for Simulation {
     }
 }
 
-/// Mean number of bodies of a group: an iteration of a solver is of one group.
+/// Mean number of bodies of a group: an iteration of a solver works on one group.
 fn mean_group(run: &Simulation) -> u64 {
     run.world.get_resource::<Groups>().map_or(0, |groups| groups.bodies() as u64 / groups.len().max(1) as u64)
 }

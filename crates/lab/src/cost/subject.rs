@@ -1,4 +1,4 @@
-//! What is studied: a problem, or a scene from its start.
+//! The subject of a study: a problem, or a scene from its start.
 
 use history::Simulation;
 use motion::effects::Effect;
@@ -20,10 +20,10 @@ const LEAST_TICKS: u64 = 16;
 /// Default length of the run of a scene, s.
 const SECONDS: f64 = 10.0;
 
-/// Least number of ticks of that run: what takes its time in hours has as long a tick.
+/// Least number of ticks of that run: a scene whose motion takes hours has ticks as long.
 const TICKS: f64 = 600.0;
 
-/// A problem or a scene, and for how long.
+/// A problem or a scene, and the length of its run.
 #[derive(Clone, Debug)]
 pub struct Subject {
     pub(crate) scene: Scene,
@@ -56,12 +56,12 @@ impl Subject {
     /// The subject of a problem.
     ///
     /// # Errors
-    /// Where its bodies take more memory than is allowed.
+    /// If its bodies take more memory than is allowed.
     pub fn of_problem(problem: &Problem) -> Result<Self, SceneError> {
         Self::of_text(*problem, &(problem.scene)(), problem.description.to_owned())
     }
 
-    /// The harmonic oscillator over so many whole periods, at least 1.
+    /// The harmonic oscillator over `periods` whole periods, at least 1.
     ///
     /// # Errors
     /// As [`Self::of_problem`].
@@ -100,7 +100,7 @@ impl Subject {
         Self { scene, problem: None, ticks, yields: seconds.is_none(), notes }
     }
 
-    /// A scene from its start as it is, for so many ticks.
+    /// The unchanged scene from its start, for `ticks` ticks.
     pub(crate) const fn as_it_is(scene: Scene, ticks: u64) -> Self {
         Self { scene, problem: None, ticks, yields: false, notes: Vec::new() }
     }
@@ -117,13 +117,13 @@ impl Subject {
     }
 
     /// Copies of a problem with at least `bodies` movable bodies, whose ticks are as long as one of `substeps`
-    /// substeps.
+    /// substeps of a tick of the problem.
     pub fn of_bodies(&self, bodies: u32, substeps: u32) -> Self {
         let each = movable(&self.scene).count();
         self.copies(bodies.div_ceil(u32::try_from(each.max(1)).unwrap_or(u32::MAX)), substeps)
     }
 
-    /// Copies that do not act on each other.
+    /// Copies of a problem that do not act on each other, with the ticks of [`Self::of_bodies`].
     pub(crate) fn copies(&self, copies: u32, substeps: u32) -> Self {
         let mut subject = self.clone();
         let scene = &mut subject.scene;
@@ -191,7 +191,7 @@ impl Subject {
         unsolvable(method, attracts).map(|why| why.to_string())
     }
 
-    /// Whether the forecast reports it as unstable by this setting.
+    /// Whether the forecast reports the subject as unstable with this setting.
     pub fn is_unstable(&self, setting: Setting) -> bool {
         let mut run = self.run(setting);
         Forecast::of(&mut run.world, setting.method).margins().iter().any(Margin::is_reported)
@@ -203,7 +203,7 @@ impl Subject {
         (scene.method, scene.substeps) = (setting.method, setting.substeps);
         for body in &mut scene.bodies {
             (body.method, body.substeps) = (None, None);
-            // Only position Verlet reads it, and would start from another state than the other methods.
+            // Only position Verlet reads this, and it would start from another state than the other methods.
             body.verlet_previous = None;
         }
         scene

@@ -16,14 +16,14 @@ struct Timing {
     trial: Trial,
 }
 
-/// All of them, the smallest sizes first, so that methods take turns at each size.
+/// All timings of a study, the smallest sizes first, so that methods take turns at each size.
 #[derive(Default)]
 pub(super) struct Timings {
     list: Vec<Timing>,
     yardstick: Yardstick,
-    /// Copies that are timed at present.
+    /// The copies that are being timed, and their number.
     many: Option<(u32, Subject)>,
-    /// Time that all timings of that size took besides the ticks that were timed, s.
+    /// Time that all timings of that number of copies took besides the timed ticks, s.
     spent: f64,
 }
 
@@ -129,7 +129,7 @@ impl Timings {
         study.timed_bodies < Some(study.bodies.max(1) * copies as usize) && all > plan.patience / 2.0
     }
 
-    /// Writes the time so far of a cell of a scene.
+    /// Writes the present time of a cell of a scene into `study`.
     fn note(&self, at: usize, study: &mut Study) {
         let Timing { cell, host, trial, .. } = &self.list[at];
         let Some(tick) = trial.tick() else { return };
@@ -148,7 +148,7 @@ impl Timings {
         study.fit_substeps(setting, *host);
     }
 
-    /// Writes the times of a problem, whose timings are all done.
+    /// Writes the times of a problem into `study`, after the last timing.
     pub fn finish(&self, study: &mut Study) {
         let mut found: Vec<TickTime> = Vec::new();
         for Timing { cell, host, copies, trial } in &self.list {

@@ -7,10 +7,10 @@ use super::runner::{Runner, Sample};
 use super::subject::Subject;
 use crate::run::movable;
 
-/// Number of times at which the scales of a closed form are read.
+/// Intervals at whose ends a closed form is evaluated to find its scales.
 const LOOKS: u32 = 1024;
 
-/// Parts of a period into which the first search for the nearest state of a closed form divides it.
+/// Number of parts into which the first search for the nearest state of a closed form divides a period.
 const PHASES: f64 = 256.0;
 
 /// Scales of the motion of a truth: the largest distance of a body from the origin, m, and the largest speed, m/s.
@@ -38,7 +38,7 @@ const fn divisor(scale: f64) -> f64 {
     if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
 }
 
-/// Where the states of a target come from.
+/// The source of the states of a target.
 enum Source {
     Closed(fn(f64) -> Vec<State>),
     Run(Box<dyn Runner>),
@@ -69,7 +69,7 @@ impl Target {
         Self::of(subject, Source::Run(runner))
     }
 
-    /// Goes to the end of the next tick.
+    /// Advances to the end of the next tick.
     pub fn tick(&mut self) {
         self.tick += 1;
         match &mut self.source {
@@ -90,7 +90,7 @@ impl Target {
         &self.states
     }
 
-    /// Phase and amplitude of the states of a run at this tick, for a closed form with a `period`.
+    /// Errors of phase and amplitude of a run at this tick, for a closed form with a `period`, s.
     fn phase(
         &self,
         period: Option<f64>,
@@ -124,7 +124,7 @@ impl Target {
     }
 }
 
-/// Each state beside that of the same body in `others`, if it is there. Both ascend by stable id.
+/// Pairs each state with that of the same body in `others`, if there is one. Both lists ascend by stable id.
 pub(crate) fn paired<'a>(
     states: &'a [Sample],
     others: &'a [Sample],
@@ -140,8 +140,9 @@ pub(crate) fn paired<'a>(
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Deviation {
     largest: Errors,
-    /// Sum of squares of distances, m², and how many there are.
+    /// Sum of squares of distances, m².
     squares: f64,
+    /// Number of distances.
     count: f64,
 }
 
@@ -165,7 +166,7 @@ impl Deviation {
     }
 }
 
-/// A reference of a subject, beside a run of half its substeps: how uncertain it is, and its scales.
+/// A reference of a subject beside a run with half its substeps, to find its scales and how uncertain it is.
 pub(crate) struct Reference {
     truth: Target,
     coarse: Box<dyn Runner>,
@@ -192,7 +193,7 @@ impl Reference {
     /// did.
     pub fn finish(self) -> (Scales, [f64; 2], Option<Failure>) {
         let (Errors { position_m, velocity_m_s, .. }, scales) = (self.apart.errors(), self.scales.divisors());
-        // At least the largest relative error at any one time.
+        // Not less than the largest relative error at any one time.
         let relative = (position_m / scales.0).hypot(velocity_m_s / scales.1);
         let failure = match self.truth.source {
             Source::Run(mut runner) => runner.failure(),
@@ -220,7 +221,7 @@ pub(crate) struct Comparison {
     ticks: u64,
 }
 
-/// The outcome of a run, and the run.
+/// The outcome and the counts of the run of a cell.
 pub(crate) struct Compared {
     pub cell: usize,
     pub outcome: Outcome,
@@ -228,7 +229,8 @@ pub(crate) struct Compared {
 }
 
 impl Comparison {
-    /// Runs by their cells, for so many ticks, of a problem with that `period`, s, if it has one.
+    /// Compares runs, given by their cells, with `truth` for `ticks` ticks; `period` is that of the problem, s, if it
+    /// has one.
     pub fn new(
         truth: Target,
         period: Option<f64>,
@@ -263,7 +265,7 @@ impl Comparison {
         let Self { truth, period, scales, runs, .. } = self;
         runs.into_iter().map(move |Run { cell, mut runner, deviation }| {
             let (counts, failure) = (runner.counts(), runner.failure());
-            // Otherwise position Verlet would be half a step late.
+            // Otherwise the velocities of position Verlet would be half a step late.
             runner.synchronize();
             let phase = truth.phase(period, &runner.states(), scales);
             let errors = Errors { phase, ..deviation.errors() };
@@ -283,7 +285,8 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.abs() <= a.abs() { a } else { b }
 }
 
-/// Where `f` is least between `low` and `high`, if it falls and then rises there (golden section, Kiefer 1953).
+/// The place of the minimum of `f` between `low` and `high`, by golden-section search (Kiefer 1953). `f` has to fall
+/// and then rise there.
 fn least(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     for _ in 0..80 {

@@ -70,7 +70,7 @@ fn near(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-12 * b.abs()
 }
 
-/// Numbers that look random and are the same every time: a generator of Lehmer (1951), multiplier 48271.
+/// Pseudorandom numbers that are the same in every run: the generator of Lehmer (1951), multiplier 48271.
 fn random(state: &mut u64) -> f64 {
     *state = *state * 48_271 % 0x7fff_ffff;
     *state as f64 / 2_147_483_647.0
@@ -78,7 +78,7 @@ fn random(state: &mut u64) -> f64 {
 
 #[test]
 fn each_part_gets_the_cheapest_point_below_the_error_and_the_dear_one_sets_the_price() {
-    // The third is dominated, the fourth failed.
+    // The third point is dominated; the fourth run failed.
     let stiff = study(0.0, &[(1e-1, 1.0), (1e-4, 4.0), (2e-3, 5.0), (f64::NAN, 0.1), (1e-6, 16.0)]);
     let free = study(0.0, &[(1e-5, 0.5), (1e-7, 1.0)]);
     let found = recommend(&[("cloth", &stiff), ("free bodies", &free)], Goal::Error(1e-3)).unwrap();
@@ -87,7 +87,7 @@ fn each_part_gets_the_cheapest_point_below_the_error_and_the_dear_one_sets_the_p
     assert!(near(found.total, 4.5) && near(found.rows[0].share, 4.0 / 4.5), "{found:?}");
     assert_eq!((found.unit, found.dearest, found.limiting), (Unit::Milliseconds, 0, 0));
     assert_eq!((found.rows[0].pick.error_m, found.rows[0].bodies), (1e-4, 2));
-    // A tenth is reached by the same points.
+    // A tenth of that error is reached by the same points.
     let next = found.next.unwrap();
     assert!(near(next.total, 4.5) && next.picks.is_empty(), "{next:?}");
 
@@ -106,11 +106,11 @@ fn each_part_gets_the_cheapest_point_below_the_error_and_the_dear_one_sets_the_p
 fn without_times_evaluations_are_the_price_and_no_time_is_promised() {
     let part = untimed(study(0.0, &[(1e-2, 9.0), (1e-4, 1.0)]));
     let timed = study(0.0, &[(1e-2, 9.0), (1e-4, 1.0)]);
-    // One part without times is enough.
+    // One part without times suffices.
     let parts = [("a", &part), ("b", &timed)];
     let found = recommend(&parts, Goal::Error(1e-3)).unwrap();
     assert_eq!(found.unit, Unit::Evaluations);
-    // 2200 evaluations of two seconds for each.
+    // 2200 evaluations in two seconds for each part.
     assert!(near(found.total, 2.0 * 2200.0 / 2.0 / 60.0), "{found:?}");
     assert_eq!(recommend(&parts, Goal::Budget(1.0)), Err(Refusal::NoTimes));
 }
@@ -139,14 +139,14 @@ fn what_cannot_be_reached_or_told_is_refused_in_words() {
 
 #[test]
 fn errors_below_the_references_own_buy_nothing() {
-    // The second is only told from the third by the reference's own error.
+    // The second and the third error differ by less than the reference's own error.
     let part = study(1e-5, &[(1e-2, 1.0), (1e-6, 2.0), (1e-8, 3.0)]);
     let found = recommend(&[("rope", &part)], Goal::Budget(10.0)).unwrap();
     assert_eq!(found.rows[0].pick.setting.substeps, 2);
     assert_eq!((found.next, found.rows[0].reference_error_m), (None, 1e-5));
 }
 
-/// Every choice of a cell that went through for each part, as (largest error, price).
+/// Every combination of one finished cell per part, as (largest error, price).
 fn every_choice(parts: &[Study]) -> Vec<(f64, f64)> {
     parts.iter().fold(vec![(0.0, 0.0)], |choices, part| {
         let own = part.truth.own_error().1;

@@ -1,4 +1,4 @@
-//! From the numbers of a run to its class.
+//! Classifies a run by its numbers.
 
 use scene::Bounds;
 use serde::{Deserialize, Serialize};
@@ -9,17 +9,17 @@ use crate::cost::larger;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Class {
-    /// Exact to rounding, all the way.
+    /// Exact to rounding throughout.
     Exact,
-    /// Within the bound, all the way.
+    /// Within the bound throughout.
     Bounded,
     /// Beyond the bound.
     Drifts,
-    /// A conserved quantity is lost at the end, by more than the bound.
+    /// A conserved quantity has decreased by more than the bound at the end.
     Decays,
     /// Beyond all bounds, or not finite.
     Explodes,
-    /// The method cannot solve what the scene declares, and says so.
+    /// The method cannot solve what the scene declares, or the run that it is compared with failed earlier.
     Refused,
 }
 
@@ -41,7 +41,7 @@ impl Class {
     }
 }
 
-/// A class with the number that decided.
+/// A class and the number that decided it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
     /// The class.
@@ -57,7 +57,7 @@ pub struct Verdict {
 pub struct Extremes {
     /// The number of the largest magnitude so far, with its sign.
     pub largest: f64,
-    /// The last one.
+    /// The last number.
     pub last: f64,
 }
 
@@ -67,7 +67,7 @@ impl Extremes {
         (self.largest, self.last) = (larger(self.largest, number), number);
     }
 
-    /// The verdict on a run with these numbers. Comparisons with NaN are false, so that a run with one has exploded.
+    /// The verdict on a run with these numbers. Comparisons with NaN are false, so a run with a NaN has exploded.
     pub fn verdict(&self, bounds: &Bounds) -> Verdict {
         let size = self.largest.abs();
         let finite = size <= bounds.explodes;
@@ -107,7 +107,7 @@ mod tests {
             (&[1.1e-9, 0.0], (Class::Bounded, 1.1e-9, 0.5)),
             (&[0.1, -0.5, 0.2], (Class::Bounded, -0.5, 0.5)),
             (&[0.1, 0.6, 0.2], (Class::Drifts, 0.6, 0.5)),
-            // It was below the bound once, but ended within it: that is no loss.
+            // The number was beyond the bound, but within it at the end: that is no loss.
             (&[-0.6, -0.4], (Class::Drifts, -0.6, 0.5)),
             (&[0.9, -0.7], (Class::Decays, -0.7, 0.5)),
             (&[-1.5, -1.0], (Class::Decays, -1.0, 0.5)),

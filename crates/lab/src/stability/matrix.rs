@@ -19,7 +19,7 @@ const PIECE: u32 = 64;
 /// A survival matrix in progress. [`StabilityRun::work`] continues it.
 pub struct StabilityRun {
     scenes: Vec<Scene>,
-    /// Each with the place of its scene.
+    /// The rows, each with the index of its scene.
     rows: Vec<(usize, SurvivalRow)>,
     matrix: Matrix,
     jobs: VecDeque<Job>,
@@ -40,9 +40,9 @@ struct Job {
 
 #[derive(Clone, Copy, PartialEq)]
 enum JobKind {
-    /// The fine run of the row.
+    /// The fine run that the cells of the row are compared with.
     Reference,
-    /// The same method at the origin.
+    /// A run of the same method at the origin, which its cell is compared with.
     Origin,
     Cell,
 }
@@ -59,7 +59,7 @@ impl StabilityRun {
         Self::of_shard(scenes, methods, ticks, Shard::WHOLE)
     }
 
-    /// Those of the rows alone that are in `shard`.
+    /// Like [`Self::new`], for the rows in `shard` alone.
     pub fn of_shard(scenes: Vec<Scene>, methods: &[Method], ticks: Option<u64>, shard: Shard) -> Self {
         let mut rows = Vec::new();
         for (at, scene) in scenes.iter().enumerate() {

@@ -47,7 +47,7 @@ impl Target {
     }
 }
 
-/// Distances of the bodies that both lists have, with `offset` taken off the first.
+/// Distances between the bodies that both lists have, with `offset` subtracted from the first.
 fn distances<'a>(
     states: &'a [Sample],
     others: &'a [Sample],
@@ -65,7 +65,7 @@ fn of(states: &[Sample], id: u32) -> Option<&Sample> {
 pub(super) struct Metric {
     measure: Measure,
     every: u64,
-    /// Length of a run.
+    /// Length of a run, ticks.
     pub ticks: u64,
     scale: Option<Scalar>,
     /// Stable id and mass, kg, of each movable body.
@@ -142,7 +142,7 @@ impl Metric {
         let Some(ledger) = run.ledger() else { return Scalar::NAN };
         let start = ledger.energies_at_opening();
         let size = |energies: &Energies| energies.total().abs().max(energies.kinetic);
-        // A run that begins without energy is measured by its present energy.
+        // A run that begins without energy is measured relative to its present energy.
         let at_start = Some(size(start)).filter(|scale| *scale > 0.0);
         let scale = self.scale.or(at_start).unwrap_or_else(|| size(ledger.energies()));
         let residual = ledger.since_opening().energy.residual;

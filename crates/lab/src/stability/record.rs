@@ -11,12 +11,12 @@ pub const FORMAT: u32 = 2;
 /// Longer runs also keep their state after this many ticks, so that tests can repeat the first part alone.
 pub const PREFIX: u64 = 20_000;
 
-/// Every method on every case.
+/// The survival matrix: every method on every case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Matrix {
     /// Version of this format.
     pub format: u32,
-    /// In the order of cases and of their rows.
+    /// The rows, in the order of cases and of their rows.
     pub rows: Vec<CaseRow>,
 }
 
@@ -33,7 +33,7 @@ pub struct CaseRow {
     pub measure: String,
     /// Length of a run, ticks.
     pub ticks: u64,
-    /// One for each method, in their order.
+    /// The cells, one per method, in the order of the methods.
     pub cells: Vec<Cell>,
 }
 

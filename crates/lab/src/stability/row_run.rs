@@ -73,7 +73,7 @@ impl RowRun {
         self.ledger.as_deref()
     }
 
-    /// The first body that turned non-finite, if any did, and when.
+    /// Which body turned non-finite first, and when; `None` if none did.
     pub fn failure(&self) -> Option<String> {
         let failure = self.simulation.failure()?;
         let name = failure.name(&self.simulation.scene);

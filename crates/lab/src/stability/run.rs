@@ -11,7 +11,7 @@ use super::metric::{Metric, Target};
 use super::record::{Cell, PREFIX, Prefix};
 use super::row_run::RowRun;
 
-/// A run whose states others are compared with.
+/// A run whose states the cells are compared with.
 pub(super) struct TargetRun {
     run: RowRun,
     metric: Metric,
@@ -41,7 +41,7 @@ impl TargetRun {
         Self { run, metric, target }
     }
 
-    /// Simulates one tick. Returns whether it was the last: one in which a state turned non-finite is.
+    /// Simulates one tick. Returns whether it was the last: a run ends when a state turns non-finite.
     pub fn tick(&mut self) -> bool {
         self.run.tick();
         if self.run.failure().is_some() {

@@ -17,7 +17,7 @@ pub struct Axis {
     pub values: Vec<String>,
 }
 
-/// How values of a range are found.
+/// How the values of a range are spaced.
 #[derive(Clone, Copy, PartialEq)]
 enum Spacing {
     Linear,
@@ -29,8 +29,8 @@ impl Axis {
     /// - a list: `30,60,120` or `(1,0,0),(2,0,0)`,
     /// - `all` methods or models of damping,
     /// - a range with both ends: `1e2..1e6 log 20` or `1..2 lin 5`,
-    /// - draws from it: `1..2 random 20`, uniform, or `1e2..1e6 log random 20`, uniform in the logarithm, with `seed 7` at the end
-    ///   instead of 0 (PCG64, O'Neill 2014).
+    /// - random draws from a range: `1..2 random 20`, uniform, or `1e2..1e6 log random 20`, uniform in the logarithm, with
+    ///   `seed 7` at the end instead of 0 (PCG64, O'Neill 2014).
     ///
     /// # Errors
     /// What is wrong with the text, and what would be right.
@@ -60,7 +60,7 @@ impl Axis {
     /// Its values as numbers, if all of them are.
     #[must_use]
     pub fn numbers(&self) -> Option<Vec<f64>> {
-        // A whole number that no double has stays a text.
+        // A whole number that `f64` may not represent exactly stays a text.
         let exact = |value: &str, number: f64| number.abs() < 9e15 || value.contains(['.', 'e', 'E']);
         let number = |value: &String| {
             value.parse::<f64>().ok().filter(|number| number.is_finite() && exact(value, *number))
@@ -69,7 +69,7 @@ impl Axis {
     }
 }
 
-/// All words that the place may have.
+/// All words that are values of the place.
 fn all_of(place: &str) -> Result<Vec<String>, String> {
     let words: Vec<&str> = match place.rsplit('.').next() {
         Some("method") => Method::ALL.map(Method::name).to_vec(),
@@ -79,7 +79,7 @@ fn all_of(place: &str) -> Result<Vec<String>, String> {
     Ok(words.into_iter().map(str::to_owned).collect())
 }
 
-/// The values between commas that are in no brackets and quotes.
+/// Splits a list at the commas outside of brackets and quotes.
 fn list(text: &str) -> Result<Vec<String>, String> {
     let (mut values, mut value, mut depth) = (Vec::new(), String::new(), 0_usize);
     let (mut quoted, mut escaped) = (false, false);
@@ -148,14 +148,14 @@ fn range(text: &str) -> Result<Vec<String>, String> {
         let mut random = Pcg64::seed_from_u64(seed);
         (0..count).map(|_| at(random.random::<f64>())).collect::<Vec<_>>()
     } else {
-        // Both ends as they were given.
+        // Both ends stay as they were given.
         let inner = (1..count - 1).map(|i| short(at(i as f64)));
         std::iter::once(from).chain(inner).chain([to]).collect()
     };
     Ok(values.into_iter().map(written).collect())
 }
 
-/// The number with 14 digits, so that whole values of a range are whole.
+/// Rounds to 14 digits, so that whole values of a range are whole.
 fn short(number: f64) -> f64 {
     format!("{number:.13e}").parse().unwrap_or(number)
 }
@@ -166,7 +166,7 @@ fn written(number: f64) -> String {
     text.strip_suffix(".0").map_or_else(|| text.clone(), str::to_owned)
 }
 
-/// A value that is there twice, as a number or as a text.
+/// A value that occurs twice, as a number or as a text.
 fn twice(values: &[String]) -> Option<&String> {
     let meant = |value: &String| match value.parse::<f64>() {
         Ok(number) if number.abs() < 9e15 => written(number),
@@ -205,7 +205,7 @@ mod tests {
         assert_ne!(draws, values("pace=1..2 random 1000"));
         let numbers: Vec<f64> = draws.iter().map(|draw| draw.parse().unwrap()).collect();
         let mean = numbers.iter().sum::<f64>() / 1000.0;
-        // Six times the deviation of the mean of so many uniform draws.
+        // Six standard deviations of the mean of 1000 uniform draws.
         assert!(numbers.iter().all(|draw| (1.0..2.0).contains(draw)) && (mean - 1.5).abs() < 0.055, "{mean}");
     }
 

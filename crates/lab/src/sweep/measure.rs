@@ -1,34 +1,36 @@
-//! What a sweep measures of each run, and the columns that it has of it.
+//! The measures of a sweep, and their columns in the table of runs.
 
 use serde::{Deserialize, Serialize};
 
 use crate::column::Kind;
 
-/// What is measured of a run, over all of its ticks.
+/// A measure of a run, over all of its ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
-    /// The largest distance, m, of a body from a run of the reference method at far finer steps, after any tick; and that of
-    /// a run of half as many substeps, which says how far the reference itself can be trusted.
+    /// The largest distance, m, of a body from its position in a run of the reference method at far finer steps,
+    /// after any tick; and the same distance of a run with half as many substeps, which says how far the reference
+    /// itself can be trusted.
     Error,
     /// The largest energy that the method has invented or lost after any tick, by the ledger, relative to the larger of the
     /// energy at the start and the peak kinetic energy.
     Drift,
-    /// Whether no body was quarantined, and the energy that the method has invented or lost at the end is at most 1000 times
-    /// what the run has otherwise: its energy at the start, or the most kinetic energy beyond what was invented. And until
-    /// when that was so, s.
+    /// Whether no body was quarantined, and the energy that the method has invented or lost at the end is at most
+    /// 1000 times the run's own energy: its energy at the start, or the largest excess of kinetic energy over the
+    /// invented energy. Also the last time at which that was so, s.
     Survives,
     /// The largest speed of a body, m/s.
     LargestSpeed,
     /// The largest distance of a body that is no particle of an emitter from where it began, m.
     LargestDistance,
-    /// Evaluations of the acceleration per body that can move, those of solvers with them.
+    /// Evaluations of the acceleration per movable body, including those of solvers.
     Evaluations,
     /// Implicit steps that did not converge.
     Unconverged,
     /// Hash of the state at the end, as summaries have it.
     StateHash,
-    /// Thread CPU time of the ticks, s, with what measures cost beside them, and the processor. It differs from run to run.
+    /// Thread CPU time of the ticks, s, including the cost of the other measures, and the processor. It differs from
+    /// run to run.
     Time,
 }
 

@@ -1,4 +1,4 @@
-//! What is written beside a table of runs: the plain data of `sweep.json`, which is read again.
+//! The plan and record of a sweep: the plain data of `sweep.json`, which is read again.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,11 +7,11 @@ use super::measure::Measure;
 use crate::column::{Column, Kind};
 use crate::shard::Shard;
 
-/// What a sweep runs, as it is written beside its table.
+/// The plan of a sweep, as it is written beside its table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
-    /// What varies. Of two runs that follow one another, the last axis has the next value, or its first and the axis before
-    /// it the next.
+    /// What varies. The last axis varies fastest: each run has its next value, or its first value and the next one of
+    /// the axis before it.
     pub axes: Vec<Axis>,
     /// Length of each run, s.
     pub seconds: f64,
@@ -20,13 +20,13 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Number of runs; `None` if it is too large for a number.
+    /// Number of runs; `None` if it exceeds `u64`.
     #[must_use]
     pub fn runs(&self) -> Option<u64> {
         self.axes.iter().try_fold(1_u64, |runs, axis| runs.checked_mul(axis.values.len() as u64))
     }
 
-    /// For each axis the place of the value in it that run number `run` has.
+    /// For each axis, the index of its value in run number `run`.
     #[must_use]
     pub fn indices(&self, mut run: u64) -> Vec<usize> {
         let mut indices: Vec<_> = self
@@ -70,7 +70,7 @@ impl Plan {
     }
 }
 
-/// What is written beside a table of runs, in `sweep.json`.
+/// The record that is written beside a table of runs, in `sweep.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Version of this format: [`FORMAT`].
@@ -84,7 +84,7 @@ pub struct Record {
     /// What is run.
     #[serde(flatten)]
     pub plan: Plan,
-    /// Which part of it.
+    /// Which part of the sweep was run.
     pub shard: Shard,
     /// The processors that it was run on.
     pub processors: Vec<String>,
@@ -96,7 +96,7 @@ pub struct Record {
 pub const FORMAT: u32 = 1;
 
 impl Record {
-    /// What keeps two records from being of one sweep, as the end of a sentence.
+    /// Why two records do not belong to one sweep, as the end of a sentence.
     #[must_use]
     pub fn differs(&self, other: &Self) -> Option<&'static str> {
         if self.format != other.format || self.version != other.version {

@@ -15,13 +15,14 @@ use crate::column::Value;
 use crate::cost::{Deviation, Machine, Runner, Setting, Subject, Target, invented, larger};
 use crate::run::{is_particle, movable};
 
-/// What times are of.
+/// The processor that the times refer to.
 static PROCESSOR: LazyLock<String> = LazyLock::new(|| Machine::here().processor);
 
 /// Why a scene with a tick per frame is refused.
 const FRAMES: &str = "its ticks are as long as frames, and a sweep has none; give step: fixed";
 
-/// Runs `scene`; why it was refused or a body was quarantined, the simulated seconds and the values of the measures of `plan`.
+/// Runs `scene`. Returns how the run ended, why it was refused or a body was quarantined, and the simulated seconds
+/// with the values of the measures of `plan`.
 pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     if scene.step == StepKind::Frame {
         return (Outcome::Refused, FRAMES.to_owned(), Vec::new());
@@ -90,7 +91,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     (outcome, why, values)
 }
 
-/// The largest speed of a body so far, m/s, and the largest distance of one that is no particle from where it began, m.
+/// The largest speed of a body so far, m/s, and the largest distance, m, of a body from its start, except particles.
 struct Motion {
     starts: HashMap<u32, Vector>,
     speed: f64,
@@ -99,7 +100,7 @@ struct Motion {
 
 impl Motion {
     fn of(simulation: &Simulation) -> Self {
-        // Particles of emitters begin again and again.
+        // Particles of emitters have a new start at every birth.
         let bodies = simulation.states().filter(|(id, ..)| !is_particle(&simulation.scene, *id));
         let starts = bodies.map(|(id, position, _)| (id, position)).collect();
         let mut motion = Self { starts, speed: 0.0, distance: 0.0 };
@@ -122,9 +123,10 @@ struct Energy {
     ledger: Ledger,
     /// The largest magnitude after any tick, J.
     largest: f64,
-    /// What the run has otherwise: its energy at the start or the most kinetic energy beyond what was invented, J.
+    /// The run's own energy, J: its energy at the start, or the largest excess of kinetic energy over the invented
+    /// energy.
     own: f64,
-    /// The last tick after which all bodies were there and the energy was not beyond all bounds.
+    /// The last tick after which no body was quarantined and the invented energy was within its bound.
     survived: u64,
 }
 
@@ -142,7 +144,8 @@ impl Energy {
         self.largest = larger(self.largest, residual);
         self.own = self.own.max(self.ledger.energies().kinetic - residual);
         let all_there = simulation.failure().is_none();
-        // The first tick of a fall may invent all that it has. A residual that is NaN fails the comparison.
+        // The first tick of a fall from rest may invent all energy there is. A residual that is NaN fails the
+        // comparison.
         if all_there && residual <= EXPLODES * self.own {
             self.survived = simulation.ticks();
         }
@@ -156,7 +159,7 @@ impl Energy {
     }
 }
 
-/// The true motion, and a coarser run beside it that says how far it can be trusted.
+/// The true motion, and a coarser run that shows how far it can be trusted.
 struct Truth {
     reference: Target,
     coarse: Simulation,
@@ -166,7 +169,7 @@ struct Truth {
 
 impl Truth {
     fn of(scene: &Scene, ticks: u64) -> Self {
-        // The reference has the law that damping by the tick stands for.
+        // In the reference, damping per tick is replaced by the law that it approximates.
         let (truth, _) = Subject::as_it_is(scene.clone(), ticks).continuous();
         let substeps = reference_substeps(scene);
         let setting = |substeps| Setting { method: REFERENCE_METHOD, substeps };
@@ -179,7 +182,7 @@ impl Truth {
     }
 
     fn look(&mut self, simulation: &Simulation) {
-        // Nothing is compared any more with a run that has lost a body.
+        // A run that has lost a body is no longer compared.
         if self.errors()[0].is_nan() {
             return;
         }
@@ -190,7 +193,7 @@ impl Truth {
         self.own_error.look(self.reference.states(), &states(&self.coarse), (1.0, 1.0));
     }
 
-    /// The largest distance of the run, and of the coarser one, m.
+    /// The largest distance of the run from the reference, and that of the coarser run, m.
     fn errors(&self) -> [f64; 2] {
         [&self.error, &self.own_error].map(|deviation| deviation.errors().position_m)
     }

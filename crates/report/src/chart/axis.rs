@@ -1,4 +1,4 @@
-//! An axis of a figure: its range, where its marks stand, and how they read.
+//! An axis of a figure: its range, and the positions and labels of its marks.
 
 use super::drawing::{Anchor, Box4, Rgb, Shape, Stroke};
 
@@ -12,17 +12,17 @@ pub(crate) struct Axis {
     low: f64,
     high: f64,
     logarithmic: bool,
-    /// Marks with words.
+    /// Marks with labels.
     labelled: Vec<(f64, String)>,
-    /// Lines without.
+    /// Grid lines without labels.
     light: Vec<f64>,
     /// What it shows, with its unit.
     pub title: String,
 }
 
 impl Axis {
-    /// In logarithms, a little wider than the positive ones of `values`, with a decade around a single one and a
-    /// stand-in where there is none; `label` writes a mark.
+    /// A logarithmic axis, a little wider than the positive ones of `values`, with a decade around a single value and
+    /// a default range if there is none. `label` formats a mark.
     pub(crate) fn logarithmic(
         title: impl Into<String>,
         values: impl Iterator<Item = f64>,
@@ -36,7 +36,7 @@ impl Axis {
         Self::between(title, (10f64.powf(low - room), 10f64.powf(high + room)), label)
     }
 
-    /// In logarithms, between two positive ends.
+    /// A logarithmic axis between two positive ends.
     pub(crate) fn between(
         title: impl Into<String>,
         (low, high): (f64, f64),
@@ -48,7 +48,7 @@ impl Axis {
         axis
     }
 
-    /// Marks at powers of ten, or also between them where there are few.
+    /// Adds marks at powers of ten, and between them if there are few.
     fn mark(&mut self, low: f64, high: f64, label: impl Fn(f64) -> String) {
         let (first, last) = (low.floor() as i32, high.ceil() as i32);
         let every = ((last - first) / 9 + 1).max(1);
@@ -60,7 +60,7 @@ impl Axis {
             &[]
         };
         for exponent in first..=last {
-            // Not by powi: 10^-5 is to be the number that is written 1e-5.
+            // Parsed, not computed by `powi`: 10^-5 has to be the number that is written 1e-5.
             let decade: f64 = format!("1e{exponent}").parse().unwrap_or(f64::NAN);
             if exponent.rem_euclid(every) == 0 {
                 self.labelled.push((decade, label(decade)));
@@ -77,7 +77,7 @@ impl Axis {
         self.light.retain(|value| (low..=high).contains(value));
     }
 
-    /// From 0 to `high`.
+    /// A linear axis from 0 to `high`.
     pub(crate) fn linear(title: impl Into<String>, high: f64, label: impl Fn(f64) -> String) -> Self {
         let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };
         let decade = 10f64.powf((high / 4.0).log10().floor());
@@ -97,7 +97,7 @@ impl Axis {
         }
     }
 
-    /// The same with a part of its length added at the high end.
+    /// The same axis with a part of its length added at the high end.
     pub(crate) fn with_room(mut self, part: f64) -> Self {
         self.high *= (self.high / self.low).powf(part);
         self
@@ -113,7 +113,7 @@ impl Axis {
         if at.is_nan() { 0.0 } else { at.clamp(0.0, 1.0) }
     }
 
-    /// Whether a value is within.
+    /// Whether a value is within the range.
     pub(crate) fn holds(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }

@@ -16,7 +16,7 @@ pub(crate) const INK: Rgb = [0x1c, 0x21, 0x27];
 pub(crate) const SOFT: Rgb = [0x5f, 0x68, 0x72];
 pub(crate) const PAPER: Rgb = [0xff, 0xff, 0xff];
 
-/// Where words stand relative to their place.
+/// Alignment of words relative to their position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Start,
@@ -34,7 +34,7 @@ impl Anchor {
     }
 }
 
-/// What a shape is.
+/// The outline of a shape: a path or words.
 #[derive(Clone, Debug)]
 pub(crate) enum Outline {
     /// The path, in the language of SVG.
@@ -50,7 +50,7 @@ pub(crate) struct Stroke {
     pub width: f64,
     /// Lengths of dashes and gaps; empty for a whole line.
     pub dash: &'static [f64],
-    /// 1 covers what is below.
+    /// Opacity, 0 to 1.
     pub opacity: f32,
 }
 
@@ -70,11 +70,11 @@ pub(crate) struct Shape {
     pub outline: Outline,
     /// Its place, pixels.
     pub at: (f64, f64),
-    /// What a page knows it by, to change its colors.
+    /// CSS class, by which a page changes its colors.
     pub class: String,
     pub fill: Option<Rgb>,
     pub stroke: Option<Stroke>,
-    /// What shows under the pointer.
+    /// Text that is shown under the pointer.
     pub tip: String,
 }
 
@@ -206,12 +206,12 @@ impl Shape {
     }
 }
 
-/// As CSS has it.
+/// Formats a color for CSS.
 pub(crate) fn hex([r, g, b]: Rgb) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// Shapes on paper, the later ones above, with a title.
+/// Shapes with a title; later shapes are above earlier ones.
 #[derive(Clone, Debug)]
 pub struct Drawing {
     pub(crate) title: String,
@@ -220,7 +220,7 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    /// An SVG document of its own.
+    /// The drawing as an SVG document.
     pub fn document(&self) -> String {
         self.tag(&format!(
             "xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{}\" ",
@@ -228,7 +228,7 @@ impl Drawing {
         ))
     }
 
-    /// A part of a page.
+    /// The drawing as a part of a page.
     pub(crate) fn inline(&self) -> String {
         self.tag("")
     }

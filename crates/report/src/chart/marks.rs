@@ -5,8 +5,9 @@ use motion::Method;
 use super::drawing::{Rgb, hex};
 use crate::palette::{ink, linear};
 
-/// The two grounds that figures are seen on, sRGB.
+/// Light ground of figures, sRGB.
 pub(crate) const LIGHT: Rgb = [0xff, 0xff, 0xff];
+/// Dark ground of figures, sRGB.
 pub(crate) const DARK: Rgb = [0x16, 0x19, 0x1d];
 
 /// Contrast that a graphic needs to be seen (WCAG 2.2, 1.4.11).

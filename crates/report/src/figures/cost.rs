@@ -8,8 +8,8 @@ use crate::numbers::{duration, fold, number, share};
 use crate::palette::ink;
 use crate::words;
 
-/// Decades between the costs and the budget beyond which the budget stands at the edge: an axis that reached it would
-/// crowd the points into a corner.
+/// Ratio of the budget to the highest cost from which on the budget is drawn at the edge: an axis that reached it
+/// would crowd the points into a corner.
 const FAR: f64 = 300.0;
 
 pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
@@ -65,7 +65,7 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
     chart.finish()
 }
 
-/// "VV x4".
+/// A short name of a setting, as "VV x4".
 fn short(cell: &Cell) -> String {
     format!("{} x{}", ink(cell.setting.method).short, cell.setting.substeps)
 }

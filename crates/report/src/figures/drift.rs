@@ -6,7 +6,7 @@ use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::{number, power};
 use crate::words::{fate, short_fate};
 
-/// Residuals below the round-off of one sum are drawn at it: a logarithm has no zero.
+/// Smaller residuals are drawn at this one, the round-off of one sum, because a logarithm has no zero.
 const FOOT: f64 = 1e-17;
 
 pub(super) fn figure(study: &Study, long: bool) -> Option<Drawing> {
@@ -36,7 +36,7 @@ pub(super) fn figure(study: &Study, long: bool) -> Option<Drawing> {
     Some(chart.finish())
 }
 
-/// Times, and the largest residual until then: what swings through zero is no better for it.
+/// Times, s, and the largest residual until then, because a residual that swings through zero is not better there.
 fn largest_so_far(drift: &Drift) -> Vec<(f64, f64)> {
     let finite = drift.series.iter().take_while(|(_, residual)| residual.is_finite());
     let mut largest = FOOT;

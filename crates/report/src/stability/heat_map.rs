@@ -6,15 +6,16 @@ use super::tables::{digits, methods};
 use crate::chart::{Anchor, Drawing, Rgb, Shape, WIDTH};
 use crate::palette::ink;
 
-/// Room of the names of rows, pixels.
+/// Width of the names of rows, pixels.
 const LEFT: f64 = 268.0;
-/// Height of the names of methods.
+/// Height of the names of methods, pixels.
 const TOP: f64 = 70.0;
-/// Height of a row, and the gap between the rows of two cases.
+/// Height of a row, pixels.
 const ROW: f64 = 34.0;
+/// Gap between the rows of two cases, pixels.
 const GAP: f64 = 8.0;
 
-/// The field of a class: light enough for dark text, of its own lightness for those who do not see colors.
+/// The color of a class: light enough for dark text, and of its own lightness for people who do not see colors.
 const fn fill(class: Class) -> Rgb {
     match class {
         Class::Exact => [0x7c, 0xc4, 0xa0],
@@ -66,7 +67,7 @@ fn middle(words: &str) -> Shape {
     Shape::words(words).class("").anchored(Anchor::Middle)
 }
 
-/// What shows under the pointer.
+/// The text that is shown under the pointer.
 fn tip(row: &CaseRow, cell: &Cell) -> String {
     let method = cell.method.claims().title;
     let mut tip = format!("{}, {method}: {}", row.title(), cell.class.name());

@@ -1,4 +1,4 @@
-//! The matrix as one page that needs nothing beside it.
+//! The matrix as one self-contained page.
 
 use lab::stability::{Class, Matrix};
 use scene::Measure;
@@ -31,7 +31,7 @@ fn figure(drawing: &Drawing, caption: &str) -> String {
     format!("<figure>\n{}<figcaption>{caption}</figcaption>\n</figure>\n", drawing.inline())
 }
 
-/// What classes and measures mean.
+/// Explains the classes and measures.
 fn reading() -> String {
     let class = |class: Class| match class {
         Class::Exact => "as exact as rounding lets it be, all the way",

@@ -15,7 +15,7 @@ pub(super) fn methods(matrix: &Matrix) -> Vec<Method> {
     Method::ALL.into_iter().filter(|m| matrix.rows.iter().any(|row| row.cell(*m).is_some())).collect()
 }
 
-/// The number of a cell in few digits; infinite ones as a sign, none for what was refused.
+/// The number of a cell in few digits; a sign if it is infinite, empty if the method was refused.
 pub(super) fn digits(cell: &Cell) -> String {
     match cell.number {
         _ if cell.class == Class::Refused => String::new(),
@@ -63,7 +63,7 @@ pub(super) fn counts(matrix: &Matrix) -> Table {
     Table::numbers("Rows by class", std::iter::once("method").chain(Class::ALL.map(Class::name)), rows)
 }
 
-/// What every case is.
+/// The description of every case.
 pub(super) fn cases(matrix: &Matrix) -> Table {
     let mut rows: Vec<_> = matrix.rows.iter().collect();
     rows.dedup_by(|row, before| row.case == before.case);
@@ -77,7 +77,7 @@ fn cells(matrix: &Matrix) -> impl Iterator<Item = (&CaseRow, &Cell)> {
     matrix.rows.iter().flat_map(|row| row.cells.iter().map(move |cell| (row, cell)))
 }
 
-/// Every cell with its bound and why.
+/// Every cell with its bound and its note.
 pub(super) fn details(matrix: &Matrix) -> Table {
     let rows = cells(matrix).map(|(row, cell)| {
         let bound = if cell.bound.is_nan() { String::new() } else { format!("{:e}", cell.bound) };

@@ -8,18 +8,21 @@ use crate::chart::{Anchor, Axis, Drawing, Rgb, Shape, Stroke, WIDTH, axes};
 use crate::numbers::{NONE, digits, number};
 use crate::palette::ink;
 
-/// Most columns and rows of colors that are drawn; a sweep may have more.
+/// Most columns of colors that are drawn; a sweep may have more.
 const MOST_COLUMNS: usize = 120;
+/// Most rows of colors that are drawn; a sweep may have more.
 const MOST_ROWS: usize = 60;
 
 /// A measure whose values span more than this is shown in logarithms.
 const WIDE: f64 = 50.0;
 
-/// Room for the names of rows, and above the field, pixels.
+/// Width of the names of rows, pixels.
 const LEFT: f64 = 300.0;
+/// Room above the field, pixels.
 const TOP: f64 = 84.0;
 
-/// From dark to light, for those who do not see colors, too: stops of viridis (van der Walt and Smith 2015).
+/// Colors from dark to light, which also people who do not see colors can read: stops of viridis (van der Walt and
+/// Smith 2015).
 const SCALE: [Rgb; 6] = [
     [0x44, 0x01, 0x54],
     [0x41, 0x44, 0x87],
@@ -33,15 +36,16 @@ const YES: Rgb = [0x7c, 0xc4, 0xa0];
 const NO: Rgb = [0xe0, 0x89, 0x7b];
 const ABSENT: Rgb = [0xc8, 0xcc, 0xd2];
 
-/// The figure of the first measure of a sweep, whose runs are added one by one, in memory that does not grow with them.
+/// The figure of the first measure of a sweep. Runs are added one by one, in memory that does not grow with their
+/// number.
 pub struct Figure {
     title: String,
     plan: Plan,
-    /// Place of the measure among the columns.
+    /// Index of the measure among the columns.
     column: usize,
     name: String,
     kind: Kind,
-    /// The axis that goes to the right: the longest.
+    /// Index of the axis that goes to the right: the longest.
     across: usize,
     wide: usize,
     high: usize,
@@ -49,7 +53,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// The figure of a sweep of the scene of that name, without any run.
+    /// A figure without runs, for a sweep of the scene named `scene`.
     pub fn new(scene: &str, plan: &Plan) -> Self {
         let columns = plan.columns();
         let (name, kind) = plan.measures.first().map_or(("", Kind::Text), |measure| measure.columns()[0]);
@@ -252,7 +256,7 @@ impl Figure {
         shapes
     }
 
-    /// The values of the axes that go down, in that row.
+    /// The values of the vertical axes in row `row`.
     fn row_name(&self, mut row: usize) -> String {
         let mut words = Vec::new();
         for (at, axis) in self.plan.axes.iter().enumerate().rev() {
@@ -265,7 +269,7 @@ impl Figure {
         words.join(", ")
     }
 
-    /// What is not drawn.
+    /// A note on what is not drawn, if anything is not.
     fn left_out(&self) -> Option<String> {
         let columns = self.plan.axes.get(self.across).map_or(1, |axis| axis.values.len());
         let rows = self.plan.runs().unwrap_or(u64::MAX) / columns as u64;
@@ -279,13 +283,13 @@ impl Figure {
     }
 }
 
-/// Where a number is on the scale, 0 to 1.
+/// The position of a number on the scale, 0 to 1.
 fn part(number: f64, low: f64, high: f64, logarithmic: bool) -> f64 {
     let part = if logarithmic { (number / low).ln() / (high / low).ln() } else { number / high };
     if part.is_nan() { 0.0 } else { part.clamp(0.0, 1.0) }
 }
 
-/// The color of a place on the scale.
+/// The color at a position on the scale.
 fn scale(part: f64) -> Rgb {
     let at = part * (SCALE.len() - 1) as f64;
     let stop = (at as usize).min(SCALE.len() - 2);

@@ -8,13 +8,13 @@ use crate::text::tree::{Bracket, Item};
 pub(super) type Piece = (Range<usize>, String);
 
 impl Bracket<'_> {
-    /// The name of a struct or variant before it; empty without one.
+    /// The name of the struct or variant before the bracket; empty without one.
     pub fn word<'a>(&self, text: &'a str) -> &'a str {
         let before = text[..self.inside.start - 1].trim_end();
         &before[before.trim_end_matches(|c: char| c.is_alphanumeric() || c == '_').len()..]
     }
 
-    /// The place of a key among the items.
+    /// The index of a key among the items.
     pub fn index(&self, key: &str) -> Option<usize> {
         self.items.iter().position(|item| item.name == Some(key))
     }
@@ -23,8 +23,8 @@ impl Bracket<'_> {
         self.index(key).map(|index| &self.items[index])
     }
 
-    /// Puts `entries` behind the last of the keys `after` that there is, or behind the last of all; those that are `gone` do not
-    /// count.
+    /// Inserts `entries` after the last existing one of the keys `after`, or after the last item. Items that are
+    /// `gone` do not count.
     pub fn insert(&self, text: &str, entries: &[String], after: &[&str], gone: &[usize]) -> Vec<Piece> {
         let staying = (0..self.items.len()).rev().find(|index| !gone.contains(index));
         let last = staying.map(|index| &self.items[index]);
@@ -45,7 +45,8 @@ impl Bracket<'_> {
         comma.into_iter().chain([(at..at, lines)]).collect()
     }
 
-    /// Puts `entries` where nothing but comments stands: on lines of their own in a list, side by side in a group.
+    /// Inserts `entries` into a bracket without items: side by side in an empty group, otherwise each on a line of
+    /// its own.
     fn insert_first(&self, text: &str, entries: &[String]) -> Piece {
         let inside = &text[self.inside.clone()];
         let filled = self.inside.start + inside.trim_end().len();
@@ -58,7 +59,7 @@ impl Bracket<'_> {
         (filled..self.inside.end, format!("{lines}{line_break}{indent}"))
     }
 
-    /// Takes item `index` out, with its comma and, where it stands alone there, its lines.
+    /// The range of item `index` for its removal, with its comma and, if it is alone on its lines, these lines.
     pub fn remove(&self, text: &str, index: usize) -> Range<usize> {
         let item = &self.items[index];
         if let Some((end, line_break, indent)) = item.own_line(text) {
@@ -68,7 +69,7 @@ impl Bracket<'_> {
             let behind = &text[comma..self.inside.end];
             return item.start..comma + (behind.len() - behind.trim_start_matches(' ').len());
         }
-        // The comma before it goes, unless a comment stands between.
+        // Removes the comma before the item, unless a comment is between.
         let before = index.checked_sub(1).map(|before| self.items[before].value.end);
         let start = before.filter(|end| text[*end..item.start].trim_matches([' ', ',']).is_empty());
         start.unwrap_or(item.start)..item.value.end
@@ -76,7 +77,7 @@ impl Bracket<'_> {
 }
 
 impl Item<'_> {
-    /// Where the item stands alone on its lines: the end of the last, the characters that break it, and its indent.
+    /// If the item is alone on its lines: the end of the last line, its line break, and the indent.
     pub fn own_line<'a>(&self, text: &'a str) -> Option<(usize, &'a str, &'a str)> {
         let line = text[..self.start].rfind('\n')? + 1;
         let indent = &text[line..self.start];
@@ -90,12 +91,12 @@ impl Item<'_> {
     }
 }
 
-/// What breaks the lines of a text.
+/// The line break of a text.
 pub(super) fn line_break(text: &str) -> &'static str {
     if text.contains("\r\n") { "\r\n" } else { "\n" }
 }
 
-/// The white space at the start of the line of that place.
+/// The white space at the start of the line that contains offset `at`.
 pub(super) fn indent_at(text: &str, at: usize) -> &str {
     let line = &text[text[..at].rfind('\n').map_or(0, |end| end + 1)..at];
     &line[..line.len() - line.trim_start().len()]

@@ -1,4 +1,4 @@
-//! Entries of a scene taken out, copied, moved, named and taken apart, with all that names their bodies.
+//! Removes, copies, moves, names and splits entries of a scene, with everything that names their bodies.
 
 use std::borrow::Cow;
 
@@ -14,13 +14,13 @@ use crate::raw;
 use crate::scene::{BodySpec, Scene};
 use crate::text::{locate, syntax};
 
-/// Keys that say where an entry is, m.
+/// Keys that give the position of an entry, m.
 const PLACES: [&str; 6] = ["position_m", "origin_m", "center_m", "corner_m", "from_m", "to_m"];
 
-/// A key that moves along where it is written.
+/// A position that moves along only if it is written.
 const PREVIOUS: &str = "verlet_previous_position_m";
 
-/// Most bodies that an entry is taken apart into.
+/// Most bodies of an entry that can be split.
 const MOST_APART: usize = 1000;
 
 impl Scene {
@@ -44,9 +44,9 @@ impl Scene {
         }
     }
 
-    /// Takes the entry at `path` out, as in `bodies[3]`, with every spring, thrust, well and step of a survival script that
-    /// names a body of it; an emitter that rides on such a body stays where that begins. Other names become what the bodies
-    /// are called then.
+    /// Removes the entry at `path`, as in `bodies[3]`, and every spring, thrust and step of a survival script that
+    /// names one of its bodies. Wells lose these names; a well goes if it names no other body or rides on one of
+    /// them. An emitter that rides on such a body stays where the body begins. The names of other bodies are updated.
     #[must_use]
     pub fn without(&self, path: &str) -> Vec<TextEdit> {
         let Some((list, index)) = entry(path) else { return Vec::new() };
@@ -59,8 +59,8 @@ impl Scene {
         edits
     }
 
-    /// What the body `name` is called once entry `index` of `list` is gone, if it is still there: names that are not written
-    /// count the entries.
+    /// The name of the body or entry `name` after entry `index` of `list` is removed; `None` if it is removed, too.
+    /// Default names contain the number of the entry.
     fn name_without<'a>(
         &self,
         raw: &raw::Scene,
@@ -83,7 +83,7 @@ impl Scene {
         Some(Cow::Owned(name.replacen(&before, &after, 1)))
     }
 
-    /// Adds a copy of the entry at `path`, moved by so many meters, under a name of its own.
+    /// Adds a copy of the entry at `path`, moved by `by`, m, with a name of its own.
     #[must_use]
     pub fn copied(&self, path: &str, by: DVec3) -> Vec<TextEdit> {
         let (Some((list, _)), Some(text)) = (entry(path), self.written(path)) else { return Vec::new() };
@@ -99,14 +99,15 @@ impl Scene {
         rewrite(&self.name, text, &edits).map_or_else(|_| Vec::new(), |copy| vec![TextEdit::add(list, copy)])
     }
 
-    /// Moves the entry at `path` by so many meters.
+    /// Moves the entry at `path` by `by`, m.
     #[must_use]
     pub fn shifted(&self, path: &str, by: DVec3) -> Vec<TextEdit> {
         let keys = moved(&self.fields(path), by).into_iter();
         keys.map(|(key, value)| TextEdit::set(path, key, value.to_string())).collect()
     }
 
-    /// Gives the entry at `path` a name, also where springs, wells, thrusts, emitters and survival scripts name its bodies.
+    /// Names the entry at `path`, and updates the springs, wells, thrusts, emitters and survival scripts that name
+    /// its bodies.
     #[must_use]
     pub fn named(&self, path: &str, name: &str) -> Vec<TextEdit> {
         let mut edits = vec![TextEdit::set(path, "name", Value::Text(name.to_owned()).to_string())];
@@ -123,8 +124,8 @@ impl Scene {
         edits
     }
 
-    /// Takes an entry of independent bodies apart, as of a grid, into one entry per body; nothing for other entries and for those of
-    /// more than 1000 bodies.
+    /// Splits an entry of independent bodies, such as a grid, into one entry per body. Empty for other entries and
+    /// for entries of more than 1000 bodies.
     #[must_use]
     pub fn apart(&self, path: &str) -> Vec<TextEdit> {
         let present = self.entry_at(path);
@@ -141,7 +142,7 @@ impl Scene {
         );
         edits.extend(self.renamed(&raw, |other| match self.names.find(other) {
             Some(id) if bodies.contains(&id) => vec![Cow::Owned(name(id))],
-            // A well names every body that it attracted as one group.
+            // A well that names the whole entry gets the name of each body.
             None if self.names.group(other) == Some(bodies.clone()) => {
                 bodies.clone().map(|id| Cow::Owned(name(id))).collect()
             }
@@ -150,7 +151,7 @@ impl Scene {
         edits
     }
 
-    /// `wanted`, or that with a number, so that no entry has the name.
+    /// `wanted`, with a number if a body or an entry has that name already.
     #[must_use]
     pub fn fresh_name(&self, wanted: &str) -> String {
         let base = wanted.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -169,12 +170,12 @@ impl Scene {
         names.find(|name| !taken(name)).unwrap_or_default()
     }
 
-    /// The scene as its file has it.
+    /// The scene as it is written in its file.
     fn raw(&self) -> Option<raw::Scene> {
         syntax::read(&locate::spell_nan(&self.text), "").ok().map(|(raw, _)| raw)
     }
 
-    /// Leaves an emitter where its body begins.
+    /// Leaves an emitter where the body that carries it begins.
     fn left_behind(&self, index: usize) -> Vec<TextEdit> {
         let group = format!("emitters[{index}]");
         let Some(emitter) = self.emitters.get(index) else { return Vec::new() };
@@ -184,12 +185,12 @@ impl Scene {
         vec![stays, TextEdit::set(group, "position_m", format!("({x:?}, {y:?}, {z:?})"))]
     }
 
-    /// The body of that name, or the first of the entry of that name.
+    /// The body of that name, or the first body of the entry of that name.
     fn first_of(&self, name: &str) -> Option<u32> {
         self.names.find(name).or_else(|| self.names.group(name).map(|bodies| bodies.start))
     }
 
-    /// Writes the new names of every body or group where the old one stands; what names one without a new name goes.
+    /// Replaces the name of every body or entry by its new names. Removes whatever names one without a new name.
     fn renamed<'a>(&self, raw: &'a raw::Scene, new: impl Fn(&'a str) -> Vec<Cow<'a, str>>) -> Vec<TextEdit> {
         let (mut edits, mut left) = (Vec::new(), Vec::new());
         let mut change = |list: &str, index: usize, key: &str, names: &'a [String], least: usize| {
@@ -213,7 +214,7 @@ impl Scene {
             thrust.body.iter().for_each(|body| change("thrusts", i, "body", std::slice::from_ref(body), 1));
         }
         for (i, well) in raw.wells.iter().enumerate() {
-            // A well without the body on which it rides goes, whatever it attracts.
+            // A well is removed with the body that carries it, whatever it attracts.
             let goes = well.rides_on.as_ref().is_some_and(|body| new(body).is_empty());
             well.rides_on
                 .iter()
@@ -262,7 +263,7 @@ fn survival_scripts(raw: &raw::Scene) -> impl Iterator<Item = (String, &[raw::St
     })
 }
 
-/// The list and the place in it of an entry's path.
+/// Splits the path of an entry into its list and its index.
 fn entry(path: &str) -> Option<(&str, usize)> {
     let (list, index) = path.strip_suffix(']')?.split_once('[')?;
     Some((list, index.parse().ok()?))
@@ -272,17 +273,17 @@ fn written_name<'a>(raw: &'a raw::Scene, list: &str, index: usize) -> Option<&'a
     kind_and_name(raw, list, index)?.1
 }
 
-/// What bodies of an entry are called that has no name.
+/// The word with which the default name of an entry begins, as `grid`.
 fn kind<'a>(raw: &'a raw::Scene, list: &str, index: usize) -> &'a str {
     kind_and_name(raw, list, index).unwrap_or_default().0
 }
 
-/// Which of its kind an entry is, from 1.
+/// The number of an entry among those of its kind, from 1.
 fn number(raw: &raw::Scene, list: &str, index: usize) -> usize {
     (0..=index).filter(|other| kind(raw, list, *other) == kind(raw, list, index)).count()
 }
 
-/// What the names of an entry's bodies begin with where it has no name, once so many of its kind before it are gone.
+/// The beginning of the default names of an entry's bodies, after `gone` earlier entries of its kind are removed.
 fn unwritten_prefix(raw: &raw::Scene, list: &str, index: usize, gone: usize) -> String {
     match (kind(raw, list, index), number(raw, list, index) - gone) {
         ("body", number) => format!("body.{}", number - 1),
@@ -291,7 +292,7 @@ fn unwritten_prefix(raw: &raw::Scene, list: &str, index: usize, gone: usize) -> 
     }
 }
 
-/// The keys of `fields` that say where the entry is, moved by so many meters.
+/// The keys of `fields` that give positions, moved by `by`, m.
 fn moved(fields: &[Field], by: DVec3) -> Vec<(&'static str, Value)> {
     let place = |field: &Field| {
         let at = match &field.value {

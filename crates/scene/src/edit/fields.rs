@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use crate::text::kinds::Kind;
 use crate::text::tree::{Item, brackets};
 
-/// A key of a group, and what is written there.
+/// A key of a group, and its value as written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     /// The key.
@@ -38,12 +38,12 @@ pub enum Value {
 }
 
 impl Value {
-    /// The value of that kind that is written so.
+    /// Reads a value of that kind from its text.
     #[must_use]
     pub fn read(kind: Kind, written: &str) -> Self {
         let value = match kind {
             Kind::Flag => ron::from_str(written).ok().map(Self::Flag),
-            // Fields hold no larger numbers exactly.
+            // A field does not represent larger whole numbers exactly.
             Kind::Count => ron::from_str(written).ok().filter(|count| *count < 1 << 53).map(Self::Count),
             Kind::Number => {
                 ron::from_str(written).ok().filter(|number: &f64| number.is_finite()).map(Self::Number)
@@ -91,8 +91,8 @@ impl fmt::Display for Value {
 }
 
 impl Scene {
-    /// The keys of the group at `path` of the scene's text, as in `bodies[0].shape`; those of the scene itself for an empty
-    /// path. Nothing if the group is not written.
+    /// The keys of the group at `path` of the scene's text, as in `bodies[0].shape`; those of the scene itself for an
+    /// empty path. Empty if the group is not written.
     #[must_use]
     pub fn fields(&self, path: &str) -> Vec<Field> {
         let tree = brackets(&self.text, &[path]);
@@ -105,7 +105,7 @@ impl Scene {
         raw::kinds_at(path, kind).into_iter().map(field).collect()
     }
 
-    /// How many entries are written in a list of the scene.
+    /// Number of entries that are written in a list of the scene.
     #[must_use]
     pub fn count(&self, list: &str) -> usize {
         brackets(&self.text, &[list]).get(list).map_or(0, |list| list.items.len())

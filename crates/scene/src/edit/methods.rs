@@ -12,10 +12,10 @@ use crate::scene::Scene;
 use crate::text::faults::SceneError;
 
 impl Scene {
-    /// The method and substeps of the scene, and of each entry that differs from it, so that the bodies of each part have
-    /// those beside it.
+    /// The method and substeps for the scene and for each entry that differs from it, so that the bodies of each part
+    /// have those given with the part.
     ///
-    /// The scene itself gets those of the free bodies, unless no scene with mutual gravity can have them.
+    /// The scene gets those of the free bodies, or of another part if a scene with mutual gravity cannot have them.
     #[must_use]
     pub fn methods_of_parts<'p>(
         &self,
@@ -108,7 +108,8 @@ impl Scene {
     }
 }
 
-/// The edits that give a group a method and substeps, of which it has some `written`; `inherited` holds without them.
+/// The edits that give a group a method and substeps. `written` says which of the two keys it has; `inherited` holds
+/// without them.
 fn edits(
     group: &str,
     (method, substeps): (Method, u32),

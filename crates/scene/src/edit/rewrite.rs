@@ -1,4 +1,4 @@
-//! Any key and any entry written into the text of a scene.
+//! Writes keys and entries into the text of a scene.
 
 use std::collections::BTreeMap;
 
@@ -9,13 +9,13 @@ use crate::text::tree::{Bracket, brackets};
 /// A change of the text of a scene. Values are RON, as a person writes them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TextEdit {
-    /// Gives a key of a group another value, or takes the key away.
+    /// Sets a key of a group, or removes it.
     Set {
         /// Key path of the group, as in `bodies[0].shape`; empty for the scene itself.
         group: String,
         /// The key.
         key: String,
-        /// Its value, if it stays.
+        /// Its value; `None` removes the key.
         value: Option<String>,
     },
     /// Adds an entry at the end of a list of the scene.
@@ -25,17 +25,17 @@ pub enum TextEdit {
         /// The entry.
         entry: String,
     },
-    /// Takes an entry out of a list of the scene.
+    /// Removes an entry from a list of the scene.
     Remove {
         /// The list, as in `bodies`.
         list: String,
-        /// Its place in the list, from 0.
+        /// Its index in the list, from 0.
         index: usize,
     },
 }
 
 impl TextEdit {
-    /// Gives `key` of `group` that value.
+    /// Sets `key` of `group` to `value`.
     pub fn set(group: impl Into<String>, key: impl Into<String>, value: impl Into<String>) -> Self {
         Self::Set { group: group.into(), key: key.into(), value: Some(value.into()) }
     }
@@ -46,8 +46,8 @@ impl TextEdit {
     }
 }
 
-/// Makes changes in the text of a scene, which keeps its comments and layout; `name` is what messages call it. All places
-/// are those of `text`. Whether the result is a scene is for [`crate::Scene::parse`] to say.
+/// Edits the text of a scene and keeps its comments and layout; messages call the text `name`. Paths and indices
+/// refer to the text before the edits. The result need not be a valid scene: [`crate::Scene::parse`] checks it.
 ///
 /// ```
 /// use scene::{TextEdit, rewrite};
@@ -96,8 +96,8 @@ pub fn rewrite(name: &str, text: &str, edits: &[TextEdit]) -> Result<String, Sce
     Ok(apply(text, pieces))
 }
 
-/// The keys of a scene that are written before its method; those of other groups are the last two, so that method and
-/// substeps are side by side.
+/// The keys of a scene after which its method is inserted. In other groups only the last two count, so that method
+/// and substeps are side by side.
 const BEFORE_METHOD: [&str; 7] = ["version", "name", "description", "step_hz", "step", "substeps", "method"];
 
 fn set(
@@ -180,7 +180,7 @@ fn missing(name: &str, path: &str, what: &str) -> SceneError {
     faults.into_error(name, "", "")
 }
 
-/// Replaces pieces of the text that do not overlap, but for what is taken out.
+/// Replaces pieces of the text. Only pieces that are removed may overlap.
 pub(super) fn apply(text: &str, mut edits: Vec<Piece>) -> String {
     edits.sort_by_key(|(range, _)| range.start);
     let (mut edited, mut done) = (String::with_capacity(text.len()), 0);

@@ -89,7 +89,7 @@ fn one_of_the_two_keys_takes_the_other_beside_it() {
         &[set(Some("bodies[0]"), Method::Yoshida4, 2)],
         "(version: 1, bodies: [(substeps: 2, method: yoshida_4, mass_kg: 1)])",
     );
-    // What holds anyway is not written.
+    // A value that holds anyway is not written.
     let text = "(version: 1, method: yoshida_4, bodies: [()])";
     edits(text, &[set(None, Method::Yoshida4, 1), set(Some("bodies[0]"), Method::Yoshida4, 1)], text);
     edits("(version: 1)", &[set(None, Method::default(), 1)], "(version: 1)");

@@ -13,9 +13,9 @@ use crate::text::tree::{Tree, scan};
 
 /// A scene in which the values of some places vary.
 ///
-/// A place is named as messages name it: `bodies[3].mass_kg`, `gravity.acceleration_m_s2[1]`, `springs[*].stiffness_n_m` for all
-/// springs. It is written in the text of the scene, or a key that a group of the text may have. Where `[*]` leads to groups with
-/// and without the key, those without stay so.
+/// A place is named as in messages: `bodies[3].mass_kg`, `gravity.acceleration_m_s2[1]`, `springs[*].stiffness_n_m`
+/// for all springs. It is a value in the text of the scene, or a key that a group of the text may have. If `[*]`
+/// matches groups with and without the key, the groups without it do not get it.
 ///
 /// ```
 /// use scene::{Scene, VariedScene};
@@ -36,15 +36,15 @@ pub struct VariedScene {
     scene: Scene,
     /// The text with a value at every place.
     text: String,
-    /// Where the values of each place are, by byte offsets of the text.
+    /// Byte ranges in the text of the values of each place.
     places: Vec<Vec<Range<usize>>>,
 }
 
 impl VariedScene {
-    /// The scene with these places, each with a value that it may have.
+    /// Prepares `scene` for other values at `places`, each of which comes with an allowed value.
     ///
     /// # Errors
-    /// A place that the scene does not have, or two that overlap.
+    /// If the scene does not have a place, or if two places overlap.
     pub fn new(scene: &Scene, places: &[(&str, &str)]) -> Result<Self, SceneError> {
         let values = Values::of(&scene.text);
         let mut edits = Vec::new();
@@ -134,7 +134,7 @@ impl<'a> Values<'a> {
         (!edits.is_empty()).then_some(edits)
     }
 
-    /// The error for a place that the scene does not have, with the nearest that it has.
+    /// The error for a place that the scene does not have, with the nearest place that it has.
     fn missing(&self, scene: &Scene, place: &str) -> SceneError {
         let all = place.contains("[*]");
         let mut known = BTreeSet::new();
@@ -160,7 +160,7 @@ fn fault(scene: &Scene, place: &str, what: String, cure: String) -> SceneError {
     faults.into_error(&called(scene), &scene.text, "")
 }
 
-/// What messages call the scene.
+/// The name of the scene in messages.
 fn called(scene: &Scene) -> String {
     match &scene.source {
         Source::File(path) => path.display().to_string(),
@@ -168,7 +168,7 @@ fn called(scene: &Scene) -> String {
     }
 }
 
-/// Whether `path` is one of those that `place` names.
+/// Whether `place` names `path`.
 fn is_at(path: &str, place: &str) -> bool {
     let Some((before, after)) = place.split_once("[*]") else { return path == place };
     let index = path.strip_prefix(before).and_then(|rest| rest.strip_prefix('[')?.split_once(']'));

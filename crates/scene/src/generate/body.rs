@@ -1,4 +1,4 @@
-//! From one written body to one that can be spawned: mass to inverse mass, degrees to a rotation.
+//! Resolves one written body: mass to inverse mass, degrees to a rotation.
 
 use glam::{DQuat, DVec3, EulerRot};
 use motion::{AxisLocks, Method};
@@ -10,7 +10,7 @@ use crate::scene::BodySpec;
 use crate::text::faults::Faults;
 use crate::text::syntax::Word;
 
-/// What a body has of the scene where it says nothing itself.
+/// Settings of the scene for bodies that do not give their own.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Defaults {
     /// `None` if the text is not the name of a method.
@@ -67,7 +67,7 @@ pub(crate) fn body(raw: &raw::Body, index: usize, scenes: Defaults, faults: &mut
     }
 }
 
-/// Where the body was a substep before the start; `own` is what holds for it.
+/// The position of the body one substep before the start; `own` has the settings of the body.
 fn verlet_previous(
     raw: &raw::Body,
     position: DVec3,
@@ -112,10 +112,10 @@ pub(crate) fn label(raw: &raw::Body, scope: Scope, faults: &mut Faults) -> Optio
     None
 }
 
-/// Textures and whether they are the checker.
+/// Names of textures, and whether each is the checkerboard.
 const TEXTURES: [(&str, bool); 2] = [("checker", true), ("none", false)];
 
-/// Scenery is a collision volume and nothing else.
+/// Refuses physics on scenery, which is only a collision volume.
 fn refuse_physics(raw: &raw::Body, scope: Scope, faults: &mut Faults) {
     if raw.shape.is_none() {
         let cure = "add a shape, or remove scenery: true";
@@ -180,7 +180,7 @@ fn resolve_shape(raw: &raw::Shape, scope: Scope, faults: &mut Faults) -> Option<
     Some(shape)
 }
 
-/// Turned about the world's x axis, then y, then z. `None` where nothing is turned: the component is left out.
+/// The rotation about the world's x axis, then y, then z. `None` without a rotation: the component is left out.
 fn orientation(raw: &raw::Body, scope: Scope, faults: &mut Faults) -> Option<DQuat> {
     let degrees = faults.vector((scope, "rotation_deg"), raw.rotation_deg, DVec3::ZERO);
     let [x, y, z] = degrees.to_array().map(f64::to_radians);

@@ -75,7 +75,7 @@ fn triangles(form: &Form) -> Vec<[u32; 3]> {
         for column in 1..columns {
             let (below, above) = (row * columns + column, (row - 1) * columns + column);
             let [a, b, c, d] = [above - 1, above, below - 1, below];
-            // Diagonals in turn, so that the sheet folds as easily one way as the other.
+            // Diagonals alternate, so that the sheet folds as easily in one direction as in the other.
             if (row + column) % 2 == 0 {
                 triangles.extend([[a, c, d], [a, d, b]]);
             } else {

@@ -35,7 +35,7 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
     let rate = faults.number((scope, "rate_per_s"), raw.rate_per_s, 1.0, RATE);
     let life = faults.number((scope, "life_s"), raw.life_s, 1.0, LIFE);
     let capacity = match raw.capacity {
-        // As many as live at once.
+        // As many particles as live at once.
         None => (rate * life).ceil() as u64,
         Some(_) => u64::from(count(raw.capacity, (scope, "capacity"), faults)),
     };
@@ -93,7 +93,7 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
     }
 }
 
-/// Method and own substeps of particles on a graphics device; `None` of bodies.
+/// Method and own substeps of particles on a graphics device; `None` if the particles are bodies.
 fn swarm(
     raw: &raw::Emitter,
     scope: Scope,

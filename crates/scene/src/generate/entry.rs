@@ -1,4 +1,4 @@
-//! An entry of a scene file that makes bodies, and what all of them come to.
+//! An entry of a scene file that makes bodies, and all bodies of a scene.
 
 use std::ops::Range;
 
@@ -19,14 +19,14 @@ use crate::text::syntax::Triple;
 /// Every body of a scene and what belongs to it by stable id.
 #[derive(Default)]
 pub(crate) struct Bodies {
-    /// The written ones at least; all of them where there are names.
+    /// The written bodies at least; all of them if there are names.
     pub bodies: Vec<BodySpec>,
-    /// `None` where there are too many bodies to be named.
+    /// `None` if there are too many bodies for names.
     pub names: Option<Names>,
     pub labels: Vec<(u32, String)>,
     pub emitters: Vec<EmitterSpec>,
     pub soft_bodies: Vec<SoftBodySpec>,
-    /// In the order of their ids.
+    /// The entries of the file, in the order of their ids.
     pub sections: Vec<Section>,
 }
 
@@ -45,19 +45,19 @@ pub(crate) struct Section {
 /// An entry that makes bodies.
 pub(super) struct GeneratedEntry {
     pub scope: Scope,
-    /// Whether it names a method itself, and a number of substeps.
+    /// Whether it names a method itself, and whether it names a number of substeps.
     pub own: (bool, bool),
     pub count: u64,
-    /// Particles on a graphics device.
+    /// Number of particles on a graphics device.
     pub swarm: u64,
-    /// Between its bodies.
+    /// Number of springs between its bodies.
     pub springs: u64,
-    /// Of its sheet.
+    /// Number of triangles of its sheet.
     pub triangles: u64,
     pub numbering: Numbering,
     /// What its bodies have in common.
     pub body: BodySpec,
-    /// Makes its bodies, by what their names begin with.
+    /// Makes its bodies, whose names begin with the given text.
     pub make: Box<dyn Fn(String, &mut Bodies, &mut Pcg64)>,
 }
 
@@ -96,8 +96,9 @@ impl Section {
     }
 }
 
-/// What the bodies of an entry have in common by its shared keys, and whether it names a method itself, and a number of substeps. The
-/// mass is that of so many bodies together, with its default and the cure of a wrong one.
+/// What the bodies of an entry have in common by its shared keys, and whether it names a method and a number of
+/// substeps itself. `mass` is the default mass and the number of bodies that share the mass; `cure` is that of a
+/// wrong mass.
 pub(super) fn shared(
     keys: &raw::SharedKeys<'_>,
     scope: Scope,

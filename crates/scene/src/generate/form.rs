@@ -9,26 +9,26 @@ use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
 use crate::text::syntax::Word;
 
-/// What a kind of soft body resolves to. The last axis is the inner loop of the numbers of points.
+/// The form of a soft body of any kind. The last axis is the inner loop of the numbers of points.
 pub(super) struct Form {
     /// Whether its surface is a sheet, against which air flows.
     pub sheet: bool,
     pub numbering: Numbering,
-    /// Points along each axis, 1 where it has no such axis, 0 where they cannot be counted.
+    /// Points along each axis: 1 without such an axis, 0 if they cannot be counted.
     pub points: UVec3,
-    /// From a point to those that it is joined to; each pair is met from one side only.
+    /// Offsets from a point to the points that it is joined to, so that each pair occurs once.
     pub steps: Vec<IVec3>,
     /// Stiffness of the springs of each of these steps, N/m, if not that of the body.
     pub stiffness: Vec<Option<f64>>,
-    /// Where points are immovable.
+    /// Places whose points are immovable.
     pub pinned: Vec<Place>,
-    /// Where a point is, m, that is so far along each axis, 0 to 1.
+    /// The position of a point, m, by its fraction along each axis, 0 to 1.
     pub position: Box<dyn Fn([f64; 3]) -> DVec3>,
     /// Its surface, by numbers of points.
     pub triangles: fn(&Self) -> Vec<[u32; 3]>,
 }
 
-/// A corner, an edge or a side: which end of each axis it has; `None` is all of the axis.
+/// A corner, an edge or a side, by the end of each axis that it is at; `None` is all of the axis.
 pub(super) type Place = [Option<End>; 3];
 
 /// An end of an axis.
@@ -43,14 +43,14 @@ pub(super) const FIRST: Option<End> = Some(End::First);
 pub(super) const LAST: Option<End> = Some(End::Last);
 
 impl Form {
-    /// How many points there are; 0 where they cannot be counted.
+    /// Number of points; 0 if they cannot be counted.
     pub fn count(&self) -> u64 {
         self.points.to_array().into_iter().map(u64::from).fold(1, u64::saturating_mul)
     }
 
-    /// How many springs there are: as many as [`Form::pairs`].
+    /// Number of springs: as many as [`Form::pairs`].
     pub fn springs(&self) -> u64 {
-        // A step along an axis has one place fewer there.
+        // A step of n along an axis has n fewer starting points there.
         let places = |step: &IVec3| {
             let along = self.points.saturating_sub(step.abs().as_uvec3()).to_array();
             along.into_iter().map(u64::from).fold(1, u64::saturating_mul)
@@ -58,14 +58,14 @@ impl Form {
         self.steps.iter().map(places).fold(0, u64::saturating_add)
     }
 
-    /// The ends of every spring and the number of its step, all that begin at one point together.
+    /// The ends of every spring and the number of its step, sorted by the first end.
     pub fn pairs(&self) -> Vec<([u32; 2], usize)> {
         let mut pairs = Vec::with_capacity(self.springs() as usize);
         for point in 0..self.count() as u32 {
             let place = self.place(point).as_ivec3();
             for (number, step) in self.steps.iter().enumerate() {
                 let to = (place + *step).as_uvec3();
-                // What is below 0 is far above all numbers of points.
+                // A negative coordinate becomes a number far above all numbers of points.
                 if to.cmplt(self.points).all() {
                     pairs.push(([point, self.number(to)], number));
                 }
@@ -74,7 +74,7 @@ impl Form {
         pairs
     }
 
-    /// Where a point is, m.
+    /// The position of a point, m.
     pub fn position(&self, point: u32) -> DVec3 {
         let place = self.place(point);
         let part = |axis: usize| f64::from(place[axis]) / f64::from((self.points[axis] - 1).max(1));
@@ -92,7 +92,7 @@ impl Form {
         self.pinned.iter().any(|held| held.iter().enumerate().all(at))
     }
 
-    /// The number of the point that is so many points along each axis.
+    /// The number of the point with these indices along the axes.
     pub const fn number(&self, place: UVec3) -> u32 {
         (place.x * self.points.y + place.y) * self.points.z + place.z
     }
@@ -103,7 +103,7 @@ impl Form {
     }
 }
 
-/// The places of `pinned`, each of them one of `known`.
+/// Resolves the places of `pinned`, each of them one of `known`.
 pub(super) fn pinned(
     keys: &raw::SoftKeys,
     known: &[(&str, Place)],
@@ -137,7 +137,7 @@ pub(super) fn points(value: Option<u32>, (scope, key): Key<'_>, faults: &mut Fau
     0
 }
 
-/// Whether a soft body of these extents lies within numbers whose squares are numbers.
+/// Whether these extents of a soft body have finite squares.
 pub(super) fn within_numbers(places: &[DVec3]) -> bool {
     places.iter().all(|place| place.length().is_finite())
 }

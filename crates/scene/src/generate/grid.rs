@@ -23,7 +23,7 @@ pub(super) fn grid(raw: &raw::Grid, index: usize, faults: &mut Faults) -> Genera
     const CUBE: Shape = Shape::Cuboid { half_extents: DVec3::splat(GRID_SIZE) };
     const SPHERE: Shape = Shape::Sphere { radius: GRID_SIZE };
     let scope = Scope::item("grids", index);
-    // What is mixed is drawn.
+    // The shapes of a `mixed` grid are drawn at random.
     let kinds = [("mixed", None), ("cubes", Some(CUBE)), ("spheres", Some(SPHERE))];
     let shape = faults.word((scope, "kind"), raw.kind.as_ref(), None, &kinds);
     let rows = count(raw.rows, (scope, "rows"), faults);

@@ -34,7 +34,7 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
         faults.add(scope.key("size_m"), format!("{} is not a size", shown_vector(size)), cure);
     }
     let points = if countable { cells + 1 } else { UVec3::ZERO };
-    // Of the 26 neighbors, the 13 that come later: edges, diagonals of faces and diagonals of cells.
+    // The 13 of the 26 neighbors that come later: edges, diagonals of faces and diagonals of cells.
     let steps = (14..27).map(|i| IVec3::new(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1));
     Form {
         sheet: false,

@@ -13,7 +13,7 @@ use crate::scene::coupled::SoftBodySpec;
 use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
 
-/// Resolves soft body `index` of the list; `None` if it is of no known kind.
+/// Resolves soft body `index` of the list; `None` if its kind is unknown.
 pub(super) fn soft(raw: &raw::SoftBody, index: usize, faults: &mut Faults) -> Option<GeneratedEntry> {
     let scope = Scope::item("soft_bodies", index);
     for key in raw.strange_keys() {
@@ -48,7 +48,7 @@ pub(super) fn soft(raw: &raw::SoftBody, index: usize, faults: &mut Faults) -> Op
         count: form.count(),
         swarm: 0,
         springs: form.springs(),
-        // At most two of each cell.
+        // At most two triangles per cell.
         triangles: if form.sheet { 2 * form.count() } else { 0 },
         numbering: form.numbering,
         body,
@@ -56,8 +56,8 @@ pub(super) fn soft(raw: &raw::SoftBody, index: usize, faults: &mut Faults) -> Op
     })
 }
 
-/// Stiffness of a link, N/m. Springs in a row share how far they are stretched: each is as many times stiffer than all of them
-/// together as there are.
+/// Stiffness of a link, N/m. Springs in series share the elongation: each of n is n times as stiff as all of them
+/// together.
 fn link_stiffness(raw: &raw::SoftBody, scope: Scope, faults: &mut Faults) -> Option<f64> {
     let keys = &raw.keys;
     let Some(whole) = keys.stiffness_of_whole_n_m else { return keys.stiffness_n_m };
@@ -86,7 +86,7 @@ pub(crate) fn elastic(
     }
 }
 
-/// Adds the points, which are `body` with `velocity` where nothing holds them, and what joins them.
+/// Adds the points, which are `body` with `velocity` unless they are pinned, and the links between them.
 fn make(
     name: String,
     form: &Form,
@@ -105,7 +105,7 @@ fn make(
     }));
     let points = &bodies[first..];
     let link = |(ends, step): ([u32; 2], usize)| {
-        // Measured as a step measures it, so that nothing pulls at the start.
+        // Computed as a step computes it, so that no spring pulls at the start.
         let [from, to] = ends.map(|end| points[end as usize].position);
         let stiffness = form.stiffness.get(step).copied().flatten().unwrap_or(elastic.stiffness);
         Link { ends, elastic: Elastic { stiffness, rest_length: (to - from).length(), ..elastic } }

@@ -53,7 +53,7 @@ fn truth(holds: bool) -> f64 {
 #[derive(Clone, Debug)]
 pub struct Formula {
     text: String,
-    /// Large, and copied with its lesson.
+    /// Shared, because it is large and copied with its lesson.
     tree: Arc<FlatEx<f64, Arithmetic, Numbers>>,
 }
 
@@ -66,7 +66,7 @@ impl Formula {
     /// # Errors
     /// What is wrong with it, as a clause.
     pub fn parse(text: &str) -> Result<Self, String> {
-        // The parser takes whatever stands in braces for a name, and knows brackets beside the round ones.
+        // The parser would take anything in braces for a name, and accepts other brackets than round ones.
         if text.len() > Self::LONGEST || text.contains(['{', '}', '[', ']', '"']) || text.trim().is_empty() {
             return Err(format!("`{text}` is not a formula"));
         }
@@ -103,10 +103,10 @@ impl Formula {
         parts.into_iter().map(Comparison::parse).collect()
     }
 
-    /// Its value, if `quantity` gives the value of each name; NaN if one of them has none.
+    /// Its value, if `quantity` gives the value of each name; NaN if a name has no value.
     pub fn value(&self, quantity: impl Fn(&str) -> Option<f64>) -> f64 {
         let values: Vec<f64> = self.names().iter().map(|name| quantity(name).unwrap_or(f64::NAN)).collect();
-        // `max`, `||` and others would hide it.
+        // `max`, `||` and others would hide a NaN.
         if values.iter().any(|value| value.is_nan()) {
             return f64::NAN;
         }
@@ -123,16 +123,16 @@ impl Formula {
 /// One of the conditions that a formula joins with `&&`.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// What is compared.
+    /// The left side.
     pub left: Formula,
     /// One of `< <= > >= == !=`.
     pub sign: &'static str,
-    /// With what.
+    /// The right side.
     pub right: Formula,
 }
 
 impl Comparison {
-    /// Two characters first: `<` begins `<=`.
+    /// The longer signs are first, because `<` begins `<=`.
     const SIGNS: [&'static str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
 
     fn parse(text: &str) -> Option<Self> {
@@ -145,7 +145,7 @@ impl Comparison {
     /// Whether it holds, if `quantity` gives the value of each name.
     pub fn holds(&self, quantity: impl Fn(&str) -> Option<f64>) -> bool {
         let (left, right) = (self.left.value(&quantity), self.right.value(&quantity));
-        // Nothing is true of what has no value.
+        // No comparison with NaN holds, not even `!=`.
         let Some(order) = left.partial_cmp(&right) else { return false };
         match self.sign {
             "<=" => order.is_le(),
@@ -158,7 +158,7 @@ impl Comparison {
     }
 }
 
-/// Where `text` has a character outside of all brackets.
+/// Byte offsets of the characters of `text` outside of all brackets.
 fn outside_brackets(text: &str) -> impl Iterator<Item = usize> {
     let mut depth = 0;
     text.char_indices().filter_map(move |(at, c)| {

@@ -28,10 +28,10 @@ const LONGEST_RUN: f64 = 120.0;
 const DURATION: Rule =
     (|v| positive(v) && v <= LONGEST_RUN, "a length of a run", "give seconds above 0, at most 120");
 
-/// Longest time that a key is held or a way waits, s.
+/// Longest time for holding a key or waiting, s.
 const LONGEST_HOLD: f64 = 20.0;
 
-/// How far off an answer may be if the question does not say.
+/// Largest relative error of an answer, if the question does not say.
 const WITHIN: f64 = 0.05;
 
 #[derive(Debug, Deserialize)]
@@ -142,7 +142,7 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Lesson, SceneError> {
     Ok(lesson)
 }
 
-/// What tells a lesson from a scene.
+/// Keys that distinguish a lesson from a scene.
 #[derive(Debug, Deserialize)]
 struct Probe {
     title: Option<IgnoredAny>,
@@ -170,7 +170,7 @@ fn keys_at(path: &str) -> &'static [&'static str] {
 struct Reader<'a> {
     faults: &'a mut Faults,
     name: &'a str,
-    /// The scenes that were read, by their names: many runs are of one.
+    /// The scenes that were read, by their names: many runs may share one.
     scenes: HashMap<String, Arc<Scene>>,
 }
 
@@ -242,7 +242,7 @@ impl Reader<'_> {
         value
     }
 
-    /// The scene of that name or path; a path is one from the folder of the lesson.
+    /// The scene of that name or path; paths are relative to the folder of the lesson.
     fn scene(&mut self, path: &str, file: &str) -> Option<Arc<Scene>> {
         if file.is_empty() {
             return None;
@@ -496,7 +496,7 @@ pub fn is_same_scene(one: &str, other: &str) -> bool {
     one == other || path(one).is_some_and(|one| path(other) == Some(one))
 }
 
-/// The scene of that name, or the path of `file` as seen from the folder of the lesson.
+/// The scene name `file`, or the path of `file` as seen from the folder of the lesson.
 #[must_use]
 pub fn beside(lesson: &str, file: &str) -> String {
     if shipped::embedded(file).is_some() {

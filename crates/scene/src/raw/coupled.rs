@@ -39,7 +39,7 @@ pub(crate) struct Spring {
 /// Any word and the keys of all kinds.
 pub(crate) type SoftBody = Worded<SoftKeys>;
 
-/// The keys of all kinds of soft bodies together; which belong to which is in [`KINDS`].
+/// The keys of all kinds of soft bodies together; [`KINDS`] says which belong to which kind.
 #[derive(Deserialize)]
 pub(crate) struct SoftKeys {
     pub name: Option<String>,
@@ -93,13 +93,13 @@ kinds! {
 }
 
 impl SoftBody {
-    /// The keys that are given and are another kind's.
+    /// The keys that are given but belong to another kind.
     pub fn strange_keys(&self) -> impl Iterator<Item = &'static str> {
         self.keys.of_kinds().filter(|(key, given)| *given && !has(&self.word, key)).map(|(key, _)| key)
     }
 }
 
-/// Whether `key` is one of the soft bodies of that kind; an unknown kind has every key.
+/// Whether soft bodies of that kind have `key`; an unknown kind has every key.
 fn has(kind: &str, key: &str) -> bool {
     let known = KINDS.iter().any(|(other, _)| *other == kind);
     let owner = KINDS.iter().find(|(_, own)| own.contains(&key));

@@ -6,7 +6,7 @@ use crate::action::Action;
 use crate::lists::List;
 use crate::text::syntax::{Triple, Word};
 
-/// What all rows have in common, and each of `rows`, which has what differs.
+/// The keys that are common to all rows, and `rows` with the keys in which they differ.
 #[derive(Deserialize)]
 pub(crate) struct Survival {
     pub label: Option<String>,

@@ -1,4 +1,5 @@
-//! The bodies that springs hold, and on which emitters and wells ride; what emitters on a graphics device need.
+//! Resolves the bodies that springs hold and on which emitters and wells ride, and checks emitters on a graphics
+//! device.
 
 use motion::WorldLaws;
 
@@ -7,7 +8,8 @@ use crate::generate::Bodies;
 use crate::raw;
 use crate::text::faults::Faults;
 
-/// The stable id of a body with physics that is no particle of an emitter: of those it is said what `cannot` be done to them.
+/// The stable id of the body `name`, if it has physics and is no particle. `cannot` says in faults what cannot be
+/// done to other bodies.
 pub(crate) fn physical(
     name: &str,
     bodies: &Bodies,
@@ -41,7 +43,7 @@ pub(crate) fn carry_emitters(raw: &[raw::Emitter], bodies: &mut Bodies, faults: 
         let Bodies { bodies, emitters, .. } = &mut *bodies;
         if let (Some(emitter), Some(id)) = (emitters.get_mut(i), carrier) {
             emitter.rides_on = carrier;
-            // Its particles wait there.
+            // The particles of the pool wait there.
             let at = bodies[id as usize].position;
             let pool = emitter.pool.start as usize..emitter.pool.end as usize;
             bodies[pool].iter_mut().for_each(|body| body.position += at);
@@ -49,13 +51,13 @@ pub(crate) fn carry_emitters(raw: &[raw::Emitter], bodies: &mut Bodies, faults: 
     }
 }
 
-/// Most ticks that a particle on a graphics device lives: so many are simulated again to go back.
+/// Most ticks for which a particle on a graphics device lives: going back simulates as many ticks again.
 const SWARM_TICKS: f64 = 36_000.0;
 
 /// Most times per second that a particle on a graphics device is replaced: more would exhaust its numbers within a run.
 const SWARM_REUSE: f64 = 1_000.0;
 
-/// Most wells that attract particles on a graphics device: so many has a uniform buffer of any device room for.
+/// Most wells that attract particles on a graphics device: a uniform buffer of any device has room for these.
 const SWARM_WELLS: usize = 64;
 
 /// Checks what acts on the particles of emitters on a graphics device.

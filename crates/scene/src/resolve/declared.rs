@@ -6,7 +6,7 @@ use crate::raw;
 use crate::scene::coupled::Declaration;
 use crate::text::locate;
 
-/// Each effect that the scene calls for, with the first key that does, in the order of the receipt.
+/// Each effect that the scene declares, with the first key that does so, in the order of the receipt.
 pub(crate) fn declared(raw: &raw::Scene, text: &str) -> Vec<Declaration> {
     let own = |key: &str, has: fn(&raw::Body) -> bool| {
         raw.bodies.iter().position(has).map(|i| format!("bodies[{i}].{key}"))

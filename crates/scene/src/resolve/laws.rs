@@ -1,5 +1,5 @@
-//! From written laws to those that bodies obey: drag and wind, mutual gravity, wells and thrusts, and which body each
-//! of them is for.
+//! Resolves the laws that bodies obey: drag and wind, mutual gravity, wells and thrusts, and the bodies that each of
+//! them is for.
 
 use std::collections::BTreeMap;
 
@@ -87,7 +87,7 @@ pub(crate) fn mutual_gravity(raw: &raw::MutualGravity, faults: &mut Faults) -> M
 
 /// Gathers the laws of single bodies.
 pub(crate) struct OwnLaws<'a> {
-    /// All of them where there are names.
+    /// All bodies, if there are names.
     bodies: &'a Bodies,
     pub by_id: BTreeMap<u32, OwnLawsSpec>,
 }
@@ -97,7 +97,7 @@ impl<'a> OwnLaws<'a> {
         Self { bodies, by_id: BTreeMap::new() }
     }
 
-    /// Notes the drag of bodies, which are the first of all.
+    /// Adds the drag of written bodies, whose stable ids are the first.
     fn drags(&mut self, raw: &[raw::Body], in_wind: bool, faults: &mut Faults) {
         for (i, body) in raw.iter().enumerate() {
             let scope = Scope::item("bodies", i);
@@ -126,7 +126,7 @@ impl<'a> OwnLaws<'a> {
         }
     }
 
-    /// Notes the wells that name bodies and gives the others.
+    /// Adds the wells that name bodies to these bodies, and returns the other wells.
     fn wells(&mut self, raw: &[raw::Well], faults: &mut Faults) -> Vec<Well> {
         let mut for_all = Vec::new();
         for (i, raw) in raw.iter().enumerate() {
@@ -206,7 +206,7 @@ impl<'a> OwnLaws<'a> {
         self.of(name, (scope, key), "well attracts", faults).into_iter().collect()
     }
 
-    /// Notes the engines of bodies.
+    /// Adds the engines of bodies.
     pub fn thrusts(&mut self, raw: &[raw::Thrust], faults: &mut Faults) {
         for (i, raw) in raw.iter().enumerate() {
             let scope = Scope::item("thrusts", i);
@@ -223,7 +223,7 @@ impl<'a> OwnLaws<'a> {
         }
     }
 
-    /// The laws of the body of that name, if it is one that laws can act on.
+    /// The laws of the body `name`, if laws can act on it.
     fn of(
         &mut self,
         name: &str,

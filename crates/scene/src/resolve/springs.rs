@@ -1,4 +1,4 @@
-//! From written springs to those between two bodies, and which bodies are one group for it.
+//! Resolves springs between two bodies, and checks that the bodies of a group have one method and number of substeps.
 
 use std::collections::HashSet;
 
@@ -15,7 +15,7 @@ use crate::text::faults::Faults;
 
 const LENGTH: Rule = (not_negative, "a length", "give a number of meters from 0 up");
 
-/// Resolves the springs whose ends are what springs can hold.
+/// Resolves the springs whose ends are valid.
 pub(crate) fn springs(raw: &[raw::Spring], bodies: &Bodies, faults: &mut Faults) -> Vec<SpringSpec> {
     let mut springs = Vec::new();
     for (i, raw) in raw.iter().enumerate() {
@@ -60,13 +60,14 @@ fn ends(raw: &raw::Spring, bodies: &Bodies, scope: Scope, faults: &mut Faults) -
     Some(ends)
 }
 
-/// Notes where bodies that act on each other are not moved alike: with `attracting`, all that can move.
+/// Records bodies that act on each other but differ in method or substeps. If `attracting`, all movable bodies act on
+/// each other.
 pub(crate) fn check_groups(bodies: &Bodies, springs: &[SpringSpec], attracting: bool, faults: &mut Faults) {
     let Some(names) = &bodies.names else { return };
     if springs.is_empty() && bodies.soft_bodies.is_empty() && !attracting {
         return;
     }
-    // Nothing holds the particles of a pool, and mutual gravity passes them by.
+    // Nothing joins the particles of a pool, and mutual gravity does not act on them.
     let of_groups = || bodies.sections.iter().filter(|section| !section.is_pool());
     if of_groups().zip(of_groups().skip(1)).all(|(one, next)| !next.differs(one)) {
         return;
@@ -124,14 +125,14 @@ pub(crate) fn check_groups(bodies: &Bodies, springs: &[SpringSpec], attracting: 
     }
 }
 
-/// What is wrong with a method in a scene with mutual gravity or without, if something is.
+/// Why `method` cannot solve a scene with or without mutual gravity, if so.
 #[must_use]
 pub fn unsolvable(method: Method, mutual_gravity: bool) -> Option<&'static str> {
     (method == Method::ImplicitEuler && mutual_gravity)
         .then_some("implicit_euler cannot solve mutual gravity")
 }
 
-/// Notes where a method is asked to solve mutual gravity that cannot.
+/// Records methods that cannot solve mutual gravity.
 pub(crate) fn check_methods(scenes: Option<Method>, sections: &[Section], faults: &mut Faults) {
     let own = sections.iter().filter(|section| section.own_method && !section.is_pool());
     let asked = own.map(|section| (section.scope, section.method));

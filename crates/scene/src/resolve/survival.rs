@@ -1,4 +1,4 @@
-//! From written rows of the survival matrix to those that are run.
+//! Resolves the rows of the survival matrix.
 
 use glam::DVec3;
 use motion::{Damping, DampingModel};
@@ -12,13 +12,13 @@ use crate::scene::survival::{Bounds, Measure, Steps, SurvivalRow};
 use crate::script::{Removed, undeclared};
 use crate::text::faults::Faults;
 
-/// From which magnitude on nothing is left of a run, unless the scene says otherwise.
+/// Default magnitude of a number above which a run has exploded.
 pub const EXPLODES: f64 = 1e3;
 
-/// How much finer a reference is, unless the scene says otherwise.
+/// Default substeps of a reference run.
 const REFERENCE_SUBSTEPS: u32 = 64;
 
-/// Most ticks of a row: an hour of a processor.
+/// Most ticks of a row: an hour of processor time.
 const TICK_LIMIT: u64 = 1_000_000_000;
 
 const ENERGY: Rule = (positive, "an energy", "give a positive number of joules");
@@ -63,7 +63,7 @@ pub(crate) fn survival(
     Some(all)
 }
 
-/// A row, what it leaves to all rows, and the scene that they are of.
+/// A row, the keys that are common to all rows, and the scene of the row.
 #[derive(Clone, Copy)]
 struct Row<'a> {
     own: &'a raw::Survival,
@@ -75,7 +75,7 @@ struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
-    /// What the row has at a key, or else all rows.
+    /// The value of a key in the row, or else the common value.
     fn get<T>(self, key: impl Fn(&'a raw::Survival) -> Option<T>) -> Option<T> {
         key(self.own).or_else(|| key(self.common))
     }
@@ -166,7 +166,7 @@ impl<'a> Row<'a> {
 
     fn ticks(self, step_hz: f64, faults: &mut Faults) -> u64 {
         let scope = self.scope;
-        // What the row says wins over both of all rows.
+        // A length in the row overrides both common keys.
         let own = self.own.ticks.is_some() || self.own.seconds.is_some();
         let from = if own { self.own } else { self.common };
         let ticks = match (from.ticks, from.seconds) {
@@ -283,7 +283,7 @@ impl<'a> Row<'a> {
         let Some(action) = moment.action.clone() else {
             return fail("a step does nothing", "add one such as `do: set_gravity((0, 0, 0))`");
         };
-        // A row has the methods of its columns.
+        // The methods of a row are its columns.
         let of_methods = action.method().is_some() || matches!(action, Action::SetSubsteps(_));
         if !action.is_change() || of_methods {
             let cure = "give push, impulse, set_gravity, set_damping, set_velocity, set_position, reverse_velocities, \

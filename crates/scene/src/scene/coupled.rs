@@ -45,21 +45,21 @@ pub struct EmitterSpec {
     pub name: String,
     /// Particles per second, above 0.
     pub rate: f64,
-    /// How long each of them lives, s, above 0.
+    /// Life of a particle, s, above 0.
     pub life: f64,
     /// Stable id of the body on which it rides, if it does.
     pub rides_on: Option<u32>,
-    /// Where they are born, m; counted from the body on which it rides.
+    /// Position of births, m; relative to the body on which it rides, if it does.
     pub position: DVec3,
     /// Stable ids of the pool.
     pub pool: Range<u32>,
     /// The velocity that each body of the pool is born with, m/s.
     pub launches: Vec<DVec3>,
-    /// The particles, if they are those of a graphics device; the pool is empty then.
+    /// The particles, if they are on a graphics device; the pool is empty then.
     pub swarm: Option<SwarmSpec>,
-    /// Reciprocal of the mass of each of them, 1/kg.
+    /// Reciprocal of the mass of a particle, 1/kg.
     pub inverse_mass: f64,
-    /// Radius with which each of them is drawn, m, above 0.
+    /// Radius with which a particle is drawn, m, above 0.
     pub radius: f32,
     /// Linear red, green and blue, each 0 to 1.
     pub color: [f32; 3],

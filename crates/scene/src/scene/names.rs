@@ -8,7 +8,7 @@ use crate::text::nearest::nearest;
 
 /// The name of every body of a scene, by stable id.
 ///
-/// A million particles cost one entry: generated names are a prefix and a pattern.
+/// Generated names are a prefix and a pattern, so that a million particles take one entry.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Names {
     given: Vec<String>,
@@ -32,11 +32,11 @@ struct Run {
 pub(crate) enum Numbering {
     /// `cloud.17`.
     Line,
-    /// `grid.x3.z1`, with so many along z, the inner loop.
+    /// `grid.x3.z1`, with `rows` bodies along z, the inner loop.
     Grid { rows: u32 },
-    /// `flag.r2.c5`, with so many in a row.
+    /// `flag.r2.c5`, with `columns` bodies in a row.
     Sheet { columns: u32 },
-    /// `jelly.x0.y1.z2`, with so many along y and, the innermost loop, z.
+    /// `jelly.x0.y1.z2`, with `y` bodies along y and `z` along z, the innermost loop.
     Lattice { y: u32, z: u32 },
 }
 
@@ -53,13 +53,13 @@ impl Numbering {
 }
 
 impl Names {
-    /// How many bodies there are.
+    /// Number of bodies.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.count as usize
     }
 
-    /// Whether there are none.
+    /// Whether there are no bodies.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.count == 0
@@ -93,7 +93,7 @@ impl Names {
         self.given.iter().map(|name| Cow::Borrowed(name.as_str())).chain(generated)
     }
 
-    /// How many bodies have names of their own; they come before the generated ones.
+    /// Number of written bodies; they come before the generated ones.
     pub(crate) fn written(&self) -> u32 {
         self.given.len() as u32
     }
@@ -135,7 +135,7 @@ impl Names {
         (format!("there is no body {name:?}"), cure)
     }
 
-    /// Adds a name of its own; false if it is taken. All of these come before the generated ones.
+    /// Adds the name of a written body; false if it is taken. Written bodies come before the generated ones.
     pub(crate) fn add(&mut self, name: String) -> bool {
         let fresh = self.by_name.insert(name.clone(), self.count).is_none();
         self.given.push(name);

@@ -1,4 +1,4 @@
-//! Hard cases: how a scene is run in the survival matrix, and what its numbers are held to.
+//! Hard cases: how a scene is run in the survival matrix, and the bounds on its numbers.
 
 use glam::DVec3;
 use motion::Damping;
@@ -11,57 +11,58 @@ use crate::random::symmetric;
 /// One row of the survival matrix: a run of the scene that every method makes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurvivalRow {
-    /// What tells it from the other rows of the scene; empty where there is one alone.
+    /// Distinguishes the row from the others of the scene; empty for a single row.
     pub label: String,
-    /// What is followed.
+    /// The quantity that is measured.
     pub measure: Measure,
     /// Length of the run, ticks, at least 1.
     pub ticks: u64,
-    /// What the number is held to.
+    /// Bounds on the number.
     pub bounds: Bounds,
-    /// Energy that [`Measure::Energy`] and [`Measure::Rest`] are relative to, J, above 0, where the scene says so.
+    /// Energy that [`Measure::Energy`] and [`Measure::Rest`] are relative to, J, above 0, if the scene gives it.
     pub scale: Option<f64>,
     /// Substeps of the fine run that [`Measure::Reference`] compares with.
     pub reference_substeps: u32,
-    /// How long ticks are.
+    /// Lengths of the ticks.
     pub steps: Steps,
-    /// Ticks a second in place of the scene's.
+    /// Ticks per second; overrides the scene.
     pub step_hz: f64,
-    /// Parts of a tick in place of the scene's.
+    /// Substeps per tick; overrides the scene.
     pub substeps: u32,
-    /// Damping in place of the scene's.
+    /// Damping; overrides the scene.
     pub damping: Option<Damping>,
-    /// How far everything is moved away from the origin, m.
+    /// Vector by which everything is moved away from the origin, m.
     pub offset: DVec3,
     /// Changes of the run, at seconds or ticks.
     pub script: Vec<Step>,
 }
 
-/// What the number of a row says. Every one of them is relative, without a unit.
+/// The quantity that a row measures. All of them are relative, without a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Measure {
     /// Energy that the method invented (positive) or lost (negative) since the start, by the ledger, relative to the
     /// larger of energy and kinetic energy at the start, or to a stated one.
     Energy,
-    /// Farthest that a body is from where a fine run has it, relative to the way of the body that goes farthest.
+    /// Largest distance of a body from its position in a fine run, relative to the largest distance of a body from
+    /// its start there.
     Reference,
-    /// Farthest that a body is from where the same method has it at the origin, relative as above.
+    /// Largest distance of a body from its position in a run of the same method at the origin, relative as above.
     Origin,
     /// Kinetic energy of what should be at rest, relative to a stated energy.
     Rest,
-    /// Largest strain of a spring, `|L / L0 - 1|`; springs of no rest length have none.
+    /// Largest strain of a spring, `|L / L0 - 1|`; springs without a rest length do not count.
     Stretch,
-    /// Velocity along gravity at the end of the run, relative to the terminal one g / c, minus 1: -1 for a body that
-    /// stands, below -1 for one that rises. Of several bodies, that of the largest magnitude.
+    /// Velocity along gravity at the end of the run, relative to the terminal one g / c, minus 1: -1 for a body at
+    /// rest, below -1 for a body that rises. The number of the largest magnitude, if there are several bodies.
     TerminalSpeed,
 }
 
 impl Measure {
-    /// All of them.
+    /// All measures.
     pub const ALL: [Self; 6] =
         [Self::Energy, Self::Reference, Self::Origin, Self::Rest, Self::Stretch, Self::TerminalSpeed];
 
-    /// The word for it in scene files.
+    /// Its name in scene files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -75,18 +76,18 @@ impl Measure {
     }
 }
 
-/// What the magnitude of a number is held to: `exact <= bounded < explodes`.
+/// Bounds on the magnitude of a number: `exact <= bounded < explodes`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// Up to here a run is as exact as rounding lets it be.
+    /// Up to this magnitude a run is as exact as rounding allows.
     pub exact: f64,
-    /// Up to here it is of use.
+    /// Up to this magnitude a run is useful.
     pub bounded: f64,
-    /// From here on nothing is left of it.
+    /// Above this magnitude a run has exploded.
     pub explodes: f64,
 }
 
-/// How long the ticks of a row are.
+/// The lengths of the ticks of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Steps {
     /// `1 / step_hz` seconds each.
@@ -96,12 +97,12 @@ pub enum Steps {
     Jittered {
         /// Above 0, below 1.
         spread: f64,
-        /// What the draws start from.
+        /// Seed of the draws.
         seed: u64,
     },
     /// One tick, the first that begins at that time or later, lasts longer.
     Hitch {
-        /// When, s.
+        /// Time of the tick, s.
         at: f64,
         /// Its length, s, above 0.
         length: f64,
@@ -127,7 +128,7 @@ impl Iterator for Lengths {
         Some(match self.steps {
             Steps::Constant => self.step,
             Steps::Jittered { spread, .. } => self.step * (1.0 + spread * symmetric(&mut self.random)),
-            // Ticks before it are constant: rounding must not move it by one.
+            // The ticks before it are constant, so rounding must not move it by one.
             Steps::Hitch { at, length } if !self.done && begins >= at - 1e-9 * self.step => {
                 self.done = true;
                 length
@@ -138,7 +139,7 @@ impl Iterator for Lengths {
 }
 
 impl SurvivalRow {
-    /// Lengths of its ticks, s; without an end.
+    /// Lengths of its ticks, s; the iterator never ends.
     #[must_use]
     pub fn lengths(&self) -> Lengths {
         let seed = if let Steps::Jittered { seed, .. } = self.steps { seed } else { 0 };

@@ -71,7 +71,7 @@ fn what_is_written_reads_back_to_the_last_bit() {
     let mut script = Script::parse("t", EVERY_ACTION).unwrap();
     let again =
         Script::parse("t", &script.to_ron()).unwrap_or_else(|error| panic!("{error}\n{}", script.to_ron()));
-    // NaN is not equal to itself, so what is compared is what is written.
+    // NaN is not equal to itself, so the written texts are compared.
     assert_eq!(again.to_ron(), script.to_ron());
 
     script.steps.retain(|step| !matches!(step.action, Action::SetDamping(_) | Action::SetVelocity(..)));

@@ -184,7 +184,7 @@ fn springs_of_shipped_scenes_are_far_from_too_stiff_for_their_steps() {
         let limit = scene.method.claims().stability_limit;
         let step = 1.0 / (scene.step_hz * f64::from(scene.substeps));
         assert!(frequency * step <= 0.5 * limit, "{}: w h = {}", scene.name, frequency * step);
-        // Its numbers hold for every body, so no part of a group has others.
+        // Its numbers hold for every body, so no body has its own substeps.
         assert!(
             frequency == 0.0 || scene.bodies.iter().all(|body| body.substeps.is_none()),
             "{}",
@@ -193,7 +193,7 @@ fn springs_of_shipped_scenes_are_far_from_too_stiff_for_their_steps() {
     }
     assert!(sprung >= 8, "only {sprung} scenes have springs");
     let rate = |name| fastest_squared(&load(name).unwrap()).sqrt();
-    // What the comments of the files say.
+    // The numbers in the comments of the files.
     let said = [("flag", 922.0), ("cape", 8764.0), ("jelly", 90.1), ("rope", 447.0), ("bridge", 89.4)];
     for (name, said) in said {
         assert!((rate(name) / said - 1.0).abs() < 2e-3, "{name}: {}", rate(name));

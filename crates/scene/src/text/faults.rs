@@ -38,7 +38,7 @@ impl SceneError {
     }
 }
 
-/// Faults that are written out; of a file with more, a reader mends these first.
+/// Most faults that a message lists; the reader fixes these first.
 const SHOWN: usize = 20;
 
 impl fmt::Display for SceneError {
@@ -72,25 +72,25 @@ fn in_groups(number: usize) -> String {
     groups.collect::<Vec<_>>().join(",")
 }
 
-/// Faults on their way into a [`SceneError`], with byte offsets of those whose paths do not tell their places. Lines are
-/// looked up once, at the end, if there are any.
+/// Faults that are collected for a [`SceneError`], with the byte offsets of those whose paths do not determine their
+/// places. Lines are looked up once, at the end, if there are any.
 #[derive(Debug, Default)]
 pub(crate) struct Faults(Vec<(Option<usize>, Fault)>);
 
 impl Faults {
-    /// A fault of the key at `path`.
+    /// Adds a fault of the key at `path`.
     pub fn add(&mut self, path: impl Into<String>, what: impl Into<String>, cure: impl Into<String>) {
         self.push(None, Some(path.into()), what.into(), cure.into());
     }
 
-    /// A key at `path` that its group does not have; `known` are those that it has.
+    /// Adds the fault of a key at `path` that its group does not have; `known` are the keys that the group has.
     pub fn unknown_key(&mut self, path: &str, known: &[&str]) {
         let key = path.rsplit_once('.').map_or(path, |(_, key)| key);
         let cure = if known.is_empty() { "remove it".to_owned() } else { suggest(key, known) };
         self.add(path, format!("unknown key `{key}`"), cure);
     }
 
-    /// A fault at byte `offset` of the text.
+    /// Adds a fault at byte `offset` of the text.
     pub fn add_at(&mut self, path: Option<String>, offset: usize, what: String, cure: String) {
         self.push(Some(offset), path, what, cure);
     }

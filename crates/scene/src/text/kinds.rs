@@ -1,4 +1,5 @@
-//! What kind of value each key of a derived type has, asked of the type itself, so that no list has to be kept beside it.
+//! Finds what kind of value each key of a derived type takes by querying the type, so that no separate list is
+//! needed.
 
 use serde::Deserialize;
 use serde::de::{self, DeserializeSeed, Deserializer, Error as _, Visitor};
@@ -12,7 +13,7 @@ pub enum Kind {
     Count,
     /// A number.
     Number,
-    /// So many numbers in round brackets.
+    /// A tuple of that many numbers, in round brackets.
     Numbers(usize),
     /// A text in double quotes.
     Text,
@@ -20,7 +21,7 @@ pub enum Kind {
     Word,
     /// A group `(key: value, ...)`.
     Group,
-    /// A list `[value, ...]`, or what no other kind is.
+    /// A list `[value, ...]`, or any other kind.
     Other,
 }
 
@@ -37,7 +38,7 @@ pub(crate) fn kinds_of<'de, T: Deserialize<'de>>() -> Vec<(&'static str, Kind)> 
     super::syntax::keys_of::<T>().iter().copied().map(kind).collect()
 }
 
-/// A map of one key, whose value only notes what is asked of it.
+/// A map of one key that records which kind of value is requested for it.
 struct OneKey<'a> {
     key: &'static str,
     kind: &'a mut Kind,
@@ -55,7 +56,7 @@ impl<'de> de::MapAccess<'de> for OneKey<'_> {
     }
 }
 
-/// Notes what is asked of a value; it never gives one.
+/// Records which kind of value is requested; never gives a value.
 struct Asked<'a>(&'a mut Kind);
 
 macro_rules! notes {
@@ -115,7 +116,7 @@ impl<'de> Deserializer<'de> for Asked<'_> {
     }
 }
 
-/// A sequence of which the first value is asked.
+/// A sequence that records the kind of its first value.
 struct Alike<'a>(&'a mut Kind);
 
 impl<'de> de::SeqAccess<'de> for Alike<'_> {

@@ -1,4 +1,4 @@
-//! Where in a text a key path is, and which path is at a place.
+//! Finds the place of a key path in a text, and the path at a place.
 
 use std::collections::{HashMap, HashSet};
 

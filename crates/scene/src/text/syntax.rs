@@ -59,7 +59,7 @@ pub(crate) fn fault(
     piece: std::ops::Range<usize>,
     error: &SpannedError,
 ) {
-    // What was read and then refused begins at the start of the span; what could not be read, at its end.
+    // A value that was read and then refused begins at the start of the span; one that could not be read, at its end.
     let refused = matches!(
         error.code,
         Error::NoSuchEnumVariant { .. }
@@ -78,7 +78,7 @@ pub(crate) fn fault(
     }
     let code = match &error.code {
         Error::UnclosedBlockComment | Error::ExpectedStringEnd => &error.code,
-        // Whatever would have come next: nothing came.
+        // Whatever was expected next, the text has ended.
         _ if offset >= text.trim_end().len() && Tokens::new(text).next().is_some() => &Error::Eof,
         // The parser takes the 1 of 1.5 for a whole number and then misses a comma.
         Error::ExpectedComma if text[offset..].starts_with('.') => &Error::ExpectedInteger,
@@ -90,19 +90,20 @@ pub(crate) fn fault(
         path.truncate(path.rfind('[').unwrap_or(path.len()));
     }
     if matches!(code, Error::ExpectedDifferentLength { .. }) && path.ends_with(".between") {
-        // The one tuple that is not of numbers.
+        // The only tuple that is not of numbers.
         what = what.replace("numbers", "names");
     }
     faults.add_at(Some(path), offset, what, cure);
 }
 
-/// A span that starts before white space means what comes after it.
+/// Length of the white space at the start of `text`, 0 if nothing follows: a span that starts before it means what
+/// follows.
 fn leading_blank(text: &str) -> usize {
     let blank = text.len() - text.trim_start().len();
     if blank == text.len() { 0 } else { blank }
 }
 
-/// What is wrong, and what would be right.
+/// Describes what is wrong, and what would be right.
 fn explain(error: &Error) -> (String, String) {
     let (what, cure) = match error {
         Error::Eof => ("the text ends too early", "close every `(`, `[` and `\"` that was opened"),
@@ -149,7 +150,8 @@ fn explain(error: &Error) -> (String, String) {
 /// Three numbers in round brackets.
 pub(crate) type Triple = [f64; 3];
 
-/// A bare word, such as `fixed`; whether it is a known one is for the resolver to say, beside all other faults.
+/// A bare word, such as `fixed`; the resolver checks whether it is known, so that this fault is reported beside all
+/// others.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Word(pub String);
 
@@ -238,7 +240,7 @@ impl<'de> Deserialize<'de> for Name {
     }
 }
 
-/// The keys that a derived `T` knows, so that no list of them has to be kept beside the struct.
+/// The keys that a derived `T` knows, so that no separate list is needed.
 pub(crate) fn keys_of<'de, T: Deserialize<'de>>() -> &'static [&'static str] {
     /// Asks for nothing but the field names that serde's derive hands over.
     struct Ask<'a>(&'a mut &'static [&'static str]);

@@ -17,7 +17,7 @@ pub(crate) enum Token {
     Literal,
 }
 
-/// The tokens of a RON text; comments and document attributes are passed over.
+/// The tokens of a RON text; comments and document attributes are skipped.
 pub(crate) struct Tokens<'a> {
     text: &'a str,
     at: usize,

@@ -1,4 +1,4 @@
-//! Where the values of a RON text are, read in one scan beside the parser, which keeps no places.
+//! Finds the values of a RON text in one scan beside the parser, which does not keep their places.
 
 use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write as _;
@@ -6,13 +6,13 @@ use std::ops::Range;
 
 use super::tokens::{Token, Tokens};
 
-/// Groups and lists of a text by their paths, as in `bodies[3]`; that of the outermost value is the root's.
+/// Groups and lists of a text by their paths, as in `bodies[3]`; the path of the outermost value is that of the root.
 pub(crate) type Tree<'a> = BTreeMap<String, Bracket<'a>>;
 
 /// A group `(key: value, ...)` or a list `[value, ...]`. Places are byte offsets of the text.
 #[derive(Debug)]
 pub(crate) struct Bracket<'a> {
-    /// From behind the opening bracket to before the closing one.
+    /// From the end of the opening bracket to the start of the closing one.
     pub inside: Range<usize>,
     pub items: Vec<Item<'a>>,
 }
@@ -21,27 +21,27 @@ pub(crate) struct Bracket<'a> {
 #[derive(Debug)]
 pub(crate) struct Item<'a> {
     pub name: Option<&'a str>,
-    /// Where the key starts, or the value if it has none.
+    /// Start of the key, or of a value without a key.
     pub start: usize,
     pub value: Range<usize>,
-    /// Behind its own comma.
+    /// End of the comma after it.
     pub comma: Option<usize>,
 }
 
-/// Brackets deep to which paths are followed: more than the parser accepts. Without a bound, the paths of a text
-/// of nothing but brackets take quadratic time.
+/// Depth of brackets up to which paths are followed, more than the parser accepts. Without a limit, the paths of a
+/// text of nothing but brackets take quadratic time.
 const DEEPEST: usize = 160;
 
-/// Reads a text whose outermost value is called `root` in paths. Calls `asks` with the path and byte offset of every key and
-/// value, in the order of the text; the tree has the groups and lists for which it is true. Text that is not RON gives paths of
-/// no meaning, never a panic.
+/// Reads a text whose outermost value is called `root` in paths. Calls `asks` with the path and byte offset of every
+/// key and value, in the order of the text; the tree has the groups and lists for which `asks` returns true. Text
+/// that is not RON gives meaningless paths, but never a panic.
 pub(crate) fn scan<'a>(text: &'a str, root: &str, mut asks: impl FnMut(&str, usize) -> bool) -> Tree<'a> {
     /// Brackets that are not closed yet, or the whole text.
     struct Frame<'a> {
         path_length: usize,
-        /// The place of the coming item.
+        /// Index of the next item.
         index: usize,
-        /// What the tree will have of it.
+        /// Its entry in the tree, if it is asked for.
         bracket: Option<Bracket<'a>>,
     }
     let (mut tree, mut path, mut asked) = (Tree::new(), root.to_owned(), false);
@@ -113,7 +113,7 @@ pub(crate) fn brackets<'a>(text: &'a str, paths: &[&str]) -> Tree<'a> {
     scan(text, "", |path, _| paths.contains(path))
 }
 
-/// Lets the value of the last item reach to the end of `range`.
+/// Extends the value of the last item to the end of `range`.
 fn reach(bracket: &mut Option<Bracket<'_>>, range: &Range<usize>) {
     if let Some(Item { value, .. }) = bracket.as_mut().and_then(|bracket| bracket.items.last_mut()) {
         let start = if value.start == value.end { range.start } else { value.start };

@@ -84,7 +84,7 @@ fn a_bundle_reads_back_to_the_last_bit_also_where_it_is_not_a_number() {
     assert_eq!(bits, [NAN.to_bits(), (-NAN).to_bits(), f64::NEG_INFINITY.to_bits()]);
 }
 
-/// The bundle with other files in place of its own.
+/// The bytes of the test bundle, with each file replaced by the result of `change`.
 fn repacked(change: impl Fn(&str, Vec<u8>) -> Vec<u8>) -> Vec<u8> {
     let bytes = bundle().write().unwrap();
     let mut archive = ZipArchive::new(Cursor::new(&bytes[..])).unwrap();
@@ -102,7 +102,7 @@ fn add_keys(value: &mut Value) {
     match value {
         Value::Map(pairs) => {
             pairs.iter_mut().for_each(|(_, value)| add_keys(value));
-            // An enumeration is a map of one word.
+            // An enumeration is a map with one key and stays as it is.
             if pairs.len() > 1 {
                 pairs.push((Value::Text("of_later".to_owned()), Value::Array(vec![Value::Float(1.5)])));
             }
@@ -147,7 +147,7 @@ fn keys_of_an_earlier_program_that_are_gone_are_passed_over_and_those_that_it_di
         let before = snapshot.len();
         snapshot.retain(|(key, _)| key.as_text() != Some("emissions"));
         assert_eq!(snapshot.len(), before - 1);
-        // Accelerations that methods had cached.
+        // Accelerations that an earlier program cached.
         let numbers = |count| Value::Array(vec![Value::Float(0.5); count]);
         let map = |pairs: Vec<(&str, Value)>| {
             Value::Map(pairs.into_iter().map(|(key, value)| (Value::Text(key.to_owned()), value)).collect())
@@ -236,7 +236,7 @@ fn what_no_state_can_be_is_said_in_words() {
 
 #[test]
 fn lies_about_lengths_are_errors_and_take_no_memory() {
-    // A list of 2^60 numbers, and text of as many bytes.
+    // A list of 2^60 items, then a text and a byte string of 2^60 bytes.
     for lie in [&b"\x9b\x10\0\0\0\0\0\0\0"[..], b"\x7b\x10\0\0\0\0\0\0\0", b"\x5b\x10\0\0\0\0\0\0\0"] {
         let key = b"\xa1\x66events";
         let bytes = [&key[..], lie].concat();
@@ -262,7 +262,7 @@ fn a_newer_format_is_named() {
     assert_eq!(error, expected);
 }
 
-/// The bundle with another manifest.
+/// The test bundle with a changed manifest.
 fn with_manifest(change: impl Fn(&mut serde_json::Map<String, serde_json::Value>)) -> Vec<u8> {
     repacked(|name, bytes| {
         if name != MANIFEST.name {
@@ -348,7 +348,7 @@ fn what_would_be_refused_is_not_written() {
 
 #[test]
 fn what_is_short_in_the_file_and_long_in_memory_is_an_error() {
-    // As many entries of three bytes as take a little more than is allowed.
+    // Entries of 3 bytes in the file and 72 bytes in memory: a little more than the limit allows.
     let entries = MOST_MEMORY / 72 + 1;
     let mut state = b"\xa1\x68snapshot\xa1\x69emissions\x9a".to_vec();
     state.extend(u32::try_from(entries).unwrap().to_be_bytes());

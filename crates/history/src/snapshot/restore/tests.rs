@@ -1,4 +1,4 @@
-//! Snapshots that no world can have given: every one of them is refused.
+//! Snapshots that no world can produce are refused.
 
 use motion::snapshot::Effects;
 use motion::units::Vector;
@@ -20,7 +20,7 @@ fn snapshot() -> Snapshot {
 
 type State = snapshot::Snapshot<u32, Runs>;
 
-/// What is said of the snapshot after `change`; nothing if it is restored and simulates two ticks.
+/// The error for the snapshot after `change`; `None` if it can be restored and simulates two ticks.
 fn said(change: impl FnOnce(&mut State)) -> Option<&'static str> {
     let mut snapshot = snapshot();
     change(&mut snapshot.state);
@@ -45,7 +45,7 @@ fn empty_runs_are_refused() {
     assert_eq!(said(|s| s.things = Runs(vec![[0, 2], [2, 0]])), things);
     let bodies = Some("it has bodies that the scene lacks");
     assert_eq!(said(|s| s.bodies = Runs(vec![[1, 1], [0, 0], [0, 1]])), bodies);
-    // In other pieces than they are written in they are the same.
+    // The ids are the same when they are split into other runs.
     assert_eq!(said(|s| s.things = Runs(vec![[0, 1], [1, 1]])), None);
 }
 

@@ -1,4 +1,4 @@
-//! The watch over orbits: none that is bound becomes free while nothing but attraction acts.
+//! Detects bound orbits that become free while attraction is the only force.
 
 use std::collections::HashMap;
 
@@ -8,45 +8,46 @@ use motion::{Orbit, TimeStep, orbits};
 
 use crate::timeline::Fault;
 
-/// Ticks from look to look: an orbit takes as long as an evaluation of its law.
+/// Ticks between two checks: checking an orbit takes as long as an evaluation of its law.
 const EVERY: u64 = 8;
 
-/// Ticks after which an orbit that became free is a fault even if it has not turned far, so that a timeline still has the
-/// tick in which it did.
+/// Ticks after which a free orbit is a fault even if it has not turned far, so that a timeline still has the tick in
+/// which it became free.
 const LONGEST_DOUBT: u64 = 512;
 
-/// Share of kinetic and potential energy that counts as rounding.
+/// Part of kinetic energy and magnitude of potential energy that counts as rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// What is known of one orbit.
+/// An orbit that was bound.
 #[derive(Clone, Copy, Debug)]
 struct Known {
-    /// Energy when it was bound last, J, and the tick.
+    /// Energy when it was last bound, J.
     bound_j: f64,
+    /// Tick at which it was last bound.
     bound_tick: u64,
-    /// The tick from which on it is a fault that it is free, if it is.
+    /// The tick from which on a free orbit is a fault; `None` while it is bound.
     fault_from: Option<u64>,
     reported: bool,
 }
 
-/// The orbits that were bound.
+/// The orbits that were bound, by stable id of the body.
 #[derive(Debug, Default)]
 pub(super) struct BoundOrbits(HashMap<u32, Known>);
 
 impl BoundOrbits {
-    /// The orbits of `world`, where a run begins or continues.
+    /// The bound orbits of `world`.
     pub fn of(world: &mut World) -> Self {
         let mut bound = Self::default();
         bound.look_at(world);
         bound
     }
 
-    /// Forgets all orbits: something came from outside.
+    /// Forgets all orbits, after a change from outside.
     pub fn forget(&mut self) {
         self.0.clear();
     }
 
-    /// Looks at the orbits after a tick.
+    /// Checks the orbits after a tick, once every [`EVERY`] ticks.
     pub fn look(&mut self, world: &mut World) -> Option<Fault> {
         let tick = world.resource::<StepClock>().ticks();
         if tick.is_multiple_of(EVERY) { self.look_at(world) } else { None }
@@ -67,7 +68,7 @@ impl BoundOrbits {
                 continue;
             }
             let Some(known) = self.0.get_mut(&body).filter(|known| !known.reported) else { continue };
-            // At its closest approach a method that keeps the orbit may show it free, for a part of a turn there.
+            // A method that keeps an orbit bound may show it as free for part of a turn, around the closest approach.
             let doubt = (std::f64::consts::PI / (frequency * length)).ceil();
             let doubt = if doubt < LONGEST_DOUBT as f64 { doubt as u64 } else { LONGEST_DOUBT };
             let fault_from = *known.fault_from.get_or_insert(tick.saturating_add(doubt.max(1)));

@@ -37,8 +37,9 @@ pub(super) fn each_with<F>(
 
 /// A step of every body, whose position and velocity are three numbers each.
 ///
-/// Six arrays are six arguments of a function that is not inlined, so the compiler knows that they do not overlap; the field
-/// is moved in and out, so that it is in registers. Otherwise it would be luck whether vector instructions are taken.
+/// The six arrays are six arguments of a function that is not inlined, so the compiler knows that they do not
+/// overlap; the field is moved in and out, so that it stays in registers. Otherwise vectorization would depend on
+/// luck.
 #[expect(clippy::too_many_arguments, reason = "an argument is known not to overlap with another one")]
 #[inline(never)]
 fn step_six<F>(
@@ -59,7 +60,7 @@ fn step_six<F>(
     field
 }
 
-/// [`step_six`] of nine arrays.
+/// [`step_six`] for nine arrays.
 #[expect(clippy::too_many_arguments, reason = "an argument is known not to overlap with another one")]
 #[inline(never)]
 fn step_nine<F>(

@@ -16,7 +16,8 @@ fn positions(scene: &Scene) -> Vec<DVec3> {
     scene.bodies[points.start as usize..points.end as usize].iter().map(|body| body.position).collect()
 }
 
-/// What holds of every soft body: springs at rest, each pair once, in the order of their points; `mass` in all.
+/// Checks what holds for every soft body: springs at rest, each pair once, in the order of their points, and the
+/// whole `mass`.
 fn check(scene: &Scene, mass: f64) -> &SoftBodySpec {
     let (soft, places) = (&scene.soft_bodies[0], positions(scene));
     let mut pairs = HashSet::new();
@@ -77,7 +78,7 @@ fn a_chain_joins_neighbors_and_may_be_held_at_its_ends() {
     assert_eq!((places[0], places[2]), (DVec3::new(1.0, 10.0, 0.0), DVec3::new(1.0, 6.0, 3.0)));
     assert_eq!(places[4], DVec3::new(1.0, 2.0, 6.0));
     assert_eq!(pinned(&scene), ["rope.4"]);
-    // What is held does not move; everything else is as it was asked for.
+    // A pinned point does not move; everything else is as requested.
     let velocities: Vec<_> = scene.bodies.iter().map(|body| body.velocity.z).collect();
     assert_eq!(velocities, [7.0, 7.0, 7.0, 7.0, 0.0]);
     let body = &scene.bodies[1];

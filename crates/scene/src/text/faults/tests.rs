@@ -1,4 +1,4 @@
-//! How many faults are told.
+//! How many faults a message lists.
 
 use super::*;
 
