@@ -11,7 +11,7 @@ use motion::Method;
 use scene::{Scene, SceneError, VariedScene};
 
 use crate::column::Value;
-use crate::duration::{reference_tick_seconds, tick_seconds};
+use crate::duration::{reference_tick_seconds, tick_seconds, ticks_in};
 use crate::ordered::ordered;
 use crate::shard::Shard;
 
@@ -103,7 +103,7 @@ impl Sweep {
         self.varied.scene(&self.plan.values(run))
     }
 
-    /// Seconds of one core that the runs of `shard` take some, as estimated of some of them.
+    /// Approximate seconds of one core that the runs of `shard` take, estimated from some of them.
     #[must_use]
     pub fn estimated_seconds(&self, shard: Shard) -> f64 {
         let runs = shard.count(self.plan.runs().unwrap_or(u64::MAX));
@@ -115,15 +115,15 @@ impl Sweep {
             } else {
                 0.0
             };
-            ticks(&scene, self.plan.seconds) as f64 * (tick_seconds(&scene) + reference)
+            ticks_in(&scene, self.plan.seconds) as f64 * (tick_seconds(&scene) + reference)
         };
         let evenly = |probe: u64| (probe as f64 / probes as f64 * runs as f64) as u64;
         let sum: f64 = (0..probes).map(|probe| seconds(evenly(probe))).sum();
         sum / probes.max(1) as f64 * runs as f64
     }
 
-    /// Runs those of `shard` that come after the first `done` of it, on so many `threads`, and calls `take` with each row in
-    /// the order of their numbers, until it breaks.
+    /// Runs those of `shard` that come after the first `done` of it, on `threads` threads, and calls `take` with each row in
+    /// the order of their numbers, until `take` breaks.
     pub fn run(&self, shard: Shard, done: u64, threads: usize, mut take: impl FnMut(Row) -> ControlFlow<()>) {
         let left = shard.count(self.plan.runs().unwrap_or(0)).saturating_sub(done);
         ordered(left, threads, |place| self.row(shard.nth(done + place)), &mut take);
@@ -182,9 +182,4 @@ fn beginning<'p>(varied: &VariedScene, plan: &'p Plan) -> Result<Vec<&'p str>, S
         }
     }
     Err(error)
-}
-
-/// Ticks of a run of `scene` of so many `seconds`; 0 where they are less than half a tick.
-fn ticks(scene: &Scene, seconds: f64) -> u64 {
-    (seconds * scene.step_hz).round() as u64
 }

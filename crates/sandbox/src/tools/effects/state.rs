@@ -37,7 +37,7 @@ impl Effects {
     /// those since the last look, times those of the last measurement.
     pub fn receipt(&mut self, stage: &mut Stage, view: &View) -> Vec<ReceiptLine> {
         self.look_at_rates(stage);
-        let mut rows = lab::look(&mut stage.sim);
+        let mut rows = lab::receipt_without_running(&mut stage.sim);
         rows.extend(picture_rows(stage, view));
         for row in &mut rows {
             if let Some(by) = row.effect.and_then(|effect| stage.switched.get(&effect)) {
