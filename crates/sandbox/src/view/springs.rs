@@ -11,7 +11,7 @@ use scene::Appearance;
 
 use crate::stage::Stage;
 use crate::view::View;
-use crate::view::picture::{OUTLINE, PLAIN, Ratio, SELECTED};
+use crate::view::picture::{OUTLINE, PLAIN, StabilityRatio, SELECTED};
 
 /// A spring outside the view of springs.
 const SPRING_COLOR: [f32; 4] = [0.30, 0.30, 0.34, 1.0];
@@ -147,7 +147,7 @@ impl Drawing<'_> {
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
-    fn add(&self, frame: &mut Frame, body: &SoftBody, springs_alone: bool, ratio: Ratio<'_>) {
+    fn add(&self, frame: &mut Frame, body: &SoftBody, springs_alone: bool, ratio: StabilityRatio<'_>) {
         let pose = self.pose;
         let (radius, link_radius) = (pose.point_radius() as f32, pose.link_radius() as f32);
         if springs_alone {
@@ -194,7 +194,7 @@ impl View {
         &self,
         stage: &Stage,
         frame: &mut Frame,
-        ratio: Ratio<'_>,
+        ratio: StabilityRatio<'_>,
         hovered: Option<Entity>,
     ) {
         let mut looks = stage.query::<(&SoftBody, Option<&Appearance>)>();
@@ -212,7 +212,7 @@ impl View {
     }
 
     /// Springs between bodies; one with an end that makes it inert is not drawn.
-    pub(super) fn add_springs(&self, stage: &Stage, frame: &mut Frame, ratio: Ratio<'_>) {
+    pub(super) fn add_springs(&self, stage: &Stage, frame: &mut Frame, ratio: StabilityRatio<'_>) {
         let eye = self.camera.position;
         let mut springs = stage.query::<&Spring>();
         let coiled = frame.soft && springs.iter(&stage.sim.world).count() <= MOST_COILS;

@@ -185,7 +185,7 @@ fn goes_back(script: &Script) -> bool {
 /// Whether a script presses the key of one of `acts`.
 fn presses(script: &Script, acts: &[Act]) -> bool {
     let mut keys = script.steps.iter().filter_map(|step| step.action.key());
-    keys.any(|word| actions::is_one_of(word, acts))
+    keys.any(|word| actions::presses_one_of(word, acts))
 }
 
 /// When frames end.
