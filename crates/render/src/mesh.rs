@@ -23,7 +23,7 @@ impl Mesh {
         Self::upload(device, "cube", &vertices, &indices)
     }
 
-    /// A sphere of so many meridians and two thirds as many parallels.
+    /// A sphere of `meridians` meridians and two thirds as many parallels.
     pub fn sphere(device: &wgpu::Device, meridians: u16) -> Self {
         let (vertices, indices) = sphere(meridians, (meridians * 2 / 3).max(2));
         Self::upload(device, "sphere", &vertices, &indices)

@@ -33,7 +33,7 @@ struct Globals {
     ground: Vec4,
 }
 
-/// So many spheres are drawn with all their triangles, however small they are.
+/// Most spheres that are drawn with all their triangles, however small they are.
 const CROWD: usize = 100;
 
 /// The textures that have the size of the picture.

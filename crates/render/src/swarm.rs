@@ -401,7 +401,7 @@ impl DeviceSwarm {
         self.launches.len() as u32
     }
 
-    /// Keeps the state after a tick of a log of so many, if the last one that was kept is some ticks old. The oldest goes where there
+    /// Keeps the state after a tick of a log of `ticks` ticks, if the last state that was kept is some ticks old. The oldest goes if there
     /// is no room: what is further back than a log reaches is computed from its beginning.
     fn keep(
         &mut self,

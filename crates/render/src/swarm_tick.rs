@@ -122,7 +122,7 @@ pub struct SwarmLook {
     pub color: [f32; 4],
     /// How much of the last tick lies between the picture and its end, 0 to 1.
     pub back: f32,
-    /// A particle is drawn along its way of so many seconds.
+    /// A particle is drawn along the path of this many seconds.
     pub exposure_s: f32,
     /// Life of a particle, s.
     pub life_s: f32,

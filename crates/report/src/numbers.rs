@@ -106,7 +106,7 @@ pub fn time_unit(seconds: f64) -> (&'static str, f64) {
     }
 }
 
-/// Ticks of `step` seconds: so many per second or, where one lasts a minute or more, how long it is.
+/// The rate of ticks of `step` seconds: per second or, if one lasts a minute or more, its length.
 pub fn tick_rate(step: f64) -> String {
     match step {
         step if step < 60.0 => format!("{} Hz", digits(1.0 / step)),

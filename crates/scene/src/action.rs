@@ -48,9 +48,9 @@ macro_rules! actions {
 actions! {
     /// Presses the key of that name in this frame and lets it go in the next; one that pushes acts for one tick.
     Press(key: String) => Target::Key(key), nameless(key);
-    /// Holds a key for so many seconds, above 0; one that pushes acts in the ticks of that time.
+    /// Holds a key for this many seconds, above 0; one that pushes acts in the ticks of that time.
     Hold(key: String, seconds: f64) => Target::Key(key), nameless(key).or_else(|| timeless(*seconds, "hold a key"));
-    /// Does nothing for so many seconds, above 0; in lessons.
+    /// Does nothing for this many seconds, above 0; in lessons.
     Wait(seconds: f64) => Target::Input, timeless(*seconds, "wait");
     /// Presses a key and leaves it down; for recordings.
     KeyDown(key: String) => Target::Key(key), nameless(key);
@@ -76,7 +76,7 @@ actions! {
     MouseUp(button: MouseButton) => Target::Input, None;
     /// Presses a mouse button in this frame and lets it go in the next.
     Click(button: MouseButton) => Target::Input, None;
-    /// Turns the wheel by so many notches, away from the person positive.
+    /// Turns the wheel by this many notches, away from the person positive.
     Wheel(notches: f64) => Target::Input, unless(
         notches.is_finite(),
         || format!("{notches} is not a number of notches"),
@@ -90,7 +90,7 @@ actions! {
         || format!("{width} x {height} is not a window size"),
         "give two numbers of pixels from 1 to 16384",
     );
-    /// The display has so many pixels per point of the panels, above 0.
+    /// The display has this many pixels per point of the panels, above 0.
     Scale(scale: f64) => Target::Input, unless(
         scale.is_finite() && *scale > 0.0,
         || format!("{scale} is not a scale"),
@@ -259,7 +259,7 @@ impl Step {
 pub enum When {
     /// Seconds from the start, finite and at least 0.
     Seconds(f64),
-    /// So many ticks done.
+    /// When this many ticks are done.
     Tick(u64),
     /// The frame of that number, from 0.
     Frame(u64),

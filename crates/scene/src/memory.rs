@@ -67,7 +67,7 @@ const SMALL: u64 = 256 << 20;
 /// What the person allows, bytes.
 static ALLOWED: OnceLock<u64> = OnceLock::new();
 
-/// Lets no scene from now on take more than so many bytes; the first call decides. Without one it is what the machine has
+/// Lets no scene from now on take more than `bytes`; only the first call counts. Without one the limit is what the machine has
 /// free when a scene is loaded.
 pub fn allow_memory(bytes: u64) {
     ALLOWED.get_or_init(|| bytes);
@@ -165,7 +165,7 @@ impl Census {
         kept.saturating_add(reading.passing().max(run))
     }
 
-    /// So many bodies and the rest, in words.
+    /// The numbers of bodies and of the rest, in words.
     pub fn words(self) -> String {
         let counts = [
             (self.links.saturating_add(self.springs), "spring"),
@@ -199,7 +199,7 @@ pub struct Keeps {
 }
 
 impl Keeps {
-    /// Bytes on top for a scene of so many bodies and particles on a device, at most.
+    /// Most additional bytes for a scene with this census.
     fn bytes(self, Census { bodies, swarm, .. }: Census) -> u64 {
         let each = |kept: bool, bytes: u64| if kept { bodies.saturating_mul(bytes) } else { 0 };
         let parts = [
@@ -214,7 +214,7 @@ impl Keeps {
     }
 }
 
-/// So many bodies, in words.
+/// A number of bodies, in words.
 pub(crate) fn bodies_words(count: u64) -> String {
     if count == 1 { "1 body".to_owned() } else { format!("{count} bodies") }
 }

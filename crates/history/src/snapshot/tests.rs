@@ -14,7 +14,7 @@ fn every_list_counts_as_it_is_allocated() {
     let slots = EmissionState { slots: Vec::with_capacity(7), ..EmissionState::default() };
     snapshot.state.emissions = Vec::with_capacity(3);
     snapshot.state.emissions.push((0, slots));
-    // Counts of so many laws have a list of their own.
+    // Counts of this many laws have a list of their own.
     let laws = [("law", 1); 9];
     snapshot.state.evaluations = Evaluations::going_on(0, laws, Iterations::default());
     let counts = snapshot.state.evaluations.list_bytes();

@@ -9,7 +9,7 @@ use super::record::{Cell, Host, Setting, Study};
 /// decide a choice.
 const EVEN: f64 = 0.03;
 
-/// An error so many times smaller is worth a change of the setting.
+/// How many times smaller an error must be to be worth a change of the setting.
 const WORTH: f64 = 1.5;
 
 /// Steps at which the error exceeds this part of the motion are too coarse to use.

@@ -61,7 +61,7 @@ impl Subject {
         Self::of_text(*problem, &(problem.scene)(), problem.description.to_owned())
     }
 
-    /// The harmonic oscillator over so many whole periods, at least 1.
+    /// The harmonic oscillator over `periods` whole periods, at least 1.
     ///
     /// # Errors
     /// As [`Self::of_problem`].
@@ -100,7 +100,7 @@ impl Subject {
         Self { scene, problem: None, ticks, yields: seconds.is_none(), notes }
     }
 
-    /// A scene from its start as it is, for so many ticks.
+    /// A scene from its start as it is, for `ticks` ticks.
     pub(crate) const fn as_it_is(scene: Scene, ticks: u64) -> Self {
         Self { scene, problem: None, ticks, yields: false, notes: Vec::new() }
     }

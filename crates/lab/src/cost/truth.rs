@@ -228,7 +228,7 @@ pub(crate) struct Compared {
 }
 
 impl Comparison {
-    /// Runs by their cells, for so many ticks, of a problem with that `period`, s, if it has one.
+    /// Runs by their cells, for `ticks` ticks, of a problem with that `period`, s, if it has one.
     pub fn new(
         truth: Target,
         period: Option<f64>,

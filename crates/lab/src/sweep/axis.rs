@@ -205,7 +205,7 @@ mod tests {
         assert_ne!(draws, values("pace=1..2 random 1000"));
         let numbers: Vec<f64> = draws.iter().map(|draw| draw.parse().unwrap()).collect();
         let mean = numbers.iter().sum::<f64>() / 1000.0;
-        // Six times the deviation of the mean of so many uniform draws.
+        // Six times the deviation of the mean of a thousand uniform draws.
         assert!(numbers.iter().all(|draw| (1.0..2.0).contains(draw)) && (mean - 1.5).abs() < 0.055, "{mean}");
     }
 

@@ -18,7 +18,7 @@ use crate::view::{Mode, View};
 /// Longest time between the two clicks of a double click, s.
 const DOUBLE_CLICK_S: f64 = 0.4;
 
-/// A press is a click as long as the pointer stays within so many points.
+/// Farthest that the pointer moves during a press that is a click, points.
 const CLICK_POINTS: f64 = 4.0;
 
 /// Farthest from what a tool takes that a press takes it, points.

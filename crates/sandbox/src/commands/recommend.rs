@@ -258,7 +258,7 @@ impl<'a> Target<'a> {
     }
 }
 
-/// A study of each of these parts, of so many of the scene.
+/// A study of each of these parts, which are some of the `all` parts of the scene.
 fn measure(parts: &[&Part], all: usize, args: &RecommendArgs) -> Vec<Study> {
     let plan = plan(all, args.quick);
     let progress = Progress::new(parts.len());
@@ -272,7 +272,7 @@ fn measure(parts: &[&Part], all: usize, args: &RecommendArgs) -> Vec<Study> {
     studies
 }
 
-/// The plan for each of so many parts, without runs that a choice does not need.
+/// The plan for each of this many parts, without runs that a choice does not need.
 fn plan(parts: usize, quick: bool) -> Plan {
     let full = Plan::full();
     #[expect(clippy::cast_precision_loss, reason = "a count of parts")]

@@ -19,11 +19,16 @@ const SPRING_COLOR: [f32; 4] = [0.30, 0.30, 0.34, 1.0];
 const SPRING_IN_SPACE: [f32; 4] = [0.82, 0.84, 0.88, 1.0];
 const SPRING_WIDTH_PX: f32 = 2.0;
 
-/// A spring between two bodies is a coil in the program's own look, of so many turns, each of so many lines, and so wide for its
-/// length at rest; springs of a crowd are straight.
+/// Turns of a coil, as which a spring between two bodies is drawn in the program's own look.
 const TURNS: u16 = 9;
+
+/// Lines per turn of a coil.
 const LINES_PER_TURN: u16 = 8;
+
+/// Radius of a coil, as a share of the spring's length at rest.
 const COIL_RADIUS: f64 = 0.035;
+
+/// Most springs that are drawn as coils; the springs of a scene with more are straight.
 const MOST_COILS: usize = 100;
 
 /// Strain at which a spring has its full color.

@@ -83,7 +83,7 @@ impl Scene {
         Some(Cow::Owned(name.replacen(&before, &after, 1)))
     }
 
-    /// Adds a copy of the entry at `path`, moved by so many meters, under a name of its own.
+    /// Adds a copy of the entry at `path`, moved by `by`, m, under a name of its own.
     #[must_use]
     pub fn copied(&self, path: &str, by: DVec3) -> Vec<TextEdit> {
         let (Some((list, _)), Some(text)) = (entry(path), self.written(path)) else { return Vec::new() };
@@ -99,7 +99,7 @@ impl Scene {
         rewrite(&self.name, text, &edits).map_or_else(|_| Vec::new(), |copy| vec![TextEdit::add(list, copy)])
     }
 
-    /// Moves the entry at `path` by so many meters.
+    /// Moves the entry at `path` by `by`, m.
     #[must_use]
     pub fn shifted(&self, path: &str, by: DVec3) -> Vec<TextEdit> {
         let keys = moved(&self.fields(path), by).into_iter();
@@ -282,7 +282,7 @@ fn number(raw: &raw::Scene, list: &str, index: usize) -> usize {
     (0..=index).filter(|other| kind(raw, list, *other) == kind(raw, list, index)).count()
 }
 
-/// What the names of an entry's bodies begin with where it has no name, once so many of its kind before it are gone.
+/// What the names of an entry's bodies begin with if it has no name, once `gone` of its kind before it are gone.
 fn unwritten_prefix(raw: &raw::Scene, list: &str, index: usize, gone: usize) -> String {
     match (kind(raw, list, index), number(raw, list, index) - gone) {
         ("body", number) => format!("body.{}", number - 1),
@@ -291,7 +291,7 @@ fn unwritten_prefix(raw: &raw::Scene, list: &str, index: usize, gone: usize) -> 
     }
 }
 
-/// The keys of `fields` that say where the entry is, moved by so many meters.
+/// The keys of `fields` that say where the entry is, moved by `by`, m.
 fn moved(fields: &[Field], by: DVec3) -> Vec<(&'static str, Value)> {
     let place = |field: &Field| {
         let at = match &field.value {

@@ -97,7 +97,7 @@ impl Section {
 }
 
 /// What the bodies of an entry have in common by its shared keys, and whether it names a method itself, and a number of substeps. The
-/// mass is that of so many bodies together, with its default and the cure of a wrong one.
+/// mass is that of several bodies together, with its default and the cure of a wrong one.
 pub(super) fn shared(
     keys: &raw::SharedKeys<'_>,
     scope: Scope,

@@ -92,7 +92,7 @@ impl Form {
         self.pinned.iter().any(|held| held.iter().enumerate().all(at))
     }
 
-    /// The number of the point that is so many points along each axis.
+    /// The number of the point at `place`, counted in points along each axis.
     pub const fn number(&self, place: UVec3) -> u32 {
         (place.x * self.points.y + place.y) * self.points.z + place.z
     }

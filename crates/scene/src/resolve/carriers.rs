@@ -49,13 +49,13 @@ pub(crate) fn carry_emitters(raw: &[raw::Emitter], bodies: &mut Bodies, faults: 
     }
 }
 
-/// Most ticks that a particle on a graphics device lives: so many are simulated again to go back.
+/// Most ticks that a particle on a graphics device lives: going back simulates up to this many again.
 const SWARM_TICKS: f64 = 36_000.0;
 
 /// Most times per second that a particle on a graphics device is replaced: more would exhaust its numbers within a run.
 const SWARM_REUSE: f64 = 1_000.0;
 
-/// Most wells that attract particles on a graphics device: so many has a uniform buffer of any device room for.
+/// Most wells that attract particles on a graphics device: a uniform buffer of any device has room for them.
 const SWARM_WELLS: usize = 64;
 
 /// Checks what acts on the particles of emitters on a graphics device.

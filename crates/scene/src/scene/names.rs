@@ -32,11 +32,11 @@ struct Run {
 pub(crate) enum Numbering {
     /// `cloud.17`.
     Line,
-    /// `grid.x3.z1`, with so many along z, the inner loop.
+    /// `grid.x3.z1`, with `rows` along z, the inner loop.
     Grid { rows: u32 },
-    /// `flag.r2.c5`, with so many in a row.
+    /// `flag.r2.c5`, with `columns` in a row.
     Sheet { columns: u32 },
-    /// `jelly.x0.y1.z2`, with so many along y and, the innermost loop, z.
+    /// `jelly.x0.y1.z2`, with `y` along y and `z` along z, the innermost loop.
     Lattice { y: u32, z: u32 },
 }
 

@@ -12,7 +12,7 @@ pub enum Kind {
     Count,
     /// A number.
     Number,
-    /// So many numbers in round brackets.
+    /// This many numbers in round brackets.
     Numbers(usize),
     /// A text in double quotes.
     Text,

@@ -32,8 +32,10 @@ const FPS: f64 = 60.0;
 /// Simulated seconds in which a solution has to do its step.
 const PATIENCE_S: f64 = 20.0;
 
-/// Least simulated seconds after which a wrong way did not do it, and so many times as long as the solution took.
+/// Least simulated seconds after which a wrong way did not do it.
 const WRONG_S: f64 = 3.0;
+
+/// How many times as long as the solution took a wrong way is tried, at least.
 const LONGER: f64 = 1.2;
 
 /// Seconds after which a step has begun.
