@@ -3,8 +3,8 @@
 //!
 //! A simulation is copied in no other way: twins, going back and bundles all restore a snapshot.
 
-mod restore;
 mod id_ranges;
+mod restore;
 
 use bevy_ecs::prelude::*;
 use motion::snapshot;
@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::simulation::{Simulation, hash_of_states};
 
-pub use restore::BadSnapshot;
 use id_ranges::IdRanges;
+pub use restore::BadSnapshot;
 
 /// The state of a simulation between two ticks: bodies by their stable ids, emitters by their places in the scene file, and
 /// all things that exist, ascending.

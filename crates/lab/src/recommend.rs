@@ -238,7 +238,8 @@ impl<'a> Front<'a> {
         // The order says nothing about far longer ticks.
         let times = times.min(MOST_TICK_STRETCH);
         // An error near the reference's own says nothing about longer ticks.
-        (point.setting.substeps == 1 && point.error_m > 2.0 * self.reference_error_m && times >= 2.0).then_some(times)
+        (point.setting.substeps == 1 && point.error_m > 2.0 * self.reference_error_m && times >= 2.0)
+            .then_some(times)
     }
 
     /// The cheapest point with an error of at most `error`.
@@ -263,7 +264,11 @@ fn choose_for_error(fronts: &[Front<'_>], error: f64) -> Result<Vec<Pick>, Refus
         front.cheapest(error).ok_or_else(|| {
             // A reference whose own error is NaN gives no bound.
             if best.error_m <= error || front.reference_error_m > error || front.reference_error_m.is_nan() {
-                Refusal::Uncertain { part: part(), error_m: error, reference_error_m: front.reference_error_m }
+                Refusal::Uncertain {
+                    part: part(),
+                    error_m: error,
+                    reference_error_m: front.reference_error_m,
+                }
             } else {
                 Refusal::ErrorOutOfReach { part: part(), error_m: error, best }
             }

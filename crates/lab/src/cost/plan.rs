@@ -159,7 +159,8 @@ impl Plan {
     /// Ranges of the settings that are compared with the truth side by side; with a closed form, each setting alone.
     pub(crate) fn batches(&self, subject: &Subject, rungs: &[u32]) -> Vec<Range<usize>> {
         let enough = LEAST_BATCH_WORK * work(self.reference(rungs));
-        let room = scene::memory().map_or(MOST_BATCH_BYTES, |bytes| MOST_BATCH_BYTES.min(bytes / MEMORY_SHARE));
+        let room =
+            scene::memory().map_or(MOST_BATCH_BYTES, |bytes| MOST_BATCH_BYTES.min(bytes / MEMORY_SHARE));
         let most = usize::try_from(room / subject.scene.estimated_bytes(Keeps::default()).max(1))
             .unwrap_or(usize::MAX);
         let most = if subject.exact().is_some() { 1 } else { most.max(1) };
@@ -225,5 +226,10 @@ fn octaves(from: u32, to: u32) -> Vec<u32> {
 /// 1, 2, 3, 4, 6, 8, 12, ...
 fn half_octaves(from: u32, to: u32) -> Vec<u32> {
     let rung_and_half_octave = |rung: u32| [Some(rung), rung.is_multiple_of(2).then_some(rung / 2 * 3)];
-    octaves(from, to).into_iter().flat_map(rung_and_half_octave).flatten().filter(|rung| *rung <= to).collect()
+    octaves(from, to)
+        .into_iter()
+        .flat_map(rung_and_half_octave)
+        .flatten()
+        .filter(|rung| *rung <= to)
+        .collect()
 }

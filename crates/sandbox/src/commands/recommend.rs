@@ -7,7 +7,7 @@ use clap::Args;
 use lab::Shard;
 use lab::cost::{Bench, Plan, Study, Subject};
 use lab::part::{Found, Part as StudyPart};
-use lab::recommend::{Goal, PartChoice, Point, Recommendation, NextChoice, Unit, recommend};
+use lab::recommend::{Goal, NextChoice, PartChoice, Point, Recommendation, Unit, recommend};
 use motion::Method;
 use report::numbers::{digits, duration, json_number as number, length, three_digits};
 use scene::{Part, Scene, Source, StepKind};

@@ -11,7 +11,7 @@ use scene::Appearance;
 
 use crate::stage::Stage;
 use crate::view::View;
-use crate::view::picture::{OUTLINE, PLAIN, StabilityRatio, SELECTED};
+use crate::view::picture::{OUTLINE, PLAIN, SELECTED, StabilityRatio};
 
 /// A spring outside the view of springs.
 const SPRING_COLOR: [f32; 4] = [0.30, 0.30, 0.34, 1.0];
