@@ -5,7 +5,7 @@ struct Look {
     radius: f32,
     color: vec4f,
     back: f32,      // how much of the last tick lies between the picture and its end, 0 to 1
-    exposure: f32,  // the streak is the way of so many seconds
+    exposure: f32,  // the streak is the path of this many seconds
     life: f32,
     fades_in: f32,  // the last share of a life in which a particle fades away
 }

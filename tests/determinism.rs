@@ -131,7 +131,7 @@ fn two_threads_give_the_pinned_hashes() {
     all_are_pinned(|scene| end(start(scene, World::new(), |world| world.insert_resource(Threads::new(2)))));
 }
 
-/// Of the shipped scenes only `sparks` has so many bodies that threads share them.
+/// Of the shipped scenes, only `sparks` has enough bodies for threads to share them.
 #[test]
 fn any_number_of_threads_hashes_a_crowd_alike() {
     let count = Threads::FROM + 777;

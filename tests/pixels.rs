@@ -324,7 +324,7 @@ fn the_cockpit_is_its_reference_at_four_sizes_and_in_both_themes() {
     assert_pictures(["cockpit_1024", "cockpit_1280", "cockpit_1920", "cockpit_2560"], &pictures);
 }
 
-/// The thumbnails of a scene that shows little after two seconds, after so many.
+/// Seconds after which a thumbnail is drawn, for scenes that show little after two seconds.
 const SECONDS: [(&str, u32); 11] = [
     ("galaxies", 7),
     ("solar", 6),

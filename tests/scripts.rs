@@ -17,7 +17,7 @@ fn read(drive: &Drive, script: &str) -> Result<Script, scene::SceneError> {
     Ok(read)
 }
 
-/// Plays `script` on `drive` for so many frames of 1/60 s.
+/// Plays `script` on `drive` for `frames` frames of 1/60 s.
 fn play(drive: &mut Drive, script: &str, frames: u32) {
     let script = read(drive, script).unwrap();
     drive.session.play(Player::new(script).unwrap());

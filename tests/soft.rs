@@ -53,7 +53,7 @@ impl Soft {
         Self::sheet(rows, columns, |u, v| middle + DVec3::new(4.0 * u - 2.0, 1.5 - 3.0 * v, 0.0))
     }
 
-    /// A rope of so many springs from `from` to `to`.
+    /// A rope of `springs` springs from `from` to `to`.
     pub fn rope(springs: u32, from: DVec3, to: DVec3) -> Self {
         let place = |i: u32| from.lerp(to, f64::from(i) / f64::from(springs));
         Self {

@@ -30,7 +30,7 @@ fn place(number: usize) -> (u32, u32) {
     (number / COLUMNS, number % COLUMNS)
 }
 
-/// The flag after so many seconds, in selection mode.
+/// The flag after `seconds`, in selection mode.
 fn flag(seconds: u32) -> Drive {
     let mut drive = Drive::shipped("flag");
     drive.press("Q").ticks(120 * seconds);

@@ -14,7 +14,7 @@ fn run(text: &str) -> Simulation {
     Simulation::new(scene_of(text))
 }
 
-/// The first fault of so many ticks, `act` acting before each, with books that are kept anyway or without them.
+/// The first fault of `ticks` ticks, `act` acting before each, with a ledger that is kept anyway or without one.
 fn first_fault(
     mut run: Simulation,
     books: bool,

@@ -43,7 +43,7 @@ fn change(run: &mut Simulation, timeline: &mut Timeline, tick: u64) {
     }
 }
 
-/// Ticks of a run with a timeline of at most so many bytes, and its outcomes after every tick.
+/// `ticks` ticks of a run with a timeline of at most `cap` bytes, and its outcomes after every tick.
 pub fn recorded(run: &mut Simulation, cap: usize, ticks: u64) -> (Timeline, Vec<Outcome>) {
     let mut timeline = Timeline::new(run, cap, UNWATCHED).unwrap();
     let mut outcomes = vec![outcome(run)];

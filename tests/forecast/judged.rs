@@ -29,8 +29,8 @@ fn margin(around: &Environment, [x, v]: [DVec3; 2], method: Method, h: f64) -> M
     Forecast::of(&mut rig.world, method).margins()[0]
 }
 
-/// Whether an orbit about a well of strength 1 stays between half its nearest and twice its farthest distance for so many
-/// turns of the kernels.
+/// Whether an orbit about a well of strength 1 stays between half its nearest and twice its farthest distance for
+/// `turns` turns of the kernels.
 fn stays(apsides: [f64; 2], method: Method, h: f64, substeps: u32, turns: f64) -> bool {
     let [near, far] = apsides;
     let a = near.midpoint(far);

@@ -63,7 +63,7 @@ fn the_value_of_a_large_cloth_is_within_a_hundredth() {
     assert!(margin.at_most >= 0.999 * exact && margin.at_most <= 1.01 * margin.value, "{margin:?} {exact}");
 }
 
-/// A chain that turns corners, of so many bodies of 1 kg.
+/// A chain of `bodies` bodies of 1 kg that turns corners.
 fn bent_chain(bodies: usize, stiffness: f64) -> Net {
     let place = |i: usize| DVec3::new(i as f64, 0.6 * (i % 2) as f64, 0.3 * (i % 3) as f64);
     let start = |i: usize| if i == 0 { Start::held(place(0)) } else { Start::of(1.0, place(i), DVec3::Y) };

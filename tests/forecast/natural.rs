@@ -15,7 +15,7 @@ const DAMPER: f64 = 0.5;
 /// The rate of the scene's damping, 1/s.
 const RATE: f64 = 0.25;
 
-/// A chain of so many bodies of 1 kg along x between two walls, one a meter, whose springs have that length at rest.
+/// A chain of `bodies` bodies of 1 kg, 1 m apart along x between two walls, whose springs have length `rest_length` at rest.
 fn chain(bodies: usize, rest_length: f64) -> String {
     let body = |i: usize| {
         let held = if i == 0 || i == bodies + 1 { "immovable: true" } else { "mass_kg: 1" };

@@ -11,7 +11,7 @@ const METHODS: [&str; 3] = ["position_verlet", "semi_implicit_euler", "velocity_
 /// Where a particle is, by its velocity at birth, m/s, the time of its birth and its age, s.
 type Path<'a> = &'a dyn Fn(DVec3, f64, f64) -> DVec3;
 
-/// The largest error of a swarm, m, after `seconds` at so many ticks per second.
+/// The largest error of a swarm, m, after `seconds` at `hz` ticks per second.
 fn error(device: &mut Device, text: &str, hz: u32, seconds: f64, path: Path<'_>) -> f64 {
     let text = text.replace("step_hz: 60", &format!("step_hz: {hz}"));
     let mut drive = Drive::text(&text);

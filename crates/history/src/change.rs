@@ -16,11 +16,11 @@ use crate::simulation::Simulation;
 pub enum Change {
     /// Changes of bodies and laws that are carried out together, between two ticks.
     Requests(#[serde(deserialize_with = "list")] Vec<Request<u32>>),
-    /// Another method of the scene.
+    /// Sets the scene's method.
     Method(Method),
-    /// Another number of substeps of the scene.
+    /// Sets the scene's substeps.
     Substeps(u32),
-    /// Another length of ticks, s.
+    /// Sets the scene's tick length, s.
     Step(f64),
     /// A force on a body in the next tick, N.
     Push(u32, Vector),
@@ -90,7 +90,7 @@ impl Change {
 
 impl Simulation {
     /// What waits for the next tick, in its order: requests that were not [given](Self::give), then pushes. Sustained pushes
-    /// act in the ticks after it as well. Changes of a thing without a stable id are left out.
+    /// act in the ticks after it as well. Changes of an entity without a stable id are left out.
     #[must_use]
     pub fn pending(&self) -> Vec<Change> {
         let requests = self.world.resource::<Requests>().pending();
@@ -124,7 +124,7 @@ impl Simulation {
             Change::Step(step) if *step > 0.0 && step.is_finite() => {
                 self.world.insert_resource(TimeStep(*step));
             }
-            // No tick has such a length.
+            // An invalid length (from a damaged file) is ignored.
             Change::Step(_) => {}
             Change::Push(body, newtons) => {
                 if let Some(body) = self.body(*body) {

@@ -28,7 +28,7 @@ pub use bundle::{
 pub use change::{Change, Gone};
 pub use distances::{Distances, DistancesSoFar};
 pub use settings::{Overrides, RunSettings, rate_of};
-pub use simulation::{Failure, Simulation};
+pub use simulation::{FirstQuarantine, Simulation};
 pub use snapshot::{BadSnapshot, Snapshot};
 pub use timeline::{
     Broken, ENERGY_JUMP, Fault, Replay, Rerun, Seek, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline, Watch,

@@ -15,20 +15,21 @@ use xxhash_rust::xxh3::Xxh3;
 
 /// The first quarantine of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Failure {
-    /// Stable id of the body.
-    pub body: u32,
+pub struct FirstQuarantine {
+    /// Stable id of the body, if it has one.
+    pub body: Option<u32>,
     /// The tick in which it was quarantined.
     pub tick: u64,
     /// The cause of the quarantine.
     pub cause: Cause,
 }
 
-impl Failure {
+impl FirstQuarantine {
     /// Name of the body in `scene`.
     #[must_use]
     pub fn name(self, scene: &Scene) -> String {
-        scene.names.get(self.body).map_or_else(|| "a body".to_owned(), Cow::into_owned)
+        let name = self.body.and_then(|id| scene.names.get(id));
+        name.map_or_else(|| "a body".to_owned(), Cow::into_owned)
     }
 }
 
@@ -48,13 +49,13 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// The start of `scene`.
+    /// A simulation at the start of `scene`.
     #[must_use]
     pub fn new(scene: impl Into<Arc<Scene>>) -> Self {
         Self::prepared(scene, |_, _| ())
     }
 
-    /// The start of `scene`, whose spawned world and bodies `prepare` may change before it has a stepper.
+    /// A simulation at the start of `scene`, whose spawned world and bodies `prepare` may change before it has a stepper.
     #[must_use]
     pub fn prepared(scene: impl Into<Arc<Scene>>, prepare: impl FnOnce(&mut World, &[Entity])) -> Self {
         let scene = scene.into();
@@ -143,10 +144,9 @@ impl Simulation {
 
     /// The first quarantine, if a body was quarantined.
     #[must_use]
-    pub fn failure(&self) -> Option<Failure> {
+    pub fn failure(&self) -> Option<FirstQuarantine> {
         let record = self.world.resource::<Quarantine>().records().first()?;
-        let body = record.id.map_or(u32::MAX, |id| id.0);
-        Some(Failure { body, tick: record.tick, cause: record.cause })
+        Some(FirstQuarantine { body: record.id.map(|id| id.0), tick: record.tick, cause: record.cause })
     }
 
     /// Hash of the state, as summaries have it: see [`Snapshot::state_hash`](crate::Snapshot::state_hash).

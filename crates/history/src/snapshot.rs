@@ -3,8 +3,8 @@
 //!
 //! This is the only way to copy a simulation: twins, seeks and bundles all restore a snapshot.
 
+mod id_ranges;
 mod restore;
-mod runs;
 
 use bevy_ecs::prelude::*;
 use motion::snapshot;
@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::simulation::{Simulation, hash_of_states};
 
+use id_ranges::IdRanges;
 pub use restore::BadSnapshot;
-use runs::Runs;
 
 /// The state of a simulation between two ticks: bodies by their stable ids, emitters by their places in the scene file, and
 /// all things that exist, ascending.
@@ -26,7 +26,7 @@ use runs::Runs;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Snapshot {
-    pub(crate) state: snapshot::Snapshot<u32, Runs>,
+    pub(crate) state: snapshot::Snapshot<u32, IdRanges>,
 }
 
 impl Simulation {
@@ -36,7 +36,7 @@ impl Simulation {
         let mut things: Vec<_> = self.world.query::<&StableId>().iter(&self.world).map(|id| id.0).collect();
         things.sort_unstable();
         let id = |body: Entity| self.id(body);
-        let runs = |bodies: Vec<Entity>| Runs::of(bodies.into_iter().filter_map(id));
+        let ranges = |bodies: Vec<Entity>| IdRanges::of(bodies.into_iter().filter_map(id));
         let index = |emitter: Entity| self.world.get::<FileIndex>(emitter).map(|index| index.0);
         // The body may have been removed since, but the record has its id.
         let record = |record: QuarantineRecord| {
@@ -45,8 +45,8 @@ impl Simulation {
             let renamed = record.rename(|entity| if entity == body { id } else { other_end });
             Some(QuarantineRecord { id: None, other_end: None, ..renamed })
         };
-        let state = state.rename(runs, id, index, record);
-        Snapshot { state: snapshot::Snapshot { things: Runs::of(things), ..state } }
+        let state = state.rename(ranges, id, index, record);
+        Snapshot { state: snapshot::Snapshot { things: IdRanges::of(things), ..state } }
     }
 }
 
@@ -103,7 +103,7 @@ impl Snapshot {
         size_of::<Self>()
             + list_bytes(&effects.off)
             + evaluations.list_bytes()
-            + [things, bodies].map(Runs::bytes).iter().sum::<usize>()
+            + [things, bodies].map(IdRanges::bytes).iter().sum::<usize>()
             + list_bytes(transforms)
             + list_bytes(states)
             + list_bytes(previous_positions)

@@ -6,7 +6,7 @@ use motion::{Method, OwnMethod, OwnSubsteps, Request, Substeps, remember_positio
 use scene::Scene;
 
 use crate::change::Change;
-use crate::simulation::{Failure, Simulation};
+use crate::simulation::{FirstQuarantine, Simulation};
 
 /// The method of references: of those that can solve every law, the one of the highest order.
 pub const REFERENCE_METHOD: Method = Method::RungeKutta4;
@@ -90,7 +90,7 @@ impl Twin {
 
     /// Why the twin stopped, if it did.
     #[must_use]
-    pub fn failure(&self) -> Option<Failure> {
+    pub fn failure(&self) -> Option<FirstQuarantine> {
         self.simulation.failure()
     }
 

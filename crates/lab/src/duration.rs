@@ -12,40 +12,49 @@ use scene::{EmitterSpec, Scene, SwarmSpec};
 /// Nanoseconds of a tick itself.
 const TICK: f64 = 2_000.0;
 
-/// Of an evaluation of the acceleration of a body, and what it takes more as a member of a group.
+/// Nanoseconds of evaluating the acceleration of one body.
 const BODY: f64 = 8.0;
+
+/// Additional nanoseconds per evaluation for a body in a group.
 const MEMBER: f64 = 40.0;
 
-/// Of an evaluation of a spring, of a well or an engine on a body, of a triangle in the air and of two bodies that attract each other.
+/// Nanoseconds of evaluating one spring.
 const SPRING: f64 = 12.0;
-/// Springs that take as long as a cord, whose changes take a step of its group again: a chain of 100 took 11 times as long.
+
+/// Cost of a cord, in springs: when it slackens or tightens, its group repeats the step. A chain of 100 cords took 11 times as long
+/// as one of springs.
 const CORD: f64 = 40.0;
+
+/// Nanoseconds of evaluating one well or engine on one body.
 const LAW: f64 = 6.0;
+
+/// Nanoseconds of evaluating one triangle in the air.
 const TRIANGLE: f64 = 30.0;
+
+/// Nanoseconds of evaluating the attraction of one pair of bodies.
 const PAIR: f64 = 1.5;
 
-/// Of a step of a particle on the graphics device, where a processor does it.
+/// Nanoseconds of a step of one particle of a swarm, without a graphics device.
 const PARTICLE: f64 = 30.0;
 
-/// So many evaluations an implicit step takes some.
+/// Approximate evaluations of a step of implicit Euler, its Newton iterations included.
 const ITERATIONS: f64 = 30.0;
 
-/// Seconds that a person allows a command to take without being asked.
+/// Most seconds that a command may take by default.
 const USUAL: f64 = 3_600.0;
 
-/// What the person allows, s.
+/// The longest estimated time that the person allows, s.
 static ALLOWED: OnceLock<f64> = OnceLock::new();
 
-/// Lets commands take so many seconds, as estimated; the first call decides. Without one it is an hour.
+/// Sets the longest estimated time of a command, s; only the first call counts.
 pub fn allow_time(seconds: f64) {
     ALLOWED.get_or_init(|| seconds);
 }
 
-/// Says how long something takes if that is longer than is allowed: what the person allowed, or else `usual` seconds, an hour
-/// where it does not say.
+/// Refuses `seconds` if they exceed what the person allowed, or, without that, `usual` (default: an hour).
 ///
 /// # Errors
-/// Where it takes longer: the estimate and what is allowed, s.
+/// If they do: the estimate and what is allowed, s.
 pub fn check_time(seconds: f64, usual: Option<f64>) -> Result<(), TooLong> {
     let allowed = ALLOWED.get().copied().unwrap_or(usual.unwrap_or(USUAL));
     // NaN is too long.
@@ -55,14 +64,14 @@ pub fn check_time(seconds: f64, usual: Option<f64>) -> Result<(), TooLong> {
 /// Something that takes longer than is allowed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TooLong {
-    /// How long it takes some, s.
+    /// Estimated duration, s.
     pub seconds: f64,
-    /// How long it may take, s.
+    /// Longest allowed duration, s.
     pub allowed: f64,
 }
 
-/// Seconds that a processor takes some to step the swarms of `scene` in so many ticks, all of them or those since the birth of the
-/// oldest particle.
+/// Approximate seconds that a CPU takes to step the swarms of `scene` for `ticks` ticks; unless `all`, each swarm for at most the
+/// lifetime of its oldest particle.
 #[must_use]
 pub fn swarm_seconds(scene: &Scene, ticks: f64, all: bool) -> f64 {
     let of = |(_, emitter, swarm): (usize, &EmitterSpec, &SwarmSpec)| {
@@ -73,7 +82,13 @@ pub fn swarm_seconds(scene: &Scene, ticks: f64, all: bool) -> f64 {
     scene.swarms().map(of).sum()
 }
 
-/// Seconds that a tick of `scene` takes some on one core, with its method and substeps and those of its bodies.
+/// Ticks of `scene` in `seconds`, to the nearest; 0 for less than half a tick.
+#[must_use]
+pub fn ticks_in(scene: &Scene, seconds: f64) -> u64 {
+    (seconds * scene.step_hz).round() as u64
+}
+
+/// Approximate seconds that a tick of `scene` takes on one core, with its method and substeps and those of its bodies.
 #[must_use]
 pub fn tick_seconds(scene: &Scene) -> f64 {
     let evaluations = |method: Method, substeps: u32| {
@@ -93,6 +108,7 @@ pub fn tick_seconds(scene: &Scene) -> f64 {
     for evaluations in of_body {
         (count, sum, most) = (count + 1.0, sum + evaluations, most.max(evaluations));
     }
+    // Which bodies have laws of their own or are in groups is not looked up: each counts as the one with most evaluations.
     let len = |count: usize| count as f64;
     let wells = scene.laws.wells.as_ref().map_or(0.0, |wells| len(wells.0.len()));
     let laws = wells + f64::from(u8::from(scene.laws.drag.is_some()));
@@ -109,16 +125,17 @@ pub fn tick_seconds(scene: &Scene) -> f64 {
     let in_air = scene.laws.drag.is_some();
     let triangles: f64 =
         soft.clone().filter(|soft| in_air && soft.sheet).map(|soft| len(soft.triangles.len())).sum();
-    let members: f64 = soft.map(|soft| len(soft.points.len())).sum::<f64>() + 2.0 * len(scene.springs.len());
+    let ends_in_groups =
+        soft.map(|soft| len(soft.points.len())).sum::<f64>() + 2.0 * len(scene.springs.len());
     let attracts = scene.mutual_gravity.is_some();
     let pairs = if attracts { count * count } else { 0.0 };
-    let members = if attracts { count } else { members.min(count) };
+    let members = if attracts { count } else { ends_in_groups.min(count) };
     let of_group = members * MEMBER + springs * SPRING + triangles * TRIANGLE + pairs * PAIR;
     let ns = TICK + sum * (BODY + laws * LAW) + own.sum::<f64>() * most * LAW + most * of_group;
     ns * 1e-9
 }
 
-/// Seconds that a tick of the reference of `scene` takes some.
+/// Approximate seconds that a tick of the reference of `scene` takes.
 pub(crate) fn reference_tick_seconds(scene: &Scene) -> f64 {
     let substeps = reference_substeps(scene);
     let mut reference = Scene { method: REFERENCE_METHOD, substeps, ..scene.clone() };

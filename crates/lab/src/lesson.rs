@@ -3,7 +3,7 @@
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap};
 
-use crate::duration::{TooLong, check_time, reference_tick_seconds, tick_seconds};
+use crate::duration::{TooLong, check_time, reference_tick_seconds, tick_seconds, ticks_in};
 use history::{Change, Distances, Overrides, Simulation, Twin, rate_of};
 use motion::clock::StepClock;
 use motion::effects::{self, Effect, EffectState};
@@ -38,14 +38,14 @@ impl Quantities {
         }
     }
 
-    /// The present values are those before from now on, and the extremes.
+    /// Starts a new period: `_before`, `_most` and `_least` become the present values.
     pub fn begin(&mut self) {
         for Values { now, before, most, least } in self.0.values_mut() {
             (*before, *most, *least) = (*now, *now, *now);
         }
     }
 
-    /// Forgets all values: what is noted next is what was before.
+    /// Forgets all values; the next note of a quantity also sets its `_before`.
     pub fn forget(&mut self) {
         self.0.clear();
     }
@@ -63,7 +63,7 @@ impl Quantities {
         }
         let (name, part) = name.rsplit_once('_')?;
         let values = self.0.get(name)?;
-        // A body that was removed has no value, and had none that counts.
+        // A removed body has no value, so its earlier values are not given either.
         if values.now.is_nan() {
             return Some(f64::NAN);
         }
@@ -163,7 +163,7 @@ pub fn run_lesson(lesson: &Lesson, times: f64) -> Result<Quantities, SceneError>
     Ok(all)
 }
 
-/// Seconds that each run of `lesson` takes some.
+/// Approximate seconds that each run of `lesson` takes.
 ///
 /// # Errors
 /// If a scene cannot be read.
@@ -191,8 +191,7 @@ fn scene_of(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<(Scene, u64)
 fn with_settings(mut scene: Scene, run: &LessonRun, times: f64) -> (Scene, u64) {
     let step_hz = Some(run.step_hz.unwrap_or(scene.step_hz) * times);
     Overrides { method: run.method, step_hz, substeps: run.substeps, damping: None }.apply(&mut scene);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the ticks of a short run")]
-    let ticks = (run.seconds * scene.step_hz).round() as u64;
+    let ticks = ticks_in(&scene, run.seconds);
     (scene, ticks)
 }
 

@@ -30,6 +30,6 @@ pub mod sweep;
 
 pub use ablation::{Ablation, Absence, ablate};
 pub use column::{Column, Kind, Value};
-pub use receipt::{Receipt, ReceiptLine, look, receipt};
+pub use receipt::{Receipt, ReceiptLine, receipt, receipt_without_running};
 pub use run::{AttractionTick, ByEffect, attraction_tick, watch_time};
 pub use shard::Shard;

@@ -18,8 +18,23 @@ struct Queue {
     over: bool,
 }
 
-/// Does `work` on 0, 1, ... `count - 1` on so many `threads`, at least 1, and calls `take` with each result, in this order, on the
-/// calling thread, until it breaks. Results that wait for an earlier one are at most 64 per thread.
+/// Ends the work when its thread panics: the others must not wait for a result that never comes.
+struct EndOnPanic<'a> {
+    queue: &'a Mutex<Queue>,
+    moved: &'a Condvar,
+}
+
+impl Drop for EndOnPanic<'_> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.queue.lock().unwrap_or_else(PoisonError::into_inner).over = true;
+            self.moved.notify_all();
+        }
+    }
+}
+
+/// Does `work` on 0, 1, ... `count - 1` on `threads` threads (at least 1) and calls `take` with each result, in this order, on
+/// the calling thread, until `take` breaks. Results that wait for an earlier one are at most 64 per thread.
 pub(crate) fn ordered<T: Send>(
     count: u64,
     threads: usize,
@@ -43,7 +58,9 @@ pub(crate) fn ordered<T: Send>(
         for _ in 0..threads.max(1) {
             let sender = sender.clone();
             let (claim, work) = (&claim, &work);
+            let guard = EndOnPanic { queue: &queue, moved: &moved };
             scope.spawn(move || {
+                let _guard = guard;
                 while let Some(index) = claim() {
                     if sender.send((index, work(index))).is_err() {
                         break;
@@ -52,6 +69,7 @@ pub(crate) fn ordered<T: Send>(
             });
         }
         drop(sender);
+        let _guard = EndOnPanic { queue: &queue, moved: &moved };
         let (mut waiting, mut expected) = (BTreeMap::new(), 0);
         for (index, result) in results {
             waiting.insert(index, result);
@@ -106,5 +124,26 @@ mod tests {
         );
         assert_eq!(taken, 10);
         ordered(0, 2, |index| index, |_| unreachable!("no work, no result"));
+    }
+
+    #[test]
+    fn a_panic_ends_it() {
+        for threads in [1, 3] {
+            let work = |index: u64| {
+                assert!(index != 5, "a panic of the work");
+                index
+            };
+            let worked =
+                std::panic::catch_unwind(|| ordered(u64::MAX, threads, work, |_| ControlFlow::Continue(())));
+            assert!(worked.is_err());
+            let take = |index: u64| {
+                // The threads get as far ahead as they may.
+                thread::sleep(std::time::Duration::from_millis(20));
+                assert!(index < 2, "a panic of what takes the results");
+                ControlFlow::Continue(())
+            };
+            let taken = std::panic::catch_unwind(|| ordered(u64::MAX, threads, |index| index, take));
+            assert!(taken.is_err());
+        }
     }
 }

@@ -60,7 +60,7 @@ pub fn receipt(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
     let mut simulation = started(scene.clone(), without);
     simulation.run(ticks);
     let evaluations = simulation.evaluations().clone();
-    let mut rows = look(&mut simulation);
+    let mut rows = receipt_without_running(&mut simulation);
     let acting: Vec<_> =
         rows.iter().filter(|row| row.state == EffectState::On).filter_map(|row| row.effect).collect();
     let one_less = |effect: &Effect| without.iter().copied().chain([*effect]).collect();
@@ -86,7 +86,7 @@ pub fn receipt(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
 const IMPLICIT_SOLVER: &str = "implicit_solver";
 
 /// The lines of a simulation in its present state, without running it: evaluations and times are not filled in.
-pub fn look(simulation: &mut Simulation) -> Vec<ReceiptLine> {
+pub fn receipt_without_running(simulation: &mut Simulation) -> Vec<ReceiptLine> {
     let method = simulation.method();
     let Simulation { scene, world, .. } = simulation;
     let mut rows: Vec<_> = Effect::ALL

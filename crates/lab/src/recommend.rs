@@ -13,7 +13,7 @@ pub enum Goal {
     /// No body farther than this from the truth after any tick, m, above 0: farther from the reference by no more than this
     /// less the reference's own error.
     Error(f64),
-    /// At most so many ms of thread CPU time for 1/60 s of the scene, above 0.
+    /// Most thread CPU time, ms, for 1/60 s of the scene; above 0.
     Budget(f64),
 }
 
@@ -22,7 +22,7 @@ pub enum Goal {
 pub enum Unit {
     /// Thread CPU time, ms.
     Milliseconds,
-    /// Evaluations per body, including those of solvers; for studies without times.
+    /// Evaluations of all bodies together, including those of solvers; for studies without times.
     Evaluations,
 }
 
@@ -59,9 +59,9 @@ pub struct PartChoice {
     pub longer_ticks: Option<f64>,
 }
 
-/// The next better choice.
+/// The next more accurate choice, and what it costs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rung {
+pub struct NextChoice {
     /// The error that it stays below or reaches, m.
     pub error_m: f64,
     /// Its price, all parts together.
@@ -79,13 +79,13 @@ pub struct Recommendation {
     pub unit: Unit,
     /// What all parts cost together.
     pub total: f64,
-    /// The row that costs most.
+    /// Index of the row that costs most.
     pub dearest: usize,
-    /// The row of the largest error.
+    /// Index of the row with the largest error.
     pub limiting: usize,
     /// For an error, the cheapest choice for a tenth of it; for a budget, the cheapest one with a smaller largest
     /// error. `None` if none was measured, or its error is below that of the reference.
-    pub next: Option<Rung>,
+    pub next: Option<NextChoice>,
 }
 
 /// Why there is no choice.
@@ -97,7 +97,7 @@ pub enum Refusal {
     /// Every setting of a part failed.
     #[error("{part}: no method finished at any step that was tried; raise step_hz")]
     NothingFinished {
-        /// Its name.
+        /// The name of the part.
         part: String,
     },
     /// No time was measured.
@@ -109,7 +109,7 @@ pub enum Refusal {
          be measured; give a larger error, or fewer seconds"
     )]
     Uncertain {
-        /// Its name.
+        /// The name of the part.
         part: String,
         /// The error asked for, m.
         error_m: f64,
@@ -122,8 +122,8 @@ pub enum Refusal {
         best.setting,
         above(best.error_m, *error_m)
     )]
-    TooAccurate {
-        /// Its name.
+    ErrorOutOfReach {
+        /// The name of the part.
         part: String,
         /// The error asked for, m.
         error_m: f64,
@@ -132,7 +132,7 @@ pub enum Refusal {
     },
     /// No choice is as cheap.
     #[error("nothing runs in {budget_ms} ms: the cheapest takes {least_ms:.2e} ms; give a larger budget")]
-    TooCheap {
+    BudgetTooSmall {
         /// The time asked for, ms.
         budget_ms: f64,
         /// The time of the cheapest choice, ms.
@@ -140,8 +140,8 @@ pub enum Refusal {
     },
 }
 
-/// Most times that ticks are proposed to be longer: more than that would be a guess.
-const LONGEST: f64 = 8.0;
+/// How many times longer ticks are proposed to be, at most: more than that would be a guess.
+const MOST_TICK_STRETCH: f64 = 8.0;
 
 /// A number with as many digits as show that it is above `bound`, two at least.
 fn above(value: f64, bound: f64) -> String {
@@ -169,13 +169,13 @@ pub fn recommend(parts: &[(&str, &Study)], goal: Goal) -> Result<Recommendation,
         return Err(Refusal::NothingFinished { part: front.part.to_owned() });
     }
     let picks = match goal {
-        Goal::Error(error) => below(&fronts, error)?,
+        Goal::Error(error) => choose_for_error(&fronts, error)?,
         Goal::Budget(_) if unit == Unit::Evaluations => return Err(Refusal::NoTimes),
-        Goal::Budget(budget) => within(&fronts, budget)?,
+        Goal::Budget(budget) => choose_for_budget(&fronts, budget)?,
     };
     let next = match goal {
-        Goal::Error(error) => below(&fronts, error / 10.0).ok().map(|next| (error / 10.0, next)),
-        Goal::Budget(_) => better(&fronts, &picks),
+        Goal::Error(error) => choose_for_error(&fronts, error / 10.0).ok().map(|next| (error / 10.0, next)),
+        Goal::Budget(_) => next_more_accurate(&fronts, &picks),
     };
     let mut found = result(&fronts, &picks, next, unit);
     if let Goal::Error(error) = goal {
@@ -197,9 +197,9 @@ struct Front<'a> {
     study: &'a Study,
     cost: Cost,
     /// Price of a cost of 1.
-    scale: f64,
+    price_per_cost: f64,
     /// The reference's own error, m.
-    own: f64,
+    reference_error_m: f64,
     /// The bounds of its points.
     bounds: Vec<f64>,
 }
@@ -207,36 +207,39 @@ struct Front<'a> {
 impl<'a> Front<'a> {
     fn of((part, study): (&'a str, &'a Study), unit: Unit) -> Self {
         // A frame of 60 a second.
-        let (cost, scale) = match unit {
+        let (cost, price_per_cost) = match unit {
             Unit::Milliseconds => (Cost::RealTime, 1e3 / 60.0),
             Unit::Evaluations => (Cost::Evaluations, study.bodies.max(1) as f64 / 60.0),
         };
-        let own = study.truth.own_error().1;
-        let mut front = Self { part, study, cost, scale, own, bounds: Vec::new() };
+        let (_, reference_error_m) = study.truth.own_error();
+        let mut front = Self { part, study, cost, price_per_cost, reference_error_m, bounds: Vec::new() };
         let points = study.front(Accuracy::Position, cost).into_iter().filter_map(|cell| front.point(cell));
         front.bounds = points.map(|point| front.bound(&point)).collect();
         front
     }
 
     fn point(&self, cell: &Cell) -> Option<Point> {
-        let (price, errors) = (self.study.cost(cell, self.cost)? * self.scale, cell.errors()?);
+        let (price, errors) = (self.study.cost(cell, self.cost)? * self.price_per_cost, cell.errors()?);
         let Errors { position_m: error_m, position_rms_m: rms_m, .. } = errors;
         Some(Point { setting: cell.setting, error_m, rms_m, price })
     }
 
-    /// An upper bound on the error of a point, m: errors below the reference's own cannot be measured.
+    /// An upper bound on the error of a point, m. Unlike in [`Study::promised`], an error below the reference's own counts as equal
+    /// to it; so the bound is never below what is promised.
     const fn bound(&self, point: &Point) -> f64 {
-        point.error_m.max(self.own) + self.own
+        point.error_m.max(self.reference_error_m) + self.reference_error_m
     }
 
     /// How many times longer the ticks of a point may be for an error of `error`, m.
     fn longer_ticks(&self, point: &Point, error: f64) -> Option<f64> {
         let claims = point.setting.method.claims();
         let order = f64::from(claims.position_order.min(claims.order_with_velocity_laws));
-        let times = ((error - self.own) / point.error_m).powf(1.0 / order).floor();
-        // An exact method says nothing of longer ticks, and an order nothing of far longer ones.
-        let times = times.min(LONGEST);
-        (point.setting.substeps == 1 && point.error_m > 2.0 * self.own && times >= 2.0).then_some(times)
+        let times = ((error - self.reference_error_m) / point.error_m).powf(1.0 / order).floor();
+        // The order says nothing about far longer ticks.
+        let times = times.min(MOST_TICK_STRETCH);
+        // An error near the reference's own says nothing about longer ticks.
+        (point.setting.substeps == 1 && point.error_m > 2.0 * self.reference_error_m && times >= 2.0)
+            .then_some(times)
     }
 
     /// The cheapest point with an error of at most `error`.
@@ -254,16 +257,20 @@ impl<'a> Front<'a> {
 }
 
 /// The cheapest choice with no error above `error`, m.
-fn below(fronts: &[Front<'_>], error: f64) -> Result<Vec<Pick>, Refusal> {
+fn choose_for_error(fronts: &[Front<'_>], error: f64) -> Result<Vec<Pick>, Refusal> {
     let pick = |front: &Front<'_>| {
         let part = || front.part.to_owned();
         let best = front.best().ok_or_else(|| Refusal::NothingFinished { part: part() })?;
         front.cheapest(error).ok_or_else(|| {
             // A reference whose own error is NaN gives no bound.
-            if best.error_m <= error || front.own > error || front.own.is_nan() {
-                Refusal::Uncertain { part: part(), error_m: error, reference_error_m: front.own }
+            if best.error_m <= error || front.reference_error_m > error || front.reference_error_m.is_nan() {
+                Refusal::Uncertain {
+                    part: part(),
+                    error_m: error,
+                    reference_error_m: front.reference_error_m,
+                }
             } else {
-                Refusal::TooAccurate { part: part(), error_m: error, best }
+                Refusal::ErrorOutOfReach { part: part(), error_m: error, best }
             }
         })
     };
@@ -271,7 +278,7 @@ fn below(fronts: &[Front<'_>], error: f64) -> Result<Vec<Pick>, Refusal> {
 }
 
 /// The choice with the smallest largest error that costs at most `budget`, and the cheapest of those.
-fn within(fronts: &[Front<'_>], budget: f64) -> Result<Vec<Pick>, Refusal> {
+fn choose_for_budget(fronts: &[Front<'_>], budget: f64) -> Result<Vec<Pick>, Refusal> {
     let mut least = f64::INFINITY;
     for error in bounds(fronts) {
         let Some(choice) = choice(fronts, error) else { continue };
@@ -280,11 +287,11 @@ fn within(fronts: &[Front<'_>], budget: f64) -> Result<Vec<Pick>, Refusal> {
             return Ok(choice);
         }
     }
-    Err(Refusal::TooCheap { budget_ms: budget, least_ms: least })
+    Err(Refusal::BudgetTooSmall { budget_ms: budget, least_ms: least })
 }
 
 /// The cheapest choice with a smaller largest error than `picks` have, and that error, m.
-fn better(fronts: &[Front<'_>], picks: &[Pick]) -> Option<(f64, Vec<Pick>)> {
+fn next_more_accurate(fronts: &[Front<'_>], picks: &[Pick]) -> Option<(f64, Vec<Pick>)> {
     let bound = |picks: &[Pick]| {
         let bounds = fronts.iter().zip(picks).map(|(front, (point, _))| front.bound(point));
         bounds.fold(0.0, f64::max)
@@ -324,7 +331,7 @@ fn result(
         bodies: front.study.bodies,
         pick: *pick,
         ties: ties.clone(),
-        reference_error_m: front.own,
+        reference_error_m: front.reference_error_m,
         share: if sum > 0.0 { pick.price / sum } else { 0.0 },
         longer_ticks: None,
     };
@@ -334,13 +341,13 @@ fn result(
     };
     let dearest = first_largest(&|i| rows[i].pick.price);
     let limiting = first_largest(&|i| fronts[i].bound(&rows[i].pick));
-    let rung = |(error_m, next): (f64, Vec<Pick>)| {
+    let next_choice = |(error_m, next): (f64, Vec<Pick>)| {
         let total = total(&next);
         let points = next.into_iter().map(|(point, _)| point).enumerate();
         let changed = points.filter(|(i, point)| *point != rows[*i].pick);
-        Rung { error_m, total, picks: changed.collect() }
+        NextChoice { error_m, total, picks: changed.collect() }
     };
-    let next = next.map(rung);
+    let next = next.map(next_choice);
     Recommendation { unit, total: sum, dearest, limiting, next, rows }
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Most parts of a study.
 const MOST: u32 = 1_000_000;
 
-/// One of the parts of a study: of the pieces of work with a number from 0, it has those that are `number - 1` modulo `of`.
+/// One of the parts of a study. It has the pieces of work whose index, from 0, is `number - 1` modulo `of`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct Shard {
@@ -45,7 +45,7 @@ impl Shard {
         all / of + (all % of >= self.number as u64) as u64
     }
 
-    /// The number of its piece of work with that place in it.
+    /// The index, in the whole study, of the `place`-th piece of this part, from 0.
     #[must_use]
     pub const fn nth(self, place: u64) -> u64 {
         place * self.of as u64 + self.number as u64 - 1

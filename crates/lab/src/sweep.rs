@@ -11,7 +11,7 @@ use motion::Method;
 use scene::{Scene, SceneError, VariedScene};
 
 use crate::column::Value;
-use crate::duration::{reference_tick_seconds, tick_seconds};
+use crate::duration::{reference_tick_seconds, tick_seconds, ticks_in};
 use crate::ordered::ordered;
 use crate::shard::Shard;
 
@@ -116,7 +116,7 @@ impl Sweep {
             } else {
                 0.0
             };
-            ticks(&scene, self.plan.seconds) as f64 * (tick_seconds(&scene) + reference)
+            ticks_in(&scene, self.plan.seconds) as f64 * (tick_seconds(&scene) + reference)
         };
         let evenly = |probe: u64| (probe as f64 / probes as f64 * runs as f64) as u64;
         let sum: f64 = (0..probes).map(|probe| seconds(evenly(probe))).sum();
@@ -183,9 +183,4 @@ fn beginning<'p>(varied: &VariedScene, plan: &'p Plan) -> Result<Vec<&'p str>, S
         }
     }
     Err(error)
-}
-
-/// Number of ticks in `seconds` of `scene`; 0 if that is less than half a tick.
-fn ticks(scene: &Scene, seconds: f64) -> u64 {
-    (seconds * scene.step_hz).round() as u64
 }

@@ -8,7 +8,7 @@ mod step;
 
 use lab::cost::{Accuracy, Cost, Machine, Study};
 
-use self::curves::curves;
+use self::curves::run_cells;
 use super::chart::Drawing;
 
 /// The kind of a figure.
@@ -43,14 +43,14 @@ pub(crate) const ACCURACIES: [Accuracy; 2] = [Accuracy::Position, Accuracy::Rela
 
 /// Costs that were measured for any cell of a study.
 pub(crate) fn costs(study: &Study) -> Vec<Cost> {
-    let measured = |cost: &Cost| curves(study).any(|cell| study.cost(cell, *cost).is_some());
+    let measured = |cost: &Cost| run_cells(study).any(|cell| study.cost(cell, *cost).is_some());
     Cost::ALL.into_iter().filter(measured).collect()
 }
 
 /// All figures of a study that have anything to show.
 pub(crate) fn figures(study: &Study, machine: &Machine) -> Vec<(Kind, Drawing)> {
     let mut kinds = Vec::new();
-    if curves(study).next().is_some() {
+    if run_cells(study).next().is_some() {
         kinds.extend(ACCURACIES.map(Kind::Step));
         for cost in costs(study) {
             kinds.extend(ACCURACIES.map(|accuracy| Kind::Cost(accuracy, cost)));

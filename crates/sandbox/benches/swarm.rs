@@ -29,7 +29,7 @@ const SIZES: [u32; 4] = [10_000, 100_000, 1_000_000, 4_000_000];
 /// Time for which a device is measured at least.
 const WARM_UP: Duration = Duration::from_millis(700);
 
-/// A time is the least of so many measurements.
+/// How often a time is measured; the least counts.
 const REPEATS: usize = 5;
 
 fn main() {

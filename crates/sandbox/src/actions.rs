@@ -51,8 +51,8 @@ pub(crate) enum Hold {
     Push(DVec3),
     /// Lets clicks select what cannot be moved.
     SelectImmovable,
-    /// Lets the wheel change the force of a click, whatever it does without, and clicks select what cannot be moved: where a window
-    /// manager takes clicks with Alt for itself, they never arrive.
+    /// Makes the wheel change the click force in any case, and clicks select immovable bodies: an alternative to Alt, whose clicks
+    /// some window managers intercept.
     ChangeForce,
 }
 
@@ -94,7 +94,8 @@ impl Binding {
     }
 }
 
-/// Makes the actions and their rows from one list; those of panels come between its two parts.
+/// Makes the actions and their rows from one list; the panels' actions are inserted at `[panels]`, which fixes the order of the
+/// help.
 macro_rules! actions {
     (
         $($First:ident: $first:literal, $first_keys:tt, $first_when:ident, $first_lasts:expr, $first_what:literal;)*
@@ -225,14 +226,38 @@ pub const MOUSE: &[(&str, When, &str)] = &[
     ),
 ];
 
-/// Input, what it does and when, for every key and for the mouse.
-pub(crate) fn rows() -> Vec<(String, &'static str, &'static str)> {
-    let keys = BINDINGS.iter().map(|row| (row.keys.join("  "), row.what, row.when.words()));
-    let mouse = MOUSE.iter().map(|(input, when, what)| ((*input).to_owned(), *what, when.words()));
-    keys.chain(mouse).collect()
+/// An input, and what it does.
+#[derive(Clone, Copy)]
+pub(crate) struct InputRow {
+    /// The keys that do the same, or one use of the mouse.
+    pub inputs: &'static [&'static str],
+    /// When it does it.
+    pub when: When,
+    /// What it does, for the person.
+    pub what: &'static str,
+    /// The name of the action in scripts; the mouse has none.
+    pub name: Option<&'static str>,
 }
 
-fn row(key: &Key) -> Option<&'static Binding> {
+/// Every key and every use of the mouse, in the order of the help.
+pub(crate) fn input_rows() -> impl Iterator<Item = InputRow> {
+    let keys = BINDINGS.iter().map(|&Binding { name, keys, when, what, .. }| InputRow {
+        inputs: keys,
+        when,
+        what,
+        name: Some(name),
+    });
+    let mouse = MOUSE.iter().map(|(input, when, what)| InputRow {
+        inputs: std::slice::from_ref(input),
+        when: *when,
+        what,
+        name: None,
+    });
+    keys.chain(mouse)
+}
+
+/// The row with exactly this key and modifiers.
+fn exact_binding(key: &Key) -> Option<&'static Binding> {
     let name = key.to_string();
     BINDINGS.iter().find(|binding| binding.keys.contains(&name.as_str()))
 }
@@ -240,34 +265,33 @@ fn row(key: &Key) -> Option<&'static Binding> {
 /// The row of the key, if it has one.
 #[must_use]
 pub fn binding(key: &Key) -> Option<&'static Binding> {
-    // Shift flies down while other keys fly on: it changes only the keys that have a row with it.
-    row(key).or_else(|| row(&key.clone().with_shift(false)))
+    // Shift flies down while other keys are held, so it is ignored for keys that have no row with it.
+    exact_binding(key).or_else(|| exact_binding(&key.clone().with_shift(false)))
 }
 
-/// Whether shift, if it is held, belongs to the key: to a row of its own such as `Shift+I`, or to a character such as
-/// `?`.
-pub(crate) fn takes_shift(key: &Key) -> bool {
+/// Whether a held Shift is part of this key, as in `Shift+I` or `?`, and so does not also fly down.
+pub(crate) fn shift_is_part_of(key: &Key) -> bool {
     let mut characters = key.name().chars();
     match (characters.next(), characters.next()) {
-        (Some(one), None) if one.is_alphabetic() => key.shift() && row(key).is_some(),
+        (Some(one), None) if one.is_alphabetic() => key.shift() && exact_binding(key).is_some(),
         (Some(_), None) => true,
         _ => false,
     }
 }
 
-/// The key that a script means: a key's own name, or the name of an action.
+/// The key for a word of a script: a key's own name, or the name of an action.
 ///
 /// # Errors
 /// A word that is neither.
 pub fn key_of_word(word: &str) -> Result<Key, UnknownKey> {
     match BINDINGS.iter().find(|binding| binding.name == word) {
-        Some(binding) => Ok(binding.act.key()),
+        Some(binding) => binding.keys[0].parse(),
         None => word.parse(),
     }
 }
 
-/// Whether a script's word for a key means one of those actions.
-pub(crate) fn is_one_of(word: &str, acts: &[Act]) -> bool {
+/// Whether a script's word for a key presses one of those actions.
+pub(crate) fn presses_one_of(word: &str, acts: &[Act]) -> bool {
     let key = key_of_word(word).ok();
     key.and_then(|key| binding(&key)).is_some_and(|binding| acts.contains(&binding.act))
 }
@@ -277,12 +301,15 @@ pub(crate) fn is_one_of(word: &str, acts: &[Act]) -> bool {
 pub fn markdown() -> String {
     let mut table =
         String::from("| key | when | what it does | name in scripts |\n| --- | --- | --- | --- |\n");
-    for binding in BINDINGS.iter() {
-        let keys = binding.keys.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(" ");
-        table += &format!("| {keys} | {} | {} | `{}` |\n", binding.when.words(), binding.what, binding.name);
-    }
-    for (input, when, what) in MOUSE {
-        table += &format!("| {input} | {} | {what} | |\n", when.words());
+    for InputRow { inputs, when, what, name } in input_rows() {
+        let when = when.words();
+        table += &match name {
+            Some(name) => {
+                let keys = inputs.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(" ");
+                format!("| {keys} | {when} | {what} | `{name}` |\n")
+            }
+            None => format!("| {} | {when} | {what} | |\n", inputs.join(" ")),
+        };
     }
     table
 }

@@ -100,7 +100,7 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
 /// Ticks that no run comes to the end of: at a microsecond each, a century.
 pub(crate) const MOST_TICKS: f64 = 3e15;
 
-/// Refuses so many seconds at so many ticks per second where no run comes to their end.
+/// Refuses `seconds` at `rate` ticks per second if no run comes to their end.
 pub(crate) fn check_seconds(seconds: f64, rate: f64) -> Result<(), Failure> {
     if seconds * rate <= MOST_TICKS {
         return Ok(());
@@ -110,7 +110,7 @@ pub(crate) fn check_seconds(seconds: f64, rate: f64) -> Result<(), Failure> {
     Err(Failure::Usage(format!("{what}; give fewer")))
 }
 
-/// Refuses what takes some `seconds` where that is longer than is allowed.
+/// Refuses `what`, which takes approximately `seconds`, if that is longer than is allowed.
 pub(crate) fn check_time(what: &str, seconds: f64) -> Result<(), Failure> {
     lab::duration::check_time(seconds, None).map_err(|TooLong { seconds, allowed }| {
         let [takes, allowed] = [seconds, allowed].map(long_duration);
@@ -124,7 +124,7 @@ pub(crate) fn check_time(what: &str, seconds: f64) -> Result<(), Failure> {
 /// Ticks of one substep that all settings of a study and its references come to, some, for each tick of the scene.
 const STUDIED: f64 = 500.0;
 
-/// Refuses a study of so many `seconds` of `scene`, if a person asked for them, where it takes longer than is allowed.
+/// Refuses a study of `seconds` of `scene`, if a person asked for them and it takes longer than is allowed.
 pub(crate) fn check_study(scene: &Scene, seconds: Option<f64>) -> Result<(), Failure> {
     let Some(seconds) = seconds else { return Ok(()) };
     check_seconds(seconds, scene.step_hz)?;

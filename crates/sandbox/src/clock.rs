@@ -231,7 +231,7 @@ impl TickClock {
         Due { ticks: owed, dropped: 0.0 }
     }
 
-    /// When the tick was due that has so many ticks after it, of those that [`Self::due`] returned last, s of frame time, and
+    /// When the tick was due that has `after_it` ticks after it, of those that [`Self::due`] returned last, s of frame time, and
     /// how exactly that is known, s.
     #[expect(clippy::cast_precision_loss, reason = "a count of ticks since the anchor")]
     #[must_use]

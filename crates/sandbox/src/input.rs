@@ -144,7 +144,7 @@ pub enum Input {
     ButtonDown(Button),
     /// A button went up.
     ButtonUp(Button),
-    /// The wheel turned by so many notches, away from the person.
+    /// The wheel turned by this many notches, away from the person.
     Wheel(f64),
     /// The window lost the keyboard: nothing is held any more.
     FocusLost,

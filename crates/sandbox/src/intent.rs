@@ -19,7 +19,7 @@ pub(crate) enum Intent {
     Change(Change, SwitchedBy),
     /// Use a method and substeps that a panel offers.
     ApplySetting(Setting),
-    /// Simulate so many seconds per second.
+    /// Simulate this many seconds per second.
     Pace(f64),
     /// Go to the end of that tick.
     Seek(u64),

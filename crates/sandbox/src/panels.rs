@@ -13,8 +13,7 @@ pub struct PanelRow {
     pub what: &'static str,
 }
 
-/// Hands the list to a macro: the tool of each panel and the module that has it, name in scripts, keys, title, and what it
-/// is.
+/// Hands the list to a macro, for each panel: its tool type, module, script name, keys, title, description.
 macro_rules! with_panels {
     ($callback:ident) => {
         $callback! {
@@ -55,7 +54,7 @@ with_panels!(panels);
 /// A tab of the dock: panels of one role.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Tab {
-    /// What the selection does.
+    /// The selection: its forces and graphs.
     #[default]
     Look,
     /// What accuracy costs, and where energy goes.
@@ -92,9 +91,9 @@ impl Panel {
         }
     }
 
-    /// Whether the arrangement does not remember it: ghosts end with their scene, lessons with the window, help and finder are soon closed
-    /// again.
-    pub(crate) const fn is_passing(self) -> bool {
+    /// Whether a saved arrangement leaves it out: ghosts end with their scene, lessons with the window, help and finder are soon
+    /// closed again.
+    pub(crate) const fn is_transient(self) -> bool {
         matches!(self, Self::Ghosts | Self::Help | Self::Finder | Self::Learn)
     }
 

@@ -73,7 +73,7 @@ pub use shipped::{
 };
 pub use spawn::{Appearance, FileIndex, PointRadius, SoftBodyName};
 pub use text::faults::{Fault, SceneError};
-pub use text::nearest::nearest;
+pub use text::nearest::{did_you_mean, nearest};
 
 /// A scene with these keys.
 #[cfg(test)]

@@ -174,7 +174,7 @@ fn between(theory: f64, mut stays: impl FnMut(f64) -> bool) -> f64 {
 }
 
 impl Stepped {
-    /// Whether no body goes farther than a thousand times the size of the start in so many ticks.
+    /// Whether no body goes farther than a thousand times the size of the start in `ticks` ticks.
     pub fn stays(&mut self, ticks: u32) -> bool {
         let start = self.size();
         (0..ticks).all(|_| {

@@ -1,4 +1,6 @@
-//! The state of the watch over the energy of a run between two ticks, saved so that a bundle continues with it.
+//! What the energy watch ([`Watch`](crate::Watch)) knows between two ticks, saved so that a bundle can continue it.
+//!
+//! A *look* is a span of ticks with a ledger, taken when energy has grown; see [`EnergyLook`].
 
 use serde::{Deserialize, Serialize};
 
@@ -10,13 +12,13 @@ pub struct EnergyState {
     pub largest_j: f64,
     /// Tick at which the last look ended.
     pub looked_tick: u64,
-    /// The largest energy then, J.
+    /// `largest_j` when the last look ended, J.
     pub looked_j: f64,
     /// Kinetic and potential energy then, J.
     pub total_j: Option<f64>,
     /// Kinetic and potential energy after the last tick, J, in a world that is small enough.
     pub last_j: Option<f64>,
-    /// The first tick since that look after which there was half as much again.
+    /// The first tick after that look by whose end total energy had risen by more than half of `looked_j`.
     pub grew_tick: Option<u64>,
     /// The first tick after the last change from outside.
     pub changed_tick: u64,
@@ -27,7 +29,8 @@ pub struct EnergyState {
 }
 
 impl EnergyState {
-    /// The state of a run whose largest energy so far is `largest_j`. Infinite energy is not watched.
+    /// The state of a run whose largest energy so far is `largest_j`. With `largest_j` infinite nothing counts as growth,
+    /// which switches the watch off.
     #[must_use]
     pub fn at(tick: u64, largest_j: f64) -> Self {
         Self { largest_j, looked_tick: tick, looked_j: largest_j, ..Self::default() }
@@ -40,11 +43,11 @@ impl EnergyState {
 pub struct EnergyGrowth {
     /// The tick in which it was first seen.
     pub since: u64,
-    /// The largest energy at the end of the first look, J.
+    /// `largest_j` at the end of the first look, J.
     pub own_j: f64,
     /// Kinetic and potential energy then, J.
     pub total_j: Option<f64>,
-    /// Energy that the looks since then attributed to other causes, J.
+    /// How much `largest_j` rose in later looks in which the method invented too little to explain it, J.
     pub elsewhere_j: f64,
     /// Whether it was reported.
     pub reported: bool,
@@ -56,7 +59,7 @@ pub struct EnergyGrowth {
 pub struct EnergyLook {
     /// The tick in which energy had grown; the ledger begins after it.
     pub since: u64,
-    /// The last tick that multiplied the energy.
+    /// The last tick after which kinetic energy exceeded 1.5 times the largest before that tick; at first `since`.
     pub last: u64,
     /// Energy that the method invented since the ledger began, J.
     pub invented_j: f64,
@@ -66,10 +69,10 @@ pub struct EnergyLook {
     pub fed: bool,
     /// Kinetic and potential energy when the ledger began, J.
     pub total_j: Option<f64>,
-    /// The first tick by which half of the largest energy before the look was invented.
+    /// The first tick by whose end the method had invented more than half of `looked_j`.
     pub grew: Option<u64>,
     /// The first of the ticks in a row that invented too much.
     pub jumped: Option<u64>,
-    /// The largest energy before the tick that raised the doubt, J, if that tick by itself invented more.
+    /// `largest_j` before the first tick of this look that alone added more than that, J.
     pub leapt_over_j: Option<f64>,
 }

@@ -12,7 +12,7 @@ use motion::{
 };
 use scene::{FileIndex, Scene, unsolvable};
 
-use super::{Runs, Snapshot};
+use super::{IdRanges, Snapshot};
 use crate::simulation::Simulation;
 
 /// Largest count of evaluations in a snapshot: no run comes near it, and no run that continues from it overflows a
@@ -124,7 +124,7 @@ impl Snapshot {
             let renamed = record.rename(|id| body(id).unwrap_or(Entity::PLACEHOLDER));
             Some(QuarantineRecord { id, other_end, ..renamed })
         };
-        let list = |runs: Runs| runs.ids().filter_map(body).collect();
+        let list = |ranges: IdRanges| ranges.ids().filter_map(body).collect();
         let state = self.state.clone().rename(list, moves, |_| None, record);
         let substeps = Substeps(state.substeps.0.max(1));
         let mut state =

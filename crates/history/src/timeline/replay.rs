@@ -10,7 +10,7 @@ use crate::bundle::{EnergyState, Event};
 use crate::simulation::Simulation;
 use crate::snapshot::{BadSnapshot, Snapshot};
 
-/// The error that a run came out differently when it was simulated again.
+/// A repeated run differed from the recorded one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("tick {tick} comes out differently when it is simulated again")]
 pub struct Broken {
@@ -52,6 +52,8 @@ impl Replay {
 
     /// Applies the next of `events` that belong to this tick, and skips those of ticks before it. Pushes wait for the
     /// coming tick. Returns whether any were applied.
+    ///
+    /// The caller tells the watch: [`Self::tick`] does so at once; at the end of a seek, the next live tick does.
     pub fn carry_out<'a>(&mut self, events: &mut Peekable<impl Iterator<Item = &'a Event>>) -> bool {
         let now = self.simulation.ticks();
         let mut some = false;

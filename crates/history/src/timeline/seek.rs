@@ -11,7 +11,7 @@ pub struct Seek {
     replay: Replay,
     from: u64,
     to: u64,
-    /// A snapshot shortly before the end of a long seek: the next one may go further back.
+    /// A snapshot taken shortly before the end of a long seek, so that a following seek a bit further back is short.
     near: Option<Keyframe>,
 }
 
@@ -34,7 +34,7 @@ impl Timeline {
     /// is noted meanwhile invalidates the seek.
     ///
     /// # Errors
-    /// If a snapshot restores another state than it was taken of, which is a bug of this program.
+    /// If no snapshot lies before `tick`, or one cannot be restored or restores to another state: each is a bug of this program.
     pub fn begin_seek(&self, scene: &Arc<Scene>, tick: u64) -> Result<Seek, Broken> {
         let to = self.nearest(tick);
         let keyframe = self.keyframe_before(to).ok_or(Broken { tick: to })?;
@@ -46,18 +46,18 @@ impl Timeline {
         Ok(Seek { from: replay.simulation.ticks(), to, near: None, replay })
     }
 
-    /// Makes `seek` end at tick number `tick` instead, if that is ahead of it and no snapshot is nearer. Returns
-    /// whether it does.
+    /// Moves the end of `seek` to `tick` if simulating on is at least as short as starting from a snapshot. Returns whether it did.
     pub fn redirect(&self, seek: &mut Seek, tick: u64) -> bool {
         let (to, now) = (self.nearest(tick), seek.replay.simulation.ticks());
-        let ahead = now <= to && self.keyframe_before(to).is_some_and(|near| near.snapshot.ticks() <= now);
+        let ahead =
+            now <= to && self.keyframe_before(to).is_some_and(|keyframe| keyframe.snapshot.ticks() <= now);
         if ahead {
             seek.to = to;
         }
         ahead
     }
 
-    /// Simulates a tick of `seek`. Returns whether one was left.
+    /// Simulates the next tick of `seek`; false if none was left.
     pub fn go_on(&self, seek: &mut Seek) -> bool {
         let left = seek.ticks_left();
         if left == 0 {
@@ -69,12 +69,15 @@ impl Timeline {
             *near = Some(Keyframe::of(&mut replay.simulation, replay.watch.energy()));
         }
         let mut events = self.events_after(replay.simulation.ticks()).peekable();
-        replay.tick(&mut events);
+        // A fault here was found when the tick was first simulated.
+        let _ = replay.tick(&mut events);
         true
     }
 
-    /// The run at the end of `seek`. At the last tick it is the present run, with all changes since.
+    /// Ends `seek`, which must have no ticks left, and returns the run there. At the last tick it is the present run, with all
+    /// changes since.
     pub fn finish_seek(&mut self, seek: Seek) -> Replay {
+        debug_assert_eq!(seek.ticks_left(), 0, "a seek is finished when it has no ticks left");
         let Seek { mut replay, near, .. } = seek;
         if replay.simulation.ticks() >= self.head {
             replay.carry_out(&mut self.events_after(self.head).peekable());
@@ -91,7 +94,7 @@ impl Timeline {
     /// # Errors
     /// As [`Timeline::begin_seek`].
     pub fn seek(&mut self, scene: &Arc<Scene>, tick: u64) -> Result<Replay, Broken> {
-        let seek = self.at_its_end(scene, tick)?;
+        let seek = self.run_seek(scene, tick)?;
         Ok(self.finish_seek(seek))
     }
 
@@ -100,10 +103,11 @@ impl Timeline {
     /// # Errors
     /// As [`Timeline::begin_seek`].
     pub fn end_hash(&self, scene: &Arc<Scene>) -> Result<u64, Broken> {
-        Ok(self.at_its_end(scene, self.head)?.replay.simulation.hash())
+        Ok(self.run_seek(scene, self.head)?.replay.simulation.hash())
     }
 
-    fn at_its_end(&self, scene: &Arc<Scene>, tick: u64) -> Result<Seek, Broken> {
+    /// Seeks `tick` to the end, in one go.
+    fn run_seek(&self, scene: &Arc<Scene>, tick: u64) -> Result<Seek, Broken> {
         let mut seek = self.begin_seek(scene, tick)?;
         while self.go_on(&mut seek) {}
         Ok(seek)

@@ -21,7 +21,7 @@ use super::record::{Counts, Failure, Setting};
 use super::runner::{Runner, Sample};
 use crate::run::movable;
 use columns::{Columns, each, each_with};
-pub(crate) use several::{Net, run_groups};
+pub(crate) use several::{Springs, run_groups};
 
 /// The acceleration of one body, m/s², as a person would write it for one problem.
 pub(crate) trait Formula: Copy + Send + 'static {

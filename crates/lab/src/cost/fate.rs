@@ -2,24 +2,24 @@
 
 use super::record::Drift;
 
-/// How the energy of a run developed. Parts are relative to [`Drift::scale`].
+/// How the energy of a run developed. Shares are of [`Drift::scale`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fate {
     /// The run failed.
     Failed,
     /// It is conserved to rounding.
     RoundOff,
-    /// Most of it is lost: the largest part.
+    /// More than half is lost at the end; the largest residual, a share.
     Lost(f64),
     /// It grows exponentially, to this multiple of the energy at the start.
     Exponential(f64),
-    /// The residual grows as this power of the time, to this part.
+    /// The residual grows as this power of the time, to this share.
     Power(f64, f64),
-    /// It grows in another way, to this part.
+    /// It grows in another way, to this share.
     Grows(f64),
-    /// It varies by up to this part, which is more than a tenth.
+    /// It varies by up to this share, which is more than a tenth.
     Varies(f64),
-    /// It stays within this part.
+    /// It stays within this share.
     Within(f64),
 }
 
@@ -42,7 +42,7 @@ impl Drift {
     }
 }
 
-/// Part of the energy below which a residual is rounding.
+/// Share of the energy below which a residual is rounding.
 const ROUND_OFF: f64 = 1e-11;
 
 /// How a residual of energy grows.
@@ -56,24 +56,25 @@ enum Growth {
 }
 
 /// Mean deviation of the logarithm of a residual up to which a curve fits it.
-const FITS: f64 = 0.3;
+const FIT_TOLERANCE: f64 = 0.3;
 
-/// Part of the energy at the start from which on an exponential differs from a line.
-const BENDS: f64 = 0.3;
+/// Growth, relative to the start, below which an exponential cannot be told from a line.
+const LEAST_EXPONENTIAL: f64 = 0.3;
 
 /// How the largest residual so far grows; `None` if it does not.
 fn growth(drift: &Drift, largest: f64) -> Option<Growth> {
     let (end, _) = drift.series.last()?;
-    let mut so_far = 0.0_f64;
-    let envelope = drift.series.iter().map(|(time, residual)| {
-        so_far = so_far.max(residual.abs());
-        (*time, so_far)
-    });
+    let (mut envelope, mut largest_so_far) = (Vec::with_capacity(drift.series.len()), 0.0_f64);
+    for (time, residual) in &drift.series {
+        largest_so_far = largest_so_far.max(residual.abs());
+        envelope.push((*time, largest_so_far));
+    }
     // A run settles before it grows.
-    let points: Vec<_> = envelope.filter(|(time, so_far)| *time > 0.1 * end && *so_far > 0.0).collect();
+    envelope.retain(|(time, size)| *time > 0.1 * end && *size > 0.0);
+    let points = envelope;
     let (_, early) = points.iter().rfind(|(time, _)| *time <= 0.5 * end)?;
-    // Samples that keep step with the motion miss its peaks, and then say nothing about growth.
-    if so_far <= 0.5 * largest || so_far <= 1.3 * early {
+    // Samples in phase with the motion miss its peaks and say nothing about growth.
+    if largest_so_far <= 0.5 * largest || largest_so_far <= 1.3 * early {
         return None;
     }
     let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / points.len() as f64;
@@ -82,14 +83,14 @@ fn growth(drift: &Drift, largest: f64) -> Option<Growth> {
         mean(&|(time, size)| (time.ln() - x) * (size.ln() - y)) / mean(&|(time, _)| (time.ln() - x).powi(2));
     let off_power = mean(&|(time, size)| (size.ln() - y - power * (time.ln() - x)).abs());
     let start = drift.start;
-    let off_exponential = if start > 0.0 && so_far > BENDS * start {
+    let off_exponential = if start > 0.0 && largest_so_far > LEAST_EXPONENTIAL * start {
         let rate = mean(&|(time, size)| time * (size / start).ln_1p()) / mean(&|(time, _)| time * time);
         mean(&|(time, size)| (size.ln() - (start * (rate * time).exp_m1()).ln()).abs())
     } else {
         f64::INFINITY
     };
     Some(match off_power.min(off_exponential) {
-        off if off > FITS => Growth::Other,
+        off if off > FIT_TOLERANCE => Growth::Other,
         off if off < off_power => Growth::Exponential,
         _ => Growth::Power(power),
     })

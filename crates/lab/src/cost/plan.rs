@@ -12,34 +12,37 @@ use super::subject::Subject;
 
 /// Least work of a batch of runs, as a multiple of the work of their reference: each batch runs the reference again,
 /// which adds a third at most.
-const BATCH: f64 = 3.0;
+const LEAST_BATCH_WORK: f64 = 3.0;
 
-/// Most memory of a batch of runs, bytes, and the divisor of the machine's memory that also bounds it.
-const SIDE_BY_SIDE: u64 = 1 << 30;
-const PART: u64 = 4;
+/// Most memory of a batch of runs, bytes.
+const MOST_BATCH_BYTES: u64 = 1 << 30;
+
+/// Share of the machine's memory (1/n) that also bounds a batch.
+const MEMORY_SHARE: u64 = 4;
 
 /// Rungs that are never left out, however long they take.
-const AT_LEAST: usize = 3;
+const RUNGS_ALWAYS_KEPT: usize = 3;
 
 /// Rungs that are left out only after the run was shortened.
-const ENOUGH: usize = 5;
+const RUNGS_KEPT_BEFORE_SHORTENING: usize = 5;
 
 /// A run of fewer ticks is not shortened to save time.
-const SHORTEST: u64 = 64;
+const LEAST_TICKS_TO_SHORTEN: u64 = 64;
 
 /// Why a run was made shorter.
-const LONG: &str = "more would have taken too long for this plan";
+const WHY_SHORTENED: &str = "more would have taken too long for this plan";
 
 /// What a study runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// The methods that are compared.
     pub methods: Vec<Method>,
-    /// Substeps that are tried: those within the subject's own range; ascending.
+    /// The numbers of substeps to try (the *rungs* of a ladder), ascending; those outside the subject's own range are skipped.
     pub rungs: Vec<u32>,
     /// How much finer than the finest rung the reference is, at least 2.
     pub finer: u32,
-    /// Bodies of the copies of a problem that methods are ranked at, at least 1. A scene is timed as it is.
+    /// Least bodies, in copies of a problem side by side, at which methods are timed for ranking; at least 1. A scene is
+    /// timed as it is.
     pub bodies: u32,
     /// How often each setting is timed; 0 for not at all.
     pub passes: u32,
@@ -47,7 +50,7 @@ pub struct Plan {
     pub timed: f64,
     /// How many times longer the long runs of energy are; 0 for none.
     pub longer: u32,
-    /// Whether the same second is run at several frame rates.
+    /// Whether the first simulated second is also run at several frame rates.
     pub rates: bool,
     /// Thread CPU time after which finer rungs are left out, s.
     pub patience: f64,
@@ -118,14 +121,15 @@ impl Plan {
             evaluation * subject.ticks as f64 * self.evaluations(subject, rungs)
         };
         while price(subject, &rungs) > self.patience {
-            if rungs.len() > ENOUGH || rungs.len() > AT_LEAST && !subject.yields {
-                rungs.pop();
-            } else if subject.ticks < SHORTEST || !subject.halve(LONG) {
-                if rungs.len() <= AT_LEAST {
-                    break;
-                }
-                rungs.pop();
+            let may_shorten =
+                rungs.len() <= RUNGS_KEPT_BEFORE_SHORTENING && subject.ticks >= LEAST_TICKS_TO_SHORTEN;
+            if may_shorten && subject.halve(WHY_SHORTENED) {
+                continue;
             }
+            if rungs.len() <= RUNGS_ALWAYS_KEPT {
+                break;
+            }
+            rungs.pop();
         }
         if rungs.len() < before {
             let finest = rungs.last().copied().unwrap_or(1);
@@ -140,7 +144,7 @@ impl Plan {
     fn evaluations(&self, subject: &Subject, rungs: &[u32]) -> f64 {
         let batches = self.batches(subject, rungs).len() as f64;
         let reference = work(self.reference(rungs));
-        // First beside one of half its substeps, then once per batch.
+        // One run of the reference and one of half its substeps for its own error, then one per batch.
         let references = if subject.exact().is_some() { 0.0 } else { (1.5 + batches) * reference };
         self.settings(rungs).into_iter().map(work).sum::<f64>() + references
     }
@@ -154,8 +158,9 @@ impl Plan {
 
     /// Ranges of the settings that are compared with the truth side by side; with a closed form, each setting alone.
     pub(crate) fn batches(&self, subject: &Subject, rungs: &[u32]) -> Vec<Range<usize>> {
-        let enough = BATCH * work(self.reference(rungs));
-        let room = scene::memory().map_or(SIDE_BY_SIDE, |bytes| SIDE_BY_SIDE.min(bytes / PART));
+        let enough = LEAST_BATCH_WORK * work(self.reference(rungs));
+        let room =
+            scene::memory().map_or(MOST_BATCH_BYTES, |bytes| MOST_BATCH_BYTES.min(bytes / MEMORY_SHARE));
         let most = usize::try_from(room / subject.scene.estimated_bytes(Keeps::default()).max(1))
             .unwrap_or(usize::MAX);
         let most = if subject.exact().is_some() { 1 } else { most.max(1) };
@@ -190,6 +195,9 @@ impl Plan {
 }
 
 /// Approximate evaluations per tick of a setting: an implicit step iterates.
+///
+/// This weighs the runs of a study against each other. Estimates of time in [`crate::duration`] count more iterations, because
+/// they decide what is refused.
 pub(crate) fn work(Setting { method, substeps }: Setting) -> f64 {
     let solves = if method == Method::ImplicitEuler { 10.0 } else { 1.0 };
     f64::from(method.claims().evaluations_with_velocity_laws) * f64::from(substeps) * solves
@@ -199,15 +207,16 @@ pub(crate) fn work(Setting { method, substeps }: Setting) -> f64 {
 fn evaluation(subject: &Subject, substeps: u32, clock: &Clock) -> f64 {
     let probe = Setting { method: REFERENCE_METHOD, substeps };
     let (by_steps, step) = subject.by_steps(probe);
+    // With a closed form, runs are compared after every step, so ticks are steps.
     let closed = subject.exact().is_some();
-    let (mut run, substeps) = if closed { (by_steps.run(step), 1) } else { (subject.run(probe), substeps) };
+    let (mut run, setting) = if closed { (by_steps.run(step), step) } else { (subject.run(probe), probe) };
     run.tick();
     let (start, mut ticks) = (clock(), 0.0);
     while ticks < 8.0 && clock() - start < 0.02 {
         run.tick();
         ticks += 1.0;
     }
-    (clock() - start) / ticks / (4.0 * f64::from(substeps))
+    (clock() - start) / ticks / work(setting)
 }
 
 fn octaves(from: u32, to: u32) -> Vec<u32> {
@@ -216,6 +225,11 @@ fn octaves(from: u32, to: u32) -> Vec<u32> {
 
 /// 1, 2, 3, 4, 6, 8, 12, ...
 fn half_octaves(from: u32, to: u32) -> Vec<u32> {
-    let between = |rung: u32| [Some(rung), rung.is_multiple_of(2).then_some(rung / 2 * 3)];
-    octaves(from, to).into_iter().flat_map(between).flatten().filter(|rung| *rung <= to).collect()
+    let rung_and_half_octave = |rung: u32| [Some(rung), rung.is_multiple_of(2).then_some(rung / 2 * 3)];
+    octaves(from, to)
+        .into_iter()
+        .flat_map(rung_and_half_octave)
+        .flatten()
+        .filter(|rung| *rung <= to)
+        .collect()
 }

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use motion::units::outer;
 use motion::{BodyState, EvaluationTime, Jacobians, Law};
 
-use super::arithmetic::{self, Formula, MakeLoop, Net};
+use super::arithmetic::{self, Formula, MakeLoop, Springs};
 use super::exact::{eccentric_anomaly, jacobi};
 
 /// Position, m, and velocity, m/s.
@@ -312,7 +312,7 @@ impl Formula for Engine {
 #[derive(Clone, Copy)]
 struct Tetrahedron;
 
-impl Net<4> for Tetrahedron {
+impl Springs<4> for Tetrahedron {
     const MASSES: [f64; 4] = [1.0, 2.0, 3.0, 4.0];
     const SPRINGS: &'static [([usize; 2], f64, f64)] = &[
         ([0, 1], 50.0, 1.0),

@@ -149,7 +149,7 @@ fn errors_below_the_references_own_buy_nothing() {
 /// Every combination of one finished cell per part, as (largest error, price).
 fn every_choice(parts: &[Study]) -> Vec<(f64, f64)> {
     parts.iter().fold(vec![(0.0, 0.0)], |choices, part| {
-        let own = part.truth.own_error().1;
+        let (_, own) = part.truth.own_error();
         let points = part.cells.iter().filter_map(|cell| {
             let price = 1e3 / 60.0 / cell.time.as_ref()?.real_time_factor;
             Some((cell.errors()?.position_m.max(own) + own, price))
@@ -202,7 +202,7 @@ fn no_other_choice_is_better() {
             }
             Err(refusal) => {
                 refused += 1;
-                let Refusal::TooCheap { least_ms, .. } = refusal else { panic!("{refusal}") };
+                let Refusal::BudgetTooSmall { least_ms, .. } = refusal else { panic!("{refusal}") };
                 assert!(best.is_infinite() && near(least_ms, cheapest(f64::INFINITY)));
             }
         }

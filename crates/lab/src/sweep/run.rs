@@ -10,9 +10,10 @@ use motion::units::Vector;
 use scene::{EXPLODES, Scene, StepKind};
 
 use super::measure::Measure;
-use super::{Outcome, Plan, ticks};
+use super::{Outcome, Plan};
 use crate::column::Value;
 use crate::cost::{Deviation, Machine, Runner, Setting, Subject, Target, invented, larger};
+use crate::duration::ticks_in;
 use crate::run::{is_particle, movable};
 
 /// The processor that the times refer to.
@@ -27,7 +28,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     if scene.step == StepKind::Frame {
         return (Outcome::Refused, FRAMES.to_owned(), Vec::new());
     }
-    let ticks = ticks(&scene, plan.seconds);
+    let ticks = ticks_in(&scene, plan.seconds);
     if ticks == 0 {
         let why = format!("{} s are less than half a tick of {} s", plan.seconds, 1.0 / scene.step_hz);
         return (Outcome::Refused, why, Vec::new());

@@ -29,7 +29,7 @@ fn jacobians_are_derivatives(law: &dyn Law) {
     }
 }
 
-/// Laws of the world to test: every law of the list has some.
+/// Examples of a world law for `stated_jacobians_are_the_derivatives`, which does not compile for a law without them.
 trait Samples: Law + Sized {
     fn samples() -> Vec<Self>;
 }

@@ -2,7 +2,7 @@
 
 use lab::cost::{Accuracy, Cell, Cost, Study};
 
-use super::curves::{curves, draw, error_axis, tooltip};
+use super::curves::{draw, error_axis, run_cells, tooltip};
 use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::{duration, fold, number, share};
 use crate::palette::ink;
@@ -14,12 +14,12 @@ const FAR: f64 = 300.0;
 
 pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
     let placed = |cell: &Cell| study.cost_or_claim(cell, cost);
-    let costs = || curves(study).filter_map(placed).filter(|cost| *cost > 0.0);
+    let costs = || run_cells(study).filter_map(placed).filter(|cost| *cost > 0.0);
     let highest = costs().fold(0.0, f64::max);
     let budget = study.budget(cost).filter(|_| highest > 0.0);
     let near = budget.filter(|at| *at < FAR * highest);
     let x = Axis::logarithmic(title(cost), costs().chain(near), label(cost));
-    let y = error_axis(study, accuracy, curves(study), None);
+    let y = error_axis(study, accuracy, run_cells(study), None);
     let mut chart = Chart::new(format!("{}: error against cost", study.subject), x, y, 620);
     let front = study.front(accuracy, cost);
     let point = |cell| Some((study.cost(cell, cost)?, study.error(cell, accuracy)?));
@@ -43,7 +43,7 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
     if failed {
         chart.legend_failure("failed run, at its cost");
     }
-    let unpriced = curves(study).filter(|cell| placed(cell).is_none()).count();
+    let unpriced = run_cells(study).filter(|cell| placed(cell).is_none()).count();
     if unpriced > 0 {
         let runs = if unpriced == 1 { "run" } else { "runs" };
         chart.legend_note(&format!("{unpriced} {runs} without this cost"));
@@ -53,7 +53,7 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
             chart.name(x, y, &short(cell));
         }
     }
-    let own = curves(study).find(|cell| cell.setting == study.own);
+    let own = run_cells(study).find(|cell| cell.setting == study.own);
     if let Some((x, y)) = own.and_then(point) {
         let words = own.map(|cell| words::setting(study, cell)).unwrap_or_default();
         chart.ring(x, y, &format!("as the scene is set: {words}"));

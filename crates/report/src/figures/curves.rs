@@ -7,7 +7,7 @@ use crate::chart::{Axis, Chart};
 use crate::numbers::{duration, length, number, power, share};
 
 /// The cells that were run.
-pub(super) fn curves(study: &Study) -> impl Iterator<Item = &Cell> {
+pub(super) fn run_cells(study: &Study) -> impl Iterator<Item = &Cell> {
     study.cells.iter().filter(|cell| cell.is_run())
 }
 
@@ -39,7 +39,7 @@ pub(super) fn tooltip(study: &Study, cell: &Cell, accuracy: Accuracy, cost: Cost
     format!("{title} x {} (steps of {step}): {error}{price}", cell.setting.substeps)
 }
 
-/// A floor that errors come near; one that is far below them would take the room of the curves.
+/// `floor` if the errors come near it; one far below would squeeze the curves.
 pub(super) fn in_sight<'a>(
     study: &Study,
     accuracy: Accuracy,
@@ -51,12 +51,12 @@ pub(super) fn in_sight<'a>(
     (floor > 0.0 && floor > 1e-3 * least).then_some(floor)
 }
 
-/// The axis of errors, with room for failures at its top. An error of 0 is drawn at its foot.
+/// The axis of errors and of `floor`, with room for failures at its top. An error of 0 is drawn at its foot.
 pub(super) fn error_axis<'a>(
     study: &Study,
     accuracy: Accuracy,
     cells: impl Iterator<Item = &'a Cell>,
-    also: Option<f64>,
+    floor: Option<f64>,
 ) -> Axis {
     let errors: Vec<_> = cells.map(|cell| study.error(cell, accuracy)).collect();
     let room = if errors.contains(&None) { 0.1 } else { 0.02 };
@@ -65,10 +65,10 @@ pub(super) fn error_axis<'a>(
         Accuracy::Position => ("error of positions", |value| length(value, 1)),
         Accuracy::Velocity => ("error of velocities", |value| format!("{}/s", length(value, 1))),
     };
-    Axis::logarithmic(title, errors.into_iter().flatten().chain(also), label).with_room(room)
+    Axis::logarithmic(title, errors.into_iter().flatten().chain(floor), label).with_room(room)
 }
 
-/// Draws a curve with its cells at `place`, and `words` under the pointer. Returns whether any run of it failed.
+/// Draws a curve; `place` gives the x of a cell, `words` its tooltip. Returns whether any run of it failed.
 pub(super) fn draw(
     chart: &mut Chart,
     study: &Study,

@@ -2,7 +2,7 @@
 
 use lab::cost::{Accuracy, Cell, Cost, Study};
 
-use super::curves::{curves, draw, error_axis, error_words, in_sight, tooltip};
+use super::curves::{draw, error_axis, error_words, in_sight, run_cells, tooltip};
 use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::duration;
 
@@ -11,11 +11,11 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Drawing {
         Accuracy::Relative => study.truth.own_error().0,
         _ => study.truth.own_error().1,
     };
-    let x = Axis::logarithmic("step", curves(study).map(|cell| study.step_s(cell.setting)), |seconds| {
+    let x = Axis::logarithmic("step", run_cells(study).map(|cell| study.step_s(cell.setting)), |seconds| {
         duration(1e9 * seconds, 1)
     });
-    let floor = in_sight(study, accuracy, curves(study), own_error);
-    let y = error_axis(study, accuracy, curves(study), floor);
+    let floor = in_sight(study, accuracy, run_cells(study), own_error);
+    let y = error_axis(study, accuracy, run_cells(study), floor);
     let mut chart = Chart::new(format!("{}: error against step", study.subject), x, y, 620);
     let mut failed = false;
     for method in study.methods() {

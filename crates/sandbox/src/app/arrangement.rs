@@ -86,6 +86,6 @@ fn switches(ui: &Ui) -> Vec<(Act, bool)> {
         (Act::ToggleBrowser, ui.cockpit.browses(ui.width())),
         (Act::ToggleDock, ui.cockpit.dock),
     ];
-    let panels = PANELS.iter().map(|(panel, _)| *panel).filter(|panel| !panel.is_passing());
+    let panels = PANELS.iter().map(|(panel, _)| *panel).filter(|panel| !panel.is_transient());
     parts.into_iter().chain(panels.map(|panel| (Act::Panel(panel), ui.shows(panel)))).collect()
 }

@@ -18,7 +18,7 @@ use crate::tools::tool::{Desk, Tool as _};
 use crate::tools::{Tools, learn};
 use crate::view::View;
 
-/// The scene browser stands open from so many points of width on.
+/// Least width at which the scene browser is open from the start, points.
 const ROOM_FOR_BROWSER: f32 = 1200.0;
 
 /// Width of the browser, points.

@@ -4,7 +4,7 @@
 use glam::{DVec2, DVec3};
 use history::Change;
 
-use crate::actions::{Act, Lasts, binding, takes_shift};
+use crate::actions::{Act, Lasts, binding, shift_is_part_of};
 use crate::app::held::Held;
 use crate::app::ui::Ui;
 use crate::input::{Button, Input, Key, SwitchedBy};
@@ -20,7 +20,7 @@ use crate::view::{Mode, View};
 /// Longest time between the two clicks of a double click, s.
 const DOUBLE_CLICK_S: f64 = 0.4;
 
-/// A press is a click as long as the pointer stays within so many points.
+/// Farthest that the pointer moves during a press that is a click, points.
 const CLICK_POINTS: f64 = 4.0;
 
 /// Farthest from what a tool takes that a press takes it, points.
@@ -109,7 +109,7 @@ impl Hands {
         } else if (ui.question.is_some() || ui.takes_key(key)) && !leaves {
             ui.key(key, true);
         } else if let Some(binding) = binding {
-            if takes_shift(key) {
+            if shift_is_part_of(key) {
                 let moved_s = self.held.take_shift();
                 view.camera.fly(DVec3::Y, moved_s);
             }

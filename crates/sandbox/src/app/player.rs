@@ -48,7 +48,7 @@ impl Player {
         self.of_frames.iter().chain(&self.of_ticks).map(|(place, step)| (*place, step))
     }
 
-    /// What a run that is paused after so many frames and ticks waits for forever, at `rate` frames per second: a tick, or a
+    /// What a run that is paused after `frames` and `ticks` waits for forever, at `rate` frames per second: a tick, or a
     /// frame that is too far ahead to wait for.
     #[must_use]
     pub fn waits_forever(&self, frames: u64, ticks: u64, rate: f64) -> Option<When> {

@@ -56,7 +56,7 @@ pub(crate) fn load_script(path: &Path, scene: &Scene) -> Result<Script, Failure>
         check_scene(recording, &name, scene)?;
     }
     let is_key = |word: &str| actions::key_of_word(word).is_ok();
-    let brings_back = |word: &str| actions::is_one_of(word, &BRING_BACK);
+    let brings_back = |word: &str| actions::presses_one_of(word, &BRING_BACK);
     script.check(&name, &text, scene, is_key, brings_back)?;
     Ok(script)
 }

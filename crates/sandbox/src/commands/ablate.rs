@@ -1,7 +1,7 @@
 //! A scene again without each of its effects, with the pictures at the end compared.
 
 use clap::Args;
-use lab::duration::tick_seconds;
+use lab::duration::{tick_seconds, ticks_in};
 use motion::effects::Effect;
 use render::{Gpu, Offscreen, Quality, Renderer};
 use scene::Scene;
@@ -48,8 +48,7 @@ pub(crate) struct AblateArgs {
 pub(crate) fn run(args: &AblateArgs) -> Result<(), Failure> {
     let scene = CommandFiles::default().named_scene(&args.scene)?;
     args.seconds.map_or(Ok(()), |seconds| check_seconds(seconds, scene.step_hz))?;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive, and saturating")]
-    let ticks = args.seconds.map_or(args.ticks, |seconds| ((seconds * scene.step_hz).round() as u64).max(1));
+    let ticks = args.seconds.map_or(args.ticks, |seconds| ticks_in(&scene, seconds).max(1));
     // Once in full and once without each effect; and again for the pictures.
     let runs = 2.0 * (1.0 + scene.declared.len() as f64);
     let seconds = runs * ticks as f64 * tick_seconds(&scene);

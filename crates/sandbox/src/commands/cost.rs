@@ -174,7 +174,7 @@ fn subjects(names: &[&str], seconds: Option<f64>, files: &mut CommandFiles) -> R
             Err(error) => {
                 let problems: Vec<_> = PROBLEMS.iter().map(|problem| problem.name).collect();
                 let near = scene::nearest(name, problems.iter().copied());
-                let guess = near.map(|near| format!("did you mean the problem {near}? ")).unwrap_or_default();
+                let guess = scene::did_you_mean(near.map(|near| format!("the problem {near}")));
                 Err(Failure::Usage(format!("{error}\n{guess}the problems are {}", problems.join(", "))))
             }
         },

@@ -6,7 +6,7 @@ use report::aligned;
 use scene::{ShippedScene, key_of_law};
 use serde_json::{Value, json};
 
-use crate::actions::{BINDINGS, MOUSE};
+use crate::actions::input_rows;
 use crate::failure::Failure;
 use crate::methods::COLUMNS;
 use crate::output::show;
@@ -76,20 +76,16 @@ fn rows(what: Listed) -> Vec<Vec<Cell>> {
             .iter()
             .map(|&(law, what)| vec![text("law", law), text("key", key_of_law(law)), text("what", what)])
             .collect(),
-        Listed::Keys => {
-            let keys = BINDINGS.iter().map(|row| (row.keys.join(" "), row.when, row.what, row.name));
-            let mouse = MOUSE.iter().map(|(input, when, what)| ((*input).to_owned(), *when, *what, ""));
-            keys.chain(mouse)
-                .map(|(input, when, what, name)| {
-                    vec![
-                        text("input", input),
-                        text("when", when.words()),
-                        text("name", name),
-                        text("what", what),
-                    ]
-                })
-                .collect()
-        }
+        Listed::Keys => input_rows()
+            .map(|row| {
+                vec![
+                    text("input", row.inputs.join(" ")),
+                    text("when", row.when.words()),
+                    text("name", row.name.unwrap_or_default()),
+                    text("what", row.what),
+                ]
+            })
+            .collect(),
     }
 }
 

@@ -7,7 +7,7 @@ use clap::Args;
 use lab::Shard;
 use lab::cost::{Bench, Plan, Study, Subject};
 use lab::part::{Found, Part as StudyPart};
-use lab::recommend::{Goal, PartChoice, Point, Recommendation, Rung, Unit, recommend};
+use lab::recommend::{Goal, NextChoice, PartChoice, Point, Recommendation, Unit, recommend};
 use motion::Method;
 use report::numbers::{digits, duration, json_number as number, length, three_digits};
 use scene::{Part, Scene, Source, StepKind};
@@ -258,7 +258,7 @@ impl<'a> Target<'a> {
     }
 }
 
-/// A study of each of these parts, of so many of the scene.
+/// A study of each of these parts, which are some of the `all` parts of the scene.
 fn measure(parts: &[&Part], all: usize, args: &RecommendArgs) -> Vec<Study> {
     let plan = plan(all, args.quick);
     let progress = Progress::new(parts.len());
@@ -272,7 +272,7 @@ fn measure(parts: &[&Part], all: usize, args: &RecommendArgs) -> Vec<Study> {
     studies
 }
 
-/// The plan for each of so many parts, without runs that a choice does not need.
+/// The plan for each of this many parts, without runs that a choice does not need.
 fn plan(parts: usize, quick: bool) -> Plan {
     let full = Plan::full();
     #[expect(clippy::cast_precision_loss, reason = "a count of parts")]
@@ -377,7 +377,7 @@ fn tie_words(row: &PartChoice, price: &str, span: &Span) -> String {
 }
 
 fn next_words(found: &Recommendation, price: &str, span: &Span) -> String {
-    let Some(Rung { error_m, total, picks }) = &found.next else {
+    let Some(NextChoice { error_m, total, picks }) = &found.next else {
         return "nothing more accurate was measured, or could be told from the references' own errors\n"
             .to_owned();
     };
@@ -412,12 +412,12 @@ fn json(scene: &Scene, found: &Recommendation, parts: &[Part], studies: &[Study]
         })
     };
     let rows: Vec<_> = found.rows.iter().zip(parts).zip(studies).map(row).collect();
-    let rung = |rung: &Rung| {
+    let next_choice = |next: &NextChoice| {
         let picks =
-            rung.picks.iter().map(|(row, new)| json!({ "part": found.rows[*row].part, "pick": point(new) }));
+            next.picks.iter().map(|(row, new)| json!({ "part": found.rows[*row].part, "pick": point(new) }));
         json!({
-            "error_m": number(rung.error_m),
-            "total": number(rung.total),
+            "error_m": number(next.error_m),
+            "total": number(next.total),
             "changes": picks.collect::<Vec<_>>(),
         })
     };
@@ -430,7 +430,7 @@ fn json(scene: &Scene, found: &Recommendation, parts: &[Part], studies: &[Study]
         "total": number(found.total),
         "sets_the_price": found.rows[found.dearest].part,
         "largest_error": found.rows[found.limiting].part,
-        "next": found.next.as_ref().map_or(Value::Null, rung),
+        "next": found.next.as_ref().map_or(Value::Null, next_choice),
         "parts": rows,
     });
     format!("{}\n", serde_json::to_string_pretty(&report).expect("strings and numbers are JSON"))

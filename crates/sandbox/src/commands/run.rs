@@ -177,7 +177,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     told.iter().chain(&long).for_each(|line| loading.tell(line));
     let mut outputs = Outputs::open(args, &paths, files, &mut session, longest_frame)?;
     loading.next();
-    let start = Summary::start(&mut session.stage);
+    let start = Summary::totals_at_start(&mut session.stage);
     drop(loading);
     keep_ledger(args, &mut session);
     if args.black_box.is_some() {

@@ -132,7 +132,7 @@ pub(crate) struct Waiting {
 }
 
 impl Waiting {
-    /// Begins to wait for `what`, which takes some `seconds`.
+    /// Begins to wait for `what`, which takes approximately `seconds`.
     pub fn begin(what: &'static str, seconds: f64) -> Self {
         if !std::io::stderr().is_terminal() {
             return Self { over: None, shown: None };

@@ -29,7 +29,7 @@ pub struct Summary {
 impl Summary {
     /// Energy and momentum at the start of a run: the base of its drift.
     #[must_use]
-    pub fn start(stage: &mut Stage) -> Totals {
+    pub fn totals_at_start(stage: &mut Stage) -> Totals {
         totals(&mut stage.sim_mut().world)
     }
 
@@ -87,6 +87,7 @@ impl Summary {
             ("forecast", Value::Array(forecast)),
             ("quarantined", Value::Array(quarantined)),
             ("state_hash", json!(format!("{:016x}", state_hash(&session.stage)))),
+            // The contract's name for the number of pictures.
             ("frames", json!(pictures)),
             ("adapter", adapter.map_or(Value::Null, Value::String)),
         ];
@@ -160,7 +161,7 @@ pub(crate) fn forecast_json(row: &ForecastRow) -> Value {
     })
 }
 
-/// The ledger since it was opened, which is `without` the particles of these emitters.
+/// The ledger since it was opened; `without` names the emitters whose particles it omits.
 fn ledger_json(ledger: &Ledger, without: &[&str]) -> Value {
     let sums = ledger.since_opening();
     let LedgerLines { pushes, laws, damping, limits, anchors, interventions, residual } = &sums.energy;
@@ -206,7 +207,7 @@ fn by_law<T>(laws: &[(&'static str, T)], value: fn(&T) -> Value) -> Value {
     Value::Object(laws.iter().map(|(name, amount)| ((*name).to_owned(), value(amount))).collect())
 }
 
-/// What went wrong; null where nothing did.
+/// A fault as JSON; null for none.
 pub(crate) fn fault_json(fault: Option<&FaultEntry>) -> Value {
     fault.map_or(
         Value::Null,

@@ -60,9 +60,9 @@ impl Quantity {
         let known = WORDS.into_iter().find(|(name, _)| *name == word);
         known.map(|(_, quantity)| quantity).ok_or_else(|| {
             let near = scene::nearest(word, WORDS.iter().map(|(name, _)| *name));
-            let near = near.map(|near| format!("did you mean {near}? ")).unwrap_or_default();
+            let guess = scene::did_you_mean(near);
             let names = WORDS.map(|(name, _)| name).join(", ");
-            format!("{near}the columns are {names} and {DISTANCE}BODY")
+            format!("{guess}the columns are {names} and {DISTANCE}BODY")
         })
     }
 

@@ -46,7 +46,7 @@ pub(crate) fn check(gpu: &Gpu, scene: &Scene) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Seconds per particle that a picture takes some where a processor draws: measured by `--bench frames` on two cores.
+/// Approximate seconds per particle that a picture takes where a CPU draws: measured by `--bench frames` on two cores.
 const DRAWN_IN_SOFTWARE_S: f64 = 0.8e-6;
 
 /// Pictures of particles that take longer are announced, s.

@@ -32,7 +32,7 @@ use crate::view::inks;
 use crate::view::marks::FAULT;
 use crate::view::{Mode, View};
 
-/// So many entries of a list are shown.
+/// Most entries of a list that are shown.
 const SHOWN: usize = 50;
 
 /// How large what is added is, as a share of its distance.

@@ -2,7 +2,7 @@
 
 use egui::{Align2, Grid, Label, RichText, ScrollArea, Ui, Vec2};
 
-use crate::actions::{self, Act};
+use crate::actions::{Act, input_rows};
 use crate::intent::Intent;
 use crate::tools::tool::{Anchor, Desk, Tool};
 
@@ -22,7 +22,7 @@ impl Tool for Help {
     }
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
-        let keys = actions::rows();
+        let keys: Vec<_> = input_rows().collect();
         let most = ui.ctx().content_rect().size() - MARGINS;
         ui.set_max_size(most);
         ui.horizontal(|ui| {
@@ -41,10 +41,11 @@ impl Tool for Help {
                 for (half, rows) in keys.chunks(keys.len().div_ceil(2)).enumerate() {
                     let grid = Grid::new(half).num_columns(2).striped(true).spacing([12.0, 2.0]);
                     grid.max_col_width(0.5 * most.x - KEYS).show(ui, |ui| {
-                        for (input, what, when) in rows {
-                            ui.label(RichText::new(input).monospace().strong());
+                        for row in rows {
+                            ui.label(RichText::new(row.inputs.join("  ")).monospace().strong());
                             // Marks of code are for the document.
-                            ui.add(Label::new(what.replace('`', "")).wrap()).on_hover_text(*when);
+                            ui.add(Label::new(row.what.replace('`', "")).wrap())
+                                .on_hover_text(row.when.words());
                             ui.end_row();
                         }
                     });

@@ -15,7 +15,7 @@ use crate::view::marks::FAULT;
 #[derive(Default)]
 pub(crate) struct Timeline;
 
-/// So many quarantined bodies are listed.
+/// Most quarantined bodies that are listed.
 const LISTED: usize = 6;
 
 const WIDTH: f32 = 460.0;

@@ -57,7 +57,7 @@ impl Camera {
         *self = Self { speed: self.speed, ..Self::new(self.start) };
     }
 
-    /// Turns by so many counts of the mouse, right and down.
+    /// Turns by counts of the mouse, right and down.
     pub fn look(&mut self, right: f64, down: f64) {
         self.yaw = (self.yaw - right * DEGREES_A_COUNT).rem_euclid(360.0);
         self.pitch = (self.pitch - down * DEGREES_A_COUNT).clamp(-90.0, 90.0);

@@ -26,7 +26,7 @@ const NOISE: f64 = 1e-14;
 /// The same as a share of what was added up.
 const ROUNDING: f64 = 1e-12;
 
-/// So many springs of one body are listed each by itself.
+/// Most springs of one body that are listed each by itself.
 const SPRINGS: usize = 3;
 
 /// The selected thing in the tutorial's terms.

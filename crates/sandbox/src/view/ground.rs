@@ -4,7 +4,7 @@ use glam::DVec3;
 use pick::Shape;
 use scene::{BodySpec, Scene};
 
-/// A floor is so many times as wide and as long as it is high, and no board.
+/// A floor, and no board, is at least this many times as wide and as long as it is high.
 const FLOOR_FLATNESS: f64 = 4.0;
 const FLOOR_HALF_M: f64 = 5.0;
 

@@ -19,10 +19,10 @@ const CLOSER: f64 = 0.9;
 /// How much room a framed thing leaves around it.
 const ROOM: f64 = 1.3;
 
-/// So many times as far away as need be, bodies are seen from far away.
+/// Distances beyond this multiple of the needed one count as far away.
 const FAR: f64 = 1.6;
 
-/// So many bodies are looked for in the view.
+/// Most bodies that are looked for in the view.
 const CROWD: usize = 10_000;
 
 /// Least radius that is framed, m.
@@ -48,7 +48,7 @@ impl View {
         selected.or_else(|| Some(extent(stage)?.0)).unwrap_or_else(|| ray.at(SMALLEST))
     }
 
-    /// Moves the camera by a drag of so many pixels, of which a point has `pixels_per_point`.
+    /// Moves the camera by a drag of `by` pixels, of which a point has `pixels_per_point`.
     pub(crate) fn drag(&mut self, drag: Drag, by: DVec2, pixels_per_point: f32) {
         self.locked = None;
         let view = self.viewpoint();

@@ -62,8 +62,8 @@ impl View {
         Some((at + corner, at.cmpge(DVec2::ZERO).all() && at.cmple(size).all()))
     }
 
-    /// The closest thing on a ray from the camera, as drawn; what the ground hides after all that it does not. Drops of emitters
-    /// are no things.
+    /// The closest thing on a ray from the camera, as drawn; what the ground hides after all that it does not. Emitted particles
+    /// are not met.
     pub(crate) fn cast(&mut self, stage: &Stage, ray: &Ray) -> Option<Picked> {
         self.see(stage);
         let view = self.viewpoint();

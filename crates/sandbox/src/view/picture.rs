@@ -18,19 +18,26 @@ use crate::view::{View, art};
 /// The tutorial's color of the selection.
 pub(crate) const SELECTED: [f32; 4] = [0.0, 1.0, 0.0, 1.0];
 
-/// What a thing looks like that the scene did not paint.
+/// The look of a thing that the scene gave none.
 pub(crate) const PLAIN: Appearance = Appearance { color: [1.0; 3], checker: false };
 
 /// The trail of a white body, as all are that the scene did not paint.
 const TRAIL_COLOR: [f32; 3] = [1.0, 0.9, 0.4];
 
-/// How far toward white the color of any other trail is from that of its body, at least, and how light it is, at least: a dark
-/// one would not be seen on the sky.
+/// Least share of the way to white by which any other trail is paler than its body.
 const TRAIL_PALER: f32 = 0.2;
+
+/// Least lightness of a trail: darker ones vanish against the sky.
 const TRAIL_LIGHTNESS: f32 = 0.55;
 
-/// How much of the trail of a particle is seen, which is one of many.
+/// Opacity of the trails of particles, which are many.
 const TRAIL_OF_MANY: f32 = 0.3;
+
+/// Factor on the color of a body for its trail on paper.
+const PAPER_TRAIL_DARKENING: f32 = 0.6;
+
+/// Width of trails, pixels.
+const TRAIL_WIDTH_PX: f32 = 2.0;
 
 /// The color of outlines (shaders/body.wgsl).
 pub(super) const OUTLINE: [f32; 4] = [1.0, 0.87, 0.1, 1.0];
@@ -41,20 +48,25 @@ const MARK_PX: f64 = 3.0;
 /// How much of what the ground hides is still seen.
 const HIDDEN: f32 = 0.25;
 
-/// How far a body reaches into the ground before it counts as hidden there, as a share of its half height: by rounding, one at
-/// rest may.
+/// How far a body reaches into the ground before it counts as hidden there, as a share of its half height: a resting body may
+/// reach in a little through rounding.
 const BELOW: f32 = 1e-3;
 
-/// A place on the ground as seen just before it.
+/// Factor on a distance from the camera that puts a thing just in front of another.
 const NEARER: f32 = 0.999;
 
-/// How much of its limit a spring between two bodies takes.
-pub(crate) type Ratio<'a> = Option<&'a dyn Fn([Entity; 2]) -> f64>;
+/// How near the spring between two bodies is to its limit of stability: 1 at the limit.
+pub(crate) type StabilityRatio<'a> = Option<&'a dyn Fn([Entity; 2]) -> f64>;
 
 impl View {
-    /// The picture of the present state, up to what other runs and arrows add. Springs have the colors of `ratio` where there
-    /// is one; a click would select `immovable` things, too, or not.
-    pub(crate) fn begin_picture(&mut self, stage: &Stage, ratio: Ratio<'_>, immovable: bool) -> Frame {
+    /// The picture of the present state, without ghosts, arrows and trails. `ratio` colors springs; `immovable`: whether hovering
+    /// marks bodies that cannot move.
+    pub(crate) fn begin_picture(
+        &mut self,
+        stage: &Stage,
+        ratio: StabilityRatio<'_>,
+        immovable: bool,
+    ) -> Frame {
         self.see(stage);
         let eye = self.camera.position;
         let (view, own_look) = (self.viewpoint(), self.is_own_look(stage));
@@ -95,7 +107,7 @@ impl View {
         frame
     }
 
-    /// Adds arrows and trails.
+    /// Adds what is drawn over the bodies: rings where they pass through the ground, arrows, the pull, the flash of a push, trails.
     pub(crate) fn finish_picture(&mut self, stage: &Stage, frame: &mut Frame) {
         self.add_passes(stage, frame);
         self.add_arrows(stage, frame);
@@ -108,23 +120,26 @@ impl View {
 
     fn add_shapes(&self, stage: &Stage, frame: &mut Frame, hovered: Option<Entity>) {
         let mut looks = query::<&Appearance, ()>(&stage.sim().world);
-        let (own_look, has_ground) = (frame.soft, frame.ground.is_some());
+        let (own_look, has_ground) = (self.is_own_look(stage), frame.ground.is_some());
         let targets = &self.seen.targets;
         let (xs, ys, zs) = targets.positions();
         for (i, entity) in targets.entities().iter().enumerate() {
             let look = looks.get(&stage.sim().world, *entity).copied().unwrap_or(PLAIN);
             let selected = stage.here.selection == Some(*entity);
             let shape = targets.shape(i);
+            let is_marked = selected || hovered == Some(*entity);
+            // The ground is drawn in place of this body, unless it is marked.
+            if own_look && has_ground && !is_marked && self.is_ground(stage, *entity, shape) {
+                continue;
+            }
             let mut surface = if look.checker && !own_look { render::CHECKER } else { 0 };
-            if selected || hovered == Some(*entity) {
+            if is_marked {
                 surface |= render::OUTLINED;
             }
-            let color = match own_look {
-                true if has_ground && surface == 0 && self.is_ground(stage, *entity, shape) => continue,
+            let [r, g, b] = match own_look {
                 true => art::color(look, shape, is_movable(&stage.sim().world, *entity)),
                 false => look.color,
             };
-            let [r, g, b] = color;
             let instance = Instance {
                 position: [xs[i], ys[i], zs[i]],
                 surface,
@@ -142,14 +157,14 @@ impl View {
                 ys[i] - reach < ground.height_m - BELOW * reach
             });
             if is_hidden {
-                let [r, g, b, _] = if surface & render::OUTLINED == 0 { [r, g, b, 1.0] } else { OUTLINE };
+                let [r, g, b, _] = if is_marked { OUTLINE } else { [r, g, b, 1.0] };
                 let hidden = Instance { surface: 0, color: [r, g, b, HIDDEN], ..instance };
                 add_translucent(frame, shape, hidden);
             }
         }
     }
 
-    /// Single particles as discs, and the drops of emitters.
+    /// Single particles as discs, and emitted particles.
     fn add_particles(&self, stage: &Stage, frame: &mut Frame, hovered: Option<Entity>) {
         let (eye, forward) = (self.camera.position, self.viewpoint().forward());
         for Point { entity, position, radius: radius_m, velocity, color: [r, g, b], fade } in
@@ -157,25 +172,25 @@ impl View {
         {
             let depth = (*position - eye).dot(forward);
             let (position, radius_m) = ((*position - eye).as_vec3(), *radius_m);
-            // How much nearer the place on the ground is that hides the point.
-            let nearer = frame.ground.map(|ground| ground.height_m / position.y);
-            let nearer = nearer.filter(|nearer| (0.0..1.0).contains(nearer));
+            // Where the line of sight crosses the ground, as a share of the distance to the point; in 0..1 the ground hides it.
+            let crossing = frame.ground.map(|ground| ground.height_m / position.y);
+            let crossing = crossing.filter(|crossing| (0.0..1.0).contains(crossing));
             let is_marked = stage.here.selection == Some(*entity) || hovered == Some(*entity);
             let disc = |position: Vec3, radius_m: f32, [r, g, b, _]: [f32; 4], alpha: f32| Particle {
                 position: position.to_array(),
                 radius_m,
                 color: [r, g, b, alpha],
             };
-            match (fade, nearer) {
+            match (fade, crossing) {
                 (Some(fade), None) => {
                     let streak = (velocity * EXPOSURE_S).as_vec3().to_array();
                     let (position, color) = (position.to_array(), [*r, *g, *b, *fade]);
                     frame.sprites.push(Sprite { position, radius_m, streak, _pad: 0.0, color });
                 }
                 (Some(_), Some(_)) => {}
-                (None, Some(nearer)) => {
+                (None, Some(crossing)) => {
                     let color = if is_marked { OUTLINE } else { [*r, *g, *b, 1.0] };
-                    let hidden = disc(position * (nearer * NEARER), radius_m * nearer, color, HIDDEN);
+                    let hidden = disc(position * (crossing * NEARER), radius_m * crossing, color, HIDDEN);
                     frame.translucent.particles.push(hidden);
                 }
                 (None, None) => {
@@ -203,7 +218,8 @@ impl View {
         let (world, eye) = (&stage.sim().world, self.camera.position);
         for (body, points) in self.trail.until(stage.drawn_at()) {
             let color = world.get::<Appearance>(body).copied().unwrap_or(PLAIN).color;
-            let [r, g, b] = if frame.paper { color.map(|channel| 0.6 * channel) } else { trail_color(color) };
+            let dark = || color.map(|channel| PAPER_TRAIL_DARKENING * channel);
+            let [r, g, b] = if frame.paper { dark() } else { trail_color(color) };
             let seen = if world.get::<PointRadius>(body).is_some() { TRAIL_OF_MANY } else { 1.0 };
             let points = points.chain(stage.drawn_position(body));
             let count = points.clone().count();
@@ -211,7 +227,7 @@ impl View {
             let fade = |i: usize| seen * (i as f32 / count as f32).sqrt();
             for (i, (from, to)) in points.clone().zip(points.skip(1)).enumerate() {
                 let (from, to) = ((from - eye).as_vec3(), (to - eye).as_vec3());
-                frame.lines.push(Line::new(from, to, [r, g, b, fade(i + 1)], 2.0));
+                frame.lines.push(Line::new(from, to, [r, g, b, fade(i + 1)], TRAIL_WIDTH_PX));
             }
         }
     }
@@ -234,7 +250,7 @@ pub(super) struct Point {
     pub radius: f32,
     velocity: DVec3,
     color: [f32; 3],
-    /// How much of it is seen, if it is a drop of an emitter.
+    /// How much of it is seen, if it is an emitted particle.
     pub fade: Option<f32>,
 }
 
@@ -285,7 +301,7 @@ fn fades(stage: &Stage) -> Vec<Option<f32>> {
     fades
 }
 
-/// The color of the trail of a body of a color, as displayed.
+/// The displayed trail color for a body of this color.
 fn trail_color(body: [f32; 3]) -> [f32; 3] {
     if body.iter().all(|channel| *channel >= 1.0) {
         return TRAIL_COLOR;

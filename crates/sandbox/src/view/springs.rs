@@ -12,7 +12,7 @@ use scene::Appearance;
 use crate::stage::Stage;
 use crate::stage::query;
 use crate::view::View;
-use crate::view::picture::{OUTLINE, PLAIN, Ratio, SELECTED};
+use crate::view::picture::{OUTLINE, PLAIN, SELECTED, StabilityRatio};
 
 /// A spring outside the view of springs.
 const SPRING_COLOR: [f32; 4] = [0.30, 0.30, 0.34, 1.0];
@@ -20,11 +20,16 @@ const SPRING_COLOR: [f32; 4] = [0.30, 0.30, 0.34, 1.0];
 const SPRING_IN_SPACE: [f32; 4] = [0.82, 0.84, 0.88, 1.0];
 const SPRING_WIDTH_PX: f32 = 2.0;
 
-/// A spring between two bodies is a coil in the program's own look, of so many turns, each of so many lines, and so wide for its
-/// length at rest; springs of a crowd are straight.
+/// Turns of a coil, as which a spring between two bodies is drawn in the program's own look.
 const TURNS: u16 = 9;
+
+/// Lines per turn of a coil.
 const LINES_PER_TURN: u16 = 8;
+
+/// Radius of a coil, as a share of the spring's length at rest.
 const COIL_RADIUS: f64 = 0.035;
+
+/// Most springs that are drawn as coils; the springs of a scene with more are straight.
 const MOST_COILS: usize = 100;
 
 /// Strain at which a spring has its full color.
@@ -148,7 +153,7 @@ impl Drawing<'_> {
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
-    fn add(&self, frame: &mut Frame, body: &SoftBody, springs_alone: bool, ratio: Ratio<'_>) {
+    fn add(&self, frame: &mut Frame, body: &SoftBody, springs_alone: bool, ratio: StabilityRatio<'_>) {
         let pose = self.pose;
         let (radius, link_radius) = (pose.point_radius() as f32, pose.link_radius() as f32);
         if springs_alone {
@@ -195,7 +200,7 @@ impl View {
         &self,
         stage: &Stage,
         frame: &mut Frame,
-        ratio: Ratio<'_>,
+        ratio: StabilityRatio<'_>,
         hovered: Option<Entity>,
     ) {
         let mut looks = query::<(&SoftBody, Option<&Appearance>), ()>(&stage.sim().world);
@@ -213,7 +218,7 @@ impl View {
     }
 
     /// Springs between bodies; one with an end that makes it inert is not drawn.
-    pub(super) fn add_springs(&self, stage: &Stage, frame: &mut Frame, ratio: Ratio<'_>) {
+    pub(super) fn add_springs(&self, stage: &Stage, frame: &mut Frame, ratio: StabilityRatio<'_>) {
         let eye = self.camera.position;
         let mut springs = query::<&Spring, ()>(&stage.sim().world);
         let coiled = frame.soft && springs.iter(&stage.sim().world).count() <= MOST_COILS;

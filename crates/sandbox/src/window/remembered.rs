@@ -12,7 +12,7 @@ use crate::output::files::{OutputPath, write};
 /// Longest file that is read, bytes: an arrangement has a few hundred.
 const MOST: u64 = 65_536;
 
-/// So many scene files are remembered.
+/// Most scene files that are remembered.
 const MOST_FILES: usize = 12;
 
 /// How the panels are arranged.

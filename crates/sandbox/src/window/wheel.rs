@@ -20,7 +20,7 @@ impl Wheel {
         self.released = matches!(event, DeviceEvent::Button { button: 4..=7, state: ElementState::Released });
     }
 
-    /// The notches away from the person that a window with so many pixels per point was told of, if there are some.
+    /// The notches of `delta`, away from the person, in a window with `scale` pixels per point, if there are some.
     pub fn notches(&self, delta: MouseScrollDelta, scale: f64) -> Option<f64> {
         let notches = match delta {
             MouseScrollDelta::LineDelta(_, notches) => f64::from(notches),

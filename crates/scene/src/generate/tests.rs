@@ -6,7 +6,7 @@ use pick::Shape;
 use crate::parse;
 
 #[test]
-fn a_grid_has_columns_along_x_and_rows_along_z_with_x_outside() {
+fn a_grid_has_columns_along_x_and_rows_along_z_in_x_major_order() {
     let scene =
         parse("grids: [(kind: cubes, columns: 2, rows: 3, spacing_m: (2, 5), origin_m: (1, 10, -1))]");
     let places: Vec<_> = scene.bodies.iter().map(|body| body.position.to_array()).collect();
@@ -97,9 +97,9 @@ fn the_particles_of_a_ring_are_on_its_circle_and_move_along_it_about_the_axis() 
         let spoke = body.position - center;
         assert!((spoke.length() - 2.0).abs() < 1e-14 && spoke.dot(axis).abs() < 1e-14);
         assert!((body.velocity - 2.5 * axis.cross(spoke)).length() < 1e-13);
-        // A twelfth of a turn to the next one, in the direction of motion.
-        let turned = (next.position - center).dot(body.velocity) / (2.0 * 5.0);
-        assert!((turned - 0.5).abs() < 1e-14, "{turned}");
+        // The next is a twelfth of a turn ahead: sin 30° = 0.5.
+        let sine = (next.position - center).dot(body.velocity) / (2.0 * 5.0);
+        assert!((sine - 0.5).abs() < 1e-14, "{sine}");
         assert_eq!((body.shape, body.inverse_mass), (None, Some(2.0)));
     }
     assert_eq!(scene.names.iter().skip(11).collect::<Vec<_>>(), ["ring.11", "ring2.0"]);

@@ -1,11 +1,13 @@
 //! Suggestions: the known word that a misspelled one was probably meant to be.
 
+use std::fmt::Display;
+
 /// Similarity from which a word is worth suggesting: high enough that `springs` is not taken for `push`, low
 /// enough that a forgotten unit (`mass` for `mass_kg`) is seen.
 const SIMILAR: f64 = 0.8;
 
-/// The known word nearest to `word`, if any is near (Jaro and Winkler 1990). One that continues where `word` ends is
-/// nearer than any that differs: `runge_kutta_2` is short for `runge_kutta_2_heun` and not a slip of the 4.
+/// The known word nearest to `word`, if any is near (Jaro and Winkler 1990). Among the near ones, a candidate that begins with
+/// `word` always wins: `runge_kutta_2` means `runge_kutta_2_heun`, not `runge_kutta_4` with a typo.
 #[must_use]
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let rated = known.into_iter().map(|candidate| (strsim::jaro_winkler(word, candidate), candidate));
@@ -16,8 +18,9 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     best.map(|(_, candidate)| candidate)
 }
 
-/// A guess at what was meant, before the rest of a cure.
-pub(crate) fn did_you_mean(near: Option<&str>) -> String {
+/// A guess at what was meant, before the rest of a cure; empty for none.
+#[must_use]
+pub fn did_you_mean(near: Option<impl Display>) -> String {
     near.map(|near| format!("did you mean {near}? ")).unwrap_or_default()
 }
 

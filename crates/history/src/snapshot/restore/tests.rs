@@ -18,7 +18,7 @@ fn snapshot() -> Snapshot {
     simulation.snapshot()
 }
 
-type State = snapshot::Snapshot<u32, Runs>;
+type State = snapshot::Snapshot<u32, IdRanges>;
 
 /// The error for the snapshot after `change`; `None` if it can be restored and simulates two ticks.
 fn said(change: impl FnOnce(&mut State)) -> Option<&'static str> {
@@ -41,12 +41,12 @@ fn one_of_a_world_is_taken() {
 #[test]
 fn empty_runs_are_refused() {
     let things = Some("it has things that the scene lacks");
-    assert_eq!(said(|s| s.things = Runs(vec![[1, 0], [0, 2]])), things);
-    assert_eq!(said(|s| s.things = Runs(vec![[0, 2], [2, 0]])), things);
+    assert_eq!(said(|s| s.things = IdRanges(vec![[1, 0], [0, 2]])), things);
+    assert_eq!(said(|s| s.things = IdRanges(vec![[0, 2], [2, 0]])), things);
     let bodies = Some("it has bodies that the scene lacks");
-    assert_eq!(said(|s| s.bodies = Runs(vec![[1, 1], [0, 0], [0, 1]])), bodies);
+    assert_eq!(said(|s| s.bodies = IdRanges(vec![[1, 1], [0, 0], [0, 1]])), bodies);
     // The ids are the same when they are split into other runs.
-    assert_eq!(said(|s| s.things = Runs(vec![[0, 1], [1, 1]])), None);
+    assert_eq!(said(|s| s.things = IdRanges(vec![[0, 1], [1, 1]])), None);
 }
 
 #[test]

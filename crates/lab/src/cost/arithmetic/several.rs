@@ -1,4 +1,4 @@
-//! Springs between the bodies of a group, in a loop over groups: several bodies are one state.
+//! Groups of bodies joined by springs, integrated in a loop; the state of a group is one value.
 
 use std::array::from_fn;
 use std::marker::PhantomData;
@@ -15,7 +15,7 @@ use crate::cost::runner::{Runner, Sample};
 use crate::run::movable;
 
 /// The springs of a group of `N` bodies.
-pub(crate) trait Net<const N: usize>: Copy + Send + 'static {
+pub(crate) trait Springs<const N: usize>: Copy + Send + 'static {
     /// Masses, kg.
     const MASSES: [f64; N];
     /// The bodies that each spring joins, its stiffness, N/m, and its rest length, m.
@@ -54,14 +54,14 @@ impl<const N: usize> Mul<f64> for Several<N> {
 }
 
 /// The field of one group.
-struct Group<F, const N: usize> {
+struct Group<S, const N: usize> {
     h: f64,
     counts: Counts,
     unconverged: u64,
-    net: PhantomData<F>,
+    springs: PhantomData<S>,
 }
 
-impl<F: Net<N>, const N: usize> Field for Group<F, N> {
+impl<S: Springs<N>, const N: usize> Field for Group<S, N> {
     type Space = Several<N>;
 
     #[inline(always)]
@@ -73,13 +73,13 @@ impl<F: Net<N>, const N: usize> Field for Group<F, N> {
     fn laws(&mut self, _: f64, Several(x): Self::Space, _: Self::Space) -> Self::Space {
         self.counts.accelerations += N as u64;
         let mut forces = [DVec3::ZERO; N];
-        for ([a, b], stiffness, rest_length) in F::SPRINGS {
+        for ([a, b], stiffness, rest_length) in S::SPRINGS {
             let d = x[*b] - x[*a];
             let stretch = 1.0 - rest_length * d.dot(d).sqrt().recip();
             let pull = d * (stiffness * stretch);
             (forces[*a], forces[*b]) = (forces[*a] + pull, forces[*b] - pull);
         }
-        Several(from_fn(|k| forces[k] * (1.0 / F::MASSES[k])))
+        Several(from_fn(|k| forces[k] * (1.0 / S::MASSES[k])))
     }
 
     #[inline(always)]
@@ -102,7 +102,7 @@ impl<F: Net<N>, const N: usize> Field for Group<F, N> {
     }
 }
 
-impl<F: Net<N>, const N: usize> NewtonField for Group<F, N> {
+impl<S: Springs<N>, const N: usize> NewtonField for Group<S, N> {
     fn linear_rate(&self) -> Option<f64> {
         None
     }
@@ -112,14 +112,14 @@ impl<F: Net<N>, const N: usize> NewtonField for Group<F, N> {
         for (k, row) in matrix.iter_mut().enumerate() {
             row[k] = DMat3::IDENTITY;
         }
-        for ([a, b], stiffness, rest_length) in F::SPRINGS {
+        for ([a, b], stiffness, rest_length) in S::SPRINGS {
             let d = x[*b] - x[*a];
             let (n, taut) = (d.normalize(), 1.0 - rest_length / d.length());
             let along = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
             let stiff = (along + (DMat3::IDENTITY - along) * taut) * (stiffness * self.h * self.h);
             for [from, to] in [[*a, *b], [*b, *a]] {
-                matrix[from][from] += stiff * (1.0 / F::MASSES[from]);
-                matrix[from][to] -= stiff * (1.0 / F::MASSES[from]);
+                matrix[from][from] += stiff * (1.0 / S::MASSES[from]);
+                matrix[from][to] -= stiff * (1.0 / S::MASSES[from]);
             }
         }
         Several(eliminate(matrix, residual.0))
@@ -135,8 +135,8 @@ impl<F: Net<N>, const N: usize> NewtonField for Group<F, N> {
     }
 }
 
-/// Solves the equations of blocks by Gauss's elimination: their matrix is that of a stable step, near 1. Not inlined, so that
-/// the code of explicit steps does not depend on it.
+/// Solves the equations of blocks by Gaussian elimination. No pivoting: for a stable step the matrix is near the identity. Not
+/// inlined, so that the code of explicit steps does not depend on it.
 #[inline(never)]
 fn eliminate<const N: usize>(mut matrix: [[DMat3; N]; N], mut right: [DVec3; N]) -> [DVec3; N] {
     for pivot in 0..N {
@@ -156,24 +156,24 @@ fn eliminate<const N: usize>(mut matrix: [[DMat3; N]; N], mut right: [DVec3; N])
 }
 
 /// Groups in an array.
-struct Groups<F, const N: usize> {
-    field: Group<F, N>,
+struct Groups<S, const N: usize> {
+    field: Group<S, N>,
     method: Method,
     substeps: u32,
     ids: Vec<u32>,
     /// Position, velocity and last acceleration of each group.
     states: Vec<[Several<N>; 3]>,
-    has_a: bool,
+    has_last_acceleration: bool,
     /// Length of the last step, s; 0 at the start.
     last_step: f64,
 }
 
-/// The run of `scene`, copies of a group with the springs of `F`, in a loop.
-pub(crate) fn run_groups<F: Net<N>, const N: usize>(scene: &Scene, setting: Setting) -> Box<dyn Runner> {
-    Box::new(Groups::<F, N>::new(scene, setting))
+/// The run of `scene`, copies of a group with the springs of `S`, in a loop.
+pub(crate) fn run_groups<S: Springs<N>, const N: usize>(scene: &Scene, setting: Setting) -> Box<dyn Runner> {
+    Box::new(Groups::<S, N>::new(scene, setting))
 }
 
-impl<F: Net<N>, const N: usize> Groups<F, N> {
+impl<S: Springs<N>, const N: usize> Groups<S, N> {
     fn new(scene: &Scene, setting: Setting) -> Self {
         let bodies: Vec<_> = movable(scene).collect();
         let group = |bodies: &[(u32, &scene::BodySpec)]| {
@@ -185,34 +185,34 @@ impl<F: Net<N>, const N: usize> Groups<F, N> {
                 h: 1.0 / (scene.step_hz * f64::from(setting.substeps)),
                 counts: Counts::default(),
                 unconverged: 0,
-                net: PhantomData,
+                springs: PhantomData,
             },
             method: setting.method,
             substeps: setting.substeps,
             states: bodies.chunks_exact(N).map(group).collect(),
             ids: bodies.into_iter().map(|(id, _)| id).collect(),
-            has_a: false,
+            has_last_acceleration: false,
             last_step: 0.0,
         }
     }
 }
 
-impl<F: Net<N>, const N: usize> Steps for Groups<F, N> {
+impl<S: Springs<N>, const N: usize> Steps for Groups<S, N> {
     fn step<M: Integrator>(&mut self) {
         let caches = M::STATE == MethodStateKind::LastAcceleration;
         for _ in 0..self.substeps {
             for [x, v, a] in &mut self.states {
-                let start = (caches && self.has_a).then_some(*a);
+                let start = (caches && self.has_last_acceleration).then_some(*a);
                 let mut state = StepState { last_step: self.last_step, start };
                 (*x, *v) = M::step(&mut self.field, *x, *v, &mut state);
                 *a = state.start.unwrap_or(*a);
             }
-            (self.has_a, self.last_step) = (caches, self.field.h);
+            (self.has_last_acceleration, self.last_step) = (caches, self.field.h);
         }
     }
 }
 
-impl<F: Net<N>, const N: usize> Runner for Groups<F, N> {
+impl<S: Springs<N>, const N: usize> Runner for Groups<S, N> {
     fn tick(&mut self) {
         step_by(self.method, self);
     }

@@ -27,7 +27,7 @@ const REPEAT_EVERY_S: f64 = 0.05;
 /// pressed.
 const PAUSE: Vec2 = Vec2::new(72.0, 0.0);
 
-/// From so many points of width on, the last buttons have words beside their icons: with them, a narrower bar would take two rows.
+/// Least width, points, at which the last buttons have words beside their icons: with them, a narrower bar would take two rows.
 const ROOM_FOR_WORDS: f32 = 1400.0;
 
 /// Width of the list of methods, points.

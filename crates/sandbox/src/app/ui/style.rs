@@ -64,7 +64,7 @@ impl Ui {
         self.context.set_theme(theme);
     }
 
-    /// Goes so many sizes up or down, as far as there is room; the size now, as a multiple of the usual one.
+    /// Goes `steps` sizes up or down, as far as there is room. Returns the size now, as a multiple of the usual one.
     pub fn zoom_by(&mut self, steps: isize) -> f32 {
         let (before, zoom) = (self.pixels_per_point(), self.zoom);
         self.zoom = zoom.saturating_add_signed(steps).min(ZOOMS.len() - 1);

@@ -8,7 +8,7 @@ use lab::lesson::{Quantities, run_lesson, runs_seconds};
 use render::Image;
 use report::numbers::digits;
 use scene::lesson::{Goal, Lesson, Measure, Quantity, beside};
-use scene::{Action, Script, Step, StepKind, When, nearest};
+use scene::{Action, Script, Step, StepKind, When, did_you_mean, nearest};
 
 use crate::actions::{Act, key_of_word};
 use crate::app::focus::pointable;
@@ -32,8 +32,10 @@ const FPS: f64 = 60.0;
 /// Simulated seconds in which a solution has to do its step.
 const PATIENCE_S: f64 = 20.0;
 
-/// Least simulated seconds after which a wrong way did not do it, and so many times as long as the solution took.
+/// Least simulated seconds after which a wrong way did not do it.
 const WRONG_S: f64 = 3.0;
+
+/// How many times as long as the solution took a wrong way is tried, at least.
 const LONGER: f64 = 1.2;
 
 /// Seconds after which a step has begun.
@@ -372,11 +374,8 @@ fn check_names(lesson: &Lesson) -> Result<(), Failure> {
         if let Some(name) = step.point_at.as_deref().filter(|name| scene.names.find(name).is_none())
             && !pointable().any(|control| control == name)
         {
-            let near = nearest(name, pointable()).map(|near| format!("did you mean \"{near}\"? "));
-            let cure = format!(
-                "{}name a body, or a control as it is written on the screen",
-                near.unwrap_or_default()
-            );
+            let guess = did_you_mean(nearest(name, pointable()).map(|near| format!("\"{near}\"")));
+            let cure = format!("{guess}name a body, or a control as it is written on the screen");
             return wrong(format!("steps[{i}].point_at"), format!("there is no \"{name}\"; {cure}"));
         }
         for (path, action) in step.goal.actions() {

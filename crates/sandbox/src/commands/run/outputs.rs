@@ -278,7 +278,7 @@ fn steps_left(args: &RunArgs, session: &Session) -> Option<String> {
     ))
 }
 
-/// How the run ended, in which so many particles of swarms failed.
+/// How the run ended, in which `failed` particles of swarms failed.
 fn verdict(args: &RunArgs, session: &Session, failed: u64) -> Result<(), Failure> {
     let quarantined = session.stage.all_quarantined();
     if let Some(first) = quarantined.first() {

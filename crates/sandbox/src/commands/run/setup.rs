@@ -185,7 +185,7 @@ fn goes_back(script: &Script) -> bool {
 /// Whether a script presses the key of one of `acts`.
 fn presses(script: &Script, acts: &[Act]) -> bool {
     let mut keys = script.steps.iter().filter_map(|step| step.action.key());
-    keys.any(|word| actions::is_one_of(word, acts))
+    keys.any(|word| actions::presses_one_of(word, acts))
 }
 
 /// When frames end.
@@ -254,7 +254,7 @@ fn check_film(path: &Path, ends: &FrameEnds) -> Result<(), Failure> {
     Err(Failure::Usage(format!("{what}; give another --fps, or --frames for single pictures")))
 }
 
-/// Nanoseconds that a pixel of a picture takes some: drawn in software, compressed and written.
+/// Approximate nanoseconds that a pixel of a picture takes: drawn in software, compressed and written.
 const PIXEL: f64 = 150.0;
 
 fn picture_seconds([width, height]: [u32; 2]) -> f64 {

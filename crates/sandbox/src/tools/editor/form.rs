@@ -82,7 +82,7 @@ pub(super) struct Form {
     root: Vec<Field>,
     lists: HashMap<&'static str, usize>,
     titles: HashMap<String, String>,
-    /// So many layouts more take nothing: what was being typed is canceled.
+    /// Layouts to come that take nothing: what was being typed is canceled.
     canceled: u8,
 }
 

@@ -57,7 +57,7 @@ fn arrows(stage: &Stage, view: &View) -> Option<(DVec3, f64)> {
 }
 
 impl Handle {
-    /// The arrow within so many pixels of the pointer.
+    /// The arrow within `near_px` pixels of the pointer.
     pub fn under_pointer(stage: &Stage, view: &View, near_px: f64) -> Option<Self> {
         let (from, length) = arrows(stage, view)?;
         let pointer = view.pointer;

@@ -85,7 +85,7 @@ pub(super) const PARTS: [Part; 8] = [
     }),
 ];
 
-/// The color of what is added next, where so many entries are there.
+/// The color of what is added next to a scene with `entries` entries.
 pub(super) const fn color(entries: usize) -> &'static str {
     COLORS[entries % COLORS.len()]
 }
@@ -96,7 +96,7 @@ pub(super) fn spring(between: [&str; 2], reduced_mass: f64, substep: f64) -> Str
     format!("(between: ({:?}, {:?}), {})", between[0], between[1], springs(&place, reduced_mass, 1.0))
 }
 
-/// Stiffness and damping for points of so many kilograms: as stiff as a substep stands where the fastest mode has `factor` times
+/// Stiffness and damping for points of `mass` kilograms: as stiff as a substep stands where the fastest mode has `factor` times
 /// k / m, with a tenth of critical damping.
 fn springs(place: &Place, mass: f64, factor: f64) -> String {
     let stiffness = rounded(mass * (PHASE / place.substep).powi(2) / factor, 2);

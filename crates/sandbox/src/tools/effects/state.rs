@@ -39,7 +39,7 @@ impl Effects {
     /// those since the last look, times those of the last measurement.
     pub fn receipt(&mut self, stage: &mut Stage, view: &View) -> Vec<ReceiptLine> {
         self.look_at_rates(stage);
-        let mut rows = lab::look(stage.sim_mut());
+        let mut rows = lab::receipt_without_running(stage.sim_mut());
         rows.extend(picture_rows(stage, view));
         for row in &mut rows {
             if let Some(by) = row.effect.and_then(|effect| stage.switched.get(&effect)) {

@@ -123,7 +123,7 @@ fn distances(row: &GhostRow, words: Words) -> [String; 3] {
     [now, written(row.largest), written(row.rms)]
 }
 
-/// Points from side to side of the table with so many distances.
+/// Width of the table with this many columns of distances, points.
 fn width(ui: &Ui, rows: &[GhostRow], words: Words, numbers: usize) -> f32 {
     let font = TextStyle::Body.resolve(ui.style());
     let of = |text: String| ui.painter().layout_no_wrap(text, font.clone(), Color32::WHITE).size().x;

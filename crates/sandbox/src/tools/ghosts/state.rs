@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
-use history::{Distances, DistancesSoFar, Failure, Simulation, Twin};
+use history::{Distances, DistancesSoFar, FirstQuarantine, Simulation, Twin};
 use motion::{Method, PreviousPosition, SoftBody, Transform};
 use report::{Ink, ink};
 use scene::{FileIndex, unsolvable};
@@ -300,7 +300,7 @@ impl Ghosts {
     }
 }
 
-fn words_of(stage: &Stage, failure: Failure) -> String {
+fn words_of(stage: &Stage, failure: FirstQuarantine) -> String {
     let (body, time) = (failure.name(&stage.sim().scene), stage.times().words(failure.tick));
     format!("{body} was quarantined at {time}: {}", failure.cause.what())
 }

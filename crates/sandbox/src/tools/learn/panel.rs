@@ -29,7 +29,7 @@ static LESSONS: LazyLock<Vec<Arc<Lesson>>> = LazyLock::new(|| {
 
 /// Lays out the open lesson, or the list of lessons.
 pub(super) fn show(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
-    // A window is as high as what is in it.
+    // A window sizes itself to its content; the strip has a fixed height and scrolls.
     if desk.dock_width.is_none() {
         return show_all(ui, learn, desk);
     }
@@ -45,6 +45,9 @@ fn show_all(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
             running(ui, learn, (&lesson, step, lesson.steps.get(step)), desk);
         }
         None => list(ui, learn, desk),
+    }
+    if let Some(fault) = &learn.fault {
+        ui.colored_label(ui.visuals().error_fg_color, fault);
     }
 }
 
@@ -68,12 +71,9 @@ fn list(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
             desk.intents.push(Intent::Act(Act::Panel(Panel::Learn)));
         }
     });
-    if let Some(fault) = &learn.fault {
-        ui.colored_label(ui.visuals().error_fg_color, fault);
-    }
 }
 
-/// Opens `lesson` and its scene.
+/// Opens `lesson` and its scene. Blocks the window while the runs of the lesson are simulated.
 fn open(learn: &mut Learn, lesson: &Arc<Lesson>, intents: &mut Vec<Intent>) {
     match run_lesson(lesson, 1.0) {
         Ok(of_runs) => {
@@ -110,11 +110,11 @@ fn running(
             }
         });
     });
-    let [said, refused] = learn.said().map(|words| words.map(str::to_owned));
-    if let Some(said) = said {
-        match learn.held() {
-            true => ui.label(RichText::new(format!("✔ {said}")).color(ui.visuals().hyperlink_color)),
-            false => ui.colored_label(ui.visuals().warn_fg_color, said),
+    let rejection = learn.rejection().map(str::to_owned);
+    if let Some(verdict) = learn.verdict() {
+        match learn.claim_held() {
+            true => ui.label(RichText::new(format!("✔ {verdict}")).color(ui.visuals().hyperlink_color)),
+            false => ui.colored_label(ui.visuals().warn_fg_color, verdict),
         };
     }
     let Some(step) = step else { return at_end(ui, learn, lesson, desk.intents) };
@@ -148,7 +148,7 @@ fn running(
                 if (ui.button("Answer").clicked() || enter) && !typed.trim().is_empty() {
                     learn.answer(&typed);
                 }
-                refusal(ui, refused.as_deref());
+                show_rejection(ui, rejection.as_deref());
             });
         }
         Goal::Choice { choices, .. } => {
@@ -158,21 +158,21 @@ fn running(
                         learn.answer(say);
                     }
                 }
-                refusal(ui, refused.as_deref());
+                show_rejection(ui, rejection.as_deref());
             });
         }
     }
 }
 
-fn refusal(ui: &mut Ui, refused: Option<&str>) {
-    if let Some(refused) = refused {
-        ui.colored_label(ui.visuals().warn_fg_color, refused);
+fn show_rejection(ui: &mut Ui, rejection: Option<&str>) {
+    if let Some(rejection) = rejection {
+        ui.colored_label(ui.visuals().warn_fg_color, rejection);
     }
 }
 
 fn at_end(ui: &mut Ui, learn: &mut Learn, lesson: &Lesson, intents: &mut Vec<Intent>) {
     if learn.skipped() {
-        ui.label("A step was skipped: the lesson gets its tick when all of them are done in one go.");
+        ui.label("A step was skipped: the lesson is marked ✔ when all steps are done in one go.");
     }
     let here = LESSONS.iter().position(|other| other.name == lesson.name);
     ui.horizontal(|ui| {
@@ -186,7 +186,7 @@ fn at_end(ui: &mut Ui, learn: &mut Learn, lesson: &Lesson, intents: &mut Vec<Int
     });
 }
 
-/// Lays out the card of the first start, whose lower edge has its middle at `place`.
+/// Lays out the card of the first start, with the middle of its lower edge at `place`.
 pub(crate) fn welcome(context: &Context, place: Pos2, learn: &mut Learn, intents: &mut Vec<Intent>) {
     let mut stays = true;
     let card = Window::new("Welcome").collapsible(false).resizable(false).open(&mut stays);

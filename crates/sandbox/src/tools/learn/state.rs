@@ -44,13 +44,13 @@ struct Running {
     /// What is measured of the screen, since the step began or the person changed the run.
     of_screen: Quantities,
     /// What was said at the end of the step before.
-    said: Option<String>,
+    verdict: Option<String>,
     /// Whether what that step claims was true.
-    held: bool,
+    claim_held: bool,
     /// Whether a step was skipped.
     skipped: bool,
     /// What is said of the last answer, if it was not right.
-    refused: Option<String>,
+    rejection: Option<String>,
     /// What the step begins with, until it is done.
     begin: Vec<Begin>,
     /// The changes of the run that were seen.
@@ -99,10 +99,10 @@ impl Learn {
             step: 0,
             of_runs,
             of_screen: Quantities::default(),
-            said: None,
-            held: true,
+            verdict: None,
+            claim_held: true,
             skipped: false,
-            refused: None,
+            rejection: None,
             begin: Vec::new(),
             interventions: 0,
             since: None,
@@ -132,32 +132,32 @@ impl Learn {
     }
 
     /// Whether the last step came out as it claims.
-    pub fn held(&self) -> bool {
-        self.running.as_ref().is_none_or(|running| running.held)
+    pub fn claim_held(&self) -> bool {
+        self.running.as_ref().is_none_or(|running| running.claim_held)
     }
 
-    /// What was said at the end of the last step, and of an answer that was refused.
-    pub fn said(&self) -> [Option<&str>; 2] {
-        let running = self.running.as_ref();
-        [
-            running.and_then(|running| running.said.as_deref()),
-            running.and_then(|running| running.refused.as_deref()),
-        ]
+    /// What was said at the end of the last step.
+    pub fn verdict(&self) -> Option<&str> {
+        self.running.as_ref()?.verdict.as_deref()
+    }
+
+    /// Why the last answer was not right.
+    pub fn rejection(&self) -> Option<&str> {
+        self.running.as_ref()?.rejection.as_deref()
     }
 
     /// What was said last and what to do, in a caption.
     pub fn caption(&self) -> Option<String> {
         let (.., step) = self.lesson()?;
-        let [said, _] = self.said();
         let task = step.map(|step| step.task.as_str());
-        Some(said.into_iter().chain(task).collect::<Vec<_>>().join(" "))
+        Some(self.verdict().into_iter().chain(task).collect::<Vec<_>>().join(" "))
     }
 
     /// Progress in it.
     pub fn state(&self) -> Option<LessonState> {
         let running = self.running.as_ref()?;
-        let (name, said) = (running.lesson.name.clone(), running.said.clone());
-        Some(LessonState { name, step: running.step, said, holds: running.held })
+        let (name, said) = (running.lesson.name.clone(), running.verdict.clone());
+        Some(LessonState { name, step: running.step, said, holds: running.claim_held })
     }
 
     /// The control or body at which the present step points.
@@ -238,7 +238,7 @@ impl Learn {
     pub fn take_begin(&mut self, stage: &Stage, now: f64) -> Vec<Begin> {
         let begins = self.shown && self.is_at_home(stage);
         let lingers = |running: &Running| {
-            running.said.is_some() && running.since.is_none_or(|since| now - since < LINGER_S)
+            running.verdict.is_some() && running.since.is_none_or(|since| now - since < LINGER_S)
         };
         let running = self.running.as_mut().filter(|running| begins && !lingers(running));
         running.map(|running| std::mem::take(&mut running.begin)).unwrap_or_default()
@@ -279,7 +279,7 @@ impl Learn {
         if right {
             self.go_on();
         } else if let Some(running) = &mut self.running {
-            running.refused = Some(running.refusal(text.trim()));
+            running.rejection = Some(running.refusal(text.trim()));
         }
         right
     }
@@ -293,14 +293,14 @@ impl Learn {
         let Some(running) = &mut self.running else { return };
         let Some(step) = running.lesson.steps.get(running.step) else { return };
         let said = step.then.filled(|name| running.value(name), in_words);
-        running.held = skips || step.holds.as_ref().is_none_or(|holds| running.holds(holds));
+        running.claim_held = skips || step.holds.as_ref().is_none_or(|holds| running.holds(holds));
         // What is not true is not said, and that is. Nothing was measured of what was skipped.
         let unlike = || {
             let missing = step.holds.as_ref().map(|holds| running.missing(holds)).unwrap_or_default();
             let why = if missing.is_empty() { missing } else { format!(" ({missing})") };
             format!("It did not come out as usual this time{why}. Previous lets you try again.")
         };
-        running.said = match running.held {
+        running.verdict = match running.claim_held {
             true => Some(said).filter(|said| !said.is_empty() && !skips),
             false => Some(unlike()),
         };
@@ -322,8 +322,8 @@ impl Learn {
     /// Goes back to the step before. One that did not come out as usual begins with a reset, so that it can be tried again.
     pub fn go_back(&mut self) {
         if let Some(running) = &mut self.running {
-            let again = !running.held;
-            (running.said, running.held) = (None, true);
+            let again = !running.claim_held;
+            (running.verdict, running.claim_held) = (None, true);
             running.go_to(running.step.saturating_sub(1));
             if again && running.begin.is_empty() {
                 running.begin = vec![Begin::Reset, Begin::Play];
@@ -334,7 +334,7 @@ impl Learn {
 
 impl Running {
     fn go_to(&mut self, number: usize) {
-        (self.step, self.refused, self.since, self.acted) = (number, None, None, false);
+        (self.step, self.rejection, self.since, self.acted) = (number, None, None, false);
         // At the end the last sentence keeps its numbers.
         if let Some(step) = self.lesson.steps.get(number) {
             self.begin.clone_from(&step.begin);

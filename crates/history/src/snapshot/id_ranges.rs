@@ -1,24 +1,24 @@
-//! Lists of stable ids as runs of consecutive ones.
+//! Lists of stable ids as ranges of consecutive ones.
 
 use serde::{Deserialize, Serialize};
 
 use scene::lists::{list, list_bytes};
 
-/// Stable ids in their order, as runs: the first id of each, and its length.
+/// Stable ids in their order, as ranges: the first id of each, and its length.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Runs(#[serde(deserialize_with = "list")] pub Vec<[u32; 2]>);
+pub(crate) struct IdRanges(#[serde(deserialize_with = "list")] pub Vec<[u32; 2]>);
 
-impl Runs {
-    /// The runs of `ids`.
+impl IdRanges {
+    /// The ranges of `ids`.
     pub fn of(ids: impl IntoIterator<Item = u32>) -> Self {
-        let mut runs: Vec<[u32; 2]> = Vec::new();
+        let mut ranges: Vec<[u32; 2]> = Vec::new();
         for id in ids {
-            match runs.last_mut() {
+            match ranges.last_mut() {
                 Some([first, count]) if first.checked_add(*count) == Some(id) => *count += 1,
-                _ => runs.push([id, 1]),
+                _ => ranges.push([id, 1]),
             }
         }
-        Self(runs)
+        Self(ranges)
     }
 
     /// The ids.
@@ -26,7 +26,7 @@ impl Runs {
         self.0.iter().flat_map(|[first, count]| *first..first.saturating_add(*count))
     }
 
-    /// The ids, if there are at most `count`, each is below it, and no run is empty.
+    /// The ids, if there are at most `count`, each is below it, and no range is empty.
     pub fn below(&self, count: usize) -> Option<Vec<u32>> {
         let mut all = Vec::new();
         for [first, length] in &self.0 {
