@@ -31,7 +31,7 @@ struct Pass {
     at: DVec3,
     /// Radius of the body, m.
     radius: f64,
-    /// s of simulated time.
+    /// Time of the pass, s of simulated time.
     time: f64,
 }
 

@@ -71,7 +71,7 @@ pub(super) struct Period {
     pub from: f64,
     /// Time of the scene at the end of the period, s.
     pub to: f64,
-    /// J.
+    /// Residual, J.
     pub residual: f64,
     /// The residual as a fraction of the larger of the energy at the start and the peak kinetic energy.
     pub share: f64,
