@@ -159,7 +159,7 @@ pub enum Input {
     Act(Action),
 }
 
-/// What switched an effect.
+/// The cause of the switch of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SwitchedBy {
     /// The key G.

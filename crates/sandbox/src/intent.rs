@@ -19,7 +19,7 @@ pub(crate) enum Intent {
     Change(Change, SwitchedBy),
     /// Use a method and substeps that a panel offers.
     ApplySetting(Setting),
-    /// Simulate so many seconds per second.
+    /// Simulate this many seconds per second.
     Pace(f64),
     /// Go to the end of that tick.
     Seek(u64),
@@ -41,7 +41,7 @@ pub(crate) enum Intent {
     Answer(Answer),
 }
 
-/// What a person is asked before anything else.
+/// A question to the person, asked before anything else.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Question {
     /// What to do with unsaved changes that this order would lose.
@@ -53,7 +53,7 @@ pub(crate) enum Question {
     Deleting { name: String, entry: Entry, alone: Option<u32> },
 }
 
-/// What a person answers to a question.
+/// The answer of the person to a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Answer {
     Save,

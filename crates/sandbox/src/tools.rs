@@ -186,7 +186,7 @@ impl Tools {
         self.cost.progress()
     }
 
-    /// How far the open lesson has come.
+    /// Progress in the open lesson.
     #[must_use]
     pub fn lesson(&self) -> Option<LessonState> {
         self.learn.state()

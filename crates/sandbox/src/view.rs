@@ -36,7 +36,7 @@ use crate::stage::Stage;
 use crate::stage::options::Words;
 use crate::stage::things::Thing;
 
-/// What the pointer is for.
+/// The use of the pointer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
     /// The mouse turns the camera, keys fly it, the pointer is grabbed.
@@ -46,7 +46,7 @@ pub enum Mode {
     Selection,
 }
 
-/// What the window shell measured; a headless run has none, so that its pictures depend on nothing but input.
+/// Measurements of the window shell. A headless run has none, so that its pictures depend on nothing but input.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Measured {
     /// Frames per second.
@@ -88,7 +88,7 @@ pub struct View {
     pub(crate) trails: bool,
     /// Scale of force arrows, N per m, while they are drawn.
     pub(crate) force_scale: Option<f64>,
-    /// The causes of those arrows.
+    /// The causes of the force arrows that are drawn.
     pub(crate) force_causes: Vec<&'static str>,
     /// A push by a click, while it is shown.
     pub(crate) flash: Option<Flash>,

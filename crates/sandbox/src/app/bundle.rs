@@ -33,7 +33,7 @@ impl Repetition {
         self.first_different_tick.is_none() && self.same_fault
     }
 
-    /// What differs from `then`, as clauses.
+    /// The differences from `then`, as clauses.
     #[must_use]
     pub fn differences(&self, then: &Manifest) -> Vec<String> {
         let mut differences = Vec::new();

@@ -63,7 +63,7 @@ impl DockWidth {
     }
 }
 
-/// What a person opened and typed in the cockpit.
+/// The state of the cockpit: what a person opened and typed.
 pub(crate) struct Cockpit {
     pub shown: bool,
     browser: Browser,
@@ -77,7 +77,7 @@ pub(crate) struct Cockpit {
     dock_width: DockWidth,
     /// The part that gets the keyboard in the next layout.
     pub focuses: Option<Part>,
-    /// Where each part is in the last layout.
+    /// Place of each part in the last layout.
     parts: Vec<(Part, Rect)>,
     fault: FaultBar,
     /// The panels that were open in the last layout.
@@ -117,7 +117,7 @@ impl Cockpit {
         parts.next()
     }
 
-    /// Where the dock begins, if it is open.
+    /// Left edge of the dock, points, if it is open.
     pub fn dock_left(&self) -> Option<f32> {
         self.parts.iter().find(|(part, _)| *part == Part::Dock).map(|(_, rect)| rect.left())
     }

@@ -35,7 +35,7 @@ pub(crate) struct Hands {
     clicked: Option<(f64, DVec2)>,
     /// How the pointer moves the camera while a button is down.
     drag: Option<Drag>,
-    /// Where the left button went down, pixels, and on what, until the press becomes a click or a pull.
+    /// Place of the press of the left button, pixels, and the pull that it may become, until it is a click or a pull.
     pressed: Option<(DVec2, Pull)>,
 }
 

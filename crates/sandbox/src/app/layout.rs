@@ -145,7 +145,7 @@ fn ask(context: &egui::Context, question: &Question, scene: &str, file: &str) ->
     asked.inner.map(Intent::Answer)
 }
 
-/// Left, top, width and height of `rect`, of which a point has `scale` pixels.
+/// Left, top, width and height of `rect`, pixels; a point has `scale` pixels.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "pixels of a picture")]
 fn pixels(rect: Rect, scale: f32) -> [u32; 4] {
     let [left, top, right, bottom] = [rect.left(), rect.top(), rect.right(), rect.bottom()]

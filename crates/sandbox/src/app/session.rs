@@ -77,13 +77,13 @@ impl Session {
         }
     }
 
-    /// One frame: everything but pixels.
+    /// Does one frame: everything but pixels.
     pub fn frame(&mut self, input: &InputFrame, time: FrameTime) -> render::Frame {
         self.advance(input, time);
         self.picture()
     }
 
-    /// One frame without the picture: input, ticks, camera, panels.
+    /// Does one frame without the picture: input, ticks, camera, panels.
     pub fn advance(&mut self, input: &InputFrame, time: FrameTime) {
         self.advance_watched(input, time, &mut |_, _| ControlFlow::Continue(()));
     }

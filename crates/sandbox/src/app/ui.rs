@@ -18,9 +18,9 @@ const FAR: f64 = 1e6;
 /// A button, a field or words on the screen, as assistive technology names it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Control {
-    /// What kind of control it is, by AccessKit's name.
+    /// Kind of the control, by AccessKit's name.
     pub role: String,
-    /// What it says.
+    /// Words of the control.
     pub name: String,
     /// Left, top, right and bottom, pixels.
     pub rect_px: [f64; 4],
@@ -149,7 +149,7 @@ impl Ui {
 
     /// Whether the pointer is over a panel or drags something of it.
     pub fn wants_pointer(&self) -> bool {
-        // Where the pointer is now, not where the last layout saw it: it may have moved in this very frame.
+        // By the current pointer, not by that of the last layout: it may have moved in this very frame.
         let layer = self.context.layer_id_at(self.pointer);
         let over = layer.is_some_and(|layer| layer.order != egui::Order::Background);
         self.any_open()

@@ -260,7 +260,7 @@ fn command(args: &CostArgs) -> String {
     command
 }
 
-/// Where a report, or a part of one, is written.
+/// The place where a report, or a part of one, is written.
 struct Target<'a> {
     folder: Option<&'a Path>,
     part: Option<Part>,

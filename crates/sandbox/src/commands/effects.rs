@@ -1,4 +1,4 @@
-//! What `sandbox effects` and `sandbox ablate` print.
+//! The output of `sandbox effects` and `sandbox ablate`.
 
 use clap::Args;
 use lab::duration::tick_seconds;
@@ -53,7 +53,7 @@ fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
     let watch = lab::watch_time(&scene);
     let mut session = Session::new(scene, Options::default());
     session.view.see(&session.stage);
-    // As the window does, which has a row for it.
+    // The window keeps a timeline, too.
     session.stage.keep_timeline();
     receipt.rows.extend(picture_rows(&session.stage, &session.view));
     if let Some(row) = receipt.rows.iter_mut().find(|row| row.name == ENERGY_WATCH) {

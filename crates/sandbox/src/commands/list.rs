@@ -1,4 +1,4 @@
-//! What `sandbox list` prints: scenes, hard cases, methods, laws and keys.
+//! `sandbox list`: scenes, hard cases, methods, laws and keys.
 
 use clap::{Args, ValueEnum};
 use motion::{LAWS, METHODS};

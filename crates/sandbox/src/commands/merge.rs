@@ -42,7 +42,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<(), Failure> {
     if parts::part(first)?.is_some() { merge_parts(args) } else { merge_sweeps(args) }
 }
 
-/// How shards of one kind are read and compared.
+/// The functions that read and compare shards of one kind.
 struct Kind<S> {
     /// Name of the file that describes a shard.
     file: &'static str,
@@ -51,7 +51,7 @@ struct Kind<S> {
     read: fn(&Path) -> Result<Option<S>, Failure>,
     /// The place of the shard, and whether all of it was run.
     state: fn(&S) -> (Shard, bool),
-    /// What keeps two shards from being of one study, as the end of a sentence.
+    /// The reason why two shards are not of one study, as the end of a sentence.
     differs: fn(&S, &S) -> Option<&'static str>,
 }
 

@@ -1,4 +1,4 @@
-//! What one step runs, in order, read from the compiled schedule.
+//! `sandbox plan`: the systems of one step, in order, read from the compiled schedule.
 
 use clap::Args;
 use history::Overrides;
@@ -117,7 +117,7 @@ fn joined<'a>(texts: impl IntoIterator<Item = &'a String>) -> String {
     texts.into_iter().map(|text| format!("; {text}")).collect()
 }
 
-/// What a system does that integrates nothing, or one half of a step of Euler.
+/// The words for a system that integrates nothing, or one half of a step of Euler.
 fn what(system: &str, accelerating: &str, damping: &str) -> String {
     match system {
         "carry_wells" => "wells are put on the bodies on which they ride".to_owned(),

@@ -49,7 +49,7 @@ impl Progress {
     /// Finishes study `number`; calls `look` now and then.
     ///
     /// # Errors
-    /// Those of `look`.
+    /// The errors of `look`.
     pub fn follow<E>(
         &self,
         number: usize,

@@ -144,7 +144,7 @@ impl Selection {
     }
 }
 
-/// Where rows are written.
+/// The file to which rows are written.
 enum Sink<W: Write + Send> {
     Csv(W),
     Parquet(Box<Parquet<W>>),

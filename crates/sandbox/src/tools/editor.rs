@@ -52,7 +52,7 @@ const AWAY: f64 = 20.0;
 pub(crate) struct Editor {
     /// The texts of the scene, from the first change on.
     pub document: Option<Document>,
-    /// What is wrong with the change that was tried last.
+    /// The error of the change that was tried last.
     pub error: Option<String>,
     /// The ends of a spring that is being added, by name, while their bodies are picked.
     pub joins: Option<Vec<String>>,

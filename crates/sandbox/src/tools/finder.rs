@@ -8,7 +8,7 @@ use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
 
-/// What was typed so far.
+/// The state of the finder: the text typed so far.
 #[derive(Default)]
 pub(crate) struct Finder {
     query: String,

@@ -1,4 +1,4 @@
-//! What a tool is: something that a key opens beside the picture.
+//! The trait of tools, each of which a key opens beside the picture.
 
 use egui::{Align2, Painter, Rect, Ui};
 use history::Change;
@@ -9,7 +9,7 @@ use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::view::View;
 
-/// What a panel is laid out with.
+/// The surroundings of a panel while it is laid out.
 pub(crate) struct Desk<'a> {
     pub stage: &'a mut Stage,
     pub view: &'a mut View,

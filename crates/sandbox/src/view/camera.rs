@@ -10,7 +10,7 @@ const DEGREES_A_COUNT: f64 = 0.07;
 /// Flying speed, m/s, of a camera that is as far from its scene as the tutorial's.
 const SPEED: f64 = 100.0;
 
-/// Where a locked camera is relative to the body that it looks at, m.
+/// Offset of a locked camera from the body that it looks at, m.
 const LOCKED_OFFSET: DVec3 = DVec3::new(0.0, 14.0, 20.0);
 
 /// The camera.

@@ -23,7 +23,7 @@ const WIDTH_PX: f32 = 4.0;
 /// A push by a click.
 pub(crate) struct Flash {
     body: Entity,
-    /// From its middle to where it was hit, m.
+    /// From the middle of the body to where it was hit, m.
     offset: DVec3,
     newtons: DVec3,
     /// Until when it is shown, s of frame time.

@@ -9,7 +9,7 @@ const FLOOR_FLATNESS: f64 = 4.0;
 /// Least half width and half length of a floor, m: smaller slabs are boards.
 const FLOOR_HALF_M: f64 = 5.0;
 
-/// What a scene stands on.
+/// The ground and the up direction of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Ground {
     /// Whether the scene has an up direction: by gravity that is the same everywhere, or by a floor.

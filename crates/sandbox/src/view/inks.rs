@@ -33,7 +33,7 @@ fn apart(visuals: &Visuals, color: Color32, least: f32) -> Color32 {
     steps.into_iter().find(seen).unwrap_or(end)
 }
 
-/// What is behind every second row of a table.
+/// The color behind every second row of a table.
 fn striped(visuals: &Visuals) -> Color32 {
     visuals.panel_fill.blend(visuals.faint_bg_color)
 }

@@ -11,7 +11,7 @@ use crate::view::View;
 /// A body's words in the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Label {
-    /// Where the body's middle is seen, pixels from the top left.
+    /// Place of the middle of the body, pixels from the top left.
     pub at: DVec2,
     /// How far from there the body reaches, pixels: to the side where the words are or, for a ring around it, at most.
     pub reach: f64,

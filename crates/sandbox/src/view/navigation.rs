@@ -176,13 +176,13 @@ fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
     Some((middle, radius))
 }
 
-/// From the scene's camera to the middle of what moves, m; not finite if nothing moves.
+/// Distance from the scene's camera to the middle of what moves, m; not finite if nothing moves.
 pub(crate) fn distance_of(scene: &Scene) -> f64 {
     extent_at_start(scene).map_or(f64::NAN, |(middle, _)| middle.distance(scene.camera.position))
 }
 
-/// Where particles on the graphics device are born at the start, and about how far they get, m: to the top of a throw, or half
-/// their way.
+/// The place where particles on the graphics device are born at the start, and about how far they get, m: to the top of a throw,
+/// or half their way.
 fn reach(scene: &Scene, emitter: &EmitterSpec) -> Option<(DVec3, f64)> {
     // All are thrown equally fast.
     let speed = Vec3::from(*emitter.swarm.as_ref()?.launches.first()?).length();

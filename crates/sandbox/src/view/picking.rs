@@ -53,8 +53,8 @@ impl View {
         [DVec2::new(left, top), DVec2::new(width, height)]
     }
 
-    /// Where a place is seen, pixels from the top left of the picture, and whether that is inside the view; `None` if it is
-    /// behind the camera.
+    /// Projects a place to pixels from the top left of the picture, and whether that is inside the view; `None` if it is behind
+    /// the camera.
     pub(crate) fn seen_at(&self, place: DVec3) -> Option<(DVec2, bool)> {
         let [corner, size] = self.view_area();
         let at = self.viewpoint().project(place, size)?;
@@ -122,7 +122,7 @@ impl View {
         discs.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// What a click would select in the cockpit; with `immovable`, also things that cannot be moved.
+    /// The thing that a click would select in the cockpit; with `immovable`, also things that cannot be moved.
     pub(crate) fn hovered(&mut self, stage: &Stage, immovable: bool) -> Option<Entity> {
         let [corner, size] = self.view_area();
         let at = self.pointer - corner;

@@ -17,14 +17,14 @@ const POINTS: usize = 27_000;
 /// Greatest number of bodies that leave a trail: lines are for looking at, not for a crowd.
 pub(crate) const BODIES: usize = 300;
 
-/// Where a body was at the end of a tick, m, and when, s.
+/// Place of a body at the end of a tick, m, and the time, s.
 type Point = (DVec3, f64);
 
 /// The points that a body passed, oldest first.
 #[derive(Clone, Debug, Default)]
 struct Trail {
     points: VecDeque<Point>,
-    /// Where it was at the end of the last tick, m.
+    /// Place of the body at the end of the last tick, m.
     last: Option<DVec3>,
 }
 

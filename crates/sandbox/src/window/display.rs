@@ -1,4 +1,4 @@
-//! Finding a display to open a window on, and saying plainly when there is none.
+//! Finds a display to open a window on, and says plainly if there is none.
 
 use std::panic;
 

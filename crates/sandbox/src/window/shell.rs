@@ -53,7 +53,7 @@ pub(super) struct Shell {
     pub drafts: Drafts,
     pointer: Pointer,
     events: Vec<Input>,
-    /// What each key meant when it went down: shift may be released before the key.
+    /// The meaning of each key when it went down: shift may be released before the key.
     down: HashMap<PhysicalKey, Key>,
     modifiers: ModifiersState,
     focused: bool,

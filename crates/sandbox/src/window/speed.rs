@@ -1,4 +1,4 @@
-//! How fast the window draws and simulates, over the last frames.
+//! The speed at which the window draws and simulates, over the last frames.
 
 use std::collections::VecDeque;
 use std::time::Duration;

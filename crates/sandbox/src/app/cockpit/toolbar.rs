@@ -99,7 +99,7 @@ fn act(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: Words, on: bo
 fn act_while_held(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: Words) {
     let button = add(ui, action, words.1, Button::selectable(false, words));
     let (held, now) = (button.is_pointer_button_down_on(), ui.input(|input| input.time));
-    // When it acts next, and whether it has acted while it was held.
+    // The time of its next action, and whether it has acted while it was held.
     let (due, acted) = ui.data(|data| data.get_temp(button.id)).unwrap_or((now + REPEAT_AFTER_S, false));
     let repeats = held && now >= due;
     if repeats || (button.clicked() && !acted) {

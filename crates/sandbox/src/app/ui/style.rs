@@ -96,7 +96,7 @@ mod tests {
     use crate::stage::options::Options;
     use crate::view::inks::{WORDS, contrast};
 
-    /// What a layout paints, in order.
+    /// The shapes that a layout paints, in order.
     #[derive(Default)]
     struct Painted {
         /// Areas and their colors.

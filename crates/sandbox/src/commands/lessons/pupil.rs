@@ -435,7 +435,7 @@ fn other_ways(lesson: &Lesson, number: usize, runs: &Runs) -> Result<Vec<(String
     also.iter().enumerate().map(play).collect()
 }
 
-/// Every wrong way of step `number`, and whether the lesson went on by it within `patience` simulated seconds.
+/// Every wrong way of step `number`, and whether the lesson accepts it within `patience` simulated seconds.
 fn wrong_ways(
     lesson: &Lesson,
     number: usize,

@@ -1,4 +1,4 @@
-//! What a run without a window writes: pictures, the states of its ticks, a summary, a bundle, and how it ended.
+//! The outputs of a run without a window: pictures, the states of its ticks, a summary, a bundle, and how it ended.
 
 use std::path::{Path, PathBuf};
 

@@ -188,7 +188,7 @@ fn presses(script: &Script, acts: &[Act]) -> bool {
     keys.any(|word| actions::is_one_of(word, acts))
 }
 
-/// When frames end.
+/// The times at which frames end.
 pub(super) enum FrameEnds {
     /// Frame i at exactly `i / rate` seconds.
     Constant { rate: f64 },

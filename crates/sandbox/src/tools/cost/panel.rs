@@ -16,7 +16,7 @@ use crate::tools::tool::Desk;
 use crate::view::hud::{mouse_hint, swatch};
 use crate::view::inks;
 
-/// What the axes count.
+/// The quantities of the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Axes {
     accuracy: Accuracy,

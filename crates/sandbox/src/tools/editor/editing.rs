@@ -19,7 +19,7 @@ use crate::tools::editor::parts::triple;
 use crate::tools::editor::selected::selected_entry;
 use crate::view::View;
 
-/// What follows from a change of the text: a restart, or nothing if the new text is not a valid scene.
+/// The intents that follow from a change of the text: a restart, or none if the new text is not a valid scene.
 type Next = Vec<Intent>;
 
 impl Editor {

@@ -31,15 +31,15 @@ const SHOWN: usize = 2000;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Handle {
     axis: DVec3,
-    /// Where the arrows began when it was pressed, m.
+    /// Start of the arrows when it was pressed, m.
     from: DVec3,
-    /// Where on its axis it was pressed, m from `from`.
+    /// Place of the press on the axis, m from `from`.
     pressed: f64,
     /// How far it was dragged, m.
     pub by: DVec3,
 }
 
-/// Where the arrows of the selection begin, and how long they are, m.
+/// The start and the length of the arrows of the selection, m.
 fn arrows(stage: &Stage, view: &View) -> Option<(DVec3, f64)> {
     let thing = stage.here.selection?;
     selected_entry(stage)?;

@@ -11,7 +11,7 @@ const COLORS: [&str; 5] =
 /// The phase that the fastest spring goes through in a substep, radians; semi-implicit Euler is stable below 2.
 const PHASE: f64 = 0.5;
 
-/// Where and how large something is added.
+/// Place and size of an added object.
 pub(super) struct Place {
     /// Position, m.
     pub at: DVec3,
@@ -90,7 +90,7 @@ pub(super) const fn color(entries: usize) -> &'static str {
     COLORS[entries % COLORS.len()]
 }
 
-/// A spring between two bodies of those names and that reduced mass, kg.
+/// The text of a spring between two bodies with those names and that reduced mass, kg.
 pub(super) fn spring(between: [&str; 2], reduced_mass: f64, substep: f64) -> String {
     let place = Place { at: DVec3::ZERO, size: 1.0, substep };
     format!("(between: ({:?}, {:?}), {})", between[0], between[1], springs(&place, reduced_mass, 1.0))

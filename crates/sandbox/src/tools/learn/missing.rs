@@ -1,4 +1,4 @@
-//! What a step of a lesson still waits for, in words.
+//! Says in words what a step of a lesson still waits for.
 
 use report::numbers::{digits, number};
 use scene::lesson::{Axis, Comparison, Formula, Measure, Quantity, quantity_of};

@@ -30,7 +30,7 @@ pub(crate) struct Learn {
     pub tried: [bool; 2],
     /// Why no lesson could be opened.
     pub fault: Option<String>,
-    /// What was typed as an answer.
+    /// The text typed as an answer.
     pub typed: String,
     /// Whether the panel of lessons is open.
     pub shown: bool,
@@ -44,13 +44,13 @@ struct Running {
     of_runs: Quantities,
     /// What was measured of the screen since the step began or the person changed the run.
     of_screen: Quantities,
-    /// What was said at the end of the step before.
+    /// The sentence at the end of the step before.
     said: Option<String>,
     /// Whether the claim of that step was true.
     held: bool,
     /// Whether a step was skipped.
     skipped: bool,
-    /// What is said of the last answer, if it was not right.
+    /// The sentence about the last answer, if it was not right.
     refused: Option<String>,
     /// What the step begins with, until that is done.
     begin: Vec<Begin>,
@@ -72,7 +72,7 @@ const HINT_S: f64 = 30.0;
 /// Time for which the end of a step can be seen before the next one begins, if that changes the run, s.
 const LINGER_S: f64 = 1.5;
 
-/// What a lesson sees of the screen.
+/// The parts of the screen that a lesson measures.
 pub(crate) struct Screen<'a> {
     pub view: &'a View,
     /// The panels that are open.
@@ -88,7 +88,7 @@ pub struct LessonState {
     pub name: String,
     /// Number of the current step, from 0; the number of steps at the end of the lesson.
     pub step: usize,
-    /// What was said at the end of the step before.
+    /// The sentence at the end of the step before.
     pub said: Option<String>,
     /// Whether the claim of that step was true; a claim that is not true is not said.
     pub holds: bool,
@@ -139,7 +139,7 @@ impl Learn {
         self.running.as_ref().is_none_or(|running| running.held)
     }
 
-    /// What was said at the end of the last step, and of an answer that was refused.
+    /// The sentence at the end of the last step, and the one about a refused answer.
     pub fn said(&self) -> [Option<&str>; 2] {
         let running = self.running.as_ref();
         [
@@ -148,7 +148,7 @@ impl Learn {
         ]
     }
 
-    /// What was said last and what to do, in a caption.
+    /// The last sentence and the current task, as a caption.
     pub fn caption(&self) -> Option<String> {
         let (.., step) = self.lesson()?;
         let [said, _] = self.said();
@@ -350,7 +350,7 @@ impl Running {
         self.lesson.steps.get(self.step)
     }
 
-    /// What a step that ends when `formula` holds still waits for, in words.
+    /// Says in words what a step that ends when `formula` holds still waits for.
     fn waits_for(&self, formula: &Formula) -> String {
         // A step that is about pausing says so itself.
         let is_about_time = |name: &String| {

@@ -81,7 +81,7 @@ fn percent(share: f64) -> String {
     }
 }
 
-/// What the method has done, in words.
+/// The sentence on what the method has done to energy.
 fn sentence(stage: &Stage, ledger: &Ledger) -> String {
     let (stepper, method) = (&stage.sim.stepper, method_of(stage));
     let (residual, seconds) = (ledger.since_opening().energy.residual, ledger.seconds());

@@ -62,7 +62,7 @@ impl History {
     }
 }
 
-/// What a method did to energy while it was that of the scene.
+/// The effect of a method on energy while it was that of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Period {
     /// The method in words, with its substeps.
@@ -93,7 +93,7 @@ pub(crate) struct Ledger {
     /// Whether it is kept while its panel is closed, too, and over all methods: for the summary of a run.
     pub always: bool,
     kept: Option<Box<Kept>>,
-    /// What earlier methods did, the earliest first.
+    /// Periods of earlier methods, the earliest first.
     past: Vec<Period>,
 }
 
@@ -132,12 +132,12 @@ impl Ledger {
         self.kept.as_mut().map(|kept| &mut kept.ledger)
     }
 
-    /// What the panel plots.
+    /// The points that the panel plots.
     pub(super) fn points(&self) -> &[Point] {
         self.kept.as_ref().map_or(&[], |kept| kept.history.points())
     }
 
-    /// What earlier methods did since the scene began, the earliest first.
+    /// Periods of earlier methods since the scene began, the earliest first.
     pub(super) fn past(&self) -> &[Period] {
         &self.past
     }
