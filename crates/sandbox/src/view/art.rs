@@ -1,5 +1,5 @@
-//! The program's own look, where the picture is not the tutorial's: one palette for what a scene did not paint, and a soft lamp at
-//! one side.
+//! The program's own look, if the picture is not the tutorial's: one palette for bodies that a scene did not paint, and a soft
+//! lamp at one side.
 
 use glam::{DVec3, Vec3};
 use pick::Shape;

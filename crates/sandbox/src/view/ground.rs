@@ -14,7 +14,7 @@ const FLOOR_HALF_M: f64 = 5.0;
 pub(crate) struct Ground {
     /// Whether the scene has an up direction: by gravity that is the same everywhere, or by a floor.
     pub has_up: bool,
-    /// Height of the ground that is drawn, m: that of the bottom of the scene's slabs or, without one, far enough below everything
+    /// Height of the ground that is drawn, m: at the bottom of the scene's slabs or, without slabs, far enough below everything
     /// that nothing reaches it soon. `None` if a body is the floor, or if nothing falls.
     height: Option<f64>,
     /// Height of the top of the lowest slabs that are the floor, m: in the program's own look the ground is drawn in their place.
