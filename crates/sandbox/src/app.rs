@@ -1,4 +1,4 @@
-//! A session: a stage, how it is looked at and its tools, and what a person or a script does to them.
+//! A session: a stage, its view and its tools, and the input of a person or a script.
 
 pub(crate) mod arrangement;
 pub(crate) mod bundle;

@@ -19,12 +19,12 @@ use crate::failure::Failure;
 #[derive(Clone, Debug)]
 pub(crate) struct SceneName {
     written: OsString,
-    /// As messages have it.
+    /// The name as messages show it.
     words: String,
 }
 
 impl SceneName {
-    /// The path, if no text can be it.
+    /// The path, if it is not UTF-8.
     pub fn path(&self) -> Option<&Path> {
         self.written.to_str().is_none().then_some(Path::new(&self.written))
     }
@@ -73,7 +73,7 @@ pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
-/// Those that are given, each once.
+/// Returns the given items without duplicates, in their order.
 pub(crate) fn once<T: PartialEq + Clone>(given: &[T]) -> Vec<T> {
     let mut once = Vec::new();
     for item in given {
@@ -84,7 +84,7 @@ pub(crate) fn once<T: PartialEq + Clone>(given: &[T]) -> Vec<T> {
     once
 }
 
-/// How many natural modes are told of.
+/// Parses the number of natural modes to print.
 pub(crate) fn modes_count(text: &str) -> Result<usize, String> {
     let count = text.parse().ok().filter(|count| (1..=NaturalModes::MOST).contains(count));
     count.ok_or_else(|| format!("give a whole number from 1 to {}", NaturalModes::MOST))
@@ -97,10 +97,10 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Ticks that no run comes to the end of: at a microsecond each, a century.
+/// Greatest number of ticks of a run: at a microsecond each they take a century.
 pub(crate) const MOST_TICKS: f64 = 3e15;
 
-/// Refuses `seconds` at `rate` ticks per second if no run comes to their end.
+/// Refuses `seconds` at `rate` ticks per second if they are more than [`MOST_TICKS`].
 pub(crate) fn check_seconds(seconds: f64, rate: f64) -> Result<(), Failure> {
     if seconds * rate <= MOST_TICKS {
         return Ok(());
@@ -110,7 +110,7 @@ pub(crate) fn check_seconds(seconds: f64, rate: f64) -> Result<(), Failure> {
     Err(Failure::Usage(format!("{what}; give fewer")))
 }
 
-/// Refuses `what`, which takes approximately `seconds`, if that is longer than is allowed.
+/// Refuses `what` if its estimated time, `seconds`, is longer than allowed.
 pub(crate) fn check_time(what: &str, seconds: f64) -> Result<(), Failure> {
     lab::duration::check_time(seconds, None).map_err(|TooLong { seconds, allowed }| {
         let [takes, allowed] = [seconds, allowed].map(long_duration);
@@ -121,10 +121,10 @@ pub(crate) fn check_time(what: &str, seconds: f64) -> Result<(), Failure> {
     })
 }
 
-/// Ticks of one substep that all settings of a study and its references come to, some, for each tick of the scene.
+/// Estimated number of ticks of one substep that all settings of a study and its references take per tick of the scene.
 const STUDIED: f64 = 500.0;
 
-/// Refuses a study of `seconds` of `scene`, if a person asked for them and it takes longer than is allowed.
+/// Refuses a study of `seconds` of `scene` that takes longer than allowed; `None`, if no person gave a length, passes.
 pub(crate) fn check_study(scene: &Scene, seconds: Option<f64>) -> Result<(), Failure> {
     let Some(seconds) = seconds else { return Ok(()) };
     check_seconds(seconds, scene.step_hz)?;
@@ -142,7 +142,7 @@ fn three_digits_up(value: f64) -> String {
 }
 
 pub(crate) fn rate(text: &str) -> Result<f64, String> {
-    // The step is the reciprocal.
+    // The step, the reciprocal, has to be finite, too.
     match positive(text) {
         Ok(value) if (1.0 / value).is_infinite() => Err("give a number farther above 0".to_owned()),
         other => other,
@@ -165,7 +165,7 @@ pub(crate) fn substeps(text: &str) -> Result<u32, String> {
     found.ok_or_else(|| format!("give a whole number from 1 to {}", Substeps::MOST))
 }
 
-/// More copies of a problem than this are not timed.
+/// Greatest number of copies of a problem that are timed.
 const MOST_BODIES: u32 = 100_000;
 
 pub(crate) fn bodies(text: &str) -> Result<u32, String> {
@@ -173,7 +173,7 @@ pub(crate) fn bodies(text: &str) -> Result<u32, String> {
     found.ok_or_else(|| format!("give a whole number from 1 to {MOST_BODIES}"))
 }
 
-/// More threads than this only wait for each other.
+/// Greatest number of threads: more only wait for each other.
 const MOST_THREADS: usize = 256;
 
 pub(crate) fn threads(text: &str) -> Result<usize, String> {

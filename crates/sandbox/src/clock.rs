@@ -216,7 +216,7 @@ impl TickClock {
         let passed = self.carried + (frame.total - self.anchor) * self.pace * self.rate;
         let whole = (passed + Self::NEARLY).floor().max(0.0);
         let owed = whole as u64 - self.done.min(whole as u64);
-        // The limit is one of frame time, so that a fast pace alone drops nothing.
+        // The limit is in frame time, so that a fast pace alone drops nothing.
         let most = ((self.catch_up * self.pace.max(1.0) * self.rate + Self::NEARLY).floor() as u64).max(1);
         if owed > most {
             let open = passed - whole;
@@ -231,8 +231,8 @@ impl TickClock {
         Due { ticks: owed, dropped: 0.0 }
     }
 
-    /// When the tick was due that has `after_it` ticks after it, of those that [`Self::due`] returned last, s of frame time, and
-    /// how exactly that is known, s.
+    /// The time at which a tick was due, s of frame time, and the uncertainty of that time, s. `after_it` is the number of ticks
+    /// after it among those that [`Self::due`] returned last.
     #[expect(clippy::cast_precision_loss, reason = "a count of ticks since the anchor")]
     #[must_use]
     pub fn end_of_tick(&self, after_it: u64) -> [f64; 2] {

@@ -158,7 +158,7 @@ fn check_word(scene: Option<&str>) -> Result<(), Failure> {
     }
 }
 
-/// clap takes the second of two scenes for a subcommand, and says so.
+/// Rewords the error of clap for two scenes: clap takes the second one for a subcommand.
 fn worded(error: clap::Error) -> clap::Error {
     let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return error };
     let mut program = Cli::command();
@@ -166,7 +166,7 @@ fn worded(error: clap::Error) -> clap::Error {
         return error;
     }
     let commands: Vec<_> = program.get_subcommands().map(clap::Command::get_name).collect();
-    // Behind a flag of the window a command is taken for a scene.
+    // After a flag of the window, clap takes a command for a scene.
     let mut words = std::env::args_os().skip(1).filter_map(|word| word.into_string().ok());
     let command = words.find(|word| commands.contains(&word.as_str()));
     if let Some(command) = command {

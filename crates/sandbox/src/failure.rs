@@ -32,7 +32,7 @@ impl Failure {
             Kind::ReadOnlyFilesystem => "nothing can be written there; give another path",
             Kind::StorageFull => "the disk is full; make room, or give another path",
             Kind::IsADirectory => "it is a folder; give the path of a file",
-            // As one of a folder that is there, with a slash at its end.
+            // For example the path of an existing folder, with a slash at its end.
             Kind::AlreadyExists | Kind::NotADirectory if names_folder(path) => {
                 "it ends as a folder does; give the path of a file"
             }

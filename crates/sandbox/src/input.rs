@@ -1,4 +1,4 @@
-//! What reaches the program from outside in one frame: the same events from a window, a script or a test.
+//! The input of a frame: the same events from a window, a script or a test.
 
 use std::fmt;
 use std::str::FromStr;
@@ -128,17 +128,16 @@ impl FromStr for Key {
 pub enum Input {
     /// A key went down.
     KeyDown(Key),
-    /// A key went down that comes up in a later frame: what it pushes ends at that time, s of the clock of frames, and after one
-    /// tick at least.
+    /// A key went down that comes up in a later frame. Its push ends at that time, s of frame time, but not before one tick.
     KeyDownUntil(Key, f64),
     /// A key went up.
     KeyUp(Key),
-    /// When the next key goes down or up, s of the clock of frames; without it, at the start of the frame.
+    /// The next key goes down or up at this time, s of frame time; without it, at the start of the frame.
     At(f64),
     /// Text was typed; read only by a text field that has the focus.
     Text(String),
-    /// In selection mode the pointer is at this pixel, from the top left; in camera mode the mouse moved by so
-    /// many counts, right and down.
+    /// In selection mode the pointer is at this pixel, from the top left; in camera mode the mouse moved by this many counts,
+    /// right and down.
     Mouse(f64, f64),
     /// A button went down.
     ButtonDown(Button),
@@ -150,7 +149,7 @@ pub enum Input {
     FocusLost,
     /// The picture has this many pixels now.
     Resized([u32; 2]),
-    /// Pixels of the picture a point of the panels, as the display has it.
+    /// The display has this many pixels per point of the panels.
     Scaled(f64),
     /// The dock gets this width, points.
     DockWidth(f64),
@@ -160,7 +159,7 @@ pub enum Input {
     Act(Action),
 }
 
-/// What switched an effect.
+/// The cause of the switch of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SwitchedBy {
     /// The key G.

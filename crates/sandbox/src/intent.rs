@@ -1,4 +1,4 @@
-//! What a person wants of a session: keys, the pointer and panels make intents, and the session carries them out.
+//! Intents: keys, the pointer and panels make them, and the session carries them out.
 
 use std::path::PathBuf;
 
@@ -33,7 +33,7 @@ pub(crate) enum Intent {
     Rewrite(Vec<TextEdit>, Option<String>),
     /// Restart with another text of the scene, with the entry of that path selected.
     Restart(Box<Scene>, Option<String>),
-    /// Delete an entry of the scene, or of its bodies the one of that stable id alone.
+    /// Delete an entry of the scene, or only its body with that stable id.
     Delete(Entry, Option<u32>),
     /// Ask the person something.
     Ask(Question),
@@ -41,18 +41,19 @@ pub(crate) enum Intent {
     Answer(Answer),
 }
 
-/// What a person is asked before anything else.
+/// A question to the person, asked before anything else.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Question {
-    /// What is to become of unsaved changes that this would lose.
+    /// What to do with unsaved changes that this order would lose.
     Leaving(Order),
-    /// What is to become of unsaved changes that were left in this file.
+    /// What to do with unsaved changes that were left in this file.
     LeftBehind(PathBuf),
-    /// Whether to delete the body of that name, or all bodies of its entry. `alone` is its stable id, where it can go by itself.
+    /// Whether to delete the body of that name, or all bodies of its entry. `alone` is the stable id of the body, if it can be
+    /// deleted by itself.
     Deleting { name: String, entry: Entry, alone: Option<u32> },
 }
 
-/// What a person answers to a question.
+/// The answer of the person to a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Answer {
     Save,

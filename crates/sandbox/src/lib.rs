@@ -2,8 +2,8 @@
 //!
 //! - [`Session`]: a running scene. A frame of input goes in; ticks are simulated; a frame for the renderer comes out.
 //! - [`Stage`]: the run of a session, without any picture: simulation, clock, recording, selection, messages.
-//! - [`View`]: how a stage is looked at: camera, pointer, what is drawn and what is under the pointer.
-//! - [`Tools`]: what can be opened beside the picture; [`Panel`] names each.
+//! - [`View`]: the view of a stage: camera, pointer, what is drawn and what is under the pointer.
+//! - [`Tools`]: the tools that can be opened beside the picture; [`Panel`] names each.
 //! - [`input`] is what reaches a session from outside, [`actions`] the table of what keys, buttons and scripts can do, and
 //!   [`player`] plays a script.
 //! - [`commands`]: the command line. [`report`] is what runs write.

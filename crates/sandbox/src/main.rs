@@ -3,7 +3,7 @@
 use std::env;
 use std::process::ExitCode;
 
-/// Looks at standard output before Rust opens `/dev/null` in the place of a closed one.
+/// Checks whether standard output is open, before Rust opens `/dev/null` in place of a closed one.
 #[cfg(target_os = "linux")]
 #[used]
 #[expect(unsafe_code, reason = "the linker calls what is in this section before `main`")]
@@ -31,8 +31,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// Where there can be no Wayland display, lets Mesa's layer that selects a device look for none: the library that it asks complains
-/// on standard error.
+/// Keeps Mesa's device-selection layer from looking for a Wayland display where there can be none: the library that it asks would
+/// complain on standard error.
 fn look_for_no_wayland() {
     let set = |name| env::var_os(name).is_some_and(|value| !value.is_empty());
     if !set("XDG_RUNTIME_DIR") && !set("MESA_VK_DEVICE_SELECT") {

@@ -1,4 +1,4 @@
-//! Methods of integration in words: lists, panels, plans and docs/methods.md take the claims through here.
+//! Methods of integration in words: lists, panels, plans and docs/methods.md show the claims through this module.
 
 use motion::{Claims, METHODS, Method};
 use report::numbers::json_number as number;
@@ -46,7 +46,7 @@ pub(crate) const COLUMNS: [Column; 13] = [
 ];
 
 impl Column {
-    /// What it says about a method, for programs.
+    /// The cell of a method, for programs.
     pub fn value(&self, claims: &Claims) -> Value {
         match (self.cell)(claims) {
             Cell::Text(text) => json!(text),
@@ -56,7 +56,7 @@ impl Column {
         }
     }
 
-    /// What it says about a method, for people.
+    /// The cell of a method, for people.
     pub fn text(&self, claims: &Claims) -> String {
         match (self.cell)(claims) {
             Cell::Text(text) => text.to_owned(),
@@ -71,7 +71,7 @@ pub(crate) const fn yes_or_no(flag: bool) -> &'static str {
     if flag { "yes" } else { "no" }
 }
 
-/// For which steps of h seconds `x'' = -w² x` stays bounded.
+/// The steps of h seconds for which `x'' = -w² x` stays bounded, in words.
 pub(crate) fn stable(claims: &Claims) -> String {
     match claims.stability_limit {
         0.0 => "never".to_owned(),

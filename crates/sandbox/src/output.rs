@@ -20,7 +20,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::failure::Failure;
 
-/// Whether the program was started without standard output. Rust leads it to where everything is lost, without an error.
+/// Whether the program was started with standard output closed. Rust opens `/dev/null` in its place, where everything is lost
+/// without an error.
 pub static STDOUT_IS_CLOSED: AtomicBool = AtomicBool::new(false);
 
 /// Prints a message on standard error.

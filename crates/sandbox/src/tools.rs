@@ -43,12 +43,12 @@ macro_rules! tools {
         }
 
         impl Tools {
-            /// All of them, in the order of the rows.
+            /// All tools, in the order of the rows.
             pub(crate) fn each(&mut self) -> impl Iterator<Item = (Panel, &mut dyn Tool)> {
                 [$((Panel::$Tool, &mut self.$tool as &mut dyn Tool),)*].into_iter()
             }
 
-            /// Hands every tool another scene, or with another text of the same one, `rewritten`.
+            /// Tells every tool that another scene was opened or, if `rewritten`, another text of the same scene.
             pub(crate) fn next_scene(&mut self, rewritten: bool) {
                 $(self.$tool.next_scene(rewritten);)*
             }
@@ -59,7 +59,7 @@ macro_rules! tools {
 with_panels!(tools);
 
 impl Tools {
-    /// Hands an intent to the tool that it is for; the intents that follow from it. `None` if it is for none of them.
+    /// Hands an intent to the tool that handles it. Returns the intents that follow from it; `None` if no tool handles it.
     pub(crate) fn take(
         &mut self,
         intent: &Intent,
@@ -69,7 +69,8 @@ impl Tools {
         self.each().find_map(|(panel, tool)| tool.take(intent, stage, view, opened.contains(&panel)))
     }
 
-    /// Hands a press of the left button to the open tool that it is for; the intents that follow. `None` if it is for none.
+    /// Hands a press of the left button to the open tool that handles it. Returns the intents that follow from it; `None` if no
+    /// tool handles it.
     pub(crate) fn press(
         &mut self,
         stage: &Stage,
@@ -81,15 +82,15 @@ impl Tools {
         open.find_map(|(_, tool)| tool.press(stage, view, near_px))
     }
 
-    /// A tick of the stage and its ghosts, entered if a ledger is kept; it is the `last` one of its frame, or not, and repeats
-    /// one that was recorded, or not.
+    /// Does a tick of the stage and its ghosts, and enters it into the ledger if one is kept. `last`: it is the last tick of its
+    /// frame; `repeated`: it repeats a recorded tick.
     pub(crate) fn tick(&mut self, stage: &mut Stage, last: bool, repeated: bool) {
         self.each().for_each(|(_, tool)| tool.before_tick(stage, last));
         stage.tick(repeated, self.ledger.kept_mut());
         self.ledger.note(stage);
     }
 
-    /// Lets every tool see the ticks of a frame, which are over.
+    /// Tells every tool that the ticks of a frame are over.
     pub(crate) fn after_ticks(&mut self, stage: &mut Stage, view: &View, opened: &[Panel], time: FrameTime) {
         for (panel, tool) in self.each() {
             tool.after_ticks(stage, view, opened.contains(&panel), time);
@@ -99,7 +100,7 @@ impl Tools {
         self.learn.look(stage, &screen, time.total());
     }
 
-    /// How much of its limit a spring between two bodies takes, while that is shown.
+    /// How much of its limit a spring between two bodies uses, while the forecast is shown.
     pub(crate) fn spring_ratio(&self) -> Option<impl Fn([Entity; 2]) -> f64> {
         let forecast = &self.forecast;
         forecast.shown().map(|_| |ends| forecast.spring_ratio(ends).unwrap_or(0.0))
@@ -115,7 +116,7 @@ impl Tools {
         self.editor.next_scene(false);
     }
 
-    /// Restores unsaved changes, and the file that they were made in and what it has.
+    /// Restores unsaved changes. `file` is the file that was edited, and its text.
     pub(crate) fn open_unsaved(&mut self, stage: &Stage, file: Option<(PathBuf, Arc<str>)>) {
         self.editor.open_unsaved(stage, file);
     }
@@ -125,7 +126,7 @@ impl Tools {
         self.editor.saved(stage, file);
     }
 
-    /// The file that saving replaces, and what it had when it was opened or saved last.
+    /// The file that saving replaces, and its text when it was opened or saved last.
     #[must_use]
     pub fn own_file(&self) -> Option<(PathBuf, Arc<str>)> {
         self.editor.own_file()
@@ -143,13 +144,13 @@ impl Tools {
         self.ledger.kept()
     }
 
-    /// What there is to say of every method and, last, of the reference; nothing while no ghosts are shown.
+    /// A row for every method and, last, for the reference; empty while no ghosts are shown.
     #[must_use]
     pub fn ghosts(&self, stage: &Stage) -> Vec<GhostRow> {
         self.ghosts.rows(stage)
     }
 
-    /// How far everything is from instability as it is now, the worst first.
+    /// How far everything is from instability now, the worst first.
     #[must_use]
     pub fn forecast(stage: &mut Stage) -> Vec<ForecastRow> {
         forecast::rows(stage)
@@ -185,14 +186,14 @@ impl Tools {
         self.cost.progress()
     }
 
-    /// How far the open lesson has come.
+    /// Progress in the open lesson.
     #[must_use]
     pub fn lesson(&self) -> Option<LessonState> {
         self.learn.state()
     }
 
-    /// The receipt of the session as it is: its effects, their causes and the number of bodies of each; evaluations per step
-    /// are those since the last look, times those of the last measurement.
+    /// The receipt of the session as it is: its effects, their causes and the number of bodies of each; evaluations per step are
+    /// counted since the last look, and times are from the last measurement.
     pub fn receipt(&mut self, stage: &mut Stage, view: &View) -> Vec<ReceiptLine> {
         self.effects.receipt(stage, view)
     }

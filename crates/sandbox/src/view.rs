@@ -1,5 +1,5 @@
-//! How a stage is looked at: functions from a stage and a camera to a picture, and to where things are in it. They change
-//! nothing of the stage.
+//! The view of a stage: functions from a stage and a camera to a picture, and to the places of things in it. They do not change
+//! the stage.
 
 pub(crate) mod arrows;
 mod art;
@@ -36,7 +36,7 @@ use crate::stage::Stage;
 use crate::stage::options::Words;
 use crate::stage::things::Thing;
 
-/// What the pointer is for.
+/// The use of the pointer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
     /// The mouse turns the camera, keys fly it, the pointer is grabbed.
@@ -46,7 +46,7 @@ pub enum Mode {
     Selection,
 }
 
-/// What the window shell measured; a headless run has none, so that its pictures depend on nothing but input.
+/// Measurements of the window shell. A headless run has none, so that its pictures depend on nothing but input.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Measured {
     /// Frames per second.
@@ -57,38 +57,38 @@ pub struct Measured {
     pub simulated_over_real: f64,
 }
 
-/// Where things of one state are drawn, which is where rays find them.
+/// The places where things of one state are drawn, which is where rays find them.
 #[derive(Default)]
 struct Seen {
     targets: Targets,
     soft: SoftTargets,
     points: Vec<Point>,
-    /// The state, as the stage counts them; `None` before the first.
+    /// Number of the state, as the stage counts states; `None` before the first.
     version: Option<u64>,
 }
 
-/// How a stage is looked at and handled.
+/// The view of a stage: camera, pointer, and what is drawn.
 pub struct View {
     pub(crate) camera: Camera,
     pub(crate) mode: Mode,
-    /// In selection mode, pixels from the top left.
+    /// Place of the pointer in selection mode, pixels from the top left.
     pub(crate) pointer: DVec2,
     /// Size of the picture, pixels.
     pub(crate) size_px: [u32; 2],
     /// The part of the picture that shows the scene, if panels take the rest: left, top, width and height, pixels.
     pub(crate) view_px: Option<[u32; 4]>,
-    /// Red, green and blue of what is around it.
+    /// Red, green and blue of the area around that part.
     pub(crate) surround: [u8; 3],
     pub(crate) measured: Option<Measured>,
     pub(crate) click_force: f64,
     pub(crate) velocity_arrows: bool,
     pub(crate) force_arrows: bool,
-    /// Every spring is drawn, and not the surfaces that springs hold.
+    /// Whether every spring is drawn, instead of the surfaces that springs hold.
     pub(crate) springs: bool,
     pub(crate) trails: bool,
-    /// Newtons of a force arrow of one meter, while these are drawn.
+    /// Scale of force arrows, N per m, while they are drawn.
     pub(crate) force_scale: Option<f64>,
-    /// The causes of those arrows.
+    /// The causes of the force arrows that are drawn.
     pub(crate) force_causes: Vec<&'static str>,
     /// A push by a click, while it is shown.
     pub(crate) flash: Option<Flash>,
@@ -96,7 +96,7 @@ pub struct View {
     pub(crate) labels: Vec<(u32, String)>,
     pub(crate) ground: Ground,
     lamp: Lamp,
-    /// What the camera follows.
+    /// The thing that the camera follows.
     pub(crate) locked: Option<Thing>,
     seen: Seen,
     trail: Trails,
@@ -104,7 +104,7 @@ pub struct View {
 }
 
 impl View {
-    /// Looks at the start of a stage, in a picture of that size.
+    /// Makes the view of a stage at its start, in a picture of `size_px`.
     pub(crate) fn new(stage: &Stage, size_px: [u32; 2]) -> Self {
         let scene: &Scene = &stage.sim().scene;
         Self {
@@ -133,7 +133,7 @@ impl View {
         }
     }
 
-    /// Takes the next scene: the mode stays, and the layout of the window.
+    /// Restarts for the next scene. Keeps the mode and the layout of the window.
     pub(crate) fn open(&mut self, stage: &Stage) {
         let next = Self::new(stage, self.size_px);
         *self = Self {
@@ -146,7 +146,7 @@ impl View {
         };
     }
 
-    /// Takes another text of the scene `before`: what the texts agree about stays.
+    /// Continues with another text of the scene `before`. Keeps everything about which the texts agree.
     pub(crate) fn reopen(&mut self, stage: &Stage, before: &Scene) {
         let next = Self::new(stage, self.size_px);
         let scene = &stage.sim().scene;
@@ -175,13 +175,13 @@ impl View {
         self.passes = Passes::default();
     }
 
-    /// Draws trails from now on, or no more.
+    /// Starts or stops drawing trails.
     pub(crate) fn toggle_trails(&mut self) {
         self.trails ^= true;
         self.trail = Trails::default();
     }
 
-    /// Notes where bodies are at the end of a tick.
+    /// Records where bodies are at the end of a tick.
     pub(crate) fn after_tick(&mut self, stage: &Stage) {
         if self.trails {
             self.trail.after_tick(&stage.sim().world, stage.simulated(), stage.usual_pace());
@@ -192,17 +192,17 @@ impl View {
         }
     }
 
-    /// Whether it has to be known of every tick, and not of the last one of a frame alone, where bodies were before it.
+    /// Whether the positions of bodies before a tick are needed for every tick, and not only for the last one of a frame.
     pub(crate) fn follows_ticks(&self, stage: &Stage) -> bool {
         stage.run.options.interpolate && (self.trails || self.ground_to_pass(stage).is_some())
     }
 
-    /// The height of the ground, m, where rings show what passes it.
+    /// The height of the ground, m, if rings show the bodies that pass it.
     fn ground_to_pass(&self, stage: &Stage) -> Option<f64> {
         self.ground.height(self.is_own_look(stage)).filter(|_| stage.run.options.interpolate)
     }
 
-    /// Lets the camera follow what it is locked to.
+    /// Moves the camera after the thing to which it is locked.
     pub(crate) fn follow_locked(&mut self, stage: &Stage) {
         let Some(thing) = self.locked else { return };
         match thing.entity(stage.sim()).and_then(|entity| stage.drawn_position(entity)) {
@@ -223,7 +223,7 @@ impl View {
         &self.camera
     }
 
-    /// Newtons of a click.
+    /// Force of a click, N.
     #[must_use]
     pub const fn click_force(&self) -> f64 {
         self.click_force

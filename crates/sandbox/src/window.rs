@@ -1,4 +1,4 @@
-//! The window: winit events in, the wall clock, a swap chain out. Everything between is the session's.
+//! The window: winit events in, the wall clock, a swap chain out. The session does everything in between.
 
 mod display;
 mod drafts;
@@ -126,7 +126,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
             }
         }
     }
-    // Also while another window has the keyboard: the wheel turns here as well.
+    // Always, because the wheel works here even while another window has the keyboard.
     event_loop.listen_device_events(DeviceEvents::Always);
     let ended = event_loop.run_app(&mut shell).map_err(|error| {
         Failure::NoDisplay(format!(
@@ -145,7 +145,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     ended.and(recorded)
 }
 
-/// What the window begins with: a scene, or a bundle just before what went wrong in it.
+/// The session that the window begins with: a scene, or a bundle just before its fault.
 fn session(args: &WindowArgs, name: &SceneName, files: &mut CommandFiles) -> Result<Session, Failure> {
     let StepArgs { method, substeps, threads } = args.step;
     let options =
@@ -168,7 +168,7 @@ fn session(args: &WindowArgs, name: &SceneName, files: &mut CommandFiles) -> Res
     Ok(session)
 }
 
-/// Tells what of the scene is unstable at its start.
+/// Tells the person which parts of the scene are unstable at its start.
 fn forecast_start(session: &mut Session) {
     session.tools.forecast_start(&mut session.stage, 1.0 / DEFAULT_FPS);
 }

@@ -1,4 +1,4 @@
-//! How a person arranged the panels: as text, and brought back from it.
+//! Saves the arrangement of the panels as text, and restores it.
 
 use crate::actions::Act;
 use crate::app::ui::Ui;
@@ -7,18 +7,18 @@ use crate::tools::learn::Learn;
 
 const DOCK_WIDTH: &str = "dock_width";
 const DOCK_TAB: &str = "dock_tab";
-/// Begins a line for each lesson that was done.
+/// First word of a line that names a finished lesson.
 pub(crate) const LESSON_DONE: &str = "lesson_done";
 
 const WELCOME: &str = "welcome";
 
-/// The line of a first start, which shows a card. It waits in the file until a window can show the card.
+/// The line that shows the welcome card at the first start. It stays in the file until a window can show the card.
 pub(crate) const FIRST_START: &str = "welcome on\n";
 
-/// Most steps between two sizes of panels that are believed.
+/// Limit of the counts of `larger` and `smaller`; higher ones are clamped.
 const MOST_SIZES: isize = 10;
 
-/// How the panels are arranged, an action and its state in each line: `on`, `off`, or how many times it was done.
+/// Writes the arrangement of the panels, one line per action and its state: `on`, `off`, or how many times it was done.
 pub(crate) fn of(ui: &Ui, learn: &Learn) -> String {
     let chosen = |(act, _): &(Act, bool)| *act != Act::ToggleBrowser || ui.cockpit.has_chosen_browser();
     let switches = switches(ui).into_iter().filter(chosen);
@@ -39,8 +39,8 @@ pub(crate) fn of(ui: &Ui, learn: &Learn) -> String {
     text
 }
 
-/// Arranges the panels as `text` says, whatever is open or asked; the actions that this takes. Unknown lines change nothing;
-/// without one about them, the bars and the dock are shown.
+/// Arranges the panels as `text` says, whatever panels or questions are open, and returns the actions that are still needed.
+/// Ignores unknown lines. Shows the bars and the dock unless a line hides them.
 pub(crate) fn arrange(ui: &mut Ui, learn: &mut Learn, text: &str) -> Vec<Act> {
     let states: Vec<_> = text.lines().filter_map(|line| line.split_once(' ')).collect();
     let state = |name: &str| states.iter().find(|(other, _)| *other == name).map(|(_, state)| *state);
@@ -59,7 +59,7 @@ pub(crate) fn arrange(ui: &mut Ui, learn: &mut Learn, text: &str) -> Vec<Act> {
         let wanted = match state(act.name()) {
             Some("on") => true,
             Some("off") => false,
-            // It hides what a person never hid.
+            // The cockpit starts hidden, but no person hid it.
             _ if act == Act::ToggleCockpit => true,
             _ => continue,
         };

@@ -1,4 +1,4 @@
-//! Sessions and bundles: what is recorded as a file, and a file as a session.
+//! Converts the recording of a session to a bundle, and a bundle to a session.
 
 use history::{
     BUNDLE_FORMAT, Bundle, Fault, FaultEntry, Keyframe, Manifest, Overrides, Rerun, TIMELINE_BYTES, Watch,
@@ -13,10 +13,10 @@ use crate::stage::{OnFault, Stage};
 /// Name and version of the program, for files that it writes.
 pub(crate) const PROGRAM: &str = concat!("sandbox ", env!("CARGO_PKG_VERSION"));
 
-/// What a bundle came to when it was simulated again.
+/// Result of simulating a bundle again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Repetition {
-    /// The first tick whose state was known to be another one.
+    /// The first tick whose state is known to differ from the recorded one.
     pub first_different_tick: Option<u64>,
     /// State hash at the end of the last tick.
     pub state_hash: u64,
@@ -33,7 +33,7 @@ impl Repetition {
         self.first_different_tick.is_none() && self.same_fault
     }
 
-    /// What differs from `then`, as clauses.
+    /// The differences from `then`, as clauses.
     #[must_use]
     pub fn differences(&self, then: &Manifest) -> Vec<String> {
         let mut differences = Vec::new();
@@ -57,12 +57,12 @@ impl Repetition {
 }
 
 impl Session {
-    /// The run of `bundle`, simulated again: a session that is paused at its end, with its timeline, in which going
-    /// on from the past repeats what came from outside until something else does. `name` is that of the file; `look` is told
-    /// the number of every tick that is over.
+    /// Simulates `bundle` again and returns a session that is paused at its end, with its timeline. A run that resumes from an
+    /// earlier tick repeats the recorded changes from outside until a new one comes. `name` is the name of the file; `look` gets
+    /// the number of every finished tick.
     ///
     /// # Errors
-    /// A bundle that contradicts itself, is of another kind of scene or too large.
+    /// If the bundle contradicts itself, is of another kind of scene, or is too large.
     pub fn of_bundle(
         bundle: &Bundle,
         name: &str,
@@ -98,8 +98,8 @@ impl Session {
 }
 
 impl Stage {
-    /// Everything that is recorded, to be repeated elsewhere, with a PNG of the last good tick. `None` where nothing
-    /// is recorded, or the run does not come out the same here.
+    /// Makes a bundle of everything that is recorded, for replay elsewhere; `picture` is a PNG of the last good tick. `None` if
+    /// nothing is recorded, or if the run cannot be reproduced here.
     #[must_use]
     pub fn bundle(&self, picture: Option<Vec<u8>>) -> Option<Bundle> {
         let Recorded { timeline, fault, .. } = &**self.past.as_ref()?;

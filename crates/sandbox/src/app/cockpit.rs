@@ -1,4 +1,4 @@
-//! The cockpit: everything within reach of the mouse, around the view and never over it.
+//! The cockpit: bars and a dock for the mouse, around the view and never over it.
 
 mod away;
 mod browser;
@@ -18,20 +18,21 @@ use crate::tools::tool::{Desk, Tool as _};
 use crate::tools::{Tools, learn};
 use crate::view::View;
 
-/// Least width at which the scene browser is open from the start, points.
+/// Least width of the screen at which the scene browser is open by default, points.
 const ROOM_FOR_BROWSER: f32 = 1200.0;
 
 /// Width of the browser, points.
 const BROWSER: f32 = 190.0;
 
-/// Least and greatest width of the dock at the start, points, and its share of the screen.
+/// Least and greatest width of the dock at the start, points.
 const DOCK: [f32; 2] = [340.0, 480.0];
+/// Width of the dock at the start, as a fraction of the screen.
 const DOCK_SHARE: f32 = 0.28;
 
-/// Greatest width of the dock that is believed, points.
+/// Greatest width that [`Cockpit::set_dock_width`] accepts, points; larger ones are clamped.
 const WIDEST_DOCK: f32 = 10_000.0;
 
-/// A part of the cockpit, to which the keyboard can go.
+/// A part of the cockpit that can get the keyboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     Toolbar,
@@ -42,16 +43,16 @@ pub(crate) enum Part {
 /// Widths of the dock, points.
 #[derive(Default)]
 struct DockWidth {
-    /// What it gets in the next layout.
+    /// The width for the next layout.
     set: Option<f32>,
-    /// What a person gave it.
+    /// The width that a person chose.
     chosen: Option<f32>,
     /// The widths of the screen and of the dock in the last layout.
     last: Option<[f32; 2]>,
 }
 
 impl DockWidth {
-    /// Notes a layout: in a screen of the same width, only a person changes the width of the dock.
+    /// Records the widths of a layout. If the screen is as wide as before, only a person can have changed the width of the dock.
     fn note(&mut self, screen: f32, dock: f32) {
         let dragged =
             self.last.is_some_and(|[before, width]| before == screen && (width - dock).abs() >= 0.5);
@@ -62,20 +63,21 @@ impl DockWidth {
     }
 }
 
-/// What a person opened and typed in the cockpit.
+/// The state of the cockpit: what a person opened and typed.
 pub(crate) struct Cockpit {
     pub shown: bool,
     browser: Browser,
-    /// Whether the browser is open; until a person says so, it is where there is room.
+    /// Whether a person opened or closed the browser; `None`: it is open if there is room.
     browses: Option<bool>,
     pub dock: bool,
-    /// The chosen tab of the dock, and which one is to be.
+    /// The chosen tab of the dock.
     pub tab: Tab,
+    /// The tab to choose in the next layout.
     pub next_tab: Option<Tab>,
     dock_width: DockWidth,
-    /// The part to which the keyboard is to go.
+    /// The part that gets the keyboard in the next layout.
     pub focuses: Option<Part>,
-    /// Where each part is in the last layout.
+    /// Place of each part in the last layout.
     parts: Vec<(Part, Rect)>,
     fault: FaultBar,
     /// The panels that were open in the last layout.
@@ -115,7 +117,7 @@ impl Cockpit {
         parts.next()
     }
 
-    /// Where the dock begins, if it is open.
+    /// Left edge of the dock, points, if it is open.
     pub fn dock_left(&self) -> Option<f32> {
         self.parts.iter().find(|(part, _)| *part == Part::Dock).map(|(_, rect)| rect.left())
     }
@@ -142,7 +144,7 @@ impl Cockpit {
         self.browses = Some(shown);
     }
 
-    /// Whether a person said that the scenes are shown or not.
+    /// Whether a person opened or closed the browser.
     pub fn has_chosen_browser(&self) -> bool {
         self.browses.is_some()
     }
@@ -152,7 +154,7 @@ impl Cockpit {
         self.browses.unwrap_or(width >= ROOM_FOR_BROWSER)
     }
 
-    /// Remembers where `part` is, and gives the keyboard to its `first` control if it is to have it.
+    /// Remembers where `part` is, and gives its `first` control the keyboard if `focuses` says so.
     fn lay_out_part(&mut self, part: Part, rect: Rect, first: &Response) {
         self.parts.push((part, rect));
         if self.focuses.take_if(|focuses| *focuses == part).is_some() {
@@ -170,7 +172,8 @@ impl Cockpit {
         intents: &mut Vec<Intent>,
     ) {
         let width = root.available_width();
-        // What is around the view has their color already: painting it again would take half the time of a frame in software.
+        // The area around the view already has the color of the panels: painting it again would take half the time of a frame in
+        // software.
         let bare = Frame::side_top_panel(root.style()).fill(Color32::TRANSPARENT);
         let browses = self.browses(width);
         let learns = opened.contains(&Panel::Learn);
@@ -210,7 +213,7 @@ impl Cockpit {
                 tools.learn.show(ui, &mut desk);
             });
         }
-        // Last: bars that come and go move nothing but the edge of the view.
+        // Last, so that these bars, which come and go, move nothing but the edge of the view.
         self.fault.show(root, stage, intents);
         away::show(root, stage, view, intents);
         self.opened = opened.to_owned();

@@ -1,4 +1,4 @@
-//! The control that has the keyboard: scrolled to, and framed. And the one at which a lesson points.
+//! Scrolls to and frames the control that has the keyboard, and the control that a lesson points at.
 
 use egui::style::ScrollAnimation;
 use egui::{Context, Id, LayerId, Order, Rect, Response, Stroke, StrokeKind};
@@ -10,12 +10,12 @@ use crate::view::marks::POINTER;
 /// Width of the frame around the control that has the keyboard, points.
 const FRAME: f32 = 2.0;
 
-/// Where egui keeps which control had the keyboard before the last layout.
+/// Key in egui's memory of the control that had the keyboard before the last layout.
 pub(super) fn before() -> Id {
     Id::unique("focus before the last layout")
 }
 
-/// Scrolls what `ui` is in to the control that has the keyboard, if it is in `ui` and has it since the last layout.
+/// Scrolls to the control that has the keyboard, if it is in `ui` and got the keyboard in the last layout.
 pub(super) fn reveal_focus(ui: &egui::Ui) {
     let focused = ui.memory(egui::Memory::focused);
     if focused == ui.data(|data| data.get_temp(before())).flatten() {
@@ -36,8 +36,8 @@ pub(super) fn show_focus(context: &Context) {
     painter.rect_stroke(place, 3.0, Stroke::new(FRAME, color), StrokeKind::Outside);
 }
 
-/// Names of the controls at which lessons can point: those of the toolbar, of the tabs and panels of the dock, and what brings
-/// back what has left the view.
+/// Names of the controls at which lessons can point: those of the toolbar, the tabs and panels of the dock, and the button that
+/// follows bodies that left the view.
 pub fn pointable() -> impl Iterator<Item = &'static str> {
     const OTHERS: [&str; 18] = [
         "Scenes", "Learn", "Play", "Pause", "Back", "Step", "Reset", "method", "Gravity", "Velocity",
@@ -48,7 +48,7 @@ pub fn pointable() -> impl Iterator<Item = &'static str> {
     OTHERS.into_iter().chain(tabs).chain(panels)
 }
 
-/// Frames `control` if the open lesson points at that name. One that is scrolled out of sight is scrolled to, once.
+/// Frames `control` if the open lesson points at `name`. Scrolls to it, once, if it is out of sight.
 pub(super) fn point_at(ui: &egui::Ui, name: &str, control: &Response) {
     if pointed_at(ui.ctx()).is_none_or(|pointed| pointed != name) {
         return;

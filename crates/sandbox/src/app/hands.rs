@@ -1,5 +1,5 @@
-//! The hands of a person: keys and the pointer become intents. Camera, selection, pull, held pushes and click force change at
-//! once.
+//! Turns keys and the pointer into intents. Camera, selection, pull, held pushes and click force change at once, without an
+//! intent.
 
 use glam::{DVec2, DVec3};
 use history::Change;
@@ -20,28 +20,28 @@ use crate::view::{Mode, View};
 /// Longest time between the two clicks of a double click, s.
 const DOUBLE_CLICK_S: f64 = 0.4;
 
-/// Farthest that the pointer moves during a press that is a click, points.
+/// Greatest distance that the pointer moves in a click, points.
 const CLICK_POINTS: f64 = 4.0;
 
-/// Farthest from what a tool takes that a press takes it, points.
+/// Greatest distance at which a press takes the handle of a tool, points.
 const NEAR_POINTS: f64 = 8.0;
 
-/// What a person holds.
+/// Held keys and buttons.
 #[derive(Default)]
 pub(crate) struct Hands {
     pub held: Held,
-    /// When the next key goes down or up, s of the clock of frames, if that is known.
+    /// Time at which the next key goes down or up, s of frame time, if known.
     at: Option<f64>,
     selecting: bool,
-    /// When and where the last click was, s and pixels: another one soon frames what is there.
+    /// Time and place of the last click, s and pixels: a second click soon after it frames the selection.
     clicked: Option<(f64, DVec2)>,
-    /// What the pointer moves the camera by while a button is down.
+    /// How the pointer moves the camera while a button is down.
     drag: Option<Drag>,
-    /// What the left button went down on, and where, pixels, until that becomes a click or a pull.
+    /// Place of the press of the left button, pixels, and the pull that it may become, until it is a click or a pull.
     pressed: Option<(DVec2, Pull)>,
 }
 
-/// What hands reach.
+/// The parts of a session that [`Hands`] change.
 pub(crate) struct Reach<'a> {
     pub stage: &'a mut Stage,
     pub view: &'a mut View,
@@ -55,14 +55,14 @@ impl Reach<'_> {
         self.ui.cockpit.shown && self.view.mode == Mode::Selection
     }
 
-    /// The same number of points in pixels.
+    /// Converts points to pixels.
     fn pixels(&self, points: f64) -> f64 {
         points * f64::from(self.ui.pixels_per_point())
     }
 }
 
 impl Hands {
-    /// Takes what a person does; what they want by it.
+    /// Handles one input. Returns the intents that it expresses.
     pub fn take(&mut self, input: &Input, mut reach: Reach<'_>) -> Vec<Intent> {
         match input {
             Input::KeyDown(key) => return self.key_down(key, None, reach),
@@ -103,7 +103,7 @@ impl Hands {
         let leaves = is_one_of(&[Act::Cancel, Act::Quit, Act::FocusPanels, Act::Screenshot]).is_some();
         let saves = is_one_of(&[Act::SaveBundle, Act::SaveScene, Act::Quit]).filter(|_| ui.takes_text());
         if let Some(row) = saves {
-            // What is being typed is taken first, when the field is laid out without the keyboard.
+            // The text being typed takes effect first: in the next layout, in which the field has lost the keyboard.
             ui.release_focus();
             ui.postponed.push(row.act);
         } else if (ui.question.is_some() || ui.takes_key(key)) && !leaves {
@@ -136,7 +136,8 @@ impl Hands {
         tools.each().for_each(|(_, tool)| tool.drag(view));
     }
 
-    /// The wheel turns in a panel, zooms, or changes the force of a click: while there is something to push, or Ctrl is held.
+    /// Scrolls a panel, zooms, or changes the force of a click. The wheel changes the force if it cannot move the camera, if
+    /// there is something to push, or if Ctrl is held.
     fn wheel(&mut self, notches: f64, reach: &mut Reach<'_>) {
         let moves_camera = reach.moves_camera();
         let Reach { stage, view, ui, .. } = reach;
@@ -168,7 +169,7 @@ impl Hands {
                 if let Some(intents) = tools.press(stage, view, near_px, ui.opened()) {
                     return intents;
                 }
-                // The tutorial selects what the pointer is drawn over; the cockpit pulls what it was pressed on.
+                // As in the tutorial, a drag selects whatever it passes over; in the cockpit, it pulls what was pressed.
                 self.selecting = !moves_camera;
                 self.select(&mut reach);
                 if moves_camera {
@@ -190,7 +191,7 @@ impl Hands {
         let click = reach.pixels(CLICK_POINTS);
         let Reach { stage, view, ui, tools } = reach;
         let over_panel = view.mode == Mode::Selection && ui.wants_pointer();
-        // What went down in one mode may come up in the other.
+        // A button that went down in one mode may come up in the other.
         ui.button(button, false);
         if button != Button::Left {
             self.drag = None;
@@ -215,7 +216,7 @@ impl Hands {
         intents
     }
 
-    /// Once per frame: held keys fly the camera, a held button selects, and the pull learns where the pointer is.
+    /// Flies the camera by held keys, selects by a held button, and aims the pull at the pointer. Call it once per frame.
     pub fn steer(&mut self, seconds: f64, mut reach: Reach<'_>) {
         self.at = None;
         let flight = self.held.flight(seconds);
@@ -232,7 +233,7 @@ impl Hands {
         }
     }
 
-    /// Sets the pushes of keys in the tick that ends at `due`, s of the clock of frames up to `nearly`.
+    /// Sets the pushes of keys for the tick that ends at `due`, s of frame time, known to within `nearly` s.
     pub fn push(&mut self, [due, nearly]: [f64; 2], reach: Reach<'_>) {
         let newtons = self.held.push(due, nearly);
         let Reach { stage, view, .. } = reach;
@@ -245,8 +246,8 @@ impl Hands {
         stage.held = held;
     }
 
-    /// Selects what is under the pointer; nothing there clears the selection, and so does what cannot be moved, unless it is
-    /// wanted.
+    /// Selects what is under the pointer. Clears the selection if nothing is there, or if it cannot be moved and
+    /// [`Self::selects_immovable`] does not allow it.
     fn select(&mut self, reach: &mut Reach<'_>) {
         let wanted = self.selects_immovable(reach.stage, reach.ui);
         let Reach { stage, view, .. } = reach;
@@ -255,14 +256,15 @@ impl Hands {
         stage.here.selection = hit.filter(|hit| wanted || is_movable(&stage.sim().world, *hit));
     }
 
-    /// Whether a click selects what cannot be moved. Within the cockpit a scene does not say so: there a click beside a body
-    /// deselects.
+    /// Whether a click selects bodies that cannot be moved: if a key says so or, outside the cockpit, the scene. In the cockpit a
+    /// click beside a body deselects.
     pub fn selects_immovable(&self, stage: &Stage, ui: &Ui) -> bool {
         let by_scene = stage.sim().scene.select_immovable && !ui.cockpit.shown;
         by_scene || self.held.selects_immovable()
     }
 
-    /// Pushes the selection along the ray, if the ray meets it first; beside it, or where it cannot be moved, a drag orbits.
+    /// Pushes the selection along the ray if the ray hits it first. Beside it, or if it cannot be moved, begins a drag that
+    /// orbits.
     fn push_or_orbit(&mut self, reach: Reach<'_>) -> Vec<Intent> {
         let moves_camera = reach.moves_camera();
         let Reach { stage, view, .. } = reach;
@@ -281,14 +283,14 @@ impl Hands {
         vec![Intent::Change(Change::Push(id, newtons), SwitchedBy::Key)]
     }
 
-    /// Lets go of what the buttons of the mouse hold.
+    /// Ends everything that held mouse buttons do.
     pub fn let_go(&mut self, reach: &mut Reach<'_>) {
         self.selecting = false;
         (self.drag, self.pressed, reach.stage.here.pull) = (None, None, None);
         reach.tools.each().for_each(|(_, tool)| tool.let_go());
     }
 
-    /// Forgets what was pressed in another world.
+    /// Forgets the press, which was in another world.
     pub const fn forget_world(&mut self) {
         self.pressed = None;
     }

@@ -1,14 +1,14 @@
-//! Held keys, and what they steer.
+//! Held keys, and how they fly the camera and push.
 
 use glam::DVec3;
 
 use crate::actions::Hold;
 use crate::input::Key;
 
-/// Newtons of a held push key.
+/// Force of a held push key, N.
 const KEY_PUSH: f64 = 10.0;
 
-/// A shift key that is held for less than this, s, before a key that it modifies does not fly.
+/// Shift that is held for less than this before another key, s, only modifies that key and does not fly the camera.
 const CHORD_S: f64 = 0.5;
 
 /// A key and what it does while it is held.
@@ -18,17 +18,17 @@ type HeldKey = (Key, Hold);
 #[derive(Clone, Debug)]
 struct Pusher {
     key: HeldKey,
-    /// When it went down and came up, s of the clock of frames; negative infinity without a time: it acts from the next tick on,
-    /// or no more.
+    /// When it went down, s of frame time; negative infinity if unknown: it acts from the next tick on.
     down: f64,
+    /// When it came up, s of frame time; negative infinity if unknown: it acts no more.
     up: Option<f64>,
     /// Whether it acted in a tick.
     acted: bool,
 }
 
 impl Pusher {
-    /// Whether it acts in the tick that ends at `due`, s, up to `nearly` seconds: in each that ends while it is held, and in
-    /// one where it is held for less.
+    /// Whether it acts in the tick that ends at `due`, s, known to within `nearly` s. It acts in every tick that ends while it is
+    /// held, and in one tick if it is held for less.
     fn acts(&self, due: f64, nearly: f64) -> bool {
         let is_held = self.up.is_none_or(|up| due <= up + nearly);
         due > self.down + nearly && (is_held || !self.acted)
@@ -39,9 +39,9 @@ impl Pusher {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Held {
     keys: Vec<HeldKey>,
-    /// Those that went down in this frame.
+    /// Keys that went down in this frame.
     pressed: Vec<HeldKey>,
-    /// Those of them that came up in it, too: they fly for it.
+    /// Keys that went down and came up in this frame: they fly for the whole frame.
     tapped: Vec<HeldKey>,
     pushers: Vec<Pusher>,
     /// How long shift has moved the camera since it went down, s.
@@ -53,7 +53,7 @@ impl Held {
         self.keys.is_empty()
     }
 
-    /// A key goes down, at a time and with an end of what it pushes, s of the clock of frames, if they are known.
+    /// Presses a key. `at` is when, and `until` when its push ends, s of frame time, if known.
     pub fn press(&mut self, key: &Key, hold: Hold, [at, until]: [Option<f64>; 2]) {
         let held = (key.clone(), hold);
         if self.keys.contains(&held) {
@@ -73,7 +73,7 @@ impl Held {
         self.pressed.push(held);
     }
 
-    /// A key comes up.
+    /// Releases a key. `at` is when, s of frame time, if known.
     pub fn release(&mut self, key: &Key, at: Option<f64>) {
         // By name: the control or the shift key may have gone down or up since the key did.
         let same = |(other, _): &HeldKey| other.name() == key.name();
@@ -90,7 +90,8 @@ impl Held {
         *self = Self::default();
     }
 
-    /// Takes shift for a part of another key; how long it has moved the camera, s, which was not meant.
+    /// Treats a held shift as a modifier of another key. Returns how long it has moved the camera by mistake, s: 0 if it was held
+    /// for [`CHORD_S`] or longer.
     pub fn take_shift(&mut self) -> f64 {
         if !self.keys.iter().any(is_shift) || self.shifted_s >= CHORD_S {
             return 0.0;
@@ -100,7 +101,8 @@ impl Held {
         std::mem::take(&mut self.shifted_s)
     }
 
-    /// Where the camera flies in a frame of `seconds`, whose input is complete: right, up and forward, each -1, 0 or 1.
+    /// The direction in which the camera flies in a frame of `seconds`: right, up and forward, each -1, 0 or 1. Call it after all
+    /// input of the frame.
     pub fn flight(&mut self, seconds: f64) -> DVec3 {
         self.pressed.clear();
         let tapped = std::mem::take(&mut self.tapped);
@@ -119,7 +121,7 @@ impl Held {
         self.pushers.len()
     }
 
-    /// The push in the tick that ends at `due`, s of the clock of frames, N. Each tick once, in their order.
+    /// The push in the tick that ends at `due`, s of frame time, N. Call it once per tick, in order.
     pub fn push(&mut self, due: f64, nearly: f64) -> DVec3 {
         let acting = self.pushers.iter().filter(|pusher| pusher.acts(due, nearly));
         let along = sum(acting.map(|pusher| &pusher.key), |hold| match hold {
@@ -148,7 +150,7 @@ fn is_shift((key, _): &HeldKey) -> bool {
     key.name() == "Shift"
 }
 
-/// The sum of what `keys` do, where a key that is held and tapped counts once: of two opposite ones, 0.
+/// Sums the directions of `keys`. A key that is held and tapped counts once; opposite keys cancel.
 fn sum<'a>(keys: impl Iterator<Item = &'a HeldKey>, along: impl Fn(Hold) -> Option<DVec3>) -> DVec3 {
     let mut holds: Vec<Hold> = Vec::new();
     for (_, hold) in keys {

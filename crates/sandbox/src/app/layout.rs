@@ -13,10 +13,10 @@ use crate::tools::{Tools, learn};
 use crate::view::card::{self, Selected};
 use crate::view::{View, hud, marks};
 
-/// Points from the bottom of the view to the card of the first start: below what the scene shows.
+/// Distance from the bottom of the view to the welcome card, points: below what the scene shows.
 const WELCOME_ABOVE: f32 = 56.0;
 
-/// Lays out all that is written over the picture; what the person wants by it.
+/// Lays out everything that is written over the picture. Returns the intents of the person.
 pub(super) fn lay_out(
     ui: &mut Ui,
     root: &mut egui::Ui,
@@ -46,7 +46,7 @@ pub(super) fn lay_out(
     let has_windows = stage.run.options.words != Words::Paper;
     hud::write_on_paper(&context, !has_windows);
     for (panel, tool) in tools.each().filter(|(panel, _)| has_windows && ui.lays_out(*panel)) {
-        // A lesson is in its strip, and not over pictures for people.
+        // In the cockpit a lesson has its strip, and pictures without the tutorial's words show no panel of it.
         let has_place = docks || stage.run.options.words != Words::All;
         if (docks && panel.tab().is_some()) || (has_place && panel == Panel::Learn) {
             continue;
@@ -80,7 +80,7 @@ pub(super) fn lay_out(
     if has_all {
         hud::show(&painter, stage, view);
     }
-    // A lesson says what there is to see.
+    // In the cockpit an open lesson says what there is to see.
     if (docks && !ui.shows(Panel::Learn)) || words == Words::Captions {
         let lesson = tools.learn.caption().filter(|_| ui.shows(Panel::Learn));
         let words = lesson.or_else(|| stage.caption.clone());
@@ -145,7 +145,7 @@ fn ask(context: &egui::Context, question: &Question, scene: &str, file: &str) ->
     asked.inner.map(Intent::Answer)
 }
 
-/// Left, top, width and height of `rect`, of which a point has `scale` pixels.
+/// Left, top, width and height of `rect`, pixels; a point has `scale` pixels.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "pixels of a picture")]
 fn pixels(rect: Rect, scale: f32) -> [u32; 4] {
     let [left, top, right, bottom] = [rect.left(), rect.top(), rect.right(), rect.bottom()]

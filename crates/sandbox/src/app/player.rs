@@ -6,7 +6,7 @@ use scene::{Action, Step, When};
 
 use crate::input::{Input, Key};
 
-/// Frames that a paused run waits for the next step of its script.
+/// Greatest number of frames that a paused run waits for the next step of its script.
 const MOST_PAUSED_FRAMES: u64 = 100_000;
 
 /// Steps with their places in the list.
@@ -17,22 +17,23 @@ type Steps = VecDeque<(usize, Step)>;
 pub struct Player {
     of_frames: Steps,
     of_ticks: Steps,
-    /// Buttons that a click lets go in the next frame.
+    /// Releases in the next frame that complete clicks.
     afterwards: Vec<Input>,
     /// Keys held until that time, s; each key once.
     held: Vec<(f64, Key)>,
-    /// Frames of a recording in which steps name the settings that were chosen.
+    /// Number of frames, from the first one on, in which the steps of a recording name the chosen settings.
     named_frames: u64,
 }
 
 impl Player {
-    /// Plays steps that name keys by their own names, and in the first `named_frames` frames the settings that were chosen.
+    /// Makes a player of `steps`, which name keys by their own names and, in the first `named_frames` frames, the chosen
+    /// settings.
     pub(crate) fn of(steps: Vec<Step>, named_frames: u64) -> Self {
         let (of_ticks, of_frames) = steps.into_iter().enumerate().partition(|(_, step)| step.is_of_ticks());
         Self { of_frames, of_ticks, afterwards: Vec::new(), held: Vec::new(), named_frames }
     }
 
-    /// Whether steps name the settings that are chosen in the frame of that number.
+    /// Whether steps name the settings that are chosen in frame number `frame`.
     pub(crate) const fn names_settings(&self, frame: u64) -> bool {
         frame < self.named_frames
     }
@@ -48,8 +49,8 @@ impl Player {
         self.of_frames.iter().chain(&self.of_ticks).map(|(place, step)| (*place, step))
     }
 
-    /// What a run that is paused after `frames` and `ticks` waits for forever, at `rate` frames per second: a tick, or a
-    /// frame that is too far ahead to wait for.
+    /// The time that a run, paused after `frames` frames and `ticks` ticks, would wait for forever at `rate` frames per second: a
+    /// tick, or a frame that is too far ahead. `None` if there is no such wait.
     #[must_use]
     pub fn waits_forever(&self, frames: u64, ticks: u64, rate: f64) -> Option<When> {
         #[expect(clippy::cast_precision_loss, reason = "counts of frames")]
@@ -84,7 +85,8 @@ impl Player {
             When::Tick(tick) => tick <= ticks,
             When::Frame(number) => number <= frame,
         }) {
-            // A key acts from its own time on, whatever the frames are; one of a frame from the start of the frame on.
+            // A key with a time acts from that time on, whatever the frames are; a key with a frame acts from the start of the
+            // frame on.
             let at = if let When::Seconds(time) = step.when { Some(time.max(start)) } else { None };
             let names_key = step.action.key().is_some();
             events.extend(at.filter(|_| names_key).map(Input::At));
@@ -93,7 +95,7 @@ impl Player {
         events
     }
 
-    /// What comes before the tick that starts at `start` seconds and lasts `length` seconds, after `ticks` others.
+    /// The inputs before the tick that starts at `start` seconds and lasts `length` seconds, after `ticks` earlier ticks.
     pub fn of_tick(&mut self, ticks: u64, start: f64, length: f64) -> Vec<Input> {
         let mut inputs = Vec::new();
         while let Some((_, step)) =
@@ -104,8 +106,8 @@ impl Player {
         inputs
     }
 
-    /// Presses `key`, and lets it go in the first frame that ends at `until` or later; what it pushes ends at `pushes_until`. Where
-    /// it is held already it is let go when the later of both is over.
+    /// Presses `key`, and releases it in the first frame that ends at `until` or later; its push ends at `pushes_until`. A key
+    /// that is held already is released at the later of its two times.
     fn hold(&mut self, key: Key, until: f64, pushes_until: f64) -> Input {
         match self.held.iter_mut().find(|(_, held)| *held == key) {
             Some((end, _)) => *end = end.max(until),
@@ -114,11 +116,11 @@ impl Player {
         Input::KeyDownUntil(key, pushes_until)
     }
 
-    /// What `action` is as an input, `at` some time in a frame that ends at `end` seconds.
+    /// Converts `action` to an input at `at` seconds, in a frame that ends at `end` seconds.
     fn input(&mut self, action: Action, [at, end]: [f64; 2]) -> Input {
         let key = |word: &str| word.parse::<Key>().expect("checked when the script was read");
         match action {
-            // Until the next frame, and for one tick.
+            // Held until the next frame; it pushes for one tick.
             Action::Press(word) => self.hold(key(&word), end, at),
             Action::Hold(word, seconds) => self.hold(key(&word), end + seconds, at + seconds),
             Action::KeyDown(word) => Input::KeyDown(key(&word)),
@@ -157,7 +159,7 @@ impl Player {
     }
 }
 
-/// The script's word for an input, for recordings; `None` for what only a script does.
+/// The script action that records `input`; `None` for inputs that only a script makes.
 #[must_use]
 pub fn recorded(input: &Input) -> Option<Action> {
     Some(match input {

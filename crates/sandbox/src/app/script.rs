@@ -14,10 +14,10 @@ use crate::input::UnknownKey;
 use crate::panels::Panel;
 
 impl Player {
-    /// Prepares `script`, all key names checked.
+    /// Prepares `script` and checks its key names.
     ///
     /// # Errors
-    /// Every step that names no key: its index and the word.
+    /// The index and the word of every step that names an unknown key.
     pub fn new(script: Script) -> Result<Self, Vec<(usize, UnknownKey)>> {
         let named = script.recording.filter(|recording| recording.names_settings);
         let named_frames = named.map_or(0, |recording| recording.frame_ends_s.len() as u64);
@@ -37,7 +37,7 @@ impl Player {
     }
 }
 
-/// Actions after which bodies that were removed may be there again.
+/// Actions that may bring removed bodies back.
 const BRING_BACK: [Act; 6] = [
     Act::ResetWorld,
     Act::PreviousScene,
@@ -61,7 +61,7 @@ pub(crate) fn load_script(path: &Path, scene: &Scene) -> Result<Script, Failure>
     Ok(script)
 }
 
-/// A recording means something in its own scene only; folders do not count, for files move.
+/// Refuses a recording of another scene. Compares file names without their folders, because files move.
 fn check_scene(recording: &Recording, name: &str, scene: &Scene) -> Result<(), Failure> {
     let stem = |path: &Path| path.file_stem().map(std::ffi::OsStr::to_owned);
     let opened = match &scene.source {

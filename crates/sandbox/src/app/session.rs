@@ -1,6 +1,6 @@
 //! A running scene: input and a frame time in, ticks simulated, a plain frame for the renderer out.
 //!
-//! The window, headless runs and tests all come through here, which is why a headless picture is the window's.
+//! The window, headless runs and tests all use it, so a headless picture is the same as the window's.
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -34,28 +34,28 @@ use crate::tools::Tools;
 use crate::tools::editor::selected::{entity_at, offset_in_entry};
 use crate::view::{Measured, Mode, View};
 
-/// Frames per second of a run that does not say.
+/// Frames per second of a run that specifies none.
 pub(crate) const DEFAULT_FPS: f64 = 60.0;
 
-/// Slowest and fastest pace that the keys reach, in those of the scene.
+/// Slowest and fastest pace that the keys reach, as multiples of the pace of the scene.
 const PACES: [f64; 2] = [1.0 / 64.0, 16.0];
 
-/// A running scene: the stage, how it is looked at, and the tools.
+/// A running scene: the stage, the view and the tools.
 pub struct Session {
     /// The run.
     pub stage: Stage,
-    /// How it is looked at.
+    /// Camera, pointer, and what is drawn.
     pub view: View,
-    /// What can be opened beside the picture.
+    /// The tools, which have the panels.
     pub tools: Tools,
     pub(crate) hands: Hands,
     pub(crate) ui: Ui,
     pub(crate) player: Option<Player>,
     /// The settings that were chosen in the panels of the last frame, as inputs: a recording has them in the next one.
     pub(crate) chosen: Vec<Input>,
-    /// No picture of the coming frame is seen: its panels are not laid out.
+    /// Whether no picture of the next frame will be seen: its panels are then not laid out.
     unseen: bool,
-    /// Number of the world that tools and view were last told of.
+    /// Number of the world that tools, view and hands last heard of.
     world: u64,
 }
 
@@ -77,20 +77,20 @@ impl Session {
         }
     }
 
-    /// One frame: everything but pixels.
+    /// Does one frame: everything but pixels.
     pub fn frame(&mut self, input: &InputFrame, time: FrameTime) -> render::Frame {
         self.advance(input, time);
         self.picture()
     }
 
-    /// One frame without the picture: input, ticks, camera, panels.
+    /// Does one frame without the picture: input, ticks, camera, panels.
     pub fn advance(&mut self, input: &InputFrame, time: FrameTime) {
         self.advance_watched(input, time, &mut |_, _| ControlFlow::Continue(()));
     }
 
-    /// [`Session::advance`] with a look at the state after every tick. A look that breaks drops the frame's other
-    /// ticks, which are counted as dropped time: a run that waits for them too long would never catch up. The ticks
-    /// of a seek are left to the next frame instead, and nothing else is simulated until the seek ends.
+    /// Does the same as [`Session::advance`], and calls `after_tick` after every tick. If that breaks, the frame's other ticks
+    /// are dropped and counted as dropped time: a run that waits too long for them would never catch up. The ticks of a seek are
+    /// left to the next frame instead, and nothing else is simulated until the seek ends.
     pub fn advance_watched(
         &mut self,
         input: &InputFrame,
@@ -147,7 +147,7 @@ impl Session {
         self.follow();
     }
 
-    /// Tells tools, view and hands what happened to the stage since the last call: which changes it got, and whether it has
+    /// Tells tools, view and hands what happened to the stage since the last call: the changes that it got, and whether it has
     /// another world.
     fn follow(&mut self) {
         for change in std::mem::take(&mut self.stage.here.given) {
@@ -167,10 +167,10 @@ impl Session {
         }
     }
 
-    /// Lays out the panels, where there are some or pictures have words.
+    /// Lays out the panels if any are open, or if pictures with words are drawn.
     fn show_panels(&mut self, time: FrameTime) {
         let has_panels = self.stage.run.options.pictures || self.ui.any_open() || self.ui.closing();
-        // Unseen, what is typed and clicked waits for the layout that shows what it does.
+        // In unseen frames, keys and clicks wait for the layout that shows their effect.
         if has_panels && !self.unseen {
             self.lay_out_panels(time);
         } else if !has_panels {
@@ -179,7 +179,7 @@ impl Session {
         }
     }
 
-    /// Lays the panels out for this frame and does what the person wants by them.
+    /// Lays out the panels for this frame and carries out the intents of the person.
     pub(crate) fn lay_out_panels(&mut self, time: FrameTime) {
         self.stage.notices.expire(time.total());
         self.view.expire_flash(time.total());
@@ -187,7 +187,7 @@ impl Session {
         let (mut intents, text) = (Vec::new(), Arc::clone(&stage.sim().scene.text));
         ui.run(time, |ui, root| intents.extend(lay_out(ui, root, stage, view, tools)));
         for intent in intents {
-            // Places in one text are others in the text that a change before made of it.
+            // If an earlier intent changed the text, the places of this one are stale.
             let stale =
                 matches!(intent, Intent::Rewrite(..)) && !Arc::ptr_eq(&text, &self.stage.sim().scene.text);
             if !stale {
@@ -198,10 +198,10 @@ impl Session {
         postponed.into_iter().for_each(|act| self.carry_out(Intent::Act(act)));
     }
 
-    /// Lays the panels out for a picture of the present state, between two frames.
+    /// Lays out the panels for a picture of the current state, between two frames.
     pub(crate) fn lay_out_still(&mut self) {
         if let Ok(now) = FrameClock::default().advance_to(self.stage.clock.now()) {
-            // A card that is new stands at its place in the layout after those that measure it.
+            // A new card gets to its place only in a layout after those that measure it.
             (0..2).for_each(|_| self.lay_out_panels(now));
         }
     }
@@ -272,12 +272,12 @@ impl Session {
             Intent::Restart(scene, select) => self.restart_with(*scene, select.as_deref()),
             Intent::Ask(question) => self.ask(question),
             Intent::Answer(answer) => self.answer(answer),
-            // Of the editor.
+            // The editor takes these.
             Intent::Rewrite(..) | Intent::Delete(..) => {}
         }
     }
 
-    /// Does an action at once; one that lasts while its key is held does nothing.
+    /// Does an action at once. Actions that last while their key is held do nothing here.
     fn act(&mut self, act: Act) {
         match act {
             Act::Panel(panel) => self.toggle(panel),
@@ -320,7 +320,7 @@ impl Session {
             Act::Screenshot => self.stage.orders.push(Order::Screenshot(None)),
             Act::Cancel => self.cancel(),
             Act::Quit => self.leave(Order::Quit),
-            // Of tools.
+            // Tools take these.
             Act::NextSolid | Act::SaveScene | Act::Undo | Act::Redo | Act::Duplicate | Act::Delete => {}
             Act::FlyForward
             | Act::FlyBack
@@ -341,7 +341,7 @@ impl Session {
 
     /// Opens or closes a panel.
     fn toggle(&mut self, panel: Panel) {
-        // A tool that follows the world begins with all that was changed before.
+        // A tool that follows the world has to know all changes before it opens.
         self.follow();
         if self.ui.shows(panel) && !self.ui.lays_out(panel) {
             return self.ui.open(panel);
@@ -443,11 +443,11 @@ impl Session {
         }
     }
 
-    /// Restarts with `scene`, another text of the present one, paused; camera, click force and what is drawn stay.
+    /// Restarts, paused, with `scene`, another text of the current scene. Keeps camera, click force and what is drawn.
     fn restart_with(&mut self, scene: Scene, select: Option<&str>) {
         let offset = offset_in_entry(&self.stage, select);
         let (before, pace) = (Arc::clone(&self.stage.sim().scene), self.stage.clock.pace());
-        // The text says them; scenes that are opened later have them again.
+        // The text already has the overrides; scenes that are opened later get them again.
         let overrides = std::mem::take(&mut self.stage.run.options.overrides);
         self.stage.open(scene);
         self.stage.run.options.overrides = overrides;
@@ -476,7 +476,7 @@ impl Session {
         self.tools.has_unsaved_changes(&self.stage)
     }
 
-    /// Does what leaves the scene; unsaved changes are asked about before.
+    /// Carries out `order`, which leaves the scene. Asks first if there are unsaved changes.
     pub fn leave(&mut self, order: Order) {
         if self.has_unsaved_changes() {
             self.ask(Question::Leaving(order));
@@ -503,12 +503,12 @@ impl Session {
         self.ask(Question::LeftBehind(draft));
     }
 
-    /// Does what a question was answered with.
+    /// Carries out the answer to the open question.
     fn answer(&mut self, answer: Answer) {
         match (self.ui.question.take(), answer) {
             (None, _) | (_, Answer::Cancel) => {}
             (Some(Question::Leaving(order)), Answer::Discard) => {
-                // Another scene brings another editor, once it is there.
+                // Another scene gets another editor as soon as it is open.
                 if order == Order::Quit {
                     self.tools.discard_changes();
                 }
@@ -533,14 +533,14 @@ impl Session {
         }
     }
 
-    /// Goes on, paused, with the unsaved changes of a scene, and with the file that they were made in and what it has.
+    /// Opens `scene`, which has unsaved changes, and pauses. `file` is the file that was edited, and its text.
     pub fn open_unsaved(&mut self, scene: Scene, file: Option<(PathBuf, Arc<str>)>) {
         self.open(scene);
         self.stage.paused = true;
         self.tools.open_unsaved(&self.stage, file);
     }
 
-    /// Opens the panel of lessons with `lesson`, whose scene this session has and whose runs measured `of_runs`.
+    /// Opens the panel of lessons with `lesson`, whose scene is open in this session and whose runs measured `of_runs`.
     pub fn begin_lesson(&mut self, lesson: Lesson, of_runs: Quantities) {
         self.tools.learn.open(Arc::new(lesson), of_runs);
         self.ui.open(Panel::Learn);
@@ -554,7 +554,7 @@ impl Session {
             Begin::Play => self.stage.paused = false,
             Begin::Frame => {
                 self.act(Act::ResetCamera);
-                // Also without bars, where the key does not.
+                // Works without the bars, too; the key does not.
                 if self.view.wants_frame(&self.stage) {
                     self.view.frame(&self.stage);
                 }
@@ -562,18 +562,18 @@ impl Session {
         }
     }
 
-    /// Plays a script from the next frame on, beside the input of frames.
+    /// Plays a script from the next frame on, in addition to the input of frames.
     pub fn play(&mut self, player: Player) {
         self.player = Some(player);
     }
 
-    /// The script that is played, if one is.
+    /// The script that is playing, if any.
     #[must_use]
     pub const fn player(&self) -> Option<&Player> {
         self.player.as_ref()
     }
 
-    /// Does what the script does at the start of a frame.
+    /// Carries out the steps of the script at the start of a frame.
     fn play_frame(&mut self, time: FrameTime) {
         let (frame, ticks) = (self.stage.frames(), self.stage.sim().ticks());
         let Some(player) = &mut self.player else { return };
@@ -582,7 +582,7 @@ impl Session {
         }
     }
 
-    /// Does what the script does before the next tick; whether that is something.
+    /// Carries out the steps of the script before the next tick. Returns whether there were any.
     fn play_tick(&mut self) -> bool {
         let Some(player) = &mut self.player else { return false };
         let world = &self.stage.sim().world;
@@ -592,21 +592,21 @@ impl Session {
         !inputs.is_empty()
     }
 
-    /// Pauses and goes to the end of tick number `tick`, or the nearest in the last minute, in one go. Going on from there
-    /// drops what came after it, unless it is repeated.
+    /// Pauses and goes to the end of tick number `tick`, or to the nearest tick of the last minute, in one call. Resuming from
+    /// there drops what came after it, unless the run repeats it.
     pub fn seek(&mut self, tick: u64) {
         self.stage.seek(tick);
         self.follow();
     }
 
-    /// Goes to the last good tick before what went wrong, if something did, with the body selected.
+    /// Goes back to the last good tick before the fault, if there is one, and selects the body at fault.
     pub fn rewind_before_fault(&mut self) {
         if let Some(fault) = self.stage.fault().cloned() {
             self.rewind_before(&fault);
         }
     }
 
-    /// Goes back to the last good tick, in one go, and selects the body that is at fault.
+    /// Goes back to the last good tick before `fault`, in one call, and selects the body at fault.
     pub fn rewind_before(&mut self, fault: &Fault) {
         self.stage.rewind_before(fault);
         self.follow();
@@ -617,12 +617,12 @@ impl Session {
         self.view.measured = Some(measured);
     }
 
-    /// Lets the next frames do without panels, because no picture of them is seen, or lay them out again.
+    /// Sets whether no picture of the next frames is seen; unseen frames lay out no panels.
     pub const fn set_unseen(&mut self, unseen: bool) {
         self.unseen = unseen;
     }
 
-    /// How the panels are arranged, an action and its state in each line: `on`, `off`, or how many times it was done.
+    /// The arrangement of the panels, one line per action and its state: `on`, `off`, or how many times it was done.
     #[must_use]
     pub fn arrangement(&self) -> String {
         arrangement::of(&self.ui, &self.tools.learn)
@@ -646,7 +646,7 @@ impl Session {
         self.ui.controls()
     }
 
-    /// Seconds after the last frame until something changes without input; infinite where nothing does.
+    /// Seconds after the last frame until something changes without input; infinite if nothing does.
     #[must_use]
     pub fn changes_in_s(&mut self) -> f64 {
         let works = self.tools.each().any(|(panel, tool)| self.ui.shows(panel) && tool.works());

@@ -98,7 +98,7 @@ fn a_card_that_gets_wider_stays_in_the_picture_in_the_same_frame() {
     }
 }
 
-/// The card of that body after some ticks.
+/// The rows of the card of `body` after `ticks` ticks.
 fn card(scene: Scene, body: &str, ticks: u32) -> Vec<(String, String)> {
     let tick = 1.0 / scene.step_hz;
     let (mut session, mut clock) = (Session::new(scene, Options::default()), FrameClock::default());
@@ -161,7 +161,7 @@ fn labelled() -> Session {
     let mut session = Session::new(Scene::parse("labels", text).expect("a good scene"), Options::default());
     let names: Vec<_> = session.stage.sim().scene.names.iter().map(std::borrow::Cow::into_owned).collect();
     session.view.labels = (0..).zip(names).collect();
-    // A body that there is not.
+    // A body that does not exist.
     session.view.labels.push((99, "no body".to_owned()));
     session
 }

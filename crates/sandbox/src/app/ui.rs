@@ -12,15 +12,15 @@ use crate::input::{Button, Key};
 use crate::intent::Question;
 use crate::panels::Panel;
 
-/// Pixels and notches beyond every screen: of larger ones egui's speeds are no numbers.
+/// Limit of pixels and notches, beyond every screen: with larger ones, egui's speeds are not finite.
 const FAR: f64 = 1e6;
 
 /// A button, a field or words on the screen, as assistive technology names it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Control {
-    /// What kind of control it is, by AccessKit's name.
+    /// Kind of the control, by AccessKit's name.
     pub role: String,
-    /// What it says.
+    /// Words of the control.
     pub name: String,
     /// Left, top, right and bottom, pixels.
     pub rect_px: [f64; 4],
@@ -33,27 +33,27 @@ pub(crate) struct Ui {
     context: egui::Context,
     events: Vec<Event>,
     output: Option<egui::FullOutput>,
-    /// Pixels a point, as the display has it.
+    /// Pixels per point of the display.
     scale: f32,
-    /// The size of everything in the panels, a place in their list.
+    /// The size of everything in the panels: an index into the list of sizes.
     zoom: usize,
     size_px: [u32; 2],
     pointer: Pos2,
     laid_out: bool,
     /// Open panels in the order in which they were opened.
     opened: Vec<Panel>,
-    /// Those of them that went with the dock when it was hidden.
+    /// Open panels that were hidden with the dock.
     hidden: Vec<Panel>,
     was_open: bool,
     /// The bars and the dock around the view.
     pub cockpit: Cockpit,
-    /// What they left for the view in the last layout.
+    /// The area that the bars and the dock left for the view in the last layout.
     pub view: Rect,
-    /// Actions that come after the next layout.
+    /// Actions that are carried out after the next layout.
     pub postponed: Vec<Act>,
-    /// What the person is asked.
+    /// The question that is open.
     pub question: Option<Question>,
-    /// When egui wants its next layout, s; infinite where nothing moves by itself.
+    /// When egui wants its next layout, s; infinite if nothing moves by itself.
     lays_out_at: f64,
     focus: focus::Focus,
 }
@@ -88,7 +88,7 @@ impl Ui {
         self.opened.contains(&panel)
     }
 
-    /// Whether `panel` is open and on the screen, where it is not hidden with the dock.
+    /// Whether `panel` is open and not hidden with the dock.
     pub fn lays_out(&self, panel: Panel) -> bool {
         self.shows(panel) && !self.hidden.contains(&panel)
     }
@@ -106,7 +106,7 @@ impl Ui {
         self.hidden.retain(|other| *other != panel);
     }
 
-    /// When egui wants its next layout, s; infinite where nothing moves by itself.
+    /// When egui wants its next layout, s; infinite if nothing moves by itself.
     pub const fn lays_out_at(&self) -> f64 {
         self.lays_out_at
     }
@@ -130,7 +130,8 @@ impl Ui {
         self.was_open
     }
 
-    /// Closes what was opened last: a list, takes the keyboard from a control, else closes a panel. `false` if nothing is open.
+    /// Closes an open list, else takes the keyboard from a control, else closes the panel that was opened last. Returns `false`
+    /// if there is nothing of these.
     pub fn close_top(&mut self) -> bool {
         // The finder's field has the keyboard as long as it is open.
         if self.opened.last() != Some(&Panel::Finder) {
@@ -148,7 +149,7 @@ impl Ui {
 
     /// Whether the pointer is over a panel or drags something of it.
     pub fn wants_pointer(&self) -> bool {
-        // Where the pointer is now, not where the last layout saw it: it may have moved in this very frame.
+        // By the current pointer, not by that of the last layout: it may have moved in this very frame.
         let layer = self.context.layer_id_at(self.pointer);
         let over = layer.is_some_and(|layer| layer.order != egui::Order::Background);
         self.any_open()
@@ -221,19 +222,19 @@ impl Ui {
         self.events.push(Event::PointerGone);
     }
 
-    /// Shows or hides the bars and the dock with its panels around the view; whether they are shown now.
+    /// Shows or hides the bars and the dock with its panels. Returns whether they are shown now.
     pub fn toggle_cockpit(&mut self) -> bool {
         self.cockpit.shown ^= true;
         self.hidden.clear();
         if !self.cockpit.shown {
             self.hidden.extend(self.opened.iter().filter(|panel| panel.tab().is_some()));
         }
-        // They have to be measured, as at the first layout.
+        // Bars and dock have to be measured, as at the first layout.
         self.laid_out = false;
         self.cockpit.shown
     }
 
-    /// Where a click is one into the scene: in the view, but not at the edge by which the dock is dragged.
+    /// The area in which a click goes into the scene: the view without the edge by which the dock is dragged.
     fn scene_area(&self) -> Rect {
         let mut area = self.view;
         if self.cockpit.shown {
@@ -251,10 +252,10 @@ impl Ui {
         self.size_px = size_px;
     }
 
-    /// Lays out a frame by `lay_out`, which is called once more where something is as large as it was not expected to be.
+    /// Lays out a frame by `lay_out`, which egui calls once more if something has another size than expected.
     pub fn run(&mut self, time: FrameTime, mut lay_out: impl FnMut(&mut Self, &mut egui::Ui)) {
         let (now, context) = (time.total(), self.context.clone());
-        // The first layout only measures; a second one of the same frame stands right.
+        // The first layout only measures; a second one of the same frame is right.
         let passes = if self.laid_out { 1 } else { 2 };
         let pixels_per_point = self.pixels_per_point();
         for _ in 0..passes {
@@ -274,12 +275,12 @@ impl Ui {
             }
             let mut output = context.run_ui(input, |root| lay_out(self, root));
             if let Some(mut earlier) = self.output.take() {
-                // Textures that no picture has taken yet.
+                // Keep textures that no picture has taken yet.
                 earlier.textures_delta.append(std::mem::take(&mut output.textures_delta));
                 output.textures_delta = std::mem::take(&mut earlier.textures_delta);
             }
             let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map(|root| root.repaint_delay);
-            // The longest delay is never.
+            // The longest delay means never.
             let delay = delay.filter(|delay| *delay < std::time::Duration::MAX);
             self.lays_out_at = now + delay.map_or(f64::INFINITY, |delay| delay.as_secs_f64());
             self.output = Some(output);
@@ -326,7 +327,7 @@ impl Ui {
 
 impl Drop for Ui {
     fn drop(&mut self) {
-        // No picture will draw them any more; a debug build of egui asks to be told so.
+        // No picture will draw them any more; debug builds of egui panic unless they are cleared.
         if let Some(output) = &mut self.output {
             output.textures_delta.clear();
         }

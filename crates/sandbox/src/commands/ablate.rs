@@ -1,4 +1,4 @@
-//! A scene again without each of its effects, with the pictures at the end compared.
+//! `sandbox ablate`: a scene run again without each of its effects, with the pictures at the end compared.
 
 use clap::Args;
 use lab::duration::{tick_seconds, ticks_in};
@@ -75,7 +75,7 @@ struct Pictures {
 }
 
 impl Pictures {
-    /// `None`, and a line that says so, where there is no adapter.
+    /// Opens an adapter; prints a line and returns `None` if there is none.
     fn new() -> Option<Self> {
         let options = Options::default();
         let made = headless().and_then(|gpu| {
@@ -90,7 +90,7 @@ impl Pictures {
         let options = Options { interpolate: false, ..Options::default() };
         let mut session = Session::new(scene.clone(), options);
         if let Some(effect) = without {
-            // An effect that acts was declared.
+            // Cannot fail: `effect` is one that the scene declares.
             let _ = session.stage.switch_effect(effect, false, SwitchedBy::Flag);
         }
         session.stage.limit_ticks(ticks);
@@ -102,7 +102,7 @@ impl Pictures {
             session.advance(&InputFrame::NOTHING, time);
         }
         let mut frame = session.picture();
-        // The words of the HUD tell what is switched off.
+        // The words of the HUD say which effect is off, so they would always differ.
         frame.panels = None;
         self.renderer.draw(&self.gpu, &frame, self.target.view());
         Ok(self.target.read(&self.gpu)?.rgba)

@@ -60,13 +60,13 @@ pub(crate) struct CostArgs {
     pub format: Format,
 }
 
-/// Studied by default: an orbit and an oscillator, things that stretch, and the tutorial.
+/// Problems and scenes studied by default: an oscillator, an orbit, things that stretch, and the tutorial.
 const DEFAULT: [&str; 5] = ["harmonic_oscillator", "kepler", "tetrahedron", "flag", "tutorial"];
 
-/// Said where this program has no real-time priority.
+/// Message if the program cannot get real-time priority.
 const DISTURBED: &str = "other programs disturb these times; with real-time priority they agree better: sudo chrt -f 1 sandbox cost ...";
 
-/// Looks between two times that an unfinished report is written.
+/// Number of looks at a study between two saves of an unfinished report.
 const SAVE: u32 = 20;
 
 /// The machine-readable part of a report, which `--resume` reads.
@@ -91,7 +91,7 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
     let mut plan = if args.quick { Plan::quick(subjects.len()) } else { Plan::full() };
     plan.bodies = args.bodies.unwrap_or(plan.bodies);
     if let Some(folder) = args.out.as_ref().filter(|_| part.is_none()) {
-        // Whose report is there is asked below.
+        // A report may be there already: `earlier` checks whose it is.
         let cure = "give another folder, or --replace to write over it";
         claim_folder(folder, args.replace || folder.join(FILE).exists(), cure, &files)?;
     }
@@ -151,7 +151,7 @@ fn names(args: &CostArgs) -> Vec<&str> {
     }
 }
 
-/// Refuses a scene in which nothing moves but particles on the graphics device, which no study has.
+/// Refuses a scene in which nothing moves but particles on the graphics device: no study covers these.
 pub(crate) fn refuse_swarms_alone(scene: &Scene) -> Result<(), Failure> {
     if has_swarms(scene) && !scene.bodies.iter().any(BodySpec::is_movable) {
         let what =
@@ -161,7 +161,7 @@ pub(crate) fn refuse_swarms_alone(scene: &Scene) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The problems and scenes of those names.
+/// Loads the problems and scenes called `names`.
 fn subjects(names: &[&str], seconds: Option<f64>, files: &mut CommandFiles) -> Result<Vec<Subject>, Failure> {
     let mut subject = |name: &str| match problem(name) {
         Some(problem) => Ok(Subject::of_problem(problem)?),
@@ -260,7 +260,7 @@ fn command(args: &CostArgs) -> String {
     command
 }
 
-/// Where a report, or a part of one, is written.
+/// The place where a report, or a part of one, is written.
 struct Target<'a> {
     folder: Option<&'a Path>,
     part: Option<Part>,
@@ -268,7 +268,7 @@ struct Target<'a> {
 }
 
 impl Target<'_> {
-    /// Writes what there is so far.
+    /// Writes the report, or its part, so far.
     fn save(&self, report: &Report) -> Result<(), Failure> {
         match (self.folder, &self.part) {
             (Some(folder), Some(part)) => {
@@ -283,7 +283,7 @@ impl Target<'_> {
         }
     }
 
-    /// Writes all of it.
+    /// Writes the complete report, or its part.
     fn finish(&self, report: &Report) -> Result<(), Failure> {
         match (self.folder, &self.part) {
             (Some(folder), None) => write_report(report, folder, self.files),

@@ -1,4 +1,4 @@
-//! What `sandbox effects` and `sandbox ablate` print.
+//! The output of `sandbox effects` and `sandbox ablate`.
 
 use clap::Args;
 use lab::duration::tick_seconds;
@@ -18,7 +18,7 @@ use crate::output::show;
 use crate::stage::options::Options;
 use crate::tools::effects::{ENERGY_WATCH, picture_rows};
 
-/// Ticks of a report that does not say.
+/// Default number of ticks of a report.
 pub(crate) const DEFAULT_TICKS: u64 = 600;
 
 pub(super) const EXAMPLES: &str = "\
@@ -53,7 +53,7 @@ fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
     let watch = lab::watch_time(&scene);
     let mut session = Session::new(scene, Options::default());
     session.view.see(&session.stage);
-    // As the window does.
+    // The window keeps a timeline, too.
     session.stage.keep_timeline();
     receipt.rows.extend(picture_rows(&session.stage, &session.view));
     if let Some(row) = receipt.rows.iter_mut().find(|row| row.name == ENERGY_WATCH) {
@@ -77,7 +77,7 @@ fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
     text(&receipt, format, &heading, row_json, line)
 }
 
-/// What both print.
+/// The output of both commands.
 fn text<R>(
     found: &ByEffect<R>,
     format: Format,
@@ -119,7 +119,8 @@ fn row_json(row: &ReceiptLine) -> Value {
     })
 }
 
-/// What leaving each effect out changes; `differs` says of a picture without one whether it is another one.
+/// The report on the scene without each of its effects. `differs` says whether the picture without an effect differs; `None`
+/// without pictures.
 pub(crate) fn ablation(
     scene: &Scene,
     ticks: u64,

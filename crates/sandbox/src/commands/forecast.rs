@@ -63,7 +63,7 @@ pub(crate) fn run(args: &ForecastArgs) -> Result<(), Failure> {
     })
 }
 
-/// Approximate seconds that the modes of a group take, per square of its coordinates and per mode.
+/// Estimated time for the natural modes of a group, s per squared number of coordinates and per mode.
 const MODE: f64 = 1e-7;
 
 fn modes(name: &str, stage: &mut Stage, count: usize) -> Result<NaturalModes, Failure> {

@@ -1,4 +1,4 @@
-//! What `sandbox list` prints: scenes, hard cases, methods, laws and keys.
+//! `sandbox list`: scenes, hard cases, methods, laws and keys.
 
 use clap::{Args, ValueEnum};
 use motion::{LAWS, METHODS};
@@ -51,7 +51,7 @@ pub(crate) enum Format {
     Json,
 }
 
-/// A cell: name in JSON, what programs and what people read.
+/// A cell: its name in JSON, its value for programs, and its text for people.
 type Cell = (&'static str, Value, String);
 
 fn text(name: &'static str, text: impl Into<String>) -> Cell {
@@ -97,7 +97,7 @@ fn scenes(what: &'static str, embedded: &[ShippedScene]) -> Vec<Vec<Cell>> {
     embedded.iter().map(row).collect()
 }
 
-/// Headings of the tables that would be numbers without a name.
+/// Headings of the tables that cannot be understood without them.
 fn headings(what: Listed) -> Option<Vec<&'static str>> {
     match what {
         Listed::Methods => Some(COLUMNS.iter().map(|column| column.heading).collect()),

@@ -1,4 +1,4 @@
-//! `sandbox merge`: the report that one run would have made, of the shards of a study.
+//! `sandbox merge`: joins the shards of a study to the report that one run would have made.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ pub(crate) struct MergeArgs {
     pub out: PathBuf,
 }
 
-/// Missing shards that are named.
+/// Greatest number of missing shards that a message names.
 const SHOWN: usize = 20;
 
 /// Does what `sandbox merge` says.
@@ -42,16 +42,16 @@ pub(crate) fn run(args: &MergeArgs) -> Result<(), Failure> {
     if parts::part(first)?.is_some() { merge_parts(args) } else { merge_sweeps(args) }
 }
 
-/// How shards of one kind are read and compared.
+/// The functions that read and compare shards of one kind.
 struct Kind<S> {
-    /// The name of the file that is written beside each.
+    /// Name of the file that describes a shard.
     file: &'static str,
-    /// What they are of, in a sentence.
+    /// The word for what the shards are parts of.
     what: &'static str,
     read: fn(&Path) -> Result<Option<S>, Failure>,
-    /// Which shard it is, and whether all of it was run.
+    /// The place of the shard, and whether all of it was run.
     state: fn(&S) -> (Shard, bool),
-    /// What keeps two from being of one study, as the end of a sentence.
+    /// The reason why two shards are not of one study, as the end of a sentence.
     differs: fn(&S, &S) -> Option<&'static str>,
 }
 
@@ -134,7 +134,7 @@ fn merge_sweeps(args: &MergeArgs) -> Result<(), Failure> {
     let is_own = earlier.is_some_and(|earlier| record.differs(&earlier).is_none());
     refuse_others_files(&args.out, is_own, runs::is_file, "give another folder")?;
     let _lock = study_folder(&args.out)?;
-    // First: it tells the folder from one that a person filled.
+    // First, because the record marks the folder as one that the program filled.
     runs::write_record(&record, &args.out, &files)?;
     write_tables(&record, sources, &args.out, &files)?;
     let (runs, of) = (record.plan.runs().unwrap_or_default(), shards.len());
@@ -165,7 +165,7 @@ fn merge_parts(args: &MergeArgs) -> Result<(), Failure> {
                 return Err(Failure::Usage(format!("{}: {what}; {cure}", folder.display())));
             }
             Found::Cost(own) | Found::Recommend { studies: own, .. } => {
-                // Each is ranked by itself, with the times of one machine.
+                // Each study is ranked by itself, with the times of one machine.
                 let other = (part.machine != *machine).then(|| part.machine.clone());
                 let of = |study: &Study| Study { machine: other.clone(), ..study.clone() };
                 studies.extend(own.iter().enumerate().map(|(at, study)| (place(at), of(study))));

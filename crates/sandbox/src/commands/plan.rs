@@ -1,4 +1,4 @@
-//! What one step runs, in order, read from the compiled schedule.
+//! `sandbox plan`: the systems of one step, in order, read from the compiled schedule.
 
 use clap::Args;
 use history::Overrides;
@@ -98,12 +98,12 @@ fn integrated(system: &str) -> Option<(Method, &str)> {
     let name = system.strip_prefix("integrate_groups").or_else(|| system.strip_prefix("integrate"))?;
     let parameters = name.trim_start_matches("::").strip_prefix('<')?;
     let (name, filter) = parameters.split_once([',', '>'])?;
-    // A method's type is called what the method is.
+    // The type of a method has the name of its variant.
     let method = Method::ALL.into_iter().find(|method| format!("{method:?}") == name)?;
     Some((method, filter.trim()))
 }
 
-/// Which bodies a system moves where several share them.
+/// The bodies that a system moves, in words, if several systems share the bodies.
 fn whose(filter: &str) -> &'static str {
     if filter.starts_with("Without") {
         ", bodies without a method of their own"
@@ -112,12 +112,12 @@ fn whose(filter: &str) -> &'static str {
     }
 }
 
-/// Texts, each behind a semicolon.
+/// Joins texts, each after a semicolon.
 fn joined<'a>(texts: impl IntoIterator<Item = &'a String>) -> String {
     texts.into_iter().map(|text| format!("; {text}")).collect()
 }
 
-/// What a system does that integrates nothing, or one half of a step of Euler.
+/// The words for a system that integrates nothing, or one half of a step of Euler.
 fn what(system: &str, accelerating: &str, damping: &str) -> String {
     match system {
         "carry_wells" => "wells are put on the bodies on which they ride".to_owned(),

@@ -1,4 +1,4 @@
-//! `sandbox recommend`: a method and substeps for each part of a scene, from what they measure here.
+//! `sandbox recommend`: a method and substeps for each part of a scene, from measurements on this machine.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -81,7 +81,7 @@ pub(crate) fn run(args: &RecommendArgs) -> Result<(), Failure> {
     let parts = scene.parts();
     check(&args.scene, &scene, &parts).map_err(Failure::Usage)?;
     check_study(&scene, args.seconds)?;
-    // Opened before the runs: a place that cannot be written is found out now.
+    // Opened before the runs, so that a file that cannot be written is an error now.
     let target = args.apply.as_deref().map(|path| Target::open(path, &scene, &mut files)).transpose()?;
     if let (Some(shard), Some(folder)) = (args.shard, &args.out) {
         return measure_part(args, &scene, &parts, shard, folder, &files);
@@ -96,7 +96,7 @@ pub(crate) fn run(args: &RecommendArgs) -> Result<(), Failure> {
     target.map_or(Ok(()), |target| target.write(args, &scene, &parts, &found))
 }
 
-/// Measures some of the parts of a scene, for a merge.
+/// Measures the parts of a scene that are in `shard`, for a merge.
 fn measure_part(
     args: &RecommendArgs,
     scene: &Scene,
@@ -133,7 +133,8 @@ fn command(args: &RecommendArgs) -> String {
     command
 }
 
-/// A recommendation from the studies of all parts of a scene: as a table, as JSON and as the scene with it.
+/// A recommendation from the studies of all parts of a scene: as a table, as JSON, and as the text of the scene with the chosen
+/// settings.
 pub(super) struct Recommended {
     pub table: String,
     pub json: String,
@@ -157,7 +158,7 @@ pub(super) fn of_studies(
     })
 }
 
-/// The files of a merge: the report, the table, and the scene with what was chosen.
+/// The files of a merge: the report, the table, and the scene with the chosen settings.
 const FILES: [&str; 3] = ["recommend.json", "recommend.txt", "scene.ron"];
 
 /// Writes a recommendation that was merged into `folder`.
@@ -175,7 +176,7 @@ pub(super) fn write(recommended: &Recommended, folder: &Path, files: &CommandFil
     })
 }
 
-/// The text of the scene with what was chosen.
+/// The text of the scene with the chosen settings.
 fn with_choice(name: &str, scene: &Scene, parts: &[Part], found: &Recommendation) -> Result<String, Failure> {
     let settings = found.rows.iter().map(|row| (row.pick.setting.method, row.pick.setting.substeps));
     let settings: Vec<_> = parts.iter().zip(settings).collect();
@@ -183,8 +184,8 @@ fn with_choice(name: &str, scene: &Scene, parts: &[Part], found: &Recommendation
     Ok(scene.with_methods(name, common, &own)?)
 }
 
-/// The choice, and the studies with a note on each setting that was left out: one that the forecast calls unstable is not
-/// chosen, because `run --refuse-unstable` would refuse it.
+/// Chooses a setting for each part. Also returns the studies, with a note on each setting that was left out: a setting that the
+/// forecast calls unstable is not chosen, because `run --refuse-unstable` would refuse it.
 fn choose(
     parts: &[Part],
     mut studies: Vec<Study>,
@@ -208,13 +209,13 @@ fn choose(
     }
 }
 
-/// Says why there is nothing to compare, if so.
+/// Refuses a scene in which methods cannot be compared.
 fn check(name: &str, scene: &Scene, parts: &[Part]) -> Result<(), String> {
     if parts.is_empty() {
         let what = "no body of it can move, so that there is no method to choose; give another scene";
         return Err(format!("{name}: {what}"));
     }
-    // Each method would start it with a velocity of its own.
+    // Each method would start the body with another velocity.
     let Some(body) = scene.bodies.iter().position(|body| body.verlet_previous.is_some()) else {
         return Ok(());
     };
@@ -224,7 +225,7 @@ fn check(name: &str, scene: &Scene, parts: &[Part]) -> Result<(), String> {
     ))
 }
 
-/// Where the scene is written with what was chosen.
+/// The file for the scene with the chosen settings.
 struct Target<'a> {
     path: &'a Path,
     file: Output,
@@ -258,7 +259,7 @@ impl<'a> Target<'a> {
     }
 }
 
-/// A study of each of these parts, which are some of the `all` parts of the scene.
+/// Studies each of `parts`, of a scene that has `all` parts.
 fn measure(parts: &[&Part], all: usize, args: &RecommendArgs) -> Vec<Study> {
     let plan = plan(all, args.quick);
     let progress = Progress::new(parts.len());
@@ -272,7 +273,7 @@ fn measure(parts: &[&Part], all: usize, args: &RecommendArgs) -> Vec<Study> {
     studies
 }
 
-/// The plan for each of this many parts, without runs that a choice does not need.
+/// The plan for each of `parts` parts, without runs that a choice does not need.
 fn plan(parts: usize, quick: bool) -> Plan {
     let full = Plan::full();
     #[expect(clippy::cast_precision_loss, reason = "a count of parts")]
@@ -328,7 +329,7 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
 /// The time of the scene that prices are for.
 struct Span {
     words: &'static str,
-    /// In lengths of 1/60 s, the unit of prices.
+    /// The time as a multiple of 1/60 s, the unit of prices.
     times: f64,
 }
 
@@ -343,7 +344,7 @@ impl Span {
     }
 }
 
-/// What to know of a choice besides its error and its price.
+/// Notes on a choice, besides its error and its price.
 fn row_notes(row: &PartChoice, scene: &Scene) -> String {
     let mut text = String::new();
     if let Some(times) = row.longer_ticks.filter(|_| scene.step != StepKind::Frame) {

@@ -1,4 +1,4 @@
-//! `sandbox replay`: a bundle, simulated again without a window to the same hash and the same fault.
+//! `sandbox replay`: simulates a bundle again without a window, and compares the hash and the fault.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -83,12 +83,12 @@ fn summary(name: &str, bundle: &Bundle, repetition: &Repetition) -> Value {
 
 const PICTURE: &str = "picture.png";
 
-/// What `--out` writes.
+/// The files that `--out` writes.
 const FILES: [&str; 4] = ["scene.ron", "state.csv", PICTURE, SUMMARY];
 
 const SUMMARY: &str = "summary.json";
 
-/// The summary comes last: where it is, the others are.
+/// Writes the files of `--out`. The summary comes last: if it exists, the others do.
 fn unpack(
     folder: &Path,
     files: &CommandFiles,

@@ -148,7 +148,7 @@ impl From<PictureQuality> for Quality {
 }
 
 impl RunArgs {
-    /// What the state file has.
+    /// The columns and the bodies of the state file.
     fn selection(&self) -> Selection {
         Selection { quantities: once(&self.columns), bodies: self.bodies.clone() }
     }
@@ -169,7 +169,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     if let Some(demonstration) = &demonstration {
         demonstration.begin(&mut session)?;
     }
-    // Before anything is written.
+    // The forecast comes before anything is written, because it may refuse the run.
     loading.next();
     let longest_frame = ends.longest();
     let told = forecast_start(args, &mut session, longest_frame)?;
@@ -221,7 +221,7 @@ fn simulate(
         let drawn = outputs.after_frame(session, time.total());
         let orders = session.stage.take_orders();
         let quits = match drawn.and_then(|()| carry_out(orders, session, outputs)) {
-            // The device was lost: what there is so far is written.
+            // The device was lost: the outputs so far are still written.
             Err(failure @ Failure::NoAdapter(_)) => {
                 outputs.refused = Err(failure);
                 break;
@@ -258,7 +258,7 @@ fn simulate(
     Ok(())
 }
 
-/// An error where the paused `session` has a script whose next step would never come.
+/// Returns an error if the next step of the script of the paused `session` would never come.
 fn refuse_endless_wait(args: &RunArgs, session: &Session, rate: f64) -> Result<(), Failure> {
     let now = session.stage.sim().ticks();
     let waits = |player: &Player| player.waits_forever(session.stage.frames(), now, rate);
@@ -271,10 +271,10 @@ fn refuse_endless_wait(args: &RunArgs, session: &Session, rate: f64) -> Result<(
     }
 }
 
-/// Lines about what would grow: more of them say the same.
+/// Greatest number of lines about what would grow: more of them say the same.
 const MOST_WARNINGS: usize = 3;
 
-/// Warnings of what would grow without bound; an error if that was asked for.
+/// Returns warnings about everything that would grow without bound, or an error if `--refuse-unstable` asks for it.
 fn forecast_start(args: &RunArgs, session: &mut Session, frame: f64) -> Result<Vec<String>, Failure> {
     let scene = session.stage.sim().scene.name.clone();
     let rows = session.tools.forecast_start(&mut session.stage, frame);
@@ -291,7 +291,7 @@ fn forecast_start(args: &RunArgs, session: &mut Session, frame: f64) -> Result<V
     Ok(lines)
 }
 
-/// Keeps the ledger that was asked for, or that a bound of the energy is checked by.
+/// Keeps a ledger if one was asked for, or if a bound of the energy is checked by it.
 fn keep_ledger(args: &RunArgs, session: &mut Session) {
     if keeps_ledger(args, &session.stage.sim().scene) {
         session.tools.keep_ledger(&mut session.stage);
@@ -303,7 +303,7 @@ fn keeps_ledger(args: &RunArgs, scene: &Scene) -> bool {
     args.ledger || args.assert && bounds_energy
 }
 
-/// Shorter runs are not announced, s.
+/// Least estimated time of a run that is announced, s.
 const LONG: f64 = 10.0;
 
 /// Announces a long run of bodies that all attract each other.

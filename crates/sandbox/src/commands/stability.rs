@@ -64,7 +64,7 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     }
     let _lock = args.out.as_deref().map(study_folder).transpose()?;
     if let Some(folder) = &args.out {
-        // Found out now, and not after minutes.
+        // A folder that cannot be written is an error now, and not after minutes.
         tempfile::tempfile_in(folder).map_err(|error| Failure::file("write into", folder, &error))?;
     }
     let shard = args.shard.unwrap_or(Shard::WHOLE);
@@ -79,7 +79,7 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     }
     drop(progress);
     let matrix = run.matrix();
-    // First: what was measured is not lost where a file cannot be written.
+    // First, so that the result is not lost if a file cannot be written.
     match args.format {
         Format::Table => show(&report::stability::table(matrix).aligned())?,
         Format::Json => show(&matrix.json())?,
@@ -130,12 +130,12 @@ fn command(args: &StabilityArgs) -> String {
     command
 }
 
-/// Those that are asked for, each once and in the order of the table; all if none is.
+/// The requested methods, each once and in the order of the table; all methods if none is requested.
 fn methods(asked: &[Method]) -> Vec<Method> {
     Method::ALL.into_iter().filter(|method| asked.is_empty() || asked.contains(method)).collect()
 }
 
-/// The cases that are asked for, each once; all if none is.
+/// The requested cases, each once; all cases if none is requested.
 fn scenes(asked: &[String], files: &mut CommandFiles) -> Result<Vec<Scene>, Failure> {
     if asked.is_empty() {
         return cases().iter().map(|case| Ok(case.load()?)).collect();

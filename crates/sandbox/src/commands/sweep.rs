@@ -64,10 +64,10 @@ pub(crate) struct SweepArgs {
     pub format: Format,
 }
 
-/// More runs than this are asked about.
+/// Greatest number of runs without `--yes`.
 const MANY: u64 = 10_000_000;
 
-/// More runs than this are not printed.
+/// Greatest number of runs that are printed.
 const PRINTED: u64 = 10_000;
 
 /// Does what `sandbox sweep` says.
@@ -154,7 +154,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     show(&format!("{}: of {runs} runs {}\n", folder.display(), counts.join(", ")))
 }
 
-/// Number of runs, if it is one that a person wants.
+/// The number of runs; refuses more than [`MANY`] without `yes`.
 fn count(plan: &Plan, yes: bool) -> Result<u64, Failure> {
     match plan.runs() {
         Some(runs) if runs <= MANY || yes => Ok(runs),
@@ -166,7 +166,7 @@ fn count(plan: &Plan, yes: bool) -> Result<u64, Failure> {
     }
 }
 
-/// The journal of a sweep into `folder`, with how many runs are in it; `None` where all of them are.
+/// Begins or resumes the journal of a sweep in `folder`. Also returns the number of runs in it; `None` if it has all of them.
 fn begin(
     args: &SweepArgs,
     (mut record, earlier): (Record, Option<Record>),

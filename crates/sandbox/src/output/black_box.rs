@@ -1,4 +1,4 @@
-//! What `run --black-box` writes of a run that went wrong.
+//! Writes the bundle of `run --black-box` if a run goes wrong.
 
 use std::path::{Path, PathBuf};
 
@@ -13,19 +13,19 @@ use crate::output::files::Output;
 use crate::output::report::fault_json;
 use crate::output::tell;
 
-/// What went wrong in a run.
+/// The fault of a run, and the bundle that repeats it.
 pub(crate) struct BlackBox {
-    /// Where it was written, or why not.
+    /// Where the bundle was written, or why not.
     written: Result<PathBuf, Failure>,
     /// The last good tick, or the oldest that is kept.
     tick: u64,
     fault: FaultEntry,
-    /// Whether a body was; else energy jumped.
+    /// Whether a body was quarantined; otherwise energy jumped.
     quarantined: bool,
 }
 
-/// Goes back to the last good tick of a run that went wrong, and writes it into `file`, which was begun at `path`, with a
-/// `picture` of that tick; `None` where nothing went wrong.
+/// Goes back to the last good tick of a run that went wrong, and writes a bundle into `file`, which was begun at `path`, with a
+/// `picture` of that tick. `None` if nothing went wrong.
 pub(crate) fn write(
     path: &Path,
     file: Output,
@@ -48,13 +48,13 @@ pub(crate) fn write(
 }
 
 impl BlackBox {
-    /// What the summary of a run says of its black box.
+    /// The black box in the summary of a run.
     pub(crate) fn json(&self) -> Value {
         let path = self.written.as_ref().ok().map(|path| path.display().to_string());
         json!({ "path": path, "tick": self.tick, "fault": fault_json(Some(&self.fault)) })
     }
 
-    /// How the run ends: by what went wrong in it, even if that could not be written down.
+    /// The failure that ends the run: its fault, even if the bundle could not be written.
     pub(crate) fn verdict(&self) -> Failure {
         let Self { written, tick, fault, quarantined } = self;
         let file = match written {

@@ -1,4 +1,4 @@
-//! Bundles as files: written of a session, read, and opened as one.
+//! Bundles as files: written from a session, read, and opened as a session.
 
 use std::fs;
 use std::io::Read as _;
@@ -25,7 +25,7 @@ pub(crate) fn write_bundle(path: &OutputPath, stage: &Stage, image: Option<&Imag
     finish_bundle(path.as_ref(), output_file(path)?, stage, image)
 }
 
-/// The same, into a file that was begun before.
+/// Does the same as [`write_bundle`], into a file that was begun before.
 pub(crate) fn finish_bundle(
     path: &Path,
     file: Output,
@@ -51,7 +51,7 @@ pub(crate) fn read(path: &Path) -> Result<Bundle, Failure> {
     Bundle::read(&bytes).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
 }
 
-/// The bundle in the file `path`, told by its first bytes; `None` for every scene.
+/// Reads the bundle in the file `path`; `None` if its first bytes are not those of a bundle.
 pub(crate) fn named(path: &Path) -> Result<Option<Bundle>, Failure> {
     // Reading from a pipe would use it up.
     if !path.is_file() {
@@ -66,7 +66,7 @@ pub(crate) fn named(path: &Path) -> Result<Option<Bundle>, Failure> {
     read(path).map(Some)
 }
 
-/// The run of `bundle`, which lies in the file `name`, simulated again, with a progress bar on a terminal.
+/// Simulates `bundle`, read from the file `name`, again, with a progress bar on a terminal.
 pub(crate) fn repeated(
     bundle: &Bundle,
     name: &str,
@@ -78,8 +78,8 @@ pub(crate) fn repeated(
     repeated
 }
 
-/// A session of `bundle`, which lies in the file `name`, paused at the last good tick before what went wrong, or at its
-/// end. What does not come out as it was is told to the person.
+/// Opens `bundle`, read from the file `name`, as a session that is paused at the last good tick before the fault, or at its end.
+/// Tells the person what differs from the recording.
 pub(crate) fn opened(bundle: &Bundle, name: &str, options: Options) -> Result<Session, Failure> {
     let (mut session, repetition) = repeated(bundle, name, options)?;
     session.rewind_before_fault();

@@ -14,15 +14,15 @@ use crate::output::files::{OutputPath, place};
 
 /// The files that a command has read, and those that it will write under a name that a person gave.
 ///
-/// Commands read files through this alone, and an output needs the [`OutputPath`] that only this gives: so no output replaces
-/// what was read.
+/// Commands read files only through this type, and get the [`OutputPath`] that an output needs from it, so no output replaces a
+/// file that was read.
 #[derive(Debug, Default)]
 pub(crate) struct CommandFiles {
     read: Vec<NamedFile>,
     claimed: Vec<NamedFile>,
 }
 
-/// Why the file at `path` is not a scene, beside its faults: a lesson is something else.
+/// The failure to load the file at `path` as a scene; names the cure if the file is a lesson.
 fn not_a_scene(path: &Path, error: SceneError) -> Failure {
     if !scene::lesson::is_file(path) {
         return error.into();
@@ -105,7 +105,7 @@ impl CommandFiles {
         Ok(bundle)
     }
 
-    /// The bundle that `name` is the path of: [`bundle::named`].
+    /// Reads the bundle at the path `name`, if there is one: [`bundle::named`].
     pub fn named_bundle(&mut self, name: &SceneName) -> Result<Option<Bundle>, Failure> {
         if scene::embedded(name).is_some() {
             return Ok(None);
@@ -121,7 +121,7 @@ impl CommandFiles {
     /// Notes a file that the command has read, or will read.
     ///
     /// # Errors
-    /// One that it will write.
+    /// If the command will write the file.
     pub fn read(&mut self, what: &str, path: &Path) -> Result<(), Failure> {
         let file = NamedFile { what: what.to_owned(), place: place(path) };
         if let Some(output) = self.claimed.iter().find(|output| output.place == file.place) {
@@ -135,7 +135,7 @@ impl CommandFiles {
     /// The path of the output that `flag` names.
     ///
     /// # Errors
-    /// A file that was read, or that another flag names.
+    /// If the file was read, or if another flag names it.
     pub fn claim(&mut self, flag: &str, path: &Path) -> Result<OutputPath, Failure> {
         let place = place(path);
         if let Some(other) = self.all().find(|file| file.place == place) {
@@ -148,7 +148,7 @@ impl CommandFiles {
     /// The path of an output that no flag names.
     ///
     /// # Errors
-    /// A file that was read, or that a flag names.
+    /// If the file was read, or if a flag names it.
     pub fn unread(&self, path: &Path) -> Result<OutputPath, Failure> {
         let place = place(path);
         match self.all().find(|file| file.place == place) {
@@ -160,7 +160,7 @@ impl CommandFiles {
         }
     }
 
-    /// Refuses a folder in which a file was read, or is named by a flag, that has the name of one that will be written there.
+    /// Refuses `folder` if a file in it that was read, or that a flag names, has the name of a file that will be written there.
     pub fn refuse_names(
         &self,
         folder: &Path,

@@ -11,14 +11,14 @@ use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
 
-/// Files that are not finished, and that no person would look for.
+/// Unfinished files: [`end`] removes them, because no person would look for them.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Lets an interrupt, a hang-up and a request to end leave no file that is not finished.
+/// Makes an interrupt, a hang-up and a request to end remove unfinished files.
 pub(crate) fn leave_nothing_when_ended() {
     #[cfg(unix)]
     {
@@ -50,7 +50,7 @@ pub(crate) fn end(code: i32) -> ! {
     std::process::exit(code);
 }
 
-/// Lets a file that would be larger than `ulimit -f` allows be an error of its writing, and not the end of the process.
+/// Makes writing more than `ulimit -f` allows an error, instead of the end of the process.
 #[cfg(unix)]
 fn ignore_large_files() {
     #[expect(unsafe_code, reason = "no library lets a signal be ignored")]
@@ -59,7 +59,7 @@ fn ignore_large_files() {
     }
 }
 
-/// Whether the program was started with that signal ignored.
+/// Whether the program was started with `signal` ignored.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     let mut now = std::mem::MaybeUninit::<libc::sigaction>::uninit();
@@ -138,7 +138,7 @@ impl Unfinished {
     }
 }
 
-/// Permissions without the bits that let a file run as another user: what is written is no program.
+/// Permissions without the setuid, setgid and sticky bits: outputs are not programs.
 fn plain(permissions: Permissions) -> Permissions {
     #[cfg(unix)]
     {
@@ -160,12 +160,12 @@ impl Drop for Unfinished {
 pub(crate) struct OutputPath(PathBuf);
 
 impl OutputPath {
-    /// Of a path that was compared with all that was read: see `CommandFiles`.
+    /// Takes a path that was compared with all files that were read: see `CommandFiles`.
     pub(super) fn unread(path: &Path) -> Self {
         Self(path.to_owned())
     }
 
-    /// Of a file of the program's own, such as its settings, or of a scene that a person saves into its own file.
+    /// Takes the path of a file of the program, such as its settings, or of a scene that a person saves into its own file.
     pub(crate) fn own(path: &Path) -> Self {
         Self(path.to_owned())
     }
@@ -209,7 +209,7 @@ impl Output {
         let replaces = match fs::metadata(path) {
             Ok(there) if there.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
             Ok(there) => {
-                // A folder that is writable lets a read-only file be replaced, and an administrator may open one.
+                // Checked here: in a writable folder, renaming replaces a read-only file, and an administrator may open it.
                 if there.is_file() && there.permissions().readonly() {
                     return Err(io::ErrorKind::PermissionDenied.into());
                 }
@@ -244,7 +244,7 @@ impl Output {
         self.put_in_place().map(drop)
     }
 
-    /// Puts the file in its place; the file there, to be written further.
+    /// Puts the file in its place. Returns it, open for further writing.
     ///
     /// # Errors
     /// As [`Self::finish`].
@@ -284,8 +284,8 @@ pub(crate) fn is_standard_output(path: &Path) -> bool {
     cfg!(unix) && ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].iter().any(|name| path == Path::new(name))
 }
 
-/// The standard output or error that `path` names. Opened by name, a stream that a shell sends to a file would be a second
-/// one that writes over the first, or a file to replace.
+/// The standard output or error that `path` names. If a shell redirects the stream to a file, opening it by name would give a
+/// second stream that writes over the first, or a file to replace.
 #[cfg(unix)]
 fn standard_stream(path: &Path) -> Option<io::Result<File>> {
     use std::os::fd::AsFd as _;
@@ -305,10 +305,10 @@ const fn standard_stream(_: &Path) -> Option<io::Result<File>> {
     None
 }
 
-/// Most links that lead from one to the next, as Linux has it: more are a circle.
+/// Greatest number of symbolic links in a chain, as in Linux: more are a cycle.
 const MOST_LINKS: usize = 40;
 
-/// Where a file at `path` lies: a link stays a link, also one that leads to no file yet.
+/// Follows the symbolic links of `path`, even to a file that does not exist yet: so a link stays a link when its file is written.
 fn behind_links(path: &Path) -> PathBuf {
     let mut place = path.to_owned();
     for _ in 0..MOST_LINKS {
@@ -318,7 +318,7 @@ fn behind_links(path: &Path) -> PathBuf {
     path.to_owned()
 }
 
-/// Where a file is, or will be: the same for all names of one place, also in folders that are not there yet.
+/// The place of a file that exists or will exist: the same for all names of one file, even in folders that do not exist yet.
 pub(crate) fn place(path: &Path) -> PathBuf {
     let path = behind_links(path);
     let mut place = PathBuf::new();
@@ -328,7 +328,7 @@ pub(crate) fn place(path: &Path) -> PathBuf {
             Component::CurDir => {}
             other => {
                 place.push(other);
-                // Links before what follows them, as the system does.
+                // Links are resolved before the parts that follow them, as the system does.
                 place = fs::canonicalize(&place).unwrap_or(place);
             }
         }
@@ -351,8 +351,8 @@ pub(crate) fn make_folder(folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses a `folder` with a file that a person may have made, and that has the name of one that will be written there. One that
-/// `is_own`, because an earlier run filled it, is filled again.
+/// Refuses a `folder` with a file that has the name of an output and that a person may have made. Accepts a folder that `is_own`,
+/// because an earlier run filled it.
 pub(crate) fn refuse_others_files(
     folder: &Path,
     is_own: bool,
@@ -374,7 +374,7 @@ pub(crate) fn refuse_others_files(
     }
 }
 
-/// What an earlier run wrote into that file as JSON, if it is there.
+/// Reads the JSON that an earlier run wrote into the file at `path`, if it exists.
 pub(crate) fn read_record<T: DeserializeOwned>(path: &Path, what: &str) -> Result<Option<T>, Failure> {
     let text = match fs::read_to_string(path) {
         Ok(text) => text,

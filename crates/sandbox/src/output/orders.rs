@@ -26,25 +26,25 @@ pub(crate) trait Program {
     /// The picture of the session; `None` without a camera.
     fn picture(&mut self, session: &mut Session) -> Result<Option<Image>, Failure>;
 
-    /// Folder of what it writes; `None` if it writes nothing.
+    /// Folder for the files that the program writes; `None` if it writes nothing.
     fn folder(&self) -> Option<&Path>;
 
-    /// What it has read.
+    /// The files that the program has read.
     fn files(&mut self) -> &mut CommandFiles;
 
-    /// Hears that nothing was written, for want of a folder.
+    /// Called if a file was not written because there is no folder.
     fn left_out(&self, _: Kind) {}
 
-    /// Name in that folder of a file that a person did not name.
+    /// Name in the folder for a file that a person did not name.
     fn name(&self, kind: Kind, session: &Session) -> String;
 
     /// Writes a scene into its file.
     fn save_scene(&mut self, session: &mut Session, file: &SceneFile) -> Result<(), Failure>;
 
-    /// Hears which file was written, or why an order was not carried out. An error ends the program.
+    /// Called with the file that was written, or with the reason why an order was not carried out. An error ends the program.
     fn report(&mut self, session: &mut Session, outcome: Result<&Path, Failure>) -> Result<(), Failure>;
 
-    /// Hears that the session has another scene.
+    /// Called after the session has opened another scene.
     fn opened(&mut self, session: &mut Session) -> Result<(), Failure>;
 
     /// Restores the unsaved changes in a file.
@@ -54,8 +54,8 @@ pub(crate) trait Program {
     fn forget(&mut self, _draft: &Path) {}
 }
 
-/// Carries out `orders`: what is written of the present scene first. Returns whether the program is to end. A scene that could not
-/// be saved is not left.
+/// Carries out `orders`, those that leave the scene last. Returns whether the program is to end. Neither opens another scene nor
+/// ends if the scene could not be saved.
 pub(crate) fn carry_out(
     mut orders: Vec<Order>,
     session: &mut Session,
@@ -127,7 +127,7 @@ fn open(name: &str, session: &mut Session, files: &mut CommandFiles) -> Result<(
     Ok(())
 }
 
-/// Where a file of that kind is written, under `name` if the person gave one; `None` where nothing is written.
+/// The path for a file of that kind, called `name` if the person gave one; `None` if nothing is written.
 fn output_path(
     program: &mut dyn Program,
     kind: Kind,

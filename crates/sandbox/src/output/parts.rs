@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{read_record, refuse_others_files, write};
 
-/// The part, which tells a folder of the program from one that a person filled.
+/// File name of the part; it marks a folder as one that the program filled.
 pub(crate) const PART: &str = "part.json";
 
 /// Whether a part is written into a file of that name.
@@ -27,7 +27,7 @@ pub(crate) fn part(folder: &Path) -> Result<Option<Part>, Failure> {
     Ok(part)
 }
 
-/// The earlier part in `folder`, into which `part` will be written; refused where that is of another study.
+/// Reads the earlier part in `folder`, into which `part` will be written. Refuses a part of another study.
 pub(crate) fn earlier(part: &Part, folder: &Path, files: &CommandFiles) -> Result<Option<Part>, Failure> {
     files.refuse_names(folder, is_file, "the part in that folder; give another folder")?;
     let earlier = self::part(folder)?;

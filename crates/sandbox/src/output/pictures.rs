@@ -24,7 +24,7 @@ impl Camera {
         Ok(Self { gpu, renderer, target })
     }
 
-    /// Brings the device to the present state of `swarms`, and gives it with them.
+    /// Brings the swarms on the device to the state of `swarms`, and returns the device with its swarms.
     pub fn follow(&mut self, swarms: &[Swarm]) -> (&Gpu, Option<&Swarms>) {
         self.renderer.follow_swarms(&self.gpu, swarms);
         (&self.gpu, self.renderer.swarms())
@@ -52,7 +52,7 @@ impl Camera {
     }
 }
 
-/// Address space that opening a device in software takes at most, bytes: where there is less, Mesa's compiler of shaders crashes.
+/// Address space that opening a device in software takes at most, bytes: with less, Mesa's shader compiler crashes.
 const ADDRESS_SPACE: u64 = 640 << 20;
 
 /// A device that draws without a window.
@@ -78,7 +78,7 @@ pub(crate) fn png(image: &Image, stage: &Stage) -> Vec<u8> {
     png.expect("the keywords are those below, and memory takes every byte")
 }
 
-/// What `png` makes of the settings and the state of a stage, as keyword and value pairs.
+/// Calls `png` with the settings and the state of a stage, as keyword and value pairs.
 pub(crate) fn with_settings<T>(stage: &Stage, png: impl FnOnce(&[(&str, &str)]) -> T) -> T {
     let text = [
         ("Software", PROGRAM.to_owned()),

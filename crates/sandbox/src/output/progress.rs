@@ -20,7 +20,7 @@ const STEPS: f64 = 1000.0;
 /// Thread CPU time between two looks at a study, s.
 pub(crate) const PIECE: f64 = 0.1;
 
-/// A bar with the time left; nothing where no person looks.
+/// A bar with the time left; hidden if standard error is not a terminal.
 pub(crate) struct Progress(ProgressBar);
 
 impl Progress {
@@ -49,7 +49,7 @@ impl Progress {
     /// Finishes study `number`; calls `look` now and then.
     ///
     /// # Errors
-    /// Those of `look`.
+    /// The errors of `look`.
     pub fn follow<E>(
         &self,
         number: usize,
@@ -71,15 +71,15 @@ impl Drop for Progress {
     }
 }
 
-/// A bar over what comes before the first tick, once that takes a second.
+/// A bar for the work before the first tick, shown once that takes a second.
 pub(crate) struct Loading {
     bar: ProgressBar,
-    /// Dropped when nothing is to be shown any more.
+    /// Dropping it ends the bar.
     _over: Sender<()>,
 }
 
 impl Loading {
-    /// What comes before the first tick, in this order.
+    /// The stages before the first tick, in order.
     const STAGES: [&str; 4] =
         ["reading the scene", "building the world", "forecasting", "adding up energies"];
 
@@ -124,15 +124,15 @@ impl Drop for Loading {
     }
 }
 
-/// A bar over something whose end only an estimate tells, once it takes two seconds.
+/// A bar for work of estimated length, shown once it takes two seconds.
 pub(crate) struct Waiting {
-    /// Dropped when nothing is to be shown any more.
+    /// Dropping it ends the bar.
     over: Option<Sender<()>>,
     shown: Option<JoinHandle<()>>,
 }
 
 impl Waiting {
-    /// Begins to wait for `what`, which takes approximately `seconds`.
+    /// Begins to wait for `what`, which takes about `seconds` seconds.
     pub fn begin(what: &'static str, seconds: f64) -> Self {
         if !std::io::stderr().is_terminal() {
             return Self { over: None, shown: None };
@@ -148,7 +148,7 @@ impl Waiting {
             }
             bar.set_draw_target(ProgressDrawTarget::stderr());
             loop {
-                // An estimate that is over does not end it.
+                // Work that takes longer than estimated does not fill the bar.
                 let part = (bar.elapsed().as_secs_f64() / seconds.max(1e-9)).min(0.99);
                 bar.set_position(steps(0, part));
                 if waiting.recv_timeout(Duration::from_millis(200)) != Err(RecvTimeoutError::Timeout) {

@@ -1,4 +1,4 @@
-//! The files of a sweep: a journal that every run is added to, and the table, the figure and the record that come of it.
+//! The files of a sweep: a journal to which every run is added, and the table, the figure and the record that are made from it.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufReader, Write as _};
@@ -14,9 +14,9 @@ use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{Output, read_record, write};
 
-/// The record, which tells a folder of the program from one that a person filled.
+/// File name of the record; it marks a folder as one that the program filled.
 pub(crate) const RECORD: &str = "sweep.json";
-/// The runs so far, in their order.
+/// File name of the journal: the runs so far, in order.
 const JOURNAL: &str = "runs.part.csv";
 const TABLE: &str = "runs.csv";
 const PARQUET: &str = "runs.parquet";
@@ -61,7 +61,7 @@ impl Journal {
         Ok(Self { path, file })
     }
 
-    /// Opens the journal in `folder` again, and says how many runs are in it. A line that was cut is taken off.
+    /// Opens the journal in `folder` again, and says how many runs are in it. Removes an incomplete last line.
     pub fn resume(record: &Record, folder: &Path) -> Result<(Self, u64), Failure> {
         let path = folder.join(JOURNAL);
         if !path.exists() {
@@ -86,7 +86,7 @@ impl Journal {
         self.file.write_all(line.as_bytes()).map_err(|error| Failure::file("write", &self.path, &error))
     }
 
-    /// Makes the files of the sweep of it.
+    /// Makes the files of the sweep from the journal.
     pub fn finish(self, record: &Record, folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
         write_tables(record, vec![Runs::open(record, self.path.clone())?], folder, files)?;
         fs::remove_file(&self.path).map_err(|error| Failure::file("remove", &self.path, &error))
@@ -99,7 +99,7 @@ pub(crate) struct Runs {
     reader: Reader<BufReader<File>>,
     columns: Vec<Column>,
     shard: Shard,
-    /// How many were read.
+    /// Number of runs that were read.
     place: u64,
     record: StringRecord,
 }

@@ -7,8 +7,8 @@ use crate::failure::Failure;
 use crate::output::files::{OutputPath, make_folder, write};
 use crate::stage::SceneFile;
 
-/// Writes a scene of `session` into its file. A file that has the text already stays as it is; another one that is neither new
-/// nor what was opened is never replaced.
+/// Writes a scene of `session` into its file. Leaves a file alone that has the text already. Replaces another file only if it
+/// still has the text that was opened or saved last.
 pub(crate) fn save_scene(session: &mut Session, file: &SceneFile) -> Result<(), Failure> {
     let SceneFile { path, text, replaces, .. } = file;
     let there = path.exists().then(|| scene::read_text(path)).transpose()?;

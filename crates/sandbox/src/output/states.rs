@@ -1,4 +1,4 @@
-//! The state file of a run: what every body does at some of its ticks, as CSV or as Parquet.
+//! The state file of a run: the states of bodies at some of its ticks, as CSV or as Parquet.
 
 use std::io::{self, Write};
 
@@ -18,7 +18,7 @@ use crate::failure::Failure;
 use crate::output::files::{Output, OutputPath, output_file};
 use crate::stage::Stage;
 
-/// What the state file has of a body.
+/// A quantity of a body in the state file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Quantity {
     Position,
@@ -36,7 +36,7 @@ pub(crate) enum Quantity {
     Distance(String),
 }
 
-/// The words of those that are no distance.
+/// The words for all quantities but distances.
 const WORDS: [(&str, Quantity); 8] = [
     ("position", Quantity::Position),
     ("velocity", Quantity::Velocity),
@@ -48,7 +48,7 @@ const WORDS: [(&str, Quantity); 8] = [
     ("angular_momentum", Quantity::AngularMomentum),
 ];
 
-/// Before the name of a body.
+/// The word for a distance, before the name of a body.
 const DISTANCE: &str = "distance:";
 
 impl Quantity {
@@ -106,11 +106,11 @@ impl Causes {
     }
 }
 
-/// What the state file of a run has.
+/// The quantities and the bodies in the state file of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Selection {
     pub quantities: Vec<Quantity>,
-    /// Patterns of the names of bodies with `*` and `?`; all bodies without any.
+    /// Patterns of the names of bodies, with `*` and `?`; without patterns, all bodies.
     pub bodies: Vec<String>,
 }
 
@@ -144,7 +144,7 @@ impl Selection {
     }
 }
 
-/// Where rows are written.
+/// The file to which rows are written.
 enum Sink<W: Write + Send> {
     Csv(W),
     Parquet(Box<Parquet<W>>),
@@ -159,7 +159,7 @@ pub(crate) struct States<W: Write + Send> {
 }
 
 impl States<Output> {
-    /// Begins the file at that place: as Parquet if its name ends so, else as CSV.
+    /// Begins the file at `path`: as Parquet if its name ends in `.parquet`, else as CSV.
     pub fn begin(path: &OutputPath, stage: &mut Stage, selection: &Selection) -> Result<Self, Failure> {
         let failed = |error: io::Error| Failure::file("write", path.as_ref(), &error);
         let is_parquet = path.as_ref().extension().is_some_and(|end| end.eq_ignore_ascii_case("parquet"));
@@ -266,7 +266,7 @@ pub(crate) fn csv_of(stage: &mut Stage) -> io::Result<Vec<u8>> {
     states.into_inner()
 }
 
-/// The position of the body whose distance is asked for.
+/// The position of the other body of a distance.
 fn other(stage: &Stage, quantity: &Quantity) -> Option<DVec3> {
     let Quantity::Distance(name) = quantity else { return None };
     let body = stage.sim().named(name)?;
@@ -279,7 +279,7 @@ fn moves(stage: &Stage, thing: Entity, body: &PhysicsBody) -> bool {
     body.inverse_mass > 0.0 && !thing.contains::<Quarantined>() && !thing.contains::<Dormant>()
 }
 
-/// Forces and potential energies of bodies, by their places, as far as they are asked for.
+/// Forces and potential energies of bodies, by index; only those that the quantities need.
 struct Caused {
     forces: Vec<Vec<(&'static str, DVec3)>>,
     energies: Vec<Vec<(&'static str, f64)>>,

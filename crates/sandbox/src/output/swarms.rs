@@ -1,4 +1,4 @@
-//! Swarms without a window: the device that has them, and what the summary of a run says of them.
+//! Swarms without a window: their device, and their part of the summary of a run.
 
 use render::{Gpu, RenderError, Swarm, SwarmParticle, SwarmTick, Swarms};
 use report::numbers::long_duration;
@@ -31,7 +31,7 @@ pub(crate) fn has_swarms(scene: &Scene) -> bool {
     scene.swarms().next().is_some()
 }
 
-/// Checks that the adapter can have the swarms of `scene`.
+/// Checks that the adapter can hold the swarms of `scene`.
 pub(crate) fn check(gpu: &Gpu, scene: &Scene) -> Result<(), Failure> {
     for (i, _, swarm) in scene.swarms() {
         let checked = gpu.check_swarm(swarm.launches.len() as u64);
@@ -46,13 +46,13 @@ pub(crate) fn check(gpu: &Gpu, scene: &Scene) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Approximate seconds per particle that a picture takes where a CPU draws: measured by `--bench frames` on two cores.
+/// Estimated time per particle of a picture that is drawn in software, s: measured by `--bench frames` on two cores.
 const DRAWN_IN_SOFTWARE_S: f64 = 0.8e-6;
 
-/// Pictures of particles that take longer are announced, s.
+/// Time of a picture of particles above which it is announced, s.
 const SLOW_S: f64 = 0.1;
 
-/// That pictures of the swarms of `scene` take long, where a processor draws them, and what takes a tenth.
+/// A warning, with a cure, if pictures of the swarms of `scene` take long because they are drawn in software.
 pub(crate) fn slow_words(gpu: &Gpu, scene: &Scene) -> Option<String> {
     let particles = scene.swarm_particles();
     #[expect(clippy::cast_precision_loss, reason = "millions of particles")]
@@ -76,7 +76,7 @@ pub(crate) fn refuse_rows(scene: &Scene) -> Result<(), Failure> {
     })
 }
 
-/// What the summary of a run says of the swarms of `stage`, from the device that draws its pictures or its own.
+/// The swarms of `stage` in the summary of a run, read from the device of the camera or from their own.
 ///
 /// # Errors
 /// If they cannot be read back.
@@ -113,7 +113,7 @@ pub(crate) fn summary(
     Ok(Value::Array(all))
 }
 
-/// The state of a swarm, counted.
+/// The state of a swarm: counts and a hash.
 struct State {
     living: u64,
     /// Particles that would live if their state had not become infinite.

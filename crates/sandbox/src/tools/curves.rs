@@ -26,7 +26,7 @@ pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, legend: Option<Le
     let can_be_drawn = |point: &[f64; 2]| point.iter().all(|value| value.abs() <= LARGEST_DRAWN);
     let drawn = |curve: &Curve| curve.points.iter().copied().filter(can_be_drawn).collect::<Vec<_>>();
     let curves: Vec<_> = curves.iter().map(|curve| (curve, drawn(curve))).collect();
-    // egui_plot fades numbers that are near each other, below what can be read.
+    // egui_plot fades numbers that are close to each other until they cannot be read.
     let plot = Plot::new(id)
         .custom_x_axes(vec![AxisHints::new_x().label_spacing(Rangef::new(50.0, 51.0))])
         .custom_y_axes(vec![AxisHints::new_y().label_spacing(Rangef::new(12.0, 13.0))])
@@ -41,7 +41,7 @@ pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, legend: Option<Le
         .y_grid_spacer(|input: GridInput| marks(input.bounds))
         .y_axis_formatter(|mark, _| four_digits(mark.value));
     let plot = legend.into_iter().fold(plot, Plot::legend);
-    // One curve each, because a click on its name hides a curve.
+    // Bounds for each curve by itself, because a click on its name hides a curve.
     let plot = curves.iter().fold(plot, |plot, (_, points)| {
         let [times, values] = [0, 1].map(|axis| apart(points.iter().map(|point| point[axis])));
         let plot = times.into_iter().flatten().fold(plot, Plot::include_x);

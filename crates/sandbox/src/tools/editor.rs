@@ -1,6 +1,6 @@
 //! The editor: adds, copies, moves, joins and removes what the scene's file has, and changes every value of it.
 //!
-//! The scene's text is what is edited, and the scene restarts with each change of it: what a file says is how a scene starts.
+//! It edits the text of the scene, and the scene restarts with each change: a file says how a scene starts.
 
 mod document;
 mod editing;
@@ -32,19 +32,19 @@ use crate::view::inks;
 use crate::view::marks::FAULT;
 use crate::view::{Mode, View};
 
-/// Most entries of a list that are shown.
+/// Greatest number of entries of a list that are shown.
 const SHOWN: usize = 50;
 
-/// How large what is added is, as a share of its distance.
+/// Size of an added object, as a fraction of its distance.
 const SIZE: f64 = 0.015;
 
-/// Distance below which what is added becomes no smaller, m.
+/// Least distance at which an object is added, m.
 const NEAREST: f64 = 0.01;
 
-/// Where what is added goes if something is in its way.
+/// Directions in which an added object moves if something is in its way.
 const OUTWARD: [DVec3; 5] = [DVec3::Y, DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z];
 
-/// Distance at which something is added where the view shows nothing, m.
+/// Distance at which an object is added if the middle of the view shows nothing, m.
 const AWAY: f64 = 20.0;
 
 /// The editor of a scene.
@@ -52,7 +52,7 @@ const AWAY: f64 = 20.0;
 pub(crate) struct Editor {
     /// The texts of the scene, from the first change on.
     pub document: Option<Document>,
-    /// What is wrong with the change that was tried last.
+    /// The error of the change that was tried last.
     pub error: Option<String>,
     /// The ends of a spring that is being added, by name, while their bodies are picked.
     pub joins: Option<Vec<String>>,
@@ -65,7 +65,7 @@ pub(crate) struct Editor {
     form: Form,
     /// The entry whose values were laid out last.
     shown: Option<String>,
-    /// What the person calls the file.
+    /// The file name that the person typed.
     file: Option<String>,
 }
 
@@ -80,7 +80,7 @@ impl Editor {
         self.document.as_ref().is_some_and(|document| document.is_unsaved(&scene.text))
     }
 
-    /// Forgets what was being done to the scene before a change.
+    /// Forgets the unfinished edits of the scene before a change.
     pub fn finish(&mut self) {
         (self.error, self.joins, self.handle) = (None, None, None);
         self.form.forget();
@@ -102,7 +102,7 @@ impl Editor {
         self.handle = None;
     }
 
-    /// Takes a body as an end of the spring that is being added; the spring, once it has both.
+    /// Takes a body as an end of the spring that is being added. Returns the spring once it has both ends.
     pub fn join(&mut self, stage: &Stage, name: String) -> Option<Intent> {
         let mut ends = self.joins.take()?;
         if !ends.contains(&name) {
@@ -187,7 +187,7 @@ impl Editor {
         }
     }
 
-    /// What was typed for the entry that was selected in the last layout, if another one is now.
+    /// Applies what was typed for the entry that was selected in the last layout, if another one is selected now.
     fn leave_entry(&mut self, desk: &mut Desk<'_>) {
         let path = selected_path(desk.stage);
         if path == self.shown {
@@ -198,7 +198,7 @@ impl Editor {
         change(desk, changes, path);
     }
 
-    /// The entry of the selection.
+    /// Lays out the entry of the selection.
     fn selection(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let Some((entry, name)) = selected_entry(desk.stage) else {
             ui.weak("Click a body to change it; Ctrl+click selects also what cannot be moved.");
@@ -243,7 +243,7 @@ impl Editor {
         change(desk, changes, Some(path));
     }
 
-    /// Everything of the scene but its bodies.
+    /// Lays out everything of the scene but its bodies.
     fn of_scene(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let mut changes = Vec::new();
         let scene = &desk.stage.sim().scene;
@@ -419,7 +419,7 @@ impl Tool for Editor {
     }
 }
 
-/// Asks for changes of the scene's text, if there are any; what names the bodies of an entry follows its name.
+/// Requests changes of the scene's text, if there are any. If an entry is renamed, the references to its bodies follow.
 fn change(desk: &mut Desk<'_>, changes: Vec<Change>, select: Option<String>) {
     let scene = &desk.stage.sim().scene;
     let follow = |change: Change| match name_of(&change) {
@@ -432,7 +432,7 @@ fn change(desk: &mut Desk<'_>, changes: Vec<Change>, select: Option<String>) {
     }
 }
 
-/// The entry that a change names, and the name.
+/// The path and the new name of the entry that a change renames, if it does.
 fn name_of(change: &Change) -> Option<(&str, String)> {
     let Change::Set { group, key, value: Some(value) } = change else { return None };
     match scene::Value::read(scene::Kind::Text, value) {
@@ -447,7 +447,7 @@ fn substep(stage: &Stage) -> f64 {
     stage.sim().world.resource::<TimeStep>().0 / f64::from(substeps)
 }
 
-/// In the middle of the view, on what is seen there.
+/// The place for an added object: in the middle of the view, on what is seen there.
 fn place(stage: &Stage, view: &mut View) -> Place {
     let [_, size_px] = view.view_area();
     let ray = view.viewpoint().ray_through(size_px / 2.0, size_px);
@@ -459,7 +459,7 @@ fn place(stage: &Stage, view: &mut View) -> Place {
     Place { at: at.to_array().map(|part| nearest(part, step)).into(), size, substep: substep(stage) }
 }
 
-/// 1, 2 or 5 times a power of ten that is near.
+/// Rounds to 1, 2 or 5 times a power of ten.
 fn round(number: f64) -> f64 {
     let power = 10.0_f64.powf(number.log10().floor());
     let mantissa = [1.0, 2.0, 5.0, 10.0].into_iter().find(|mantissa| number < mantissa * 1.4 * power);

@@ -22,7 +22,7 @@ impl Tool for Effects {
         }
     }
 
-    /// Counts evaluations per step from here on: what was counted before was another world.
+    /// Counts evaluations per step from here on: earlier counts are of another world.
     fn restart(&mut self, stage: &mut Stage) {
         self.seen = (stage.sim().ticks(), stage.sim().evaluations().laws().to_vec());
     }

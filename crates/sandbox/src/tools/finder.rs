@@ -8,7 +8,7 @@ use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
 
-/// What was typed so far.
+/// The state of the finder: the text typed so far.
 #[derive(Default)]
 pub(crate) struct Finder {
     query: String,
@@ -28,7 +28,7 @@ impl Tool for Finder {
         let field = TextEdit::singleline(&mut self.query);
         let field =
             ui.add(field.hint_text("part of a name, or the path of a file").desired_width(f32::INFINITY));
-        // Focus needs a frame, and Enter gives it up. Asking for what is there would ask for another frame.
+        // Getting the focus takes a frame, and Enter drops it. A request while the field has it would cause another frame.
         if !field.has_focus() {
             field.request_focus();
         }
@@ -39,7 +39,7 @@ impl Tool for Finder {
         if files.is_empty() && scenes.is_empty() && !is_path {
             ui.weak("no scene has this in its name");
         }
-        // Enter takes the first; without a word it is the first scene, and a person's files are looked at.
+        // Enter takes the first row; without a query that is the first scene, and the person's files are only listed.
         let first_is_file = !files.is_empty() && !query.trim().is_empty();
         let chosen = if is_path && (ui.button("Open this file").clicked() || enter) {
             Some(self.query.clone())
@@ -65,7 +65,7 @@ pub(crate) fn your_files(files: &[PathBuf], query: &str) -> Vec<String> {
     paths.filter(|path| path.to_lowercase().contains(query)).collect()
 }
 
-/// Lists scene files by their names, of which number `marked` is marked; the one that is clicked.
+/// Lists scene files by their names and marks number `marked`. Returns the clicked one.
 pub(crate) fn list_files(ui: &mut Ui, paths: &[String], marked: Option<usize>) -> Option<String> {
     if !paths.is_empty() {
         ui.add_space(6.0);
@@ -74,7 +74,7 @@ pub(crate) fn list_files(ui: &mut Ui, paths: &[String], marked: Option<usize>) -
     let name_of = |path: &str| Path::new(path).file_name().and_then(|name| name.to_str().map(str::to_owned));
     paths.iter().enumerate().fold(None, |clicked, (row, path)| {
         let name = name_of(path).unwrap_or_else(|| path.clone());
-        // Of one name, in several folders.
+        // Files of the same name show their folders.
         let several = paths.iter().filter(|other| name_of(other).as_ref() == Some(&name)).count() > 1;
         let folder = Path::new(path).parent().and_then(|folder| name_of(&folder.to_string_lossy()));
         let name = match folder.filter(|_| several) {

@@ -27,7 +27,7 @@ impl Tool for Forecast {
         }
     }
 
-    /// The forecast is computed again in this frame, if the change may be felt in it.
+    /// Makes this frame compute the forecast again, if the change may affect it.
     fn after_change(&mut self, change: &Change) {
         let is_felt = match change {
             Change::Requests(_) | Change::Method(_) | Change::Substeps(_) => true,

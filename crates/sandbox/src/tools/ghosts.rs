@@ -32,7 +32,7 @@ impl Tool for Ghosts {
         panel::show(ui, self, desk);
     }
 
-    /// Makes the ghosts, or removes them with their list. Escape closes the list alone; after that it comes back.
+    /// Makes the ghosts, or removes them with their list. Escape closes only the list; after that, this opens it again.
     fn toggle(&mut self, stage: &mut Stage, open: bool) -> bool {
         stage.notices.retract(Topic::Ghosts);
         if open {
@@ -50,7 +50,7 @@ impl Tool for Ghosts {
         true
     }
 
-    /// The solid bodies get the next method.
+    /// Gives the solid bodies the next method.
     fn take(&mut self, intent: &Intent, stage: &mut Stage, _: &View, _: bool) -> Option<Vec<Intent>> {
         let Intent::Act(Act::NextSolid) = intent else { return None };
         if self.twins.is_some() {
@@ -71,7 +71,7 @@ impl Tool for Ghosts {
         }
     }
 
-    /// A tick of the ghosts.
+    /// Does a tick of the ghosts.
     fn before_tick(&mut self, stage: &mut Stage, last: bool) {
         self.keep_substeps(stage);
         let Some(twins) = &mut self.twins else { return };

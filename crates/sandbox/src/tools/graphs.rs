@@ -1,4 +1,4 @@
-//! Graphs: how quantities of bodies, and of their ghosts, go over the last seconds.
+//! Graphs: quantities of bodies and of their ghosts over the last seconds.
 
 mod panel;
 mod state;
@@ -21,7 +21,7 @@ impl Tool for Graphs {
         panel::show(ui, self, desk);
     }
 
-    /// The bodies that are kept are found by name in another text of the scene.
+    /// Finds the kept bodies by name if the scene has another text.
     fn next_scene(&mut self, rewritten: bool) {
         match rewritten {
             true => self.renamed = true,

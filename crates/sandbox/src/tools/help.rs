@@ -6,10 +6,10 @@ use crate::actions::{Act, input_rows};
 use crate::intent::Intent;
 use crate::tools::tool::{Anchor, Desk, Tool};
 
-/// Points of the window's frame and title, and some around it.
+/// Room for the frame and the title of the window, and some around it, points.
 const MARGINS: Vec2 = Vec2::new(32.0, 64.0);
 
-/// Points that the longest keys, and the room beside the words, take of a column.
+/// Width of the longest keys in a column, and of the room beside the words, points.
 const KEYS: f32 = 200.0;
 
 /// The keys and the mouse.
@@ -43,7 +43,7 @@ impl Tool for Help {
                     grid.max_col_width(0.5 * most.x - KEYS).show(ui, |ui| {
                         for row in rows {
                             ui.label(RichText::new(row.inputs.join("  ")).monospace().strong());
-                            // Marks of code are for the document.
+                            // Backticks are for the document.
                             ui.add(Label::new(row.what.replace('`', "")).wrap())
                                 .on_hover_text(row.when.words());
                             ui.end_row();

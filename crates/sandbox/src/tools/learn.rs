@@ -35,7 +35,7 @@ impl Tool for Learn {
         !open
     }
 
-    /// Lessons go from scene to scene.
+    /// Keeps the lesson, because lessons go from scene to scene.
     fn next_scene(&mut self, _: bool) {
         self.forget_world();
     }
@@ -62,7 +62,7 @@ impl Tool for Learn {
     }
 }
 
-/// Where egui keeps the name of the control at which the open lesson points.
+/// Key in egui's memory of the name of the control at which the open lesson points.
 fn points_at() -> Id {
     Id::unique("what a lesson points at")
 }
@@ -72,12 +72,12 @@ pub(crate) fn pointed_at(context: &Context) -> Option<String> {
     context.data(|data| data.get_temp::<Option<String>>(points_at())).flatten()
 }
 
-/// Lets no lesson point at anything: its panel is closed.
+/// Makes no lesson point at a control, because the panel of lessons is closed.
 pub(crate) fn point_at_nothing(context: &Context) {
     context.data_mut(|data| data.remove_temp::<Option<String>>(points_at()));
 }
 
-/// Whether the panel with that name in scripts is one.
+/// The panel with that name in scripts, if there is one.
 pub(crate) fn panel_of(name: &str) -> Option<Panel> {
     PANELS.iter().find(|(_, row)| row.name == name).map(|(panel, _)| *panel)
 }

@@ -11,7 +11,7 @@ use crate::tools::tool::{Anchor, Desk, Tool};
 pub(crate) use state::Ledger;
 
 impl Tool for Ledger {
-    /// It stands where other panels leave room.
+    /// Puts the panel where other panels leave room.
     fn anchor(&self, open: &[&str]) -> Anchor {
         let any = |titles: [&str; 2]| titles.iter().any(|title| open.contains(title));
         match (any(["Effects", "Accuracy and cost"]), any(["Settings", "Ghosts"])) {
@@ -28,7 +28,7 @@ impl Tool for Ledger {
         }
     }
 
-    /// A run that asked for a ledger asked for one of every scene.
+    /// Keeps `always`: a run that asked for a ledger asked for one of every scene.
     fn next_scene(&mut self, _: bool) {
         self.close();
     }

@@ -18,7 +18,7 @@ use crate::view::hud::mouse_hint;
 const PRESETS: [(&str, f64); 5] =
     [("Earth", -9.8), ("Moon", -1.62), ("Mars", -3.71), ("none", 0.0), ("upward", 9.8)];
 
-/// Rates between which `step_hz` can be dragged.
+/// Range in which `step_hz` can be dragged, Hz.
 const STEP_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 
 /// The settings.
@@ -133,7 +133,7 @@ fn body(ui: &mut Ui, (id, selected): (Option<u32>, &Selected), scene: Method, in
     method::of_body(ui, (id, selected), scene, intents);
 }
 
-/// Three numbers; the new vector if one was changed.
+/// Lays out three numbers. Returns the new vector if one was changed.
 fn vector(ui: &mut Ui, value: DVec3, speed: f64, unit: &str) -> Option<DVec3> {
     let mut edited = value;
     let mut changed = false;

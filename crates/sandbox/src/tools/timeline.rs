@@ -1,4 +1,4 @@
-//! The panel of the timeline: anywhere in the last minute, and what went wrong.
+//! The panel of the timeline: seeks anywhere in the last minute, and says what went wrong.
 
 use egui::{Align2, Color32, Pos2, Rect, Sense, Slider, Stroke, Ui, Vec2};
 
@@ -15,7 +15,7 @@ use crate::view::marks::FAULT;
 #[derive(Default)]
 pub(crate) struct Timeline;
 
-/// Most quarantined bodies that are listed.
+/// Greatest number of quarantined bodies that are listed.
 const LISTED: usize = 6;
 
 const WIDTH: f32 = 460.0;
@@ -100,7 +100,7 @@ fn scrubber(ui: &mut Ui, within: &Within, stage: &Stage, width: f32, intents: &m
     ));
 }
 
-/// Which bodies were quarantined, when, by which system and why.
+/// Lists the bodies that were quarantined, when, by which system and why.
 fn quarantined(ui: &mut Ui, stage: &Stage) {
     let (bodies, times) = (stage.quarantined_here(), stage.times());
     for QuarantinedBody { body, tick, what, system, cause, .. } in bodies.iter().take(LISTED) {
@@ -114,7 +114,7 @@ fn quarantined(ui: &mut Ui, stage: &Stage) {
     }
 }
 
-/// Snapshots, the present and the fault along the slider.
+/// Marks the snapshots, the present and the fault along the slider.
 #[expect(clippy::cast_precision_loss, reason = "ticks of a minute, pixels")]
 fn marks(ui: &mut Ui, within: &Within, width: f32) {
     let (rect, _) = ui.allocate_exact_size(Vec2::new(width - 90.0, MARKS_HEIGHT), Sense::hover());

@@ -1,4 +1,4 @@
-//! What a tool is: something that a key opens beside the picture.
+//! The trait of tools, each of which a key opens beside the picture.
 
 use egui::{Align2, Painter, Rect, Ui};
 use history::Change;
@@ -9,13 +9,13 @@ use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::view::View;
 
-/// What a panel is laid out with.
+/// The surroundings of a panel while it is laid out.
 pub(crate) struct Desk<'a> {
     pub stage: &'a mut Stage,
     pub view: &'a mut View,
-    /// Points from side to side that the dock has; a window is as wide as its panel.
+    /// Width of the dock, points; `None` in a window, which is as wide as its panel.
     pub dock_width: Option<f32>,
-    /// Takes what the person wants.
+    /// Collects the intents of the person.
     pub intents: &'a mut Vec<Intent>,
     /// Set by a panel that is done.
     pub closes: bool,
@@ -28,12 +28,12 @@ impl Desk<'_> {
     }
 }
 
-/// Where a panel stands on the screen: a side or a corner, and points from there.
+/// Place of a panel on the screen: a side or a corner, and the offset from there, points.
 pub(crate) type Anchor = (Align2, [f32; 2]);
 
-/// A tool: its state, and what it does at each point of a frame. All but the panel can be left out.
+/// A tool: its state, and what it does at each point of a frame. Only [`Tool::anchor`] and [`Tool::show`] are required.
 pub(crate) trait Tool {
-    /// Where the panel stands while those of these titles are open.
+    /// Place of the panel while the panels with the titles `open` are open.
     fn anchor(&self, open: &[&str]) -> Anchor;
 
     /// Whether the next scene closes the panel.
@@ -44,13 +44,12 @@ pub(crate) trait Tool {
     /// Lays out the open panel.
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>);
 
-    /// Its key was pressed while the panel was `open` or not; whether the panel is open after that.
+    /// Called when the key of the panel is pressed. Returns whether the panel is open after that.
     fn toggle(&mut self, _stage: &mut Stage, open: bool) -> bool {
         !open
     }
 
-    /// Carries out an intent that is for this tool, whose panel is `open` or not; the intents that follow from it. `None` if it is
-    /// for another one.
+    /// Carries out an intent for this tool. Returns the intents that follow from it; `None` if the intent is not for this tool.
     fn take(
         &mut self,
         _intent: &Intent,
@@ -61,27 +60,27 @@ pub(crate) trait Tool {
         None
     }
 
-    /// The left button went down in the view. A tool may take the press if what it offers is within `near_px` of the pointer.
-    /// Returns the intents that follow; `None` if the press is not for this tool.
+    /// Called when the left button goes down in the view. A tool may take the press if what it offers is within `near_px` of the
+    /// pointer. Returns the intents that follow; `None` if the press is not for this tool.
     fn press(&mut self, _stage: &Stage, _view: &mut View, _near_px: f64) -> Option<Vec<Intent>> {
         None
     }
 
-    /// The pointer moved.
+    /// Called when the pointer moves.
     fn drag(&mut self, _view: &View) {}
 
-    /// The left button came up; the intents that follow.
+    /// Called when the left button comes up. Returns the intents that follow.
     fn release(&mut self, _stage: &Stage) -> Vec<Intent> {
         Vec::new()
     }
 
-    /// A drag is given up; nothing is changed.
+    /// Gives up a drag without a change.
     fn let_go(&mut self) {}
 
-    /// Escape was pressed.
+    /// Called when Escape is pressed.
     fn cancel(&mut self) {}
 
-    /// Another scene comes, or another text of the same one, `rewritten`.
+    /// Called when another scene opens or, if `rewritten`, another text of the same scene.
     fn next_scene(&mut self, _rewritten: bool)
     where
         Self: Sized + Default,
@@ -89,19 +88,19 @@ pub(crate) trait Tool {
         *self = Self::default();
     }
 
-    /// The stage has another world: of the same scene after a reset or a seek, or of another scene.
+    /// Called when the stage has another world: of the same scene after a reset or a seek, or of another scene.
     fn restart(&mut self, _stage: &mut Stage) {}
 
-    /// The input of a frame was taken, or a scene was opened.
+    /// Called after the input of a frame, and after a scene was opened.
     fn begin_frame(&mut self, _stage: &mut Stage, _open: bool) {}
 
-    /// The stage got a change between two ticks.
+    /// Called after a change of the stage between two ticks.
     fn after_change(&mut self, _change: &Change) {}
 
-    /// A tick is about to be simulated; it is the `last` one that is drawn in this frame, or not.
+    /// Called before a tick. `last`: it is the last tick of its frame, and pictures are interpolated.
     fn before_tick(&mut self, _stage: &mut Stage, _last: bool) {}
 
-    /// The ticks of a frame are over.
+    /// Called after the ticks of a frame.
     fn after_ticks(&mut self, _stage: &mut Stage, _view: &View, _open: bool, _time: FrameTime) {}
 
     /// Adds to the picture.

@@ -17,10 +17,10 @@ const NET_WIDTH_PX: f32 = 5.0;
 /// Meters of an arrow per m/s.
 pub(crate) const VELOCITY_SCALE: f64 = 0.5;
 
-/// Length of the longest force arrow where its scale is chosen, as a share of the distance from the camera.
+/// Length of the longest force arrow when the scale is chosen, as a fraction of the distance from the camera.
 const SHARE: f64 = 0.15;
 
-/// How much longer an arrow may grow before the scale is chosen again.
+/// Factor by which an arrow may grow before the scale is chosen again.
 const GROWTH: f64 = 3.0;
 
 /// The name of the sum of all forces on a body.
@@ -54,7 +54,7 @@ impl View {
         }
     }
 
-    /// The forces on every body, an arrow per cause, and their sum where there are several.
+    /// Adds the forces on every body, an arrow per cause, and their sum if there are several.
     fn add_forces(&mut self, stage: &Stage, arrows: &mut Vec<Arrow>) {
         let (bodies, eye) = (movable(stage), self.camera.position);
         let entities: Vec<_> = bodies.iter().map(|(entity, ..)| *entity).collect();
@@ -86,8 +86,8 @@ impl View {
         }
     }
 
-    /// Newtons of a force arrow of one meter, where the largest force is one of `newtons` on a body `distance` meters
-    /// from the camera. It stays as it is chosen once, so that arrows can be seen to grow.
+    /// The scale of force arrows, N per m, if the largest force is one of `newtons` on a body `distance` meters from the camera.
+    /// The scale stays until an arrow is [`GROWTH`] times too long, so that arrows can be seen to grow.
     fn newtons_per_meter(&mut self, newtons: f64, distance: f64) -> Option<f64> {
         let longest = SHARE * distance;
         if self.force_scale.is_none_or(|scale| newtons > scale * longest * GROWTH) {
@@ -98,7 +98,7 @@ impl View {
     }
 }
 
-/// Every movable body that is there, its position, m, and its velocity, m/s.
+/// Every movable body that is not dormant, its position, m, and its velocity, m/s.
 fn movable(stage: &Stage) -> Vec<(Entity, DVec3, DVec3)> {
     let mut bodies = query::<(Entity, &Transform, &PhysicsBody), Without<Dormant>>(&stage.sim().world);
     let bodies = bodies.iter(&stage.sim().world).filter(|(.., body)| body.inverse_mass > 0.0);

@@ -1,5 +1,5 @@
-//! The program's own look, where the picture is not the tutorial's: one palette for what a scene did not paint, and a soft lamp at
-//! one side.
+//! The program's own look, if the picture is not the tutorial's: one palette for bodies that a scene did not paint, and a soft
+//! lamp at one side.
 
 use glam::{DVec3, Vec3};
 use pick::Shape;
@@ -13,10 +13,10 @@ const BOX: [f32; 3] = [0.28, 0.50, 0.80];
 const BALL: [f32; 3] = [0.95, 0.58, 0.25];
 const IMMOVABLE: [f32; 3] = [0.60, 0.62, 0.65];
 
-/// Linear.
+/// Color of the lamp, linear.
 const LAMP_COLOR: Vec3 = Vec3::new(1.15, 1.12, 1.05);
 
-/// Where the lamp is, as seen from the scene's camera: to the left, up and toward the camera.
+/// Direction of the lamp as seen from the scene's camera: to the left, up and toward the camera.
 const LAMP_ASIDE: [f64; 3] = [0.55, 1.0, 0.45];
 
 /// How far away the lamp is, in radii of what moves: its shadows cover 22.5 degrees to each side.
@@ -37,7 +37,7 @@ pub(super) fn color(look: Appearance, shape: &Shape, movable: bool) -> [f32; 3] 
 pub(super) struct Lamp {
     /// The middle of what moves at the start, m.
     middle: DVec3,
-    /// From there, m.
+    /// From the middle to the lamp, m.
     offset: DVec3,
 }
 

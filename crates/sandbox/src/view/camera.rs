@@ -4,13 +4,13 @@ use glam::{DVec2, DVec3};
 use pick::Viewpoint;
 use scene::CameraSpec;
 
-/// Degrees that a count of the mouse turns.
+/// Turn of the camera per count of the mouse, degrees.
 const DEGREES_A_COUNT: f64 = 0.07;
 
-/// Flying speed, m/s, where the camera is as far from the scene as the tutorial's.
+/// Flying speed, m/s, of a camera that is as far from its scene as the tutorial's.
 const SPEED: f64 = 100.0;
 
-/// Where a locked camera is relative to the body that it looks at, m.
+/// Offset of a locked camera from the body that it looks at, m.
 const LOCKED_OFFSET: DVec3 = DVec3::new(0.0, 14.0, 20.0);
 
 /// The camera.
@@ -35,8 +35,8 @@ impl Camera {
         Self { start, speed: SPEED, position: start.position, pitch: start.pitch_deg, yaw }
     }
 
-    /// The same camera, which flies to a scene `distance` meters away in about a second: at 1, 2 or 5 m/s, or such a number of tens,
-    /// hundreds and so on.
+    /// The same camera, with a speed at which it flies to a scene `distance` meters away in about a second: 1, 2 or 5 m/s times a
+    /// power of ten.
     #[must_use]
     pub fn at_distance(self, distance: f64) -> Self {
         let decade = 10_f64.powf(distance.log10().floor());
@@ -52,12 +52,12 @@ impl Camera {
         self.speed
     }
 
-    /// Back to where the scene put it.
+    /// Puts the camera back to where the scene put it.
     pub fn reset(&mut self) {
         *self = Self { speed: self.speed, ..Self::new(self.start) };
     }
 
-    /// Turns by counts of the mouse, right and down.
+    /// Turns the camera by counts of the mouse, right and down.
     pub fn look(&mut self, right: f64, down: f64) {
         self.yaw = (self.yaw - right * DEGREES_A_COUNT).rem_euclid(360.0);
         self.pitch = (self.pitch - down * DEGREES_A_COUNT).clamp(-90.0, 90.0);
@@ -79,7 +79,7 @@ impl Camera {
         self.position += (right * held.x + DVec3::Y * held.y + forward * held.z) * self.speed * seconds;
     }
 
-    /// Behind and above `body`, looking at it.
+    /// Puts the camera behind and above `body`, m, looking at it.
     pub fn follow(&mut self, body: DVec3) {
         self.position = body + LOCKED_OFFSET;
         self.yaw = 0.0;

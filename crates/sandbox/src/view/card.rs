@@ -14,19 +14,19 @@ use crate::stage::soft::SoftSum;
 /// Points between the card and the edge of the picture.
 const MARGIN: f32 = 8.0;
 
-/// Points that three components of two digits before the point need.
+/// Width of three components with two digits before the decimal point, points.
 const WIDTH: f32 = 340.0;
 
-/// Side of the place of an arrow, points.
+/// Side of the square for an arrow, points.
 const DIRECTION: f32 = 13.0;
 
-/// Lengths, m, and velocities, m/s, that rounding leaves of what would be 0.
+/// Lengths, m, and velocities, m/s, below this are rounding errors, and shown as 0.
 const NOISE: f64 = 1e-14;
 
-/// The same as a share of what was added up.
+/// Fraction of the largest term below which a sum is a rounding error, and shown as 0.
 const ROUNDING: f64 = 1e-12;
 
-/// Most springs of one body that are listed each by itself.
+/// Greatest number of springs of one body that are listed one by one.
 const SPRINGS: usize = 3;
 
 /// The selected thing in the tutorial's terms.
@@ -35,11 +35,11 @@ pub(crate) struct Selected {
     pub name: String,
     pub position: DVec3,
     pub displacement: DVec3,
-    /// At the time of the position; absent for scenery.
+    /// Its body, at the time of the position; `None` for scenery.
     pub body: Option<PhysicsBody>,
-    /// The forces on it, N, by cause; springs together if there are many. Of a soft body, none.
+    /// The forces on it, N, by cause; springs together if there are many. Empty for a soft body.
     pub forces: Vec<(String, DVec3)>,
-    /// The method that it asks for, whatever the scene's is.
+    /// Its own method, if it has one.
     pub own_method: Option<Method>,
     /// When and by which system it was quarantined, if it was.
     pub quarantined: Option<String>,
@@ -120,14 +120,14 @@ pub(crate) fn show(context: &egui::Context, selected: &Selected, scene: Method) 
             ui.set_min_width(WIDTH);
             lines(ui, selected, scene);
         });
-    // It stood where it fits as wide as it was last.
+    // It was placed by the width of the last layout.
     let edge = context.content_rect().right() - MARGIN;
     if card.is_some_and(|card| (card.response.rect.right() - edge).abs() > 0.5) {
         context.request_discard("the card has another width");
     }
 }
 
-/// What the card says.
+/// Lays out the rows of the card.
 fn lines(ui: &mut Ui, selected: &Selected, scene: Method) {
     ui.label(RichText::new(&selected.name).strong());
     Grid::new("quantities").num_columns(2).show(ui, |ui| {
@@ -139,8 +139,8 @@ fn lines(ui: &mut Ui, selected: &Selected, scene: Method) {
     });
 }
 
-/// What the card says, with vectors by their length and an arrow as they point in the picture of `camera`, or by their components
-/// where a person asks for these.
+/// Lays out the rows of the card in the dock: vectors as their length and an arrow that points as in the picture of `camera`, or
+/// as their components if a person asks for them.
 pub(crate) fn dock_lines(ui: &mut Ui, selected: &Selected, scene: Method, camera: &Viewpoint) {
     let id = Id::unique("components of vectors");
     let mut components = ui.data(|data| data.get_temp(id)).unwrap_or(false);
@@ -153,7 +153,7 @@ pub(crate) fn dock_lines(ui: &mut Ui, selected: &Selected, scene: Method, camera
     Grid::new("quantities").num_columns(2).show(ui, |ui| {
         for (quantity, value) in quantities(selected, scene) {
             match value {
-                // The velocity has it.
+                // The row of the velocity shows it.
                 Quantity::Text(_) if quantity == "speed" && !components => continue,
                 Quantity::Vector(v, noise, unit) if quantity != "position" && !components => {
                     ui.label(quantity);
@@ -173,7 +173,8 @@ pub(crate) fn dock_lines(ui: &mut Ui, selected: &Selected, scene: Method, camera
     });
 }
 
-/// An arrow as `v` points in the picture of `camera`, a dot if it points along the line of sight, nothing if it is 0.
+/// Paints an arrow that points as `v` does in the picture of `camera`, a dot if `v` points along the line of sight, nothing if it
+/// is 0.
 fn direction(ui: &mut Ui, v: DVec3, noise: f64, camera: &Viewpoint) {
     let (place, _) = ui.allocate_exact_size(Vec2::splat(DIRECTION), Sense::hover());
     let Some(along) = v.try_normalize().filter(|_| length(v) > noise) else { return };
@@ -187,18 +188,18 @@ fn direction(ui: &mut Ui, v: DVec3, noise: f64, camera: &Viewpoint) {
     }
 }
 
-/// Causes of forces that are listed.
+/// Greatest number of causes of forces that are listed.
 const CAUSES: usize = 6;
 
 /// A value of the card.
 enum Quantity {
-    /// A vector, below which length it is 0, and its unit.
+    /// A vector, the length below which it is 0, and its unit.
     Vector(DVec3, f64, &'static str),
     Text(String),
 }
 
 impl Quantity {
-    /// A vector by its components.
+    /// The value as text, a vector by its components.
     fn text(&self) -> String {
         match self {
             Self::Vector(v, noise, unit) => vector(*v, *noise, unit),
@@ -207,7 +208,7 @@ impl Quantity {
     }
 }
 
-/// The forces that there are, where they are more than one.
+/// The forces that are not 0, if there is more than one.
 fn causes(forces: &[(String, DVec3)]) -> Vec<(&str, Quantity)> {
     let acting: Vec<_> = forces.iter().filter(|(_, newtons)| *newtons != DVec3::ZERO).collect();
     if acting.len() < 2 {
@@ -223,7 +224,7 @@ fn causes(forces: &[(String, DVec3)]) -> Vec<(&str, Quantity)> {
     rows
 }
 
-/// What the card says, as text.
+/// The rows of the card, as text.
 pub(crate) fn rows(selected: &Selected, scene: Method) -> Vec<(&str, String)> {
     quantities(selected, scene).into_iter().map(|(quantity, value)| (quantity, value.text())).collect()
 }
@@ -274,7 +275,7 @@ fn quantities(selected: &Selected, scene: Method) -> Vec<(&str, Quantity)> {
     rows
 }
 
-/// Three components with a unit. What is below `noise`, or rounding beside the largest of them, is 0; a small one has the
+/// Three components with a unit. Components below `noise`, or below rounding of the largest one, are 0; a small one has the
 /// decimals of the largest.
 fn vector(v: DVec3, noise: f64, unit: &str) -> String {
     let largest = v.abs().max_element();
@@ -291,7 +292,7 @@ fn scalar(value: f64, noise: f64) -> String {
     three_decimals(if value.abs() < noise { 0.0 } else { value })
 }
 
-/// What the points have together. No acceleration: pins hold a soft body with forces that only its springs know.
+/// The rows of a soft body: sums over its points. No acceleration: pins hold a soft body with forces that only its springs know.
 fn soft_rows(soft: &SoftSum) -> Vec<(&'static str, Quantity)> {
     use Quantity::{Text, Vector};
     let SoftSum { body, points, pinned, quarantined, springs, .. } = soft;
@@ -318,7 +319,7 @@ fn soft_rows(soft: &SoftSum) -> Vec<(&'static str, Quantity)> {
     ]
 }
 
-/// Also where its square is beyond every number.
+/// The length of `v`, even if its square overflows.
 fn length(v: DVec3) -> f64 {
     let largest = v.abs().max_element();
     if largest > 0.0 && largest.is_finite() { (v / largest).length() * largest } else { largest }

@@ -1,4 +1,4 @@
-//! What a click did: an arrow at the body that was pushed, with the newtons and the speed that they gave.
+//! The flash of a push by a click: an arrow at the pushed body, with the force and the speed that it gave.
 
 use bevy_ecs::prelude::*;
 use egui::{Align2, FontId, Painter, Vec2};
@@ -15,7 +15,7 @@ use crate::view::hud::{as_in_picture, point, text};
 /// How long it is shown, s.
 const SHOWN_S: f64 = 1.2;
 
-/// Length of the arrow, as a share of the distance from the camera.
+/// Length of the arrow, as a fraction of the distance from the camera.
 const LENGTH: f64 = 0.12;
 
 const WIDTH_PX: f32 = 4.0;
@@ -23,31 +23,31 @@ const WIDTH_PX: f32 = 4.0;
 /// A push by a click.
 pub(crate) struct Flash {
     body: Entity,
-    /// From its middle to where it was hit, m.
+    /// From the middle of the body to where it was hit, m.
     offset: DVec3,
     newtons: DVec3,
-    /// Until when it is shown, s of the clock of frames.
+    /// Until when it is shown, s of frame time.
     pub until: f64,
 }
 
 impl View {
-    /// Shows from now on that `body` was pushed where it was hit, m.
+    /// Shows from now on that `body` was pushed at `hit`, m.
     pub(crate) fn flash(&mut self, stage: &Stage, body: Entity, hit: DVec3, newtons: DVec3) {
         let offset = hit - stage.drawn_position(body).unwrap_or(hit);
         self.flash = Some(Flash { body, offset, newtons, until: stage.clock.now() + SHOWN_S });
     }
 
-    /// Ends what was shown long enough.
+    /// Ends the flash once it was shown long enough.
     pub(crate) fn expire_flash(&mut self, now: f64) {
         self.flash.take_if(|flash| flash.until <= now);
     }
 
-    /// From the tail of the arrow to its head, m.
+    /// Tail and head of the arrow, m.
     fn flash_arrow(&self, stage: &Stage) -> Option<[DVec3; 2]> {
         let flash = self.flash.as_ref()?;
         let at = stage.drawn_position(flash.body)? + flash.offset;
         let back = flash.newtons.try_normalize()? * (LENGTH * at.distance(self.camera.position));
-        // Toward the camera the arrow would be a point: it comes from below then.
+        // Along the line of sight the arrow would look like a point, so it comes from below.
         let aside = -self.viewpoint().up() * (0.6 * back.length());
         Some([at - back + aside, at])
     }

@@ -1,24 +1,25 @@
-//! The ground below scenes in which something is up.
+//! The ground below scenes that have an up direction.
 
 use glam::DVec3;
 use pick::Shape;
 use scene::{BodySpec, Scene};
 
-/// A floor, and no board, is at least this many times as wide and as long as it is high.
+/// Least half width and half length of a floor, as multiples of its half height.
 const FLOOR_FLATNESS: f64 = 4.0;
+/// Least half width and half length of a floor, m: smaller slabs are boards.
 const FLOOR_HALF_M: f64 = 5.0;
 
-/// What a scene stands on.
+/// The ground and the up direction of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Ground {
-    /// Whether something is up: gravity that is the same everywhere, or a floor.
+    /// Whether the scene has an up direction: by gravity that is the same everywhere, or by a floor.
     pub has_up: bool,
-    /// Height of the ground that is drawn, m: that of the bottom of the scene's slabs or, without one, far enough below everything
+    /// Height of the ground that is drawn, m: at the bottom of the scene's slabs or, without slabs, far enough below everything
     /// that nothing reaches it soon. `None` if a body is the floor, or if nothing falls.
     height: Option<f64>,
     /// Height of the top of the lowest slabs that are the floor, m: in the program's own look the ground is drawn in their place.
     pub floor_top: Option<f64>,
-    /// From line to line, m.
+    /// Distance from line to line, m.
     spacing: f64,
 }
 
@@ -28,7 +29,7 @@ fn is_flat(half: DVec3) -> bool {
 }
 
 impl Ground {
-    /// The ground as it is seen from `eye`, m, if that is above it; `for_floor` also in place of slabs that are the floor.
+    /// The ground as seen from `eye`, m, if that is above it; with `for_floor`, also in place of slabs that are the floor.
     #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
     pub fn seen_from(self, eye: DVec3, for_floor: bool) -> Option<render::Ground> {
         let spacing = self.spacing;
@@ -38,12 +39,12 @@ impl Ground {
         (height_m < 0.0).then_some(render::Ground { height_m, spacing_m, offset_m })
     }
 
-    /// Its height, m, `for_floor` also in place of slabs that are the floor.
+    /// The height of the ground, m; with `for_floor`, also in place of slabs that are the floor.
     pub fn height(self, for_floor: bool) -> Option<f64> {
         self.floor_top.filter(|_| for_floor).or(self.height)
     }
 
-    /// Whether the ground is drawn in place of an immovable box whose middle is that high, m.
+    /// Whether the ground is drawn in place of an immovable box whose middle is at `height`, m.
     pub fn replaces(self, shape: &Shape, height: f64) -> bool {
         let half = shape.half_extents();
         let is_top = |top: f64| (height + half.y - top).abs() <= 1e-4 * (1.0 + top.abs());

@@ -1,5 +1,5 @@
-//! The tutorial's words in the tutorial's places, a cross-hair, and the state of the run. Within the cockpit its bars say what they
-//! can, and here stand legends and warnings alone.
+//! The tutorial's words in the tutorial's places, a cross-hair, and the state of the run. In the cockpit the bars say most of
+//! this, and only legends and warnings are written here.
 
 use egui::text::LayoutJob;
 use egui::{Align, Align2, Color32, Context, FontId, Id, Painter, Pos2, Rect, Sense, Stroke, Ui, Vec2};
@@ -15,25 +15,30 @@ use crate::view::{Measured, Mode, View};
 /// The light gray in which the tutorial's texts are drawn.
 const TEXT: Color32 = Color32::from_rgb(191, 191, 191);
 
-/// Our own, thinner words stand on the bright sky.
+/// Color of the program's own words, which are thinner and on the bright sky.
 pub(crate) const THIN: Color32 = Color32::from_rgb(235, 235, 235);
 
 const WARNING: Color32 = Color32::from_rgb(255, 190, 60);
 
-/// Where the tutorial draws them: percent of width and height from the top left, the text standing on the point.
+/// Place of the click force in the tutorial: percent of width and height from the top left, to the lower left corner of the
+/// words.
 const CLICK_FORCE_AT: Vec2 = Vec2::new(10.0, 20.0);
+/// Place of the hint about the lock in the tutorial, percent.
 const LOCK_HINT_AT: Vec2 = Vec2::new(5.0, 80.0);
+/// Place of the hint about the mode in the tutorial, percent.
 const MODE_HINT_AT: Vec2 = Vec2::new(5.0, 85.0);
+/// Place of the state of gravity in the tutorial, percent.
 const GRAVITY_AT: Vec2 = Vec2::new(5.0, 95.0);
 
-/// Ours, below all that stands at the top: a notice may be wide.
+/// Place of notices, percent: below all words at the top, because a notice may be wide.
 const NOTICES_AT: Vec2 = Vec2::new(50.0, 26.0);
+/// Place of notices in the cockpit, percent.
 const NOTICES_IN_COCKPIT_AT: Vec2 = Vec2::new(50.0, 3.0);
 
-/// From line to line, in sizes of the words.
+/// Distance from line to line, as a multiple of the size of the words.
 const LINE: f32 = 1.3;
 
-/// Widest line of a notice, of the width of the window.
+/// Widest line of a notice, as a fraction of the width of the window.
 const NOTICE_WIDTH: f32 = 0.94;
 
 /// Words at a place.
@@ -57,7 +62,7 @@ fn at(painter: &Painter, percent: Vec2) -> Pos2 {
     painter.clip_rect().min + painter.clip_rect().size() * percent / 100.0
 }
 
-/// Writes all of it.
+/// Writes all words.
 pub(crate) fn show(painter: &Painter, stage: &Stage, view: &View) {
     let (all, corner) = words(painter, stage, view);
     for Words { at, anchor, text: words, font, color } in all {
@@ -101,10 +106,10 @@ fn wrapped(painter: &Painter, words: &str, font: &FontId, width: f32) -> String 
     galley.rows.iter().map(|row| row.text().trim_end().to_owned()).collect::<Vec<_>>().join("\n")
 }
 
-/// Longest scale bar, of the width of the picture.
+/// Longest scale bar, as a fraction of the width of the picture.
 const SCALE_BAR: f32 = 0.2;
 
-/// Draws a bar of 1, 2 or 5 times a power of ten meters, as long as it is at the middle of what moves.
+/// Draws a scale bar of 1, 2 or 5 times a power of ten of its unit, at the scale of the middle of what moves.
 #[expect(clippy::cast_possible_truncation, reason = "points")]
 fn scale_bar(painter: &Painter, stage: &Stage, view: &View, font: &FontId) {
     let Some(pixels) = view.pixels_per_meter(stage) else { return };
@@ -131,7 +136,7 @@ fn round_below(value: f64) -> f64 {
     [5.0, 2.0, 1.0].map(|part| part * ten).into_iter().find(|part| *part <= value).unwrap_or(ten)
 }
 
-/// Where words stand that do not come and go.
+/// The rectangles of words that do not come and go.
 pub(crate) fn places(painter: &Painter, stage: &Stage, view: &View) -> Vec<Rect> {
     let place = |Words { at, anchor, text, font, color }| {
         anchor.anchor_size(at, painter.layout_no_wrap(text, font, color).size())
@@ -139,7 +144,7 @@ pub(crate) fn places(painter: &Painter, stage: &Stage, view: &View) -> Vec<Rect>
     words(painter, stage, view).0.into_iter().map(place).collect()
 }
 
-/// The words, and how high those in the corner at the top are, points.
+/// The words, and the height of those in the corner at the top, points.
 fn words(painter: &Painter, stage: &Stage, view: &View) -> (Vec<Words>, f32) {
     let size = size(painter, view);
     let mut all = Vec::new();
@@ -169,7 +174,7 @@ fn words(painter: &Painter, stage: &Stage, view: &View) -> (Vec<Words>, f32) {
     (all, height)
 }
 
-/// The words of the tutorial, and where they stand.
+/// The words of the tutorial, and their places.
 fn tutorial(stage: &Stage, view: &View) -> Vec<(Vec2, String)> {
     let mut all = Vec::new();
     if stage.sim().scene.push.is_some() {
@@ -191,7 +196,7 @@ fn tutorial(stage: &Stage, view: &View) -> Vec<(Vec2, String)> {
     all
 }
 
-/// One below the other; what is wider than the window has several lines.
+/// Writes notices one below the other; a notice that is wider than the window has several lines.
 fn notices<'a>(painter: &Painter, mut place: Pos2, notices: impl Iterator<Item = &'a str>, size: f32) {
     let font = FontId::proportional(size);
     let most = painter.clip_rect().width() * NOTICE_WIDTH;
@@ -215,7 +220,7 @@ fn notices<'a>(painter: &Painter, mut place: Pos2, notices: impl Iterator<Item =
     }
 }
 
-/// How many bodies there are, and particles on the graphics device.
+/// The number of bodies and of particles on the graphics device, in words.
 pub(crate) fn bodies(stage: &Stage) -> String {
     let bodies = stage.sim().bodies.len();
     let particles = stage.sim().scene.swarm_particles();
@@ -223,7 +228,7 @@ pub(crate) fn bodies(stage: &Stage) -> String {
     format!("{bodies} {}{more}", if bodies == 1 { "body" } else { "bodies" })
 }
 
-/// The scene and its clock, each in a line; of what the shell measured, one while the run is not paused.
+/// A line for the scene, one for its clock and, unless the run is paused, one for what the shell measured.
 fn clock(stage: &Stage, view: &View) -> Vec<String> {
     let (stepper, world) = (&stage.sim().stepper, &stage.sim().world);
     let own = if stepper.plan().own.is_empty() { "" } else { " and bodies' own" };
@@ -295,21 +300,21 @@ fn cross_hair(painter: &Painter, center: Pos2) {
     }
 }
 
-/// Where the dark rim of words is.
+/// Offsets of the dark rim of words.
 const RIM: [Vec2; 4] =
     [Vec2::new(1.0, 1.0), Vec2::new(-1.0, 1.0), Vec2::new(1.0, -1.0), Vec2::new(-1.0, -1.0)];
 
-/// Where egui keeps whether pictures are for paper.
+/// Key in egui's memory of whether pictures are for paper.
 fn on_paper() -> Id {
     Id::unique("words on paper")
 }
 
-/// Says whether the words to come are for paper, which is white.
+/// Sets whether the next words are for paper, which is white.
 pub(crate) fn write_on_paper(context: &Context, paper: bool) {
     context.data_mut(|data| data.insert_temp(on_paper(), paper));
 }
 
-/// Words with a dark rim, readable on sky and checker alike; on paper they are black.
+/// Writes words with a dark rim, readable on sky and checker alike; on paper they are black.
 pub(crate) fn text(painter: &Painter, at: Pos2, anchor: Align2, words: &str, font: FontId, color: Color32) {
     if painter.ctx().data(|data| data.get_temp(on_paper())).unwrap_or(false) {
         painter.text(at, anchor, words, font, Color32::BLACK);
@@ -321,20 +326,20 @@ pub(crate) fn text(painter: &Painter, at: Pos2, anchor: Align2, words: &str, fon
     painter.text(at, anchor, words, font, color);
 }
 
-/// A pixel of the picture, from its top left, in points.
+/// Converts a pixel of the picture, from its top left, to points.
 #[expect(clippy::cast_possible_truncation, reason = "pixels")]
 pub(crate) fn point(painter: &Painter, pixel: DVec2) -> Pos2 {
     Pos2::new(pixel.x as f32, pixel.y as f32) / painter.ctx().pixels_per_point()
 }
 
-/// The color of a picture, red, green, blue and alpha from 0 to 1, in panels.
+/// Converts a color of the picture, with red, green, blue and alpha from 0 to 1, to one for panels.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
 pub(crate) fn as_in_picture(color: [f32; 4]) -> Color32 {
     let [red, green, blue, _] = color.map(|part| (part * 255.0).round() as u8);
     Color32::from_rgb(red, green, blue)
 }
 
-/// A small square of that color.
+/// Lays out a small square of that color.
 pub(crate) fn swatch(ui: &mut Ui, color: Color32) {
     let (place, _) = ui.allocate_exact_size(Vec2::splat(12.0), Sense::hover());
     ui.painter().rect(place, 2.0, color, Stroke::new(1.0, Color32::GRAY), egui::StrokeKind::Inside);

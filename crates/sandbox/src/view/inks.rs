@@ -4,11 +4,12 @@ use egui::{Color32, Rgba, Visuals};
 use motion::Method;
 use report::ink;
 
-/// Least contrast of words with what is behind them, and of marks and lines (WCAG 2.2, criteria 1.4.3 and 1.4.11).
+/// Least contrast of words with what is behind them (WCAG 2.2, criterion 1.4.3).
 pub(crate) const WORDS: f32 = 4.5;
+/// Least contrast of marks and lines with what is behind them (WCAG 2.2, criterion 1.4.11).
 const MARKS: f32 = 3.0;
 
-/// `color` for words: moved toward white or black as far as they need it on panels, plots and striped rows.
+/// `color` for words: moved toward white or black as far as words need it on panels, plots and striped rows.
 pub(crate) fn words(visuals: &Visuals, color: Color32) -> Color32 {
     apart(visuals, color, WORDS)
 }
@@ -18,7 +19,7 @@ pub(crate) fn marks(visuals: &Visuals, color: Color32) -> Color32 {
     apart(visuals, color, MARKS)
 }
 
-/// The color of a method, of which only what could not be seen differs between the themes.
+/// The color of a method. It is changed only in a theme in which it could not be seen.
 pub(crate) fn of_method(visuals: &Visuals, method: Method) -> Color32 {
     let [r, g, b] = ink(method).srgb;
     marks(visuals, Color32::from_rgb(r, g, b))
@@ -32,12 +33,12 @@ fn apart(visuals: &Visuals, color: Color32, least: f32) -> Color32 {
     steps.into_iter().find(seen).unwrap_or(end)
 }
 
-/// What is behind every second row of a table.
+/// The color behind every second row of a table.
 fn striped(visuals: &Visuals) -> Color32 {
     visuals.panel_fill.blend(visuals.faint_bg_color)
 }
 
-/// How much lighter the lighter one of two colors is (WCAG 2.2), from 1 to 21.
+/// The contrast of two colors (WCAG 2.2), from 1 to 21.
 pub(crate) fn contrast(a: Color32, b: Color32) -> f32 {
     let [a, b] = [a, b].map(|color| {
         let color = Rgba::from(color);

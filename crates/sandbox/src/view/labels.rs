@@ -11,9 +11,9 @@ use crate::view::View;
 /// A body's words in the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Label {
-    /// Where the body's middle is seen, pixels from the top left.
+    /// Place of the middle of the body, pixels from the top left.
     pub at: DVec2,
-    /// How far from there the body reaches, to the side where the words are or, of a ring around it, at most; pixels.
+    /// How far from there the body reaches, pixels: to the side where the words are or, for a ring around it, at most.
     pub reach: f64,
     pub text: String,
 }
@@ -21,7 +21,7 @@ pub(crate) struct Label {
 /// How far a shape reaches from its middle, m, in a direction of its own axes.
 type Reach = fn(&Shape, DVec3) -> f64;
 
-/// To its surface in that direction: the words of a thin body stand beside it.
+/// Distance to the surface of a shape in that direction, m, so that the words of a thin body are beside it.
 fn beside(shape: &Shape, direction: DVec3) -> f64 {
     match shape {
         Shape::Cuboid { half_extents } => (*half_extents / direction.abs()).min_element(),
@@ -29,7 +29,7 @@ fn beside(shape: &Shape, direction: DVec3) -> f64 {
     }
 }
 
-/// In any direction.
+/// Greatest half extent of a shape, m, whatever the direction.
 pub(crate) fn around(shape: &Shape, _: DVec3) -> f64 {
     shape.half_extents().max_element()
 }
@@ -45,7 +45,7 @@ impl View {
         seen.into_iter().map(|(_, label)| label).collect()
     }
 
-    /// What marks the body that a fault is about, while the run stands next to it.
+    /// The mark of the body at fault, while the run is paused.
     pub(crate) fn fault_mark(&self, stage: &Stage) -> Option<Label> {
         let fault = stage.fault().filter(|_| stage.paused())?;
         let words = match stage.sim().ticks().checked_sub(fault.tick) {
@@ -58,7 +58,7 @@ impl View {
         label.map(|(_, label)| label)
     }
 
-    /// How far a thing is, m, and its label, if its middle is in the picture.
+    /// The distance of a thing, m, and its label, if its middle is in the picture.
     pub(crate) fn label(
         &self,
         stage: &Stage,

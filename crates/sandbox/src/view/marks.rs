@@ -39,12 +39,12 @@ pub(crate) const POINTER: Color32 = Color32::from_rgb(255, 200, 60);
 
 /// Draws a ring around a faulty body, with words beside it. Returns their rectangle.
 pub(crate) fn show_mark(painter: &Painter, mark: &Label) -> Rect {
-    // Seen on dark, on bright and on red.
+    // Can be seen on dark, on bright and on red.
     let radius = ring(painter, mark, &[(7.0, Color32::BLACK), (5.0, THIN), (2.5, FAULT)]);
     words(painter, mark, radius, &[], true).unwrap_or(Rect::NOTHING)
 }
 
-/// Draws a ring around a body in lines of those widths, points, and colors; its radius, points.
+/// Draws a ring around a body in lines of those widths, points, and colors. Returns its radius, points.
 pub(crate) fn ring(painter: &Painter, mark: &Label, lines: &[(f32, Color32)]) -> f32 {
     let radius = (1.3 * label_reach(painter, mark)).clamp(RING[0], RING[1]);
     for (width, color) in lines {
@@ -59,7 +59,7 @@ fn label_reach(painter: &Painter, label: &Label) -> f32 {
 }
 
 /// Writes the words of a label `reach` and a gap to the right of its body, or to the left, or lines below or above, where they
-/// are in the picture and nothing is `taken`; where they stand. Words that are `needed` are always written.
+/// are in the picture and nothing is `taken`. Returns their rectangle. Words that are `needed` are always written.
 fn words(painter: &Painter, label: &Label, reach: f32, taken: &[Rect], needed: bool) -> Option<Rect> {
     let (words, middle) = (&label.text, point(painter, label.at));
     let font = FontId::proportional(SIZE);
@@ -67,7 +67,7 @@ fn words(painter: &Painter, label: &Label, reach: f32, taken: &[Rect], needed: b
     let aside = Vec2::X * (reach + GAP);
     let sides = [(middle + aside, Align2::LEFT_CENTER), (middle - aside, Align2::RIGHT_CENTER)];
     let lines = [0.0, 1.1, -1.1, 2.2, -2.2].map(|lines| Vec2::Y * (lines * size.y));
-    // Words above a body seem to belong to what they end at.
+    // To the sides only: words above a body seem to belong to whatever they end at.
     let mut places = lines.into_iter().flat_map(|line| sides.map(|(at, side)| (at + line, side)));
     let screen = painter.clip_rect();
     let is_free = |(at, side): &(Pos2, Align2)| {

@@ -13,16 +13,16 @@ use crate::view::View;
 /// Degrees per point of a drag around a place.
 const DEGREES_PER_POINT: f64 = 0.3;
 
-/// What is left of the distance after a notch of the wheel.
+/// Factor by which a notch of the wheel changes the distance.
 const CLOSER: f64 = 0.9;
 
-/// How much room a framed thing leaves around it.
+/// Distance of a framed thing, as a multiple of the one at which it just fills the view.
 const ROOM: f64 = 1.3;
 
-/// Distances beyond this multiple of the needed one count as far away.
+/// Distance beyond which bodies are seen from far away, as a multiple of the one at which they are framed.
 const FAR: f64 = 1.6;
 
-/// Most bodies that are looked for in the view.
+/// Greatest number of bodies that are looked for in the view.
 const CROWD: usize = 10_000;
 
 /// Least radius that is framed, m.
@@ -38,7 +38,8 @@ pub(crate) enum Drag {
 }
 
 impl View {
-    /// What the camera moves about: what is under the pointer, else the selection, else the middle of all that moves.
+    /// The place about which the camera moves, m: what is under the pointer, else the selection, else the middle of all that
+    /// moves.
     pub(crate) fn pivot(&mut self, stage: &Stage) -> DVec3 {
         let ray = self.picking_ray();
         if let Some(hit) = self.cast(stage, &ray) {
@@ -48,7 +49,7 @@ impl View {
         selected.or_else(|| Some(extent(stage)?.0)).unwrap_or_else(|| ray.at(SMALLEST))
     }
 
-    /// Moves the camera by a drag of `by` pixels, of which a point has `pixels_per_point`.
+    /// Moves the camera by a drag of `by` pixels; a point has `pixels_per_point` pixels.
     pub(crate) fn drag(&mut self, drag: Drag, by: DVec2, pixels_per_point: f32) {
         self.locked = None;
         let view = self.viewpoint();
@@ -65,26 +66,26 @@ impl View {
         }
     }
 
-    /// Comes nearer to what is under the pointer, or goes away from it.
+    /// Moves the camera toward what is under the pointer, or away from it.
     pub(crate) fn zoom(&mut self, stage: &Stage, notches: f64) {
         self.locked = None;
         let pivot = self.pivot(stage);
         let away = self.camera.position - pivot;
         let (view, distance) = (self.viewpoint(), away.length());
         let wanted = distance * CLOSER.powf(notches.clamp(-20.0, 20.0));
-        // Never through the pivot, and not where nothing is drawn any more.
+        // Never through the pivot, and not so far away that nothing is drawn any more.
         let wanted = wanted.clamp((2.0 * view.near_m).min(distance), view.far_m.max(distance));
         self.camera.position = pivot + away.normalize_or_zero() * wanted;
     }
 
-    /// Puts the selection, or all that moves, into the middle of the view; the camera looks where it looked.
+    /// Puts the selection, or all that moves, into the middle of the view, without turning the camera.
     pub(crate) fn frame(&mut self, stage: &Stage) {
         let Some((middle, radius)) = extent(stage) else { return };
         self.locked = None;
         self.camera.position = middle - self.viewpoint().forward() * self.framed_distance(radius);
     }
 
-    /// Whether the scene left the camera to the program, which sees its bodies from far away.
+    /// Whether the scene left the camera to the program, and its bodies are seen from far away.
     #[must_use]
     pub fn wants_frame(&self, stage: &Stage) -> bool {
         let Some((middle, radius)) = extent(stage) else { return false };
@@ -109,7 +110,7 @@ impl View {
         Some(at?.0.distance(aside?.0)).filter(|pixels| pixels.is_finite() && *pixels > 0.0)
     }
 
-    /// Whether nothing that moves is inside the view, of the first bodies of a crowd.
+    /// Whether nothing that moves is inside the view; looks only at the first [`CROWD`] bodies.
     pub(crate) fn is_empty(&self, stage: &Stage) -> bool {
         let mut moving = moving(stage).take(CROWD).peekable();
         let is_seen = |place: DVec3| self.seen_at(place).is_some_and(|(_, inside)| inside);
@@ -123,7 +124,7 @@ impl View {
         top.is_some_and(|top| moving(stage).take(CROWD).all(|thing| height(thing) < top))
     }
 
-    /// Back to where the scene put the camera, locked to nothing.
+    /// Puts the camera back to where the scene put it, and unlocks it.
     pub(crate) fn reset_camera(&mut self, stage: &Stage) {
         self.camera.reset();
         self.locked = None;
@@ -150,7 +151,7 @@ fn moving(stage: &Stage) -> impl Iterator<Item = Entity> {
     stage.things().filter(moves)
 }
 
-/// Middle and radius of the selection or, without one, of all that moves, m; of everything where nothing moves.
+/// Middle and radius of the selection or, without one, of all that moves, m; of everything if nothing moves.
 fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
     let mut things: Vec<_> = match stage.here.selection {
         Some(thing) => {
@@ -177,12 +178,13 @@ fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
     Some((middle, radius))
 }
 
-/// From the scene's camera to the middle of what moves, m; not finite where nothing does.
+/// Distance from the scene's camera to the middle of what moves, m; not finite if nothing moves.
 pub(crate) fn distance_of(scene: &Scene) -> f64 {
     extent_at_start(scene).map_or(f64::NAN, |(middle, _)| middle.distance(scene.camera.position))
 }
 
-/// Where particles on the graphics device are born at the start, and how far they get some: to the top of a throw, or half their way.
+/// The place where particles on the graphics device are born at the start, and about how far they get, m: to the top of a throw,
+/// or half their way.
 fn reach(scene: &Scene, emitter: &EmitterSpec) -> Option<(DVec3, f64)> {
     // All are thrown equally fast.
     let speed = Vec3::from(*emitter.swarm.as_ref()?.launches.first()?).length();

@@ -1,4 +1,4 @@
-//! Where bodies pass through the ground: a ring that spreads and fades.
+//! Rings where bodies pass through the ground; they spread and fade.
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -15,23 +15,23 @@ use crate::view::View;
 /// How long a ring is shown, s of simulated time.
 const SHOWN_S: f64 = 1.5;
 
-/// How much wider than its body a ring is at its end.
+/// Radius of a ring at its end, as a multiple of the radius of its body.
 const SPREADS: f64 = 2.0;
 
-/// Rings at once, at most: those of the last bodies.
+/// Greatest number of rings at once: those of the last bodies.
 const MOST: usize = 100;
 
 const SEGMENTS: u32 = 32;
 const COLOR: [f32; 3] = [0.16, 0.24, 0.34];
 const WIDTH_PX: f32 = 2.5;
 
-/// A body passed through the ground.
+/// A pass of a body through the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Pass {
     at: DVec3,
-    /// Of the body, m.
+    /// Radius of the body, m.
     radius: f64,
-    /// s of simulated time.
+    /// Time of the pass, s of simulated time.
     time: f64,
 }
 
@@ -42,7 +42,7 @@ pub(super) struct Passes(VecDeque<Pass>);
 impl Passes {
     /// Notes the bodies that passed the height of the ground, m, in the tick of `tick` seconds that ended at `time`, s.
     pub fn after_tick(&mut self, world: &World, ground: f64, time: f64, tick: f64) {
-        // After going back in time, later ones have not happened.
+        // After going back in time, later passes have not happened.
         self.0.retain(|pass| pass.time < time);
         let mut bodies = world
             .try_query_filtered::<(&Transform, &PreviousPosition, &Shape), (With<PhysicsBody>, Without<Dormant>)>();

@@ -1,4 +1,4 @@
-//! Where things are drawn, which is where rays find them.
+//! Picking: rays find things where they are drawn.
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
@@ -11,7 +11,7 @@ use crate::stage::things::{Picked, drawn, is_movable};
 use crate::view::picture::find_points;
 use crate::view::{Mode, View};
 
-/// Width below which nothing of a soft body is drawn, and hit, pixels.
+/// Least width at which parts of a soft body are drawn and hit, pixels.
 const THINNEST_PX: f64 = 2.0;
 
 /// Width below which a body leaves no trace in the picture, pixels.
@@ -54,16 +54,16 @@ impl View {
         [DVec2::new(left, top), DVec2::new(width, height)]
     }
 
-    /// Where a place is seen, pixels from the top left of the picture, and whether that is inside the view; nothing where it
-    /// is behind the camera.
+    /// Projects a place to pixels from the top left of the picture, and whether that is inside the view; `None` if it is behind
+    /// the camera.
     pub(crate) fn seen_at(&self, place: DVec3) -> Option<(DVec2, bool)> {
         let [corner, size] = self.view_area();
         let at = self.viewpoint().project(place, size)?;
         Some((at + corner, at.cmpge(DVec2::ZERO).all() && at.cmple(size).all()))
     }
 
-    /// The closest thing on a ray from the camera, as drawn; what the ground hides after all that it does not. Emitted particles
-    /// are not met.
+    /// The closest thing on a ray from the camera, as drawn. Things behind the ground come after all others. Drops of emitters
+    /// are not things.
     pub(crate) fn cast(&mut self, stage: &Stage, ray: &Ray) -> Option<Picked> {
         self.see(stage);
         let view = self.viewpoint();
@@ -102,7 +102,7 @@ impl View {
         let soft = self.seen.soft.cast(through, self.thinnest(), |body| stage.sim().world.get(body));
         let soft = soft.map(|hit| (hit.entity, hit.distance, hit.pushed));
         let disc = self.disc_on(ray, drawn).map(|(entity, distance)| (entity, distance, Some(entity)));
-        // Of equally close ones the solid one.
+        // Of equally close hits, the solid one.
         let hits = solid.into_iter().chain(soft).chain(disc);
         let (entity, distance, pushed) = hits.min_by(|a, b| a.1.total_cmp(&b.1))?;
         Some(Picked { entity, distance, pushed })
@@ -123,7 +123,7 @@ impl View {
         discs.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// What a click would select within the cockpit, `immovable` things, too, or not.
+    /// The thing that a click would select in the cockpit; with `immovable`, also things that cannot be moved.
     pub(crate) fn hovered(&mut self, stage: &Stage, immovable: bool) -> Option<Entity> {
         let [corner, size] = self.view_area();
         let at = self.pointer - corner;
@@ -137,18 +137,18 @@ impl View {
             .filter(|thing| immovable || is_movable(&stage.sim().world, *thing))
     }
 
-    /// Smallest radius with which ropes are drawn, as a share of the distance.
+    /// Smallest radius with which ropes are drawn, as a fraction of the distance.
     pub(crate) fn thinnest(&self) -> f64 {
         0.5 * THINNEST_PX * self.pixel()
     }
 
-    /// What a pixel spans in the middle of the view, as a share of the distance along it.
+    /// Size of a pixel in the middle of the view, as a fraction of the distance along the line of sight.
     pub(super) fn pixel(&self) -> f64 {
         let height = self.view_area()[1].y.max(1.0);
         2.0 * (0.5 * self.viewpoint().fov_y_rad).tan() / height
     }
 
-    /// Takes over the poses of the present state, relative to the camera.
+    /// Updates the drawn poses to the current state, relative to the camera.
     pub(crate) fn see(&mut self, stage: &Stage) {
         let version = Some(stage.version);
         let Self { seen, camera, .. } = self;

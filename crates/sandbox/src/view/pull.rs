@@ -1,4 +1,4 @@
-//! What the pointer pulls, in the picture.
+//! The pull by the pointer, in the picture.
 
 use egui::{Align2, FontId, Painter, Vec2};
 use glam::DVec3;
@@ -21,13 +21,13 @@ impl View {
         Pull::of(stage, &hit, place, depth)
     }
 
-    /// Where the pointer now wants the place that it took `depth` meters in front of the camera, m.
+    /// The target of a pull, m: the point under the pointer, `depth` meters in front of the camera.
     pub(crate) fn pulled_toward(&self, depth: f64) -> DVec3 {
         let ray = self.picking_ray();
         ray.at(depth / ray.direction().dot(self.viewpoint().forward()))
     }
 
-    /// Draws the spring.
+    /// Draws the spring of the pull.
     pub(super) fn add_pull(&self, stage: &Stage, frame: &mut Frame) {
         let Some(pull) = &stage.here.pull else { return };
         let Some(middle) = stage.drawn_position(pull.body) else { return };

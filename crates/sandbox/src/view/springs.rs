@@ -14,42 +14,40 @@ use crate::stage::query;
 use crate::view::View;
 use crate::view::picture::{OUTLINE, PLAIN, SELECTED, StabilityRatio};
 
-/// A spring outside the view of springs.
+/// Color of a spring outside the view of springs.
 const SPRING_COLOR: [f32; 4] = [0.30, 0.30, 0.34, 1.0];
-/// A coil on the dark sky of space.
+/// Color of a spring on the dark sky of space.
 const SPRING_IN_SPACE: [f32; 4] = [0.82, 0.84, 0.88, 1.0];
 const SPRING_WIDTH_PX: f32 = 2.0;
 
-/// Turns of a coil, as which a spring between two bodies is drawn in the program's own look.
+/// Turns of a coil, which shows a spring between two bodies in the program's own look.
 const TURNS: u16 = 9;
-
 /// Lines per turn of a coil.
 const LINES_PER_TURN: u16 = 8;
-
-/// Radius of a coil, as a share of the spring's length at rest.
+/// Radius of a coil, as a fraction of the length of its spring at rest.
 const COIL_RADIUS: f64 = 0.035;
-
-/// Most springs that are drawn as coils; the springs of a scene with more are straight.
+/// Greatest number of springs that are drawn as coils: those of a crowd are straight.
 const MOST_COILS: usize = 100;
 
 /// Strain at which a spring has its full color.
 const FULL_STRAIN: f64 = 0.1;
-/// Springs that are shorter than at rest, at rest, and longer.
+/// Colors of springs that are shorter than at rest, at rest, and longer.
 const STRAIN_COLORS: [Vec3; 3] = [Vec3::new(0.05, 0.25, 1.0), Vec3::splat(0.95), Vec3::new(1.0, 0.08, 0.04)];
 
-/// A pin holds a point in its place.
+/// Color of a pin, which holds a point in its place.
 const PIN_COLOR: [f32; 4] = [0.16, 0.16, 0.19, 1.0];
 /// Radius of a pin, as a multiple of that of a point.
 const PIN_SIZE: f32 = 1.5;
 
 /// How bright a line is, relative to a body of the same color: lines are not shaded, and no body is lit fully.
 const LINE_SHADE: f32 = 0.7;
-/// A rope too thin to be drawn as a body: its line, and what shows of the outline of a selected one.
+/// Width of the line of a rope that is too thin to be drawn as a body, pixels.
 const ROPE_WIDTH_PX: f32 = 2.0;
+/// Width of the line behind it that shows as the outline of a selected rope, pixels.
 const OUTLINE_WIDTH_PX: f32 = 6.0;
 
-/// Relative change of a spring's length, 0.1 for one tenth longer than at rest; that of a spring without a length
-/// at rest is 0 or, however short it is, infinite.
+/// Relative change of a spring's length, 0.1 for one tenth longer than at rest; for a rest length of 0 it is 0 if the length is
+/// 0, and infinite otherwise.
 fn strain(length: f64, rest_length: f64) -> f64 {
     if length == rest_length { 0.0 } else { length / rest_length - 1.0 }
 }
@@ -68,7 +66,7 @@ fn strain_color(strain: f64) -> [f32; 4] {
     rest.lerp(if share < 0.0 { short } else { long }, share.abs()).extend(1.0).to_array()
 }
 
-/// How much of a spring's limit is taken at which it has which color: it is red before it grows.
+/// Colors of springs by the used fraction of their limit: a spring is red before it grows.
 const MARGIN_COLORS: [(f64, Vec3); 4] = [
     (0.0, Vec3::new(0.0, 0.55, 0.25)),
     (0.5, Vec3::new(0.35, 0.75, 0.2)),
@@ -86,7 +84,7 @@ pub(crate) fn margin_color(ratio: f64) -> [f32; 4] {
         (low..high).contains(&ratio).then(|| from.lerp(to, share))
     };
     let inside = MARGIN_COLORS.windows(2).find_map(between);
-    // NaN has no margin.
+    // NaN gets the last color.
     let outside = if ratio < first.0 { first.1 } else { last.1 };
     inside.unwrap_or(outside).extend(1.0).to_array()
 }
@@ -101,12 +99,12 @@ struct Drawing<'a> {
 }
 
 impl Drawing<'_> {
-    /// Whether what has that radius there is large enough in the picture to be drawn as a body.
+    /// Whether something of that radius at `at` is large enough in the picture to be drawn as a body.
     fn shows_body(&self, at: Vec3, radius: f32) -> bool {
         radius >= self.thinnest * at.length()
     }
 
-    /// A ball, or a disc where it is too small for one.
+    /// Adds a ball, or a disc if it is too small for one.
     fn ball(&self, frame: &mut Frame, center: Vec3, radius: f32, color: [f32; 4], surface: u32) {
         if self.shows_body(center, radius) {
             frame.spheres.push(Instance {
@@ -121,8 +119,8 @@ impl Drawing<'_> {
         }
     }
 
-    /// A rope between two points, or a line where it is too thin for one. Lines go to `thin`, their outlines into the
-    /// frame at once: the outline of one spring must not cover its neighbor.
+    /// Adds a rope between two points, or a line if it is too thin for one. Lines go to `thin`, their outlines into the frame at
+    /// once: the outline of one spring must not cover its neighbor.
     fn rope(&self, frame: &mut Frame, thin: &mut Vec<Line>, [from, to]: [Vec3; 2], radius: f32) {
         let (middle, along) = ((from + to) / 2.0, to - from);
         let length = along.length();
@@ -178,7 +176,7 @@ impl Drawing<'_> {
             let triangles = body.triangles.iter().copied();
             frame.surfaces.push(Surface::smooth(pose.points(), triangles, self.color, self.outlined));
         }
-        // On the line of a thin rope points would be dark beads; where springs are drawn they show the selection.
+        // On the line of a thin rope points would be dark beads; in the view of springs, points show the selection.
         let shown = |point: Vec3| match (springs_alone, body.triangles.is_empty()) {
             (true, _) => self.outlined,
             (false, rope) => rope && (body.springs.is_empty() || self.shows_body(point, link_radius)),
@@ -217,7 +215,7 @@ impl View {
         }
     }
 
-    /// Springs between bodies; one with an end that makes it inert is not drawn.
+    /// Adds the springs between bodies, except those with an end that is quarantined, dormant or without physics.
     pub(super) fn add_springs(&self, stage: &Stage, frame: &mut Frame, ratio: StabilityRatio<'_>) {
         let eye = self.camera.position;
         let mut springs = query::<&Spring, ()>(&stage.sim().world);
@@ -249,7 +247,7 @@ impl View {
     }
 }
 
-/// A cord of that length: straight where it is stretched, else hanging down between its ends, as a parabola of about its
+/// Adds a cord of length `rest`: straight if it is stretched, else hanging down between its ends as a parabola of about that
 /// length.
 fn add_cord(frame: &mut Frame, [from, to]: [Vec3; 2], rest: f64, color: [f32; 4]) {
     const PARTS: u16 = 16;
@@ -267,7 +265,7 @@ fn add_cord(frame: &mut Frame, [from, to]: [Vec3; 2], rest: f64, color: [f32; 4]
     frame.lines.extend(ends.map(|[from, to]| Line::new(from, to, color, SPRING_WIDTH_PX)));
 }
 
-/// A helix from end to end, with a straight piece at each.
+/// Adds a helix from end to end, with a straight piece at each end.
 fn add_coil(frame: &mut Frame, [from, to]: [Vec3; 2], rest: f64, color: [f32; 4]) {
     let along = to - from;
     let Some(axis) = along.try_normalize() else { return };

@@ -1,4 +1,4 @@
-//! Swarms, from the plain numbers of the simulation to those of a frame.
+//! Converts swarms of the simulation to the plain numbers of a frame.
 
 use motion::{DampingModel, Method, Swarm, SwarmLog, SwarmTick};
 use render::{SwarmDamping, SwarmLook, SwarmStepping};
@@ -8,10 +8,10 @@ use crate::stage::Stage;
 use crate::stage::query;
 use crate::view::View;
 
-/// How long the film is exposed to what an emitter throws, s: it is drawn as long as the way it takes in that time.
+/// Exposure time of the particles of emitters, s: a particle is drawn as long as its path in that time.
 pub(super) const EXPOSURE_S: f64 = 1.0 / 60.0;
 
-/// Last share of its life in which a particle of an emitter fades away.
+/// Last fraction of its life in which a particle of an emitter fades away.
 pub(super) const FADES_IN: f64 = 0.3;
 
 impl View {
@@ -22,7 +22,7 @@ impl View {
     }
 }
 
-/// The swarms of a run, by the order in which the scene has them, without a place to be seen from.
+/// The swarms of a run, in the order of the scene, without a camera.
 pub(crate) fn all_swarms(stage: &Stage) -> Vec<render::Swarm> {
     swarms(stage, |_| [0.0; 3], 0.0)
 }
@@ -79,7 +79,7 @@ fn tick(tick: &SwarmTick) -> render::SwarmTick {
         DampingModel::Tutorial => Some(SwarmDamping::Tutorial),
         DampingModel::Clamped => Some(SwarmDamping::Clamped),
         DampingModel::Implicit => Some(SwarmDamping::Implicit),
-        // A part of the rate.
+        // Exact damping is part of `rate`.
         DampingModel::Exact => None,
     };
     let laws = render::SwarmLaws {

@@ -1,4 +1,4 @@
-//! Where bodies have been: a line behind each, while trails are switched on.
+//! Trails: a line behind each body, where it has been, while trails are switched on.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -11,20 +11,20 @@ use crate::stage::query;
 /// How far back a trail goes, s of watched time: a year of the orbits that are shipped.
 const SECONDS: f64 = 6.0;
 
-/// Points of all trails together, at most: those of many bodies are farther apart.
+/// Greatest number of points of all trails together: those of many bodies are farther apart.
 const POINTS: usize = 27_000;
 
-/// Bodies that leave a trail, at most: lines are for looking at, not for a crowd.
+/// Greatest number of bodies that leave a trail: lines are for looking at, not for a crowd.
 pub(crate) const BODIES: usize = 300;
 
-/// Where a body was at the end of a tick, m, and when, s.
+/// Place of a body at the end of a tick, m, and the time, s.
 type Point = (DVec3, f64);
 
 /// The points that a body passed, oldest first.
 #[derive(Clone, Debug, Default)]
 struct Trail {
     points: VecDeque<Point>,
-    /// Where it was at the end of the last tick, m.
+    /// Place of the body at the end of the last tick, m.
     last: Option<DVec3>,
 }
 
@@ -36,16 +36,16 @@ pub(crate) struct Trails {
     trails: BTreeMap<Entity, Trail>,
     /// End of the last tick, s.
     time: Option<f64>,
-    /// Movable bodies of the world, also those without a trail.
+    /// Number of movable bodies of the world, including those without a trail.
     movable: usize,
 }
 
 impl Trails {
-    /// Notes where bodies are at the end of a tick, at `time`, s, of which `pace` seconds are watched per second. Points are due by
-    /// time, whatever the frames are.
+    /// Records where bodies are at the end of a tick, at `time`, s; `pace` is simulated seconds per second of watching. Points
+    /// are due by time, whatever the frames are.
     ///
-    /// A body that was not at its [`PreviousPosition`] before was put there, or is a particle of another life: its trail begins
-    /// there.
+    /// A body that was not at its [`PreviousPosition`] at the end of the last tick was put there, or is a particle of another
+    /// life: its trail restarts there.
     pub fn after_tick(&mut self, world: &World, time: f64, pace: f64) {
         let longest = SECONDS * pace;
         for body in query::<Entity, With<Dormant>>(world).iter(world) {
@@ -66,7 +66,7 @@ impl Trails {
                 trail.points.clear();
                 trail.points.push_back((began, before.unwrap_or(time)));
             }
-            // A body at rest keeps the way that brought it there.
+            // A body at rest keeps its trail.
             if is_due && trail.last.replace(*position) != Some(*position) {
                 trail.points.push_back((*position, time));
                 while trail.points.front().is_some_and(|(_, then)| time - then > longest) {
@@ -77,12 +77,13 @@ impl Trails {
         }
     }
 
-    /// Bodies that leave a trail and all that could, if these are more.
+    /// The number of bodies that leave a trail and of all that could, if there are more of these.
     pub fn left_out(&self) -> Option<(usize, usize)> {
         (self.movable > BODIES).then_some((BODIES, self.movable))
     }
 
-    /// Each body and what it passed up to `time`, s: a trail that ran ahead of a body drawn between two ticks would show.
+    /// The bodies and the points that they passed up to `time`, s, so that no trail runs ahead of a body that is drawn between
+    /// two ticks.
     pub fn until(&self, time: f64) -> impl Iterator<Item = (Entity, impl Iterator<Item = DVec3> + Clone)> {
         self.trails.iter().map(move |(body, trail)| {
             let passed = trail.points.iter().filter(move |(_, then)| *then <= time);

@@ -1,4 +1,4 @@
-//! Finding a display to open a window on, and saying plainly when there is none.
+//! Finds a display to open a window on, and says plainly if there is none.
 
 use std::panic;
 
@@ -6,7 +6,7 @@ use winit::event_loop::{EventLoop, EventLoopBuilder};
 
 use crate::failure::Failure;
 
-/// The event loop of the display that there is. Without one the error says how to run `scene` anyway.
+/// Makes the event loop of the display. Without a display, the error says how to run `scene` anyway.
 pub(super) fn event_loop(scene: &str) -> Result<EventLoop<()>, Failure> {
     let no_display = |reason: Option<String>| {
         let reason = reason.map_or(String::new(), |reason| format!(" ({reason})"));
@@ -18,7 +18,7 @@ pub(super) fn event_loop(scene: &str) -> Result<EventLoop<()>, Failure> {
     if !choose(&mut builder) {
         return Err(no_display(None));
     }
-    // winit panics where a library of the display is missing, above all libxkbcommon-x11.
+    // winit panics if a library of the display is missing, above all libxkbcommon-x11.
     let silent = panic::take_hook();
     panic::set_hook(Box::new(|_| {}));
     let built = panic::catch_unwind(panic::AssertUnwindSafe(|| builder.build()));
@@ -38,7 +38,7 @@ pub(super) fn event_loop(scene: &str) -> Result<EventLoop<()>, Failure> {
     }
 }
 
-/// Ends the program with the exit code of a missing display when the X server goes. Xlib would call `exit(1)`, which means that
+/// Ends the program with the exit code of a missing display when the X server ends. Xlib would call `exit(1)`, which means that
 /// an expectation failed.
 #[cfg(all(unix, not(target_vendor = "apple")))]
 pub(super) fn end_with(event_loop: &EventLoop<()>) {
@@ -63,7 +63,7 @@ pub(super) fn end_with(event_loop: &EventLoop<()>) {
 #[cfg(not(all(unix, not(target_vendor = "apple"))))]
 pub(super) fn end_with(_: &EventLoop<()>) {}
 
-/// winit's errors name a line of its own source (`os error at ...rs:788: what`), which is no cure; only what remains.
+/// winit's errors name a line of its own source (`os error at ...rs:788: what`), which is no cure. Returns only the rest.
 pub(super) fn without_place(error: &str) -> String {
     let what = error.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
     what.map_or(error, |(_, what)| what).lines().next().unwrap_or_default().to_owned()
@@ -88,7 +88,7 @@ fn choose(builder: &mut EventLoopBuilder<()>) -> bool {
             Some(folder) if Path::new(&name).is_relative() => PathBuf::from(folder).join(name),
             _ => PathBuf::from(name),
         };
-        // winit would take Wayland and give up; a compositor that is gone leaves its variable behind.
+        // A compositor that is gone leaves its variable behind: winit would take Wayland and give up.
         if UnixStream::connect(socket).is_err() {
             builder.with_x11();
         }

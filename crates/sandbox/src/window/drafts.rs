@@ -10,15 +10,16 @@ use crate::failure::Failure;
 use crate::output::files::{OutputPath, claim, sweep, write};
 use crate::stage::notices::Topic;
 
-/// A scene file, and what it had when it was opened or saved last.
+/// A scene file, and its text when it was opened or saved last.
 type OwnFile = (PathBuf, Arc<str>);
 
-/// Ending of the file beside a draft that names the scene file of the draft, in its first line, and has what it had.
+/// Extension of the file beside a draft that has the path of the scene file in its first line, and its text when it was opened or
+/// saved last.
 const FILE: &str = "file";
 
 /// The unsaved changes of this window.
 pub(super) struct Drafts {
-    /// Its draft, or why it has none; `None` if it keeps none.
+    /// The draft of this window, or why it has none; `None` if it keeps none.
     own: Option<Result<Draft, Failure>>,
     /// Whether a person was told that changes are not kept.
     told: bool,
@@ -27,10 +28,10 @@ pub(super) struct Drafts {
 /// A file with unsaved changes.
 struct Draft {
     folder: PathBuf,
-    /// Is locked while this window is there.
+    /// Locked as long as this window is open.
     lock: (PathBuf, File),
     path: PathBuf,
-    /// What the file has.
+    /// The text that the file has.
     written: Option<Arc<str>>,
 }
 
@@ -46,19 +47,19 @@ impl Drafts {
         Self { own: Some(own), told: false }
     }
 
-    /// Keeps nothing: whoever comes next is another person.
+    /// Keeps no draft, because the next user is another person.
     pub const fn none() -> Self {
         Self { own: None, told: false }
     }
 
-    /// Keeps the unsaved changes of `session` for a crash, in place of those before; whether they are kept.
+    /// Keeps the unsaved changes of `session` in case of a crash, instead of earlier ones. Returns whether they are kept.
     pub fn keep(&mut self, session: &mut Session) -> bool {
         let unsaved = session.has_unsaved_changes().then(|| Arc::clone(&session.stage.sim().scene.text));
         let file = unsaved.as_ref().and_then(|_| session.tools.own_file());
         self.keep_text(unsaved.as_ref(), file.as_ref(), |words| session.stage.notices.say(Topic::File, words))
     }
 
-    /// `tell` hears once why changes are not kept.
+    /// Calls `tell` once, with the reason, if changes are not kept.
     fn keep_text(
         &mut self,
         unsaved: Option<&Arc<str>>,
@@ -94,12 +95,12 @@ impl Drafts {
 impl Draft {
     fn begin(folder: &Path) -> io::Result<Self> {
         fs::create_dir_all(folder)?;
-        // Of windows that were killed without unsaved changes.
+        // Files of windows that were killed without unsaved changes.
         sweep(folder, |path| (is(path, "lock") || is(path, FILE)) && !path.with_extension("ron").exists());
-        // The number of a process comes again: what an earlier one left behind is not its own.
+        // Process ids come again: a draft that an earlier process left behind is not this window's.
         for path in (0..).map(|i: u32| folder.join(format!("{}-{i}.ron", std::process::id()))) {
             let lock = path.with_extension("lock");
-            // What is there and no file is not opened: a pipe would wait for its other end.
+            // Only files are opened: a pipe would wait for its other end.
             let is_free = lock.symlink_metadata().map_or(true, |there| there.is_file());
             if !path.exists() && is_free {
                 let file = File::create(&lock)?;
@@ -195,7 +196,7 @@ mod tests {
         let text: Arc<str> = "(version: 1)".into();
         draft.keep(Some(&text), None).expect("a folder that can be written");
         assert_eq!(fs::read_to_string(&draft.path).expect("a folder that can be written"), "(version: 1)");
-        // Those of a window that is there are not offered to another one.
+        // The draft of an open window is not offered to another one.
         let own = draft.path.clone();
         let (other, its_lock) = (folder.path().join("1.ron"), folder.path().join("1.lock"));
         fs::write(&other, "other").expect("a folder that can be written");

@@ -1,4 +1,4 @@
-//! From winit's keys to those of the program.
+//! Converts winit's keys to those of the program.
 
 use winit::event::KeyEvent;
 use winit::keyboard::{Key as Logical, ModifiersState, NamedKey};

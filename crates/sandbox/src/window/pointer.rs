@@ -9,12 +9,12 @@ use crate::input::Input;
 /// How the pointer is held.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Hold {
-    /// It moves freely.
+    /// The pointer moves freely.
     #[default]
     Free,
-    /// The system locks it and reports raw motion.
+    /// The system locks the pointer and reports raw motion.
     Locked,
-    /// It is put back to the middle again and again. X11 cannot lock, and reports raw motion twice while it
+    /// The program puts the pointer back to the middle again and again. X11 cannot lock, and reports raw motion twice while it
     /// confines the pointer.
     Centered,
 }
@@ -28,12 +28,12 @@ pub(super) struct Pointer {
 }
 
 impl Pointer {
-    /// Whether it is hidden and held.
+    /// Whether the pointer is hidden and held.
     pub fn holds(&self) -> bool {
         self.hold != Hold::Free
     }
 
-    /// Holds it, or lets it go, in a view around the pixel `middle`.
+    /// Holds or releases the pointer, in a view around the pixel `middle`.
     pub fn follow(&mut self, window: &Window, hold: bool, middle: DVec2) {
         if self.hold == Hold::Centered && hold && !self.confined {
             // A window that is not on the screen yet cannot hold the pointer.
@@ -55,7 +55,7 @@ impl Pointer {
         } else {
             let _ = window.set_cursor_grab(CursorGrabMode::None);
             if self.hold == Hold::Centered {
-                // Where this is not supported it appears where it was hidden.
+                // Where this is not supported, the pointer appears where it was hidden.
                 let _ = window.set_cursor_position(PhysicalPosition::new(middle.x, middle.y));
             }
             self.hold = Hold::Free;
@@ -63,7 +63,7 @@ impl Pointer {
         window.set_cursor_visible(!hold);
     }
 
-    /// It was moved to `position`.
+    /// Returns the input of a motion of the pointer to `position`, if there is any.
     pub fn moved(&mut self, window: &Window, position: PhysicalPosition<f64>) -> Option<Input> {
         match self.hold {
             Hold::Free => Some(Input::Mouse(position.x, position.y)),
@@ -74,7 +74,7 @@ impl Pointer {
                 let off = |from: PhysicalPosition<f64>| {
                     (position.x - from.x).abs().max((position.y - from.y).abs())
                 };
-                // After it was put back, events from before are still on their way: the nearer origin is right.
+                // After the pointer was put back, older events still arrive: the nearer origin is right.
                 let from = if off(center) < off(last) && off(last) > reach { center } else { last };
                 if off(center) > reach {
                     self.center(window);
@@ -85,7 +85,7 @@ impl Pointer {
         }
     }
 
-    /// The system reported raw motion.
+    /// Returns the input of raw motion, if the pointer is locked.
     pub fn raw(&self, (right, down): (f64, f64)) -> Option<Input> {
         (self.hold == Hold::Locked).then_some(Input::Mouse(right, down))
     }

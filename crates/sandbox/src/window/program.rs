@@ -1,4 +1,4 @@
-//! What a window does with the orders of its session: files in the working folder, words in the picture.
+//! Carries out the orders of a session in a window: files in the working folder, words in the picture.
 
 use std::path::{Path, PathBuf};
 
@@ -59,7 +59,7 @@ impl Program for WindowProgram<'_> {
     fn opened(&mut self, session: &mut Session) -> Result<(), Failure> {
         forecast_start(session);
         session.stage.save_faults();
-        // Without them it runs as well, and the person is told what is missing.
+        // The scene runs even without its particles, and the person is told what is missing.
         if let Some(screen) = &self.screen {
             let scene = &session.stage.sim().scene;
             let missing = check(&screen.gpu, scene).err().map(|failure| failure.to_string());

@@ -1,8 +1,8 @@
-//! Records inputs and frame times, so that `sandbox run --script` comes to the same state.
+//! Records inputs and frame times, so that `sandbox run --script` ends in the same state.
 //!
-//! The file is a valid recording from the first frame on. Of its two lists the first one, the ends of the frames, is followed by
+//! The file is a valid recording from the first frame on. The first of its two lists, the ends of the frames, is followed by
 //! blanks: a frame is written over some of them, and its steps over the end of the file. When the blanks are used up, the whole
-//! file is written again with as many as it has frames.
+//! file is written again, with as many blanks as the ends of the frames have bytes, but at least [`LEAST_ROOM`].
 
 use std::fs::File;
 use std::io::{self, Seek as _, SeekFrom, Write as _};
@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::input::Input;
 use crate::output::files::{Output, OutputPath, output_file};
 
-/// Fewest blanks after the ends of the frames, bytes: a minute of frames.
+/// Least number of blanks after the ends of the frames, bytes: a minute of frames.
 const LEAST_ROOM: usize = 1 << 16;
 
 /// A recording in progress, and its file.
@@ -29,9 +29,9 @@ pub(super) struct Recorder {
 enum RecordingFile {
     /// An older recording stays until the first frame; a device gets the whole text at the end.
     Waiting(Output),
-    /// Has everything up to the last frame.
+    /// The file has everything up to the last frame.
     Growing(Growing),
-    /// Could not be written. What it has stays valid, and the end of the recording tries again.
+    /// The file could not be written. Its contents stay valid, and the end of the recording tries again.
     Failed,
 }
 
@@ -52,11 +52,11 @@ impl Growing {
         Ok(Self { file: output.put_in_place()?, ends, steps, room })
     }
 
-    /// Writes what `text` has more than the file; `false` if there is no room for it.
+    /// Writes what `text` has beyond the file. Returns `false` if there is no room for it.
     fn grow(&mut self, text: &RecordingText) -> io::Result<bool> {
         let (start, ends) = text.ends();
         let Some(room) = self.room.checked_sub(ends.len() - self.ends) else { return Ok(false) };
-        // First, so that a frame that is there has its steps.
+        // Steps first, so that every frame in the file has its steps.
         let (steps_start, steps) = text.steps(room);
         let end = steps_start + self.steps;
         if steps.len() > self.steps
@@ -86,7 +86,7 @@ impl Recorder {
         method: Option<Method>,
         size: [u32; 2],
     ) -> Result<Self, Failure> {
-        // Found out before a person has played for an hour.
+        // Opened now, so that a file that cannot be written is an error before a person has played for an hour.
         let output = output_file(&path)?;
         let recording = Recording {
             scene: scene.to_owned(),
@@ -99,7 +99,7 @@ impl Recorder {
         Ok(Self { path, text, last_end: None, file: RecordingFile::Waiting(output) })
     }
 
-    /// Records a frame; an error, once, if the file cannot be written.
+    /// Records a frame. Returns an error, once, if the file cannot be written.
     pub fn record<'a>(
         &mut self,
         frame: u64,

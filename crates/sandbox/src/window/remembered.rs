@@ -12,44 +12,44 @@ use crate::output::files::{OutputPath, write};
 /// Longest file that is read, bytes: an arrangement has a few hundred.
 const MOST: u64 = 65_536;
 
-/// Most scene files that are remembered.
+/// Greatest number of scene files that are remembered.
 const MOST_FILES: usize = 12;
 
-/// How the panels are arranged.
+/// Name of the file with the arrangement of the panels.
 pub(super) const ARRANGEMENT: &str = "window";
 
-/// The scene files, one in each line, the newest last.
+/// Name of the file with the scene files, one per line, the newest last.
 const FILES: &str = "files";
 
-/// Where the file of that name lies in the user's folder for settings.
+/// Path of the file of that name in the user's folder for settings.
 fn path(name: &str) -> Option<PathBuf> {
     Some(dirs::config_dir()?.join("inertia").join(name))
 }
 
-/// The files of this folder, which a window reads and writes.
+/// The files in that folder that a window reads and writes.
 pub(super) fn paths() -> impl Iterator<Item = PathBuf> {
     [ARRANGEMENT, FILES].into_iter().filter_map(path)
 }
 
-/// What the last window left under that name; nothing if there is no such file, or it cannot be read.
+/// The text that the last window left under that name; empty if there is no such file, or if it cannot be read.
 pub(super) fn read(name: &str) -> String {
     let small = |path: &PathBuf| fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() <= MOST);
     path(name).filter(small).and_then(|path| fs::read_to_string(path).ok()).unwrap_or_default()
 }
 
-/// Whether no window showed the card of the first start yet.
+/// Whether no window has shown the welcome card yet.
 pub(super) fn is_first() -> bool {
     let waits = || read(ARRANGEMENT).contains(FIRST_START);
     path(ARRANGEMENT).is_some_and(|path| !path.exists() || waits())
 }
 
-/// Notes whether the card of the first start has been shown, however this window ends.
+/// Records whether the welcome card has been shown, however this window ends.
 pub(super) fn note_first(shown: bool) {
     let others = read(ARRANGEMENT).replace(FIRST_START, "");
     keep(ARRANGEMENT, &if shown { others } else { others + FIRST_START });
 }
 
-/// Remembers what is new in the arrangement `now`, since it was `before`; another window may have remembered something else.
+/// Remembers the lines of the arrangement that changed from `before` to `now`; another window may have remembered other lines.
 pub(super) fn keep_arrangement(before: &str, now: &str) {
     let there = read(ARRANGEMENT);
     let all = with_changes(&there, before, now);
@@ -58,9 +58,9 @@ pub(super) fn keep_arrangement(before: &str, now: &str) {
     }
 }
 
-/// The lines of `there`, with those in the place of others that differ between `before` and `now`.
+/// The lines of `there`, with those replaced that differ between `before` and `now`.
 fn with_changes(there: &str, before: &str, now: &str) -> String {
-    // A line has one value, but for the lessons: there is one for each.
+    // A key has one line, except that each lesson has its own.
     let key = |line: &'_ str| match line.split_once(' ') {
         Some((key, _)) if key != LESSON_DONE => key.to_owned(),
         _ => line.to_owned(),
@@ -78,7 +78,8 @@ fn with_changes(there: &str, before: &str, now: &str) -> String {
     replaced.chain(added).map(|line| format!("{line}\n")).collect()
 }
 
-/// Writes it, whole or not at all. A failure is told and changes nothing: the next window starts as if none had been before.
+/// Writes the file of that name, whole or not at all. A failure is told and changes nothing: the next window starts as if this
+/// one had not been.
 pub(super) fn keep(name: &str, text: &str) {
     let Some(path) = path(name) else { return };
     let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
@@ -112,7 +113,8 @@ pub(super) fn files() -> Vec<PathBuf> {
     read(FILES).lines().map(PathBuf::from).filter(|path| path.is_file()).collect()
 }
 
-/// Remembers what is new in `files`, the newest last, since they were `before`; another window may have remembered others.
+/// Remembers the files that are new in `files`, the newest last, compared with `before`; another window may have remembered
+/// others.
 pub(super) fn keep_files(before: &[PathBuf], files: &[PathBuf]) {
     let all = with_new(self::files(), before, files);
     let newest = &all[all.len().saturating_sub(MOST_FILES)..];

@@ -41,7 +41,7 @@ impl Screen {
         Ok(Self { window, gpu, target, renderer })
     }
 
-    /// Draws the session; `false`: there was nothing to draw on.
+    /// Draws the session. Returns `false` if there was nothing to draw on.
     pub fn draw(&mut self, session: &mut Session) -> Result<bool, Failure> {
         self.gpu.check()?;
         let Some(target) = self.target.acquire(&self.gpu) else {

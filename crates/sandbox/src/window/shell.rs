@@ -39,7 +39,7 @@ const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
 /// ticks per second than there is time for run slower, and never stop the window.
 const PATIENCE: Duration = Duration::from_millis(250);
 
-/// Time between two frames of a window that is not seen: it simulates on and draws nothing.
+/// Time between two frames of a window that is not seen: it continues to simulate, and draws nothing.
 const HIDDEN_FRAME: Duration = Duration::from_millis(100);
 
 /// Frames that are drawn after something happened: panels may take their place one layout later.
@@ -53,31 +53,32 @@ pub(super) struct Shell {
     pub drafts: Drafts,
     pointer: Pointer,
     events: Vec<Input>,
-    /// What each key meant when it went down: shift may be let go before it.
+    /// The meaning of each key when it went down: shift may be released before the key.
     down: HashMap<PhysicalKey, Key>,
     modifiers: ModifiersState,
     focused: bool,
-    /// A key that changes the mode waits for its frame: until then motion could mean either.
+    /// Whether a key that changes the mode waits for its frame: until then, motion could belong to either mode.
     mode_changes: bool,
     clock: FrameClock,
     start: Instant,
     last_frame: Option<Instant>,
-    /// Frames to be drawn before it may rest.
+    /// Frames to be drawn before the window may rest.
     unsettled: u32,
-    /// Whether it waited since the last frame, because nothing changed.
+    /// Whether the window has waited since the last frame, because nothing changed.
     rested: bool,
     occluded: bool,
-    /// A scene was opened, and its bodies are to be framed once the view has its place.
+    /// Whether a scene was opened whose bodies are to be framed once the view has its place.
     pub opened: bool,
     wheel: Wheel,
     speed: Speed,
     pub failure: Option<Failure>,
     /// How the panels are to be arranged when the window is there.
     pub arrangement: Option<String>,
-    /// The arrangement that was remembered last, if it is, and the buttons that are down: what a drag changes is remembered at its end.
+    /// The arrangement that was remembered last; `None` if none is remembered.
     pub arranged: Option<String>,
+    /// Number of mouse buttons that are down: what a drag changes is remembered at its end.
     buttons: u32,
-    /// The scene files that were remembered last, if they are.
+    /// The scene files that were remembered last; `None` if none are remembered.
     pub remembered: Option<Vec<PathBuf>>,
     files: CommandFiles,
 }
@@ -111,7 +112,7 @@ impl ApplicationHandler for Shell {
             self.unsettled = SETTLING_FRAMES;
         }
         match event {
-            // As its key, so that a recording has it and unsaved changes are asked about.
+            // As a key, so that a recording has it and unsaved changes are asked about.
             WindowEvent::CloseRequested => self.press(Act::Quit),
             WindowEvent::Resized(size) => {
                 if let Some(screen) = &mut self.screen {
@@ -174,7 +175,7 @@ impl ApplicationHandler for Shell {
         let changes_in = if self.is_unsettled() { 0.0 } else { self.session.changes_in_s() };
         let hidden = self.is_hidden();
         let shortest = if hidden { HIDDEN_FRAME } else { SHORTEST_FRAME };
-        // Nothing changes for a time that no clock has: it waits for an event.
+        // If the time is longer than a clock can count, nothing changes: the window waits for an event.
         let waits = Duration::try_from_secs_f64(changes_in).ok().map(|waits| waits.max(shortest));
         let due = self.last_frame.map_or(Some(now), |last| last.checked_add(waits?));
         match due {
@@ -182,7 +183,7 @@ impl ApplicationHandler for Shell {
                 self.rested |= changes_in > 0.0;
                 event_loop.set_control_flow(ControlFlow::WaitUntil(due));
             }
-            // Some systems ask for no frame of a window that is not seen.
+            // Some systems request no frame of a window that is not seen.
             Some(_) if hidden => {
                 self.frame(event_loop);
                 event_loop.set_control_flow(ControlFlow::WaitUntil(now + HIDDEN_FRAME));
@@ -237,7 +238,7 @@ impl Shell {
         event_loop.exit();
     }
 
-    /// Does an action as its key does, in the coming frame.
+    /// Does an action as its key does, in the next frame.
     fn press(&mut self, act: Act) {
         let key = act.key();
         self.events.extend([Input::KeyDown(key.clone()), Input::KeyUp(key)]);
@@ -277,40 +278,40 @@ impl Shell {
         }
     }
 
-    /// Notes when a key that pushes goes down or up, between two frames.
+    /// Records when a key that pushes goes down or up, between two frames.
     fn note_time(&mut self, key: &Key) {
         if binding(key).is_some_and(|row| matches!(row.lasts, Lasts::While(Hold::Push(_)))) {
             self.events.push(Input::At(self.start.elapsed().as_secs_f64()));
         }
     }
 
-    /// Whether the next frame may be another one without the session changing by itself.
+    /// Whether the next frame may differ even if the session does not change by itself.
     fn is_unsettled(&self) -> bool {
         self.unsettled > 0 || !self.events.is_empty()
     }
 
-    /// Whether the window is not seen. One that has the keyboard is not minimized, which takes a question to the system.
+    /// Whether the window is not seen. A window with the keyboard is not minimized, which saves asking the system.
     fn is_hidden(&self) -> bool {
         let minimized = |screen: &Screen| screen.window.is_minimized() == Some(true);
         self.occluded || (!self.focused && self.screen.as_ref().is_some_and(minimized))
     }
 
-    /// One frame: what happened since the last one, ticks, a picture if it is seen.
+    /// Does one frame: the events since the last one, ticks, and a picture if the window is seen.
     fn frame(&mut self, event_loop: &ActiveEventLoop) {
         let now = Instant::now();
         let hidden = self.is_hidden();
-        // A recording is repeated with panels in every frame.
+        // A recording needs panels in every frame, because its replay has them.
         self.session.set_unseen(hidden && self.recorder.is_none());
         self.unsettled = self.unsettled.saturating_sub(1);
         if std::mem::take(&mut self.rested) {
-            // What ended the rest happened now, not ever since it began.
+            // The event that ended the rest happened now, not when the rest began.
             self.advance(now.checked_sub(SHORTEST_FRAME).unwrap_or(now), Vec::new());
         }
         let events = std::mem::take(&mut self.events);
         self.advance(now, events);
         self.last_frame = Some(now);
         self.mode_changes = false;
-        // As its key, so that a recording has it; a question would take it.
+        // As a key, so that a recording has it; an open question would take the key.
         if self.session.view.has_bars()
             && !self.session.asks()
             && std::mem::take(&mut self.opened)
@@ -348,7 +349,8 @@ impl Shell {
         self.keep_arrangement();
     }
 
-    /// Carries out what the frame ordered; whether the window is to close. What has a picture waits for a frame that was drawn.
+    /// Carries out the orders of the frame. Returns whether the window is to close. Orders with a picture wait for a frame that
+    /// was drawn.
     fn carry_out_orders(&mut self, drawn: bool) -> Result<bool, Failure> {
         let has_picture = |order: &Order| matches!(order, Order::Screenshot(_) | Order::Bundle);
         let orders = self.session.stage.take_orders();
@@ -372,7 +374,7 @@ impl Shell {
         }
     }
 
-    /// Remembers which files were opened and saved, at once: a crash forgets none.
+    /// Remembers which files were opened and saved, at once, so that a crash loses none.
     fn keep_files(&mut self) {
         let files = self.session.stage.files();
         if let Some(before) = self.remembered.as_deref().filter(|before| *before != files) {
@@ -381,7 +383,8 @@ impl Shell {
         }
     }
 
-    /// Remembers how the panels are arranged and which lessons were done, at once: neither a crash nor another window loses it.
+    /// Remembers how the panels are arranged and which lessons were done, at once, so that neither a crash nor another window
+    /// loses it.
     fn keep_arrangement(&mut self) {
         if self.buttons > 0 || self.arrangement.is_some() {
             return;
@@ -394,7 +397,7 @@ impl Shell {
         }
     }
 
-    /// Brings a window back that has something to ask.
+    /// Brings back a window that has a question.
     fn show(&self) {
         if let Some(screen) = &self.screen {
             screen.window.set_minimized(false);
@@ -420,7 +423,7 @@ impl Shell {
         }
         let (before, ticks_before) = (Instant::now(), self.session.stage.sim().ticks());
         let progress_before = self.session.stage.progress();
-        // To the end of the last tick: the panels, which come after it, take longer than all ticks.
+        // Measured to the end of the last tick: the panels, which come after it, take longer than all ticks.
         let mut after = before;
         // A recording is played back without a wall clock.
         let patience = if self.recorder.is_some() { Duration::MAX } else { PATIENCE };
@@ -429,7 +432,7 @@ impl Shell {
             after = Instant::now();
             if after - before > patience { Look::Break(()) } else { Look::Continue(()) }
         });
-        // Panels are laid out before a way back ends.
+        // Panels are laid out before a seek ends.
         if !had_arrived && self.session.stage.arrived() {
             self.unsettled = SETTLING_FRAMES;
         }

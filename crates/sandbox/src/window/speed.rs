@@ -1,4 +1,4 @@
-//! How fast the window draws and simulates, over the last frames.
+//! The speed at which the window draws and simulates, over the last frames.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -6,7 +6,7 @@ use std::time::Duration;
 use crate::app::session::Session;
 use crate::view::Measured;
 
-/// What a person sets that changes how long a frame or a tick takes.
+/// The settings that change how long a frame or a tick takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SpeedSetting {
     pub pace: f64,
@@ -15,7 +15,7 @@ pub(super) struct SpeedSetting {
 }
 
 impl SpeedSetting {
-    /// That of a session.
+    /// The settings of a session.
     pub fn of(session: &Session) -> Self {
         Self {
             pace: session.stage.clock.pace(),
@@ -34,12 +34,12 @@ pub(super) struct Sample {
     pub length_s: f64,
     pub simulated_s: f64,
     pub ticks: u64,
-    /// What the ticks took.
+    /// Time that the ticks took.
     pub ticking: Duration,
     pub setting: SpeedSetting,
 }
 
-/// The frames of the last half second, no older than the last change of what a frame is to do.
+/// The frames of the last half second, none older than the last change of the settings.
 #[derive(Debug, Default)]
 pub(super) struct Speed {
     samples: VecDeque<Sample>,

@@ -2,25 +2,25 @@
 
 use winit::event::{DeviceEvent, ElementState, MouseScrollDelta};
 
-/// Points of a touch pad that make a notch of the wheel.
+/// Points of a touch pad per notch of the wheel.
 const POINTS_PER_NOTCH: f64 = 40.0;
 
-/// Which raw events came last.
+/// Counts notches of the wheel, and remembers whether the last raw event was the release of a button.
 ///
 /// An X11 pointer without a scrolling axis, such as that of xdotool or VNC, presses and releases a button for a notch, and winit
-/// 0.30.13 reports both as a notch (mended in rust-windowing/winit#4386). The raw event comes first and tells them apart.
+/// 0.30.13 reports both as a notch (fixed in rust-windowing/winit#4386). The raw event comes first and tells them apart.
 #[derive(Debug, Default)]
 pub(super) struct Wheel {
     released: bool,
 }
 
 impl Wheel {
-    /// The system reported raw input.
+    /// Takes a raw event of the system.
     pub fn raw(&mut self, event: &DeviceEvent) {
         self.released = matches!(event, DeviceEvent::Button { button: 4..=7, state: ElementState::Released });
     }
 
-    /// The notches of `delta`, away from the person, in a window with `scale` pixels per point, if there are some.
+    /// The notches away from the person in an event of a window with `scale` pixels per point, if there are any.
     pub fn notches(&self, delta: MouseScrollDelta, scale: f64) -> Option<f64> {
         let notches = match delta {
             MouseScrollDelta::LineDelta(_, notches) => f64::from(notches),

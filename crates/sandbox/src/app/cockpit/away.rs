@@ -1,4 +1,4 @@
-//! The bar that says where everything went, once the view is empty.
+//! The bar that appears when everything that moves has left the view.
 
 use egui::{Panel as Side, Ui};
 

@@ -31,7 +31,7 @@ const ALSO_FOUND_BY: [(&str, &str); 3] = [
     ("Particles", "emitters"),
 ];
 
-/// The groups; scenes of none come under the last.
+/// The groups. Scenes that are in no group are listed under the last one.
 const GROUPS: &[Group] = groups! {
     "The tutorial": "tutorial" "tutorial_large" "frame_step" "empty";
     "Methods": "orbits_race" "orbit" "solar" "figure_eight" "oscillator" "ship" "ship_between" "verlet_start";
@@ -71,12 +71,12 @@ static SCENES: LazyLock<Vec<(&str, Vec<Entry>)>> = LazyLock::new(|| {
 struct Entry {
     name: &'static str,
     about: String,
-    /// What the search looks for a part in, in lower case.
+    /// The text that the search matches, in lower case.
     found_by: String,
     png: Option<&'static [u8]>,
 }
 
-/// What was typed, and the pictures that were shown so far.
+/// The text of the search, and the pictures that were loaded so far.
 #[derive(Default)]
 pub(super) struct Browser {
     query: String,
@@ -84,7 +84,7 @@ pub(super) struct Browser {
 }
 
 impl Browser {
-    /// Lays out the search and the scenes; the field of the search.
+    /// Lays out the search and the scenes. Returns the search field.
     pub fn show(
         &mut self,
         ui: &mut Ui,
@@ -113,7 +113,7 @@ impl Browser {
                     let row = ui.vertical_centered(|ui| {
                         let picture = self.picture(ui, entry).map(|texture| {
                             let image = Image::from_texture((texture.id(), PICTURE));
-                            // The keyboard goes from name to name.
+                            // Without focus: the keyboard goes from name to name.
                             ui.add(Button::image(image).selected(here).sense(Sense::CLICK))
                         });
                         let name = ui.add(Button::selectable(here, words));

@@ -30,7 +30,7 @@ pub(super) fn show(
             selection(ui, stage, view);
         }
         let mut sections: Vec<_> = tools.each().filter(|(panel, _)| panel.tab() == Some(*tab)).collect();
-        // How high it is depends on the time that measuring took: below it nothing would stand where a recording clicked.
+        // Last, because its height depends on how long measuring took: sections below it would not be where a recording clicked.
         sections.sort_by_key(|(panel, _)| *panel == Panel::Cost);
         for (panel, tool) in sections {
             let row = panel.row();
@@ -56,7 +56,7 @@ pub(super) fn show(
     first
 }
 
-/// The row of tabs; its first control.
+/// Lays out the row of tabs. Returns the first one.
 fn tabs(ui: &mut Ui, chosen: &mut Tab) -> Response {
     let row = ui.horizontal_wrapped(|ui| {
         let buttons = Tab::ALL.map(|tab| {
@@ -79,7 +79,7 @@ fn tabs(ui: &mut Ui, chosen: &mut Tab) -> Response {
     row.inner
 }
 
-/// What the selection does.
+/// Lays out the state of the selection.
 fn selection(ui: &mut Ui, stage: &Stage, view: &View) {
     let selected = stage.here.selection.and_then(|thing| Selected::of(stage, thing));
     if let Some(selected) = selected {
@@ -91,7 +91,7 @@ fn selection(ui: &mut Ui, stage: &Stage, view: &View) {
     }
 }
 
-/// Lets what is wider than the dock be scrolled; text is wrapped at its width.
+/// Lets contents that are wider than the dock scroll; wraps text at its width.
 fn sideways(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui)) {
     let width = ui.available_width();
     ScrollArea::horizontal().id_salt(name).show(ui, |ui| {

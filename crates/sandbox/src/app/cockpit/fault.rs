@@ -38,11 +38,11 @@ impl FaultBar {
         };
         let of = Some((fault.tick, fault.what.clone()));
         if self.of != of {
-            // The forecast is of where the run stands: at the last good tick.
+            // The forecast is of the current state, so wait until the run is back at the last good tick.
             if !stage.arrived() {
                 return;
             }
-            // In a state that went wrong before, the forecast would say what no longer helps.
+            // In a state after the fault, the forecast would propose settings that no longer help.
             let is_good = stage.past.as_ref().is_some_and(|past| past.is_good(stage.sim().ticks()));
             let cures = if is_good { cures(stage) } else { std::mem::take(&mut self.cures) };
             *self = Self { of, dismissed: false, cures };
@@ -79,7 +79,8 @@ impl FaultBar {
     }
 }
 
-/// What the forecast proposes for the scene's setting or, where that is stable to its knowledge, what may help anyway.
+/// The settings that the forecast proposes instead of the scene's or, if it finds nothing unstable, settings that may help
+/// anyway.
 fn cures(stage: &mut Stage) -> Vec<Cure> {
     let present = stage.setting();
     let of_scene = |margin: &Margin| (margin.method, margin.substeps) == (present.method, present.substeps);

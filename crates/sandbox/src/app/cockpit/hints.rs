@@ -1,4 +1,4 @@
-//! The line at the bottom: what the mouse does now and, where there is room, how large and fast the run is.
+//! The line at the bottom: what the mouse does now and, if there is room, the size and the speed of the run.
 
 use egui::{Align, Label, Layout, RichText, Ui};
 use report::numbers::digits;
@@ -10,7 +10,7 @@ use crate::tools::editor::Editor;
 use crate::view::hud::bodies;
 use crate::view::{Mode, View};
 
-/// Says what the mouse does.
+/// Lays out the line.
 pub(super) fn show(ui: &mut Ui, (stage, view): (&Stage, &View), editor: &Editor) {
     let words = match &editor.joins {
         Some(ends) if ends.is_empty() => "Click the first body that the spring joins.".to_owned(),
@@ -36,7 +36,7 @@ pub(super) fn show(ui: &mut Ui, (stage, view): (&Stage, &View), editor: &Editor)
     });
 }
 
-/// How many bodies there are, how often they are moved and, while the run is not paused, how fast.
+/// The number of bodies, the tick rate and, unless the run is paused, the measured speed.
 fn state(stage: &Stage, view: &View) -> String {
     let measured = view.measured.filter(|_| !stage.paused).map_or(String::new(), |measured| {
         format!("   tick {:.1} us   {:.0} frames/s", measured.tick * 1e6, measured.frames_per_second)

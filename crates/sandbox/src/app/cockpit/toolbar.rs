@@ -16,24 +16,26 @@ use crate::panels::Panel;
 use crate::stage::Stage;
 use crate::view::{Mode, View};
 
-/// Paces of the list, in those of the scene.
+/// Paces of the list, as multiples of the pace of the scene.
 const PACES: [f64; 9] = [1.0 / 64.0, 1.0 / 16.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 
-/// Seconds until a button that is held acts again for the first time, and from then on.
+/// Time until a held button acts for the first time, s.
 const REPEAT_AFTER_S: f64 = 0.4;
+/// Time between two later actions of a held button, s.
 const REPEAT_EVERY_S: f64 = 0.05;
 
 /// Least size of the button that pauses, points: with "Play" it is as wide as with "Pause", so that no button moves when it is
 /// pressed.
 const PAUSE: Vec2 = Vec2::new(72.0, 0.0);
 
-/// Least width, points, at which the last buttons have words beside their icons: with them, a narrower bar would take two rows.
+/// Least width of the bar at which the last buttons have words beside their icons, points: in a narrower bar the words would take
+/// a second row.
 const ROOM_FOR_WORDS: f32 = 1400.0;
 
 /// Width of the list of methods, points.
 const LIST: f32 = 440.0;
 
-/// Lays out the bar; its first control.
+/// Lays out the bar. Returns its first control.
 pub(super) fn show(
     ui: &mut Ui,
     (stage, view): (&Stage, &View),
@@ -88,16 +90,16 @@ pub(super) fn show(
 /// The icon and the name of a button.
 type Words = (&'static str, &'static str);
 
-/// A button for an action of the table, which says what it does and names its key.
+/// Adds a button for an action of the table; its tooltip says what it does and names its key.
 fn act(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: Words, on: bool) -> Response {
     act_by(ui, intents, action, words.1, Button::selectable(on, words))
 }
 
-/// A button that repeats its action while it is held, as a key does.
+/// Adds a button that repeats its action while it is held, as a key does.
 fn act_while_held(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: Words) {
     let button = add(ui, action, words.1, Button::selectable(false, words));
     let (held, now) = (button.is_pointer_button_down_on(), ui.input(|input| input.time));
-    // When it acts next, and whether it has acted while it was held.
+    // The time of its next action, and whether it has acted while it was held.
     let (due, acted) = ui.data(|data| data.get_temp(button.id)).unwrap_or((now + REPEAT_AFTER_S, false));
     let repeats = held && now >= due;
     if repeats || (button.clicked() && !acted) {
@@ -132,7 +134,8 @@ fn add(ui: &mut Ui, action: Act, name: &str, button: Button<'_>) -> Response {
     button
 }
 
-/// The paces to choose from where a scene goes at the `usual` one: round ones of the unit in which they are read.
+/// The paces in the list, simulated seconds per second, for a scene whose own pace is `usual`: multiples of `usual` or, from an
+/// hour per second on, round numbers of the unit in which they are shown.
 fn paces(usual: f64) -> Vec<f64> {
     const HOUR: f64 = 3_600.0;
     const ROUND: [f64; 12] =
@@ -162,12 +165,12 @@ fn pace(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     }
 }
 
-/// Ticks of the present length, in words.
+/// The tick rate, in words.
 pub(super) fn rate(stage: &Stage) -> String {
     tick_rate(stage.sim().world.resource::<TimeStep>().0)
 }
 
-/// Method and step as one control: the list says order and cost of each method, and below it has the substeps.
+/// Lays out method and step as one control: its list has the order and the cost of each method and, at the end, the substeps.
 fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     let setting = stage.setting();
     let mut chosen = setting;

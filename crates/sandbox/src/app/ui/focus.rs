@@ -1,4 +1,4 @@
-//! The keyboard in the panels: which control has it, and how it moves on.
+//! The keyboard in the panels: which control has it, and how it moves.
 
 use egui::accesskit::{Action, ActionRequest, TreeId};
 use egui::{Event, Id, Popup};
@@ -10,14 +10,14 @@ use crate::input::Key;
 /// Keys that move from control to control and press them.
 const NAVIGATION: [&str; 7] = ["Tab", "Up", "Down", "Left", "Right", "Enter", "Space"];
 
-/// What the last layout left of the keyboard's way.
+/// Where the keyboard was in the last layout.
 #[derive(Default)]
 pub(super) struct Focus {
-    /// The control that had it.
+    /// The control that had the keyboard.
     last: Option<Id>,
     /// Whether a list was open.
     list: bool,
-    /// The control that opened it.
+    /// The control that opened the list.
     opener: Option<Id>,
 }
 
@@ -37,7 +37,7 @@ impl Ui {
         self.takes_text() || (self.focused().is_some() && !key.ctrl() && NAVIGATION.contains(&key.name()))
     }
 
-    /// Takes the keyboard from the control that has it; whether there was one.
+    /// Takes the keyboard from the control that has it. Returns whether there was one.
     pub fn release_focus(&mut self) -> bool {
         let focused = self.focused();
         focused.inspect(|id| self.context.memory_mut(|memory| memory.surrender_focus(*id))).is_some()
@@ -56,7 +56,8 @@ impl Ui {
         }
     }
 
-    /// What an arrow does to the edge of the dock, if that has the keyboard: it moves it, as assistive technology does.
+    /// The event by which an arrow key moves the edge of the dock, if the edge has the keyboard: the one that assistive
+    /// technology sends.
     pub(super) fn move_dock_edge(&self, key: &Key) -> Option<Event> {
         let edge = self.focused().and_then(|id| self.context.read_response(id))?;
         let is_edge = self.cockpit.dock_left().is_some_and(|left| edge.rect.x_range().contains(left));
@@ -82,12 +83,12 @@ impl Ui {
             )
         });
         if *was_list && chosen && focused != *opener {
-            // egui closes a list for a click alone.
+            // egui closes a list only for a click.
             Popup::close_all(context);
             (list, focused) = (false, None);
         }
         if *was_list && !list && focused.is_none() && last.is_some() && !clicked {
-            // The line of a list that was chosen went with the list.
+            // The chosen line has closed with its list: its opener gets the keyboard back.
             focused = opener.inspect(|opener| context.memory_mut(|memory| memory.request_focus(*opener)));
         }
         if !list {

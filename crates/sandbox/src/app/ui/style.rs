@@ -7,18 +7,19 @@ use crate::app::ui::Ui;
 /// Sizes that a person chooses from, as multiples of the usual one.
 const ZOOMS: [f32; 8] = [0.8, 0.9, 1.0, 1.15, 1.3, 1.5, 1.75, 2.0];
 
-/// The usual one among them.
+/// Index of the usual size in [`ZOOMS`].
 pub(super) const USUAL: usize = 2;
 
-/// Points that are left at least where a person makes everything larger.
+/// Least width and height that remain when a person makes everything larger, points.
 const LEAST_ROOM: [f32; 2] = [640.0, 360.0];
 
-/// Points that the panels need, the help being the widest. A smaller picture has smaller points, down to half
-/// the size: below that no person could read them.
+/// Width and height that the panels need, points; the help is the widest. A smaller picture has smaller points, down to
+/// [`SMALLEST`].
 const ROOM: [f32; 2] = [960.0, 540.0];
+/// Least size of a point as a fraction of the usual one: below it no person could read the words.
 const SMALLEST: f32 = 0.5;
 
-/// Pixels a point of a picture of that size, of which the display has `scale`.
+/// Pixels per point in a picture of `size_px`, on a display that has `scale` pixels per point.
 #[expect(clippy::cast_precision_loss, reason = "pixels")]
 pub(super) fn pixels_per_point(size_px: [u32; 2], scale: f32, zoom: usize) -> f32 {
     let fits = |[width, height]: [f32; 2]| {
@@ -33,7 +34,7 @@ pub(super) fn install(context: &Context) {
     // Pictures must not depend on how many frames ago a panel was opened.
     context.all_styles_mut(|style| {
         style.animation_time = 0.0;
-        // A click beside a button is one into the scene.
+        // A click beside a button goes into the scene.
         style.interaction.interact_radius = 0.0;
     });
     let mut dark = Visuals::dark();
@@ -53,7 +54,7 @@ impl Ui {
         self.context.theme() == Theme::Light
     }
 
-    /// How many sizes the present one is above the usual one; below, if it is negative.
+    /// Number of sizes from the usual one up to the current one; negative if the current one is smaller.
     pub fn sizes_above_usual(&self) -> isize {
         self.zoom.cast_signed() - USUAL.cast_signed()
     }
@@ -64,7 +65,7 @@ impl Ui {
         self.context.set_theme(theme);
     }
 
-    /// Goes `steps` sizes up or down, as far as there is room. Returns the size now, as a multiple of the usual one.
+    /// Goes `steps` sizes up or down, as far as there is room. Returns the new size as a multiple of the usual one.
     pub fn zoom_by(&mut self, steps: isize) -> f32 {
         let (before, zoom) = (self.pixels_per_point(), self.zoom);
         self.zoom = zoom.saturating_add_signed(steps).min(ZOOMS.len() - 1);
@@ -72,7 +73,7 @@ impl Ui {
         if now.total_cmp(&before).is_eq() {
             self.zoom = zoom;
         }
-        // It stays at its pixel.
+        // The pointer stays at its pixel.
         self.pointer *= before / now;
         // Everything has to be measured, as at the first layout.
         self.laid_out = false;
@@ -95,7 +96,7 @@ mod tests {
     use crate::stage::options::Options;
     use crate::view::inks::{WORDS, contrast};
 
-    /// What a layout paints, in order.
+    /// The shapes that a layout paints, in order.
     #[derive(Default)]
     struct Painted {
         /// Areas and their colors.
@@ -112,7 +113,7 @@ mod tests {
                 Shape::Text(text) => {
                     let middle = text.visual_bounding_rect().center();
                     let under: Vec<_> = self.areas.iter().filter(|(area, _)| area.contains(middle)).collect();
-                    // What is written into the scene has a rim of its own.
+                    // Words in the scene have their own rim.
                     if !clip.contains(middle) || (view.contains(middle) && under.is_empty()) {
                         return;
                     }

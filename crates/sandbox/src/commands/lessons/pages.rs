@@ -1,4 +1,4 @@
-//! Pages of lessons, to be printed: each lesson is played by its solution.
+//! Printable pages of lessons; each lesson is played by its solution.
 
 use std::path::Path;
 
@@ -48,23 +48,24 @@ pub(super) fn write(folder: &Path, mut lessons: Vec<Lesson>, files: &CommandFile
     }
     written.push((INDEX.to_owned(), index(&pages, ANSWERS).into_bytes()));
     tell(INDEX);
-    // First: it tells the folder from one that a person filled.
+    // First, because this file marks the folder as one that the program filled.
     written.insert(0, (ANSWERS.to_owned(), answers(&pages).into_bytes()));
     tell(ANSWERS);
     written.iter().try_for_each(|(name, bytes)| write_file(&files.unread(&folder.join(name))?, bytes))
 }
 
-/// The sheet of answers, and the index of all pages.
+/// File name of the sheet of answers.
 const ANSWERS: &str = "answers.html";
+/// File name of the index of all pages.
 const INDEX: &str = "index.html";
 
-/// What the files of a lesson begin with: its name, or that of its file.
+/// The start of the file names of a lesson: its name, or the stem of its file.
 fn file_stem(lesson: &str) -> String {
     let stem = Path::new(lesson).file_stem();
     stem.map_or_else(|| lesson.to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// The page of a lesson.
+/// File name of the page of a lesson.
 fn page_name(lesson: &str) -> String {
     format!("{lesson}.html")
 }

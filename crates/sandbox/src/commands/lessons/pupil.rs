@@ -32,16 +32,15 @@ const FPS: f64 = 60.0;
 /// Simulated seconds in which a solution has to do its step.
 const PATIENCE_S: f64 = 20.0;
 
-/// Least simulated seconds after which a wrong way did not do it.
+/// Least time after which a wrong way counts as refused, simulated s.
 const WRONG_S: f64 = 3.0;
-
-/// How many times as long as the solution took a wrong way is tried, at least.
+/// Time after which a wrong way counts as refused, as a multiple of the time that the solution took.
 const LONGER: f64 = 1.2;
 
-/// Seconds after which a step has begun.
+/// Longest wait for a step to begin, s.
 const MOST_WAIT_S: f64 = 3.0;
 
-/// What the runs of a lesson measured, with `times` as many ticks per second as they say.
+/// What the runs of a lesson measured, with `times` as many ticks per second as the runs specify.
 pub(super) struct Runs {
     times: f64,
     measured: Quantities,
@@ -73,7 +72,7 @@ impl Pupil {
         let mut session = Session::new(scene, Options { overrides, ..options });
         session.stage.keep_timeline();
         session.set_unseen(!options.pictures);
-        // As the window with bars begins.
+        // The window with bars begins with a free pointer, too.
         session.free_pointer();
         session.begin_lesson(lesson.clone(), measured.clone());
         let mut pupil = Self { session, clock: FrameClock::default(), fps, alone };
@@ -105,8 +104,8 @@ impl Pupil {
         }
     }
 
-    /// Does `actions`, each in frames of its own, and waits until the step is done, but no longer than `patience` seconds of
-    /// simulated time after them. Whether the lesson went on.
+    /// Does `actions`, each in its own frames, and waits until the step is done, but no longer than `patience` seconds of
+    /// simulated time after them. Returns whether the lesson continued.
     fn act(&mut self, actions: &[Action], patience: f64) -> Result<bool, Failure> {
         self.wait_for_step();
         let before = self.step();
@@ -121,7 +120,7 @@ impl Pupil {
         Ok(self.step() > before)
     }
 
-    /// Does the present step by its solution; whether the lesson went on.
+    /// Does the current step by its solution. Returns whether the lesson continued.
     pub fn solve(&mut self, lesson: &Lesson) -> Result<bool, Failure> {
         match lesson.steps.get(self.step()).map(|step| &step.goal) {
             None => Ok(false),
@@ -142,7 +141,8 @@ pub(super) fn frame_bodies(session: &mut Session) {
     }
 }
 
-/// A player that carries out `actions` from the frame of that number on, each in frames of its own, and the frame after them.
+/// Makes a player that carries out `actions` from frame number `frame` on, each in its own frames. Also returns the frame after
+/// them.
 fn player(actions: &[Action], mut frame: u64, fps: f64) -> Result<(Player, u64), Failure> {
     let steps = actions.iter().filter_map(|action| {
         let when = When::Frame(frame);
@@ -180,7 +180,7 @@ impl Demonstration {
         Self { lesson, fps, step: None }
     }
 
-    /// Begins it in `session`, which has its scene.
+    /// Begins the lesson in `session`, which has its scene.
     pub fn begin(&self, session: &mut Session) -> Result<(), Failure> {
         let _waiting = waiting_for_runs(&self.lesson, 1.0)?;
         session.begin_lesson(self.lesson.clone(), run_lesson(&self.lesson, 1.0)?);
@@ -189,7 +189,7 @@ impl Demonstration {
         Ok(())
     }
 
-    /// What is left of it in `session`, if it did not come to its end.
+    /// A message that says how many steps were done, if the lesson in `session` is not finished.
     pub fn left(&self, session: &Session) -> Option<String> {
         let (step, all) = (session.tools.lesson()?.step, self.lesson.steps.len());
         let what = format!("{}: {step} of {all} steps were done; let the run last longer", self.lesson.name);
@@ -205,7 +205,7 @@ impl Demonstration {
         })
     }
 
-    /// Lets `session` do what is due in the coming frame.
+    /// Does in `session` what is due in the next frame.
     pub fn before_frame(&mut self, session: &mut Session) -> Result<(), Failure> {
         let Some(state) = session.tools.lesson() else { return Ok(()) };
         let Some(step) = self.lesson.steps.get(state.step) else { return Ok(()) };
@@ -231,7 +231,7 @@ impl Demonstration {
     }
 }
 
-/// Nothing around a session: it opens scenes and writes nothing.
+/// A [`Program`] that opens scenes and writes nothing.
 #[derive(Default)]
 struct Alone {
     files: CommandFiles,
@@ -267,8 +267,8 @@ impl Program for Alone {
     }
 }
 
-/// Plays `lesson` at its step and at half of it: by its solution and its other ways, which have to be accepted and whose claims
-/// have to hold, and by every wrong way. Says what was measured.
+/// Plays `lesson` at its step size and at half of it. The solution and the other ways have to be accepted, and their claims have
+/// to hold; every wrong way has to be refused. Returns a report of what was measured.
 pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
     let mut lines = format!("{}: {}\n", lesson.name, lesson.title);
     check_names(lesson)?;
@@ -332,16 +332,16 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
     Ok(lines)
 }
 
-/// Nanoseconds of a frame without a picture, beside its ticks.
+/// Estimated time of a frame without a picture and without its ticks, ns.
 const FRAME: f64 = 200_000.0;
 
-/// Seconds that playing `lesson` at both of its rates takes at most, as estimated: each step is done by its solution once, and
-/// again before every wrong way of a later one; then a wrong way is waited for.
+/// Estimated greatest time to play `lesson` at both of its rates, s: each step is done once by its solution, and again before
+/// every other or wrong way of a later step; then that way is waited for.
 fn most_seconds(lesson: &Lesson) -> Result<f64, Failure> {
     let scene = CommandFiles::default().scene(&beside(&lesson.name, &lesson.scene))?;
     let ways = |goal: &Goal| match goal {
         Goal::Done { also, wrong, .. } => also.len() + wrong.len(),
-        // Judged without being played.
+        // Answers are judged without being played.
         Goal::Number { .. } | Goal::Choice { .. } => 1,
     };
     let steps = lesson.steps.iter().enumerate();
@@ -387,8 +387,8 @@ fn check_names(lesson: &Lesson) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Checks that each claim of a step that is done, not answered, is about what the step can change: of a run, or of masses, it would
-/// be said whatever the person did.
+/// Checks that each claim of a step that is done, not answered, has a quantity that the step can change: a claim about a run or
+/// about masses alone would be the same whatever the person did.
 fn check_claims(lesson: &Lesson) -> Result<(), Failure> {
     let changes = |name: &String| {
         let quantity = lesson.of_screen(name);
@@ -432,7 +432,7 @@ fn other_ways(lesson: &Lesson, number: usize, runs: &Runs) -> Result<Vec<(String
     also.iter().enumerate().map(play).collect()
 }
 
-/// Every wrong way of step `number`, and whether the lesson went on by it within `patience` simulated seconds.
+/// Every wrong way of step `number`, and whether the lesson accepts it within `patience` simulated seconds.
 fn wrong_ways(
     lesson: &Lesson,
     number: usize,

@@ -1,4 +1,4 @@
-//! The film of a run: an animated PNG, or a GIF where its file is called so.
+//! The film of a run: an animated PNG, or a GIF if its file name ends so.
 
 use std::fs::File;
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::output::files::{Output, OutputPath, folder_of, output_file};
 use crate::output::pictures::with_settings;
 use crate::stage::Stage;
 
-/// Frames per second of a GIF, if the run does not say: with more, browsers show it slower.
+/// Default frames per second of a GIF: with more, browsers show it slower.
 pub(super) const GIF_FPS: f64 = 25.0;
 
 /// Whether the film is a GIF.
@@ -25,7 +25,7 @@ pub(super) fn lengths_s(path: &Path) -> [f64; 2] {
 
 /// A film that is being written.
 pub(super) enum FilmFile {
-    /// Kept beside its file until it is finished, without a name: nothing is left of it however the run ends.
+    /// Kept in a file without a name until it is finished, so that nothing is left of it however the run ends.
     Png(Film<File>, Output),
     Gif(Gif<Output>),
 }

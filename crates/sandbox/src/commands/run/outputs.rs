@@ -1,4 +1,4 @@
-//! What a run without a window writes: pictures, the states of its ticks, a summary, a bundle, and how it ended.
+//! The outputs of a run without a window: pictures, the states of its ticks, a summary, a bundle, and how it ended.
 
 use std::path::{Path, PathBuf};
 
@@ -25,13 +25,13 @@ use crate::output::{show, tell, tell_all};
 use crate::stage::options::Options;
 use crate::stage::{SceneFile, Stage};
 
-/// What a run writes, while it runs and when it is over.
+/// The outputs of a run.
 pub(super) struct Outputs<'a> {
     args: &'a RunArgs,
     files: CommandFiles,
     pub watch: Watch,
     camera: Option<Camera>,
-    /// Has the swarms of a run without a camera.
+    /// The device of the swarms of a run without a camera.
     swarms: Option<SwarmDevice>,
     /// Pictures that were written.
     pictures: u64,
@@ -44,7 +44,7 @@ pub(super) struct Outputs<'a> {
 }
 
 impl<'a> Outputs<'a> {
-    /// Opens all files before the run: a place that cannot be written is found out now, and not after an hour.
+    /// Opens all files before the run, so that a file that cannot be written is an error now, and not after an hour.
     pub fn open(
         args: &'a RunArgs,
         paths: &OutputPaths,
@@ -132,7 +132,7 @@ impl<'a> Outputs<'a> {
             if session.stage.fault().is_none() && session.stage.all_quarantined().is_empty() {
                 return Err(failure);
             }
-            // What went wrong in the run is worse, and is written where that can be done.
+            // A fault of the run is worse: continue, to report it and to write what can be written.
             tell(&failure.to_string());
         }
         let adapter = camera.as_ref().map(|camera| camera.gpu.info.to_string());
@@ -154,7 +154,7 @@ impl<'a> Outputs<'a> {
             black_box = black_box::write(path, file, &mut session, picture);
             summary.add("black_box", black_box.as_ref().map_or(Value::Null, BlackBox::json));
         }
-        // A file that is led to standard output is not mixed with words.
+        // If a file goes to standard output, the words go to standard error, so that they do not mix.
         let files = [&args.state, &args.summary, &args.black_box, &args.film];
         let shown = if files.into_iter().flatten().any(|path| is_standard_output(path)) {
             tell_all(&summary.to_table());
@@ -177,7 +177,7 @@ impl<'a> Outputs<'a> {
             let summary = file.finish_with(summary.to_json().as_bytes());
             written = written.and(summary.map_err(|error| Failure::file("write", path, &error)));
         }
-        // A run that waits forever names its step itself.
+        // The message about a run that waits forever already names the step.
         let left = if refused.is_ok() { steps_left(args, &session) } else { None };
         let verdict = match black_box {
             Some(black_box) => Err(black_box.verdict()),
@@ -218,7 +218,7 @@ impl Program for Outputs<'_> {
         numbered(kind, session.stage.frames() - 1)
     }
 
-    /// Writes nothing: a recording that is repeated must not replace what came after it.
+    /// Writes nothing: a replayed recording must not replace a file that was changed after it.
     fn save_scene(&mut self, session: &mut Session, file: &SceneFile) -> Result<(), Failure> {
         eprintln!("{}: only the window writes scenes; nothing was written", file.path.display());
         session.tools.saved_scene(&mut session.stage, file);
@@ -243,8 +243,7 @@ impl Program for Outputs<'_> {
     }
 }
 
-/// Lets the run have the swarms of `scene`, on the device of its camera or on its own, which is opened for the first scene that has
-/// some.
+/// Prepares the swarms of `scene`, on the device of the camera or on `own`, which is opened for the first scene with swarms.
 fn take_swarms(
     args: &RunArgs,
     scene: &Scene,
@@ -262,7 +261,7 @@ fn take_swarms(
     if args.state.is_some() { refuse_rows(scene) } else { Ok(()) }
 }
 
-/// The steps of the script that the run ended before, as a sentence.
+/// A sentence about the steps of the script that the run did not reach.
 fn steps_left(args: &RunArgs, session: &Session) -> Option<String> {
     let player = session.player()?;
     let (first, step) = player.left().min_by_key(|(place, _)| *place)?;
@@ -270,7 +269,7 @@ fn steps_left(args: &RunArgs, session: &Session) -> Option<String> {
         0 => " was".to_owned(),
         others => format!(", and {others} more were"),
     };
-    // What is left of a lesson is told by its steps.
+    // Only for a script: a lesson reports its own steps.
     let script = args.script.as_deref()?.display();
     let (when, tick, seconds) = (step.when, session.stage.sim().ticks(), session.stage.simulated());
     Some(format!(
@@ -278,7 +277,7 @@ fn steps_left(args: &RunArgs, session: &Session) -> Option<String> {
     ))
 }
 
-/// How the run ended, in which `failed` particles of swarms failed.
+/// How the run ended; `failed` is the number of particles of swarms that failed.
 fn verdict(args: &RunArgs, session: &Session, failed: u64) -> Result<(), Failure> {
     let quarantined = session.stage.all_quarantined();
     if let Some(first) = quarantined.first() {
@@ -300,7 +299,7 @@ fn verdict(args: &RunArgs, session: &Session, failed: u64) -> Result<(), Failure
     }
     let Some(bound) = expect.energy_drift_below else { return Ok(()) };
     let drift = session.tools.ledger().map_or(f64::NAN, Ledger::relative_residual);
-    // Written so that a drift that is not a number fails.
+    // Written so that a NaN drift fails.
     if drift < bound {
         Ok(())
     } else {
@@ -317,10 +316,10 @@ pub(super) struct OutputPaths {
 }
 
 impl OutputPaths {
-    /// Claims them, when everything has been read.
+    /// Claims the paths, after everything has been read.
     ///
     /// # Errors
-    /// Two files at one place, or one with a name that pictures and files of keys may have.
+    /// If two outputs are the same file, or if one has a name that the run may give to a picture or to a file that a key writes.
     pub fn claim(args: &RunArgs, script: Option<&Script>, files: &mut CommandFiles) -> Result<Self, Failure> {
         let mut claim = |flag: &str, path: &Option<PathBuf>| {
             path.as_deref().map(|path| files.claim(flag, path)).transpose()
@@ -345,8 +344,8 @@ impl OutputPaths {
     }
 }
 
-/// Where pictures are written, and what keys write. What someone else's lesson saves is written nowhere but in a folder that was
-/// named.
+/// The folder for pictures and for files that keys write. A lesson may be someone else's: what it saves is written only into a
+/// folder that was named.
 fn folder(args: &RunArgs) -> Option<&Path> {
     args.frames.as_deref().or_else(|| args.lesson.is_none().then_some(Path::new(".")))
 }
@@ -377,7 +376,7 @@ fn still(session: &mut Session, camera: Option<Camera>) -> Result<Image, Failure
     camera.picture(session)
 }
 
-/// Looks at every tick: rows of the state file.
+/// Writes the rows of the state file, tick by tick.
 pub(super) struct Watch {
     state: Option<States<Output>>,
     every: u64,

@@ -1,4 +1,4 @@
-//! What a run is set up with: the scene, its script, its frames and its length, checked before anything is written.
+//! Sets up a run: the scene, its script, its frames and its length, checked before anything is written.
 
 use std::path::Path;
 
@@ -24,7 +24,7 @@ use crate::panels::Panel;
 use crate::stage::CATCH_UP;
 use crate::stage::options::{Options, Words, check};
 
-/// Seconds of a run that does not say how long.
+/// Default length of a run, s of frames.
 const DEFAULT_SECONDS: f64 = 10.0;
 
 /// A run before it begins.
@@ -37,7 +37,7 @@ pub(super) struct Setup {
     pub ends: FrameEnds,
     /// Ticks of the run; `None`: to the end of the frame times.
     pub ticks: Option<u64>,
-    /// Whether the run may go back: the last minute is kept.
+    /// Whether the run may go back, so that the last minute is kept.
     pub goes_back: bool,
 }
 
@@ -67,7 +67,7 @@ impl Setup {
         overrides.apply(&mut scene);
         let pictures =
             args.frames.is_some() || args.film.is_some() || script.as_ref().is_some_and(takes_pictures);
-        // Frames between two ticks are for pictures and scripts.
+        // Only pictures and scripts need frames between two ticks.
         let unwatched = script.is_none() && args.lesson.is_none() && !pictures && !follows_frames(&scene);
         let usual = if args.film.as_deref().is_some_and(is_gif) { GIF_FPS } else { DEFAULT_FPS };
         let fps = args.fps.unwrap_or(usual);
@@ -84,7 +84,7 @@ impl Setup {
             check_film(path, &ends)?;
         }
         let ticks = tick_limit(args, &scene, &ends)?;
-        // As the window does, whose recording it is.
+        // As the window does, in which recordings are made.
         let goes_back =
             recording.is_some() || args.lesson.is_some() || script.as_ref().is_some_and(goes_back);
         let options = Options {
@@ -109,7 +109,7 @@ impl Setup {
         Ok(Self { scene, script, demonstration, options, ends, ticks, goes_back })
     }
 
-    /// Checks that the run takes no longer than is allowed, as far as its ticks and pictures tell.
+    /// Checks that the run takes no longer than allowed, as estimated from its ticks and pictures.
     pub fn check_time(&self, args: &RunArgs) -> Result<(), Failure> {
         let Self { scene, ends, ticks, options, .. } = self;
         let Some(ticks) = *ticks else { return Ok(()) };
@@ -127,7 +127,7 @@ impl Setup {
         check_time(&format!("{}: {ticks} ticks", args.scene), seconds)
     }
 
-    /// Checks that the memory allows what the run keeps.
+    /// Checks that what the run keeps fits into the memory.
     pub fn check_memory(&self, args: &RunArgs) -> Result<(), Failure> {
         let Options { size_px, pictures, .. } = self.options;
         let keeps = Keeps {
@@ -177,7 +177,7 @@ fn takes_pictures(script: &Script) -> bool {
         || presses(script, &[Act::Screenshot])
 }
 
-/// Whether a script does what needs the last minute.
+/// Whether a script presses a key that needs the last minute.
 fn goes_back(script: &Script) -> bool {
     presses(script, &[Act::StepBack, Act::Panel(Panel::Timeline), Act::SaveBundle])
 }
@@ -188,18 +188,18 @@ fn presses(script: &Script, acts: &[Act]) -> bool {
     keys.any(|word| actions::presses_one_of(word, acts))
 }
 
-/// When frames end.
+/// The times at which frames end.
 pub(super) enum FrameEnds {
     /// Frame i at exactly `i / rate` seconds.
     Constant { rate: f64 },
-    /// One length after the other.
+    /// The lengths of frames, one after the other, s.
     Lengths(std::vec::IntoIter<f64>),
-    /// The ends of a recording.
+    /// The ends of the frames of a recording, s.
     Recorded(std::vec::IntoIter<f64>),
 }
 
 impl FrameEnds {
-    /// `fps` a second where no list says otherwise.
+    /// Takes the frame times of `args` or of a recording, else `fps` frames per second.
     fn new(
         args: &RunArgs,
         files: &mut CommandFiles,
@@ -238,7 +238,7 @@ impl FrameEnds {
     }
 }
 
-/// Checks that a film can say how long its pictures are shown.
+/// Checks that the format of a film can express how long its pictures are shown.
 fn check_film(path: &Path, ends: &FrameEnds) -> Result<(), Failure> {
     let [shortest, longest] = lengths_s(path);
     let shown = ends.longest();
@@ -254,7 +254,7 @@ fn check_film(path: &Path, ends: &FrameEnds) -> Result<(), Failure> {
     Err(Failure::Usage(format!("{what}; give another --fps, or --frames for single pictures")))
 }
 
-/// Approximate nanoseconds that a pixel of a picture takes: drawn in software, compressed and written.
+/// Estimated time per pixel of a picture, ns: drawn in software, compressed and written.
 const PIXEL: f64 = 150.0;
 
 fn picture_seconds([width, height]: [u32; 2]) -> f64 {

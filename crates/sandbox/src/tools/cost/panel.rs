@@ -16,7 +16,7 @@ use crate::tools::tool::Desk;
 use crate::view::hud::{mouse_hint, swatch};
 use crate::view::inks;
 
-/// What the axes count.
+/// The quantities of the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Axes {
     accuracy: Accuracy,
@@ -31,19 +31,19 @@ impl Default for Axes {
 
 const WIDTH: f32 = 430.0;
 const HEIGHT: f32 = 300.0;
-/// Least height of what is below the legend in the dock, points: how much there is to say depends on the machine, and a dock that is
-/// scrolled to its end is not to stand elsewhere when a recording is repeated.
+/// Least height of what is below the legend in the dock, points: the amount of text depends on the machine, and a dock that is
+/// scrolled to its end has to be at the same place when a recording is replayed.
 const FOOT: f32 = 280.0;
 /// Height of the sentences that come first, points: room for six lines, so that what is below them does not move during a study.
 const HEAD: f32 = 112.0;
-/// Methods beside each other in the legend.
+/// Methods per row of the legend.
 const COLUMNS: usize = 4;
-/// A click belongs to the nearest dot, if that is no farther, points.
+/// Greatest distance from a click to its dot, points.
 const REACH: f32 = 14.0;
 const FRONT: Color32 = Color32::from_gray(150);
 const FAILED: Color32 = Color32::from_rgb(255, 90, 80);
 
-/// The panel; whether the study is to start again.
+/// Lays out the panel. Returns whether the study is to start again.
 pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool {
     let width = desk.width(WIDTH);
     ui.set_width(width);
@@ -52,7 +52,7 @@ pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool
         return false;
     };
     mouse_hint(ui, desk.view);
-    // They stay as they are chosen when another scene is opened.
+    // The chosen axes stay when another scene is opened.
     let id = Id::unique("cost axes");
     let mut axes: Axes = ui.data(|data| data.get_temp(id)).unwrap_or_default();
     let present = desk.stage.setting();
@@ -74,8 +74,9 @@ pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool
     again
 }
 
-/// How far the study is; whether it is to start again, and whether the setting is to be used that is nearer at the same cost. The
-/// button for that is there before there is one: a recording counts the controls.
+/// Lays out the progress of the study. Returns whether the study is to start again, and whether to use the setting with the
+/// smaller error at the same cost. The button for that is there even without such a setting, because a recording counts the
+/// controls.
 fn head(ui: &mut Ui, study: &Study, progress: f64) -> (bool, bool) {
     ui.horizontal(|ui| {
         let again = ui.button("again").clicked();
@@ -99,7 +100,8 @@ fn head(ui: &mut Ui, study: &Study, progress: f64) -> (bool, bool) {
     .inner
 }
 
-/// What accuracy costs at the present setting, and which other one is nearer at the same cost; that one, if there is one.
+/// Lays out the error and the cost of the current setting, and the setting with a smaller error at the same cost. Returns that
+/// setting, if there is one.
 fn first(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Setting> {
     let lines = ui.scope(|ui| {
         ui.set_min_height(HEAD);
@@ -159,10 +161,10 @@ fn dots(study: &Study, axes: Axes, method: Method) -> Vec<Dot<'_>> {
     curve.filter_map(|cell| Some(Dot { at: dot(cell)?, cell })).collect()
 }
 
-/// Errors below are drawn there: exact is nowhere on a logarithmic axis.
+/// Smaller errors are drawn here: a logarithmic axis has no place for 0.
 const LEAST: f64 = 1e-16;
 
-/// The plot; the setting whose dot was clicked.
+/// Lays out the plot. Returns the setting whose dot was clicked.
 fn plot(ui: &mut Ui, study: &Study, axes: Axes, present: Setting, width: f32) -> Option<Setting> {
     let all: Vec<_> = Method::ALL.into_iter().flat_map(|method| dots(study, axes, method)).collect();
     let power = |mark: egui_plot::GridMark, _: &std::ops::RangeInclusive<f64>| match mark.value.fract() {
@@ -171,7 +173,7 @@ fn plot(ui: &mut Ui, study: &Study, axes: Axes, present: Setting, width: f32) ->
     };
     let decades = |input: egui_plot::GridInput| {
         let (from, to) = input.bounds;
-        // Those beyond the ends would be written outside of the plot.
+        // Marks beyond the ends would be written outside of the plot.
         #[expect(clippy::cast_possible_truncation, reason = "decades")]
         let decades = from.ceil() as i32..=to.floor() as i32;
         decades
@@ -308,8 +310,8 @@ fn legend(ui: &mut Ui, study: &Study) {
     });
 }
 
-/// The settings on the front as buttons, the cheapest first; the one that was chosen. The keyboard comes to them as to one control,
-/// and the arrows go through them: a recording counts the controls, and how many settings there are depends on the machine.
+/// Lays out the settings on the front as buttons, the cheapest first. Returns the chosen one. The keyboard reaches them as one
+/// control, and arrows move through them: a recording counts the controls, and the number of settings depends on the machine.
 fn front(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Setting> {
     let front = study.front(axes.accuracy, axes.cost);
     let row = ui.horizontal_wrapped(|ui| {

@@ -10,7 +10,7 @@ use crate::stage::Stage;
 /// Part of a frame's time that the study may take.
 pub(super) const SHARE: f64 = 0.1;
 
-/// The longest frame of which that part is taken, s, so that one hitch does not cause another.
+/// Longest frame time to which [`SHARE`] applies, s, so that one hitch does not cause another.
 pub(super) const LONGEST_FRAME: f64 = 0.05;
 
 /// A study of the scene with its present settings.
@@ -37,8 +37,8 @@ impl Cost {
     }
 }
 
-/// The settings on which the result of a study of the running scene depends: not methods and substeps, of which it
-/// has its own, and with gravity on or off as in the scene.
+/// The settings on which the result of a study of the running scene depends: not method and substeps, which the study varies, and
+/// with gravity on or off as in the scene.
 pub(super) fn settings(stage: &mut Stage) -> RunSettings {
     let now = RunSettings::of(stage.sim_mut());
     let mut settings = RunSettings { method: Method::default(), substeps: 1, ..now };

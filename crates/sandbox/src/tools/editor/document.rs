@@ -1,4 +1,4 @@
-//! The text of a scene through its changes: what undo goes back to, and what its file has.
+//! The texts of a scene through its changes: for undo and redo, and the text of its file.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -6,16 +6,16 @@ use std::sync::Arc;
 
 use scene::{Scene, Source};
 
-/// Bytes of all texts that undo and redo can go to; the oldest are forgotten first.
+/// Greatest size of all texts to which undo can go, bytes; the oldest are forgotten first.
 const MOST_BYTES: usize = 256 << 20;
 
 /// The texts of a scene before and after the present one.
 pub(crate) struct Document {
     past: VecDeque<Arc<str>>,
     future: Vec<Arc<str>>,
-    /// The file that saving replaces, and what it has.
+    /// The file that saving replaces, and its text.
     pub file: Option<(PathBuf, Arc<str>)>,
-    /// The text that is in a file, or is a shipped scene; none for a scene that no file has.
+    /// The text of the file or of the shipped scene; `None` for a scene that is in no file.
     pub saved: Option<Arc<str>>,
 }
 
@@ -35,14 +35,14 @@ impl Document {
         }
     }
 
-    /// The text before the last change, to which `present` is what comes after.
+    /// Returns the text before the last change; redo goes to `present`.
     pub fn undo(&mut self, present: Arc<str>) -> Option<Arc<str>> {
         let text = self.past.pop_back()?;
         self.future.push(present);
         Some(text)
     }
 
-    /// The text after the change that was undone last, to which `present` is what comes before.
+    /// Returns the text after the change that was undone last; undo goes to `present`.
     pub fn redo(&mut self, present: Arc<str>) -> Option<Arc<str>> {
         let text = self.future.pop()?;
         self.past.push_back(present);

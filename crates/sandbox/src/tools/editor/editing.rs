@@ -1,4 +1,4 @@
-//! Changes of the scene's text: each restarts the scene with what the text says then. Undo, redo and saving.
+//! Changes of the scene's text, each of which restarts the scene with the new text. Undo, redo and saving.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -19,12 +19,12 @@ use crate::tools::editor::parts::triple;
 use crate::tools::editor::selected::selected_entry;
 use crate::view::View;
 
-/// What follows from a change of the text: a restart, or nothing where it makes no scene.
+/// The intents that follow from a change of the text: a restart, or none if the new text is not a valid scene.
 type Next = Vec<Intent>;
 
 impl Editor {
-    /// Makes changes in the text of the scene, which restarts with it, paused; the entry at the path `select` is selected then.
-    /// Changes that make no scene are told in the editor, and nothing happens.
+    /// Makes changes in the text of the scene and restarts it, paused, with the entry at the path `select` selected. If the new
+    /// text is not a valid scene, the editor shows the error, and nothing else happens.
     pub(super) fn rewrite(&mut self, stage: &mut Stage, changes: &[TextEdit], select: Option<&str>) -> Next {
         if changes.is_empty() {
             return Vec::new();
@@ -73,7 +73,7 @@ impl Editor {
             stage.notices.say(Topic::Editor, none.to_owned());
             return Vec::new();
         };
-        // Every text of the document was read before. What was set in the run since the present text stays.
+        // Every text of the document was read before. Settings that were changed in the run stay.
         let settings = settings_of(stage);
         let selected = selected_entry(stage).map(|(entry, _)| entry.path());
         with_settings(stage, &text, &settings)
@@ -94,7 +94,7 @@ impl Editor {
         self.rewrite(stage, &copy, Some(&path))
     }
 
-    /// Removes the selection from the scene. One of several bodies that an entry makes: asks whether alone.
+    /// Removes the selection from the scene. Asks first if it is one of several bodies that an entry makes.
     pub(super) fn delete_selection(&mut self, stage: &mut Stage, open: bool) -> Next {
         let Some((entry, name)) = edited_entry(stage, open) else { return Vec::new() };
         if entry.may_be_taken_apart() && entry.bodies.len() > 1 {
@@ -106,7 +106,7 @@ impl Editor {
         }
     }
 
-    /// Removes an entry, or takes a grid or a cloud apart and removes the body with that stable id from it.
+    /// Removes an entry. With `alone`, takes a grid or a cloud apart and removes only the body with that stable id.
     pub(super) fn delete(&mut self, stage: &mut Stage, entry: &Entry, alone: Option<u32>) -> Next {
         let Some(body) = alone else {
             let without = stage.sim().scene.without(&entry.path());
@@ -144,7 +144,7 @@ impl Editor {
         stage.run.note_file(path);
     }
 
-    /// The file that saving replaces, and what it had when it was opened or saved last.
+    /// The file that saving replaces, and its text when it was opened or saved last.
     pub(crate) fn own_file(&self) -> Option<(PathBuf, Arc<str>)> {
         self.document.as_ref()?.file.clone()
     }
@@ -160,7 +160,7 @@ fn restart(scene: Scene, select: Option<&str>) -> Next {
     vec![Intent::Restart(Box::new(scene), select.map(str::to_owned))]
 }
 
-/// The scene of another text of the present one.
+/// The current scene with another text: `text` after `changes`.
 fn rewritten(stage: &Stage, text: &str, changes: &[TextEdit]) -> Result<Scene, SceneError> {
     let scene = &stage.sim().scene;
     scene::rewrite(&scene.name, text, changes).and_then(|text| scene.reread(&text))
@@ -176,13 +176,13 @@ fn present_text(stage: &mut Stage) -> Arc<str> {
     with_settings(stage, &text, &settings).map_or(text, |scene| scene.text)
 }
 
-/// What of the text is set otherwise in the run, as changes of the text.
+/// Settings of the run that differ from the text of the scene, as changes of the text.
 fn settings_of(stage: &mut Stage) -> Vec<TextEdit> {
     let scene = &stage.sim().scene;
     scene.reread(&scene.text).map_or_else(|_| Vec::new(), |written| settings(stage, &written))
 }
 
-/// The scene of `text` with these settings; without them if they make no scene together with its other keys.
+/// The scene of `text` with these settings; without them if they and its other keys are not a valid scene.
 fn with_settings(stage: &Stage, text: &str, settings: &[TextEdit]) -> Result<Scene, SceneError> {
     rewritten(stage, text, settings).or_else(|_| stage.sim().scene.reread(text))
 }
@@ -200,7 +200,7 @@ fn edited_entry(stage: &mut Stage, open: bool) -> Option<(Entry, String)> {
     entry
 }
 
-/// What of `written` is set otherwise in the run of `stage`, as changes of its text.
+/// Settings of the run of `stage` that differ from `written`, as changes of its text.
 fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
     let now = RunSettings::of(stage.sim_mut());
     let mut changes = Vec::new();
@@ -242,7 +242,7 @@ fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
     changes
 }
 
-/// That the effects `now` are off, if that is not what is written. Gravity has its own key.
+/// The change that writes the effects `now` as off, if the text has others. Gravity has its own key.
 fn switched_off(stage: &mut Stage, mut now: Vec<Effect>, written: &Scene) -> Option<TextEdit> {
     now.retain(|effect| *effect != Effect::Gravity);
     let mut before = written.off_at_start.clone();

@@ -11,7 +11,7 @@ use scene::{Field, Kind, Scene, TextEdit as Change, Value};
 /// Lists whose entries have no body to be selected by.
 pub(super) const LISTS: [&str; 4] = ["wells", "thrusts", "emitters", "springs"];
 
-/// How keys end that have a unit, longer ends first, and the unit.
+/// Endings of keys that have a unit, longer ones first, and the unit.
 const UNITS: [(&str, &str); 19] = [
     ("_m3_kg_s2", "m³/(kg s²)"),
     ("_m3_s2", "m³/s²"),
@@ -34,7 +34,7 @@ const UNITS: [(&str, &str); 19] = [
     ("_n", "N"),
 ];
 
-/// What a key begins with when it is added, where its kind does not say.
+/// First values of added keys, where their kind does not determine one.
 const BEGINNINGS: [(&str, &str); 20] = [
     ("color", "(1.0, 1.0, 1.0)"),
     ("shape", "sphere(radius_m: 1.0)"),
@@ -58,7 +58,7 @@ const BEGINNINGS: [(&str, &str); 20] = [
     ("direction", "(0.0, 1.0, 0.0)"),
 ];
 
-/// Letters of a number that is shown with all of its digits.
+/// Greatest length of a number that is shown with all of its digits, characters.
 const LONGEST: usize = 9;
 
 /// The words that a key takes, if they are few.
@@ -73,32 +73,33 @@ fn words(key: &str) -> Vec<&'static str> {
     }
 }
 
-/// What is read of the text of a scene, and what is being changed of it.
+/// The values that were read from the text of a scene, and the edits in progress.
 #[derive(Default)]
 pub(super) struct Form {
     text: Arc<str>,
     groups: HashMap<String, Vec<Row>>,
-    /// The keys of the scene, and how many entries its lists have.
+    /// The keys of the scene itself.
     root: Vec<Field>,
+    /// Number of entries of each list.
     lists: HashMap<&'static str, usize>,
     titles: HashMap<String, String>,
-    /// Layouts to come that take nothing: what was being typed is canceled.
+    /// Number of further layouts that drop what was typed, after a cancel.
     canceled: u8,
 }
 
 struct Row {
     field: Field,
-    /// What the person has made of it so far.
+    /// The value as the person has changed it so far.
     edited: Option<Value>,
 }
 
 impl Form {
-    /// Forgets what was changed and not taken.
+    /// Forgets changes that were not applied.
     pub fn forget(&mut self) {
         self.groups.clear();
     }
 
-    /// Reads the text of `scene`, if it is another one.
+    /// Reads the text of `scene`, if it is not the one that was read last.
     pub fn read(&mut self, scene: &Scene) {
         if self.canceled > 0 {
             self.canceled -= 1;
@@ -115,12 +116,13 @@ impl Form {
         }
     }
 
-    /// Forgets what is being typed. A field takes it up to two layouts after it lost the keyboard.
+    /// Forgets what is being typed. Lasts for some layouts, because a field applies its text up to two layouts after it lost the
+    /// keyboard.
     pub fn cancel(&mut self) {
         self.canceled = 3;
     }
 
-    /// What was typed in the group at `path` and not taken, because its fields were not laid out any more.
+    /// Takes the changes in the group at `path` that were not applied, because its fields were no longer laid out.
     pub fn left(&mut self, path: &str) -> Vec<Change> {
         let mut changes = Vec::new();
         for group in [path.to_owned(), format!("{path}.shape")] {
@@ -133,18 +135,18 @@ impl Form {
         changes
     }
 
-    /// The sections that are written.
+    /// The sections that the text has.
     pub fn sections(&self) -> Vec<&'static str> {
         let written = self.root.iter().filter(|field| field.kind == Kind::Group && field.value.is_some());
         written.map(|field| field.key).collect()
     }
 
-    /// How many entries a list has.
+    /// Number of entries of a list.
     pub fn count(&self, list: &str) -> usize {
         self.lists.get(list).copied().unwrap_or(0)
     }
 
-    /// What an entry of a list without bodies is called.
+    /// The title of an entry of a list without bodies.
     pub fn title(&mut self, scene: &Scene, path: &str) -> &str {
         self.titles.entry(path.to_owned()).or_insert_with(|| {
             let fields = scene.fields(path);
@@ -185,7 +187,7 @@ impl Form {
         }
     }
 
-    /// Lays out the keys that are written.
+    /// Lays out the keys that the text has.
     fn rows(
         &mut self,
         ui: &mut Ui,
@@ -245,7 +247,7 @@ fn beginning(field: &Field, scene: &Scene) -> String {
     }
 }
 
-/// A widget for a value; whether the person is done with changing it.
+/// Lays out a widget for a value. Returns whether the person has finished changing it.
 fn widget(ui: &mut Ui, name: &str, key: &str, unit: &str, value: &mut Value) -> bool {
     let done = |response: Response| response.drag_stopped() || response.lost_focus();
     match value {
@@ -283,7 +285,7 @@ fn widget(ui: &mut Ui, name: &str, key: &str, unit: &str, value: &mut Value) -> 
     }
 }
 
-/// The kind of a shape: another kind has its size. Sizes are rows of their own.
+/// Lays out the kind of a shape. Another kind keeps the size, which has its own row.
 fn shape(ui: &mut Ui, name: &str, written: &mut String) -> bool {
     let size =
         written.split(|c: char| !matches!(c, '0'..='9' | '.' | 'e' | '-')).find_map(|word| word.parse().ok());
@@ -304,11 +306,11 @@ fn shape(ui: &mut Ui, name: &str, written: &mut String) -> bool {
     other.inspect(|(_, text)| text.clone_into(written)).is_some()
 }
 
-/// A number that is dragged as fast as it is large.
+/// A field for a number that changes, when dragged, in proportion to its size.
 fn drag(number: &mut f64) -> DragValue<'_> {
     let speed = 0.01 * number.abs().max(0.1);
     let whole = *number;
-    // egui reads back what it shows, also where nothing was typed: that stays the whole number.
+    // egui parses the shown text even if nothing was typed: the number then keeps all of its digits.
     let read = move |text: &str| if text == shown(whole) { Some(whole) } else { text.trim().parse().ok() };
     DragValue::new(number).speed(speed).custom_formatter(|number, _| shown(number)).custom_parser(read)
 }

@@ -1,14 +1,14 @@
-//! Where an entry of the scene stands free: how far it has to move until it overlaps no other.
+//! Computes how far an entry of the scene has to move until it overlaps no other.
 
 use glam::DVec3;
 use scene::{BodySpec, Entry, PointRadius, Scene, TextEdit as Change, rewrite};
 
 use super::parts::nearest;
 
-/// Room between what is moved and what it was in the way of, as a share of its size.
+/// Gap between a moved entry and what was in its way, as a fraction of the size of the entry.
 const ROOM: f64 = 0.1;
 
-/// Overlap that is rounding, as a share of the size.
+/// Overlap that counts as rounding, as a fraction of the size.
 const ROUNDING: f64 = 1e-6;
 
 /// The box around a body or a soft body, m.
@@ -35,7 +35,7 @@ impl Bounds {
         bodies.iter().map(Self::of).reduce(both)
     }
 
-    /// The moves along `axis` that let it overlap `other`, if some do.
+    /// The range of moves along `axis` after which it overlaps `other`, if there are any.
     fn blocked(&self, other: &Self, axis: DVec3) -> Option<[f64; 2]> {
         let slack = ROUNDING * (self.most - self.least).max_element();
         let (low, high) = (other.least - self.most + slack, other.most - self.least - slack);
@@ -46,7 +46,7 @@ impl Bounds {
     }
 }
 
-/// What is in the way: every body for itself, soft bodies as a whole, the particles of emitters never.
+/// The obstacles, and whether they can move: every body by itself, soft bodies as a whole, but no particles of emitters.
 fn others(scene: &Scene, entry: &Entry) -> Vec<(Bounds, bool)> {
     let other = |other: Entry| {
         let bodies = &scene.bodies[other.bodies.start as usize..other.bodies.end as usize];
@@ -62,7 +62,7 @@ fn others(scene: &Scene, entry: &Entry) -> Vec<(Bounds, bool)> {
 }
 
 /// The shortest move along one of `axes` after which the entry at `path`, which `changes` add to the scene, overlaps nothing.
-/// `keeps`: what cannot be moved and is overlapped already is left so, as a floor by what stands in it.
+/// `keeps`: overlaps with immovable bodies that exist before the move stay, for example of a body that stands in a floor.
 pub(crate) fn free_move(scene: &Scene, changes: &[Change], path: &str, axes: &[DVec3], keeps: bool) -> DVec3 {
     let with = rewrite(&scene.name, &scene.text, changes).and_then(|text| scene.reread(&text));
     let shortest = with.ok().and_then(|with| {

@@ -21,25 +21,25 @@ const AXES: [(DVec3, Color32); 3] = [
     (DVec3::Z, Color32::from_rgb(100, 155, 255)),
 ];
 
-/// Length of an arrow beyond what it moves, as a share of its distance.
+/// Length of an arrow beyond the object that it moves, as a fraction of the distance of the object.
 const LENGTH: f64 = 0.1;
 
-/// Bodies that are shown where a drag would put them.
+/// Greatest number of bodies that are shown where a drag would put them.
 const SHOWN: usize = 2000;
 
 /// The arrow that is dragged, and how far.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Handle {
     axis: DVec3,
-    /// Where the arrows began when it was pressed, m.
+    /// Start of the arrows when it was pressed, m.
     from: DVec3,
-    /// Where on its axis it was pressed, m from there.
+    /// Place of the press on the axis, m from `from`.
     pressed: f64,
     /// How far it was dragged, m.
     pub by: DVec3,
 }
 
-/// Where the arrows of the selection begin, and how long they are, m.
+/// The start and the length of the arrows of the selection, m.
 fn arrows(stage: &Stage, view: &View) -> Option<(DVec3, f64)> {
     let thing = stage.here.selection?;
     selected_entry(stage)?;
@@ -83,7 +83,7 @@ impl Handle {
         }
     }
 
-    /// Draws what is dragged at the place where it would be put.
+    /// Draws the dragged bodies where the drag would put them.
     pub fn draw(&self, stage: &Stage, view: &View, frame: &mut Frame) {
         let Some((entry, _)) = selected_entry(stage) else { return };
         let eye = view.camera.position;
@@ -121,7 +121,7 @@ pub(super) fn paint_handles(stage: &Stage, view: &View, painter: &Painter) {
     }
 }
 
-/// Where on the axis through `from` the pointer's ray comes nearest to it, m from there.
+/// The point on the axis through `from` that is nearest to the pointer's ray, m from `from`.
 fn along(view: &View, from: DVec3, axis: DVec3) -> Option<f64> {
     let ray = view.picking_ray();
     let (direction, between) = (ray.direction(), from - ray.origin());
@@ -131,7 +131,7 @@ fn along(view: &View, from: DVec3, axis: DVec3) -> Option<f64> {
     (sine_squared > 1e-4).then(|| (cosine * direction.dot(between) - axis.dot(between)) / sine_squared)
 }
 
-/// The grid that a drag keeps to, m: a thousandth of the distance, rounded to a power of ten.
+/// The grid of a drag, m: two thousandths of the distance, rounded down to a power of ten.
 fn step(distance: f64) -> f64 {
     10.0_f64.powf((0.002 * distance.max(0.01)).log10().floor())
 }

@@ -1,19 +1,19 @@
-//! What can be added to a scene, as text with values that make it stand and be seen.
+//! The objects that can be added to a scene, as text, with values that keep them stable and visible.
 
 use glam::DVec3;
 use report::numbers::rounded;
 use scene::Value;
 
-/// Colors of what is added, in turn.
+/// Colors of added objects, in turn.
 const COLORS: [&str; 5] =
     ["(0.9, 0.35, 0.2)", "(0.3, 0.5, 0.9)", "(0.95, 0.75, 0.2)", "(0.3, 0.7, 0.4)", "(0.7, 0.4, 0.8)"];
 
 /// The phase that the fastest spring goes through in a substep, radians; semi-implicit Euler is stable below 2.
 const PHASE: f64 = 0.5;
 
-/// Where and how large something is added.
+/// Place and size of an added object.
 pub(super) struct Place {
-    /// m.
+    /// Position, m.
     pub at: DVec3,
     /// Radius of a sphere, m.
     pub size: f64,
@@ -85,19 +85,19 @@ pub(super) const PARTS: [Part; 8] = [
     }),
 ];
 
-/// The color of what is added next to a scene with `entries` entries.
+/// The color of the next added object, if there are `entries` entries.
 pub(super) const fn color(entries: usize) -> &'static str {
     COLORS[entries % COLORS.len()]
 }
 
-/// A spring between two bodies of those names and that reduced mass, kg.
+/// The text of a spring between two bodies with those names and that reduced mass, kg.
 pub(super) fn spring(between: [&str; 2], reduced_mass: f64, substep: f64) -> String {
     let place = Place { at: DVec3::ZERO, size: 1.0, substep };
     format!("(between: ({:?}, {:?}), {})", between[0], between[1], springs(&place, reduced_mass, 1.0))
 }
 
-/// Stiffness and damping for points of `mass` kilograms: as stiff as a substep stands where the fastest mode has `factor` times
-/// k / m, with a tenth of critical damping.
+/// Stiffness and damping for points of `mass` kilograms: as stiff as [`PHASE`] allows if the squared frequency of the fastest
+/// mode is `factor` times k / m, with a tenth of critical damping.
 fn springs(place: &Place, mass: f64, factor: f64) -> String {
     let stiffness = rounded(mass * (PHASE / place.substep).powi(2) / factor, 2);
     let damping = rounded(0.2 * (stiffness * mass).sqrt(), 2);
@@ -105,7 +105,7 @@ fn springs(place: &Place, mass: f64, factor: f64) -> String {
 }
 
 pub(crate) fn triple(v: DVec3) -> String {
-    // -0 is 0.
+    // Turns -0 into 0.
     Value::from(v + DVec3::ZERO).to_string()
 }
 
@@ -117,7 +117,7 @@ pub(crate) fn nearest(number: f64, step: f64) -> f64 {
     format!("{multiple:.decimals$}").parse().unwrap_or(multiple)
 }
 
-/// A place with five digits of its distance from the origin.
+/// Rounds a position to five digits of its distance from the origin.
 pub(super) fn five_digits(place: DVec3) -> DVec3 {
     let step = 10_f64.powf(place.length().log10().floor() - 4.0);
     if step.is_normal() { place.to_array().map(|part| nearest(part, step)).into() } else { place }

@@ -7,7 +7,7 @@ use scene::{Entry, FileIndex};
 use crate::stage::Stage;
 use crate::stage::things::Thing;
 
-/// The entry of the selection, and what the selection is called.
+/// The entry of the selection, and the name of the selection.
 pub(crate) fn selected_entry(stage: &Stage) -> Option<(Entry, String)> {
     let thing = stage.here.selection?;
     let points = stage.sim().world.get::<SoftBody>(thing).map(|soft| &soft.points);
@@ -16,7 +16,7 @@ pub(crate) fn selected_entry(stage: &Stage) -> Option<(Entry, String)> {
     Some((entry, stage.name(thing)))
 }
 
-/// The path of that entry.
+/// The path of the entry of the selection.
 pub(super) fn selected_path(stage: &Stage) -> Option<String> {
     selected_entry(stage).map(|(entry, _)| entry.path())
 }

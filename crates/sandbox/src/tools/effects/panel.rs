@@ -12,17 +12,18 @@ use crate::intent::Intent;
 use crate::tools::tool::Desk;
 use crate::view::hud::mouse_hint;
 
-/// Columns in the dock, and the width of the first of them, points.
+/// Number of columns in the dock.
 const NARROW: usize = 5;
+/// Width of the first column in the dock, points.
 const NAME: f32 = 110.0;
 
 /// Size of the causes in the dock, points: a scene with everything in it has 19 of them.
 const CAUSE: f32 = 11.0;
 
-/// The panel; whether the effects are to be measured.
+/// Lays out the panel. Returns whether the effects are to be measured.
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine]) -> bool {
     mouse_hint(ui, desk.view);
-    // The dock is not wide enough for a column of causes: there they stand below the names.
+    // The dock is not wide enough for a column of causes: there, the causes are below the names.
     let narrow = desk.dock_width.is_some();
     let headings = ["", "bodies", "evals", "ns/step", "share", "bytes", "because"];
     let columns = if narrow { NARROW } else { headings.len() };

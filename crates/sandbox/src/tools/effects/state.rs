@@ -15,7 +15,7 @@ use crate::view::View;
 /// Why a run is recorded.
 const RECORDED: &str = "going back: the window, --black-box";
 
-/// The row of the watch for energy out of nowhere.
+/// Name of the row of the energy watch.
 pub(crate) const ENERGY_WATCH: &str = "energy_watch";
 
 /// Ticks that the panel measures: an answer in a fraction of a second for a scene of some hundred bodies.
@@ -27,16 +27,17 @@ const MEASURED_BODIES: usize = 5_000;
 /// The state behind the receipt of a scene.
 #[derive(Default)]
 pub(crate) struct Effects {
-    /// Tick and counts of the last look, and evaluations per step between the two before.
+    /// Tick and counts of the last look.
     pub(super) seen: (u64, Vec<(&'static str, u64)>),
+    /// Evaluations per step between the last two looks.
     rates: Vec<(&'static str, f64)>,
     /// Nanoseconds per step and share by name, as measured on a copy of the scene.
     measured: Vec<(&'static str, Option<f64>, Option<f64>)>,
 }
 
 impl Effects {
-    /// The receipt of the stage as it is: which effects are on, why, on how many bodies; evaluations per step are
-    /// those since the last look, times those of the last measurement.
+    /// The receipt of the stage as it is: which effects are on, why, on how many bodies; evaluations per step are counted since
+    /// the last look, and times are from the last measurement.
     pub fn receipt(&mut self, stage: &mut Stage, view: &View) -> Vec<ReceiptLine> {
         self.look_at_rates(stage);
         let mut rows = lab::receipt_without_running(stage.sim_mut());
@@ -65,7 +66,7 @@ impl Effects {
             );
             return;
         }
-        // It may have been switched on since.
+        // An effect that is off at the start may have been switched on since.
         let scene = Scene { off_at_start: Vec::new(), ..Scene::clone(scene) };
         let receipt = lab::receipt(&scene, MEASURED_TICKS, &RunSettings::of(stage.sim_mut()).effects.off);
         let watch = lab::watch_time(&scene);
@@ -91,7 +92,7 @@ impl Effects {
     }
 }
 
-/// What a stage with pictures has beside the step.
+/// The rows of what a stage with pictures does beside the step.
 pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [ReceiptLine; 7] {
     let row = |name, on: bool, bodies, bytes, why: &str| ReceiptLine {
         because: on.then(|| why.to_owned()),
@@ -126,7 +127,7 @@ pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [ReceiptLine; 7] {
     ]
 }
 
-/// The particles that the graphics device has.
+/// The row of the particles on the graphics device.
 fn swarm_row(stage: &Stage) -> ReceiptLine {
     let scene = &stage.sim().scene;
     let Some((first, ..)) = scene.swarms().next() else {

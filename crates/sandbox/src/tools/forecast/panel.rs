@@ -33,7 +33,7 @@ pub(super) fn show(ui: &mut Ui, rows: &[ForecastRow]) {
     }
 }
 
-/// What it comes to.
+/// The forecast in one sentence.
 fn sentence(rows: &[ForecastRow]) -> String {
     let unstable = rows.iter().filter(|row| row.margin.is_unstable()).count();
     match (rows.first(), unstable) {
@@ -52,7 +52,7 @@ fn sentence(rows: &[ForecastRow]) -> String {
     }
 }
 
-/// A row of the panel: the part of the scene, how much of its limit it takes, and its cure.
+/// A row of the panel: the part of the scene, how much of its limit it uses, and its cure.
 fn part(ui: &mut Ui, row: &ForecastRow) {
     let margin = &row.margin;
     ui.add_space(4.0);
@@ -85,7 +85,7 @@ fn part(ui: &mut Ui, row: &ForecastRow) {
     }
 }
 
-/// How much of the limit is taken; the mark is the limit.
+/// Draws how much of the limit is used; the mark is the limit.
 #[expect(clippy::cast_possible_truncation, reason = "points")]
 fn bar(ui: &mut Ui, ratio: f64) {
     let size = Vec2::new(ui.available_width(), BAR_HEIGHT);

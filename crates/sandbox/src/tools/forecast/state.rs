@@ -16,26 +16,27 @@ use crate::stage::notices::Topic;
 /// How long a forecast is shown before it is computed again, s: speeds and distances change all the time.
 pub(super) const FRESH_S: f64 = 0.25;
 
-/// The same for large nets, of which a forecast takes a frame.
+/// How long a forecast of a large net is shown before it is computed again, s: computing it takes a frame.
 pub(super) const FRESH_LARGE_S: f64 = 2.0;
+/// Number of springs above which a net is large.
 pub(super) const LARGE_NET: usize = 20_000;
 
-/// Growth in a second that is said as a number, %.
+/// Least growth per second that is given as a number, %.
 const LEAST_PERCENT: f64 = 0.001;
 
-/// How far from instability something is, in words.
+/// How far a part of the scene is from instability, in words.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ForecastRow {
-    /// What it is.
+    /// The part, its value and its limit.
     pub margin: Margin,
-    /// Its name.
+    /// Name of the part.
     pub element: String,
-    /// What would help; empty where nothing has to.
+    /// What would help; empty if no help is needed.
     pub cure: String,
 }
 
 impl ForecastRow {
-    /// What its value is.
+    /// The symbol of its value.
     #[must_use]
     pub const fn symbol(&self) -> &'static str {
         match self.margin.part {
@@ -47,7 +48,7 @@ impl ForecastRow {
         }
     }
 
-    /// The value, or the interval that is known of it.
+    /// The value, or the interval in which it is known to be.
     #[must_use]
     pub(crate) fn value(&self) -> String {
         let Margin { value, at_most, .. } = self.margin;
@@ -58,7 +59,7 @@ impl ForecastRow {
         }
     }
 
-    /// What becomes of it, in short.
+    /// The verdict, in short.
     #[must_use]
     pub fn verdict(&self) -> &'static str {
         match self.margin.fate {
@@ -71,13 +72,13 @@ impl ForecastRow {
         }
     }
 
-    /// Whether it is reported before the run, and not only listed.
+    /// Whether the row is reported before the run, and not only listed.
     fn is_reported(&self) -> bool {
         let is_wrong = matches!(self.margin.fate, Fate::Wrong(_));
         self.margin.is_reported() || is_wrong || self.margin.may_be_unstable()
     }
 
-    /// The state that has the value, and the present value, where that is another one.
+    /// The state that has the value, and the current value; empty if the value is the current one.
     pub(super) fn occasion(&self) -> String {
         let when = match self.margin.occasion {
             Occasion::Now => return String::new(),
@@ -90,7 +91,7 @@ impl ForecastRow {
         format!(" {when}, {} now", digits(self.margin.now))
     }
 
-    /// One line for it.
+    /// The row in one line.
     #[must_use]
     pub fn line(&self) -> String {
         let Self { margin, element, cure } = self;
@@ -131,7 +132,7 @@ pub(super) fn turns_in_words(turns: f64) -> String {
     }
 }
 
-/// How a method misses the true motion.
+/// How a method deviates from the true motion, in words.
 pub(super) fn wrong(deviation: Deviation) -> String {
     match deviation {
         Deviation::Reverses => "turns the body back".to_owned(),
@@ -142,7 +143,7 @@ pub(super) fn wrong(deviation: Deviation) -> String {
     }
 }
 
-/// How fast something grows that grows by this factor in a second: slowly, by a share, which does not round to a factor of 1.
+/// Growth by `factor` per second, in words. Slow growth is given in percent, because the factor would round to 1.
 pub(super) fn growth(factor: f64) -> String {
     let percent = 100.0 * (factor - 1.0);
     if factor.is_infinite() {
@@ -170,7 +171,7 @@ fn cure_in_words(margin: &Margin) -> String {
     }
 }
 
-/// What a forecast would come out differently with.
+/// The settings and the structure on which a forecast depends.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Circumstances {
     settings: RunSettings,
@@ -210,7 +211,7 @@ impl Forecast {
         self.shown.as_ref().map(|shown| &shown.rows[..])
     }
 
-    /// How much of its limit a spring between two bodies takes, while the panel is open: 0 for one that is in no group.
+    /// How much of its limit a spring between two bodies uses, while the panel is open; 0 for a spring that is in no group.
     pub fn spring_ratio(&self, ends: [Entity; 2]) -> Option<f64> {
         self.shown.as_ref().map(|shown| shown.springs.get(&in_order(ends)).copied().unwrap_or(0.0))
     }
@@ -247,7 +248,7 @@ pub(crate) fn rows_at_start(stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
     rows(stage)
 }
 
-/// How far everything is from instability as it is now, the worst first.
+/// How far everything is from instability now, the worst first.
 pub(crate) fn rows(stage: &mut Stage) -> Vec<ForecastRow> {
     let method = stage.sim().method();
     let forecast = forecast::Forecast::of(&mut stage.sim_mut().world, method);

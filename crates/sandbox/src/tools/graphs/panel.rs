@@ -1,4 +1,4 @@
-//! The panel of graphs: which bodies and what of them is drawn, and the plot.
+//! The panel of graphs: the choice of bodies and quantities, and the plot.
 
 use egui::{Button, Color32, ComboBox, Grid, Role, Ui, Visuals, WidgetInfo};
 use egui_plot::Legend;
@@ -15,8 +15,9 @@ use crate::view::inks;
 const HEIGHT: f32 = 160.0;
 const WIDTH: f32 = 420.0;
 
-/// Width of curves, and of a body's among those of ghosts, points.
+/// Width of curves, points.
 const THIN: f32 = 1.5;
+/// Width of the curve of a body among those of ghosts, points.
 const THICK: f32 = 2.5;
 
 /// Colors of the parts of one vector, and of several bodies: the kept ones and the selection.
@@ -68,7 +69,7 @@ pub(super) fn show(ui: &mut Ui, graphs: &mut Graphs, desk: &mut Desk<'_>) {
     unknown(ui, graphs);
 }
 
-/// Chooses what of a vector is drawn: any of its parts of one curve, one part of several.
+/// Lays out the choice of the parts of a vector that are drawn: any of them for a single body without ghosts, else one.
 fn parts(ui: &mut Ui, graphs: &mut Graphs) {
     let several = graphs.has_several();
     ui.horizontal(|ui| {
@@ -93,7 +94,7 @@ fn bodies(ui: &mut Ui, graphs: &mut Graphs) {
     let several = graphs.bodies.len() > 1;
     for body in &mut graphs.bodies {
         ui.horizontal(|ui| {
-            // Its place stays: so does the keyboard on the button.
+            // Invisible, but with its place, so that the keyboard stays on the button.
             ui.scope(|ui| {
                 if !body.kept && !several {
                     ui.set_invisible();
@@ -151,8 +152,8 @@ fn single(graphs: &Graphs, body: &Graphed) -> Vec<Curve> {
     parts.map(|((part, color), _)| curve((part.name().to_owned(), color, part))).collect()
 }
 
-/// One part of every body in its color, over those of its ghosts in the colors of their methods, which are left out where they
-/// fly off: beside them the others would be flat.
+/// The curves of one part of every body, in its color, over those of its ghosts, in the colors of their methods. Ghosts are left
+/// out where they fly off: beside them the other curves would be flat.
 fn several(visuals: &Visuals, graphs: &Graphs) -> Vec<Curve> {
     let tracks = graphs.bodies.iter().flat_map(|body| body.tracks.iter().map(move |track| (body, track)));
     let mut shown: Vec<_> = tracks

@@ -1,4 +1,4 @@
-//! What graphs are drawn from: samples of the selection and of kept bodies, in the run and in its ghosts.
+//! Samples for graphs: of the selection and of kept bodies, in the run and in its ghosts.
 
 use std::collections::VecDeque;
 
@@ -14,16 +14,16 @@ use crate::tools::ghosts::{GhostRun, Ghosts};
 /// How long a sample is kept, s.
 const KEPT_S: f64 = 10.0;
 
-/// Samples of one body in one run, at most.
+/// Greatest number of samples of one body in one run.
 const MOST_SAMPLES: usize = 4096;
 
-/// A curve is flat beside one whose values span so much more.
+/// Fraction of the largest span of values below which a curve is flat.
 const FLAT: f64 = 0.01;
 
-/// Bodies that a person keeps, at most.
+/// Greatest number of bodies that a person keeps.
 pub(super) const MOST_KEPT: usize = 8;
 
-/// What is drawn.
+/// The quantity that is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum Quantity {
     #[default]
@@ -48,7 +48,7 @@ impl Quantity {
         }
     }
 
-    /// What of a motion is drawn, if it is known.
+    /// The value that is drawn of a motion, if it is known.
     pub fn value(self, motion: &Motion, part: Part) -> Option<f64> {
         let vector = match self {
             Self::Position => motion.position,
@@ -66,7 +66,7 @@ impl Quantity {
     }
 }
 
-/// What of a vector is drawn.
+/// The part of a vector that is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum Part {
     X,
@@ -89,7 +89,7 @@ impl Part {
     }
 }
 
-/// Which run a curve is of.
+/// The run of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Run {
     Solid,
@@ -158,16 +158,16 @@ impl Graphed {
 /// The graphs; samples are taken while their panel is open.
 #[derive(Default)]
 pub(crate) struct Graphs {
-    /// The kept ones, and the selection.
+    /// The kept bodies, and the selection.
     pub(super) bodies: Vec<Graphed>,
-    /// Which ghosts the samples are of.
+    /// Generation of the ghosts that were sampled.
     ghosts: Option<u64>,
     pub(super) quantity: Quantity,
     /// The parts of a vector that are drawn of one body.
     pub(super) parts: Parts,
-    /// The part that is drawn where there are several curves of each.
+    /// The part that is drawn if there are several curves of each.
     pub(super) part: Part,
-    /// Whether a person chose it; else it is one along which something moves.
+    /// Whether a person chose `part`; otherwise it is an axis along which something moves.
     pub(super) has_chosen: bool,
     /// Whether the bodies have to be found by name in another text of the scene.
     pub(super) renamed: bool,
@@ -219,7 +219,7 @@ impl Graphs {
         }
     }
 
-    /// Draws the part that changes most, where the present one hardly changes beside it.
+    /// Chooses the axis along which values change most, if the current part hardly changes in comparison.
     fn choose_part(&mut self) {
         let span = |part: Part| {
             let solid = self.bodies.iter().filter_map(|body| body.tracks.first());
@@ -256,8 +256,8 @@ impl Graphs {
         self.bodies.iter_mut().flat_map(|body| &mut body.tracks)
     }
 
-    /// Forgets what has not happened at `time` of another state of the run, s. After a jump forward it forgets everything: what
-    /// lies between is not known.
+    /// Forgets the samples at `time` or later, s, because the run has gone to another state. After a jump forward, forgets all
+    /// samples: those in between are missing.
     pub(super) fn go_to(&mut self, time: f64) {
         for track in self.tracks() {
             track.forget_from(time);
@@ -267,7 +267,7 @@ impl Graphs {
         }
     }
 
-    /// Keeps the bodies of these names in another text of the scene, without what they did in this one.
+    /// Keeps the kept bodies, found by name in another text of the scene, without their samples.
     pub(crate) fn go_on_with_names(&mut self, stage: &Stage) {
         self.bodies.retain_mut(|body| {
             body.tracks.clear();

@@ -5,12 +5,13 @@ use motion::Method;
 
 use crate::tools::graphs::state::{Graphed, Graphs, Run, Sample};
 
-/// The columns of a motion.
+/// The vectors of a motion, and their units.
 const QUANTITIES: [(&str, &str); 4] =
     [("position", "m"), ("velocity", "m_s"), ("acceleration", "m_s2"), ("force", "n")];
 
 impl Graphs {
-    /// Every sample that is drawn as CSV: of the one body, or of each, and of each run if there are ghosts.
+    /// Every sample that is drawn, as CSV. Has a column for the body if there are several curves, and columns for the run if
+    /// there are ghosts.
     pub(super) fn csv(&self) -> String {
         let mut header = vec!["time_s".to_owned()];
         header.extend(self.has_several().then(|| "body".to_owned()));

@@ -1,11 +1,11 @@
-//! What a step of a lesson still waits for, in words.
+//! Says in words what a step of a lesson still waits for.
 
 use report::numbers::{digits, number};
 use scene::lesson::{Axis, Comparison, Formula, Measure, Quantity, quantity_of};
 
 use crate::tools::learn::panel_of;
 
-/// Smallest number that is written; what is less is nothing that a person can see.
+/// Smallest number that is written; smaller ones are nothing that a person can see.
 const LEAST: f64 = 1e-9;
 
 /// A measured number in a sentence.
@@ -18,7 +18,7 @@ pub(super) fn in_words(value: f64) -> String {
     }
 }
 
-/// What the names in formulas measure.
+/// The quantities that the names in formulas measure.
 #[derive(Clone, Copy)]
 pub(super) struct Measures<'a> {
     pub quantities: &'a [Quantity],
@@ -27,7 +27,7 @@ pub(super) struct Measures<'a> {
 }
 
 impl Measures<'_> {
-    /// What a body is called.
+    /// The name of a body in a sentence.
     fn called<'b>(&self, body: &'b str) -> &'b str {
         if self.pointed_at == Some(body) { "the body with the ring" } else { body }
     }
@@ -44,7 +44,7 @@ pub(super) fn missing(
     parts.iter().filter(|part| !part.holds(value)).map(words).collect::<Vec<_>>().join("; ")
 }
 
-/// The words of a comparison of what is so or not so.
+/// The words of a comparison of a quantity that is true or false; `None` for other quantities.
 fn truth(part: &Comparison, measures: Measures<'_>) -> Option<String> {
     let Quantity { measure, .. } =
         measures.quantities.iter().find(|quantity| quantity.name == part.left.text().trim())?;
@@ -107,7 +107,7 @@ fn short_of(part: &Comparison, measures: Measures<'_>, value: impl Fn(&str) -> O
     format!("{words} {now}, to be {bound}{then}")
 }
 
-/// A formula with words for its names, and the unit of its value where that is plain.
+/// A formula with words for its names, and the unit of its value if that is simple.
 fn described(text: &str, names: &[String], measures: Measures<'_>) -> (String, &'static str) {
     let described = |name: &String| {
         let (quantity, suffix) = quantity_of(measures.quantities, name)?;
@@ -123,7 +123,7 @@ fn described(text: &str, names: &[String], measures: Measures<'_>) -> (String, &
     let known: Vec<_> = names.iter().map(described).collect();
     let mut units = known.iter().map(|known| known.as_ref().map_or("", |(_, unit)| unit));
     let unit = units.next().unwrap_or_default();
-    // A product or quotient of two of them has another unit.
+    // A product or quotient of two quantities has another unit.
     let is_plain = !text.contains(['/', '^']) && (names.len() == 1 || !text.contains('*'));
     let unit = if is_plain && units.all(|other| other == unit) { unit } else { "" };
     // The distance of two numbers, whichever is larger.
@@ -152,7 +152,7 @@ fn described(text: &str, names: &[String], measures: Measures<'_>) -> (String, &
     (written, unit)
 }
 
-/// Words in a row: "a, b and c".
+/// Joins words: "a, b and c".
 fn one_of(words: &[String]) -> String {
     match words {
         [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
@@ -160,7 +160,7 @@ fn one_of(words: &[String]) -> String {
     }
 }
 
-/// What is measured, in words, and its unit.
+/// The measured quantity in words, and its unit.
 fn words(measure: &Measure, measures: Measures<'_>) -> (String, &'static str) {
     let called = |body| measures.called(body);
     let axis = |axis: &Axis| match axis {

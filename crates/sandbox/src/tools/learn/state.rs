@@ -1,4 +1,4 @@
-//! How far a lesson has come.
+//! The open lesson, and progress in it.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -24,14 +24,15 @@ pub(crate) struct Learn {
     pub own: Vec<(PathBuf, String)>,
     /// Names of the lessons that were done to their end.
     pub done: BTreeSet<String>,
-    /// Whether the card of the first start is shown, and which of its two things were done.
+    /// Whether the welcome card is shown.
     pub welcome: bool,
+    /// Which of the two things on the welcome card were done.
     pub tried: [bool; 2],
     /// Why no lesson could be opened.
     pub fault: Option<String>,
-    /// What was typed as an answer.
+    /// The text typed as an answer.
     pub typed: String,
-    /// Whether its panel is open.
+    /// Whether the panel of lessons is open.
     pub shown: bool,
 }
 
@@ -39,37 +40,39 @@ pub(crate) struct Learn {
 struct Running {
     lesson: Arc<Lesson>,
     step: usize,
-    /// What its runs measured.
+    /// What the runs of the lesson measured.
     of_runs: Quantities,
-    /// What is measured of the screen, since the step began or the person changed the run.
+    /// What was measured of the screen since the step began or the person changed the run.
     of_screen: Quantities,
-    /// What was said at the end of the step before.
+    /// The sentence at the end of the step before.
     verdict: Option<String>,
-    /// Whether what that step claims was true.
+    /// Whether the claim of that step was true.
     claim_held: bool,
     /// Whether a step was skipped.
     skipped: bool,
-    /// What is said of the last answer, if it was not right.
+    /// The sentence about the last answer, if it was not right.
     rejection: Option<String>,
-    /// What the step begins with, until it is done.
+    /// What the step begins with, until that is done.
     begin: Vec<Begin>,
-    /// The changes of the run that were seen.
+    /// Number of interventions in the run that were seen.
     interventions: u64,
-    /// When the step began, s of the clock of frames, and whether the person changed the run since.
+    /// When the step began, s of frame time.
     since: Option<f64>,
+    /// Whether the person has changed the run since then.
     acted: bool,
     /// Why nothing moves, if nothing does.
     stopped: Option<&'static str>,
 }
 
-/// Seconds after which a step says what is missing, though nothing was done, and after which it gives its hint.
+/// Time after which a step says what is missing even if nothing was done, s.
 const MISSING_S: f64 = 10.0;
+/// Time after which a step gives its hint, s.
 const HINT_S: f64 = 30.0;
 
-/// Seconds for which the end of a step can be seen before the next one begins, where that changes the run.
+/// Time for which the end of a step can be seen before the next one begins, if that changes the run, s.
 const LINGER_S: f64 = 1.5;
 
-/// What a lesson sees of the screen.
+/// The parts of the screen that a lesson measures.
 pub(crate) struct Screen<'a> {
     pub view: &'a View,
     /// The panels that are open.
@@ -83,11 +86,11 @@ pub(crate) struct Screen<'a> {
 pub struct LessonState {
     /// Its name.
     pub name: String,
-    /// The number of its present step, from 0; that of its steps at its end.
+    /// Number of the current step, from 0; the number of steps at the end of the lesson.
     pub step: usize,
-    /// What was said at the end of the step before.
+    /// The sentence at the end of the step before.
     pub said: Option<String>,
-    /// Whether what that step claims was true; what is not true is not said.
+    /// Whether the claim of that step was true; a claim that is not true is not said.
     pub holds: bool,
 }
 
@@ -136,24 +139,24 @@ impl Learn {
         self.running.as_ref().is_none_or(|running| running.claim_held)
     }
 
-    /// What was said at the end of the last step.
+    /// The sentence at the end of the last step.
     pub fn verdict(&self) -> Option<&str> {
         self.running.as_ref()?.verdict.as_deref()
     }
 
-    /// Why the last answer was not right.
+    /// The sentence about the last answer, if it was not right.
     pub fn rejection(&self) -> Option<&str> {
         self.running.as_ref()?.rejection.as_deref()
     }
 
-    /// What was said last and what to do, in a caption.
+    /// The last sentence and the current task, as a caption.
     pub fn caption(&self) -> Option<String> {
         let (.., step) = self.lesson()?;
         let task = step.map(|step| step.task.as_str());
         Some(self.verdict().into_iter().chain(task).collect::<Vec<_>>().join(" "))
     }
 
-    /// Progress in it.
+    /// Progress in the open lesson.
     pub fn state(&self) -> Option<LessonState> {
         let running = self.running.as_ref()?;
         let (name, said) = (running.lesson.name.clone(), running.verdict.clone());
@@ -179,7 +182,7 @@ impl Learn {
         })
     }
 
-    /// Another world is measured from now on.
+    /// Forgets what was measured: another world is measured from now on.
     pub fn forget_world(&mut self) {
         if let Some(running) = &mut self.running {
             running.of_screen.forget();
@@ -200,7 +203,7 @@ impl Learn {
         }
     }
 
-    /// Measures the present state at `now`, s of the clock of frames, and begins the next step if it is what the step is about.
+    /// Measures the current state at `now`, s of frame time, and begins the next step if the goal of the current one is reached.
     pub fn look(&mut self, stage: &mut Stage, screen: &Screen<'_>, now: f64) {
         if !self.shown || !self.is_at_home(stage) {
             return;
@@ -215,7 +218,7 @@ impl Learn {
         if running.interventions != stage.here.interventions {
             running.interventions = stage.here.interventions;
             running.acted = true;
-            // What was measured last was before it.
+            // The last measurement was before the intervention.
             running.of_screen.begin();
         }
         for quantity in &running.lesson.measure {
@@ -234,7 +237,7 @@ impl Learn {
         }
     }
 
-    /// What the present step begins with, once, at `now`, s of the clock of frames.
+    /// Takes what the current step begins with, once, at `now`, s of frame time. Empty until it may begin.
     pub fn take_begin(&mut self, stage: &Stage, now: f64) -> Vec<Begin> {
         let begins = self.shown && self.is_at_home(stage);
         let lingers = |running: &Running| {
@@ -249,7 +252,7 @@ impl Learn {
         self.running.as_ref().is_none_or(|running| running.begin.is_empty())
     }
 
-    /// What is missing for the present step at `now`, s of the clock of frames, and its hint: as soon as there is a reason to say so.
+    /// What is missing for the current step at `now`, s of frame time, and its hint; `None` until there is a reason to say so.
     pub fn missing(&self, now: f64) -> Option<(String, Option<&str>)> {
         let running = self.running.as_ref()?;
         let LessonStep { goal: Goal::Done { when, .. }, hint, .. } = running.step()? else { return None };
@@ -260,7 +263,7 @@ impl Learn {
             .filter(|(missing, hint)| !missing.is_empty() || hint.is_some())
     }
 
-    /// When the present step says more by itself, s of the clock of frames; infinite if it does not.
+    /// When the current step says more by itself, s of frame time; infinite if it does not.
     pub fn says_more_at(&self, now: f64) -> f64 {
         let since = self.running.as_ref().filter(|_| self.shown).and_then(|running| running.since);
         let times =
@@ -268,7 +271,7 @@ impl Learn {
         times.filter(|time| *time > now).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether that is a right answer to the present question.
+    /// Whether `text` is a right answer to the current question.
     pub fn accepts(&self, text: &str) -> bool {
         self.running.as_ref().is_some_and(|running| running.is_right(text))
     }
@@ -284,7 +287,7 @@ impl Learn {
         right
     }
 
-    /// Goes on to the next step; what was measured is said.
+    /// Continues with the next step, and says what was measured.
     fn go_on(&mut self) {
         self.finish_step(false);
     }
@@ -294,7 +297,8 @@ impl Learn {
         let Some(step) = running.lesson.steps.get(running.step) else { return };
         let said = step.then.filled(|name| running.value(name), in_words);
         running.claim_held = skips || step.holds.as_ref().is_none_or(|holds| running.holds(holds));
-        // What is not true is not said, and that is. Nothing was measured of what was skipped.
+        // A claim that is not true is not said; the sentence says instead that it did not come true. A skipped step measured
+        // nothing.
         let unlike = || {
             let missing = step.holds.as_ref().map(|holds| running.missing(holds)).unwrap_or_default();
             let why = if missing.is_empty() { missing } else { format!(" ({missing})") };
@@ -319,7 +323,7 @@ impl Learn {
         self.finish_step(true);
     }
 
-    /// Goes back to the step before. One that did not come out as usual begins with a reset, so that it can be tried again.
+    /// Goes back to the step before. A step that did not come out as usual begins with a reset, so that it can be tried again.
     pub fn go_back(&mut self) {
         if let Some(running) = &mut self.running {
             let again = !running.claim_held;
@@ -346,7 +350,7 @@ impl Running {
         self.lesson.steps.get(self.step)
     }
 
-    /// What a step waits for that ends when `formula` holds, in words.
+    /// Says in words what a step that ends when `formula` holds still waits for.
     fn waits_for(&self, formula: &Formula) -> String {
         // A step that is about pausing says so itself.
         let is_about_time = |name: &String| {
@@ -358,7 +362,7 @@ impl Running {
         missing.into_iter().chain(stopped.map(str::to_owned)).collect::<Vec<_>>().join("; ")
     }
 
-    /// What is said of an answer that is not right.
+    /// The sentence about an answer that is not right.
     fn refusal(&self, text: &str) -> String {
         match self.step().map(|step| &step.goal) {
             Some(Goal::Number { unit, .. }) if number_in(text, unit).is_none() => {
@@ -370,7 +374,7 @@ impl Running {
         }
     }
 
-    /// What of `formula` does not hold, in words.
+    /// The comparisons of `formula` that do not hold, in words.
     fn missing(&self, formula: &Formula) -> String {
         let pointed_at = self.step().and_then(|step| step.point_at.as_deref());
         let measures = Measures { quantities: &self.lesson.measure, pointed_at };
@@ -406,7 +410,7 @@ fn number_in(text: &str, unit: &str) -> Option<f64> {
     text.strip_suffix(unit).unwrap_or(text).trim().replace(',', ".").parse().ok()
 }
 
-/// What only the screen has.
+/// The value of a quantity that only the screen has; NaN for others.
 fn seen(measure: &Measure, stage: &Stage, screen: &Screen<'_>) -> f64 {
     let Screen { view, opened, ghosts, ledger } = screen;
     let truth = |holds: bool| f64::from(u8::from(holds));

@@ -12,21 +12,21 @@ use crate::tools::curves;
 use crate::tools::ledger::state::{Period, Point, method_of};
 use crate::view::inks;
 
-/// What stands out: the residual.
+/// Color of the residual, which stands out.
 const RESIDUAL: Color32 = Color32::from_rgb(255, 140, 90);
 const ENERGY: Color32 = Color32::from_rgb(120, 190, 255);
 const KINETIC: Color32 = Color32::from_rgb(130, 210, 130);
 
-/// Rounding errors, summed, relative to the energies.
+/// Sum of rounding errors, relative to the energies.
 const ROUNDING: f64 = 1e-12;
 
-/// Points that its sentence and its tables need.
+/// Width that the sentence and the tables need, points.
 pub(super) const WIDTH: f32 = 316.0;
 const PLOT_HEIGHT: f32 = 72.0;
 /// Width of the curves, points.
 const CURVE: f32 = 1.5;
 
-/// Small: every cause has five lines.
+/// Size of the words, points: small, because every cause has five lines.
 const TEXT_SIZE: f32 = 11.0;
 
 pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, (past, points): (&[Period], &[Point])) {
@@ -58,7 +58,7 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, (past, points): 
     plots(ui, points);
 }
 
-/// What the methods before did since the scene began.
+/// Lays out what earlier methods did since the scene began.
 fn before(ui: &mut Ui, past: &[Period], step: f64) {
     Grid::new("ledger before").num_columns(3).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
         ui,
@@ -81,7 +81,7 @@ fn percent(share: f64) -> String {
     }
 }
 
-/// What the method has done, in words.
+/// The sentence on what the method has done to energy.
 fn sentence(stage: &Stage, ledger: &Ledger) -> String {
     let (stepper, method) = (&stage.sim().stepper, method_of(stage));
     let (residual, seconds) = (ledger.since_opening().energy.residual, ledger.seconds());
@@ -97,7 +97,7 @@ fn sentence(stage: &Stage, ledger: &Ledger) -> String {
     let plan = stepper.plan();
     let methods = [stepper.method()].into_iter().chain(plan.own.iter().copied());
     if methods.chain(plan.groups.iter().copied().flatten()).any(|method| method == Method::PositionVerlet) {
-        // What an exact method would show of such velocities is no gain or loss.
+        // With such velocities, even an exact method would show a residual: it is neither gain nor loss.
         let residual = signed(residual);
         return format!(
             "{method}: residual {residual} J after {time}, {rate} J/s in the last second. Velocities of position Verlet \
@@ -136,7 +136,7 @@ fn energy(ui: &mut Ui, ledger: &Ledger, last_second: &LedgerTotals) {
     );
 }
 
-/// A quantity that is a vector, with the units of its sums and rates.
+/// Lays out a vector quantity, with the units of its sums and rates.
 fn vectors(
     ui: &mut Ui,
     [quantity, unit, rate_unit]: [&str; 3],
@@ -164,7 +164,7 @@ fn vectors(
         });
 }
 
-/// The lines with something in them, pushes always: name, sum and rate.
+/// The lines of pushes, of laws, and of other causes whose sum is not 0: name, sum and rate.
 fn lines<T: Copy + Default + PartialEq>(
     sums: &LedgerLines<T>,
     rates: &LedgerLines<T>,
@@ -224,7 +224,7 @@ fn plots(ui: &mut Ui, points: &[Point]) {
     };
     let energies: [(&str, Color32, Curve); 2] =
         [("energy, J", ENERGY, |point| point.energy), ("kinetic, J", KINETIC, |point| point.kinetic)];
-    // The newest end is at the right.
+    // At the left: the newest end of the curves is at the right.
     let legend = || Some(Legend::default().position(Corner::LeftTop));
     curves::show(ui, "ledger energies", PLOT_HEIGHT, legend(), &energies.map(curve));
     curves::show(
@@ -236,7 +236,7 @@ fn plots(ui: &mut Ui, points: &[Point]) {
     );
 }
 
-/// Three parts in columns, or the magnitude alone where that is too small or too large for them.
+/// Three components in columns, or the magnitude alone if they are too small or too large for columns.
 fn triple(v: DVec3) -> String {
     if v == DVec3::ZERO {
         return "0".to_owned();

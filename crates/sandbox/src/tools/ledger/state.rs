@@ -5,7 +5,7 @@ use motion::ledger;
 
 use crate::stage::Stage;
 
-/// Points that a plot has at most: twice as many as there are pixels.
+/// Greatest number of points of a plot: twice as many as there are pixels.
 const MOST_POINTS: usize = 2_000;
 
 /// Energies at one time.
@@ -37,7 +37,7 @@ impl History {
 
     fn note(&mut self, point: Point) {
         if self.points.last().is_some_and(|last| point.time < last.time) {
-            // The scene begins again.
+            // The scene restarted.
             *self = Self::new(point);
             return;
         }
@@ -62,17 +62,18 @@ impl History {
     }
 }
 
-/// What a method did to energy while it was that of the scene.
+/// The effect of a method on energy while it was that of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Period {
     /// The method in words, with its substeps.
     pub method: String,
-    /// Times of the scene, s.
+    /// Time of the scene at the start of the period, s.
     pub from: f64,
+    /// Time of the scene at the end of the period, s.
     pub to: f64,
-    /// J.
+    /// Residual, J.
     pub residual: f64,
-    /// Of the larger of the energy at its start and the peak kinetic energy.
+    /// The residual as a fraction of the larger of the energy at the start and the peak kinetic energy.
     pub share: f64,
 }
 
@@ -86,13 +87,13 @@ struct Kept {
     from: f64,
 }
 
-/// The ledger, while it is wanted. It begins again when the scene does and when its method changes.
+/// The ledger, while it is wanted. It restarts when the scene restarts and when its method changes.
 #[derive(Default)]
 pub(crate) struct Ledger {
     /// Whether it is kept while its panel is closed, too, and over all methods: for the summary of a run.
     pub always: bool,
     kept: Option<Box<Kept>>,
-    /// What the methods before did, the earliest first.
+    /// Periods of earlier methods, the earliest first.
     past: Vec<Period>,
 }
 
@@ -131,12 +132,12 @@ impl Ledger {
         self.kept.as_mut().map(|kept| &mut kept.ledger)
     }
 
-    /// What the panel plots.
+    /// The points that the panel plots.
     pub(super) fn points(&self) -> &[Point] {
         self.kept.as_ref().map_or(&[], |kept| kept.history.points())
     }
 
-    /// What the methods before did since the scene began, the earliest first.
+    /// Periods of earlier methods since the scene began, the earliest first.
     pub(super) fn past(&self) -> &[Period] {
         &self.past
     }
@@ -152,20 +153,20 @@ impl Ledger {
         }
     }
 
-    /// Keeps none until it is wanted again.
+    /// Closes the ledger until it is wanted again.
     pub fn close(&mut self) {
         self.kept = None;
         self.past.clear();
     }
 
-    /// Opens it again if one was kept: the run continues from another tick.
+    /// Restarts the ledger if one is kept: the run continues from another tick.
     pub fn reopen(&mut self, stage: &mut Stage) {
         let kept = self.kept.is_some();
         self.close();
         self.keep(stage, kept);
     }
 
-    /// Begins again if the method is another one, of which nothing is known: the totals are those of the one before.
+    /// Restarts the ledger if the method has changed: the totals are those of the earlier method.
     pub fn follow_method(&mut self, stage: &mut Stage) {
         let changed = self.kept.take_if(|kept| !self.always && kept.method != method_of(stage));
         let Some(Kept { ledger, method, from, .. }) = changed.map(|kept| *kept) else { return };

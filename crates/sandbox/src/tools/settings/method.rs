@@ -13,7 +13,7 @@ use crate::view::card::Selected;
 /// Width at which a long source is broken into lines, points.
 const WIDTH: f32 = 280.0;
 
-/// The scene's method.
+/// Lays out the choice of the scene's method.
 pub(super) fn of_scene(ui: &mut Ui, method: Method, intents: &mut Vec<Intent>) {
     let mut chosen = method;
     ui.horizontal(|ui| {
@@ -56,7 +56,7 @@ fn promises(ui: &mut Ui, claims: &Claims) {
     });
 }
 
-/// The selected body's method: the scene's, or its own.
+/// Lays out the choice of the selected body's method: the scene's, or its own.
 pub(super) fn of_body(
     ui: &mut Ui,
     (id, selected): (u32, &Selected),
