@@ -90,7 +90,7 @@ pub const MUTANTS: &[Mutant] = &[
         mistake: "a restored snapshot forgets the steps that did not converge",
         file: "crates/motion/src/snapshot.rs",
         from: "world.insert_resource(evaluations.clone());",
-        to: "world.insert_resource(Evaluations::going_on(evaluations.accelerations(), evaluations.laws().to_vec(), Default::default()));",
+        to: "world.insert_resource(Evaluations::from_counts(evaluations.accelerations(), evaluations.laws().to_vec(), Default::default()));",
         killed_by: "snapshot::steps_that_did_not_converge_are_counted_on",
     },
     Mutant {

@@ -170,7 +170,7 @@ mod on_unix {
         let said = output(Command::new("sh").args(["-c", line]).arg(program()).current_dir(&folder));
         said.says(
             2,
-            "sandbox: cannot write standard output: it is closed; lead it to a file, or to /dev/null\n",
+            "sandbox: cannot write standard output: it is closed; redirect it to a file, or to /dev/null\n",
         );
         assert!(folder.path().join("out.json").exists());
         let line = "exec \"$0\" run fine.ron --ticks 2 >/dev/null";

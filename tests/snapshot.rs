@@ -34,7 +34,7 @@ pub fn outcome(run: &mut Simulation) -> Outcome {
 fn sorted(evaluations: &Evaluations) -> Evaluations {
     let mut laws = evaluations.laws().to_vec();
     laws.sort_unstable();
-    Evaluations::going_on(evaluations.accelerations(), laws, iterations(evaluations))
+    Evaluations::from_counts(evaluations.accelerations(), laws, iterations(evaluations))
 }
 
 fn iterations(evaluations: &Evaluations) -> Iterations {
@@ -97,7 +97,7 @@ impl Outcome {
             assert!((expected..=expected + again).contains(&count), "{what}: {law} {count}, {expected}");
         }
         let laws = expected.laws().iter().copied();
-        let evaluations = Evaluations::going_on(expected.accelerations(), laws, iterations(counted));
+        let evaluations = Evaluations::from_counts(expected.accelerations(), laws, iterations(counted));
         assert_eq!(Self { evaluations, ..self.clone() }, *whole, "{what}");
     }
 }

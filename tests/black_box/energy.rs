@@ -147,7 +147,7 @@ fn a_watch_that_goes_on_from_any_tick_finds_the_same_fault() {
         }
     };
     for (mut run, energy) in going_on {
-        let mut watch = Watch::going_on(&mut run.world, energy);
+        let mut watch = Watch::resume(&mut run.world, energy);
         let found = (0..150).find_map(|_| watch.tick(&mut run, None));
         assert_eq!(found, Some(fault.clone()), "{energy:?}");
     }

@@ -193,7 +193,7 @@ fn a_script_goes_back_and_saves_as_a_person_does() {
     let written = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
     let name = written.map(|name| name.into_string().unwrap()).find(|name| name.starts_with("bundle_"));
     let out = sandbox(&folder, &format!("replay {}", name.unwrap())).fine();
-    assert!(out.contains("no fault, as then"), "{out}");
+    assert!(out.contains("no fault in either run"), "{out}");
     sandbox(&folder, "run sheet.ron --ticks 70 --summary straight.json");
     let hash = |file: &str| json(folder.path().join(file))["state_hash"].clone();
     assert_eq!(hash("back.json"), hash("straight.json"));

@@ -153,14 +153,14 @@ fn a_way_is_turned_only_to_what_is_ahead_and_has_no_nearer_snapshot() {
     let (mut timeline, outcomes) = recorded(&mut run, TIMELINE_BYTES, 100);
     let mut seek = timeline.begin_seek(&run.scene, 50).unwrap();
     for _ in 0..10 {
-        assert!(timeline.go_on(&mut seek));
+        assert!(timeline.seek_tick(&mut seek));
     }
     // From the snapshot at 32 it is at 42 now.
     for (tick, turned) in [(41, false), (64, false), (99, false), (42, true), (63, true)] {
         assert_eq!(timeline.redirect(&mut seek, tick), turned, "{tick}");
     }
     assert_eq!((seek.to(), seek.ticks_left()), (63, 21));
-    while timeline.go_on(&mut seek) {}
+    while timeline.seek_tick(&mut seek) {}
     let mut there = timeline.finish_seek(seek).simulation;
     assert_eq!(outcome(&mut there), outcomes[63]);
 }

@@ -8,7 +8,7 @@
 //! - [`receipt`](receipt()): each effect of a scene, and what it costs; [`ablate`]: the scene run again without each effect in turn.
 //! - [`duration`]: how long ticks take, estimated before they are simulated.
 //! - [`lesson`]: what lessons measure.
-//! - [`sweep`]: a scene run once for every combination of values of some places in it. [`Shard`]: the parts that a study is divided
+//! - [`sweep`]: a scene run once for every combination of the given values. [`Shard`]: the parts that a study is divided
 //!   into for several machines, [`part`]: what such a part found. [`Column`]: a column of a table for other programs.
 //! - `run`: what these share: a running scene, and the time of its steps.
 

@@ -1,4 +1,4 @@
-//! Sweeps: a scene run once for every combination of values of some places in it.
+//! Sweeps: a scene run once for every combination of the given values.
 
 mod axis;
 mod measure;

@@ -29,7 +29,7 @@ pub(crate) use compile::{coming_couplings, couplings, is_outdated, update_groups
 pub(crate) use coupling::{Coupling, is_open};
 pub(crate) use field::{
     GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Push, Scratch, Watch, end_of,
-    parts_of_way,
+    equal_parts,
 };
 use lanes::Bundles;
 pub(crate) use linear::{Contributor, LinearGroup, larger};

@@ -6,7 +6,6 @@
 
 mod body_drag;
 pub(crate) mod damping;
-mod device_form;
 mod drag;
 pub(crate) mod epoch;
 mod gravity;
@@ -29,7 +28,6 @@ use glam::DMat3;
 use crate::units::Vector;
 
 pub use body_drag::BodyDrag;
-pub use device_form::DeviceForm;
 pub use drag::Drag;
 pub use gravity::Gravity;
 #[cfg(test)]
@@ -130,6 +128,17 @@ impl Affine {
         laws.filter_map(|law| law.affine())
             .fold(zero, |sum, law| Self { constant: sum.constant + law.constant, rate: sum.rate + law.rate })
     }
+}
+
+/// The formula of a law among those of `shaders/swarm_step.wgsl`, for particles that a graphics device integrates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DeviceForm<'a> {
+    /// `a = constant - rate v`.
+    Affine(Affine),
+    /// Drag that is not affine.
+    Drag(&'a Drag),
+    /// Points that attract or repel.
+    Wells(&'a [Well]),
 }
 
 /// A law: the acceleration of one body as a function of its own state and the time.

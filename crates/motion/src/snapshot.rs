@@ -330,11 +330,11 @@ pub fn restore(world: &mut World, stepper: &mut Stepper, snapshot: &Snapshot) ->
     if let Some(mut emissions) = world.get_resource_mut::<Emissions>() {
         emissions.births.clear();
     }
-    stepper.go_on(world, *method);
+    stepper.resume(world, *method);
     // Compiling groups and preparing pools moves bodies to other tables.
     snapshot.put_in_order(world);
     world.insert_resource(evaluations.clone());
-    world.insert_resource(Quarantine::going_on(records.clone()));
+    world.insert_resource(Quarantine::from_records(records.clone()));
     PushedBodies::replace(world, forces);
     let mut queue = PushQueue::default();
     pushes.iter().for_each(|push| queue.push_once(push.body, push.newtons));

@@ -27,7 +27,7 @@ pub(crate) mod cost {
 
     /// How many of `all` targets may have moved for a tree, updates included, to be cheaper than scanning
     /// `rays` rays.
-    pub(crate) fn movers_worth_following(all: usize, rays: u32) -> usize {
+    pub(crate) fn most_moved_for_tree(all: usize, rays: u32) -> usize {
         // At least one ray: a pointer that hovers asks again in the next frame.
         let scans = f64::from(rays.max(1)) * SCAN;
         if scans >= REFIT { all } else { (all as f64 * scans / REINSERT) as usize }
@@ -112,7 +112,7 @@ impl Tree {
     /// Brings the tree up to date with the noted rows if that is cheaper than scanning `rays` rays. Returns false if it
     /// is not: the tree must then be dropped.
     pub(crate) fn follow(&mut self, rays: u32) -> bool {
-        if self.moved.len() > cost::movers_worth_following(self.x.len(), rays) {
+        if self.moved.len() > cost::most_moved_for_tree(self.x.len(), rays) {
             return false;
         }
         let mut moved = std::mem::take(&mut self.moved);

@@ -93,7 +93,7 @@ impl Targets {
     pub fn update<'a>(&mut self, anchor: DVec3, alpha: f64, chunks: impl Iterator<Item = Chunk<'a>>) {
         let old_anchor = std::mem::replace(&mut self.anchor, anchor);
         let rays = std::mem::take(self.rays.get_mut());
-        let enough = cost::movers_worth_following(self.len(), rays);
+        let enough = cost::most_moved_for_tree(self.len(), rays);
         if self.tree.get().is_some_and(|tree| !tree.serves(anchor)) {
             self.tree.take();
         }

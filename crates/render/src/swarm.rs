@@ -32,7 +32,7 @@ const SPACING: usize = 32;
 const SHARE: usize = 8;
 
 /// Most dispatches that are submitted together.
-const TOGETHER: usize = 64;
+const DISPATCHES_PER_SUBMIT: usize = 64;
 
 /// Particles per workgroup, as in shaders/swarm_step.wgsl.
 const WORKGROUP: u32 = 64;
@@ -195,7 +195,7 @@ impl Swarms {
             bindings,
             parameters: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("swarm parameters"),
-                size: stride * TOGETHER as u64,
+                size: stride * DISPATCHES_PER_SUBMIT as u64,
                 usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),
@@ -306,7 +306,7 @@ impl Swarms {
         work: &mut Work,
         (pipeline, parameters): (usize, Parameters),
     ) {
-        if work.dispatches.len() == TOGETHER {
+        if work.dispatches.len() == DISPATCHES_PER_SUBMIT {
             let encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
             let full = std::mem::replace(work, Work { encoder, dispatches: Vec::new() });
             self.submit(gpu, device, full);

@@ -1,4 +1,6 @@
 //! A figure being drawn: a frame with axes, marks in it, and a legend beside it.
+//!
+//! Written here: plotters would bring 24 crates.
 
 mod axis;
 mod drawing;

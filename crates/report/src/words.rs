@@ -28,7 +28,7 @@ pub(crate) fn headline(study: &Study) -> String {
         return "Nothing moves here: every method is exact, and the cheapest will do.".to_owned();
     }
     if !study.has_finished() {
-        return "No run went through: there is nothing to compare.".to_owned();
+        return "No run finished, so there is nothing to compare.".to_owned();
     }
     if study.is_uncertain() {
         return format!(

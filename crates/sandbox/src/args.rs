@@ -144,7 +144,7 @@ fn three_digits_up(value: f64) -> String {
 pub(crate) fn rate(text: &str) -> Result<f64, String> {
     // The step, the reciprocal, has to be finite, too.
     match positive(text) {
-        Ok(value) if (1.0 / value).is_infinite() => Err("give a number farther above 0".to_owned()),
+        Ok(value) if (1.0 / value).is_infinite() => Err("give a larger number".to_owned()),
         other => other,
     }
 }

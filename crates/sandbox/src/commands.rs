@@ -76,7 +76,7 @@ enum Command {
     /// Print the systems of one tick, in order, as compiled
     #[command(after_help = plan::EXAMPLES)]
     Plan(PlanArgs),
-    /// Print how far a scene is from instability before its first tick, and how what springs join swings
+    /// Print how far a scene is from instability before its first tick, and the natural modes of bodies joined by springs
     #[command(after_help = forecast::EXAMPLES)]
     Forecast(ForecastArgs),
     /// Print what each effect of a scene does and costs: the receipt
@@ -95,7 +95,7 @@ enum Command {
     /// Run every method on every hard case: which survive
     #[command(after_help = stability::EXAMPLES)]
     Stability(StabilityArgs),
-    /// Run a scene once for every combination of values of some places in it: one table and one figure
+    /// Run a scene once for every combination of the given values: one table and one figure
     #[command(after_help = sweep::EXAMPLES)]
     Sweep(Box<SweepArgs>),
     /// Join the shards of a sweep or a study to what one run would have made
@@ -151,9 +151,9 @@ fn check_word(scene: Option<&str>) -> Result<(), Failure> {
     let commands: Vec<_> = program.get_subcommands().map(clap::Command::get_name).collect();
     let scenes = scene::shipped().iter().map(|scene| scene.name);
     match scene::nearest(word, commands.iter().copied().chain(scenes)) {
-        Some(near) if commands.contains(&near) => Err(Failure::Usage(format!(
-            "{word}: there is no such scene or command; did you mean `sandbox {near}`?"
-        ))),
+        Some(near) if commands.contains(&near) => {
+            Err(Failure::Usage(format!("{word}: no such scene or command; did you mean `sandbox {near}`?")))
+        }
         _ => Ok(()),
     }
 }
@@ -171,7 +171,7 @@ fn worded(error: clap::Error) -> clap::Error {
     let command = words.find(|word| commands.contains(&word.as_str()));
     if let Some(command) = command {
         let what = format!(
-            "'{command}' is a command: flags before it are those of the window; leave them out, or give its own after it"
+            "'{command}' is a command: flags before a command belong to the window; put the flags of the command after it"
         );
         return program.error(ErrorKind::ArgumentConflict, what);
     }

@@ -34,7 +34,7 @@ impl Failure {
             Kind::IsADirectory => "it is a folder; give the path of a file",
             // For example the path of an existing folder, with a slash at its end.
             Kind::AlreadyExists | Kind::NotADirectory if names_folder(path) => {
-                "it ends as a folder does; give the path of a file"
+                "the path ends with a folder separator; give the path of a file"
             }
             Kind::AlreadyExists | Kind::NotADirectory => "a file is in the way; give another path",
             Kind::InvalidFilename => {

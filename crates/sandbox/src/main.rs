@@ -18,7 +18,7 @@ static BEFORE_MAIN: extern "C" fn() = {
 };
 
 fn main() -> ExitCode {
-    look_for_no_wayland();
+    disable_wayland_device_select();
     // wgpu tries every driver and logs those that fail; what matters comes back as an error.
     let quiet = "error,wgpu_hal=off,wgpu_core=off";
     env_logger::Builder::from_env(env_logger::Env::default().default_filter_or(quiet)).init();
@@ -33,7 +33,7 @@ fn main() -> ExitCode {
 
 /// Keeps Mesa's device-selection layer from looking for a Wayland display where there can be none: the library that it asks would
 /// complain on standard error.
-fn look_for_no_wayland() {
+fn disable_wayland_device_select() {
     let set = |name| env::var_os(name).is_some_and(|value| !value.is_empty());
     if !set("XDG_RUNTIME_DIR") && !set("MESA_VK_DEVICE_SELECT") {
         #[expect(unsafe_code, reason = "no other thread runs yet that could read the environment")]

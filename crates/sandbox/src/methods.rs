@@ -101,7 +101,7 @@ pub(crate) fn cost(claims: &Claims) -> String {
     } else {
         format!(", {under_v} under laws of the velocity")
     };
-    format!("{evaluations} evaluation{plural} a step{more}")
+    format!("{evaluations} evaluation{plural} per step{more}")
 }
 
 /// The table in Markdown, as docs/methods.md has it: all columns but the last, which is a sentence.

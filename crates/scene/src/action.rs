@@ -269,7 +269,7 @@ impl When {
     /// Whether the time has come for the tick that starts at `start` seconds and lasts `length` seconds, after
     /// `ticks` others.
     #[must_use]
-    pub fn has_come(self, ticks: u64, start: f64, length: f64) -> bool {
+    pub fn is_due(self, ticks: u64, start: f64, length: f64) -> bool {
         match self {
             // The start of a tick is a rounded product, and the time that a person writes is rounded differently.
             Self::Seconds(at) => at - start <= (1e-6 * length).max(4.0 * f64::EPSILON * start),
@@ -376,9 +376,9 @@ mod tests {
         for at in [0.5_f64, 1e4, 1e8, 3e8] {
             let when = When::Seconds(at);
             for start in [at, at.next_down(), at.next_up(), (at * 120.0) * length] {
-                assert!(when.has_come(0, start, length), "{at} s, tick at {start:?} s");
+                assert!(when.is_due(0, start, length), "{at} s, tick at {start:?} s");
             }
-            assert!(!when.has_come(0, at - length, length), "{at} s");
+            assert!(!when.is_due(0, at - length, length), "{at} s");
         }
     }
 }

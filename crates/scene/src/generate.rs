@@ -19,7 +19,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 use crate::check::Scope;
-use crate::memory::{Census, byte_words, there_are, too_little_for};
+use crate::memory::{Census, byte_words, shortage, there_are};
 use crate::raw;
 use crate::scene::Reading;
 use crate::scene::names::Names;
@@ -179,7 +179,7 @@ fn check_size(
         sections.map(|(path, census)| (path.to_owned(), census)).into_iter().chain(made).collect();
     let census = all.iter().fold(Census::default(), |sum, (_, census)| sum.and(*census));
     let needed = census.bytes(reading, 0);
-    let Some((least, by_person)) = too_little_for(needed) else { return Some(total) };
+    let Some((least, by_person)) = shortage(needed) else { return Some(total) };
     let largest = all.iter().max_by_key(|(_, census)| census.bytes(Reading::default(), 0));
     let path = largest.map_or_else(|| "bodies".to_owned(), |(path, _)| path.clone());
     let words = census.words();

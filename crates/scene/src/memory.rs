@@ -11,7 +11,7 @@ use crate::scene::{BodySpec, Reading, Scene};
 
 /// Bytes of a body in addition to its entry in the scene: its components, in columns that may have room for twice as
 /// many, and look-ups by entity and by stable id. `tests/bounds.rs` measures these bytes.
-const BODY: u64 = 580;
+const BODY: u64 = 560;
 
 /// Bytes of a scene and a world without bodies.
 const EMPTY: u64 = 256 << 10;
@@ -30,7 +30,7 @@ const SWARM_PARTICLE: u64 = 12 + 12 + 32 + 2 * 32;
 const SWARMS_KEPT: u64 = 256 << 20;
 
 /// Additional bytes of a member of a group: its rows in the arrays of a step and of a forecast.
-const GROUPED: u64 = 270;
+const GROUPED: u64 = 240;
 
 /// Bytes of a spring of a soft body in addition to its entry in the scene: its place in the list that forces are
 /// computed from.
@@ -235,7 +235,7 @@ impl Scene {
     /// If the run takes more bytes than are allowed, or free: by how much, in words.
     pub fn check_memory(&self, keeps: Keeps) -> Result<(), String> {
         let needed = self.estimated_bytes(keeps);
-        let Some((least, by_person)) = too_little_for(needed) else { return Ok(()) };
+        let Some((least, by_person)) = shortage(needed) else { return Ok(()) };
         let (words, needed) = (self.census().words(), byte_words(needed));
         let there = there_are(least, by_person);
         Err(format!("{words} and what the run keeps of them take some {needed}, and {there}"))
@@ -296,7 +296,7 @@ pub fn memory() -> Option<u64> {
 }
 
 /// The allowed bytes, if they are less than `needed`, and whether the person set them.
-pub(crate) fn too_little_for(needed: u64) -> Option<(u64, bool)> {
+pub(crate) fn shortage(needed: u64) -> Option<(u64, bool)> {
     let (least, by_person) = match ALLOWED.get() {
         Some(allowed) => (*allowed, true),
         None if needed <= SMALL => return None,
@@ -312,7 +312,7 @@ pub(crate) fn there_are(least: u64, by_person: bool) -> String {
 
 /// Says that the text of a scene and its entries take more memory than is available.
 pub(crate) fn too_much() -> String {
-    let least = too_little_for(u64::MAX);
+    let least = shortage(u64::MAX);
     let there = least.map_or("no more is free".to_owned(), |(least, by_person)| there_are(least, by_person));
     format!("its text and its entries take more memory than there is, and {there}")
 }

@@ -16,7 +16,7 @@ fn every_list_counts_as_it_is_allocated() {
     snapshot.state.emissions.push((0, slots));
     // The counts of nine laws are in an allocated list.
     let laws = [("law", 1); 9];
-    snapshot.state.evaluations = Evaluations::going_on(0, laws, Iterations::default());
+    snapshot.state.evaluations = Evaluations::from_counts(0, laws, Iterations::default());
     let counts = snapshot.state.evaluations.list_bytes();
     assert!(counts >= size_of_val(&laws));
     let lists = 7 * size_of::<Option<u64>>() + 3 * size_of::<(u32, EmissionState)>() + counts;

@@ -58,7 +58,7 @@ impl Timeline {
     }
 
     /// Simulates the next tick of `seek`; false if none was left.
-    pub fn go_on(&self, seek: &mut Seek) -> bool {
+    pub fn seek_tick(&self, seek: &mut Seek) -> bool {
         let left = seek.ticks_left();
         if left == 0 {
             return false;
@@ -109,7 +109,7 @@ impl Timeline {
     /// Seeks `tick` to the end, in one go.
     fn run_seek(&self, scene: &Arc<Scene>, tick: u64) -> Result<Seek, Broken> {
         let mut seek = self.begin_seek(scene, tick)?;
-        while self.go_on(&mut seek) {}
+        while self.seek_tick(&mut seek) {}
         Ok(seek)
     }
 

@@ -95,7 +95,7 @@ impl Watch {
         // The sum of infinite energies of both signs is NaN: then only the kinetic energy counts.
         let largest = if energy.is_nan() { 0.0 } else { energy };
         let tick = world.resource::<StepClock>().ticks();
-        Self::going_on(
+        Self::resume(
             world,
             EnergyState {
                 total_j: Some(totals.kinetic_energy + totals.potential_energy),
@@ -108,14 +108,14 @@ impl Watch {
     /// Continues the watch over a run in `world`. `energy` is what [`Watch::energy`] returned at that state of the
     /// run.
     #[must_use]
-    pub fn going_on(world: &mut World, energy: EnergyState) -> Self {
+    pub fn resume(world: &mut World, energy: EnergyState) -> Self {
         let records = world.resource::<Quarantine>().records().len();
         let is_small = world.query::<&PhysicsBody>().iter(world).count() <= SMALL;
         let orbits = BoundOrbits::of(world);
         Self { records, kinetic: KineticEnergy::new(world), energy, ledger: None, orbits, is_small }
     }
 
-    /// The state of the watch over energy, for [`Watch::going_on`].
+    /// The state of the watch over energy, for [`Watch::resume`].
     #[must_use]
     pub const fn energy(&self) -> EnergyState {
         self.energy

@@ -121,12 +121,7 @@ impl Study {
 
     /// The most accurate cell that costs no more than `present`, and how many times smaller its error is, with the
     /// truth's own error added to it; `None` if it is less than 1.5 times smaller.
-    pub fn nearer_at_the_cost_of(
-        &self,
-        present: &Cell,
-        accuracy: Accuracy,
-        cost: Cost,
-    ) -> Option<(&Cell, f64)> {
+    pub fn better_at_cost_of(&self, present: &Cell, accuracy: Accuracy, cost: Cost) -> Option<(&Cell, f64)> {
         let (price, error) = (self.cost(present, cost)?, self.error(present, accuracy)?);
         let own = present.setting.method;
         let is_affordable = |cell: &&Cell| {

@@ -31,7 +31,7 @@ pub struct Subject {
     pub(crate) problem: Option<Problem>,
     pub(crate) ticks: u64,
     /// Whether the run may be shortened, because its length is the default.
-    pub(crate) yields: bool,
+    pub(crate) may_be_shortened: bool,
     pub(crate) notes: Vec<String>,
 }
 
@@ -78,7 +78,7 @@ impl Subject {
             scene: Scene { description, ..scene },
             problem: Some(problem),
             ticks: problem.ticks,
-            yields: false,
+            may_be_shortened: false,
             notes: Vec::new(),
         })
     }
@@ -97,17 +97,17 @@ impl Subject {
         }
         let ticks = seconds.map_or((SECONDS * scene.step_hz).max(TICKS), |seconds| seconds * scene.step_hz);
         let ticks = (ticks - 1e-9).ceil().clamp(1.0, MOST_TICKS) as u64;
-        Self { scene, problem: None, ticks, yields: seconds.is_none(), notes }
+        Self { scene, problem: None, ticks, may_be_shortened: seconds.is_none(), notes }
     }
 
     /// The unchanged scene from its start, for `ticks` ticks.
     pub(crate) const fn as_it_is(scene: Scene, ticks: u64) -> Self {
-        Self { scene, problem: None, ticks, yields: false, notes: Vec::new() }
+        Self { scene, problem: None, ticks, may_be_shortened: false, notes: Vec::new() }
     }
 
     /// Halves the run, if it may be shortened, with a note that says why. Returns whether it did.
     pub(crate) fn halve(&mut self, why: &str) -> bool {
-        let halves = self.yields && self.ticks >= LEAST_TICKS;
+        let halves = self.may_be_shortened && self.ticks >= LEAST_TICKS;
         if halves {
             self.ticks = self.ticks.div_ceil(2);
             self.notes.retain(|note| !note.ends_with(why));

@@ -33,7 +33,7 @@ impl Bare {
         shared: Vec<Box<dyn Law>>,
     ) -> Result<Self, NotForArrays> {
         let mut bare = Self::gathered(world, method, laws, shared)?;
-        bare.leave_those(|method| method != Method::PositionVerlet);
+        bare.synchronize_where(|method| method != Method::PositionVerlet);
         Ok(bare)
     }
 
@@ -55,13 +55,13 @@ impl Bare {
 
     /// Drops the method state and synchronizes velocities with positions, so that any method can continue.
     pub fn leave(&mut self) {
-        self.leave_those(|_| true);
+        self.synchronize_where(|_| true);
         self.last_steps.clear();
         self.forget_accelerations();
     }
 
     /// Synchronizes velocities that are half a step behind, for bodies whose method satisfies `which`.
-    fn leave_those(&mut self, which: impl Fn(Method) -> bool) {
+    fn synchronize_where(&mut self, which: impl Fn(Method) -> bool) {
         self.individuals.plan(&self.bodies);
         for group in 0..self.groups.len() {
             if which(self.method_of_group(group)) && self.is_half_a_step_behind(self.groups[group].members())

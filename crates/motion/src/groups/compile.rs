@@ -107,7 +107,7 @@ fn compile(world: &mut World) {
     register(world);
     let graph = Graph::of(world).expect("its components are registered");
     graph.check();
-    tell_inert_springs(world);
+    warn_inert_springs(world);
     let attracts = world.contains_resource::<MutualGravity>();
     let list = graph.groups(attracts);
     mark(world, &list);
@@ -122,12 +122,12 @@ fn compile(world: &mut World) {
 }
 
 /// Logs, once per world, that springs to particles are inert.
-fn tell_inert_springs(world: &mut World) {
+fn warn_inert_springs(world: &mut World) {
     /// Inserted once the warning is logged.
     #[derive(Resource)]
-    struct Told;
+    struct InertSpringsLogged;
 
-    if !may_exist::<Particle>(world) || world.contains_resource::<Told>() {
+    if !may_exist::<Particle>(world) || world.contains_resource::<InertSpringsLogged>() {
         return;
     }
     let mut springs = world.query::<(Entity, &Spring)>();
@@ -139,7 +139,7 @@ fn tell_inert_springs(world: &mut World) {
         log::warn!(
             "the spring {spring} is inert: its end {end} is a particle of an emitter; join bodies that are in no pool"
         );
-        world.insert_resource(Told);
+        world.insert_resource(InertSpringsLogged);
     }
 }
 

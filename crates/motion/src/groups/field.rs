@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use classes::{Class, Classes};
 use cords::Cords;
-pub(crate) use cords::{end_of, parts_of_way};
+pub(crate) use cords::{end_of, equal_parts};
 
 use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
 use super::coupling::Coupling;

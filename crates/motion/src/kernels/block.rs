@@ -1,6 +1,5 @@
 //! Blocks of bodies as structures of arrays, and the spaces that methods compute in.
 
-use std::any::Any;
 use std::cell::{Cell, RefCell};
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -61,13 +60,13 @@ impl<const N: usize> Block<N> {
     /// The block as laws see it, if it has as many bodies as they take.
     #[inline(always)]
     pub fn axes(&self) -> Option<&Axes> {
-        (&self.0 as &dyn Any).downcast_ref()
+        self.0.as_flattened().as_chunks().0.try_into().ok()
     }
 
     /// [`Block::axes`] to write to.
     #[inline(always)]
     pub fn axes_mut(&mut self) -> Option<&mut Axes> {
-        (&mut self.0 as &mut dyn Any).downcast_mut()
+        self.0.as_flattened_mut().as_chunks_mut().0.try_into().ok()
     }
 }
 

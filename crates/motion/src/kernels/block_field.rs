@@ -1,7 +1,5 @@
 //! The field of a block of bodies with laws that are called.
 
-use std::any::Any;
-
 use glam::DMat3;
 
 use super::block::{Block, BlockSpace, fill};
@@ -215,9 +213,8 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         let Self { w, called, .. } = self;
         *called = Block::ZERO;
         x.read_both(v, |x, v| {
-            let inverse_masses: &dyn Any = w;
             if let (Some(positions), Some(velocities), Some(inverse_masses), Some(sum)) =
-                (x.axes(), v.axes(), inverse_masses.downcast_ref(), called.axes_mut())
+                (x.axes(), v.axes(), w.as_slice().try_into().ok(), called.axes_mut())
             {
                 let bodies = BodyBlock { positions, velocities, inverse_masses };
                 laws.for_each(|law| law.accelerate(at, &bodies, sum));
@@ -239,7 +236,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         }
         let mut laws = self.called_laws();
         let law = laws.next().filter(|_| laws.next().is_none() && self.all_move && !self.pushed)?;
-        let inverse_masses: &[f64; BLOCK_BODIES] = (&self.w as &dyn Any).downcast_ref()?;
+        let inverse_masses: &[f64; BLOCK_BODIES] = self.w.as_slice().try_into().ok()?;
         let (gravity, rate) = (self.gravity, self.parameters.rate);
         let a = x.write(v, |x, v, a| {
             if let (Some(positions), Some(velocities), Some(sum)) = (x.axes(), v.axes(), a.axes_mut()) {

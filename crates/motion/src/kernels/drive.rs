@@ -20,7 +20,7 @@ pub(crate) trait TickField: Field + Sized {
 
     /// The length of a step that would end in (`x`, `v`) up to its first discontinuity that depends on the state, s; `None` if
     /// there is none. The step is then repeated with this length.
-    fn ends_early(&mut self, x: Self::Space, v: Self::Space) -> Option<f64> {
+    fn length_to_event(&mut self, x: Self::Space, v: Self::Space) -> Option<f64> {
         let _ = (x, v);
         None
     }
@@ -149,7 +149,7 @@ pub(crate) fn drive<M: Integrator, F: TickField>(
             }
             let StepState { last_step, start } = *step_state;
             let (to_x, to_v) = M::step(field, x, v, step_state);
-            let Some(length) = field.ends_early(to_x, to_v) else {
+            let Some(length) = field.length_to_event(to_x, to_v) else {
                 (x, v) = field.after_step::<M>(to_x, to_v, step_state);
                 break;
             };

@@ -60,7 +60,7 @@ mod by_law {
 impl Evaluations {
     /// Makes counts to continue from: accelerations, evaluations by law, and iterations.
     #[must_use]
-    pub fn going_on(
+    pub fn from_counts(
         accelerations: u64,
         laws: impl IntoIterator<Item = (&'static str, u64)>,
         iterations: Iterations,

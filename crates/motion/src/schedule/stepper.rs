@@ -341,7 +341,7 @@ impl Stepper {
     }
 
     /// Plans again for a world that was restored to another state, with the method of that state.
-    pub(crate) fn go_on(&mut self, world: &mut World, method: Method) {
+    pub(crate) fn resume(&mut self, world: &mut World, method: Method) {
         if method == self.plan.method {
             self.recompile(world);
         } else {

@@ -52,7 +52,7 @@ impl Suspect<'_> {
 
     /// The first of its own laws whose acceleration is not finite at one of the times.
     pub fn own_law(&self, times: [Scalar; 2]) -> Option<Evidence> {
-        guilty(self.laws.iter().map(|law| (place::OWN_LAWS, &**law)), self.state(), times)
+        law_at_fault(self.laws.iter().map(|law| (place::OWN_LAWS, &**law)), self.state(), times)
     }
 
     pub fn state(&self) -> BodyState {
@@ -62,7 +62,7 @@ impl Suspect<'_> {
 }
 
 /// The first of these laws, each with the component or resource that it is in, whose acceleration is not finite.
-fn guilty<'a>(
+fn law_at_fault<'a>(
     laws: impl Iterator<Item = (&'static str, &'a dyn Law)>,
     state: BodyState,
     times: [Scalar; 2],
@@ -72,8 +72,8 @@ fn guilty<'a>(
             law.acceleration(EvaluationTime { time: *time, within_step: *time }, state).is_finite()
         })
     };
-    let mut guilty = laws.filter(|(_, law)| !is_finite(*law));
-    guilty.next().map(|(place, law)| (place, Fault::Law(law.name())))
+    let mut law_at_fault = laws.filter(|(_, law)| !is_finite(*law));
+    law_at_fault.next().map(|(place, law)| (place, Fault::Law(law.name())))
 }
 
 impl Environment<'_> {
@@ -95,7 +95,7 @@ impl Environment<'_> {
     /// The first of the laws of every body that gives this body an acceleration that is not finite.
     pub(crate) fn law_at_fault(&self, state: BodyState) -> Option<Evidence> {
         let more = self.laws.more.iter().map(|law| (place::LAWS, &**law));
-        guilty(self.laws.resources().chain(more), state, self.times.ends())
+        law_at_fault(self.laws.resources().chain(more), state, self.times.ends())
     }
 
     /// The cause of a refusal: the evidence, or else the bound that was exceeded.

@@ -233,7 +233,7 @@ pub struct Quarantine {
 impl Quarantine {
     /// A quarantine that continues from these records.
     #[must_use]
-    pub const fn going_on(records: Vec<QuarantineRecord>) -> Self {
+    pub const fn from_records(records: Vec<QuarantineRecord>) -> Self {
         Self { refused: Vec::new(), records }
     }
 
@@ -282,7 +282,7 @@ pub fn quarantine_bodies(
         let previous = previous.map(|previous| previous.0);
         let mut entity = commands.entity(body);
         // Later systems of the tick may have moved the row: the state is restored with the mark.
-        let (transform, state) = (sound_place(transform, previous), sound_motion(state));
+        let (transform, state) = (finite_position(transform, previous), finite_state(state));
         entity.try_insert((transform, state, Quarantined));
         if previous.is_some_and(|previous| !previous.is_finite()) {
             // Drawing cannot interpolate from a position that is not finite.
@@ -304,14 +304,14 @@ pub(crate) fn quarantine_refused(world: &mut World) {
     world.run_system_cached(quarantine_bodies).expect("its resources are inserted with the step's");
 }
 
-fn sound_place(transform: Transform, previous: Option<Vector>) -> Transform {
+fn finite_position(transform: Transform, previous: Option<Vector>) -> Transform {
     if transform.position.is_finite() {
         return transform;
     }
     Transform::at(previous.filter(|previous| previous.is_finite()).unwrap_or(Vector::ZERO))
 }
 
-fn sound_motion(state: PhysicsBody) -> PhysicsBody {
+fn finite_state(state: PhysicsBody) -> PhysicsBody {
     PhysicsBody {
         velocity: if state.velocity.is_finite() { state.velocity } else { Vector::ZERO },
         inverse_mass: if state.inverse_mass.is_finite() { state.inverse_mass } else { 0.0 },

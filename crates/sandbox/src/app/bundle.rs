@@ -85,12 +85,12 @@ impl Session {
             same_fault: fault.as_ref().map(named) == then.fault,
             fault: fault.as_ref().map(named),
         };
-        let watch = Watch::going_on(&mut session.stage.sim_mut().world, end.watch.energy());
+        let watch = Watch::resume(&mut session.stage.sim_mut().world, end.watch.energy());
         let mut recorded = Recorded::new(timeline, watch);
         (recorded.fault, recorded.repeats) = (fault, true);
         session.stage.past = Some(Box::new(recorded));
         session.stage.run.recording = Some(OnFault::Pause);
-        session.stage.go_on_from(end);
+        session.stage.take_over(end);
         session.stage.here.records_seen = 0;
         session.stage.note_quarantined();
         Ok((session, repetition))

@@ -99,7 +99,7 @@ impl Player {
     pub fn of_tick(&mut self, ticks: u64, start: f64, length: f64) -> Vec<Input> {
         let mut inputs = Vec::new();
         while let Some((_, step)) =
-            self.of_ticks.pop_front_if(|(_, step)| step.when.has_come(ticks, start, length))
+            self.of_ticks.pop_front_if(|(_, step)| step.when.is_due(ticks, start, length))
         {
             inputs.push(self.input(step.action, [start; 2]));
         }

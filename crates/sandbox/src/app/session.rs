@@ -112,7 +112,7 @@ impl Session {
         let begins = self.tools.learn.take_begin(&self.stage, time.total());
         begins.into_iter().for_each(|begin| self.begin_step(begin));
         self.show_panels(time);
-        self.stage.go_on_seeking(after_tick);
+        self.stage.continue_seek(after_tick);
         self.follow();
         self.stage.run.frames += 1;
     }
@@ -143,7 +143,7 @@ impl Session {
             }
         }
         self.stage.end_ticks(undone, late);
-        self.stage.go_on_seeking(look);
+        self.stage.continue_seek(look);
         self.follow();
     }
 

@@ -18,7 +18,7 @@ use crate::output::{show, tell};
 
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{refuse_others_files, study_folder, write};
+use crate::output::files::{refuse_foreign_files, study_folder, write};
 use crate::output::parts;
 use crate::output::progress::Progress;
 use crate::output::swarms::has_swarms;
@@ -64,7 +64,7 @@ pub(crate) struct CostArgs {
 const DEFAULT: [&str; 5] = ["harmonic_oscillator", "kepler", "tetrahedron", "flag", "tutorial"];
 
 /// Message if the program cannot get real-time priority.
-const DISTURBED: &str = "other programs disturb these times; with real-time priority they agree better: sudo chrt -f 1 sandbox cost ...";
+const DISTURBED: &str = "other programs disturb these times; with real-time priority they are more repeatable: sudo chrt -f 1 sandbox cost ...";
 
 /// Number of looks at a study between two saves of an unfinished report.
 const SAVE: u32 = 20;
@@ -300,7 +300,7 @@ pub(super) fn claim_folder(
     files: &CommandFiles,
 ) -> Result<(), Failure> {
     files.refuse_names(folder, report::is_file, "the report in that folder; give another folder")?;
-    refuse_others_files(folder, is_own, |name| report::is_file(name) && !name.ends_with(".svg"), cure)
+    refuse_foreign_files(folder, is_own, |name| report::is_file(name) && !name.ends_with(".svg"), cure)
 }
 
 /// Whether a report of that command is in `folder`.

@@ -78,7 +78,7 @@ fn table(stage: &Stage, rows: &[ForecastRow], found: Option<&NaturalModes>) -> S
     let mut text =
         format!("forecast of `{}`, in ticks at {} Hz\n", stage.sim().scene.name, digits(tick_rate(stage)));
     if rows.is_empty() {
-        text += "nothing in it limits the step\n";
+        text += "nothing in this scene limits the step\n";
     } else {
         let heading = ["part", "method", "substeps", "", "value", "limit", "verdict", "cure"];
         let line = |row: &ForecastRow| {

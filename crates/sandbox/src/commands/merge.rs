@@ -13,7 +13,7 @@ use lab::sweep::Record;
 use crate::commands::{cost, recommend, stability};
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{refuse_others_files, study_folder};
+use crate::output::files::{refuse_foreign_files, study_folder};
 use crate::output::parts;
 use crate::output::runs::{self, Runs, write_tables};
 use crate::output::show;
@@ -132,7 +132,7 @@ fn merge_sweeps(args: &MergeArgs) -> Result<(), Failure> {
     files.refuse_names(&args.out, runs::is_file, "the sweep in that folder; give another folder")?;
     let earlier = runs::record(&args.out)?;
     let is_own = earlier.is_some_and(|earlier| record.differs(&earlier).is_none());
-    refuse_others_files(&args.out, is_own, runs::is_file, "give another folder")?;
+    refuse_foreign_files(&args.out, is_own, runs::is_file, "give another folder")?;
     let _lock = study_folder(&args.out)?;
     // First, because the record marks the folder as one that the program filled.
     runs::write_record(&record, &args.out, &files)?;
@@ -175,7 +175,7 @@ fn merge_parts(args: &MergeArgs) -> Result<(), Failure> {
     let is_whole = |places: Vec<u64>| places.into_iter().eq(0..rows.len().max(studies.len()) as u64);
     if !is_whole(rows.keys().chain(studies.keys()).copied().collect()) {
         let cure = "these files were changed since they were written: run the shards again";
-        return Err(Failure::Usage(format!("{}: some pieces are not there; {cure}", folder.display())));
+        return Err(Failure::Usage(format!("{}: some parts are missing; {cure}", folder.display())));
     }
     let studies: Vec<_> = studies.into_values().collect();
     match &first.found {

@@ -106,9 +106,9 @@ fn integrated(system: &str) -> Option<(Method, &str)> {
 /// The bodies that a system moves, in words, if several systems share the bodies.
 fn whose(filter: &str) -> &'static str {
     if filter.starts_with("Without") {
-        ", bodies without a method of their own"
+        ", bodies without their own method"
     } else {
-        ", bodies that ask for it"
+        ", bodies with this method as their own"
     }
 }
 
@@ -120,12 +120,12 @@ fn joined<'a>(texts: impl IntoIterator<Item = &'a String>) -> String {
 /// The words for a system that integrates nothing, or one half of a step of Euler.
 fn what(system: &str, accelerating: &str, damping: &str) -> String {
     match system {
-        "carry_wells" => "wells are put on the bodies on which they ride".to_owned(),
+        "carry_wells" => "wells move with the bodies on which they ride".to_owned(),
         "emit_particles" => {
             "particles that are due are born, and taken back when their life is over".to_owned()
         }
         "advance_swarms" => {
-            "births, deaths and laws of particles on the graphics device are noted for it".to_owned()
+            "births, deaths and laws of particles on the graphics device are logged for it".to_owned()
         }
         "apply_forces" => "queued pushes become forces".to_owned(),
         "integrate_acceleration" => format!("v += (F w + g) h{accelerating}"),

@@ -18,7 +18,7 @@ use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::output;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{Output, OutputPath, output_file, refuse_others_files, study_folder};
+use crate::output::files::{Output, OutputPath, output_file, refuse_foreign_files, study_folder};
 use crate::output::parts;
 use crate::output::progress::Progress;
 use crate::output::show;
@@ -167,7 +167,7 @@ pub(super) fn write(recommended: &Recommended, folder: &Path, files: &CommandFil
     files.refuse_names(folder, is_file, "the recommendation in that folder; give another folder")?;
     let earlier = fs::read_to_string(folder.join(FILES[0])).unwrap_or_default();
     let is_own = earlier.contains("\"sets_the_price\"");
-    refuse_others_files(folder, is_own, is_file, "give another folder")?;
+    refuse_foreign_files(folder, is_own, is_file, "give another folder")?;
     let _lock = study_folder(folder)?;
     let Recommended { table, json, scene } = recommended;
     let texts = [json, table, scene];

@@ -12,7 +12,7 @@ use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::bundle::repeated;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{make_folder, refuse_others_files, write};
+use crate::output::files::{make_folder, refuse_foreign_files, write};
 use crate::output::report::fault_json;
 use crate::output::show;
 use crate::output::states;
@@ -43,7 +43,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
         files.refuse_names(folder, is_written, "the files that --out writes; give another folder")?;
         let earlier = fs::read_to_string(folder.join(SUMMARY)).unwrap_or_default();
         let is_own = earlier.contains("\"first_different_tick\"");
-        refuse_others_files(folder, is_own, is_written, "give another folder")?;
+        refuse_foreign_files(folder, is_own, is_written, "give another folder")?;
     }
     let name = path.display().to_string();
     let options = Options { pictures: false, interpolate: false, ..Options::default() };
@@ -59,7 +59,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
         return Err(Failure::Expectation(format!("{name}: {}", repetition.differences(manifest).join("; "))));
     }
     let fault = manifest.fault.as_ref();
-    let fault = fault.map_or("no fault, as then".to_owned(), |fault| format!("the same fault, {fault}"));
+    let fault = fault.map_or("no fault in either run".to_owned(), |fault| format!("the same fault, {fault}"));
     show(&format!("the same state, hash {:016x}; {fault}\n", repetition.state_hash))
 }
 

@@ -91,11 +91,11 @@ pub(crate) struct RunArgs {
     /// Write the state of every body, as CSV or as Parquet
     #[arg(long, value_name = "FILE.csv|FILE.parquet")]
     pub state: Option<PathBuf>,
-    /// What of it: position, velocity, acceleration, force, forces (each by its cause), energies, momentum, angular_momentum,
+    /// Columns of the state file: position, velocity, acceleration, force, forces (each by its cause), energies, momentum, angular_momentum,
     /// distance:BODY
     #[arg(long, value_name = "COLUMN,...", value_delimiter = ',', requires = "state", default_values = ["position", "velocity"], value_parser = Quantity::parse)]
     pub columns: Vec<Quantity>,
-    /// Only bodies with such names: * is any letters, ? is one
+    /// Only bodies whose names match: * stands for any letters, ? for one
     #[arg(long, value_name = "PATTERN,...", value_delimiter = ',', requires = "state")]
     pub bodies: Vec<String>,
     /// Ticks between two states

@@ -17,7 +17,7 @@ use crate::output::show;
 
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{refuse_others_files, study_folder, write};
+use crate::output::files::{refuse_foreign_files, study_folder, write};
 use crate::output::parts;
 use crate::output::progress::{PIECE, Progress};
 
@@ -104,7 +104,7 @@ pub(super) fn claim_folder(folder: &Path, files: &CommandFiles) -> Result<(), Fa
     let earlier = fs::read_to_string(folder.join("matrix.json")).unwrap_or_default();
     let is_own = serde_json::from_str::<Value>(&earlier).is_ok_and(|matrix| matrix["rows"].is_array());
     let is_text = |name: &str| report::stability::is_file(name) && !name.ends_with(".svg");
-    refuse_others_files(folder, is_own, is_text, "give another folder")
+    refuse_foreign_files(folder, is_own, is_text, "give another folder")
 }
 
 /// Writes the files of a matrix.

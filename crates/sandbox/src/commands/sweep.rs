@@ -17,7 +17,7 @@ use crate::commands::cost::refuse_swarms_alone;
 use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{refuse_others_files, study_folder};
+use crate::output::files::{refuse_foreign_files, study_folder};
 use crate::output::progress::runs_bar;
 use crate::output::runs::{self, Journal};
 use crate::output::show;
@@ -114,7 +114,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     };
     files.refuse_names(folder, runs::is_file, "the sweep in that folder; give another folder")?;
     let earlier = runs::record(folder)?;
-    refuse_others_files(folder, earlier.is_some(), runs::is_file, "give another folder")?;
+    refuse_foreign_files(folder, earlier.is_some(), runs::is_file, "give another folder")?;
     let _lock = study_folder(folder)?;
     let Some((record, mut journal, done)) = begin(args, (record, earlier), folder, &files)? else {
         return show(&format!("{}: this sweep is complete\n", folder.display()));

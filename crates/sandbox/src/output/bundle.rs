@@ -34,7 +34,7 @@ pub(crate) fn finish_bundle(
 ) -> Result<(), Failure> {
     let cannot = |error: &std::io::Error| Failure::file("write", path, error);
     let Some(bundle) = stage.bundle(image.map(|image| png(image, stage))) else {
-        return Err(Failure::Usage("what was recorded does not come out the same again".to_owned()));
+        return Err(Failure::Usage("the recorded run cannot be reproduced".to_owned()));
     };
     let bytes = bundle.write().map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
     file.finish_with(&bytes).map_err(|error| cannot(&error))

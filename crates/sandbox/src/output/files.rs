@@ -222,7 +222,7 @@ impl Output {
             Err(error) if error.kind() == io::ErrorKind::NotFound => None,
             Err(error) => return Err(error),
         };
-        let path = behind_links(path);
+        let path = resolve_links(path);
         let (file, unfinished) = Unfinished::create(folder_of(&path), replaces.as_deref())?;
         Ok(Self { writer: Writer::Beside { path, replaces, file: BufWriter::new(file), unfinished } })
     }
@@ -309,7 +309,7 @@ const fn standard_stream(_: &Path) -> Option<io::Result<File>> {
 const MOST_LINKS: usize = 40;
 
 /// Follows the symbolic links of `path`, even to a file that does not exist yet: so a link stays a link when its file is written.
-fn behind_links(path: &Path) -> PathBuf {
+fn resolve_links(path: &Path) -> PathBuf {
     let mut place = path.to_owned();
     for _ in 0..MOST_LINKS {
         let Ok(to) = fs::read_link(&place) else { return place };
@@ -320,7 +320,7 @@ fn behind_links(path: &Path) -> PathBuf {
 
 /// The place of a file that exists or will exist: the same for all names of one file, even in folders that do not exist yet.
 pub(crate) fn place(path: &Path) -> PathBuf {
-    let path = behind_links(path);
+    let path = resolve_links(path);
     let mut place = PathBuf::new();
     for part in std::path::absolute(&path).unwrap_or(path).components() {
         match part {
@@ -353,7 +353,7 @@ pub(crate) fn make_folder(folder: &Path) -> Result<(), Failure> {
 
 /// Refuses a `folder` with a file that has the name of an output and that a person may have made. Accepts a folder that `is_own`,
 /// because an earlier run filled it.
-pub(crate) fn refuse_others_files(
+pub(crate) fn refuse_foreign_files(
     folder: &Path,
     is_own: bool,
     is_written: impl Fn(&str) -> bool,

@@ -6,7 +6,7 @@ use lab::part::{FORMAT, Part};
 
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{read_record, refuse_others_files, write};
+use crate::output::files::{read_record, refuse_foreign_files, write};
 
 /// File name of the part; it marks a folder as one that the program filled.
 pub(crate) const PART: &str = "part.json";
@@ -31,7 +31,7 @@ pub(crate) fn part(folder: &Path) -> Result<Option<Part>, Failure> {
 pub(crate) fn earlier(part: &Part, folder: &Path, files: &CommandFiles) -> Result<Option<Part>, Failure> {
     files.refuse_names(folder, is_file, "the part in that folder; give another folder")?;
     let earlier = self::part(folder)?;
-    refuse_others_files(folder, earlier.is_some(), is_file, "give another folder")?;
+    refuse_foreign_files(folder, earlier.is_some(), is_file, "give another folder")?;
     if let Some(earlier) = &earlier {
         let other = part.differs(earlier).or((part.shard != earlier.shard).then_some("another shard"));
         if let Some(other) = other {

@@ -133,7 +133,7 @@ impl Stage {
     }
 
     fn finish_seek(&mut self) {
-        self.go_on_seeking(&mut |_, _| ControlFlow::Continue(()));
+        self.continue_seek(&mut |_, _| ControlFlow::Continue(()));
     }
 
     /// Pauses and begins to go to the end of tick number `tick`, or the nearest in the last minute.
@@ -159,13 +159,13 @@ impl Stage {
     }
 
     /// Continues a seek for as long as `look` lets it; whether it has not ended.
-    pub(crate) fn go_on_seeking(&mut self, look: Look<'_>) -> bool {
+    pub(crate) fn continue_seek(&mut self, look: Look<'_>) -> bool {
         let Some(mut way) = self.past.as_mut().and_then(|past| past.way.take()) else { return false };
         while let Some(past) = &mut self.past {
-            if !past.timeline.go_on(&mut way.seek) {
+            if !past.timeline.seek_tick(&mut way.seek) {
                 let Way { seek, tells } = *way;
                 let there = past.timeline.finish_seek(seek);
-                self.go_on_from(there);
+                self.take_over(there);
                 if tells {
                     self.tell_of_last_good_tick();
                 }
@@ -212,7 +212,7 @@ impl Stage {
     }
 
     /// Replaces the world by one of another tick.
-    pub(crate) fn go_on_from(&mut self, replay: Replay) {
+    pub(crate) fn take_over(&mut self, replay: Replay) {
         let (selection, before) =
             (self.here.selection.and_then(|entity| Thing::of(&self.sim, entity)), self.sim.ticks());
         let Replay { mut simulation, watch } = replay;

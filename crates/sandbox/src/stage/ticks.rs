@@ -21,7 +21,7 @@ impl Stage {
     /// another tick is sought.
     pub(crate) fn begin_ticks(&mut self, time: FrameTime, look: Look<'_>) -> Option<(u64, Option<f64>)> {
         self.run.dropped_lately = 0.0;
-        if self.go_on_seeking(look) {
+        if self.continue_seek(look) {
             self.clock.pause(time);
             return None;
         }

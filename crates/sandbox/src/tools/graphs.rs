@@ -31,7 +31,7 @@ impl Tool for Graphs {
 
     fn restart(&mut self, stage: &mut Stage) {
         if std::mem::take(&mut self.renamed) {
-            self.go_on_with_names(stage);
+            self.rebind_by_name(stage);
         }
         self.go_to(stage.sim().world.resource::<StepClock>().scene_seconds());
     }

@@ -34,7 +34,7 @@ impl Tool for Timeline {
         mouse_hint(ui, desk.view);
         match &desk.stage.within() {
             Some(within) => scrubber(ui, within, desk.stage, width, desk.intents),
-            None => drop(ui.label("nothing is kept: too many bodies, or a run without going back")),
+            None => drop(ui.label("no timeline: too many bodies, or this run is not recorded")),
         }
         quarantined(ui, desk.stage);
     }

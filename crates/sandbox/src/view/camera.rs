@@ -5,7 +5,7 @@ use pick::Viewpoint;
 use scene::CameraSpec;
 
 /// Turn of the camera per count of the mouse, degrees.
-const DEGREES_A_COUNT: f64 = 0.07;
+const DEGREES_PER_COUNT: f64 = 0.07;
 
 /// Flying speed, m/s, of a camera that is as far from its scene as the tutorial's.
 const SPEED: f64 = 100.0;
@@ -59,8 +59,8 @@ impl Camera {
 
     /// Turns the camera by counts of the mouse, right and down.
     pub fn look(&mut self, right: f64, down: f64) {
-        self.yaw = (self.yaw - right * DEGREES_A_COUNT).rem_euclid(360.0);
-        self.pitch = (self.pitch - down * DEGREES_A_COUNT).clamp(-90.0, 90.0);
+        self.yaw = (self.yaw - right * DEGREES_PER_COUNT).rem_euclid(360.0);
+        self.pitch = (self.pitch - down * DEGREES_PER_COUNT).clamp(-90.0, 90.0);
     }
 
     /// Turns around `pivot`, m, which stays where it is seen, by degrees to the right and down.

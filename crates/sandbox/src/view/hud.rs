@@ -280,8 +280,8 @@ fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
     }
     match stage.quarantined_here().len() {
         0 => {}
-        1 => lines.push(("1 body quarantined: R says why".to_owned(), WARNING)),
-        many => lines.push((format!("{many} bodies quarantined: R says why"), WARNING)),
+        1 => lines.push(("1 body quarantined: press R to see why".to_owned(), WARNING)),
+        many => lines.push((format!("{many} bodies quarantined: press R to see why"), WARNING)),
     }
     if cfg!(debug_assertions) && view.measured.is_some() {
         lines.push(("debug build: slow".to_owned(), WARNING));

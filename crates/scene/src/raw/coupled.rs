@@ -94,7 +94,7 @@ kinds! {
 
 impl SoftBody {
     /// The keys that are given but belong to another kind.
-    pub fn strange_keys(&self) -> impl Iterator<Item = &'static str> {
+    pub fn keys_of_other_kinds(&self) -> impl Iterator<Item = &'static str> {
         self.keys.of_kinds().filter(|(key, given)| *given && !has(&self.word, key)).map(|(key, _)| key)
     }
 }

@@ -341,7 +341,8 @@ fn what_would_be_refused_is_not_written() {
     late.manifest.end_tick = u64::MAX;
     assert!(refused(late).contains("which are more than 1000000000"));
     let mut own_law = bundle();
-    own_law.snapshot.state.evaluations = Evaluations::going_on(0, [("harmonic", 1)], Iterations::default());
+    own_law.snapshot.state.evaluations =
+        Evaluations::from_counts(0, [("harmonic", 1)], Iterations::default());
     let expected = "this program knows no `harmonic`";
     assert!(refused(own_law).contains(expected));
 }

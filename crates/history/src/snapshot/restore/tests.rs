@@ -53,7 +53,7 @@ fn empty_runs_are_refused() {
 fn counts_that_would_come_to_their_end_are_refused() {
     let said = |accelerations, laws: [u64; 1], iterations| {
         let laws = laws.map(|count| ("mutual_gravity", count));
-        said(move |s| s.evaluations = Evaluations::going_on(accelerations, laws, iterations))
+        said(move |s| s.evaluations = Evaluations::from_counts(accelerations, laws, iterations))
     };
     let [newton, cg, unconverged_steps] = [MOST_COUNTED + 1, u64::MAX, u64::MAX];
     let none = Iterations::default();

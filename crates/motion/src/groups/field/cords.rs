@@ -19,7 +19,7 @@ const MOST: u32 = 256;
 const NEAR: Scalar = 1e-9;
 
 /// Equal parts of a step or tick, as (start, end) in fractions of it, at whose ends cords are checked.
-pub(crate) fn parts_of_way() -> impl Iterator<Item = (f64, f64)> {
+pub(crate) fn equal_parts() -> impl Iterator<Item = (f64, f64)> {
     const PARTS: u32 = 8;
     (0..PARTS).map(|i| (f64::from(i) / f64::from(PARTS), f64::from(i + 1) / f64::from(PARTS)))
 }
@@ -87,7 +87,7 @@ impl Way {
     /// The fraction of the step after which the cord first differs from `taut`.
     fn change(&self, taut: bool) -> Option<Scalar> {
         let is_as_before = |s| self.is_taut(s) == taut;
-        let (before, after) = parts_of_way().find(|(_, after)| !is_as_before(*after))?;
+        let (before, after) = equal_parts().find(|(_, after)| !is_as_before(*after))?;
         Some(end_of(is_as_before, before, after))
     }
 }

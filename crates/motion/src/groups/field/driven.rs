@@ -28,7 +28,7 @@ impl<E: Layout> TickField for GroupField<'_, E> {
         self.begin_step_of_cords();
     }
 
-    fn ends_early(&mut self, x: Combination, v: Combination) -> Option<f64> {
+    fn length_to_event(&mut self, x: Combination, v: Combination) -> Option<f64> {
         self.change_of_cords(x, v)
     }
 

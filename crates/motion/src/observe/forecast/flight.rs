@@ -95,7 +95,7 @@ impl Subject<'_> {
 
     /// Computes the true motion over `ticks` ticks, by Runge-Kutta 4 at steps that follow the rates that it meets. `see` is
     /// called with whether a tick ends and the state after every step. Returns whether the motion could be resolved.
-    pub fn fly_truly(&self, tick: f64, ticks: u32, see: &mut dyn FnMut(bool, Point)) -> bool {
+    pub fn reference_motion(&self, tick: f64, ticks: u32, see: &mut dyn FnMut(bool, Point)) -> bool {
         use crate::methods::RungeKutta4;
         let rate = self.damping.map_or(0.0, |damping| damping.rate);
         let mut field = BodyField { body: self, h: tick, start: self.time, rate, decay: Decay::none(tick) };

@@ -209,12 +209,13 @@ impl Attracted for Orbit<'_> {
             farthest: [0.0; MOST_BODIES],
         };
         // A motion that cannot be resolved to its end counts as far as it was resolved.
-        let _: bool = self.subject.fly_truly(tick, ticks_of(turn, whole_ticks(tick)), &mut |_, [x, _]| {
-            let r = x.distance(self.well.position);
-            met.apsides =
-                Apsides { nearest: met.apsides.nearest.min(r), farthest: met.apsides.farthest.max(r) };
-            met.pull = met.pull.max((self.pull)(x));
-        });
+        let _: bool =
+            self.subject.reference_motion(tick, ticks_of(turn, whole_ticks(tick)), &mut |_, [x, _]| {
+                let r = x.distance(self.well.position);
+                met.apsides =
+                    Apsides { nearest: met.apsides.nearest.min(r), farthest: met.apsides.farthest.max(r) };
+                met.pull = met.pull.max((self.pull)(x));
+            });
         (met.apsides.farthest > 0.0).then_some(met)
     }
 }
@@ -419,7 +420,7 @@ impl Slowed<'_> {
     /// The true motion after each tick.
     fn truth(&self, tick: Scalar) -> Option<Vec<Point>> {
         let mut points = Vec::new();
-        let is_resolved = self.subject.fly_truly(tick, DRAG_TICKS, &mut |ends, point| {
+        let is_resolved = self.subject.reference_motion(tick, DRAG_TICKS, &mut |ends, point| {
             if ends {
                 points.push(point);
             }

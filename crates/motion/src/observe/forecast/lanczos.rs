@@ -1,4 +1,7 @@
 //! Largest eigenvalues of symmetric operators that are given as a function, by Lanczos's iteration.
+//!
+//! Written here, because a verdict needs a bound on the eigenvalue, which eigensolvers of libraries do not give, and the same bits
+//! on every machine, which their linear algebra does not promise.
 
 /// An eigenvalue and its vector of length 1.
 pub(crate) type Pair = (f64, Vec<f64>);

@@ -7,7 +7,7 @@ use super::bodies::{BodyTick, PhasePoint};
 use super::lines::{Energies, LedgerTotals};
 use super::path::{Path, QuadratureNode, cuts, nodes};
 use super::tick::LedgerTick;
-use crate::groups::{Coupling, Group, Groups, Row, SpringRow, end_of, parts_of_way, pulls, row_of};
+use crate::groups::{Coupling, Group, Groups, Row, SpringRow, end_of, equal_parts, pulls, row_of};
 use crate::kernels::record::vector;
 use crate::laws::tick_times::TickTimes;
 use crate::laws::{Drag, MutualGravity};
@@ -121,7 +121,7 @@ impl LedgerGroup<'_> {
         let mut changes = Vec::new();
         for cord in cords {
             let taut = |part: Scalar| self.pulls(&cord, paths, times.tick * part);
-            for (from, to) in parts_of_way().filter(|(from, to)| taut(*from) != taut(*to)) {
+            for (from, to) in equal_parts().filter(|(from, to)| taut(*from) != taut(*to)) {
                 let before = taut(from);
                 changes.push(times.start + times.tick * end_of(|part| taut(part) == before, from, to));
             }

@@ -9,7 +9,7 @@ use scene::lesson::{Goal, Lesson, shipped};
 use super::pupil::{Pupil, Runs, frame_bodies};
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{make_folder, refuse_others_files, write as write_file};
+use crate::output::files::{make_folder, refuse_foreign_files, write as write_file};
 use crate::output::pictures::{Camera, png};
 use crate::output::tell;
 use crate::stage::options::{Options, Words};
@@ -36,7 +36,7 @@ pub(super) fn write(folder: &Path, mut lessons: Vec<Lesson>, files: &CommandFile
     let sheet = answers(&[]);
     let head = sheet.split("</title>").next().unwrap_or_default();
     let earlier = std::fs::read_to_string(folder.join(ANSWERS)).unwrap_or_default();
-    refuse_others_files(folder, earlier.starts_with(head), is_page, "give another folder")?;
+    refuse_foreign_files(folder, earlier.starts_with(head), is_page, "give another folder")?;
     make_folder(folder)?;
     let mut camera = Camera::new(SIZE, Quality::HIGH)?;
     let (mut pages, mut written) = (Vec::new(), Vec::new());

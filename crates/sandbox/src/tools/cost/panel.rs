@@ -106,7 +106,7 @@ fn first(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Set
     let lines = ui.scope(|ui| {
         ui.set_min_height(HEAD);
         if study.is_flat(axes.accuracy) {
-            ui.label("More substeps bring most methods no nearer here; the details say why.");
+            ui.label("More substeps do not reduce the error of most methods here; the details say why.");
         }
         let mine = study.cells.iter().find(|cell| cell.setting == present);
         let Some((mine, error)) = mine.and_then(|mine| Some((mine, study.error(mine, axes.accuracy)?)))
@@ -123,11 +123,11 @@ fn first(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Set
             _ => share(error, 2),
         };
         ui.strong(format!("Yours: up to {off} off within {} s{cost}.", digits(study.simulated_s)));
-        let Some((cell, times)) = study.nearer_at_the_cost_of(mine, axes.accuracy, axes.cost) else {
-            ui.weak("Nothing that is measured is much nearer at this cost.");
+        let Some((cell, times)) = study.better_at_cost_of(mine, axes.accuracy, axes.cost) else {
+            ui.weak("No measured setting is much more accurate at this cost.");
             return None;
         };
-        ui.label(format!("{}: {} times nearer at the same cost.", title(cell.setting), fold(times)));
+        ui.label(format!("{}: {} times smaller error at the same cost.", title(cell.setting), fold(times)));
         Some(cell.setting)
     });
     lines.inner

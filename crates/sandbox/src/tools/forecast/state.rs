@@ -147,7 +147,7 @@ pub(super) fn wrong(deviation: Deviation) -> String {
 pub(super) fn growth(factor: f64) -> String {
     let percent = 100.0 * (factor - 1.0);
     if factor.is_infinite() {
-        "grows without end".to_owned()
+        "grows without bound".to_owned()
     } else if factor >= 2.0 {
         format!("grows {} times per second", digits(factor))
     } else if percent >= LEAST_PERCENT {
@@ -298,7 +298,7 @@ mod tests {
             (1.153, "grows by 15 % per second"),
             (1.000_021, "grows by 0.0021 % per second"),
             (1.0 + f64::EPSILON, "grows by less than 0.001 % per second"),
-            (f64::INFINITY, "grows without end"),
+            (f64::INFINITY, "grows without bound"),
         ] {
             assert_eq!(growth(factor), words);
         }

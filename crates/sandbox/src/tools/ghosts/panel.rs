@@ -22,7 +22,7 @@ const BETWEEN: f32 = 1.0;
 /// Points in which a long reason is broken into lines.
 const WIDTH: f32 = 300.0;
 /// Points of the box and the color before a name.
-const BEFORE_NAME: f32 = 40.0;
+const BEFORE_NAME: f32 = 46.0;
 /// Between two columns, points.
 const COLUMNS: f32 = 10.0;
 

@@ -109,7 +109,7 @@ fn bodies(ui: &mut Ui, graphs: &mut Graphs) {
                 body.kept = !remove.clicked();
             } else {
                 let keep = ui.add_enabled(has_room, Button::new("Keep").small());
-                let keep = keep.on_hover_text("it stays in the graph when something else is selected");
+                let keep = keep.on_hover_text("keeps the body in the graph when something else is selected");
                 let full = format!("{MOST_KEPT} bodies are kept; remove one first");
                 body.kept = keep.on_disabled_hover_text(full).clicked();
             }

@@ -268,7 +268,7 @@ impl Graphs {
     }
 
     /// Keeps the kept bodies, found by name in another text of the scene, without their samples.
-    pub(crate) fn go_on_with_names(&mut self, stage: &Stage) {
+    pub(crate) fn rebind_by_name(&mut self, stage: &Stage) {
         self.bodies.retain_mut(|body| {
             body.tracks.clear();
             let thing = stage.thing_named(&body.name).filter(|_| body.kept);

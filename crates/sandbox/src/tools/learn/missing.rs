@@ -96,7 +96,7 @@ fn short_of(part: &Comparison, measures: Measures<'_>, value: impl Fn(&str) -> O
             .iter()
             .map(|name| described(name, std::slice::from_ref(name), measures).0)
             .collect();
-        return format!("{} do not fit yet", one_of(&names));
+        return format!("{} do not meet the condition yet", one_of(&names));
     }
     let (words, unit) = described(part.left.text(), part.left.names(), measures);
     let with_unit = |number: f64| match number.is_nan() {
@@ -237,7 +237,7 @@ mod tests {
             said("e_most - e_least == 0 && 2 * m > 9"),
             "largest energy - smallest energy 1 J, to be 0 J; 2 * mass of ball 4 kg, to be above 9 kg"
         );
-        assert_eq!(said("v / m >= 1"), "mass of ball and speed of ball do not fit yet");
+        assert_eq!(said("v / m >= 1"), "mass of ball and speed of ball do not meet the condition yet");
         assert_eq!(
             said("abs(v) > 1"),
             "speed of ball, without its sign, less than 1e-9 m/s, to be above 1 m/s"

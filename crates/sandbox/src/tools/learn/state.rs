@@ -233,7 +233,7 @@ impl Learn {
             && running.begin.is_empty()
             && running.holds(when)
         {
-            self.go_on();
+            self.finish_step();
         }
     }
 
@@ -280,7 +280,7 @@ impl Learn {
     pub fn answer(&mut self, text: &str) -> bool {
         let right = self.accepts(text);
         if right {
-            self.go_on();
+            self.finish_step();
         } else if let Some(running) = &mut self.running {
             running.rejection = Some(running.refusal(text.trim()));
         }
@@ -288,11 +288,11 @@ impl Learn {
     }
 
     /// Continues with the next step, and says what was measured.
-    fn go_on(&mut self) {
-        self.finish_step(false);
+    fn finish_step(&mut self) {
+        self.end_step(false);
     }
 
-    fn finish_step(&mut self, skips: bool) {
+    fn end_step(&mut self, skips: bool) {
         let Some(running) = &mut self.running else { return };
         let Some(step) = running.lesson.steps.get(running.step) else { return };
         let said = step.then.filled(|name| running.value(name), in_words);
@@ -320,7 +320,7 @@ impl Learn {
         if let Some(running) = &mut self.running {
             running.skipped = true;
         }
-        self.finish_step(true);
+        self.end_step(true);
     }
 
     /// Goes back to the step before. A step that did not come out as usual begins with a reset, so that it can be tried again.
