@@ -28,14 +28,21 @@ fn contents(folder: &Path) -> Vec<(PathBuf, Option<Vec<u8>>)> {
 fn run_with(folder: &Path, line: &str, variables: &[(&str, &str)]) -> Said {
     let runtime = TempDir::new().unwrap();
     let mut command = Command::new(program());
-    command.args(line.split_whitespace()).current_dir(folder).env("XDG_RUNTIME_DIR", runtime.path());
+    command
+        .args(line.split_whitespace())
+        .current_dir(folder)
+        .env("XDG_RUNTIME_DIR", runtime.path());
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     command.env_remove("RUST_LOG").envs(variables.iter().copied());
     let said = output(&mut command);
     let text = |text: &str| text.replace(folder.to_str().unwrap(), "FOLDER");
     let said = Said { out: text(&said.out), err: text(&said.err), ..said };
     for leak in ["panicked", "RUST_BACKTRACE", ".rs:", ".cargo", root().to_str().unwrap()] {
-        assert!(!said.err.contains(leak) && !said.out.contains(leak), "{line}: `{leak}` in {}", said.err);
+        assert!(
+            !said.err.contains(leak) && !said.out.contains(leak),
+            "{line}: `{leak}` in {}",
+            said.err
+        );
     }
     said
 }
@@ -64,8 +71,9 @@ fn refused_in_a_line(line: &str, variables: &[(&str, &str)], code: i32, start: &
 
 /// A text of a case with the names that it has places for.
 fn with_names(text: &str) -> String {
-    let names =
-        |scenes: &[scene::ShippedScene]| scenes.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ");
+    let names = |scenes: &[scene::ShippedScene]| {
+        scenes.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ")
+    };
     text.replace("{SCENES}", &names(scene::shipped()))
         .replace("{CASES}", &names(scene::cases()))
         .replace(
@@ -86,11 +94,17 @@ fn every_command_refuses_unknown_flags_and_options_without_their_value() {
         let options: Vec<_> = options
             .filter(|line| line.split_whitespace().nth(1).is_some_and(|word| word.starts_with('<')))
             .collect();
-        for option in
-            options.iter().map(|line| line.split_whitespace().next().unwrap()).chain(["--no-such-flag"])
+        for option in options
+            .iter()
+            .map(|line| line.split_whitespace().next().unwrap())
+            .chain(["--no-such-flag"])
         {
             let said = sandbox(".", &format!("{command} {option}"));
-            assert!(said.code == 2 && said.err.contains(option), "{command} {option}: {}", said.all());
+            assert!(
+                said.code == 2 && said.err.contains(option),
+                "{command} {option}: {}",
+                said.all()
+            );
             seen += 1;
         }
     }
@@ -148,8 +162,7 @@ fn without_an_adapter_a_run_with_pictures_ends_and_one_without_does_not() {
 
 #[test]
 fn an_adapter_that_is_not_there_is_named_beside_those_that_are() {
-    let message =
-        "sandbox: WGPU_ADAPTER_NAME is `nonsense`, but no usable adapter has that in its name; found: ";
+    let message = "sandbox: WGPU_ADAPTER_NAME is `nonsense`, but no usable adapter has that in its name; found: ";
     let line = "run fine.ron --ticks 2 --frames pictures";
     refused_in_a_line(line, &[("WGPU_ADAPTER_NAME", "nonsense")], 4, message);
 }
@@ -157,7 +170,12 @@ fn an_adapter_that_is_not_there_is_named_beside_those_that_are() {
 #[test]
 fn a_picture_that_no_adapter_can_draw_is_a_bad_size_and_not_a_missing_adapter() {
     let message = "sandbox: --size: a picture of 16384 x 16384 pixels cannot be drawn: ";
-    refused_in_a_line("run fine.ron --ticks 2 --frames pictures --size 16384x16384", &[], 2, message);
+    refused_in_a_line(
+        "run fine.ron --ticks 2 --frames pictures --size 16384x16384",
+        &[],
+        2,
+        message,
+    );
 }
 
 #[test]
@@ -171,7 +189,8 @@ fn a_picture_that_cannot_be_written_ends_the_run_without_a_part_of_a_file() {
     let folder = folder();
     fs::create_dir_all(folder.path().join("pictures/frame_000001.png/taken")).unwrap();
     let before = listing(folder.path());
-    let line = "run fine.ron --ticks 9 --frames pictures --state out.csv --summary out.json --size 16x16";
+    let line =
+        "run fine.ron --ticks 9 --frames pictures --state out.csv --summary out.json --size 16x16";
     run(folder.path(), line).warns(2, "\nsandbox: cannot write pictures/frame_000001.png: ");
     let mut expected = before;
     expected.push(folder.path().join("pictures/frame_000000.png"));
@@ -183,9 +202,10 @@ fn a_picture_that_cannot_be_written_ends_the_run_without_a_part_of_a_file() {
 #[cfg(target_os = "linux")]
 fn places_that_take_no_files_are_refused() {
     for place in ["/proc", "/sys"] {
-        for line in
-            [format!("--state {place}/out.csv --summary out.json"), format!("--summary {place}/out.json")]
-        {
+        for line in [
+            format!("--state {place}/out.csv --summary out.json"),
+            format!("--summary {place}/out.json"),
+        ] {
             let said = refused(&format!("run fine.ron --ticks 2 {line}"), &[]).ends(2);
             let named = said.err.starts_with(&format!("sandbox: cannot write {place}/out."));
             assert!(
@@ -217,8 +237,9 @@ fn a_full_standard_output_is_told() {
     let folder = folder();
     // The shell leads standard output to where nothing can be written.
     let mut shell = Command::new("sh");
-    let said =
-        output(shell.args(["-c", "\"$0\" list methods > /dev/full"]).arg(program()).current_dir(&folder));
+    let said = output(
+        shell.args(["-c", "\"$0\" list methods > /dev/full"]).arg(program()).current_dir(&folder),
+    );
     said.warns(2, "cannot write standard output: the disk is full");
 }
 
@@ -246,7 +267,8 @@ fn ended_by(signals: &[&str], ignored: Option<&str>) -> Option<i32> {
     let line = "run fine.ron --hours 1e12 --ticks 1000000000000 --state out.csv --summary out.json --black-box out.zip";
     // A test that runs in the background of a script has learned to ignore interrupts.
     let mut env = Command::new("env");
-    env.arg("--default-signal=INT,TERM,HUP").args(ignored.map(|signal| format!("--ignore-signal={signal}")));
+    env.arg("--default-signal=INT,TERM,HUP")
+        .args(ignored.map(|signal| format!("--ignore-signal={signal}")));
     let run = env
         .arg(program())
         .args(line.split(' '))
@@ -259,7 +281,9 @@ fn ended_by(signals: &[&str], ignored: Option<&str>) -> Option<i32> {
         (listing(folder.path()).len() == before.len() + 3).then_some(())
     });
     for signal in signals {
-        assert!(output(Command::new("kill").args([signal, run.id().to_string().as_str()])).code == 0);
+        assert!(
+            output(Command::new("kill").args([signal, run.id().to_string().as_str()])).code == 0
+        );
     }
     let status = wait_for("the end of the run", || run.try_wait().unwrap());
     assert_eq!(listing(folder.path()), before, "{signals:?}");
@@ -281,9 +305,13 @@ fn a_folder_that_is_made_for_an_output_is_told() {
     let folder = folder();
     let line = "run fine.ron --ticks 2 --state new/folder/out.csv --summary new/other/out.json --frames new/folder --size 16x16";
     let said = run(folder.path(), line);
-    let mut told: Vec<_> = said.err.lines().filter(|line| !line.starts_with("drawing with ")).collect();
+    let mut told: Vec<_> =
+        said.err.lines().filter(|line| !line.starts_with("drawing with ")).collect();
     told.sort_unstable();
-    assert_eq!((said.code, told), (0, vec!["made the folder new/folder", "made the folder new/other"]));
+    assert_eq!(
+        (said.code, told),
+        (0, vec!["made the folder new/folder", "made the folder new/other"])
+    );
     for file in ["new/folder/out.csv", "new/other/out.json"] {
         assert!(folder.path().join(file).exists(), "{file}");
     }
@@ -292,8 +320,11 @@ fn a_folder_that_is_made_for_an_output_is_told() {
 #[test]
 fn a_picture_of_a_script_lies_in_the_working_folder_where_no_other_is_named() {
     let folder = folder();
-    for (flags, picture) in [("", "shot.png"), ("--frames folder --frame-every 1000", "folder/shot.png")] {
-        run(folder.path(), &format!("run fine.ron --script shot.script --size 16x16 {flags}")).fine();
+    for (flags, picture) in
+        [("", "shot.png"), ("--frames folder --frame-every 1000", "folder/shot.png")]
+    {
+        run(folder.path(), &format!("run fine.ron --script shot.script --size 16x16 {flags}"))
+            .fine();
         assert!(folder.path().join(picture).exists(), "{flags}: {:?}", listing(folder.path()));
     }
 }
@@ -306,7 +337,9 @@ fn a_run_with_pictures_says_nothing_about_displays_where_nothing_is_wrong() {
     command
         .args(["run", "fine.ron", "--ticks", "2", "--frames", "folder", "--size", "16x16"])
         .current_dir(&folder);
-    for variable in ["XDG_RUNTIME_DIR", "DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET", "NODEVICE_SELECT"] {
+    for variable in
+        ["XDG_RUNTIME_DIR", "DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET", "NODEVICE_SELECT"]
+    {
         command.env_remove(variable);
     }
     let said = output(&mut command);
@@ -351,15 +384,15 @@ fn a_full_disk_ends_the_run_and_leaves_nothing() {
     let folder = with_link("/dev/full");
     let before = listing(folder.path());
     for line in ["--state link --summary out.json", "--state link", "--summary link"] {
-        let message = "sandbox: cannot write link: the disk is full; make room, or give another path\n";
+        let message =
+            "sandbox: cannot write link: the disk is full; make room, or give another path\n";
         run(folder.path(), &format!("run fine.ron --ticks 2 {line}")).says(2, message);
         assert_eq!(listing(folder.path()), before);
         assert!(folder.path().join("link").is_symlink());
     }
     std::os::unix::fs::symlink("/dev/full", folder.path().join("folder/frame_000000.png")).unwrap();
     let err = run(folder.path(), "run fine.ron --ticks 2 --frames folder --size 16x16").ends(2).err;
-    let message =
-        "sandbox: cannot write folder/frame_000000.png: the disk is full; make room, or give another path\n";
+    let message = "sandbox: cannot write folder/frame_000000.png: the disk is full; make room, or give another path\n";
     assert!(err.ends_with(message), "{err}");
 }
 
@@ -372,7 +405,9 @@ fn a_device_is_written_to_and_not_replaced_and_a_link_stays_a_link() {
     let folder = with_link("file");
     run(folder.path(), "run fine.ron --ticks 2 --state link").fine();
     assert!(folder.path().join("link").is_symlink());
-    assert!(fs::read_to_string(folder.path().join("file")).unwrap().starts_with("tick,time_s,body,"));
+    assert!(
+        fs::read_to_string(folder.path().join("file")).unwrap().starts_with("tick,time_s,body,")
+    );
     let folder = with_link("/dev/stdout");
     let out = run(folder.path(), "run fine.ron --ticks 2 --summary link").fine();
     assert!(out.contains("\"scene\": \"fine\""), "{out}");
@@ -397,8 +432,10 @@ fn a_quarantined_body_is_exit_code_3_named_in_message_and_summary_and_wins_over_
     let folder = folder();
     write(folder.path(), "strict.ron", STRICT);
     write(folder.path(), "nan.script", "[(at_tick: 60, do: push(\"ball\", (nan, 0, 0)))]");
-    let said =
-        run(folder.path(), "run strict.ron --assert --script nan.script --ticks 120 --summary out.json");
+    let said = run(
+        folder.path(),
+        "run strict.ron --assert --script nan.script --ticks 120 --summary out.json",
+    );
     let what = "Force was not finite when integrate_acceleration looked";
     said.says(3, &format!("sandbox: ball quarantined in tick 61: {what}\n"));
     let summary: serde_json::Value = json(folder.path().join("out.json"));

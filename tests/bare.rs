@@ -37,7 +37,8 @@ fn arrays_by(twin: &mut Simulation, method: Method) -> Bare {
 }
 
 fn own_laws(spec: &OwnLawsSpec) -> Vec<Box<dyn Law>> {
-    let wells = (!spec.wells.is_empty()).then(|| Box::new(Wells(spec.wells.clone())) as Box<dyn Law>);
+    let wells =
+        (!spec.wells.is_empty()).then(|| Box::new(Wells(spec.wells.clone())) as Box<dyn Law>);
     let thrusts = spec.thrusts.iter().map(|thrust| Box::new(thrust.clone()) as Box<dyn Law>);
     let drag = spec.drag.map(|drag| Box::new(drag) as Box<dyn Law>);
     drag.into_iter().chain(wells).chain(thrusts).collect()

@@ -37,7 +37,8 @@ fn estimated_by_taken(text: &str, keeps: Keeps) -> f64 {
         drop(text);
         estimated = scene.estimated_bytes(keeps);
         let pictures = keeps.pictures.is_some();
-        let options = Options { pictures, interpolate: pictures, threads: Some(1), ..Options::default() };
+        let options =
+            Options { pictures, interpolate: pictures, threads: Some(1), ..Options::default() };
         let mut drive = Drive::with(scene, options);
         drive.session.tools.forecast_start(&mut drive.session.stage, 0.01);
         if keeps.ledger {
@@ -64,12 +65,17 @@ fn kinds() -> Vec<(&'static str, String)> {
     };
     let bodies = |count: usize, keys: &str| {
         let keys = keys.to_owned();
-        format!("bodies: [{}]", list(count, &|i| format!("({})", keys.replace('#', &i.to_string()))))
+        format!(
+            "bodies: [{}]",
+            list(count, &|i| format!("({})", keys.replace('#', &i.to_string())))
+        )
     };
     let options = "name: \"b#\", label: \"label of #\", mass_kg: 2, damping_per_s: 0.1, max_speed_m_s: 50, locked_axes: [x], gravity_off: true, substeps: 2, method: runge_kutta_4, position_m: (#, 0, 0), velocity_m_s: (0, 1, 0), color: (1, 0, 0)";
     let (long, short) = ("n".repeat(90), "l".repeat(60));
-    let thousand =
-        format!("bodies: [{}]", list(1000, &|i| format!("(name: \"b{i}\", position_m: ({i}, 0, 0))")));
+    let thousand = format!(
+        "bodies: [{}]",
+        list(1000, &|i| format!("(name: \"b{i}\", position_m: ({i}, 0, 0))"))
+    );
     let springs = list(199_999, &|i| {
         let (a, b) = (i % 1000, (i / 1000 + i % 1000 + 1) % 1000);
         format!("(between: (\"b{a}\", \"b{b}\"), stiffness_n_m: 0.001)")
@@ -115,8 +121,10 @@ fn lattice_entries(cells: u32) -> String {
 /// "At most" is meant, and not by much. The text itself is counted, too: it is there while the scene is read.
 #[test]
 fn the_estimate_is_at_least_what_is_taken_and_not_much_more() {
-    let factors: Vec<_> =
-        kinds().into_iter().map(|(kind, text)| (kind, estimated_by_taken(&text, Keeps::default()))).collect();
+    let factors: Vec<_> = kinds()
+        .into_iter()
+        .map(|(kind, text)| (kind, estimated_by_taken(&text, Keeps::default())))
+        .collect();
     for (kind, factor) in &factors {
         assert!((1.0..=1.6).contains(factor), "{kind}: {factor}; all: {factors:?}");
     }
@@ -159,7 +167,9 @@ fn a_small_allowance_is_said_in_a_unit_that_shows_it() {
 #[test]
 fn no_command_takes_more_seconds_than_a_run_can_have() {
     let folder = folder([("none", "")]);
-    for command in ["run orbit", "ablate orbit --no-pictures", "recommend orbit --error 1", "cost orbit"] {
+    for command in
+        ["run orbit", "ablate orbit --no-pictures", "recommend orbit --error 1", "cost orbit"]
+    {
         let said = sandbox(&folder, &format!("{command} --seconds 1e300"));
         said.fails(2, "are too many ticks for one run; give fewer");
     }
@@ -173,7 +183,10 @@ fn what_does_not_fit_is_refused_by_its_entry_before_it_is_made() {
     let all = &said.err;
     assert_eq!(said.code, 2, "{all}");
     let line = format!("big.ron:2:11: soft_bodies[1]: {bodies} bodies and ");
-    assert!(all.contains(&line) && all.contains("GiB, and 2.0 GiB are allowed; give fewer"), "{all}");
+    assert!(
+        all.contains(&line) && all.contains("GiB, and 2.0 GiB are allowed; give fewer"),
+        "{all}"
+    );
     assert_eq!(all.lines().count(), 1, "{all}");
     run(&lattice(4), "run big.ron --ticks 1 --memory 0.1").fine();
     run(&lattice(4), "plan big.ron --memory 0.00001").warns(2, "soft_bodies[1]");
@@ -193,8 +206,12 @@ fn an_address_space_that_is_too_small_is_refused_and_not_run_into() {
 fn loading_can_be_interrupted() {
     let folder = folder([("big.ron", lattice(60))]);
     let mut env = Command::new("env");
-    let env = env.arg("--default-signal=INT").arg(program()).args("run big.ron --state out.csv".split(' '));
-    let mut run = env.current_dir(&folder).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let env = env
+        .arg("--default-signal=INT")
+        .arg(program())
+        .args("run big.ron --state out.csv".split(' '));
+    let mut run =
+        env.current_dir(&folder).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let resident = || {
         let text = fs::read_to_string(format!("/proc/{}/statm", run.id())).unwrap_or_default();
         text.split(' ').nth(1).and_then(|pages| pages.parse::<u64>().ok()).unwrap_or(0)
@@ -203,7 +220,8 @@ fn loading_can_be_interrupted() {
     wait_for("bodies that are being made", || (resident() > 50_000).then_some(()));
     assert!(Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap().success());
     assert_eq!(run.wait().unwrap().code(), Some(130));
-    let left: Vec<_> = fs::read_dir(&folder).unwrap().map(|file| file.unwrap().file_name()).collect();
+    let left: Vec<_> =
+        fs::read_dir(&folder).unwrap().map(|file| file.unwrap().file_name()).collect();
     assert_eq!(left, ["big.ron"]);
 }
 
@@ -218,7 +236,8 @@ fn a_long_tick_is_told_before_it_is_taken() {
     assert!(sampled.bodies == 20_000 && sampled.seconds > 0.0 && sampled.seconds.is_finite());
     assert_eq!(lab::attraction_tick(&scene_of(&stars(2_000))), None);
     // Refused after that was told: the run itself is not waited for.
-    let said = run(&stars(4_000), "run big.ron --ticks 100000000 --hours 1e12 --state big.ron/no.csv");
+    let said =
+        run(&stars(4_000), "run big.ron --ticks 100000000 --hours 1e12 --state big.ron/no.csv");
     said.warns(2, "4000 bodies attract each other: a tick takes some ");
 }
 
@@ -228,7 +247,8 @@ fn a_film_takes_no_more_memory_for_more_pictures() {
     let taken = |pictures: u32| {
         let mut dice = Dice(7);
         // Nothing of it can be compressed, and all of it changes.
-        let mut noise = || Image { size_px, rgba: (0..96 * 64 * 4).map(|_| dice.bits() as u8 | 1).collect() };
+        let mut noise =
+            || Image { size_px, rgba: (0..96 * 64 * 4).map(|_| dice.bits() as u8 | 1).collect() };
         let spool = tempfile::tempfile().unwrap();
         let out = tempfile::tempfile().unwrap();
         most_held(|| {

@@ -23,7 +23,10 @@ fn hiding_the_bars_hides_the_panels_of_the_dock_and_a_key_or_the_bars_bring_them
     let windows = |cockpit: &Cockpit| {
         let titles = ["Ledger", "Ghosts", "Forecast"];
         let controls = cockpit.session().controls();
-        titles.into_iter().filter(|title| controls.iter().any(|control| control.name == *title)).count()
+        titles
+            .into_iter()
+            .filter(|title| controls.iter().any(|control| control.name == *title))
+            .count()
     };
     cockpit.press("F10");
     assert_eq!((windows(&cockpit), cockpit.session().open_panels().len()), (0, 3));
@@ -44,7 +47,8 @@ fn the_camera_of_a_scene_without_one_comes_back_to_its_bodies() {
         "(version: 1, bodies: [(name: \"ball\", shape: sphere(radius_m: 0.1), position_m: (500, 0, 0))])",
     )]);
     let path = folder.path().join("far.ron");
-    let distance = |cockpit: &Cockpit| cockpit.viewpoint().position.distance(cockpit.drive.x("ball"));
+    let distance =
+        |cockpit: &Cockpit| cockpit.viewpoint().position.distance(cockpit.drive.x("ball"));
     let mut cockpit = Cockpit::of(path.to_str().unwrap(), [1280, 720]);
     assert!(distance(&cockpit) > 100.0);
     cockpit.press("F2");
@@ -53,25 +57,38 @@ fn the_camera_of_a_scene_without_one_comes_back_to_its_bodies() {
 
 #[test]
 fn the_view_is_what_bars_browser_and_dock_leave_and_nothing_overlaps() {
-    for (size, scale) in
-        [([1024, 600], 1.0), ([1280, 720], 1.0), ([1280, 720], 1.5), ([2560, 1440], 1.0), ([2560, 1440], 2.0)]
-    {
+    for (size, scale) in [
+        ([1024, 600], 1.0),
+        ([1280, 720], 1.0),
+        ([1280, 720], 1.5),
+        ([2560, 1440], 1.0),
+        ([2560, 1440], 2.0),
+    ] {
         let mut cockpit = Cockpit::of("everything", size);
         cockpit.drive.give([Input::Scaled(scale)]).ticks(2);
-        for key in [None, Some("Tab"), Some("E"), Some("C"), Some("T"), Some("B"), Some("V"), Some("R")] {
+        for key in
+            [None, Some("Tab"), Some("E"), Some("C"), Some("T"), Some("B"), Some("V"), Some("R")]
+        {
             if let Some(key) = key {
                 cockpit.drive.press(key).ticks(3);
             }
             let [corner, area] = cockpit.view();
             let (end, case) = (corner + area, format!("{size:?} x {scale}, {key:?}"));
             let whole = DVec2::from_array(size.map(f64::from));
-            assert!(corner.cmpge(DVec2::ZERO).all() && end.cmple(whole).all(), "{case}: {corner} {end}");
+            assert!(
+                corner.cmpge(DVec2::ZERO).all() && end.cmple(whole).all(),
+                "{case}: {corner} {end}"
+            );
             assert!(area.x > 0.3 * whole.x && area.y > 0.8 * whole.y, "{case}: {area}");
             for control in cockpit.session().controls() {
                 // What a dock has scrolled away is beyond its edges; what is inside the screen stays out of the view.
                 let at = middle(&control);
                 let inside = at.cmpgt(corner + 1.0).all() && at.cmplt(end - 1.0).all();
-                assert!(!inside, "{case}: {} at {at} is over the view {corner} {end}", control.name);
+                assert!(
+                    !inside,
+                    "{case}: {} at {at} is over the view {corner} {end}",
+                    control.name
+                );
             }
         }
     }
@@ -117,7 +134,11 @@ fn back_and_step_repeat_while_they_are_held_and_act_once_when_they_are_clicked()
     cockpit.click("Pause");
     for (name, forward) in [("Step", true), ("Back", false)] {
         let (middle, from) = (cockpit.middle_of(name), cockpit.session().stage.sim().ticks());
-        cockpit.drive.frame(H, [at(middle)]).frame(H, [Input::ButtonDown(Button::Left)]).run(60, 1.0 / 60.0);
+        cockpit
+            .drive
+            .frame(H, [at(middle)])
+            .frame(H, [Input::ButtonDown(Button::Left)])
+            .run(60, 1.0 / 60.0);
         cockpit.drive.frame(H, [Input::ButtonUp(Button::Left)]).ticks(3);
         let moved = cockpit.session().stage.sim().ticks().abs_diff(from);
         assert!((5..=20).contains(&moved), "{name}: {moved} in a second");
@@ -150,8 +171,12 @@ fn the_browser_opens_a_scene_by_its_name_and_finds_it_by_its_description() {
     cockpit.drive.click(Button::Left, field).ticks(2);
     assert!(cockpit.session().takes_text());
     cockpit.drive.give([Input::Text("gusty".to_owned())]).ticks(2);
-    let names: Vec<_> = cockpit.session().controls().into_iter().map(|control| control.name).collect();
-    assert!(names.contains(&"flag".to_owned()) && !names.contains(&"frame step".to_owned()), "{names:?}");
+    let names: Vec<_> =
+        cockpit.session().controls().into_iter().map(|control| control.name).collect();
+    assert!(
+        names.contains(&"flag".to_owned()) && !names.contains(&"frame step".to_owned()),
+        "{names:?}"
+    );
 }
 
 #[test]
@@ -166,7 +191,8 @@ fn the_search_finds_scenes_by_their_group_and_by_what_they_show() {
         let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
         cockpit.press("F6").press("F6");
         cockpit.drive.give([Input::Text(words.to_owned())]).ticks(2);
-        let names: Vec<_> = cockpit.session().controls().into_iter().map(|control| control.name).collect();
+        let names: Vec<_> =
+            cockpit.session().controls().into_iter().map(|control| control.name).collect();
         let has = |name: &str| names.iter().any(|other| other == name);
         assert!(has(finds) && !has(leaves_out), "{words}: {names:?}");
     }
@@ -188,8 +214,9 @@ fn scene_files_of_earlier_windows_are_listed_and_found() {
 fn every_shipped_scene_is_in_the_browser_and_those_of_no_group_are_hard_cases() {
     let cockpit = Cockpit::of("tutorial", [1280, 9000]);
     let controls = cockpit.session().controls();
-    let top =
-        |name: &str| controls.iter().find(|control| control.name == name).map(|control| control.rect_px[1]);
+    let top = |name: &str| {
+        controls.iter().find(|control| control.name == name).map(|control| control.rect_px[1])
+    };
     let heading = top("Hard cases").unwrap();
     let place = |name: &str| top(&name.replace('_', " "));
     for scene in scene::shipped() {
@@ -217,7 +244,10 @@ fn a_drag_pulls_a_body_to_the_pointer_and_a_click_only_selects_it() {
     cockpit.drive.give([Input::ButtonUp(Button::Left)]).ticks(1);
     let still = cockpit.drive.v("player");
     cockpit.drive.give([at(from)]).ticks(60);
-    assert!(cockpit.drive.v("player").length() <= still.length(), "let go, it is not pulled any more");
+    assert!(
+        cockpit.drive.v("player").length() <= still.length(),
+        "let go, it is not pulled any more"
+    );
 }
 
 #[test]
@@ -252,7 +282,8 @@ fn a_jelly_is_lifted_by_one_of_its_points() {
     let height = |cockpit: &mut Cockpit| {
         let world = &mut cockpit.drive.session.stage.sim_mut().world;
         let soft = world.query::<&SoftBody>().single(world).unwrap().clone();
-        let heights = soft.points.iter().map(|point| world.get::<Transform>(*point).unwrap().position.y);
+        let heights =
+            soft.points.iter().map(|point| world.get::<Transform>(*point).unwrap().position.y);
         heights.sum::<f64>() / soft.points.len() as f64
     };
     let is_soft = |cockpit: &Cockpit| cockpit.drive.selected().as_deref() == Some("jelly");
@@ -286,7 +317,8 @@ fn a_newborn_particle_is_drawn_where_it_is_born_and_not_on_its_way_from_its_last
             drive.frame(0.75 * H, []);
             let frame = drive.session.picture();
             let eye = drive.session.view.camera().position;
-            let xs: Vec<_> = frame.sprites.iter().map(|drop| f64::from(drop.position[0]) + eye.x).collect();
+            let xs: Vec<_> =
+                frame.sprites.iter().map(|drop| f64::from(drop.position[0]) + eye.x).collect();
             born += usize::from(xs.len() == capacity && before != xs);
             // A drop is born at 0 and flies away; on its way back from there it would be seen against the stream.
             let mut sorted = xs.clone();
@@ -305,7 +337,13 @@ fn what_is_not_seen_is_simulated_and_not_laid_out() {
     cockpit.drive.session.set_unseen(true);
     let ticks = cockpit.session().stage.sim().ticks();
     let pause = cockpit.middle_of("Pause");
-    cockpit.drive.press("Tab").ticks(10).frame(H, [at(pause)]).frame(H, click(Button::Left)).ticks(3);
+    cockpit
+        .drive
+        .press("Tab")
+        .ticks(10)
+        .frame(H, [at(pause)])
+        .frame(H, click(Button::Left))
+        .ticks(3);
     assert!(
         cockpit.session().stage.sim().ticks() >= ticks + 15
             && !cockpit.has("Moon")
@@ -337,13 +375,16 @@ fn soft_bodies_bear_a_hard_pull() {
         let size = cockpit.view()[1];
         let world = &mut cockpit.drive.session.stage.sim_mut().world;
         let softs: Vec<_> = world.query::<&SoftBody>().iter(world).cloned().collect();
-        let position =
-            |point: &Entity| cockpit.session().stage.sim().world.get::<Transform>(*point).unwrap().position;
+        let position = |point: &Entity| {
+            cockpit.session().stage.sim().world.get::<Transform>(*point).unwrap().position
+        };
         let points = softs.iter().flat_map(|soft| &soft.points);
         let places: Vec<_> = points.map(|point| cockpit.pixel(position(point))).collect();
         let is_soft = |cockpit: &Cockpit| {
             let selected = cockpit.session().stage.selection();
-            selected.is_some_and(|thing| cockpit.session().stage.sim().world.get::<SoftBody>(thing).is_some())
+            selected.is_some_and(|thing| {
+                cockpit.session().stage.sim().world.get::<SoftBody>(thing).is_some()
+            })
         };
         let found = places.into_iter().rev().find(|place| {
             cockpit.drive.click(Button::Left, *place);
@@ -385,7 +426,10 @@ fn the_wheel_zooms_while_nothing_is_selected_and_else_changes_the_force() {
     let distance = cockpit.viewpoint().position.distance(player);
     cockpit.drive.give([at(pixel), Input::Wheel(3.0)]);
     let nearer = cockpit.viewpoint().position.distance(player);
-    assert!(nearer < 0.8 * distance && cockpit.pixel(player).distance(pixel) < 3.0, "{distance} {nearer}");
+    assert!(
+        nearer < 0.8 * distance && cockpit.pixel(player).distance(pixel) < 3.0,
+        "{distance} {nearer}"
+    );
     assert_eq!(cockpit.session().view.click_force(), force);
     cockpit.drive.give(click(Button::Left)).give([Input::Wheel(1.0)]);
     assert_eq!(cockpit.session().view.click_force(), force + 100.0);
@@ -417,7 +461,13 @@ fn a_click_on_the_floor_deselects_and_a_floor_that_is_selected_takes_nothing_awa
         assert_eq!(cockpit.drive.select(floor), None);
         cockpit.drive.give([down(held)]);
         assert!(
-            cockpit.drive.session.picture().cuboids.iter().any(|body| body.surface & render::OUTLINED != 0)
+            cockpit
+                .drive
+                .session
+                .picture()
+                .cuboids
+                .iter()
+                .any(|body| body.surface & render::OUTLINED != 0)
         );
         assert_eq!(cockpit.drive.select(floor).as_deref(), Some("floor"));
         cockpit.drive.give([up(held)]).ticks(2);
@@ -426,7 +476,8 @@ fn a_click_on_the_floor_deselects_and_a_floor_that_is_selected_takes_nothing_awa
         let hint = |name: &str| name.starts_with("floor cannot be moved. Right drag orbits");
         assert!(cockpit.session().controls().iter().any(|control| hint(&control.name)));
 
-        let (camera, force) = (*cockpit.session().view.camera(), cockpit.session().view.click_force());
+        let (camera, force) =
+            (*cockpit.session().view.camera(), cockpit.session().view.click_force());
         cockpit.drag(Button::Right, floor, floor + DVec2::new(50.0, 0.0));
         let orbited = *cockpit.session().view.camera();
         assert_ne!(orbited, camera);
@@ -441,19 +492,24 @@ fn a_click_on_the_floor_deselects_and_a_floor_that_is_selected_takes_nothing_awa
 fn framing_shows_all_that_moves_and_then_the_selection_alone() {
     let scenes = ["tutorial", "thousand", "orbits_race", "flag", "everything"];
     // Wider than high, and higher than wide.
-    for (scene, size) in scenes.into_iter().flat_map(|scene| [(scene, [1024, 600]), (scene, [1000, 1400])]) {
+    for (scene, size) in
+        scenes.into_iter().flat_map(|scene| [(scene, [1024, 600]), (scene, [1000, 1400])])
+    {
         let mut cockpit = Cockpit::of(scene, size);
         cockpit.drive.press("P").press("F").ticks(1);
         let [corner, size] = cockpit.view();
         let bodies: Vec<_> = cockpit.session().stage.things().collect();
         let world = &cockpit.session().stage.sim().world;
-        let moving = bodies
-            .into_iter()
-            .filter(|thing| world.get::<PhysicsBody>(*thing).is_some_and(|body| body.inverse_mass > 0.0));
+        let moving = bodies.into_iter().filter(|thing| {
+            world.get::<PhysicsBody>(*thing).is_some_and(|body| body.inverse_mass > 0.0)
+        });
         for thing in moving {
             let place = world.get::<Transform>(thing).unwrap().position;
             let inside = cockpit.pixel(place) - corner;
-            assert!(inside.cmpge(DVec2::ZERO).all() && inside.cmple(size).all(), "{scene}: {inside} {size}");
+            assert!(
+                inside.cmpge(DVec2::ZERO).all() && inside.cmple(size).all(),
+                "{scene}: {inside} {size}"
+            );
         }
     }
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
@@ -523,7 +579,11 @@ fn the_dock_is_resized_at_its_edge_and_nothing_is_selected_or_pulled_there() {
     let [corner, size] = cockpit.view();
     let edge = corner + size * DVec2::new(1.0, 0.5) - DVec2::X;
     cockpit.drive.frame(H, [at(edge)]).frame(H, [Input::ButtonDown(Button::Left)]);
-    cockpit.drive.frame(H, [at(edge - 60.0 * DVec2::X)]).frame(H, [Input::ButtonUp(Button::Left)]).ticks(2);
+    cockpit
+        .drive
+        .frame(H, [at(edge - 60.0 * DVec2::X)])
+        .frame(H, [Input::ButtonUp(Button::Left)])
+        .ticks(2);
     assert!((cockpit.view()[1].x - (size.x - 60.0)).abs() < 3.0, "{} {}", cockpit.view()[1], size);
     assert_eq!(cockpit.drive.selected().as_deref(), Some("player"));
 }
@@ -541,7 +601,10 @@ fn what_the_tools_say_fits_into_the_dock_at_its_usual_width() {
                 let dock = controls.iter().filter(|control| control.rect_px[0] > corner.x + view.x);
                 for control in dock.filter(|control| !control.name.is_empty()) {
                     let right = control.rect_px[2];
-                    assert!(right <= f64::from(width) - 8.0, "{scene}, {tool} at {size:?}: {control:#?}");
+                    assert!(
+                        right <= f64::from(width) - 8.0,
+                        "{scene}, {tool} at {size:?}: {control:#?}"
+                    );
                 }
                 cockpit.drive.press(tool).ticks(2);
             }
@@ -553,7 +616,8 @@ fn what_the_tools_say_fits_into_the_dock_at_its_usual_width() {
 fn showing_the_cockpit_changes_no_setting_and_no_bit() {
     let hash = |cockpit: bool| {
         let overrides = Overrides { substeps: Some(5000), ..Overrides::default() };
-        let options = Options { pictures: false, interpolate: true, overrides, ..Options::default() };
+        let options =
+            Options { pictures: false, interpolate: true, overrides, ..Options::default() };
         let mut drive = Drive::with(scene::load("oscillator").unwrap(), options);
         if cockpit {
             drive.press("F10");
@@ -580,7 +644,10 @@ fn a_graph_of_a_soft_body_claims_no_acceleration() {
     let table = cockpit.saved_table();
     let row: Vec<_> = table.lines().last().unwrap().split(',').collect();
     assert_eq!(row.len(), 14);
-    assert!(row[7..13].iter().all(|cell| cell.is_empty()) && row[..7].iter().all(|cell| !cell.is_empty()));
+    assert!(
+        row[7..13].iter().all(|cell| cell.is_empty())
+            && row[..7].iter().all(|cell| !cell.is_empty())
+    );
 }
 
 #[test]
@@ -598,7 +665,12 @@ fn a_double_click_frames_what_it_selects_and_two_slow_clicks_do_not() {
 fn what_a_click_would_select_is_outlined() {
     let outlined = |cockpit: &mut Cockpit| {
         let frame = cockpit.drive.session.picture();
-        frame.cuboids.iter().chain(&frame.spheres).filter(|body| body.surface & render::OUTLINED != 0).count()
+        frame
+            .cuboids
+            .iter()
+            .chain(&frame.spheres)
+            .filter(|body| body.surface & render::OUTLINED != 0)
+            .count()
     };
     let mut cockpit = Cockpit::of("thousand", [1280, 720]);
     let (body, empty) = (cockpit.seen("layer9.x9.z0"), empty_place(&cockpit));
@@ -626,7 +698,10 @@ fn graphs_keep_the_last_ten_seconds_and_save_them_as_a_table() {
     );
     let rows: Vec<Vec<f64>> =
         lines.map(|line| line.split(',').map(|number| number.parse().unwrap()).collect()).collect();
-    assert!(rows.iter().all(|row| row.len() == 14) && rows.windows(2).all(|pair| pair[0][0] < pair[1][0]));
+    assert!(
+        rows.iter().all(|row| row.len() == 14)
+            && rows.windows(2).all(|pair| pair[0][0] < pair[1][0])
+    );
     let length = rows.last().unwrap()[0] - rows[0][0];
     assert!(length > 9.9 && length <= 10.0, "{length} s");
     let body = cockpit.drive.entity("ball");
@@ -664,7 +739,10 @@ fn a_fault_stays_with_its_cures_until_it_is_dismissed() {
     assert_eq!(cockpit.session().stage.sim().stepper.method(), Method::ImplicitEuler);
     cockpit.click("Play");
     cockpit.drive.ticks(600);
-    assert!(!cockpit.session().stage.paused() && cockpit.session().stage.fault().is_none(), "cured");
+    assert!(
+        !cockpit.session().stage.paused() && cockpit.session().stage.fault().is_none(),
+        "cured"
+    );
 
     // From the start again: by now the spring has no length to grow from.
     let explicit = Input::Act(scene::Action::SetMethod(Method::ExplicitEuler));
@@ -686,11 +764,13 @@ fn going_on_through_a_fault_keeps_its_cures_and_calls_no_later_tick_good() {
     let good = cockpit.session().stage.sim().ticks();
     let offers = |cockpit: &Cockpit| {
         let controls = cockpit.session().controls();
-        ["implicit Euler", "Reset to start", "Last good tick"]
-            .map(|name| controls.iter().any(|control| control.name == name && control.role == "Button"))
+        ["implicit Euler", "Reset to start", "Last good tick"].map(|name| {
+            controls.iter().any(|control| control.name == name && control.role == "Button")
+        })
     };
-    let says_good =
-        |cockpit: &Cockpit| cockpit.session().stage.notices.texts().any(|notice| notice.contains("good"));
+    let says_good = |cockpit: &Cockpit| {
+        cockpit.session().stage.notices.texts().any(|notice| notice.contains("good"))
+    };
     assert!(offers(&cockpit) == [true, true, false] && says_good(&cockpit));
 
     // It explodes until a number is too large, and stops once more: before that the run had gone wrong already.
@@ -717,7 +797,10 @@ fn going_on_through_a_fault_keeps_its_cures_and_calls_no_later_tick_good() {
     cockpit.click("implicit Euler");
     cockpit.click("Play");
     cockpit.drive.ticks(600);
-    assert!(!cockpit.session().stage.paused() && cockpit.session().stage.fault().is_none(), "cured");
+    assert!(
+        !cockpit.session().stage.paused() && cockpit.session().stage.fault().is_none(),
+        "cured"
+    );
 }
 
 #[test]
@@ -809,7 +892,10 @@ fn thousands_of_random_events_over_all_tools_do_no_harm() {
         for _ in 0..15 {
             cockpit.drive.press("Escape").ticks(1);
         }
-        assert!(!cockpit.session().takes_text() && cockpit.session().open_panels().is_empty(), "{scene}");
+        assert!(
+            !cockpit.session().takes_text() && cockpit.session().open_panels().is_empty(),
+            "{scene}"
+        );
         cockpit.drive.press("F1");
         let ticks = cockpit.session().stage.sim().ticks();
         let fresh = Drive::of(scene::Scene::clone(&cockpit.session().stage.sim().scene));
@@ -817,7 +903,10 @@ fn thousands_of_random_events_over_all_tools_do_no_harm() {
         if cockpit.session().stage.paused() {
             cockpit.drive.press("P");
         }
-        assert!(cockpit.drive.frames(10).session.stage.sim().ticks() > ticks, "{scene}: it does not run");
+        assert!(
+            cockpit.drive.frames(10).session.stage.sim().ticks() > ticks,
+            "{scene}: it does not run"
+        );
     }
 }
 
@@ -883,7 +972,10 @@ fn tab_passes_every_control_in_sight_of_all_tools_and_frames_it() {
     {
         let passed = passed(opens);
         for name in everywhere.into_iter().chain(names) {
-            assert!(passed.iter().any(|control| control.name == name), "{name} is not passed: {passed:#?}");
+            assert!(
+                passed.iter().any(|control| control.name == name),
+                "{name} is not passed: {passed:#?}"
+            );
         }
     }
 }
@@ -895,7 +987,8 @@ fn passed(opens: &str) -> Vec<Control> {
     let mut passed: Vec<Control> = Vec::new();
     let first = cockpit.press("F6").focused().unwrap();
     loop {
-        let control = cockpit.focused().unwrap_or_else(|| panic!("lost after {:#?}", passed.last()));
+        let control =
+            cockpit.focused().unwrap_or_else(|| panic!("lost after {:#?}", passed.last()));
         let at = middle(&control);
         let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(DVec2::new(1024.0, 600.0)).all();
         assert!(inside, "{control:#?} is out of sight");
@@ -1042,9 +1135,13 @@ fn a_damaged_arrangement_does_no_other_action() {
         assert_eq!((drive.session.arrangement(), drive.hash()), (usual.clone(), hash), "{text:?}");
         assert_eq!(drive.session.stage.take_orders(), []);
     }
-    let text = arranged("larger 99999999999999999999\nsmaller 4000\ntoggle_cockpit off", [1280, 720]);
+    let text =
+        arranged("larger 99999999999999999999\nsmaller 4000\ntoggle_cockpit off", [1280, 720]);
     let arrangement = text.session.arrangement();
-    assert!(arrangement.contains("smaller") && arrangement.contains("toggle_cockpit off"), "{arrangement}");
+    assert!(
+        arrangement.contains("smaller") && arrangement.contains("toggle_cockpit off"),
+        "{arrangement}"
+    );
 }
 
 #[test]
@@ -1088,7 +1185,9 @@ fn flying_is_as_fast_as_the_scene_is_far() {
     for scene in ["tutorial", "tutorial_large", "frame_step", "empty"] {
         assert_eq!(speed(scene), 100.0, "{scene}");
     }
-    for (scene, slower) in [("figure_eight", 2.0), ("cape", 10.0), ("everything", 20.0), ("bridge", 50.0)] {
+    for (scene, slower) in
+        [("figure_eight", 2.0), ("cape", 10.0), ("everything", 20.0), ("bridge", 50.0)]
+    {
         assert_eq!(speed(scene), slower, "{scene}");
     }
 }
@@ -1102,7 +1201,8 @@ fn keys_select_one_movable_body_after_the_other_and_push_it() {
         let name = cockpit.drive.selected().unwrap();
         let body = cockpit.drive.entity(&name);
         assert!(
-            cockpit.session().stage.sim().world.get::<PhysicsBody>(body).unwrap().inverse_mass > 0.0,
+            cockpit.session().stage.sim().world.get::<PhysicsBody>(body).unwrap().inverse_mass
+                > 0.0,
             "{name}"
         );
         if seen.contains(&name) {
@@ -1126,8 +1226,9 @@ fn a_bar_that_comes_moves_no_button_of_the_lesson_and_of_the_dock() {
     let lesson = scene::lesson::Lesson::parse("force", text).unwrap();
     cockpit.drive.session.begin_lesson(lesson, lab::lesson::Quantities::default());
     cockpit.drive.ticks(3);
-    let places =
-        |cockpit: &Cockpit| ["Skip", "Leave", "Measure", "Build"].map(|name| cockpit.middle_of(name));
+    let places = |cockpit: &Cockpit| {
+        ["Skip", "Leave", "Measure", "Build"].map(|name| cockpit.middle_of(name))
+    };
     let before = places(&cockpit);
     // Everything falls out of the view.
     cockpit.press("G");
@@ -1140,7 +1241,8 @@ fn a_bar_that_comes_moves_no_button_of_the_lesson_and_of_the_dock() {
 fn a_control_at_which_a_lesson_points_is_scrolled_to() {
     let mut cockpit = Cockpit::of("orbit", [1280, 320]);
     cockpit.press("B").press("V").press("C");
-    let in_sight = |cockpit: &Cockpit| cockpit.middle_of("Ledger").y > cockpit.middle_of("Measure").y;
+    let in_sight =
+        |cockpit: &Cockpit| cockpit.middle_of("Ledger").y > cockpit.middle_of("Measure").y;
     assert!(!in_sight(&cockpit), "a panel below it was opened last");
 
     let lessons = scene::lesson::shipped();

@@ -61,13 +61,16 @@ fn rows(folder: &Path, line: &str) -> Vec<Row> {
 }
 
 fn parsed(line: &str) -> Vec<serde_json::Map<String, Value>> {
-    let Value::Array(rows) = serde_json::from_str(&run(line)).unwrap() else { panic!("{line}: a list") };
+    let Value::Array(rows) = serde_json::from_str(&run(line)).unwrap() else {
+        panic!("{line}: a list")
+    };
     rows.into_iter().map(|row| row.as_object().unwrap().clone()).collect()
 }
 
 #[test]
 fn every_list_has_the_same_rows_as_a_table_and_as_json() {
-    for (what, headings) in [("scenes", 0), ("cases", 0), ("methods", 1), ("laws", 1), ("keys", 0)] {
+    for (what, headings) in [("scenes", 0), ("cases", 0), ("methods", 1), ("laws", 1), ("keys", 0)]
+    {
         let table = run(&format!("list {what}"));
         let rows = parsed(&format!("list {what} --format json"));
         assert_eq!(table.lines().count(), headings + rows.len(), "{what}");
@@ -78,10 +81,12 @@ fn every_list_has_the_same_rows_as_a_table_and_as_json() {
                     Value::String(limit) if name == "stability_limit" && limit == "inf" => {
                         "always".to_owned()
                     }
-                    Value::Number(limit) if name == "stability_limit" => match limit.as_f64().unwrap() {
-                        0.0 => "never".to_owned(),
-                        limit => format!("w h < {}", (limit * 1e3).floor() / 1e3),
-                    },
+                    Value::Number(limit) if name == "stability_limit" => {
+                        match limit.as_f64().unwrap() {
+                            0.0 => "never".to_owned(),
+                            limit => format!("w h < {}", (limit * 1e3).floor() / 1e3),
+                        }
+                    }
                     Value::String(text) => text.clone(),
                     Value::Bool(flag) => if *flag { "yes" } else { "no" }.to_owned(),
                     other => other.to_string(),
@@ -89,13 +94,15 @@ fn every_list_has_the_same_rows_as_a_table_and_as_json() {
                 let cell = rest
                     .strip_prefix(text.as_str())
                     .filter(|rest| text.is_empty() || rest.is_empty() || rest.starts_with(' '));
-                rest =
-                    cell.unwrap_or_else(|| panic!("{line}: {name} is {text:?}, not {rest:?}")).trim_start();
+                rest = cell
+                    .unwrap_or_else(|| panic!("{line}: {name} is {text:?}, not {rest:?}"))
+                    .trim_start();
             }
             assert_eq!(rest, "", "{line}");
         }
     }
-    let scenes: Vec<_> = parsed("list scenes --format json").iter().map(|row| row["scene"].clone()).collect();
+    let scenes: Vec<_> =
+        parsed("list scenes --format json").iter().map(|row| row["scene"].clone()).collect();
     assert_eq!(scenes, scene::shipped().iter().map(|scene| scene.name).collect::<Vec<_>>());
 }
 
@@ -129,9 +136,14 @@ fn the_list_of_methods_has_every_claim() {
     let table = run("list methods");
     let (heading, first) = table.split_once('\n').unwrap();
     assert!(heading.starts_with("method  ") && first.starts_with("explicit_euler  "), "{table}");
-    let names: Vec<_> =
-        parsed("list laws --format json").iter().map(|row| row["law"].as_str().unwrap().to_owned()).collect();
-    assert_eq!(names, ["gravity", "drag", "wells", "thrusts", "damping", "springs", "mutual_gravity"]);
+    let names: Vec<_> = parsed("list laws --format json")
+        .iter()
+        .map(|row| row["law"].as_str().unwrap().to_owned())
+        .collect();
+    assert_eq!(
+        names,
+        ["gravity", "drag", "wells", "thrusts", "damping", "springs", "mutual_gravity"]
+    );
 }
 
 #[test]
@@ -157,7 +169,8 @@ fn every_key_and_every_action_is_listed_once() {
 
 #[test]
 fn explicit_euler_swaps_exactly_the_two_middle_lines_of_the_plan() {
-    let (semi_implicit, explicit) = (run("plan tutorial"), run("plan tutorial --method explicit_euler"));
+    let (semi_implicit, explicit) =
+        (run("plan tutorial"), run("plan tutorial --method explicit_euler"));
     // Without the number of the place.
     let systems = |plan: &str| -> Vec<String> {
         plan.lines().skip(1).map(|line| line.split_once(". ").unwrap().1.to_owned()).collect()
@@ -233,16 +246,24 @@ fn a_summary_has_the_keys_of_the_contract_in_order() {
     let keys: Vec<_> = keys.split(' ').collect();
     assert_eq!(summary.keys().collect::<Vec<_>>(), keys);
     assert_eq!(table.lines().map(|line| line.split(' ').next().unwrap()).collect::<Vec<_>>(), keys);
-    assert_eq!((&summary["scene"], &summary["method"]), (&"tutorial".into(), &"semi_implicit_euler".into()));
+    assert_eq!(
+        (&summary["scene"], &summary["method"]),
+        (&"tutorial".into(), &"semi_implicit_euler".into())
+    );
     assert_eq!(summary["methods"], serde_json::json!({"semi_implicit_euler": 28}));
-    assert_eq!((&summary["newton_iterations"], &summary["unconverged_steps"]), (&0.into(), &0.into()));
+    assert_eq!(
+        (&summary["newton_iterations"], &summary["unconverged_steps"]),
+        (&0.into(), &0.into())
+    );
     let named = table.lines().find_map(|line| line.strip_prefix("method ")).unwrap();
     assert_eq!(named.trim(), "semi_implicit_euler (semi-implicit Euler)");
     assert_eq!((&summary["ticks"], &summary["force_evaluations"]), (&60.into(), &(60 * 28).into()));
     assert_eq!((&summary["frames"], &summary["adapter"]), (&0.into(), &Value::Null));
     assert_eq!(summary["momentum_kg_m_s"].as_array().unwrap().len(), 3);
     let hash = summary["state_hash"].as_str().unwrap();
-    assert!(hash.len() == 16 && hash.chars().all(|c| c.is_ascii_hexdigit() && !c.is_ascii_uppercase()));
+    assert!(
+        hash.len() == 16 && hash.chars().all(|c| c.is_ascii_hexdigit() && !c.is_ascii_uppercase())
+    );
     let listed = table.lines().find_map(|line| line.strip_prefix("state_hash")).unwrap();
     assert_eq!(listed.trim(), hash);
 }
@@ -250,8 +271,7 @@ fn a_summary_has_the_keys_of_the_contract_in_order() {
 #[test]
 fn numbers_that_are_not_finite_are_words_in_a_summary() {
     // Finite bodies, but the square of the speed is not.
-    let scene =
-        "(version: 1, bodies: [(velocity_m_s: (1e200, 0, 0)), (velocity_m_s: (-1e308, 0, 0), mass_kg: 10)])";
+    let scene = "(version: 1, bodies: [(velocity_m_s: (1e200, 0, 0)), (velocity_m_s: (-1e308, 0, 0), mass_kg: 10)])";
     let (said, summary) = summarized([("fast.ron", scene)], "run fast.ron --ticks 1");
     said.ends(0);
     assert_eq!(summary["kinetic_energy_j"], "inf");
@@ -272,7 +292,9 @@ fn the_state_is_the_same_for_every_frame_rate_and_every_run() {
     for scene in ["fall.ron", "thousand"] {
         let hash = |flags: &str| hash(folder.path(), &format!("{scene} --ticks 240 {flags}"));
         let expected = hash("");
-        for flags in ["", "--fps 30", "--fps 60", "--fps 144", "--fps 0.5", "--frame-times uneven.times"] {
+        for flags in
+            ["", "--fps 30", "--fps 60", "--fps 144", "--fps 0.5", "--frame-times uneven.times"]
+        {
             assert_eq!(hash(flags), expected, "{scene} {flags}");
         }
         assert_ne!(hash("--method explicit_euler"), expected, "{scene}");
@@ -301,7 +323,10 @@ fn the_state_hash_is_xxh3_over_the_bits_of_the_state() {
         for number in rows.iter().filter(|row| row.tick == 30).flat_map(|row| row.numbers) {
             xxh3.update(&number.to_bits().to_le_bytes());
         }
-        assert_eq!(hash(folder.path(), &line.replace(" --every 30", "")), format!("{:016x}", xxh3.digest()));
+        assert_eq!(
+            hash(folder.path(), &line.replace(" --every 30", "")),
+            format!("{:016x}", xxh3.digest())
+        );
     }
 }
 
@@ -328,9 +353,11 @@ fn every_shipped_scene_keeps_what_it_expects_for_a_minute() {
             let seconds = if own || resolved.emitters.is_empty() { 60.0 } else { 10.0 };
             let black_box = if own { "--black-box box.zip" } else { "" };
             let seconds = seconds * resolved.pace;
-            let flags = format!("--seconds {seconds} --assert --method {} {black_box}", method.name());
+            let flags =
+                format!("--seconds {seconds} --assert --method {} {black_box}", method.name());
             let table = run(&format!("run {} {flags}", scene.name));
-            let simulated = table.lines().find_map(|line| line.strip_prefix("simulated_s")).unwrap();
+            let simulated =
+                table.lines().find_map(|line| line.strip_prefix("simulated_s")).unwrap();
             let simulated: f64 = simulated.trim().parse().unwrap();
             assert!((simulated / seconds - 1.0).abs() < 1e-9, "{}: {simulated} s", scene.name);
         }
@@ -341,7 +368,8 @@ fn every_shipped_scene_keeps_what_it_expects_for_a_minute() {
 fn overrides_limits_and_time_go_on_over_resets_and_changes_of_scene() {
     let script = "[(at_tick: 4, do: press(\"F1\")), (at_tick: 8, do: press(\"next_scene\")), \
                   (at_tick: 10, do: press(\"F1\")), (at_tick: 12, do: push(\"grid.x0.z0\", (nan, 0, 0)))]";
-    let line = "run tutorial --ticks 15 --hz 240 --method explicit_euler --script s.ron --state s.csv";
+    let line =
+        "run tutorial --ticks 15 --hz 240 --method explicit_euler --script s.ron --state s.csv";
     let (said, summary) = summarized([("s.ron", script)], line);
     said.ends(3);
     assert_eq!(summary["scene"], "tutorial_large");

@@ -37,11 +37,17 @@ fn it_starts_in_camera_mode_with_gravity_off_and_nothing_selected() {
     assert_eq!((drive.session.view.mode(), gravity_on(&drive)), (Mode::Camera, false));
     assert_eq!((drive.session.stage.selection(), drive.session.view.click_force()), (None, 10.0));
     assert!(
-        drive.session.view.grabs_pointer() && !drive.session.stage.paused() && !drive.session.takes_text()
+        drive.session.view.grabs_pointer()
+            && !drive.session.stage.paused()
+            && !drive.session.takes_text()
     );
     let before = drive.hash();
     drive.ticks(120);
-    assert_eq!((drive.hash(), drive.session.stage.sim().ticks()), (before, 120), "nothing moves by itself");
+    assert_eq!(
+        (drive.hash(), drive.session.stage.sim().ticks()),
+        (before, 120),
+        "nothing moves by itself"
+    );
 }
 
 #[test]
@@ -69,7 +75,10 @@ fn f1_resets_the_world_and_keeps_camera_gravity_and_click_force() {
     drive.press("F1");
     assert_eq!(drive.hash(), start);
     assert_eq!((*drive.session.view.camera(), drive.session.view.click_force()), (camera, 210.0));
-    assert_eq!((drive.session.stage.selection(), drive.session.view.mode()), (None, Mode::Selection));
+    assert_eq!(
+        (drive.session.stage.selection(), drive.session.view.mode()),
+        (None, Mode::Selection)
+    );
     assert!(gravity_on(&drive));
     // The lock is gone as well: the camera no longer follows.
     drive.ticks(10);
@@ -123,7 +132,10 @@ fn flying_is_level_at_100_meters_a_second_and_only_in_camera_mode() {
         // Also when it looks far up: only the yaw counts.
         for looked in [0.0, -500.0] {
             let mut drive = Drive::tutorial();
-            drive.give([Input::Mouse(0.0, looked)]).give(keys.iter().map(|key| down(key))).frames(30);
+            drive
+                .give([Input::Mouse(0.0, looked)])
+                .give(keys.iter().map(|key| down(key)))
+                .frames(30);
             let moved = drive.session.view.camera().position - CameraSpec::TUTORIAL.position;
             assert!((moved - direction * 50.0).length() < 1e-9, "{keys:?}: {moved}");
             drive.press("Q");
@@ -239,7 +251,9 @@ fn slow_and_fast_motion_visit_the_states_of_the_normal_run() {
     let (mut drive, pixel) = with_player();
     drive.press("G").click(Button::Right, pixel);
     let (mut visited, mut counts) = (Vec::new(), Vec::new());
-    for (key, pace) in [("P", 0.0), ("P", 1.0), ("-", 0.5), ("-", 0.25), ("=", 0.5), ("=", 1.0), ("=", 2.0)] {
+    for (key, pace) in
+        [("P", 0.0), ("P", 1.0), ("-", 0.5), ("-", 0.25), ("=", 0.5), ("=", 1.0), ("=", 2.0)]
+    {
         drive.press(key);
         let here: Vec<_> = (0..12).flat_map(|_| drive.visited(1.0 / 60.0, [])).collect();
         counts.push((here.len() as f64, pace * 24.0));
@@ -251,7 +265,8 @@ fn slow_and_fast_motion_visit_the_states_of_the_normal_run() {
 
 #[test]
 fn the_same_clicks_before_the_same_ticks_end_in_the_same_bits_at_every_frame_rate() {
-    let jitter = |i: u32| H * (0.05 + 0.9 * f64::from(i.wrapping_mul(2_654_435_761) >> 16) / 65_536.0);
+    let jitter =
+        |i: u32| H * (0.05 + 0.9 * f64::from(i.wrapping_mul(2_654_435_761) >> 16) / 65_536.0);
     let lengths: [(&str, Box<dyn Fn(u32) -> f64>); 6] = [
         ("30", Box::new(|_| 1.0 / 30.0)),
         ("60", Box::new(|_| 1.0 / 60.0)),
@@ -345,8 +360,14 @@ fn brackets_ask_for_the_neighboring_scenes_and_f12_for_a_screenshot() {
     for (i, name) in names.iter().enumerate() {
         let mut drive = Drive::shipped(name);
         let (before, after) = ((i + names.len() - 1) % names.len(), (i + 1) % names.len());
-        assert_eq!(drive.press("[").session.stage.take_orders(), [Order::Open(names[before].clone())]);
-        assert_eq!(drive.press("]").session.stage.take_orders(), [Order::Open(names[after].clone())]);
+        assert_eq!(
+            drive.press("[").session.stage.take_orders(),
+            [Order::Open(names[before].clone())]
+        );
+        assert_eq!(
+            drive.press("]").session.stage.take_orders(),
+            [Order::Open(names[after].clone())]
+        );
         assert_eq!(drive.press("F12").session.stage.take_orders(), [Order::Screenshot(None)]);
         assert_eq!(drive.session.stage.take_orders(), []);
     }
@@ -355,7 +376,8 @@ fn brackets_ask_for_the_neighboring_scenes_and_f12_for_a_screenshot() {
 #[test]
 fn i_and_shift_i_go_through_the_methods_of_the_scene_and_a_reset_keeps_the_chosen_one() {
     let mut drive = Drive::tutorial();
-    for (key, step) in [("I", Method::next as fn(Method) -> Method), ("Shift+I", Method::previous)] {
+    for (key, step) in [("I", Method::next as fn(Method) -> Method), ("Shift+I", Method::previous)]
+    {
         for _ in Method::ALL {
             let expected = step(drive.session.stage.sim().stepper.method());
             assert_eq!(drive.press(key).session.stage.sim().stepper.method(), expected, "{key}");
@@ -481,7 +503,8 @@ fn lines(drive: &mut Drive) -> (f32, usize) {
 #[test]
 fn trails_have_their_points_by_time_and_no_line_across_what_they_did_not_see() {
     let (mut smooth, mut slow) = (Drive::shipped("orbit"), Drive::shipped("orbit"));
-    let [(_, by_ticks), (_, by_frames)] = [lines(smooth.run(120, H)), lines(slow.run(10, 12.0 * H))];
+    let [(_, by_ticks), (_, by_frames)] =
+        [lines(smooth.run(120, H)), lines(slow.run(10, 12.0 * H))];
     assert!(by_ticks > 100 && by_ticks.abs_diff(by_frames) <= 1, "{by_ticks} and {by_frames}");
     // Off and on again while it moves on.
     let (longest, _) = lines(&mut smooth);
@@ -518,7 +541,8 @@ fn force_arrows_show_springs_and_mutual_gravity_in_newtons_on_one_scale() {
         let mut drive = Drive::shipped(name);
         // At the start the body in the middle of the eight is pulled to both sides alike.
         let without = arrows(drive.ticks(30)).len();
-        let moving = drive.session.stage.methods().into_iter().map(|(_, bodies)| bodies).sum::<usize>();
+        let moving =
+            drive.session.stage.methods().into_iter().map(|(_, bodies)| bodies).sum::<usize>();
         assert_eq!((without, arrows(drive.press("2")).len()), (0, moving), "{name}");
     }
     // Equal and opposite forces have arrows of one length, whatever the masses: 60 N on 1 kg and on 10 kg.
@@ -531,7 +555,14 @@ fn force_arrows_show_springs_and_mutual_gravity_in_newtons_on_one_scale() {
     assert!(within(start[0], 3.0), "{start:?}");
     let newtons = |drive: &mut Drive, name: &str| -> f64 {
         let body = drive.entity(name);
-        drive.session.stage.forces_on(body).into_iter().map(|(_, newtons)| newtons).sum::<DVec3>().length()
+        drive
+            .session
+            .stage
+            .forces_on(body)
+            .into_iter()
+            .map(|(_, newtons)| newtons)
+            .sum::<DVec3>()
+            .length()
     };
     let later = arrows(drive.ticks(30));
     let expected = newtons(&mut drive, "one") / 20.0;

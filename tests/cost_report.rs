@@ -6,7 +6,9 @@ mod fixture;
 use std::collections::BTreeMap;
 
 use fixture::{fall, oscillator, report, rest};
-use lab::cost::{Accuracy, Cost, Drift, Failure, Host, Outcome, Report, Study, TickTime, TimedTick, Truth};
+use lab::cost::{
+    Accuracy, Cost, Drift, Failure, Host, Outcome, Report, Study, TickTime, TimedTick, Truth,
+};
 use motion::Method;
 use report::{CELLS_HEADER, Table, files, json, table, tables, words};
 
@@ -106,8 +108,10 @@ fn the_table_compares_verlet_and_runge_kutta_2_at_equal_evaluations() {
 #[test]
 fn words_answer_the_tutorials_question() {
     let said = words(&oscillator());
-    let said =
-        sentence(&said, "At equal evaluations Runge-Kutta 4 is more accurate than semi-implicit Euler");
+    let said = sentence(
+        &said,
+        "At equal evaluations Runge-Kutta 4 is more accurate than semi-implicit Euler",
+    );
     assert!(said.contains("at every useful step"), "{said}");
     // The other way round: Runge-Kutta 4 with the errors of the Euler.
     let mut swapped = oscillator();
@@ -122,7 +126,8 @@ fn words_answer_the_tutorials_question() {
     let per_step = |method: Method| u64::from(method.claims().evaluations);
     let ticks = swapped.ticks;
     for cell in &mut swapped.cells {
-        cell.counts.accelerations = ticks * u64::from(cell.setting.substeps) * per_step(cell.setting.method);
+        cell.counts.accelerations =
+            ticks * u64::from(cell.setting.substeps) * per_step(cell.setting.method);
     }
     let said = words(&swapped);
     sentence(&said, "At equal evaluations semi-implicit Euler is more accurate than Runge-Kutta 4");
@@ -153,8 +158,11 @@ fn headlines_are_read_from_the_table_that_they_head() {
             ("Cheapest by time with 1 body: ", "cheapest by time", "."),
         ] {
             let said = words(&study);
-            let said =
-                sentence(&said, beginning).strip_prefix(beginning).unwrap().trim_end_matches(ends).to_owned();
+            let said = sentence(&said, beginning)
+                .strip_prefix(beginning)
+                .unwrap()
+                .trim_end_matches(ends)
+                .to_owned();
             let place = table.header.iter().position(|title| title == column).unwrap();
             // "A at 5 Hz (x 2) = B at 5 Hz (x 2)" names A = B; rows with the same methods are one span.
             let names = |cell: &str| {
@@ -171,7 +179,8 @@ fn headlines_are_read_from_the_table_that_they_head() {
                 .chunk_by(|a, b| a.0 == b.0)
                 .map(|span| format!("{} {}", span[0].0.join(" = "), span.last().unwrap().1))
                 .collect();
-            let said: Vec<_> = said.split(", then ").map(|span| span.replace(" (exact)", "")).collect();
+            let said: Vec<_> =
+                said.split(", then ").map(|span| span.replace(" (exact)", "")).collect();
             assert_eq!(said.len(), spans.len(), "{said:#?} {spans:#?}");
             for (said, span) in said.iter().zip(&spans) {
                 assert!(span.starts_with(said.as_str()), "{said} is not {span}");
@@ -184,7 +193,10 @@ fn headlines_are_read_from_the_table_that_they_head() {
 fn settings_that_cost_the_same_are_called_ties() {
     let table = table_of(&fall(), "Cheapest for an error");
     let last = &table.rows.last().unwrap()[1];
-    assert!(last.starts_with("position Verlet at ") && last.contains(" = velocity Verlet at "), "{last}");
+    assert!(
+        last.starts_with("position Verlet at ") && last.contains(" = velocity Verlet at "),
+        "{last}"
+    );
 }
 
 #[test]
@@ -224,7 +236,8 @@ fn a_method_of_the_wrong_order_is_named() {
     };
     assert!(orders(&study).iter().all(|order| !order.contains("claimed")));
     // Runge-Kutta 4 with the errors of semi-implicit Euler: order 1.
-    let euler: Vec<_> = study.curve(Method::SemiImplicitEuler).map(|cell| cell.outcome.clone()).collect();
+    let euler: Vec<_> =
+        study.curve(Method::SemiImplicitEuler).map(|cell| cell.outcome.clone()).collect();
     let broken = study.cells.iter_mut().filter(|cell| cell.setting.method == Method::RungeKutta4);
     for (cell, outcome) in broken.zip(euler) {
         cell.outcome = outcome;
@@ -255,7 +268,8 @@ fn an_order_is_not_fitted_below_ten_times_the_references_own_error() {
     };
     for cell in study.cells.iter_mut().filter(|cell| cell.setting.method == method) {
         if let Outcome::Finished(errors) = &mut cell.outcome {
-            errors.position_m = if errors.position_m < 10.0 * own { 9.9 * own } else { errors.position_m };
+            errors.position_m =
+                if errors.position_m < 10.0 * own { 9.9 * own } else { errors.position_m };
         }
     }
     let told = order(&study).unwrap();
@@ -345,7 +359,9 @@ fn commas_and_quotes_stay_in_their_fields() {
     let mut study = fall();
     study.subject = "a, \"b\"".to_owned();
     let files = texts(&report(vec![study]));
-    assert!(files["cells.csv"].lines().nth(1).unwrap().starts_with("\"a, \"\"b\"\"\",explicit_euler,"));
+    assert!(
+        files["cells.csv"].lines().nth(1).unwrap().starts_with("\"a, \"\"b\"\"\",explicit_euler,")
+    );
 }
 
 #[test]
@@ -388,7 +404,9 @@ fn every_choice_of_error_and_cost_has_its_figure_and_its_rule() {
         for cost in ["evaluations", "time", "real-time"] {
             assert_eq!(page.matches(&format!("figure class=\"cost {error} {cost}\"")).count(), 1);
             assert_eq!(page.matches(&format!("class=\"by-{cost}\"")).count(), 1);
-            assert!(page.contains(&format!(".panels:has(.by-{error}:checked):has(.by-{cost}:checked)")));
+            assert!(
+                page.contains(&format!(".panels:has(.by-{error}:checked):has(.by-{cost}:checked)"))
+            );
         }
     }
 }
@@ -451,7 +469,8 @@ fn studies_without_anything_to_say_make_a_report() {
     let mut hopeless = oscillator();
     for cell in &mut hopeless.cells {
         if let Outcome::Finished(errors) = &mut cell.outcome {
-            (errors.relative, errors.position_m, errors.velocity_m_s) = (f64::NAN, f64::INFINITY, f64::NAN);
+            (errors.relative, errors.position_m, errors.velocity_m_s) =
+                (f64::NAN, f64::INFINITY, f64::NAN);
         }
     }
     for drift in &mut hopeless.drifts {
@@ -463,17 +482,24 @@ fn studies_without_anything_to_say_make_a_report() {
     }
     let mut empty = fall();
     empty.cells.clear();
-    let studies = [rest(), one_rung(oscillator()), untimed(oscillator()), broken, hopeless, cut_short, empty];
+    let studies =
+        [rest(), one_rung(oscillator()), untimed(oscillator()), broken, hopeless, cut_short, empty];
     for study in studies {
         let said = words(&study);
         assert!(!said.is_empty());
         let cells = tables(&study).into_iter().flat_map(|table| table.rows.into_iter().flatten());
         let said: Vec<_> = said.into_iter().chain(cells).collect();
-        assert!(said.iter().all(|said| !said.contains("NaN") && !said.contains("inf")), "{said:#?}");
+        assert!(
+            said.iter().all(|said| !said.contains("NaN") && !said.contains("inf")),
+            "{said:#?}"
+        );
         let subject = study.subject.clone();
         for (name, text) in texts(&report(vec![study])) {
             let is_data = name == "report.json";
-            assert!(is_data || (!text.contains("NaN") && !text.contains(">inf")), "{subject}: {name}");
+            assert!(
+                is_data || (!text.contains("NaN") && !text.contains(">inf")),
+                "{subject}: {name}"
+            );
         }
     }
 }
@@ -498,7 +524,8 @@ fn subjects_of_one_name_keep_their_own_files() {
 #[test]
 fn text_of_scene_files_does_nothing_on_pages_in_markdown_or_in_spreadsheets() {
     let mut study = oscillator();
-    study.subject = "=HYPERLINK(\"http://a\",\"b\")<script>alert(1)</script>|[c](http://d)".to_owned();
+    study.subject =
+        "=HYPERLINK(\"http://a\",\"b\")<script>alert(1)</script>|[c](http://d)".to_owned();
     study.description = "<img src=x onerror=alert(1)>".to_owned();
     let files = texts(&report(vec![study]));
     for page in ["report.html", "summary.md"] {

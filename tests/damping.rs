@@ -4,7 +4,9 @@ use history::Simulation;
 use motion::effects::{Effect, EffectState};
 use motion::forecast::Forecast;
 use motion::units::Vector;
-use motion::{AxisLocks, Damping, DampingModel, DampingRate, Method, PhysicsBody, Request, SpeedLimit};
+use motion::{
+    AxisLocks, Damping, DampingModel, DampingRate, Method, PhysicsBody, Request, SpeedLimit,
+};
 
 use crate::rigs::{G, H, Lab, close, digits, scene_of};
 
@@ -32,8 +34,9 @@ fn clamped_damping_gives_the_numbers_of_physx() {
 #[test]
 fn the_same_second_at_four_rates() {
     let tutorial = [(30.0, "-8.013003", "-4.467492"), (60.0, "-8.045145", "-4.387138")];
-    let tutorial =
-        tutorial.into_iter().chain([(120.0, "-8.061168", "-4.347081"), (240.0, "-8.069167", "-4.327082")]);
+    let tutorial = tutorial
+        .into_iter()
+        .chain([(120.0, "-8.061168", "-4.347081"), (240.0, "-8.069167", "-4.327082")]);
     for (hz, v, drop) in tutorial {
         let (moved_v, moved) = fall(DampingModel::Tutorial, hz, 1.0);
         digits(moved_v, v);
@@ -49,7 +52,8 @@ fn terminal_speed_of_each_model() {
     // q = c h = 0.5: the models differ by half.
     let rate = 60.0;
     let terminal = |model| {
-        let mut lab = Lab::new(Method::SemiImplicitEuler, H).with_gravity().with(Damping { model, rate });
+        let mut lab =
+            Lab::new(Method::SemiImplicitEuler, H).with_gravity().with(Damping { model, rate });
         let body = lab.body(1.0, Vector::ZERO);
         lab.run(400);
         let before = lab.x(body).y;
@@ -94,8 +98,8 @@ fn two_thousand_seconds_of_damping_end_at_zero_not_in_subnormals() {
             (DampingRate::new(0.4), SpeedLimit(f64::MAX), AxisLocks::default()),
             (DampingRate::new(0.5), SpeedLimit(2.0), AxisLocks { z: true, ..Default::default() }),
         ];
-        let asking =
-            asking.map(|asked| lab.world.spawn((PhysicsBody::with_mass(1.0).moving_at(v), asked)).id());
+        let asking = asking
+            .map(|asked| lab.world.spawn((PhysicsBody::with_mass(1.0).moving_at(v), asked)).id());
         lab.run(240_000);
         for body in asking.into_iter().chain([plain]) {
             assert_eq!(lab.v(body), Vector::ZERO, "{model:?}");

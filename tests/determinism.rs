@@ -100,8 +100,9 @@ fn chaos_is_chaotic() {
         })
     });
     let distance = |runs: &mut [Run; 2]| {
-        let [a, b] =
-            runs.each_ref().map(|run| run.simulation.states().map(|state| state.1).collect::<Vec<_>>());
+        let [a, b] = runs
+            .each_ref()
+            .map(|run| run.simulation.states().map(|state| state.1).collect::<Vec<_>>());
         a.into_iter().zip(b).map(|(a, b)| (a - b).length()).fold(0.0, f64::max)
     };
     runs.iter_mut().for_each(|run| run.ticks(0, TICKS));
@@ -115,7 +116,8 @@ fn the_program_gives_the_pinned_hashes() {
     let summary = folder.path().join("summary.json");
     all_are_pinned(|scene| {
         let script = root().join("tests/determinism/script.ron");
-        let line = ["run", &scene.name, "--ticks", &TICKS.to_string(), "--fps", &fps(scene).to_string()];
+        let line =
+            ["run", &scene.name, "--ticks", &TICKS.to_string(), "--fps", &fps(scene).to_string()];
         let mut program = Command::new(program());
         program.args(line).arg("--script").arg(script).arg("--summary").arg(&summary);
         output(&mut program).fine();
@@ -128,7 +130,9 @@ const CROWD: u64 = 0xb36a_ad57_e0de_1c65;
 
 #[test]
 fn two_threads_give_the_pinned_hashes() {
-    all_are_pinned(|scene| end(start(scene, World::new(), |world| world.insert_resource(Threads::new(2)))));
+    all_are_pinned(|scene| {
+        end(start(scene, World::new(), |world| world.insert_resource(Threads::new(2))))
+    });
 }
 
 /// Of the shipped scenes, only `sparks` has enough bodies for threads to share them.
@@ -140,7 +144,8 @@ fn any_number_of_threads_hashes_a_crowd_alike() {
              [(count: {count}, center_m: (0.0, 50.0, 0.0), half_extents_m: (10.0, 10.0, 10.0), speed_m_s: 1.0)])"
     ));
     for threads in [1, 2, 4] {
-        let mut run = start(&scene, World::new(), |world| world.insert_resource(Threads::new(threads)));
+        let mut run =
+            start(&scene, World::new(), |world| world.insert_resource(Threads::new(threads)));
         run.ticks(0, 12);
         let hash = hash(&mut run.simulation.world);
         assert_eq!(hash, CROWD, "{threads} threads: {hash:016x}");
@@ -169,7 +174,8 @@ struct Elsewhere;
 fn shuffled<T>(mut things: Vec<T>, seed: u64) -> Vec<T> {
     let mut state = seed;
     for last in (1..things.len()).rev() {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         things.swap(last, (state >> 33) as usize % (last + 1));
     }
     things
@@ -198,7 +204,9 @@ fn mix_rows(world: &mut World) {
 
 #[test]
 fn entities_in_any_order_give_the_pinned_hashes() {
-    let rows = |world: &mut World| world.query::<&StableId>().iter(world).map(|id| id.0).collect::<Vec<_>>();
+    let rows = |world: &mut World| {
+        world.query::<&StableId>().iter(world).map(|id| id.0).collect::<Vec<_>>()
+    };
     let mut world = world_of_old_numbers();
     let entities = scene::load("rope").unwrap().spawn(&mut world);
     assert!(!entities.is_sorted(), "the numbers are in order: this test tests nothing");

@@ -21,10 +21,12 @@ fn read(document: &str) -> String {
 /// Every document with its path from the root.
 fn documents() -> Vec<(String, String)> {
     let in_folder = |folder: &'static str| {
-        let names = fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().file_name());
+        let names =
+            fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().file_name());
         names.map(move |name| format!("{folder}/{}", name.to_str().unwrap()))
     };
-    let names = in_folder("docs").chain(in_folder("docs/contract")).filter(|name| name.ends_with(".md"));
+    let names =
+        in_folder("docs").chain(in_folder("docs/contract")).filter(|name| name.ends_with(".md"));
     let names = names.chain(["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md"].map(str::to_owned));
     names.map(|name| (name.clone(), read(&name))).collect()
 }
@@ -58,7 +60,11 @@ fn every_method_is_counted_in_the_readme_and_has_a_planet_in_the_race() {
     let race = scene::load("orbits_race").unwrap();
     let planets = race.bodies.iter().filter_map(|body| body.method).collect::<Vec<_>>();
     for claims in &METHODS {
-        assert!(planets.contains(&claims.method), "no planet of orbits_race moves by {}", claims.name);
+        assert!(
+            planets.contains(&claims.method),
+            "no planet of orbits_race moves by {}",
+            claims.name
+        );
     }
 }
 
@@ -68,7 +74,11 @@ fn the_scenes_are_those_that_are_shipped() {
         format!("| `{}` | {} |\n", scene.name, scene.load().unwrap().description)
     };
     let rows: String = scene::shipped().iter().map(row).collect();
-    assert_part("docs/scenes.md", "scenes", &format!("| scene | what it shows |\n| --- | --- |\n{rows}"));
+    assert_part(
+        "docs/scenes.md",
+        "scenes",
+        &format!("| scene | what it shows |\n| --- | --- |\n{rows}"),
+    );
 }
 
 #[test]
@@ -83,7 +93,11 @@ fn the_matrix_is_the_committed_one_and_names_every_case() {
 #[test]
 fn the_costs_are_those_of_the_committed_report() {
     let report: Report = serde_json::from_str(&read("docs/cost/report.json")).unwrap();
-    assert!(report.complete && report.command == "sandbox cost kepler --quick", "{}", report.command);
+    assert!(
+        report.complete && report.command == "sandbox cost kepler --quick",
+        "{}",
+        report.command
+    );
     let [study] = &report.studies[..] else { panic!("one study") };
     assert_part("docs/accuracy.md", "cost", &report::brief(study, &report.machine));
     let everything = format!("## kepler\n\n{}", report::markdown(study, &report.machine));
@@ -94,11 +108,19 @@ fn the_costs_are_those_of_the_committed_report() {
 #[test]
 fn the_readme_says_what_each_method_claims() {
     let readme = read("README.md");
-    for Claims { title, position_order, evaluations, evaluations_with_velocity_laws: with_drag, .. } in
-        METHODS
+    for Claims {
+        title,
+        position_order,
+        evaluations,
+        evaluations_with_velocity_laws: with_drag,
+        ..
+    } in METHODS
     {
-        let with_drag =
-            if with_drag == evaluations { String::new() } else { format!(", {with_drag} with drag") };
+        let with_drag = if with_drag == evaluations {
+            String::new()
+        } else {
+            format!(", {with_drag} with drag")
+        };
         let row = format!("\n| {title} | {position_order} | {evaluations}{with_drag} | ");
         assert!(readme.contains(&row), "README.md should contain the row{row}");
     }
@@ -137,7 +159,9 @@ fn blocks(page: &str) -> Vec<Vec<&str>> {
 
 /// The arguments of the program in a line that starts it.
 fn arguments(line: &str) -> Option<&str> {
-    ["cargo run --release -- ", "scripts/run ", "sandbox "].iter().find_map(|start| line.strip_prefix(start))
+    ["cargo run --release -- ", "scripts/run ", "sandbox "]
+        .iter()
+        .find_map(|start| line.strip_prefix(start))
 }
 
 #[test]
@@ -183,7 +207,8 @@ fn every_command_is_one() {
 fn binary_of_cargo_run() -> Option<String> {
     let metadata = cargo_metadata(&["--no-deps"]);
     let packages = metadata["packages"].as_array().unwrap();
-    let defaults: Vec<_> = packages.iter().filter_map(|package| package["default_run"].as_str()).collect();
+    let defaults: Vec<_> =
+        packages.iter().filter_map(|package| package["default_run"].as_str()).collect();
     let targets = packages.iter().flat_map(|package| package["targets"].as_array().unwrap());
     let binaries = targets.filter(|target| target["kind"][0] == "bin");
     let all: Vec<_> = binaries.filter_map(|target| target["name"].as_str()).collect();
@@ -237,7 +262,8 @@ fn each_recipe_has_steps_and_a_test_and_names_what_there_is() {
     let recipes: Vec<_> = sections.collect();
     assert_eq!(recipes.iter().map(|(title, _)| *title).collect::<Vec<_>>(), RECIPES);
     for (title, text) in recipes {
-        let (text, proof) = text.split_once("\nProof: ").unwrap_or_else(|| panic!("{title} has no proof"));
+        let (text, proof) =
+            text.split_once("\nProof: ").unwrap_or_else(|| panic!("{title} has no proof"));
         let steps: Vec<_> =
             text.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit())).collect();
         assert!(steps.len() >= 3, "{title} has only the steps {steps:?}");
@@ -253,8 +279,11 @@ fn each_recipe_has_steps_and_a_test_and_names_what_there_is() {
 
 /// The name by which a link leads to a heading.
 fn anchor(heading: &str) -> String {
-    let kept =
-        heading.trim_start_matches('#').trim().chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+    let kept = heading
+        .trim_start_matches('#')
+        .trim()
+        .chars()
+        .filter(|c| c.is_alphanumeric() || " -_".contains(*c));
     kept.collect::<String>().to_lowercase().replace(' ', "-")
 }
 

@@ -85,7 +85,8 @@ fn a_handle_moves_the_selection_along_its_axis() {
     let player = cockpit.seen("player");
     cockpit.drive.click(Button::Left, player).ticks(1);
     let before = cockpit.drive.x("player");
-    let (from, to) = (cockpit.pixel(before + DVec3::Y * 8.0), cockpit.pixel(before + DVec3::Y * 15.0));
+    let (from, to) =
+        (cockpit.pixel(before + DVec3::Y * 8.0), cockpit.pixel(before + DVec3::Y * 15.0));
     cockpit.drag(Button::Left, from, to);
     cockpit.drive.ticks(1);
     let moved = cockpit.drive.x("player") - before;
@@ -123,7 +124,8 @@ fn two_clicks_join_two_bodies_and_a_point_of_a_soft_body_by_a_spring() {
     let player = cockpit.seen("player");
     cockpit.drive.click(Button::Left, player).press("Delete").ticks(1);
     assert!(
-        scene(&cockpit).springs.is_empty() && cockpit.drive.session.stage.sim().named("player").is_none()
+        scene(&cockpit).springs.is_empty()
+            && cockpit.drive.session.stage.sim().named("player").is_none()
     );
 
     let mut cockpit = editor("rope");
@@ -149,7 +151,8 @@ fn a_grid_taken_apart_runs_as_before() {
 
 /// The boxes around two bodies of the scene overlap.
 fn overlap(a: &BodySpec, b: &BodySpec) -> bool {
-    let half = |body: &BodySpec| body.shape.map_or(DVec3::splat(0.15), |shape| shape.half_extents());
+    let half =
+        |body: &BodySpec| body.shape.map_or(DVec3::splat(0.15), |shape| shape.half_extents());
     (a.position - b.position).abs().cmplt(half(a) + half(b) - 1e-9).all()
 }
 
@@ -157,7 +160,8 @@ fn overlap(a: &BodySpec, b: &BodySpec) -> bool {
 fn what_is_added_or_copied_stands_free_and_near_with_few_digits() {
     let mut cockpit = editor("tutorial");
     let added =
-        [vec!["Sphere"; 6], vec!["Box", "Particle", "Post", "Jelly", "Rope", "Sphere", "Jelly"]].concat();
+        [vec!["Sphere"; 6], vec!["Box", "Particle", "Post", "Jelly", "Rope", "Sphere", "Jelly"]]
+            .concat();
     let written = scene(&cockpit).bodies.len();
     for button in added {
         cockpit.click(button);
@@ -166,9 +170,16 @@ fn what_is_added_or_copied_stands_free_and_near_with_few_digits() {
     for (at, body) in bodies.iter().enumerate().skip(written) {
         // Points of one soft body are not free of each other.
         let others = bodies[..at].iter().filter(|other| other.shape.is_some());
-        assert!(body.shape.is_none() || others.clone().all(|other| !overlap(body, other)), "{body:?}");
+        assert!(
+            body.shape.is_none() || others.clone().all(|other| !overlap(body, other)),
+            "{body:?}"
+        );
         let digits = body.position.to_array().map(|part| format!("{part:?}").len());
-        assert!(body.shape.is_none() || digits.iter().all(|length| *length < 8), "{}", body.position);
+        assert!(
+            body.shape.is_none() || digits.iter().all(|length| *length < 8),
+            "{}",
+            body.position
+        );
     }
 
     let mut cockpit = editor("tutorial");
@@ -192,7 +203,8 @@ fn what_is_added_or_copied_stands_free_and_near_with_few_digits() {
         let entry = scene(&cockpit).entry_at(&format!("soft_bodies[{index}]")).unwrap();
         entry.bodies.map(|id| scene(&cockpit).bodies[id as usize].position).collect::<Vec<_>>()
     });
-    let [least, most] = [DVec3::min, DVec3::max].map(|end| first.iter().copied().reduce(end).unwrap());
+    let [least, most] =
+        [DVec3::min, DVec3::max].map(|end| first.iter().copied().reduce(end).unwrap());
     assert!(second.iter().all(|point| point.cmplt(least).any() || point.cmpgt(most).any()));
 }
 
@@ -209,7 +221,10 @@ fn deleting_one_body_of_a_grid_asks_whether_alone() {
         assert_eq!(scene(&cockpit).bodies.len(), 29, "asked before");
         cockpit.click(answer);
         assert_eq!(scene(&cockpit).bodies.len(), left, "{answer}");
-        assert!(name.is_none_or(|name| cockpit.drive.session.stage.sim().named(name).is_some()), "{answer}");
+        assert!(
+            name.is_none_or(|name| cockpit.drive.session.stage.sim().named(name).is_some()),
+            "{answer}"
+        );
         assert!(cockpit.drive.session.stage.sim().named("grid-x4-z4").is_none());
         cockpit.drive.press("Ctrl+Z").ticks(1);
         assert_eq!(scene(&cockpit).bodies.len(), 29, "{answer}: one change");
@@ -246,7 +261,10 @@ fn undo_and_redo_keep_a_method_that_was_chosen_after_the_change() {
         cockpit.drive.press("I").press("G").ticks(1);
         let chosen = |cockpit: &Cockpit| {
             let session = &cockpit.drive.session;
-            (session.stage.sim().stepper.method(), session.stage.sim().world.resource::<Gravity>().on)
+            (
+                session.stage.sim().stepper.method(),
+                session.stage.sim().world.resource::<Gravity>().on,
+            )
         };
         let before = chosen(&cockpit);
         cockpit.drive.press(keys).ticks(1);
@@ -290,7 +308,8 @@ fn a_change_that_makes_no_scene_says_why_and_changes_nothing() {
     let player = cockpit.seen("player");
     cockpit.drive.click(Button::Left, player).ticks(2);
     let before = Arc::clone(&scene(&cockpit).text);
-    let field = cockpit.drive.find(|control| control.role == "TextInput" && control.name == "player");
+    let field =
+        cockpit.drive.find(|control| control.role == "TextInput" && control.name == "player");
     cockpit.drive.click(Button::Left, middle(&field)).ticks(2);
     assert!(cockpit.drive.session.takes_text());
     cockpit.drive.give([Input::Text(" one".to_owned())]).press("Enter").ticks(2);
@@ -306,7 +325,10 @@ fn a_change_that_makes_no_scene_says_why_and_changes_nothing() {
 fn unsaved_changes_are_asked_about_before_they_are_left() {
     let mut cockpit = editor("tutorial");
     cockpit.drive.press("]");
-    assert_eq!(cockpit.drive.session.stage.take_orders(), [Order::Open("tutorial_large".to_owned())]);
+    assert_eq!(
+        cockpit.drive.session.stage.take_orders(),
+        [Order::Open("tutorial_large".to_owned())]
+    );
     cockpit.click("Sphere");
     assert!(cockpit.drive.session.has_unsaved_changes());
     let asked = |cockpit: &mut Cockpit, answer: &str| {
@@ -429,7 +451,9 @@ impl Deed {
 
 #[test]
 fn changes_undone_and_redone_are_the_changes_that_are_left_and_saved_they_are_the_same_scene() {
-    for (seed, name) in [(1, "tutorial"), (2, "third_law"), (3, "rope"), (4, "tutorial"), (5, "bridge")] {
+    for (seed, name) in
+        [(1, "tutorial"), (2, "third_law"), (3, "rope"), (4, "tutorial"), (5, "bridge")]
+    {
         let mut dice = Dice(seed);
         let mut cockpit = editor(name);
         let (mut done, mut undone): (Vec<Deed>, Vec<Deed>) = (Vec::new(), Vec::new());

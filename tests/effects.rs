@@ -12,9 +12,9 @@ use bevy_ecs::prelude::*;
 use motion::effects::Effect;
 use motion::units::Vector;
 use motion::{
-    AxisLocks, Curve, Damping, DampingModel, DampingRate, Dormant, Drag, Elastic, Emitter, Gravity, Law,
-    Method, MutualGravity, OwnLaws, PhysicsBody, SpeedLimit, Spring, StableId, Thrust, Transform, Well,
-    Wells, Wind,
+    AxisLocks, Curve, Damping, DampingModel, DampingRate, Dormant, Drag, Elastic, Emitter, Gravity,
+    Law, Method, MutualGravity, OwnLaws, PhysicsBody, SpeedLimit, Spring, StableId, Thrust,
+    Transform, Well, Wells, Wind,
 };
 
 use crate::rigs::{H, Lab};
@@ -40,7 +40,11 @@ fn wells() -> Wells {
 }
 
 fn thrust(until: f64) -> Thrust {
-    Thrust::new(Curve::Polynomial(vec![Vector::new(0.3, 0.0, 0.7), Vector::new(0.1, -0.2, 0.0)]), 0.05, until)
+    Thrust::new(
+        Curve::Polynomial(vec![Vector::new(0.3, 0.0, 0.7), Vector::new(0.1, -0.2, 0.0)]),
+        0.05,
+        until,
+    )
 }
 
 /// Bodies under the `declared` effects. Wind needs drag.
@@ -50,9 +54,14 @@ fn world_of(declared: &[Effect]) -> World {
     let bodies: Vec<_> = (0..7_u32)
         .map(|id| {
             let k = f64::from(id);
-            let state =
-                PhysicsBody::with_mass(1.0 + 0.3 * k).moving_at(Vector::new(1.0 - 0.4 * k, 0.2 * k, 0.5));
-            world.spawn((StableId(id), Transform::at(Vector::new(k, 0.1 * k * k, -0.3 * k)), state)).id()
+            let state = PhysicsBody::with_mass(1.0 + 0.3 * k).moving_at(Vector::new(
+                1.0 - 0.4 * k,
+                0.2 * k,
+                0.5,
+            ));
+            world
+                .spawn((StableId(id), Transform::at(Vector::new(k, 0.1 * k * k, -0.3 * k)), state))
+                .id()
         })
         .collect();
     if has(Effect::Gravity) {
@@ -73,7 +82,11 @@ fn world_of(declared: &[Effect]) -> World {
     }
     if has(Effect::Drag) {
         let wind = Wind { velocity: Vector::new(2.0, 0.0, 1.0), gust: 0.5, gust_hz: 3.0 };
-        world.insert_resource(Drag { linear: 0.1, quadratic: 0.02, wind: has(Effect::Wind).then_some(wind) });
+        world.insert_resource(Drag {
+            linear: 0.1,
+            quadratic: 0.02,
+            wind: has(Effect::Wind).then_some(wind),
+        });
     }
     if has(Effect::Wells) {
         world.insert_resource(wells());
@@ -86,7 +99,11 @@ fn world_of(declared: &[Effect]) -> World {
         own.push(Box::new(thrust(0.2)));
     }
     if has(Effect::Wells) {
-        own.push(Box::new(Wells(vec![Well { position: Vector::Y, strength: -0.7, softening: 0.3 }])));
+        own.push(Box::new(Wells(vec![Well {
+            position: Vector::Y,
+            strength: -0.7,
+            softening: 0.3,
+        }])));
     }
     if !own.is_empty() {
         world.entity_mut(bodies[1]).insert(OwnLaws::new(own));

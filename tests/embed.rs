@@ -15,9 +15,9 @@ use motion::effects::{Effect, EffectState};
 use motion::groups::Groups;
 use motion::snapshot;
 use motion::{
-    Damping, DampingModel, DampingRate, Dormant, Drag, Emission, Emitter, Evaluations, Forces, Laws, Method,
-    MutualGravity, PhysicsBody, PushQueue, Request, Requests, StableId, StepSystems, Stepper, TimeStep,
-    Transform, Well, Wells,
+    Damping, DampingModel, DampingRate, Dormant, Drag, Emission, Emitter, Evaluations, Forces,
+    Laws, Method, MutualGravity, PhysicsBody, PushQueue, Request, Requests, StableId, StepSystems,
+    Stepper, TimeStep, Transform, Well, Wells,
 };
 
 use crate::rigs::{Bits, bits};
@@ -65,8 +65,12 @@ fn a_schedule_of_ones_own_has_the_bits_of_a_stepper_with_thrust_spring_and_emitt
         for tick in 0..120 {
             if tick == 30 {
                 for world in [&mut world, &mut reference.world] {
-                    let body =
-                        world.query::<(Entity, &StableId)>().iter(world).find(|(_, id)| id.0 == 2).unwrap().0;
+                    let body = world
+                        .query::<(Entity, &StableId)>()
+                        .iter(world)
+                        .find(|(_, id)| id.0 == 2)
+                        .unwrap()
+                        .0;
                     world.resource_mut::<PushQueue>().push_once(body, DVec3::Y * 30.0);
                     world.resource_mut::<Requests>().ask(Request::SetVelocity(body, DVec3::Z));
                 }
@@ -83,8 +87,9 @@ fn a_schedule_of_ones_own_has_the_bits_of_a_stepper_with_thrust_spring_and_emitt
         let end = state(&mut world);
         let height = |row: &(StableId, Bits, bool)| f64::from_bits(row.1[1]);
         assert!(height(&end[0]) > height(&end[1]) + 1.0, "{method:?}: the engine burned");
-        let apart =
-            |rows: &[(StableId, Bits, bool)]| f64::from_bits(rows[2].1[0]) - f64::from_bits(rows[1].1[0]);
+        let apart = |rows: &[(StableId, Bits, bool)]| {
+            f64::from_bits(rows[2].1[0]) - f64::from_bits(rows[1].1[0])
+        };
         assert!((apart(&end) - apart(&start)).abs() > 0.01, "{method:?}: the spring pulled");
         assert!(world.query::<&Emission>().single(&world).unwrap().living() > 10, "{method:?}");
         assert_eq!(world.resource::<Groups>().springs(), 1);
@@ -97,7 +102,11 @@ fn laws_that_a_system_inserts_act_in_the_same_tick() {
     const LAWS: [Declare; 4] = [
         |world| world.insert_resource(Drag::new(0.5, 0.1)),
         |world| {
-            world.insert_resource(Wells(vec![Well { position: DVec3::X, strength: 30.0, softening: 1.0 }]));
+            world.insert_resource(Wells(vec![Well {
+                position: DVec3::X,
+                strength: 30.0,
+                softening: 1.0,
+            }]));
         },
         |world| world.insert_resource(Laws(vec![Box::new(Drag::new(0.0, 0.3))])),
         |world| world.insert_resource(MutualGravity { constant: 5.0, softening: 1.0 }),
@@ -121,7 +130,11 @@ fn laws_that_a_system_inserts_act_in_the_same_tick() {
                 schedule.run(&mut world);
                 reference.tick();
                 let after = state(&mut world);
-                assert_eq!(after, state(&mut reference.world), "law {number}, {method:?}, tick {tick}");
+                assert_eq!(
+                    after,
+                    state(&mut reference.world),
+                    "law {number}, {method:?}, tick {tick}"
+                );
                 assert_ne!(after, before);
             }
         }
@@ -163,7 +176,8 @@ fn an_installed_stepper_goes_back_to_a_snapshot() {
         run(&mut world, 20);
         let saved = Stepper::installed(&mut world, |stepper, world| snapshot::take(world, stepper));
         let first = run(&mut world, 70);
-        Stepper::installed(&mut world, |stepper, world| snapshot::restore(world, stepper, &saved)).unwrap();
+        Stepper::installed(&mut world, |stepper, world| snapshot::restore(world, stepper, &saved))
+            .unwrap();
         assert_eq!(world.resource::<StepClock>().ticks(), 20);
         assert_eq!(run(&mut world, 70), first, "{method:?}");
     }
@@ -228,7 +242,8 @@ fn a_force_acts_in_one_tick_whenever_a_system_adds_it() {
     let speed = |order: fn(&mut Schedule)| {
         let (mut world, ball) = ball();
         let mut schedule = Schedule::default();
-        Stepper::new(&mut world, Method::default(), TimeStep(0.01)).install(&mut world, &mut schedule);
+        Stepper::new(&mut world, Method::default(), TimeStep(0.01))
+            .install(&mut world, &mut schedule);
         order(&mut schedule);
         (0..8).for_each(|_| schedule.run(&mut world));
         world.get::<PhysicsBody>(ball).unwrap().velocity
@@ -296,8 +311,14 @@ fn an_emitter_that_cannot_emit_is_refused() {
         let mut world = World::new();
         let pool: Vec<_> = (0..2).map(|_| world.spawn(PhysicsBody::with_mass(1.0)).id()).collect();
         let launches = vec![DVec3::Y; 2];
-        let mut emitter =
-            Emitter { rate: 10.0, life: 1.0, position: DVec3::ZERO, pool, launches, inverse_mass: 1.0 };
+        let mut emitter = Emitter {
+            rate: 10.0,
+            life: 1.0,
+            position: DVec3::ZERO,
+            pool,
+            launches,
+            inverse_mass: 1.0,
+        };
         mistake(&mut emitter);
         world.spawn(emitter);
         let said = panic_of(|| {

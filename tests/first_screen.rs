@@ -40,7 +40,8 @@ fn the_tutorials_look_is_that_without_bars_and_the_programs_own_that_with_bars_o
         assert_eq!(frame.ground.is_some(), is_own);
         let floors = frame.cuboids.iter().filter(|cuboid| cuboid.half_extents[0] > 50.0).count();
         assert_eq!(floors, usize::from(!is_own));
-        let checkered = frame.spheres.iter().filter(|sphere| sphere.surface & render::CHECKER != 0).count();
+        let checkered =
+            frame.spheres.iter().filter(|sphere| sphere.surface & render::CHECKER != 0).count();
         assert_eq!(checkered > 0, !is_own);
     }
     let colors = |frame: &Frame| [frame.spheres[0].color, frame.cuboids.last().unwrap().color];

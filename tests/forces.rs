@@ -8,9 +8,9 @@ use history::Simulation;
 use motion::effects::Effect;
 use motion::groups::Solver;
 use motion::{
-    BodyState, Damping, DampingModel, Dormant, EvaluationTime, ForceCause, Jacobians, Laws, METHODS, Method,
-    OwnLaws, PhysicsBody, Push, PushQueue, Quarantined, Request, Requests, SpeedLimit, StableId, TimeStep,
-    Transform,
+    BodyState, Damping, DampingModel, Dormant, EvaluationTime, ForceCause, Jacobians, Laws,
+    METHODS, Method, OwnLaws, PhysicsBody, Push, PushQueue, Quarantined, Request, Requests,
+    SpeedLimit, StableId, TimeStep, Transform,
 };
 use scene::Scene;
 
@@ -36,7 +36,10 @@ fn tides_of_a_passing_galaxy_tear_at_the_disk_that_turns_with_it() {
         let core = place(&run, "core");
         let stars: Vec<_> =
             (0..182).map(|star| place(&run, &format!("ring10.{star}")).distance(core)).collect();
-        (stars.iter().filter(|meters| **meters > 20.0).count(), stars.into_iter().fold(0.0, f64::max))
+        (
+            stars.iter().filter(|meters| **meters > 20.0).count(),
+            stars.into_iter().fold(0.0, f64::max),
+        )
     };
     let ((torn, _), (whole, farthest)) = (far(text), far(&turned));
     assert!(torn > 45, "{torn} of 182 stars beyond 20 m");
@@ -99,13 +102,15 @@ fn check(run: &mut Simulation, what: &str, push: impl Fn(usize) -> Option<DVec3>
     motion::each_force(&run.world, &pushes, &sample, |place, _, newtons| ends[place] += newtons);
     let mut compared = 0;
     for (place, body) in sample.iter().enumerate() {
-        let Some(after) = moving(&run.world, *body).filter(|_| !is_at_its_limit(&run.world, *body)) else {
+        let Some(after) = moving(&run.world, *body).filter(|_| !is_at_its_limit(&run.world, *body))
+        else {
             continue;
         };
         let (before, (start, size), end) = (before[place], sums[place], ends[place]);
         let acted = (after.velocity - before.velocity) / SHORT * before.mass();
         // What rounding the velocity leaves of its change, and rounding places of springs at rest.
-        let rounding = 8.0 * f64::EPSILON * before.velocity.length() / SHORT * before.mass() + 1e-12;
+        let rounding =
+            8.0 * f64::EPSILON * before.velocity.length() / SHORT * before.mass() + 1e-12;
         // A method evaluates at the start of a step, at its end, or between, which tells something where they differ little.
         let allowed = 1e-6 * size + rounding;
         let apart = |shown: DVec3| (acted - shown).length();
@@ -132,7 +137,8 @@ fn in_every_shipped_scene_the_forces_shown_are_those_that_act() {
         let scene = shipped.load().unwrap();
         let mut run = run_of(&scene, scene.method);
         let size = scene.bodies.len();
-        let movable = scene.bodies.iter().filter(|body| body.inverse_mass.is_some_and(|w| w > 0.0)).count();
+        let movable =
+            scene.bodies.iter().filter(|body| body.inverse_mass.is_some_and(|w| w > 0.0)).count();
         let emits = scene.declared.iter().any(|declared| declared.effect == Effect::Emitters);
         for ticks in if size > 5_000 { [0, 5, 20] } else { [0, 50, 250] } {
             let what = format!("{} after {ticks} more ticks", scene.name);
@@ -203,7 +209,8 @@ fn under_every_method_and_damping_model_the_forces_of_all_causes_are_those_that_
             run.stepper.recompile(&mut run.world);
             for ticks in [0, 100, 150] {
                 let what = format!("{:?}, {model:?}, {ticks} ticks", claims.method);
-                let push = |place: usize| place.is_multiple_of(2).then_some(DVec3::new(-3.0, 20.0, 8.0));
+                let push =
+                    |place: usize| place.is_multiple_of(2).then_some(DVec3::new(-3.0, 20.0, 8.0));
                 run.run(ticks);
                 assert!(check(&mut run, &what, push) > 15);
             }
@@ -246,7 +253,8 @@ fn springs_are_told_by_their_other_end_and_pull_both_alike() {
 
 #[test]
 fn what_does_not_move_has_no_forces_and_what_is_off_exerts_none() {
-    let mut run = run_of(&everything("damping: (rate_per_s: 0.4), mutual_gravity: ()"), Method::RungeKutta4);
+    let mut run =
+        run_of(&everything("damping: (rate_per_s: 0.4), mutual_gravity: ()"), Method::RungeKutta4);
     run.run(3);
     for still in [4, 5] {
         assert_eq!(forces_on(&mut run, still), []);
@@ -255,7 +263,8 @@ fn what_does_not_move_has_no_forces_and_what_is_off_exerts_none() {
         (0..run.bodies.len()).flat_map(|body| names_on(run, body)).collect::<BTreeSet<_>>()
     };
     let mut names = of_all(&mut run);
-    let names_of_effects = ["gravity", "drag", "wells", "thrusts", "damping", "mutual_gravity", "springs"];
+    let names_of_effects =
+        ["gravity", "drag", "wells", "thrusts", "damping", "mutual_gravity", "springs"];
     for effect in names_of_effects.map(|name| Effect::from_name(name).unwrap()) {
         run.world.resource_mut::<Requests>().ask(Request::Switch(effect, false));
         run.stepper.carry_out_requests(&mut run.world);
@@ -271,8 +280,9 @@ fn what_does_not_move_has_no_forces_and_what_is_off_exerts_none() {
     run.tick();
     assert!(run.world.get::<Quarantined>(quarantined).is_some());
     assert_eq!(forces_on(&mut run, 1), []);
-    let springs =
-        forces_on(&mut run, 2).into_iter().filter(|(cause, _)| *cause == ForceCause::Spring(quarantined));
+    let springs = forces_on(&mut run, 2)
+        .into_iter()
+        .filter(|(cause, _)| *cause == ForceCause::Spring(quarantined));
     assert_eq!(springs.count(), 0);
     assert!(check(&mut run, "without what is quarantined", NO_PUSH) > 15);
 }
@@ -282,13 +292,15 @@ fn an_engine_is_seen_from_the_side_on_which_the_next_step_begins() {
     let text = "(version: 1, step_hz: 64, bodies: [(name: \"ship\", mass_kg: 2)],
         thrusts: [(body: \"ship\", curve: polynomial([(4, 0, 0)]), from_s: 0.25, until_s: 0.5)])";
     let mut run = run_of(&scene_of(text), Method::RungeKutta4);
-    let thrust = |run: &mut Simulation| forces_on(run, 0).iter().map(|(_, newtons)| newtons.x).sum::<f64>();
+    let thrust =
+        |run: &mut Simulation| forces_on(run, 0).iter().map(|(_, newtons)| newtons.x).sum::<f64>();
     let mut on = Vec::new();
     for tick in 0..40 {
         let before = run.world.get::<PhysicsBody>(run.bodies[0]).unwrap().velocity.x;
         let shown = thrust(&mut run);
         run.tick();
-        let acted = (run.world.get::<PhysicsBody>(run.bodies[0]).unwrap().velocity.x - before) * 64.0 * 2.0;
+        let acted =
+            (run.world.get::<PhysicsBody>(run.bodies[0]).unwrap().velocity.x - before) * 64.0 * 2.0;
         assert_eq!(shown, acted, "tick {tick}");
         on.push(shown > 0.0);
     }
@@ -312,7 +324,8 @@ fn looking_at_forces_changes_nothing() {
             run.tick();
         }
         let states = run.bodies.iter().filter_map(|body| moving(&run.world, *body));
-        let bits: Vec<_> = states.map(|state| state.velocity.to_array().map(f64::to_bits)).collect();
+        let bits: Vec<_> =
+            states.map(|state| state.velocity.to_array().map(f64::to_bits)).collect();
         (bits, run.world.resource::<motion::Evaluations>().clone())
     };
     assert_eq!(hash(true), hash(false));

@@ -28,7 +28,10 @@ fn number(name: &str) -> Option<u32> {
 fn holds(name: &str, cases: u32) {
     let (_, target): &(&str, Target) = TARGETS.iter().find(|(other, _)| *other == name).unwrap();
     if let Some(path) = std::env::var_os("FUZZ_INPUT") {
-        target(&fs::read(&path).unwrap_or_else(|error| panic!("FUZZ_INPUT {}: {error}", path.display())));
+        target(
+            &fs::read(&path)
+                .unwrap_or_else(|error| panic!("FUZZ_INPUT {}: {error}", path.display())),
+        );
         return;
     }
     let config = Config {
@@ -39,7 +42,8 @@ fn holds(name: &str, cases: u32) {
     };
     let mut seed = [0; 32];
     seed[..4].copy_from_slice(&number("FUZZ_SEED").unwrap_or(0).to_le_bytes());
-    let mut runner = TestRunner::new_with_rng(config, TestRng::from_seed(RngAlgorithm::ChaCha, &seed));
+    let mut runner =
+        TestRunner::new_with_rng(config, TestRng::from_seed(RngAlgorithm::ChaCha, &seed));
     let result = runner.run(&vec(any::<u8>(), 0..1200), |bytes| {
         target(&bytes);
         Ok(())
@@ -102,7 +106,8 @@ fn a_body_that_left_a_group_of_position_verlet_falls_on_exactly() {
         }
         let gravity = DVec3::new(3.0, 40.0, 0.0);
         lab.ask(Request::SetGravity(gravity)).run(20);
-        let fall = |x: DVec3, v: DVec3, a: DVec3, t: f64| (x + v * t + a * (0.5 * t * t), v + a * t);
+        let fall =
+            |x: DVec3, v: DVec3, a: DVec3, t: f64| (x + v * t + a * (0.5 * t * t), v + a * t);
         let before = (10 + later) as f64 * H;
         let (x, v) = fall(start, DVec3::X, DVec3::Y * -9.8, before);
         let (x, _) = fall(x, v, gravity, 20.0 * H);
@@ -133,7 +138,10 @@ fn a_ledger_is_drawn_after_a_frame_without_end() {
     for length in [1.0 / 60.0, 1e250, 1.0] {
         drive.frame(length, []);
     }
-    assert_eq!((drive.session.open_panels(), drive.session.stage.sim().ticks()), (&[Panel::Ledger][..], 3));
+    assert_eq!(
+        (drive.session.open_panels(), drive.session.stage.sim().ticks()),
+        (&[Panel::Ledger][..], 3)
+    );
 }
 
 /// `1 - c t` overflows, and zero positions times that are NaN.
@@ -173,7 +181,16 @@ fn ghosts_begin_where_mutual_gravity_is_off() {
 fn ghosts_begin_in_a_frame_of_no_length() {
     let text = "(version: 1, step: frame, bodies: [(name: \"a\", mass_kg: 1.0)])";
     let mut drive = Drive::text(text).recording();
-    drive.give([]).press("T").ticks(2).give([]).press("T").press("T").press("R").press(",").ticks(2);
+    drive
+        .give([])
+        .press("T")
+        .ticks(2)
+        .give([])
+        .press("T")
+        .press("T")
+        .press("R")
+        .press(",")
+        .ticks(2);
     assert!(drive.session.stage.bundle(None).is_some());
 }
 
@@ -190,7 +207,8 @@ fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
     let fault = drive.session.stage.fault().expect("it explodes").clone();
     let bundle = drive.session.stage.bundle(None).expect("a recorded run comes out the same");
     let again =
-        Rerun::of(drive.session.stage.sim().scene.clone(), &bundle, TIMELINE_BYTES, &mut |_| ()).unwrap();
+        Rerun::of(drive.session.stage.sim().scene.clone(), &bundle, TIMELINE_BYTES, &mut |_| ())
+            .unwrap();
     assert!(again.faults.contains(&fault), "{fault:?} is not among {:?}", again.faults);
 }
 
@@ -267,7 +285,9 @@ fn what_only_a_quarantined_body_has_is_switched_and_noticed_by_nobody() {
         thrusts: [(body: \"ship\", curve: polynomial([(1, 0, 0)]), from_s: 0.0, until_s: 9.0)])";
     let run = |quarantined: bool| {
         let mut drive = Drive::text(text);
-        drive.ticks(3).frame(H, [if quarantined { push("ship", [f64::NAN; 3]) } else { remove("ship") }]);
+        drive
+            .ticks(3)
+            .frame(H, [if quarantined { push("ship", [f64::NAN; 3]) } else { remove("ship") }]);
         let switched = drive.session.stage.switch_effect(
             motion::effects::Effect::Thrusts,
             false,
@@ -305,7 +325,8 @@ fn a_study_of_the_shortest_ticks_is_begun() {
 /// one side of the move only.
 #[test]
 fn the_smallest_velocities_are_the_same_in_every_kernel() {
-    let models = DampingModel::ALL.into_iter().flat_map(|model| [0.5, 33.0].map(|rate| (model, rate)));
+    let models =
+        DampingModel::ALL.into_iter().flat_map(|model| [0.5, 33.0].map(|rate| (model, rate)));
     let cases = models.flat_map(|damping| [1, 3].map(|substeps| (damping, substeps)));
     for ((model, rate), substeps) in cases {
         for method in Method::ALL {

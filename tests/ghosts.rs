@@ -35,10 +35,12 @@ fn distances(a: &Drive, b: &Drive) -> Vec<f64> {
         let body = drive.session.stage.sim().named(name)?;
         let world = &drive.session.stage.sim().world;
         let moves = world.get::<PhysicsBody>(body).is_some_and(|state| state.inverse_mass > 0.0);
-        let there = world.get::<Quarantined>(body).is_none() && world.get::<motion::Dormant>(body).is_none();
+        let there = world.get::<Quarantined>(body).is_none()
+            && world.get::<motion::Dormant>(body).is_none();
         (moves && there).then(|| drive.x(name))
     };
-    let names: Vec<_> = a.session.stage.sim().scene.names.iter().map(|name| name.into_owned()).collect();
+    let names: Vec<_> =
+        a.session.stage.sim().scene.names.iter().map(|name| name.into_owned()).collect();
     names.iter().filter_map(|name| Some((moving(a, name)? - moving(b, name)?).length())).collect()
 }
 
@@ -91,7 +93,8 @@ fn inputs_of_runs(frame: u32) -> Vec<Input> {
 fn distances_are_those_between_runs_of_their_own_bit_for_bit() {
     let mut drive = Drive::of(mixed());
     drive.press("T");
-    let mut runs: Vec<_> = Method::ALL.map(|method| alone(mixed(), method, None)).into_iter().collect();
+    let mut runs: Vec<_> =
+        Method::ALL.map(|method| alone(mixed(), method, None)).into_iter().collect();
     let mut reference = reference(mixed());
     for frame in 0..70 {
         // Frames of no, one and several ticks.
@@ -122,7 +125,11 @@ fn the_row_of_a_method_keeps_no_error_that_another_one_made() {
     };
     drive.ticks(5);
     assert_eq!(mixed_row(&drive), None, "the solid bodies are where their method has them");
-    drive.frame(H, [set(Method::ExplicitEuler)]).ticks(60).frame(H, [set(Method::RungeKutta4)]).ticks(60);
+    drive
+        .frame(H, [set(Method::ExplicitEuler)])
+        .ticks(60)
+        .frame(H, [set(Method::RungeKutta4)])
+        .ticks(60);
     let (mut run, mut reference) = (alone(mixed(), Method::RungeKutta4, None), reference(mixed()));
     // As many frames.
     for other in [&mut run, &mut reference] {
@@ -232,7 +239,11 @@ fn started_in_the_middle_all_are_where_the_solid_bodies_are() {
         drive.press("T");
         for row in drive.session.tools.ghosts(&drive.session.stage) {
             let expected = row.method.map(|_| 0.0);
-            assert_eq!([row.distance, row.largest, row.rms], [expected; 3], "{row:?} after {method:?}");
+            assert_eq!(
+                [row.distance, row.largest, row.rms],
+                [expected; 3],
+                "{row:?} after {method:?}"
+            );
         }
         drive.ticks(30);
         assert!(row(&drive, Method::ExplicitEuler).distance.unwrap() > 0.0);
@@ -251,7 +262,10 @@ fn ghosts_change_nothing_of_the_run_and_leave_nothing_behind() {
         }
         drive.frame(H, inputs(frame));
         assert_eq!(drive.hash(), plain.hash());
-        assert_eq!(drive.session.tools.ghosts(&drive.session.stage).is_empty(), !(5..48).contains(&frame));
+        assert_eq!(
+            drive.session.tools.ghosts(&drive.session.stage).is_empty(),
+            !(5..48).contains(&frame)
+        );
     }
     assert_eq!(
         drive.session.stage.sim().evaluations().laws(),
@@ -294,7 +308,10 @@ fn a_ghost_that_is_quarantined_is_named_with_its_time_and_the_others_go_on() {
         assert_eq!(row.state, GhostState::Failed(words), "{method:?}");
         assert_eq!([row.distance, row.largest, row.rms], [None; 3]);
     }
-    assert_eq!(drive.session.tools.ghosts(&drive.session.stage).last().unwrap().state, GhostState::Runs);
+    assert_eq!(
+        drive.session.tools.ghosts(&drive.session.stage).last().unwrap().state,
+        GhostState::Runs
+    );
     // The reference alone is drawn: two balls.
     assert_eq!(drive.session.picture().translucent.spheres.len(), 2);
     assert!(drive.session.stage.quarantined().is_empty());
@@ -306,7 +323,9 @@ fn without_the_reference_there_are_no_distances() {
     drive.press("T").ticks(3).frame(H, [push("ball", [f64::NAN; 3])]).ticks(2);
     let rows = drive.session.tools.ghosts(&drive.session.stage);
     assert!(matches!(rows.last().unwrap().state, GhostState::Failed(_)));
-    assert!(rows.iter().all(|row| row.distance.is_none() && row.largest.is_none() && row.rms.is_none()));
+    assert!(
+        rows.iter().all(|row| row.distance.is_none() && row.largest.is_none() && row.rms.is_none())
+    );
     assert!(drive.session.picture().translucent.is_empty());
 }
 
@@ -330,7 +349,10 @@ fn the_next_method_becomes_solid_and_the_last_one_a_ghost_again() {
         let rows = drive.session.tools.ghosts(&drive.session.stage);
         rows.iter().find(|row| row.state == GhostState::Solid).and_then(|row| row.method)
     };
-    assert_eq!(drive.press("Shift+T").session.stage.sim().stepper.method(), Method::SemiImplicitEuler);
+    assert_eq!(
+        drive.press("Shift+T").session.stage.sim().stepper.method(),
+        Method::SemiImplicitEuler
+    );
     drive.press("T").ticks(5);
     assert_eq!(solid(&drive), Some(Method::SemiImplicitEuler));
     let before = row(&drive, Method::SemiImplicitEuler).distance;
@@ -362,9 +384,19 @@ fn a_reset_restarts_ghosts_and_another_scene_has_none() {
 #[test]
 fn pause_single_steps_and_slow_motion_keep_ghosts_in_step() {
     let mut drive = Drive::of(mixed());
-    drive.press("T").ticks(10).press("P").ticks(10).press(".").press(".").press("P").press("-").ticks(40);
+    drive
+        .press("T")
+        .ticks(10)
+        .press("P")
+        .ticks(10)
+        .press(".")
+        .press(".")
+        .press("P")
+        .press("-")
+        .ticks(40);
     let ticks = u32::try_from(drive.session.stage.sim().ticks()).unwrap();
-    let (mut run, mut reference) = (alone(mixed(), Method::VelocityVerlet, None), reference(mixed()));
+    let (mut run, mut reference) =
+        (alone(mixed(), Method::VelocityVerlet, None), reference(mixed()));
     for other in [&mut run, &mut reference] {
         other.frames(ticks);
         assert_eq!(other.session.stage.sim().ticks(), u64::from(ticks));

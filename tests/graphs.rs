@@ -38,7 +38,8 @@ fn saved(cockpit: &mut Cockpit) -> Vec<Row> {
 
 fn row(header: &[&str], cells: &[&str]) -> Row {
     assert_eq!(header.len(), cells.len());
-    let cell = |name: &str| header.iter().position(|other| *other == name).map_or("", |at| cells[at]);
+    let cell =
+        |name: &str| header.iter().position(|other| *other == name).map_or("", |at| cells[at]);
     let vector = |quantity: &str, unit: &str| {
         let parts = ["x", "y", "z"].map(|axis| cell(&format!("{quantity}_{axis}_{unit}")).parse());
         let [Ok(x), Ok(y), Ok(z)] = parts else { return None };
@@ -129,7 +130,10 @@ fn kept_bodies_have_the_states_of_a_plain_run_and_stay_until_they_are_removed() 
 
     // Another selection takes the place of one that is not kept.
     select(&mut cockpit, "plank0");
-    assert_eq!(bodies(&saved(&mut cockpit)), ["plank0", "plank2", "plank5"].map(str::to_owned).into());
+    assert_eq!(
+        bodies(&saved(&mut cockpit)),
+        ["plank0", "plank2", "plank5"].map(str::to_owned).into()
+    );
     let [corner, size] = cockpit.session().view.view_area();
     assert_eq!(cockpit.drive.select(corner + size * DVec2::new(0.5, 0.08)), None);
     click(&mut cockpit, "Remove plank2");
@@ -170,7 +174,8 @@ fn ghosts_have_the_states_of_runs_by_their_methods_and_the_distances_of_their_li
     };
     let there = last("reference", Method::RungeKutta4).position;
     let session = cockpit.session();
-    for row in session.tools.ghosts(&session.stage).into_iter().filter(|row| row.distance.is_some()) {
+    for row in session.tools.ghosts(&session.stage).into_iter().filter(|row| row.distance.is_some())
+    {
         let method = row.method.unwrap();
         let run = if method == solid { "solid" } else { "ghost" };
         assert_eq!(Some(last(run, method).position.distance(there)), row.distance, "{method:?}");
@@ -215,7 +220,9 @@ fn a_soft_body_has_a_center_of_mass_in_every_run_and_no_acceleration() {
     for (a, b) in solid.iter().zip(&reference) {
         assert!((a.position - b.position).length() < 0.05, "{a:?} {b:?}");
     }
-    assert!(solid[20].position != reference[20].position && solid[20].position != solid[0].position);
+    assert!(
+        solid[20].position != reference[20].position && solid[20].position != solid[0].position
+    );
 }
 
 #[test]
@@ -269,7 +276,9 @@ fn bodies_that_are_gone_leave_the_graph_and_those_of_an_edited_scene_stay_in_it(
     cockpit.drive.ticks(10).give([remove("plank3")]).ticks(10);
     let names = |cockpit: &Cockpit| {
         let controls = cockpit.session().controls().into_iter().map(|control| control.name);
-        controls.filter_map(|name| name.strip_prefix("Remove ").map(str::to_owned)).collect::<Vec<_>>()
+        controls
+            .filter_map(|name| name.strip_prefix("Remove ").map(str::to_owned))
+            .collect::<Vec<_>>()
     };
     assert_eq!((names(&cockpit), saved(&mut cockpit).len()), (vec!["plank6".to_owned()], 21));
 

@@ -88,21 +88,29 @@ impl Kept {
         let books = ledger.since_opening();
         let energy = now.kinetic_energy + now.potential_energy;
         let sum: f64 = ledger.energies().potential.iter().map(|(_, energy)| energy.abs()).sum();
-        let scale = 1e-12 * (sum + ledger.energies().kinetic + ledger.energies_at_opening().total().abs());
+        let scale =
+            1e-12 * (sum + ledger.energies().kinetic + ledger.energies_at_opening().total().abs());
         assert!((ledger.energies().total() - energy).abs() <= scale, "{ledger:?} {now:?}");
         let change = energy - ledger.energies_at_opening().total();
-        let size =
-            books.energy.laws.iter().map(|(_, work)| work.abs()).sum::<f64>() + books.energy.pushes.abs();
-        let scale = scale + 1e-12 * (size + books.energy.interventions.abs() + books.energy.damping.abs());
+        let size = books.energy.laws.iter().map(|(_, work)| work.abs()).sum::<f64>()
+            + books.energy.pushes.abs();
+        let scale =
+            scale + 1e-12 * (size + books.energy.interventions.abs() + books.energy.damping.abs());
         assert!((books.energy.change() - change).abs() <= scale, "{change}, {:?}", books.energy);
         let change = now.momentum - ledger.momentum_at_opening();
         let sizes = books.momentum.laws.iter().map(|(_, impulse)| impulse.length()).sum::<f64>();
-        let scale = 1e-12 * (sizes + now.momentum.length() + books.momentum.interventions.length() + 1.0);
-        assert!(books.momentum.change().distance(change) <= scale, "{change}, {:?}", books.momentum);
+        let scale =
+            1e-12 * (sizes + now.momentum.length() + books.momentum.interventions.length() + 1.0);
+        assert!(
+            books.momentum.change().distance(change) <= scale,
+            "{change}, {:?}",
+            books.momentum
+        );
         let angular = &books.angular_momentum;
         let change = now.angular_momentum - ledger.angular_momentum_at_opening();
         let sizes = angular.laws.iter().map(|(_, impulse)| impulse.length()).sum::<f64>();
-        let scale = 1e-12 * (sizes + now.angular_momentum.length() + angular.interventions.length() + 1.0);
+        let scale =
+            1e-12 * (sizes + now.angular_momentum.length() + angular.interventions.length() + 1.0);
         assert!(angular.change().distance(change) <= scale, "{change}, {angular:?}");
         self
     }

@@ -66,7 +66,10 @@ fn a_teachers_lesson_is_checked() {
     let said = check(&lesson("")).fine();
     assert!(said.contains("1 done after") && said.contains("2 wrong ways were refused"), "{said}");
     let fails = |text: &str, words: &str| check(text).fails(1, words);
-    fails(&lesson("").replace("5000", "5"), "steps[0] at 1 times the rate: the solution is not accepted");
+    fails(
+        &lesson("").replace("5000", "5"),
+        "steps[0] at 1 times the rate: the solution is not accepted",
+    );
     fails(&lesson("").replace("-50, 0", "9000, 0"), "the wrong way wrong[1] is accepted");
     fails(&lesson("").replace("x > x_before + 0.5", "1"), "it is done before anything was done");
     fails(&lesson("").replace("holds: \"x > 3", "holds: \"x > 300"), "`x > 300` is not true");
@@ -100,7 +103,8 @@ fn a_teachers_lesson_is_checked() {
     );
     // A script has times.
     let folder = folder([("wait.ron", "[(at_s: 1, do: wait(2))]")]);
-    sandbox(folder, "run tutorial --seconds 1 --script wait.ron").fails(2, "a script does not wait");
+    sandbox(folder, "run tutorial --seconds 1 --script wait.ron")
+        .fails(2, "a script does not wait");
 }
 
 #[test]
@@ -137,7 +141,10 @@ fn a_step_says_what_is_missing_and_begins_where_the_person_changed_the_run() {
     cockpit.drive.give([crate::rigs::push("ball", [-9000.0, 0.0, 0.0])]).ticks(2);
     assert_eq!(step(&cockpit), 1, "{before} m, {} m", cockpit.drive.x("ball").x);
     // What is not true is not said, and that it is not.
-    assert!(!says(&cockpit, "At ") && says(&cockpit, "It did not come out as usual this time (x of ball "));
+    assert!(
+        !says(&cockpit, "At ")
+            && says(&cockpit, "It did not come out as usual this time (x of ball ")
+    );
     assert!(says(&cockpit, "Previous lets you try again.") && !says(&cockpit, "✔"));
     // Again from the start, though the step has no beginning of its own.
     cockpit.click("Previous");
@@ -149,11 +156,15 @@ fn a_step_says_what_is_missing_and_begins_where_the_person_changed_the_run() {
 fn what_is_missing_of_a_marked_body_is_said_of_the_body_with_the_ring() {
     let text = lesson("point_at: \"ball\",").replace("x > x_before + 0.5", "abs(x) < 0.5");
     let mut cockpit = Cockpit::of("oscillator", [1280, 720]);
-    cockpit.drive.session.begin_lesson(Lesson::parse("my.ron", &text).unwrap(), Quantities::default());
+    cockpit
+        .drive
+        .session
+        .begin_lesson(Lesson::parse("my.ron", &text).unwrap(), Quantities::default());
     cockpit.press("P");
     cockpit.drive.run(11, 1.0);
     let words = "Not yet: x of the body with the ring, without its sign, 2.99";
-    let said: Vec<_> = cockpit.session().controls().into_iter().map(|control| control.name).collect();
+    let said: Vec<_> =
+        cockpit.session().controls().into_iter().map(|control| control.name).collect();
     assert!(said.iter().any(|said| said.starts_with(words)), "{said:?}");
 }
 
@@ -188,14 +199,29 @@ fn the_lesson_of_the_document_is_one() {
 #[test]
 fn faults_of_a_lesson_have_their_places_and_cures() {
     for (from, to, place, words) in [
-        ("version: 1", "version: 2", "my.ron:2:", "version 2 of lessons is not one that this program reads"),
+        (
+            "version: 1",
+            "version: 2",
+            "my.ron:2:",
+            "version 2 of lessons is not one that this program reads",
+        ),
         ("title: \"T\", ", "", "my.ron", "`title` is missing; add `title: \"...\"`"),
         ("\"oscillator\"", "\"oscilator\"", "scene", "the scene oscilator cannot be read"),
         ("position(\"ball\", x)", "position(\"bal\", x)", "my.ron:3:15: measure.x", "bal"),
         ("position(\"ball\", x)", "positon(\"ball\", x)", "my.ron:3:", "did you mean `position`?"),
-        ("x_before + 0.5", "y_before + 0.5", "my.ron:6:28: steps[0].done", "nothing measures `y_before`"),
+        (
+            "x_before + 0.5",
+            "y_before + 0.5",
+            "my.ron:6:28: steps[0].done",
+            "nothing measures `y_before`",
+        ),
         ("x_before + 0.5", "x_before +", "steps[0].done", "is not a formula"),
-        ("measure: (e: energy)", "measure: (e: paused)", "runs[0].measure.e", "a run has no screen"),
+        (
+            "measure: (e: energy)",
+            "measure: (e: paused)",
+            "runs[0].measure.e",
+            "a run has no screen",
+        ),
         ("seconds: 1,", "", "runs[0]", "`seconds` is missing"),
         ("seconds: 1,", "seconds: 1e9,", "runs[0].seconds", "is not a length of a run"),
         (", holds: \"x > 3\"", "", "steps[0]", "`holds` is missing"),
@@ -219,9 +245,19 @@ fn faults_of_a_lesson_have_their_places_and_cures() {
             "measure",
             "`x_most` means something else in formulas",
         ),
-        ("done:", "unit: \"m\", done:", "steps[0].unit", "this key belongs to another kind of step"),
+        (
+            "done:",
+            "unit: \"m\", done:",
+            "steps[0].unit",
+            "this key belongs to another kind of step",
+        ),
         ("press(\"G\")", "hold(\"G\", 1e9)", "steps[0].wrong[0][0]", "the key is held too long"),
-        ("press(\"G\")", "press(\"Qxx\")", "steps[0].wrong[0][0]", "there is no key or action `Qxx`"),
+        (
+            "press(\"G\")",
+            "press(\"Qxx\")",
+            "steps[0].wrong[0][0]",
+            "there is no key or action `Qxx`",
+        ),
         ("task:", "tusk:", "steps[0].tusk", "did you mean `task`?"),
     ] {
         let text = lesson("");
@@ -371,20 +407,26 @@ fn a_teachers_lesson_is_printed_opened_as_a_file_and_no_scene() {
     fs::copy(&path, other.join("my.ron")).unwrap();
     sandbox(&folder, "lessons --html out my.ron force").fine();
     let out = folder.path().join("out");
-    let mut files: Vec<_> =
-        fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    let mut files: Vec<_> = fs::read_dir(&out)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
     files.sort();
-    let mut expected =
-        ["answers.html", "force.html", "index.html", "my.html", "my-1.png"].map(str::to_owned).to_vec();
+    let mut expected = ["answers.html", "force.html", "index.html", "my.html", "my-1.png"]
+        .map(str::to_owned)
+        .to_vec();
     expected.extend((1..=3).map(|step| format!("force-{step}.png")));
     expected.sort();
     assert_eq!(files, expected);
     let index = fs::read_to_string(out.join("index.html")).unwrap();
-    assert!(index.contains("my.html") && index.contains("force.html") && !index.contains("mass.html"));
+    assert!(
+        index.contains("my.html") && index.contains("force.html") && !index.contains("mass.html")
+    );
     // Pictures are on white.
-    let picture =
-        render::Image::decode_png(std::io::BufReader::new(fs::File::open(out.join("my-1.png")).unwrap()))
-            .unwrap();
+    let picture = render::Image::decode_png(std::io::BufReader::new(
+        fs::File::open(out.join("my-1.png")).unwrap(),
+    ))
+    .unwrap();
     assert_eq!(picture.pixel(2, 2), Some([255; 4]));
     let twice = "two lessons would have the page my.html; rename the file of one";
     sandbox(&folder, "lessons --html more my.ron other/my.ron").fails(2, twice);

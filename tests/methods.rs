@@ -80,7 +80,9 @@ fn beyond(what: impl FnOnce() -> String, error: f64, bound: f64) -> Check {
 /// Every method of the table passes.
 fn all_pass(check: fn(&Stepper) -> Check) {
     let failures: Vec<String> = Stepper::all()
-        .filter_map(|stepper| check(&stepper).err().map(|why| stepper.name.to_owned() + ": " + &why))
+        .filter_map(|stepper| {
+            check(&stepper).err().map(|why| stepper.name.to_owned() + ": " + &why)
+        })
         .collect();
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
 }

@@ -59,7 +59,10 @@ fn second_law_a_force_accelerates_by_force_times_inverse_mass() {
 fn third_law_a_body_pulls_as_hard_as_it_is_pulled() {
     // What acts between two bodies: one force, found twice.
     let spring = |lab: &mut Lab, ends| {
-        lab.spring(ends, Elastic { stiffness: 50.0, damping: 0.3, rest_length: 1.0, pull_only: false });
+        lab.spring(
+            ends,
+            Elastic { stiffness: 50.0, damping: 0.3, rest_length: 1.0, pull_only: false },
+        );
     };
     let attraction = |lab: &mut Lab, _| {
         lab.world.insert_resource(MutualGravity { constant: 20.0, softening: 0.1 });
@@ -68,7 +71,8 @@ fn third_law_a_body_pulls_as_hard_as_it_is_pulled() {
         for method in Method::ALL {
             let mut lab = Lab::new(method, H);
             let bodies = [lab.body(10.0, Vector::ZERO), lab.body(0.25, Vector::ZERO)];
-            lab.world.get_mut::<Transform>(bodies[0]).unwrap().position += Vector::new(2.0, -1.0, 0.5);
+            lab.world.get_mut::<Transform>(bodies[0]).unwrap().position +=
+                Vector::new(2.0, -1.0, 0.5);
             between(&mut lab, bodies);
             if unsolvable(method, lab.world.contains_resource::<MutualGravity>()).is_some() {
                 continue;

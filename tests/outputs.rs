@@ -49,11 +49,14 @@ mod on_unix {
     #[test]
     fn standard_output_by_name_is_the_stream_also_where_a_shell_sends_it_to_a_file() {
         let folder = folder([("fine.ron", FALL)]);
-        let line = "(echo first; \"$0\" run fine.ron --ticks 2 --state /dev/stdout; echo last) > all.txt";
+        let line =
+            "(echo first; \"$0\" run fine.ron --ticks 2 --state /dev/stdout; echo last) > all.txt";
         output(Command::new("sh").args(["-c", line]).arg(program()).current_dir(&folder)).fine();
         let all = fs::read_to_string(folder.path().join("all.txt")).unwrap();
         assert!(
-            all.starts_with("first\n") && all.ends_with("last\n") && all.contains("tick,time_s,body,"),
+            all.starts_with("first\n")
+                && all.ends_with("last\n")
+                && all.contains("tick,time_s,body,"),
             "{all}"
         );
     }
@@ -64,9 +67,11 @@ mod on_unix {
         let at = |name: &str| folder.path().join(name);
         set_mode(&at("private.csv"), 0o600);
         set_mode(&at("shared.csv"), 0o664);
-        for (name, expected) in [("private.csv", 0o600), ("shared.csv", 0o664), ("new.csv", 0o640)] {
+        for (name, expected) in [("private.csv", 0o600), ("shared.csv", 0o664), ("new.csv", 0o640)]
+        {
             let line = format!("umask 027; exec \"$0\" run fine.ron --ticks 2 --state {name}");
-            output(Command::new("sh").args(["-c", &line]).arg(program()).current_dir(&folder)).fine();
+            output(Command::new("sh").args(["-c", &line]).arg(program()).current_dir(&folder))
+                .fine();
             assert!(fs::read_to_string(at(name)).unwrap().starts_with("tick,"));
             assert_eq!(format!("{:o}", mode(&at(name))), format!("{expected:o}"), "{name}");
         }
@@ -84,7 +89,11 @@ mod on_unix {
             output(Command::new(program()).args(command).arg(name).current_dir(&folder)).fine();
         }
         let mut same = Command::new(program());
-        same.arg("run").arg(name).args(["--ticks", "2", "--summary"]).arg(name).current_dir(&folder);
+        same.arg("run")
+            .arg(name)
+            .args(["--ticks", "2", "--summary"])
+            .arg(name)
+            .current_dir(&folder);
         output(&mut same).fails(2, "the scene and --summary name the same file; give two");
     }
 
@@ -94,17 +103,24 @@ mod on_unix {
         let path = folder.path().join("out.csv");
         set_mode(&path, 0o6755);
         sandbox(&folder, "run fine.ron --ticks 2 --state out.csv").fine();
-        assert_eq!(format!("{:o}", fs::metadata(&path).unwrap().permissions().mode() & 0o7777), "755");
+        assert_eq!(
+            format!("{:o}", fs::metadata(&path).unwrap().permissions().mode() & 0o7777),
+            "755"
+        );
     }
 
     #[test]
     #[cfg(target_os = "linux")]
     fn limits_of_the_shell_are_told_in_words_and_leave_nothing() {
         let folder = folder([("fine.ron", FALL)]);
-        let run =
-            |line: &str| output(Command::new("bash").args(["-c", line]).arg(program()).current_dir(&folder));
+        let run = |line: &str| {
+            output(Command::new("bash").args(["-c", line]).arg(program()).current_dir(&folder))
+        };
         let said = run("ulimit -f 8; exec \"$0\" run fine.ron --ticks 10000 --state big.csv");
-        said.fails(2, "cannot write big.csv: the file would be larger than is allowed; see `ulimit -f`");
+        said.fails(
+            2,
+            "cannot write big.csv: the file would be larger than is allowed; see `ulimit -f`",
+        );
         let said = run("ulimit -v 400000; exec \"$0\" run fine.ron --ticks 2 --film film.png");
         said.fails(4, "drawing pictures takes some 640.0 MiB of address space, and ");
         assert_eq!(listing(folder.path()), [folder.path().join("fine.ron")]);
@@ -114,9 +130,11 @@ mod on_unix {
     fn a_file_that_is_led_to_standard_output_is_alone_there() {
         let folder = folder([("fine.ron", FALL)]);
         let run = |flag: &str| {
-            let line = format!("\"$0\" run fine.ron --ticks 2 --size 16x16 {flag} /dev/stdout > out");
+            let line =
+                format!("\"$0\" run fine.ron --ticks 2 --size 16x16 {flag} /dev/stdout > out");
             let said =
-                output(Command::new("sh").args(["-c", &line]).arg(program()).current_dir(&folder)).ends(0);
+                output(Command::new("sh").args(["-c", &line]).arg(program()).current_dir(&folder))
+                    .ends(0);
             assert!(said.err.contains("state_hash"), "{}", said.all());
             fs::read(folder.path().join("out")).unwrap()
         };
@@ -158,7 +176,8 @@ mod on_unix {
         let folder = folder([("fine.ron", FALL)]);
         symlink("b.csv", folder.path().join("a.csv")).unwrap();
         symlink("a.csv", folder.path().join("b.csv")).unwrap();
-        let said = sandbox(folder.path(), "run fine.ron --ticks 2 --state a.csv --summary out.json");
+        let said =
+            sandbox(folder.path(), "run fine.ron --ticks 2 --state a.csv --summary out.json");
         said.fails(2, "cannot write a.csv: too many levels of symbolic links\n");
         assert!(!folder.path().join("out.json").exists());
     }
@@ -167,14 +186,16 @@ mod on_unix {
     fn a_run_without_standard_output_says_that_its_results_are_lost_and_writes_its_files() {
         let folder = folder([("fine.ron", FALL)]);
         let line = "exec \"$0\" run fine.ron --ticks 2 --summary out.json >&-";
-        let said = output(Command::new("sh").args(["-c", line]).arg(program()).current_dir(&folder));
+        let said =
+            output(Command::new("sh").args(["-c", line]).arg(program()).current_dir(&folder));
         said.says(
             2,
             "sandbox: cannot write standard output: it is closed; redirect it to a file, or to /dev/null\n",
         );
         assert!(folder.path().join("out.json").exists());
         let line = "exec \"$0\" run fine.ron --ticks 2 >/dev/null";
-        output(Command::new("sh").args(["-c", line]).arg(program()).current_dir(&folder)).says(0, "");
+        output(Command::new("sh").args(["-c", line]).arg(program()).current_dir(&folder))
+            .says(0, "");
     }
 
     /// A run without an end that draws.
@@ -184,7 +205,10 @@ mod on_unix {
         fn start(folder: &Path, line: &str) -> Self {
             // A test that runs in the background of a script has learned to ignore interrupts.
             let mut env = Command::new("env");
-            env.arg("--default-signal=INT,TERM,HUP").arg(program()).args(line.split(' ')).current_dir(folder);
+            env.arg("--default-signal=INT,TERM,HUP")
+                .arg(program())
+                .args(line.split(' '))
+                .current_dir(folder);
             let env = env.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
             Self(env.spawn().unwrap())
         }
@@ -202,8 +226,9 @@ mod on_unix {
     }
 
     fn unfinished(folder: &Path) -> Vec<String> {
-        let names =
-            listing(folder).into_iter().map(|path| path.file_name().unwrap().to_string_lossy().into_owned());
+        let names = listing(folder)
+            .into_iter()
+            .map(|path| path.file_name().unwrap().to_string_lossy().into_owned());
         names.filter(|name| name.starts_with(".sandbox-")).collect()
     }
 
@@ -214,7 +239,9 @@ mod on_unix {
         const SIGNALS: [(&str, i32); 3] = [("-HUP", 1), ("-INT", 2), ("-TERM", 15)];
         let (start, first) = (Instant::now(), folder([("fine.ron", FALL)]));
         let run = Endless::start(first.path(), LINE);
-        wait_for("the second picture", || first.path().join("out/frame_000050.png").exists().then_some(()));
+        wait_for("the second picture", || {
+            first.path().join("out/frame_000050.png").exists().then_some(())
+        });
         let started = start.elapsed();
         drop(run);
         let signaled = |dice: &mut Dice| {
@@ -291,11 +318,16 @@ mod on_unix {
     fn a_report_of_another_origin_is_replaced_only_where_that_is_asked_for() {
         let folder = folder([("study/report.json", "mine"), ("study/summary.md", "mine")]);
         let path = folder.path().join("study/report.json");
-        is_refused(folder.path(), "cost kepler --quick --out study", "study/report.json: this is no report");
+        is_refused(
+            folder.path(),
+            "cost kepler --quick --out study",
+            "study/report.json: this is no report",
+        );
         let stored = fs::read_to_string(root().join("docs/cost/report.json")).unwrap();
         let mut report: Report = serde_json::from_str(&stored).unwrap();
         report.command = "sandbox cost kepler --quick".to_owned();
-        let store = |report: &Report| fs::write(&path, serde_json::to_string(report).unwrap()).unwrap();
+        let store =
+            |report: &Report| fs::write(&path, serde_json::to_string(report).unwrap()).unwrap();
         report.machine.processor += " of another machine";
         store(&report);
         let words = "this report was made by another version or on another machine; give another folder, or --replace";
@@ -316,8 +348,7 @@ mod on_unix {
             let _study = Endless::start(folder.path(), line);
             wait_for("its report", || (fs::read(&path).unwrap() != before).then_some(()));
         }
-        let words =
-            "study/report.json: this report is not complete; --resume continues it, --replace writes over it";
+        let words = "study/report.json: this report is not complete; --resume continues it, --replace writes over it";
         is_refused(folder.path(), "cost duffing --quick --out study", words);
     }
 }
@@ -339,8 +370,12 @@ fn a_bundle_is_not_written_over_by_what_is_unpacked_from_it() {
 #[test]
 fn a_file_of_a_run_has_no_name_that_its_pictures_may_have() {
     let shots = "[(at_s: 0, do: screenshot(\"shot.png\"))]";
-    let folder =
-        folder([("fine.ron", FALL), ("shots.script", shots), ("shot.png", FALL), ("out/inside", "")]);
+    let folder = folder([
+        ("fine.ron", FALL),
+        ("shots.script", shots),
+        ("shot.png", FALL),
+        ("out/inside", ""),
+    ]);
     let words = "is a name of the pictures and files that the run makes there; give another";
     for flags in [
         "--frames out --state out/frame_000000.png",
@@ -353,7 +388,8 @@ fn a_file_of_a_run_has_no_name_that_its_pictures_may_have() {
         is_refused(folder.path(), &format!("run fine.ron --ticks 2 --size 16x16 {flags}"), words);
     }
     is_refused(folder.path(), "run ./shot.png --ticks 2 --script shots.script", words);
-    let fine = "--frames out --state out/frame_1.png --summary out/out.json --film frame_000000.png";
+    let fine =
+        "--frames out --state out/frame_1.png --summary out/out.json --film frame_000000.png";
     sandbox(&folder, &format!("run fine.ron --ticks 2 --size 16x16 {fine}")).fine();
 }
 
@@ -361,7 +397,8 @@ fn a_file_of_a_run_has_no_name_that_its_pictures_may_have() {
 fn the_first_look_without_a_display_is_four_pictures_of_its_own_look_with_captions() {
     let folder = tempfile::tempdir().unwrap();
     let script = crate::rigs::root().join("assets/scripts/first_look.ron");
-    let line = format!("run tutorial --script {} --seconds 5 --size 640x360 --captions", script.display());
+    let line =
+        format!("run tutorial --script {} --seconds 5 --size 640x360 --captions", script.display());
     sandbox(&folder, &line).fine();
     let names = ["1_at_rest.png", "2_pushed.png", "3_through_the_floor.png", "4_ledger.png"];
     let pictures = names.map(|name| {
@@ -380,11 +417,17 @@ fn the_first_look_without_a_display_is_four_pictures_of_its_own_look_with_captio
 
 #[test]
 fn a_script_that_presses_the_key_of_screenshots_writes_them_without_other_pictures() {
-    let folder = folder([("fine.ron", FALL), ("f12.script", "[(at_frame: 2, do: press(\"F12\"))]")]);
-    sandbox(&folder, "run fine.ron --seconds 0.1 --size 16x16 --script f12.script --summary out.json").fine();
+    let folder =
+        folder([("fine.ron", FALL), ("f12.script", "[(at_frame: 2, do: press(\"F12\"))]")]);
+    sandbox(
+        &folder,
+        "run fine.ron --seconds 0.1 --size 16x16 --script f12.script --summary out.json",
+    )
+    .fine();
     let picture = Image::read_png(folder.path().join("screenshot_000002.png")).unwrap();
     assert_eq!(picture.size_px, [16, 16]);
-    let summary: Value = serde_json::from_slice(&fs::read(folder.path().join("out.json")).unwrap()).unwrap();
+    let summary: Value =
+        serde_json::from_slice(&fs::read(folder.path().join("out.json")).unwrap()).unwrap();
     assert_eq!(summary["frames"], 1);
 }
 
@@ -401,8 +444,7 @@ fn a_folder_that_is_named_keeps_the_files_that_no_run_wrote() {
         ("mine/answers.html", b"mine"),
         ("mine/logo.svg", b"mine"),
     ]);
-    let words =
-        "this file exists, and nothing says that it was written by an earlier run; give another folder";
+    let words = "this file exists, and nothing says that it was written by an earlier run; give another folder";
     for (line, name) in [
         ("replay box.zip --out mine", "scene.ron"),
         ("cost kepler --quick --out mine", "drift.csv"),
@@ -451,7 +493,10 @@ fn no_command_writes_over_what_it_reads() {
         // Folders that are not there yet.
         ("w.ron --record new/../w.ron".to_owned(), format!("the scene and --record {same}")),
         ("run w.ron --state new/../w.ron".to_owned(), format!("the scene and --state {same}")),
-        ("run w.ron --state new/er/../a --summary new/a".to_owned(), format!("--state and --summary {same}")),
+        (
+            "run w.ron --state new/er/../a --summary new/a".to_owned(),
+            format!("--state and --summary {same}"),
+        ),
     ] {
         is_refused(folder.path(), &line, &words);
     }
@@ -492,6 +537,7 @@ fn a_lesson_that_saves_writes_nothing_where_no_folder_is_named() {
     assert_eq!(fs::read_to_string(folder.path().join("bundle.zip")).unwrap(), "mine");
     sandbox(&folder, &format!("{line} --frames out --frame-every 1000")).fine();
     let written = listing(&folder.path().join("out"));
-    let ends = |end: &str| written.iter().any(|path| path.extension().is_some_and(|found| found == end));
+    let ends =
+        |end: &str| written.iter().any(|path| path.extension().is_some_and(|found| found == end));
     assert!(ends("zip") && ends("png"), "{written:?}");
 }

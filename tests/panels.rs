@@ -59,7 +59,10 @@ fn escape_closes_what_was_opened_last_and_then_clears_the_selection() {
         let mut drive = Drive::tutorial();
         let player = drive.pixel(drive.x("player"));
         drive.press("Q").select(player);
-        assert_eq!(drive.press(other_key).press(key).ticks(1).session.open_panels(), [other, panel]);
+        assert_eq!(
+            drive.press(other_key).press(key).ticks(1).session.open_panels(),
+            [other, panel]
+        );
         assert_eq!(drive.press("Escape").session.open_panels(), [other]);
         assert_eq!(drive.press("Escape").session.open_panels(), []);
         assert_eq!(drive.selected().as_deref(), Some("player"));
@@ -80,7 +83,10 @@ fn escape_closes_an_open_list_and_a_number_being_typed_before_their_panel() {
 
     write_step_hz(&mut drive);
     drive.press("Escape").ticks(2);
-    assert_eq!((drive.session.open_panels(), drive.session.takes_text()), (&[Panel::Settings][..], false));
+    assert_eq!(
+        (drive.session.open_panels(), drive.session.takes_text()),
+        (&[Panel::Settings][..], false)
+    );
     assert_eq!(drive.press("Escape").session.open_panels(), []);
 }
 
@@ -154,7 +160,10 @@ fn a_pointer_that_moves_and_clicks_in_one_frame_clicks_where_it_came_to() {
     assert_eq!(drive.frame(H, onto(player)).selected().as_deref(), Some("player"));
     drive.frame(H, onto(on_settings));
     assert_eq!(drive.selected().as_deref(), Some("player"));
-    assert_eq!(drive.frame(H, [at(on_settings), Input::Wheel(1.0)]).session.view.click_force(), 10.0);
+    assert_eq!(
+        drive.frame(H, [at(on_settings), Input::Wheel(1.0)]).session.view.click_force(),
+        10.0
+    );
     assert_eq!(drive.frame(H, [at(player), Input::Wheel(1.0)]).session.view.click_force(), 110.0);
 }
 
@@ -200,7 +209,9 @@ fn letters_typed_into_the_finder_do_not_press_their_keys() {
         drive.frame(H, tap(key));
     }
     drive.ticks(30);
-    assert!(!drive.session.stage.paused() && !drive.session.stage.sim().world.resource::<Gravity>().on);
+    assert!(
+        !drive.session.stage.paused() && !drive.session.stage.sim().world.resource::<Gravity>().on
+    );
     assert_eq!((drive.hash(), *drive.session.view.camera()), (hash, camera));
     assert_eq!(
         (drive.session.stage.take_orders(), drive.session.view.mode()),
@@ -215,7 +226,11 @@ fn ctrl_a_selects_all_of_the_finder() {
     let mut drive = Drive::tutorial();
     drive.frame(H, tap("Ctrl+O")).ticks(2);
     let text = |text: &str| [Input::Text(text.to_owned())];
-    drive.frame(H, text("jel")).frame(H, tap("Ctrl+A")).frame(H, text("thou")).frame(H, tap("Enter"));
+    drive
+        .frame(H, text("jel"))
+        .frame(H, tap("Ctrl+A"))
+        .frame(H, text("thou"))
+        .frame(H, tap("Enter"));
     assert_eq!(drive.session.stage.take_orders(), [Order::Open("thousand".to_owned())]);
 }
 
@@ -244,7 +259,9 @@ fn what_is_changed_in_the_settings_acts_on_the_scene() {
 fn a_method_is_chosen_from_the_list_in_the_settings() {
     let (mut drive, _) = with_settings();
     assert_eq!(drive.session.stage.sim().stepper.method(), Method::SemiImplicitEuler);
-    drive.click_on(Method::SemiImplicitEuler.claims().title).click_on(Method::ExplicitEuler.claims().title);
+    drive
+        .click_on(Method::SemiImplicitEuler.claims().title)
+        .click_on(Method::ExplicitEuler.claims().title);
     assert_eq!(drive.session.stage.methods(), [(Method::ExplicitEuler, 28)]);
 }
 

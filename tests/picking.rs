@@ -51,7 +51,10 @@ fn closest(drive: &Drive, pixel: DVec2) -> Option<(String, f64)> {
     let world = &drive.session.stage.sim().world;
     let hits = drive.session.stage.things().filter_map(|thing| {
         let center = world.get::<Transform>(thing)?.position - eye;
-        Some((drive.session.stage.name(thing), distance(*world.get::<Shape>(thing)?, center, direction)?))
+        Some((
+            drive.session.stage.name(thing),
+            distance(*world.get::<Shape>(thing)?, center, direction)?,
+        ))
     });
     hits.min_by(|a, b| a.1.total_cmp(&b.1))
 }
@@ -135,8 +138,8 @@ fn a_click_anywhere_selects_what_a_test_of_every_thing_finds() {
     let mut drive = selecting(Drive::tutorial());
     let mut found = std::collections::BTreeSet::new();
     // All over the picture, and densely where the bodies are.
-    let dense =
-        pixels(8).filter(|pixel| (600.0..860.0).contains(&pixel.x) && (380.0..520.0).contains(&pixel.y));
+    let dense = pixels(8)
+        .filter(|pixel| (600.0..860.0).contains(&pixel.x) && (380.0..520.0).contains(&pixel.y));
     for pixel in pixels(40).chain(dense) {
         let expected = name_of(closest(&drive, pixel));
         assert_eq!(drive.select(pixel), expected, "at {pixel}");
@@ -170,7 +173,8 @@ fn a_click_on_the_sky_clears_and_a_second_click_on_a_body_keeps_it() {
 #[test]
 fn the_left_button_selects_as_long_as_it_is_held() {
     let mut drive = selecting(Drive::tutorial());
-    let stops = ["player", "enemy", "bonus", "player"].map(|name| (name, drive.pixel(drive.x(name))));
+    let stops =
+        ["player", "enemy", "bonus", "player"].map(|name| (name, drive.pixel(drive.x(name))));
     drive.give([at(stops[0].1), Input::ButtonDown(Button::Left)]);
     for (name, pixel) in stops {
         assert_eq!(drive.give([at(pixel)]).selected().as_deref(), Some(name));
@@ -183,8 +187,7 @@ fn the_left_button_selects_as_long_as_it_is_held() {
 
 #[test]
 fn what_flies_under_a_held_pointer_is_selected_while_it_is_there() {
-    let ball =
-        "(name: \"ball\", shape: sphere(radius_m: 1), position_m: (-10, 0, -50), velocity_m_s: (60, 0, 0))";
+    let ball = "(name: \"ball\", shape: sphere(radius_m: 1), position_m: (-10, 0, -50), velocity_m_s: (60, 0, 0))";
     let mut drive = selecting(Drive::bodies(ball));
     drive.give([at(SIZE / 2.0), Input::ButtonDown(Button::Left)]);
     assert_eq!(drive.selected(), None);
@@ -203,7 +206,11 @@ fn a_selection_survives_the_mode_and_camera_mode_selects_nothing() {
     drive.press("Q");
     assert_eq!(drive.selected().as_deref(), Some("player"));
     drive.give(click(Button::Left)).ticks(2);
-    assert_eq!(drive.selected().as_deref(), Some("player"), "the floor is in the middle of the view");
+    assert_eq!(
+        drive.selected().as_deref(),
+        Some("player"),
+        "the floor is in the middle of the view"
+    );
     drive.press("Q");
     assert_eq!(drive.selected().as_deref(), Some("player"));
     let mut drive = Drive::tutorial();
@@ -240,7 +247,10 @@ fn in_camera_mode_a_push_goes_through_the_middle_of_the_view() {
     assert_eq!(drive.v("far"), DVec3::ZERO, "the near ball is in the middle of the view");
     // 80 counts to the right are 5.6 degrees: 3.9 m beside the middle of the far ball.
     drive.give([Input::Mouse(80.0, 0.0)]).give(click(Button::Right)).ticks(2);
-    assert!((drive.v("far") - drive.session.view.camera().viewpoint().forward() * 10.0 * H).length() < 1e-13);
+    assert!(
+        (drive.v("far") - drive.session.view.camera().viewpoint().forward() * 10.0 * H).length()
+            < 1e-13
+    );
     // Away from it, the ray meets nothing.
     let before = drive.v("far");
     drive.give([Input::Mouse(400.0, 0.0)]).give(click(Button::Right)).ticks(2);
@@ -301,7 +311,10 @@ fn the_wheel_changes_the_click_force_by_100_newtons_a_notch() {
     assert_eq!(drive.session.view.click_force(), 10.0);
     assert_eq!(drive.give([Input::Wheel(1.0)]).session.view.click_force(), 110.0);
     drive.press("Q");
-    assert_eq!(drive.give([Input::Wheel(-2.0), Input::Wheel(-1.0)]).session.view.click_force(), -190.0);
+    assert_eq!(
+        drive.give([Input::Wheel(-2.0), Input::Wheel(-1.0)]).session.view.click_force(),
+        -190.0
+    );
     assert_eq!(drive.give([Input::Wheel(0.5)]).session.view.click_force(), -140.0);
     assert_eq!(drive.selected(), None);
 }
@@ -329,8 +342,8 @@ fn one_click_adds_newtons_times_inverse_mass_times_one_tick_along_the_ray() {
 fn a_hundred_kilometers_away_clicks_select_and_push_the_same() {
     let mut here = tutorial_at(DVec3::ZERO);
     let mut there = tutorial_at(DVec3::new(1e5, 0.0, -1e5));
-    let dense =
-        pixels(10).filter(|pixel| (600.0..860.0).contains(&pixel.x) && (380.0..520.0).contains(&pixel.y));
+    let dense = pixels(10)
+        .filter(|pixel| (600.0..860.0).contains(&pixel.x) && (380.0..520.0).contains(&pixel.y));
     for pixel in pixels(40).chain(dense) {
         assert_eq!(there.select(pixel), here.select(pixel), "at {pixel}");
     }
@@ -342,7 +355,10 @@ fn a_hundred_kilometers_away_clicks_select_and_push_the_same() {
             drive.click(Button::Right, pixel).ticks(1);
         }
         let (v, w) = (here.v(name), there.v(name));
-        assert!(v.length() > 0.0 && (v - w).length() <= 1e-6 * v.length(), "{name}: {v} here, {w} there");
+        assert!(
+            v.length() > 0.0 && (v - w).length() <= 1e-6 * v.length(),
+            "{name}: {v} here, {w} there"
+        );
     }
 }
 
@@ -353,7 +369,8 @@ fn a_fast_body_is_hit_where_it_is_drawn_and_not_where_the_tick_has_it() {
     // Two ticks and a quarter of the next have passed, so it is drawn a quarter of the way from tick 1 to tick 2.
     drive.frame(2.25 * H, []);
     assert!((drive.x("ball").x - 0.0).abs() < 1e-9);
-    let (drawn, of_tick) = (drive.pixel(DVec3::new(-3.75, 0.0, -50.0)), drive.pixel(drive.x("ball")));
+    let (drawn, of_tick) =
+        (drive.pixel(DVec3::new(-3.75, 0.0, -50.0)), drive.pixel(drive.x("ball")));
     assert_eq!(drive.select(of_tick), None);
     assert_eq!(drive.select(drive.pixel(DVec3::new(-5.0, 0.0, -50.0))), None);
     assert_eq!(drive.select(drawn).as_deref(), Some("ball"));
@@ -401,7 +418,10 @@ fn pixels_are_those_of_the_present_size_of_the_picture() {
     assert_eq!(drive.select(player / 2.0).as_deref(), Some("player"));
     assert_ne!(drive.select(player).as_deref(), Some("player"));
     // A minimized window has no pixels; a click then must do no harm.
-    drive.give([Input::Resized([0, 0])]).click(Button::Left, DVec2::ZERO).click(Button::Right, DVec2::ZERO);
+    drive
+        .give([Input::Resized([0, 0])])
+        .click(Button::Left, DVec2::ZERO)
+        .click(Button::Right, DVec2::ZERO);
     drive.ticks(2).give([Input::Resized([1280, 720])]);
     assert_eq!(drive.select(player).as_deref(), Some("player"));
 }

@@ -11,8 +11,8 @@ use sandbox::{Mode, Options, Order, Session, Words};
 use scene::{Scene, Script};
 
 use crate::rigs::{
-    CHANNEL, Difference, FILM_SIZE, Film, Studio, assert_pictures, blesses, change, compared, down, green,
-    output, places, program, remove, root, sandbox, tap, yellow,
+    CHANNEL, Difference, FILM_SIZE, Film, Studio, assert_pictures, blesses, change, compared, down,
+    green, output, places, program, remove, root, sandbox, tap, yellow,
 };
 
 /// A stage close by, `offset` meters along x and z from the world's origin.
@@ -65,7 +65,8 @@ fn tour(wanted: &[&str]) -> Vec<Image> {
     let mut player = Player::new(script).unwrap();
     let scene = scene::load("tutorial").unwrap();
     let mut session = Session::new(scene, Options { size_px: FILM_SIZE, ..Options::default() });
-    let (mut clock, mut studio, mut pictures) = (FrameClock::default(), Studio::new(FILM_SIZE), Vec::new());
+    let (mut clock, mut studio, mut pictures) =
+        (FrameClock::default(), Studio::new(FILM_SIZE), Vec::new());
     while !player.finished() {
         let time = clock.advance_to(session.stage.frames() as f64 / 60.0).unwrap();
         let mut events = player.of_frame(
@@ -268,7 +269,11 @@ fn a_reference_is_missing_blessed_matched_or_missed() {
         assert!(path.exists() && reason.contains(path.to_str().unwrap()), "{reason}");
     }
     let other = Image { size_px: [4, 16], rgba: vec![9; 256] };
-    assert!(compared(&other, "plain", references, &evidence, false).unwrap_err().contains("another size"));
+    assert!(
+        compared(&other, "plain", references, &evidence, false)
+            .unwrap_err()
+            .contains("another size")
+    );
 }
 
 #[test]
@@ -278,7 +283,9 @@ fn pictures_without_an_adapter_are_exit_code_4_that_says_what_to_install() {
     program.args(["run", "tutorial", "--ticks", "1", "--frames"]).arg(folder.path());
     // Hides every driver.
     program.env("WGPU_BACKEND", "vulkan");
-    program.env("VK_ICD_FILENAMES", "/nonexistent.json").env("VK_DRIVER_FILES", "/nonexistent.json");
+    program
+        .env("VK_ICD_FILENAMES", "/nonexistent.json")
+        .env("VK_DRIVER_FILES", "/nonexistent.json");
     output(&mut program).fails(4, "mesa-vulkan-drivers");
 }
 
@@ -286,7 +293,8 @@ fn pictures_without_an_adapter_are_exit_code_4_that_says_what_to_install() {
 fn the_film_of_a_run_has_all_of_its_frames() {
     let folder = tempfile::tempdir().unwrap();
     let film = folder.path().join("film.png");
-    sandbox(&folder, "run orbits_race --seconds 0.2 --fps 20 --size 320x180 --film film.png").fine();
+    sandbox(&folder, "run orbits_race --seconds 0.2 --fps 20 --size 320x180 --film film.png")
+        .fine();
     let bytes = std::fs::read(&film).unwrap();
     let chunks = |name: &[u8]| bytes.windows(4).filter(|bytes| *bytes == name).count();
     assert_eq!([b"acTL", b"fcTL", b"IDAT", b"fdAT"].map(|name| chunks(name)), [1, 5, 1, 4]);
@@ -298,14 +306,16 @@ fn cockpit(size_px: [u32; 2], keys: &[&str]) -> Image {
     let options = Options { size_px, paused: true, ..Options::default() };
     let mut session = Session::new(scene::load("bridge").unwrap(), options);
     let mut clock = FrameClock::default();
-    let frames = keys.iter().map(|key| tap(key).to_vec()).chain([Vec::new(), Vec::new(), Vec::new()]);
+    let frames =
+        keys.iter().map(|key| tap(key).to_vec()).chain([Vec::new(), Vec::new(), Vec::new()]);
     for events in frames {
         session.advance(&events.into_iter().collect(), clock.advance_by(1.0 / 60.0).unwrap());
     }
     let mut image = Studio::new(size_px).draw(&mut session);
     let [corner, size] = session.view.view_area();
     for (at, pixel) in (0..).zip(image.rgba.chunks_exact_mut(4)) {
-        let place = DVec2::new(f64::from(at % size_px[0]), f64::from(at / size_px[0])) + 0.5 - corner;
+        let place =
+            DVec2::new(f64::from(at % size_px[0]), f64::from(at / size_px[0])) + 0.5 - corner;
         if place.cmpge(DVec2::ZERO).all() && place.cmplt(size).all() {
             pixel.copy_from_slice(&[0, 0, 0, 255]);
         }
@@ -341,10 +351,12 @@ const SECONDS: [(&str, u32); 11] = [
 
 /// The thumbnail of a shipped scene: without words, framed if the scene leaves that to the program.
 fn thumbnail(name: &str, studio: &mut Studio) -> Image {
-    let options = Options { size_px: [240, 135], words: Words::None, pictures: false, ..Options::default() };
+    let options =
+        Options { size_px: [240, 135], words: Words::None, pictures: false, ..Options::default() };
     let mut session = Session::new(scene::load(name).unwrap(), options);
     let mut clock = FrameClock::default();
-    let seconds = SECONDS.iter().find(|(other, _)| *other == name).map_or(2, |(_, seconds)| *seconds);
+    let seconds =
+        SECONDS.iter().find(|(other, _)| *other == name).map_or(2, |(_, seconds)| *seconds);
     for frame in 0..=60 * seconds {
         let frames = frame == 0 && session.view.wants_frame(&session.stage);
         let events = if frames { tap("F").to_vec() } else { Vec::new() };

@@ -8,8 +8,8 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::effects::Effect;
 use motion::{
-    Curve, Damping, Drag, Elastic, Gravity, LawTexts, Laws, Method, OwnLaws, PhysicsBody, Stepper, Thrust,
-    Well, Wells, Wind,
+    Curve, Damping, Drag, Elastic, Gravity, LawTexts, Laws, Method, OwnLaws, PhysicsBody, Stepper,
+    Thrust, Well, Wells, Wind,
 };
 use sandbox::{Options, Overrides, Session};
 use scene::Scene;
@@ -124,7 +124,8 @@ fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
         let called = scene.laws.wells.is_some()
             || scene.laws.drag.is_some_and(|drag| drag.quadratic != 0.0)
             || !scene.own_laws.is_empty();
-        let keeps = methods.contains(&Method::VelocityVerlet) || methods.contains(&Method::Yoshida4);
+        let keeps =
+            methods.contains(&Method::VelocityVerlet) || methods.contains(&Method::Yoshida4);
         // Column, whether it must be there, whether it may.
         let emits = scene.emitters.iter().any(|emitter| emitter.swarm.is_none());
         let own_laws = !scene.own_laws.is_empty();
@@ -174,7 +175,8 @@ fn a_schedule_has_the_systems_that_its_scene_calls_for_and_no_others() {
         let found = systems(&session.stage.sim().stepper);
         let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
         assert_eq!(found.contains("integrate_groups"), coupled, "{name}: {found:?}");
-        let on_device = |on: bool| scene.emitters.iter().any(|emitter| emitter.swarm.is_some() == on);
+        let on_device =
+            |on: bool| scene.emitters.iter().any(|emitter| emitter.swarm.is_some() == on);
         assert_eq!(found.contains("emit_particles"), on_device(false), "{name}: {found:?}");
         assert_eq!(found.contains("advance_swarms"), on_device(true), "{name}: {found:?}");
         let rides = scene.own_laws.values().any(|laws| !laws.riding_wells.is_empty());
@@ -187,7 +189,9 @@ fn a_schedule_has_the_systems_that_its_scene_calls_for_and_no_others() {
         for system in &found {
             assert!(always.iter().chain(&known).any(|known| known == system), "{name}: {system}");
         }
-        let free = found.iter().any(|system| system.starts_with("integrate") && system != "integrate_groups");
+        let free = found
+            .iter()
+            .any(|system| system.starts_with("integrate") && system != "integrate_groups");
         assert!(free || coupled, "{name}: nothing moves: {found:?}");
     }
 }
@@ -221,8 +225,12 @@ fn evaluations_of_absent_effects_are_none() {
         let session = session(name);
         for (law, evaluations) in session.stage.sim().evaluations().laws() {
             let declared = Effect::ALL.iter().find(|effect| effect.name() == *law);
-            let declared = declared.is_some_and(|effect| declares(&session.stage.sim().scene, *effect));
-            assert!(declared || *evaluations == 0, "{name}: {law} was evaluated {evaluations} times");
+            let declared =
+                declared.is_some_and(|effect| declares(&session.stage.sim().scene, *effect));
+            assert!(
+                declared || *evaluations == 0,
+                "{name}: {law} was evaluated {evaluations} times"
+            );
         }
     }
 }
@@ -235,8 +243,10 @@ fn one_spring_among_free_particles_adds_one_law_and_one_system() {
     }
     let before = systems(&lab.run(1).stepper);
     assert!(lab.counts().1.iter().all(|(_, count)| *count == 0));
-    let spring =
-        lab.spring([0, 1], Elastic { stiffness: 1.0, damping: 0.0, rest_length: 0.5, pull_only: false });
+    let spring = lab.spring(
+        [0, 1],
+        Elastic { stiffness: 1.0, damping: 0.0, rest_length: 0.5, pull_only: false },
+    );
     let with = systems(&lab.run(1).stepper);
     let added: Vec<_> = with.difference(&before).collect();
     assert_eq!(added, ["integrate_groups"]);

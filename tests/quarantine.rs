@@ -9,8 +9,8 @@ mod rig;
 use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{
-    AxisLocks, Cause, Damping, Fault, Gravity, Method, PhysicsBody, Quarantined, Request, StableId, Substeps,
-    Transform,
+    AxisLocks, Cause, Damping, Fault, Gravity, Method, PhysicsBody, Quarantined, Request, StableId,
+    Substeps, Transform,
 };
 
 use crate::rigs::{Lab, Start};
@@ -89,7 +89,10 @@ fn an_experiment_may_ask_for_nonsense_and_gets_a_quarantine() {
         lab.ask(request(lab.bodies[0], Vector::NAN)).run(3);
         assert_eq!(lab.state(0), before);
         let record = lab.records()[0];
-        assert_eq!((record.body, record.cause.fault, record.tick), (lab.bodies[0], Fault::Request, 4));
+        assert_eq!(
+            (record.body, record.cause.fault, record.tick),
+            (lab.bodies[0], Fault::Request, 4)
+        );
     }
 }
 

@@ -67,14 +67,21 @@ fn runs_alone_as_in_the_whole(scene: &Scene) {
             let id = part.bodies[id as usize];
             let place = whole.binary_search_by_key(&id, |(id, _)| *id).unwrap();
             let name = scene.names.get(id).unwrap();
-            assert_eq!(whole[place].1, state, "{name} of {} by {}", scene.name, scene.method.name());
+            assert_eq!(
+                whole[place].1,
+                state,
+                "{name} of {} by {}",
+                scene.name,
+                scene.method.name()
+            );
         }
     }
 }
 
 #[test]
 fn parts_run_alone_as_they_do_in_the_whole() {
-    let several = shipped().iter().map(|scene| scene.load().unwrap()).filter(|scene| scene.parts().len() > 1);
+    let several =
+        shipped().iter().map(|scene| scene.load().unwrap()).filter(|scene| scene.parts().len() > 1);
     let scenes: Vec<_> = several.chain([groups()]).collect();
     let names: Vec<_> = scenes.iter().map(|scene| scene.name.as_str()).collect();
     assert_eq!(names, ["third_law", "everything", "bungee", "groups"]);
@@ -117,7 +124,8 @@ fn round_trip(name: &str, text: &str, common: (Method, u32), own: impl Fn(usize)
             }
         }
     }
-    let edited = before.with_methods(name, common, &entries).unwrap_or_else(|error| panic!("{error}"));
+    let edited =
+        before.with_methods(name, common, &entries).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(comments(&edited), comments(text), "{name}");
     // What an entry need not say, because the scene does, it does not.
     let without_lines = |mut scene: Scene| {
@@ -142,12 +150,15 @@ fn round_trip(name: &str, text: &str, common: (Method, u32), own: impl Fn(usize)
 
 #[test]
 fn settings_are_written_into_every_shipped_scene() {
-    let many = [(Method::RungeKutta4, 2), (Method::VelocityVerlet, 5), (Method::SemiImplicitEuler, 1)];
+    let many =
+        [(Method::RungeKutta4, 2), (Method::VelocityVerlet, 5), (Method::SemiImplicitEuler, 1)];
     for shipped in shipped() {
         let verlet = shipped.text.contains("verlet_previous_position_m");
         // Position Verlet alone knows a previous position.
         let common = if verlet { (Method::PositionVerlet, 3) } else { (Method::Yoshida4, 3) };
-        let own = |part: usize| if verlet { (Method::PositionVerlet, 4) } else { many[part % many.len()] };
+        let own = |part: usize| {
+            if verlet { (Method::PositionVerlet, 4) } else { many[part % many.len()] }
+        };
         round_trip(shipped.name, shipped.text, common, own);
         if verlet {
             let scene = shipped.load().unwrap();
@@ -174,8 +185,9 @@ fn picks(report: &Value) -> Vec<(String, Method, u32, f64)> {
         let method = Method::from_name(pick["method"].as_str().unwrap()).unwrap();
         let substeps = pick["substeps"].as_u64().unwrap() as u32;
         let front = study.front(Accuracy::Position, Cost::Time);
-        let on_front =
-            |cell: &&&lab::cost::Cell| cell.setting.method == method && cell.setting.substeps == substeps;
+        let on_front = |cell: &&&lab::cost::Cell| {
+            cell.setting.method == method && cell.setting.substeps == substeps
+        };
         let cell = front.iter().find(on_front).expect("a point of the measured front");
         assert_eq!(pick["error_m"].as_f64(), study.error(cell, Accuracy::Position));
         let price = pick["price"].as_f64().unwrap();
@@ -276,7 +288,8 @@ fn what_nothing_measured_can_do_is_said_and_nothing_is_written() {
 #[test]
 fn bad_flags_are_named() {
     let folder = folder();
-    let fails = |line: &str, words: &str| sandbox(&folder, &format!("recommend {line}")).fails(2, words);
+    let fails =
+        |line: &str, words: &str| sandbox(&folder, &format!("recommend {line}")).fails(2, words);
     fails("groups.ron", "<--error <M>|--budget-ms <MS>>");
     fails("groups.ron --error 1 --budget-ms 2", "cannot be used with");
     for bad in ["0", "-1", "nan", "inf", "soon"] {
@@ -305,7 +318,8 @@ fn what_is_chosen_is_not_refused_as_unstable() {
         springs: [(between: (\"post\", \"ball\"), stiffness_n_m: 300, rest_length_m: 1)])";
     for error in ["0.03", "0.001"] {
         let folder = rigs::folder([("spring.ron", scene)]);
-        let line = format!("recommend spring.ron --error {error} --seconds 1 --quick --apply chosen.ron");
+        let line =
+            format!("recommend spring.ron --error {error} --seconds 1 --quick --apply chosen.ron");
         sandbox(&folder, &line).ends(0);
         sandbox(&folder, "run chosen.ron --seconds 1 --refuse-unstable").ends(0);
     }

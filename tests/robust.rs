@@ -34,7 +34,10 @@ fn where_a_force_has_no_direction_there_is_none_by_every_method() {
             run.run(30);
             let rest = run.states().all(|(_, x, v)| x == DVec3::X * 5.0 && v == DVec3::ZERO);
             assert!(rest, "{what} by {method:?}: {:?}", run.states().collect::<Vec<_>>());
-            assert!(run.world.resource::<Quarantine>().records().is_empty(), "{what} by {method:?}");
+            assert!(
+                run.world.resource::<Quarantine>().records().is_empty(),
+                "{what} by {method:?}"
+            );
         }
     }
 }

@@ -72,7 +72,10 @@ fn a_script_and_the_same_inputs_by_hand_end_in_the_same_state() {
         hand.session.advance(&events.into_iter().collect(), time);
     }
     assert_eq!(drive.hash(), hand.hash());
-    assert_eq!((drive.session.view.mode(), drive.session.view.click_force()), (Mode::Selection, 310.0));
+    assert_eq!(
+        (drive.session.view.mode(), drive.session.view.click_force()),
+        (Mode::Selection, 310.0)
+    );
     assert!(drive.v("enemy").x > 0.0 && drive.v("player").y < 0.0);
 }
 
@@ -141,7 +144,8 @@ fn a_key_that_is_held_twice_in_a_row_is_held_for_both_times() {
             };
             (0..200).map(&mut in_frame).collect::<Vec<_>>()
         };
-        let twice = held(r#"[(at_s: 0.1, do: hold("Right", 0.5)), (at_s: 0.6, do: hold("Right", 0.5))]"#);
+        let twice =
+            held(r#"[(at_s: 0.1, do: hold("Right", 0.5)), (at_s: 0.6, do: hold("Right", 0.5))]"#);
         let once = held(r#"[(at_s: 0.1, do: hold("Right", 1.0))]"#);
         assert!(once.contains(&true) && !once[199]);
         assert_eq!(twice, once, "{fps} frames a second");
@@ -152,9 +156,10 @@ fn a_key_that_is_held_twice_in_a_row_is_held_for_both_times() {
 fn keys_of_a_recording_push_by_their_times_and_those_of_an_older_one_in_whole_frames() {
     let ball = "(name: \"ball\", shape: sphere(radius_m: 1), position_m: (0, 0, -10), mass_kg: 1)";
     // From 0.31 s to 0.57 s 31 ticks of 1/120 s end; frames of 0.05 s have 6 ticks.
-    for (version, times, ticks) in
-        [(2, ["(at_frame: 7, do: at(0.31)),", "(at_frame: 12, do: at(0.57)),"], 31.0), (1, [""; 2], 30.0)]
-    {
+    for (version, times, ticks) in [
+        (2, ["(at_frame: 7, do: at(0.31)),", "(at_frame: 12, do: at(0.57)),"], 31.0),
+        (1, [""; 2], 30.0),
+    ] {
         let mut drive = Drive::bodies(ball);
         let at = drive.pixel(drive.x("ball"));
         let ends: Vec<_> = (0..20).map(|frame| 0.05 * f64::from(frame)).collect();
@@ -230,15 +235,18 @@ fn steps_of_one_frame_or_tick_are_done_in_the_order_of_the_list() {
         other.x, other.y, ball.x, ball.y
     );
     play(&mut drive, &script, 2);
-    assert_eq!(drive.selected().as_deref(), Some("other"), "the pointer was there when the button went down");
+    assert_eq!(
+        drive.selected().as_deref(),
+        Some("other"),
+        "the pointer was there when the button went down"
+    );
     assert_eq!(drive.v("ball"), DVec3::new(5.0, 2.0, 0.0));
 }
 
 #[test]
 fn of_two_pushes_in_ticks_of_one_frame_the_last_is_shown() {
     let mut drive = Drive::tutorial();
-    let script =
-        r#"[(at_tick: 0, do: push("enemy", (30, 0, 0))), (at_tick: 1, do: push("enemy", (0, 5, 0)))]"#;
+    let script = r#"[(at_tick: 0, do: push("enemy", (30, 0, 0))), (at_tick: 1, do: push("enemy", (0, 5, 0)))]"#;
     play(&mut drive, script, 1);
     assert_eq!(drive.session.stage.sim().ticks(), 2);
     let enemy = drive.entity("enemy");
@@ -251,7 +259,8 @@ fn of_two_pushes_in_ticks_of_one_frame_the_last_is_shown() {
 fn a_paused_run_waits_for_no_key_that_is_held_for_ever() {
     let waits = |hold_s: &str| {
         let mut drive = Drive::tutorial();
-        let script = format!(r#"[(at_frame: 0, do: press("P")), (at_frame: 1, do: hold("W", {hold_s}))]"#);
+        let script =
+            format!(r#"[(at_frame: 0, do: press("P")), (at_frame: 1, do: hold("W", {hold_s}))]"#);
         drive.session.play(Player::new(read(&drive, &script).unwrap()).unwrap());
         drive.frames(5);
         assert!(drive.session.stage.paused() && !drive.session.player().unwrap().finished());
@@ -271,7 +280,8 @@ fn a_key_at_a_late_time_is_pressed_in_the_frame_that_ends_then_and_not_before() 
     let length = 1.0 / 60.0;
     for at in [1e4_f64, 1e8, 3e8] {
         for end in [at, at.next_down(), at.next_up()] {
-            let script = Script::parse("test", &format!(r#"[(at_s: {at:?}, do: press("P"))]"#)).unwrap();
+            let script =
+                Script::parse("test", &format!(r#"[(at_s: {at:?}, do: press("P"))]"#)).unwrap();
             let mut player = Player::new(script).unwrap();
             let pressed = [end - length, end].map(|end| {
                 let inputs = player.of_frame(0, 0, [end - length, end]);
@@ -285,7 +295,11 @@ fn a_key_at_a_late_time_is_pressed_in_the_frame_that_ends_then_and_not_before() 
 #[test]
 fn what_a_script_asks_of_another_scene_is_refused_there() {
     let mut drive = Drive::tutorial();
-    play(&mut drive, r#"[(at_tick: 20, do: set_damping(1)), (at_tick: 20, do: remove("player"))]"#, 30);
+    play(
+        &mut drive,
+        r#"[(at_tick: 20, do: set_damping(1)), (at_tick: 20, do: remove("player"))]"#,
+        30,
+    );
     drive.session.stage.notices.take_refusals();
     let player = Script::parse(
         "test",
@@ -368,8 +382,13 @@ fn bodies_that_would_turn_non_finite_are_quarantined_and_named() {
             (at_tick: 8, do: push("bonus", (inf, 0, 0)))]"#,
         10,
     );
-    let mut named: Vec<_> =
-        drive.session.stage.quarantined().iter().map(|body| (body.tick, body.body.as_str())).collect();
+    let mut named: Vec<_> = drive
+        .session
+        .stage
+        .quarantined()
+        .iter()
+        .map(|body| (body.tick, body.body.as_str()))
+        .collect();
     named.sort_unstable();
     assert!(named.contains(&(1, "enemy")) && named.contains(&(9, "bonus")), "{named:?}");
     for name in ["enemy", "player", "bonus"] {

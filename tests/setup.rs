@@ -18,8 +18,9 @@ impl Machine {
         let machine = Self(TempDir::new().unwrap());
         let path = std::env::var_os("PATH").unwrap();
         for name in ["bash", "dirname", "env", "head", "sed", "sh", "sort"] {
-            let found =
-                std::env::split_paths(&path).map(|folder| folder.join(name)).find(|file| file.exists());
+            let found = std::env::split_paths(&path)
+                .map(|folder| folder.join(name))
+                .find(|file| file.exists());
             symlink(found.unwrap(), machine.path(name)).unwrap();
         }
         machine.fake("cargo", "echo 'cargo 1.95.0 (0123456 2026-01-01)'");
@@ -48,14 +49,22 @@ impl Machine {
         let mut setup = Command::new(self.path("env"));
         setup.env_clear().env("PATH", self.0.path()).env("HOME", self.0.path());
         let (settings, purpose) = line.rsplit_once(' ').unwrap_or(("", line));
-        setup.args(settings.split_whitespace()).arg("bash").arg(root().join("scripts/setup")).arg(purpose);
+        setup
+            .args(settings.split_whitespace())
+            .arg("bash")
+            .arg(root().join("scripts/setup"))
+            .arg(purpose);
         let said = output(&mut setup);
         let log = fs::read_to_string(self.path("apt-get.log")).unwrap_or_default();
         let install = "apt-get -q install -y --no-install-recommends ";
         Said {
             code: said.code,
             text: said.err,
-            installed: log.lines().find_map(|line| line.strip_prefix(install)).unwrap_or_default().to_owned(),
+            installed: log
+                .lines()
+                .find_map(|line| line.strip_prefix(install))
+                .unwrap_or_default()
+                .to_owned(),
         }
     }
 }
@@ -109,7 +118,11 @@ fn missing_rust_and_old_rust_name_rustup() {
     machine.fake("cargo", "echo 'cargo 1.65.0'");
     let minimum = fs::read_to_string(root().join("Cargo.toml")).unwrap();
     let minimum = minimum.split("rust-version = \"").nth(1).unwrap().split('"').next().unwrap();
-    machine.setup("run").stops(&["1.65.0", &format!("Rust {minimum} or newer"), "https://sh.rustup.rs"]);
+    machine.setup("run").stops(&[
+        "1.65.0",
+        &format!("Rust {minimum} or newer"),
+        "https://sh.rustup.rs",
+    ]);
     machine.fake("cargo", "echo 'cargo 1.100.0-nightly'");
     machine.setup("run").is_silent();
     machine.fake("cargo", "echo no such toolchain >&2; exit 1");

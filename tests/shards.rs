@@ -11,7 +11,8 @@ use crate::rigs::{folder, listing, sandbox};
 /// Every file of a folder with its name.
 fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let name = |path: &Path| path.file_name().unwrap().to_str().unwrap().to_owned();
-    let mut all: Vec<_> = listing(folder).iter().map(|path| (name(path), fs::read(path).unwrap())).collect();
+    let mut all: Vec<_> =
+        listing(folder).iter().map(|path| (name(path), fs::read(path).unwrap())).collect();
     all.sort();
     all
 }
@@ -48,7 +49,8 @@ fn merged(folder: &TempDir, command: &str, of: u32, out: &str) -> String {
 fn a_merged_survival_matrix_is_that_of_one_run_byte_for_byte() {
     let folder = TempDir::new().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let command = "stability huge_steps compressed_spring zero_length_spring far_from_origin --ticks 150";
+    let command =
+        "stability huge_steps compressed_spring zero_length_spring far_from_origin --ticks 150";
     sandbox(&folder, &format!("{command} --out whole")).fine();
     for of in [1, 3, 7] {
         let out = format!("merged{of}");
@@ -67,7 +69,8 @@ fn a_merged_study_of_cost_has_the_errors_and_counts_of_one_run() {
     sandbox(&folder, &format!("{command} --out whole")).fine();
     merged(&folder, command, 2, "merged");
     assert_eq!(timeless(&at("whole/report.json")), timeless(&at("merged/report.json")));
-    let names = |name: &str| contents(&at(name)).into_iter().map(|(name, _)| name).collect::<Vec<_>>();
+    let names =
+        |name: &str| contents(&at(name)).into_iter().map(|(name, _)| name).collect::<Vec<_>>();
     assert_eq!(names("whole"), names("merged"));
     // Times of another machine stay with their study.
     let part = at("merged-2/part.json");
@@ -81,11 +84,13 @@ fn a_merged_study_of_cost_has_the_errors_and_counts_of_one_run() {
     assert_eq!(report["studies"][1]["machine"]["processor"], "another processor");
     let page = fs::read_to_string(at("two/report.html")).unwrap();
     assert!(
-        page.contains("another processor") && page.contains("<dt>Study</dt><dd>harmonic_oscillator</dd>")
+        page.contains("another processor")
+            && page.contains("<dt>Study</dt><dd>harmonic_oscillator</dd>")
     );
     // Over the whole report of another command nothing is written.
     sandbox(&folder, "cost free_fall --quick --bodies 1 --out third").fine();
-    sandbox(&folder, "merge merged-1 merged-2 --out third").fails(2, "third/cells.csv: this file exists");
+    sandbox(&folder, "merge merged-1 merged-2 --out third")
+        .fails(2, "third/cells.csv: this file exists");
 }
 
 /// Two pairs of bodies, each a part of its own, and a free body.
@@ -99,10 +104,12 @@ fn a_merged_recommendation_has_every_part_of_the_scene() {
     let at = |name: &str| folder.path().join(name);
     let command = "recommend pairs.ron --error 0.01 --seconds 0.5 --quick";
     let whole: Value =
-        serde_json::from_str(&sandbox(&folder, &format!("{command} --format json")).fine()).unwrap();
+        serde_json::from_str(&sandbox(&folder, &format!("{command} --format json")).fine())
+            .unwrap();
     let table = merged(&folder, command, 2, "merged");
     assert_eq!(fs::read_to_string(at("merged/recommend.txt")).unwrap(), table);
-    let merged: Value = serde_json::from_slice(&fs::read(at("merged/recommend.json")).unwrap()).unwrap();
+    let merged: Value =
+        serde_json::from_slice(&fs::read(at("merged/recommend.json")).unwrap()).unwrap();
     let parts = |report: &Value| {
         let parts = report["parts"].as_array().unwrap().iter();
         parts
@@ -132,7 +139,8 @@ fn a_merged_recommendation_has_every_part_of_the_scene() {
 
 #[test]
 fn shards_that_are_no_whole_study_are_refused_by_name() {
-    let folder = folder([("own.ron", PAIRS), ("foreign/part.json", "{}"), ("foreign/note.txt", "mine")]);
+    let folder =
+        folder([("own.ron", PAIRS), ("foreign/part.json", "{}"), ("foreign/note.txt", "mine")]);
     let at = |name: &str| folder.path().join(name);
     let line = |command: &str| sandbox(&folder, command);
     let command = "stability huge_steps zero_length_spring --ticks 50";
@@ -140,11 +148,13 @@ fn shards_that_are_no_whole_study_are_refused_by_name() {
     line("merge m-1 m-3 --out o").fails(2, "missing shards: 2/3; give the folders of all");
     line("merge m-1 m-2 m-2 m-3 --out o")
         .fails(2, "m-2: shard 2/3 is here and in m-2; leave one of them out");
-    line("merge m-1 foreign --out o").fails(2, "part.json: this is no part of a study of this version");
+    line("merge m-1 foreign --out o")
+        .fails(2, "part.json: this is no part of a study of this version");
     line("merge m-1 nowhere --out o")
         .fails(2, "nowhere: no shard of a sweep or a study was written into this folder");
     line("stability huge_steps --ticks 50 --shard 2/3 --out n").fine();
-    line("merge m-1 n m-3 --out o").fails(2, "n: this is a study of another command than that in m-1");
+    line("merge m-1 n m-3 --out o")
+        .fails(2, "n: this is a study of another command than that in m-1");
     line(&format!("{command} --shard 2/4 --out k")).fine();
     line("merge m-1 k m-3 --out o")
         .fails(2, "k: this is a study of another number of shards than that in m-1");
@@ -152,7 +162,8 @@ fn shards_that_are_no_whole_study_are_refused_by_name() {
         2,
         "part.json: the part in this folder is of another shard; give another folder, or remove it",
     );
-    line(&format!("{command} --shard 1/3 --out foreign")).fails(2, "part.json: this is no part of a study");
+    line(&format!("{command} --shard 1/3 --out foreign"))
+        .fails(2, "part.json: this is no part of a study");
     line(&format!("{command} --shard 1/3")).fails(2, "--out");
     line(&format!("{command} --shard 4/3 --out x")).fails(2, "give which part of how many");
     line("recommend own.ron --error 1 --shard 1/2 --out x --apply y.ron").fails(2, "--apply");

@@ -94,10 +94,14 @@ impl Outcome {
             assert_eq!(law, law_expected, "{what}");
             // The engines of a body are counted one by one; it has two at most.
             let again = if law == "thrusts" { 2 * again } else { again };
-            assert!((expected..=expected + again).contains(&count), "{what}: {law} {count}, {expected}");
+            assert!(
+                (expected..=expected + again).contains(&count),
+                "{what}: {law} {count}, {expected}"
+            );
         }
         let laws = expected.laws().iter().copied();
-        let evaluations = Evaluations::from_counts(expected.accelerations(), laws, iterations(counted));
+        let evaluations =
+            Evaluations::from_counts(expected.accelerations(), laws, iterations(counted));
         assert_eq!(Self { evaluations, ..self.clone() }, *whole, "{what}");
     }
 }

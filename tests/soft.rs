@@ -29,11 +29,13 @@ impl Soft {
         let at = |row: u32, column: u32| {
             place(f64::from(column) / f64::from(columns), f64::from(row) / f64::from(rows))
         };
-        let all =
-            |rows, columns| (0..rows).flat_map(move |row| (0..columns).map(move |column| (row, column)));
-        let along =
-            all(rows + 1, columns).map(|(row, column)| [number(row, column), number(row, column + 1)]);
-        let down = all(rows, across).map(|(row, column)| [number(row, column), number(row + 1, column)]);
+        let all = |rows, columns| {
+            (0..rows).flat_map(move |row| (0..columns).map(move |column| (row, column)))
+        };
+        let along = all(rows + 1, columns)
+            .map(|(row, column)| [number(row, column), number(row, column + 1)]);
+        let down =
+            all(rows, across).map(|(row, column)| [number(row, column), number(row + 1, column)]);
         let triangles = all(rows, columns).flat_map(|(row, column)| {
             let [a, b] = [number(row, column), number(row, column + 1)];
             [[a, a + across, b], [b, a + across, b + across]]
@@ -106,7 +108,11 @@ impl Soft {
             .enumerate()
             .map(|(number, place)| {
                 let pinned = self.pinned.contains(&number);
-                let body = if pinned { PhysicsBody::IMMOVABLE } else { PhysicsBody::with_mass(POINT_MASS) };
+                let body = if pinned {
+                    PhysicsBody::IMMOVABLE
+                } else {
+                    PhysicsBody::with_mass(POINT_MASS)
+                };
                 world.spawn((Transform::at(*place), body)).id()
             })
             .collect();

@@ -191,7 +191,13 @@ fn a_held_push_accelerates_a_soft_body_as_one_of_its_mass_and_pins_not_at_all() 
 fn a_locked_camera_follows_the_center_of_mass() {
     let mut drive = drive(DVec3::ZERO, "", [sheet()]);
     let (_, body) = soft_body(&mut drive);
-    drive.session.stage.sim_mut().world.entity_mut(body.points[0]).insert(PhysicsBody::with_mass(20.0));
+    drive
+        .session
+        .stage
+        .sim_mut()
+        .world
+        .entity_mut(body.points[0])
+        .insert(PhysicsBody::with_mass(20.0));
     drive.select(SIZE / 2.0);
     drive.press("L");
     let world = &drive.session.stage.sim().world;

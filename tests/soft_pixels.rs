@@ -80,7 +80,8 @@ fn a_cloth_is_lit_from_both_sides_and_never_black() {
         // The pins are dark; they are few.
         let dark = cloth.iter().filter(|pixel| light(**pixel) < 40.0).count();
         assert!(dark < 60, "{name}: {dark} black pixels of {}", cloth.len());
-        let shades: std::collections::BTreeSet<_> = cloth.iter().map(|pixel| pixel[0] / 8).collect();
+        let shades: std::collections::BTreeSet<_> =
+            cloth.iter().map(|pixel| pixel[0] / 8).collect();
         assert!(shades.len() > 5, "{name}: the waves do not show: {shades:?}");
         (cloth.len() as f64, mean(&cloth))
     });
@@ -101,8 +102,13 @@ fn a_cloth_casts_a_shadow_on_the_floor_and_a_ball_on_the_cloth() {
     // A sheet that shaded itself would be as dark as its shadow on the floor.
     let empty = draw_once(&mut film(stage(12.0, true), []), "empty_shadow");
     let cloth_and_shadow = changed(&pictures[0], &empty).len();
-    let cloth = changed(&pictures[1], &draw_once(&mut film(stage(12.0, false), []), "empty_no_shadow")).len();
-    assert!(cloth_and_shadow > cloth + 1000, "{cloth} pixels of cloth, {cloth_and_shadow} with its shadow");
+    let cloth =
+        changed(&pictures[1], &draw_once(&mut film(stage(12.0, false), []), "empty_no_shadow"))
+            .len();
+    assert!(
+        cloth_and_shadow > cloth + 1000,
+        "{cloth} pixels of cloth, {cloth_and_shadow} with its shadow"
+    );
 
     let with_ball = [true, false].map(|shadows| {
         let mut film = film(stage(12.0, shadows), [flat()]);
@@ -128,7 +134,11 @@ fn the_view_of_springs_shows_stretched_ones_red_and_compressed_ones_blue() {
         film.press("3");
         let springs = draw(&mut studio, &mut film, &format!("springs_{name}"));
         let (reds, blues) = (places(&springs, red).len(), places(&springs, blue).len());
-        assert_eq!([reds > 1000, blues > 1000], [stretch > 1.0, stretch < 1.0], "{name}: {reds}, {blues}");
+        assert_eq!(
+            [reds > 1000, blues > 1000],
+            [stretch > 1.0, stretch < 1.0],
+            "{name}: {reds}, {blues}"
+        );
         assert_eq!(reds.min(blues), 0, "{name}");
         film.press("3");
         assert!(draw(&mut studio, &mut film, "surface_again") == before, "{name}");
@@ -146,7 +156,8 @@ fn a_selected_soft_body_is_green_and_outlined_where_it_is() {
         assert_eq!(places(&before, |pixel| green(pixel) || yellow(pixel)), []);
         let pixel = film.press("Q").pixel_of(at);
         film.frame([crate::rigs::at(pixel)]).click(Button::Left);
-        let selected = film.session.stage.selection().unwrap_or_else(|| panic!("{name} is not selected"));
+        let selected =
+            film.session.stage.selection().unwrap_or_else(|| panic!("{name} is not selected"));
         assert_eq!(film.session.stage.name(selected), "soft");
         let after = draw(&mut studio, &mut film, &format!("selected_{name}"));
         for color in [green, yellow] {
@@ -221,7 +232,9 @@ fn a_spring_between_bodies_is_a_line_unless_an_end_makes_it_inert() {
     let world = &mut film.session.stage.sim_mut().world;
     let ends = [-2.0, 2.0].map(|x| {
         let ball = pick::Shape::sphere(0.4).unwrap();
-        world.spawn((Transform::at(DVec3::new(x, 2.0, 0.0)), PhysicsBody::with_mass(1.0), ball)).id()
+        world
+            .spawn((Transform::at(DVec3::new(x, 2.0, 0.0)), PhysicsBody::with_mass(1.0), ball))
+            .id()
     });
     world.spawn(Spring {
         ends,

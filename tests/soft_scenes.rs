@@ -111,7 +111,10 @@ fn a_push_in_the_middle_of_the_flag_moves_the_point_there_and_its_neighbors_foll
     let first = apart(&pushed, &plain);
     let hit = farthest(&first);
     let (row, column) = place(hit);
-    assert!(row.abs_diff(8) <= 1 && column.abs_diff(12) <= 1, "row {row}, column {column} was pushed");
+    assert!(
+        row.abs_diff(8) <= 1 && column.abs_diff(12) <= 1,
+        "row {row}, column {column} was pushed"
+    );
     // Springs carry it on at once, but most of it is in one point yet.
     let beside = [(row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)]
         .map(|(row, column)| number(row, column));
@@ -128,9 +131,19 @@ fn a_push_in_the_middle_of_the_flag_moves_the_point_there_and_its_neighbors_foll
         peaks.iter_mut().zip(apart(&pushed, &plain)).for_each(|(peak, now)| *peak = peak.max(now));
     }
     for place in beside {
-        assert!(peaks[place] > 0.05 * peaks[hit], "a neighbor: {} m of {} m", peaks[place], peaks[hit]);
+        assert!(
+            peaks[place] > 0.05 * peaks[hit],
+            "a neighbor: {} m of {} m",
+            peaks[place],
+            peaks[hit]
+        );
         for far in far {
-            assert!(peaks[far] < 0.5 * peaks[place], "far away: {} m of {} m", peaks[far], peaks[place]);
+            assert!(
+                peaks[far] < 0.5 * peaks[place],
+                "far away: {} m of {} m",
+                peaks[far],
+                peaks[place]
+            );
         }
     }
 }

@@ -38,7 +38,9 @@ const WEIGHT: &str = r#"(version: 1, gravity: (), damping: (model: exact, rate_p
 #[test]
 fn every_column_is_its_closed_form() {
     let folder = folder([("weight.ron", WEIGHT)]);
-    let line = format!("run weight.ron --seconds 2 --state s.csv --columns {ALL},distance:anchor --every 7");
+    let line = format!(
+        "run weight.ron --seconds 2 --state s.csv --columns {ALL},distance:anchor --every 7"
+    );
     sandbox(&folder, &line).fine();
     let (mut weights, mut anchors) = (0, 0);
     // Against y = -0.784 m, where spring and weight are in balance.
@@ -52,7 +54,10 @@ fn every_column_is_its_closed_form() {
             assert!((found - exact).abs() <= 1e-4, "{found} for {exact} in {row:?}");
         };
         let is = |name: &str, unit: &str, exact: [f64; 3]| {
-            vector(&row, name, unit).into_iter().zip(exact).for_each(|(found, exact)| near(found, exact));
+            vector(&row, name, unit)
+                .into_iter()
+                .zip(exact)
+                .for_each(|(found, exact)| near(found, exact));
         };
         if row["body"] == "anchor" {
             anchors += 1;
@@ -81,12 +86,14 @@ fn every_column_is_its_closed_form() {
         is("force_gravity", "n", [0.0, -mass * gravity, 0.0]);
         is("force_springs", "n", x.map(|x| -stiffness * x));
         is("force_damping", "n", v.map(|v| -mass * damping * v));
-        let force = [0, 1, 2]
-            .map(|i| -stiffness * x[i] - mass * damping * v[i] - if i == 1 { mass * gravity } else { 0.0 });
+        let force = [0, 1, 2].map(|i| {
+            -stiffness * x[i] - mass * damping * v[i] - if i == 1 { mass * gravity } else { 0.0 }
+        });
         is("force", "n", force);
         is("acceleration", "m_s2", force.map(|force| force / mass));
         let [a, b] = [x, v.map(|v| mass * v)];
-        let turn = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+        let turn =
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
         is("angular_momentum", "kg_m2_s", turn);
         near(number(&row, "kinetic_energy_j"), mass * squared(v) / 2.0);
         near(number(&row, "potential_energy_gravity_j"), mass * gravity * x[1]);
@@ -133,18 +140,37 @@ fn time_turned_around_brings_back_what_is_moved_by_reversible_methods() {
 
 #[test]
 fn sums_over_all_rows_are_the_totals_of_the_summary() {
-    for scene in
-        ["thousand", "oscillator", "orbit", "solar", "figure_eight", "flag", "jelly", "bungee", "everything"]
-    {
+    for scene in [
+        "thousand",
+        "oscillator",
+        "orbit",
+        "solar",
+        "figure_eight",
+        "flag",
+        "jelly",
+        "bungee",
+        "everything",
+    ] {
         let folder = TempDir::new().unwrap();
         let flags = "--ticks 40 --state s.csv --every 40 --summary s.json";
-        sandbox(&folder, &format!("run {scene} {flags} --columns energies,momentum,angular_momentum")).fine();
+        sandbox(
+            &folder,
+            &format!("run {scene} {flags} --columns energies,momentum,angular_momentum"),
+        )
+        .fine();
         let at = |name: &str| folder.path().join(name);
-        let summary: serde_json::Value = serde_json::from_slice(&fs::read(at("s.json")).unwrap()).unwrap();
+        let summary: serde_json::Value =
+            serde_json::from_slice(&fs::read(at("s.json")).unwrap()).unwrap();
         let mut sums = BTreeMap::<String, [f64; 2]>::new();
         for row in rows(&at("s.csv")).into_iter().filter(|row| row["tick"] == "40") {
-            for column in row.keys().filter(|column| !["tick", "time_s", "body"].contains(&&***column)) {
-                let kind = if column.starts_with("potential_energy") { "potential_energy_j" } else { column };
+            for column in
+                row.keys().filter(|column| !["tick", "time_s", "body"].contains(&&***column))
+            {
+                let kind = if column.starts_with("potential_energy") {
+                    "potential_energy_j"
+                } else {
+                    column
+                };
                 let [sum, size] = sums.entry(kind.to_owned()).or_default();
                 *sum += number(&row, column);
                 *size += number(&row, column).abs();
@@ -158,7 +184,10 @@ fn sums_over_all_rows_are_the_totals_of_the_summary() {
         near("potential_energy_j", &summary["potential_energy_j"]);
         for (at, axis) in ["x", "y", "z"].into_iter().enumerate() {
             near(&format!("momentum_{axis}_kg_m_s"), &summary["momentum_kg_m_s"][at]);
-            near(&format!("angular_momentum_{axis}_kg_m2_s"), &summary["angular_momentum_kg_m2_s"][at]);
+            near(
+                &format!("angular_momentum_{axis}_kg_m2_s"),
+                &summary["angular_momentum_kg_m2_s"][at],
+            );
         }
     }
 }
@@ -174,8 +203,10 @@ fn accelerations_are_what_velocities_do_next() {
         sandbox(&folder, &format!("{line} --columns velocity,acceleration")).fine();
         let rows = rows(&folder.path().join("s.csv"));
         let bodies = rows.iter().filter(|row| row["tick"] == "0").count();
-        for (before, after) in
-            rows.iter().zip(&rows[bodies..]).filter(|(row, _)| !row["acceleration_x_m_s2"].is_empty())
+        for (before, after) in rows
+            .iter()
+            .zip(&rows[bodies..])
+            .filter(|(row, _)| !row["acceleration_x_m_s2"].is_empty())
         {
             assert_eq!(before["body"], after["body"]);
             let h = number(after, "time_s") - number(before, "time_s");
@@ -199,7 +230,8 @@ fn parquet_has_the_numbers_of_csv() {
     let folder = folder([("weight.ron", WEIGHT)]);
     let at = |name: &str| folder.path().join(name);
     for file in ["s.csv", "s.parquet"] {
-        let line = format!("run weight.ron --seconds 1 --state {file} --columns {ALL},distance:anchor");
+        let line =
+            format!("run weight.ron --seconds 1 --state {file} --columns {ALL},distance:anchor");
         sandbox(&folder, &line).fine();
     }
     let table = SerializedFileReader::new(fs::File::open(at("s.parquet")).unwrap()).unwrap();

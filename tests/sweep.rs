@@ -58,7 +58,8 @@ fn the_stability_limits_of_the_textbook_are_found_to_one_percent() {
     let (plan, rows) = sweep(OSCILLATOR, &axes, 10.0, &[Measure::Survives]);
     assert_eq!(rows.len(), 20 * 3 * 9);
     for method in Method::ALL {
-        let of_it = |row: &&Row| value(&plan, row, "method") == &Value::Text(method.name().to_owned());
+        let of_it =
+            |row: &&Row| value(&plan, row, "method") == &Value::Text(method.name().to_owned());
         let (mut survives, mut fails) = (Vec::new(), Vec::new());
         for row in rows.iter().filter(of_it) {
             let stiffness = number(&plan, row, "springs[0].stiffness_n_m");
@@ -74,7 +75,10 @@ fn the_stability_limits_of_the_textbook_are_found_to_one_percent() {
         if (1.5..2.95).contains(&limit) {
             let found = (highest * lowest).sqrt();
             assert!(highest < lowest, "{method:?}: {highest} survives and {lowest} does not");
-            assert!((found / limit - 1.0).abs() < 0.01, "{method:?}: {found}, where theory has {limit}");
+            assert!(
+                (found / limit - 1.0).abs() < 0.01,
+                "{method:?}: {found}, where theory has {limit}"
+            );
         } else {
             let all = if limit == 0.0 { &fails } else { &survives };
             assert_eq!(all.len(), 60, "{method:?}, whose limit is {limit}");
@@ -84,7 +88,8 @@ fn the_stability_limits_of_the_textbook_are_found_to_one_percent() {
 
 #[test]
 fn a_fall_has_the_numbers_of_its_closed_form() {
-    const FALL: &str = r"(version: 1, gravity: (acceleration_m_s2: (0, -10, 0)), bodies: [(mass_kg: 2)])";
+    const FALL: &str =
+        r"(version: 1, gravity: (acceleration_m_s2: (0, -10, 0)), bodies: [(mass_kg: 2)])";
     let measures = Measure::ALL;
     let axes = [
         "method=explicit_euler,semi_implicit_euler,runge_kutta_4",
@@ -108,7 +113,10 @@ fn a_fall_has_the_numbers_of_its_closed_form() {
             "semi_implicit_euler" => 1.0,
             _ => 0.0,
         };
-        assert!(near(number(&plan, row, "largest_distance_m"), 0.5 * g * t * (t + side * h)), "{row:?}");
+        assert!(
+            near(number(&plan, row, "largest_distance_m"), 0.5 * g * t * (t + side * h)),
+            "{row:?}"
+        );
         // The energy m g (x - x of the true fall) over the kinetic energy at the end, m (g t)² / 2.
         assert!(near(number(&plan, row, "drift"), side.abs() * h / t), "{row:?}");
         assert_eq!(value(&plan, row, "survives"), &Value::Flag(true));
@@ -130,7 +138,8 @@ fn a_fall_has_the_numbers_of_its_closed_form() {
 #[test]
 fn values_that_the_scene_refuses_together_are_a_row_that_says_why() {
     let attract = "(version: 1, mutual_gravity: (), bodies: [(), (position_m: (3, 0, 0))])";
-    let (plan, rows) = sweep(attract, &["method=implicit_euler,velocity_verlet"], 1.0, &[Measure::Drift]);
+    let (plan, rows) =
+        sweep(attract, &["method=implicit_euler,velocity_verlet"], 1.0, &[Measure::Drift]);
     assert_eq!(value(&plan, &rows[0], "outcome"), &Value::Text("refused".to_owned()));
     assert!(value(&plan, &rows[0], "why").to_string().contains("mutual gravity"), "{rows:?}");
     assert_eq!(value(&plan, &rows[0], "drift"), &Value::Absent);
@@ -172,12 +181,18 @@ fn a_million_million_million_runs_are_counted() {
         seconds: 0.1,
         measures: vec![Measure::LargestSpeed],
     };
-    let million =
-        ["pace=1..2 lin 1000000", "step_hz=60..120 lin 1000000", "bodies[1].mass_kg=1..2 lin 1000000"];
+    let million = [
+        "pace=1..2 lin 1000000",
+        "step_hz=60..120 lin 1000000",
+        "bodies[1].mass_kg=1..2 lin 1000000",
+    ];
     let huge = Sweep::new(&Scene::parse("s", OSCILLATOR).unwrap(), plan(&million)).unwrap();
     assert!(huge.estimated_seconds(Shard::WHOLE) > 1e12);
     assert_eq!(huge.plan().runs(), Some(1_000_000_000_000_000_000));
-    assert_eq!(plan(&[million[0], million[1], million[2], "substeps=1..1000 lin 1000"]).runs(), None);
+    assert_eq!(
+        plan(&[million[0], million[1], million[2], "substeps=1..1000 lin 1000"]).runs(),
+        None
+    );
 }
 
 /// Runs a sweep of 240 runs into `folder/out`.
@@ -239,8 +254,14 @@ fn shards_are_merged_to_the_bytes_of_one_run() {
     }
     for (line, said) in [
         ("merge 1of3 3of3 --out x", "missing shards: 2/3; give the folders of all"),
-        ("merge 1of3 2of3 2of3 3of3 --out x", "2of3: shard 2/3 is here and in 2of3; leave one of them out"),
-        ("merge 1of3 1of7 --out x", "1of7: this is a sweep of another number of shards than that in 1of3"),
+        (
+            "merge 1of3 2of3 2of3 3of3 --out x",
+            "2of3: shard 2/3 is here and in 2of3; leave one of them out",
+        ),
+        (
+            "merge 1of3 1of7 --out x",
+            "1of7: this is a sweep of another number of shards than that in 1of3",
+        ),
         (
             "merge . --out x",
             ".: no shard of a sweep or a study was written into this folder; give the folders of --out of every shard",
@@ -281,7 +302,8 @@ fn a_sweep_that_is_killed_five_times_is_the_same_in_the_end() {
         }
         let mut running = running.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         let lines = || {
-            let journal = fs::read_to_string(folder.join("killed/runs.part.csv")).unwrap_or_default();
+            let journal =
+                fs::read_to_string(folder.join("killed/runs.part.csv")).unwrap_or_default();
             journal.lines().count().saturating_sub(1)
         };
         wait_for("enough runs", || (lines() >= enough).then_some(()));

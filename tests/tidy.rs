@@ -78,14 +78,14 @@ fn motion_has_serde_and_the_plugin_only_if_asked() {
 
 /// The files and folders of `crates/motion/src`: each uses itself and those before it.
 const LAYERS: &[&str] = &[
-    "simd", "units", "lists", "names", "state", "laws", "methods", "kernels", "tick", "groups", "schedule",
-    "snapshot", "arrays", "observe",
+    "simd", "units", "lists", "names", "state", "laws", "methods", "kernels", "tick", "groups",
+    "schedule", "snapshot", "arrays", "observe",
 ];
 
 /// The same of `crates/sandbox/src`.
 const ROOMS: &[&str] = &[
-    "clock", "failure", "args", "methods", "input", "panels", "actions", "stage", "intent", "view", "tools",
-    "app", "output", "window", "commands",
+    "clock", "failure", "args", "methods", "input", "panels", "actions", "stage", "intent", "view",
+    "tools", "app", "output", "window", "commands",
 ];
 
 /// The same of `crates/scene/src`.
@@ -162,7 +162,10 @@ fn apart(path: &str) -> Vec<String> {
             ',' if depth == 0 => {
                 let part = inside[start..at].trim();
                 paths.extend(
-                    apart(part).iter().filter(|part| !part.is_empty()).map(|part| format!("{before}{part}")),
+                    apart(part)
+                        .iter()
+                        .filter(|part| !part.is_empty())
+                        .map(|part| format!("{before}{part}")),
                 );
                 start = at + 1;
             }
@@ -179,7 +182,9 @@ fn paths(module: &str, text: &str) -> Vec<(usize, String)> {
     let is_name = |c: char| c.is_alphanumeric() || c == '_';
     let is_path = |c: char| is_name(c) || c == ':';
     let mut found = Vec::new();
-    for (at, _) in ["crate::", "self::", "super::"].into_iter().flat_map(|start| code.match_indices(start)) {
+    for (at, _) in
+        ["crate::", "self::", "super::"].into_iter().flat_map(|start| code.match_indices(start))
+    {
         let rest = &code[at..];
         let end = rest.find(|c| !is_path(c)).unwrap_or(rest.len());
         // A quote ends a piece of text that a macro makes a link of.
@@ -191,12 +196,15 @@ fn paths(module: &str, text: &str) -> Vec<(usize, String)> {
             depth += i32::from(*c == '{') - i32::from(*c == '}');
             depth == 0
         };
-        let close = rest[end..].char_indices().find(closes).map_or(0, |(at, c)| at + usize::from(c == '}'));
+        let close =
+            rest[end..].char_indices().find(closes).map_or(0, |(at, c)| at + usize::from(c == '}'));
         let line = code[..at].matches('\n').count() + 1;
         for path in apart(&rest[..end + close]) {
             let mut modules: Vec<_> = module.split("::").collect();
             modules.extend(tests.is_some_and(|tests| line > tests).then_some("tests"));
-            for part in path.split("::").map(|part| part.split_whitespace().next().unwrap_or_default()) {
+            for part in
+                path.split("::").map(|part| part.split_whitespace().next().unwrap_or_default())
+            {
                 match part {
                     "crate" => modules.clear(),
                     "super" => modules.truncate(modules.len().saturating_sub(1)),
@@ -288,7 +296,11 @@ fn a_use_of_a_later_layer_is_found() {
         ("tick.rs", "#[cfg(test)]\nmod tests {\n    use super::*;", false),
     ];
     for (path, text, is_wrong) in uses {
-        assert_eq!(!wrong_uses(LAYERS, Path::new(path), text).is_empty(), is_wrong, "{path}: {text}");
+        assert_eq!(
+            !wrong_uses(LAYERS, Path::new(path), text).is_empty(),
+            is_wrong,
+            "{path}: {text}"
+        );
     }
 }
 
@@ -321,7 +333,8 @@ fn circles(uses: &BTreeMap<String, BTreeSet<String>>) -> Vec<&String> {
 #[test]
 fn no_two_files_need_each_other() {
     let known = BTreeMap::from(
-        [("a", ""), ("b", ""), ("b::c", ""), ("d::e", "")].map(|(name, text)| (name.to_owned(), text)),
+        [("a", ""), ("b", ""), ("b::c", ""), ("d::e", "")]
+            .map(|(name, text)| (name.to_owned(), text)),
     );
     let found = |text| used("b", text, &known).into_iter().collect::<Vec<_>>();
     assert_eq!(found("use crate::{a::X, d::{e::{Y, Z}}};"), ["a", "d::e"]);
@@ -337,7 +350,10 @@ fn no_two_files_need_each_other() {
             .filter(|(module, _)| !["lib", "main"].contains(&&**module))
             .collect();
         assert!(texts.len() > 10, "{name} has no files");
-        let uses = texts.iter().map(|(module, text)| (module.clone(), used(module, text, &texts))).collect();
+        let uses = texts
+            .iter()
+            .map(|(module, text)| (module.clone(), used(module, text, &texts)))
+            .collect();
         assert_eq!(circles(&uses), [""; 0], "files of {name} that need each other");
     }
 }
@@ -361,7 +377,11 @@ fn the_sandbox_changes_a_simulation_by_changes_alone() {
     ];
     never("crates/sandbox/src", &["crates/sandbox/src/stage/change.rs"], &ways);
     // Which also records it.
-    never("crates/sandbox/src", &["crates/sandbox/src/stage/change.rs"], &["sim.give(", "sim_mut().give("]);
+    never(
+        "crates/sandbox/src",
+        &["crates/sandbox/src/stage/change.rs"],
+        &["sim.give(", "sim_mut().give("],
+    );
 }
 
 #[test]
@@ -393,7 +413,8 @@ fn only_scene_parses_files() {
         "part.rs",
     ];
     let own = own.map(|file| format!("crates/lab/src/{file}"));
-    let own: Vec<_> = own.into_iter().chain(["crates/sandbox/src/output/files.rs".to_owned()]).collect();
+    let own: Vec<_> =
+        own.into_iter().chain(["crates/sandbox/src/output/files.rs".to_owned()]).collect();
     let own: Vec<_> = own.iter().map(|file| &**file).collect();
     // What motion derives behind its feature `serde` is read by history.
     for name in ["pick", "render", "lab", "report", "sandbox"] {
@@ -405,7 +426,8 @@ fn only_scene_parses_files() {
 fn commands_read_files_in_one_place_that_outputs_are_compared_with() {
     let rooms = ["commands", "output", "window", "window.rs"];
     // The one place, what saves what was opened, and a test.
-    let except = ["output/command_files.rs", "output/scenes.rs", "window/program.rs", "window/recorder.rs"];
+    let except =
+        ["output/command_files.rs", "output/scenes.rs", "window/program.rs", "window/recorder.rs"];
     let except = except.map(|file| format!("crates/sandbox/src/{file}"));
     for room in rooms {
         never(
@@ -438,9 +460,15 @@ fn whole_places(text: &str) -> Vec<(usize, String)> {
             let mut depth = 0;
             let starts = |(_, c): &(usize, char)| {
                 depth += i32::from(*c == ')') - i32::from(*c == '(');
-                depth < 0 || depth == 0 && !(*c == '(' || c.is_alphanumeric() || matches!(c, '_' | '.' | ')'))
+                depth < 0
+                    || depth == 0
+                        && !(*c == '(' || c.is_alphanumeric() || matches!(c, '_' | '.' | ')'))
             };
-            let start = before.char_indices().rev().find(starts).map_or(0, |(place, c)| place + c.len_utf8());
+            let start = before
+                .char_indices()
+                .rev()
+                .find(starts)
+                .map_or(0, |(place, c)| place + c.len_utf8());
             let receiver = &before[start..];
             let is_difference = receiver.starts_with('(') && receiver.contains(" - ");
             if !is_difference && !NO_PLACES.iter().any(|fine| receiver.ends_with(fine)) {
@@ -468,10 +496,12 @@ fn places_become_f32_only_as_differences_from_what_is_near() {
         let folders = ["crates/pick/src", "crates/sandbox/src"];
         if folders.iter().any(|folder| in_folder(path, folder)) {
             let before_tests = text.split("#[cfg(test)]").next().unwrap_or_default();
-            let tests =
-                path.components().any(|part| part.as_os_str() == "tests") || path.ends_with("tests.rs");
+            let tests = path.components().any(|part| part.as_os_str() == "tests")
+                || path.ends_with("tests.rs");
             let whole = if tests { Vec::new() } else { whole_places(before_tests) };
-            found.extend(whole.into_iter().map(|(line, what)| format!("{}:{line}: {what}", path.display())));
+            found.extend(
+                whole.into_iter().map(|(line, what)| format!("{}:{line}: {what}", path.display())),
+            );
         } else if !path
             .components()
             .any(|part| ["tests", "benches"].map(|name| name.as_ref()).contains(&part.as_os_str()))
@@ -487,7 +517,10 @@ fn writes(text: &str) -> Vec<usize> {
     let words = ["get_mut::<", "entity_mut(", "&mut PhysicsBody", "&mut Transform", "&mut Force"];
     let before_tests = text.split("#[cfg(test)]").next().unwrap_or_default();
     let lines = (1..).zip(code(before_tests));
-    lines.filter(|(_, code)| words.iter().any(|word| code.contains(word))).map(|(line, _)| line).collect()
+    lines
+        .filter(|(_, code)| words.iter().any(|word| code.contains(word)))
+        .map(|(line, _)| line)
+        .collect()
 }
 
 #[test]
@@ -505,7 +538,8 @@ fn input_never_writes_the_state_of_a_body() {
     let folders = ["app", "input.rs", "stage", "stage.rs", "tools", "view", "view.rs"]
         .map(|name| format!("crates/sandbox/src/{name}"));
     for folder in folders {
-        let inside: Vec<_> = sources().into_iter().filter(|(path, _)| in_folder(path, &folder)).collect();
+        let inside: Vec<_> =
+            sources().into_iter().filter(|(path, _)| in_folder(path, &folder)).collect();
         assert!(!inside.is_empty(), "{folder} has no sources");
         for (path, text) in inside.iter().filter(|(path, _)| !path.ends_with("tests.rs")) {
             assert_eq!(writes(text), [0; 0], "lines of {} write a body", path.display());
@@ -564,7 +598,12 @@ fn crates_whose_bits_matter_forbid_the_same_functions() {
     let lists: Vec<_> = ["motion", "scene", "history"]
         .map(|name| fs::read_to_string(root().join(format!("crates/{name}/clippy.toml"))).unwrap())
         .iter()
-        .map(|text| text.lines().filter(|line| !line.starts_with('#')).map(str::to_owned).collect::<Vec<_>>())
+        .map(|text| {
+            text.lines()
+                .filter(|line| !line.starts_with('#'))
+                .map(str::to_owned)
+                .collect::<Vec<_>>()
+        })
         .collect();
     assert!(lists[0].len() > 40, "{} lines", lists[0].len());
     assert!(lists.iter().all(|list| *list == lists[0]));
@@ -580,8 +619,8 @@ fn every_file_begins_with_what_it_is_for() {
 #[test]
 fn no_test_is_ignored_and_nothing_is_left_to_do() {
     // Put together here, so that this file does not find itself.
-    let words =
-        [["#[ig", "nore"], ["todo", "!("], ["unimplem", "ented!"], ["dbg", "!("]].map(|word| word.concat());
+    let words = [["#[ig", "nore"], ["todo", "!("], ["unimplem", "ented!"], ["dbg", "!("]]
+        .map(|word| word.concat());
     for (path, text) in sources() {
         for word in &words {
             assert!(!text.contains(word.as_str()), "{} has {word}", path.display());
@@ -616,7 +655,9 @@ fn unwrap_is_for_tests() {
 fn numbers_are_rounded_for_people_in_one_place() {
     let rounds = |line: &str| {
         let after = line.split(":.").skip(1);
-        after.filter(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()).starts_with("e}")).count()
+        after
+            .filter(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()).starts_with("e}"))
+            .count()
     };
     assert_eq!([rounds("{x:.2e} m, {y:.3}"), rounds("{x:e}"), rounds("{:.10e}")], [1, 0, 1]);
     // A column of a file has all digits of its numbers.
@@ -625,7 +666,12 @@ fn numbers_are_rounded_for_people_in_one_place() {
         let shows = in_folder(&path, "crates/sandbox/src") || in_folder(&path, "crates/report/src");
         if shows && !elsewhere.iter().any(|file| path.ends_with(file)) {
             let text = text.split("#[cfg(test)]").next().unwrap_or_default();
-            assert_eq!(code(text).map(rounds).sum::<usize>(), 0, "{}: use report::numbers", path.display());
+            assert_eq!(
+                code(text).map(rounds).sum::<usize>(),
+                0,
+                "{}: use report::numbers",
+                path.display()
+            );
         }
     }
 }
@@ -667,7 +713,8 @@ fn flags_of_commands() -> BTreeMap<String, BTreeSet<String>> {
         let help = sandbox(".", &format!("{command} --help")).fine();
         // Examples and what is said of other flags name flags, too: an option begins its line.
         let options = help.lines().map(str::trim_start).filter(|line| line.starts_with('-'));
-        let options: String = options.map(|line| line.split("  ").next().unwrap().to_owned() + " ").collect();
+        let options: String =
+            options.map(|line| line.split("  ").next().unwrap().to_owned() + " ").collect();
         (command, flags(&options))
     });
     listed.collect()
@@ -676,20 +723,26 @@ fn flags_of_commands() -> BTreeMap<String, BTreeSet<String>> {
 #[test]
 fn the_contract_names_every_command_with_exactly_its_flags() {
     let page = contract("command-line");
-    let block = page.split_once("\n## Commands\n\n```\n").unwrap().1.split_once("\n```\n").unwrap().0;
+    let block =
+        page.split_once("\n## Commands\n\n```\n").unwrap().1.split_once("\n```\n").unwrap().0;
     let (block, of_all) = block.split_once("\nany of them ").unwrap();
     let (block, of_all) = (format!("\n{block}"), flags(of_all));
     let mut sections = BTreeMap::new();
     for section in block.split("\nsandbox ").skip(1) {
-        let name =
-            section.split(' ').next().filter(|word| word.starts_with(|c: char| c.is_ascii_lowercase()));
+        let name = section
+            .split(' ')
+            .next()
+            .filter(|word| word.starts_with(|c: char| c.is_ascii_lowercase()));
         let flags: BTreeSet<_> = flags(section).union(&of_all).cloned().collect();
         sections.insert(name.unwrap_or_default().to_owned(), flags);
     }
     let expected = flags_of_commands();
     assert_eq!(sections.keys().collect::<Vec<_>>(), expected.keys().collect::<Vec<_>>());
     for (command, named) in sections {
-        assert_eq!(named, expected[&command], "docs/contract/command-line.md on `sandbox {command}`");
+        assert_eq!(
+            named, expected[&command],
+            "docs/contract/command-line.md on `sandbox {command}`"
+        );
     }
 }
 
@@ -710,17 +763,20 @@ fn the_contract_names_no_flag_that_does_not_exist() {
 #[test]
 fn the_contract_names_every_key_of_scenes() {
     let page = contract("scene");
-    let words: BTreeSet<_> = page.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();
+    let words: BTreeSet<_> =
+        page.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();
     let mut keys = BTreeSet::new();
     for file in ["raw.rs", "raw/coupled.rs", "raw/survival.rs"] {
         let source = fs::read_to_string(root().join("crates/scene/src").join(file)).unwrap();
-        let lines: Vec<_> = source.lines().map(|line| line.trim().trim_start_matches("pub ")).collect();
+        let lines: Vec<_> =
+            source.lines().map(|line| line.trim().trim_start_matches("pub ")).collect();
         for (before, line) in lines.iter().zip(&lines[1..]) {
             let Some((field, value)) = line.split_once(": ") else { continue };
             let is_name = field.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
             if is_name && ["Option<", "Vec<"].iter().any(|kind| value.starts_with(kind)) {
-                let renamed =
-                    before.strip_prefix("#[serde(rename = \"").and_then(|rest| rest.split_once('"'));
+                let renamed = before
+                    .strip_prefix("#[serde(rename = \"")
+                    .and_then(|rest| rest.split_once('"'));
                 keys.insert(renamed.map_or(field, |(key, _)| key).to_owned());
             }
         }
@@ -733,15 +789,21 @@ fn the_contract_names_every_key_of_scenes() {
 #[test]
 fn the_contract_names_every_key_and_measure_of_lessons() {
     let page = contract("lesson");
-    let words: BTreeSet<_> = page.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();
-    let source = |file: &str| fs::read_to_string(root().join("crates/scene/src").join(file)).unwrap();
+    let words: BTreeSet<_> =
+        page.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();
+    let source =
+        |file: &str| fs::read_to_string(root().join("crates/scene/src").join(file)).unwrap();
     let (keys, measures) = (source("lesson/raw.rs"), source("lesson.rs"));
     let structs = keys.split("\nstruct Raw").skip(1).map(|text| text.split_once("\n}").unwrap().0);
-    let keys =
-        structs.flat_map(str::lines).filter_map(|line| Some(line.trim().split_once(": ")?.0.to_owned()));
-    let measures = measures.split_once("pub enum Measure {").unwrap().1.split_once("\n}").unwrap().0;
-    let measures = code(measures).map(|line| line.trim().trim_end_matches(',').split('(').next().unwrap());
-    let measures = measures.filter(|word| word.starts_with(|c: char| c.is_ascii_uppercase())).map(snake_case);
+    let keys = structs
+        .flat_map(str::lines)
+        .filter_map(|line| Some(line.trim().split_once(": ")?.0.to_owned()));
+    let measures =
+        measures.split_once("pub enum Measure {").unwrap().1.split_once("\n}").unwrap().0;
+    let measures =
+        code(measures).map(|line| line.trim().trim_end_matches(',').split('(').next().unwrap());
+    let measures =
+        measures.filter(|word| word.starts_with(|c: char| c.is_ascii_uppercase())).map(snake_case);
     let all: Vec<_> = keys.chain(measures).collect();
     assert!(all.len() > 50, "found only {all:?}");
     let missing: Vec<_> = all.iter().filter(|key| !words.contains(key.as_str())).collect();
@@ -763,7 +825,8 @@ fn snake_case(variant: &str) -> String {
 #[test]
 fn the_contract_names_every_action_of_scripts() {
     let page = contract("script");
-    let error = scene::Script::parse("t", "[(at_s: 0, do: no_such_action)]").unwrap_err().to_string();
+    let error =
+        scene::Script::parse("t", "[(at_s: 0, do: no_such_action)]").unwrap_err().to_string();
     let names: Vec<_> = error.split_once("known here: ").unwrap().1.split(", ").collect();
     assert!(names.len() > 20, "found only {names:?}");
     for name in names {
@@ -774,8 +837,8 @@ fn the_contract_names_every_action_of_scripts() {
 
 /// Enums that recipes extend, and those of motion's and history's that follow from them.
 const EXTENDED: [&str; 12] = [
-    "Action", "Target", "Change", "Request", "Effect", "Method", "Measure", "Goal", "Intent", "Input",
-    "Panel", "Act",
+    "Action", "Target", "Change", "Request", "Effect", "Method", "Measure", "Goal", "Intent",
+    "Input", "Panel", "Act",
 ];
 
 /// The `match` blocks of a text that name a variant of an enum in [`EXTENDED`], and have an arm for all others.
@@ -822,7 +885,8 @@ fn wildcards(text: &str) -> Vec<String> {
         let takes_all = |arm: &String| {
             let pattern = arm.trim().trim_start_matches(',').trim();
             pattern == "_"
-                || pattern.chars().all(|c| c.is_ascii_lowercase() || c == '_') && !pattern.is_empty()
+                || pattern.chars().all(|c| c.is_ascii_lowercase() || c == '_')
+                    && !pattern.is_empty()
         };
         if arms.iter().any(is_extended) && arms.iter().any(takes_all) {
             found.push(text[at..end].lines().next().unwrap_or_default().trim().to_owned());
@@ -833,11 +897,16 @@ fn wildcards(text: &str) -> Vec<String> {
 
 #[test]
 fn no_match_forgets_what_a_recipe_adds() {
-    assert_eq!(wildcards("match action {\n Action::Push(..) => 1,\n _ => 0,\n}"), ["match action {"]);
+    assert_eq!(
+        wildcards("match action {\n Action::Push(..) => 1,\n _ => 0,\n}"),
+        ["match action {"]
+    );
     assert_eq!(wildcards("match a { Action::Push(..) => { 1 } other => 0 }").len(), 1);
     assert!(
-        wildcards("match action { Action::Push(..) => 1, Action::Wheel(_) => match x { 1 => 2, _ => 3 } }")
-            .is_empty()
+        wildcards(
+            "match action { Action::Push(..) => 1, Action::Wheel(_) => match x { 1 => 2, _ => 3 } }"
+        )
+        .is_empty()
     );
     let mut wrong = Vec::new();
     for (path, text) in sources() {
@@ -846,7 +915,9 @@ fn no_match_forgets_what_a_recipe_adds() {
             && !in_folder(&path, "crates/motion/benches")
         {
             let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
-            wrong.extend(wildcards(text).into_iter().map(|line| format!("{}: {line}", path.display())));
+            wrong.extend(
+                wildcards(text).into_iter().map(|line| format!("{}: {line}", path.display())),
+            );
         }
     }
     assert!(wrong.is_empty(), "an arm for all others forgets the next one:\n{}", wrong.join("\n"));
@@ -856,10 +927,14 @@ fn no_match_forgets_what_a_recipe_adds() {
 fn every_mistake_of_the_list_can_be_made_and_its_test_exists() {
     for Mutant { mistake, file, from, to, killed_by } in MUTANTS {
         let text = fs::read_to_string(root().join(file)).unwrap();
-        assert_eq!((text.matches(from).count(), from == to), (1, false), "{mistake}: {from:?} in {file}");
+        assert_eq!(
+            (text.matches(from).count(), from == to),
+            (1, false),
+            "{mistake}: {from:?} in {file}"
+        );
         let (module, test) = killed_by.rsplit_once("::").unwrap();
-        let path =
-            root().join(format!("tests/{}.rs", module.trim_end_matches("::on_unix").replace("::", "/")));
+        let path = root()
+            .join(format!("tests/{}.rs", module.trim_end_matches("::on_unix").replace("::", "/")));
         let tests = fs::read_to_string(path).unwrap();
         assert!(tests.contains(&format!("fn {test}()")), "{mistake}: there is no test {killed_by}");
     }
@@ -871,10 +946,12 @@ pub fn named(text: &str) -> Vec<(&str, Option<&str>)> {
     let folders = ["assets", "crates", "docs", "examples", "scripts", "shaders", "tests"];
     let mut places: Vec<(&str, Option<&str>)> = Vec::new();
     for span in text.split('`').skip(1).step_by(2) {
-        let (path, name) = span.split_once(": ").map_or((span, None), |(path, name)| (path, Some(name)));
+        let (path, name) =
+            span.split_once(": ").map_or((span, None), |(path, name)| (path, Some(name)));
         let is_inside = path.split_once('/').is_some_and(|(folder, _)| folders.contains(&folder));
         let has_extension = Path::new(path).extension().is_some();
-        if !path.contains(' ') && (is_inside || path.contains('/') && has_extension || path.ends_with(".md"))
+        if !path.contains(' ')
+            && (is_inside || path.contains('/') && has_extension || path.ends_with(".md"))
         {
             places.push((path, name));
         } else if span.starts_with("fn ")
@@ -894,7 +971,8 @@ pub fn assert_named(document: &str, text: &str) -> usize {
         let file = root().join(path);
         assert!(file.exists(), "{document} names {path}, which does not exist");
         let Some(name) = name else { continue };
-        let text = fs::read_to_string(&file).unwrap_or_else(|error| panic!("{document}: {path}: {error}"));
+        let text =
+            fs::read_to_string(&file).unwrap_or_else(|error| panic!("{document}: {path}: {error}"));
         // A function goes by its whole name.
         let after = |rest: &str| !name.starts_with("fn ") || rest.starts_with(['(', '<']);
         let is_named = text.match_indices(name).any(|(at, _)| after(&text[at + name.len()..]));

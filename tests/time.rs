@@ -32,7 +32,8 @@ fn ticks_due_come_from_total_time_and_never_drift() {
     assert_eq!(total, 416_666);
     // The same from frame lengths that are added up: the sum is compensated.
     let (mut frames, mut clock) = (FrameClock::default(), TickClock::new(60.0, 0.25).unwrap());
-    let total: u64 = (0..1_000_000).map(|_| clock.due(frames.advance_by(1.0 / 144.0).unwrap()).ticks).sum();
+    let total: u64 =
+        (0..1_000_000).map(|_| clock.due(frames.advance_by(1.0 / 144.0).unwrap()).ticks).sum();
     assert_eq!(total, 416_666);
 }
 
@@ -116,8 +117,9 @@ fn simulated_time_survives_a_change_of_step() {
 #[test]
 fn the_same_clicks_push_alike_at_every_frame_rate() {
     let clicks = [0.1034, 0.25, 0.5, 0.5001, 0.9];
-    let jitter =
-        |i: u32| 1.0 / 60.0 * (0.6 + 0.8 * f64::from(i.wrapping_mul(2_654_435_761) >> 16) / 65_536.0);
+    let jitter = |i: u32| {
+        1.0 / 60.0 * (0.6 + 0.8 * f64::from(i.wrapping_mul(2_654_435_761) >> 16) / 65_536.0)
+    };
     let frames: [(&str, Box<dyn Fn(u32) -> f64>); 5] = [
         ("30", Box::new(|_| 1.0 / 30.0)),
         ("60", Box::new(|_| 1.0 / 60.0)),
@@ -145,7 +147,11 @@ fn the_same_clicks_push_alike_at_every_frame_rate() {
         }
         // Five clicks, each for one tick: neither lost in a frame without a tick nor doubled in one with four.
         let expected = 5.0 * 10.0 * 10.0 / 120.0;
-        assert!((lab.v(body).x - expected).abs() <= 1e-14, "{name} frames a second: {}", lab.v(body).x);
+        assert!(
+            (lab.v(body).x - expected).abs() <= 1e-14,
+            "{name} frames a second: {}",
+            lab.v(body).x
+        );
     }
 }
 
@@ -156,7 +162,8 @@ fn ticks_that_take_longer_than_they_simulate_end_in_a_steady_frame_and_not_in_a_
     for (hz, cost, patience) in
         [(120.0, 1.5 * STEP, f64::INFINITY), (120.0, 1.5 * STEP, 0.25), (1e9, 1e-3, 0.25)]
     {
-        let text = format!("(version: 1, step_hz: {hz:?}, bodies: [(velocity_m_s: (1.0, 0.0, 0.0))])");
+        let text =
+            format!("(version: 1, step_hz: {hz:?}, bodies: [(velocity_m_s: (1.0, 0.0, 0.0))])");
         let scene = scene_of(&text);
         let options = Options { pictures: false, ..Options::default() };
         let mut session = Session::new(scene, options);
@@ -172,7 +179,10 @@ fn ticks_that_take_longer_than_they_simulate_end_in_a_steady_frame_and_not_in_a_
             // Nothing is lost in silence.
             let simulated = (session.stage.sim().ticks() - before) as f64 / hz;
             let told = session.stage.dropped() - dropped;
-            assert!((simulated + told - length).abs() <= 2.0 / hz + 1e-9, "{simulated} {told} {length}");
+            assert!(
+                (simulated + told - length).abs() <= 2.0 / hz + 1e-9,
+                "{simulated} {told} {length}"
+            );
             length = spent.max(1.0 / 60.0);
             lengths.push(length);
         }

@@ -38,7 +38,9 @@ fn update(bodies: &mut [Body], gravity: bool, dt: f64) {
 /// Every body with physics of a session, in stable-id order.
 fn bodies(stage: &Stage) -> Vec<Body> {
     let world = &stage.sim().world;
-    let things = stage.things().filter_map(|thing| world.get::<PhysicsBody>(thing).map(|body| (thing, body)));
+    let things = stage
+        .things()
+        .filter_map(|thing| world.get::<PhysicsBody>(thing).map(|body| (thing, body)));
     things
         .map(|(thing, body)| Body {
             x: world.get::<Transform>(thing).unwrap().position.to_array(),
@@ -50,8 +52,9 @@ fn bodies(stage: &Stage) -> Vec<Body> {
 }
 
 fn bits(bodies: &[Body]) -> Vec<[u64; 6]> {
-    let row =
-        |body: &Body| [0, 1, 2, 3, 4, 5].map(|i| if i < 3 { body.x[i] } else { body.v[i - 3] }.to_bits());
+    let row = |body: &Body| {
+        [0, 1, 2, 3, 4, 5].map(|i| if i < 3 { body.x[i] } else { body.v[i - 3] }.to_bits())
+    };
     bodies.iter().map(row).collect()
 }
 
@@ -71,7 +74,8 @@ fn the_tutorials_two_loops_and_the_schedule_visit_the_same_bits_for_ten_seconds(
     drive.press("Q");
     let player = drive.pixel(drive.x("player"));
     assert_eq!(drive.select(player).as_deref(), Some("player"));
-    let along = drive.session.view.camera().viewpoint().ray_through(player, crate::rigs::SIZE).direction();
+    let along =
+        drive.session.view.camera().viewpoint().ray_through(player, crate::rigs::SIZE).direction();
     for tick in 0..1200_u32 {
         let mut events = Vec::new();
         if [200, 420, 500, 900].contains(&tick) {
@@ -81,8 +85,10 @@ fn the_tutorials_two_loops_and_the_schedule_visit_the_same_bits_for_ten_seconds(
         if tick % 37 == 5 {
             let newtons = DVec3::new(f64::from(tick), -3.3, 0.7);
             let i = 1 + (tick as usize / 37) % 28;
-            events
-                .push(push(&drive.session.stage.name(drive.session.stage.things().nth(i).unwrap()), newtons));
+            events.push(push(
+                &drive.session.stage.name(drive.session.stage.things().nth(i).unwrap()),
+                newtons,
+            ));
             force(&mut copy, i, newtons);
         }
         if tick == 90 {
@@ -126,12 +132,16 @@ fn several_ticks_a_frame_visit_the_same_bits_and_a_push_acts_in_the_first_of_the
         let name = drive.session.stage.name(drive.session.stage.things().nth(5).unwrap());
         let time = drive.clock.advance_by(4.0 * H).unwrap();
         let mut ticks = 0;
-        drive.session.advance_watched(&[push(&name, newtons)].into_iter().collect(), time, &mut |now, _| {
-            update(&mut copy, true, H);
-            assert_eq!(bits(&bodies(now)), bits(&copy), "in frame {frame}");
-            ticks += 1;
-            std::ops::ControlFlow::Continue(())
-        });
+        drive.session.advance_watched(
+            &[push(&name, newtons)].into_iter().collect(),
+            time,
+            &mut |now, _| {
+                update(&mut copy, true, H);
+                assert_eq!(bits(&bodies(now)), bits(&copy), "in frame {frame}");
+                ticks += 1;
+                std::ops::ControlFlow::Continue(())
+            },
+        );
         assert_eq!(ticks, 4);
     }
 }
@@ -150,8 +160,10 @@ fn the_plan_of_one_pass_visits_the_same_bits_as_the_two_loops() {
             let newtons = DVec3::new(-0.3, f64::from(tick), 11.0);
             let i = 7 * tick as usize % 1001;
             force(&mut copy, i, newtons);
-            events
-                .push(push(&drive.session.stage.name(drive.session.stage.things().nth(i).unwrap()), newtons));
+            events.push(push(
+                &drive.session.stage.name(drive.session.stage.things().nth(i).unwrap()),
+                newtons,
+            ));
         }
         update(&mut copy, true, H);
         drive.frame(H, events);

@@ -23,7 +23,8 @@ fn a_fall_with_damping_is_the_closed_form_of_the_scheme() {
         (1200, "-23.974074", "-185.064814"),
     ];
     let mut lab = Lab::tutorial();
-    let body = lab.world.spawn((motion::Transform::default(), motion::PhysicsBody::with_mass(0.1))).id();
+    let body =
+        lab.world.spawn((motion::Transform::default(), motion::PhysicsBody::with_mass(0.1))).id();
     let mut done = 0;
     for (n, v, drop) in table {
         lab.run(n - done);
@@ -38,7 +39,9 @@ fn a_fall_with_damping_is_the_closed_form_of_the_scheme() {
 
 #[test]
 fn undamped_the_two_eulers_lie_on_either_side_of_the_truth() {
-    for (method, drop) in [(Method::SemiImplicitEuler, "-4.940833"), (Method::ExplicitEuler, "-4.859167")] {
+    for (method, drop) in
+        [(Method::SemiImplicitEuler, "-4.940833"), (Method::ExplicitEuler, "-4.859167")]
+    {
         let mut lab = Lab::new(method, H).with_gravity();
         let body = lab.body(10.0, Vector::ZERO);
         lab.run(120);
@@ -109,7 +112,9 @@ fn after_ten_seconds_of_a_held_key_of_ten_newtons() {
     let mut lab = Lab::tutorial();
     lab.world.resource_mut::<Gravity>().on = false;
     let body = lab.body(10.0, Vector::ZERO);
-    lab.world.resource_mut::<motion::PushQueue>().sustain([motion::Push { body, newtons: Vector::X * 10.0 }]);
+    lab.world
+        .resource_mut::<motion::PushQueue>()
+        .sustain([motion::Push { body, newtons: Vector::X * 10.0 }]);
     lab.run(1200);
     let (v, x) = closed_form(100.0, 0.4, 1200.0);
     close(lab.v(body).x, v, 1e-11);

@@ -21,7 +21,9 @@ use sandbox::{Mode, Options, Order, Session};
 use scene::{Action, MouseButton, Recording, Script};
 use tempfile::TempDir;
 
-use crate::rigs::{Cockpit, Difference, FILM_SIZE, Film, Studio, json, output, program, sandbox, wait_for};
+use crate::rigs::{
+    Cockpit, Difference, FILM_SIZE, Film, Studio, json, output, program, sandbox, wait_for,
+};
 
 /// A screen and the size that the window asks for.
 const USUAL: [[u32; 2]; 2] = [[1280, 720], FILM_SIZE];
@@ -132,7 +134,8 @@ impl Window {
             .unwrap();
         let mut window = Self { program, display, folder, id: String::new(), screenshots: 0 };
         window.id = window.wait_for("a window named Inertia", |window| {
-            let found = window.display.xdotool(&["search", "--onlyvisible", "--name", "^Inertia$"])?;
+            let found =
+                window.display.xdotool(&["search", "--onlyvisible", "--name", "^Inertia$"])?;
             found.lines().next().map(str::to_owned)
         });
         window.take_focus();
@@ -187,7 +190,8 @@ impl Window {
 
     fn recording(&self) -> (Script, Recording) {
         let text = fs::read_to_string(self.folder.path().join("recording.ron")).unwrap();
-        let script = Script::parse("recording.ron", &text).unwrap_or_else(|error| panic!("{error}"));
+        let script =
+            Script::parse("recording.ron", &text).unwrap_or_else(|error| panic!("{error}"));
         let recording = script.recording.clone().unwrap();
         (script, recording)
     }
@@ -214,7 +218,11 @@ impl Screenshot {
     fn read(path: PathBuf) -> Self {
         let text = Image::read_png_text(&path).unwrap();
         let value = |name: &str| {
-            text.iter().find(|(keyword, _)| keyword == name).unwrap_or_else(|| panic!("no {name}")).1.clone()
+            text.iter()
+                .find(|(keyword, _)| keyword == name)
+                .unwrap_or_else(|| panic!("no {name}"))
+                .1
+                .clone()
         };
         Self {
             image: Image::read_png(&path).unwrap(),
@@ -225,7 +233,11 @@ impl Screenshot {
 }
 
 /// Plays a recording in this process; `look` sees every frame with its orders.
-fn replay(script: &Script, recording: &Recording, mut look: impl FnMut(&mut Session, &[Order])) -> Session {
+fn replay(
+    script: &Script,
+    recording: &Recording,
+    mut look: impl FnMut(&mut Session, &[Order]),
+) -> Session {
     let scene = scene::load(&recording.scene).unwrap();
     let options = Options { size_px: recording.size_px.into(), ..Options::default() };
     let mut session = Session::new(scene, options);
@@ -281,7 +293,10 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
     let recorded: Vec<_> = script.steps.iter().map(|step| &step.action).collect();
     for key in ["F2", "Q", "G", "P", "I", "Shift+I", "F12", "Escape"] {
         assert!(recorded.contains(&&Action::KeyDown(key.to_owned())), "{key} is not recorded");
-        assert!(recorded.contains(&&Action::KeyUp(key.to_owned())), "{key} is not let go in the recording");
+        assert!(
+            recorded.contains(&&Action::KeyUp(key.to_owned())),
+            "{key} is not let go in the recording"
+        );
     }
     for button in [MouseButton::Left, MouseButton::Right] {
         assert!(recorded.contains(&&Action::MouseDown(button)));
@@ -302,7 +317,10 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
                 assert_eq!(session.view.click_force(), 110.0);
                 assert_eq!(session.view.mode(), Mode::Selection);
             }
-            seen.push((session.stage.sim().ticks(), format!("{:016x}", state_hash(&session.stage))));
+            seen.push((
+                session.stage.sim().ticks(),
+                format!("{:016x}", state_hash(&session.stage)),
+            ));
         }
     });
     assert_eq!(seen.len(), window.screenshots);
@@ -331,7 +349,8 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
 
 /// The summary of the recording, replayed by the program in the window's folder.
 fn replayed_by_program(window: &Window, scene: &str) -> serde_json::Value {
-    sandbox(&window.folder, &format!("run {scene} --script recording.ron --summary summary.json")).fine();
+    sandbox(&window.folder, &format!("run {scene} --script recording.ron --summary summary.json"))
+        .fine();
     json(window.folder.path().join("summary.json"))
 }
 
@@ -480,7 +499,10 @@ fn ended_while_recording(end: impl FnOnce(&mut Window)) -> ExitStatus {
     let mut seen = Vec::new();
     replay(&script, &recording, |session, orders| {
         if orders.contains(&Order::Screenshot(None)) {
-            seen.push((session.stage.sim().ticks(), format!("{:016x}", state_hash(&session.stage))));
+            seen.push((
+                session.stage.sim().ticks(),
+                format!("{:016x}", state_hash(&session.stage)),
+            ));
         }
     });
     assert!(seen.contains(&(last.tick, last.state_hash)), "{seen:?}");
@@ -509,7 +531,8 @@ fn what_was_recorded_is_a_recording_however_the_window_ends() {
 fn a_scene_that_could_not_be_saved_is_not_left() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.ron");
-    fs::write(&path, "(version: 1, bodies: [(name: \"ball\", shape: sphere(radius_m: 1))])").unwrap();
+    fs::write(&path, "(version: 1, bodies: [(name: \"ball\", shape: sphere(radius_m: 1))])")
+        .unwrap();
     let size = [1280, 720];
     let mut window = Window::open_in(folder, &["mine.ron"], &[], [size, size]);
     window.input(&["key", "m"]);
@@ -610,7 +633,9 @@ fn the_window_remembers_how_its_panels_were_arranged_and_a_recording_has_it() {
     window.quit();
     let path = window.folder.path().join("settings/inertia/window");
     let left = fs::read_to_string(&path).unwrap();
-    for line in ["toggle_cockpit on", "toggle_theme on", "toggle_dock off", "toggle_ledger_panel on"] {
+    for line in
+        ["toggle_cockpit on", "toggle_theme on", "toggle_dock off", "toggle_ledger_panel on"]
+    {
         assert!(left.lines().any(|other| other == line), "{line}: {left}");
     }
 
@@ -619,7 +644,10 @@ fn the_window_remembers_how_its_panels_were_arranged_and_a_recording_has_it() {
     window.quit();
     assert_eq!(fs::read_to_string(&path).unwrap(), left);
     let (script, recording) = window.recording();
-    assert!(script.steps.iter().any(|step| step.action == Action::Arrange(left.clone())), "{script:?}");
+    assert!(
+        script.steps.iter().any(|step| step.action == Action::Arrange(left.clone())),
+        "{script:?}"
+    );
     assert_eq!(replay(&script, &recording, |_, _| {}).arrangement(), left);
 
     // The tutorial's window neither reads nor writes it, and one that finds no text begins as if there were none.
@@ -639,16 +667,22 @@ fn the_window_remembers_how_its_panels_were_arranged_and_a_recording_has_it() {
 fn the_card_of_the_first_start_comes_once_and_to_every_guest() {
     let record = ["--record", "recording.ron"];
     let mut folder = tempfile::tempdir().unwrap();
-    for (more, welcomed) in [("orbit", false), ("", true), ("", false), ("--guest", true), ("", false)] {
+    for (more, welcomed) in
+        [("orbit", false), ("", true), ("", false), ("--guest", true), ("", false)]
+    {
         let guest = more == "--guest";
-        let arguments: Vec<_> = record.into_iter().chain((!more.is_empty()).then_some(more)).collect();
+        let arguments: Vec<_> =
+            record.into_iter().chain((!more.is_empty()).then_some(more)).collect();
         let before = fs::read_to_string(folder.path().join("settings/inertia/window"));
         let mut window = Window::open_in(folder, &arguments, &[], USUAL);
         window.quit();
         let (script, recording) = window.recording();
-        let is_welcome =
-            |action: &Action| matches!(action, Action::Arrange(text) if text.contains("welcome on"));
-        assert_eq!(script.steps.iter().any(|step| is_welcome(&step.action)), welcomed, "{script:?}");
+        let is_welcome = |action: &Action| matches!(action, Action::Arrange(text) if text.contains("welcome on"));
+        assert_eq!(
+            script.steps.iter().any(|step| is_welcome(&step.action)),
+            welcomed,
+            "{script:?}"
+        );
         assert!(!replay(&script, &recording, |_, _| {}).arrangement().contains("welcome"));
         folder = std::mem::replace(&mut window.folder, tempfile::tempdir().unwrap());
         let after = fs::read_to_string(folder.path().join("settings/inertia/window"));
@@ -836,7 +870,11 @@ fn a_window_that_is_not_seen_simulates_on_with_few_frames() {
     window.quit();
     let (_, recording) = window.recording();
     let few = |ends: &&[f64]| (0.09..0.2).contains(&(ends[1] - ends[0]));
-    assert!(recording.frame_ends_s.windows(2).filter(few).count() >= 8, "{:?}", recording.frame_ends_s);
+    assert!(
+        recording.frame_ends_s.windows(2).filter(few).count() >= 8,
+        "{:?}",
+        recording.frame_ends_s
+    );
 }
 
 #[test]

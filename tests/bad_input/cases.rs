@@ -217,7 +217,10 @@ pub const ARGUMENTS: &[(&str, &[&str])] = &[
     ("run fine.ron --sed 3", &["--sed"]),
     ("run fine.ron --method euler", &["--method", "the methods are {METHODS}"]),
     ("plan fine.ron --method rk4", &["--method", "the methods are {METHODS}"]),
-    ("run damped.ron --damping wet", &["--damping", "the models are tutorial, clamped, implicit, exact"]),
+    (
+        "run damped.ron --damping wet",
+        &["--damping", "the models are tutorial, clamped, implicit, exact"],
+    ),
     ("run fine.ron --hz 0", &["--hz", "give a finite number above 0"]),
     ("run fine.ron --hz -60", &["--hz", "give a finite number above 0"]),
     ("run fine.ron --hz nan", &["--hz", "give a finite number above 0"]),
@@ -232,8 +235,14 @@ pub const ARGUMENTS: &[(&str, &[&str])] = &[
     ("run fine.ron --state out.csv --every 0", &["--every", "give a whole number from 1 up"]),
     ("run fine.ron --every 2", &["--state"]),
     ("run fine.ron --frame-every 2", &["--frames"]),
-    ("run fine.ron --size 0x10", &["--size", "give width and height from 1 to 16384 pixels, as in 1280x720"]),
-    ("run fine.ron --size 10", &["--size", "give width and height from 1 to 16384 pixels, as in 1280x720"]),
+    (
+        "run fine.ron --size 0x10",
+        &["--size", "give width and height from 1 to 16384 pixels, as in 1280x720"],
+    ),
+    (
+        "run fine.ron --size 10",
+        &["--size", "give width and height from 1 to 16384 pixels, as in 1280x720"],
+    ),
     (
         "run fine.ron --size 99999x1",
         &["--size", "give width and height from 1 to 16384 pixels, as in 1280x720"],
@@ -252,15 +261,24 @@ pub const ARGUMENTS: &[(&str, &[&str])] = &[
     ),
     ("forecast fine.ron --modes 21", &["--modes", "give a whole number from 1 to 20"]),
     ("sweep fine.ron", &["--vary"]),
-    ("sweep fine.ron --vary step_hz", &["--vary", "give a place and its values, as in step_hz=30,60,120"]),
+    (
+        "sweep fine.ron --vary step_hz",
+        &["--vary", "give a place and its values, as in step_hz=30,60,120"],
+    ),
     (
         "sweep fine.ron --vary step_hz=3,,4",
         &["--vary", "a value is missing; give values with a comma between two"],
     ),
-    ("sweep fine.ron --vary step_hz=9..9", &["--vary", "give a range as 1e2..1e6 log 20, 1..2 lin 5"]),
+    (
+        "sweep fine.ron --vary step_hz=9..9",
+        &["--vary", "give a range as 1e2..1e6 log 20, 1..2 lin 5"],
+    ),
     (
         "sweep fine.ron --vary method=all --shard 5/4 --out out",
-        &["--shard", "give which part of how many, as in 2/3, from 1/N to N/N, with N up to 1000000"],
+        &[
+            "--shard",
+            "give which part of how many, as in 2/3, from 1/N to N/N, with N up to 1000000",
+        ],
     ),
     ("sweep fine.ron --vary method=all --shard 1/4", &["--out"]),
     (

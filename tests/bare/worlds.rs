@@ -25,7 +25,11 @@ fn runs(scene: &Scene) -> (u32, Vec<(Method, u32)>) {
 
 /// What a run in arrays has in common with that in a world that was `run` for as many ticks: everything, or that
 /// they failed.
-fn compare(bare: &Bare, twin: &mut Simulation, run: impl FnOnce(&mut Simulation)) -> Result<(), String> {
+fn compare(
+    bare: &Bare,
+    twin: &mut Simulation,
+    run: impl FnOnce(&mut Simulation),
+) -> Result<(), String> {
     let quarantined = |twin: &Simulation| twin.world.resource::<Quarantine>().records().len();
     let before = quarantined(twin);
     run(twin);
@@ -47,17 +51,24 @@ fn every_scene_has_the_bits_of_its_world() {
         for (method, substeps) in runs {
             let mut twin = twin(scene.clone(), method, substeps);
             let mut bare = arrays(&mut twin);
-            assert_eq!(all_bits(states(&bare)), all_bits(twin.states()), "{} at the start", scene.name);
+            assert_eq!(
+                all_bits(states(&bare)),
+                all_bits(twin.states()),
+                "{} at the start",
+                scene.name
+            );
             run(&mut bare, ticks);
             let mut outcome = compare(&bare, &mut twin, |twin| twin.run(ticks.into()));
             let counts = twin.world.resource::<Evaluations>();
-            let counted = (counts.accelerations(), counts.cg_iterations(), counts.newton_iterations());
+            let counted =
+                (counts.accelerations(), counts.cg_iterations(), counts.newton_iterations());
             let own = (bare.evaluations(), bare.cg_iterations(), bare.newton().0);
             if outcome.is_ok() && !bare.has_failed() && own != counted {
                 outcome = Err(format!("counts {own:?}, not {counted:?}"));
             }
             if let Err(what) = outcome {
-                failures.push(format!("{} by {method:?} in {substeps} substeps {what}", scene.name));
+                failures
+                    .push(format!("{} by {method:?} in {substeps} substeps {what}", scene.name));
             }
             seen += 1;
             failed += usize::from(bare.has_failed());

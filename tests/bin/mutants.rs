@@ -57,7 +57,8 @@ fn copy_sources(copy: &Path) {
         if fs::read(&to).is_ok_and(|old| old == text) {
             continue;
         }
-        fs::create_dir_all(to.parent().expect("a file is in a folder")).expect("folders can be made");
+        fs::create_dir_all(to.parent().expect("a file is in a folder"))
+            .expect("folders can be made");
         fs::write(&to, text).expect("files can be written");
     }
 }
@@ -83,13 +84,23 @@ fn verdict(copy: &Path, test: &str) -> Result<String, String> {
             .expect("cargo can be started")
     };
     let build = cargo(&["build", "--locked", "-p", "sandbox"]);
-    let tests = cargo(&["test", "--locked", "-p", "acceptance", "--test", "acceptance", "--no-run"]);
+    let tests =
+        cargo(&["test", "--locked", "-p", "acceptance", "--test", "acceptance", "--no-run"]);
     if !build.status.success() || !tests.status.success() {
         let text = [build.stderr, tests.stderr].concat();
         return Err(format!("does not compile:\n{}", String::from_utf8_lossy(&text)));
     }
-    let result =
-        cargo(&["test", "--locked", "-p", "acceptance", "--test", "acceptance", "--", "--exact", test]);
+    let result = cargo(&[
+        "test",
+        "--locked",
+        "-p",
+        "acceptance",
+        "--test",
+        "acceptance",
+        "--",
+        "--exact",
+        test,
+    ]);
     let said = String::from_utf8_lossy(&result.stdout);
     if said.contains("1 passed") {
         Err(format!("SURVIVED {test}"))

@@ -109,7 +109,11 @@ fn an_engine_that_starts_from_nothing_is_no_fault_under_any_method() {
                 method.name()
             );
             for books in [false, true] {
-                assert_eq!(first_fault(run(&text), books, 600, |_, _| {}), None, "{method:?} {curve}");
+                assert_eq!(
+                    first_fault(run(&text), books, 600, |_, _| {}),
+                    None,
+                    "{method:?} {curve}"
+                );
             }
         }
     }
@@ -292,7 +296,8 @@ fn bullet(method: &str) -> String {
 fn a_single_tick_that_invents_more_than_there_was_is_a_fault_in_that_tick() {
     for method in ["velocity_verlet", "semi_implicit_euler", "position_verlet"] {
         for books in [false, true] {
-            let (tick, body, what) = first_fault(run(&bullet(method)), books, 60, |_, _| {}).expect(method);
+            let (tick, body, what) =
+                first_fault(run(&bullet(method)), books, 60, |_, _| {}).expect(method);
             // Velocity Verlet feels the pull at the end of tick 2, the others in tick 3.
             assert!(
                 [2, 3].contains(&tick) && body == Some(0) && what.contains("out of nowhere"),
@@ -346,12 +351,17 @@ fn a_bound_orbit_that_becomes_free_is_a_fault_unless_something_works_on_it() {
             assert!((200..=640).contains(&tick), "{eccentricity} {method} {tick}");
         }
     }
-    for method in ["semi_implicit_euler", "position_verlet", "velocity_verlet", "runge_kutta_4", "yoshida_4"]
+    for method in
+        ["semi_implicit_euler", "position_verlet", "velocity_verlet", "runge_kutta_4", "yoshida_4"]
     {
         // Symplectic methods show an orbit free for a moment where it is nearest, and keep it.
         for (eccentricity, substeps) in [(0.6, 1), (0.9, 8), (0.99, 200)] {
             let text = comet(eccentricity, method, substeps);
-            assert_eq!(first_fault(run(&text), false, 2600, |_, _| {}), None, "{eccentricity} {method}");
+            assert_eq!(
+                first_fault(run(&text), false, 2600, |_, _| {}),
+                None,
+                "{eccentricity} {method}"
+            );
         }
     }
     // A push may throw it out.

@@ -110,7 +110,10 @@ fn ticks_are_asked_for_as_often_as_their_length_says_that_was_gone_back_to() {
     assert_eq!(in_a_second(&mut drive), 30);
     for (tick, rate) in [(100, 120.0), (later + 10, 30.0), (50, 120.0)] {
         drive.session.seek(tick);
-        assert_eq!((drive.session.stage.sim().ticks(), drive.session.stage.step_hz()), (tick, rate));
+        assert_eq!(
+            (drive.session.stage.sim().ticks(), drive.session.stage.step_hz()),
+            (tick, rate)
+        );
     }
     drive.press("P");
     assert_eq!(in_a_second(&mut drive), 120);
@@ -151,7 +154,15 @@ fn a_fault_goes_back_to_the_last_good_tick_pauses_and_selects_and_going_on_goes_
     assert_eq!((bundle.manifest.snapshot_tick, bundle.manifest.end_tick), (0, 21));
     assert_eq!(Bundle::read(&bundle.write().unwrap()).unwrap().manifest, bundle.manifest);
     drive.session.seek(21);
-    assert!(drive.session.stage.sim().world.get::<motion::Quarantined>(drive.entity("second")).is_some());
+    assert!(
+        drive
+            .session
+            .stage
+            .sim()
+            .world
+            .get::<motion::Quarantined>(drive.entity("second"))
+            .is_some()
+    );
     drive.session.seek(20);
     // Going on drops the push, and with it the fault.
     drive.press("P").frames(5);

@@ -14,7 +14,8 @@ use crate::rigs::{Drive, push, tap};
 fn reopened(bundle: &Bundle, interpolate: bool) -> (Drive, Repetition) {
     let bundle = Bundle::read(&bundle.write().unwrap()).unwrap();
     let options = Options { pictures: false, interpolate, ..Options::default() };
-    let (session, repetition) = Session::of_bundle(&bundle, "box.zip", options, &mut |_| ()).unwrap();
+    let (session, repetition) =
+        Session::of_bundle(&bundle, "box.zip", options, &mut |_| ()).unwrap();
     (Drive { session, clock: FrameClock::default() }, repetition)
 }
 
@@ -37,7 +38,10 @@ fn an_opened_bundle_has_every_tick_of_its_run_and_repeats_it_until_its_end() {
         assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (60, hashes[59]));
         for tick in (50..60).rev() {
             drive.press(",");
-            assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (tick, hashes[tick as usize - 1]));
+            assert_eq!(
+                (drive.session.stage.sim().ticks(), drive.hash()),
+                (tick, hashes[tick as usize - 1])
+            );
         }
         drive.session.seek(0);
         drive.press("P");
@@ -151,7 +155,10 @@ fn energy_out_of_nowhere_stops_a_session_at_the_last_good_tick_and_its_bundle_me
     assert_eq!((again.session.stage.sim().ticks(), again.session.stage.fault()), (0, Some(&fault)));
     // Going on goes through it, and it stays known.
     again.press("P").run(10, 0.01);
-    assert_eq!((again.session.stage.sim().ticks(), again.session.stage.fault()), (10, Some(&fault)));
+    assert_eq!(
+        (again.session.stage.sim().ticks(), again.session.stage.fault()),
+        (10, Some(&fault))
+    );
 }
 
 #[test]
@@ -163,7 +170,10 @@ fn a_fault_in_the_same_tick_after_something_else_was_done_is_another_one() {
     for events in [tap("Shift+I").to_vec(), vec![push("ball", [0.0, 1.0, 0.0])]] {
         drive.give(events).press("P").run(10, 0.01);
         assert!(drive.session.stage.paused());
-        assert_eq!((drive.session.stage.sim().ticks(), drive.session.stage.fault().unwrap().tick), (0, 1));
+        assert_eq!(
+            (drive.session.stage.sim().ticks(), drive.session.stage.fault().unwrap().tick),
+            (0, 1)
+        );
     }
     drive.press("P").run(10, 0.01);
     assert_eq!(drive.session.stage.sim().ticks(), 10);
@@ -187,7 +197,9 @@ fn the_first_fault_of_a_scene_is_saved_by_itself_where_that_was_asked_for() {
 
 /// A thrown ball, one tick per frame.
 fn thrown() -> Drive {
-    Drive::text("(version: 1, step: frame, gravity: (), bodies: [(name: \"ball\", velocity_m_s: (3, 8, 0))])")
+    Drive::text(
+        "(version: 1, step: frame, gravity: (), bodies: [(name: \"ball\", velocity_m_s: (3, 8, 0))])",
+    )
 }
 
 #[test]
@@ -203,7 +215,10 @@ fn steps_of_frames_are_repeated_with_their_own_lengths() {
     assert!(repetition.same(), "{repetition:?}");
     drive.session.seek(5);
     drive.press("P").run(35, 0.02);
-    assert_eq!((drive.session.stage.sim().ticks(), state_hash(&drive.session.stage)), (40, then.hash()));
+    assert_eq!(
+        (drive.session.stage.sim().ticks(), state_hash(&drive.session.stage)),
+        (40, then.hash())
+    );
 }
 
 /// The last step before and the first step after going back have the same length, which differs from that in between.
@@ -267,7 +282,8 @@ fn what_comes_out_otherwise_is_said() {
         Some(history::FaultEntry { tick: 9, body: None, what: "something else".to_owned() });
     let (_, repetition) = reopened(&bundle, false);
     assert!(!repetition.same());
-    let expected = ["the state differs from tick 32 on", "no fault instead of tick 9: something else"];
+    let expected =
+        ["the state differs from tick 32 on", "no fault instead of tick 9: something else"];
     assert_eq!(repetition.differences(&bundle.manifest), expected);
     bundle.manifest.end_tick = 0;
     bundle.manifest.snapshot_tick = 1;

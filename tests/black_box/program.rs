@@ -19,7 +19,8 @@ pub const STIFF: &str = "(version: 1, step_hz: 100, bodies: [
     springs: [(between: (\"wall\", \"ball\"), stiffness_n_m: 1.6e6, rest_length_m: 1)])";
 
 pub fn folder() -> TempDir {
-    let script = "[(at_tick: 10, do: press(\"G\")), (at_tick: 70, do: push(\"cloth.r2.c2\", (nan, 0, 0)))]";
+    let script =
+        "[(at_tick: 10, do: press(\"G\")), (at_tick: 70, do: push(\"cloth.r2.c2\", (nan, 0, 0)))]";
     rigs::folder([("sheet.ron", CLOTH), ("stiff.ron", STIFF), ("nan.script", script)])
 }
 
@@ -42,7 +43,10 @@ fn a_nan_push_in_the_middle_of_a_cloth_is_repeated_by_its_bundle() {
     assert!(saved.picture.is_some_and(|picture| picture.starts_with(b"\x89PNG")));
     let out = sandbox(&folder, "replay box.zip").fine();
     let hash = &saved.manifest.end_state_hash;
-    assert!(out.contains(&format!("hash {hash}; the same fault, cloth.r2.c2, tick {}", fault.tick)), "{out}");
+    assert!(
+        out.contains(&format!("hash {hash}; the same fault, cloth.r2.c2, tick {}", fault.tick)),
+        "{out}"
+    );
 }
 
 /// Written by the program of 2026-11-23: position Verlet, a spring, bodies with methods and a rate of their own, an
@@ -61,7 +65,8 @@ fn a_bundle_of_an_earlier_program_is_repeated() {
 #[test]
 fn a_stiff_spring_that_explodes_is_found_before_it_is_quarantined() {
     let folder = folder();
-    sandbox(&folder, "run stiff.ron --seconds 5 --black-box box.zip").warns(1, "energy out of nowhere");
+    sandbox(&folder, "run stiff.ron --seconds 5 --black-box box.zip")
+        .warns(1, "energy out of nowhere");
     let out = sandbox(&folder, "replay box.zip").fine();
     assert!(out.contains("the same fault, ball, tick 1: energy out of nowhere"), "{out}");
 }
@@ -70,16 +75,22 @@ fn a_stiff_spring_that_explodes_is_found_before_it_is_quarantined() {
 fn energy_that_grows_for_longer_than_a_minute_is_repeated_by_its_bundle() {
     let folder = folder();
     // Explicit Euler adds 10 % a second: it takes 73 s to a thousand times as much.
-    let slow = STIFF.replace("step_hz: 100", "step_hz: 60, method: explicit_euler").replace("1.6e6", "5.73");
+    let slow = STIFF
+        .replace("step_hz: 100", "step_hz: 60, method: explicit_euler")
+        .replace("1.6e6", "5.73");
     fs::write(folder.path().join("slow.ron"), slow).unwrap();
     let line = "run slow.ron --seconds 120 --black-box box.zip --summary summary.json";
     let err = sandbox(&folder, line).ends(1).err;
     let black_box = &json(folder.path().join("summary.json"))["black_box"];
-    let (oldest, began) = (black_box["tick"].as_u64().unwrap(), black_box["fault"]["tick"].as_u64().unwrap());
+    let (oldest, began) =
+        (black_box["tick"].as_u64().unwrap(), black_box["fault"]["tick"].as_u64().unwrap());
     assert!(began < 60 * 10 && oldest > 60 * 10, "{black_box}");
     assert!(err.contains(&format!("tick {oldest} is the oldest that is kept")), "{err}");
     let out = sandbox(&folder, "replay box.zip").fine();
-    assert!(out.contains(&format!("the same fault, ball, tick {began}: energy out of nowhere")), "{out}");
+    assert!(
+        out.contains(&format!("the same fault, ball, tick {began}: energy out of nowhere")),
+        "{out}"
+    );
 }
 
 #[test]
@@ -125,7 +136,10 @@ fn a_run_that_went_back_from_a_fault_and_ends_there_has_its_exit_code() {
     let line = "run sheet.ron --script back.script --seconds 2 --summary summary.json";
     sandbox(&folder, line).warns(3, "cloth.r2.c2 quarantined in tick 71: ");
     let summary = json(folder.path().join("summary.json"));
-    assert_eq!((&summary["ticks"], summary["quarantined"].as_array().unwrap().len()), (&70.into(), 1));
+    assert_eq!(
+        (&summary["ticks"], summary["quarantined"].as_array().unwrap().len()),
+        (&70.into(), 1)
+    );
     assert_eq!(summary["quarantined"][0]["tick"], 71);
     sandbox(&folder, "run stiff.ron --script late.script --ticks 50")
         .warns(1, "ball, tick 1: energy out of nowhere");
@@ -168,7 +182,8 @@ fn a_scene_that_is_too_large_for_a_black_box_is_refused_before_the_run() {
 #[test]
 fn a_bundle_beside_pictures_has_one() {
     let folder = folder();
-    fs::write(folder.path().join("save.script"), "[(at_frame: 20, do: press(\"save_bundle\"))]").unwrap();
+    fs::write(folder.path().join("save.script"), "[(at_frame: 20, do: press(\"save_bundle\"))]")
+        .unwrap();
     let line = "run sheet.ron --script save.script --ticks 60 --frames out --frame-every 1000 --size 320x200";
     sandbox(&folder, line).ends(0);
     let saved = bundle(folder.path(), "out/bundle_000020.zip");
@@ -191,7 +206,8 @@ fn a_script_goes_back_and_saves_as_a_person_does() {
     let line = "run sheet.ron --script back.script --ticks 70 --summary back.json";
     sandbox(&folder, line).ends(0);
     let written = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
-    let name = written.map(|name| name.into_string().unwrap()).find(|name| name.starts_with("bundle_"));
+    let name =
+        written.map(|name| name.into_string().unwrap()).find(|name| name.starts_with("bundle_"));
     let out = sandbox(&folder, &format!("replay {}", name.unwrap())).fine();
     assert!(out.contains("no fault in either run"), "{out}");
     sandbox(&folder, "run sheet.ron --ticks 70 --summary straight.json");
@@ -203,8 +219,9 @@ fn a_script_goes_back_and_saves_as_a_person_does() {
 fn what_differs_is_named_and_what_is_damaged_is_refused() {
     let folder = folder();
     sandbox(&folder, "run sheet.ron --script nan.script --seconds 2 --black-box box.zip");
-    let write =
-        |bundle: &Bundle| fs::write(folder.path().join("other.zip"), bundle.write().unwrap()).unwrap();
+    let write = |bundle: &Bundle| {
+        fs::write(folder.path().join("other.zip"), bundle.write().unwrap()).unwrap()
+    };
 
     let mut other = bundle(folder.path(), "box.zip");
     other.manifest.keyframes[1].state_hash = "0".repeat(16);
@@ -223,10 +240,13 @@ fn what_differs_is_named_and_what_is_damaged_is_refused() {
     let mut other = bundle(folder.path(), "box.zip");
     other.scene = STIFF.to_owned();
     write(&other);
-    sandbox(&folder, "replay other.zip").warns(2, "the snapshot in the bundle does not match its scene");
+    sandbox(&folder, "replay other.zip")
+        .warns(2, "the snapshot in the bundle does not match its scene");
 
     let good = fs::read(folder.path().join("box.zip")).unwrap();
-    for bad in [&good[..good.len() / 2], &[&good[..], b"x"].concat(), b"", b"PK\x03\x04", b"(version: 1)"] {
+    for bad in
+        [&good[..good.len() / 2], &[&good[..], b"x"].concat(), b"", b"PK\x03\x04", b"(version: 1)"]
+    {
         fs::write(folder.path().join("bad.zip"), bad).unwrap();
         let Said { out, err, .. } = sandbox(&folder, "replay bad.zip").ends(2);
         assert_eq!((out.as_str(), err.lines().count()), ("", 1), "{err}");

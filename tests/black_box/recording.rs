@@ -63,14 +63,20 @@ pub fn outcome_at(timeline: &mut Timeline, run: &Simulation, tick: u64) -> Outco
 
 /// Goes back to a tick of a run with these outcomes: the way may have been restored from a snapshot of another way, and
 /// each time cached accelerations are evaluated once more.
-pub fn assert_outcome_at(timeline: &mut Timeline, run: &Simulation, tick: u64, outcomes: &[Outcome]) {
+pub fn assert_outcome_at(
+    timeline: &mut Timeline,
+    run: &Simulation,
+    tick: u64,
+    outcomes: &[Outcome],
+) {
     let again = 2 * run.bodies.len() as u64;
     let there = outcome_at(timeline, run, tick);
     there.assert_restored(&outcomes[usize::try_from(tick).unwrap()], again, &tick.to_string());
 }
 
 #[test]
-fn each_of_the_last_200_ticks_is_what_it_was_bit_for_bit_but_for_what_was_cached_evaluation_for_evaluation() {
+fn each_of_the_last_200_ticks_is_what_it_was_bit_for_bit_but_for_what_was_cached_evaluation_for_evaluation()
+ {
     let mut run = Simulation::new(mixed());
     let (mut timeline, outcomes) = recorded(&mut run, history::TIMELINE_BYTES, 240);
     assert_eq!(timeline.range(), 0..=240);
@@ -133,6 +139,10 @@ fn every_tick_is_sought_with_the_length_that_it_had() {
         hashes.push(run.hash());
     }
     for (tick, hash) in (0..).zip(&hashes) {
-        assert_eq!(timeline.seek(&run.scene, tick).unwrap().simulation.hash(), *hash, "tick {tick}");
+        assert_eq!(
+            timeline.seek(&run.scene, tick).unwrap().simulation.hash(),
+            *hash,
+            "tick {tick}"
+        );
     }
 }

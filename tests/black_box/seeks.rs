@@ -67,7 +67,11 @@ fn what_is_asked_on_the_way_is_done_there() {
         short_frame(&mut drive, []);
     }
     assert!(!drive.session.stage.paused());
-    assert!((59..=60).contains(&drive.session.stage.sim().ticks()), "{}", drive.session.stage.sim().ticks());
+    assert!(
+        (59..=60).contains(&drive.session.stage.sim().ticks()),
+        "{}",
+        drive.session.stage.sim().ticks()
+    );
     let mut never = Drive::of(mixed());
     go(&mut never, 0..59);
     let ticks = drive.session.stage.sim().ticks();
@@ -88,7 +92,11 @@ fn something_done_on_the_way_is_done_here_and_nobody_is_taken_away_from_it() {
         short_frame(&mut drive, tap("P"));
         short_frame(&mut drive, events.clone());
         arrive(&mut drive);
-        assert!(drive.session.stage.sim().ticks() >= 61, "{events:?}: {}", drive.session.stage.sim().ticks());
+        assert!(
+            drive.session.stage.sim().ticks() >= 61,
+            "{events:?}: {}",
+            drive.session.stage.sim().ticks()
+        );
         let bundle = drive.session.stage.bundle(None).unwrap();
         assert_eq!(bundle.manifest.end_tick, drive.session.stage.sim().ticks(), "{events:?}");
     }
@@ -125,12 +133,14 @@ fn the_second_of_two_long_ways_to_the_same_place_is_short() {
     let (mut sparse, _) = recorded(&mut run, cap, 2000);
     let last_but = |timeline: &Timeline, ticks: u64| {
         // The end of the longest way that there is.
-        let keyframes: Vec<u64> = timeline.keyframes().map(|(tick, _)| tick).chain([2000]).collect();
+        let keyframes: Vec<u64> =
+            timeline.keyframes().map(|(tick, _)| tick).chain([2000]).collect();
         let ends = keyframes.windows(2).max_by_key(|pair| pair[1] - pair[0]).unwrap()[1];
         ends - ticks
     };
     let to = last_but(&sparse, 1);
-    let way = |timeline: &Timeline, to: u64| timeline.begin_seek(&run.scene, to).unwrap().ticks_left();
+    let way =
+        |timeline: &Timeline, to: u64| timeline.begin_seek(&run.scene, to).unwrap().ticks_left();
     let long = way(&sparse, to);
     assert!(long > 100, "{long}: nothing was thinned out");
     let before = sparse.bytes();

@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 use super::program::{CLOTH, bundle, folder};
 use crate::rigs::{Said, json, sandbox};
 
-const FAILING: &str = "run sheet.ron --script nan.script --seconds 2 --black-box box.zip --summary s.json";
+const FAILING: &str =
+    "run sheet.ron --script nan.script --seconds 2 --black-box box.zip --summary s.json";
 
 #[test]
 fn a_replay_writes_what_a_person_wants_to_look_at() {
@@ -16,7 +17,8 @@ fn a_replay_writes_what_a_person_wants_to_look_at() {
     sandbox(&folder, "replay box.zip --out looked/at").says(0, "made the folder looked/at\n");
     let saved = bundle(folder.path(), "box.zip");
     let at = folder.path().join("looked/at");
-    let mut names: Vec<_> = fs::read_dir(&at).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    let mut names: Vec<_> =
+        fs::read_dir(&at).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     names.sort();
     assert_eq!(names, ["picture.png", "scene.ron", "state.csv", "summary.json"]);
     assert_eq!(fs::read_to_string(at.join("scene.ron")).unwrap(), CLOTH);
@@ -74,7 +76,10 @@ fn what_cannot_be_unpacked_leaves_nothing() {
     assert_eq!((out.as_str(), err.lines().count()), ("", 1), "{err}");
     assert!(!folder.path().join("out").exists());
     let said = sandbox(&folder, "replay box.zip --out sheet.ron");
-    said.says(2, "sandbox: cannot make the folder sheet.ron: a file is in the way; give another path\n");
+    said.says(
+        2,
+        "sandbox: cannot make the folder sheet.ron: a file is in the way; give another path\n",
+    );
     assert_eq!(said.out, "");
 }
 
@@ -105,7 +110,8 @@ fn a_place_that_no_black_box_can_be_written_to_is_found_out_before_the_run() {
     sandbox(&folder, line).warns(2, "cannot make the folder sheet.ron");
     assert!(!folder.path().join("s.json").exists());
     let line = "run sheet.ron --seconds 2 --black-box s.json --summary s.json";
-    sandbox(&folder, line).says(2, "sandbox: --summary and --black-box name the same file; give two\n");
+    sandbox(&folder, line)
+        .says(2, "sandbox: --summary and --black-box name the same file; give two\n");
     assert!(!folder.path().join("s.json").exists());
 }
 
@@ -121,8 +127,7 @@ fn a_bundle_where_a_scene_is_meant_is_named_and_the_window_tells_it_by_its_first
         said.says(2, words);
         assert_eq!(said.out, "", "{command}");
     }
-    let words =
-        "sandbox: box.ron: a bundle repeats its own run; leave --method, --substeps and --record out\n";
+    let words = "sandbox: box.ron: a bundle repeats its own run; leave --method, --substeps and --record out\n";
     sandbox(&folder, "box.ron --substeps 2").says(2, words);
     let good = fs::read(folder.path().join("box.ron")).unwrap();
     fs::write(folder.path().join("bad.zip"), &good[..good.len() / 2]).unwrap();

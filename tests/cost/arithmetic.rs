@@ -28,7 +28,8 @@ fn difference(name: &str, method: Method) -> f64 {
 
 #[test]
 fn loops_over_laws_of_single_bodies_give_the_bits_of_the_program() {
-    for name in ["free_fall", "terminal_fall", "quadratic_drag", "kepler", "five_wells", "duffing"] {
+    for name in ["free_fall", "terminal_fall", "quadratic_drag", "kepler", "five_wells", "duffing"]
+    {
         for method in Method::ALL {
             let off = difference(name, method);
             // An implicit step is solved to the same tolerance, by another inverse.
@@ -61,12 +62,15 @@ fn loops_over_springs_do_what_groups_do() {
 fn a_study_of_a_problem_times_the_arithmetic_alone() {
     let methods = [Method::SemiImplicitEuler, Method::RungeKutta4];
     let study = |name: &str| {
-        let plan = Plan { passes: 1, timed: 1e-4, bodies: 10, patience: 0.1, ..plain(&methods, [16]) };
+        let plan =
+            Plan { passes: 1, timed: 1e-4, bodies: 10, patience: 0.1, ..plain(&methods, [16]) };
         studied(Subject::of_problem(problem(name).unwrap()).unwrap(), plan).study().clone()
     };
     for name in ["kepler", "tetrahedron"] {
         let study = study(name);
         assert_eq!(study.ranking(Host::Arithmetic).len(), 2, "{name}");
-        assert!(study.cells.iter().all(|cell| cell.arithmetic_time.is_some() && cell.time.is_some()));
+        assert!(
+            study.cells.iter().all(|cell| cell.arithmetic_time.is_some() && cell.time.is_some())
+        );
     }
 }

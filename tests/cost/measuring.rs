@@ -1,8 +1,8 @@
 //! The measuring itself: what is slow shows as slow by as much, and what is broken as broken.
 
 use lab::cost::{
-    Accuracy, Bench, Cost, Counts, Failure, Host, Make, Outcome, Plan, Runner, Sample, Setting, Study,
-    Subject, make, problem,
+    Accuracy, Bench, Cost, Counts, Failure, Host, Make, Outcome, Plan, Runner, Sample, Setting,
+    Study, Subject, make, problem,
 };
 use motion::Method;
 
@@ -69,7 +69,8 @@ fn phase_and_amplitude_of_an_oscillator_are_those_of_the_theory() {
     let bench = studied(subject, plain(&[Method::ExplicitEuler, Method::VelocityVerlet], [rung]));
     let study = bench.study();
     let phase = |method| study.curve(method).next().unwrap().errors().unwrap().phase.unwrap();
-    let (steps, w_h) = (8.0 * f64::from(rung), 5.0 * std::f64::consts::TAU / (8.0 * f64::from(rung)));
+    let (steps, w_h) =
+        (8.0 * f64::from(rung), 5.0 * std::f64::consts::TAU / (8.0 * f64::from(rung)));
     // A step of explicit Euler turns by atan(w h) and stretches by sqrt(1 + (w h)²).
     let euler = phase(Method::ExplicitEuler);
     let late = study.simulated_s * (1.0 - w_h.atan() / w_h);
@@ -95,7 +96,9 @@ fn a_method_whose_states_are_not_finite_is_a_mark_and_no_point() {
         assert!(study.cost(cell, Cost::Evaluations).unwrap() > 0.0, "a mark has a place");
     }
     let front = study.front(Accuracy::Relative, Cost::Evaluations);
-    assert!(front.iter().all(|cell| cell.setting.method == Method::RungeKutta4) && !front.is_empty());
+    assert!(
+        front.iter().all(|cell| cell.setting.method == Method::RungeKutta4) && !front.is_empty()
+    );
 }
 
 #[test]

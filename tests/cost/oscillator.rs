@@ -19,7 +19,9 @@ fn by_all_methods() -> &'static Study {
 }
 
 fn octaves(from: u32, to: u32) -> Vec<u32> {
-    std::iter::successors(Some(from), |rung| Some(rung * 2)).take_while(|rung| *rung <= to).collect()
+    std::iter::successors(Some(from), |rung| Some(rung * 2))
+        .take_while(|rung| *rung <= to)
+        .collect()
 }
 
 #[test]
@@ -45,14 +47,25 @@ fn evaluations_are_counted_exactly() {
     for cell in &study.cells {
         let claims = cell.setting.method.claims();
         let steps = 8 * u64::from(cell.setting.substeps);
-        let expected = steps * u64::from(claims.evaluations) + u64::from(claims.start_up_evaluations);
+        let expected =
+            steps * u64::from(claims.evaluations) + u64::from(claims.start_up_evaluations);
         assert_eq!(cell.counts.accelerations, expected, "{}", cell.setting);
-        assert_eq!(cell.counts.solver > 0, claims.method == Method::ImplicitEuler, "{}", cell.setting);
+        assert_eq!(
+            cell.counts.solver > 0,
+            claims.method == Method::ImplicitEuler,
+            "{}",
+            cell.setting
+        );
     }
 }
 
 /// Where the curve of `second` begins to be the more accurate one at equal evaluations: (cost, error).
-pub fn overtakes(study: &Study, second: Method, first: Method, accuracy: Accuracy) -> Option<(f64, f64)> {
+pub fn overtakes(
+    study: &Study,
+    second: Method,
+    first: Method,
+    accuracy: Accuracy,
+) -> Option<(f64, f64)> {
     let error = |method, cost| study.error_at(method, accuracy, Cost::Evaluations, cost);
     let mut better = None;
     for cost in (0..8000).map(|i| 1e5 * 0.998_f64.powi(i)) {
@@ -110,7 +123,10 @@ fn explicit_euler_is_never_on_the_front() {
     for accuracy in [Accuracy::Relative, Accuracy::Position, Accuracy::Velocity] {
         let front = study.front(accuracy, Cost::Evaluations);
         let sound = |method| front.iter().any(|cell| cell.setting.method == method);
-        let least = front.iter().filter_map(|cell| study.error(cell, accuracy)).filter(|error| *error < 0.5);
+        let least = front
+            .iter()
+            .filter_map(|cell| study.error(cell, accuracy))
+            .filter(|error| *error < 0.5);
         assert!(!sound(Method::ExplicitEuler) && least.count() > 4, "{accuracy:?}: {front:?}");
         assert!(sound(Method::PositionVerlet) && sound(Method::RungeKutta4), "{accuracy:?}");
     }

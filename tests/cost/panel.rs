@@ -29,10 +29,14 @@ fn found(study: &Study) -> Study {
 fn the_panel_finds_what_a_study_of_the_scene_finds() {
     let drive = studied("orbit");
     let panel = drive.session.tools.cost_study().unwrap();
-    let bench = super::studied(Subject::of_scene(scene::load("orbit").unwrap(), None), Plan::live());
+    let bench =
+        super::studied(Subject::of_scene(scene::load("orbit").unwrap(), None), Plan::live());
     // Rungs are what there was time for.
     let same = |cells: &[Cell]| {
-        cells.iter().map(|cell| (cell.setting, cell.outcome.clone(), cell.counts)).collect::<Vec<_>>()
+        cells
+            .iter()
+            .map(|cell| (cell.setting, cell.outcome.clone(), cell.counts))
+            .collect::<Vec<_>>()
     };
     let (panel, alone) = (found(panel), found(bench.study()));
     assert_eq!(same(&panel.cells), same(&alone.cells));
@@ -51,7 +55,9 @@ fn the_panel_and_the_command_line_agree() {
     let allowed = own(&panel.truth) + own(&line.truth);
     let mut seen = 0;
     for cell in &panel.cells {
-        let Some(other) = line.cells.iter().find(|other| other.setting == cell.setting) else { continue };
+        let Some(other) = line.cells.iter().find(|other| other.setting == cell.setting) else {
+            continue;
+        };
         assert_eq!(cell.counts, other.counts, "{}", cell.setting);
         match (&cell.outcome, &other.outcome) {
             (Outcome::Finished(a), Outcome::Finished(b)) => {

@@ -27,7 +27,10 @@ impl System {
         let has = |effect| !scene.off_at_start.contains(&effect);
         assert!(scene.laws.wells.is_none() && scene.own_laws.is_empty(), "this system has none");
         assert!(scene.laws.drag.is_none() || !has(Effect::Drag), "this system has none");
-        let single = scene.springs.iter().map(|spring| (spring.ends.map(|end| end as usize), spring.elastic));
+        let single = scene
+            .springs
+            .iter()
+            .map(|spring| (spring.ends.map(|end| end as usize), spring.elastic));
         let links = scene.soft_bodies.iter().flat_map(|soft| {
             soft.links
                 .iter()
@@ -36,7 +39,11 @@ impl System {
         let mass = |body: &scene::BodySpec| body.inverse_mass.filter(|w| *w > 0.0).map(|w| 1.0 / w);
         Self {
             masses: scene.bodies.iter().map(mass).collect(),
-            sources: scene.bodies.iter().map(|body| mass(body).or(body.source_mass).unwrap_or(0.0)).collect(),
+            sources: scene
+                .bodies
+                .iter()
+                .map(|body| mass(body).or(body.source_mass).unwrap_or(0.0))
+                .collect(),
             springs: single.chain(links).collect(),
             gravity: scene.gravity.map_or(DVec3::ZERO, |gravity| gravity.acceleration),
             attraction: scene.mutual_gravity.map_or(0.0, |law| law.constant),
@@ -48,7 +55,8 @@ impl System {
         let mut forces = vec![DVec3::ZERO; x.len()];
         for ([a, b], Elastic { stiffness, damping, rest_length, .. }) in &self.springs {
             let (along, length) = ((x[*b] - x[*a]).normalize_or_zero(), x[*a].distance(x[*b]));
-            let pull = along * (stiffness * (length - rest_length) + damping * (v[*b] - v[*a]).dot(along));
+            let pull =
+                along * (stiffness * (length - rest_length) + damping * (v[*b] - v[*a]).dot(along));
             forces[*a] += pull;
             forces[*b] -= pull;
         }
@@ -56,8 +64,9 @@ impl System {
             for a in 0..x.len() {
                 for b in (0..x.len()).filter(|b| *b != a) {
                     let r = x[b] - x[a];
-                    forces[a] +=
-                        r * (self.attraction * self.sources[a] * self.sources[b] / r.length().powi(3));
+                    forces[a] += r
+                        * (self.attraction * self.sources[a] * self.sources[b]
+                            / r.length().powi(3));
                 }
             }
         }
@@ -111,9 +120,12 @@ fn check(subject: Subject, scene: &Scene, bound: f64) {
     let plan = plain(&[Method::VelocityVerlet], [16, 64]);
     let bench = studied(subject, plan);
     let study = bench.study();
-    let Truth::Reference { relative_error: own, .. } = study.truth else { panic!("it has a closed form") };
-    let start =
-        |part: fn(&scene::BodySpec) -> DVec3| scene.bodies.iter().flat_map(move |body| part(body).to_array());
+    let Truth::Reference { relative_error: own, .. } = study.truth else {
+        panic!("it has a closed form")
+    };
+    let start = |part: fn(&scene::BodySpec) -> DVec3| {
+        scene.bodies.iter().flat_map(move |body| part(body).to_array())
+    };
     let start: Vec<f64> = start(|body| body.position).chain(start(|body| body.velocity)).collect();
     let system = System::of(scene);
     let truth = truth(&bench);
@@ -171,9 +183,12 @@ fn references_of_particles_agree_with_the_closed_form() {
         speed_m_s: 15, spread_deg: 20, position_m: (1, 2, 3))])";
     let scene = scene_of(text);
     let (fountain, g, c) = (scene.emitters[0].clone(), scene.gravity.unwrap().acceleration, 1.5);
-    let bench = studied(Subject::of_scene(scene, Some(2.0)), plain(&[Method::RungeKutta4], [1, 4, 16]));
+    let bench =
+        studied(Subject::of_scene(scene, Some(2.0)), plain(&[Method::RungeKutta4], [1, 4, 16]));
     let study = bench.study();
-    let Truth::Reference { position_error_m: own, .. } = study.truth else { panic!("it has a closed form") };
+    let Truth::Reference { position_error_m: own, .. } = study.truth else {
+        panic!("it has a closed form")
+    };
     assert!(own < 1e-9, "{own:e}");
     let mut seen = 0;
     for (now, sample) in truth(&bench) {
@@ -183,7 +198,8 @@ fn references_of_particles_agree_with_the_closed_form() {
             let born = numbers.take_while(|born| *born < now - 1e-9).last();
             let age = born.map_or(f64::INFINITY, |born| now - born);
             let flies = age < 0.8 - 1e-9;
-            let moved = g * (age / c) - (fountain.launches[slot] - g / c) * ((-c * age).exp_m1() / c);
+            let moved =
+                g * (age / c) - (fountain.launches[slot] - g / c) * ((-c * age).exp_m1() / c);
             let exact = fountain.position + if flies { moved } else { DVec3::ZERO };
             assert!(x.distance(exact) < 1e-8, "{slot} at {now} s: {x}, not {exact}");
             seen += usize::from(flies);

@@ -4,11 +4,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use lab::cost::{
-    Bench, Cost, Counts, Failure, Host, Machine as Computer, Make, Plan, Runner, Sample, Setting, Study,
-    Subject, make, problem,
+    Bench, Cost, Counts, Failure, Host, Machine as Computer, Make, Plan, Runner, Sample, Setting,
+    Study, Subject, make, problem,
 };
 use motion::Method;
-use motion::Method::{ExplicitEuler, ImplicitEuler, RungeKutta4, SemiImplicitEuler, VelocityVerlet};
+use motion::Method::{
+    ExplicitEuler, ImplicitEuler, RungeKutta4, SemiImplicitEuler, VelocityVerlet,
+};
 
 /// A machine on which ticks cost what a formula says, and up to a twentieth more in each round.
 #[derive(Default)]
@@ -71,7 +73,8 @@ impl Runner for Priced {
     }
 }
 
-const METHODS: [Method; 5] = [ExplicitEuler, SemiImplicitEuler, ImplicitEuler, VelocityVerlet, RungeKutta4];
+const METHODS: [Method; 5] =
+    [ExplicitEuler, SemiImplicitEuler, ImplicitEuler, VelocityVerlet, RungeKutta4];
 
 /// A study of Kepler's problem on such a machine, disturbed by numbers from `seed` on.
 fn study(seed: u64, plan: Plan) -> Study {
@@ -84,7 +87,8 @@ fn study(seed: u64, plan: Plan) -> Study {
         let (fixed, each) = costs(setting.method);
         let ns = fixed + each * bodies as f64;
         let picoseconds = 1e3 * ns * (1.0 + 0.05 * machine.disturbance());
-        Ok(Box::new(Priced { machine: Arc::clone(&machine), picoseconds, run, ticks: 0 }) as Box<dyn Runner>)
+        Ok(Box::new(Priced { machine: Arc::clone(&machine), picoseconds, run, ticks: 0 })
+            as Box<dyn Runner>)
     });
     let subject = Subject::of_problem(problem("kepler").unwrap()).unwrap();
     super::finished(Bench::with(subject, plan, make, Box::new(clock))).study().clone()
@@ -107,9 +111,15 @@ fn a_tick_has_a_fixed_cost_and_one_per_body_and_step() {
     }
     for cell in &study.cells {
         let (fixed, each) = costs(cell.setting.method);
-        let Some(time) = cell.time.filter(|_| cell.setting.method != ImplicitEuler) else { continue };
+        let Some(time) = cell.time.filter(|_| cell.setting.method != ImplicitEuler) else {
+            continue;
+        };
         let expected = fixed / 1000.0 + each;
-        assert!((time.ns_per_body_step / expected - 1.0).abs() < 0.06, "{}: {time:?}", cell.setting);
+        assert!(
+            (time.ns_per_body_step / expected - 1.0).abs() < 0.06,
+            "{}: {time:?}",
+            cell.setting
+        );
         let busy = 1e-9 * 1000.0 * time.ns_per_body_step / study.step_s(cell.setting);
         assert!((busy * time.real_time_factor - 1.0).abs() < 1e-9, "{}: {time:?}", cell.setting);
     }
@@ -136,7 +146,10 @@ fn runs_on_one_machine_rank_alike_at_every_size_and_call_a_tie_a_tie() {
             let of = |method| places.iter().position(|place| place.method == method).unwrap();
             // The tied ones in the order of the table.
             let tied = of(ExplicitEuler).abs_diff(of(SemiImplicitEuler)) == 1;
-            assert!(tied && places[of(ExplicitEuler).max(of(SemiImplicitEuler))].tied, "{seed}: {places:?}");
+            assert!(
+                tied && places[of(ExplicitEuler).max(of(SemiImplicitEuler))].tied,
+                "{seed}: {places:?}"
+            );
             assert_eq!(places.iter().filter(|place| place.tied).count(), 1, "{seed}: {places:?}");
             [of(VelocityVerlet), of(RungeKutta4), of(ImplicitEuler)]
         };
@@ -157,7 +170,9 @@ fn runs_on_one_machine_rank_alike_at_every_size_and_call_a_tie_a_tie() {
 fn what_is_cheapest_by_time_is_told_at_the_size_that_was_named() {
     let at = |bodies| study(1, Plan { bodies, ..plan() });
     let (few, many) = (at(10), at(100_000));
-    let price = |study: &Study, method| study.cost(study.curve(method).next().unwrap(), Cost::Time).unwrap();
+    let price = |study: &Study, method| {
+        study.cost(study.curve(method).next().unwrap(), Cost::Time).unwrap()
+    };
     for (study, euler_is_faster) in [(&few, false), (&many, true)] {
         assert_eq!(price(study, SemiImplicitEuler) < price(study, VelocityVerlet), euler_is_faster);
     }
@@ -168,7 +183,9 @@ fn what_is_cheapest_by_time_is_told_at_the_size_that_was_named() {
     assert!(words.contains("Cheapest by time with 100,000 bodies"), "{words}");
     assert!(words.contains("semi-implicit Euler is faster than velocity Verlet from "), "{words}");
     let table = report::brief(&many, &Computer::here());
-    for row in ["| 1 = | explicit Euler |", "| 1 = | semi-implicit Euler |", "| 4 | Runge-Kutta 4 |"] {
+    for row in
+        ["| 1 = | explicit Euler |", "| 1 = | semi-implicit Euler |", "| 4 | Runge-Kutta 4 |"]
+    {
         assert!(table.contains(row), "{row} is not in {table}");
     }
 }
@@ -178,5 +195,7 @@ fn sizes_that_would_take_too_long_are_left_out_but_never_the_one_that_was_named(
     let study = study(1, Plan { bodies: 10_000, patience: 0.2, ..plan() });
     assert_eq!(study.sizes(), [1, 10, 100, 1000, 10_000]);
     assert!(study.notes.iter().any(|note| note.contains("100000 bodies")), "{:?}", study.notes);
-    assert!(study.cells.iter().filter(|cell| cell.errors().is_some()).all(|cell| cell.time.is_some()));
+    assert!(
+        study.cells.iter().filter(|cell| cell.errors().is_some()).all(|cell| cell.time.is_some())
+    );
 }

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
 use lab::cost::{
-    BLOWN_UP, Cell, Counts, Drift, EnergyScale, Errors, FORMAT, Failure, Machine, Outcome, RateRow, Report,
-    Setting, Study, Time, Truth,
+    BLOWN_UP, Cell, Counts, Drift, EnergyScale, Errors, FORMAT, Failure, Machine, Outcome, RateRow,
+    Report, Setting, Study, Time, Truth,
 };
 use motion::Method;
 
@@ -74,7 +74,8 @@ const OSCILLATOR: Motion = Motion {
     truth: |t| ((TAU * t).cos(), -TAU * (TAU * t).sin()),
 };
 
-const FALL: Motion = Motion { start: (0.0, 0.0), w2: 0.0, pull: 9.8, truth: |t| (-4.9 * t * t, -9.8 * t) };
+const FALL: Motion =
+    Motion { start: (0.0, 0.0), w2: 0.0, pull: 9.8, truth: |t| (-4.9 * t * t, -9.8 * t) };
 
 impl Motion {
     /// The states after each of `steps` steps.
@@ -122,22 +123,31 @@ fn cell(motion: &Motion, setting: Setting, scales: (f64, f64)) -> Cell {
     let blown_up = errors.relative.is_nan() || errors.relative >= BLOWN_UP;
     Cell {
         setting,
-        outcome: if blown_up { Outcome::Failed(Failure::BlewUp) } else { Outcome::Finished(errors) },
-        counts: Counts { accelerations: steps as u64 * u64::from(method.claims().evaluations), solver: 0 },
+        outcome: if blown_up {
+            Outcome::Failed(Failure::BlewUp)
+        } else {
+            Outcome::Finished(errors)
+        },
+        counts: Counts {
+            accelerations: steps as u64 * u64::from(method.claims().evaluations),
+            solver: 0,
+        },
         time: Some(time(method, substeps)),
         arithmetic_time: None,
     }
 }
 
 fn cells(motion: &Motion, scales: (f64, f64)) -> Vec<Cell> {
-    let rungs =
-        |method| RUNGS.into_iter().map(move |substeps| cell(motion, Setting { method, substeps }, scales));
+    let rungs = |method| {
+        RUNGS.into_iter().map(move |substeps| cell(motion, Setting { method, substeps }, scales))
+    };
     Method::ALL.into_iter().flat_map(rungs).collect()
 }
 
 /// The ledger of the oscillator's energy at a hundred times of a run.
 fn drift(method: Method, long: bool) -> Drift {
-    let (substeps, simulated_s) = (480 / method.claims().evaluations, if long { 400.0 } else { 10.0 });
+    let (substeps, simulated_s) =
+        (480 / method.claims().evaluations, if long { 400.0 } else { 10.0 });
     let h = 1.0 / (STEP_HZ * f64::from(substeps));
     let steps = (simulated_s / h).round() as u64;
     let energy = |(x, v): (f64, f64)| 0.5 * (v * v + OSCILLATOR.w2 * x * x);

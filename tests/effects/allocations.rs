@@ -37,7 +37,10 @@ pub(crate) fn most_held(work: impl FnOnce()) -> u64 {
     u64::try_from(HELD.get()[1] - before).unwrap()
 }
 
-#[allow(unsafe_code, reason = "an allocator is unsafe by nature; this one only counts and hands on")]
+#[allow(
+    unsafe_code,
+    reason = "an allocator is unsafe by nature; this one only counts and hands on"
+)]
 // SAFETY: every call reaches the system's allocator as it came.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
@@ -93,7 +96,8 @@ fn no_shipped_scene_allocates_in_a_steady_tick() {
 
 /// Pushes every body in every tick.
 fn push_all(world: &mut World) {
-    let bodies: Vec<_> = world.query_filtered::<Entity, With<motion::PhysicsBody>>().iter(world).collect();
+    let bodies: Vec<_> =
+        world.query_filtered::<Entity, With<motion::PhysicsBody>>().iter(world).collect();
     let pushes = bodies.iter().map(|body| motion::Push { body: *body, newtons: glam::DVec3::X });
     world.resource_mut::<PushQueue>().sustain(pushes);
 }
@@ -131,7 +135,8 @@ fn posts(method: Method) -> Lab {
         let at = glam::DVec3::X * f64::from(number);
         let velocity = if number == 7 { glam::DVec3::Y } else { glam::DVec3::ZERO };
         let post = motion::PhysicsBody { velocity, inverse_mass: 0.0 };
-        let post = world.spawn((motion::StableId(2 * number), motion::Transform::at(at), post)).id();
+        let post =
+            world.spawn((motion::StableId(2 * number), motion::Transform::at(at), post)).id();
         let below = motion::Transform::at(at - glam::DVec3::Y);
         let id = motion::StableId(2 * number + 1);
         let mass = world.spawn((id, below, motion::PhysicsBody::with_mass(1.0))).id();
@@ -172,12 +177,22 @@ fn effects_that_nobody_declares_have_no_resource_no_column_and_no_system() {
     let mut lab = lab_of(&[], Method::SemiImplicitEuler);
     lab.run(20);
     assert_eq!(allocations(&mut lab, 50), 0);
-    let names =
-        ["apply_forces", "integrate_acceleration", "integrate_velocity", "clear_forces", "quarantine_bodies"];
+    let names = [
+        "apply_forces",
+        "integrate_acceleration",
+        "integrate_velocity",
+        "clear_forces",
+        "quarantine_bodies",
+    ];
     assert_eq!(lab.stepper.systems(), names);
     let world = &mut lab.world;
-    assert!(!world.contains_resource::<motion::Gravity>() && !world.contains_resource::<motion::Damping>());
-    assert!(!world.contains_resource::<motion::Drag>() && !world.contains_resource::<motion::Wells>());
+    assert!(
+        !world.contains_resource::<motion::Gravity>()
+            && !world.contains_resource::<motion::Damping>()
+    );
+    assert!(
+        !world.contains_resource::<motion::Drag>() && !world.contains_resource::<motion::Wells>()
+    );
     assert!(!world.contains_resource::<motion::groups::Groups>());
     let absent = [
         world.register_component::<motion::OwnLaws>(),

@@ -30,13 +30,15 @@ fn particles_are_on_the_exact_parabola_at_any_tick_rate() {
     let constant = |hz: f64| vec![1.0 / hz];
     let frames = vec![0.02, 0.031, 0.0047, 0.09];
     let steps = [constant(30.0), constant(60.0), constant(240.0), constant(7.0), frames];
-    for (lengths, (rate, life, count)) in
-        steps.iter().flat_map(|lengths| [(31.0, 1.7, 53), (457.0, 0.6, 11)].map(|pool| (lengths, pool)))
+    for (lengths, (rate, life, count)) in steps
+        .iter()
+        .flat_map(|lengths| [(31.0, 1.7, 53), (457.0, 0.6, 11)].map(|pool| (lengths, pool)))
     {
         // Those whose positions are exact under a constant acceleration.
         let exact = Method::ALL.into_iter().filter(|method| method.claims().position_order > 1);
         for (method, substeps) in exact.flat_map(|method| [(method, 1), (method, 3)]) {
-            let what = format!("{method:?} in {substeps} substeps of {lengths:?} s, {rate} a second");
+            let what =
+                format!("{method:?} in {substeps} substeps of {lengths:?} s, {rate} a second");
             let prepare = |world: &mut World| {
                 gravity(world);
                 world.insert_resource(Substeps(substeps));
@@ -58,7 +60,10 @@ fn particles_are_on_the_exact_parabola_at_any_tick_rate() {
                     let exact = AT + launch(slot) * age + g * (age * age / 2.0);
                     assert!((x - exact).length() < 1e-11, "{what}, {number}: {x} is not {exact}");
                     if method != Method::PositionVerlet {
-                        assert!((v - launch(slot) - g * age).length() < 1e-11, "{what}, {number}: {v}");
+                        assert!(
+                            (v - launch(slot) - g * age).length() < 1e-11,
+                            "{what}, {number}: {v}"
+                        );
                     }
                     seen += 1;
                 }
@@ -117,7 +122,11 @@ fn everything(lab: &mut Lab, damping: DampingModel) {
     world.insert_resource(Damping { model: damping, rate: 2.0 });
     let wind = Wind { velocity: Vector::new(5.0, 0.0, 1.0), gust: 2.0, gust_hz: 3.0 };
     world.insert_resource(Drag { wind: Some(wind), ..Drag::new(0.3, 0.1) });
-    world.insert_resource(Wells(vec![Well { position: Vector::Y * 9.0, strength: 7.0, softening: 0.1 }]));
+    world.insert_resource(Wells(vec![Well {
+        position: Vector::Y * 9.0,
+        strength: 7.0,
+        softening: 0.1,
+    }]));
     // It starts within what is left of the tick.
     let thrust = Thrust::new(Curve::Polynomial(vec![Vector::Z * 40.0]), 0.475, f64::INFINITY);
     for (number, body) in lab.bodies.iter().enumerate() {
@@ -200,7 +209,9 @@ fn the_books_of_a_birth_within_a_tick_close() {
     {
         let prepare = |world: &mut World| {
             gravity(world);
-            damping.into_iter().for_each(|model| world.insert_resource(Damping { model, rate: 0.4 }));
+            damping
+                .into_iter()
+                .for_each(|model| world.insert_resource(Damping { model, rate: 0.4 }));
         };
         let (mut lab, _) = fountain(31, 31.0, 0.9, method, 1.0 / 30.0, prepare);
         let mut ledger = Ledger::open(&mut lab.world);

@@ -7,8 +7,8 @@ use motion::clock::StepClock;
 use motion::effects::Effect;
 use motion::units::Vector;
 use motion::{
-    Dormant, Emission, Emitter, Gravity, Method, PhysicsBody, PreviousPosition, Request, StableId, Threads,
-    Transform, Well, Wells,
+    Dormant, Emission, Emitter, Gravity, Method, PhysicsBody, PreviousPosition, Request, StableId,
+    Threads, Transform, Well, Wells,
 };
 
 use crate::rigs::{H, Lab};
@@ -50,7 +50,8 @@ fn verlet(count: usize, rate: f64, life: f64, h: f64) -> (Lab, Entity) {
 
 /// Slots whose bodies live.
 pub(super) fn living(lab: &Lab) -> BTreeSet<usize> {
-    let lives = |body: Entity| lab.world.get_entity(body).is_ok_and(|body| !body.contains::<Dormant>());
+    let lives =
+        |body: Entity| lab.world.get_entity(body).is_ok_and(|body| !body.contains::<Dormant>());
     (0..lab.bodies.len()).filter(|slot| lives(lab.bodies[*slot])).collect()
 }
 
@@ -78,7 +79,8 @@ fn particles_are_born_and_taken_back_on_time_at_every_step_size() {
         let (mut lab, emitter) = verlet(count, rate, life, h);
         for tick in 0..200_u32 {
             let numbers = expected(count as u64, rate, life, now(lab.run(1)));
-            let slots: BTreeSet<_> = numbers.iter().map(|number| (number % count as u64) as usize).collect();
+            let slots: BTreeSet<_> =
+                numbers.iter().map(|number| (number % count as u64) as usize).collect();
             assert_eq!(living(&lab), slots, "tick {tick} of {h} s, {rate} a second");
             assert_eq!(lab.world.get::<Emission>(emitter).unwrap().living(), slots.len());
         }
@@ -177,7 +179,8 @@ fn an_emitter_may_be_given_another_pool() {
     let (mut lab, emitter) = verlet(20, 50.0, 0.3, H);
     lab.run(12);
     let pool: Vec<_> = (0..4).map(|_| lab.world.spawn(PhysicsBody::with_mass(1.0)).id()).collect();
-    let other = Emitter { pool: pool.clone(), ..lab.world.get::<Emitter>(emitter).unwrap().clone() };
+    let other =
+        Emitter { pool: pool.clone(), ..lab.world.get::<Emitter>(emitter).unwrap().clone() };
     lab.world.entity_mut(emitter).insert(other);
     lab.run(40);
     assert!(living(&lab).is_empty());
@@ -193,7 +196,8 @@ fn bodies_of_a_pool_wait_for_their_birth_whether_spawned_dormant_or_not() {
     };
     let awake = run(|world| {
         world.insert_resource(Gravity::EARTH);
-        for body in world.query_filtered::<Entity, With<Dormant>>().iter(world).collect::<Vec<_>>() {
+        for body in world.query_filtered::<Entity, With<Dormant>>().iter(world).collect::<Vec<_>>()
+        {
             world.entity_mut(body).remove::<Dormant>();
         }
     });
@@ -227,7 +231,8 @@ fn a_scene_that_restarts_emits_again() {
 #[test]
 fn particles_of_an_emitter_that_is_switched_off_live_out_their_lives_and_then_no_system_is_left() {
     let (mut lab, emitter) = verlet(50, 100.0, 0.2, H);
-    let emits = |lab: &Lab| lab.stepper.systems().iter().any(|system| system.contains("emit_particles"));
+    let emits =
+        |lab: &Lab| lab.stepper.systems().iter().any(|system| system.contains("emit_particles"));
     assert!(emits(lab.run(60)));
     lab.ask(Request::Switch(Effect::Emitters, false));
     let alive = |lab: &Lab| lab.world.get::<Emission>(emitter).unwrap().living();

@@ -29,7 +29,10 @@ fn row<'a>(rows: &'a [ReceiptLine], name: &str) -> &'a ReceiptLine {
 #[test]
 fn the_receipt_says_what_acts_on_how_many_bodies_and_why() {
     let receipt = lab::receipt(&scene(), 20, &[]);
-    assert_eq!((receipt.scene.as_str(), receipt.method, receipt.ticks), ("four", Method::RungeKutta4, 20));
+    assert_eq!(
+        (receipt.scene.as_str(), receipt.method, receipt.ticks),
+        ("four", Method::RungeKutta4, 20)
+    );
     let names: Vec<_> = receipt.rows.iter().filter_map(|row| row.effect).collect();
     assert_eq!(names, Effect::ALL);
     for (name, bodies, evaluations) in
@@ -38,11 +41,16 @@ fn the_receipt_says_what_acts_on_how_many_bodies_and_why() {
         let row = row(&receipt.rows, name);
         assert_eq!(row.state, EffectState::On, "{name}");
         assert_eq!((row.bodies, row.evaluations), (bodies, evaluations), "{name}");
-        assert!(row.bytes > 0 && row.ns.is_some() && row.share.is_some() && row.because.is_some(), "{name}");
+        assert!(
+            row.bytes > 0 && row.ns.is_some() && row.share.is_some() && row.because.is_some(),
+            "{name}"
+        );
     }
     let limits = row(&receipt.rows, "speed_limits");
     assert_eq!(limits.because.as_deref(), Some("bodies[2].max_speed_m_s, line 6"));
-    for name in ["damping", "thrusts", "springs", "mutual_gravity", "axis_locks", "emitters", "wind"] {
+    for name in
+        ["damping", "thrusts", "springs", "mutual_gravity", "axis_locks", "emitters", "wind"]
+    {
         let row = row(&receipt.rows, name);
         let expected = ReceiptLine {
             effect: row.effect,
@@ -115,7 +123,8 @@ fn an_effect_that_has_changed_velocities_alone_is_needed() {
     let text = "(version: 1, method: explicit_euler, gravity: (), drag: (linear_per_s: 1),
         bodies: [(name: \"a\", velocity_m_s: (1, 0, 0)), (name: \"b\", max_speed_m_s: 9)])";
     let ablation = lab::ablate(&scene_of(text), 1);
-    let rows = ablation.rows.iter().map(|row| (row.effect, row.identical, row.needed(), row.max_distance));
+    let rows =
+        ablation.rows.iter().map(|row| (row.effect, row.identical, row.needed(), row.max_distance));
     let expected = [(Effect::Gravity, false), (Effect::Drag, false), (Effect::SpeedLimits, true)];
     assert_eq!(rows.collect::<Vec<_>>(), expected.map(|(effect, same)| (effect, same, !same, 0.0)));
 }
@@ -127,7 +136,8 @@ fn the_program_prints_the_receipt_and_the_ablation_as_tables_and_as_json() {
         let line = format!("{command} four.ron --ticks 10");
         let table = sandbox(&folder, &line).fine();
         let json: Value =
-            serde_json::from_str(&sandbox(&folder, &format!("{line} --format json")).fine()).unwrap();
+            serde_json::from_str(&sandbox(&folder, &format!("{line} --format json")).fine())
+                .unwrap();
         let rows = json["effects"].as_array().unwrap();
         assert_eq!(table.lines().count(), rows.len() + 2, "{table}");
         for (row, line) in rows.iter().zip(table.lines().skip(2)) {
@@ -143,17 +153,24 @@ fn the_program_prints_the_receipt_and_the_ablation_as_tables_and_as_json() {
 #[test]
 fn a_run_without_an_effect_is_that_of_a_scene_without_it() {
     let folder = folder([("four.ron", SCENE)]);
-    std::fs::write(folder.path().join("three.ron"), SCENE.replace(", drag: (quadratic_per_m: 0.1)", ""))
-        .unwrap();
+    std::fs::write(
+        folder.path().join("three.ron"),
+        SCENE.replace(", drag: (quadratic_per_m: 0.1)", ""),
+    )
+    .unwrap();
     let run = |line: &str| {
         sandbox(&folder, &format!("run {line} --ticks 50 --summary out.json")).fine();
         json(folder.path().join("out.json"))
     };
-    let (with, without, never) = (run("four.ron"), run("four.ron --without drag"), run("three.ron"));
+    let (with, without, never) =
+        (run("four.ron"), run("four.ron --without drag"), run("three.ron"));
     assert_eq!(without["state_hash"], never["state_hash"]);
     assert_ne!(without["state_hash"], with["state_hash"]);
     assert_eq!(without["laws"], never["laws"]);
-    assert_eq!((without["laws"]["drag"].as_u64(), without["laws"]["thrusts"].as_u64()), (Some(0), Some(0)));
+    assert_eq!(
+        (without["laws"]["drag"].as_u64(), without["laws"]["thrusts"].as_u64()),
+        (Some(0), Some(0))
+    );
     for (effect, what) in [
         ("thrusts", "four.ron: this scene never declared thrusts; leave --without thrusts out"),
         ("friction", "the effects are gravity, damping, drag"),
@@ -186,7 +203,8 @@ fn the_panel_switches_says_by_whom_and_keeps_off_what_is_off_over_a_reset() {
     assert!(drive.session.stage.switch_effect(Effect::Thrusts, true, SwitchedBy::Panel).is_err());
     drive.press("F1").ticks(2);
     let states = |drive: &mut Drive| {
-        Effect::ALL.map(|effect| motion::effects::state(&mut drive.session.stage.sim_mut().world, effect))
+        Effect::ALL
+            .map(|effect| motion::effects::state(&mut drive.session.stage.sim_mut().world, effect))
     };
     let off = states(&mut drive).iter().filter(|state| **state == EffectState::Off).count();
     assert_eq!(off, 3);
@@ -194,7 +212,8 @@ fn the_panel_switches_says_by_whom_and_keeps_off_what_is_off_over_a_reset() {
     drive.session.stage.switch_effect(Effect::Drag, true, SwitchedBy::Panel).unwrap();
     drive.ticks(5);
     assert_eq!(
-        row(&drive.session.tools.receipt(&mut drive.session.stage, &drive.session.view), "drag").evaluations,
+        row(&drive.session.tools.receipt(&mut drive.session.stage, &drive.session.view), "drag")
+            .evaluations,
         12.0
     );
     assert_ne!(report::state_hash(&drive.session.stage), 0);
@@ -212,7 +231,8 @@ fn a_session_with_pictures_lists_what_pictures_need() {
     );
     assert_eq!(row(&rows, "interpolation").bodies, 3);
     assert_eq!((row(&rows, "arrows").state, row(&rows, "arrows").bodies), (EffectState::On, 3));
-    let state = |rows: &[ReceiptLine]| ["timeline", "energy_watch"].map(|name| row(rows, name).state);
+    let state =
+        |rows: &[ReceiptLine]| ["timeline", "energy_watch"].map(|name| row(rows, name).state);
     assert_eq!(state(&rows), [EffectState::Off; 2]);
     drive.session.stage.keep_timeline();
     let rows = drive.session.tools.receipt(&mut drive.session.stage, &drive.session.view);

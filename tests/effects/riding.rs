@@ -5,8 +5,8 @@ use glam::DVec3;
 use motion::arrays::{Bare, NotForArrays};
 use motion::ledger::Ledger;
 use motion::{
-    Evaluations, Gravity, Law, Method, OwnLaws, PhysicsBody, Request, RidesOn, RidingWell, RidingWells,
-    StableId, Transform, Well, Wells,
+    Evaluations, Gravity, Law, Method, OwnLaws, PhysicsBody, Request, RidesOn, RidingWell,
+    RidingWells, StableId, Transform, Well, Wells,
 };
 
 use super::emitters::{fountain, living, now};
@@ -65,8 +65,10 @@ fn particles_begin_at_their_carrier_with_its_velocity() {
 #[test]
 fn a_falling_carrier_and_its_particles_fall_alike() {
     let off = |hz: u32| {
-        let (mut lab, carrier) = carried(Method::RungeKutta4, 1.0 / f64::from(hz), Some(Gravity::EARTH));
-        let (mut still, _) = fountain(16, 20.0, 0.7, Method::RungeKutta4, 1.0 / f64::from(hz), |_| ());
+        let (mut lab, carrier) =
+            carried(Method::RungeKutta4, 1.0 / f64::from(hz), Some(Gravity::EARTH));
+        let (mut still, _) =
+            fountain(16, 20.0, 0.7, Method::RungeKutta4, 1.0 / f64::from(hz), |_| ());
         lab.run(u64::from(hz));
         still.run(u64::from(hz));
         let errors = living(&lab).into_iter().map(|slot| {
@@ -106,7 +108,8 @@ fn plain_arrays_carry_emitters_alike() {
             let states: Vec<_> = bare.states().collect();
             for slot in living(&lab) {
                 let body = lab.bodies[slot];
-                let (_, at, velocity) = states.iter().find(|(id, ..)| id.0 as usize == slot).unwrap();
+                let (_, at, velocity) =
+                    states.iter().find(|(id, ..)| id.0 as usize == slot).unwrap();
                 assert_eq!(
                     bits(x(&lab, body), v(&lab, body)),
                     bits(*at, *velocity),
@@ -121,15 +124,20 @@ fn plain_arrays_carry_emitters_alike() {
 fn moon(method: Method, h: f64, velocity: DVec3, gravity: Option<Gravity>, rides: bool) -> Lab {
     let planet = Start::of(9.0, DVec3::ZERO, velocity);
     let moon = Start::of(1.0, DVec3::new(1.0, 0.2, 0.0), DVec3::new(0.1, 1.3, 0.2) + velocity);
-    let mut lab =
-        Net::free([planet, moon]).lab(&Environment { gravity, ..Environment::default() }, method, h);
+    let mut lab = Net::free([planet, moon]).lab(
+        &Environment { gravity, ..Environment::default() },
+        method,
+        h,
+    );
     let law: Box<dyn Law> = match rides {
         true => {
             let well = RidingWell::new(lab.bodies[0], 2.0, 0.3);
             lab.world.insert_resource(RidingWells(vec![well.clone()]));
             Box::new(well)
         }
-        false => Box::new(Wells(vec![Well { position: DVec3::ZERO, strength: 2.0, softening: 0.3 }])),
+        false => {
+            Box::new(Wells(vec![Well { position: DVec3::ZERO, strength: 2.0, softening: 0.3 }]))
+        }
     };
     lab.insert(1, OwnLaws::new(vec![law]));
     lab.recompile();
@@ -148,7 +156,10 @@ fn a_well_that_moves_uniformly_is_as_one_at_rest() {
                 (moving.0 - carried).distance(still.0) < 1e-11,
                 "{method:?} {tick}: {moving:?} {still:?}"
             );
-            assert!((moving.1 - SPEED).distance(still.1) < 1e-11, "{method:?} {tick}: {moving:?} {still:?}");
+            assert!(
+                (moving.1 - SPEED).distance(still.1) < 1e-11,
+                "{method:?} {tick}: {moving:?} {still:?}"
+            );
         }
     }
 }
@@ -160,7 +171,8 @@ fn on_a_carrier_that_falls_methods_are_of_order_2_at_most() {
         let h = 1.0 / f64::from(hz);
         let mut falling = moon(Method::RungeKutta4, h, SPEED, Some(Gravity::EARTH), true);
         let mut still = moon(Method::RungeKutta4, h, DVec3::ZERO, None, false);
-        let [falling, still] = [&mut falling, &mut still].map(|lab| lab.run(u64::from(hz)).states());
+        let [falling, still] =
+            [&mut falling, &mut still].map(|lab| lab.run(u64::from(hz)).states());
         (falling[1].0 - falling[0].0).distance(still[1].0)
     };
     let [coarse, fine] = [error(120), error(240)];
@@ -181,7 +193,8 @@ fn the_work_of_a_riding_well_is_a_line_of_the_ledger() {
 #[test]
 fn a_well_whose_carrier_is_gone_attracts_nothing_and_arrays_carry_none() {
     let mut lab = moon(Method::VelocityVerlet, 1.0 / 60.0, SPEED, None, true);
-    let refused = Bare::of_world(&mut lab.world, Method::VelocityVerlet, &|_| Vec::new(), Vec::new());
+    let refused =
+        Bare::of_world(&mut lab.world, Method::VelocityVerlet, &|_| Vec::new(), Vec::new());
     assert_eq!(refused.err(), Some(NotForArrays::RidingWells));
     let carrier = lab.bodies[0];
     lab.run(60).ask(Request::Remove(carrier)).run(1);
@@ -193,7 +206,11 @@ fn a_well_whose_carrier_is_gone_attracts_nothing_and_arrays_carry_none() {
 #[test]
 fn a_riding_well_costs_those_that_it_attracts_one_more_evaluation_and_no_others() {
     let mut lab = moon(Method::VelocityVerlet, 1.0 / 60.0, SPEED, None, true);
-    lab.world.insert_resource(Wells(vec![Well { position: DVec3::ZERO, strength: 1.0, softening: 0.5 }]));
+    lab.world.insert_resource(Wells(vec![Well {
+        position: DVec3::ZERO,
+        strength: 1.0,
+        softening: 0.5,
+    }]));
     lab.recompile();
     lab.run(10);
     let before = lab.world.resource::<Evaluations>().accelerations();

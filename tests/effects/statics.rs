@@ -5,7 +5,9 @@ use bevy_ecs::system::RunSystemOnce as _;
 use motion::clock::StepClock;
 use motion::systems::{Bodies, Unmarked};
 use motion::units::Vector;
-use motion::{Damping, Drag, Elastic, Gravity, Method, PhysicsBody, PushQueue, Request, Static, Transform};
+use motion::{
+    Damping, Drag, Elastic, Gravity, Method, PhysicsBody, PushQueue, Request, Static, Transform,
+};
 
 use crate::rigs::{H, Lab, Start};
 
@@ -52,7 +54,10 @@ fn one_that_is_pushed_stays_and_leaves_no_force_behind() {
 fn one_that_is_given_a_velocity_or_a_mass_moves_from_then_on() {
     let mut lab = Lab::new(Method::SemiImplicitEuler, H);
     let [floor, wall] = [(); 2].map(|()| lab.body(0.0, Vector::ZERO));
-    lab.run(1).ask(Request::SetVelocity(floor, Vector::X)).ask(Request::SetInverseMass(wall, 0.5)).run(3);
+    lab.run(1)
+        .ask(Request::SetVelocity(floor, Vector::X))
+        .ask(Request::SetInverseMass(wall, 0.5))
+        .run(3);
     assert!(!is_static(&lab, floor) && !is_static(&lab, wall));
     assert_eq!(lab.x(floor).x, 3.0 * H);
     lab.push(wall, Vector::Z * 2.0).run(1);
@@ -78,7 +83,9 @@ fn code_that_gives_a_static_body_a_mass_or_a_velocity_moves_it() {
         },
         |world, body| world.get_mut::<PhysicsBody>(body).unwrap().velocity = -Vector::Y,
         |world, body| {
-            for mut state in world.query_filtered::<&mut PhysicsBody, With<Static>>().iter_mut(world) {
+            for mut state in
+                world.query_filtered::<&mut PhysicsBody, With<Static>>().iter_mut(world)
+            {
                 state.inverse_mass = 1.0;
             }
             assert!(world.get::<PhysicsBody>(body).unwrap().inverse_mass > 0.0);

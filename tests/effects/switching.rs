@@ -5,8 +5,8 @@ use history::Simulation;
 use motion::effects::{Effect, EffectState, NeverDeclared};
 use motion::units::Vector;
 use motion::{
-    Damping, DampingModel, DampingRate, Drag, Elastic, Gravity, Method, MutualGravity, OwnLaws, PhysicsBody,
-    Request, SpeedLimit, Spring, StepPlan, Stepper, TimeStep, Wells,
+    Damping, DampingModel, DampingRate, Drag, Elastic, Gravity, Method, MutualGravity, OwnLaws,
+    PhysicsBody, Request, SpeedLimit, Spring, StepPlan, Stepper, TimeStep, Wells,
 };
 use scene::Scene;
 
@@ -65,7 +65,9 @@ fn off_is_never(all: &[Effect], switched: &[Effect]) {
             let others: Vec<_> = all
                 .iter()
                 .copied()
-                .filter(|other| *other != effect && (effect, *other) != (Effect::Drag, Effect::Wind))
+                .filter(|other| {
+                    *other != effect && (effect, *other) != (Effect::Drag, Effect::Wind)
+                })
                 .collect();
             let [mut never, mut off] = [&others[..], all].map(|effects| lab_of(effects, method));
             ask(&mut off, [Request::Switch(effect, false)]);
@@ -127,9 +129,13 @@ fn switching_keeps_the_value() {
     let mut lab = lab_of(&LOCAL, Method::RungeKutta4);
     let drag = *lab.world.resource::<Drag>();
     let names = |world: &mut World| {
-        let laws = |laws: &OwnLaws| laws.laws().iter().map(|law| format!("{law:?}")).collect::<Vec<_>>();
-        let mut all: Vec<_> =
-            world.query::<(Entity, &OwnLaws)>().iter(world).map(|(body, own)| (body, laws(own))).collect();
+        let laws =
+            |laws: &OwnLaws| laws.laws().iter().map(|law| format!("{law:?}")).collect::<Vec<_>>();
+        let mut all: Vec<_> = world
+            .query::<(Entity, &OwnLaws)>()
+            .iter(world)
+            .map(|(body, own)| (body, laws(own)))
+            .collect();
         all.sort_unstable_by_key(|(body, _)| body.to_bits());
         all
     };
@@ -202,7 +208,8 @@ fn damping_that_is_set_while_it_is_off_is_on() {
 #[test]
 fn springs_and_mutual_gravity_are_switched_and_their_values_kept() {
     let mut world = world_of(&[]);
-    let ends: Vec<_> = world.query_filtered::<Entity, With<PhysicsBody>>().iter(&world).take(2).collect();
+    let ends: Vec<_> =
+        world.query_filtered::<Entity, With<PhysicsBody>>().iter(&world).take(2).collect();
     let elastic = Elastic { stiffness: 10.0, damping: 0.1, rest_length: 1.0, pull_only: false };
     let spring = Spring { ends: [ends[0], ends[1]], elastic };
     let entity = world.spawn(spring).id();
@@ -231,8 +238,9 @@ fn every_effect_can_be_toggled_in_the_middle_of_a_run_under_every_method() {
                 assert_eq!(*lab.stepper.plan(), plan, "{effect}");
             }
         }
-        let finite =
-            |(_, numbers): &(u32, [u64; 6])| numbers.iter().all(|bits| f64::from_bits(*bits).is_finite());
+        let finite = |(_, numbers): &(u32, [u64; 6])| {
+            numbers.iter().all(|bits| f64::from_bits(*bits).is_finite())
+        };
         assert!(world_bits(&mut lab.world).iter().all(finite), "{}", method.name());
         assert!(lab.records().is_empty());
     }
@@ -252,7 +260,8 @@ const CHANGES: [fn(&mut World); 4] = [
 fn a_law_that_is_exchanged_between_two_ticks_is_counted_as_if_it_had_always_been_there() {
     for method in Method::ALL {
         // Of the same states: an implicit step iterates as often as its state needs.
-        let [mut lab, mut other] = [(); 2].map(|()| lab_of(&[Effect::Gravity, Effect::Drag], method));
+        let [mut lab, mut other] =
+            [(); 2].map(|()| lab_of(&[Effect::Gravity, Effect::Drag], method));
         lab.run(2);
         other.run(2);
         for (number, change) in CHANGES.iter().enumerate() {
@@ -263,7 +272,8 @@ fn a_law_that_is_exchanged_between_two_ticks_is_counted_as_if_it_had_always_been
             let [changed, expected] = [&mut lab, &mut other].map(|lab| {
                 let (accelerations, before) = lab.run(1).counts();
                 let (after, laws) = lab.run(3).counts();
-                let old = |law| before.iter().find(|(old, _)| *old == law).map_or(0, |(_, count)| *count);
+                let old =
+                    |law| before.iter().find(|(old, _)| *old == law).map_or(0, |(_, count)| *count);
                 let laws = laws.into_iter().map(|(law, count)| (law, count - old(law)));
                 (after - accelerations, laws.filter(|(_, count)| *count > 0).collect::<Vec<_>>())
             });

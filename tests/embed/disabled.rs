@@ -10,8 +10,9 @@ use glam::DVec3;
 use motion::clock::StepClock;
 use motion::snapshot::{self, LastStep};
 use motion::{
-    BodyState, Dormant, Drag, Elastic, Emitter, EvaluationTime, Force, Gravity, Jacobians, Law, Laws, Link,
-    Method, MutualGravity, PhysicsBody, PushQueue, SoftBody, Spring, StableId, Stepper, TimeStep, Transform,
+    BodyState, Dormant, Drag, Elastic, Emitter, EvaluationTime, Force, Gravity, Jacobians, Law,
+    Laws, Link, Method, MutualGravity, PhysicsBody, PushQueue, SoftBody, Spring, StableId, Stepper,
+    TimeStep, Transform,
 };
 
 use super::state;
@@ -110,7 +111,8 @@ impl Side {
             (StableId(id), Transform::at(dice.vector() * 3.0), PhysicsBody::with_mass(mass))
         };
         let bodies: Vec<_> = (0..BODIES).map(|id| world.spawn(body(id)).id()).collect();
-        let pool = (0..PARTICLES).map(|id| world.spawn((body(BODIES + id), Dormant)).id()).collect();
+        let pool =
+            (0..PARTICLES).map(|id| world.spawn((body(BODIES + id), Dormant)).id()).collect();
         let launches = (0..PARTICLES).map(|_| dice.vector()).collect();
         let (rate, life, position) = (20.0, 0.2, DVec3::X);
         let spec = Emitter { rate, life, position, pool, launches, inverse_mass: 2.0 };
@@ -127,7 +129,8 @@ impl Side {
         let method = if attracts { Method::VelocityVerlet } else { method };
         let [soft, emitter] = [world.spawn_empty().id(), world.spawn(spec.clone()).id()];
         let out = bodies.iter().map(|_| None).collect();
-        let mut side = Self { world, ticks: None, removes, bodies, out, springs, soft, emitter, spec };
+        let mut side =
+            Self { world, ticks: None, removes, bodies, out, springs, soft, emitter, spec };
         for spring in &mut side.springs {
             spring.entity = side.world.spawn_empty().id();
         }
@@ -139,16 +142,19 @@ impl Side {
 
     /// Gives springs and the soft body the entities of their bodies.
     fn join(&mut self) {
-        let elastic = |stiffness| Elastic { stiffness, damping: 0.2, rest_length: 1.0, pull_only: false };
+        let elastic =
+            |stiffness| Elastic { stiffness, damping: 0.2, rest_length: 1.0, pull_only: false };
         for SpringSpec { ends, stiffness, entity, is_out, is_gone } in &self.springs {
-            let spring = Spring { ends: ends.map(|end| self.bodies[end]), elastic: elastic(*stiffness) };
+            let spring =
+                Spring { ends: ends.map(|end| self.bodies[end]), elastic: elastic(*stiffness) };
             if *is_gone || self.removes && *is_out {
                 self.world.entity_mut(*entity).remove::<Spring>();
             } else {
                 self.world.entity_mut(*entity).insert(spring);
             }
         }
-        let springs = [[0, 1], [1, 2], [2, 3], [0, 2]].map(|ends| Link { ends, elastic: elastic(40.0) });
+        let springs =
+            [[0, 1], [1, 2], [2, 3], [0, 2]].map(|ends| Link { ends, elastic: elastic(40.0) });
         let triangles = vec![[0, 1, 2], [0, 2, 3]];
         let points = self.bodies[POINTS].to_vec();
         self.world.entity_mut(self.soft).insert(SoftBody {
@@ -278,7 +284,8 @@ impl Side {
 /// Fewer operations than ticks, of every kind.
 fn operate(dice: &mut Dice, sides: &mut [Side; 2], bomb: &AtomicBool) {
     let (body, spring) = (dice.below(BODIES as usize), dice.below(5));
-    let way = [Way::Disabled, Way::Disabled, Way::WithoutForce, Way::WithoutTransform][dice.below(4)];
+    let way =
+        [Way::Disabled, Way::Disabled, Way::WithoutForce, Way::WithoutTransform][dice.below(4)];
     match dice.below(11) {
         0..4 => sides.iter_mut().for_each(|side| side.turn(body, way)),
         4 | 5 => sides.iter_mut().for_each(|side| side.turn_spring(spring)),

@@ -11,9 +11,9 @@ use motion::clock::StepClock;
 use motion::ledger::Ledger;
 use motion::snapshot::{self, Mismatch, RestoreError, Snapshot};
 use motion::{
-    Damping, DampingRate, Drag, Elastic, Emitter, Forces, Gravity, Method, MutualGravity, OwnSubsteps,
-    PhysicsBody, PushQueue, Range, Request, Requests, SourceMass, SpeedLimit, Spring, StepSystems, Stepper,
-    Substeps, TimeStep, Transform, Well, Wells, Wind,
+    Damping, DampingRate, Drag, Elastic, Emitter, Forces, Gravity, Method, MutualGravity,
+    OwnSubsteps, PhysicsBody, PushQueue, Range, Request, Requests, SourceMass, SpeedLimit, Spring,
+    StepSystems, Stepper, Substeps, TimeStep, Transform, Well, Wells, Wind,
 };
 
 use super::{ball, example, panic_of, state};
@@ -26,7 +26,8 @@ fn pair() -> (World, [Entity; 2]) {
     (world, ends)
 }
 
-const ELASTIC: Elastic = Elastic { stiffness: 10.0, damping: 0.1, rest_length: 0.5, pull_only: false };
+const ELASTIC: Elastic =
+    Elastic { stiffness: 10.0, damping: 0.1, rest_length: 0.5, pull_only: false };
 
 fn emitter(pool: Vec<Entity>) -> Emitter {
     let launches = vec![DVec3::Y; pool.len()];
@@ -58,7 +59,10 @@ fn numbers_out_of_their_range_are_refused_with_the_range() {
             },
             "the rest length of a spring cannot be -1 m",
         ),
-        (|world, [one, _]| insert(world, one, DampingRate::new(-3.0)), "a damping rate cannot be -3 1/s"),
+        (
+            |world, [one, _]| insert(world, one, DampingRate::new(-3.0)),
+            "a damping rate cannot be -3 1/s",
+        ),
         (
             |world, _| world.insert_resource(Damping { rate: -3.0, ..Damping::TUTORIAL }),
             "a damping rate cannot be -3 1/s",
@@ -88,7 +92,10 @@ fn numbers_out_of_their_range_are_refused_with_the_range() {
             "divided into 3000000 substeps; give from 1 to 100000",
         ),
         (|world, _| world.insert_resource(Substeps(0)), "divided into 0 substeps"),
-        (|world, [one, _]| insert(world, one, OwnSubsteps(3_000_000)), "divided into 3000000 substeps"),
+        (
+            |world, [one, _]| insert(world, one, OwnSubsteps(3_000_000)),
+            "divided into 3000000 substeps",
+        ),
         (
             |world, [one, _]| insert(world, one, SpeedLimit(-1.0)),
             "a speed limit cannot be -1 m/s; give one of at least 0 m/s",
@@ -97,7 +104,10 @@ fn numbers_out_of_their_range_are_refused_with_the_range() {
             |world, _| world.insert_resource(Drag::new(-0.1, 0.0)),
             "the linear rate of drag cannot be -0.1 1/s",
         ),
-        (|world, _| world.insert_resource(Drag::new(0.0, -0.1)), "the quadratic coefficient of drag"),
+        (
+            |world, _| world.insert_resource(Drag::new(0.0, -0.1)),
+            "the quadratic coefficient of drag",
+        ),
         (
             |world, _| {
                 let wind = Some(Wind { gust: -1.0, ..Wind::default() });
@@ -140,7 +150,10 @@ fn numbers_out_of_their_range_are_refused_with_the_range() {
     let bare = || Bare::new(Method::default(), 0.01);
     let said = panic_of(|| drop(bare().with_damping(Damping { rate: -3.0, ..Damping::TUTORIAL })));
     assert!(said.contains("a damping rate cannot be -3 1/s"), "{said}");
-    assert!(panic_of(|| drop(bare().with_substeps(3_000_000))).contains("divided into 3000000 substeps"));
+    assert!(
+        panic_of(|| drop(bare().with_substeps(3_000_000)))
+            .contains("divided into 3000000 substeps")
+    );
 }
 
 /// Log messages of all tests.
@@ -175,7 +188,8 @@ fn a_spring_to_a_particle_is_told_once() {
         world.spawn(PhysicsBody::with_mass(1.0));
         stepper.tick(&mut world);
     }
-    let words = format!("the spring {spring} is inert: its end {particle} is a particle of an emitter");
+    let words =
+        format!("the spring {spring} is inert: its end {particle} is a particle of an emitter");
     let told = LOGGED.lock().unwrap().iter().filter(|line| line.contains(&words)).count();
     assert_eq!(told, 1);
 }
@@ -227,10 +241,13 @@ fn a_schedule_is_rebuilt_in_one_world() {
     (0..2).for_each(|_| schedule.run(&mut world));
     assert_eq!(world.resource::<StepClock>().ticks(), 3);
     assert!((world.get::<PhysicsBody>(body).unwrap().velocity.y + 9.8 * 0.03).abs() < 1e-12);
-    let said = panic_of(|| Stepper::installed(&mut world, |_, world| drop(Stepper::uninstall(world))));
+    let said =
+        panic_of(|| Stepper::installed(&mut world, |_, world| drop(Stepper::uninstall(world))));
     assert!(said.contains("it cannot be used within itself"), "{said}");
     drop(Stepper::uninstall(&mut world));
-    assert!(panic_of(|| drop(Stepper::uninstall(&mut world))).contains("call `Stepper::install` first"));
+    assert!(
+        panic_of(|| drop(Stepper::uninstall(&mut world))).contains("call `Stepper::install` first")
+    );
 }
 
 #[derive(Resource)]
@@ -307,7 +324,11 @@ fn a_snapshot_that_take_cannot_have_made_is_refused_and_changes_nothing() {
         ),
         (|saved, _| saved.transforms.truncate(1), "transforms", "one for each of `bodies`"),
         (|saved, _| saved.states.truncate(2), "states", "one for each of `bodies`"),
-        (|saved, _| saved.states.push(PhysicsBody::IMMOVABLE), "states", "one for each of `bodies`"),
+        (
+            |saved, _| saved.states.push(PhysicsBody::IMMOVABLE),
+            "states",
+            "one for each of `bodies`",
+        ),
         (
             |saved, _| {
                 let first = saved.bodies[0];
@@ -339,7 +360,11 @@ fn a_snapshot_that_take_cannot_have_made_is_refused_and_changes_nothing() {
             "quarantined",
             "the world lacks an entity of it",
         ),
-        (|saved, stranger| saved.dormant.push(stranger), "dormant", "the world lacks an entity of it"),
+        (
+            |saved, stranger| saved.dormant.push(stranger),
+            "dormant",
+            "the world lacks an entity of it",
+        ),
         (
             |saved, _| saved.effects.damping = Some(Damping { rate: -1.0, ..Damping::TUTORIAL }),
             "effects",

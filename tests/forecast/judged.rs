@@ -74,7 +74,9 @@ fn circles_and_ellipses_are_judged_like_their_runs_and_cures_keep_them() {
             _ => {}
         }
         let substeps = margin.cure.substeps.map(|substeps| (method, substeps));
-        for (method, substeps) in substeps.into_iter().chain(margin.cure.method.map(|method| (method, 1))) {
+        for (method, substeps) in
+            substeps.into_iter().chain(margin.cure.method.map(|method| (method, 1)))
+        {
             cures += 1;
             if method == Method::ImplicitEuler || !stays(apsides, method, h, substeps, 100.0) {
                 broken.push((case, method, substeps, value, e));
@@ -124,7 +126,8 @@ fn implicit_euler_keeps_no_orbit_and_cures_none() {
 fn two_bodies_are_an_orbit_and_more_are_run() {
     // A circle of 1 m about their center of mass.
     let pair = |w: f64| {
-        let circle = |side: f64| Start::of(2.0, DVec3::X * (0.5 * side), DVec3::Y * (0.5 * side * w));
+        let circle =
+            |side: f64| Start::of(2.0, DVec3::X * (0.5 * side), DVec3::Y * (0.5 * side * w));
         (MutualGravity { constant: w * w / 4.0, softening: 0.0 }, [circle(1.0), circle(-1.0)])
     };
     let h = 1.0 / 60.0;
@@ -154,7 +157,10 @@ fn two_bodies_are_an_orbit_and_more_are_run() {
         let mut rig = Springs::free([sun, planet, comet]).lab(&around, method, 1.0 / hz);
         let margin = Forecast::of(&mut rig.world, method).margins()[0];
         assert_eq!(margin.occasion, Occasion::Met, "{margin:?}");
-        assert!(margin.value > 5.0 * margin.now && margin.is_unstable() == unstable, "{hz} {margin:?}");
+        assert!(
+            margin.value > 5.0 * margin.now && margin.is_unstable() == unstable,
+            "{hz} {margin:?}"
+        );
     }
 }
 
@@ -163,9 +169,12 @@ fn two_wells_and_a_well_with_a_spring_are_summed() {
     let h = 1.0 / 60.0;
     let strength = |value: f64| (value / h) * (value / h);
     for (value, unstable) in [(1.3, false), (1.5, true)] {
-        let side = |x: f64| Well { position: DVec3::X * x, strength: strength(value), softening: 0.0 };
-        let around =
-            Environment { wells: Some(Wells(vec![side(1.0), side(-1.0)])), ..Environment::default() };
+        let side =
+            |x: f64| Well { position: DVec3::X * x, strength: strength(value), softening: 0.0 };
+        let around = Environment {
+            wells: Some(Wells(vec![side(1.0), side(-1.0)])),
+            ..Environment::default()
+        };
         let margin = margin(&around, [DVec3::Y * 0.1, DVec3::ZERO], Method::SemiImplicitEuler, h);
         assert_eq!(margin.is_unstable(), unstable, "{margin:?}");
     }
@@ -177,7 +186,8 @@ fn two_wells_and_a_well_with_a_spring_are_summed() {
         let axis = (at - net.bodies[0].x).normalize();
         let across = axis.any_orthonormal_vector();
         net.bodies.iter_mut().filter(|body| body.w > 0.0).for_each(|body| body.x += across * 1e-3);
-        let wells = Wells(vec![Well { position: at + across, strength: strength(pull), softening: 0.0 }]);
+        let wells =
+            Wells(vec![Well { position: at + across, strength: strength(pull), softening: 0.0 }]);
         let around = Environment { wells: Some(wells), ..Environment::default() };
         let mut rig = net.lab(&around, Method::SemiImplicitEuler, h);
         let margin = Forecast::of(&mut rig.world, Method::SemiImplicitEuler).margins()[0];
@@ -208,7 +218,8 @@ fn quadratic_drag_grows_from_the_limit_of_its_own_law_on() {
     ] {
         let h = 0.01;
         let of = |value: f64| {
-            let around = Environment { drag: Some(Drag::new(0.0, value / h)), ..Environment::default() };
+            let around =
+                Environment { drag: Some(Drag::new(0.0, value / h)), ..Environment::default() };
             margin(&around, [DVec3::ZERO, DVec3::X], method, h)
         };
         let limit = of(0.9 * known).limit;
@@ -224,7 +235,8 @@ fn quadratic_drag_grows_from_the_limit_of_its_own_law_on() {
         }
         let cure = of(1.5 * known).cure;
         let substeps = cure.substeps.map(|substeps| (method, substeps));
-        for (method, substeps) in substeps.into_iter().chain(cure.method.map(|method| (method, 1))) {
+        for (method, substeps) in substeps.into_iter().chain(cure.method.map(|method| (method, 1)))
+        {
             assert!(
                 !grows(Drag::new(0.0, 1.5 * known / h), 1.0, (method, h), substeps),
                 "{method:?} x {substeps}"
@@ -249,7 +261,8 @@ fn a_fall_that_settles_at_a_wrong_speed_is_told_with_that_speed() {
             "{margin:?}"
         );
         assert_eq!(margin.occasion, Occasion::TerminalSpeed);
-        let mut bare = Bare::new(Method::RungeKutta4, h).with_law(Drag::new(0.0, k)).with_law(Gravity::EARTH);
+        let mut bare =
+            Bare::new(Method::RungeKutta4, h).with_law(Drag::new(0.0, k)).with_law(Gravity::EARTH);
         bare.add([0.0; 3], [0.0; 3], 1.0);
         (0..1000).for_each(|_| bare.tick());
         let terminal = (-Gravity::EARTH.affine().unwrap().constant.y / k).sqrt();
@@ -317,7 +330,8 @@ fn random_drag_is_judged_like_its_runs_and_cures_hold() {
     let h = 1.0 / 60.0;
     let mut dice = Dice(7);
     let mut between = |low: f64, high: f64| low * (high / low).powf(0.5 * (dice.number() + 1.0));
-    let (mut alarms, mut false_alarms, mut missed, mut broken) = (0, Vec::new(), Vec::new(), Vec::new());
+    let (mut alarms, mut false_alarms, mut missed, mut broken) =
+        (0, Vec::new(), Vec::new(), Vec::new());
     for case in 0..500 {
         let method = Method::ALL[case % Method::ALL.len()];
         let speed = between(0.1, 100.0);
@@ -334,7 +348,9 @@ fn random_drag_is_judged_like_its_runs_and_cures_hold() {
             _ => {}
         }
         let substeps = margin.cure.substeps.map(|substeps| (method, substeps));
-        for (method, substeps) in substeps.into_iter().chain(margin.cure.method.map(|method| (method, 1))) {
+        for (method, substeps) in
+            substeps.into_iter().chain(margin.cure.method.map(|method| (method, 1)))
+        {
             if grows(method, substeps) {
                 broken.push((case, method, substeps));
             }
@@ -364,7 +380,10 @@ fn a_body_that_only_passes_hides_no_orbit() {
     let passing = [DVec3::X, DVec3::X * 10.0];
     let circling = [DVec3::Y * 1.05, DVec3::Z / 1.05_f64.sqrt()];
     let margin = worst(&mut about_a_well(&[passing, circling], Method::VelocityVerlet, 1.3));
-    assert!(matches!(margin.fate, Fate::Drifts(_)) && (margin.value - 1.208).abs() < 1e-3, "{margin:?}");
+    assert!(
+        matches!(margin.fate, Fate::Drifts(_)) && (margin.value - 1.208).abs() < 1e-3,
+        "{margin:?}"
+    );
 }
 
 #[test]
@@ -404,15 +423,19 @@ fn a_lesser_well_accuses_nothing_and_a_small_quadratic_term_hides_nothing() {
     let far = Well { position: DVec3::X * 1e6, strength: 1e-12, softening: 0.0 };
     let wells = Wells(vec![well().0[0], far]);
     let around = Environment { wells: Some(wells), ..Environment::default() };
-    let mut rig =
-        Springs::free([Start::of(1.0, DVec3::X, DVec3::Y)]).lab(&around, Method::ExplicitEuler, 1e-3);
+    let mut rig = Springs::free([Start::of(1.0, DVec3::X, DVec3::Y)]).lab(
+        &around,
+        Method::ExplicitEuler,
+        1e-3,
+    );
     let method = rig.stepper.method();
     let forecast = Forecast::of(&mut rig.world, method);
     assert!(
         forecast
             .margins()
             .iter()
-            .all(|margin| margin.part == LimitingPart::Well(0, rig.bodies[0]) || !margin.is_unstable())
+            .all(|margin| margin.part == LimitingPart::Well(0, rig.bodies[0])
+                || !margin.is_unstable())
     );
     let around = Environment { drag: Some(Drag::new(200.0, 1e-3)), ..Environment::default() };
     let margin = margin(&around, [DVec3::ZERO; 2], Method::RungeKutta4, 1.0 / 60.0);

@@ -18,7 +18,8 @@ fn worst(soft_body: &str) -> Margin {
 /// Every point swings against its neighbors along one axis: `m w² = 4 k (1 + 2 + 4 / 3)`.
 #[test]
 fn a_large_lattice_is_not_accused() {
-    let lattice = "lattice(cells: (60, 60, 60), size_m: (1, 1, 1), mass_kg: 1, stiffness_n_m: 0.01)";
+    let lattice =
+        "lattice(cells: (60, 60, 60), size_m: (1, 1, 1), mass_kg: 1, stiffness_n_m: 0.01)";
     let margin = worst(lattice);
     let exact = (0.01 * 61.0_f64.powi(3) * 52.0 / 3.0).sqrt() / 120.0;
     assert!(margin.value <= exact && margin.value >= 0.99 * exact, "{margin:?} {exact}");
@@ -44,7 +45,8 @@ fn fastest_wave() -> f64 {
         let [a, b] = [i, j].map(|i| f64::from(i) * PI / 300.0);
         let along = |a: f64| 2.0 * (1.0 - a.cos()) + 2.0 * (1.0 - (2.0 * a).cos());
         let [rising, falling] = [a + b, a - b].map(|a| 1.0 - a.cos());
-        let (xx, yy, xy) = (along(a) + rising + falling, along(b) + rising + falling, rising - falling);
+        let (xx, yy, xy) =
+            (along(a) + rising + falling, along(b) + rising + falling, rising - falling);
         f64::midpoint(xx, yy) + ((xx - yy) / 2.0).hypot(xy)
     };
     (0..=300).flat_map(|i| (0..=300).map(move |j| wave(i, j))).fold(0.0, f64::max)
@@ -59,14 +61,21 @@ fn the_value_of_a_large_cloth_is_within_a_hundredth() {
     );
     let exact = (0.1 * 250.0_f64.powi(2) * fastest_wave()).sqrt() / 120.0;
     // Waves of a grid of them: the fastest of all is next to nothing faster.
-    assert!(margin.value <= exact * (1.0 + 1e-4) && margin.value >= 0.99 * exact, "{margin:?} {exact}");
-    assert!(margin.at_most >= 0.999 * exact && margin.at_most <= 1.01 * margin.value, "{margin:?} {exact}");
+    assert!(
+        margin.value <= exact * (1.0 + 1e-4) && margin.value >= 0.99 * exact,
+        "{margin:?} {exact}"
+    );
+    assert!(
+        margin.at_most >= 0.999 * exact && margin.at_most <= 1.01 * margin.value,
+        "{margin:?} {exact}"
+    );
 }
 
 /// A chain of `bodies` bodies of 1 kg that turns corners.
 fn bent_chain(bodies: usize, stiffness: f64) -> Net {
     let place = |i: usize| DVec3::new(i as f64, 0.6 * (i % 2) as f64, 0.3 * (i % 3) as f64);
-    let start = |i: usize| if i == 0 { Start::held(place(0)) } else { Start::of(1.0, place(i), DVec3::Y) };
+    let start =
+        |i: usize| if i == 0 { Start::held(place(0)) } else { Start::of(1.0, place(i), DVec3::Y) };
     let spring = |i: usize| ([i - 1, i], elastic(stiffness, place(i).distance(place(i - 1))));
     Net { bodies: (0..bodies).map(start).collect(), springs: (1..bodies).map(spring).collect() }
 }
@@ -78,10 +87,17 @@ fn implicit_euler_is_a_cure_only_where_its_iteration_ends() {
         for k in [1e5, 1e7, 1e9, 1e14, 1e20, 1e100, 1e300] {
             let net = bent_chain(bodies, k);
             let mut rig = net.lab(&Environment::default(), Method::SemiImplicitEuler, 1.0 / 60.0);
-            let margin = *Forecast::of(&mut rig.world, Method::SemiImplicitEuler).margins().first().unwrap();
-            assert!(margin.is_unstable() && (margin.limit - 2.0).abs() <= 0.01, "{bodies} {k:e}: {margin:?}");
+            let margin =
+                *Forecast::of(&mut rig.world, Method::SemiImplicitEuler).margins().first().unwrap();
+            assert!(
+                margin.is_unstable() && (margin.limit - 2.0).abs() <= 0.01,
+                "{bodies} {k:e}: {margin:?}"
+            );
             let exact = (k * 4.0).sqrt() / 60.0;
-            assert!(margin.value <= exact && margin.value >= 0.4 * exact, "{bodies} {k:e}: {margin:?}");
+            assert!(
+                margin.value <= exact && margin.value >= 0.4 * exact,
+                "{bodies} {k:e}: {margin:?}"
+            );
             if margin.cure.method == Some(Method::ImplicitEuler) {
                 let mut rig = net.lab(&Environment::default(), Method::ImplicitEuler, 1.0 / 60.0);
                 rig.run(30);
@@ -107,6 +123,9 @@ fn the_substeps_that_a_cure_names_are_enough() {
         let unstable = margin(None);
         assert!(unstable.is_unstable() && unstable.at_most > unstable.value, "{k:e}: {unstable:?}");
         let cured = margin(unstable.cure.substeps);
-        assert!(cured.substeps > 400 && !cured.is_unstable() && !cured.may_be_unstable(), "{k:e}: {cured:?}");
+        assert!(
+            cured.substeps > 400 && !cured.is_unstable() && !cured.may_be_unstable(),
+            "{k:e}: {cured:?}"
+        );
     }
 }

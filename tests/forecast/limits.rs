@@ -19,10 +19,12 @@ const RATIOS: [f64; 6] = [0.0, 0.05, 0.2, 0.5, 1.0, 2.0];
 /// The oscillators whose limits are measured: by every method without damping and with drag of every ratio, and by the two
 /// explicit Eulers with every model of damping.
 fn oscillators() -> Vec<Oscillator> {
-    let drag =
-        RATIOS.into_iter().flat_map(|ratio| Method::ALL.map(|method| (method, Damped::by_drag(ratio))));
+    let drag = RATIOS
+        .into_iter()
+        .flat_map(|ratio| Method::ALL.map(|method| (method, Damped::by_drag(ratio))));
     let models = DampingModel::ALL.into_iter().flat_map(|model| {
-        let damped = RATIOS[1..].iter().map(move |ratio| Damped { ratio: *ratio, model: Some(model) });
+        let damped =
+            RATIOS[1..].iter().map(move |ratio| Damped { ratio: *ratio, model: Some(model) });
         damped.flat_map(|damped| Method::ALL[..2].iter().map(move |method| (*method, damped)))
     });
     drag.chain(models).map(|(method, damped)| Oscillator { method, damped }).collect()
@@ -40,8 +42,10 @@ fn far(limits: &[Limit], bound: f64) -> Vec<String> {
     // Not "above": a difference that is no number is far as well.
     let near = |limit: &Limit| limit.relative_difference().abs() <= bound;
     let far = limits.iter().filter(|limit| !near(limit));
-    far.map(|limit| format!("{} {}: {} {}", limit.system, limit.method, limit.measured, limit.theory))
-        .collect()
+    far.map(|limit| {
+        format!("{} {}: {} {}", limit.system, limit.method, limit.measured, limit.theory)
+    })
+    .collect()
 }
 
 #[test]
@@ -52,7 +56,8 @@ fn limits_of_oscillators_are_their_closed_forms() {
     assert!(far.is_empty(), "{far:#?}");
     let judged = |criterion| limits.iter().filter(|limit| limit.criterion == criterion).count();
     assert!(judged(Criterion::Amplitude) > 30 && judged(Criterion::SpectralRadius) > 10);
-    let heun = |limit: &&Limit| limit.system == "oscillator" && limit.method == "runge_kutta_2_heun";
+    let heun =
+        |limit: &&Limit| limit.system == "oscillator" && limit.method == "runge_kutta_2_heun";
     let heun = limits.iter().find(heun).unwrap();
     assert_eq!((heun.measured, heun.theory, heun.criterion), (0.0, 0.0, Criterion::SpectralRadius));
 }
@@ -60,7 +65,8 @@ fn limits_of_oscillators_are_their_closed_forms() {
 #[test]
 fn limits_of_nets_are_those_of_their_fastest_mode() {
     let nets = nets(20);
-    let limits: Vec<_> = nets.iter().flat_map(|net| Method::ALL.map(|method| net.limit(method))).collect();
+    let limits: Vec<_> =
+        nets.iter().flat_map(|net| Method::ALL.map(|method| net.limit(method))).collect();
     assert_eq!(limits.len(), 24 * Method::ALL.len());
     let judged = |criterion| limits.iter().filter(|limit| limit.criterion == criterion).count();
     assert_eq!((judged(Criterion::Amplitude), judged(Criterion::Energy)), (24 * 6, 24 * 3));

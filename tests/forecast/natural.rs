@@ -44,7 +44,8 @@ fn modes(scene: &str, count: usize) -> (Simulation, NaturalModes) {
 
 /// `2 sqrt(k/m) sin(j pi / (2 (N + 1)))`, rad/s.
 fn frequency(number: usize, bodies: usize) -> f64 {
-    2.0 * STIFFNESS.sqrt() * (number as f64 * std::f64::consts::PI / (2.0 * (bodies as f64 + 1.0))).sin()
+    2.0 * STIFFNESS.sqrt()
+        * (number as f64 * std::f64::consts::PI / (2.0 * (bodies as f64 + 1.0))).sin()
 }
 
 #[track_caller]
@@ -66,11 +67,15 @@ fn a_chain_at_its_rest_length_has_the_frequencies_and_damping_of_the_textbook() 
             near(mode.damping_ratio, DAMPER * omega / (2.0 * STIFFNESS) + RATE / (2.0 * omega));
             // Bodies move as `sin(j pi i / (N + 1))`.
             let shape = |i: usize| {
-                (number as f64 * std::f64::consts::PI * i as f64 / (bodies as f64 + 1.0)).sin().abs()
+                (number as f64 * std::f64::consts::PI * i as f64 / (bodies as f64 + 1.0))
+                    .sin()
+                    .abs()
             };
             let most = (1..=bodies).map(shape).fold(0.0, f64::max);
             for (body, amplitude) in &mode.bodies {
-                let i = (1..=bodies).find(|i| simulation.named(&format!("b{i}")) == Some(*body)).unwrap();
+                let i = (1..=bodies)
+                    .find(|i| simulation.named(&format!("b{i}")) == Some(*body))
+                    .unwrap();
                 assert!(
                     (amplitude - shape(i) / most).abs() <= 1e-3,
                     "{bodies} {number}: {amplitude} of b{i}"
@@ -112,7 +117,8 @@ fn modes_of_a_light_chain_that_carries_a_heavy_load_are_those_of_a_string() {
     };
     let bodies: Vec<_> = (0..links + 2).map(body).collect();
     let springs: Vec<_> = (0..=links).map(spring).collect();
-    let scene = format!("(version: 1, bodies: [{}], springs: [{}])", bodies.join(", "), springs.join(", "));
+    let scene =
+        format!("(version: 1, bodies: [{}], springs: [{}])", bodies.join(", "), springs.join(", "));
     let (_, NaturalModes { lowest, .. }) = modes(&scene, 9);
     // The load swings across in two directions and along the chain; then the links, between two fixed ends, in pairs.
     let string = |k: usize| {
@@ -170,7 +176,8 @@ fn what_nothing_pulls_back_has_no_mode() {
     let (_, free) = modes("(version: 1, gravity: (), bodies: [(name: \"ball\")])", 3);
     assert_eq!(free, NaturalModes::default());
     // Two bodies on a spring swing against each other, and drift freely.
-    let pair = "(version: 1, bodies: [(name: \"a\"), (name: \"b\", position_m: (1, 0, 0), mass_kg: 3)],
+    let pair =
+        "(version: 1, bodies: [(name: \"a\"), (name: \"b\", position_m: (1, 0, 0), mass_kg: 3)],
         springs: [(between: (\"a\", \"b\"), stiffness_n_m: 12, rest_length_m: 1)])";
     let (_, NaturalModes { lowest, highest }) = modes(pair, 3);
     assert_eq!([lowest.len(), highest.len()], [1, 0]);
@@ -183,7 +190,8 @@ fn the_command_tells_the_modes_and_how_far_everything_is_from_instability() {
     let said = sandbox(&folder, "forecast chain.ron --modes 2 --hz 100 --format json").fine();
     let found: Value = serde_json::from_str(&said).unwrap();
     assert_eq!(found["step_hz"], 100.0);
-    let [lowest, highest] = ["lowest", "highest"].map(|end| found["modes"][end].as_array().unwrap().clone());
+    let [lowest, highest] =
+        ["lowest", "highest"].map(|end| found["modes"][end].as_array().unwrap().clone());
     assert_eq!([lowest.len(), highest.len()], [2, 1]);
     for (number, mode) in (1..).zip(lowest.iter().chain(&highest)) {
         let hz = frequency(number, 3) / std::f64::consts::TAU;

@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 use motion::forecast::{Deviation, Fate, Forecast, LimitingPart, Margin, Occasion};
-use motion::{Damping, DampingModel, Drag, Elastic, Method, MutualGravity, OwnLaws, Substeps, Well, Wells};
+use motion::{
+    Damping, DampingModel, Drag, Elastic, Method, MutualGravity, OwnLaws, Substeps, Well, Wells,
+};
 
 use super::limits::Net;
 use crate::rigs::{Dice, Environment, Lab, Net as Springs, Start, elastic};
@@ -35,7 +37,10 @@ fn damped_spring(stiffness: f64, damping: f64) -> Springs {
 /// The methods with a stability limit, one after the other and again.
 fn limited() -> impl Iterator<Item = Method> {
     let limits = |method: &Method| method.claims().stability_limit;
-    Method::ALL.into_iter().filter(move |method| limits(method) > 0.0 && limits(method).is_finite()).cycle()
+    Method::ALL
+        .into_iter()
+        .filter(move |method| limits(method) > 0.0 && limits(method).is_finite())
+        .cycle()
 }
 
 #[test]
@@ -47,8 +52,16 @@ fn a_net_breaks_where_it_was_foretold() {
         let bounded = margin.at_most >= margin.value * (1.0 - 1e-9);
         assert!(bounded && margin.is_known(), "{} {margin:?}", net.name);
         let longest = h / margin.ratio();
-        assert!(net.stepped(method, 0.99 * longest).stays(1500), "{} {method:?} breaks below", net.name);
-        assert!(!net.stepped(method, 1.01 * longest).stays(1500), "{} {method:?} holds above", net.name);
+        assert!(
+            net.stepped(method, 0.99 * longest).stays(1500),
+            "{} {method:?} breaks below",
+            net.name
+        );
+        assert!(
+            !net.stepped(method, 1.01 * longest).stays(1500),
+            "{} {method:?} holds above",
+            net.name
+        );
     }
 }
 
@@ -66,8 +79,16 @@ fn a_net_in_drag_breaks_where_it_was_foretold() {
             continue;
         }
         let longest = 0.01 / w / margin.ratio();
-        assert!(net.stepped(method, 0.99 * longest).stays(20_000), "{} {method:?} breaks below", net.name);
-        assert!(!net.stepped(method, 1.01 * longest).stays(20_000), "{} {method:?} holds above", net.name);
+        assert!(
+            net.stepped(method, 0.99 * longest).stays(20_000),
+            "{} {method:?} breaks below",
+            net.name
+        );
+        assert!(
+            !net.stepped(method, 1.01 * longest).stays(20_000),
+            "{} {method:?} holds above",
+            net.name
+        );
     }
 }
 
@@ -115,8 +136,14 @@ fn a_net_of_dampers_breaks_where_it_was_foretold() {
         let h = 1e-3;
         let margin = margin_of(&net, &Environment::default(), method, h);
         let longest = h / margin.ratio();
-        assert!(stays_at_rest(&net, method, 0.99 * longest), "{seed} {method:?} breaks below {margin:?}");
-        assert!(!stays_at_rest(&net, method, 1.01 * longest), "{seed} {method:?} holds above {margin:?}");
+        assert!(
+            stays_at_rest(&net, method, 0.99 * longest),
+            "{seed} {method:?} breaks below {margin:?}"
+        );
+        assert!(
+            !stays_at_rest(&net, method, 1.01 * longest),
+            "{seed} {method:?} holds above {margin:?}"
+        );
     }
 }
 
@@ -140,7 +167,8 @@ fn limits_are_exact_to_a_hundredth_on_both_sides() {
     for method in limited().take(5) {
         let limit = method.claims().stability_limit;
         for (part, unstable) in [(0.99, false), (1.01, true)] {
-            let mut rig = stiff_spring(100.0).lab(&Environment::default(), method, part * limit / 10.0);
+            let mut rig =
+                stiff_spring(100.0).lab(&Environment::default(), method, part * limit / 10.0);
             let forecast = forecast(&mut rig);
             assert_eq!(forecast.unstable().count(), usize::from(unstable), "{method:?} {part}");
             assert!((worst(&forecast).ratio() - part).abs() <= 1e-4, "{method:?} {part}");
@@ -157,21 +185,29 @@ fn methods_that_are_never_stable_are_named_with_their_growth_and_another_method(
         (Method::RungeKutta2Heun, 0.1, 1.0 + 1e-4 / 4.0, Method::VelocityVerlet),
     ] {
         let margin = margin_of(&stiff_spring(100.0), &Environment::default(), method, z / 10.0);
-        assert!(margin.is_unstable() && margin.limit == 0.0 && margin.ratio().is_infinite(), "{margin:?}");
+        assert!(
+            margin.is_unstable() && margin.limit == 0.0 && margin.ratio().is_infinite(),
+            "{margin:?}"
+        );
         let growth = f64::powf(squared, 0.5 * 10.0 / z);
         assert!((margin.growth_per_s / growth - 1.0).abs() <= 1e-6, "{margin:?} {growth}");
         assert_eq!((margin.cure.substeps, margin.cure.method), (None, Some(other)));
     }
     let net = stiff_spring(1e8);
     let margin = margin_of(&net, &Environment::default(), Method::ImplicitEuler, 1.0);
-    assert!(!margin.is_unstable() && margin.limit.is_infinite() && margin.ratio() == 0.0, "{margin:?}");
+    assert!(
+        !margin.is_unstable() && margin.limit.is_infinite() && margin.ratio() == 0.0,
+        "{margin:?}"
+    );
 }
 
 #[test]
 fn damping_and_drag_of_single_bodies_have_their_own_limits() {
     let body = |rate: f64, model: DampingModel, method: Method| {
-        let around = Environment { damping: Some(Damping { model, rate }), ..Environment::default() };
-        let mut rig = Springs::free([Start::of(1.0, DVec3::ZERO, DVec3::X)]).lab(&around, method, 0.1);
+        let around =
+            Environment { damping: Some(Damping { model, rate }), ..Environment::default() };
+        let mut rig =
+            Springs::free([Start::of(1.0, DVec3::ZERO, DVec3::X)]).lab(&around, method, 0.1);
         worst(&forecast(&mut rig))
     };
     for (model, method, limit) in [
@@ -186,7 +222,10 @@ fn damping_and_drag_of_single_bodies_have_their_own_limits() {
         let margin = body(5.0, model, method);
         assert!(matches!(margin.part, LimitingPart::Damping(_)), "{margin:?}");
         assert!((margin.value - 0.5).abs() < 1e-12, "{margin:?}");
-        assert!(margin.limit == limit || (margin.limit / limit - 1.0).abs() <= 1e-4, "{margin:?} {limit}");
+        assert!(
+            margin.limit == limit || (margin.limit / limit - 1.0).abs() <= 1e-4,
+            "{margin:?} {limit}"
+        );
         assert!(!margin.is_unstable());
     }
     assert!(body(20.1, DampingModel::Tutorial, Method::SemiImplicitEuler).is_unstable());
@@ -205,12 +244,18 @@ fn damping_and_drag_of_single_bodies_have_their_own_limits() {
     rig.world.insert_resource(Drag::new(1.0, 14.0));
     let margin = worst(&forecast(&mut rig));
     assert_eq!((margin.part, margin.fate), (LimitingPart::Drag(rig.bodies[0]), Fate::Grows));
-    let mut rig =
-        Springs::free([Start::of(1.0, DVec3::ZERO, DVec3::ZERO)]).lab(&around, Method::ExplicitEuler, 0.1);
+    let mut rig = Springs::free([Start::of(1.0, DVec3::ZERO, DVec3::ZERO)]).lab(
+        &around,
+        Method::ExplicitEuler,
+        0.1,
+    );
     rig.world.insert_resource(motion::Gravity::EARTH);
     rig.world.insert_resource(Drag::new(1.0, 12.0));
     let margin = worst(&forecast(&mut rig));
-    assert!(margin.occasion == Occasion::TerminalSpeed && (margin.now - 0.1).abs() < 1e-12, "{margin:?}");
+    assert!(
+        margin.occasion == Occasion::TerminalSpeed && (margin.now - 0.1).abs() < 1e-12,
+        "{margin:?}"
+    );
     assert!((margin.value - 0.1 * (1.0 + 48.0 * 9.8_f64).sqrt()).abs() < 1e-9, "{margin:?}");
     assert!(matches!(margin.fate, Fate::Wrong(Deviation::Alternates(_))), "{margin:?}");
 }
@@ -225,7 +270,10 @@ fn a_well_is_looked_at_from_where_bodies_are() {
     let margin = worst(&forecast(&mut rig));
     // w² = 8 / 2³.
     assert_eq!(margin.part, LimitingPart::Well(0, rig.bodies[1]));
-    assert!((margin.value - 0.5).abs() < 1e-6 && (margin.limit - 2.0_f64.sqrt()).abs() < 1e-3, "{margin:?}");
+    assert!(
+        (margin.value - 0.5).abs() < 1e-6 && (margin.limit - 2.0_f64.sqrt()).abs() < 1e-3,
+        "{margin:?}"
+    );
     assert_eq!((margin.occasion, margin.fate), (Occasion::Now, Fate::Holds));
 }
 
@@ -250,7 +298,11 @@ fn a_large_cloth_of_dampers_is_judged_like_its_run() {
     let mut net = Springs::default();
     for (i, j) in (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j))) {
         let place = DVec3::new(j as f64, -(i as f64), 0.0);
-        net.bodies.push(if i == 0 { Start::held(place) } else { Start::of(0.05, place, DVec3::ZERO) });
+        net.bodies.push(if i == 0 {
+            Start::held(place)
+        } else {
+            Start::of(0.05, place, DVec3::ZERO)
+        });
     }
     for (i, j) in (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j))) {
         let mut join = |other: usize, length: f64| {
@@ -322,13 +374,17 @@ fn a_limit_is_the_same_seen_from_afar() {
 fn a_net_without_end_is_unstable() {
     let post = Start::held(DVec3::ZERO);
     let light = Springs::pair(post, Start::of(1e-300, DVec3::X, DVec3::ZERO), elastic(1e10, 1.0));
-    let fast = Springs::pair(post, Start::of(1.0, DVec3::X, DVec3::splat(1e160)), elastic(1.0, 1.0));
+    let fast =
+        Springs::pair(post, Start::of(1.0, DVec3::X, DVec3::splat(1e160)), elastic(1.0, 1.0));
     for (net, drag) in [(light, None), (fast, Some(Drag::new(0.0, 0.1)))] {
         for method in Method::ALL {
             let mut rig = net.lab(&Environment::default(), method, 1e-2);
             drag.into_iter().for_each(|drag| rig.world.insert_resource(drag));
             let margin = worst(&forecast(&mut rig));
-            assert!(margin.is_unstable() && margin.ratio() == f64::INFINITY, "{method:?}: {margin:?}");
+            assert!(
+                margin.is_unstable() && margin.ratio() == f64::INFINITY,
+                "{method:?}: {margin:?}"
+            );
             assert_eq!(margin.cure, motion::forecast::Cure::default(), "{method:?}");
         }
     }
@@ -338,7 +394,8 @@ fn a_net_without_end_is_unstable() {
 #[test]
 fn many_rates_of_damping_are_taken_together() {
     let mut net = dampers(3);
-    net.bodies.extend((0..40).map(|i| Start::of(1.0, DVec3::X * (20.0 + f64::from(i)), DVec3::ZERO)));
+    net.bodies
+        .extend((0..40).map(|i| Start::of(1.0, DVec3::X * (20.0 + f64::from(i)), DVec3::ZERO)));
     let last = net.bodies.len() - 1;
     let spring = |i: usize| {
         let rest_length = net.bodies[i].x.distance(net.bodies[i - 1].x);
@@ -374,7 +431,10 @@ fn mutual_gravity_has_the_frequency_of_the_fastest_pair() {
         let mut rig = Springs::free(bodies).lab(&around, Method::SemiImplicitEuler, h);
         let margin = worst(&forecast(&mut rig));
         assert_eq!(margin.part, LimitingPart::MutualGravity([rig.bodies[1], rig.bodies[2]]));
-        assert!((margin.now - part).abs() < 1e-9 && margin.is_unstable() == is_unstable, "{margin:?}");
+        assert!(
+            (margin.now - part).abs() < 1e-9 && margin.is_unstable() == is_unstable,
+            "{margin:?}"
+        );
     }
 }
 
@@ -386,14 +446,18 @@ fn of_many_wells_the_fastest_are_listed() {
         strength: if number == 700 { 1e12 } else { 1.0 },
         softening: 0.0,
     };
-    let around = Environment { wells: Some(Wells((0..1000).map(well).collect())), ..Environment::default() };
+    let around =
+        Environment { wells: Some(Wells((0..1000).map(well).collect())), ..Environment::default() };
     let net = Springs::free([Start::of(1.0, DVec3::ZERO, DVec3::ZERO)]);
     let mut rig = net.lab(&around, Method::SemiImplicitEuler, 1.0 / 60.0);
     let forecast = forecast(&mut rig);
     assert_eq!(forecast.margins().len(), 64);
     assert_eq!(worst(&forecast).part, LimitingPart::Well(700, rig.bodies[0]));
     let listed = |number| {
-        forecast.margins().iter().any(|margin| margin.part == LimitingPart::Well(number, rig.bodies[0]))
+        forecast
+            .margins()
+            .iter()
+            .any(|margin| margin.part == LimitingPart::Well(number, rig.bodies[0]))
     };
     assert!((0..63).all(listed));
 }

@@ -19,9 +19,13 @@ fn hung(stiffest: f64) -> Film {
     };
     let spring = |i: u32| {
         let stiffness = if i == 2 { stiffest } else { 50.0 };
-        format!("(between: (\"w{i}\", \"w{}\"), stiffness_n_m: {stiffness:?}, rest_length_m: 1.0),", i + 1)
+        format!(
+            "(between: (\"w{i}\", \"w{}\"), stiffness_n_m: {stiffness:?}, rest_length_m: 1.0),",
+            i + 1
+        )
     };
-    let (weights, springs): (String, String) = ((0..5).map(weight).collect(), (0..4).map(spring).collect());
+    let (weights, springs): (String, String) =
+        ((0..5).map(weight).collect(), (0..4).map(spring).collect());
     let text = format!(
         "(version: 1, step_hz: 60, camera: (position_m: (2, 0, 6), pitch_deg: 0, yaw_deg: 0), bodies: [{weights}], springs: [{springs}])"
     );
@@ -44,8 +48,10 @@ fn is_green([red, green, ..]: [f32; 4]) -> bool {
 }
 
 fn size(session: &Session) -> f64 {
-    let positions =
-        session.stage.things().filter_map(|thing| session.stage.sim().world.get::<motion::Transform>(thing));
+    let positions = session
+        .stage
+        .things()
+        .filter_map(|thing| session.stage.sim().world.get::<motion::Transform>(thing));
     positions.map(|at| at.position.length()).fold(0.0, f64::max)
 }
 
@@ -143,7 +149,8 @@ fn no_shipped_scene_is_unstable_but_those_that_show_it() {
     // It shows what explicit and implicit Euler make of an orbit.
     let [explicit, implicit] = &said[..] else { panic!("{said:#?}") };
     for (line, method) in [(explicit, "explicit_euler"), (implicit, "implicit_euler")] {
-        let expected = format!("orbits_race: wells at {method}: w h = 0.06899, {method} keeps no orbit");
+        let expected =
+            format!("orbits_race: wells at {method}: w h = 0.06899, {method} keeps no orbit");
         assert!(line.starts_with(&expected), "{line}");
     }
 }

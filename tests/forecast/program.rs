@@ -73,7 +73,8 @@ fn a_step_of_frames_is_as_long_as_the_longest_frame() {
 
 #[test]
 fn what_grows_slowly_in_a_second_and_fast_in_a_tick_is_told() {
-    let scene = FRAMES.replace("step: frame", "step_hz: 0.001").replace("1.0, rest", "4.4e-6, rest");
+    let scene =
+        FRAMES.replace("step: frame", "step_hz: 0.001").replace("1.0, rest", "4.4e-6, rest");
     refused(&scene, "", "w h = 2.098, the limit");
 }
 
@@ -91,16 +92,22 @@ fn what_grows_too_slowly_to_be_told_is_in_the_summary() {
 /// A weight of 1 kg at a wall, from which twenty links of a gram hang that are faster than it is.
 fn slow_and_links(of_scene: &str, of_slow: &str, of_links: &str, damping_n_s_m: f64) -> String {
     use std::fmt::Write as _;
-    let mut bodies =
-        format!("(name: \"wall\", immovable: true), (name: \"slow\", position_m: (1.01, 0, 0), {of_slow}),");
-    let link = format!("stiffness_n_m: 0.144, damping_n_s_m: {damping_n_s_m:?}, rest_length_m: 1.0");
+    let mut bodies = format!(
+        "(name: \"wall\", immovable: true), (name: \"slow\", position_m: (1.01, 0, 0), {of_slow}),"
+    );
+    let link =
+        format!("stiffness_n_m: 0.144, damping_n_s_m: {damping_n_s_m:?}, rest_length_m: 1.0");
     let mut springs =
         "(between: (\"wall\", \"slow\"), stiffness_n_m: 1296.0, rest_length_m: 1.0),".to_owned();
     let mut last = "slow".to_owned();
     for i in 0..20 {
         let name = format!("b{i}");
         let x = f64::from(i) + 2.0;
-        write!(bodies, "(name: \"{name}\", position_m: ({x:?}, 0, 0), mass_kg: 0.001, {of_links}),").unwrap();
+        write!(
+            bodies,
+            "(name: \"{name}\", position_m: ({x:?}, 0, 0), mass_kg: 0.001, {of_links}),"
+        )
+        .unwrap();
         write!(springs, "(between: (\"{last}\", \"{name}\"), {link}),").unwrap();
         last = name;
     }
@@ -160,7 +167,8 @@ fn a_run_that_was_refused_wrote_nothing() {
     let folder = folder([("hung.ron", hung(1e8).as_str())]);
     let line = "run hung.ron --refuse-unstable --summary out/summary.json --state out/state.csv";
     sandbox(&folder, line).warns(1, "hung is unstable: spring anchor - weight");
-    let files: Vec<_> = fs::read_dir(&folder).unwrap().map(|file| file.unwrap().file_name()).collect();
+    let files: Vec<_> =
+        fs::read_dir(&folder).unwrap().map(|file| file.unwrap().file_name()).collect();
     assert_eq!(files, ["hung.ron"]);
 }
 
@@ -177,11 +185,16 @@ fn at_most_three_lines_are_said() {
             1e6 * f64::from(i + 1)
         )
     };
-    let (pairs, springs): (String, String) = ((0..5).map(pair).collect(), (0..5).map(spring).collect());
-    let (said, summary) = run_scene(&format!("(version: 1, bodies: [{pairs}], springs: [{springs}])"), "");
+    let (pairs, springs): (String, String) =
+        ((0..5).map(pair).collect(), (0..5).map(spring).collect());
+    let (said, summary) =
+        run_scene(&format!("(version: 1, bodies: [{pairs}], springs: [{springs}])"), "");
     let lines: Vec<_> = said.err.lines().filter(|line| line.contains("unstable")).collect();
     assert_eq!(lines.len(), 4, "{}", said.err);
-    assert!(lines[0].contains("spring a4 - b4") && lines[3].contains("2 more are unstable"), "{lines:?}");
+    assert!(
+        lines[0].contains("spring a4 - b4") && lines[3].contains("2 more are unstable"),
+        "{lines:?}"
+    );
     assert_eq!(summary["forecast"].as_array().unwrap().len(), 5);
 }
 
@@ -205,7 +218,8 @@ fn what_cannot_be_decided_says_so() {
         cure: Cure { substeps: Some(2), method: None },
     };
     assert!(margin.may_be_unstable());
-    let row = ForecastRow { margin, element: "lattice".to_owned(), cure: "needs 2 substeps".to_owned() };
+    let row =
+        ForecastRow { margin, element: "lattice".to_owned(), cure: "needs 2 substeps".to_owned() };
     let line = "lattice: c h = 1.996 to 2.004, within 0.3 % of the limit of semi_implicit_euler, 2; needs 2 substeps";
     assert_eq!((row.verdict(), row.line().as_str()), ("at its limit", line));
 }

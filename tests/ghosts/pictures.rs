@@ -29,7 +29,8 @@ fn each_ghost_has_a_line_to_the_reference_in_its_color() {
     let frame = film.session.picture();
     let wide = |line: &&Line| line.start_width_px == 1.5 && line.start_color[3] == 0.9;
     for ink in report::INKS {
-        let lines = frame.lines.iter().filter(wide).filter(|line| has_color(line.start_color, ink.srgb));
+        let lines =
+            frame.lines.iter().filter(wide).filter(|line| has_color(line.start_color, ink.srgb));
         assert_eq!(lines.count(), 5, "{}", ink.short);
     }
     let reference = frame.translucent.spheres.iter().filter(|ball| has_color(ball.color, [255; 3]));
@@ -85,7 +86,9 @@ fn what_is_on_its_way_to_infinity_is_not_drawn() {
     let text = "(version: 1, camera: (position_m: (0, 0, 20), pitch_deg: 0, yaw_deg: 0), bodies: [
         (name: \"ball\", shape: sphere(radius_m: 1)), (name: \"still\", shape: sphere(radius_m: 1), position_m: (4, 0, 0))])";
     let mut film = Film::of(scene_of(text));
-    film.press("T").frame([change("ball", scene::Action::SetVelocity, [1e300, 0.0, 0.0])]).frames(3);
+    film.press("T")
+        .frame([change("ball", scene::Action::SetVelocity, [1e300, 0.0, 0.0])])
+        .frames(3);
     let places = moving(&film.session.picture());
     assert_eq!(places.len(), 9);
     assert!(places.iter().flatten().all(|part| part.is_finite()));

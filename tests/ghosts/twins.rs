@@ -74,8 +74,9 @@ fn a_twin_of_any_method_goes_on_as_the_world_does_after_that_change() {
 fn a_twin_starts_with_the_places_of_the_world_and_velocities_of_their_own_time() {
     let mut leader = by(Method::PositionVerlet);
     run(&mut leader, 0..20, &mut []);
-    let lags =
-        |run: &mut Simulation| run.world.query::<&LastStep>().iter(&run.world).any(|last| last.0 > 0.0);
+    let lags = |run: &mut Simulation| {
+        run.world.query::<&LastStep>().iter(&run.world).any(|last| last.0 > 0.0)
+    };
     assert!(lags(&mut leader));
     let before = states(&leader);
     let twin = Twin::new(&mut leader, Method::RungeKutta4, None);

@@ -18,7 +18,8 @@ fn method(drive: &mut Drive) -> Method {
 
 #[test]
 fn mutual_gravity_stays_off_while_any_method_cannot_solve_it_also_one_that_moves_nothing() {
-    let attracts = |drive: &Drive| drive.session.stage.sim().world.contains_resource::<MutualGravity>();
+    let attracts =
+        |drive: &Drive| drive.session.stage.sim().world.contains_resource::<MutualGravity>();
     let names = |drive: &Drive| -> Vec<String> {
         drive.session.stage.sim().scene.names.iter().map(|name| name.into_owned()).collect()
     };

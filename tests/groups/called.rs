@@ -118,8 +118,9 @@ fn locked_axes_stay_out_of_steps_under_called_laws() {
     let mut net = pressed();
     let locks = |number: usize| [0, 1, 2].map(|axis| (number + axis).is_multiple_of(3));
     for (number, body) in net.bodies.iter_mut().enumerate() {
-        body.v =
-            DVec3::from_array([0, 1, 2].map(|axis| if locks(number)[axis] { 0.0 } else { body.v[axis] }));
+        body.v = DVec3::from_array(
+            [0, 1, 2].map(|axis| if locks(number)[axis] { 0.0 } else { body.v[axis] }),
+        );
     }
     for law in [|| turning(DVec3::new(0.6, 0.5, 0.6) * 50.0), || sliding(10.0, 1e-2)] {
         let mut rig = with_law(&net, law(), &Environment::default());
@@ -134,11 +135,16 @@ fn locked_axes_stay_out_of_steps_under_called_laws() {
             let after = rig.states();
             for (number, force) in net.forces(&after).into_iter().enumerate() {
                 let (Start { x: start, w, .. }, (x, v)) = (net.bodies[number], after[number]);
-                let a = force * w + formula.at(0.0, BodyState { position: x, velocity: v, inverse_mass: w });
+                let a = force * w
+                    + formula.at(0.0, BodyState { position: x, velocity: v, inverse_mass: w });
                 let left = v - before[number].1 - a * H;
                 for axis in 0..3 {
                     if locks(number)[axis] {
-                        assert_eq!((v[axis], x[axis]), (0.0, start[axis]), "tick {tick}, body {number}");
+                        assert_eq!(
+                            (v[axis], x[axis]),
+                            (0.0, start[axis]),
+                            "tick {tick}, body {number}"
+                        );
                     } else {
                         assert!(left[axis].abs() <= 1e-10, "tick {tick}, body {number}: {left}");
                     }
@@ -152,12 +158,13 @@ fn locked_axes_stay_out_of_steps_under_called_laws() {
 /// `v1 = v + h k v1²` has no solution from `4 h k v = 1` on.
 #[test]
 fn steps_without_a_solution_are_counted() {
-    let blowing = Formula::new("blowing", |_, body| DVec3::X * (100.0 * body.velocity.length_squared()))
-        .with_jacobians(|BodyState { velocity: v, .. }| Jacobians {
-            velocity: DMat3::from_cols(DVec3::X * v.x, DVec3::X * v.y, DVec3::X * v.z) * 200.0,
-            ..Jacobians::zero()
-        })
-        .of_velocity(true);
+    let blowing =
+        Formula::new("blowing", |_, body| DVec3::X * (100.0 * body.velocity.length_squared()))
+            .with_jacobians(|BodyState { velocity: v, .. }| Jacobians {
+                velocity: DMat3::from_cols(DVec3::X * v.x, DVec3::X * v.y, DVec3::X * v.z) * 200.0,
+                ..Jacobians::zero()
+            })
+            .of_velocity(true);
     let moving = Start::of(1.0, DVec3::ZERO, DVec3::X);
     let net = Net::pair(moving, Start::of(1.0, DVec3::X * 3.0, DVec3::X), elastic(1e-6, 3.0));
     let mut rig = with_law(&net, blowing, &Environment::default());

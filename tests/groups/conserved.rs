@@ -99,7 +99,8 @@ fn a_nearby_energy_is_kept_for_a_hundred_thousand_steps() {
         let limit = method.claims().stability_limit;
         // Near the limit of a method the form that it keeps is a thin ellipse, and no measure of rounding.
         for z in [0.1, 1.0, 1.5].into_iter().filter(|z| *z < 0.8 * limit) {
-            let mut rig = oscillator(POST + DVec3::X, DVec3::Y).lab(&Environment::default(), method, z / 2.0);
+            let mut rig =
+                oscillator(POST + DVec3::X, DVec3::Y).lab(&Environment::default(), method, z / 2.0);
             rig.run(1);
             let energy = |rig: &Lab| -> f64 {
                 let (x, v) = ((rig.x(1) - POST) * 2.0, rig.v(1));
@@ -159,7 +160,10 @@ fn velocities_turned_round_lead_back_along_the_string() {
         if known == 0.0 {
             assert!(error <= 1e-12, "{method:?}: {error:e}");
         } else {
-            assert!((0.5..2.0).contains(&(error / known)), "{method:?}: {error:e}, known {known:e}");
+            assert!(
+                (0.5..2.0).contains(&(error / known)),
+                "{method:?}: {error:e}, known {known:e}"
+            );
         }
     }
 }
@@ -178,8 +182,8 @@ fn three_bodies_on_an_eight_keep_their_energy_in_bounds() {
         let start = rig.energy();
         // Of three unit masses: m v^2 / 2 and -1 / r.
         let pairs = [(0, 1), (1, 2), (0, 2)].map(|(a, b)| 1.0 / rig.x(a).distance(rig.x(b)));
-        let plain =
-            (0..3).map(|body| rig.v(body).length_squared() / 2.0).sum::<f64>() - pairs.iter().sum::<f64>();
+        let plain = (0..3).map(|body| rig.v(body).length_squared() / 2.0).sum::<f64>()
+            - pairs.iter().sum::<f64>();
         assert!((start - plain).abs() <= 4.0 * f64::EPSILON * 4.0, "{start} is not {plain}");
         let mut worst = 0.0_f64;
         for _ in 0..1000 {
@@ -187,6 +191,9 @@ fn three_bodies_on_an_eight_keep_their_energy_in_bounds() {
             worst = worst.max(((rig.energy() - start) / start).abs());
         }
         assert!(worst <= bound, "{method:?}: {worst:e}, at most {bound:e}");
-        assert!(rig.totals().momentum.length() <= 1e-13 && rig.totals().angular_momentum.length() <= 1e-6);
+        assert!(
+            rig.totals().momentum.length() <= 1e-13
+                && rig.totals().angular_momentum.length() <= 1e-6
+        );
     }
 }

@@ -84,7 +84,11 @@ fn lab(net: &Net, method: Method) -> Lab {
 /// A body of 2 kg beside a post, on a cord of which the last meters pull.
 fn bungee(damping: f64) -> Net {
     let jumper = Start::of(2.0, DVec3::X * 0.5, DVec3::ZERO);
-    Net::pair(Start::held(DVec3::ZERO), jumper, Elastic { stiffness: 40.0, damping, ..cord(damping) })
+    Net::pair(
+        Start::held(DVec3::ZERO),
+        jumper,
+        Elastic { stiffness: 40.0, damping, ..cord(damping) },
+    )
 }
 
 #[test]
@@ -129,7 +133,8 @@ fn position_verlet_knows_what_acted_before_a_cord_changes_shortly_after_a_jump()
     let run = |length: f64| {
         let body = Start::of(1.0, DVec3::ZERO, DVec3::X);
         let elastic = Elastic { stiffness: 1e-6, ..cord(0.0) };
-        let net = Net::pair(Start::held(DVec3::ZERO), body, Elastic { rest_length: length, ..elastic });
+        let net =
+            Net::pair(Start::held(DVec3::ZERO), body, Elastic { rest_length: length, ..elastic });
         let mut lab = net.lab(&Environment::default(), Method::PositionVerlet, 0.01);
         let thrust = Thrust::new(Curve::Polynomial(vec![DVec3::X * 1000.0]), 0.505, f64::INFINITY);
         lab.insert(1, OwnLaws::new(vec![Box::new(thrust)]));
@@ -138,7 +143,10 @@ fn position_verlet_knows_what_acted_before_a_cord_changes_shortly_after_a_jump()
     };
     // It is at 0.5056 m then.
     let ((x, v), (free_x, free_v)) = (run(0.5056), run(100.0));
-    assert!((x - free_x).length() < 1e-6 && (v - free_v).length() < 1e-6, "{x} {free_x}, {v} {free_v}");
+    assert!(
+        (x - free_x).length() < 1e-6 && (v - free_v).length() < 1e-6,
+        "{x} {free_x}, {v} {free_v}"
+    );
 }
 
 #[test]
@@ -153,7 +161,8 @@ fn the_ledger_follows_a_cord_through_its_jumps() {
         (ledger.since_opening().energy.residual, ledger.since_opening().momentum.residual.length())
     };
     for damping in [0.0, 3.0] {
-        let [(coarse, p), (fine, q)] = [120, 480].map(|hz| residual(Method::RungeKutta4, damping, hz));
+        let [(coarse, p), (fine, q)] =
+            [120, 480].map(|hz| residual(Method::RungeKutta4, damping, hz));
         assert!(coarse.abs() < 1e-4 && p < 2e-6, "{damping}: {coarse:e} J, {p:e} N s");
         assert!((coarse / fine).abs() > 6.0 && p / q > 30.0, "{damping}: {fine:e} J, {q:e} N s");
     }
@@ -169,9 +178,12 @@ fn many_cords_of_a_rope_tighten_one_after_the_other() {
         let spring = Elastic { damping: 0.5, pull_only: true, ..elastic(2000.0, 0.3) };
         rope.springs.push(([i - 1, i], spring));
     }
-    for method in
-        [Method::SemiImplicitEuler, Method::ImplicitEuler, Method::VelocityVerlet, Method::RungeKutta4]
-    {
+    for method in [
+        Method::SemiImplicitEuler,
+        Method::ImplicitEuler,
+        Method::VelocityVerlet,
+        Method::RungeKutta4,
+    ] {
         let mut lab = rope.lab(&falling(), method, 1.0 / 240.0);
         let lowest = (0..240 * 3).map(|_| lab.run(1).states()[29].0.y).fold(0.0, f64::min);
         assert!(lab.quarantined().is_empty(), "{method:?}");

@@ -51,7 +51,11 @@ fn it_is_the_sum_over_all_pairs_with_any_number_of_threads() {
             lab.world.insert_resource(Threads::new(threads));
             lab.run(1);
             for (body, expected) in expected.iter().enumerate() {
-                assert_eq!(lab.v(body), *expected, "{body} by {threads} threads, softened by {softening} m");
+                assert_eq!(
+                    lab.v(body),
+                    *expected,
+                    "{body} by {threads} threads, softened by {softening} m"
+                );
             }
         }
     }

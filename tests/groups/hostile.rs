@@ -3,11 +3,13 @@
 use glam::DVec3;
 use motion::groups::Solver;
 use motion::{
-    Cause, Curve, Damping, DampingModel, Drag, Elastic, EvaluationTime, Fault, Method, MutualGravity,
-    OwnLaws, Request, SoftBody, Thrust, Wind,
+    Cause, Curve, Damping, DampingModel, Drag, Elastic, EvaluationTime, Fault, Method,
+    MutualGravity, OwnLaws, Request, SoftBody, Thrust, Wind,
 };
 
-use crate::rigs::{Dice, Environment, Formula, Lab, Net, Start, elastic, net::H, pendulum, tetrahedron};
+use crate::rigs::{
+    Dice, Environment, Formula, Lab, Net, Start, elastic, net::H, pendulum, tetrahedron,
+};
 
 /// Two triangles joined by a bridge, hung on a post, and two bodies beside them.
 fn bridge() -> Net {
@@ -26,7 +28,8 @@ fn engine() -> OwnLaws {
 
 /// A law that gives no number from a time on.
 fn broken_from(time: f64) -> OwnLaws {
-    let number = move |at: EvaluationTime, _| if at.within_step < time { DVec3::ZERO } else { DVec3::NAN };
+    let number =
+        move |at: EvaluationTime, _| if at.within_step < time { DVec3::ZERO } else { DVec3::NAN };
     OwnLaws::new(vec![Box::new(Formula::new("broken", number).jumping_at(time))])
 }
 
@@ -34,7 +37,8 @@ fn surroundings() -> [(&'static str, Environment); 5] {
     let damping = Some(Damping { model: DampingModel::Tutorial, rate: 0.4 });
     let drag = Some(Drag::new(0.1, 0.05));
     // Steady and linear: a law that is summed up before the tick.
-    let wind = Drag { wind: Some(Wind { velocity: DVec3::X, ..Wind::default() }), ..Drag::new(0.3, 0.0) };
+    let wind =
+        Drag { wind: Some(Wind { velocity: DVec3::X, ..Wind::default() }), ..Drag::new(0.3, 0.0) };
     let attraction = Some(MutualGravity { constant: 0.5, softening: 0.3 });
     [
         ("gravity", Environment::falling()),
@@ -129,7 +133,8 @@ fn a_member_whose_own_law_breaks_is_quarantined() {
         rig.run(40);
         assert_eq!(rig.quarantined(), [3], "{method:?}");
         let record = rig.records()[0];
-        let cause = Cause { system: "integrate_groups", component: "OwnLaws", fault: Fault::Law("broken") };
+        let cause =
+            Cause { system: "integrate_groups", component: "OwnLaws", fault: Fault::Law("broken") };
         assert_eq!((record.tick, record.cause), (11, cause), "{method:?}");
         assert!(rig.states().iter().all(|(x, v)| x.is_finite() && v.is_finite()), "{method:?}");
     }
@@ -184,7 +189,8 @@ fn springs_that_are_no_numbers_quarantine_an_end_and_nothing_else() {
 #[test]
 fn a_stiffness_of_1e30_breaks_no_other_group() {
     let mut net = pendulum(100.0);
-    let (a, b) = (Start::of(1.0, DVec3::X * 9.0, DVec3::Y), Start::of(2.0, DVec3::X * 10.5, DVec3::ZERO));
+    let (a, b) =
+        (Start::of(1.0, DVec3::X * 9.0, DVec3::Y), Start::of(2.0, DVec3::X * 10.5, DVec3::ZERO));
     let first = net.and(&Net::pair(a, b, elastic(1e30, 1.0)));
     for method in Method::ALL {
         let mut rig = net.lab(&Environment::falling(), method, H);
@@ -204,7 +210,8 @@ fn a_stiffness_of_1e30_breaks_no_other_group() {
 #[test]
 fn ends_at_one_place_and_springs_to_oneself_pull_nothing() {
     for method in Method::ALL {
-        let bodies = vec![Start::of(1.0, DVec3::ONE, DVec3::X), Start::of(2.0, DVec3::ONE, DVec3::X)];
+        let bodies =
+            vec![Start::of(1.0, DVec3::ONE, DVec3::X), Start::of(2.0, DVec3::ONE, DVec3::X)];
         let spring = Elastic { damping: 5.0, ..elastic(1e3, 0.5) };
         let net = Net { bodies, springs: vec![([0, 1], spring), ([0, 0], spring)] };
         let mut rig = net.lab(&Environment::default(), method, 1.0 / 64.0);
@@ -221,7 +228,10 @@ fn ends_at_one_place_and_springs_to_oneself_pull_nothing() {
         }
         assert!(rig.quarantined().is_empty(), "{method:?}");
         let apart = rig.x(0).distance(rig.x(1));
-        assert!(method.claims().stability_limit == 0.0 || (apart - 0.5).abs() <= 0.05, "{method:?}: {apart}");
+        assert!(
+            method.claims().stability_limit == 0.0 || (apart - 0.5).abs() <= 0.05,
+            "{method:?}: {apart}"
+        );
     }
 }
 
@@ -250,13 +260,15 @@ fn a_million_springs_hang_on_one_node() {
     let mut dice = Dice(11);
     let count = 1_000_000;
     let node = Start::of(1e6, DVec3::ZERO, DVec3::ZERO);
-    let bodies = std::iter::once(node).chain((0..count).map(|_| Start::of(1.0, dice.vector(), DVec3::ZERO)));
+    let bodies =
+        std::iter::once(node).chain((0..count).map(|_| Start::of(1.0, dice.vector(), DVec3::ZERO)));
     let net = Net {
         bodies: bodies.collect(),
         springs: (1..=count).map(|i| ([0, i], elastic(100.0, 0.5))).collect(),
     };
     let solver = Some(Solver { most_iterations: 20, ..Solver::default() });
-    let mut rig = net.lab(&Environment { solver, ..Environment::default() }, Method::SemiImplicitEuler, H);
+    let mut rig =
+        net.lab(&Environment { solver, ..Environment::default() }, Method::SemiImplicitEuler, H);
     for method in [Method::SemiImplicitEuler, Method::RungeKutta4, Method::ImplicitEuler] {
         rig.set_method(method);
         rig.run(2);
@@ -289,7 +301,10 @@ fn a_cloth_that_breaks_as_a_whole_is_quarantined_in_a_few_ticks() {
         rig.run(1);
         let quarantined = rig.quarantined().len();
         // A third of a net of triangles is left at most: no two that a spring joins.
-        assert!(quarantined >= side * side / 2 && quarantined < side * side, "{method:?}: {quarantined}");
+        assert!(
+            quarantined >= side * side / 2 && quarantined < side * side,
+            "{method:?}: {quarantined}"
+        );
         rig.run(2);
         assert_eq!(rig.quarantined().len(), quarantined, "{method:?}");
     }
@@ -318,13 +333,22 @@ fn mutual_gravity_that_is_replaced_acts_from_then_on() {
     for method in Method::ALL.into_iter().filter(|method| *method != Method::PositionVerlet) {
         let of = |constant| MutualGravity { constant, softening: 0.1 };
         let net = Net::free(tetrahedron().bodies);
-        let mut rig =
-            net.lab(&Environment { attraction: Some(of(1.0)), ..Environment::default() }, method, H);
+        let mut rig = net.lab(
+            &Environment { attraction: Some(of(1.0)), ..Environment::default() },
+            method,
+            H,
+        );
         rig.run(20);
         let mut now = net.clone();
-        now.bodies.iter_mut().zip(rig.states()).for_each(|(body, (x, v))| (body.x, body.v) = (x, v));
-        let mut twin =
-            now.lab(&Environment { attraction: Some(of(3.0)), ..Environment::default() }, method, H);
+        now.bodies
+            .iter_mut()
+            .zip(rig.states())
+            .for_each(|(body, (x, v))| (body.x, body.v) = (x, v));
+        let mut twin = now.lab(
+            &Environment { attraction: Some(of(3.0)), ..Environment::default() },
+            method,
+            H,
+        );
         rig.world.insert_resource(of(3.0));
         rig.agrees(&mut twin, 10, &[], method.name());
         rig.world.remove_resource::<MutualGravity>();
@@ -346,8 +370,11 @@ fn mutual_gravity_that_comes_to_springs_acts() {
         let mut rig = net.lab(&Environment::default(), method, H);
         rig.world.insert_resource(attraction);
         rig.recompile();
-        let mut twin =
-            net.lab(&Environment { attraction: Some(attraction), ..Environment::default() }, method, H);
+        let mut twin = net.lab(
+            &Environment { attraction: Some(attraction), ..Environment::default() },
+            method,
+            H,
+        );
         rig.agrees(&mut twin, 10, &[], method.name());
     }
 }

@@ -50,7 +50,10 @@ fn the_artificial_damping_is_that_of_the_table() {
         let table = (1.0 + z * z).ln() / (2.0 * H);
         assert!((rate / table - 1.0).abs() <= 0.01, "{hertz} Hz: {rate} for {table}");
         let measured = std::f64::consts::LN_2 / rate;
-        assert!((measured / half_life - 1.0).abs() <= 0.03, "{hertz} Hz: {measured} s for {half_life} s");
+        assert!(
+            (measured / half_life - 1.0).abs() <= 0.03,
+            "{hertz} Hz: {measured} s for {half_life} s"
+        );
     }
 }
 
@@ -153,7 +156,10 @@ fn energy_of_linear_springs_falls_at_every_step_size() {
     let mut dice = Dice(15);
     let mut net = chain(6, 100.0, 1.0, 0.5);
     net.springs.iter_mut().for_each(|(_, elastic)| elastic.rest_length = 0.0);
-    net.bodies.iter_mut().skip(1).for_each(|body| (body.x, body.v) = (dice.vector(), dice.vector()));
+    net.bodies
+        .iter_mut()
+        .skip(1)
+        .for_each(|body| (body.x, body.v) = (dice.vector(), dice.vector()));
     for power in -6..=3 {
         let h = 10.0_f64.powi(power);
         let mut rig = net.lab(&Environment::default(), IMPLICIT, h);
@@ -172,7 +178,8 @@ fn energy_of_linear_springs_falls_at_every_step_size() {
 /// 30 bodies of 1 g to 10 kg at random places, 70 springs without a rest length: a graph's matrix, axis by axis.
 fn rough_net() -> Net {
     let mut dice = Dice(30);
-    let body = |_| Start::of(0.1 * 10.0_f64.powf(2.0 * dice.number()), dice.vector(), dice.vector());
+    let body =
+        |_| Start::of(0.1 * 10.0_f64.powf(2.0 * dice.number()), dice.vector(), dice.vector());
     let bodies: Vec<_> = (0..30).map(body).collect();
     let mut dice = Dice(31);
     let more = (0..41).map(|_| {
@@ -204,7 +211,8 @@ fn gradients(net: &Net, scale: &[f64], iterations: usize) -> Vec<DVec3> {
     let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
     let ahead: Vec<_> = net.bodies.iter().map(|body| body.x + body.v * H).collect();
     let mut r: Vec<_> = pull(&ahead).iter().map(|force| *force * -H).collect();
-    let scaled = |r: &[DVec3]| -> Vec<DVec3> { r.iter().zip(scale).map(|(r, scale)| *r / *scale).collect() };
+    let scaled =
+        |r: &[DVec3]| -> Vec<DVec3> { r.iter().zip(scale).map(|(r, scale)| *r / *scale).collect() };
     let (mut d, mut z) = (vec![DVec3::ZERO; n], scaled(&r));
     let mut p = z.clone();
     for _ in 0..iterations {
@@ -233,7 +241,8 @@ fn an_iteration_that_is_stopped_early_keeps_momentum() {
     let solver = Solver { tolerance: 0.0, most_iterations: 3, newton_iterations: 0 };
     let mut rig = net.lab(&Environment::solved(solver), IMPLICIT, H);
     rig.run(1);
-    let change: Vec<_> = rig.states().iter().zip(&net.bodies).map(|((_, v), body)| *v - body.v).collect();
+    let change: Vec<_> =
+        rig.states().iter().zip(&net.bodies).map(|((_, v), body)| *v - body.v).collect();
     let lost = momentum(&net, &change);
     assert!(lost <= 1e-14, "{lost:e}");
     assert_eq!(rig.evaluations().cg_iterations(), 3);
@@ -254,7 +263,8 @@ fn an_iteration_that_is_stopped_early_keeps_momentum() {
     assert!(broken > 1e-6, "the diagonal keeps momentum as well: {broken:e}");
     // Many steps of it.
     let start = rig.totals().momentum;
-    let size: f64 = rig.states().iter().zip(&net.bodies).map(|((_, v), body)| v.length() / body.w).sum();
+    let size: f64 =
+        rig.states().iter().zip(&net.bodies).map(|((_, v), body)| v.length() / body.w).sum();
     rig.run(999);
     let drift = rig.totals().momentum.distance(start) / size;
     assert!(drift <= 1e-13, "{drift:e}");
@@ -288,7 +298,8 @@ fn steps_that_do_not_converge_are_counted_and_the_others_are_not() {
 fn two_light_bodies_on_a_strong_damper_come_to_the_same_velocity() {
     let (a, b, c) = (1e-3, 2e-3, 1e6);
     let spring = Elastic { stiffness: 0.0, damping: c, rest_length: 0.0, pull_only: false };
-    let bodies = (Start::of(a, DVec3::ZERO, DVec3::X), Start::of(b, DVec3::X * 3.0, DVec3::Y * 0.5));
+    let bodies =
+        (Start::of(a, DVec3::ZERO, DVec3::X), Start::of(b, DVec3::X * 3.0, DVec3::Y * 0.5));
     let mut rig = Net::pair(bodies.0, bodies.1, spring).lab(&Environment::default(), IMPLICIT, H);
     rig.run(1);
     let approach = (rig.v(1) - rig.v(0)).x;
@@ -309,9 +320,11 @@ fn locked_axes_stay_out_of_the_solve() {
         Start::of(2.0, DVec3::Y, DVec3::Y * 0.5),
         Start::of(1.0, DVec3::new(-1.0, 2.0, 1.0), DVec3::ZERO),
     ];
-    let net = Net { bodies, springs: vec![([0, 1], elastic(500.0, 0.2)), ([1, 2], elastic(300.0, 0.5))] };
+    let net =
+        Net { bodies, springs: vec![([0, 1], elastic(500.0, 0.2)), ([1, 2], elastic(300.0, 0.5))] };
     let solver = Solver { tolerance: 1e-13, newton_iterations: 8, ..Solver::default() };
-    let around = Environment { solver: Some(solver), ..Environment::pull(DVec3::new(1.0, -9.0, 2.0)) };
+    let around =
+        Environment { solver: Some(solver), ..Environment::pull(DVec3::new(1.0, -9.0, 2.0)) };
     let mut rig = net.lab(&around, IMPLICIT, H);
     rig.insert(1, AxisLocks { x: true, y: false, z: true });
     for _ in 0..100 {
@@ -335,7 +348,8 @@ fn locked_axes_stay_out_of_the_solve() {
 #[test]
 fn two_bodies_at_one_place_are_held_together_by_a_spring_without_a_rest_length_only() {
     for (rest_length, part) in [(0.0, 1.0 / (1.0 + 3.0 * 1e4 * H * H)), (0.5, 1.0)] {
-        let (a, b) = (Start::of(1.0, DVec3::ONE, DVec3::Y), Start::of(0.5, DVec3::ONE, DVec3::ZERO));
+        let (a, b) =
+            (Start::of(1.0, DVec3::ONE, DVec3::Y), Start::of(0.5, DVec3::ONE, DVec3::ZERO));
         let net = Net::pair(a, b, elastic(1e4, rest_length));
         for method in Method::ALL {
             let mut rig = net.lab(&Environment::default(), method, H);
@@ -346,7 +360,10 @@ fn two_bodies_at_one_place_are_held_together_by_a_spring_without_a_rest_length_o
                 assert!((apart.y / part - 1.0).abs() <= 1e-12, "{apart} for {part}");
             }
             let momentum = rig.totals().momentum;
-            assert!(momentum.distance(DVec3::Y) <= 1e-15 * (1.0 + apart.length()), "{method:?}: {momentum}");
+            assert!(
+                momentum.distance(DVec3::Y) <= 1e-15 * (1.0 + apart.length()),
+                "{method:?}: {momentum}"
+            );
             rig.run(100);
             assert!(rig.quarantined().is_empty() && rig.x(0).is_finite(), "{method:?}");
         }
@@ -356,7 +373,8 @@ fn two_bodies_at_one_place_are_held_together_by_a_spring_without_a_rest_length_o
 /// A repelling law acts on a group as at the start of the step, and nothing breaks.
 #[test]
 fn wells_that_push_apart_leave_the_matrix_positive() {
-    let well = motion::Well { position: DVec3::new(1.1, 0.0, 0.0), strength: -50.0, softening: 0.1 };
+    let well =
+        motion::Well { position: DVec3::new(1.1, 0.0, 0.0), strength: -50.0, softening: 0.1 };
     let around = Environment { wells: Some(motion::Wells(vec![well])), ..Environment::default() };
     let mut rig = on_a_post(100.0, 1.0).lab(&around, IMPLICIT, H);
     rig.run(600);

@@ -4,11 +4,13 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::groups::Solver;
 use motion::{
-    AxisLocks, Curve, Damping, DampingModel, DampingRate, Drag, Elastic, Gravity, GravityOff, METHODS,
-    Method, OwnLaws, Request, SpeedLimit, Thrust, Well, Wells, Wind,
+    AxisLocks, Curve, Damping, DampingModel, DampingRate, Drag, Elastic, Gravity, GravityOff,
+    METHODS, Method, OwnLaws, Request, SpeedLimit, Thrust, Well, Wells, Wind,
 };
 
-use crate::rigs::{Environment, Lab, Net, Start, State, elastic, extrapolated, net::H, tetrahedron};
+use crate::rigs::{
+    Environment, Lab, Net, Start, State, elastic, extrapolated, net::H, tetrahedron,
+};
 
 /// Two bodies on a spring that does not pull, or on none, and a post that moves on, on such a spring as well or on
 /// none.
@@ -52,12 +54,18 @@ fn surroundings() -> Vec<(&'static str, Environment)> {
         ("gravity", fall()),
         ("drag", Environment { drag: Some(Drag::new(0.4, 0.0)), ..fall() }),
         ("quadratic drag", Environment { drag: Some(Drag::new(0.1, 0.05)), ..fall() }),
-        ("wind", Environment { drag: Some(Drag { wind: Some(wind), ..Drag::new(0.3, 0.1) }), ..fall() }),
+        (
+            "wind",
+            Environment { drag: Some(Drag { wind: Some(wind), ..Drag::new(0.3, 0.1) }), ..fall() },
+        ),
         ("wells", Environment { wells: Some(Wells(vec![well])), ..Environment::default() }),
         ("exact damping", damped(DampingModel::Exact)),
         ("clamped damping", damped(DampingModel::Clamped)),
         ("tutorial damping", damped(DampingModel::Tutorial)),
-        ("damping and drag", Environment { drag: Some(Drag::new(0.4, 0.0)), ..damped(DampingModel::Exact) }),
+        (
+            "damping and drag",
+            Environment { drag: Some(Drag::new(0.4, 0.0)), ..damped(DampingModel::Exact) },
+        ),
     ]
 }
 
@@ -69,8 +77,8 @@ fn a_member_that_nothing_pulls_moves_like_a_single_body() {
             for substeps in [1, 3] {
                 let around = Environment { substeps: Some(substeps), solver, ..around.clone() };
                 for (wish, ask) in WISHES {
-                    let [mut member, mut single] =
-                        [true, false].map(|joined| pair(joined, substeps == 3).lab(&around, method, H));
+                    let [mut member, mut single] = [true, false]
+                        .map(|joined| pair(joined, substeps == 3).lab(&around, method, H));
                     for rig in [&mut member, &mut single] {
                         ask(&mut rig.world.entity_mut(rig.bodies[0]));
                         rig.recompile();
@@ -88,8 +96,11 @@ fn a_member_that_nothing_pulls_moves_like_a_single_body() {
                             let ((x, v), (sx, sv)) = (member.state(body), single.state(body));
                             let error = x.distance(sx) + v.distance(sv);
                             // A few roundings a step; Newton's method stops some 1e-12 before the root.
-                            let of_a_step =
-                                if method == Method::ImplicitEuler { 1e-12 } else { 8.0 * f64::EPSILON };
+                            let of_a_step = if method == Method::ImplicitEuler {
+                                1e-12
+                            } else {
+                                8.0 * f64::EPSILON
+                            };
                             let size = sx.length() + sv.length() + 1.0;
                             let bound = of_a_step * size * f64::from((tick + 1) * substeps);
                             assert!(
@@ -119,7 +130,10 @@ fn a_push_gives_force_times_time_over_mass_at_every_number_of_substeps() {
                 rig.run(ticks);
                 let gained = rig.v(0) - before[0];
                 let bound = 2.0 * f64::EPSILON * f64::from(substeps + 1);
-                assert!(gained.distance(push * (0.5 * H)) <= bound, "{method:?}, {substeps}: {gained}");
+                assert!(
+                    gained.distance(push * (0.5 * H)) <= bound,
+                    "{method:?}, {substeps}: {gained}"
+                );
             }
             assert_eq!(rig.v(1), before[1], "{method:?}, {substeps}");
         }
@@ -295,11 +309,14 @@ fn damping_around_a_tick_leaves_what_members_hang_on_alone() {
     net.springs = vec![([0, 1], spring), ([2, 1], spring)];
     let eulers = [Method::ExplicitEuler, Method::SemiImplicitEuler];
     for method in Method::ALL.into_iter().filter(|method| !eulers.contains(method)) {
-        for (model, before, after) in
-            [(DampingModel::Clamped, 1.0 - 5.0 * H, 1.0), (DampingModel::Tutorial, 1.0, 1.0 - 5.0 * H)]
-        {
-            let around =
-                Environment { damping: Some(Damping { model, rate: 5.0 }), ..Environment::falling() };
+        for (model, before, after) in [
+            (DampingModel::Clamped, 1.0 - 5.0 * H, 1.0),
+            (DampingModel::Tutorial, 1.0, 1.0 - 5.0 * H),
+        ] {
+            let around = Environment {
+                damping: Some(Damping { model, rate: 5.0 }),
+                ..Environment::falling()
+            };
             let mut damped = net.lab(&around, method, H);
             let mut slower = net.clone();
             slower.bodies[..2].iter_mut().for_each(|body| body.v *= before);
@@ -307,8 +324,8 @@ fn damping_around_a_tick_leaves_what_members_hang_on_alone() {
             damped.run(1);
             plain.run(1);
             for body in [0, 1] {
-                let error =
-                    damped.x(body).distance(plain.x(body)) + damped.v(body).distance(plain.v(body) * after);
+                let error = damped.x(body).distance(plain.x(body))
+                    + damped.v(body).distance(plain.v(body) * after);
                 assert!(error <= 1e-14, "{method:?}, {model:?}, body {body}: {error:e}");
             }
         }

@@ -24,7 +24,8 @@ pub struct Problem {
 
 impl Problem {
     pub fn new(name: &'static str, span: f64, net: Net, exact: impl Fn(f64) -> Vec<State>) -> Self {
-        let exact = (1..=SAMPLES).map(|sample| exact(span * sample as f64 / SAMPLES as f64)).collect();
+        let exact =
+            (1..=SAMPLES).map(|sample| exact(span * sample as f64 / SAMPLES as f64)).collect();
         let around = Environment::default();
         Self { name, span, net, around, own: |_| None, exact, velocity_laws: false }
     }
@@ -89,7 +90,10 @@ impl Problem {
 
     /// [`Self::check_all`] of the methods of an order above 1.
     pub fn check_high(&self) {
-        METHODS.iter().filter(|claims| claims.position_order > 1).for_each(|claims| self.check(claims, None));
+        METHODS
+            .iter()
+            .filter(|claims| claims.position_order > 1)
+            .for_each(|claims| self.check(claims, None));
     }
 
     pub fn check_all(&self) {
@@ -98,7 +102,10 @@ impl Problem {
 }
 
 /// A post at the origin and 2 kg beyond a spring of rest length 2 m; along a line, as the deviation `x(t)`.
-fn on_a_post(damping: f64, deviation: impl Fn(f64) -> (f64, f64)) -> (Net, impl Fn(f64) -> Vec<State>) {
+fn on_a_post(
+    damping: f64,
+    deviation: impl Fn(f64) -> (f64, f64),
+) -> (Net, impl Fn(f64) -> Vec<State>) {
     let axis = DVec3::new(0.48, 0.6, 0.64);
     let at = move |t: f64| {
         let (x, v) = deviation(t);
@@ -188,9 +195,12 @@ fn an_elastic_pendulum() {
 
 /// Three bodies that chase each other on an eight.
 pub fn figure_eight() -> (Net, Environment) {
-    let (x, v) =
-        (DVec3::new(0.970_004_36, -0.243_087_53, 0.0), DVec3::new(-0.932_407_37, -0.864_731_46, 0.0));
-    let bodies = [(x, v * -0.5), (-x, v * -0.5), (DVec3::ZERO, v)].map(|(x, v)| Start::of(1.0, x, v));
+    let (x, v) = (
+        DVec3::new(0.970_004_36, -0.243_087_53, 0.0),
+        DVec3::new(-0.932_407_37, -0.864_731_46, 0.0),
+    );
+    let bodies =
+        [(x, v * -0.5), (-x, v * -0.5), (DVec3::ZERO, v)].map(|(x, v)| Start::of(1.0, x, v));
     let attraction = Some(MutualGravity { constant: 1.0, softening: 0.0 });
     (Net::free(bodies), Environment { attraction, ..Environment::default() })
 }
@@ -218,12 +228,16 @@ fn three_bodies_on_an_eight() {
 fn four_masses_joined_two_by_two() {
     let net = tetrahedron();
     let springs = net.clone();
-    let problem = Problem::without_form("tetrahedron", 2.0, net, Environment::default(), move |state| {
-        let forces = springs.forces(state);
-        forces.iter().zip(&springs.bodies).map(|(force, body)| *force * body.w).collect()
-    });
+    let problem =
+        Problem::without_form("tetrahedron", 2.0, net, Environment::default(), move |state| {
+            let forces = springs.forces(state);
+            forces.iter().zip(&springs.bodies).map(|(force, body)| *force * body.w).collect()
+        });
     let end = &problem.exact[SAMPLES - 1];
-    digits(end[0].0, [-0.111_348_234_798_915_44, -0.235_906_323_850_404_84, 1.324_832_881_425_341_2]);
+    digits(
+        end[0].0,
+        [-0.111_348_234_798_915_44, -0.235_906_323_850_404_84, 1.324_832_881_425_341_2],
+    );
     digits(end[3].0, [0.204_630_780_280_977_23, 0.077_219_582_263_536_79, 0.135_364_983_350_661_3]);
     problem.check_all();
 }
@@ -238,10 +252,11 @@ fn a_post_that_moves_holds_what_is_damped() {
     let around = Environment { damping, ..Environment::pull(DVec3::Y * -9.81) };
     let problem = |rate: f64| {
         let springs = net.clone();
-        let problem = Problem::without_form("moving post", 2.0, net.clone(), around.clone(), move |state| {
-            let force = springs.forces(state)[1];
-            vec![state[0].1 * -rate, force - DVec3::Y * 9.81 - state[1].1 * 0.8]
-        });
+        let problem =
+            Problem::without_form("moving post", 2.0, net.clone(), around.clone(), move |state| {
+                let force = springs.forces(state)[1];
+                vec![state[0].1 * -rate, force - DVec3::Y * 9.81 - state[1].1 * 0.8]
+            });
         Problem { velocity_laws: true, ..problem }
     };
     let (slowed, steady) = (problem(0.8), problem(0.0));
@@ -254,7 +269,8 @@ fn a_post_that_moves_holds_what_is_damped() {
 /// The linearized and the converged step are both of order 1; Newton iterations lead from one to the other quadratically.
 #[test]
 fn newton_iterations_lead_to_the_implicit_step_that_is_not_linearised() {
-    let newton = |newton_iterations| Solver { newton_iterations, tolerance: 1e-12, ..Solver::default() };
+    let newton =
+        |newton_iterations| Solver { newton_iterations, tolerance: 1e-12, ..Solver::default() };
     let problem = on_a_string(DVec3::ZERO);
     problem.check(Method::ImplicitEuler.claims(), Some(newton(5)));
     manufactured(true).check(Method::ImplicitEuler.claims(), Some(newton(5)));

@@ -40,7 +40,10 @@ fn cloth() -> Net {
                 }
             }
             if i + 1 < n && j > 0 {
-                springs.push(([number(i, j), number(i + 1, j - 1)], elastic(20.0, 0.1 * 2.0_f64.sqrt())));
+                springs.push((
+                    [number(i, j), number(i + 1, j - 1)],
+                    elastic(20.0, 0.1 * 2.0_f64.sqrt()),
+                ));
             }
         }
     }
@@ -50,7 +53,8 @@ fn cloth() -> Net {
 /// The net at rest: long implicit steps, each from rest.
 fn settled(net: &Net) -> Net {
     let solver = Some(Solver { tolerance: 1e-14, most_iterations: 2000, newton_iterations: 0 });
-    let mut rig = net.lab(&Environment { solver, ..Environment::falling() }, Method::ImplicitEuler, 2.0);
+    let mut rig =
+        net.lab(&Environment { solver, ..Environment::falling() }, Method::ImplicitEuler, 2.0);
     for _ in 0..60 {
         rig.run(1);
         for body in rig.bodies.clone() {

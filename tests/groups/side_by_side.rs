@@ -7,10 +7,10 @@ use motion::groups::{Groups, Solver};
 use motion::ledger::Ledger;
 use motion::snapshot;
 use motion::{
-    AxisLocks, BodyState, Damping, DampingModel, DampingRate, Drag, Elastic, EvaluationTime, Evaluations,
-    Gravity, GravityOff, Jacobians, Law, Laws, Method, OwnSubsteps, PhysicsBody, PushQueue, Quarantine,
-    Range, Request, Requests, SpeedLimit, Spring, StableId, Stepper, Substeps, TimeStep, Transform, Well,
-    Wells,
+    AxisLocks, BodyState, Damping, DampingModel, DampingRate, Drag, Elastic, EvaluationTime,
+    Evaluations, Gravity, GravityOff, Jacobians, Law, Laws, Method, OwnSubsteps, PhysicsBody,
+    PushQueue, Quarantine, Range, Request, Requests, SpeedLimit, Spring, StableId, Stepper,
+    Substeps, TimeStep, Transform, Well, Wells,
 };
 
 use crate::rigs::{Bits, Dice, bits};
@@ -73,7 +73,8 @@ impl Side {
         environment(&mut world, &mut dice);
         let damping = if dice.below(3) == 0 { 0.3 } else { 0.0 };
         let rest_length = if dice.below(3) == 0 { 0.0 } else { 1.0 };
-        let (with_options, kind, with_ledger) = (dice.below(3) > 0, dice.below(5), dice.below(4) == 0);
+        let (with_options, kind, with_ledger) =
+            (dice.below(3) > 0, dice.below(5), dice.below(4) == 0);
         let elastic = |dice: &mut Dice| Elastic {
             stiffness: 40.0 + 20.0 * dice.number(),
             damping,
@@ -88,10 +89,14 @@ impl Side {
                 for row in 0..all {
                     let inverse_mass = if row < movable { 1.0 + dice.number() } else { 0.0 };
                     // Few posts move.
-                    let velocity =
-                        if row < movable || dice.below(40) == 0 { dice.vector() } else { DVec3::ZERO };
+                    let velocity = if row < movable || dice.below(40) == 0 {
+                        dice.vector()
+                    } else {
+                        DVec3::ZERO
+                    };
                     let at = Transform::at(dice.vector() * 2.0);
-                    let mut body = world.spawn((StableId(id), at, PhysicsBody { velocity, inverse_mass }));
+                    let mut body =
+                        world.spawn((StableId(id), at, PhysicsBody { velocity, inverse_mass }));
                     id += 1;
                     if row < movable && with_options {
                         options(&mut body, &mut dice, kind);
@@ -102,8 +107,10 @@ impl Side {
                     bodies.push(body.id());
                 }
                 springs.extend(joined.iter().map(|ends| {
-                    let spring =
-                        Spring { ends: ends.map(|end| bodies[first + end]), elastic: elastic(&mut dice) };
+                    let spring = Spring {
+                        ends: ends.map(|end| bodies[first + end]),
+                        elastic: elastic(&mut dice),
+                    };
                     world.spawn(spring).id()
                 }));
             }
@@ -127,10 +134,12 @@ impl Side {
     fn state(&mut self) -> (Vec<(StableId, Bits)>, String) {
         let mut query = self.world.query::<(&StableId, &Transform, &PhysicsBody)>();
         let rows = query.iter(&self.world);
-        let mut rows: Vec<_> = rows.map(|(id, at, body)| (*id, bits(at.position, body.velocity))).collect();
+        let mut rows: Vec<_> =
+            rows.map(|(id, at, body)| (*id, bits(at.position, body.velocity))).collect();
         rows.sort_by_key(|(id, _)| *id);
         let records = self.world.resource::<Quarantine>().records();
-        let records: Vec<_> = records.iter().map(|record| (record.id, record.tick, record.cause)).collect();
+        let records: Vec<_> =
+            records.iter().map(|record| (record.id, record.tick, record.cause)).collect();
         let totals = self.ledger.as_ref().map(Ledger::last_second);
         let counts = self.world.resource::<Evaluations>();
         (rows, format!("{counts:?} {records:?} {totals:?}"))
@@ -145,7 +154,11 @@ fn environment(world: &mut World, dice: &mut Dice) {
     match dice.below(8) {
         0 => world.insert_resource(Drag::new(0.1, 0.0)),
         1 => world.insert_resource(Drag::new(0.1, 0.05)),
-        2 => world.insert_resource(Wells(vec![Well { position: DVec3::Y, strength: 3.0, softening: 0.5 }])),
+        2 => world.insert_resource(Wells(vec![Well {
+            position: DVec3::Y,
+            strength: 3.0,
+            softening: 0.5,
+        }])),
         3 => world.insert_resource(Laws(vec![Box::new(Gust([0.125]))])),
         _ => {}
     }
@@ -212,7 +225,8 @@ fn operate(dice: &mut Dice, sides: &mut [Side; 2]) {
                 body.insert(OwnSubsteps(if number > 0.0 { 2 } else { 3 }));
             }
             11 if let Some(mut at) = world.get_mut::<Transform>(entity) => {
-                at.position = if number > 0.9 { DVec3::splat(f64::NAN) } else { at.position + vector };
+                at.position =
+                    if number > 0.9 { DVec3::splat(f64::NAN) } else { at.position + vector };
             }
             12 if let Some(mut body) = world.get_mut::<PhysicsBody>(entity) => {
                 body.velocity = if number > 0.9 { DVec3::splat(1e3) } else { vector };
@@ -227,8 +241,11 @@ fn operate(dice: &mut Dice, sides: &mut [Side; 2]) {
             _ => {}
         }
         if world.get_entity(entity).is_ok() {
-            let newtons =
-                if kind == 13 && number > 0.8 { DVec3::splat(f64::INFINITY) } else { vector * 20.0 };
+            let newtons = if kind == 13 && number > 0.8 {
+                DVec3::splat(f64::INFINITY)
+            } else {
+                vector * 20.0
+            };
             world.resource_mut::<PushQueue>().push_once(entity, newtons);
         }
     }
@@ -236,7 +253,8 @@ fn operate(dice: &mut Dice, sides: &mut [Side; 2]) {
 
 #[test]
 fn groups_side_by_side_have_the_bits_counts_and_records_of_groups_alone() {
-    let worlds = Method::ALL.into_iter().flat_map(|method| (0..WORLDS).map(move |seed| (method, seed)));
+    let worlds =
+        Method::ALL.into_iter().flat_map(|method| (0..WORLDS).map(move |seed| (method, seed)));
     for (method, seed) in worlds {
         let mut sides = [false, true].map(|alone| Side::new(method, seed, alone));
         let mut dice = Dice(seed ^ 0x51de_b451);

@@ -62,7 +62,10 @@ fn a_chain_holds_up_to_the_limit_of_the_method_and_no_further() {
         for claims in METHODS.iter().filter(|claims| claims.stability_limit > 0.0) {
             let method = claims.method;
             if claims.stability_limit.is_infinite() {
-                assert!([0.1, 10.0, 1e3, 1e6].into_iter().all(|z| holds(&net, method, z / w)), "{method:?}");
+                assert!(
+                    [0.1, 10.0, 1e3, 1e6].into_iter().all(|z| holds(&net, method, z / w)),
+                    "{method:?}"
+                );
                 continue;
             }
             let limit = claims.stability_limit / w;
@@ -82,7 +85,8 @@ fn methods_without_a_limit_win_energy_at_every_step() {
         (Method::RungeKutta2Midpoint, 1.0, 1e3),
         (Method::RungeKutta2Heun, 1.0, 1e3),
     ] {
-        let mut rig = net.lab(&Environment::default(), method, z / largest_frequency(&[1.0; LINKS]));
+        let mut rig =
+            net.lab(&Environment::default(), method, z / largest_frequency(&[1.0; LINKS]));
         let start = rig.energy();
         rig.run(4000);
         assert!(rig.energy() > grows * start, "{method:?}");

@@ -4,11 +4,13 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::groups::Groups;
 use motion::{
-    Damping, DampingModel, Drag, Elastic, Link, Method, MutualGravity, OwnSubsteps, PhysicsBody, Request,
-    SoftBody, Spring, StableId, Transform,
+    Damping, DampingModel, Drag, Elastic, Link, Method, MutualGravity, OwnSubsteps, PhysicsBody,
+    Request, SoftBody, Spring, StableId, Transform,
 };
 
-use crate::rigs::{Bits, Dice, Environment, Lab, Net, Start, elastic, net::H, pendulum, tetrahedron};
+use crate::rigs::{
+    Bits, Dice, Environment, Lab, Net, Start, elastic, net::H, pendulum, tetrahedron,
+};
 
 /// Seven bodies and a post, ten springs, some of them damped.
 fn web(seed: u64) -> Net {
@@ -36,7 +38,12 @@ fn surroundings() -> [Environment; 3] {
 
 /// The rigs continue tick by tick with the same bits.
 #[track_caller]
-fn agree(what: &str, ticks: u64, mut a: impl FnMut() -> Vec<Bits>, mut b: impl FnMut() -> Vec<Bits>) {
+fn agree(
+    what: &str,
+    ticks: u64,
+    mut a: impl FnMut() -> Vec<Bits>,
+    mut b: impl FnMut() -> Vec<Bits>,
+) {
     for tick in 0..ticks {
         assert_eq!(a(), b(), "{what}, tick {tick}");
     }
@@ -86,14 +93,18 @@ fn the_order_of_spawning_changes_no_bit() {
 fn the_order_in_which_soft_bodies_are_spawned_changes_no_bit() {
     let net = Net::free(web(2).bodies);
     let links = |step: u32| {
-        let link = |i: u32| Link { ends: [i, (i + step) % 7], elastic: elastic(20.0 + f64::from(i), 0.3) };
+        let link =
+            |i: u32| Link { ends: [i, (i + step) % 7], elastic: elastic(20.0 + f64::from(i), 0.3) };
         (0..7).map(link).collect::<Vec<_>>()
     };
     let run = |order: [u32; 2]| {
         let mut rig = net.lab(&Environment::falling(), Method::default(), H);
         for step in order {
-            let soft =
-                SoftBody { points: rig.bodies.clone(), springs: links(step).into(), ..SoftBody::default() };
+            let soft = SoftBody {
+                points: rig.bodies.clone(),
+                springs: links(step).into(),
+                ..SoftBody::default()
+            };
             rig.soft(soft);
         }
         rig.run(100).all_bits(&[])
@@ -163,7 +174,8 @@ fn springs_come_and_go_in_the_middle_of_a_run() {
         // Another one in its place.
         let mut stiffer = net.clone();
         stiffer.springs[0].1 = crate::rigs::elastic(90.0, 0.1);
-        let spring = Spring { ends: ends.map(|end| rig.bodies[end]), elastic: stiffer.springs[0].1 };
+        let spring =
+            Spring { ends: ends.map(|end| rig.bodies[end]), elastic: stiffer.springs[0].1 };
         let old = *rig.springs.last().unwrap();
         rig.world.entity_mut(old).insert(spring);
         let mut twin = fresh(&rig, &stiffer, &around, &[], method);
@@ -184,9 +196,13 @@ fn a_spring_without_two_bodies_does_nothing() {
         let gone = rig.world.spawn_empty().id();
         rig.world.despawn(gone);
         let first = rig.bodies[0];
-        for ends in
-            [[first, quarantined], [scenery, first], [first, gone], [first, first], [quarantined, gone]]
-        {
+        for ends in [
+            [first, quarantined],
+            [scenery, first],
+            [first, gone],
+            [first, first],
+            [quarantined, gone],
+        ] {
             rig.world.spawn(Spring { ends, elastic: elastic(1e3, 0.1) });
         }
         let what = format!("{method:?}");
@@ -204,7 +220,9 @@ fn groups(rig: &Lab) -> (usize, usize) {
 /// A row of five: 0 - 1 - 2 - 3 - 4.
 fn row() -> Net {
     let mut dice = Dice(6);
-    let body = |i: usize| Start::of(1.0 + i as f64, DVec3::X * i as f64 + dice.vector() * 0.2, DVec3::ZERO);
+    let body = |i: usize| {
+        Start::of(1.0 + i as f64, DVec3::X * i as f64 + dice.vector() * 0.2, DVec3::ZERO)
+    };
     let bodies = (0..5).map(body).collect();
     Net { bodies, springs: (0..4).map(|i| ([i, i + 1], elastic(40.0, 1.0))).collect() }
 }
@@ -222,7 +240,8 @@ fn groups_split_and_join_with_what_is_between_them() {
         // Each half is a world of its own.
         for half in [[0, 1], [3, 4]] {
             let [a, b] = half.map(|i| Start { x: rig.x(i), v: rig.v(i), w: net.bodies[i].w });
-            let mut twin = Net::pair(a, b, elastic(40.0, 1.0)).lab(&Environment::falling(), method, H);
+            let mut twin =
+                Net::pair(a, b, elastic(40.0, 1.0)).lab(&Environment::falling(), method, H);
             let mut again = fresh(&rig, &net, &Environment::falling(), &[2], method);
             agree(
                 &what,
@@ -276,8 +295,13 @@ fn groups_and_single_bodies_beside_each_other_keep_their_bits() {
             let mut rig = all.lab(&around, method, H);
             let mut parts = [&first, &second, &free].map(|net| net.lab(&around, method, H));
             let push = DVec3::new(5.0, -3.0, 2.0);
-            let mut together =
-                || rig.push(3, push).push(second_at + 1, push).push(free_at + 4, push).run(1).all_bits(&[]);
+            let mut together = || {
+                rig.push(3, push)
+                    .push(second_at + 1, push)
+                    .push(free_at + 4, push)
+                    .run(1)
+                    .all_bits(&[])
+            };
             let mut apart = || {
                 let each = parts.iter_mut().zip([3, 1, 4]);
                 each.flat_map(|(rig, body)| rig.push(body, push).run(1).all_bits(&[])).collect()
@@ -294,7 +318,12 @@ fn substeps_of_a_group_are_those_of_its_first_member_and_as_good_as_ticks() {
         let mut rig = net.lab(&Environment::falling(), method, 1.0 / 64.0);
         rig.insert(0, OwnSubsteps(4));
         let mut fine = net.lab(&Environment::falling(), method, 1.0 / 256.0);
-        agree(&format!("{method:?}"), 20, || rig.run(1).all_bits(&[]), || fine.run(4).all_bits(&[]));
+        agree(
+            &format!("{method:?}"),
+            20,
+            || rig.run(1).all_bits(&[]),
+            || fine.run(4).all_bits(&[]),
+        );
     }
 }
 
@@ -320,8 +349,10 @@ fn a_post_that_moves_on_carries_what_hangs_on_it() {
     let mut moving = net.clone();
     moving.bodies.iter_mut().for_each(|body| body.v += speed);
     for method in Method::ALL {
-        let (mut rig, mut train) =
-            (net.lab(&Environment::falling(), method, H), moving.lab(&Environment::falling(), method, H));
+        let (mut rig, mut train) = (
+            net.lab(&Environment::falling(), method, H),
+            moving.lab(&Environment::falling(), method, H),
+        );
         for tick in 1..=60 {
             rig.run(1);
             train.run(1);

@@ -12,7 +12,8 @@ fn springs_store_half_of_stiffness_times_stretch_squared() {
         Start::of(2.0, DVec3::new(3.0, 4.0, 0.0), DVec3::X),
         Start::of(1.0, DVec3::new(3.0, 4.0, 2.0), DVec3::ZERO),
     ];
-    let net = Net { bodies, springs: vec![([0, 1], elastic(10.0, 3.0)), ([2, 1], elastic(6.0, 2.5))] };
+    let net =
+        Net { bodies, springs: vec![([0, 1], elastic(10.0, 3.0)), ([2, 1], elastic(6.0, 2.5))] };
     let mut rig = net.lab(&Environment::default(), Method::default(), H);
     // 10 / 2 (5 - 3)^2 + 6 / 2 (2 - 2.5)^2, and 2 / 2 of motion.
     let sum = rig.totals();
@@ -44,7 +45,9 @@ fn mutual_gravity_has_the_energy_of_every_pair() {
     rig.run(1);
     let pull = |to: DVec3, mass: f64| to * (0.5 * mass / to.length().hypot(4.0).powi(3));
     let a = pull(DVec3::X * 3.0, 3.0) + pull(DVec3::Y * 8.0, 7.0);
-    assert!((rig.v(0) - a * H).length() <= 1e-16 && rig.v(2) == DVec3::ZERO && rig.v(3) == DVec3::ZERO);
+    assert!(
+        (rig.v(0) - a * H).length() <= 1e-16 && rig.v(2) == DVec3::ZERO && rig.v(3) == DVec3::ZERO
+    );
 }
 
 /// The error of the energy is of second order, and does not grow.
@@ -65,7 +68,10 @@ fn velocity_verlet_keeps_the_energy_in_bounds() {
         };
         let (coarse, fine) = (worst(1.0 / 100.0), worst(1.0 / 200.0));
         // Looked at every ten steps, of a motion that does not repeat itself.
-        assert!(coarse[1] <= 1.5 * coarse[0] && fine[1] <= 1.5 * fine[0], "{name}: {coarse:?} {fine:?}");
+        assert!(
+            coarse[1] <= 1.5 * coarse[0] && fine[1] <= 1.5 * fine[0],
+            "{name}: {coarse:?} {fine:?}"
+        );
         let ratio = coarse[0].max(coarse[1]) / fine[0].max(fine[1]);
         assert!((3.2..4.8).contains(&ratio), "{name}: {ratio}");
     }

@@ -43,10 +43,18 @@ fn a_mass_that_is_changed_acts_as_if_it_had_been_there_from_the_start() {
             let [mut there, mut changed] =
                 [&from_the_start, &net].map(|net| net.soft(&ONE, &around, method, H));
             changed.have(Request::SetInverseMass(changed.bodies[body], w));
-            assert_eq!(there.run(20).all_bits(&[]), changed.run(20).all_bits(&[]), "{method:?}, {body}, {w}");
+            assert_eq!(
+                there.run(20).all_bits(&[]),
+                changed.run(20).all_bits(&[]),
+                "{method:?}, {body}, {w}"
+            );
             // And once more between two ticks.
             there.have(Request::SetInverseMass(there.bodies[body], net.bodies[body].w));
-            assert_ne!(there.run(20).all_bits(&[]), changed.run(20).all_bits(&[]), "{method:?}, {body}, {w}");
+            assert_ne!(
+                there.run(20).all_bits(&[]),
+                changed.run(20).all_bits(&[]),
+                "{method:?}, {body}, {w}"
+            );
         }
     }
 }
@@ -57,7 +65,8 @@ fn a_sheet_square_to_the_wind_moves_like_one_body() {
     for method in Method::ALL {
         for drag in [Drag::new(0.8, 0.0), Drag::new(0.0, 0.3), Drag::new(0.5, 0.2)] {
             // A single body's implicit step is not linearised.
-            let solver = Some(Solver { tolerance: 1e-13, newton_iterations: 12, ..Solver::default() });
+            let solver =
+                Some(Solver { tolerance: 1e-13, newton_iterations: 12, ..Solver::default() });
             let around = Environment { solver, ..airy(drag, Some(wind(axis * 5.0))) };
             let mut sheet = kite(axis, -axis).soft(&ONE, &around, method, H);
             let single = Net::free([Start::of(1.5, DVec3::ZERO, -axis)]);
@@ -77,8 +86,10 @@ fn a_sheet_square_to_the_wind_moves_like_one_body() {
 #[test]
 fn a_sheet_feels_nothing_of_air_along_it() {
     for method in Method::ALL {
-        let (v, around) =
-            (DVec3::new(3.0, 0.0, -2.0), airy(Drag::new(0.8, 0.3), Some(wind(DVec3::new(7.0, 0.0, 1.0)))));
+        let (v, around) = (
+            DVec3::new(3.0, 0.0, -2.0),
+            airy(Drag::new(0.8, 0.3), Some(wind(DVec3::new(7.0, 0.0, 1.0)))),
+        );
         // Also one without springs, which is no more than points that share the air.
         for springs in [vec![], kite(DVec3::Y, v).springs] {
             let held = springs.is_empty();
@@ -125,7 +136,10 @@ fn no_wind_is_too_strong_for_a_sheet_under_implicit_euler() {
             sheet.run(1);
             for body in 0..3 {
                 let v = sheet.v(body).length();
-                assert!(v <= speed * (1.0 + 1e-9), "{drag}/m, tick {tick}: {v} m/s in a wind of {speed} m/s");
+                assert!(
+                    v <= speed * (1.0 + 1e-9),
+                    "{drag}/m, tick {tick}: {v} m/s in a wind of {speed} m/s"
+                );
             }
         }
         let error = sheet.v(0).distance(axis * speed) / speed;
@@ -139,7 +153,11 @@ fn cloth() -> (Net, Vec<[u32; 3]>) {
     let mut dice = Dice(12);
     let body = |i: usize| {
         let x = DVec3::new((i % 3) as f64, 0.0, (i / 3) as f64) * 0.5 + dice.vector() * 0.1;
-        if i == 0 { Start::held(x) } else { Start::of(0.2 + 0.05 * i as f64, x, dice.vector() * 0.5) }
+        if i == 0 {
+            Start::held(x)
+        } else {
+            Start::of(0.2 + 0.05 * i as f64, x, dice.vector() * 0.5)
+        }
     };
     let bodies: Vec<_> = (0..9).map(body).collect();
     let (mut springs, mut triangles) = (Vec::new(), Vec::new());
@@ -158,9 +176,17 @@ fn cloth() -> (Net, Vec<[u32; 3]>) {
 }
 
 /// Forces of air by the formula: the point drag of the mass of each triangle, along its normal, a third to a corner.
-fn air(net: &Net, triangles: &[[u32; 3]], drag: Drag, wind: Wind, time: f64, state: &[State]) -> Vec<DVec3> {
+fn air(
+    net: &Net,
+    triangles: &[[u32; 3]],
+    drag: Drag,
+    wind: Wind,
+    time: f64,
+    state: &[State],
+) -> Vec<DVec3> {
     let mut forces = vec![DVec3::ZERO; net.bodies.len()];
-    let of_point = |i: u32| triangles.iter().flatten().filter(|corner| **corner == i).count() as f64;
+    let of_point =
+        |i: u32| triangles.iter().flatten().filter(|corner| **corner == i).count() as f64;
     for corners in triangles {
         let [a, b, c] = corners.map(|i| state[i as usize]);
         let shares: Vec<_> = corners
@@ -171,7 +197,8 @@ fn air(net: &Net, triangles: &[[u32; 3]], drag: Drag, wind: Wind, time: f64, sta
         let mass = shares.iter().sum::<f64>() * 3.0 / shares.len() as f64;
         let normal = (b.0 - a.0).cross(c.0 - a.0).normalize();
         let u = (a.1 + b.1 + c.1) / 3.0 - wind.at(time, (a.0 + b.0 + c.0) / 3.0);
-        let force = normal * (-mass * (drag.linear + drag.quadratic * u.length()) * u.dot(normal) / 3.0);
+        let force =
+            normal * (-mass * (drag.linear + drag.quadratic * u.length()) * u.dot(normal) / 3.0);
         corners.iter().for_each(|i| forces[*i as usize] += force);
     }
     forces
@@ -209,8 +236,12 @@ fn a_cloth_in_gusts_is_integrated_with_the_order_of_the_method() {
     let exact = extrapolated(&net.start(), 0.5, 1, 1 << 11, a).pop().unwrap();
     for claims in &METHODS {
         let error = |steps: u32| {
-            let mut rig =
-                net.soft(&triangles, &airy(drag, Some(GUSTS)), claims.method, 0.5 / f64::from(steps));
+            let mut rig = net.soft(
+                &triangles,
+                &airy(drag, Some(GUSTS)),
+                claims.method,
+                0.5 / f64::from(steps),
+            );
             rig.run(u64::from(steps));
             (0..9).map(|body| rig.x(body).distance(exact[body].0)).fold(0.0, f64::max)
         };
@@ -237,8 +268,12 @@ fn gusts_are_carried_along_by_the_wind() {
     let blow = Wind { velocity: DVec3::X * 4.0, gust: 2.0, gust_hz: 2.0 };
     let around = airy(Drag::new(1.5, 0.0), Some(blow));
     let swing = |x: DVec3| {
-        let mut rig =
-            kite(DVec3::Z, DVec3::ZERO).moved(x).soft(&ONE, &around, Method::RungeKutta4, 1.0 / 256.0);
+        let mut rig = kite(DVec3::Z, DVec3::ZERO).moved(x).soft(
+            &ONE,
+            &around,
+            Method::RungeKutta4,
+            1.0 / 256.0,
+        );
         (0..256).map(|_| rig.run(1).v(0).z).collect::<Vec<_>>()
     };
     let (here, half) = (swing(DVec3::ZERO), swing(DVec3::X));
@@ -246,7 +281,8 @@ fn gusts_are_carried_along_by_the_wind() {
     let (c, w) = (1.5_f64, 2.0 * std::f64::consts::TAU);
     for (i, (v, other)) in here.iter().zip(&half).enumerate() {
         let t = (i + 1) as f64 / 256.0;
-        let exact = -2.0 * c * (c * (w * t).sin() - w * (w * t).cos() + w * (-c * t).exp()) / (c * c + w * w);
+        let exact = -2.0 * c * (c * (w * t).sin() - w * (w * t).cos() + w * (-c * t).exp())
+            / (c * c + w * w);
         assert!((v - exact).abs() <= 1e-7, "{v} for {exact} at {t}");
         assert!((v + other).abs() <= 1e-12, "{v} and {other} at {t}");
     }

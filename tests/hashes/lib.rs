@@ -22,7 +22,8 @@ pub fn scenes() -> impl Iterator<Item = Scene> {
 
 /// `scene` by each method that can simulate it.
 pub fn by_methods(scene: &Scene) -> impl Iterator<Item = Scene> {
-    let solved = |method: &Method| scene.mutual_gravity.is_none() || *method != Method::ImplicitEuler;
+    let solved =
+        |method: &Method| scene.mutual_gravity.is_none() || *method != Method::ImplicitEuler;
     Method::ALL.into_iter().filter(solved).map(|method| Scene { method, ..scene.clone() })
 }
 

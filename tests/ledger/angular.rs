@@ -27,8 +27,8 @@ fn a_push_gives_its_torque_at_the_place_of_each_kick_and_leaves_no_residual() {
             for _ in 0..10 {
                 kept.push("cart", FORCE).tick();
             }
-            let given =
-                kept.x("cart").cross(kept.v("cart") * 2.0) - kept.ledger.angular_momentum_at_opening();
+            let given = kept.x("cart").cross(kept.v("cart") * 2.0)
+                - kept.ledger.angular_momentum_at_opening();
             let lines = angular(kept.run(3).check());
             assert!(lines.pushes.length() > 1.0, "{method:?}: {lines:?}");
             assert!(lines.pushes.distance(given) < 1e-13, "{method:?}: {lines:?}, {given}");
@@ -40,7 +40,8 @@ fn a_push_gives_its_torque_at_the_place_of_each_kick_and_leaves_no_residual() {
 #[test]
 fn gravity_turns_a_falling_body_about_the_origin_by_its_weight_times_the_distance() {
     for method in synchronous() {
-        let scene = "gravity: (), bodies: [(name: \"stone\", position_m: (4.0, 1.0, 0.0), mass_kg: 2.0)]";
+        let scene =
+            "gravity: (), bodies: [(name: \"stone\", position_m: (4.0, 1.0, 0.0), mass_kg: 2.0)]";
         let mut kept = Kept::of(scene, method, HZ, 2);
         let lines = angular(kept.run(120).check());
         assert!(
@@ -62,12 +63,18 @@ fn damping_a_speed_limit_and_a_lock_are_their_own_lines() {
     };
     for model in DampingModel::ALL {
         for method in synchronous() {
-            for (key, limits) in [("", false), (", max_speed_m_s: 2.0", true), (", locked_axes: [y]", true)] {
+            for (key, limits) in
+                [("", false), (", max_speed_m_s: 2.0", true), (", locked_axes: [y]", true)]
+            {
                 let mut kept = Kept::of(&scene(model, key), method, HZ, 2);
                 kept.push("a", FORCE).run(60).check();
                 let lines = angular(&kept);
                 assert!(lines.damping.length() > 0.01, "{model:?} {method:?}{key}: {lines:?}");
-                assert_eq!(lines.limits.length() > 0.1, limits, "{model:?} {method:?}{key}: {lines:?}");
+                assert_eq!(
+                    lines.limits.length() > 0.1,
+                    limits,
+                    "{model:?} {method:?}{key}: {lines:?}"
+                );
                 // Factors are recorded; damping as a law has the error of the method in the tick that is pushed.
                 let bound = if model == DampingModel::Exact { 2e-6 } else { 1e-13 };
                 assert!(lines.residual.length() < bound, "{model:?} {method:?}{key}: {lines:?}");
@@ -110,7 +117,10 @@ fn springs_between_movable_bodies_give_none_and_a_post_gives_what_it_holds() {
     for method in [Method::SemiImplicitEuler, Method::VelocityVerlet, Method::RungeKutta4] {
         let mut free = Kept::of(&scene(""), method, 120.0, 1);
         let lines = angular(free.run(100).check());
-        assert!(lines.residual.length() < 1e-2 && lines.anchors == DVec3::ZERO, "{method:?}: {lines:?}");
+        assert!(
+            lines.residual.length() < 1e-2 && lines.anchors == DVec3::ZERO,
+            "{method:?}: {lines:?}"
+        );
     }
     let mut held = Kept::of(&scene(", immovable: true"), Method::RungeKutta4, 120.0, 1);
     let lines = angular(held.run(100).check());

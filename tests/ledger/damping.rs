@@ -65,7 +65,10 @@ fn the_exact_model_takes_the_integral_along_its_exponential() {
     for method in [Method::ExplicitEuler, Method::SemiImplicitEuler] {
         let mut kept = falling(DampingModel::Exact, method, hz, 1);
         let books = kept.run(ticks).check().ledger.since_opening();
-        assert!((books.energy.damping + lost).abs() < 1e-11 * lost, "{method:?}: {books:?}, {lost}");
+        assert!(
+            (books.energy.damping + lost).abs() < 1e-11 * lost,
+            "{method:?}: {books:?}, {lost}"
+        );
         assert!(books.momentum.residual.length() < 1e-11, "{method:?}: {books:?}");
     }
 }
@@ -129,7 +132,10 @@ fn a_factor_that_turns_or_stops_a_body_is_booked_too() {
                 let books = kept.ledger.since_opening();
                 let wrong = books.energy.residual.abs() / kept.ledger.energies_at_opening().total();
                 assert!(wrong < 1e-12, "{rate} {model:?} {method:?}: {books:?}");
-                assert!(books.energy.damping < 0.0 && books.momentum.residual.length() < 1e-12, "{books:?}");
+                assert!(
+                    books.energy.damping < 0.0 && books.momentum.residual.length() < 1e-12,
+                    "{books:?}"
+                );
             }
         }
     }
@@ -138,11 +144,18 @@ fn a_factor_that_turns_or_stops_a_body_is_booked_too() {
 /// Bodies of every kind under one damping: free, with a limit, with a locked axis, with both, with a rate of its own, and a
 /// pair of such on a spring of no stiffness to speak of.
 fn kinds(model: Option<DampingModel>, rate: f64, gravity: &str) -> String {
-    let damping = model
-        .map_or(String::new(), |model| format!("damping: (model: {}, rate_per_s: {rate}),", model.name()));
-    let own = if model.is_some() { format!(", damping_per_s: {}", 0.3 * rate) } else { String::new() };
-    let kinds =
-        ["", ", max_speed_m_s: 2", ", locked_axes: [y]", ", max_speed_m_s: 2, locked_axes: [y]", &own];
+    let damping = model.map_or(String::new(), |model| {
+        format!("damping: (model: {}, rate_per_s: {rate}),", model.name())
+    });
+    let own =
+        if model.is_some() { format!(", damping_per_s: {}", 0.3 * rate) } else { String::new() };
+    let kinds = [
+        "",
+        ", max_speed_m_s: 2",
+        ", locked_axes: [y]",
+        ", max_speed_m_s: 2, locked_axes: [y]",
+        &own,
+    ];
     let mut bodies = String::new();
     for pair in [false, true] {
         for (number, kind) in kinds.iter().enumerate() {
@@ -177,20 +190,23 @@ fn the_books_close_whatever_stands_between_the_substeps() {
                     for tick in 0..6 {
                         for number in 0..5 {
                             if tick % 2 == 0 {
-                                kept.push(&format!("s{number}"), push).push(&format!("p{number}"), push);
+                                kept.push(&format!("s{number}"), push)
+                                    .push(&format!("p{number}"), push);
                             }
                         }
                         kept.tick();
                     }
                     let books = kept.check().ledger.since_opening();
-                    let what = format!("{model:?} {rate}/s {method:?} {substeps} {gravity}: {books:?}");
+                    let what =
+                        format!("{model:?} {rate}/s {method:?} {substeps} {gravity}: {books:?}");
                     assert!(books.momentum.residual.length() < 1e-9, "{what}");
                     // Gravity has a potential, which the Eulers miss by their order.
                     assert!(!gravity.is_empty() || books.energy.residual.abs() < 1e-9, "{what}");
                     let lost = books.energy.damping + books.energy.limits;
                     assert!(lost < -10.0 && books.energy.pushes > 10.0, "{what}");
                     for number in 0..5 {
-                        let [single, member] = ["s", "p"].map(|kind| kept.v(&format!("{kind}{number}")));
+                        let [single, member] =
+                            ["s", "p"].map(|kind| kept.v(&format!("{kind}{number}")));
                         assert!(single.distance(member) < 1e-9, "{number} {what}");
                     }
                 }

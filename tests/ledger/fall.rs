@@ -30,9 +30,13 @@ fn the_residual_is_what_each_method_invents_in_free_fall() {
                 if method == Method::PositionVerlet && tick == 0 {
                     continue;
                 }
-                let (residual, theory) = (kept.ledger.last_tick().energy.residual, a_tick(factor, substeps));
+                let (residual, theory) =
+                    (kept.ledger.last_tick().energy.residual, a_tick(factor, substeps));
                 let rounding = 1e-12 * (1.0 + kept.ledger.energies().kinetic);
-                assert!((residual - theory).abs() <= rounding, "{method:?}, {tick}: {residual:e} {theory:e}");
+                assert!(
+                    (residual - theory).abs() <= rounding,
+                    "{method:?}, {tick}: {residual:e} {theory:e}"
+                );
             }
             kept.check();
             if factor == 0.0 {

@@ -35,7 +35,8 @@ const DEEDS: [(&str, Request<&str>); 11] = [
 #[test]
 fn interventions_are_booked_as_such() {
     let quarantine = ("a body in quarantine, with its springs", None);
-    for (name, deed) in DEEDS.map(|(name, deed)| (name, Some(deed))).into_iter().chain([quarantine]) {
+    for (name, deed) in DEEDS.map(|(name, deed)| (name, Some(deed))).into_iter().chain([quarantine])
+    {
         for method in [Method::RungeKutta4, Method::Yoshida4] {
             let mut kept = Kept::of(SCENE, method, 240.0, 4);
             let interventions = |kept: &Kept| kept.ledger.since_opening().energy.interventions;
@@ -54,19 +55,26 @@ fn interventions_are_booked_as_such() {
             let scale = kept.ledger.energies().kinetic + size + 10.0;
             let residual = kept.residual().abs();
             assert!(residual < 1e-8 * scale, "{name}, {method:?}: {residual:e}");
-            assert!(kept.ledger.since_opening().momentum.residual.length() < 1e-7, "{name}, {method:?}");
+            assert!(
+                kept.ledger.since_opening().momentum.residual.length() < 1e-7,
+                "{name}, {method:?}"
+            );
         }
     }
 }
 
 #[test]
 fn a_set_velocity_is_worth_its_kinetic_energy_and_momentum() {
-    let mut kept = Kept::of("bodies: [(name: \"a\", mass_kg: 2.0)]", Method::VelocityVerlet, 60.0, 1);
+    let mut kept =
+        Kept::of("bodies: [(name: \"a\", mass_kg: 2.0)]", Method::VelocityVerlet, 60.0, 1);
     let body = kept.body("a");
     kept.ask(Request::SetVelocity(body, DVec3::X * 3.0));
     let books = kept.tick().ledger.last_tick();
     assert_eq!((books.energy.interventions, books.energy.residual), (9.0, 0.0));
-    assert_eq!((books.momentum.interventions, books.momentum.residual), (DVec3::X * 6.0, DVec3::ZERO));
+    assert_eq!(
+        (books.momentum.interventions, books.momentum.residual),
+        (DVec3::X * 6.0, DVec3::ZERO)
+    );
     assert_eq!(kept.tick().ledger.last_tick().energy, motion::ledger::LedgerLines::default());
 }
 
@@ -88,20 +96,31 @@ fn books_change_nothing_and_cost_nothing_where_none_are_kept() {
         let booked = &kept.simulation;
         assert_eq!(booked.stepper.plan(), plain.stepper.plan(), "{}", shipped.name);
         assert_eq!(booked.stepper.systems(), plain.stepper.systems(), "{}", shipped.name);
-        let bodies: Vec<_> = booked.bodies.iter().copied().zip(plain.bodies.iter().copied()).collect();
+        let bodies: Vec<_> =
+            booked.bodies.iter().copied().zip(plain.bodies.iter().copied()).collect();
         let [booked, plain] = [&booked.world, &plain.world];
         for (a, b) in bodies {
             assert_eq!(booked.get::<Transform>(a), plain.get::<Transform>(b), "{}", shipped.name);
-            assert_eq!(booked.get::<PhysicsBody>(a), plain.get::<PhysicsBody>(b), "{}", shipped.name);
+            assert_eq!(
+                booked.get::<PhysicsBody>(a),
+                plain.get::<PhysicsBody>(b),
+                "{}",
+                shipped.name
+            );
         }
-        let [counts, of_plain] = [booked, plain].map(|world| world.resource::<motion::Evaluations>());
+        let [counts, of_plain] =
+            [booked, plain].map(|world| world.resource::<motion::Evaluations>());
         assert_eq!(counts.accelerations(), of_plain.accelerations(), "{}", shipped.name);
         assert_eq!(counts.laws(), of_plain.laws(), "{}", shipped.name);
         let names = |world: &World| {
             let components = world.components().iter_registered();
             components.map(|(_, component)| component.name().to_string()).collect::<String>()
         };
-        assert!(!names(booked).contains("ledger") && !names(plain).contains("ledger"), "{}", shipped.name);
+        assert!(
+            !names(booked).contains("ledger") && !names(plain).contains("ledger"),
+            "{}",
+            shipped.name
+        );
     }
 }
 

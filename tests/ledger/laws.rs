@@ -23,7 +23,11 @@ fn books(ledger: &Ledger) -> &LedgerTotals {
 /// How much the potential of that law changed.
 fn potential(ledger: &Ledger, law: &str) -> f64 {
     let [then, now] = [ledger.energies_at_opening(), ledger.energies()].map(|energies| {
-        energies.potential.iter().find(|(name, _)| *name == law).map_or(f64::NAN, |(_, energy)| *energy)
+        energies
+            .potential
+            .iter()
+            .find(|(name, _)| *name == law)
+            .map_or(f64::NAN, |(_, energy)| *energy)
     });
     now - then
 }

@@ -31,7 +31,8 @@ impl Law for Harmonic {
         self.stated.is_some()
     }
     fn potential_energy(&self, body: BodyState) -> f64 {
-        self.stated.unwrap_or(0.0) * W2 * body.position.dot(body.position) / (2.0 * body.inverse_mass)
+        self.stated.unwrap_or(0.0) * W2 * body.position.dot(body.position)
+            / (2.0 * body.inverse_mass)
     }
 }
 
@@ -53,7 +54,10 @@ fn a_law_with_an_honest_potential_and_one_without_any_leave_next_to_nothing() {
     assert!(honest.ledger.since_opening().energy.laws.is_empty());
     let (powered, kinetic) = run(None);
     let work = powered.ledger.since_opening().energy.law("harmonic");
-    assert!((work - kinetic).abs() < 1e-9 * kinetic && powered.residual().abs() < 1e-9 * kinetic, "{work}");
+    assert!(
+        (work - kinetic).abs() < 1e-9 * kinetic && powered.residual().abs() < 1e-9 * kinetic,
+        "{work}"
+    );
     assert!(powered.ledger.energies().potential.is_empty());
 }
 
@@ -61,7 +65,15 @@ fn a_law_with_an_honest_potential_and_one_without_any_leave_next_to_nothing() {
 fn a_wrong_potential_and_work_left_out_are_residual() {
     // What it gave is the kinetic energy; the potential stated fell by 0.9 of it.
     let (wrong, kinetic) = run(Some(0.9));
-    assert!((wrong.residual() - 0.1 * kinetic).abs() < 1e-9 * kinetic, "{} {kinetic}", wrong.residual());
+    assert!(
+        (wrong.residual() - 0.1 * kinetic).abs() < 1e-9 * kinetic,
+        "{} {kinetic}",
+        wrong.residual()
+    );
     let (silent, kinetic) = run(Some(0.0));
-    assert!((silent.residual() - kinetic).abs() < 1e-12 * kinetic, "{} {kinetic}", silent.residual());
+    assert!(
+        (silent.residual() - kinetic).abs() < 1e-12 * kinetic,
+        "{} {kinetic}",
+        silent.residual()
+    );
 }

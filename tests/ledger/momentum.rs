@@ -26,9 +26,11 @@ fn what_a_post_takes_is_booked_to_anchors() {
     let scene = "bodies: [(name: \"post\", immovable: true),
             (name: \"a\", position_m: (1.4, 0.0, 0.0), velocity_m_s: (0.0, 0.4, 0.0), mass_kg: 2.0)],
         springs: [(between: (\"post\", \"a\"), stiffness_n_m: 8.0, damping_n_s_m: 0.3, rest_length_m: 1.0)]";
-    for (method, bound) in
-        [(Method::RungeKutta4, 1e-8), (Method::VelocityVerlet, 1e-4), (Method::SemiImplicitEuler, 2e-2)]
-    {
+    for (method, bound) in [
+        (Method::RungeKutta4, 1e-8),
+        (Method::VelocityVerlet, 1e-4),
+        (Method::SemiImplicitEuler, 2e-2),
+    ] {
         let mut kept = Kept::of(scene, method, 120.0, 1);
         let books = &kept.run(100).check().ledger.since_opening().momentum;
         assert!(books.anchors.length() > 0.5, "{method:?}: {books:?}");

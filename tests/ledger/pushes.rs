@@ -25,7 +25,11 @@ fn the_work_of_a_push_is_the_kinetic_energy_that_it_gives() {
             let work = end.dot(end) - start.dot(start);
             kept.run(3).check();
             let books = kept.ledger.since_opening();
-            assert!((books.energy.pushes - work).abs() < 1e-13, "{method:?}: {} {work}", books.energy.pushes);
+            assert!(
+                (books.energy.pushes - work).abs() < 1e-13,
+                "{method:?}: {} {work}",
+                books.energy.pushes
+            );
             assert!(books.momentum.pushes.distance(FORCE * (10.0 / HZ)) < 1e-14, "{method:?}");
             assert!(books.momentum.residual.length() < 1e-14, "{method:?}: {:?}", books.momentum);
             assert!(kept.residual().abs() < 1e-13, "{method:?}: {}", kept.residual());

@@ -41,7 +41,8 @@ fn a_bound_of_the_energy_is_checked_where_something_does_work() {
         let without_books = change.abs() / summary["kinetic_energy_j"].as_f64().unwrap();
         assert!(without_books > 1e-3, "{key}: the energy itself changed by {change} J");
         // The same bound shows a worse method.
-        let (said, _) = run(&falling(key, 1e-7), script, "--assert --seconds 1 --method explicit_euler");
+        let (said, _) =
+            run(&falling(key, 1e-7), script, "--assert --seconds 1 --method explicit_euler");
         assert!(said.ends(1).err.starts_with("sandbox: energy drifted by "), "{key}");
     }
 }
@@ -49,10 +50,10 @@ fn a_bound_of_the_energy_is_checked_where_something_does_work() {
 #[test]
 fn a_bound_of_the_energy_holds_with_clicks() {
     let scene = "bodies: [(name: \"ball\", velocity_m_s: (3, 1, 0), mass_kg: 2)], push: (), expect: (energy_drift_below: 1e-12)";
-    let script =
-        "[(at_tick: 12, do: push(\"ball\", (300, 0, 0))), (at_tick: 40, do: push(\"ball\", (-30, 900, 0)))]";
+    let script = "[(at_tick: 12, do: push(\"ball\", (300, 0, 0))), (at_tick: 40, do: push(\"ball\", (-30, 900, 0)))]";
     for method in ["explicit_euler", "semi_implicit_euler", "implicit_euler"] {
-        let (said, summary) = run(scene, script, &format!("--assert --seconds 1 --method {method}"));
+        let (said, summary) =
+            run(scene, script, &format!("--assert --seconds 1 --method {method}"));
         said.says(0, "");
         assert!(summary["ledger"]["push_work_j"].as_f64().unwrap() > 10.0, "{method}: {summary}");
     }
@@ -73,12 +74,14 @@ fn the_summary_has_books_where_they_were_asked_for_and_the_run_is_the_same() {
     let keys: Vec<_> = keys.split(' ').collect();
     assert_eq!(ledger.keys().collect::<Vec<_>>(), keys);
     let number = |value: &Value| value.as_f64().unwrap();
-    let energy =
-        |summary: &Value| number(&summary["kinetic_energy_j"]) + number(&summary["potential_energy_j"]);
+    let energy = |summary: &Value| {
+        number(&summary["kinetic_energy_j"]) + number(&summary["potential_energy_j"])
+    };
     let change = energy(&kept) - number(&kept["energy_at_start_j"]);
     assert!((number(&ledger["change_j"]) - change).abs() < 1e-10);
-    let lines =
-        number(&ledger["push_work_j"]) + number(&ledger["laws"]["drag"]) + number(&ledger["residual_j"]);
+    let lines = number(&ledger["push_work_j"])
+        + number(&ledger["laws"]["drag"])
+        + number(&ledger["residual_j"]);
     assert!((lines - change).abs() < 1e-10, "{ledger:?}");
     assert!(number(&ledger["push_work_j"]) > 0.5 && number(&ledger["laws"]["drag"]) < -1.0);
     assert!((number(&ledger["kept_s"]) - 1.0).abs() < 1e-12);
@@ -89,7 +92,8 @@ fn the_summary_has_books_where_they_were_asked_for_and_the_run_is_the_same() {
     let now = number(&kept["angular_momentum_kg_m2_s"][2]);
     // At the start it flies through the origin.
     assert!((number(&angular["change_n_m_s"][2]) - now).abs() < 1e-10 && now < -10.0, "{angular}");
-    let sum = ["pushes_n_m_s", "damping_n_m_s", "residual_n_m_s"].map(|line| number(&angular[line][2]));
+    let sum =
+        ["pushes_n_m_s", "damping_n_m_s", "residual_n_m_s"].map(|line| number(&angular[line][2]));
     let laws = ["gravity", "drag"].map(|law| number(&angular["laws"][law][2]));
     assert!((sum.iter().chain(&laws).sum::<f64>() - now).abs() < 1e-10, "{angular}");
 }
@@ -102,7 +106,8 @@ fn the_panel_keeps_books_while_it_is_open_and_no_longer() {
     let ledger = drive.session.tools.ledger().unwrap();
     assert!((ledger.seconds() - 60.0 * H).abs() < 1e-12);
     // Semi-implicit Euler loses `m g² h² / 2` a tick and body; damping makes it a little less.
-    let bodies = motion::totals(&mut drive.session.stage.sim_mut().world).momentum.y / drive.v("player").y;
+    let bodies =
+        motion::totals(&mut drive.session.stage.sim_mut().world).momentum.y / drive.v("player").y;
     let lost = -bodies * 9.8 * 9.8 * H * H / 2.0 * 60.0;
     let ledger = drive.session.tools.ledger().unwrap();
     let residual = ledger.since_opening().energy.residual;
@@ -122,13 +127,18 @@ fn a_change_of_the_method_begins_a_ledger_and_what_was_before_stays_with_the_met
     let method = |method| Input::Act(Action::SetMethod(method));
     let mut drive = Drive::shipped("orbit");
     drive.press("B").give([method(Method::ExplicitEuler)]).ticks(60);
-    let invented = |drive: &Drive| drive.session.tools.ledger().unwrap().since_opening().energy.residual;
+    let invented =
+        |drive: &Drive| drive.session.tools.ledger().unwrap().since_opening().energy.residual;
     let by_euler = invented(&drive);
     assert!(by_euler > 1e-6, "{by_euler} J");
     drive.give([method(Method::RungeKutta4)]).ticks(30);
     let (by_runge_kutta, ledger) = (invented(&drive), drive.session.tools.ledger().unwrap());
     assert!(by_runge_kutta.abs() < 1e-3 * by_euler, "{by_runge_kutta} J of {by_euler} J");
-    assert!(ledger.seconds() < 31.0 / drive.session.stage.sim().scene.step_hz, "{} s", ledger.seconds());
+    assert!(
+        ledger.seconds() < 31.0 / drive.session.stage.sim().scene.step_hz,
+        "{} s",
+        ledger.seconds()
+    );
 }
 
 #[test]

@@ -139,9 +139,14 @@ fn the_others_miss_by_what_theory_says() {
         let m = after(stepper.method, z, n);
         let [x, v] = image(m, start);
         let [x, _] = image(m, [x, -v]);
-        let (missed, expected) = ((position(&bare, 0) * 2.0).distance(start[0]), x.distance(start[0]));
+        let (missed, expected) =
+            ((position(&bare, 0) * 2.0).distance(start[0]), x.distance(start[0]));
         // 1200 steps, each rounded a few times, of a state that explicit Euler doubles.
-        assert!((missed - expected).abs() <= 1e-12 * x.length(), "{}: {missed:e} {expected:e}", stepper.name);
+        assert!(
+            (missed - expected).abs() <= 1e-12 * x.length(),
+            "{}: {missed:e} {expected:e}",
+            stepper.name
+        );
     }
 }
 
@@ -164,8 +169,11 @@ fn momentum_is_the_integral_of_the_thrust() {
 fn the_eulers_hold_the_thrust_over_the_step() {
     let late = [(1, 10.0), (10, 16.75), (60, 17.375), (1000, 17.4925)];
     let early = [(1, 25.0), (10, 18.25), (60, 17.625), (1000, 17.5075)];
-    let both =
-        [(Method::ExplicitEuler, late), (Method::SemiImplicitEuler, late), (Method::ImplicitEuler, early)];
+    let both = [
+        (Method::ExplicitEuler, late),
+        (Method::SemiImplicitEuler, late),
+        (Method::ImplicitEuler, early),
+    ];
     for (method, gained) in both {
         for (hz, gained) in gained {
             let stepper = Stepper::real(method);
@@ -175,7 +183,10 @@ fn the_eulers_hold_the_thrust_over_the_step() {
             bare.add([0.0; 3], [0.0; 3], 1.0);
             stepper.run(&mut bare, hz);
             let v = velocity(&bare, 0).dot(SKEW);
-            assert!((v - gained).abs() <= f64::from(hz) * f64::EPSILON * gained, "{method:?} {hz}: {v}");
+            assert!(
+                (v - gained).abs() <= f64::from(hz) * f64::EPSILON * gained,
+                "{method:?} {hz}: {v}"
+            );
         }
     }
 }

@@ -16,8 +16,10 @@ fn counted(calls: Arc<AtomicU64>, rate: f64) -> Formula {
         calls.fetch_add(1, Ordering::Relaxed);
         -body.position - body.velocity * rate
     };
-    let jacobians =
-        move |_: BodyState| Jacobians { position: -DMat3::IDENTITY, velocity: DMat3::IDENTITY * -rate };
+    let jacobians = move |_: BodyState| Jacobians {
+        position: -DMat3::IDENTITY,
+        velocity: DMat3::IDENTITY * -rate,
+    };
     Formula::new("counted", acceleration).with_jacobians(jacobians).of_velocity(rate > 0.0)
 }
 

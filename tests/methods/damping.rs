@@ -57,10 +57,17 @@ pub fn check_decay(stepper: &Stepper) -> Check {
         stepper.run(&mut bare, 1);
         let exact = before * left(stepper.method, q);
         // The terms of Yoshida's three quadratics, or of a quartic.
-        let terms =
-            (1.0 + 1.8 * q + 1.8 * q * q).powi(if stepper.method == Method::Yoshida4 { 3 } else { 2 });
+        let terms = (1.0 + 1.8 * q + 1.8 * q * q).powi(if stepper.method == Method::Yoshida4 {
+            3
+        } else {
+            2
+        });
         let error = velocity(&bare, 0).distance(exact);
-        within(|| format!("decay at q = {q}"), error, 8.0 * f64::EPSILON * terms * before.length())?;
+        within(
+            || format!("decay at q = {q}"),
+            error,
+            8.0 * f64::EPSILON * terms * before.length(),
+        )?;
     }
     Ok(())
 }
@@ -162,7 +169,9 @@ pub fn check_multipliers(stepper: &Stepper) -> Check {
         // The clamped and the implicit factor act before the move, the tutorial's after it.
         let moved = position(&bare, 0).dot(SKEW) / H;
         let each = |part: i32| match model {
-            DampingModel::Clamped | DampingModel::Implicit => factor.powi(if euler { part + 1 } else { 1 }),
+            DampingModel::Clamped | DampingModel::Implicit => {
+                factor.powi(if euler { part + 1 } else { 1 })
+            }
             _ => factor.powi(if euler { part } else { 0 }),
         };
         let count = i32::try_from(substeps).unwrap();
@@ -183,7 +192,11 @@ fn multipliers_act_once() {
 
 /// The last digit of a percentage.
 fn percent(value: f64, digits: f64, known: f64) {
-    assert!((value * 100.0 - known).abs() <= digits / 2.0 + 1e-9, "{} % for {known} %", value * 100.0);
+    assert!(
+        (value * 100.0 - known).abs() <= digits / 2.0 + 1e-9,
+        "{} % for {known} %",
+        value * 100.0
+    );
 }
 
 /// Semi-implicit Euler after 2 s: coasting with the tutorial's rate, and a heavily damped body under a constant force.
@@ -191,8 +204,10 @@ fn percent(value: f64, digits: f64, known: f64) {
 fn errors_of_the_models_at_four_rates() {
     let run = |model, hz: f64, rate, a: f64, v: f64| {
         let stepper = Stepper::real(Method::SemiImplicitEuler);
-        let mut bare =
-            stepper.bare(1.0 / hz).with_damping(Damping { model, rate }).with_law(engine([SKEW * a]));
+        let mut bare = stepper
+            .bare(1.0 / hz)
+            .with_damping(Damping { model, rate })
+            .with_law(engine([SKEW * a]));
         bare.add([0.0; 3], (SKEW * v).to_array(), 1.0);
         stepper.run(&mut bare, (2.0 * hz).round() as u32);
         (position(&bare, 0).dot(SKEW), velocity(&bare, 0).dot(SKEW))

@@ -29,7 +29,8 @@ fn late_engine(announced: bool) -> Problem {
         if announced { "announced engine" } else { "unannounced engine" },
         span,
         move |bare| {
-            let engine = Thrust::new(Curve::Polynomial(vec![push / 0.5]), span / 3.0, f64::INFINITY);
+            let engine =
+                Thrust::new(Curve::Polynomial(vec![push / 0.5]), span / 3.0, f64::INFINITY);
             let bare = bare.with_law(Spring(2.0 * w * w));
             if announced { bare.with_law(engine) } else { bare.with_law(unannounced(engine)) }
         },
@@ -55,7 +56,8 @@ pub fn check_split(stepper: &Stepper) -> Check {
     let claims = stepper.claims();
     let steps = if claims.position_order == 4 { 128 } else { 1024 };
     let fitted = orders(stepper, true, steps);
-    for (fitted, claimed) in fitted.into_iter().zip([claims.position_order, claims.velocity_order]) {
+    for (fitted, claimed) in fitted.into_iter().zip([claims.position_order, claims.velocity_order])
+    {
         within(|| format!("order {fitted:.3}"), (fitted - f64::from(claimed)).abs(), 0.05)?;
     }
     Ok(())

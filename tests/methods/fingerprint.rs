@@ -30,7 +30,9 @@ fn trace_and_determinant(method: Method, z: f64) -> (Vec<f64>, Vec<f64>) {
         Method::SemiImplicitEuler | Method::PositionVerlet | Method::VelocityVerlet => {
             (vec![2.0, -z2], vec![1.0])
         }
-        Method::RungeKutta2Midpoint | Method::RungeKutta2Heun => (vec![2.0, -z2], vec![1.0, z4 / 4.0]),
+        Method::RungeKutta2Midpoint | Method::RungeKutta2Heun => {
+            (vec![2.0, -z2], vec![1.0, z4 / 4.0])
+        }
         Method::RungeKutta4 => (vec![2.0, -z2, z4 / 12.0], vec![1.0, -z6 / 72.0, z8 / 576.0]),
         Method::Yoshida4 => (vec![2.0, -z2, z4 / 12.0, 2.0 * yoshida_sixth() * z6], vec![1.0]),
     }
@@ -78,7 +80,9 @@ fn largest(terms: impl IntoIterator<Item = f64>) -> f64 {
 pub fn terms(method: Method, z: f64) -> f64 {
     let most = |z: f64| largest([1.0, z, z * z, z * z * z / 4.0]);
     match method {
-        Method::RungeKutta4 => largest([1.0, z * z / 2.0, z, z * z * z / 6.0, z * z * z * z / 24.0]),
+        Method::RungeKutta4 => {
+            largest([1.0, z * z / 2.0, z, z * z * z / 6.0, z * z * z * z / 24.0])
+        }
         Method::Yoshida4 => {
             let (outer, inner) = yoshida_steps();
             most(outer * z) * most(outer * z) * most(inner * z)
@@ -123,7 +127,12 @@ fn implicit_euler_puts_a_stiff_spring_out() {
     let (m, exact) = (measured(&stepper, z), exact(Method::ImplicitEuler, z));
     for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
         // The step is v1 h away from x: rounded at the size of either.
-        assert!((m[i][j] - exact[i][j]).abs() <= 8.0 * f64::EPSILON, "{i}{j}: {} {}", m[i][j], exact[i][j]);
+        assert!(
+            (m[i][j] - exact[i][j]).abs() <= 8.0 * f64::EPSILON,
+            "{i}{j}: {} {}",
+            m[i][j],
+            exact[i][j]
+        );
     }
 }
 
@@ -136,7 +145,10 @@ fn the_exact_matrices_have_the_traces_and_determinants_of_the_table() {
             let bound = 16.0 * f64::EPSILON * terms(method, z);
             assert!((trace(m) - of_trace.iter().sum::<f64>()).abs() <= bound, "{method:?} {z}");
             let bound = bound * largest(m.into_iter().flatten());
-            assert!((determinant(m) - of_determinant.iter().sum::<f64>()).abs() <= bound, "{method:?} {z}");
+            assert!(
+                (determinant(m) - of_determinant.iter().sum::<f64>()).abs() <= bound,
+                "{method:?} {z}"
+            );
         }
     }
 }
@@ -175,7 +187,11 @@ fn stability_limits_are_as_claimed() {
         let stable = |z: f64| spectral_radius(measured(&stepper, z)) <= 1.0 + ROUNDING;
         let (measured, claimed) = (last_stable(stable), stepper.claims().stability_limit);
         if claimed > 0.0 && claimed < f64::INFINITY {
-            assert!((measured / claimed - 1.0).abs() <= 0.002, "{}: {measured} {claimed}", stepper.name);
+            assert!(
+                (measured / claimed - 1.0).abs() <= 0.002,
+                "{}: {measured} {claimed}",
+                stepper.name
+            );
         } else {
             assert_eq!(measured, claimed, "{}", stepper.name);
         }
@@ -187,7 +203,8 @@ fn the_symplectic_methods_keep_areas_and_no_others() {
     for stepper in Stepper::all() {
         for z in [0.1, 0.5, 1.0, 1.5] {
             let m = measured(&stepper, z);
-            let bound = 8.0 * f64::EPSILON * terms(stepper.method, z) * largest(m.into_iter().flatten());
+            let bound =
+                8.0 * f64::EPSILON * terms(stepper.method, z) * largest(m.into_iter().flatten());
             let kept = (determinant(m) - 1.0).abs() <= bound;
             assert_eq!(kept, stepper.claims().symplectic, "{} {z}", stepper.name);
         }

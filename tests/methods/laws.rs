@@ -29,7 +29,8 @@ impl Law for Spring {
 /// `a = -w² x - 2 damping w v`.
 pub fn damped(w: f64, damping: f64) -> Formula {
     let (of_position, of_velocity) = (-w * w, -2.0 * damping * w);
-    let acceleration = move |_, body: BodyState| body.position * of_position + body.velocity * of_velocity;
+    let acceleration =
+        move |_, body: BodyState| body.position * of_position + body.velocity * of_velocity;
     let jacobians = move |_: BodyState| Jacobians {
         position: DMat3::IDENTITY * of_position,
         velocity: DMat3::IDENTITY * of_velocity,

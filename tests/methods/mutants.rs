@@ -31,7 +31,9 @@ fn every_broken_method_is_rejected() {
     for (mutant, (name, check)) in broken::all() {
         match check(&mutant) {
             Ok(()) => survivors.push((mutant.name, name)),
-            Err(why) => println!("{}: rejected by {name}: {}", mutant.name, why.lines().next().unwrap()),
+            Err(why) => {
+                println!("{}: rejected by {name}: {}", mutant.name, why.lines().next().unwrap())
+            }
         }
     }
     assert!(survivors.is_empty(), "not rejected: {survivors:?}");

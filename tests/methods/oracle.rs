@@ -47,7 +47,9 @@ pub fn after(method: Method, z: f64, n: u32) -> Matrix {
     let z2 = z * z;
     let m = exact(method, z);
     match method {
-        Method::Yoshida4 => power(m, z2 / 2.0 - z2 * z2 / 24.0 - yoshida_sixth() * z2 * z2 * z2, steps),
+        Method::Yoshida4 => {
+            power(m, z2 / 2.0 - z2 * z2 / 24.0 - yoshida_sixth() * z2 * z2 * z2, steps)
+        }
         Method::PositionVerlet => {
             // The first step is the Taylor start; its velocity is the mean one over the step.
             let start = [[1.0 - z2 / 2.0, z], [-z / 2.0, 1.0]];
@@ -74,7 +76,8 @@ pub(super) fn check(stepper: &Stepper) -> Check {
         let exact = image(after(stepper.method, z, 10_000), start);
         let got = [position(&bare, 0) * 2.0, velocity(&bare, 0)];
         // The largest component: squares of what explicit Euler has grown to overflow.
-        let largest = |pair: [DVec3; 2]| pair[0].abs().max_element().max(pair[1].abs().max_element());
+        let largest =
+            |pair: [DVec3; 2]| pair[0].abs().max_element().max(pair[1].abs().max_element());
         let error = largest([got[0] - exact[0], got[1] - exact[1]]) / largest(exact);
         within(|| format!("z = {z}"), error, 1e-11)?;
     }

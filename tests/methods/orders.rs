@@ -36,7 +36,10 @@ pub fn relative_errors(samples: impl Iterator<Item = (State, State)>) -> [f64; 2
 /// The claimed orders of position and velocity.
 pub fn claimed_orders(claims: &Claims, velocity_laws: bool) -> [u32; 2] {
     if velocity_laws {
-        [claims.order_with_velocity_laws, claims.order_with_velocity_laws.min(claims.velocity_order)]
+        [
+            claims.order_with_velocity_laws,
+            claims.order_with_velocity_laws.min(claims.velocity_order),
+        ]
     } else {
         [claims.position_order, claims.velocity_order]
     }
@@ -49,7 +52,8 @@ fn claimed(stepper: &Stepper, problem: &Problem) -> [Option<u32>; 2] {
     // Position Verlet's velocity is that of half a step before, whatever the acceleration.
     let lags = stepper.method == Method::PositionVerlet;
     let exact = |column: usize| {
-        let degree = problem.degree.is_some_and(|degree| degree + 2 - column as u32 <= orders[column]);
+        let degree =
+            problem.degree.is_some_and(|degree| degree + 2 - column as u32 <= orders[column]);
         degree && !(column == 1 && lags)
     };
     [0, 1].map(|column| (!exact(column)).then_some(orders[column]))
@@ -126,7 +130,11 @@ fn check_constants(stepper: &Stepper) -> Check {
         _ => 0.0,
     };
     let measured = along(&problems::free_fall(), 120, DVec3::Y);
-    within(|| format!("free fall, {measured} for {fall}"), (measured - fall).abs(), 23.0 * rounding(240))?;
+    within(
+        || format!("free fall, {measured} for {fall}"),
+        (measured - fall).abs(),
+        23.0 * rounding(240),
+    )?;
     if stepper.claims().position_order == 2 {
         // -a' T h² / 6, a' = 15, h = 1/128, T = 1.
         let thrust = -15.0 / (6.0 * 128.0 * 128.0);

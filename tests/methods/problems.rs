@@ -119,7 +119,12 @@ pub fn quadratic_drag() -> Problem {
         "quadratic drag",
         2.0,
         move |bare| bare.with_law(pull(SKEW * -g)).with_law(Drag::new(0.0, k)),
-        move |t| (SKEW * (-terminal * tau * (t / tau).cosh().ln()), SKEW * (-terminal * (t / tau).tanh())),
+        move |t| {
+            (
+                SKEW * (-terminal * tau * (t / tau).cosh().ln()),
+                SKEW * (-terminal * (t / tau).tanh()),
+            )
+        },
     )
     .with_velocity_laws()
 }
@@ -173,7 +178,8 @@ pub fn damped(name: &'static str, damping: f64) -> Problem {
         let at = x * cos + b * sin;
         (at * decay, (x * (turn * sin) + b * cos - at * s) * decay)
     };
-    Problem::new(name, 2.0, move |bare| bare.with_law(laws::damped(w, damping)), exact).with_velocity_laws()
+    Problem::new(name, 2.0, move |bare| bare.with_law(laws::damped(w, damping)), exact)
+        .with_velocity_laws()
 }
 
 fn of_engine(name: &'static str, newtons: &[f64]) -> Problem {
@@ -211,7 +217,9 @@ pub fn exponential_thrust() -> Problem {
     Problem::new(
         "exponential thrust",
         1.0,
-        |bare| bare.with_law(Formula::new("of time", |at, _| SKEW * (10.0 * 2.5_f64.powf(at.time)))),
+        |bare| {
+            bare.with_law(Formula::new("of time", |at, _| SKEW * (10.0 * 2.5_f64.powf(at.time))))
+        },
         move |t| {
             let grown = (rate * t).exp_m1() / rate;
             (SKEW * (10.0 * (grown - t) / rate), SKEW * (10.0 * grown))
@@ -233,7 +241,10 @@ pub fn kepler_state(e: f64, t: f64) -> State {
     let anomaly = eccentric_anomaly(e, t);
     let (sin, cos) = anomaly.sin_cos();
     let (across, rate) = ((1.0 - e * e).sqrt(), 1.0 / (1.0 - e * cos));
-    (SKEW * (cos - e) + ACROSS_UNIT * (across * sin), (ACROSS_UNIT * (across * cos) - SKEW * sin) * rate)
+    (
+        SKEW * (cos - e) + ACROSS_UNIT * (across * sin),
+        (ACROSS_UNIT * (across * cos) - SKEW * sin) * rate,
+    )
 }
 
 /// [`ACROSS`] with length 1.
@@ -284,7 +295,11 @@ pub fn duffing() -> Problem {
 fn path(t: f64) -> [DVec3; 3] {
     let (sin, cos, decay) = (t.sin(), t.cos(), (-t).exp());
     let (sin2, cos2) = (2.0 * t).sin_cos();
-    [DVec3::new(sin, cos2, decay), DVec3::new(cos, -2.0 * sin2, -decay), DVec3::new(-sin, -4.0 * cos2, decay)]
+    [
+        DVec3::new(sin, cos2, decay),
+        DVec3::new(cos, -2.0 * sin2, -decay),
+        DVec3::new(-sin, -4.0 * cos2, decay),
+    ]
 }
 
 /// S16: every local law at once, and what drives a body along [`path`] against them, `x*'' - F(x*, x*')`.
@@ -300,7 +315,10 @@ pub fn manufactured(name: &'static str, drag: Option<Drag>) -> Problem {
             let [position, velocity, acceleration] = path(at.time);
             let on_path = BodyState { position, velocity, inverse_mass: body.inverse_mass };
             let drag = drag.map_or(DVec3::ZERO, |drag| drag.acceleration(at, on_path));
-            acceleration - drag - wells.acceleration(at, on_path) - Gravity::EARTH.acceleration(at, on_path)
+            acceleration
+                - drag
+                - wells.acceleration(at, on_path)
+                - Gravity::EARTH.acceleration(at, on_path)
         }))
     };
     let exact = |t| {
@@ -353,6 +371,10 @@ fn the_velocities_are_the_derivatives_of_the_positions() {
         let (t, d) = (0.37 * problem.span, 1e-5);
         let ((before, _), (after, _)) = ((problem.exact)(t - d), (problem.exact)(t + d));
         let (_, v) = (problem.exact)(t);
-        assert!(((after - before) / (2.0 * d) - v).length() <= 1e-8 * (1.0 + v.length()), "{}", problem.name);
+        assert!(
+            ((after - before) / (2.0 * d) - v).length() <= 1e-8 * (1.0 + v.length()),
+            "{}",
+            problem.name
+        );
     }
 }

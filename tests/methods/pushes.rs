@@ -13,7 +13,8 @@ const H: f64 = 1.0 / 60.0;
 /// A push of one tick gives F h / m, once, whatever the substeps and whatever else acts.
 pub fn check_push(stepper: &Stepper) -> Check {
     let (force, w) = (DVec3::new(100.0, -40.0, 7.0), 0.5);
-    for (substeps, gravity) in [(1, false), (3, false), (8, false), (1, true), (3, true), (8, true)] {
+    for (substeps, gravity) in [(1, false), (3, false), (8, false), (1, true), (3, true), (8, true)]
+    {
         let mut bare = stepper.bare(H).with_substeps(substeps);
         if gravity {
             bare = bare.with_law(Gravity::EARTH);
@@ -97,7 +98,11 @@ pub fn check_toggles(stepper: &Stepper) -> Check {
         within(|| format!("position after step {step}"), error, bound * (x.length() + v.length()))?;
         if stepper.method != Method::PositionVerlet {
             let error = velocity(&bare, 0).distance(v);
-            within(|| format!("velocity after step {step}"), error, bound * (start.1.length() + v.length()))?;
+            within(
+                || format!("velocity after step {step}"),
+                error,
+                bound * (start.1.length() + v.length()),
+            )?;
         }
     }
     Ok(())
@@ -114,7 +119,11 @@ fn laws_that_change_leave_nothing_behind() {
     for stepper in Stepper::all().filter(|stepper| stepper.method != Method::PositionVerlet) {
         let laws = || -> Vec<Box<dyn Law>> { vec![Box::new(sun())] };
         let mut changed = stepper.bare(H);
-        changed.set_laws(vec![Box::new(Wells(vec![Well { position: SKEW, strength: 5.0, softening: 0.1 }]))]);
+        changed.set_laws(vec![Box::new(Wells(vec![Well {
+            position: SKEW,
+            strength: 5.0,
+            softening: 0.1,
+        }]))]);
         changed.add([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 0.5);
         stepper.run(&mut changed, 7);
         changed.set_laws(laws());
@@ -158,12 +167,19 @@ pub fn check_passes_over(law: &dyn Law) -> Check {
     let (positions, velocities, mut sum) = (axes([1.0, 2.0, 3.0]), axes([1.0; 3]), axes([0.5; 3]));
     let mut inverse_masses = [2.0; BLOCK_BODIES];
     inverse_masses[1] = 0.0;
-    let bodies =
-        BodyBlock { positions: &positions, velocities: &velocities, inverse_masses: &inverse_masses };
+    let bodies = BodyBlock {
+        positions: &positions,
+        velocities: &velocities,
+        inverse_masses: &inverse_masses,
+    };
     law.accelerate(at, &bodies, &mut sum);
     let added = |k: usize| sum.iter().map(|axis| f64::abs(axis[k] - 0.5)).sum::<f64>();
     within(|| format!("{}, added to an immovable body", law.name()), added(1), 0.0)?;
-    if added(0) > 0.0 && added(2) > 0.0 { Ok(()) } else { Err(format!("{} does nothing", law.name())) }
+    if added(0) > 0.0 && added(2) > 0.0 {
+        Ok(())
+    } else {
+        Err(format!("{} does nothing", law.name()))
+    }
 }
 
 #[test]

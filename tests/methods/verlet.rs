@@ -10,8 +10,11 @@ const H: f64 = 1.0 / 60.0;
 
 /// Step lengths in [0.5, 1.5] h that repeat after 2^31 steps.
 fn jitter() -> impl Iterator<Item = f64> {
-    let next = |state: &u32| Some(state.wrapping_mul(1_103_515_245).wrapping_add(12_345) & 0x7fff_ffff);
-    std::iter::successors(Some(1), next).skip(1).map(|n| H * (0.5 + f64::from(n) / 2.0_f64.powi(31)))
+    let next =
+        |state: &u32| Some(state.wrapping_mul(1_103_515_245).wrapping_add(12_345) & 0x7fff_ffff);
+    std::iter::successors(Some(1), next)
+        .skip(1)
+        .map(|n| H * (0.5 + f64::from(n) / 2.0_f64.powi(31)))
 }
 
 /// Steps of changing length: a constant acceleration is still taken in exactly by every position of order 2,
@@ -19,8 +22,9 @@ fn jitter() -> impl Iterator<Item = f64> {
 pub fn check_jitter(stepper: &Stepper) -> Check {
     let (x0, v0) = (DVec3::new(0.0, 3.0, 1.0), DVec3::new(5.0, 0.0, -1.0));
     let rates = [60.0, 120.0, 240.0];
-    for (rate, gravity) in
-        rates.into_iter().flat_map(|rate| [DVec3::ZERO, Gravity::EARTH.acceleration].map(|g| (rate, g)))
+    for (rate, gravity) in rates
+        .into_iter()
+        .flat_map(|rate| [DVec3::ZERO, Gravity::EARTH.acceleration].map(|g| (rate, g)))
     {
         if gravity != DVec3::ZERO && stepper.claims().position_order < 2 {
             continue;
@@ -72,14 +76,20 @@ fn a_body_starts_from_where_it_is() {
 fn a_step_of_no_length_changes_no_bit() {
     for stepper in Stepper::all() {
         let run = |pause: bool| {
-            let mut bare = stepper.bare(H).with_law(Gravity::EARTH).with_law(super::problems::sun());
+            let mut bare =
+                stepper.bare(H).with_law(Gravity::EARTH).with_law(super::problems::sun());
             bare.add([1.0, 0.5, 0.0], [0.1, 1.0, 0.0], 0.5);
             stepper.run(&mut bare, 10);
             if pause {
                 let before = (bare.positions.clone(), bare.bodies.clone());
                 bare.set_step(0.0);
                 stepper.run(&mut bare, 3);
-                assert_eq!((bare.positions.clone(), bare.bodies.clone()), before, "{}", stepper.name);
+                assert_eq!(
+                    (bare.positions.clone(), bare.bodies.clone()),
+                    before,
+                    "{}",
+                    stepper.name
+                );
                 bare.set_step(H);
             }
             stepper.run(&mut bare, 10);

@@ -10,8 +10,9 @@ use history::Simulation;
 use motion::groups::Grouped;
 use motion::snapshot::LastStep;
 use motion::{
-    Damping, DampingModel, DampingRate, Dormant, Fault, Forces, Method, OwnLaws, Particle, PhysicsBody,
-    Request, RidesOn, RidingWell, RidingWells, SpeedLimit, StableId, Static, Transform, own_method,
+    Damping, DampingModel, DampingRate, Dormant, Fault, Forces, Method, OwnLaws, Particle,
+    PhysicsBody, Request, RidesOn, RidingWell, RidingWells, SpeedLimit, StableId, Static,
+    Transform, own_method,
 };
 use scene::Scene;
 
@@ -52,9 +53,14 @@ impl Place {
         Box::new(move |world| match self {
             Self::Position => world.get_mut::<Transform>(body).unwrap().position.y = f64::NAN,
             Self::Velocity => world.get_mut::<PhysicsBody>(body).unwrap().velocity.z = f64::NAN,
-            Self::InverseMass => world.get_mut::<PhysicsBody>(body).unwrap().inverse_mass = f64::NAN,
+            Self::InverseMass => {
+                world.get_mut::<PhysicsBody>(body).unwrap().inverse_mass = f64::NAN
+            }
             Self::Force => {
-                SystemState::<Forces>::new(world).get_mut(world).unwrap().add(body, DVec3::X * f64::NAN);
+                SystemState::<Forces>::new(world)
+                    .get_mut(world)
+                    .unwrap()
+                    .add(body, DVec3::X * f64::NAN);
             }
             Self::DampingRate => {
                 world.entity_mut(body).insert(DampingRate::new(f64::NAN));
@@ -87,8 +93,9 @@ impl Victim {
     /// One of each kind that the world has.
     fn of(rig: &mut Simulation) -> Vec<Self> {
         let (mut kinds, mut found) = (Vec::new(), Vec::new());
-        let mut bodies =
-            rig.world.query_filtered::<(Entity, &StableId), (With<PhysicsBody>, Without<Dormant>)>();
+        let mut bodies = rig
+            .world
+            .query_filtered::<(Entity, &StableId), (With<PhysicsBody>, Without<Dormant>)>();
         let mut all: Vec<_> = bodies.iter(&rig.world).map(|(body, id)| (*id, body)).collect();
         all.sort_unstable();
         // Where a carrier is, what rides on it acts: others would notice.
@@ -122,7 +129,9 @@ impl Victim {
 
     /// Whether the system integrates this body, or hangs others on it.
     fn is_of(&self, system: &str) -> bool {
-        let who = self.method.map_or("Without<OwnMethod>".to_owned(), |method| format!("With<{method:?}>"));
+        let who = self
+            .method
+            .map_or("Without<OwnMethod>".to_owned(), |method| format!("With<{method:?}>"));
         match base(system) {
             "integrate_groups" => self.anchor || self.grouped && system.contains(&who),
             "integrate" => !self.grouped && !self.anchor && system.contains(&who),
@@ -138,7 +147,8 @@ impl Victim {
         let sees = match (base(system), place) {
             ("integrate_acceleration", Place::DampingRate) => exact,
             ("integrate_velocity", Place::DampingRate) => !exact,
-            ("integrate_acceleration", Place::SpeedLimit) | ("integrate_velocity", Place::Force) => false,
+            ("integrate_acceleration", Place::SpeedLimit)
+            | ("integrate_velocity", Place::Force) => false,
             _ => true,
         };
         sees && self.is_of(system)
@@ -190,14 +200,18 @@ fn expected(
     systems: &[String],
     exact: bool,
 ) -> Option<(u64, String)> {
-    let first =
-        |systems: &[String]| systems.iter().find(|system| victim.is_seen(place, system, exact)).cloned();
+    let first = |systems: &[String]| {
+        systems.iter().find(|system| victim.is_seen(place, system, exact)).cloned()
+    };
     if let Some(system) = first(&systems[at..]) {
         return Some((LEAD + 1, system));
     }
     // A force that came too late is cleared; one that came after that acts in the next tick.
     let cleared = systems[at..].iter().any(|system| system == "clear_forces");
-    (place != Place::Force || !cleared).then(|| first(systems)).flatten().map(|system| (LEAD + 2, system))
+    (place != Place::Force || !cleared)
+        .then(|| first(systems))
+        .flatten()
+        .map(|system| (LEAD + 2, system))
 }
 
 /// Harms one body in the middle of a tick and looks at what becomes of all.
@@ -213,8 +227,10 @@ fn check(
     let mut rig = start(scene);
     run(&mut rig, LEAD);
     let systems = systems(&mut rig);
-    let exact =
-        rig.world.get_resource::<Damping>().is_some_and(|damping| damping.model == DampingModel::Exact);
+    let exact = rig
+        .world
+        .get_resource::<Damping>()
+        .is_some_and(|damping| damping.model == DampingModel::Exact);
     let before = rig.world.get::<Transform>(victim.body).unwrap().position;
     run_harmed(&mut rig, at, place.harm(victim.body));
     let Some((tick, system)) = expected(victim, place, at, &systems, exact) else {
@@ -239,7 +255,9 @@ fn check(
     assert_eq!(cause.fault, fault, "{what}: {cause:?}");
     match base(&system) {
         // Of an Euler step in one pass, one of its halves.
-        "integrate_in_one_pass" => assert!(cause.system.starts_with("integrate_"), "{what}: {cause:?}"),
+        "integrate_in_one_pass" => {
+            assert!(cause.system.starts_with("integrate_"), "{what}: {cause:?}")
+        }
         "integrate" if system.contains("plicitEuler") => {
             assert!(cause.system.starts_with("integrate"), "{what}: {cause:?}");
         }
@@ -247,7 +265,11 @@ fn check(
     }
     let state = rig.world.entity(victim.body);
     if place == Place::Position && tick == LEAD + 1 {
-        assert_eq!(state.get::<Transform>().unwrap().position, before, "{what}: it stays where it was");
+        assert_eq!(
+            state.get::<Transform>().unwrap().position,
+            before,
+            "{what}: it stays where it was"
+        );
     }
     if place == Place::Velocity {
         assert_eq!(state.get::<PhysicsBody>().unwrap().velocity, DVec3::ZERO, "{what}");

@@ -4,8 +4,8 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use history::Simulation;
 use motion::{
-    Cause, Damping, Drag, Elastic, Fault, Gravity, GravityOff, Method, MutualGravity, PhysicsBody, Range,
-    Request, SoftBody, SourceMass, Spring, StableId, Static, Transform, Wells,
+    Cause, Damping, Drag, Elastic, Fault, Gravity, GravityOff, Method, MutualGravity, PhysicsBody,
+    Range, Request, SoftBody, SourceMass, Spring, StableId, Static, Transform, Wells,
 };
 use scene::Scene;
 
@@ -26,7 +26,9 @@ fn resources() -> [(&'static str, fn(&World) -> bool, fn() -> Harm); 6] {
         ("Damping", World::contains_resource::<Damping>, || {
             change::<Damping>(|damping| damping.rate = f64::NAN)
         }),
-        ("Drag", World::contains_resource::<Drag>, || change::<Drag>(|drag| drag.linear = f64::NAN)),
+        ("Drag", World::contains_resource::<Drag>, || {
+            change::<Drag>(|drag| drag.linear = f64::NAN)
+        }),
         ("Wells", World::contains_resource::<Wells>, || {
             change::<Wells>(|wells| wells.0[0].strength = f64::INFINITY)
         }),
@@ -43,8 +45,12 @@ fn resources() -> [(&'static str, fn(&World) -> bool, fn() -> Harm); 6] {
 
 /// Bodies that something acts on.
 fn movable(rig: &mut Simulation, weightless: bool) -> usize {
-    let mut bodies = rig.world.query_filtered::<(&PhysicsBody, Has<GravityOff>), Without<motion::Dormant>>();
-    bodies.iter(&rig.world).filter(|(body, off)| body.inverse_mass > 0.0 && (weightless || !off)).count()
+    let mut bodies =
+        rig.world.query_filtered::<(&PhysicsBody, Has<GravityOff>), Without<motion::Dormant>>();
+    bodies
+        .iter(&rig.world)
+        .filter(|(body, off)| body.inverse_mass > 0.0 && (weightless || !off))
+        .count()
 }
 
 #[test]
@@ -91,10 +97,14 @@ fn broken(elastic: Elastic) -> [Elastic; 4] {
 /// Replaces the first spring that a body hangs on.
 fn break_a_spring(rig: &mut Simulation, how: usize) -> bool {
     let mut springs = rig.world.query::<(Entity, &Spring)>();
-    let first =
-        springs.iter(&rig.world).min_by_key(|(entity, _)| *entity).map(|(entity, spring)| (entity, *spring));
+    let first = springs
+        .iter(&rig.world)
+        .min_by_key(|(entity, _)| *entity)
+        .map(|(entity, spring)| (entity, *spring));
     if let Some((entity, spring)) = first {
-        rig.world.entity_mut(entity).insert(Spring { elastic: broken(spring.elastic)[how], ..spring });
+        rig.world
+            .entity_mut(entity)
+            .insert(Spring { elastic: broken(spring.elastic)[how], ..spring });
         return true;
     }
     let mut softs = rig.world.query::<(Entity, &SoftBody)>();
@@ -122,7 +132,8 @@ fn a_spring_that_is_not_a_number_is_named_and_takes_one_end_and_nothing_else() {
             run(&mut rig, 1);
             let records = records(&rig);
             assert_eq!(records.len(), 1, "{what}: {records:?}");
-            let expected = Cause { system: "integrate_groups", component: "Spring", fault: Fault::Found };
+            let expected =
+                Cause { system: "integrate_groups", component: "Spring", fault: Fault::Found };
             assert_eq!((records[0].cause, records[0].tick), (expected, LEAD + 1), "{what}");
             let victim = records[0].body;
             let id = *rig.world.get::<StableId>(victim).unwrap();
@@ -162,7 +173,9 @@ fn what_a_group_hangs_on_is_named_and_no_longer_pulls() {
         ("SourceMass", |sun, world| {
             world.entity_mut(sun).insert(SourceMass(f64::NAN));
         }),
-        ("Transform.position", |sun, world| world.get_mut::<Transform>(sun).unwrap().position.x = f64::NAN),
+        ("Transform.position", |sun, world| {
+            world.get_mut::<Transform>(sun).unwrap().position.x = f64::NAN
+        }),
         ("PhysicsBody.velocity", |sun, world| {
             world.get_mut::<PhysicsBody>(sun).unwrap().velocity.x = f64::NAN;
         }),
@@ -180,7 +193,10 @@ fn what_a_group_hangs_on_is_named_and_no_longer_pulls() {
             for tick in 0..3 {
                 run(&mut rig, 1);
                 run(&mut without, 1);
-                assert!(bits(&rig, StableId(0)) == bits(&without, StableId(0)), "{what}, {tick} ticks later");
+                assert!(
+                    bits(&rig, StableId(0)) == bits(&without, StableId(0)),
+                    "{what}, {tick} ticks later"
+                );
             }
             let records = records(&rig);
             assert_eq!(records.len(), 1, "{what}: {records:?}");

@@ -3,7 +3,9 @@
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::arrays::Bare;
-use motion::{Cause, Damping, DampingModel, Drag, Elastic, Fault, Gravity, Method, Range, Request, StableId};
+use motion::{
+    Cause, Damping, DampingModel, Drag, Elastic, Fault, Gravity, Method, Range, Request, StableId,
+};
 
 use super::rig::{bits, records, run, scenes, start};
 use crate::rigs::{Drive, Environment, H, Lab, Net, Start, elastic, scene_of};
@@ -31,7 +33,8 @@ fn a_body_that_would_leave_the_range_is_quarantined_within_and_no_other_notices(
             let bound = 20.0;
             let range = Range { position: bound, ..Range::FINITE };
             let what = format!("{method:?}, {called}");
-            let (mut lab, mut free) = (crowd(method, Some(range), called), crowd(method, None, called));
+            let (mut lab, mut free) =
+                (crowd(method, Some(range), called), crowd(method, None, called));
             let mut last = DVec3::ZERO;
             while lab.records().is_empty() {
                 last = lab.x(4);
@@ -80,7 +83,9 @@ fn a_member_of_a_group_that_would_leave_the_range_is_quarantined() {
     for method in Method::ALL {
         let spring = Elastic { damping: 0.1, ..elastic(1.0, 1.0) };
         let net = Net {
-            bodies: (0..3).map(|i| Start::of(1.0, DVec3::Y * 10.0, DVec3::X * 60.0 * f64::from(i))).collect(),
+            bodies: (0..3)
+                .map(|i| Start::of(1.0, DVec3::Y * 10.0, DVec3::X * 60.0 * f64::from(i)))
+                .collect(),
             springs: vec![([0, 1], spring), ([1, 2], spring)],
         };
         let mut lab = net.lab(&Environment::default(), method, H);
@@ -88,8 +93,11 @@ fn a_member_of_a_group_that_would_leave_the_range_is_quarantined() {
         lab.recompile().run(14);
         let records = lab.records();
         assert_eq!((records.len(), records[0].body), (1, lab.bodies[2]), "{method:?}: {records:?}");
-        let cause =
-            Cause { system: "integrate_groups", component: "Transform.position", fault: Fault::Range(12.0) };
+        let cause = Cause {
+            system: "integrate_groups",
+            component: "Transform.position",
+            fault: Fault::Range(12.0),
+        };
         assert_eq!(records[0].cause, cause, "{method:?}");
         assert!(lab.x(2).x <= 12.0 && lab.x(1).x > 3.0, "{method:?}");
     }
@@ -226,7 +234,8 @@ fn two_passes_and_one_ask_for_the_range_alike() {
 fn a_body_at_the_border_is_quarantined_as_it_was_before_the_tick() {
     for method in Method::ALL {
         for substeps in [1, 8] {
-            let around = Environment { substeps: Some(substeps), ..Environment::pull(DVec3::Y * -10.0) };
+            let around =
+                Environment { substeps: Some(substeps), ..Environment::pull(DVec3::Y * -10.0) };
             let mut lab = around.lab(method, H).with(Range { speed: 1.0, ..Range::FINITE });
             for _ in 0..5 {
                 lab.body(1.0, DVec3::ZERO);

@@ -6,8 +6,8 @@ use history::Simulation;
 use motion::clock::StepClock;
 use motion::systems::step_systems;
 use motion::{
-    Gravity, PhysicsBody, PreviousPosition, Quarantine, QuarantineRecord, StableId, TimeStep, Transform,
-    remember_positions,
+    Gravity, PhysicsBody, PreviousPosition, Quarantine, QuarantineRecord, StableId, TimeStep,
+    Transform, remember_positions,
 };
 use scene::Scene;
 

@@ -19,12 +19,13 @@ fn largest_error(text: &str, error: f64, exact: impl Fn(f64) -> DVec3) -> f64 {
     let scene = scene_of(text);
     let parts = scene.parts();
     let [part] = &parts[..] else { panic!("one body is one part") };
-    let plan = Plan { rungs: vec![1, 2, 4, 8, 16], passes: 0, longer: 0, rates: false, ..Plan::full() };
+    let plan =
+        Plan { rungs: vec![1, 2, 4, 8, 16], passes: 0, longer: 0, rates: false, ..Plan::full() };
     let mut bench = Bench::new(Subject::of_scene(part.scene.clone(), None), plan);
     assert!(bench.work(f64::INFINITY));
     let study = bench.study();
-    let found =
-        recommend(&[(&part.name, study)], Goal::Error(error)).unwrap_or_else(|why| panic!("{why}: {text}"));
+    let found = recommend(&[(&part.name, study)], Goal::Error(error))
+        .unwrap_or_else(|why| panic!("{why}: {text}"));
     let pick = found.rows[0].pick;
     let settings = [(part, (pick.setting.method, pick.setting.substeps))];
     let (common, own) = scene.methods_of_parts(&settings);

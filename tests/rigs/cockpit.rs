@@ -18,8 +18,13 @@ impl Cockpit {
     }
 
     pub fn with(scene: &str, size_px: [u32; 2], overrides: Overrides) -> Self {
-        let options =
-            Options { pictures: false, interpolate: true, size_px, overrides, ..Options::default() };
+        let options = Options {
+            pictures: false,
+            interpolate: true,
+            size_px,
+            overrides,
+            ..Options::default()
+        };
         let mut drive = Drive::with(scene::load(scene).unwrap(), options);
         let _ = drive.session.controls();
         drive.press("F10").ticks(3);

@@ -119,7 +119,10 @@ impl Drive {
 
     /// Whether there is a control of that name, which is no label.
     pub fn has(&self, name: &str) -> bool {
-        self.session.controls().iter().any(|control| control.name == name && control.role != "Label")
+        self.session
+            .controls()
+            .iter()
+            .any(|control| control.name == name && control.role != "Label")
     }
 
     /// Clicks the control of that name.

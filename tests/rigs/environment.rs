@@ -4,8 +4,8 @@ use glam::DVec3;
 use motion::arrays::Bare;
 use motion::groups::Solver;
 use motion::{
-    BodyState, Curve, Damping, Drag, EvaluationTime, Gravity, Jacobians, Law, Method, MutualGravity,
-    PhysicsBody, Substeps, Thrust, Transform, Well, Wells,
+    BodyState, Curve, Damping, Drag, EvaluationTime, Gravity, Jacobians, Law, Method,
+    MutualGravity, PhysicsBody, Substeps, Thrust, Transform, Well, Wells,
 };
 
 use crate::rigs::Lab;
@@ -48,11 +48,15 @@ impl Formula {
         name: &'static str,
         acceleration: impl Fn(EvaluationTime, BodyState) -> DVec3 + Send + Sync + 'static,
     ) -> Self {
-        let (acceleration, jacobians) = (Box::new(acceleration), Box::new(|_, _| Jacobians::zero()));
+        let (acceleration, jacobians) =
+            (Box::new(acceleration), Box::new(|_, _| Jacobians::zero()));
         Self { name, acceleration, jacobians, of_velocity: false, jumps: Vec::new() }
     }
 
-    pub fn with_jacobians(self, jacobians: impl Fn(BodyState) -> Jacobians + Send + Sync + 'static) -> Self {
+    pub fn with_jacobians(
+        self,
+        jacobians: impl Fn(BodyState) -> Jacobians + Send + Sync + 'static,
+    ) -> Self {
         Self { jacobians: Box::new(move |_, body| jacobians(body)), ..self }
     }
 

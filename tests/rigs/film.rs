@@ -89,11 +89,17 @@ pub fn compared(
     };
     if bless {
         std::fs::write(&reference, actual.png(&[]).unwrap()).unwrap();
-        return Err(format!("{} is blessed: look at it, and run again without BLESS", reference.display()));
+        return Err(format!(
+            "{} is blessed: look at it, and run again without BLESS",
+            reference.display()
+        ));
     }
     let Ok(expected) = Image::read_png(&reference) else {
         let seen = write("actual", actual);
-        return Err(format!("{} is missing; the picture is {seen}; BLESS=1 stores it", reference.display()));
+        return Err(format!(
+            "{} is missing; the picture is {seen}; BLESS=1 stores it",
+            reference.display()
+        ));
     };
     if expected.size_px != actual.size_px {
         let seen = write("actual", actual);
@@ -106,7 +112,9 @@ pub fn compared(
     let [seen, wanted, off] =
         [("actual", actual), ("expected", &expected), ("difference", &difference.picture)]
             .map(|(what, image)| write(what, image));
-    Err(format!("{name}: {difference}: compare {seen}, {wanted} and {off}; BLESS=1 stores the new picture"))
+    Err(format!(
+        "{name}: {difference}: compare {seen}, {wanted} and {off}; BLESS=1 stores the new picture"
+    ))
 }
 
 /// Fails unless each picture is the stored one of its name.
@@ -114,7 +122,8 @@ pub fn compared(
 pub fn assert_pictures<const N: usize>(names: [&str; N], pictures: &[Image]) {
     assert_eq!(pictures.len(), N);
     let (references, evidence) = (root().join("tests/pictures"), root().join("target/pictures"));
-    let compare = |(name, picture)| compared(picture, name, &references, &evidence, blesses()).err();
+    let compare =
+        |(name, picture)| compared(picture, name, &references, &evidence, blesses()).err();
     let faults: Vec<_> = names.into_iter().zip(pictures).filter_map(compare).collect();
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }

@@ -3,8 +3,9 @@
 use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{
-    Damping, Elastic, Evaluations, Gravity, Method, PhysicsBody, PushQueue, Quarantine, QuarantineRecord,
-    Quarantined, Request, Requests, Spring, StableId, Stepper, TimeStep, Totals, Transform, totals,
+    Damping, Elastic, Evaluations, Gravity, Method, PhysicsBody, PushQueue, Quarantine,
+    QuarantineRecord, Quarantined, Request, Requests, Spring, StableId, Stepper, TimeStep, Totals,
+    Transform, totals,
 };
 
 use crate::rigs::Start;
@@ -30,7 +31,8 @@ pub fn all_bits(states: impl IntoIterator<Item = (u32, Vector, Vector)>) -> Vec<
 /// The same of every body with physics in `world`, in stable-id order.
 pub fn world_bits(world: &mut World) -> Vec<(u32, Bits)> {
     let mut bodies = world.query::<(&StableId, &Transform, &PhysicsBody)>();
-    let mut all = all_bits(bodies.iter(world).map(|(id, at, body)| (id.0, at.position, body.velocity)));
+    let mut all =
+        all_bits(bodies.iter(world).map(|(id, at, body)| (id.0, at.position, body.velocity)));
     all.sort_unstable();
     all
 }
@@ -161,7 +163,10 @@ impl Lab {
 
     /// Bits of all bodies but some.
     pub fn all_bits(&self, but: &[usize]) -> Vec<Bits> {
-        (0..self.bodies.len()).filter(|body| !but.contains(body)).map(|body| self.bits(body)).collect()
+        (0..self.bodies.len())
+            .filter(|body| !but.contains(body))
+            .map(|body| self.bits(body))
+            .collect()
     }
 
     pub fn is_quarantined(&self, body: impl Which) -> bool {

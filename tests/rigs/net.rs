@@ -47,14 +47,25 @@ impl Net {
     }
 
     /// The same as one soft body.
-    pub fn soft(&self, triangles: &[[u32; 3]], around: &Environment, method: Method, h: f64) -> Lab {
+    pub fn soft(
+        &self,
+        triangles: &[[u32; 3]],
+        around: &Environment,
+        method: Method,
+        h: f64,
+    ) -> Lab {
         let mut lab = Self::free(&self.bodies[..]).lab(around, method, h);
         let link = |(ends, elastic): &([usize; 2], Elastic)| Link {
             ends: ends.map(|end| u32::try_from(end).unwrap()),
             elastic: *elastic,
         };
         let (points, springs) = (lab.bodies.clone(), self.springs.iter().map(link).collect());
-        lab.soft(SoftBody { points, springs, triangles: triangles.to_vec(), sheet: !triangles.is_empty() });
+        lab.soft(SoftBody {
+            points,
+            springs,
+            triangles: triangles.to_vec(),
+            sheet: !triangles.is_empty(),
+        });
         lab
     }
 
@@ -62,8 +73,9 @@ impl Net {
     pub fn and(&mut self, other: &Self) -> usize {
         let first = self.bodies.len();
         self.bodies.extend(&other.bodies);
-        self.springs
-            .extend(other.springs.iter().map(|(ends, elastic)| (ends.map(|end| end + first), *elastic)));
+        self.springs.extend(
+            other.springs.iter().map(|(ends, elastic)| (ends.map(|end| end + first), *elastic)),
+        );
         first
     }
 
@@ -108,7 +120,8 @@ impl Lab {
 
     /// Numbers of the bodies that were quarantined, in the order of events.
     pub fn quarantined(&self) -> Vec<usize> {
-        let number = |record: &QuarantineRecord| self.bodies.iter().position(|body| *body == record.body);
+        let number =
+            |record: &QuarantineRecord| self.bodies.iter().position(|body| *body == record.body);
         self.records().iter().map(|record| number(record).unwrap()).collect()
     }
 }
@@ -136,7 +149,11 @@ pub fn ring() -> Net {
     let mut dice = Dice(8);
     let body = |i: usize| {
         let (sin, cos) = (std::f64::consts::TAU * i as f64 / 8.0).sin_cos();
-        Start::of(1.0 + 0.9 * dice.number(), DVec3::new(cos, sin, 0.1 * dice.number()), dice.vector() * 0.3)
+        Start::of(
+            1.0 + 0.9 * dice.number(),
+            DVec3::new(cos, sin, 0.1 * dice.number()),
+            dice.vector() * 0.3,
+        )
     };
     let bodies = (0..8).map(body).collect();
     Net { bodies, springs: (0..8).map(|i| ([i, (i + 1) % 8], elastic(40.0, 0.7))).collect() }
@@ -172,7 +189,8 @@ pub fn extrapolated(
             };
             let after = |slopes: &[State], part: f64| -> Vec<State> {
                 let rows = state.iter().zip(slopes);
-                rows.map(|((x, v), (dx, dv))| (*x + *dx * (part * h), *v + *dv * (part * h))).collect()
+                rows.map(|((x, v), (dx, dv))| (*x + *dx * (part * h), *v + *dv * (part * h)))
+                    .collect()
             };
             let a = slopes(0.0, &state);
             let b = slopes(0.5, &after(&a, 0.5));

@@ -15,9 +15,17 @@ use tempfile::TempDir;
 /// When it is not there: say how to build it.
 pub fn program() -> PathBuf {
     let tests = std::env::current_exe().unwrap();
-    let program =
-        tests.parent().unwrap().parent().unwrap().join(format!("sandbox{}", std::env::consts::EXE_SUFFIX));
-    assert!(program.exists(), "{} is missing; build it with `cargo build -p sandbox`", program.display());
+    let program = tests
+        .parent()
+        .unwrap()
+        .parent()
+        .unwrap()
+        .join(format!("sandbox{}", std::env::consts::EXE_SUFFIX));
+    assert!(
+        program.exists(),
+        "{} is missing; build it with `cargo build -p sandbox`",
+        program.display()
+    );
     program
 }
 
@@ -47,9 +55,11 @@ pub fn output(command: &mut Command) -> Said {
 fn output_within(deadline: Duration, command: &mut Command) -> Said {
     let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
     let child = child.unwrap_or_else(|error| panic!("{command:?}: {error}"));
-    let ended = child.controlled_with_output().time_limit(deadline).terminate_for_timeout().wait().unwrap();
     let ended =
-        ended.unwrap_or_else(|| panic!("{command:?} did not end within {deadline:?}")).into_std_lossy();
+        child.controlled_with_output().time_limit(deadline).terminate_for_timeout().wait().unwrap();
+    let ended = ended
+        .unwrap_or_else(|| panic!("{command:?} did not end within {deadline:?}"))
+        .into_std_lossy();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     let code = ended.status.code().unwrap_or(-1);
     Said { command: format!("{command:?}"), code, out: text(ended.stdout), err: text(ended.stderr) }
@@ -202,7 +212,9 @@ pub fn root() -> &'static Path {
 /// What cargo says of the workspace.
 pub fn cargo_metadata(flags: &[&str]) -> serde_json::Value {
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["metadata", "--format-version", "1", "--manifest-path"]).arg(root().join("Cargo.toml"));
+    cargo
+        .args(["metadata", "--format-version", "1", "--manifest-path"])
+        .arg(root().join("Cargo.toml"));
     serde_json::from_str(&output(cargo.args(flags)).fine()).unwrap()
 }
 

@@ -32,10 +32,17 @@ fn exact_damping_is_the_same_at_every_rate() {
     for rate in [0.4, 30.0] {
         for falls in [false, true] {
             let damping = Damping { model: DampingModel::Exact, rate };
-            let exact = if falls { 9.8 / rate * -(-2.0 * rate).exp_m1() } else { 10.0 * (-2.0 * rate).exp() };
+            let exact = if falls {
+                9.8 / rate * -(-2.0 * rate).exp_m1()
+            } else {
+                10.0 * (-2.0 * rate).exp()
+            };
             let speeds = RATES_HZ.map(|hz| speed(damping, hz, falls));
             assert!(spread(speeds) <= 1e-12, "{rate} {falls}: {speeds:?}");
-            assert!((speeds[3] / exact - 1.0).abs() <= 1e-12, "{rate} {falls}: {speeds:?}, not {exact}");
+            assert!(
+                (speeds[3] / exact - 1.0).abs() <= 1e-12,
+                "{rate} {falls}: {speeds:?}, not {exact}"
+            );
         }
     }
 }
@@ -50,9 +57,13 @@ fn the_damping_of_the_tutorial_is_its_formula_at_every_rate() {
                 let d = 1.0 - rate * h;
                 let power = d.powi(n.cast_signed());
                 // v' = (v + a h) d from rest, or v' = v d; nothing is left where the factor is 0.
-                let exact = if falls { 9.8 * h * d * (1.0 - power) / (rate * h) } else { 10.0 * power };
+                let exact =
+                    if falls { 9.8 * h * d * (1.0 - power) / (rate * h) } else { 10.0 * power };
                 let found = speed(damping, hz, falls);
-                assert!((found - exact).abs() <= 1e-12 * exact.abs(), "{rate} {falls} {hz}: {found} {exact}");
+                assert!(
+                    (found - exact).abs() <= 1e-12 * exact.abs(),
+                    "{rate} {falls} {hz}: {found} {exact}"
+                );
             }
         }
     }

@@ -29,8 +29,8 @@ fn a_body_at_1e20_m_s_flies_on_and_no_other_notices() {
 #[test]
 fn drag_at_1e20_m_s_quarantines_under_explicit_methods_and_slows_down_under_the_implicit_one() {
     for method in Method::ALL {
-        let mut lab =
-            Environment { drag: Some(Drag::new(0.0, 0.05)), ..Environment::default() }.lab(method, H);
+        let mut lab = Environment { drag: Some(Drag::new(0.0, 0.05)), ..Environment::default() }
+            .lab(method, H);
         let body = lab.body(1.0, DVec3::splat(1e20));
         lab.run(240);
         assert!(lab.x(body).is_finite() && lab.v(body).is_finite(), "{method:?}");
@@ -66,8 +66,10 @@ fn masses_over_seventy_six_powers_of_ten_are_pushed_alike() {
 fn springs_over_any_distance_leave_numbers_and_momentum() {
     for method in Method::ALL {
         for distance in [1e-23, 2e19, 1e-170, 2e160] {
-            let [a, b] = [-0.5, 0.5].map(|side| Start::of(1.0, DVec3::X * (side * distance), DVec3::ZERO));
-            let mut lab = Net::pair(a, b, elastic(10.0, 1.0)).lab(&Environment::default(), method, H);
+            let [a, b] =
+                [-0.5, 0.5].map(|side| Start::of(1.0, DVec3::X * (side * distance), DVec3::ZERO));
+            let mut lab =
+                Net::pair(a, b, elastic(10.0, 1.0)).lab(&Environment::default(), method, H);
             let what = format!("{method:?}, {distance:e}");
             assert!(lab.run(60).records().is_empty(), "{what}");
             let (sum, speed) = (lab.totals(), lab.v(0).length());

@@ -15,7 +15,10 @@ fn net() -> Net {
         if i == 0 { Start::held(x) } else { Start::of(1.0, x, v) }
     };
     let elastic = Elastic { stiffness: 20.0, damping: 2.0, rest_length: 1.0, pull_only: false };
-    Net { bodies: (0..6).map(body).collect(), springs: (0..3).map(|i| ([i, i + 1], elastic)).collect() }
+    Net {
+        bodies: (0..6).map(body).collect(),
+        springs: (0..3).map(|i| ([i, i + 1], elastic)).collect(),
+    }
 }
 
 #[test]
@@ -26,7 +29,8 @@ fn ten_thousand_kilometers_from_the_origin_the_motion_is_the_same() {
     for method in Method::ALL {
         let damping = Some(Damping { model: DampingModel::Exact, rate: 0.5 });
         let around = Environment { damping, ..Environment::falling() };
-        let [mut near, mut far] = [DVec3::ZERO, shift].map(|by| net().moved(by).lab(&around, method, H));
+        let [mut near, mut far] =
+            [DVec3::ZERO, shift].map(|by| net().moved(by).lab(&around, method, H));
         let (near, far) = (near.run(ticks).states(), far.run(ticks).states());
         for ((x, v), (y, u)) in near.iter().zip(&far) {
             let y = *y - shift;

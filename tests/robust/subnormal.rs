@@ -44,7 +44,10 @@ fn has_none(method: Method) {
         let what = format!("{method:?}, {brake:?}");
         assert!(!bare.has_failed(), "{what}");
         for (row, (x, body)) in bare.positions.iter().zip(&bare.bodies).enumerate() {
-            assert!(!x.iter().chain(body).any(|number| number.is_subnormal()), "{what}: {x:?} {body:?}");
+            assert!(
+                !x.iter().chain(body).any(|number| number.is_subnormal()),
+                "{what}: {x:?} {body:?}"
+            );
             // Nothing ever slows an immovable body but the multipliers.
             let rests = body[..3] == [0.0; 3];
             assert!(rests || row == 2, "{what}: row {row} still moves at {:?}", &body[..3]);
@@ -68,7 +71,8 @@ fn chain(model: DampingModel, method: Method) -> Lab {
     let elastic = Elastic { stiffness: 4.0, damping: 0.5, rest_length: 1.0, pull_only: false };
     let springs = (0..3).map(|i| ([i, i + 1], elastic)).collect();
     let net = Net { bodies: (0..4).map(start).collect(), springs };
-    let around = Environment { damping: Some(Damping { model, rate: 2.0 }), ..Environment::default() };
+    let around =
+        Environment { damping: Some(Damping { model, rate: 2.0 }), ..Environment::default() };
     let mut lab = net.lab(&around, method, 1.0 / 20.0);
     lab.insert(2, (DampingRate::new(3.0), SpeedLimit(5.0)));
     lab.recompile();

@@ -4,7 +4,8 @@ use glam::DVec3;
 use history::Simulation;
 use motion::effects::Effect;
 use motion::{
-    Damping, DampingModel, Fault, Method, PushQueue, Quarantine, QuarantineRecord, Request, StableId,
+    Damping, DampingModel, Fault, Method, PushQueue, Quarantine, QuarantineRecord, Request,
+    StableId,
 };
 
 use super::{caches, outcome, restored};
@@ -17,8 +18,14 @@ pub(super) fn act(run: &mut Simulation, tick: u64) {
         3 => vec![Request::Impulse(body("first"), DVec3::X)],
         5 => vec![Request::Switch(Effect::Gravity, true), Request::Switch(Effect::Drag, false)],
         7 => vec![Request::Remove(body("spare")), Request::Switch(Effect::Emitters, false)],
-        9 => vec![Request::SetInverseMass(body("ball"), 0.25), Request::Switch(Effect::Thrusts, false)],
-        11 => vec![Request::Switch(Effect::Emitters, true), Request::SetGravity(DVec3::new(0.0, -3.0, 1.0))],
+        9 => vec![
+            Request::SetInverseMass(body("ball"), 0.25),
+            Request::Switch(Effect::Thrusts, false),
+        ],
+        11 => vec![
+            Request::Switch(Effect::Emitters, true),
+            Request::SetGravity(DVec3::new(0.0, -3.0, 1.0)),
+        ],
         13 => vec![Request::SetBodyMethod(body("dust"), Some(Method::VelocityVerlet))],
         15 => vec![Request::SetVelocity(body("dust"), DVec3::NAN)],
         17 => vec![

@@ -25,7 +25,8 @@ fn every_scene_by_every_method_goes_on_bit_for_bit_and_evaluates_only_once_more_
             }
             scene.method = method;
             let caching =
-                scene.bodies.iter().filter(|body| caches(body.method.unwrap_or(method))).count() as u64;
+                scene.bodies.iter().filter(|body| caches(body.method.unwrap_or(method))).count()
+                    as u64;
             let evaluated = |run: &Simulation| run.world.resource::<Evaluations>().accelerations();
             let mut whole = Simulation::new(scene);
             let mut interrupted = Vec::new();
@@ -42,7 +43,10 @@ fn every_scene_by_every_method_goes_on_bit_for_bit_and_evaluates_only_once_more_
                 let what = format!("{} by {} from tick {tick}", shipped.name, method.name());
                 run.tick();
                 let again = evaluated(&run) - evaluations[usize::try_from(tick).unwrap()];
-                assert!(again <= if tick == 0 { 0 } else { caching }, "{what}: {again} evaluations more");
+                assert!(
+                    again <= if tick == 0 { 0 } else { caching },
+                    "{what}: {again} evaluations more"
+                );
                 run.run(ticks - tick - 1);
                 assert_eq!(evaluated(&run) - evaluated(&whole), again, "{what}");
                 outcome(&mut run).assert_restored(&expected, again, &what);
@@ -56,6 +60,10 @@ fn a_snapshot_has_the_hash_that_summaries_have() {
     for name in ["tutorial", "flag", "fountain"] {
         let scene = scene::load(name).unwrap();
         let session = Session::new(scene.clone(), Options::default());
-        assert_eq!(Simulation::new(scene).snapshot().state_hash(), state_hash(&session.stage), "{name}");
+        assert_eq!(
+            Simulation::new(scene).snapshot().state_hash(),
+            state_hash(&session.stage),
+            "{name}"
+        );
     }
 }

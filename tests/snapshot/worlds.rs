@@ -72,7 +72,10 @@ fn a_world_that_goes_back_in_place_goes_on_with_the_same_bits() {
         for place in (0..=ends).flat_map(|i| [i, ends - i]) {
             let (from, before, waiting) = &saved[place];
             restore(&mut run, before);
-            assert_eq!(sorted(snapshot::take(&mut run.world, &run.stepper)), sorted(before.clone()));
+            assert_eq!(
+                sorted(snapshot::take(&mut run.world, &run.stepper)),
+                sorted(before.clone())
+            );
             act(&mut run, *from);
             for inputs_wait in [false, true] {
                 if inputs_wait {
@@ -97,7 +100,8 @@ fn world() -> (World, [Entity; 3]) {
     let at = |x: f64| Transform::at(Vector::X * x);
     let post = world.spawn((at(0.0), PhysicsBody::IMMOVABLE)).id();
     let [bob, ball] = [1.5, 4.0].map(|x| world.spawn((at(x), PhysicsBody::with_mass(0.5))).id());
-    let elastic = motion::Elastic { stiffness: 30.0, damping: 0.1, rest_length: 1.0, pull_only: false };
+    let elastic =
+        motion::Elastic { stiffness: 30.0, damping: 0.1, rest_length: 1.0, pull_only: false };
     world.spawn(motion::Spring { ends: [post, bob], elastic });
     (world, [post, bob, ball])
 }
@@ -108,7 +112,10 @@ fn forces_that_wait_for_a_tick_are_saved() {
     let mut stepper = Stepper::new(&mut world, Method::default(), TimeStep(0.01));
     stepper.tick(&mut world);
     world
-        .run_system_cached_with(|In(body): In<Entity>, mut forces: Forces| forces.add(body, Vector::Z), ball)
+        .run_system_cached_with(
+            |In(body): In<Entity>, mut forces: Forces| forces.add(body, Vector::Z),
+            ball,
+        )
         .unwrap();
     let saved = snapshot::take(&mut world, &stepper);
     let mut two_ticks = || {

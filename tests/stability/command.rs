@@ -25,7 +25,10 @@ fn a_row_and_two_columns_alone_are_those_of_the_whole() {
     let mut expected = committed();
     expected.rows.retain(|row| row.case == "hitch");
     let asked_for = [Method::ExplicitEuler, Method::RungeKutta4];
-    expected.rows.iter_mut().for_each(|row| row.cells.retain(|cell| asked_for.contains(&cell.method)));
+    expected
+        .rows
+        .iter_mut()
+        .for_each(|row| row.cells.retain(|cell| asked_for.contains(&cell.method)));
     assert_eq!(found, expected);
 
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
@@ -33,7 +36,12 @@ fn a_row_and_two_columns_alone_are_those_of_the_whole() {
     let csv = read("matrix.csv");
     assert_eq!(csv.lines().count(), 1 + 4);
     assert_eq!(csv.lines().next(), Some("case,row,measure,ticks,method,class,number,bound,why"));
-    assert!(csv.lines().nth(1).unwrap().starts_with("hitch,as one step,energy,300,explicit_euler,explodes,"));
+    assert!(
+        csv.lines()
+            .nth(1)
+            .unwrap()
+            .starts_with("hitch,as one step,energy,300,explicit_euler,explodes,")
+    );
     let (svg, page) = (read("matrix.svg"), read("stability.html"));
     assert!(svg.starts_with("<svg xmlns=") && svg.trim_end().ends_with("</svg>"));
     for text in [&svg, &page] {

@@ -19,7 +19,9 @@ fn beginning(cell: &Cell) -> Prefix {
 /// Cells of `found` that are not what `of` gives of those in `committed`, each in a sentence.
 fn differences(committed: &Matrix, found: &Matrix, of: fn(&Cell) -> Prefix) -> Vec<String> {
     let mut different = Vec::new();
-    let titles = |matrix: &Matrix| matrix.rows.iter().map(lab::stability::CaseRow::title).collect::<Vec<_>>();
+    let titles = |matrix: &Matrix| {
+        matrix.rows.iter().map(lab::stability::CaseRow::title).collect::<Vec<_>>()
+    };
     if titles(committed) != titles(found) {
         different.push(format!("rows were {:?} and are {:?}", titles(committed), titles(found)));
     }
@@ -31,11 +33,15 @@ fn differences(committed: &Matrix, found: &Matrix, of: fn(&Cell) -> Prefix) -> V
                 continue;
             };
             let near = (was.number - cell.number).abs() <= TOLERANCE * was.number.abs();
-            let same = near || was.number.to_bits() == cell.number.to_bits() || cell.class == Class::Refused;
+            let same = near
+                || was.number.to_bits() == cell.number.to_bits()
+                || cell.class == Class::Refused;
             if was.class != cell.class || !same {
                 let (before, after) = (was.class.name(), cell.class.name());
-                different
-                    .push(format!("{name} was {before} {:e} and is {after} {:e}", was.number, cell.number));
+                different.push(format!(
+                    "{name} was {before} {:e} and is {after} {:e}",
+                    was.number, cell.number
+                ));
             }
         }
     }
@@ -76,7 +82,10 @@ fn a_close_passage_is_what_the_committed_matrix_has_to_its_end() {
     before.rows.retain(|row| row.case == "close_passage");
     let case = scene::load_case("close_passage").unwrap();
     let now = found(vec![case], &Method::ALL, None);
-    assert_same(&differences(&before, &now, |cell| Prefix { class: cell.class, number: cell.number }));
+    assert_same(&differences(&before, &now, |cell| Prefix {
+        class: cell.class,
+        number: cell.number,
+    }));
 }
 
 /// The whole run of one method.
@@ -87,7 +96,10 @@ fn a_million_ticks_at_rest_are_what_the_committed_matrix_has() {
     let mut before = committed();
     before.rows.retain(|row| row.case == "at_rest");
     assert_eq!(before.rows.iter().map(|row| row.ticks).min(), Some(1_000_000));
-    assert_same(&differences(&before, &found, |cell| Prefix { class: cell.class, number: cell.number }));
+    assert_same(&differences(&before, &found, |cell| Prefix {
+        class: cell.class,
+        number: cell.number,
+    }));
 }
 
 #[test]
@@ -101,9 +113,9 @@ fn a_cell_that_changes_its_class_or_number_is_named_with_both() {
     let exploded = row.cells.iter_mut().find(|cell| cell.class == Class::Explodes).unwrap();
     exploded.number *= 1.0 + 1e-5;
     for row in &mut now.rows {
-        row.cells
-            .iter_mut()
-            .for_each(|cell| (cell.class, cell.number) = (beginning(cell).class, beginning(cell).number));
+        row.cells.iter_mut().for_each(|cell| {
+            (cell.class, cell.number) = (beginning(cell).class, beginning(cell).number)
+        });
     }
     let different = differences(&before, &now, beginning);
     assert_eq!(different.len(), 2, "{different:?}");

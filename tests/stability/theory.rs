@@ -22,7 +22,8 @@ fn only_implicit_euler_survives_a_spring_that_is_too_stiff() {
     close(cell("stiff_spring: whole ticks", Method::ExplicitEuler).number, 1e8 / 3600.0, 1e-9);
     for method in Method::ALL {
         let class = cell("stiff_spring: whole ticks", method).class;
-        let expected = if method == Method::ImplicitEuler { Class::Decays } else { Class::Explodes };
+        let expected =
+            if method == Method::ImplicitEuler { Class::Decays } else { Class::Explodes };
         assert_eq!(class, expected, "{}", method.name());
         // 340 substeps are within every limit that there is, w h = 0.49.
         let limit = method.claims().stability_limit;
@@ -31,19 +32,29 @@ fn only_implicit_euler_survives_a_spring_that_is_too_stiff() {
     }
     // The invariant of semi-implicit Euler, v² + w² x² - z w x v, lets the energy rise by 1 / (1 - z / 2).
     let z = 1e4 / (60.0 * 340.0);
-    close(cell("stiff_spring: 340 substeps", Method::SemiImplicitEuler).number, z / (2.0 - z), 0.01);
+    close(
+        cell("stiff_spring: 340 substeps", Method::SemiImplicitEuler).number,
+        z / (2.0 - z),
+        0.01,
+    );
 }
 
 #[test]
 fn a_load_on_light_links_stretches_them_as_theory_says() {
     // Let go, it goes beyond m g / k = 0.0196 of the link, but a method that damps stays below twice that.
     let cell = cell("heavy_light_chain", Method::ImplicitEuler);
-    assert!(cell.class == Class::Bounded && (0.0196..0.0392).contains(&cell.number), "{}", cell.number);
+    assert!(
+        cell.class == Class::Bounded && (0.0196..0.0392).contains(&cell.number),
+        "{}",
+        cell.number
+    );
 }
 
 #[test]
 fn damping_by_the_tick_flips_and_diverges_where_its_factor_does() {
-    let of = |model: &str, rate: &str, method| cell(&format!("over_damping: {model}, c h = {rate}"), method);
+    let of = |model: &str, rate: &str, method| {
+        cell(&format!("over_damping: {model}, c h = {rate}"), method)
+    };
     let semi = Method::SemiImplicitEuler;
     // v = (v + g h)(1 - q) comes to rest at (1 - q) g / c.
     for (rate, q) in [("0.99", 0.99), ("1.5", 1.5)] {
@@ -65,9 +76,11 @@ fn damping_by_the_tick_flips_and_diverges_where_its_factor_does() {
         }
     }
     // 2 for Runge-Kutta 2, 2.785 for Runge-Kutta 4.
-    for (method, limit) in
-        [(Method::RungeKutta2Midpoint, 2.0), (Method::RungeKutta2Heun, 2.0), (Method::RungeKutta4, 2.785)]
-    {
+    for (method, limit) in [
+        (Method::RungeKutta2Midpoint, 2.0),
+        (Method::RungeKutta2Heun, 2.0),
+        (Method::RungeKutta4, 2.785),
+    ] {
         for (rate, q) in [("0.99", 0.99), ("1.5", 1.5), ("2.5", 2.5), ("100", 100.0)] {
             let expected = if q < limit { Class::Exact } else { Class::Explodes };
             assert_eq!(of("exact", rate, method).class, expected, "{} {rate}", method.name());
@@ -79,14 +92,21 @@ fn damping_by_the_tick_flips_and_diverges_where_its_factor_does() {
 fn a_million_ticks_at_rest_stay_at_rest() {
     // Rounding walks at random: without damping its energy grows by no more than the ticks do, which are 50 times those of
     // the prefix, give and take a factor of 3; with damping not at all.
-    for (row, growth) in
-        [("at_rest: undamped", 150.0), ("at_rest: damped", 2.0), ("at_rest: damped, 100 km away", 2.0)]
-    {
+    for (row, growth) in [
+        ("at_rest: undamped", 150.0),
+        ("at_rest: damped", 2.0),
+        ("at_rest: damped, 100 km away", 2.0),
+    ] {
         for method in STABLE {
             let cell = cell(row, method);
             assert!(cell.number.abs() <= 1e-9, "{row} {}: {}", method.name(), cell.number);
             let before = cell.prefix.unwrap().number;
-            assert!(cell.number <= growth * before, "{row} {}: {before} {}", method.name(), cell.number);
+            assert!(
+                cell.number <= growth * before,
+                "{row} {}: {before} {}",
+                method.name(),
+                cell.number
+            );
         }
         // Rounding is enough to start what a method lets grow.
         assert_eq!(cell(row, Method::ExplicitEuler).class, Class::Explodes);
@@ -115,18 +135,36 @@ fn steps_that_differ_are_known_to_every_method() {
     for method in Method::ALL {
         let explodes = cell("hitch: as one step", method).class == Class::Explodes;
         assert_eq!(explodes, method != Method::ImplicitEuler, "{}", method.name());
-        assert_ne!(cell("hitch: in fixed ticks", method).class, Class::Explodes, "{}", method.name());
+        assert_ne!(
+            cell("hitch: in fixed ticks", method).class,
+            Class::Explodes,
+            "{}",
+            method.name()
+        );
     }
 }
 
 #[test]
 fn what_is_refused_or_quarantined_says_why() {
     let refused = cell("coincident_points", Method::ImplicitEuler);
-    assert!(refused.class == Class::Refused && refused.why.contains("mutual gravity"), "{}", refused.why);
+    assert!(
+        refused.class == Class::Refused && refused.why.contains("mutual gravity"),
+        "{}",
+        refused.why
+    );
     assert!(refused.number.is_nan());
     for method in Method::ALL {
         let cell = cell("enormous_forces: beyond range", method);
-        assert_eq!((cell.class, cell.number), (Class::Explodes, f64::INFINITY), "{}", method.name());
-        assert!(cell.why.starts_with("speck: ") && cell.why.ends_with(" in tick 31"), "{}", cell.why);
+        assert_eq!(
+            (cell.class, cell.number),
+            (Class::Explodes, f64::INFINITY),
+            "{}",
+            method.name()
+        );
+        assert!(
+            cell.why.starts_with("speck: ") && cell.why.ends_with(" in tick 31"),
+            "{}",
+            cell.why
+        );
     }
 }

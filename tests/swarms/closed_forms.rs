@@ -16,9 +16,14 @@ fn error(device: &mut Device, text: &str, hz: u32, seconds: f64, path: Path<'_>)
     let text = text.replace("step_hz: 60", &format!("step_hz: {hz}"));
     let mut drive = Drive::text(&text);
     let length = 1.0 / f64::from(hz);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of ticks")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a count of ticks"
+    )]
     drive.run((seconds / length).round() as u32, length);
-    let (now, rate) = (drive.session.stage.simulated(), drive.session.stage.sim().scene.emitters[0].rate);
+    let (now, rate) =
+        (drive.session.stage.simulated(), drive.session.stage.sim().scene.emitters[0].rate);
     let living = device.living(&mut drive.session);
     let world = &mut drive.session.stage.sim_mut().world;
     let swarm = world.query::<&Swarm>().single(world).unwrap().clone();
@@ -64,7 +69,13 @@ fn a_parabola_from_the_moment_of_birth() {
 }
 
 /// Checks the order by three steps. Single precision hides errors below 1e-4 m.
-fn order(device: &mut Device, method: &str, expected: f64, (keys, place): (&str, &str), path: Path<'_>) {
+fn order(
+    device: &mut Device,
+    method: &str,
+    expected: f64,
+    (keys, place): (&str, &str),
+    path: Path<'_>,
+) {
     let text = scene_text(keys, &emitter(method, place));
     let errors = [10, 20, 40].map(|hz| error(device, &text, hz, 2.5, path));
     assert!(errors[2] > 1e-4, "{method}: {errors:?} m are too small to tell an order from");
@@ -130,7 +141,8 @@ fn a_well_holds_a_circle() {
         order(&mut device, method, 2.0, (keys, place), &circle);
     }
     // Whole orbits stay on the circle.
-    let text = scene_text(keys, &emitter("position_verlet", place).replace("life_s: 2", "life_s: 14"));
+    let text =
+        scene_text(keys, &emitter("position_verlet", place).replace("life_s: 2", "life_s: 14"));
     let off = error(&mut device, &text, 120, 13.0, &circle);
     // The angle of Verlet is (w h)²/24 ahead. Each of N = 1,560 steps loses half a digit of 4 m, in all N^1.5 of them, and what is
     // lost along an orbit counts three times.

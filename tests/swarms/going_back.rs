@@ -10,7 +10,8 @@ use crate::rigs::{Drive, Studio, scene_of};
 
 fn storm() -> Drive {
     let keys = "gravity: (), drag: (quadratic_per_m: 0.05), wind: (velocity_m_s: (4, 0, -3), gust_m_s: 2, gust_hz: 0.7),";
-    let emitter = "on: gpu, rate_per_s: 400, life_s: 1.2, direction: (0, 1, 0), spread_deg: 20, speed_m_s: 9";
+    let emitter =
+        "on: gpu, rate_per_s: 400, life_s: 1.2, direction: (0, 1, 0), spread_deg: 20, speed_m_s: 9";
     Drive::text(&scene_text(keys, emitter)).recording()
 }
 

@@ -52,7 +52,8 @@ fn sine(angle: f32) -> f32 {
     let s = c * c;
     c * (1.0
         + s * (-0.166_666_67
-            + s * (8.333_331e-3 + s * (-1.984_087_4e-4 + s * (2.752_556_2e-6 - s * 2.388_985_9e-8)))))
+            + s * (8.333_331e-3
+                + s * (-1.984_087_4e-4 + s * (2.752_556_2e-6 - s * 2.388_985_9e-8)))))
 }
 
 #[test]
@@ -66,14 +67,17 @@ fn the_sine_of_the_shader_is_one() {
 
 /// The acceleration at a state.
 fn acceleration(tick: &SwarmTick, x: Vec3, v: Vec3, time: f32) -> Near {
-    let SwarmLaws { constant, rate, drag, air: [mean, across, up], wave, turns, wells, .. } = &tick.laws;
-    let [mean, across, up, wave, constant] = [*mean, *across, *up, *wave, *constant].map(Vec3::from);
+    let SwarmLaws { constant, rate, drag, air: [mean, across, up], wave, turns, wells, .. } =
+        &tick.laws;
+    let [mean, across, up, wave, constant] =
+        [*mean, *across, *up, *wave, *constant].map(Vec3::from);
     let mut value = constant - v * *rate;
     let mut error = 4.0 * U * (constant.length() + v.length() * rate);
     let (mut by_x, mut by_v) = (0.0, [*rate; 2]);
     if let Some([linear, quadratic]) = drag {
         let phase = (tick.phase + turns * time) - x.dot(wave);
-        let in_phase = 6.0 * U * (tick.phase.abs() + (turns * time).abs() + x.length() * wave.length());
+        let in_phase =
+            6.0 * U * (tick.phase.abs() + (turns * time).abs() + x.length() * wave.length());
         let air = mean + across * sine(phase) + up * (0.5 * sine(phase + phase));
         // The polynomial has seven multiplications and additions of numbers up to pi / 2.
         let in_sine = 2.0 * 14.0 * U * std::f32::consts::FRAC_PI_2;
@@ -124,7 +128,8 @@ fn step(
     let numbers = |[first, after]: [u64; 2], slot: u64| {
         (first..after).find(|number| number % slots == slot).map(|number| (number, number - first))
     };
-    let birth = |tick: &SwarmTick, after: u64| (tick.first_birth + after as f32 * tick.between).max(0.0);
+    let birth =
+        |tick: &SwarmTick, after: u64| (tick.first_birth + after as f32 * tick.between).max(0.0);
     (0_u64..)
         .zip(before)
         .map(|(slot, before)| {
@@ -136,8 +141,10 @@ fn step(
                     let (source, carried) = (Vec3::from(tick.source), Vec3::from(tick.carried));
                     let launch = Vec3::from(launches[slot as usize]) + carried;
                     let h = tick.step - birth;
-                    let of =
-                        [carried.length() * in_birth + 2.0 * U * source.length(), 2.0 * U * launch.length()];
+                    let of = [
+                        carried.length() * in_birth + 2.0 * U * source.length(),
+                        2.0 * U * launch.length(),
+                    ];
                     // What the time of birth is off by moves the particle along.
                     let of = [of[0] + in_birth * launch.length(), of[1] + in_birth * 50.0];
                     (number / slots, source + carried * birth, launch, h, 0.0, of)
@@ -150,7 +157,8 @@ fn step(
                     let (x, other) = (Vec3::from(particle.position), Vec3::from(particle.other));
                     let born = last.and_then(|last| {
                         let (number, after) = numbers(last.births, slot)?;
-                        (number / slots == particle.generation).then(|| birth(last, after).min(last.step))
+                        (number / slots == particle.generation)
+                            .then(|| birth(last, after).min(last.step))
                     });
                     let prior = standard - born.unwrap_or(0.0);
                     let (v, of) = match stepping {
@@ -177,7 +185,10 @@ fn step(
                     (
                         next_x,
                         next_v,
-                        [of[0] + h * v_off + next_v.length() * h_off + 4.0 * U * next_x.length(), v_off],
+                        [
+                            of[0] + h * v_off + next_v.length() * h_off + 4.0 * U * next_x.length(),
+                            v_off,
+                        ],
                         next_v,
                     )
                 }
@@ -215,7 +226,8 @@ fn step(
                 }
             };
             let _ = next_v;
-            let particle = SwarmParticle { generation, position: next_x.to_array(), other: other.to_array() };
+            let particle =
+                SwarmParticle { generation, position: next_x.to_array(), other: other.to_array() };
             Some(Reference { particle, errors })
         })
         .collect()
@@ -324,6 +336,9 @@ fn a_thousand_steps_are_within_what_follows() {
         }
         let allowed = reference.iter().flatten().map(|row| row.errors[0]).fold(0.0, f32::max);
         // Two positions lose a digit of the velocity in every step, some of which drag takes away again.
-        assert!(allowed < if layout.contains("positions") { 0.2 } else { 2e-3 }, "{layout} {allowed} m");
+        assert!(
+            allowed < if layout.contains("positions") { 0.2 } else { 2e-3 },
+            "{layout} {allowed} m"
+        );
     }
 }

@@ -83,11 +83,19 @@ fn a_lost_device_is_an_error_and_no_panic() {
 
 #[test]
 fn a_scene_that_expects_finite_states_fails_where_particles_are_not() {
-    let text = scene_text("gravity: (acceleration_m_s2: (0, -1e39, 0)), expect: (finite: true),", EMITTER);
+    let text =
+        scene_text("gravity: (acceleration_m_s2: (0, -1e39, 0)), expect: (finite: true),", EMITTER);
     let (said, summary) = summarized([("x.ron", text.as_str())], "run x.ron --seconds 2 --assert");
     let said = said.ends(1);
-    assert!(said.err.contains("8 particles on the graphics device are not finite any more"), "{}", said.err);
-    assert_eq!((&summary["swarms"][0]["living"], &summary["swarms"][0]["failed"]), (&0.into(), &8.into()));
+    assert!(
+        said.err.contains("8 particles on the graphics device are not finite any more"),
+        "{}",
+        said.err
+    );
+    assert_eq!(
+        (&summary["swarms"][0]["living"], &summary["swarms"][0]["failed"]),
+        (&0.into(), &8.into())
+    );
 }
 
 #[test]
@@ -96,7 +104,9 @@ fn rows_of_states_are_refused() {
     let (said, _) = summarized([("x.ron", text.as_str())], "run x.ron --seconds 2 --state s.csv");
     let said = said.ends(2).err;
     assert!(
-        said.contains("emitters[0]: its particles are on the graphics device and have no rows for --state"),
+        said.contains(
+            "emitters[0]: its particles are on the graphics device and have no rows for --state"
+        ),
         "{said}"
     );
 }

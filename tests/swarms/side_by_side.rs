@@ -28,7 +28,8 @@ impl<'d> Pair<'d> {
         let emitter = format!("capacity: {SLOTS}, {emitter} method: {method},");
         let drive = |on: &str| {
             let options = Options { pictures: false, interpolate: false, ..Options::default() };
-            Drive::with(scene_of(&scene_text(keys, &format!("{emitter} {on}"))), options).recording()
+            Drive::with(scene_of(&scene_text(keys, &format!("{emitter} {on}"))), options)
+                .recording()
         };
         let (swarm, bodies) = (drive(&format!("on: gpu, layout: {layout}")), drive("on: cpu"));
         let id = |slot: usize| bodies.session.stage.sim().named(&format!("e.{slot}")).unwrap();
@@ -57,7 +58,9 @@ impl<'d> Pair<'d> {
     fn compare(&mut self) -> f64 {
         let living = self.device.living(&mut self.swarm.session);
         let mut there = vec![None; self.slots];
-        living.iter().for_each(|(number, place)| there[*number as usize % self.slots] = Some(*place));
+        living
+            .iter()
+            .for_each(|(number, place)| there[*number as usize % self.slots] = Some(*place));
         let mut largest = 0.0_f64;
         for (slot, there) in there.into_iter().enumerate() {
             match (there, Self::places(&self.bodies.session, self.body_ids[slot])) {
@@ -65,7 +68,9 @@ impl<'d> Pair<'d> {
                 (None, None) => {}
                 (there, body) => {
                     let now = self.swarm.session.stage.sim().ticks();
-                    panic!("slot {slot} after tick {now}: {there:?} on the device, {body:?} as a body");
+                    panic!(
+                        "slot {slot} after tick {now}: {there:?} on the device, {body:?} as a body"
+                    );
                 }
             }
         }
@@ -130,7 +135,10 @@ fn damping_substeps_and_far_places_too() {
                 pair.ticks(70);
                 let error = pair.compare();
                 // Rounded at every substep.
-                assert!(error < 12.0 * bound(method), "{method}: {error:e} m with {keys} {emitter}");
+                assert!(
+                    error < 12.0 * bound(method),
+                    "{method}: {error:e} m with {keys} {emitter}"
+                );
             }
         }
     }
@@ -168,9 +176,11 @@ fn switches_and_other_changes_act_from_their_tick_on() {
 fn a_full_pool_replaces_its_oldest_and_a_carrier_takes_its_emitter_along() {
     let mut device = Device::new();
     let crowded = SPRAY.replace("rate_per_s: 250", "rate_per_s: 500");
-    let riding = SPRAY.replace("position_m: (1, 2, 3)", "position_m: (0, 0.5, 0), rides_on: \"cart\"");
-    let cart =
-        format!("{GRAVITY}bodies: [(name: \"cart\", position_m: (3, 1, 0), velocity_m_s: (2, 6, 1))],");
+    let riding =
+        SPRAY.replace("position_m: (1, 2, 3)", "position_m: (0, 0.5, 0), rides_on: \"cart\"");
+    let cart = format!(
+        "{GRAVITY}bodies: [(name: \"cart\", position_m: (3, 1, 0), velocity_m_s: (2, 6, 1))],"
+    );
     for method in METHODS {
         for (keys, emitter) in [(GRAVITY, &crowded), (&cart, &riding)] {
             let mut pair = Pair::of(&mut device, keys, emitter, method);
@@ -187,9 +197,11 @@ fn a_full_pool_replaces_its_oldest_and_a_carrier_takes_its_emitter_along() {
 fn nothing_is_born_of_a_carrier_that_is_gone_and_what_is_due_ends_what_lived() {
     let mut device = Device::new();
     let crowded = SPRAY.replace("rate_per_s: 250", "rate_per_s: 500");
-    let riding = crowded.replace("position_m: (1, 2, 3)", "position_m: (0, 0.5, 0), rides_on: \"cart\"");
-    let cart =
-        format!("{GRAVITY}bodies: [(name: \"cart\", position_m: (3, 1, 0), velocity_m_s: (2, 6, 1))],");
+    let riding =
+        crowded.replace("position_m: (1, 2, 3)", "position_m: (0, 0.5, 0), rides_on: \"cart\"");
+    let cart = format!(
+        "{GRAVITY}bodies: [(name: \"cart\", position_m: (3, 1, 0), velocity_m_s: (2, 6, 1))],"
+    );
     let mut pair = Pair::of(&mut device, &cart, &riding, "position_verlet");
     pair.ticks(70);
     pair.compare();

@@ -103,11 +103,15 @@ fn whole(u: &mut Unstructured<'_>) -> Result<Option<(Bundle, Scene)>> {
         _ => Change::Requests(vec![motion::Request::SetVelocity(0, any_vector(u)?)]),
     };
     let (format, settings, tick) = (BUNDLE_FORMAT, Overrides::of(&scene), snapshot.ticks());
-    let manifest = Manifest { format, settings, snapshot_tick: tick, end_tick: tick, ..Manifest::default() };
+    let manifest =
+        Manifest { format, settings, snapshot_tick: tick, end_tick: tick, ..Manifest::default() };
     // What is not a number equals nothing, itself neither.
     let finite = !format!("{what:?}").contains("NaN");
     let events = if finite { vec![Event { tick: snapshot.ticks(), what }] } else { Vec::new() };
-    Ok(Some((Bundle { scene: text, manifest, snapshot, events, energy: None, picture: None }, scene)))
+    Ok(Some((
+        Bundle { scene: text, manifest, snapshot, events, energy: None, picture: None },
+        scene,
+    )))
 }
 
 /// The same archive with some bytes of its files changed, and all checksums right.

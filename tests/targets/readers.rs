@@ -54,7 +54,9 @@ fn read_scene(text: &str) {
 fn runs(scene: &Scene) {
     let mut run = Simulation::new(scene.clone());
     assert_eq!(run.bodies.len(), scene.bodies.len());
-    if scene.substeps > 8 || scene.bodies.iter().any(|body| body.substeps.is_some_and(|parts| parts > 8)) {
+    if scene.substeps > 8
+        || scene.bodies.iter().any(|body| body.substeps.is_some_and(|parts| parts > 8))
+    {
         return;
     }
     run.run(3);
@@ -132,7 +134,9 @@ fn tokens(text: &str) -> Vec<&str> {
     let kind = |c: char| (c.is_alphanumeric() || "_.-\"".contains(c), c.is_whitespace());
     let mut chars = text.char_indices().peekable();
     while let Some((at, c)) = chars.next() {
-        let ends = chars.peek().is_none_or(|(_, next)| kind(*next) != kind(c) || kind(c) == (false, false));
+        let ends = chars
+            .peek()
+            .is_none_or(|(_, next)| kind(*next) != kind(c) || kind(c) == (false, false));
         if ends {
             let end = at + c.len_utf8();
             tokens.push(&text[start..end]);

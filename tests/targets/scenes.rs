@@ -22,7 +22,11 @@ pub fn text(u: &mut Unstructured<'_>) -> Result<String> {
     line(out, "substeps", u.int_in_range(1..=3)?);
     if u.ratio(1, 2)? {
         let on = u.ratio(3, 4)?;
-        line(out, "gravity", format!("(acceleration_m_s2: {}, on_at_start: {on})", written(vector(u)?)));
+        line(
+            out,
+            "gravity",
+            format!("(acceleration_m_s2: {}, on_at_start: {on})", written(vector(u)?)),
+        );
     }
     if u.ratio(1, 2)? {
         let model = u.choose(&["tutorial", "clamped", "exact"])?;
@@ -45,7 +49,9 @@ pub fn text(u: &mut Unstructured<'_>) -> Result<String> {
         line(
             out,
             "wells",
-            format!("[(position_m: {place}, strength_m3_s2: {strength:?}, softening_m: {softening:?})]"),
+            format!(
+                "[(position_m: {place}, strength_m3_s2: {strength:?}, softening_m: {softening:?})]"
+            ),
         );
     }
     if u.ratio(1, 6)? {
@@ -58,7 +64,8 @@ pub fn text(u: &mut Unstructured<'_>) -> Result<String> {
     let bodies = u.int_in_range(1..=BODIES)?;
     out.push_str(" bodies: [\n");
     for body in 0..bodies {
-        writeln!(out, "  (name: \"b{body}\"{}),", body_keys(u)?).expect("a string takes everything");
+        writeln!(out, "  (name: \"b{body}\"{}),", body_keys(u)?)
+            .expect("a string takes everything");
     }
     out.push_str(" ],\n");
     if u.ratio(1, 6)? {
@@ -76,21 +83,24 @@ pub fn text(u: &mut Unstructured<'_>) -> Result<String> {
         if one == other {
             continue;
         }
-        let (stiffness, damping) = (at_least_0(u)?, if u.ratio(1, 3)? { at_least_0(u)? } else { 0.0 });
+        let (stiffness, damping) =
+            (at_least_0(u)?, if u.ratio(1, 3)? { at_least_0(u)? } else { 0.0 });
         write!(
             out,
             "  (between: (\"b{one}\", \"b{other}\"), stiffness_n_m: {stiffness:?}, damping_n_s_m: {damping:?}"
         )
         .expect("a string takes everything");
         if u.ratio(1, 2)? {
-            write!(out, ", rest_length_m: {:?}", at_least_0(u)?).expect("a string takes everything");
+            write!(out, ", rest_length_m: {:?}", at_least_0(u)?)
+                .expect("a string takes everything");
         }
         out.push_str("),\n");
     }
     out.push_str(" ],\n");
     if u.ratio(1, 8)? {
         let (mass, stiffness, air) = (at_least_0(u)?, at_least_0(u)?, at_least_0(u)?);
-        let keys = format!("mass_kg: {mass:?}, stiffness_n_m: {stiffness:?}, damping_n_s_m: {air:?}");
+        let keys =
+            format!("mass_kg: {mass:?}, stiffness_n_m: {stiffness:?}, damping_n_s_m: {air:?}");
         let body = match u.int_in_range(0..=2)? {
             0 => format!("chain(points: 4, to_m: (1.0, 2.0, 3.0), {keys}, pinned: [first])"),
             1 => format!(
@@ -101,7 +111,11 @@ pub fn text(u: &mut Unstructured<'_>) -> Result<String> {
         line(out, "soft_bodies", format!("[{body}]"));
     }
     if u.ratio(1, 10)? {
-        line(out, "emitters", "[(rate_per_s: 60.0, speed_m_s: 5.0, life_s: 0.2, spread_deg: 20.0)]");
+        line(
+            out,
+            "emitters",
+            "[(rate_per_s: 60.0, speed_m_s: 5.0, life_s: 0.2, spread_deg: 20.0)]",
+        );
     }
     text.push(')');
     Ok(text)
@@ -114,8 +128,9 @@ fn line(out: &mut String, key: &str, value: impl std::fmt::Display) {
 fn body_keys(u: &mut Unstructured<'_>) -> Result<String> {
     let mut keys = format!(", position_m: {}", written(vector(u)?));
     let out = &mut keys;
-    let mut key =
-        |key: &str, value: String| write!(out, ", {key}: {value}").expect("a string takes everything");
+    let mut key = |key: &str, value: String| {
+        write!(out, ", {key}: {value}").expect("a string takes everything")
+    };
     if u.ratio(1, 6)? {
         key("immovable", "true".to_owned());
         if u.ratio(1, 2)? {

@@ -53,7 +53,8 @@ pub fn session(bytes: &[u8]) {
     let Ok(scene) = Scene::parse("any", &text) else { return };
     let Ok(script) = script(&mut u) else { return };
     let interpolate = u.ratio(1, 2).unwrap_or(false);
-    let script = Script::parse("any script", &script).unwrap_or_else(|error| panic!("{error}\n{script}"));
+    let script =
+        Script::parse("any script", &script).unwrap_or_else(|error| panic!("{error}\n{script}"));
     let player = Player::new(script).expect("its keys are those of the table");
     let options = Options { pictures: false, interpolate, ..Options::default() };
     let mut session = Session::new(scene, options);
@@ -79,11 +80,15 @@ pub fn session(bytes: &[u8]) {
         });
         session.stage.take_orders();
         for thing in session.stage.things() {
-            let position =
-                session.stage.sim().world.get::<Transform>(thing).map(|transform| transform.position);
+            let position = session
+                .stage
+                .sim()
+                .world
+                .get::<Transform>(thing)
+                .map(|transform| transform.position);
             let body = session.stage.sim().world.get::<PhysicsBody>(thing);
-            let finite =
-                position.is_none_or(|x| x.is_finite()) && body.is_none_or(|body| body.velocity.is_finite());
+            let finite = position.is_none_or(|x| x.is_finite())
+                && body.is_none_or(|body| body.velocity.is_finite());
             assert!(finite, "{}: {position:?} {body:?}\n{text}", session.stage.name(thing));
         }
     }
@@ -118,7 +123,8 @@ fn script(u: &mut Unstructured<'_>) -> Result<String> {
     for _ in 0..u.int_in_range(0..=8)? {
         number += u.int_in_range(0..=3)?;
         let when = u.choose(&["at_frame", "at_tick"])?;
-        writeln!(script, " ({when}: {number}, do: {}),", action(u)?).expect("a string takes everything");
+        writeln!(script, " ({when}: {number}, do: {}),", action(u)?)
+            .expect("a string takes everything");
     }
     script.push(']');
     Ok(script)

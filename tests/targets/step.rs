@@ -7,7 +7,9 @@ use glam::DVec3;
 use history::Simulation;
 use motion::effects::Effect;
 use motion::groups::compile_groups;
-use motion::{Damping, DampingModel, Fault, Method, PhysicsBody, Quarantine, Request, StableId, Transform};
+use motion::{
+    Damping, DampingModel, Fault, Method, PhysicsBody, Quarantine, Request, StableId, Transform,
+};
 use scene::{Scene, unsolvable};
 
 use super::numbers::{any, any_vector, at_least_0};
@@ -79,7 +81,8 @@ pub fn step(bytes: &[u8]) {
     );
     for (tick, (with, without)) in (1..).zip(first.states.iter().zip(&without.states)) {
         for (id, (with, without)) in (0..).zip(with.iter().zip(without)) {
-            let gone = gone.iter().any(|quarantined| quarantined.body == id && quarantined.tick <= tick);
+            let gone =
+                gone.iter().any(|quarantined| quarantined.body == id && quarantined.tick <= tick);
             let numbers = |bits: &Bits| bits.map(|bits| bits.map(f64::from_bits));
             assert!(
                 gone || with == without,
@@ -105,7 +108,8 @@ fn events(u: &mut Unstructured<'_>, scene: &Scene) -> Result<Vec<(u64, Event)>> 
 }
 
 fn event(u: &mut Unstructured<'_>, body: u32, scene: &Scene) -> Result<Event> {
-    let methods = Method::ALL.map(|method| (method, unsolvable(method, scene.mutual_gravity.is_some())));
+    let methods =
+        Method::ALL.map(|method| (method, unsolvable(method, scene.mutual_gravity.is_some())));
     let method = |u: &mut Unstructured<'_>| {
         let (method, why_not) = u.choose(&methods)?;
         Ok(if why_not.is_some() { scene.method } else { *method })
@@ -188,7 +192,8 @@ fn news(world: &World, seen: &mut usize, by: By) -> Vec<Frozen> {
     let records = &world.resource::<Quarantine>().records()[*seen..];
     *seen += records.len();
     let news = records.iter().filter_map(|record| {
-        let held = world.get::<PhysicsBody>(record.body).is_some_and(|body| body.inverse_mass == 0.0);
+        let held =
+            world.get::<PhysicsBody>(record.body).is_some_and(|body| body.inverse_mass == 0.0);
         let by = match record.cause.system {
             _ if record.cause.fault == Fault::Request => By::Request,
             "integrate_groups" => by,
@@ -209,9 +214,12 @@ fn bits(world: &World, body: Entity) -> Bits {
 
 /// Fails if a number of any body is not finite, quarantined or not.
 pub fn assert_finite(world: &mut World) {
-    for (id, transform, body) in world.query::<(Option<&StableId>, &Transform, &PhysicsBody)>().iter(world) {
-        let finite =
-            transform.position.is_finite() && body.velocity.is_finite() && body.inverse_mass.is_finite();
+    for (id, transform, body) in
+        world.query::<(Option<&StableId>, &Transform, &PhysicsBody)>().iter(world)
+    {
+        let finite = transform.position.is_finite()
+            && body.velocity.is_finite()
+            && body.inverse_mass.is_finite();
         assert!(finite, "{id:?} has {transform:?}, {body:?}");
     }
 }

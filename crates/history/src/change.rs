@@ -94,10 +94,12 @@ impl Simulation {
     #[must_use]
     pub fn pending(&self) -> Vec<Change> {
         let requests = self.world.resource::<Requests>().pending();
-        let requests: Vec<_> = requests.filter_map(|request| request.rename(|body| self.id(body))).collect();
+        let requests: Vec<_> =
+            requests.filter_map(|request| request.rename(|body| self.id(body))).collect();
         let requests = (!requests.is_empty()).then_some(Change::Requests(requests));
         let pushes = self.world.resource::<PushQueue>().pending();
-        let pushes = pushes.filter_map(|push| Some(Change::Push(self.id(push.body)?, push.newtons)));
+        let pushes =
+            pushes.filter_map(|push| Some(Change::Push(self.id(push.body)?, push.newtons)));
         requests.into_iter().chain(pushes).collect()
     }
 
@@ -112,8 +114,10 @@ impl Simulation {
     pub fn give(&mut self, change: &Change) {
         match change {
             Change::Requests(requests) => {
-                let requests: Vec<_> =
-                    requests.iter().filter_map(|request| request.rename(|id| self.body(id))).collect();
+                let requests: Vec<_> = requests
+                    .iter()
+                    .filter_map(|request| request.rename(|id| self.body(id)))
+                    .collect();
                 requests.into_iter().for_each(|request| self.request(request));
                 self.carry_out_requests();
             }

@@ -44,7 +44,8 @@ impl Distances {
     /// The body with the largest distance among those for which `counts` is true; the first of several.
     #[must_use]
     pub fn farthest(&self, counts: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
-        let farther = |best: (u32, f64), body: (u32, f64)| if body.1 > best.1 { body } else { best };
+        let farther =
+            |best: (u32, f64), body: (u32, f64)| if body.1 > best.1 { body } else { best };
         self.each.iter().copied().filter(|(id, _)| counts(*id)).reduce(farther)
     }
 }
@@ -75,7 +76,8 @@ impl DistancesSoFar {
     /// The largest distance of a body for which `counts` is true, m; `None` without such a body.
     #[must_use]
     pub fn largest(&self, counts: impl Fn(u32) -> bool) -> Option<f64> {
-        let counted = (0..).zip(&self.largest).filter(|(id, distance)| **distance >= 0.0 && counts(*id));
+        let counted =
+            (0..).zip(&self.largest).filter(|(id, distance)| **distance >= 0.0 && counts(*id));
         counted.map(|(_, distance)| *distance).reduce(f64::max)
     }
 

@@ -22,8 +22,8 @@ mod timeline;
 mod twin;
 
 pub use bundle::{
-    BUNDLE_FORMAT, BadBundle, Bundle, EnergyGrowth, EnergyLook, EnergyState, Event, FaultEntry, Keyframe,
-    Manifest,
+    BUNDLE_FORMAT, BadBundle, Bundle, EnergyGrowth, EnergyLook, EnergyState, Event, FaultEntry,
+    Keyframe, Manifest,
 };
 pub use change::{Change, Gone};
 pub use distances::{Distances, DistancesSoFar};
@@ -31,6 +31,7 @@ pub use settings::{Overrides, RunSettings, rate_of};
 pub use simulation::{FirstQuarantine, Simulation};
 pub use snapshot::{BadSnapshot, Snapshot};
 pub use timeline::{
-    Broken, ENERGY_JUMP, Fault, Replay, Rerun, Seek, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline, Watch,
+    Broken, ENERGY_JUMP, Fault, Replay, Rerun, Seek, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline,
+    Watch,
 };
 pub use twin::{REFERENCE_METHOD, REFERENCE_SUBSTEPS, Twin, reference_substeps};

@@ -44,9 +44,11 @@ impl Overrides {
     pub fn apply(self, scene: &mut Scene) {
         let solved = self.unsolvable(scene).is_none();
         scene.method = self.method.filter(|_| solved).unwrap_or(scene.method);
-        let rate = self.step_hz.filter(|rate| *rate > 0.0 && rate.is_finite() && (1.0 / rate).is_finite());
+        let rate =
+            self.step_hz.filter(|rate| *rate > 0.0 && rate.is_finite() && (1.0 / rate).is_finite());
         scene.step_hz = rate.unwrap_or(scene.step_hz);
-        scene.substeps = self.substeps.map_or(scene.substeps, |parts| parts.clamp(1, Substeps::MOST));
+        scene.substeps =
+            self.substeps.map_or(scene.substeps, |parts| parts.clamp(1, Substeps::MOST));
         if let (Some(damping), Some(model)) = (&mut scene.damping, self.damping) {
             damping.model = model;
         }
@@ -85,7 +87,8 @@ impl RunSettings {
 
     /// Applies the settings to `scene`, so that a run of it starts with them.
     pub fn apply(&self, scene: &mut Scene) {
-        (scene.method, scene.substeps, scene.step_hz) = (self.method, self.substeps, self.step_hz());
+        (scene.method, scene.substeps, scene.step_hz) =
+            (self.method, self.substeps, self.step_hz());
         (scene.gravity, scene.damping) = (self.effects.gravity, self.effects.damping);
         // Gravity has its own flag.
         let off = self.effects.off.iter().copied();

@@ -7,8 +7,8 @@ use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::units::Vector;
 use motion::{
-    Cause, Evaluations, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests, Stepper, Substeps,
-    TimeStep, Transform,
+    Cause, Evaluations, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests, Stepper,
+    Substeps, TimeStep, Transform,
 };
 use scene::Scene;
 use xxhash_rust::xxh3::Xxh3;
@@ -57,7 +57,10 @@ impl Simulation {
 
     /// A simulation at the start of `scene`, whose spawned world and bodies `prepare` may change before it has a stepper.
     #[must_use]
-    pub fn prepared(scene: impl Into<Arc<Scene>>, prepare: impl FnOnce(&mut World, &[Entity])) -> Self {
+    pub fn prepared(
+        scene: impl Into<Arc<Scene>>,
+        prepare: impl FnOnce(&mut World, &[Entity]),
+    ) -> Self {
         let scene = scene.into();
         let mut world = World::new();
         let bodies = scene.spawn(&mut world);
@@ -146,7 +149,11 @@ impl Simulation {
     #[must_use]
     pub fn failure(&self) -> Option<FirstQuarantine> {
         let record = self.world.resource::<Quarantine>().records().first()?;
-        Some(FirstQuarantine { body: record.id.map(|id| id.0), tick: record.tick, cause: record.cause })
+        Some(FirstQuarantine {
+            body: record.id.map(|id| id.0),
+            tick: record.tick,
+            cause: record.cause,
+        })
     }
 
     /// Hash of the state, as summaries have it: see [`Snapshot::state_hash`](crate::Snapshot::state_hash).

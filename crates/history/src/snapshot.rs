@@ -33,7 +33,8 @@ impl Simulation {
     /// Takes a snapshot of the simulation. Call it between two ticks.
     pub fn snapshot(&mut self) -> Snapshot {
         let state = snapshot::take(&mut self.world, &self.stepper);
-        let mut things: Vec<_> = self.world.query::<&StableId>().iter(&self.world).map(|id| id.0).collect();
+        let mut things: Vec<_> =
+            self.world.query::<&StableId>().iter(&self.world).map(|id| id.0).collect();
         things.sort_unstable();
         let id = |body: Entity| self.id(body);
         let ranges = |bodies: Vec<Entity>| IdRanges::of(bodies.into_iter().filter_map(id));
@@ -138,12 +139,14 @@ impl Snapshot {
     /// Turns the snapshot into the start of `scene`, which has other methods: every body gets the method of the
     /// scene, and a previous position for position Verlet counts only with that method.
     pub(crate) fn begin_by_method_of(&mut self, scene: &Scene) {
-        let snapshot::Snapshot { method, own_methods, last_steps, bodies, states, .. } = &mut self.state;
+        let snapshot::Snapshot { method, own_methods, last_steps, bodies, states, .. } =
+            &mut self.state;
         *method = scene.method;
         own_methods.clear();
         last_steps.clear();
         for (id, row) in bodies.ids().zip(states) {
-            let Some(body) = scene.bodies.get(id as usize).filter(|body| body.verlet_previous.is_some())
+            let Some(body) =
+                scene.bodies.get(id as usize).filter(|body| body.verlet_previous.is_some())
             else {
                 continue;
             };

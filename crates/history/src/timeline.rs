@@ -163,7 +163,9 @@ impl Timeline {
         let not_after = |keyframe: &&Keyframe| keyframe.snapshot.ticks() <= tick;
         let regular = self.keyframes.iter().rfind(not_after)?;
         let near = self.near.as_deref().filter(not_after);
-        Some(near.filter(|near| near.snapshot.ticks() > regular.snapshot.ticks()).unwrap_or(regular))
+        Some(
+            near.filter(|near| near.snapshot.ticks() > regular.snapshot.ticks()).unwrap_or(regular),
+        )
     }
 
     /// Replaces the extra snapshot by `near`, or drops it if `near` does not fit.

@@ -101,7 +101,8 @@ impl Twin {
         }
         match change {
             Change::Requests(requests) => {
-                let of_twins = |request: &Request<u32>| !matches!(request, Request::SetBodyMethod(..));
+                let of_twins =
+                    |request: &Request<u32>| !matches!(request, Request::SetBodyMethod(..));
                 let requests = requests.iter().copied().filter(of_twins).collect();
                 self.simulation.give(&Change::Requests(requests));
             }
@@ -119,7 +120,10 @@ impl Twin {
 
     /// Remembers every position for drawing between two ticks. To be called only if the leader does the same.
     pub fn remember_positions(&mut self) {
-        self.simulation.world.run_system_cached(remember_positions).expect("a query and nothing else");
+        self.simulation
+            .world
+            .run_system_cached(remember_positions)
+            .expect("a query and nothing else");
     }
 }
 

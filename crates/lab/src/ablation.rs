@@ -44,7 +44,8 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
     let ticks = ticks.max(1);
     let scene = Arc::new(scene.clone());
     let mut full = Simulation::new(Arc::clone(&scene));
-    let acts = |effect: &Effect| motion::effects::state(&mut full.world, *effect) == EffectState::On;
+    let acts =
+        |effect: &Effect| motion::effects::state(&mut full.world, *effect) == EffectState::On;
     let effects: Vec<_> = Effect::ALL.into_iter().filter(acts).collect();
     full.run(ticks);
     let evaluations = |simulation: &Simulation| -> u64 {
@@ -89,5 +90,8 @@ fn swarm_keys(simulation: &mut Simulation) -> Vec<u64> {
 
 /// Stable ids and all bits of states.
 fn bits(states: &[Sample]) -> Vec<(u32, [[u64; 3]; 2])> {
-    states.iter().map(|(id, x, v)| (*id, [x, v].map(|vector| vector.to_array().map(f64::to_bits)))).collect()
+    states
+        .iter()
+        .map(|(id, x, v)| (*id, [x, v].map(|vector| vector.to_array().map(f64::to_bits))))
+        .collect()
 }

@@ -43,8 +43,8 @@ pub use plan::Plan;
 pub use problem::{PROBLEMS, Problem, State, problem};
 pub use ranking::{Crossing, OverArithmetic, Place};
 pub use record::{
-    BLOWN_UP, Cell, Counts, Drift, EnergyScale, Errors, FORMAT, Failure, Host, Machine, Outcome, Phase,
-    RateRow, Report, Setting, Study, TickTime, Time, TimedTick, Truth,
+    BLOWN_UP, Cell, Counts, Drift, EnergyScale, Errors, FORMAT, Failure, Host, Machine, Outcome,
+    Phase, RateRow, Report, Setting, Study, TickTime, Time, TimedTick, Truth,
 };
 pub use runner::{Runner, Sample};
 pub use subject::Subject;

@@ -120,11 +120,16 @@ pub fn tick_seconds(scene: &Scene) -> f64 {
     });
     let soft = scene.soft_bodies.iter();
     let weight = |elastic: &Elastic| if elastic.pull_only { CORD } else { 1.0 };
-    let of_links = soft.clone().flat_map(|soft| soft.links.iter()).map(|link| weight(&link.elastic));
-    let springs = scene.springs.iter().map(|spring| weight(&spring.elastic)).chain(of_links).sum::<f64>();
+    let of_links =
+        soft.clone().flat_map(|soft| soft.links.iter()).map(|link| weight(&link.elastic));
+    let springs =
+        scene.springs.iter().map(|spring| weight(&spring.elastic)).chain(of_links).sum::<f64>();
     let in_air = scene.laws.drag.is_some();
-    let triangles: f64 =
-        soft.clone().filter(|soft| in_air && soft.sheet).map(|soft| len(soft.triangles.len())).sum();
+    let triangles: f64 = soft
+        .clone()
+        .filter(|soft| in_air && soft.sheet)
+        .map(|soft| len(soft.triangles.len()))
+        .sum();
     let ends_in_groups =
         soft.map(|soft| len(soft.points.len())).sum::<f64>() + 2.0 * len(scene.springs.len());
     let attracts = scene.mutual_gravity.is_some();

@@ -147,7 +147,9 @@ pub const LONGEST_RUNS: f64 = 60.0;
 /// If a scene cannot be read, or all of them take longer than [`LONGEST_RUNS`] or what is [allowed](crate::duration::allow_time).
 pub fn run_lesson(lesson: &Lesson, times: f64) -> Result<Quantities, SceneError> {
     let seconds = runs_seconds(lesson, times)?;
-    if let Err(TooLong { seconds: all, allowed }) = check_time(seconds.iter().sum(), Some(LONGEST_RUNS)) {
+    if let Err(TooLong { seconds: all, allowed }) =
+        check_time(seconds.iter().sum(), Some(LONGEST_RUNS))
+    {
         let longest = seconds.iter().copied().fold(0.0, f64::max);
         let longest = seconds.iter().position(|run| *run == longest).unwrap_or_default();
         let what = format!(
@@ -190,7 +192,8 @@ fn scene_of(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<(Scene, u64)
 
 fn with_settings(mut scene: Scene, run: &LessonRun, times: f64) -> (Scene, u64) {
     let step_hz = Some(run.step_hz.unwrap_or(scene.step_hz) * times);
-    Overrides { method: run.method, step_hz, substeps: run.substeps, damping: None }.apply(&mut scene);
+    Overrides { method: run.method, step_hz, substeps: run.substeps, damping: None }
+        .apply(&mut scene);
     let ticks = ticks_in(&scene, run.seconds);
     (scene, ticks)
 }
@@ -221,16 +224,26 @@ fn measure_run(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<Quantitie
             let apart = Distances::between(&simulation, reference.simulation()).farthest(|_| true);
             // A maximum drops what is not a number.
             let distance = apart.map_or(f64::NAN, |(_, distance)| distance);
-            farthest = if distance.is_nan() || farthest.is_nan() { f64::NAN } else { farthest.max(distance) };
+            farthest = if distance.is_nan() || farthest.is_nan() {
+                f64::NAN
+            } else {
+                farthest.max(distance)
+            };
         }
         note(&mut quantities, &run.measure, &mut simulation, farthest);
     }
     Ok(quantities)
 }
 
-fn note(quantities: &mut Quantities, measure: &[Quantity], simulation: &mut Simulation, error: f64) {
+fn note(
+    quantities: &mut Quantities,
+    measure: &[Quantity],
+    simulation: &mut Simulation,
+    error: f64,
+) {
     for Quantity { name, measure } in measure {
-        let value = if *measure == Measure::Error { Some(error) } else { measured(simulation, measure) };
+        let value =
+            if *measure == Measure::Error { Some(error) } else { measured(simulation, measure) };
         quantities.note(name, value.unwrap_or(f64::NAN));
     }
 }

@@ -43,9 +43,11 @@ pub(crate) fn ordered<T: Send>(
 ) {
     let window = AHEAD * threads.max(1) as u64;
     let (queue, moved) = (Mutex::new(Queue { next: 0, taken: 0, over: false }), Condvar::new());
-    let locked = || -> MutexGuard<'_, Queue> { queue.lock().unwrap_or_else(PoisonError::into_inner) };
+    let locked =
+        || -> MutexGuard<'_, Queue> { queue.lock().unwrap_or_else(PoisonError::into_inner) };
     let claim = || {
-        let waits = |queue: &mut Queue| !queue.over && queue.next >= queue.taken.saturating_add(window);
+        let waits =
+            |queue: &mut Queue| !queue.over && queue.next >= queue.taken.saturating_add(window);
         let mut queue = moved.wait_while(locked(), waits).unwrap_or_else(PoisonError::into_inner);
         let index = queue.next;
         (!queue.over && index < count).then(|| {
@@ -133,8 +135,9 @@ mod tests {
                 assert!(index != 5, "a panic of the work");
                 index
             };
-            let worked =
-                std::panic::catch_unwind(|| ordered(u64::MAX, threads, work, |_| ControlFlow::Continue(())));
+            let worked = std::panic::catch_unwind(|| {
+                ordered(u64::MAX, threads, work, |_| ControlFlow::Continue(()))
+            });
             assert!(worked.is_err());
             let take = |index: u64| {
                 // The threads get as far ahead as they may.
@@ -142,7 +145,8 @@ mod tests {
                 assert!(index < 2, "a panic of what takes the results");
                 ControlFlow::Continue(())
             };
-            let taken = std::panic::catch_unwind(|| ordered(u64::MAX, threads, |index| index, take));
+            let taken =
+                std::panic::catch_unwind(|| ordered(u64::MAX, threads, |index| index, take));
             assert!(taken.is_err());
         }
     }

@@ -70,7 +70,15 @@ impl Part {
             hash.update(&[0]);
         }
         let scenes_hash = format!("{:016x}", hash.digest());
-        Self { format: FORMAT, command, scenes_hash, shard, machine: Machine::here(), complete: false, found }
+        Self {
+            format: FORMAT,
+            command,
+            scenes_hash,
+            shard,
+            machine: Machine::here(),
+            complete: false,
+            found,
+        }
     }
 
     /// Why two parts do not belong to one study, as the end of a sentence.

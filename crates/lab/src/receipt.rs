@@ -61,16 +61,24 @@ pub fn receipt(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
     simulation.run(ticks);
     let evaluations = simulation.evaluations().clone();
     let mut rows = receipt_without_running(&mut simulation);
-    let acting: Vec<_> =
-        rows.iter().filter(|row| row.state == EffectState::On).filter_map(|row| row.effect).collect();
+    let acting: Vec<_> = rows
+        .iter()
+        .filter(|row| row.state == EffectState::On)
+        .filter_map(|row| row.effect)
+        .collect();
     let one_less = |effect: &Effect| without.iter().copied().chain([*effect]).collect();
-    let variants: Vec<_> = [without.to_vec()].into_iter().chain(acting.iter().map(one_less)).collect();
+    let variants: Vec<_> =
+        [without.to_vec()].into_iter().chain(acting.iter().map(one_less)).collect();
     let times = step_times(scene, &variants, ticks);
     let ns = times.first().copied().unwrap_or_default();
     for row in &mut rows {
         let count = match row.name {
             IMPLICIT_SOLVER => evaluations.newton_iterations() + evaluations.cg_iterations(),
-            name => evaluations.laws().iter().find(|(law, _)| *law == name).map_or(0, |(_, count)| *count),
+            name => evaluations
+                .laws()
+                .iter()
+                .find(|(law, _)| *law == name)
+                .map_or(0, |(_, count)| *count),
         };
         row.evaluations = count as f64 / ticks as f64;
         if let Some(place) = acting.iter().position(|effect| Some(*effect) == row.effect) {
@@ -139,9 +147,13 @@ type Integrated = (Without<Quarantined>, Without<Static>, Without<Dormant>);
 /// Number of movable bodies that `sought` integrates.
 fn bodies_of(world: &mut World, scene: Method, sought: Method) -> usize {
     let moves = |body: &PhysicsBody| body.inverse_mass > 0.0;
-    let mut own = world.query_filtered::<(EntityRef, &PhysicsBody), (With<OwnMethod>, Integrated)>();
-    let uses = |(body, state): &(EntityRef, &PhysicsBody)| moves(state) && own_method(*body) == Some(sought);
+    let mut own =
+        world.query_filtered::<(EntityRef, &PhysicsBody), (With<OwnMethod>, Integrated)>();
+    let uses = |(body, state): &(EntityRef, &PhysicsBody)| {
+        moves(state) && own_method(*body) == Some(sought)
+    };
     let with_own = own.iter(world).filter(uses).count();
     let mut others = world.query_filtered::<&PhysicsBody, (Without<OwnMethod>, Integrated)>();
-    with_own + if scene == sought { others.iter(world).filter(|body| moves(body)).count() } else { 0 }
+    with_own
+        + if scene == sought { others.iter(world).filter(|body| moves(body)).count() } else { 0 }
 }

@@ -131,7 +131,9 @@ pub enum Refusal {
         best: Point,
     },
     /// No choice is as cheap.
-    #[error("nothing runs in {budget_ms} ms: the cheapest takes {least_ms:.2e} ms; give a larger budget")]
+    #[error(
+        "nothing runs in {budget_ms} ms: the cheapest takes {least_ms:.2e} ms; give a larger budget"
+    )]
     BudgetTooSmall {
         /// The time asked for, ms.
         budget_ms: f64,
@@ -174,7 +176,9 @@ pub fn recommend(parts: &[(&str, &Study)], goal: Goal) -> Result<Recommendation,
         Goal::Budget(budget) => choose_for_budget(&fronts, budget)?,
     };
     let next = match goal {
-        Goal::Error(error) => choose_for_error(&fronts, error / 10.0).ok().map(|next| (error / 10.0, next)),
+        Goal::Error(error) => {
+            choose_for_error(&fronts, error / 10.0).ok().map(|next| (error / 10.0, next))
+        }
         Goal::Budget(_) => next_more_accurate(&fronts, &picks),
     };
     let mut found = result(&fronts, &picks, next, unit);
@@ -212,14 +216,17 @@ impl<'a> Front<'a> {
             Unit::Evaluations => (Cost::Evaluations, study.bodies.max(1) as f64 / 60.0),
         };
         let (_, reference_error_m) = study.truth.own_error();
-        let mut front = Self { part, study, cost, price_per_cost, reference_error_m, bounds: Vec::new() };
-        let points = study.front(Accuracy::Position, cost).into_iter().filter_map(|cell| front.point(cell));
+        let mut front =
+            Self { part, study, cost, price_per_cost, reference_error_m, bounds: Vec::new() };
+        let points =
+            study.front(Accuracy::Position, cost).into_iter().filter_map(|cell| front.point(cell));
         front.bounds = points.map(|point| front.bound(&point)).collect();
         front
     }
 
     fn point(&self, cell: &Cell) -> Option<Point> {
-        let (price, errors) = (self.study.cost(cell, self.cost)? * self.price_per_cost, cell.errors()?);
+        let (price, errors) =
+            (self.study.cost(cell, self.cost)? * self.price_per_cost, cell.errors()?);
         let Errors { position_m: error_m, position_rms_m: rms_m, .. } = errors;
         Some(Point { setting: cell.setting, error_m, rms_m, price })
     }
@@ -238,7 +245,9 @@ impl<'a> Front<'a> {
         // The order says nothing about far longer ticks.
         let times = times.min(MOST_TICK_STRETCH);
         // An error near the reference's own says nothing about longer ticks.
-        (point.setting.substeps == 1 && point.error_m > 2.0 * self.reference_error_m && times >= 2.0)
+        (point.setting.substeps == 1
+            && point.error_m > 2.0 * self.reference_error_m
+            && times >= 2.0)
             .then_some(times)
     }
 
@@ -263,7 +272,10 @@ fn choose_for_error(fronts: &[Front<'_>], error: f64) -> Result<Vec<Pick>, Refus
         let best = front.best().ok_or_else(|| Refusal::NothingFinished { part: part() })?;
         front.cheapest(error).ok_or_else(|| {
             // A reference whose own error is NaN gives no bound.
-            if best.error_m <= error || front.reference_error_m > error || front.reference_error_m.is_nan() {
+            if best.error_m <= error
+                || front.reference_error_m > error
+                || front.reference_error_m.is_nan()
+            {
                 Refusal::Uncertain {
                     part: part(),
                     error_m: error,
@@ -304,7 +316,8 @@ fn next_more_accurate(fronts: &[Front<'_>], picks: &[Pick]) -> Option<(f64, Vec<
 /// The bounds of all points, ascending. The largest error of a choice is one of them, and they are few enough to try
 /// each.
 fn bounds(fronts: &[Front<'_>]) -> Vec<f64> {
-    let mut bounds: Vec<f64> = fronts.iter().flat_map(|front| front.bounds.iter().copied()).collect();
+    let mut bounds: Vec<f64> =
+        fronts.iter().flat_map(|front| front.bounds.iter().copied()).collect();
     bounds.sort_by(f64::total_cmp);
     bounds.dedup();
     bounds

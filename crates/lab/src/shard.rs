@@ -68,11 +68,16 @@ impl FromStr for Shard {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let parts =
-            text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+        let parts = text
+            .split_once('/')
+            .and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
         match parts {
-            Some((number, of)) if 0 < number && number <= of && of <= MOST => Ok(Self { number, of }),
-            _ => Err(format!("give which part of how many, as in 2/3, from 1/N to N/N, with N up to {MOST}")),
+            Some((number, of)) if 0 < number && number <= of && of <= MOST => {
+                Ok(Self { number, of })
+            }
+            _ => Err(format!(
+                "give which part of how many, as in 2/3, from 1/N to N/N, with N up to {MOST}"
+            )),
         }
     }
 }
@@ -94,11 +99,15 @@ mod tests {
         for (of, all) in [(1, 5), (3, 7), (7, 7), (7, 3), (4, 0)] {
             let shards: Vec<Shard> =
                 (1..=of).map(|number| format!("{number}/{of}").parse().unwrap()).collect();
-            let mut found: Vec<u64> =
-                shards.iter().flat_map(|shard| (0..shard.count(all)).map(|place| shard.nth(place))).collect();
+            let mut found: Vec<u64> = shards
+                .iter()
+                .flat_map(|shard| (0..shard.count(all)).map(|place| shard.nth(place)))
+                .collect();
             found.sort_unstable();
             assert_eq!(found, (0..all).collect::<Vec<_>>(), "{of} parts of {all}");
-            assert!((0..all).all(|index| shards.iter().filter(|shard| shard.has(index)).count() == 1));
+            assert!(
+                (0..all).all(|index| shards.iter().filter(|shard| shard.has(index)).count() == 1)
+            );
         }
     }
 

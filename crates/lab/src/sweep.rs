@@ -80,7 +80,8 @@ impl Sweep {
         for (at, axis) in plan.axes.iter().enumerate().filter(|(_, axis)| !is_of_methods(axis)) {
             let mut values = base.clone();
             // The first values and the last tell whether all are allowed: many values come from a range.
-            let (first, last) = (axis.values.iter().take(PROBES as usize), axis.values.iter().last());
+            let (first, last) =
+                (axis.values.iter().take(PROBES as usize), axis.values.iter().last());
             for value in first.chain(last) {
                 values[at] = value;
                 varied.scene(&values)?;
@@ -125,7 +126,13 @@ impl Sweep {
 
     /// Runs the part `shard` of the sweep without its first `done` runs, on `threads` threads, and calls `take` with
     /// each row in the order of run numbers, until it breaks.
-    pub fn run(&self, shard: Shard, done: u64, threads: usize, mut take: impl FnMut(Row) -> ControlFlow<()>) {
+    pub fn run(
+        &self,
+        shard: Shard,
+        done: u64,
+        threads: usize,
+        mut take: impl FnMut(Row) -> ControlFlow<()>,
+    ) {
         let left = shard.count(self.plan.runs().unwrap_or(0)).saturating_sub(done);
         ordered(left, threads, |place| self.row(shard.nth(done + place)), &mut take);
     }
@@ -139,9 +146,11 @@ impl Sweep {
         };
         let mut measured = measured.into_iter();
         let axes =
-            self.numeric.iter().zip(self.plan.values(run)).map(|(numeric, value)| match value.parse() {
-                Ok(number) if *numeric => Value::Number(number),
-                _ => Value::Text(value.to_owned()),
+            self.numeric.iter().zip(self.plan.values(run)).map(|(numeric, value)| {
+                match value.parse() {
+                    Ok(number) if *numeric => Value::Number(number),
+                    _ => Value::Text(value.to_owned()),
+                }
             });
         let mut values = vec![Value::Count(run)];
         values.extend(axes);

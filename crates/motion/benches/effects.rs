@@ -22,8 +22,9 @@ use motion::systems::{
 };
 use motion::units::Vector;
 use motion::{
-    AxisLocks, Damping, Dormant, Drag, Elastic, Emitter, Gravity, Method, MutualGravity, PhysicsBody,
-    Request, Requests, SpeedLimit, Spring, StableId, Stepper, TimeStep, Transform, Well, Wells, Wind,
+    AxisLocks, Damping, Dormant, Drag, Elastic, Emitter, Gravity, Method, MutualGravity,
+    PhysicsBody, Request, Requests, SpeedLimit, Spring, StableId, Stepper, TimeStep, Transform,
+    Well, Wells, Wind,
 };
 
 const H: f64 = 1.0 / 120.0;
@@ -57,13 +58,19 @@ fn everything(count: u32) -> (World, Stepper) {
     world.insert_resource(Damping::TUTORIAL);
     let wind = Wind { velocity: Vector::X, gust: 1.0, gust_hz: 1.0 };
     world.insert_resource(Drag { wind: Some(wind), ..Drag::new(0.1, 0.01) });
-    world.insert_resource(Wells(vec![Well { position: Vector::ZERO, strength: 1.0, softening: 1.0 }]));
+    world.insert_resource(Wells(vec![Well {
+        position: Vector::ZERO,
+        strength: 1.0,
+        softening: 1.0,
+    }]));
     let elastic = Elastic { stiffness: 10.0, damping: 0.1, rest_length: 1.0, pull_only: false };
     for pair in bodies.chunks_exact(2) {
         world.spawn(Spring { ends: [pair[0], pair[1]], elastic });
     }
     for body in bodies.iter().step_by(10) {
-        world.entity_mut(*body).insert((SpeedLimit(100.0), AxisLocks { z: true, ..AxisLocks::default() }));
+        world
+            .entity_mut(*body)
+            .insert((SpeedLimit(100.0), AxisLocks { z: true, ..AxisLocks::default() }));
     }
     world.insert_resource(MutualGravity { constant: 1e-6, softening: 1.0 });
     let stepper = Stepper::new(&mut world, Method::SemiImplicitEuler, TimeStep(H));
@@ -107,7 +114,12 @@ fn steps(what: &str, bodies: u32, steps: u32) {
             let mut schedule = Schedule::default();
             schedule.set_executor(SingleThreadedExecutor::new());
             schedule.add_systems(
-                (apply_forces, integrate_in_one_pass::<SemiImplicitEuler>, clear_forces, quarantine_bodies)
+                (
+                    apply_forces,
+                    integrate_in_one_pass::<SemiImplicitEuler>,
+                    clear_forces,
+                    quarantine_bodies,
+                )
                     .chain(),
             );
             (0..steps).for_each(|_| schedule.run(&mut world));
@@ -122,11 +134,16 @@ fn births(count: usize, rate: f64, life: f64) {
     let mut world = World::new();
     world.insert_resource(Gravity::EARTH);
     let body = PhysicsBody::with_mass(1.0);
-    let pool = (0..count).map(|_| world.spawn((Transform::default(), body, Dormant)).id()).collect();
+    let pool =
+        (0..count).map(|_| world.spawn((Transform::default(), body, Dormant)).id()).collect();
     let launches = vec![Vector::Y; count];
     world.spawn(Emitter { rate, life, position: Vector::ZERO, pool, launches, inverse_mass: 1.0 });
     let mut stepper = Stepper::new(&mut world, Method::SemiImplicitEuler, TimeStep(H));
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few seconds of ticks")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a few seconds of ticks"
+    )]
     (0..(life / H * 1.5) as u64).for_each(|_| stepper.tick(&mut world));
     let with = least(100, || stepper.tick(&mut world));
     let mut still = World::new();
@@ -151,7 +168,11 @@ fn statics(count: usize) {
         (0..10).for_each(|_| stepper.tick(&mut world));
         least(2_000, || stepper.tick(&mut world))
     };
-    println!("1000 bodies: {:.2} us a step, beside {count} static ones {:.2} us", time(0), time(count));
+    println!(
+        "1000 bodies: {:.2} us a step, beside {count} static ones {:.2} us",
+        time(0),
+        time(count)
+    );
 }
 
 /// Off and on, each with the new schedule.
@@ -165,12 +186,17 @@ fn switching(count: u32) {
             on = !on;
             switch(&mut world, &mut stepper, effect, on);
         });
-        println!("  {:<16} {time:8.1}  {}", effect.name(), if time < 1e3 { "held" } else { "MISSED" });
+        println!(
+            "  {:<16} {time:8.1}  {}",
+            effect.name(),
+            if time < 1e3 { "held" } else { "MISSED" }
+        );
     }
 }
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    let arguments: Vec<String> =
+        std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
     if let [flag, what, bodies, count] = &arguments[..]
         && flag == "--steps"
     {

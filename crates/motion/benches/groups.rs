@@ -14,7 +14,9 @@ use bevy_ecs::prelude::*;
 use common::{Contestant, compare};
 use motion::methods::{Field, Integrator, RungeKutta4, SemiImplicitEuler, StepState};
 use motion::units::Vector;
-use motion::{Elastic, Gravity, Method, PhysicsBody, Spring, StableId, Stepper, TimeStep, Transform};
+use motion::{
+    Elastic, Gravity, Method, PhysicsBody, Spring, StableId, Stepper, TimeStep, Transform,
+};
 
 const H: f64 = 1.0 / 240.0;
 const G: Vector = Vector::new(0.0, -9.8, 0.0);
@@ -31,14 +33,22 @@ struct Shape {
     reach: [Option<f64>; 2],
 }
 
-const HARMONIC: Elastic = Elastic { stiffness: 40.0, damping: 0.0, rest_length: 0.0, pull_only: false };
-const STIFF: Elastic = Elastic { stiffness: 40.0, damping: 0.0, rest_length: 1.0, pull_only: false };
+const HARMONIC: Elastic =
+    Elastic { stiffness: 40.0, damping: 0.0, rest_length: 0.0, pull_only: false };
+const STIFF: Elastic =
+    Elastic { stiffness: 40.0, damping: 0.0, rest_length: 1.0, pull_only: false };
 
 const SHAPES: [Shape; 4] = [
     Shape { name: "harmonic", hangs: true, bodies: 1, elastic: HARMONIC, reach: [None; 2] },
     Shape { name: "post", hangs: true, bodies: 1, elastic: STIFF, reach: [Some(3.0), Some(1.5)] },
     Shape { name: "pair", hangs: false, bodies: 2, elastic: STIFF, reach: [Some(2.5), Some(1.5)] },
-    Shape { name: "chain", hangs: false, bodies: 10, elastic: STIFF, reach: [Some(2.5), Some(1.5)] },
+    Shape {
+        name: "chain",
+        hangs: false,
+        bodies: 10,
+        elastic: STIFF,
+        reach: [Some(2.5), Some(1.5)],
+    },
 ];
 
 /// Position of body `k` of a group, 0 for a post.
@@ -54,7 +64,11 @@ fn world(shape: Shape, groups: usize, method: Method) -> (World, Stepper) {
     let mut ids = 0..;
     let mut spawn = |world: &mut World, at: Vector, body: PhysicsBody| {
         world
-            .spawn((StableId(ids.next().expect("there is always a next number")), Transform::at(at), body))
+            .spawn((
+                StableId(ids.next().expect("there is always a next number")),
+                Transform::at(at),
+                body,
+            ))
             .id()
     };
     for group in 0..groups {
@@ -115,7 +129,11 @@ impl<const N: usize, const HANGS: bool> Group<N, HANGS> {
     #[inline(always)]
     fn pull(&self, d: Vector) -> Vector {
         let Elastic { stiffness, rest_length, .. } = self.elastic;
-        if rest_length == 0.0 { d * stiffness } else { d * (stiffness * (1.0 - rest_length / d.length())) }
+        if rest_length == 0.0 {
+            d * stiffness
+        } else {
+            d * (stiffness * (1.0 - rest_length / d.length()))
+        }
     }
 }
 
@@ -158,7 +176,10 @@ impl<const N: usize, const HANGS: bool> Field for Group<N, HANGS> {
     }
 }
 
-fn rival<M: Integrator, const N: usize, const HANGS: bool>(shape: Shape, groups: usize) -> Box<dyn FnMut()> {
+fn rival<M: Integrator, const N: usize, const HANGS: bool>(
+    shape: Shape,
+    groups: usize,
+) -> Box<dyn FnMut()> {
     let at = |group| Bodies(std::array::from_fn(|k| start(group, k + 1)));
     let mut states: Vec<_> =
         (0..groups).map(|group| (at(group), Bodies([Vector::ZERO; N]), start(group, 0))).collect();
@@ -181,7 +202,8 @@ fn rival_of<M: Integrator>(shape: Shape, groups: usize) -> Box<dyn FnMut()> {
 }
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    let arguments: Vec<String> =
+        std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
     if let [flag, shape, method, bodies, steps] = &arguments[..]
         && flag == "--steps"
     {
@@ -193,7 +215,8 @@ fn main() {
             let mut rival = rival_of::<SemiImplicitEuler>(shape, groups);
             (0..steps).for_each(|_| rival());
         } else {
-            let (mut world, mut stepper) = world(shape, groups, Method::from_name(method).expect("a method"));
+            let (mut world, mut stepper) =
+                world(shape, groups, Method::from_name(method).expect("a method"));
             (0..steps).for_each(|_| stepper.tick(&mut world));
             black_box(world);
         }
@@ -203,12 +226,18 @@ fn main() {
         for shape in SHAPES {
             let groups = bodies / shape.bodies;
             for (method, loops, reach) in [
-                (Method::SemiImplicitEuler, rival_of::<SemiImplicitEuler>(shape, groups), shape.reach[0]),
+                (
+                    Method::SemiImplicitEuler,
+                    rival_of::<SemiImplicitEuler>(shape, groups),
+                    shape.reach[0],
+                ),
                 (Method::RungeKutta4, rival_of::<RungeKutta4>(shape, groups), shape.reach[1]),
             ] {
                 let (mut world, mut stepper) = world(shape, groups, method);
-                let contestants: Vec<Contestant> =
-                    vec![("loop", loops), (method.name(), Box::new(move || stepper.tick(&mut world)))];
+                let contestants: Vec<Contestant> = vec![
+                    ("loop", loops),
+                    (method.name(), Box::new(move || stepper.tick(&mut world))),
+                ];
                 compare(bodies, shape.name, &[None, reach], contestants);
             }
         }

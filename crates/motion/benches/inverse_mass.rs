@@ -44,7 +44,9 @@ impl Bodies {
 
     #[inline(never)]
     fn multiply(&mut self, h: f64) {
-        for ((v, f), inverse) in self.velocities.iter_mut().zip(&self.forces).zip(&self.inverse_masses) {
+        for ((v, f), inverse) in
+            self.velocities.iter_mut().zip(&self.forces).zip(&self.inverse_masses)
+        {
             for axis in 0..3 {
                 v[axis] += f[axis] * inverse * h;
             }
@@ -78,7 +80,8 @@ fn main() {
     println!("bodies, ns a kick: F * w, F / m, F * (1 / m); ratios to the first");
     for count in BODIES {
         let mut bodies = Bodies::new(count);
-        let kicks: [fn(&mut Bodies, f64); 3] = [Bodies::multiply, Bodies::divide, Bodies::divide_once];
+        let kicks: [fn(&mut Bodies, f64); 3] =
+            [Bodies::multiply, Bodies::divide, Bodies::divide_once];
         let mut least = [f64::INFINITY; 3];
         for _ in 0..ROUNDS {
             for (least, kick) in least.iter_mut().zip(kicks) {

@@ -22,7 +22,11 @@ fn start(i: usize) -> ([f64; 3], [f64; 3], f64) {
     #[expect(clippy::cast_precision_loss, reason = "small numbers")]
     let at = i as f64;
     let movable = i % 64 != 63;
-    ([at, 10.0, -at], if movable { [1.0, 2.0, 3.0] } else { [0.0; 3] }, if movable { 10.0 } else { 0.0 })
+    (
+        [at, 10.0, -at],
+        if movable { [1.0, 2.0, 3.0] } else { [0.0; 3] },
+        if movable { 10.0 } else { 0.0 },
+    )
 }
 
 struct Ecs {
@@ -60,14 +64,21 @@ fn decayed() {
             ecs.world.remove_resource::<Gravity>();
             ecs
         });
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of ticks")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a count of ticks"
+        )]
         let ticks = (2_000.0 / H) as u64;
         (0..ticks).for_each(|_| old.tick());
         compare(
             n,
             claims.name,
             &[None, Some(1.1)],
-            vec![("fresh", Box::new(|| fresh.tick())), ("after 2,000 s of drag", Box::new(|| old.tick()))],
+            vec![
+                ("fresh", Box::new(|| fresh.tick())),
+                ("after 2,000 s of drag", Box::new(|| old.tick())),
+            ],
         );
     }
 }
@@ -96,7 +107,9 @@ fn threads() {
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     if let Some(place) = arguments.iter().position(|argument| argument == "--steps") {
-        let [method, bodies, steps] = &arguments[place + 1..place + 4] else { panic!("METHOD BODIES STEPS") };
+        let [method, bodies, steps] = &arguments[place + 1..place + 4] else {
+            panic!("METHOD BODIES STEPS")
+        };
         let method = Method::from_name(method).expect("a method");
         let mut ecs = Ecs::new(method, bodies.parse().expect("a number"));
         (0..steps.parse().expect("a number")).for_each(|_: u32| ecs.tick());

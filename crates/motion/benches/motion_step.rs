@@ -14,9 +14,13 @@ use common::{avx2_or_plain, compare};
 use cpu_time::ThreadTime;
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput};
-use motion::systems::{insert_step_resources, integrate_acceleration, integrate_velocity, step_schedule};
+use motion::systems::{
+    insert_step_resources, integrate_acceleration, integrate_velocity, step_schedule,
+};
 use motion::units::Vector;
-use motion::{Damping, Force, Gravity, Passes, PhysicsBody, PushQueue, StepPlan, TimeStep, Transform};
+use motion::{
+    Damping, Force, Gravity, Passes, PhysicsBody, PushQueue, StepPlan, TimeStep, Transform,
+};
 
 const H: f64 = 1.0 / 120.0;
 const SIZES: [usize; 6] = [1, 100, 1_000, 10_000, 100_000, 1_000_000];
@@ -102,8 +106,9 @@ impl Soa {
 
     fn views(&mut self) -> Views<'_> {
         let n = self.n;
-        let mut columns =
-            self.numbers[self.aligned..].chunks_exact_mut(Self::stride(n)).map(|column| &mut column[..n]);
+        let mut columns = self.numbers[self.aligned..]
+            .chunks_exact_mut(Self::stride(n))
+            .map(|column| &mut column[..n]);
         let mut next = || columns.next().expect("ten columns");
         Views {
             x: [next(), next(), next()],
@@ -221,11 +226,16 @@ impl Ecs {
     fn new(n: usize, gravity: f64, schedule: fn(&mut World) -> Schedule) -> Self {
         let mut world = World::new();
         insert_step_resources(&mut world, TimeStep(H));
-        world.insert_resource(Gravity { acceleration: Vector::new(0.0, gravity, 0.0), on: gravity != 0.0 });
+        world.insert_resource(Gravity {
+            acceleration: Vector::new(0.0, gravity, 0.0),
+            on: gravity != 0.0,
+        });
         world.insert_resource(Damping { rate: RATE, ..Damping::TUTORIAL });
         let bodies: Vec<_> = (0..n)
             .map(start)
-            .map(|(x, velocity, inverse_mass)| (Transform::at(x), PhysicsBody { velocity, inverse_mass }))
+            .map(|(x, velocity, inverse_mass)| {
+                (Transform::at(x), PhysicsBody { velocity, inverse_mass })
+            })
             .collect();
         let entities: Vec<_> = world.spawn_batch(bodies).collect();
         let mut schedule = schedule(&mut world);
@@ -287,7 +297,9 @@ fn assert_same_bits(n: usize) {
 }
 
 fn ratios() {
-    println!("\nns a step and median ratio to the first of each group (interleaved, thread CPU time)");
+    println!(
+        "\nns a step and median ratio to the first of each group (interleaved, thread CPU time)"
+    );
     for n in SIZES {
         let step = match n {
             0..1_000 => None,
@@ -332,7 +344,10 @@ fn ratios() {
             "two middle systems",
             &[None, (n >= 100_000).then_some(1.25)],
             vec![
-                ("hand passes over the same columns", Box::new(|| column_passes(black_box(&mut columns)))),
+                (
+                    "hand passes over the same columns",
+                    Box::new(|| column_passes(black_box(&mut columns))),
+                ),
                 ("integrate_acceleration, _velocity", Box::new(|| ecs.step())),
             ],
         );
@@ -359,7 +374,10 @@ fn ratios() {
                 // It does not grow old in the measurement: that takes five times as many steps.
                 Box::new(|| fused_without_snap(black_box(&mut fresh), 0.0)),
             ),
-            ("hand fused, after 2,000 s", Box::new(|| fused_without_snap(black_box(&mut old), 0.0))),
+            (
+                "hand fused, after 2,000 s",
+                Box::new(|| fused_without_snap(black_box(&mut old), 0.0)),
+            ),
         ],
     );
 }
@@ -371,7 +389,9 @@ fn groups(criterion: &mut Criterion<ThreadCpu>) {
         let mut ecs = Ecs::new(n, G, whole);
         group.bench_function(BenchmarkId::new("schedule", n), |b| b.iter(|| ecs.step()));
         let mut soa = Soa::new(n);
-        group.bench_function(BenchmarkId::new("hand_fused", n), |b| b.iter(|| fused(black_box(&mut soa), G)));
+        group.bench_function(BenchmarkId::new("hand_fused", n), |b| {
+            b.iter(|| fused(black_box(&mut soa), G))
+        });
         let mut soa = Soa::new(n);
         group.bench_function(BenchmarkId::new("hand_four_passes", n), |b| {
             b.iter(|| four_passes(black_box(&mut soa)));

@@ -61,13 +61,17 @@ impl Ecs {
         #[expect(clippy::cast_precision_loss, reason = "a million")]
         let body = |i: usize| {
             let velocity = Vector::new(1.0, 2.0, 3.0);
-            (Transform::at(Vector::new(i as f64, 10.0, -1.0)), PhysicsBody { velocity, inverse_mass: 10.0 })
+            (
+                Transform::at(Vector::new(i as f64, 10.0, -1.0)),
+                PhysicsBody { velocity, inverse_mass: 10.0 },
+            )
         };
         world.spawn_batch((0..n).map(body).collect::<Vec<_>>());
         let mut schedule = Schedule::default();
         schedule.set_executor(SingleThreadedExecutor::new());
-        schedule
-            .add_systems((apply_forces, integrate_in_one_pass::<M>, clear_forces, quarantine_bodies).chain());
+        schedule.add_systems(
+            (apply_forces, integrate_in_one_pass::<M>, clear_forces, quarantine_bodies).chain(),
+        );
         Self { world, schedule }
     }
 
@@ -94,8 +98,10 @@ fn ratio<M: Integrator>(n: usize) {
     let [mut unchecked, mut checked] = pair::<M>(n);
     (0..10).for_each(|_| [&mut unchecked, &mut checked].into_iter().for_each(Ecs::step));
     assert_eq!(unchecked.bits(), checked.bits(), "both do the same work");
-    let contestants: Vec<Contestant<'_>> =
-        vec![("without a look", Box::new(|| unchecked.step())), ("as it is", Box::new(|| checked.step()))];
+    let contestants: Vec<Contestant<'_>> = vec![
+        ("without a look", Box::new(|| unchecked.step())),
+        ("as it is", Box::new(|| checked.step())),
+    ];
     compare(n, M::METHOD.name(), &[None, (n == 100_000).then_some(1.03)], contestants);
 }
 
@@ -118,7 +124,9 @@ fn main() {
         return;
     }
     if !arguments.iter().any(|argument| argument == "--test") {
-        println!("ns a tick and median ratio to the first of each group (interleaved, thread CPU time)");
+        println!(
+            "ns a tick and median ratio to the first of each group (interleaved, thread CPU time)"
+        );
         for n in SIZES {
             ratio::<SemiImplicitEuler>(n);
             ratio::<VelocityVerlet>(n);

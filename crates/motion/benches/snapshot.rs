@@ -29,9 +29,10 @@ fn bytes(saved: &Snapshot) -> usize {
 }
 
 fn main() {
-    for (method, title) in
-        [(Method::SemiImplicitEuler, "semi-implicit Euler"), (Method::PositionVerlet, "position Verlet")]
-    {
+    for (method, title) in [
+        (Method::SemiImplicitEuler, "semi-implicit Euler"),
+        (Method::PositionVerlet, "position Verlet"),
+    ] {
         for n in [1_000, 10_000, 100_000] {
             let mut worlds = [(); 3].map(|()| world(n, method));
             let [ticked, taken, restored] = &mut worlds;
@@ -43,7 +44,12 @@ fn main() {
                 &[None; 3],
                 vec![
                     ("tick", Box::new(|| ticked.1.tick(&mut ticked.0))),
-                    ("take", Box::new(|| drop(std::hint::black_box(snapshot::take(&mut taken.0, &taken.1))))),
+                    (
+                        "take",
+                        Box::new(|| {
+                            drop(std::hint::black_box(snapshot::take(&mut taken.0, &taken.1)))
+                        }),
+                    ),
                     (
                         "tick and restore",
                         Box::new(|| {

@@ -12,7 +12,9 @@ use std::hint::black_box;
 use bevy_ecs::prelude::*;
 use common::{Contestant, compare};
 use motion::units::Vector;
-use motion::{Elastic, Gravity, Link, Method, PhysicsBody, SoftBody, StableId, Stepper, TimeStep, Transform};
+use motion::{
+    Elastic, Gravity, Link, Method, PhysicsBody, SoftBody, StableId, Stepper, TimeStep, Transform,
+};
 
 const H: f64 = 1.0 / 240.0;
 const G: f64 = -9.8;
@@ -24,7 +26,8 @@ const SIZES: [usize; 3] = [10, 100, 300];
 fn links(n: usize) -> Vec<Link> {
     let mut links = Vec::new();
     let mut join = |a: usize, b: usize, length: f64| {
-        let elastic = Elastic { stiffness: 40.0, damping: 0.01, rest_length: length, pull_only: false };
+        let elastic =
+            Elastic { stiffness: 40.0, damping: 0.01, rest_length: length, pull_only: false };
         let ends = [a, b].map(|end| u32::try_from(end).expect("small"));
         links.push(Link { ends, elastic });
     };
@@ -128,18 +131,22 @@ fn cloth(n: usize, method: Method) -> (World, Stepper) {
 }
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    let arguments: Vec<String> =
+        std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
     if let [flag, method, n, steps] = &arguments[..]
         && flag == "--steps"
     {
-        let (n, steps): (usize, usize) = (n.parse().expect("points"), steps.parse().expect("steps"));
+        let (n, steps): (usize, usize) =
+            (n.parse().expect("points"), steps.parse().expect("steps"));
         if method == "loop" {
             let mut rival = Loop::<4>::new(n);
             (0..steps).for_each(|_| rival.step());
             black_box((rival.x, rival.v));
         } else {
-            let method =
-                Method::ALL.into_iter().find(|known| known.claims().name == method).expect("a method");
+            let method = Method::ALL
+                .into_iter()
+                .find(|known| known.claims().name == method)
+                .expect("a method");
             let (mut world, mut stepper) = cloth(n, method);
             (0..steps).for_each(|_| stepper.tick(&mut world));
             black_box(world);
@@ -152,8 +159,12 @@ fn main() {
             ("loop of rows of four", Box::new(move || four.step())),
             ("loop of rows of three", Box::new(move || three.step())),
         ];
-        let methods =
-            [Method::SemiImplicitEuler, Method::VelocityVerlet, Method::RungeKutta4, Method::ImplicitEuler];
+        let methods = [
+            Method::SemiImplicitEuler,
+            Method::VelocityVerlet,
+            Method::RungeKutta4,
+            Method::ImplicitEuler,
+        ];
         let mut bounds = vec![None; 2];
         for method in methods {
             let (mut world, mut stepper) = cloth(n, method);

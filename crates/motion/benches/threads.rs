@@ -6,8 +6,8 @@ use std::time::Instant;
 use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{
-    Elastic, Gravity, Link, Method, MutualGravity, PhysicsBody, SoftBody, StableId, Stepper, Threads,
-    TimeStep, Transform,
+    Elastic, Gravity, Link, Method, MutualGravity, PhysicsBody, SoftBody, StableId, Stepper,
+    Threads, TimeStep, Transform,
 };
 
 const H: f64 = 1.0 / 240.0;
@@ -23,7 +23,9 @@ fn cloud(n: usize) -> World {
     let mut vector = |scale: f64| Vector::new(random(), random(), random()) * scale;
     let mut world = World::new();
     world.insert_resource(MutualGravity { constant: 1.0, softening: 0.05 });
-    let body = |_| (Transform::at(vector(100.0)), PhysicsBody { velocity: vector(1.0), inverse_mass: 1.0 });
+    let body = |_| {
+        (Transform::at(vector(100.0)), PhysicsBody { velocity: vector(1.0), inverse_mass: 1.0 })
+    };
     world.spawn_batch((0..n).map(body).collect::<Vec<_>>());
     world
 }
@@ -51,13 +53,14 @@ fn lattice(n: usize) -> World {
         // Of the 26 neighbors, the 13 that come later.
         for neighbor in 14..27 {
             let steps = [neighbor / 9, neighbor / 3 % 3, neighbor % 3];
-            let moved =
-                [0, 1, 2].map(|axis| (place(i)[axis] + steps[axis]).checked_sub(1).filter(|x| *x < n));
+            let moved = [0, 1, 2]
+                .map(|axis| (place(i)[axis] + steps[axis]).checked_sub(1).filter(|x| *x < n));
             if let [Some(x), Some(y), Some(z)] = moved {
                 let ends = [i, (x * n + y) * n + z].map(|end| u32::try_from(end).expect("small"));
                 let away = steps.iter().filter(|step| **step != 1).count();
                 let rest_length = f64::from(u32::try_from(away).expect("3 at most")).sqrt();
-                let elastic = Elastic { stiffness: 1000.0, damping: 1.0, rest_length, pull_only: false };
+                let elastic =
+                    Elastic { stiffness: 1000.0, damping: 1.0, rest_length, pull_only: false };
                 springs.push(Link { ends, elastic });
             }
         }
@@ -95,9 +98,12 @@ fn main() {
     }
     println!("a tick on one thread, on two, and how many times as fast two are");
     compare("10,000 bodies attract", Method::SemiImplicitEuler, || cloud(10_000));
-    for method in
-        [Method::SemiImplicitEuler, Method::VelocityVerlet, Method::RungeKutta4, Method::ImplicitEuler]
-    {
+    for method in [
+        Method::SemiImplicitEuler,
+        Method::VelocityVerlet,
+        Method::RungeKutta4,
+        Method::ImplicitEuler,
+    ] {
         compare("lattice of 100 cubed", method, || lattice(100));
     }
 }

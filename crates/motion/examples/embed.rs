@@ -6,8 +6,8 @@ use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::units::Vector;
 use motion::{
-    Curve, Dormant, Elastic, Emitter, Force, Forces, Gravity, Method, OwnLaws, PhysicsBody, Spring, StableId,
-    StepSystems, Stepper, Thrust, TimeStep, Transform,
+    Curve, Dormant, Elastic, Emitter, Force, Forces, Gravity, Method, OwnLaws, PhysicsBody, Spring,
+    StableId, StepSystems, Stepper, Thrust, TimeStep, Transform,
 };
 
 /// Length of a tick.
@@ -26,12 +26,15 @@ pub fn spawn(world: &mut World) {
     let engines = OwnLaws::new(vec![Box::new(engine)]);
     world.spawn((Watched("rocket"), StableId(0), at(0.0), PhysicsBody::with_mass(2.0), engines));
     let left = world.spawn((StableId(1), at(4.0), PhysicsBody::with_mass(1.0))).id();
-    let right = world.spawn((Watched("right"), StableId(2), at(6.0), PhysicsBody::with_mass(1.0))).id();
+    let right =
+        world.spawn((Watched("right"), StableId(2), at(6.0), PhysicsBody::with_mass(1.0))).id();
     let elastic = Elastic { stiffness: 20.0, damping: 0.1, rest_length: 1.0, pull_only: false };
     world.spawn(Spring { ends: [left, right], elastic });
     // A pool that is large enough for the drops that live at once.
     let pool: Vec<_> = (0..24)
-        .map(|drop| world.spawn((StableId(3 + drop), at(-4.0), PhysicsBody::with_mass(0.01), Dormant)).id())
+        .map(|drop| {
+            world.spawn((StableId(3 + drop), at(-4.0), PhysicsBody::with_mass(0.01), Dormant)).id()
+        })
         .collect();
     let launches = (0..24).map(|drop| Vector::new(0.1 * f64::from(drop), 6.0, 0.0)).collect();
     let position = Vector::new(-4.0, 10.0, 0.0);
@@ -52,7 +55,12 @@ pub fn blow(
 /// `Force` can be read until it is cleared.
 fn watch(bodies: Query<(&Watched, &Transform, &PhysicsBody, &Force)>) {
     for (Watched(name), Transform { position, .. }, body, force) in &bodies {
-        println!("{name:>8} {:>8.3} m {:>8.3} m/s {:>8.4} N", position.y, body.velocity.y, force.newtons().x);
+        println!(
+            "{name:>8} {:>8.3} m {:>8.3} m/s {:>8.4} N",
+            position.y,
+            body.velocity.y,
+            force.newtons().x
+        );
     }
 }
 

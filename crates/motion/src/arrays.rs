@@ -173,10 +173,9 @@ impl Bare {
     /// Bodies without an id come last, as [`u32::MAX`].
     pub fn states(&self) -> impl Iterator<Item = (StableId, Vector, Vector)> + '_ {
         let rows = self.positions.iter().zip(&self.bodies);
-        self.ids
-            .iter()
-            .zip(rows)
-            .map(|(id, (x, [a, b, c, _]))| (*id, Vector::from_array(*x), Vector::from_array([*a, *b, *c])))
+        self.ids.iter().zip(rows).map(|(id, (x, [a, b, c, _]))| {
+            (*id, Vector::from_array(*x), Vector::from_array([*a, *b, *c]))
+        })
     }
 
     /// Sets the present velocity of a body, m/s. Restarts position Verlet.

@@ -113,7 +113,9 @@ impl<'a> TickParameters<'a> {
         self.damping = damping;
         (self.decay, self.rate) = match damping {
             None => (Decay::none(self.times.substep()), self.drag),
-            Some(damping) if self.traits.damps_inside => (damping.factors(self.times.substep()), self.drag),
+            Some(damping) if self.traits.damps_inside => {
+                (damping.factors(self.times.substep()), self.drag)
+            }
             Some(damping) => {
                 let (decay, rate) = damping.factors_around_tick(self.times.tick);
                 (decay, self.drag + rate)
@@ -234,8 +236,12 @@ impl<'a> Batch<'a> {
         let applied = (of_rows(0..rows), of_rows(rows..bodies.len()));
         let (positions, bodies) = (positions.split_at_mut(rows), bodies.split_at_mut(rows));
         let method_state = method_state.split_at(rows);
-        let batch =
-            |positions, bodies, applied, method_state| Self { positions, bodies, applied, method_state };
+        let batch = |positions, bodies, applied, method_state| Self {
+            positions,
+            bodies,
+            applied,
+            method_state,
+        };
         (
             batch(positions.0, bodies.0, applied.0, method_state.0),
             batch(positions.1, bodies.1, applied.1, method_state.1),
@@ -337,7 +343,8 @@ fn integrate_batch<M: Integrator>(
             };
             // A solver takes one body at a time.
             let alone = M::SOLVES || first.jumps(&own.times);
-            let more = if alone { 0 } else { (start + 1..rows.end).take_while(joins_first).count() };
+            let more =
+                if alone { 0 } else { (start + 1..rows.end).take_while(joins_first).count() };
             let alike = start..start + 1 + more;
             start = alike.end;
             let own_laws = (more > 0).then_some(options);
@@ -360,6 +367,8 @@ fn integrate_batch<M: Integrator>(
     match done.flatten() {
         Some(evaluations) => statistics.accelerations += evaluations,
         // The kernel of blocks gives the same bits.
-        None => blocks::run::<M>(parameters, &BodyOptions::NONE, None, batch, rows, statistics, refuse),
+        None => {
+            blocks::run::<M>(parameters, &BodyOptions::NONE, None, batch, rows, statistics, refuse)
+        }
     }
 }

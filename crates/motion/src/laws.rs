@@ -125,8 +125,10 @@ impl Affine {
     /// Sums those of `laws` that are affine.
     pub(crate) fn sum<'a>(laws: impl Iterator<Item = &'a dyn Law>) -> Self {
         let zero = Self { constant: Vector::ZERO, rate: 0.0 };
-        laws.filter_map(|law| law.affine())
-            .fold(zero, |sum, law| Self { constant: sum.constant + law.constant, rate: sum.rate + law.rate })
+        laws.filter_map(|law| law.affine()).fold(zero, |sum, law| Self {
+            constant: sum.constant + law.constant,
+            rate: sum.rate + law.rate,
+        })
     }
 }
 

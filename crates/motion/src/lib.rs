@@ -72,7 +72,9 @@ pub use laws::own::OwnLaws;
 pub use laws::*;
 pub use methods::markers::{OwnMethod, mark_method, own_method};
 pub use methods::table::{Claims, METHODS, Method};
-pub use observe::forces_on::{ForceCause, LAWS_WITH_POTENTIAL, each_force, each_potential_energy, forces_on};
+pub use observe::forces_on::{
+    ForceCause, LAWS_WITH_POTENTIAL, each_force, each_potential_energy, forces_on,
+};
 pub use observe::law_texts::LawTexts;
 pub use observe::orbits::{Orbit, orbits};
 pub use observe::totals::{KineticEnergy, Totals, totals};
@@ -86,7 +88,8 @@ pub use schedule::swarm_laws::{SwarmDrag, SwarmLaws};
 pub use schedule::systems::StepSystems;
 pub use state::clock::TimeStep;
 pub use state::components::{
-    AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
+    AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId,
+    Transform,
 };
 pub use state::emitter::{Dormant, Emission, Emitter, Particle, RidesOn};
 pub use state::forces::{Forces, Push, PushQueue};
@@ -102,8 +105,9 @@ pub use tick::quarantine::{Cause, Fault, Quarantine, QuarantineRecord};
 pub mod prelude {
     pub use crate::units::{Scalar, Vector};
     pub use crate::{
-        Damping, DampingModel, Drag, Elastic, Force, Forces, Gravity, Law, Laws, Method, PhysicsBody,
-        PushQueue, Request, Requests, Spring, StepSystems, Stepper, TimeStep, Transform,
+        Damping, DampingModel, Drag, Elastic, Force, Forces, Gravity, Law, Laws, Method,
+        PhysicsBody, PushQueue, Request, Requests, Spring, StepSystems, Stepper, TimeStep,
+        Transform,
     };
 }
 
@@ -114,14 +118,16 @@ pub mod clock {
 
 /// The effects of a scene, such as gravity, drag and springs, and the switch that turns them off and on.
 pub mod effects {
-    pub use crate::schedule::effects::{Effect, EffectState, NeverDeclared, column_bytes, state, switch};
+    pub use crate::schedule::effects::{
+        Effect, EffectState, NeverDeclared, column_bytes, state, switch,
+    };
 }
 
 /// The forecast of instability: which parts of a world are too stiff for the step, before it is taken.
 pub mod forecast {
     pub use crate::observe::forecast::{
-        Cure, Deviation, Fate, Forecast, LASTING_TURNS, LimitingPart, Margin, NaturalMode, NaturalModes,
-        Occasion, SpringMargin, natural_modes,
+        Cure, Deviation, Fate, Forecast, LASTING_TURNS, LimitingPart, Margin, NaturalMode,
+        NaturalModes, Occasion, SpringMargin, natural_modes,
     };
 }
 

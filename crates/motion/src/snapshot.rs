@@ -83,7 +83,9 @@ pub use crate::state::switched_off::{Off, OffResource, SpringsOff};
 #[cfg_attr(feature = "serde", serde(bound(serialize = "B: Clone + Serialize, Bodies: Serialize")))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(deserialize = "B: Default + Deserialize<'de>, Bodies: Default + Deserialize<'de>"))
+    serde(bound(
+        deserialize = "B: Default + Deserialize<'de>, Bodies: Default + Deserialize<'de>"
+    ))
 )]
 pub struct Snapshot<B = Entity, Bodies = Vec<B>> {
     /// The clock of ticks.
@@ -136,10 +138,16 @@ pub struct Snapshot<B = Entity, Bodies = Vec<B>> {
     #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
     pub emissions: Vec<(B, EmissionState)>,
     /// The ticks of each swarm.
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "list", skip_serializing_if = "Vec::is_empty"))]
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "list", skip_serializing_if = "Vec::is_empty")
+    )]
     pub swarms: Vec<(B, SwarmLog)>,
     /// Forces that were added for the next tick.
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "list", skip_serializing_if = "Vec::is_empty"))]
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "list", skip_serializing_if = "Vec::is_empty")
+    )]
     pub forces: Vec<Push<B>>,
     /// Pushes that wait for the next tick.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "list"))]
@@ -236,9 +244,11 @@ pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
         states.extend_from_slice(table.2);
     }
     let mut own = world.query_filtered::<EntityRef, With<OwnMethod>>();
-    let own_methods = own.iter(world).filter_map(|body| Some((body.id(), own_method(body)?))).collect();
+    let own_methods =
+        own.iter(world).filter_map(|body| Some((body.id(), own_method(body)?))).collect();
     let mut emissions = world.query::<(Entity, &Emission)>();
-    let emissions = emissions.iter(world).map(|(emitter, emission)| (emitter, emission.state())).collect();
+    let emissions =
+        emissions.iter(world).map(|(emitter, emission)| (emitter, emission.state())).collect();
     let mut dormant = marked::<Dormant>(world);
     dormant.extend(orphans(world));
     Snapshot {
@@ -276,7 +286,11 @@ pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
 ///
 /// # Panics
 /// If no stepper was made for `world`.
-pub fn restore(world: &mut World, stepper: &mut Stepper, snapshot: &Snapshot) -> Result<(), RestoreError> {
+pub fn restore(
+    world: &mut World,
+    stepper: &mut Stepper,
+    snapshot: &Snapshot,
+) -> Result<(), RestoreError> {
     snapshot.check_bodies(world)?;
     let clock = snapshot.check_fields(world)?;
     // Every field is named, so that a new one is not forgotten.
@@ -316,7 +330,8 @@ pub fn restore(world: &mut World, stepper: &mut Stepper, snapshot: &Snapshot) ->
     give(world, previous_positions);
     give(world, last_steps);
     give(world, &with(dormant, Dormant));
-    let regrouped = [give(world, &with(quarantined, Quarantined)), give(world, own_substeps), mass_changed];
+    let regrouped =
+        [give(world, &with(quarantined, Quarantined)), give(world, own_substeps), mass_changed];
     if regrouped.contains(&true) {
         CouplingChanged::set(world);
     }
@@ -363,7 +378,9 @@ impl Effects {
     /// Applies these effects to `world`, as far as it declares them.
     pub fn put(&self, world: &mut World) {
         let switch = |world: &mut World, to_off: bool| {
-            for effect in Effect::ALL.into_iter().filter(|effect| self.off.contains(effect) == to_off) {
+            for effect in
+                Effect::ALL.into_iter().filter(|effect| self.off.contains(effect) == to_off)
+            {
                 // An effect that was never declared is off anyway.
                 let _ = effects::switch(world, effect, !to_off);
             }
@@ -401,7 +418,10 @@ impl<B, Bodies> Snapshot<B, Bodies> {
         emitter: impl Fn(B) -> Option<Other>,
         record: impl Fn(QuarantineRecord<B>) -> Option<QuarantineRecord<Other>>,
     ) -> Snapshot<Other, OtherBodies> {
-        fn keys<B, Other, T>(all: Vec<(B, T)>, name: impl Fn(B) -> Option<Other>) -> Vec<(Other, T)> {
+        fn keys<B, Other, T>(
+            all: Vec<(B, T)>,
+            name: impl Fn(B) -> Option<Other>,
+        ) -> Vec<(Other, T)> {
             all.into_iter().filter_map(|(key, value)| Some((name(key)?, value))).collect()
         }
         let bodies_of = |all: Vec<B>| all.into_iter().filter_map(&body).collect();
@@ -469,8 +489,13 @@ impl Snapshot {
         };
         ensure(*step >= 0.0 && step.is_finite(), "step", "a tick is finite and at least 0 s long")?;
         let clock = StepClock::from_state(self.clock);
-        let clock = clock.ok_or(RestoreError::Invalid { field: "clock", why: "no clock can show this" })?;
-        ensure((1..=Substeps::MOST).contains(&substeps.0), "substeps", "their number is out of its range")?;
+        let clock =
+            clock.ok_or(RestoreError::Invalid { field: "clock", why: "no clock can show this" })?;
+        ensure(
+            (1..=Substeps::MOST).contains(&substeps.0),
+            "substeps",
+            "their number is out of its range",
+        )?;
         ensure(
             effects.damping.is_none_or(|damping| damping.rate >= 0.0 || damping.rate.is_nan()),
             "effects",
@@ -482,9 +507,15 @@ impl Snapshot {
             "own_substeps",
             "their number is out of its range",
         )?;
-        ensure(transforms.len() == bodies.len(), "transforms", "there is not one for each of `bodies`")?;
+        ensure(
+            transforms.len() == bodies.len(),
+            "transforms",
+            "there is not one for each of `bodies`",
+        )?;
         ensure(states.len() == bodies.len(), "states", "there is not one for each of `bodies`")?;
-        let each = |field, why: Option<&'static str>| ensure(why.is_none(), field, why.unwrap_or_default());
+        let each = |field, why: Option<&'static str>| {
+            ensure(why.is_none(), field, why.unwrap_or_default())
+        };
         each("previous_positions", fault_of(world, entities(&self.previous_positions)))?;
         each("last_steps", fault_of(world, entities(&self.last_steps)))?;
         each("own_methods", fault_of(world, entities(&self.own_methods)))?;
@@ -497,8 +528,11 @@ impl Snapshot {
 
     /// Checks that the world has exactly the bodies and emitters of the snapshot, each of which is listed once.
     fn check_bodies(&self, world: &mut World) -> Result<(), RestoreError> {
-        let same = world.query_filtered::<Entity, IsBody>().iter(world).eq(self.bodies.iter().copied())
-            && marked::<Emission>(world).into_iter().eq(self.emissions.iter().map(|(emitter, _)| *emitter));
+        let same =
+            world.query_filtered::<Entity, IsBody>().iter(world).eq(self.bodies.iter().copied())
+                && marked::<Emission>(world)
+                    .into_iter()
+                    .eq(self.emissions.iter().map(|(emitter, _)| *emitter));
         if same {
             return Ok(());
         }
@@ -509,7 +543,10 @@ impl Snapshot {
         };
         let bodies = world.query_filtered::<Entity, IsBody>().iter(world).collect();
         compare(self.bodies.iter().copied().collect(), bodies);
-        compare(entities(&self.emissions).collect(), marked::<Emission>(world).into_iter().collect());
+        compare(
+            entities(&self.emissions).collect(),
+            marked::<Emission>(world).into_iter().collect(),
+        );
         missing.sort_unstable();
         unknown.sort_unstable();
         if !(missing.is_empty() && unknown.is_empty()) {
@@ -553,11 +590,12 @@ impl Snapshot {
         let mut bodies = world.query::<(Entity, &mut Transform, &mut PhysicsBody)>();
         let rows = self.transforms.iter().zip(&self.states);
         let mut mass_changed = false;
-        let mut put =
-            |mut transform: Mut<Transform>, mut state: Mut<PhysicsBody>, then: (&Transform, &PhysicsBody)| {
-                mass_changed |= state.inverse_mass.to_bits() != then.1.inverse_mass.to_bits();
-                (*transform, *state) = (*then.0, *then.1);
-            };
+        let mut put = |mut transform: Mut<Transform>,
+                       mut state: Mut<PhysicsBody>,
+                       then: (&Transform, &PhysicsBody)| {
+            mass_changed |= state.inverse_mass.to_bits() != then.1.inverse_mass.to_bits();
+            (*transform, *state) = (*then.0, *then.1);
+        };
         let is_in_order = bodies.iter(world).map(|(body, ..)| body).eq(self.bodies.iter().copied());
         if is_in_order {
             for ((_, transform, state), then) in bodies.iter_mut(world).zip(rows) {
@@ -602,7 +640,11 @@ impl Snapshot {
 
 /// Every entity with that component, and its value.
 fn all<C: Component + Clone>(world: &mut World) -> Vec<(Entity, C)> {
-    world.query::<(Entity, &C)>().iter(world).map(|(entity, value)| (entity, value.clone())).collect()
+    world
+        .query::<(Entity, &C)>()
+        .iter(world)
+        .map(|(entity, value)| (entity, value.clone()))
+        .collect()
 }
 
 fn entities<T>(list: &[(Entity, T)]) -> impl Iterator<Item = Entity> {

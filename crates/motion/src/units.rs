@@ -19,5 +19,8 @@ pub fn outer(a: Vector, b: Vector) -> glam::DMat3 {
 /// # Panics
 /// If it is below 0.
 pub(crate) fn at_least_0(value: Scalar, what: &str, unit: &str) {
-    assert!(value >= 0.0 || value.is_nan(), "{what} cannot be {value} {unit}; give one of at least 0 {unit}");
+    assert!(
+        value >= 0.0 || value.is_nan(),
+        "{what} cannot be {value} {unit}; give one of at least 0 {unit}"
+    );
 }

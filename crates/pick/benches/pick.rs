@@ -44,11 +44,15 @@ impl Bench {
         let half = 1.71 * (count as f64).cbrt();
         for i in 0..count {
             let size = 0.3 + 0.5 * bench.unit();
-            let shape = if i % 2 == 0 { Shape::sphere(size) } else { Shape::cuboid(DVec3::splat(size)) };
+            let shape =
+                if i % 2 == 0 { Shape::sphere(size) } else { Shape::cuboid(DVec3::splat(size)) };
             bench.shapes.push(shape.expect("sizes are between 0.3 and 0.8 m"));
             let (axis, angle) = (bench.vector(), bench.unit());
-            let turned =
-                if i % 2 == 0 { DQuat::IDENTITY } else { DQuat::from_scaled_axis(axis * angle * 3.0) };
+            let turned = if i % 2 == 0 {
+                DQuat::IDENTITY
+            } else {
+                DQuat::from_scaled_axis(axis * angle * 3.0)
+            };
             bench.orientations.push(Orientation(turned));
             let position = bench.vector() * half;
             bench.transforms.push(Transform::at(position));
@@ -94,7 +98,8 @@ impl Bench {
         let rows = self.shapes.iter().zip(&self.transforms).zip(&self.orientations);
         let leaves: Vec<_> = rows
             .map(|((shape, transform), turned)| {
-                let pose = Pose::from_parts((transform.position - self.eye).as_vec3(), turned.0.as_quat());
+                let pose =
+                    Pose::from_parts((transform.position - self.eye).as_vec3(), turned.0.as_quat());
                 match *shape {
                     Shape::Sphere { radius } => (pose, Leaf::Ball(Ball::new(radius as f32))),
                     Shape::Cuboid { half_extents } => {
@@ -154,7 +159,9 @@ fn moving(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("moving");
     for (name, count) in SIZES {
         group.throughput(Throughput::Elements(count as u64));
-        for (how, interpolated) in [("current", Interpolated::No), ("interpolated", Interpolated::Yes)] {
+        for (how, interpolated) in
+            [("current", Interpolated::No), ("interpolated", Interpolated::Yes)]
+        {
             let mut bench = Bench::new(count);
             let mut targets = bench.targets();
             let (mut alpha, mut at) = (0.0, 0);
@@ -166,7 +173,11 @@ fn moving(criterion: &mut Criterion) {
                     if matches!(interpolated, Interpolated::No) {
                         std::mem::swap(&mut bench.transforms, &mut elsewhere);
                     }
-                    targets.update(bench.eye + DVec3::X * alpha, alpha, black_box(bench.chunk(interpolated)));
+                    targets.update(
+                        bench.eye + DVec3::X * alpha,
+                        alpha,
+                        black_box(bench.chunk(interpolated)),
+                    );
                     targets.cast_by_scan(next(&bench.rays, &mut at))
                 });
             });
@@ -205,7 +216,9 @@ fn seconds(runs: usize, mut run: impl FnMut()) -> f64 {
 
 fn all_rays(bench: &Bench, mut cast: impl FnMut(&Ray) -> bool) -> f64 {
     let mut hits = 0_u32;
-    let time = seconds(1, || hits += bench.rays.iter().map(|r| u32::from(cast(black_box(r)))).sum::<u32>());
+    let time = seconds(1, || {
+        hits += bench.rays.iter().map(|r| u32::from(cast(black_box(r)))).sum::<u32>()
+    });
     black_box(hits);
     time / bench.rays.len() as f64
 }
@@ -270,7 +283,9 @@ fn crossover() {
                 for ray in &bench.rays {
                     let _ = black_box(targets.cast(ray));
                 }
-                times.push(seconds(1, || targets.update(bench.eye, 1.0, bench.chunk(Interpolated::No))));
+                times.push(seconds(1, || {
+                    targets.update(bench.eye, 1.0, bench.chunk(Interpolated::No))
+                }));
             }
             times.sort_by(f64::total_cmp);
             times[10]

@@ -61,9 +61,14 @@ const REFITS_BEFORE_REBUILD: u32 = 16;
 
 impl Tree {
     /// A tree over targets whose positions are relative to `frame`.
-    pub(crate) fn build(frame: DVec3, positions: (&[f32], &[f32], &[f32]), reach: Vec<Vec3>) -> Self {
+    pub(crate) fn build(
+        frame: DVec3,
+        positions: (&[f32], &[f32], &[f32]),
+        reach: Vec<Vec3>,
+    ) -> Self {
         let (x, y, z) = (positions.0.to_vec(), positions.1.to_vec(), positions.2.to_vec());
-        let mut tree = Self { bvh: Bvh::new(), frame, x, y, z, reach, moved: Vec::new(), refitted: 0 };
+        let mut tree =
+            Self { bvh: Bvh::new(), frame, x, y, z, reach, moved: Vec::new(), refitted: 0 };
         tree.rebuild();
         tree
     }

@@ -120,7 +120,8 @@ fn write_rows(to: Positions<'_>, rows: Rows<'_>, writing: Writing) -> usize {
         Some(previous) => {
             let previous = previous.chunks(STRIDE);
             for ((((x, y), z), transforms), previous) in columns.zip(transforms).zip(previous) {
-                let drawn = transforms.iter().zip(previous).map(|(t, p)| drawn(t, p, writing.alpha));
+                let drawn =
+                    transforms.iter().zip(previous).map(|(t, p)| drawn(t, p, writing.alpha));
                 moved += write_stride(
                     Positions { x, y, z },
                     drawn,
@@ -188,7 +189,9 @@ fn next_moved_span(known: Known<'_>, rows: Rows<'_>, alpha: f64, from: usize) ->
             }
         }
         Some(previous) => {
-            for ((span, (columns, transforms)), previous) in spans.zip(previous.chunks(SPAN).skip(from)) {
+            for ((span, (columns, transforms)), previous) in
+                spans.zip(previous.chunks(SPAN).skip(from))
+            {
                 let drawn = transforms.iter().zip(previous).map(|(t, p)| drawn(t, p, alpha));
                 if any_moved(columns, drawn, known.frame) {
                     return Some(span);

@@ -65,9 +65,10 @@ impl Volume {
             return true;
         }
         // The projection of a box is as wide in a direction as those of its edges together, and is narrowest across one of them.
-        let edges =
-            [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| (orientation * (axis * cuboid.half_extents)).as_dvec3());
-        let width = |across: DVec3| edges.iter().map(|edge| 2.0 * edge.dot(across).abs()).sum::<f64>();
+        let edges = [Vec3::X, Vec3::Y, Vec3::Z]
+            .map(|axis| (orientation * (axis * cuboid.half_extents)).as_dvec3());
+        let width =
+            |across: DVec3| edges.iter().map(|edge| 2.0 * edge.dot(across).abs()).sum::<f64>();
         let across = edges.iter().filter_map(|edge| direction.cross(*edge).try_normalize());
         across.map(width).all(|width| width >= finest)
     }
@@ -77,10 +78,17 @@ impl Volume {
     ///
     /// A shape that contains the origin is not hit.
     #[inline]
-    pub(crate) fn distance(&self, orientation: Quat, center: DVec3, ray: &Ray, limit: f64) -> Option<f64> {
+    pub(crate) fn distance(
+        &self,
+        orientation: Quat,
+        center: DVec3,
+        ray: &Ray,
+        limit: f64,
+    ) -> Option<f64> {
         // parry forms b² - c and the like in f32, which for a ball of 1 m at 1 km is noise of the size of the
         // ball. So its ray starts just outside of the bounding ball, where all numbers are of the shape's size.
-        let skipped = (center.dot(ray.direction()) - 1.01 * f64::from(self.bounding_radius())).max(0.0);
+        let skipped =
+            (center.dot(ray.direction()) - 1.01 * f64::from(self.bounding_radius())).max(0.0);
         if skipped > limit {
             return None;
         }
@@ -97,6 +105,7 @@ impl Volume {
         let distance = skipped + f64::from(rest);
         let drawn = ray.drawn();
         let is_hit = rest > 0.0 && distance <= limit && drawn.reaches(distance);
-        (is_hit && self.is_seen(orientation, ray.direction(), drawn.finest * distance)).then_some(distance)
+        (is_hit && self.is_seen(orientation, ray.direction(), drawn.finest * distance))
+            .then_some(distance)
     }
 }

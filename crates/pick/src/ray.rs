@@ -115,7 +115,10 @@ mod tests {
     #[test]
     fn a_ray_without_a_direction_or_an_origin_is_refused() {
         for direction in [DVec3::ZERO, DVec3::NAN, DVec3::X * f64::INFINITY] {
-            assert!(matches!(Ray::new(DVec3::ZERO, direction), Err(RayError::Direction(_))), "{direction}");
+            assert!(
+                matches!(Ray::new(DVec3::ZERO, direction), Err(RayError::Direction(_))),
+                "{direction}"
+            );
         }
         let error = Ray::new(DVec3::NAN, DVec3::X).unwrap_err();
         assert!(matches!(error, RayError::Origin(_)));

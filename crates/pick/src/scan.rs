@@ -43,7 +43,11 @@ impl Beam {
     pub(crate) fn new(ray: &Ray, anchor: DVec3) -> Self {
         let origin = (ray.origin() - anchor).as_vec3();
         // Subtracting the origin adds a rounding error of its size, which the slack per distance from it does not cover.
-        Self { origin, direction: ray.direction().as_vec3(), slack: SLACK * origin.length_squared() }
+        Self {
+            origin,
+            direction: ray.direction().as_vec3(),
+            slack: SLACK * origin.length_squared(),
+        }
     }
 
     /// Whether the ball may be met at less than `limit` m. May be true wrongly, never false.
@@ -64,7 +68,8 @@ impl Beam {
     /// The first block at or after `from` in which a ball may be met at less than `limit` m.
     #[inline(always)]
     fn next_block(&self, balls: Balls<'_>, from: usize, limit: f32) -> Option<usize> {
-        let blocks = balls.x.iter().zip(balls.y).zip(balls.z).zip(balls.radius).enumerate().skip(from);
+        let blocks =
+            balls.x.iter().zip(balls.y).zip(balls.z).zip(balls.radius).enumerate().skip(from);
         for (block, (((x, y), z), radius)) in blocks {
             // An integer count: LLVM vectorizes its sum, but not a float maximum.
             let mut matches = 0_u32;
@@ -80,10 +85,16 @@ impl Beam {
 
     /// Calls `visit(index, limit)` for every target whose ball may be met; what it returns is the new limit.
     #[inline]
-    pub(crate) fn scan(&self, balls: Balls<'_>, mut limit: f32, mut visit: impl FnMut(usize, f32) -> f32) {
+    pub(crate) fn scan(
+        &self,
+        balls: Balls<'_>,
+        mut limit: f32,
+        mut visit: impl FnMut(usize, f32) -> f32,
+    ) {
         let mut next = 0;
         while let Some(block) = next_block(self, balls, next, limit) {
-            let (x, y, z, radius) = (&balls.x[block], &balls.y[block], &balls.z[block], &balls.radius[block]);
+            let (x, y, z, radius) =
+                (&balls.x[block], &balls.y[block], &balls.z[block], &balls.radius[block]);
             for lane in 0..BLOCK {
                 if self.may_meet(x[lane], y[lane], z[lane], radius[lane], limit) {
                     limit = visit(block * BLOCK + lane, limit);

@@ -34,7 +34,12 @@ pub struct ShapeError {
 impl fmt::Display for ShapeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (what, size) = (self.what, self.size);
-        write!(f, "{what} is {size} m; it must be between {:e} and {:e} m", Shape::SMALLEST, Shape::LARGEST)
+        write!(
+            f,
+            "{what} is {size} m; it must be between {:e} and {:e} m",
+            Shape::SMALLEST,
+            Shape::LARGEST
+        )
     }
 }
 

@@ -70,7 +70,8 @@ impl SoftPose {
     /// Positions of the points with those numbers minus the anchor, m; `None` if one of them is missing.
     #[must_use]
     pub fn corners<const N: usize>(&self, numbers: [u32; N]) -> Option<[Vec3; N]> {
-        let corners = numbers.map(|number| self.points.get(number as usize).copied().unwrap_or(Vec3::NAN));
+        let corners =
+            numbers.map(|number| self.points.get(number as usize).copied().unwrap_or(Vec3::NAN));
         corners.iter().all(|corner| within_reach(*corner)).then_some(corners)
     }
 
@@ -150,7 +151,12 @@ impl SoftTargets {
         let mut count = 0;
         for (entity, body) in bodies {
             if count == self.poses.len() {
-                self.poses.push(SoftPose { entity, points: Vec::new(), movable: Vec::new(), radius: 0.0 });
+                self.poses.push(SoftPose {
+                    entity,
+                    points: Vec::new(),
+                    movable: Vec::new(),
+                    radius: 0.0,
+                });
             }
             self.poses[count].update(entity, body, &point, anchor);
             count += 1;
@@ -178,13 +184,20 @@ impl SoftTargets {
         let mut closest: Option<SoftHit> = None;
         for pose in &self.poses {
             let limit = closest.map_or(f64::INFINITY, |hit| hit.distance);
-            let Some(near) = Near::of(pose, ray, shift, thinnest).filter(|near| near.skipped < limit) else {
+            let Some(near) =
+                Near::of(pose, ray, shift, thinnest).filter(|near| near.skipped < limit)
+            else {
                 continue;
             };
             let Some(body) = body(pose.entity) else { continue };
-            let found =
-                if body.triangles.is_empty() { near.rope(pose, body) } else { near.surface(pose, body) };
-            if let Some(Found { distance, triangle, pushed }) = found.filter(|found| found.distance < limit) {
+            let found = if body.triangles.is_empty() {
+                near.rope(pose, body)
+            } else {
+                near.surface(pose, body)
+            };
+            if let Some(Found { distance, triangle, pushed }) =
+                found.filter(|found| found.distance < limit)
+            {
                 let pushed = pushed.map(|number| body.points[number as usize]);
                 let point = ray.at(distance);
                 closest = Some(SoftHit { entity: pose.entity, distance, point, triangle, pushed });
@@ -227,7 +240,13 @@ impl Near {
             return None;
         }
         let skipped = (along - radius).max(0.0);
-        Some(Self { start: shift + direction * skipped, direction, skipped, thinnest, drawn: ray.drawn() })
+        Some(Self {
+            start: shift + direction * skipped,
+            direction,
+            skipped,
+            thinnest,
+            drawn: ray.drawn(),
+        })
     }
 
     fn local(&self, point: Vec3) -> DVec3 {
@@ -302,7 +321,8 @@ impl Near {
         if flat > 1e-12 * axis.length_squared() {
             // The infinite cylinder, where it is met between the ends.
             let across = axis.dot(a) * along_axis - axis.length_squared() * a.dot(self.direction);
-            let rest = axis.length_squared() * (a.length_squared() - radius * radius) - axis.dot(a).powi(2);
+            let rest = axis.length_squared() * (a.length_squared() - radius * radius)
+                - axis.dot(a).powi(2);
             let root = across * across - flat * rest;
             let entry = (-across - root.sqrt()) / flat;
             let place = entry * along_axis - axis.dot(a);

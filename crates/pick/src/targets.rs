@@ -90,7 +90,12 @@ impl Targets {
     /// # Panics
     ///
     /// If the slices of a chunk differ in length.
-    pub fn update<'a>(&mut self, anchor: DVec3, alpha: f64, chunks: impl Iterator<Item = Chunk<'a>>) {
+    pub fn update<'a>(
+        &mut self,
+        anchor: DVec3,
+        alpha: f64,
+        chunks: impl Iterator<Item = Chunk<'a>>,
+    ) {
         let old_anchor = std::mem::replace(&mut self.anchor, anchor);
         let rays = std::mem::take(self.rays.get_mut());
         let enough = cost::most_moved_for_tree(self.len(), rays);
@@ -185,7 +190,8 @@ impl Targets {
         if let Some(tree) = self.tree.get() {
             return self.walk(tree, ray);
         }
-        if self.len() < cost::FEWEST || self.scanned.fetch_add(1, Ordering::Relaxed) < cost::RAYS_BEFORE_BUILD
+        if self.len() < cost::FEWEST
+            || self.scanned.fetch_add(1, Ordering::Relaxed) < cost::RAYS_BEFORE_BUILD
         {
             return self.cast_by_scan(ray);
         }
@@ -210,7 +216,11 @@ impl Targets {
     }
 
     fn build(&self) -> Tree {
-        let reach = self.volumes.iter().zip(&self.orientations).map(|(volume, &turned)| volume.reach(turned));
+        let reach = self
+            .volumes
+            .iter()
+            .zip(&self.orientations)
+            .map(|(volume, &turned)| volume.reach(turned));
         Tree::build(self.anchor, self.positions(), reach.collect())
     }
 
@@ -229,8 +239,12 @@ impl Targets {
         let (best, index) = closest.0.get();
         let center = self.columns.center(row);
         if within_reach(center)
-            && let Some(distance) =
-                self.volumes[row].distance(self.orientations[row], center.as_dvec3() - shift, ray, best)
+            && let Some(distance) = self.volumes[row].distance(
+                self.orientations[row],
+                center.as_dvec3() - shift,
+                ray,
+                best,
+            )
             && (distance < best || row < index)
         {
             closest.0.set((distance, row));

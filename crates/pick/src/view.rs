@@ -125,8 +125,16 @@ mod tests {
     #[test]
     fn the_start_camera_looks_where_the_tutorials_looks() {
         let view = tutorial_start();
-        assert!(view.forward().abs_diff_eq(DVec3::new(0.6830, -0.2588, -0.6830), 5e-5), "{}", view.forward());
-        assert!(view.right().abs_diff_eq(DVec3::new(0.5, 0.0, 0.5).normalize(), 5e-5), "{}", view.right());
+        assert!(
+            view.forward().abs_diff_eq(DVec3::new(0.6830, -0.2588, -0.6830), 5e-5),
+            "{}",
+            view.forward()
+        );
+        assert!(
+            view.right().abs_diff_eq(DVec3::new(0.5, 0.0, 0.5).normalize(), 5e-5),
+            "{}",
+            view.right()
+        );
         assert!(view.up().dot(DVec3::Y) > 0.9);
     }
 

@@ -22,7 +22,10 @@ impl InstanceBuffer {
     }
 
     fn of(device: &wgpu::Device, label: &'static str, usage: wgpu::BufferUsages) -> Self {
-        Self { label, buffer: create(device, label, usage | wgpu::BufferUsages::COPY_DST, 16 * 1024) }
+        Self {
+            label,
+            buffer: create(device, label, usage | wgpu::BufferUsages::COPY_DST, 16 * 1024),
+        }
     }
 
     /// Copies `rows` to the adapter. Returns the number of rows that can be drawn: all, unless they exceed its
@@ -49,7 +52,12 @@ impl InstanceBuffer {
     }
 
     /// Draws `count` rows as quads: strips of two triangles each.
-    pub fn draw_quads(&self, pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline, count: u32) {
+    pub fn draw_quads(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipeline: &wgpu::RenderPipeline,
+        count: u32,
+    ) {
         if count > 0 {
             pass.set_pipeline(pipeline);
             pass.set_vertex_buffer(0, self.buffer.slice(..));
@@ -74,7 +82,12 @@ pub(crate) struct Bodies {
 
 impl Bodies {
     pub fn new(device: &wgpu::Device, label: &'static str) -> Self {
-        Self { instances: InstanceBuffer::new(device, label), sorted: Vec::new(), plain: 0, total: 0 }
+        Self {
+            instances: InstanceBuffer::new(device, label),
+            sorted: Vec::new(),
+            plain: 0,
+            total: 0,
+        }
     }
 
     pub fn upload<'a>(&mut self, gpu: &Gpu, rows: impl IntoIterator<Item = &'a Instance>) {
@@ -85,7 +98,8 @@ impl Bodies {
         self.sorted.sort_by_cached_key(|row| {
             // The key is the distance to the far side, so a floor comes after bodies on it. Floats from 0 up are
             // ordered as their bits.
-            let distance = || Vec3::from(row.position).length() + Vec3::from(row.half_extents).max_element();
+            let distance =
+                || Vec3::from(row.position).length() + Vec3::from(row.half_extents).max_element();
             (is_outlined(row), if sorts { distance().to_bits() } else { 0 })
         });
         self.total = self.instances.upload(gpu, &self.sorted);
@@ -97,7 +111,12 @@ impl Bodies {
     }
 }
 
-fn create(device: &wgpu::Device, label: &str, usage: wgpu::BufferUsages, size: u64) -> wgpu::Buffer {
+fn create(
+    device: &wgpu::Device,
+    label: &str,
+    usage: wgpu::BufferUsages,
+    size: u64,
+) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size,

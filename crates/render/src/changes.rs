@@ -23,7 +23,11 @@ impl Changes {
     ///
     /// # Errors
     /// If the picture has another size than the one before.
-    pub(crate) fn next(&mut self, image: Image, at_s: f64) -> io::Result<Option<([u32; 2], Image)>> {
+    pub(crate) fn next(
+        &mut self,
+        image: Image,
+        at_s: f64,
+    ) -> io::Result<Option<([u32; 2], Image)>> {
         let change = match &self.shown {
             Some(shown) if shown.size_px != image.size_px => {
                 return Err(io::Error::other("a film has pictures of one size"));

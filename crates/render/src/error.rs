@@ -13,7 +13,9 @@ pub enum RenderError {
         detail: String,
     },
     /// `WGPU_ADAPTER_NAME` names an adapter that the machine does not have.
-    #[error("WGPU_ADAPTER_NAME is `{wanted}`, but no usable adapter has that in its name; found: {found}")]
+    #[error(
+        "WGPU_ADAPTER_NAME is `{wanted}`, but no usable adapter has that in its name; found: {found}"
+    )]
     NoSuchAdapter {
         /// The value of the variable.
         wanted: String,
@@ -39,7 +41,9 @@ pub enum RenderError {
         detail: String,
     },
     /// The window cannot be drawn to.
-    #[error("cannot draw into the window: {detail}; WGPU_BACKEND=vulkan or WGPU_BACKEND=gl may help")]
+    #[error(
+        "cannot draw into the window: {detail}; WGPU_BACKEND=vulkan or WGPU_BACKEND=gl may help"
+    )]
     Surface {
         /// The message of wgpu.
         detail: String,

@@ -85,7 +85,8 @@ impl<S: Read + Write + Seek> Film<S> {
 
     /// Puts the waiting change into the spool, with the end time `end_s`.
     fn end_waiting(&mut self, end_s: f64) -> io::Result<()> {
-        let Some(Change { at_s, origin_px: [x, y], size_px: [width, height], data }) = self.waiting.take()
+        let Some(Change { at_s, origin_px: [x, y], size_px: [width, height], data }) =
+            self.waiting.take()
         else {
             return Ok(());
         };
@@ -163,7 +164,11 @@ fn read_chunk(spool: &mut impl Read, data: &mut Vec<u8>) -> io::Result<Option<Ch
 
 /// The time from `from_s` to `to_s` as a numerator and a denominator: milliseconds, or the finest unit with which the
 /// numerator fits. Both times are rounded, not the difference, so that a long film keeps time.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rounded; casts saturate")]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "rounded; casts saturate"
+)]
 fn delay(from_s: f64, to_s: f64) -> [u16; 2] {
     let parts = |per_second: u16| {
         let [from, to] = [from_s, to_s].map(|time| (time * f64::from(per_second)).round());

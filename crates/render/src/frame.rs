@@ -59,7 +59,11 @@ pub struct Frame {
 impl Frame {
     /// Pixels per point of the panels.
     pub(crate) fn pixels_per_point(&self) -> f32 {
-        self.panels.as_ref().map(|panels| panels.pixels_per_point).filter(|scale| *scale > 0.0).unwrap_or(1.0)
+        self.panels
+            .as_ref()
+            .map(|panels| panels.pixels_per_point)
+            .filter(|scale| *scale > 0.0)
+            .unwrap_or(1.0)
     }
 
     /// Left, top, width and height of the part that shows the scene, pixels; each side at least 1.

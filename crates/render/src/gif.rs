@@ -99,9 +99,12 @@ mod tests {
         let mut moved = of([9, 9, 9, 255]);
         moved.rgba[4..8].copy_from_slice(&[200, 0, 0, 255]);
         let mut film = Gif::new(Vec::new(), [3, 2]).expect("a memory");
-        for (image, at_s) in
-            [(of([9, 9, 9, 255]), 0.0), (moved.clone(), 0.5), (moved, 0.75), (of([0, 0, 200, 255]), 1.0)]
-        {
+        for (image, at_s) in [
+            (of([9, 9, 9, 255]), 0.0),
+            (moved.clone(), 0.5),
+            (moved, 0.75),
+            (of([0, 0, 200, 255]), 1.0),
+        ] {
             film.add(image, at_s).expect("a memory");
         }
         let wider = Image { size_px: [4, 2], rgba: vec![255; 32] };

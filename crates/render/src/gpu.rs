@@ -3,7 +3,9 @@
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-use wgpu::{Backends, Instance, InstanceDescriptor, PowerPreference, RequestAdapterOptions, Surface};
+use wgpu::{
+    Backends, Instance, InstanceDescriptor, PowerPreference, RequestAdapterOptions, Surface,
+};
 
 use crate::RenderError;
 
@@ -151,8 +153,10 @@ impl Gpu {
             required_limits: wgpu::Limits::downlevel_defaults().using_resolution(adapter.limits()),
             ..Default::default()
         };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|error| RenderError::Device { adapter: info.to_string(), detail: error.to_string() })?;
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| {
+                RenderError::Device { adapter: info.to_string(), detail: error.to_string() }
+            })?;
         let lost = Arc::new(OnceLock::new());
         let notes = Arc::clone(&lost);
         device.set_device_lost_callback(move |_, why| {
@@ -164,7 +168,10 @@ impl Gpu {
 }
 
 /// Chooses an adapter, by `WGPU_ADAPTER_NAME` if it is set: wgpu's own look-up panics if no adapter has the name.
-fn chosen_adapter(instance: &Instance, surface: Option<&Surface<'_>>) -> Result<wgpu::Adapter, RenderError> {
+fn chosen_adapter(
+    instance: &Instance,
+    surface: Option<&Surface<'_>>,
+) -> Result<wgpu::Adapter, RenderError> {
     if let Some(wanted) = std::env::var("WGPU_ADAPTER_NAME").ok().filter(|name| !name.is_empty()) {
         let adapters = pollster::block_on(instance.enumerate_adapters(Backends::all()));
         let found: Vec<String> =

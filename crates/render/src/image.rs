@@ -81,12 +81,17 @@ impl Image {
         decoder.set_transformations(png::Transformations::normalize_to_color8());
         let mut reader = decoder.read_info()?;
         let mut bytes =
-            vec![0; reader.output_buffer_size().ok_or_else(|| io::Error::other("picture too large"))?];
+            vec![
+                0;
+                reader.output_buffer_size().ok_or_else(|| io::Error::other("picture too large"))?
+            ];
         let info = reader.next_frame(&mut bytes)?;
         bytes.truncate(info.buffer_size());
         let rgba = match info.color_type {
             png::ColorType::Rgba => bytes,
-            png::ColorType::Rgb => bytes.chunks_exact(3).flat_map(|p| [p[0], p[1], p[2], 255]).collect(),
+            png::ColorType::Rgb => {
+                bytes.chunks_exact(3).flat_map(|p| [p[0], p[1], p[2], 255]).collect()
+            }
             png::ColorType::Grayscale => bytes.iter().flat_map(|&p| [p, p, p, 255]).collect(),
             png::ColorType::GrayscaleAlpha => {
                 bytes.chunks_exact(2).flat_map(|p| [p[0], p[0], p[0], p[1]]).collect()

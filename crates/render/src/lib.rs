@@ -43,7 +43,8 @@ pub use self::gif::Gif;
 pub use error::RenderError;
 pub use film::Film;
 pub use frame::{
-    CHECKER, Camera, Frame, Ground, Instance, Light, OUTLINED, Panels, Particle, Sprite, Translucent,
+    CHECKER, Camera, Frame, Ground, Instance, Light, OUTLINED, Panels, Particle, Sprite,
+    Translucent,
 };
 pub use gpu::{AdapterSummary, Gpu};
 pub use image::Image;

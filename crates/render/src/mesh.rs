@@ -76,9 +76,14 @@ fn cube() -> (Vec<Vertex>, Vec<u16>) {
     for [normal, right, up] in FACES {
         let first = vertices.len() as u16;
         for [u, v] in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
-            let corner =
-                |axis: usize| normal[axis] + right[axis] * (2.0 * u - 1.0) + up[axis] * (2.0 * v - 1.0);
-            vertices.push(Vertex { position: [corner(0), corner(1), corner(2)], normal, uv: [u, v] });
+            let corner = |axis: usize| {
+                normal[axis] + right[axis] * (2.0 * u - 1.0) + up[axis] * (2.0 * v - 1.0)
+            };
+            vertices.push(Vertex {
+                position: [corner(0), corner(1), corner(2)],
+                normal,
+                uv: [u, v],
+            });
         }
         indices.extend([0, 1, 2, 0, 2, 3].map(|corner| first + corner));
     }
@@ -126,7 +131,8 @@ mod tests {
     fn triangles_face_outward() {
         for (name, (vertices, indices)) in [("cube", cube()), ("sphere", sphere(48, 32))] {
             for triangle in indices.chunks_exact(3) {
-                let [a, b, c] = [0, 1, 2].map(|i| Vec3::from(vertices[usize::from(triangle[i])].position));
+                let [a, b, c] =
+                    [0, 1, 2].map(|i| Vec3::from(vertices[usize::from(triangle[i])].position));
                 let facing = (b - a).cross(c - a).dot(a + b + c);
                 assert!(facing > 1e-6, "{name}: {triangle:?} faces inward or is empty: {facing}");
             }

@@ -72,8 +72,9 @@ impl Offscreen {
     /// Waits for all submitted work and copies the picture out.
     pub fn read(&self, gpu: &Gpu) -> Result<Image, RenderError> {
         let failed = |detail: String| RenderError::ReadBack { detail };
-        let mut encoder =
-            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read back") });
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read back") });
         encoder.copy_texture_to_buffer(
             self.texture.as_image_copy(),
             wgpu::TexelCopyBufferInfo {

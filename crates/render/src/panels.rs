@@ -106,13 +106,17 @@ impl PanelPainter {
         let [width, height] = image.size.map(|side| side as u32);
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         if delta.pos.is_none() {
-            self.images.insert(id, Loaded::new(&gpu.device, &self.image_layout, size, delta.options));
+            self.images
+                .insert(id, Loaded::new(&gpu.device, &self.image_layout, size, delta.options));
         }
         // A change of an image that was never sent is ignored.
         let Some(Loaded { texture, .. }) = self.images.get(&id) else { return };
         let [x, y] = delta.pos.unwrap_or_default().map(|side| side as u32);
         gpu.queue.write_texture(
-            wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x, y, z: 0 }, ..texture.as_image_copy() },
+            wgpu::TexelCopyTextureInfo {
+                origin: wgpu::Origin3d { x, y, z: 0 },
+                ..texture.as_image_copy()
+            },
             bytemuck::cast_slice(&image.pixels),
             wgpu::TexelCopyBufferLayout {
                 offset: 0,
@@ -186,12 +190,19 @@ impl PanelPainter {
         }
         let vertices = self.vertices.upload(gpu, &self.gathered_vertices) as usize;
         let indices = self.indices.upload(gpu, &self.gathered_indices) as usize;
-        indices > 0 && vertices == self.gathered_vertices.len() && indices == self.gathered_indices.len()
+        indices > 0
+            && vertices == self.gathered_vertices.len()
+            && indices == self.gathered_indices.len()
     }
 }
 
 impl Loaded {
-    fn new(device: &Device, layout: &BindGroupLayout, size: wgpu::Extent3d, options: TextureOptions) -> Self {
+    fn new(
+        device: &Device,
+        layout: &BindGroupLayout,
+        size: wgpu::Extent3d,
+        options: TextureOptions,
+    ) -> Self {
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("image of panels"),
             size,
@@ -224,8 +235,14 @@ impl Loaded {
             label: Some("image of panels"),
             layout,
             entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) },
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
+                wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: wgpu::BindingResource::TextureView(&view),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: wgpu::BindingResource::Sampler(&sampler),
+                },
             ],
         });
         Self { texture, group }
@@ -233,7 +250,11 @@ impl Loaded {
 }
 
 /// Left, top, width and height in pixels of the visible part of `rect`, points; `None` if no part is visible.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rounded; casts saturate")]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "rounded; casts saturate"
+)]
 fn clip(rect: &egui::Rect, scale: f32, size_px: [u32; 2]) -> Option<[u32; 4]> {
     let edge = |points: f32, most: u32| ((points * scale).round() as u32).min(most);
     let [left, right] = [rect.min.x, rect.max.x].map(|x| edge(x, size_px[0]));

@@ -65,7 +65,11 @@ const LINE_ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(VertexBufferLayout 
     ],
 })];
 
-const fn attribute(location: u32, format: wgpu::VertexFormat, offset: u64) -> wgpu::VertexAttribute {
+const fn attribute(
+    location: u32,
+    format: wgpu::VertexFormat,
+    offset: u64,
+) -> wgpu::VertexAttribute {
     wgpu::VertexAttribute { format, offset, shader_location: location }
 }
 
@@ -211,11 +215,20 @@ impl Pipelines {
                 cull: Some(Face::Front),
                 ..bodies
             }
-            .pipeline(device, &from_light, &Destination { format: to.format, samples: 1 }),
+            .pipeline(
+                device,
+                &from_light,
+                &Destination { format: to.format, samples: 1 },
+            ),
             rim: outline("rim", RIM_PX, 0.0),
             outline: outline("outline", OUTLINE_PX, 1.0),
-            ground: Drawing { label: "ground", shader: &ground, fragment: Some("fs_ground"), ..behind }
-                .pipeline(device, &picture, to),
+            ground: Drawing {
+                label: "ground",
+                shader: &ground,
+                fragment: Some("fs_ground"),
+                ..behind
+            }
+            .pipeline(device, &picture, to),
             plain: Drawing {
                 label: "plain",
                 shader: &ground,

@@ -78,9 +78,13 @@ impl Renderer {
     pub fn new(gpu: &Gpu, target_format: wgpu::TextureFormat, quality: Quality) -> Self {
         let device = &gpu.device;
         let supported = |format| {
-            gpu.adapter.get_texture_format_features(format).flags.sample_count_supported(quality.msaa)
+            gpu.adapter
+                .get_texture_format_features(format)
+                .flags
+                .sample_count_supported(quality.msaa)
         };
-        let samples = if supported(target_format) && supported(DEPTH_FORMAT) { quality.msaa } else { 1 };
+        let samples =
+            if supported(target_format) && supported(DEPTH_FORMAT) { quality.msaa } else { 1 };
         let destination = Destination { format: target_format, samples };
 
         let globals = device.create_buffer(&wgpu::BufferDescriptor {
@@ -172,7 +176,8 @@ impl Renderer {
     }
 
     fn draw_visible(&mut self, gpu: &Gpu, frame: &Frame, view: &wgpu::TextureView) {
-        let light_view = frame.light.as_ref().and_then(|light| LightView::new(light, Caster::all(frame)));
+        let light_view =
+            frame.light.as_ref().and_then(|light| LightView::new(light, Caster::all(frame)));
         if light_view.is_some() && self.shadow_map.side_px < self.quality.shadow_map_px {
             // Memory for the map is allocated with the first shadow.
             self.shadow_map = self.shadow_map.enlarged(&gpu.device, self.quality.shadow_map_px);
@@ -196,7 +201,8 @@ impl Renderer {
         }
         if self.translucent.is_some() || !frame.translucent.is_empty() {
             let layouts = (&self.globals_layout, &self.shadow_map.layout);
-            let new = || TranslucentBodies::new(&gpu.device, layouts.0, layouts.1, &self.destination);
+            let new =
+                || TranslucentBodies::new(&gpu.device, layouts.0, layouts.1, &self.destination);
             self.translucent.get_or_insert_with(new).upload(gpu, &frame.translucent);
         }
         self.follow_swarms(gpu, &frame.swarms);
@@ -204,8 +210,9 @@ impl Renderer {
         let sprites = self.sprites.upload(gpu, &frame.sprites);
         let lines = self.lines.upload(gpu, &frame.lines);
 
-        let mut encoder =
-            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         if light_view.is_some() {
             self.draw_shadows(&mut encoder);
         }
@@ -260,7 +267,10 @@ impl Renderer {
     fn draw_shadows(&self, encoder: &mut wgpu::CommandEncoder) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("shadows"),
-            depth_stencil_attachment: Some(cleared_depth(&self.shadow_map.view, wgpu::StoreOp::Store)),
+            depth_stencil_attachment: Some(cleared_depth(
+                &self.shadow_map.view,
+                wgpu::StoreOp::Store,
+            )),
             ..Default::default()
         });
         pass.set_pipeline(&self.pipelines.shadow);
@@ -287,8 +297,9 @@ impl Renderer {
         let [r, g, b] = frame.surround.map(stored);
         let surround = wgpu::Color { r, g, b, a: 1.0 };
         self.attachments.take_if(|kept| kept.size_px != size_px);
-        let attachments =
-            self.attachments.get_or_insert_with(|| Attachments::new(&gpu.device, &self.destination, size_px));
+        let attachments = self
+            .attachments
+            .get_or_insert_with(|| Attachments::new(&gpu.device, &self.destination, size_px));
         let depth = attachments.depth.clone();
         let multisampled = attachments.color.clone();
         let (target, resolve_target, store) = match &multisampled {
@@ -357,7 +368,11 @@ impl Renderer {
         ]
     }
 
-    fn draw_bodies(&self, pass: &mut wgpu::RenderPass<'_>, rows: impl Fn(&Bodies) -> std::ops::Range<u32>) {
+    fn draw_bodies(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        rows: impl Fn(&Bodies) -> std::ops::Range<u32>,
+    ) {
         for (mesh, bodies) in self.bodies() {
             mesh.draw(pass, bodies.buffer(), rows(bodies));
         }
@@ -369,7 +384,11 @@ impl Attachments {
         let texture = |label, format| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
-                size: wgpu::Extent3d { width: size_px[0], height: size_px[1], depth_or_array_layers: 1 },
+                size: wgpu::Extent3d {
+                    width: size_px[0],
+                    height: size_px[1],
+                    depth_or_array_layers: 1,
+                },
                 mip_level_count: 1,
                 sample_count: destination.samples,
                 dimension: wgpu::TextureDimension::D2,

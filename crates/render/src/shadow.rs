@@ -34,7 +34,10 @@ impl Caster {
     /// The points of a surface as casters. Unlike a body, a surface is never scenery, however wide, and is cropped to
     /// the map.
     fn points(surface: &Surface) -> impl Iterator<Item = Self> {
-        surface.vertices.iter().map(|vertex| Self { center: Vec3::from(vertex.position), radius: 0.0 })
+        surface
+            .vertices
+            .iter()
+            .map(|vertex| Self { center: Vec3::from(vertex.position), radius: 0.0 })
     }
 
     /// All casters of shadows in `frame`.
@@ -67,9 +70,12 @@ impl LightView {
         // A light straight above looks along the usual up direction, which then does not determine the roll.
         let up = if direction.y.abs() > 0.999 { Vec3::Z } else { Vec3::Y };
         let view = glam::camera::rh::view::look_to_mat4(light.position, direction, up);
-        let projection =
-            glam::camera::rh::proj::directx::perspective(FOV_RAD, 1.0, NEAR * distance, FAR * distance)
-                * view;
+        let projection = glam::camera::rh::proj::directx::perspective(
+            FOV_RAD,
+            1.0,
+            NEAR * distance,
+            FAR * distance,
+        ) * view;
         let (center, half) = fitted(projection, casters);
         // Makes x and y, after division by w, equal to (xy - center) / half.
         let rows = projection.transpose();
@@ -187,8 +193,14 @@ impl ShadowMap {
             label: Some("shadow map"),
             layout: &layout,
             entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) },
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
+                wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: wgpu::BindingResource::TextureView(&view),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: wgpu::BindingResource::Sampler(&sampler),
+                },
             ],
         });
         Self { side_px, view, layout, bind_group }
@@ -225,12 +237,20 @@ mod tests {
     fn every_caster_of_the_tutorials_view_stays_in_the_fitted_map() {
         for spread in [1.0_f32, 5.0, 14.0, 40.0, 70.0] {
             let casters: Vec<Instance> = (0..25_u8)
-                .map(|i| ball(Vec3::new(f32::from(i % 5) - 2.0, 0.5, f32::from(i / 5)) * spread * 0.25, 1.0))
+                .map(|i| {
+                    ball(
+                        Vec3::new(f32::from(i % 5) - 2.0, 0.5, f32::from(i / 5)) * spread * 0.25,
+                        1.0,
+                    )
+                })
                 .collect();
             let view = view_of(&casters);
             for caster in &casters {
                 for offset in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z] {
-                    assert!(in_map(&view, Vec3::from(caster.position) + offset), "spread {spread} {offset}");
+                    assert!(
+                        in_map(&view, Vec3::from(caster.position) + offset),
+                        "spread {spread} {offset}"
+                    );
                 }
             }
         }
@@ -256,9 +276,14 @@ mod tests {
     #[test]
     fn the_map_holds_every_point_of_a_surface_however_wide() {
         for size in [1.0_f32, 20.0, 80.0] {
-            let points = [Vec3::new(-size, 1.0, -size), Vec3::new(size, 2.0, 0.0), Vec3::new(0.0, 3.0, size)];
+            let points = [
+                Vec3::new(-size, 1.0, -size),
+                Vec3::new(size, 2.0, 0.0),
+                Vec3::new(0.0, 3.0, size),
+            ];
             let surfaces = vec![Surface::smooth(&points, [[0, 1, 2]], [1.0; 4], false)];
-            let frame = Frame { surfaces, spheres: vec![ball(Vec3::ZERO, 0.5)], ..Frame::default() };
+            let frame =
+                Frame { surfaces, spheres: vec![ball(Vec3::ZERO, 0.5)], ..Frame::default() };
             let view = LightView::new(&TUTORIAL, Caster::all(&frame)).unwrap();
             assert!(points.iter().all(|point| in_map(&view, *point)), "{size}");
         }

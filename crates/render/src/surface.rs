@@ -37,10 +37,16 @@ impl Surface {
         color: [f32; 4],
         outlined: bool,
     ) -> Self {
-        let there = |corner: &u32| points.get(*corner as usize).is_some_and(|point| point.is_finite());
-        let triangles: Vec<_> = triangles.into_iter().filter(|triangle| triangle.iter().all(there)).collect();
+        let there =
+            |corner: &u32| points.get(*corner as usize).is_some_and(|point| point.is_finite());
+        let triangles: Vec<_> =
+            triangles.into_iter().filter(|triangle| triangle.iter().all(there)).collect();
         let normals = smooth_normals(points, &triangles);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to a byte")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "clamped to a byte"
+        )]
         let bytes = color.map(|channel| (channel.clamp(0.0, 1.0) * 255.0).round() as u8);
         let vertex = |(position, normal): (&Vec3, Vec3)| SurfaceVertex {
             position: position.to_array(),

@@ -5,7 +5,9 @@
 
 use std::ops::Range;
 
-use wgpu::{BindGroupLayout, CompareFunction, Device, RenderPass, RenderPipeline, VertexBufferLayout};
+use wgpu::{
+    BindGroupLayout, CompareFunction, Device, RenderPass, RenderPipeline, VertexBufferLayout,
+};
 
 use crate::pipelines::{Destination, Drawing, GLOBALS, LIGHT, OUTLINE_PX, RIM_PX, layout, module};
 use crate::{Gpu, Surface, SurfaceVertex, buffers::InstanceBuffer};
@@ -86,7 +88,11 @@ impl Surfaces {
                 depth_bias: wgpu::DepthBiasState { slope_scale: SLOPE_BIAS, ..Default::default() },
                 ..body
             }
-            .pipeline(device, &from_light, &Destination { format: to.format, samples: 1 }),
+            .pipeline(
+                device,
+                &from_light,
+                &Destination { format: to.format, samples: 1 },
+            ),
             rim: outline("rim of surface", RIM_PX, 0.0),
             outline: outline("outline of surface", OUTLINE_PX, 1.0),
             body: body.pipeline(device, &picture, to),
@@ -107,7 +113,8 @@ impl Surfaces {
             for surface in surfaces.iter().filter(|surface| surface.outlined == outlined) {
                 let first = self.gathered_vertices.len() as u32;
                 self.gathered_vertices.extend(&surface.vertices);
-                let moved = surface.triangles.iter().map(|triangle| triangle.map(|corner| corner + first));
+                let moved =
+                    surface.triangles.iter().map(|triangle| triangle.map(|corner| corner + first));
                 self.gathered_triangles.extend(moved);
             }
             if !outlined {
@@ -133,12 +140,20 @@ impl Surfaces {
     /// The outlines write no depth: draw them after everything that they cover and before the surfaces that they
     /// surround.
     pub fn draw_outlined(&self, pass: &mut RenderPass<'_>) {
-        for (pipeline, copies) in [(&self.rim, DIRECTIONS), (&self.outline, DIRECTIONS), (&self.body, 1)] {
+        for (pipeline, copies) in
+            [(&self.rim, DIRECTIONS), (&self.outline, DIRECTIONS), (&self.body, 1)]
+        {
             self.draw(pass, pipeline, self.plain..self.total, copies);
         }
     }
 
-    fn draw(&self, pass: &mut RenderPass<'_>, pipeline: &RenderPipeline, indices: Range<u32>, copies: u32) {
+    fn draw(
+        &self,
+        pass: &mut RenderPass<'_>,
+        pipeline: &RenderPipeline,
+        indices: Range<u32>,
+        copies: u32,
+    ) {
         if !indices.is_empty() {
             pass.set_pipeline(pipeline);
             pass.set_vertex_buffer(0, self.vertices.buffer().slice(..));

@@ -82,8 +82,10 @@ pub(crate) struct Rows {
 impl Rows {
     /// `None` if the device has no memory for them.
     fn new(gpu: &Gpu, slots: u64) -> Option<Self> {
-        let usage =
-            BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        let usage = BufferUsages::STORAGE
+            | BufferUsages::VERTEX
+            | BufferUsages::COPY_SRC
+            | BufferUsages::COPY_DST;
         let buffer = || create(gpu, ("swarm", usage), slots * ROW_BYTES);
         Some(Self { buffers: [buffer()?, buffer()?], positions: 0 })
     }
@@ -226,7 +228,9 @@ impl Swarms {
             };
             let Some(mut device) = device else {
                 let particles = swarm.launches.len();
-                gpu.give_up(format!("it has no memory for {particles} particles of an emitter with on: gpu"));
+                gpu.give_up(format!(
+                    "it has no memory for {particles} particles of an emitter with on: gpu"
+                ));
                 continue;
             };
             let most = if swarm.goes_back { KEPT_BYTES / swarms.len() as u64 } else { 0 };
@@ -257,7 +261,8 @@ impl Swarms {
         if let Some(begins) = begins {
             // Needed even if no tick follows.
             let last = begins.checked_sub(1).map(|before| &swarm.ticks[before]);
-            device.last = Some(Parameters::new(device.stepping, device.slots(), &swarm.ticks[begins], last));
+            device.last =
+                Some(Parameters::new(device.stepping, device.slots(), &swarm.ticks[begins], last));
         }
         let first = begins.map_or(0, |begins| begins + 1);
         let mut work = Work { encoder, dispatches: Vec::new() };

@@ -1,7 +1,9 @@
 //! Draws swarms as sprites, from the buffers in which they are stepped.
 
 use bytemuck::bytes_of;
-use wgpu::{BindGroupLayout, BufferUsages, CompareFunction, RenderPass, ShaderStages, VertexBufferLayout};
+use wgpu::{
+    BindGroupLayout, BufferUsages, CompareFunction, RenderPass, ShaderStages, VertexBufferLayout,
+};
 
 use crate::Gpu;
 use crate::pipelines::{Destination, Drawing, GLOBALS, SPRITE, layout, module};
@@ -34,7 +36,12 @@ pub(crate) struct SwarmPainter {
 }
 
 impl SwarmPainter {
-    pub fn new(gpu: &Gpu, globals: &BindGroupLayout, shadow_map: &BindGroupLayout, to: &Destination) -> Self {
+    pub fn new(
+        gpu: &Gpu,
+        globals: &BindGroupLayout,
+        shadow_map: &BindGroupLayout,
+        to: &Destination,
+    ) -> Self {
         let device = &gpu.device;
         let uniform = |binding| wgpu::BindGroupLayoutEntry {
             binding,
@@ -50,7 +57,8 @@ impl SwarmPainter {
             label: Some("swarm look"),
             entries: &[uniform(0), uniform(1)],
         });
-        let layout = layout(device, "swarm picture", &[Some(globals), Some(shadow_map), Some(&bindings)]);
+        let layout =
+            layout(device, "swarm picture", &[Some(globals), Some(shadow_map), Some(&bindings)]);
         let drawing = Drawing {
             label: "swarm",
             shader: &module(device, "swarm picture", &[GLOBALS, SPRITE, SWARM, DRAW]),
@@ -77,7 +85,8 @@ impl SwarmPainter {
         while self.uniforms.len() < swarms.len() {
             self.uniforms.push(self.uniforms(gpu));
         }
-        for ((swarm, device), (tick, look, _)) in swarms.iter().zip(self.swarms.devices()).zip(&self.uniforms)
+        for ((swarm, device), (tick, look, _)) in
+            swarms.iter().zip(self.swarms.devices()).zip(&self.uniforms)
         {
             if let Some(last) = &device.last {
                 gpu.queue.write_buffer(tick, 0, bytes_of(last));

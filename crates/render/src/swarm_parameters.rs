@@ -61,7 +61,12 @@ fn births([first, after]: [u64; 2], slots: u32) -> [u32; 4] {
 
 impl Parameters {
     /// The parameters of a tick of a swarm of `slots` slots, after the tick `last`.
-    pub fn new(stepping: SwarmStepping, slots: u32, tick: &SwarmTick, last: Option<&SwarmTick>) -> Self {
+    pub fn new(
+        stepping: SwarmStepping,
+        slots: u32,
+        tick: &SwarmTick,
+        last: Option<&SwarmTick>,
+    ) -> Self {
         let last_births = last.map_or([0; 4], |last| births(last.births, slots));
         let last = last.unwrap_or(tick);
         let mut parameters = Self {
@@ -87,7 +92,9 @@ impl Parameters {
             SwarmStepping::SemiImplicitEuler => KEEPS_VELOCITY,
             SwarmStepping::VelocityVerlet => KEEPS_VELOCITY | VELOCITY_VERLET,
         };
-        for (is, flag) in [(tick.reversed, REVERSED), (tick.other_laws, RESTARTED), (!tick.born, BARREN)] {
+        for (is, flag) in
+            [(tick.reversed, REVERSED), (tick.other_laws, RESTARTED), (!tick.born, BARREN)]
+        {
             parameters.flags |= if is { flag } else { 0 };
         }
         parameters
@@ -112,7 +119,8 @@ impl Parameters {
         (self.wave, self.turns) = (*wave, *turns);
         [self.linear, self.quadratic] = drag.unwrap_or_default();
         self.flags = self.flags & !HAS_DRAG | if drag.is_some() { HAS_DRAG } else { 0 };
-        (self.damping, self.damping_rate) = damping.map_or((0, 0.0), |(model, rate)| (model as u32, rate));
+        (self.damping, self.damping_rate) =
+            damping.map_or((0, 0.0), |(model, rate)| (model as u32, rate));
         let wells = &wells[..wells.len().min(SwarmLaws::WELLS)];
         self.wells = wells.len() as u32;
         for (row, [x, y, z, strength, softening]) in self.well.iter_mut().zip(wells) {

@@ -40,7 +40,11 @@ impl WindowFrame {
 
 impl WindowTarget {
     /// Configures the surface for a window of inner size `size_px`, which may be zero.
-    pub fn new(surface: Surface<'static>, gpu: &Gpu, size_px: [u32; 2]) -> Result<Self, RenderError> {
+    pub fn new(
+        surface: Surface<'static>,
+        gpu: &Gpu,
+        size_px: [u32; 2],
+    ) -> Result<Self, RenderError> {
         let (config, view_format) = configuration(&surface, gpu, size_px)?;
         let mut target = Self { surface, config, view_format, visible: false, lost: false };
         target.resize(gpu, size_px);
@@ -148,7 +152,9 @@ fn configuration(
         config.format = format;
         view_format = format;
         let capabilities = gpu.adapter.get_downlevel_capabilities();
-        if format.is_srgb() && capabilities.flags.contains(wgpu::DownlevelFlags::SURFACE_VIEW_FORMATS) {
+        if format.is_srgb()
+            && capabilities.flags.contains(wgpu::DownlevelFlags::SURFACE_VIEW_FORMATS)
+        {
             view_format = format.remove_srgb_suffix();
             config.view_formats = vec![view_format];
         }

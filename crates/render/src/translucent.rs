@@ -3,7 +3,9 @@
 //! They write no depth and are drawn as if a little farther away, so that a solid body at the same position hides
 //! them.
 
-use wgpu::{BindGroupLayout, BlendState, CompareFunction, Device, Face, RenderPass, RenderPipeline};
+use wgpu::{
+    BindGroupLayout, BlendState, CompareFunction, Device, Face, RenderPass, RenderPipeline,
+};
 
 use crate::mesh::Mesh;
 use crate::pipelines::{

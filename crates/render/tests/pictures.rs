@@ -4,8 +4,8 @@
 
 use glam::{Quat, Vec3, Vec4};
 use render::{
-    CHECKER, Film, Frame, Gpu, Ground, Image, Instance, Light, Line, OFFSCREEN_FORMAT, OUTLINED, Offscreen,
-    Panels, Particle, Quality, RenderError, Renderer, Sprite, wgpu,
+    CHECKER, Film, Frame, Gpu, Ground, Image, Instance, Light, Line, OFFSCREEN_FORMAT, OUTLINED,
+    Offscreen, Panels, Particle, Quality, RenderError, Renderer, Sprite, wgpu,
 };
 
 const SIZE: [u32; 2] = [160, 90];
@@ -26,7 +26,12 @@ fn draw(gpu: &Gpu, frame: &Frame, quality: Quality) -> Image {
 
 fn body(position: [f32; 3], half: f32, color: [f32; 3]) -> Instance {
     let [red, green, blue] = color;
-    Instance { position, half_extents: [half; 3], color: [red, green, blue, 1.0], ..Instance::default() }
+    Instance {
+        position,
+        half_extents: [half; 3],
+        color: [red, green, blue, 1.0],
+        ..Instance::default()
+    }
 }
 
 fn middle(image: &Image) -> [u8; 4] {
@@ -50,8 +55,12 @@ fn the_empty_frame_is_sky_over_ground() {
 #[test]
 fn a_cube_shows_its_color_with_any_light_and_quality() {
     let gpu = gpu();
-    let lamp =
-        Light { position: Vec3::new(20.0, 30.0, 10.0), target: Vec3::ZERO, color: Vec3::ONE, shadows: true };
+    let lamp = Light {
+        position: Vec3::new(20.0, 30.0, 10.0),
+        target: Vec3::ZERO,
+        color: Vec3::ONE,
+        shadows: true,
+    };
     for light in [None, Some(lamp)] {
         for quality in [Quality::FIXED, Quality { shadow_map_px: 64, msaa: 4, ..Quality::FIXED }] {
             for sphere in [false, true] {
@@ -84,13 +93,16 @@ fn the_nearer_body_hides_the_farther_one_in_either_order() {
 #[test]
 fn the_camera_orientation_is_from_camera_to_world() {
     // Turned left by 90 degrees, the camera looks along -X.
-    let mut frame = Frame { cuboids: vec![body([-5.0, 0.0, 0.0], 1.0, [1.0, 0.0, 0.0])], ..frame() };
+    let mut frame =
+        Frame { cuboids: vec![body([-5.0, 0.0, 0.0], 1.0, [1.0, 0.0, 0.0])], ..frame() };
     frame.camera.orientation = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
     let [red, green, ..] = middle(&draw(&gpu(), &frame, Quality::FIXED));
     assert!(red > 2 * green);
-    let clip = frame.camera.view_projection(16.0 / 9.0) * Vec4::new(-frame.camera.near_m, 0.0, 0.0, 1.0);
+    let clip =
+        frame.camera.view_projection(16.0 / 9.0) * Vec4::new(-frame.camera.near_m, 0.0, 0.0, 1.0);
     assert!((clip.z / clip.w).abs() < 1e-5, "the near plane is not at depth 0: {clip}");
-    let clip = frame.camera.view_projection(16.0 / 9.0) * Vec4::new(-frame.camera.far_m, 0.0, 0.0, 1.0);
+    let clip =
+        frame.camera.view_projection(16.0 / 9.0) * Vec4::new(-frame.camera.far_m, 0.0, 0.0, 1.0);
     assert!((clip.z / clip.w - 1.0).abs() < 1e-5, "the far plane is not at depth 1: {clip}");
 }
 
@@ -111,8 +123,10 @@ fn an_outline_surrounds_a_selected_body_and_leaves_its_inside_alone() {
     for sphere in [false, true] {
         let pictures = [0, OUTLINED].map(|surface| {
             // A floor right below, and the far wall of it behind: neither may swallow the outline.
-            let floor =
-                Instance { half_extents: [50.0, 0.5, 50.0], ..body([0.0, -1.5, -5.0], 1.0, [0.5; 3]) };
+            let floor = Instance {
+                half_extents: [50.0, 0.5, 50.0],
+                ..body([0.0, -1.5, -5.0], 1.0, [0.5; 3])
+            };
             let selected = Instance { surface, ..body([0.0, 0.0, -5.0], 1.0, [0.0, 0.6, 0.0]) };
             let mut frame = Frame { cuboids: vec![floor], ..frame() };
             frame.camera.orientation = Quat::from_rotation_x(-0.1);
@@ -129,7 +143,8 @@ fn an_outline_surrounds_a_selected_body_and_leaves_its_inside_alone() {
             let [red, green, blue, _] = outlined.pixel(x, y).unwrap();
             red > 200 && green > 170 && blue < 90
         };
-        let dark = |x: u32, y: u32| outlined.pixel(x, y).unwrap()[..3].iter().all(|&channel| channel < 10);
+        let dark =
+            |x: u32, y: u32| outlined.pixel(x, y).unwrap()[..3].iter().all(|&channel| channel < 10);
         for (side, along) in [
             ("left", (0..80).map(|x| (x, 45)).collect::<Vec<_>>()),
             ("right", (80..160).map(|x| (x, 45)).collect()),
@@ -138,7 +153,10 @@ fn an_outline_surrounds_a_selected_body_and_leaves_its_inside_alone() {
         ] {
             let count = along.iter().filter(|(x, y)| yellow(*x, *y)).count();
             assert!((1..=5).contains(&count), "sphere {sphere}, {side}: {count} bright pixels");
-            assert!(along.iter().any(|(x, y)| dark(*x, *y)), "sphere {sphere}, {side}: no dark rim");
+            assert!(
+                along.iter().any(|(x, y)| dark(*x, *y)),
+                "sphere {sphere}, {side}: no dark rim"
+            );
         }
         let changed = differing_pixels(plain, outlined);
         assert!((100..2000).contains(&changed), "sphere {sphere}: {changed} pixels changed");
@@ -148,7 +166,8 @@ fn an_outline_surrounds_a_selected_body_and_leaves_its_inside_alone() {
 #[test]
 fn a_cube_throws_its_shadow_on_the_floor_and_nothing_shadows_itself() {
     let gpu = gpu();
-    let floor = Instance { half_extents: [20.0, 0.5, 20.0], ..body([0.0, -3.5, -12.0], 1.0, [1.0; 3]) };
+    let floor =
+        Instance { half_extents: [20.0, 0.5, 20.0], ..body([0.0, -3.5, -12.0], 1.0, [1.0; 3]) };
     let cube = body([0.0, -1.0, -12.0], 1.0, [1.0; 3]);
     let picture = |cuboids: &[Instance], shadows| {
         let light = Light {
@@ -179,9 +198,14 @@ fn a_cube_throws_its_shadow_on_the_floor_and_nothing_shadows_itself() {
 fn lights_in_awkward_places_draw_something() {
     let gpu = gpu();
     let cuboids = vec![body([0.0, 0.0, -5.0], 1.0, [1.0; 3])];
-    for position in [Vec3::ZERO, Vec3::Y * 1e-9, Vec3::Y * 50.0, Vec3::NEG_Y * 50.0, Vec3::Z * 1e6] {
+    for position in [Vec3::ZERO, Vec3::Y * 1e-9, Vec3::Y * 50.0, Vec3::NEG_Y * 50.0, Vec3::Z * 1e6]
+    {
         let light = Light { position, target: Vec3::ZERO, color: Vec3::ONE, shadows: true };
-        draw(&gpu, &Frame { cuboids: cuboids.clone(), light: Some(light), ..frame() }, Quality::FIXED);
+        draw(
+            &gpu,
+            &Frame { cuboids: cuboids.clone(), light: Some(light), ..frame() },
+            Quality::FIXED,
+        );
     }
 }
 
@@ -204,13 +228,15 @@ fn lines_arrows_and_particles_are_drawn() {
     assert!((100..600).contains(&count), "{count} pixels of arrow");
 
     // Through the camera and out of it again: the part behind the camera must not come back mirrored.
-    let behind = Line::new(Vec3::new(0.0, 0.5, 5.0), Vec3::new(0.0, 0.5, -5.0), [1.0, 0.0, 0.0, 1.0], 3.0);
+    let behind =
+        Line::new(Vec3::new(0.0, 0.5, 5.0), Vec3::new(0.0, 0.5, -5.0), [1.0, 0.0, 0.0, 1.0], 3.0);
     let image = draw(&gpu, &Frame { lines: vec![behind], ..frame() }, Quality::FIXED);
     let below = (46..90).filter(|&y| image.pixel(80, y) != empty.pixel(80, y)).count();
     assert_eq!(below, 0);
     assert!(differing_pixels(&empty, &image) > 50);
 
-    let particle = Particle { position: [0.0, 0.0, -5.0], radius_m: 0.5, color: [1.0, 0.0, 0.0, 1.0] };
+    let particle =
+        Particle { position: [0.0, 0.0, -5.0], radius_m: 0.5, color: [1.0, 0.0, 0.0, 1.0] };
     let image = draw(&gpu, &Frame { particles: vec![particle], ..frame() }, Quality::FIXED);
     let [red, green, ..] = middle(&image);
     assert!(red > 100 && green < 60);
@@ -244,8 +270,10 @@ fn a_sprite_is_drawn_out_behind_and_hides_nothing_with_its_edge() {
     assert_eq!([60, 75, 80, 85, 100].map(|x| seen(still, x)), [false, true, true, true, false]);
     assert_eq!([45, 60, 80, 85, 100].map(|x| seen(right, x)), [false, true, true, true, false]);
     // A nearer one, drawn first.
-    let near = Sprite { position: [-0.35, 0.0, -4.0], color: [0.0, 0.0, 1.0, 1.0], ..sprite(still) };
-    let image = draw(&gpu, &Frame { sprites: vec![near, sprite(still)], ..frame() }, Quality::FIXED);
+    let near =
+        Sprite { position: [-0.35, 0.0, -4.0], color: [0.0, 0.0, 1.0, 1.0], ..sprite(still) };
+    let image =
+        draw(&gpu, &Frame { sprites: vec![near, sprite(still)], ..frame() }, Quality::FIXED);
     assert!(middle(&image)[0] > 100, "{:?}", middle(&image));
 }
 
@@ -255,11 +283,13 @@ fn a_ground_has_lines_below_the_horizon_and_space_has_no_horizon() {
     let empty = draw(&gpu, &frame(), Quality::FIXED);
     let ground = Ground { height_m: -2.0, spacing_m: 1.0, offset_m: [0.0; 2] };
     let grounded = draw(&gpu, &Frame { ground: Some(ground), ..frame() }, Quality::FIXED);
-    let row = |image: &Image, y| (0..SIZE[0]).map(|x| image.pixel(x, y).unwrap()).collect::<Vec<_>>();
+    let row =
+        |image: &Image, y| (0..SIZE[0]).map(|x| image.pixel(x, y).unwrap()).collect::<Vec<_>>();
     assert_eq!(row(&empty, 20), row(&grounded, 20));
     let red = |pixel: &[u8; 4]| pixel[0];
     let below = row(&grounded, 80);
-    let (dark, bright) = (below.iter().map(red).min().unwrap(), below.iter().map(red).max().unwrap());
+    let (dark, bright) =
+        (below.iter().map(red).min().unwrap(), below.iter().map(red).max().unwrap());
     assert!(bright > dark + 10, "no lines: {dark} to {bright}");
 
     let space = draw(&gpu, &Frame { space: true, ..frame() }, Quality::FIXED);
@@ -297,7 +327,8 @@ fn panels_are_painted_last_even_if_their_textures_came_with_a_frame_without_area
     for quality in [Quality::FIXED, Quality { shadow_map_px: 64, msaa: 4, ..Quality::FIXED }] {
         let context = if quality.msaa == 1 { context.clone() } else { egui::Context::default() };
         let mut renderer = Renderer::new(&gpu, OFFSCREEN_FORMAT, quality);
-        let minimized = Frame { size_px: [0, 90], panels: Some(panels(&context)), ..Frame::default() };
+        let minimized =
+            Frame { size_px: [0, 90], panels: Some(panels(&context)), ..Frame::default() };
         renderer.draw(&gpu, &minimized, picture.view());
         let near = body([0.0, 0.0, -1.0], 5.0, [1.0; 3]);
         let shown = Frame { cuboids: vec![near], panels: Some(panels(&context)), ..frame() };
@@ -316,12 +347,14 @@ fn busy() -> Frame {
         }),
         ..frame()
     };
-    let floor = Instance { half_extents: [30.0, 1.0, 30.0], ..body([0.0, -4.0, -10.0], 1.0, [1.0; 3]) };
+    let floor =
+        Instance { half_extents: [30.0, 1.0, 30.0], ..body([0.0, -4.0, -10.0], 1.0, [1.0; 3]) };
     frame.cuboids.push(Instance { surface: CHECKER, ..floor });
     for i in 0..400_u16 {
         let (row, column) = (f32::from(i / 20), f32::from(i % 20));
         let surface = if i % 7 == 0 { CHECKER | OUTLINED } else { CHECKER };
-        let one = Instance { surface, ..body([column - 10.0, -1.0, -4.0 - row], 0.3, [1.0, 0.8, 0.6]) };
+        let one =
+            Instance { surface, ..body([column - 10.0, -1.0, -4.0 - row], 0.3, [1.0, 0.8, 0.6]) };
         if i % 2 == 0 {
             frame.cuboids.push(one);
         } else {
@@ -370,8 +403,11 @@ fn an_srgb_target_stores_the_same_bytes_within_rounding() {
 #[test]
 fn one_renderer_draws_frames_of_any_size_and_any_number_of_bodies() {
     let gpu = gpu();
-    let mut renderer =
-        Renderer::new(&gpu, OFFSCREEN_FORMAT, Quality { shadow_map_px: 256, msaa: 4, ..Quality::FIXED });
+    let mut renderer = Renderer::new(
+        &gpu,
+        OFFSCREEN_FORMAT,
+        Quality { shadow_map_px: 256, msaa: 4, ..Quality::FIXED },
+    );
     for (size_px, count) in [([160, 90], 1), ([1, 1], 5_000), ([333, 77], 0), ([160, 90], 3)] {
         let picture = Offscreen::new(&gpu, size_px).unwrap();
         let cuboids = vec![body([0.0, 0.0, -5.0], 3.0, [1.0, 0.0, 0.0]); count];
@@ -428,14 +464,17 @@ fn a_film_shows_every_picture_for_its_time() {
     assert_eq!(reader.info().animation_control().unwrap().num_plays, 0);
     let mut shown = picture([0; 6]);
     // The third picture is the second one, which stays for both.
-    for (expected, milliseconds) in [(shades[0], 100), (shades[1], 200), (shades[3], 50), (shades[4], 50)] {
+    for (expected, milliseconds) in
+        [(shades[0], 100), (shades[1], 200), (shades[3], 50), (shades[4], 50)]
+    {
         let mut drawn = [0; 24];
         let used = reader.next_frame(&mut drawn).unwrap().buffer_size();
         let control = *reader.info().frame_control().unwrap();
         assert_eq!((control.delay_num, control.delay_den), (milliseconds, 1000));
         for (i, pixel) in drawn[..used].chunks_exact(4).enumerate() {
             let i = u32::try_from(i).unwrap();
-            let (x, y) = (control.x_offset + i % control.width, control.y_offset + i / control.width);
+            let (x, y) =
+                (control.x_offset + i % control.width, control.y_offset + i / control.width);
             let at = 4 * (y * 3 + x) as usize;
             if pixel[3] == 255 {
                 shown.rgba[at..at + 4].copy_from_slice(pixel);

@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a test that fails should panic")]
 
 use glam::Vec3;
-use render::{Frame, Gpu, Image, Instance, Light, OFFSCREEN_FORMAT, Offscreen, Quality, Renderer, Surface};
+use render::{
+    Frame, Gpu, Image, Instance, Light, OFFSCREEN_FORMAT, Offscreen, Quality, Renderer, Surface,
+};
 
 const SIZE: [u32; 2] = [160, 90];
 
@@ -33,7 +35,8 @@ fn square(far: f32, cells: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let at = |i: u32| i as f32 / cells as f32 * 2.0 - 1.0;
     let points = (0..side * side).map(|i| Vec3::new(at(i % side), at(i / side), -far)).collect();
     let corner = (0..cells * cells).map(move |i| i / cells * side + i % cells);
-    let triangles = corner.flat_map(|i| [[i, i + 1, i + side + 1], [i, i + side + 1, i + side]]).collect();
+    let triangles =
+        corner.flat_map(|i| [[i, i + 1, i + side + 1], [i, i + side + 1, i + side]]).collect();
     (points, triangles)
 }
 
@@ -73,7 +76,11 @@ fn a_body_in_front_of_a_surface_hides_it_and_one_behind_does_not() {
     let mut renderer = Renderer::new(&gpu, OFFSCREEN_FORMAT, Quality::FIXED);
     for (z, hidden) in [(-3.0, true), (-7.0, false)] {
         let (points, triangles) = square(5.0, 4);
-        let green = Instance { position: [0.0, 0.0, z], color: [0.0, 1.0, 0.0, 1.0], ..Instance::default() };
+        let green = Instance {
+            position: [0.0, 0.0, z],
+            color: [0.0, 1.0, 0.0, 1.0],
+            ..Instance::default()
+        };
         let surfaces = vec![Surface::smooth(&points, triangles, RED, false)];
         let image = draw(&gpu, &mut renderer, &Frame { surfaces, cuboids: vec![green], ..frame() });
         assert_eq!(red(middle(&image)), !hidden, "{:?}", middle(&image));

@@ -21,14 +21,19 @@ fn study(problem: &Problem, is_test: bool) -> Study {
 }
 
 fn main() {
-    let (flags, names): (Vec<_>, Vec<_>) = std::env::args().skip(1).partition(|word| word.starts_with('-'));
+    let (flags, names): (Vec<_>, Vec<_>) =
+        std::env::args().skip(1).partition(|word| word.starts_with('-'));
     let is_test = flags.iter().any(|flag| flag == "--test");
     if !take_real_time_priority() {
-        eprintln!("without real-time priority: as root, or with `sudo chrt -f 1`, times agree better");
+        eprintln!(
+            "without real-time priority: as root, or with `sudo chrt -f 1`, times agree better"
+        );
     }
-    let named = |problem: &Problem| names.is_empty() || names.iter().any(|name| name == problem.name);
+    let named =
+        |problem: &Problem| names.is_empty() || names.iter().any(|name| name == problem.name);
     let wanted = |problem: &&Problem| problem.has_loop() && named(problem);
-    let studies: Vec<_> = PROBLEMS.iter().filter(wanted).map(|problem| study(problem, is_test)).collect();
+    let studies: Vec<_> =
+        PROBLEMS.iter().filter(wanted).map(|problem| study(problem, is_test)).collect();
     let sizes = if is_test { vec![1_000] } else { vec![1_000, 100_000] };
     for table in report::prices(&studies, &sizes) {
         println!("{}:\n\n{}", table.title, table.markdown());

@@ -144,7 +144,8 @@ impl Chart {
         let [left, top, right, bottom] = self.frame();
         let fits = |b: &Box4| b[0] > left && b[1] > top && b[2] < right && b[3] < bottom;
         let free = |b: &Box4| self.taken.iter().all(|taken| !overlap(taken, b));
-        if let Some(place) = places.map(box_at).into_iter().find(|place| fits(place) && free(place)) {
+        if let Some(place) = places.map(box_at).into_iter().find(|place| fits(place) && free(place))
+        {
             self.over.push(Shape::words(text).class("ink name").at(place[0], place[3] - 3.0));
             self.taken.push(place);
         }
@@ -155,7 +156,12 @@ impl Chart {
         let beyond = !self.x.holds(x);
         let (x, _) = self.at((x, 1.0));
         let words_of = Shape::words(words).class("budget-text").fill(RED);
-        self.upright(if beyond { x - 1.5 } else { x }, ("budget", BUDGET), words_of, width_of(words));
+        self.upright(
+            if beyond { x - 1.5 } else { x },
+            ("budget", BUDGET),
+            words_of,
+            width_of(words),
+        );
     }
 
     /// A vertical line with words along its top, such as the size of a cache; left out beyond the axis.
@@ -231,7 +237,10 @@ impl Chart {
 
     /// Failures, in the legend.
     pub(crate) fn legend_failure(&mut self, words: &str) {
-        self.row([Shape::path(CROSS).class("dash").stroke(Stroke::new(SOFT, 2.4))], Shape::words(words));
+        self.row(
+            [Shape::path(CROSS).class("dash").stroke(Stroke::new(SOFT, 2.4))],
+            Shape::words(words),
+        );
     }
 
     /// More about the row before, in the legend, or a remark.

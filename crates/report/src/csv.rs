@@ -48,13 +48,19 @@ pub(crate) fn cells(report: &Report) -> String {
         ]);
         row
     };
-    let rows = report.studies.iter().flat_map(|study| study.cells.iter().map(move |cell| row(study, cell)));
+    let rows = report
+        .studies
+        .iter()
+        .flat_map(|study| study.cells.iter().map(move |cell| row(study, cell)));
     csv(CELLS_HEADER, rows)
 }
 
 /// `drift.csv`: one row per sample.
 pub(crate) fn drift(report: &Report) -> String {
-    let drifts = report.studies.iter().flat_map(|study| study.drifts.iter().map(move |drift| (study, drift)));
+    let drifts = report
+        .studies
+        .iter()
+        .flat_map(|study| study.drifts.iter().map(move |drift| (study, drift)));
     let rows = drifts.flat_map(|(study, drift)| {
         drift.series.iter().map(move |(time_s, residual)| {
             let mut row = named(study, drift.setting);
@@ -67,7 +73,8 @@ pub(crate) fn drift(report: &Report) -> String {
 
 /// `rates.csv`: one row per frame rate and way of stepping.
 pub(crate) fn rates(report: &Report) -> String {
-    let rates = report.studies.iter().flat_map(|study| study.rates.iter().map(move |rate| (study, rate)));
+    let rates =
+        report.studies.iter().flat_map(|study| study.rates.iter().map(move |rate| (study, rate)));
     let rows = rates.map(|(study, rate)| {
         vec![
             study.subject.clone(),

@@ -61,9 +61,14 @@ pub(crate) fn html(text: &str) -> String {
 /// Escapes a field of comma-separated values (RFC 4180). Text that is not a number but that a spreadsheet would
 /// compute gets an apostrophe in front, so that spreadsheets take it as text.
 pub(crate) fn csv_field(text: &str) -> String {
-    let computed = text.starts_with(['=', '+', '-', '@', '\t', '\r']) && text.parse::<f64>().is_err();
+    let computed =
+        text.starts_with(['=', '+', '-', '@', '\t', '\r']) && text.parse::<f64>().is_err();
     let text = if computed { format!("'{text}") } else { text.to_owned() };
-    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text
+    }
 }
 
 #[cfg(test)]
@@ -91,6 +96,9 @@ mod tests {
     fn a_spreadsheet_computes_nothing() {
         assert_eq!(csv_field("=HYPERLINK(\"x\",\"y\")"), "\"'=HYPERLINK(\"\"x\"\",\"\"y\"\")\"");
         assert_eq!(csv_field("-2+3"), "'-2+3");
-        assert_eq!(["-1.5e-3", "+inf", "3", "a b", ""].map(csv_field), ["-1.5e-3", "+inf", "3", "a b", ""]);
+        assert_eq!(
+            ["-1.5e-3", "+inf", "3", "a b", ""].map(csv_field),
+            ["-1.5e-3", "+inf", "3", "a b", ""]
+        );
     }
 }

@@ -59,7 +59,8 @@ pub struct HandoutStep {
 /// The page of a lesson, without answers.
 #[must_use]
 pub fn handout(lesson: &Handout) -> String {
-    let sections: String = (1..).zip(&lesson.steps).map(|(number, step)| section(number, step)).collect();
+    let sections: String =
+        (1..).zip(&lesson.steps).map(|(number, step)| section(number, step)).collect();
     let lead = format!("{} Belongs to: {}.", html(&lesson.about), html(&lesson.belongs_to));
     document(&lesson.title, &lead, &format!("{RULES}{TWO_TO_A_PAGE}"), WHO, &sections, "")
 }
@@ -97,7 +98,11 @@ fn section(number: usize, step: &HandoutStep) -> String {
     let image = picture.as_deref().map_or_else(String::new, |picture| {
         format!("<img src=\"{}\" alt=\"the scene after this step\">\n", html(picture))
     });
-    format!("<section>\n<h2>{number}. {}</h2>\n<p>{}</p>\n{image}{room}</section>\n", html(task), html(watch),)
+    format!(
+        "<section>\n<h2>{number}. {}</h2>\n<p>{}</p>\n{image}{room}</section>\n",
+        html(task),
+        html(watch),
+    )
 }
 
 /// The answers of all lessons.
@@ -108,8 +113,10 @@ pub fn answers(lessons: &[Handout]) -> String {
             .zip(&lesson.steps)
             .map(|(number, step)| {
                 let answer = step.answer.as_deref().unwrap_or_default();
-                let unit = step.unit.as_deref().filter(|_| step.answer.is_some()).unwrap_or_default();
-                let example = if step.depends && !step.measured.is_empty() { "For example: " } else { "" };
+                let unit =
+                    step.unit.as_deref().filter(|_| step.answer.is_some()).unwrap_or_default();
+                let example =
+                    if step.depends && !step.measured.is_empty() { "For example: " } else { "" };
                 format!(
                     "<tr><td>{number}</td><td>{}</td><td>{} {}</td><td>{example}{}</td></tr>\n",
                     html(&step.task),
@@ -166,7 +173,9 @@ mod tests {
         };
         let page = handout(&lesson);
         assert!(
-            page.contains("Push &lt;it&gt;.") && page.contains("____ m/s") && page.contains("\u{2610} two")
+            page.contains("Push &lt;it&gt;.")
+                && page.contains("____ m/s")
+                && page.contains("\u{2610} two")
         );
         assert!(!page.contains("17.5"), "the page does not say the answer");
         assert!(page.contains("Name:") && page.contains("Date:"));

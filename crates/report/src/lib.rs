@@ -66,7 +66,8 @@ const PICTURE: &str = ".svg";
 /// Each file is made when the iterator reaches it.
 pub fn files(report: &Report) -> impl Iterator<Item = (String, Vec<u8>)> {
     let texts = TEXTS.into_iter().map(|(name, text)| (name.to_owned(), text(report).into_bytes()));
-    let figures = drawn(report).map(|(name, figure)| (name + PICTURE, figure.document().into_bytes()));
+    let figures =
+        drawn(report).map(|(name, figure)| (name + PICTURE, figure.document().into_bytes()));
     texts.chain(figures)
 }
 
@@ -78,7 +79,11 @@ pub fn json(report: &Report) -> String {
 /// The results of every study, as Markdown.
 fn summary(report: &Report) -> String {
     let part = |study: &Study| {
-        format!("## {}\n\n{}", escape::markdown(&study.subject), markdown(study, report.machine_of(study)))
+        format!(
+            "## {}\n\n{}",
+            escape::markdown(&study.subject),
+            markdown(study, report.machine_of(study))
+        )
     };
     report.studies.iter().map(part).collect::<Vec<_>>().join("\n")
 }

@@ -76,7 +76,11 @@ pub fn three_digits(value: f64) -> String {
 pub fn three_decimals(value: f64) -> String {
     // Adding 0 turns -0 into 0.
     let (value, size) = (value + 0.0, value.abs());
-    if value == 0.0 || (1e-2..1e6).contains(&size) { format!("{value:.3}") } else { format!("{value:.3e}") }
+    if value == 0.0 || (1e-2..1e6).contains(&size) {
+        format!("{value:.3}")
+    } else {
+        format!("{value:.3e}")
+    }
 }
 
 /// Formats a count per step; a whole number without decimals.

@@ -7,7 +7,9 @@ use super::escape::html;
 use super::figures::{ACCURACIES, Kind, accuracy_name, cost_name, costs, figures};
 use super::numbers::number;
 use super::table::Table;
-use super::tables::{cheapest, equal, every_run, failed, of_methods, phases, prices, ranking, rates};
+use super::tables::{
+    cheapest, equal, every_run, failed, of_methods, phases, prices, ranking, rates,
+};
 use super::words::{bodies, evaluations, headline, setting, words};
 
 const STYLE: &str = include_str!("page.css");
@@ -53,9 +55,9 @@ pub(crate) fn page(report: &Report) -> String {
         [one] => format!("What accuracy costs: {}", one.subject),
         _ => "What accuracy costs".to_owned(),
     };
-    let lead =
-        "Every method of integration at a ladder of steps: how far it is from the truth, and what it costs.";
-    let rules = format!("@media (prefers-color-scheme: dark) {{\n{}}}\n{}", dark_rules(), selector_rules());
+    let lead = "Every method of integration at a ladder of steps: how far it is from the truth, and what it costs.";
+    let rules =
+        format!("@media (prefers-color-scheme: dark) {{\n{}}}\n{}", dark_rules(), selector_rules());
     let incomplete = if report.complete {
         ""
     } else {
@@ -120,7 +122,8 @@ fn section(study: &Study, slug: &str, machine: &Machine) -> String {
 
 fn about(study: &Study) -> String {
     let period = study.period_s.map(|period| format!(", a period of {} s", number(period, 3)));
-    let dot = if study.description.is_empty() || study.description.ends_with('.') { "" } else { "." };
+    let dot =
+        if study.description.is_empty() || study.description.ends_with('.') { "" } else { "." };
     format!(
         "{}{dot} {}, {} s at {} ticks per second{}.",
         study.description,
@@ -203,7 +206,8 @@ const fn cost_words(cost: Cost) -> &'static str {
 /// Rules that show what is chosen, without any script.
 fn selector_rules() -> String {
     let shows = |classes: &[&str]| {
-        let chosen: String = classes.iter().map(|class| format!(":has(.by-{class}:checked)")).collect();
+        let chosen: String =
+            classes.iter().map(|class| format!(":has(.by-{class}:checked)")).collect();
         let panel = if let [_, _] = classes { "cost" } else { "step" };
         format!(".panels{chosen} figure.{panel}.{}{{display:block}}\n", classes.join("."))
     };
@@ -227,8 +231,11 @@ fn notes(study: &Study) -> String {
     let ties = "Times that tie (=) differ by less than the spread of their rounds. A star is on what no other setting beats \
         in both error and cost."
         .to_owned();
-    let items =
-        own.iter().chain(&study.notes).chain([&ties]).map(|note| format!("<li>{}</li>\n", html(note)));
+    let items = own
+        .iter()
+        .chain(&study.notes)
+        .chain([&ties])
+        .map(|note| format!("<li>{}</li>\n", html(note)));
     format!("<ul class=\"notes\">\n{}</ul>\n", items.collect::<String>())
 }
 
@@ -250,8 +257,10 @@ fn machine(report: &Report) -> String {
     let command = [("Command", report.command.clone())];
     let rows = of(&report.machine).into_iter().chain(command).chain(others.flatten());
     let rows: Vec<_> = rows.collect();
-    let rows: String =
-        rows.iter().map(|(name, value)| format!("<dt>{name}</dt><dd>{}</dd>\n", html(value))).collect();
+    let rows: String = rows
+        .iter()
+        .map(|(name, value)| format!("<dt>{name}</dt><dd>{}</dd>\n", html(value)))
+        .collect();
     format!(
         "<footer>\n<h2>Measured on</h2>\n<dl>\n{rows}</dl>\n<p>Error and time are measured in runs of their own: the one \
          is compared with the truth after every tick and looks at no clock, the other is timed in thread CPU time, block by \

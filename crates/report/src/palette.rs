@@ -94,7 +94,8 @@ mod tests {
                 assert_ne!(a.short, b.short);
                 for eye in &EYES {
                     let (p, q) = (cielab(eye, a.srgb), cielab(eye, b.srgb));
-                    let distance = p.iter().zip(q).map(|(p, q)| (p - q).powi(2)).sum::<f64>().sqrt();
+                    let distance =
+                        p.iter().zip(q).map(|(p, q)| (p - q).powi(2)).sum::<f64>().sqrt();
                     assert!(distance > 16.0, "{} and {} are {distance:.1} apart", a.short, b.short);
                 }
             }

@@ -36,13 +36,22 @@ impl<W: Write + Send> Parquet<W> {
             };
             let text = (column.kind == Kind::Text).then_some(LogicalType::String);
             let field = Type::primitive_type_builder(&column.name, physical);
-            field.with_repetition(Repetition::OPTIONAL).with_logical_type(text).build().map(Arc::new)
+            field
+                .with_repetition(Repetition::OPTIONAL)
+                .with_logical_type(text)
+                .build()
+                .map(Arc::new)
         });
         let fields: Vec<_> = fields.collect::<Result<_, _>>().map_err(written)?;
         let schema = Type::group_type_builder(name).with_fields(fields).build().map_err(written)?;
-        let properties = Arc::new(WriterProperties::builder().set_created_by("sandbox".to_owned()).build());
+        let properties =
+            Arc::new(WriterProperties::builder().set_created_by("sandbox".to_owned()).build());
         let file = SerializedFileWriter::new(to, Arc::new(schema), properties).map_err(written)?;
-        Ok(Self { file, kinds: columns.iter().map(|column| column.kind).collect(), rows: Vec::new() })
+        Ok(Self {
+            file,
+            kinds: columns.iter().map(|column| column.kind).collect(),
+            rows: Vec::new(),
+        })
     }
 
     /// Adds a row with a value for each column.
@@ -105,8 +114,9 @@ fn column<'v, T: DataType<T = V>, V>(
         levels.push(i16::from(value.is_some()));
         present.extend(value);
     }
-    let mut writer =
-        group.next_column()?.ok_or_else(|| ParquetError::General("a column too many".to_owned()))?;
+    let mut writer = group
+        .next_column()?
+        .ok_or_else(|| ParquetError::General("a column too many".to_owned()))?;
     writer.typed::<T>().write_batch(&present, Some(&levels), None)?;
     writer.close()
 }
@@ -141,7 +151,8 @@ mod tests {
         let columns = columns.map(|(name, kind)| Column::new(name, kind));
         let mut table = Parquet::new(Vec::new(), "runs", &columns).unwrap();
         let row = |run: u64| {
-            let speed = if run.is_multiple_of(3) { Value::Absent } else { Value::Number(run as f64 / 3.0) };
+            let speed =
+                if run.is_multiple_of(3) { Value::Absent } else { Value::Number(run as f64 / 3.0) };
             let (method, survives) =
                 (Value::Text(format!("m{}", run % 9)), Value::Flag(run.is_multiple_of(2)));
             vec![Value::Count(run), method, survives, Value::Absent, speed]
@@ -159,7 +170,10 @@ mod tests {
             assert_eq!(read.get_string(1).unwrap(), &format!("m{}", run % 9));
             assert_eq!(read.get_bool(2).unwrap(), run.is_multiple_of(2));
             assert!(read.get_double(3).is_err());
-            assert_eq!(read.get_double(4).ok(), (!run.is_multiple_of(3)).then_some(run as f64 / 3.0));
+            assert_eq!(
+                read.get_double(4).ok(),
+                (!run.is_multiple_of(3)).then_some(run as f64 / 3.0)
+            );
             found += 1;
         }
         assert_eq!(found, rows);

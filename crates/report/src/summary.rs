@@ -45,5 +45,6 @@ pub fn table(study: &Study) -> String {
         text += &ranking.aligned();
         text += "= ties with the first of its rank: the times differ by less than the spread of their rounds.\n\n";
     }
-    text + &every_run(study).aligned() + "* on the front: nothing is both cheaper and more accurate.\n"
+    text + &every_run(study).aligned()
+        + "* on the front: nothing is both cheaper and more accurate.\n"
 }

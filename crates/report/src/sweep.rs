@@ -69,10 +69,17 @@ mod tests {
             header(&plan),
             "run,springs[0].stiffness_n_m,method,outcome,why,simulated_s,survives,survived_s,largest_speed_m_s\n"
         );
-        assert_eq!(row(&values), "3,1e1,runge_kutta_4,finished,\"why, \"\"so\"\"\",1e0,true,1e-1,\n");
+        assert_eq!(
+            row(&values),
+            "3,1e1,runge_kutta_4,finished,\"why, \"\"so\"\"\",1e0,true,1e-1,\n"
+        );
         let fields = values.iter().map(ToString::to_string);
-        let again: Vec<_> =
-            plan.columns().iter().zip(fields).map(|(column, field)| read(column, &field).unwrap()).collect();
+        let again: Vec<_> = plan
+            .columns()
+            .iter()
+            .zip(fields)
+            .map(|(column, field)| read(column, &field).unwrap())
+            .collect();
         assert_eq!(again, values);
         assert_eq!(read(&plan.columns()[0], "x"), None);
     }

@@ -40,7 +40,8 @@ impl Table {
         let cells = |tag: &str, row: &[String]| -> String {
             row.iter().map(|value| format!("<{tag}>{}</{tag}>", joined(&html(value)))).collect()
         };
-        let rows: String = self.rows.iter().map(|row| format!("<tr>{}</tr>\n", cells("td", row))).collect();
+        let rows: String =
+            self.rows.iter().map(|row| format!("<tr>{}</tr>\n", cells("td", row))).collect();
         format!(
             "<div class=\"wide\"><table class=\"{}\">\n<thead><tr>{}</tr></thead>\n<tbody>\n{rows}</tbody></table></div>\n",
             if self.numbers { "numbers" } else { "plain" },
@@ -72,11 +73,16 @@ fn joined(html: &str) -> String {
 
 /// Rows in aligned columns: all to the left, or all but the first one to the right.
 pub fn aligned(rows: &[Vec<String>], to_the_right: bool) -> String {
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let width =
+        |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<_> = (0..rows.first().map_or(0, Vec::len)).map(width).collect();
     let padded = |row: &Vec<String>| {
         let cells = row.iter().zip(&widths).enumerate().map(|(column, (value, width))| {
-            if column > 0 && to_the_right { format!("{value:>width$}") } else { format!("{value:<width$}") }
+            if column > 0 && to_the_right {
+                format!("{value:>width$}")
+            } else {
+                format!("{value:<width$}")
+            }
         });
         cells.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
     };

@@ -1,8 +1,8 @@
 //! The results of a study as tables.
 
 use lab::cost::{
-    Accuracy, Cell, Cheapest, Choice, Cost, EqualCost, Host, Outcome, OverArithmetic, Phase, Place, RateRow,
-    SEEN, ShownOrder, Study,
+    Accuracy, Cell, Cheapest, Choice, Cost, EqualCost, Host, Outcome, OverArithmetic, Phase, Place,
+    RateRow, SEEN, ShownOrder, Study,
 };
 use motion::Method;
 
@@ -13,8 +13,14 @@ use super::words::{bodies, fate, setting, title, why};
 
 /// The tables of a summary, those that have any rows.
 pub fn tables(study: &Study) -> Vec<Table> {
-    let tables =
-        [cheapest(study), of_methods(study), phases(study), equal(study), failed(study), front(study)];
+    let tables = [
+        cheapest(study),
+        of_methods(study),
+        phases(study),
+        equal(study),
+        failed(study),
+        front(study),
+    ];
     tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
 }
 
@@ -29,7 +35,9 @@ pub(crate) fn cheapest(study: &Study) -> Table {
     let row = |Choice { below_m, by_evaluations, by_time, by_arithmetic }: Choice<'_>| {
         let quickest = by_time.as_ref().map(|quick| quick.cell);
         let real_time = quickest.and_then(|cell| study.cost(cell, Cost::RealTime));
-        let words = |cheapest: Option<&Cheapest<'_>>| or_none(cheapest, |cheapest| settings(study, cheapest));
+        let words = |cheapest: Option<&Cheapest<'_>>| {
+            or_none(cheapest, |cheapest| settings(study, cheapest))
+        };
         vec![
             format!("below {}", length(below_m, 2)),
             settings(study, &by_evaluations),
@@ -63,7 +71,8 @@ fn settings(study: &Study, cheapest: &Cheapest<'_>) -> String {
 /// Methods by the time of a step, the shortest first; "=" marks ties.
 pub(crate) fn ranking(study: &Study) -> Table {
     let (places, alone) = (study.ranking(Host::World), study.ranking(Host::Arithmetic));
-    let (base, base_alone, over) = (Place::base(&places), Place::base(&alone), study.over_arithmetic());
+    let (base, base_alone, over) =
+        (Place::base(&places), Place::base(&alone), study.over_arithmetic());
     let row = |(i, place): (usize, &Place)| {
         let Place { method, ns_per_body_step, tied, rank, .. } = *place;
         let shares = tied || places.get(i + 1).is_some_and(|next| next.tied);
@@ -78,7 +87,10 @@ pub(crate) fn ranking(study: &Study) -> Table {
         ]
         .into_iter()
         .chain(base_alone.into_iter().flat_map(|base| {
-            let own = alone.iter().find(|place| place.method == method).map(|place| place.ns_per_body_step);
+            let own = alone
+                .iter()
+                .find(|place| place.method == method)
+                .map(|place| place.ns_per_body_step);
             let over = over.iter().find(|over| over.method == method);
             [
                 or_none(own, |own| duration(own, 2)),
@@ -107,7 +119,8 @@ pub(crate) fn ranking(study: &Study) -> Table {
 /// The time of a step in this program relative to the arithmetic alone, for each of `sizes`, and the time of the
 /// arithmetic alone for the first one, by method and problem. Empty if no loop was timed.
 pub fn prices(studies: &[Study], sizes: &[usize]) -> Vec<Table> {
-    let timed: Vec<_> = studies.iter().filter(|study| !study.over_arithmetic().is_empty()).collect();
+    let timed: Vec<_> =
+        studies.iter().filter(|study| !study.over_arithmetic().is_empty()).collect();
     if timed.is_empty() {
         return Vec::new();
     }
@@ -128,7 +141,9 @@ pub fn prices(studies: &[Study], sizes: &[usize]) -> Vec<Table> {
     };
     let alone = |study: &Study, method| {
         let places = study.ranking(Host::Arithmetic);
-        or_none(places.iter().find(|place| place.method == method), |place| number(place.ns_per_body_step, 2))
+        or_none(places.iter().find(|place| place.method == method), |place| {
+            number(place.ns_per_body_step, 2)
+        })
     };
     let with: Vec<_> = sizes.iter().map(|size| bodies(*size)).collect();
     let with = with.join(" and with ");
@@ -159,7 +174,9 @@ pub(crate) fn of_methods(study: &Study) -> Table {
     let best = [("evaluations", Cost::Evaluations), ("time", Cost::Time)]
         .map(|(name, cost)| (name, study.ever_cheapest(cost)));
     let best = |method: Method| {
-        let by = best.iter().filter(|(_, best)| best.as_ref().is_some_and(|best| best.contains(&method)));
+        let by = best
+            .iter()
+            .filter(|(_, best)| best.as_ref().is_some_and(|best| best.contains(&method)));
         match &by.map(|(name, _)| *name).collect::<Vec<_>>()[..] {
             _ if best.iter().all(|(_, best)| best.is_none()) => NONE.to_owned(),
             [] => "never".to_owned(),
@@ -168,21 +185,28 @@ pub(crate) fn of_methods(study: &Study) -> Table {
     };
     let lengths: Vec<_> = [false, true]
         .into_iter()
-        .filter_map(|long| Some((long, study.drifts.iter().find(|drift| drift.long == long)?.simulated_s)))
+        .filter_map(|long| {
+            Some((long, study.drifts.iter().find(|drift| drift.long == long)?.simulated_s))
+        })
         .collect();
     let row = |method: Method| {
         let mut row = vec![method.claims().title.to_owned()];
         row.push(if ranks { order(study, method) } else { NONE.to_owned() });
         row.push(best(method));
         for (long, _) in &lengths {
-            let drift =
-                study.drifts.iter().find(|drift| drift.long == *long && drift.setting.method == method);
-            row.push(or_none(drift, |drift| format!("x {}: {}", drift.setting.substeps, fate(drift))));
+            let drift = study
+                .drifts
+                .iter()
+                .find(|drift| drift.long == *long && drift.setting.method == method);
+            row.push(or_none(drift, |drift| {
+                format!("x {}: {}", drift.setting.substeps, fate(drift))
+            }));
         }
         row
     };
     let header = ["method", "order", "cheapest of these by"].map(str::to_owned);
-    let energy = lengths.iter().map(|(_, s)| format!("energy invented or lost over {} s", number(*s, 3)));
+    let energy =
+        lengths.iter().map(|(_, s)| format!("energy invented or lost over {} s", number(*s, 3)));
     let rows = study.methods().into_iter().map(row);
     Table::words("Methods", header.into_iter().chain(energy), rows)
 }
@@ -215,7 +239,8 @@ pub(crate) fn phases(study: &Study) -> Table {
         ])
     };
     let title = format!("Phase and amplitude apart, after {} s", number(study.simulated_s, 3));
-    let header = ["method", "steps per s", "phase", "of a period", "amplitude and shape: off the path"];
+    let header =
+        ["method", "steps per s", "phase", "of a period", "amplitude and shape: off the path"];
     Table::numbers(title, header, study.phases().into_iter().filter_map(row))
 }
 
@@ -223,12 +248,13 @@ pub(crate) fn phases(study: &Study) -> Table {
 pub(crate) fn equal(study: &Study) -> Table {
     let row = |EqualCost { evaluations, errors_m, least_m }: EqualCost| {
         let star = |error: f64| if error <= least_m { " *" } else { "" };
-        let cells = errors_m.iter().map(|error| or_none(*error, |error| length(error, 2) + star(error)));
+        let cells =
+            errors_m.iter().map(|error| or_none(*error, |error| length(error, 2) + star(error)));
         std::iter::once(number(evaluations, 3)).chain(cells).collect()
     };
     let methods = study.methods();
-    let header =
-        std::iter::once("evaluations per body per s").chain(methods.iter().map(|method| ink(*method).short));
+    let header = std::iter::once("evaluations per body per s")
+        .chain(methods.iter().map(|method| ink(*method).short));
     let rows = study.at_equal_costs().into_iter().map(row);
     Table::numbers("Errors at equal evaluations, the least with a star", header, rows)
 }
@@ -236,7 +262,8 @@ pub(crate) fn equal(study: &Study) -> Table {
 /// Failed runs, which figures show as crosses.
 pub(crate) fn failed(study: &Study) -> Table {
     let rows = study.failed_runs().into_iter().map(|group| {
-        let substeps: Vec<_> = group.runs.iter().map(|(substeps, _)| format!("x {substeps}")).collect();
+        let substeps: Vec<_> =
+            group.runs.iter().map(|(substeps, _)| format!("x {substeps}")).collect();
         let title = group.method.claims().title.to_owned();
         vec![title, substeps.join(", "), why(&group)]
     });
@@ -255,8 +282,13 @@ pub(crate) fn front(study: &Study) -> Table {
             or_none(cell.time, |time| duration(time.ns_per_body_step, 2)),
         ]
     };
-    let header = ["setting", "steps per s", "error", "evaluations per body per s", "per body per step"];
-    Table::numbers("On the front", header, study.front(SEEN, Cost::Evaluations).into_iter().map(row))
+    let header =
+        ["setting", "steps per s", "error", "evaluations per body per s", "per body per step"];
+    Table::numbers(
+        "On the front",
+        header,
+        study.front(SEEN, Cost::Evaluations).into_iter().map(row),
+    )
 }
 
 /// Every cell that was run, by method and substeps, with a star on those of the front. For a failed one, the reason
@@ -268,12 +300,15 @@ pub(crate) fn every_run(study: &Study) -> Table {
     let row = |cell: &Cell| {
         let setting = cell.setting;
         let on_front = fronts.iter().flatten().any(|other| other.setting == setting);
-        let nanoseconds = |host| or_none(cell.time_in(host), |time| duration(time.ns_per_body_step, 2));
+        let nanoseconds =
+            |host| or_none(cell.time_in(host), |time| duration(time.ns_per_body_step, 2));
         vec![
             format!("{} {}", if on_front { "*" } else { " " }, setting.method.claims().title),
             setting.substeps.to_string(),
             duration(1e9 * study.step_s(setting), 3),
-            study.error(cell, Accuracy::Relative).map_or_else(|| outcome(cell), |error| number(error, 2)),
+            study
+                .error(cell, Accuracy::Relative)
+                .map_or_else(|| outcome(cell), |error| number(error, 2)),
             or_none(study.error(cell, SEEN), |error| length(error, 2)),
             or_none(cell.errors(), |errors| length(errors.position_rms_m, 2)),
             or_none(study.cost(cell, Cost::Evaluations), |cost| number(cost, 3)),

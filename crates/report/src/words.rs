@@ -1,8 +1,8 @@
 //! The results of a study in a few sentences.
 
 use lab::cost::{
-    Cell, Contest, Cost, Crossing, Drift, EnergyScale, FailedRuns, Failure, Fate, Host, Lead, SEEN, Study,
-    Truth,
+    Cell, Contest, Cost, Crossing, Drift, EnergyScale, FailedRuns, Failure, Fate, Host, Lead, SEEN,
+    Study, Truth,
 };
 use motion::Method;
 
@@ -39,7 +39,8 @@ pub(crate) fn headline(study: &Study) -> String {
     }
     let leads = study.leads(Cost::Evaluations);
     if leads.is_empty() {
-        return "Every step that was run is too coarse: no error is below a tenth of the motion.".to_owned();
+        return "Every step that was run is too coarse: no error is below a tenth of the motion."
+            .to_owned();
     }
     format!("Cheapest by evaluations: {}.", spans(&leads))
 }
@@ -48,8 +49,11 @@ pub(crate) fn headline(study: &Study) -> String {
 fn spans(leads: &[Lead]) -> String {
     let span = |Lead { methods, below_m, are_exact }: &Lead| {
         let names: Vec<_> = methods.iter().map(|method| title(*method)).collect();
-        let until =
-            if *are_exact { "(exact)".to_owned() } else { format!("down to {}", length(*below_m, 2)) };
+        let until = if *are_exact {
+            "(exact)".to_owned()
+        } else {
+            format!("down to {}", length(*below_m, 2))
+        };
         format!("{} {until}", names.join(" = "))
     };
     leads.iter().map(span).collect::<Vec<_>>().join(", then ")
@@ -57,7 +61,8 @@ fn spans(leads: &[Lead]) -> String {
 
 /// The tutorial's question: one step of Runge-Kutta 4, or four of semi-implicit Euler?
 fn tutorial(study: &Study) -> Option<String> {
-    let Contest { coarse, fine, one_wins } = study.contest(Method::RungeKutta4, Method::SemiImplicitEuler)?;
+    let Contest { coarse, fine, one_wins } =
+        study.contest(Method::RungeKutta4, Method::SemiImplicitEuler)?;
     let method = |cell: &Cell| cell.setting.method;
     let (better, worse) = (method(coarse.better), method(coarse.worse));
     let at = evaluations(study, coarse.evaluations);
@@ -163,7 +168,9 @@ fn changes(study: &Study) -> Option<String> {
 /// Says what errors are measured against.
 fn truth(study: &Study) -> String {
     match &study.truth {
-        Truth::ClosedForm { source } => format!("Errors are measured against a closed form: {source}."),
+        Truth::ClosedForm { source } => {
+            format!("Errors are measured against a closed form: {source}.")
+        }
         Truth::Reference { method, substeps, position_error_m, exact_damping, .. } => format!(
             "Errors are measured against a run of {} with {substeps} substeps per tick, whose own error is {}{}.",
             title(*method),
@@ -236,9 +243,10 @@ pub(crate) fn why(failed: &FailedRuns<'_>) -> String {
     };
     let failures = || failed.runs.iter().map(|(_, failure)| *failure);
     match (failures().min_by_key(of), failures().max_by_key(of)) {
-        (Some(Failure::Unconverged { steps: least }), Some(Failure::Unconverged { steps: most }))
-            if least < most =>
-        {
+        (
+            Some(Failure::Unconverged { steps: least }),
+            Some(Failure::Unconverged { steps: most }),
+        ) if least < most => {
             format!("{least} to {most} steps did not converge")
         }
         (Some(first @ Failure::Quarantined { .. }), _) if failed.runs.len() > 1 => {
@@ -256,7 +264,8 @@ mod tests {
     use super::*;
 
     fn drift(scale: EnergyScale, start: f64, residual: impl Fn(f64) -> f64) -> Drift {
-        let series: Vec<_> = (1..=200).map(|i| f64::from(i) / 20.0).map(|t| (t, residual(t))).collect();
+        let series: Vec<_> =
+            (1..=200).map(|i| f64::from(i) / 20.0).map(|t| (t, residual(t))).collect();
         Drift {
             setting: Setting { method: Method::ExplicitEuler, substeps: 1 },
             long: false,
@@ -277,7 +286,11 @@ mod tests {
         assert_eq!(short_fate(&grown), "grows exponentially to 2.6 times");
         // Growth cannot be relative to an energy of 0 at the start.
         let from_nothing = Drift { start: 0.0, ..grown };
-        assert!(fate(&from_nothing).ends_with("% of the peak kinetic energy"), "{}", fate(&from_nothing));
+        assert!(
+            fate(&from_nothing).ends_with("% of the peak kinetic energy"),
+            "{}",
+            fate(&from_nothing)
+        );
         let line = drift(EnergyScale::Start, 1.0, |t| 1e-3 * t);
         assert_eq!(fate(&line), "grows as t^1.0 to 1 % of the energy at the start");
         let root = drift(EnergyScale::PeakKinetic, -0.5, |t| 1e-3 * t.sqrt());

@@ -17,13 +17,18 @@ const FRAMES: u32 = 150;
 
 fn main() {
     // Cargo adds `--bench`.
-    let named: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
-    let scenes = if named.is_empty() { vec!["tutorial".to_owned(), "thousand".to_owned()] } else { named };
+    let named: Vec<String> =
+        std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    let scenes =
+        if named.is_empty() { vec!["tutorial".to_owned(), "thousand".to_owned()] } else { named };
     let gpu = Gpu::headless().unwrap();
     let quality = Quality::for_adapter(&gpu.info);
     let mut renderer = Renderer::new(&gpu, OFFSCREEN_FORMAT, quality);
     let picture = Offscreen::new(&gpu, SIZE_PX).unwrap();
-    println!("{}; median ms of a frame of {SIZE_PX:?} and processor time of all threads per frame", gpu.info);
+    println!(
+        "{}; median ms of a frame of {SIZE_PX:?} and processor time of all threads per frame",
+        gpu.info
+    );
     for scene in &scenes {
         for with_cockpit in [false, true] {
             let (ms, processor_ms) = measure(&gpu, &mut renderer, &picture, scene, with_cockpit);

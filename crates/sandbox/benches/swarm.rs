@@ -94,7 +94,8 @@ fn times(gpu: &Gpu, sizes: &[u32]) -> String {
         }
         for threads in [1, 2] {
             let s = if threads == 1 { "" } else { "s" };
-            let _ = write!(table, "| bodies on {threads} thread{s}, position Verlet, {under} | 128 |");
+            let _ =
+                write!(table, "| bodies on {threads} thread{s}, position Verlet, {under} | 128 |");
             for size in sizes {
                 let _ = write!(table, " {} |", digits(on_processor(*size, threads, all)));
             }
@@ -198,7 +199,8 @@ fn errors(gpu: &Gpu) -> String {
     let parabola = "gravity: (),";
     let air = "gravity: (), drag: (quadratic_per_m: 0.05), wind: (velocity_m_s: (4, 0, -3), gust_m_s: 2, gust_hz: 0.7),";
     for (under, keys) in [("gravity", parabola), ("gravity, drag in gusts", air)] {
-        for (name, method) in [("position Verlet", "position_verlet"), ("velocity Verlet", "velocity_verlet")]
+        for (name, method) in
+            [("position Verlet", "position_verlet"), ("velocity Verlet", "velocity_verlet")]
         {
             for on in ["gpu", "cpu"] {
                 let stored = match (on, method) {

@@ -188,7 +188,10 @@ impl Act {
     /// Its row.
     #[must_use]
     pub fn binding(self) -> &'static Binding {
-        BINDINGS.iter().find(|binding| binding.act == self).expect("the list has a row for every action")
+        BINDINGS
+            .iter()
+            .find(|binding| binding.act == self)
+            .expect("the list has a row for every action")
     }
 
     /// Its name in scripts.
@@ -211,13 +214,21 @@ pub const MOUSE: &[(&str, When, &str)] = &[
         When::SelectionMode,
         "select what is under the pointer and can be moved; held, without the bars around the view, select continuously",
     ),
-    ("left drag", When::SelectionMode, "with the bars around the view: pull the body by a damped spring"),
+    (
+        "left drag",
+        When::SelectionMode,
+        "with the bars around the view: pull the body by a damped spring",
+    ),
     (
         "right button",
         When::Always,
         "push the selection along the ray with the click force, if the ray meets it first",
     ),
-    ("right drag", When::SelectionMode, "with the bars around the view, beside the selection: orbit"),
+    (
+        "right drag",
+        When::SelectionMode,
+        "with the bars around the view, beside the selection: orbit",
+    ),
     ("middle drag", When::SelectionMode, "with the bars around the view: pan"),
     (
         "wheel",
@@ -299,13 +310,15 @@ pub(crate) fn presses_one_of(word: &str, acts: &[Act]) -> bool {
 /// The table in Markdown, as docs/keys.md has it.
 #[must_use]
 pub fn markdown() -> String {
-    let mut table =
-        String::from("| key | when | what it does | name in scripts |\n| --- | --- | --- | --- |\n");
+    let mut table = String::from(
+        "| key | when | what it does | name in scripts |\n| --- | --- | --- | --- |\n",
+    );
     for InputRow { inputs, when, what, name } in input_rows() {
         let when = when.words();
         table += &match name {
             Some(name) => {
-                let keys = inputs.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(" ");
+                let keys =
+                    inputs.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(" ");
                 format!("| {keys} | {when} | {what} | `{name}` |\n")
             }
             None => format!("| {} | {when} | {what} | |\n", inputs.join(" ")),

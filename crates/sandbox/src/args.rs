@@ -182,16 +182,19 @@ pub(crate) fn threads(text: &str) -> Result<usize, String> {
 }
 
 pub(crate) fn method(text: &str) -> Result<Method, String> {
-    Method::from_name(text).ok_or_else(|| format!("the methods are {}", names(Method::ALL.map(Method::name))))
+    Method::from_name(text)
+        .ok_or_else(|| format!("the methods are {}", names(Method::ALL.map(Method::name))))
 }
 
 pub(crate) fn effect(text: &str) -> Result<Effect, String> {
-    Effect::from_name(text).ok_or_else(|| format!("the effects are {}", names(Effect::ALL.map(Effect::name))))
+    Effect::from_name(text)
+        .ok_or_else(|| format!("the effects are {}", names(Effect::ALL.map(Effect::name))))
 }
 
 pub(crate) fn damping(text: &str) -> Result<DampingModel, String> {
-    DampingModel::from_name(text)
-        .ok_or_else(|| format!("the models are {}", names(DampingModel::ALL.map(DampingModel::name))))
+    DampingModel::from_name(text).ok_or_else(|| {
+        format!("the models are {}", names(DampingModel::ALL.map(DampingModel::name)))
+    })
 }
 
 fn names<const N: usize>(names: [&str; N]) -> String {

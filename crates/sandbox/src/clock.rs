@@ -81,8 +81,11 @@ impl FrameClock {
             return Err(BadTime::Negative(length));
         }
         let sum = self.total + length;
-        self.residue +=
-            if self.total >= length { (self.total - sum) + length } else { (length - sum) + self.total };
+        self.residue += if self.total >= length {
+            (self.total - sum) + length
+        } else {
+            (length - sum) + self.total
+        };
         self.total = sum;
         Ok(FrameTime { total: self.now(), length })
     }
@@ -217,7 +220,8 @@ impl TickClock {
         let whole = (passed + Self::NEARLY).floor().max(0.0);
         let owed = whole as u64 - self.done.min(whole as u64);
         // The limit is in frame time, so that a fast pace alone drops nothing.
-        let most = ((self.catch_up * self.pace.max(1.0) * self.rate + Self::NEARLY).floor() as u64).max(1);
+        let most =
+            ((self.catch_up * self.pace.max(1.0) * self.rate + Self::NEARLY).floor() as u64).max(1);
         if owed > most {
             let open = passed - whole;
             self.anchor = frame.total;

@@ -114,7 +114,11 @@ pub fn run() -> Result<(), Failure> {
     leave_nothing_when_ended();
     let Cli { command, memory, hours, window } =
         Cli::try_parse().unwrap_or_else(|error| worded(error).exit());
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a positive number of bytes")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a positive number of bytes"
+    )]
     if let Some(gib) = memory {
         scene::allow_memory((gib * (1_u64 << 30) as f64) as u64);
     }
@@ -123,7 +127,9 @@ pub fn run() -> Result<(), Failure> {
     }
     match command {
         None => {
-            check_word(window.scene.as_ref().filter(|scene| scene.path().is_none()).map(|scene| &**scene))?;
+            check_word(
+                window.scene.as_ref().filter(|scene| scene.path().is_none()).map(|scene| &**scene),
+            )?;
             window::open(&window)
         }
         Some(Command::Run(args)) => run::run(&args),
@@ -144,23 +150,27 @@ pub fn run() -> Result<(), Failure> {
 
 /// Refuses a word that names no scene and looks like a misspelled command.
 fn check_word(scene: Option<&str>) -> Result<(), Failure> {
-    let Some(word) = scene.filter(|word| scene::embedded(word).is_none() && !Path::new(word).exists()) else {
+    let Some(word) =
+        scene.filter(|word| scene::embedded(word).is_none() && !Path::new(word).exists())
+    else {
         return Ok(());
     };
     let program = Cli::command();
     let commands: Vec<_> = program.get_subcommands().map(clap::Command::get_name).collect();
     let scenes = scene::shipped().iter().map(|scene| scene.name);
     match scene::nearest(word, commands.iter().copied().chain(scenes)) {
-        Some(near) if commands.contains(&near) => {
-            Err(Failure::Usage(format!("{word}: no such scene or command; did you mean `sandbox {near}`?")))
-        }
+        Some(near) if commands.contains(&near) => Err(Failure::Usage(format!(
+            "{word}: no such scene or command; did you mean `sandbox {near}`?"
+        ))),
         _ => Ok(()),
     }
 }
 
 /// Rewords the error of clap for two scenes: clap takes the second one for a subcommand.
 fn worded(error: clap::Error) -> clap::Error {
-    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return error };
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else {
+        return error;
+    };
     let mut program = Cli::command();
     if error.kind() != ErrorKind::ArgumentConflict || program.find_subcommand(word).is_some() {
         return error;
@@ -175,7 +185,8 @@ fn worded(error: clap::Error) -> clap::Error {
         );
         return program.error(ErrorKind::ArgumentConflict, what);
     }
-    let what = format!("'{word}' is one argument too many; the commands are {}", commands.join(", "));
+    let what =
+        format!("'{word}' is one argument too many; the commands are {}", commands.join(", "));
     program.error(ErrorKind::UnknownArgument, what)
 }
 
@@ -188,7 +199,8 @@ mod tests {
         let program = Cli::command();
         for command in program.get_subcommands().chain([&program]) {
             let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-            let examples: Vec<_> = help.lines().filter(|line| line.starts_with("  sandbox")).collect();
+            let examples: Vec<_> =
+                help.lines().filter(|line| line.starts_with("  sandbox")).collect();
             assert!(!examples.is_empty(), "{} has no example", command.get_name());
             for example in examples {
                 let line = example.trim().split("   ").next().unwrap_or_default();

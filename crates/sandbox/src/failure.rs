@@ -41,10 +41,18 @@ impl Failure {
                 "the name is too long, or has characters that no name can have; give another"
             }
             Kind::BrokenPipe => "nothing reads it any more; start its reader first",
-            Kind::FileTooLarge => "the file would be larger than is allowed; see `ulimit -f`, or write less",
-            Kind::OutOfMemory => "there is too little memory; close other programs, or give less to do",
+            Kind::FileTooLarge => {
+                "the file would be larger than is allowed; see `ulimit -f`, or write less"
+            }
+            Kind::OutOfMemory => {
+                "there is too little memory; close other programs, or give less to do"
+            }
             _ => {
-                return Self::Usage(format!("cannot {doing} {}: {}", path.display(), scene::io_words(error)));
+                return Self::Usage(format!(
+                    "cannot {doing} {}: {}",
+                    path.display(),
+                    scene::io_words(error)
+                ));
             }
         };
         Self::Usage(format!("cannot {doing} {}: {why}", path.display()))
@@ -65,7 +73,10 @@ impl Failure {
 
 /// Whether a path ends with the separator of folders.
 fn names_folder(path: &Path) -> bool {
-    path.as_os_str().as_encoded_bytes().last().is_some_and(|last| std::path::is_separator(char::from(*last)))
+    path.as_os_str()
+        .as_encoded_bytes()
+        .last()
+        .is_some_and(|last| std::path::is_separator(char::from(*last)))
 }
 
 impl fmt::Display for Failure {

@@ -37,7 +37,9 @@ pub(crate) const COLUMNS: [Column; 13] = [
     column("evaluations_with_velocity_laws", "evals under v", |claims| {
         Cell::Count(claims.evaluations_with_velocity_laws)
     }),
-    column("start_up_evaluations", "evals at start", |claims| Cell::Count(claims.start_up_evaluations)),
+    column("start_up_evaluations", "evals at start", |claims| {
+        Cell::Count(claims.start_up_evaluations)
+    }),
     column("stability_limit", "stable", |claims| Cell::Limit(claims.stability_limit)),
     column("symplectic", "symplectic", |claims| Cell::Flag(claims.symplectic)),
     column("reversible", "reversible", |claims| Cell::Flag(claims.reversible)),

@@ -37,7 +37,8 @@ pub(crate) fn tell_all(text: &str) {
 /// Prints results. A closed pipe (`| head`) is no failure.
 pub(crate) fn show(text: &str) -> Result<(), Failure> {
     if STDOUT_IS_CLOSED.load(Ordering::Relaxed) {
-        let what = "cannot write standard output: it is closed; redirect it to a file, or to /dev/null";
+        let what =
+            "cannot write standard output: it is closed; redirect it to a file, or to /dev/null";
         return Err(Failure::Usage(what.to_owned()));
     }
     let mut out = std::io::stdout().lock();

@@ -72,7 +72,9 @@ impl Tab {
     pub const fn words(self) -> [&'static str; 3] {
         match self {
             Self::Look => ["👁", "Look", "the selection, its forces, and graphs"],
-            Self::Measure => ["📏", "Measure", "accuracy and cost, ghosts, energy, stability, effects"],
+            Self::Measure => {
+                ["📏", "Measure", "accuracy and cost, ghosts, energy, stability, effects"]
+            }
             Self::Build => ["🔨", "Build", "change the scene and its settings"],
             Self::Past => ["⏱", "Past", "go back, and save what went wrong"],
         }
@@ -85,7 +87,9 @@ impl Panel {
         match self {
             Self::Help | Self::Finder | Self::Learn => None,
             Self::Graphs => Some(Tab::Look),
-            Self::Effects | Self::Cost | Self::Ghosts | Self::Ledger | Self::Forecast => Some(Tab::Measure),
+            Self::Effects | Self::Cost | Self::Ghosts | Self::Ledger | Self::Forecast => {
+                Some(Tab::Measure)
+            }
             Self::Editor | Self::Settings => Some(Tab::Build),
             Self::Timeline => Some(Tab::Past),
         }

@@ -29,8 +29,8 @@ use history::{Change, RunSettings, Simulation};
 use motion::clock::StepClock;
 use motion::effects::Effect;
 use motion::{
-    Dormant, Emission, Emitter, Evaluations, Orientation, PhysicsBody, PreviousPosition, Push, Quarantine,
-    Quarantined, SoftBody, Spring, Swarm, SwarmLog, Threads, Transform,
+    Dormant, Emission, Emitter, Evaluations, Orientation, PhysicsBody, PreviousPosition, Push,
+    Quarantine, Quarantined, SoftBody, Spring, Swarm, SwarmLog, Threads, Transform,
 };
 use pick::Shape;
 use scene::{Appearance, FileIndex, PointRadius, PushSpec, Scene, SoftBodyName};
@@ -250,8 +250,8 @@ impl Stage {
     pub(crate) fn new(mut scene: Scene, run: Run) -> Self {
         run.options.overrides.apply(&mut scene);
         let catch_up = run.options.catch_up.unwrap_or(CATCH_UP);
-        let mut clock =
-            TickClock::new(scene.step_hz, catch_up).expect("a resolved scene has a positive, finite rate");
+        let mut clock = TickClock::new(scene.step_hz, catch_up)
+            .expect("a resolved scene has a positive, finite rate");
         clock.set_pace(run.options.pace.unwrap_or(scene.pace)).expect(PACE);
         let sim = start(scene, run.options);
         Self {

@@ -66,7 +66,8 @@ impl Tools {
         (stage, view): (&mut Stage, &View),
         opened: &[Panel],
     ) -> Option<Vec<Intent>> {
-        self.each().find_map(|(panel, tool)| tool.take(intent, stage, view, opened.contains(&panel)))
+        self.each()
+            .find_map(|(panel, tool)| tool.take(intent, stage, view, opened.contains(&panel)))
     }
 
     /// Hands a press of the left button to the open tool that handles it. Returns the intents that follow from it; `None` if no
@@ -91,7 +92,13 @@ impl Tools {
     }
 
     /// Tells every tool that the ticks of a frame are over.
-    pub(crate) fn after_ticks(&mut self, stage: &mut Stage, view: &View, opened: &[Panel], time: FrameTime) {
+    pub(crate) fn after_ticks(
+        &mut self,
+        stage: &mut Stage,
+        view: &View,
+        opened: &[Panel],
+        time: FrameTime,
+    ) {
         for (panel, tool) in self.each() {
             tool.after_ticks(stage, view, opened.contains(&panel), time);
         }

@@ -250,6 +250,9 @@ impl View {
     pub(crate) fn targets(&self) -> (usize, usize) {
         let targets = &self.seen.targets;
         let (entities, (xs, ys, zs)) = (targets.entities(), targets.positions());
-        (entities.len(), size_of_val(entities) + size_of_val(xs) + size_of_val(ys) + size_of_val(zs))
+        (
+            entities.len(),
+            size_of_val(entities) + size_of_val(xs) + size_of_val(ys) + size_of_val(zs),
+        )
     }
 }

@@ -75,7 +75,11 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let lesson = args.lesson.as_deref().map(|name| files.lesson(name)).transpose()?;
     let home = lesson.as_ref().map(|lesson| beside(&lesson.name, &lesson.scene));
     let tutorial = || SceneName::from(OsString::from("tutorial"));
-    let name = args.scene.clone().or(home.map(|home| OsString::from(home).into())).unwrap_or_else(tutorial);
+    let name = args
+        .scene
+        .clone()
+        .or(home.map(|home| OsString::from(home).into()))
+        .unwrap_or_else(tutorial);
     let mut session = session(args, &name, &mut files)?;
     let name = &*name;
     if let Some(lesson) = lesson {
@@ -90,7 +94,8 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     for path in remembered::paths() {
         files.read("the window's settings", &path)?;
     }
-    let record = |path| Recorder::new(files.claim("--record", path)?, name, args.step.method, args.size);
+    let record =
+        |path| Recorder::new(files.claim("--record", path)?, name, args.step.method, args.size);
     let recorder = args.record.as_deref().map(record).transpose()?;
     let event_loop = display::event_loop(name)?;
     display::end_with(&event_loop);
@@ -105,9 +110,11 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         if remembers && is_first {
             remembered::note_first(shows_card);
         }
-        let left = if args.guest { String::new() } else { remembered::read(remembered::ARRANGEMENT) };
+        let left =
+            if args.guest { String::new() } else { remembered::read(remembered::ARRANGEMENT) };
         let left = left.replace(FIRST_START, "");
-        shell.arrangement = Some(if shows_card { FIRST_START.to_owned() + &left } else { left.clone() });
+        shell.arrangement =
+            Some(if shows_card { FIRST_START.to_owned() + &left } else { left.clone() });
         shell.arranged = remembers.then_some(left);
         shell.opened = true;
     }
@@ -136,9 +143,9 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     });
     let ended = ended.and(shell.failure.map_or(Ok(()), Err));
     shell.drafts.end();
-    let recorded = shell
-        .recorder
-        .map_or(Ok(()), |recorder| recorder.finish(shell.session.stage.frames(), &shell.session.chosen));
+    let recorded = shell.recorder.map_or(Ok(()), |recorder| {
+        recorder.finish(shell.session.stage.frames(), &shell.session.chosen)
+    });
     if let (Err(_), Err(failure)) = (&ended, &recorded) {
         tell(&failure.to_string());
     }
@@ -146,10 +153,19 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
 }
 
 /// The session that the window begins with: a scene, or a bundle just before its fault.
-fn session(args: &WindowArgs, name: &SceneName, files: &mut CommandFiles) -> Result<Session, Failure> {
+fn session(
+    args: &WindowArgs,
+    name: &SceneName,
+    files: &mut CommandFiles,
+) -> Result<Session, Failure> {
     let StepArgs { method, substeps, threads } = args.step;
-    let options =
-        Options { size_px: args.size, paused: args.paused, pace: args.pace, threads, ..Options::default() };
+    let options = Options {
+        size_px: args.size,
+        paused: args.paused,
+        pace: args.pace,
+        threads,
+        ..Options::default()
+    };
     if let Some(bundle) = files.named_bundle(name)? {
         if method.is_some() || substeps.is_some() || args.record.is_some() {
             let what = "a bundle repeats its own run; leave --method, --substeps and --record out";

@@ -198,7 +198,11 @@ fn nameless(key: &str) -> Option<Fault> {
 
 fn timeless(seconds: f64, what_for: &str) -> Option<Fault> {
     let valid = seconds > 0.0 && seconds.is_finite();
-    unless(valid, || format!("{seconds} is not a time to {what_for}"), "give a positive number of seconds")
+    unless(
+        valid,
+        || format!("{seconds} is not a time to {what_for}"),
+        "give a positive number of seconds",
+    )
 }
 
 impl Action {
@@ -226,7 +230,11 @@ impl Action {
     /// The method that the action sets, if it sets one.
     #[must_use]
     pub const fn method(&self) -> Option<Method> {
-        if let Self::SetMethod(method) | Self::SetBodyMethod(_, method) = self { Some(*method) } else { None }
+        if let Self::SetMethod(method) | Self::SetBodyMethod(_, method) = self {
+            Some(*method)
+        } else {
+            None
+        }
     }
 
     /// The key or named action that the action presses or releases, if it does.
@@ -282,7 +290,9 @@ impl When {
     pub(crate) fn precedes(self, other: Self) -> Option<bool> {
         match (self, other) {
             (Self::Seconds(at), Self::Seconds(other)) => Some(at < other),
-            (Self::Tick(at), Self::Tick(other)) | (Self::Frame(at), Self::Frame(other)) => Some(at < other),
+            (Self::Tick(at), Self::Tick(other)) | (Self::Frame(at), Self::Frame(other)) => {
+                Some(at < other)
+            }
             (Self::Seconds(_) | Self::Tick(_) | Self::Frame(_), _) => None,
         }
     }
@@ -300,8 +310,9 @@ impl fmt::Display for When {
 
 /// Whether a picture has a plain name that ends in `.png`: it must not leave the requested folder, on any system.
 fn is_picture_name(name: &str) -> bool {
-    let plain =
-        |c: char| !c.is_control() && !matches!(c, '/' | '\\' | ':' | '*' | '?' | '"' | '<' | '>' | '|');
+    let plain = |c: char| {
+        !c.is_control() && !matches!(c, '/' | '\\' | ':' | '*' | '?' | '"' | '<' | '>' | '|')
+    };
     name.strip_suffix(".png").is_some_and(|stem| !stem.is_empty())
         && !name.starts_with('.')
         && !name.contains("..")
@@ -318,7 +329,9 @@ mod triple {
         v.to_array().serialize(serializer)
     }
 
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<DVec3, D::Error> {
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<DVec3, D::Error> {
         <[f64; 3]>::deserialize(deserializer).map(DVec3::from_array)
     }
 }
@@ -335,11 +348,16 @@ pub(crate) mod method {
 
     static NAMES: LazyLock<Vec<&str>> = LazyLock::new(|| Method::ALL.map(Method::name).to_vec());
 
-    pub(crate) fn serialize<S: Serializer>(method: &Method, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<S: Serializer>(
+        method: &Method,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
         serializer.serialize_unit_variant("Method", *method as u32, method.name())
     }
 
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Method, D::Error> {
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Method, D::Error> {
         let Word(word) = Word::deserialize(deserializer)?;
         Method::from_name(&word).ok_or_else(|| de::Error::unknown_variant(&word, &NAMES))
     }
@@ -355,11 +373,16 @@ mod effect {
 
     static NAMES: LazyLock<Vec<&str>> = LazyLock::new(|| Effect::ALL.map(Effect::name).to_vec());
 
-    pub(super) fn serialize<S: Serializer>(effect: &Effect, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(super) fn serialize<S: Serializer>(
+        effect: &Effect,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
         effect.name().serialize(serializer)
     }
 
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Effect, D::Error> {
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Effect, D::Error> {
         let name = String::deserialize(deserializer)?;
         Effect::from_name(&name).ok_or_else(|| de::Error::unknown_variant(&name, &NAMES))
     }

@@ -11,11 +11,15 @@ use crate::text::syntax::{Triple, Word};
 /// A requirement on a number: its predicate, what a number that fails it is not, and the cure.
 pub(crate) type Rule = (fn(f64) -> bool, &'static str, &'static str);
 
-pub(crate) const DAMPING_RATE: Rule = (not_negative, "a damping rate", "give a rate per second from 0 up");
+pub(crate) const DAMPING_RATE: Rule =
+    (not_negative, "a damping rate", "give a rate per second from 0 up");
 pub(crate) const RADIUS: Rule = (positive, "a radius", "give a positive number of meters");
 pub(crate) const SPEED: Rule = (not_negative, "a speed", "give meters per second from 0 up");
-pub(crate) const STEP_RATE: Rule =
-    (|v| positive(v) && (1.0 / v).is_finite(), "a step rate", "give a positive number of steps per second");
+pub(crate) const STEP_RATE: Rule = (
+    |v| positive(v) && (1.0 / v).is_finite(),
+    "a step rate",
+    "give a positive number of steps per second",
+);
 
 pub(crate) const STIFFNESS: Rule = (not_negative, "a stiffness", "give a number of N/m from 0 up");
 
@@ -107,12 +111,21 @@ impl Faults {
     }
 
     /// Three finite numbers, or `default` where none are given.
-    pub fn vector(&mut self, (scope, key): Key<'_>, value: Option<Triple>, default: DVec3) -> DVec3 {
+    pub fn vector(
+        &mut self,
+        (scope, key): Key<'_>,
+        value: Option<Triple>,
+        default: DVec3,
+    ) -> DVec3 {
         let v = value.map_or(default, DVec3::from_array);
         if v.is_finite() {
             return v;
         }
-        self.add(scope.key(key), format!("{} is not finite", shown_vector(v)), "give three finite numbers");
+        self.add(
+            scope.key(key),
+            format!("{} is not finite", shown_vector(v)),
+            "give three finite numbers",
+        );
         default
     }
 
@@ -151,7 +164,11 @@ impl Faults {
             return *meaning;
         }
         let words: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-        self.add(scope.key(key), format!("unknown word `{word}`"), format!("give {}", one_of(&words)));
+        self.add(
+            scope.key(key),
+            format!("unknown word `{word}`"),
+            format!("give {}", one_of(&words)),
+        );
         default
     }
 

@@ -46,7 +46,8 @@ impl Scene {
     pub(crate) fn generated(&self) -> impl Iterator<Item = Entry> {
         let mut before: Option<(&str, usize)> = None;
         self.names.runs().map(move |(list, bodies)| {
-            let index = before.filter(|(other, _)| *other == list).map_or(0, |(_, index)| index + 1);
+            let index =
+                before.filter(|(other, _)| *other == list).map_or(0, |(_, index)| index + 1);
             before = Some((list, index));
             Entry { list, index, bodies }
         })

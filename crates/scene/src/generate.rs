@@ -113,7 +113,8 @@ pub(crate) fn bodies(
     made.bodies.reserve_exact(total as usize - made.bodies.len());
     for entry in entries {
         let GeneratedEntry { scope, own, count, numbering, .. } = entry;
-        let Some((kind, name)) = kind_and_name(raw, scope.section, scope.index.unwrap_or_default()) else {
+        let Some((kind, name)) = kind_and_name(raw, scope.section, scope.index.unwrap_or_default())
+        else {
             continue;
         };
         let (first, count) = (names.len() as u32, count as u32);
@@ -193,10 +194,16 @@ fn check_size(
 /// The list that makes the most bodies.
 fn largest(written: u64, entries: &[GeneratedEntry]) -> &'static str {
     let of = |list: &str| {
-        let counts = entries.iter().filter(|entry| entry.scope.section == list).map(|entry| entry.count);
+        let counts =
+            entries.iter().filter(|entry| entry.scope.section == list).map(|entry| entry.count);
         counts.fold(0, u64::saturating_add)
     };
-    LISTS.iter().rev().map(|list| (of(list), *list)).fold((written, "bodies"), |most, list| most.max(list)).1
+    LISTS
+        .iter()
+        .rev()
+        .map(|list| (of(list), *list))
+        .fold((written, "bodies"), |most, list| most.max(list))
+        .1
 }
 
 /// Most characters of the name of a scene or an entry.

@@ -268,7 +268,8 @@ impl Goal {
             Self::Number { .. } | Self::Choice { .. } => (&[][..], &[][..], &[][..]),
         };
         let others = also.iter().enumerate().map(|(n, way)| (format!("also[{n}]"), way.as_slice()));
-        let wrong = wrong.iter().enumerate().map(|(n, way)| (format!("wrong[{n}]"), way.as_slice()));
+        let wrong =
+            wrong.iter().enumerate().map(|(n, way)| (format!("wrong[{n}]"), way.as_slice()));
         let ways = std::iter::once(("solution".to_owned(), solution)).chain(others).chain(wrong);
         ways.flat_map(|(key, way)| {
             way.iter().enumerate().map(move |(n, action)| (format!("{key}[{n}]"), action))
@@ -281,7 +282,10 @@ const SUFFIXES: [&str; 3] = ["_before", "_most", "_least"];
 
 /// The quantity that `name` means, and the suffix of the name: empty, `_before`, `_most` or `_least`.
 #[must_use]
-pub fn quantity_of<'a, 'b>(quantities: &'a [Quantity], name: &'b str) -> Option<(&'a Quantity, &'b str)> {
+pub fn quantity_of<'a, 'b>(
+    quantities: &'a [Quantity],
+    name: &'b str,
+) -> Option<(&'a Quantity, &'b str)> {
     let find = |name: &str| quantities.iter().find(|quantity| quantity.name == name);
     let stem = || SUFFIXES.iter().find_map(|suffix| name.strip_suffix(suffix));
     let quantity = find(name).or_else(|| find(stem()?))?;

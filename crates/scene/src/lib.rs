@@ -64,12 +64,13 @@ pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec, Swa
 pub use scene::names::Names;
 pub use scene::survival::{Bounds, Lengths, Measure, Steps, SurvivalRow};
 pub use scene::{
-    BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, Reading, SCENE_VERSION, Scene,
-    Source, StepKind,
+    BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, Reading, SCENE_VERSION,
+    Scene, Source, StepKind,
 };
 pub use script::{Recording, RecordingText, SCRIPT_VERSION, Script};
 pub use shipped::{
-    FILE_LIMIT, ShippedScene, cases, embedded, find, io_words, load, load_case, load_path, read_text, shipped,
+    FILE_LIMIT, ShippedScene, cases, embedded, find, io_words, load, load_case, load_path,
+    read_text, shipped,
 };
 pub use spawn::{Appearance, FileIndex, PointRadius, SoftBodyName};
 pub use text::faults::{Fault, SceneError};

@@ -145,13 +145,15 @@ impl Census {
     fn in_scene(self) -> u64 {
         let bodies = self.bodies.saturating_mul(size_of::<BodySpec>() as u64);
         let links = self.links.saturating_mul(size_of::<Link>() as u64);
-        let written = self.written().into_iter().map(|(count, [bytes, _])| count.saturating_mul(bytes));
+        let written =
+            self.written().into_iter().map(|(count, [bytes, _])| count.saturating_mul(bytes));
         written.fold(bodies.saturating_add(links), u64::saturating_add)
     }
 
     /// Bytes in its world until the first tick is over, at most.
     fn in_world(self) -> u64 {
-        let forecast = if self.springs + self.links > 0 { Forecast::most_bytes(self.grouped) } else { 0 };
+        let forecast =
+            if self.springs + self.links > 0 { Forecast::most_bytes(self.grouped) } else { 0 };
         let of_each = [
             self.bodies.saturating_mul(BODY),
             self.moved.saturating_mul(MOVED),
@@ -162,7 +164,8 @@ impl Census {
             self.swarm.saturating_mul(SWARM_PARTICLE),
             forecast,
         ];
-        let written = self.written().into_iter().map(|(count, [_, bytes])| count.saturating_mul(bytes));
+        let written =
+            self.written().into_iter().map(|(count, [_, bytes])| count.saturating_mul(bytes));
         of_each.into_iter().chain(written).fold(0, u64::saturating_add)
     }
 
@@ -255,7 +258,8 @@ impl Scene {
         let points: u64 = soft.clone().map(|soft| soft.points.len() as u64).sum();
         let links: u64 = soft.clone().map(|soft| soft.links.len() as u64).sum();
         let in_air = self.laws.drag.is_some();
-        let blown = soft.filter(|soft| in_air && soft.sheet).map(|soft| soft.triangles.len() as u64).sum();
+        let blown =
+            soft.filter(|soft| in_air && soft.sheet).map(|soft| soft.triangles.len() as u64).sum();
         let particles: u64 = self.emitters.iter().map(|emitter| emitter.pool.len() as u64).sum();
         let grouped = if self.mutual_gravity.is_some() { bodies - particles } else { points };
         let own = self.own_laws.values();
@@ -313,7 +317,8 @@ pub(crate) fn there_are(least: u64, by_person: bool) -> String {
 /// Says that the text of a scene and its entries take more memory than is available.
 pub(crate) fn too_much() -> String {
     let least = shortage(u64::MAX);
-    let there = least.map_or("no more is free".to_owned(), |(least, by_person)| there_are(least, by_person));
+    let there = least
+        .map_or("no more is free".to_owned(), |(least, by_person)| there_are(least, by_person));
     format!("its text and its entries take more memory than there is, and {there}")
 }
 
@@ -370,8 +375,9 @@ fn free_in_control_groups() -> Option<u64> {
     let root = Path::new("/sys/fs/cgroup");
     let own = root.join(own);
     let second = own.ancestors().take_while(|folder| folder.starts_with(root));
-    let second = second
-        .filter_map(|folder| left(folder, "memory.max", "memory.current", ["inactive_file", "active_file"]));
+    let second = second.filter_map(|folder| {
+        left(folder, "memory.max", "memory.current", ["inactive_file", "active_file"])
+    });
     let kinds = ["total_inactive_file", "total_active_file"];
     let first = left(&root.join("memory"), "memory.limit_in_bytes", "memory.usage_in_bytes", kinds);
     second.chain(first).min()

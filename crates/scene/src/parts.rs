@@ -62,21 +62,27 @@ impl Scene {
 
     fn part(&self, shell: &Self, entries: &[Entry], ids: Vec<u32>) -> Part {
         let new = |id: u32| ids.binary_search(&id).ok().map(|i| i as u32);
-        let span =
-            |bodies: &Range<u32>| new(bodies.start).map(|first| first..first + (bodies.end - bodies.start));
+        let span = |bodies: &Range<u32>| {
+            new(bodies.start).map(|first| first..first + (bodies.end - bodies.start))
+        };
         let mut scene = shell.clone();
         scene.bodies = ids.iter().map(|id| self.bodies[*id as usize]).collect();
         scene.names = self.names.of(&ids);
         scene.labels =
             self.labels.iter().filter_map(|(id, label)| Some((new(*id)?, label.clone()))).collect();
-        scene.own_laws =
-            self.own_laws.iter().filter_map(|(id, laws)| Some((new(*id)?, laws.renumbered(new)))).collect();
+        scene.own_laws = self
+            .own_laws
+            .iter()
+            .filter_map(|(id, laws)| Some((new(*id)?, laws.renumbered(new))))
+            .collect();
         let spring = |spring: &SpringSpec| {
             let [from, to] = spring.ends.map(new);
             Some(SpringSpec { ends: [from?, to?], ..*spring })
         };
         scene.springs = self.springs.iter().filter_map(spring).collect();
-        let soft = |soft: &SoftBodySpec| Some(SoftBodySpec { points: span(&soft.points)?, ..soft.clone() });
+        let soft = |soft: &SoftBodySpec| {
+            Some(SoftBodySpec { points: span(&soft.points)?, ..soft.clone() })
+        };
         scene.soft_bodies = self.soft_bodies.iter().filter_map(soft).collect();
         // Swarms have no bodies.
         let with_bodies = || self.emitters.iter().filter(|emitter| emitter.swarm.is_none());
@@ -102,8 +108,9 @@ impl Scene {
 
     /// If all movable bodies have the same method and substeps, makes these the scene's own.
     fn take_common_setting(&mut self) {
-        let setting =
-            |body: &BodySpec| (body.method.unwrap_or(self.method), body.substeps.unwrap_or(self.substeps));
+        let setting = |body: &BodySpec| {
+            (body.method.unwrap_or(self.method), body.substeps.unwrap_or(self.substeps))
+        };
         let mut settings = self.bodies.iter().filter(|body| body.is_movable()).map(setting);
         let Some((method, substeps)) = settings.next() else { return };
         if settings.all(|other| other == (method, substeps)) {
@@ -119,7 +126,8 @@ impl Scene {
         let mut declared = std::mem::take(&mut self.declared);
         declared.retain(|declaration| match declaration.effect {
             Effect::Wells => {
-                let has_own = |laws: &OwnLawsSpec| !laws.wells.is_empty() || !laws.riding_wells.is_empty();
+                let has_own =
+                    |laws: &OwnLawsSpec| !laws.wells.is_empty() || !laws.riding_wells.is_empty();
                 self.laws.wells.is_some() || self.own_laws.values().any(has_own)
             }
             Effect::Drag => {
@@ -140,14 +148,17 @@ impl Scene {
     fn part_name(&self) -> String {
         let carries = self.emitters.iter().any(|emitter| emitter.rides_on.is_some())
             || self.own_laws.values().any(|laws| !laws.riding_wells.is_empty());
-        let joins = !self.springs.is_empty() || !self.soft_bodies.is_empty() || self.mutual_gravity.is_some();
+        let joins = !self.springs.is_empty()
+            || !self.soft_bodies.is_empty()
+            || self.mutual_gravity.is_some();
         if !joins && !carries {
             return "free bodies".to_owned();
         }
         if let Some(soft) = self.soft_bodies.first() {
             return soft.name.clone();
         }
-        let mut movable = (0..).zip(&self.bodies).filter(|(_, body)| body.is_movable()).map(|(id, _)| id);
+        let mut movable =
+            (0..).zip(&self.bodies).filter(|(_, body)| body.is_movable()).map(|(id, _)| id);
         let first = movable.next().and_then(|id| self.names.get(id)).unwrap_or_default();
         match movable.count() {
             0 => first.into_owned(),
@@ -170,7 +181,8 @@ impl Joined {
         let count = scene.bodies.len();
         let (mut sets, mut joined) = (Sets::new(count), vec![false; count]);
         let mut join = |ids: &mut dyn Iterator<Item = u32>, joined: &mut [bool]| {
-            let mut ids = ids.filter(movable).map(|id| id as usize).inspect(|id| joined[*id] = true);
+            let mut ids =
+                ids.filter(movable).map(|id| id as usize).inspect(|id| joined[*id] = true);
             if let Some(first) = ids.next() {
                 ids.for_each(|id| sets.join(first, id));
             }
@@ -192,7 +204,8 @@ impl Joined {
         carried.iter().for_each(|ids| join(&mut ids.iter().copied(), &mut joined));
         let all = 0..count as u32;
         if scene.mutual_gravity.is_some() {
-            let is_particle = |id: &u32| scene.emitters.iter().any(|emitter| emitter.pool.contains(id));
+            let is_particle =
+                |id: &u32| scene.emitters.iter().any(|emitter| emitter.pool.contains(id));
             join(&mut all.clone().filter(|id| !is_particle(id)), &mut joined);
         }
         for Entry { bodies, .. } in entries {
@@ -214,7 +227,8 @@ impl Joined {
         scene.soft_bodies.iter().for_each(|soft| hold(&mut soft.points.clone()));
         carried.iter().for_each(|ids| hold(&mut ids.iter().copied()));
         if scene.mutual_gravity.is_some() {
-            let sources = || all.clone().filter(|id| scene.bodies[*id as usize].source_mass.is_some());
+            let sources =
+                || all.clone().filter(|id| scene.bodies[*id as usize].source_mass.is_some());
             members.values_mut().for_each(|part| part.extend(sources()));
         }
         let members = members.into_values().map(|mut part| {

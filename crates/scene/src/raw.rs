@@ -318,7 +318,11 @@ pub(crate) enum Curve {
     /// `polynomial([(x, y, z), ...])`.
     Polynomial(List<Triple>),
     /// `sine(amplitude_n: (x, y, z), ...)`.
-    Sine { amplitude_n: Option<Triple>, angular_frequency_rad_s: Option<f64>, phase_rad: Option<f64> },
+    Sine {
+        amplitude_n: Option<Triple>,
+        angular_frequency_rad_s: Option<f64>,
+        phase_rad: Option<f64>,
+    },
     /// `table([(t, (x, y, z)), ...])`.
     Table(List<(f64, Triple)>),
 }
@@ -372,13 +376,23 @@ mod tests {
         );
         assert_eq!(keys("clouds[0]").len(), 10);
         assert_eq!(keys("nothing"), []);
-        let (of_chain, of_cloth) = (kinds_at("soft_bodies[0]", "chain"), kinds_at("soft_bodies[1]", "cloth"));
-        assert!(of_chain.contains(&("points", Kind::Count)) && of_chain.contains(&("mass_kg", Kind::Number)));
-        assert!(!of_chain.iter().any(|(key, _)| *key == "rows") && of_cloth.contains(&("shear", Kind::Flag)));
+        let (of_chain, of_cloth) =
+            (kinds_at("soft_bodies[0]", "chain"), kinds_at("soft_bodies[1]", "cloth"));
+        assert!(
+            of_chain.contains(&("points", Kind::Count))
+                && of_chain.contains(&("mass_kg", Kind::Number))
+        );
+        assert!(
+            !of_chain.iter().any(|(key, _)| *key == "rows")
+                && of_cloth.contains(&("shear", Kind::Flag))
+        );
         let of_scene = keys("");
-        for known in
-            [("name", Kind::Text), ("gravity", Kind::Group), ("method", Kind::Word), ("bodies", Kind::Other)]
-        {
+        for known in [
+            ("name", Kind::Text),
+            ("gravity", Kind::Group),
+            ("method", Kind::Word),
+            ("bodies", Kind::Other),
+        ] {
             assert!(of_scene.contains(&known), "{known:?}");
         }
     }

@@ -28,11 +28,13 @@ use laws::OwnLaws;
 const FORCE: Rule = (f64::is_finite, "a force", "give a finite number of newtons");
 const LARGEST_DISTANCE: Rule =
     (positive, "a largest distance from the origin", "give a positive number of meters");
-const LARGEST_SPEED: Rule = (positive, "a largest speed", "give a positive number of meters per second");
+const LARGEST_SPEED: Rule =
+    (positive, "a largest speed", "give a positive number of meters per second");
 const DISTANCE: Rule = (positive, "a distance", "give a positive number of meters");
 const PITCH: Rule = (|v| (-90.0..=90.0).contains(&v), "a pitch", "give degrees from -90 to 90");
 const YAW: Rule = (f64::is_finite, "a yaw", "give a finite number of degrees");
-const FOV: Rule = (|v| v > 0.0 && v < 180.0, "a field of view", "give degrees above 0 and below 180");
+const FOV: Rule =
+    (|v| v > 0.0 && v < 180.0, "a field of view", "give degrees above 0 and below 180");
 const DRIFT: Rule = (positive, "a bound", "give a positive number such as 1e-3");
 
 impl Scene {
@@ -72,7 +74,9 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
     let text = locate::spell_nan(text);
     let text = text.as_str();
     let later = || match syntax::read::<raw::Version>(text, "") {
-        Ok((raw::Version { version: Some(version) }, _)) if version > SCENE_VERSION => Some(version),
+        Ok((raw::Version { version: Some(version) }, _)) if version > SCENE_VERSION => {
+            Some(version)
+        }
         _ => None,
     };
     // Checked first: a newer file is full of keys and types that would only be noise here.
@@ -88,7 +92,11 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
     let room = room().saturating_sub(text.len());
     let (read_raw, entries) = counted_within(room, || syntax::read::<raw::Scene>(text, ""));
     let Some(entries) = entries else {
-        return Err(SceneError::of_file(name, too_much(), "write fewer, or give more with `--memory GIB`"));
+        return Err(SceneError::of_file(
+            name,
+            too_much(),
+            "write fewer, or give more with `--memory GIB`",
+        ));
     };
     let (raw, unknown) = read_raw.map_err(|error| syntax::error(name, text, "", &error))?;
     let words = |words: &Option<String>| words.as_ref().map_or(0, String::len);
@@ -110,8 +118,9 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
 
 fn unknown_key(raw: &raw::Scene, faults: &mut Faults, path: &str) {
     let group = path.rsplit_once('.').map_or("", |(group, _)| group);
-    let soft =
-        group.strip_prefix("soft_bodies[").and_then(|rest| rest.strip_suffix(']')?.parse::<usize>().ok());
+    let soft = group
+        .strip_prefix("soft_bodies[")
+        .and_then(|rest| rest.strip_suffix(']')?.parse::<usize>().ok());
     let kind = soft.and_then(|index| raw.soft_bodies.get(index)).map_or("", |soft| &soft.word);
     let known: Vec<_> = raw::kinds_at(group, kind).into_iter().map(|(key, _)| key).collect();
     faults.unknown_key(path, &known);
@@ -147,7 +156,11 @@ fn resolve(
 ) -> Scene {
     const ROOT: Scope = Scope::ROOT;
     match raw.version {
-        None => faults.add("version", "the version is missing", format!("add `version: {SCENE_VERSION}`")),
+        None => faults.add(
+            "version",
+            "the version is missing",
+            format!("add `version: {SCENE_VERSION}`"),
+        ),
         Some(SCENE_VERSION) => {}
         Some(other) => {
             faults.add(
@@ -166,8 +179,11 @@ fn resolve(
     let own = faults.method(ROOT, raw.method.as_ref());
     let method = own.unwrap_or_default();
     let substeps = faults.substeps(ROOT, raw.substeps).unwrap_or(1);
-    let defaults =
-        Defaults { method: if raw.method.is_some() { own } else { Some(method) }, substeps, step_hz };
+    let defaults = Defaults {
+        method: if raw.method.is_some() { own } else { Some(method) },
+        substeps,
+        step_hz,
+    };
     let seed = raw.seed.unwrap_or(0);
 
     let gravity = raw.gravity.as_ref().map(|raw| {
@@ -249,8 +265,11 @@ fn resolve(
 /// Ticks per second below which a person would wait for each.
 const SHORTEST_WAIT_HZ: f64 = 0.1;
 
-const SHARE: Rule =
-    (|share| share > 0.0 && share <= 1.0, "a share of the velocity", "give a number above 0, at most 1");
+const SHARE: Rule = (
+    |share| share > 0.0 && share <= 1.0,
+    "a share of the velocity",
+    "give a number above 0, at most 1",
+);
 const PACE: Rule = (positive, "a pace", "give a positive number of simulated seconds per second");
 
 fn off_at_start(words: &[Word], faults: &mut Faults) -> Vec<Effect> {
@@ -260,7 +279,11 @@ fn off_at_start(words: &[Word], faults: &mut Faults) -> Vec<Effect> {
     let effect = |(i, word): (usize, &Word)| {
         let key = format!("off_at_start[{i}]");
         if word.0 == Effect::Gravity.name() {
-            faults.add(&key, "gravity is not switched off here", "give gravity: (on_at_start: false)");
+            faults.add(
+                &key,
+                "gravity is not switched off here",
+                "give gravity: (on_at_start: false)",
+            );
             return None;
         }
         faults.word((Scope::ROOT, &key), Some(word), None, &known)
@@ -273,7 +296,11 @@ fn damping(raw: &raw::Damping, faults: &mut Faults) -> Damping {
     let models = DampingModel::ALL.map(|model| (model.name(), model));
     let model = faults.word((scope, "model"), raw.model.as_ref(), DampingModel::Exact, &models);
     if raw.rate_per_s.is_none() && raw.share_kept_per_s.is_none() {
-        faults.add(scope.key("rate_per_s"), "the rate is missing", "add one such as `rate_per_s: 0.4`");
+        faults.add(
+            scope.key("rate_per_s"),
+            "the rate is missing",
+            "add one such as `rate_per_s: 0.4`",
+        );
     }
     if raw.rate_per_s.is_some() && raw.share_kept_per_s.is_some() {
         let what = "the rate is given twice";
@@ -293,7 +320,12 @@ fn range(raw: &raw::Range, faults: &mut Faults) -> Range {
     }
     let Range { position: any_position, speed: any_speed } = Range::FINITE;
     Range {
-        position: faults.number((scope, "position_m"), raw.position_m, any_position, LARGEST_DISTANCE),
+        position: faults.number(
+            (scope, "position_m"),
+            raw.position_m,
+            any_position,
+            LARGEST_DISTANCE,
+        ),
         speed: faults.number((scope, "speed_m_s"), raw.speed_m_s, any_speed, LARGEST_SPEED),
     }
 }

@@ -11,8 +11,8 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use motion::effects::Effect;
 use motion::{
-    AxisLocks, BodyDrag, Damping, DampingModel, Gravity, Law, Method, MutualGravity, Range, Thrust, Well,
-    Wells, WorldLaws,
+    AxisLocks, BodyDrag, Damping, DampingModel, Gravity, Law, Method, MutualGravity, Range, Thrust,
+    Well, Wells, WorldLaws,
 };
 use pick::Shape;
 
@@ -99,7 +99,8 @@ impl SurvivalRow {
     #[must_use]
     pub fn scene(&self, scene: &Scene) -> Scene {
         let mut scene = scene.clone();
-        (scene.step_hz, scene.substeps, scene.damping) = (self.step_hz, self.substeps, self.damping);
+        (scene.step_hz, scene.substeps, scene.damping) =
+            (self.step_hz, self.substeps, self.damping);
         for body in &mut scene.bodies {
             body.position += self.offset;
             // Only position Verlet reads a previous position, and would start from another state than the other
@@ -247,7 +248,8 @@ impl OwnLawsSpec {
     /// The same laws for bodies with other ids, without wells that ride on a body without a new id.
     #[must_use]
     pub fn renumbered(&self, id: impl Fn(u32) -> Option<u32>) -> Self {
-        let riding = |well: &RidingWellSpec| Some(RidingWellSpec { rides_on: id(well.rides_on)?, ..*well });
+        let riding =
+            |well: &RidingWellSpec| Some(RidingWellSpec { rides_on: id(well.rides_on)?, ..*well });
         Self { riding_wells: self.riding_wells.iter().filter_map(riding).collect(), ..self.clone() }
     }
 
@@ -255,7 +257,8 @@ impl OwnLawsSpec {
     #[must_use]
     pub fn laws(&self) -> Vec<Box<dyn Law>> {
         let drag = self.drag.map(|drag| Box::new(drag) as Box<dyn Law>);
-        let wells = (!self.wells.is_empty()).then(|| Box::new(Wells(self.wells.clone())) as Box<dyn Law>);
+        let wells =
+            (!self.wells.is_empty()).then(|| Box::new(Wells(self.wells.clone())) as Box<dyn Law>);
         let thrusts = self.thrusts.iter().map(|thrust| Box::new(thrust.clone()) as Box<dyn Law>);
         drag.into_iter().chain(wells).chain(thrusts).collect()
     }

@@ -97,7 +97,8 @@ impl Script {
         };
         for path in unknown {
             let is_header = !path.contains('.');
-            let keys = if is_header { keys_of::<RawRecording<'_>>() } else { keys_of::<RawStep<'_>>() };
+            let keys =
+                if is_header { keys_of::<RawRecording<'_>>() } else { keys_of::<RawStep<'_>>() };
             faults.unknown_key(&path, keys);
         }
         let mut earlier = Vec::new();
@@ -140,10 +141,12 @@ impl Script {
                 _ => {}
             }
             found.extend(undeclared(&step.action, scene));
-            found.extend(match step.action.body().filter(|body| scene.names.find(body).is_none()) {
-                Some(stranger) => Some(scene.names.stranger(stranger)),
-                None => removed.look(i, step),
-            });
+            found.extend(
+                match step.action.body().filter(|body| scene.names.find(body).is_none()) {
+                    Some(stranger) => Some(scene.names.stranger(stranger)),
+                    None => removed.look(i, step),
+                },
+            );
             for (what, cure) in found {
                 faults.add(format!("steps[{i}].do"), what, cure);
             }
@@ -187,7 +190,8 @@ impl RecordingText {
     pub fn new(
         Recording { scene, method, size_px: (width, height), names_settings, .. }: &Recording,
     ) -> Self {
-        let method = method.map(|method| format!("    method: {},\n", method.name())).unwrap_or_default();
+        let method =
+            method.map(|method| format!("    method: {},\n", method.name())).unwrap_or_default();
         let named = if *names_settings { "    names_settings: true,\n" } else { "" };
         let head = format!(
             "(\n    version: {SCRIPT_VERSION},\n    scene: {},\n{method}    size_px: ({width}, {height}),\n\
@@ -273,7 +277,11 @@ fn written<T: serde::Serialize>(value: &T) -> String {
 
 fn header(raw: &RawRecording<'_>, faults: &mut Faults) -> Recording {
     match raw.version {
-        None => faults.add("version", "the version is missing", format!("add `version: {SCRIPT_VERSION}`")),
+        None => faults.add(
+            "version",
+            "the version is missing",
+            format!("add `version: {SCRIPT_VERSION}`"),
+        ),
         Some(FIRST_VERSION..=SCRIPT_VERSION) => {}
         Some(other) => faults.add(
             "version",
@@ -282,25 +290,41 @@ fn header(raw: &RawRecording<'_>, faults: &mut Faults) -> Recording {
         ),
     }
     if raw.scene.is_none() {
-        faults.add("scene", "the scene is missing", "add the name of a scene, such as `scene: \"tutorial\"`");
+        faults.add(
+            "scene",
+            "the scene is missing",
+            "add the name of a scene, such as `scene: \"tutorial\"`",
+        );
     }
     let method = raw.method.as_ref().and_then(|Word(word)| Method::from_name(word));
     if let (Some(Word(word)), None) = (&raw.method, method) {
         let names = Method::ALL.map(Method::name).join(", ");
-        faults.add("method", format!("there is no method `{word}`"), format!("the methods are {names}"));
+        faults.add(
+            "method",
+            format!("there is no method `{word}`"),
+            format!("the methods are {names}"),
+        );
     }
     if !raw.size_px.is_some_and(|(width, height)| width > 0 && height > 0) {
         faults.add("size_px", "the window has no size", "give one such as `size_px: (1280, 720)`");
     }
     if raw.frame_ends_s.is_none() {
-        faults.add("frame_ends_s", "the frames are missing", "add the end of every frame in seconds");
+        faults.add(
+            "frame_ends_s",
+            "the frames are missing",
+            "add the end of every frame in seconds",
+        );
     }
     let ends = raw.frame_ends_s.as_deref().unwrap_or_default();
     let mut last = 0.0;
     for (i, &end) in ends.iter().enumerate() {
         if !(end >= last && end.is_finite()) {
             let what = format!("a frame cannot end at {end} s after one that ended at {last} s");
-            faults.add(format!("frame_ends_s[{i}]"), what, "give finite times that never go backwards");
+            faults.add(
+                format!("frame_ends_s[{i}]"),
+                what,
+                "give finite times that never go backwards",
+            );
         } else {
             last = end;
         }
@@ -326,7 +350,11 @@ fn when(raw: &RawStep<'_>, i: usize, earlier: &mut Vec<When>, faults: &mut Fault
             return None;
         }
         _ => {
-            faults.add(step, "the step has several times", "keep one of at_s, at_tick and at_frame");
+            faults.add(
+                step,
+                "the step has several times",
+                "keep one of at_s, at_tick and at_frame",
+            );
             return None;
         }
     };
@@ -348,7 +376,12 @@ fn when(raw: &RawStep<'_>, i: usize, earlier: &mut Vec<When>, faults: &mut Fault
     Some(when)
 }
 
-fn action(raw: &RawStep<'_>, i: usize, (text, root): (&str, &str), faults: &mut Faults) -> Option<Action> {
+fn action(
+    raw: &RawStep<'_>,
+    i: usize,
+    (text, root): (&str, &str),
+    faults: &mut Faults,
+) -> Option<Action> {
     let Some(piece) = raw.action.map(ron::value::RawValue::get_ron) else {
         faults.add(
             format!("steps[{i}]"),
@@ -360,7 +393,11 @@ fn action(raw: &RawStep<'_>, i: usize, (text, root): (&str, &str), faults: &mut 
     match syntax::read::<Action>(piece, "") {
         Ok((Action::Wait(_), _)) => {
             let cure = "give the next step a later time";
-            faults.add(format!("steps[{i}].do"), "a script does not wait: its steps have times", cure);
+            faults.add(
+                format!("steps[{i}].do"),
+                "a script does not wait: its steps have times",
+                cure,
+            );
             None
         }
         Ok((action, _)) => match action.fault() {

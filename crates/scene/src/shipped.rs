@@ -106,7 +106,9 @@ fn spread(name: &str, query: &str) -> Option<(usize, usize)> {
 pub fn load(name_or_path: &str) -> Result<Scene, SceneError> {
     match embedded(name_or_path) {
         Some(scene) => scene.load(),
-        None => load_file(name_or_path, shipped(), ("there is no such scene", "shipped scenes are")),
+        None => {
+            load_file(name_or_path, shipped(), ("there is no such scene", "shipped scenes are"))
+        }
     }
 }
 
@@ -139,7 +141,8 @@ fn load_file(
     if !looks_like_path && !path.exists() {
         let names: Vec<&str> = known.iter().map(|scene| scene.name).collect();
         let all = shipped().iter().chain(cases()).map(|scene| scene.name);
-        let near = nearest(name_or_path, names.iter().copied()).or_else(|| nearest(name_or_path, all));
+        let near =
+            nearest(name_or_path, names.iter().copied()).or_else(|| nearest(name_or_path, all));
         let guess = did_you_mean(near);
         let cure = format!("{guess}{names_are} {}; a file needs its path", names.join(", "));
         return Err(SceneError::of_file(name_or_path, what, cure));
@@ -158,8 +161,9 @@ pub fn load_path(path: &Path) -> Result<Scene, SceneError> {
     let mut scene = parse_as(&called, &text, Source::File(path.to_owned()))?;
     if scene.name == called {
         // A scene without a name has that of its file, without folders.
-        scene.name =
-            path.file_stem().map_or_else(|| scene.name.clone(), |stem| stem.to_string_lossy().into_owned());
+        scene.name = path
+            .file_stem()
+            .map_or_else(|| scene.name.clone(), |stem| stem.to_string_lossy().into_owned());
     }
     Ok(scene)
 }
@@ -187,13 +191,17 @@ pub fn read_text(path: &Path) -> Result<String, SceneError> {
     // Read one byte past the limit to detect a file that is too large, even one that never ends.
     file.take(FILE_LIMIT + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > FILE_LIMIT {
-        let cure =
-            format!("give one of at most {} MiB; clouds and grids are short to write", FILE_LIMIT >> 20);
+        let cure = format!(
+            "give one of at most {} MiB; clouds and grids are short to write",
+            FILE_LIMIT >> 20
+        );
         return Err(fail("the file is too large", &cure));
     }
     // The signature of a ZIP archive.
     if bytes.starts_with(b"PK\x03\x04") {
-        let cure = format!("`sandbox {name}` opens a bundle in the window, `sandbox replay {name}` runs it");
+        let cure = format!(
+            "`sandbox {name}` opens a bundle in the window, `sandbox replay {name}` runs it"
+        );
         return Err(fail("this is an archive, not a text", &cure));
     }
     let text = String::from_utf8(bytes).map_err(|error| {
@@ -213,7 +221,9 @@ pub fn io_words(error: &std::io::Error) -> String {
     let text = error.to_string();
     let words = text.split(" (os error").next().unwrap_or_default();
     let mut characters = words.chars();
-    characters.next().map_or_else(String::new, |first| first.to_lowercase().chain(characters).collect())
+    characters
+        .next()
+        .map_or_else(String::new, |first| first.to_lowercase().chain(characters).collect())
 }
 
 #[cfg(test)]

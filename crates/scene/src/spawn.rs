@@ -6,9 +6,9 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::snapshot::LastStep;
 use motion::{
-    AxisLocks, DampingRate, Dormant, Emitter, GravityOff, Method, Orientation, OwnLaws, OwnSubsteps,
-    PhysicsBody, RidesOn, RidingWell, RidingWells, SoftBody, SourceMass, SpeedLimit, Spring, StableId,
-    Substeps, Swarm, Transform, mark_method,
+    AxisLocks, DampingRate, Dormant, Emitter, GravityOff, Method, Orientation, OwnLaws,
+    OwnSubsteps, PhysicsBody, RidesOn, RidingWell, RidingWells, SoftBody, SourceMass, SpeedLimit,
+    Spring, StableId, Substeps, Swarm, Transform, mark_method,
 };
 
 use crate::scene::{BodySpec, RidingWellSpec, Scene};
@@ -76,7 +76,8 @@ impl Scene {
             let mut laws = spec.laws();
             for well in &spec.riding_wells {
                 let RidingWellSpec { rides_on, strength, softening } = *well;
-                let known = riding.iter().find(|(other, _)| other == well).map(|(_, known)| known.clone());
+                let known =
+                    riding.iter().find(|(other, _)| other == well).map(|(_, known)| known.clone());
                 let known = known.unwrap_or_else(|| {
                     let new = RidingWell::new(entities[rides_on as usize], strength, softening);
                     riding.push((*well, new.clone()));
@@ -125,7 +126,8 @@ impl Scene {
                 emitter_entity.insert(RidesOn(entities[body as usize]));
             }
             let Some(swarm) = &emitter.swarm else { continue };
-            let start = emitter.rides_on.map_or(DVec3::ZERO, |body| self.bodies[body as usize].position);
+            let start =
+                emitter.rides_on.map_or(DVec3::ZERO, |body| self.bodies[body as usize].position);
             emitter_entity.insert((
                 PointRadius(emitter.radius),
                 Swarm {
@@ -162,7 +164,10 @@ impl Scene {
         give(&mut entity, body.max_speed.map(SpeedLimit));
         give(&mut entity, (body.locks != AxisLocks::default()).then_some(body.locks));
         give(&mut entity, body.gravity_off.then_some(GravityOff));
-        give(&mut entity, body.source_mass.filter(|_| self.mutual_gravity.is_some()).map(SourceMass));
+        give(
+            &mut entity,
+            body.source_mass.filter(|_| self.mutual_gravity.is_some()).map(SourceMass),
+        );
         entity.id()
     }
 }
@@ -229,9 +234,14 @@ mod tests {
         assert_eq!(world.get::<StableId>(all), Some(&StableId(2)));
         assert!(world.get::<PhysicsBody>(wall).is_none() && world.get::<Shape>(wall).is_some());
         assert!(world.get::<Shape>(plain).is_none() && world.get::<Orientation>(plain).is_none());
-        assert!(world.get::<SpeedLimit>(plain).is_none() && world.get::<AxisLocks>(plain).is_none());
+        assert!(
+            world.get::<SpeedLimit>(plain).is_none() && world.get::<AxisLocks>(plain).is_none()
+        );
         assert_eq!(world.get::<SpeedLimit>(all), Some(&SpeedLimit(3.0)));
-        assert_eq!(world.get::<AxisLocks>(all), Some(&AxisLocks { z: true, ..AxisLocks::default() }));
+        assert_eq!(
+            world.get::<AxisLocks>(all),
+            Some(&AxisLocks { z: true, ..AxisLocks::default() })
+        );
         assert!(world.get::<GravityOff>(all).is_some() && world.get::<Orientation>(all).is_some());
         assert_eq!(world.get::<DampingRate>(all).unwrap().rate(), 2.0);
         assert!(world.get_resource::<Gravity>().is_none());
@@ -259,7 +269,9 @@ mod tests {
         };
         assert_eq!((names(plain), names(own)), (None, Some(vec!["wells", "thrusts", "thrusts"])));
         // A body keeps the method that its entry names, even if it is the scene's.
-        assert!(world.get::<RungeKutta4>(own).is_some() && world.get::<RungeKutta4>(plain).is_none());
+        assert!(
+            world.get::<RungeKutta4>(own).is_some() && world.get::<RungeKutta4>(plain).is_none()
+        );
     }
 
     #[test]
@@ -302,7 +314,8 @@ mod tests {
             .collect();
         springs.sort_by_key(|spring| spring.0);
         let red = [1.0, 0.0, 0.0];
-        let expected = [(0, [bodies[0], bodies[1]], 2.0, red), (1, [bodies[8], bodies[0]], 3.0, [1.0; 3])];
+        let expected =
+            [(0, [bodies[0], bodies[1]], 2.0, red), (1, [bodies[8], bodies[0]], 3.0, [1.0; 3])];
         assert_eq!(springs, expected);
 
         let mut softs = world.query::<(&FileIndex, &SoftBody, &Appearance)>();
@@ -313,8 +326,9 @@ mod tests {
             assert_eq!((&soft.springs, &soft.triangles), (&spec.links, &spec.triangles));
             assert_eq!(soft.sheet, spec.name == "cloth");
         }
-        let pinned: Vec<_> =
-            (4..11).filter(|i| world.get::<PhysicsBody>(bodies[*i]).unwrap().inverse_mass == 0.0).collect();
+        let pinned: Vec<_> = (4..11)
+            .filter(|i| world.get::<PhysicsBody>(bodies[*i]).unwrap().inverse_mass == 0.0)
+            .collect();
         assert_eq!(pinned, [7]);
         assert_eq!(world.get::<DampingRate>(bodies[4]).unwrap().rate(), 0.5);
 
@@ -322,8 +336,11 @@ mod tests {
         assert_eq!((&emitter.pool[..], emitter.rate, emitter.life), (&bodies[2..4], 2.0, 1.0));
         assert_eq!((&emitter.launches, look.color), (&scene.emitters[0].launches, [0.0, 1.0, 0.0]));
         assert_eq!((emitter.position, emitter.inverse_mass), (DVec3::Y * 9.0, 1.0));
-        let dormant: Vec<_> = bodies.iter().map(|body| world.get::<Dormant>(*body).is_some()).collect();
-        assert!(dormant[2] && dormant[3] && dormant.iter().filter(|dormant| **dormant).count() == 2);
+        let dormant: Vec<_> =
+            bodies.iter().map(|body| world.get::<Dormant>(*body).is_some()).collect();
+        assert!(
+            dormant[2] && dormant[3] && dormant.iter().filter(|dormant| **dormant).count() == 2
+        );
     }
 
     #[test]

@@ -7,9 +7,12 @@ use bevy_app::FixedMain;
 use bevy_app::prelude::*;
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::RunSystemOnce;
-use motion::units::Vector;
-use motion::{Damping, Elastic, Forces, Gravity, InertiaPlugin, PhysicsBody, PushQueue, Spring, StableId, StepSystems, Stepper, Transform};
 use motion::clock::StepClock;
+use motion::units::Vector;
+use motion::{
+    Damping, Elastic, Forces, Gravity, InertiaPlugin, PhysicsBody, PushQueue, Spring, StableId,
+    StepSystems, Stepper, Transform,
+};
 
 const TICKS: u64 = 64;
 const TICKS_PER_FRAME: u64 = 2;
@@ -48,7 +51,10 @@ fn watch(clock: Res<StepClock>, bodies: Query<(&Name, &Transform, &PhysicsBody)>
     if clock.ticks().is_multiple_of(16) {
         for (Name(name), Transform { position }, body) in &bodies {
             let (seconds, [x, y, z]) = (clock.seconds(), position.to_array());
-            println!("{seconds:.2} s {name:>7} at {x:.3} {y:.3} {z:.3} m, {:.3} m/s", body.velocity.length());
+            println!(
+                "{seconds:.2} s {name:>7} at {x:.3} {y:.3} {z:.3} m, {:.3} m/s",
+                body.velocity.length()
+            );
         }
     }
 }
@@ -64,7 +70,8 @@ fn pass_time(world: &mut World) {
 fn bits(world: &mut World) -> Vec<(StableId, [[u64; 3]; 2])> {
     let mut bodies = world.query::<(&StableId, &Transform, &PhysicsBody)>();
     let bits = |vector: Vector| vector.to_array().map(f64::to_bits);
-    let rows = bodies.iter(world).map(|(id, at, body)| (*id, [bits(at.position), bits(body.velocity)]));
+    let rows =
+        bodies.iter(world).map(|(id, at, body)| (*id, [bits(at.position), bits(body.velocity)]));
     let mut rows: Vec<_> = rows.collect();
     rows.sort_unstable_by_key(|(id, _)| *id);
     rows

@@ -64,8 +64,9 @@ impl Net {
         let random = &mut Pcg64::seed_from_u64(number);
         let n = random.random_range(3..13);
         let masses = (0..n).map(|_| decade(random, [-3.0, 3.0])).collect();
-        let mut springs: Vec<_> =
-            (1..=n).map(|body| ([random.random_range(0..body), body], decade(random, [1.0, 4.0]))).collect();
+        let mut springs: Vec<_> = (1..=n)
+            .map(|body| ([random.random_range(0..body), body], decade(random, [1.0, 4.0])))
+            .collect();
         for _ in 0..n {
             let [a, b] = [(); 2].map(|()| random.random_range(0..=n));
             if a != b {
@@ -80,21 +81,28 @@ impl Net {
         let n = self.masses.len();
         let mut a = vec![vec![0.0; n]; n];
         for ([from, to], k) in &self.springs {
-            for (one, other, sign) in [(from, from, 1.0), (to, to, 1.0), (from, to, -1.0), (to, from, -1.0)] {
+            for (one, other, sign) in
+                [(from, from, 1.0), (to, to, 1.0), (from, to, -1.0), (to, from, -1.0)]
+            {
                 if *one > 0 && *other > 0 {
                     let mass = (self.masses[one - 1] * self.masses[other - 1]).sqrt();
                     a[one - 1][other - 1] += sign * k / mass;
                 }
             }
         }
-        let largest = |a: &[Vec<f64>]| a.iter().flatten().map(|entry| entry.abs()).fold(0.0, f64::max);
+        let largest =
+            |a: &[Vec<f64>]| a.iter().flatten().map(|entry| entry.abs()).fold(0.0, f64::max);
         let (mut logarithm, mut weight) = (0.0, 1.0);
         for _ in 0..40 {
             let size = largest(&a);
             logarithm += weight * size.ln();
             weight /= 2.0;
             a = (0..n)
-                .map(|i| (0..n).map(|j| (0..n).map(|k| a[i][k] / size * (a[k][j] / size)).sum()).collect())
+                .map(|i| {
+                    (0..n)
+                        .map(|j| (0..n).map(|k| a[i][k] / size * (a[k][j] / size)).sum())
+                        .collect()
+                })
                 .collect();
         }
         (0.5 * (logarithm + weight * largest(&a).ln())).exp()
@@ -112,12 +120,14 @@ impl Net {
             (0..).zip(std::iter::once(0.0).chain(self.masses.iter().map(|mass| 1.0 / mass)))
         {
             let mut part = || random.random_range(-1.0..1.0);
-            let position = if inverse_mass > 0.0 { DVec3::new(part(), part(), part()) } else { DVec3::ZERO };
+            let position =
+                if inverse_mass > 0.0 { DVec3::new(part(), part(), part()) } else { DVec3::ZERO };
             let body = PhysicsBody { velocity: DVec3::ZERO, inverse_mass };
             bodies.push(world.spawn((StableId(id), Transform::at(position), body)).id());
         }
         for (ends, stiffness) in &self.springs {
-            let elastic = Elastic { stiffness: *stiffness, damping: 0.0, rest_length: 0.0, pull_only: false };
+            let elastic =
+                Elastic { stiffness: *stiffness, damping: 0.0, rest_length: 0.0, pull_only: false };
             world.spawn(Spring { ends: ends.map(|end| bodies[end]), elastic });
         }
         let stepper = Stepper::new(&mut world, method, TimeStep(h));
@@ -131,7 +141,10 @@ impl Net {
         let (criterion, measured) = if theory == 0.0 {
             (Criterion::Energy, largest_stable(0.01, 1.02, |z| !self.gains(&mut stepped(z))))
         } else if theory.is_infinite() {
-            (Criterion::Amplitude, largest_stable(0.1, 1.3, |z| stepped(z).stays(TICKS_OF_NO_LIMIT)))
+            (
+                Criterion::Amplitude,
+                largest_stable(0.1, 1.3, |z| stepped(z).stays(TICKS_OF_NO_LIMIT)),
+            )
         } else {
             let ticks = if method.claims().symplectic { TICKS } else { TICKS_OF_SLOW_GROWTH };
             (Criterion::Amplitude, between(theory, |z| stepped(z).stays(ticks)))
@@ -149,13 +162,20 @@ impl Net {
     /// Energy, J.
     fn energy(&self, stepped: &Stepped) -> f64 {
         let at = |body: usize| {
-            stepped.world.get::<Transform>(stepped.bodies[body]).map_or(DVec3::ZERO, |at| at.position)
+            stepped
+                .world
+                .get::<Transform>(stepped.bodies[body])
+                .map_or(DVec3::ZERO, |at| at.position)
         };
         let v = |body: usize| {
-            stepped.world.get::<PhysicsBody>(stepped.bodies[body]).map_or(DVec3::ZERO, |body| body.velocity)
+            stepped
+                .world
+                .get::<PhysicsBody>(stepped.bodies[body])
+                .map_or(DVec3::ZERO, |body| body.velocity)
         };
         let springs = self.springs.iter().map(|([a, b], k)| k * at(*a).distance_squared(at(*b)));
-        let masses = self.masses.iter().enumerate().map(|(i, mass)| mass * v(i + 1).length_squared());
+        let masses =
+            self.masses.iter().enumerate().map(|(i, mass)| mass * v(i + 1).length_squared());
         0.5 * springs.chain(masses).sum::<f64>()
     }
 }
@@ -184,7 +204,9 @@ impl Stepped {
     }
 
     fn size(&self) -> f64 {
-        let far = |body: &Entity| self.world.get::<Transform>(*body).map_or(0.0, |at| at.position.length());
+        let far = |body: &Entity| {
+            self.world.get::<Transform>(*body).map_or(0.0, |at| at.position.length())
+        };
         self.bodies.iter().map(far).fold(0.0, f64::max)
     }
 

@@ -80,15 +80,16 @@ pub fn oscillator_limit(method: Method, damped: Damped) -> f64 {
     match (method, damped.model) {
         (Method::ImplicitEuler, _) => f64::INFINITY,
         (Method::ExplicitEuler, None | Some(DampingModel::Tutorial)) if z <= 1.0 => 2.0 * z,
-        (Method::ExplicitEuler, None | Some(DampingModel::Tutorial)) => 2.0 / (z + (z * z - 1.0).sqrt()),
+        (Method::ExplicitEuler, None | Some(DampingModel::Tutorial)) => {
+            2.0 / (z + (z * z - 1.0).sqrt())
+        }
         (Method::ExplicitEuler, Some(DampingModel::Exact)) => 2.0 * z,
         (Method::ExplicitEuler, Some(DampingModel::Clamped)) if z >= 0.25 => f64::INFINITY,
         (Method::ExplicitEuler, Some(DampingModel::Clamped)) => {
             (1.0 - (1.0 - 16.0 * z * z).sqrt()) / (4.0 * z)
         }
-        (Method::SemiImplicitEuler, None | Some(DampingModel::Tutorial)) | (Method::PositionVerlet, None) => {
-            2.0 * ((1.0 + z * z).sqrt() - z)
-        }
+        (Method::SemiImplicitEuler, None | Some(DampingModel::Tutorial))
+        | (Method::PositionVerlet, None) => 2.0 * ((1.0 + z * z).sqrt() - z),
         (method, Some(model)) => first_unstable(|h| damped_step(method, model, h, c)),
         (method, None) if c == 0.0 => method.claims().stability_limit,
         (method, None) => first_unstable(|h| step_matrix(method, h, [1.0, c])),
@@ -137,7 +138,8 @@ mod tests {
     fn the_formulas_agree_with_the_polynomials() {
         for ratio in [0.0, 0.05, 0.2, 0.5, 1.0, 2.0] {
             let damped = Damped::by_drag(ratio);
-            let found = first_unstable(|h| step_matrix(Method::SemiImplicitEuler, h, [1.0, 2.0 * ratio]));
+            let found =
+                first_unstable(|h| step_matrix(Method::SemiImplicitEuler, h, [1.0, 2.0 * ratio]));
             let closed = oscillator_limit(Method::SemiImplicitEuler, damped);
             assert!((found / closed - 1.0).abs() <= 1e-6, "{ratio}: {found} {closed}");
         }

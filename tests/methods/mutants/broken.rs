@@ -4,8 +4,8 @@ use motion::Method;
 use motion::methods::{Field, Integrator, MethodStateKind, StepState};
 
 use super::{
-    CHANGING_STEPS, Checked, DECAY, FAR_AWAY, FINGERPRINT, MULTIPLIERS, ORDERS, PUSH, START, Stepper,
-    TERMINAL_SPEED,
+    CHANGING_STEPS, Checked, DECAY, FAR_AWAY, FINGERPRINT, MULTIPLIERS, ORDERS, PUSH, START,
+    Stepper, TERMINAL_SPEED,
 };
 use motion::arrays::Bare;
 
@@ -342,7 +342,10 @@ pub fn all() -> Vec<(Stepper, Checked)> {
         VelocityFirst::mutant("explicit Euler, order swapped", FINGERPRINT),
         ReadAfterMove::mutant("explicit Euler, acceleration after the move", FINGERPRINT),
         Undamped::mutant("semi-implicit Euler, exact damping left out", DECAY),
-        DampedBefore::mutant("semi-implicit Euler, tutorial's damping before the move", TERMINAL_SPEED),
+        DampedBefore::mutant(
+            "semi-implicit Euler, tutorial's damping before the move",
+            TERMINAL_SPEED,
+        ),
         DampedAfter::mutant("semi-implicit Euler, clamped damping after the move", TERMINAL_SPEED),
         DampedTwice::mutant("semi-implicit Euler, damped twice", MULTIPLIERS),
         DampedByStage::mutant("Runge-Kutta 4, damped at every stage", MULTIPLIERS),

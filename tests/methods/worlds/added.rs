@@ -22,7 +22,10 @@ fn scenes() -> [(Environment, fn(usize) -> bool); 4] {
         (Environment::falling(), |i| i == 3),
         (Environment { gravity, wells: Some(wells()), ..Environment::default() }, |_| true),
         // Where a law depends on the velocity nothing is kept but for engines, which are asked about apart.
-        (Environment { drag: drag(0.3, 0.0), wells: Some(wells()), ..Environment::default() }, |i| i == 3),
+        (
+            Environment { drag: drag(0.3, 0.0), wells: Some(wells()), ..Environment::default() },
+            |i| i == 3,
+        ),
         (Environment { drag: drag(0.0, 0.3), ..Environment::default() }, |i| i == 3),
     ]
 }
@@ -32,11 +35,16 @@ fn sorted(mut bodies: Vec<Entity>) -> Vec<Entity> {
     bodies
 }
 
-fn expected(bodies: &[Entity], method: Method, keeps: fn(usize) -> bool) -> (Vec<Entity>, Vec<Entity>) {
+fn expected(
+    bodies: &[Entity],
+    method: Method,
+    keeps: fn(usize) -> bool,
+) -> (Vec<Entity>, Vec<Entity>) {
     match method {
         Method::PositionVerlet => (sorted(bodies.to_vec()), vec![]),
         Method::VelocityVerlet | Method::Yoshida4 => {
-            let keeping = bodies.iter().enumerate().filter(|(i, _)| keeps(*i)).map(|(_, body)| *body);
+            let keeping =
+                bodies.iter().enumerate().filter(|(i, _)| keeps(*i)).map(|(_, body)| *body);
             (vec![], sorted(keeping.collect()))
         }
         _ => (vec![], vec![]),
@@ -62,7 +70,8 @@ fn bodies_carry_what_their_method_keeps_and_no_more() {
                 assert_eq!(kept(&mut lab), expected(&bodies, to, keeps), "{what}");
                 // And one body alone, the one with engines: the only one that keeps something in every scene.
                 lab.ask(Request::SetBodyMethod(bodies[3], Some(from))).run(1);
-                let others: Vec<_> = bodies.iter().copied().filter(|body| *body != bodies[3]).collect();
+                let others: Vec<_> =
+                    bodies.iter().copied().filter(|body| *body != bodies[3]).collect();
                 let (mut steps, mut accelerations) = expected(&others, to, |_| true);
                 if to != Method::PositionVerlet && !keeps(0) {
                     accelerations.clear();
@@ -70,7 +79,11 @@ fn bodies_carry_what_their_method_keeps_and_no_more() {
                 let (own_steps, own_accelerations) = expected(&bodies[3..4], from, |_| true);
                 steps.extend(own_steps);
                 accelerations.extend(own_accelerations);
-                assert_eq!(kept(&mut lab), (sorted(steps), sorted(accelerations)), "own method, {what}");
+                assert_eq!(
+                    kept(&mut lab),
+                    (sorted(steps), sorted(accelerations)),
+                    "own method, {what}"
+                );
             }
         }
     }
@@ -92,7 +105,8 @@ fn a_body_that_comes_later_moves_as_one_that_was_first() {
             for tick in 0..TICKS {
                 // Alone, in pairs, in one tick after the other, and with an old one gone.
                 let coming = [(0, 2), (7, 1), (8, 2), (20, 1), (21, 1), (22, 1), (30, 3)];
-                let coming = coming.iter().find(|(at, _)| *at == tick).map_or(0, |(_, count)| *count);
+                let coming =
+                    coming.iter().find(|(at, _)| *at == tick).map_or(0, |(_, count)| *count);
                 for _ in 0..coming {
                     lab.spawn(starts()[came.len()]);
                     came.push(tick);
@@ -104,7 +118,11 @@ fn a_body_that_comes_later_moves_as_one_that_was_first() {
             }
             assert_eq!(came.len(), first.bodies.len());
             for (i, came) in came.into_iter().enumerate().filter(|(i, _)| *i != 1) {
-                assert_eq!(lab.bits(i), after_ticks[TICKS - came][i], "{method:?} body {i} {scene:?}");
+                assert_eq!(
+                    lab.bits(i),
+                    after_ticks[TICKS - came][i],
+                    "{method:?} body {i} {scene:?}"
+                );
             }
             let mut left = lab.world.query::<&PhysicsBody>();
             assert_eq!(left.iter(&lab.world).len(), first.bodies.len() - 1);

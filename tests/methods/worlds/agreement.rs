@@ -2,11 +2,13 @@
 
 use bevy_ecs::prelude::*;
 use motion::{
-    AxisLocks, Damping, DampingModel, DampingRate, Drag, Gravity, GravityOff, Method, Orientation, OwnLaws,
-    OwnSubsteps, SpeedLimit, StableId, Substeps, mark_method,
+    AxisLocks, Damping, DampingModel, DampingRate, Drag, Gravity, GravityOff, Method, Orientation,
+    OwnLaws, OwnSubsteps, SpeedLimit, StableId, Substeps, mark_method,
 };
 
-use super::{Bits, Environment, H, IMMOVABLE, add, bare_bits, crowd, engine, engines, pushes, starts, wells};
+use super::{
+    Bits, Environment, H, IMMOVABLE, add, bare_bits, crowd, engine, engines, pushes, starts, wells,
+};
 use crate::rigs::Lab;
 
 const TICKS: usize = 200;
@@ -29,7 +31,11 @@ fn scenes() -> Vec<Environment> {
     let dampings: Vec<_> = dampings.collect();
     let varied = |scene: &Environment| {
         let of_damping = |damping: &Option<Damping>| {
-            [None, Some(3)].map(|substeps| Environment { damping: *damping, substeps, ..scene.clone() })
+            [None, Some(3)].map(|substeps| Environment {
+                damping: *damping,
+                substeps,
+                ..scene.clone()
+            })
         };
         dampings.iter().flat_map(of_damping).collect::<Vec<_>>()
     };
@@ -88,7 +94,8 @@ fn in_arrays(scene: &Environment, method: Method, alone: Option<usize>, seed: u6
         bare = bare.with_law(engine());
     }
     let starts = starts();
-    let bodies: Vec<_> = (0..starts.len()).filter(|i| alone.is_none_or(|only| only == *i)).collect();
+    let bodies: Vec<_> =
+        (0..starts.len()).filter(|i| alone.is_none_or(|only| only == *i)).collect();
     for i in &bodies {
         add(&mut bare, starts[*i]);
     }
@@ -157,7 +164,8 @@ fn drag_among_other_laws_is_drag() {
             let run = |as_resource: bool| {
                 let damping = damping.map(|model| Damping { model, rate: 0.4 });
                 let own = as_resource.then_some(drag);
-                let mut lab = Environment { drag: own, damping, ..Environment::falling() }.lab(method, H);
+                let mut lab =
+                    Environment { drag: own, damping, ..Environment::falling() }.lab(method, H);
                 if !as_resource {
                     lab.world.insert_resource(motion::Laws(vec![Box::new(drag)]));
                 }
@@ -176,9 +184,10 @@ fn drag_among_other_laws_is_drag() {
 #[test]
 fn substeps_change_from_tick_to_tick() {
     for method in Method::ALL {
-        for scene in
-            [Environment::falling(), Environment { gravity: Some(Gravity::EARTH), ..Environment::orbiting() }]
-        {
+        for scene in [
+            Environment::falling(),
+            Environment { gravity: Some(Gravity::EARTH), ..Environment::orbiting() },
+        ] {
             for copies in [1, 30] {
                 let mut lab = Environment { substeps: Some(1), ..scene.clone() }.lab(method, H);
                 let mut bare = scene.bare(method, H);
@@ -192,7 +201,11 @@ fn substeps_change_from_tick_to_tick() {
                     lab.run(10);
                     (0..10).for_each(|_| bare.tick());
                     for row in 0..lab.bodies.len() {
-                        assert_eq!(lab.bits(row), bare_bits(&bare, row), "{method:?} {substeps} {scene:?}");
+                        assert_eq!(
+                            lab.bits(row),
+                            bare_bits(&bare, row),
+                            "{method:?} {substeps} {scene:?}"
+                        );
                     }
                 }
             }

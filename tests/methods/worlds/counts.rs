@@ -22,7 +22,8 @@ fn counts(lab: &Lab) -> (u64, Vec<(&'static str, u64)>) {
 /// Evaluations of one body in [`TICKS`] ticks: from the table, and what Newton's method took beyond.
 fn of_a_body(method: Method, velocity_laws: bool, kept: bool) -> u64 {
     let claims = method.claims();
-    let of_a_step = if velocity_laws { claims.evaluations_with_velocity_laws } else { claims.evaluations };
+    let of_a_step =
+        if velocity_laws { claims.evaluations_with_velocity_laws } else { claims.evaluations };
     let start_up = if kept && !velocity_laws { claims.start_up_evaluations } else { 0 };
     TICKS * u64::from(of_a_step) + u64::from(start_up)
 }
@@ -46,7 +47,11 @@ fn laws_that_are_summed_up_count_as_claimed() {
                 lab.run(TICKS);
                 let n = MOVABLE * u64::from(substeps) * of_a_body(method, !law.is_empty(), false);
                 let laws = [law, "gravity"].into_iter().filter(|law| !law.is_empty());
-                assert_eq!(counts(&lab), (n, laws.map(|law| (law, n)).collect()), "{method:?} gravity {law}");
+                assert_eq!(
+                    counts(&lab),
+                    (n, laws.map(|law| (law, n)).collect()),
+                    "{method:?} gravity {law}"
+                );
             }
         }
     }
@@ -78,7 +83,8 @@ fn laws_that_are_called_count_as_claimed() {
             if method == Method::ImplicitEuler {
                 n += of_newton(&lab, MOVABLE * TICKS);
             }
-            let laws = if velocity_laws { vec![("drag", n), ("wells", n)] } else { vec![("wells", n)] };
+            let laws =
+                if velocity_laws { vec![("drag", n), ("wells", n)] } else { vec![("wells", n)] };
             assert_eq!(counts(&lab), (n, laws), "{method:?} {velocity_laws}");
         }
     }
@@ -169,7 +175,9 @@ fn a_body_in_quarantine_counts_no_more() {
                 let before = counts(&lab).0;
                 lab.run(5);
                 let after = counts(&lab).0;
-                after - before - if method == Method::ImplicitEuler { of_newton(&lab, 0) } else { 0 }
+                after
+                    - before
+                    - if method == Method::ImplicitEuler { of_newton(&lab, 0) } else { 0 }
             };
             if method == Method::ImplicitEuler && scene.wells.is_some() {
                 continue;

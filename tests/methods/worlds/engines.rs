@@ -45,14 +45,18 @@ fn an_engine_gives_the_exact_impulse_of_its_burn() {
                 for substeps in [1, 3] {
                     let (from, until) = (from * H, until * H);
                     let mut lab =
-                        Environment { substeps: Some(substeps), ..Environment::default() }.lab(method, H);
+                        Environment { substeps: Some(substeps), ..Environment::default() }
+                            .lab(method, H);
                     let body = lab.spawn(Start { x: DVec3::ONE, v: DVec3::ZERO, w: 0.5 });
                     let curve = Curve::Polynomial(COEFFICIENTS[..=degree].to_vec());
                     lab.insert(body, OwnLaws::new(vec![Box::new(Thrust::new(curve, from, until))]));
                     lab.run(TICKS);
                     let expected = impulse(degree, from, until) * 0.5;
                     let error = lab.v(body).distance(expected);
-                    assert!(error <= 1e-13, "{method:?} degree {degree}, {from} to {until}: {error:e}");
+                    assert!(
+                        error <= 1e-13,
+                        "{method:?} degree {degree}, {from} to {until}: {error:e}"
+                    );
                 }
             }
         }
@@ -64,9 +68,10 @@ fn an_engine_gives_the_exact_impulse_of_its_burn() {
 fn a_body_beside_an_engine_moves_as_if_it_was_not_there() {
     let gravity = Some(Gravity::EARTH);
     for method in Method::ALL {
-        for scene in
-            [Environment::falling(), Environment { gravity, wells: Some(wells()), ..Environment::default() }]
-        {
+        for scene in [
+            Environment::falling(),
+            Environment { gravity, wells: Some(wells()), ..Environment::default() },
+        ] {
             let run = |with_engine: bool| {
                 let mut lab = scene.lab(method, H);
                 for (i, start) in starts().into_iter().enumerate() {
@@ -81,7 +86,8 @@ fn a_body_beside_an_engine_moves_as_if_it_was_not_there() {
                 let evaluations = lab.evaluations();
                 (lab.all_bits(&[]), evaluations.accelerations(), evaluations.newton_iterations())
             };
-            let ((with, evaluated, newton), (without, before, newton_before)) = (run(true), run(false));
+            let ((with, evaluated, newton), (without, before, newton_before)) =
+                (run(true), run(false));
             assert_eq!(with, without, "{method:?} {scene:?}");
             let claims = method.claims();
             // 14 pieces, since both ends of the burn lie inside a tick; what was before a jump is evaluated for
@@ -90,7 +96,10 @@ fn a_body_beside_an_engine_moves_as_if_it_was_not_there() {
             let most = u64::from(most) + newton - newton_before;
             let own = evaluated - before;
             let least = u64::from(14 * claims.evaluations);
-            assert!((least..=most).contains(&own), "{method:?} {own} in {least}..={most} {scene:?}");
+            assert!(
+                (least..=most).contains(&own),
+                "{method:?} {own} in {least}..={most} {scene:?}"
+            );
         }
     }
 }
@@ -102,7 +111,8 @@ fn with_engines() -> Vec<(Start, Thrust)> {
         let w = if i == 9 { 0.0 } else { 1.0 / (1.0 + i as f64) };
         let v = if i == 9 { DVec3::ZERO } else { dice.vector() };
         let start = Start { x: dice.vector() * 3.0 + DVec3::X * 2.0, v, w };
-        let curve = Curve::Polynomial(COEFFICIENTS.map(|newtons| newtons * (0.1 * i as f64)).to_vec());
+        let curve =
+            Curve::Polynomial(COEFFICIENTS.map(|newtons| newtons * (0.1 * i as f64)).to_vec());
         let (from, until) = match i % 8 {
             3 => (2.3, 7.6),
             4 => (f64::NEG_INFINITY, 5.0),
@@ -131,7 +141,8 @@ fn bodies_with_engines_move_together_as_they_do_alone() {
                     .map(|(start, engine)| lab.world.spawn((start.components(), own(engine))).id())
                     .collect();
                 lab.run(TICKS);
-                let states: Vec<_> = bodies.iter().map(|body| bits(lab.x(*body), lab.v(*body))).collect();
+                let states: Vec<_> =
+                    bodies.iter().map(|body| bits(lab.x(*body), lab.v(*body))).collect();
                 (states, lab.counts())
             };
             let all = with_engines();

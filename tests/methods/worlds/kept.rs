@@ -4,8 +4,8 @@
 use glam::DVec3;
 use motion::snapshot::LastAcceleration;
 use motion::{
-    Damping, DampingModel, Gravity, Laws, Method, OwnLaws, Request, SpeedLimit, Substeps, TimeStep, Well,
-    Wells,
+    Damping, DampingModel, Gravity, Laws, Method, OwnLaws, Request, SpeedLimit, Substeps, TimeStep,
+    Well, Wells,
 };
 
 use super::{Bits, Environment, H, crowd_with_engines, starts, wells};
@@ -44,7 +44,11 @@ const EVENTS: [(&str, Event); 15] = [
         lab.world.resource_mut::<Wells>().0[0].strength = -2.0;
     }),
     ("wells replaced", |lab| {
-        lab.world.insert_resource(Wells(vec![Well { position: DVec3::Y, strength: 2.0, softening: 1.0 }]));
+        lab.world.insert_resource(Wells(vec![Well {
+            position: DVec3::Y,
+            strength: 2.0,
+            softening: 1.0,
+        }]));
     }),
     ("wells switched for other laws", |lab| {
         lab.world.remove_resource::<Wells>();
@@ -86,7 +90,8 @@ const EVENTS: [(&str, Event); 15] = [
     }),
     ("removal", |lab| {
         // The last row takes the place of the one that is gone.
-        lab.ask(Request::SetVelocity(lab.bodies[10], DVec3::X * f64::NAN)).push(2, DVec3::Y * f64::INFINITY);
+        lab.ask(Request::SetVelocity(lab.bodies[10], DVec3::X * f64::NAN))
+            .push(2, DVec3::Y * f64::INFINITY);
     }),
     ("a limit, and damping that is one of the laws", |lab| {
         lab.insert(1, SpeedLimit(0.5));
@@ -100,7 +105,11 @@ fn what_is_kept_is_what_would_be_evaluated() {
     for method in METHODS {
         for scene in [
             Environment::orbiting(),
-            Environment { gravity: Some(Gravity::EARTH), substeps: Some(3), ..Environment::orbiting() },
+            Environment {
+                gravity: Some(Gravity::EARTH),
+                substeps: Some(3),
+                ..Environment::orbiting()
+            },
         ] {
             for (name, event) in EVENTS {
                 let (keeps, evaluated) = run(&scene, method, false, event);

@@ -3,7 +3,8 @@
 use glam::DVec3;
 use motion::arrays::Bare;
 use motion::{
-    AxisLocks, Damping, DampingModel, Drag, Gravity, Method, PhysicsBody, SpeedLimit, StableId, Transform,
+    AxisLocks, Damping, DampingModel, Drag, Gravity, Method, PhysicsBody, SpeedLimit, StableId,
+    Transform,
 };
 
 use super::{Environment, H, crowd_with_engines, pushes, starts, wells};
@@ -21,7 +22,8 @@ fn scenes() -> Vec<Environment> {
         Environment { drag, substeps: Some(3), ..Environment::orbiting() },
     ];
     scenes.extend(
-        DampingModel::ALL.map(|model| Environment { damping: damping(model), ..Environment::falling() }),
+        DampingModel::ALL
+            .map(|model| Environment { damping: damping(model), ..Environment::falling() }),
     );
     scenes
 }
@@ -48,7 +50,8 @@ fn nothing_moves_along_a_locked_axis() {
                     lab.run(1);
                     for ((x, v), start) in lab.states().into_iter().zip(starts()) {
                         for axis in (0..3).filter(|axis| locked[*axis]) {
-                            let held = x[axis].to_bits() == start.x[axis].to_bits() && v[axis] == 0.0;
+                            let held =
+                                x[axis].to_bits() == start.x[axis].to_bits() && v[axis] == 0.0;
                             assert!(held, "{method:?} {locks:?} axis {axis} tick {tick} {scene:?}");
                         }
                     }
@@ -85,7 +88,10 @@ fn a_speed_limit_holds_at_the_end_of_every_tick() {
                         _ => v.length(),
                     };
                     fastest = fastest.max(speed);
-                    assert!(speed <= LIMIT * (1.0 + 1e-12), "{method:?} tick {tick}: {speed} {scene:?}");
+                    assert!(
+                        speed <= LIMIT * (1.0 + 1e-12),
+                        "{method:?} tick {tick}: {speed} {scene:?}"
+                    );
                 }
             }
             assert!(fastest >= LIMIT * 0.99, "{method:?}: {fastest} {scene:?}");
@@ -101,16 +107,24 @@ fn semi_implicit_euler_limits_the_speed_before_it_locks_an_axis() {
     let method = Method::SemiImplicitEuler;
     // Two systems, one pass, a group.
     for others in ["none", "many", "a spring"] {
-        for model in
-            [None, Some(DampingModel::Tutorial), Some(DampingModel::Clamped), Some(DampingModel::Exact)]
-        {
+        for model in [
+            None,
+            Some(DampingModel::Tutorial),
+            Some(DampingModel::Clamped),
+            Some(DampingModel::Exact),
+        ] {
             let mut lab = Lab::new(method, TICK).with_gravity();
-            let start = (Transform::default(), PhysicsBody { velocity: DVec3::X, inverse_mass: 0.5 });
+            let start =
+                (Transform::default(), PhysicsBody { velocity: DVec3::X, inverse_mass: 0.5 });
             let locks = AxisLocks { y: true, ..AxisLocks::default() };
             let body = lab.world.spawn((StableId(0), start, SpeedLimit(1.0), locks)).id();
             let more = if others == "many" { 300 } else { 1 };
             for id in 0..more {
-                lab.world.spawn((StableId(id + 1), Transform::default(), PhysicsBody::with_mass(1.0)));
+                lab.world.spawn((
+                    StableId(id + 1),
+                    Transform::default(),
+                    PhysicsBody::with_mass(1.0),
+                ));
             }
             if others == "a spring" {
                 let other = lab.body(1.0, DVec3::ZERO);
@@ -120,7 +134,8 @@ fn semi_implicit_euler_limits_the_speed_before_it_locks_an_axis() {
                 lab.world.insert_resource(Damping { model, rate: RATE });
             }
             lab.recompile();
-            let mut bare = Bare::of_world(&mut lab.world, method, &|_| Vec::new(), Vec::new()).unwrap();
+            let mut bare =
+                Bare::of_world(&mut lab.world, method, &|_| Vec::new(), Vec::new()).unwrap();
             bare.tick();
             lab.run(1);
             let q = RATE * TICK;

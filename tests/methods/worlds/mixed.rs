@@ -20,7 +20,11 @@ fn scenes() -> [Environment; 4] {
 }
 
 /// The bodies of one world, each of the method that `method_of` names; `None`: the world's.
-fn fly(scene: &Environment, world: Method, method_of: impl Fn(usize) -> Option<Method>) -> Vec<Bits> {
+fn fly(
+    scene: &Environment,
+    world: Method,
+    method_of: impl Fn(usize) -> Option<Method>,
+) -> Vec<Bits> {
     let mut lab = scene.lab(world, H);
     for (i, start) in starts().into_iter().cycle().take(3 * MANY).enumerate() {
         let body = lab.spawn(start);
@@ -45,7 +49,11 @@ fn methods_that_share_a_world_move_as_in_worlds_of_their_own() {
             });
             for (i, bits) in shared.iter().enumerate() {
                 let method = Method::ALL[i % MANY];
-                assert_eq!(*bits, alone[i % MANY][i], "{method:?} in a world of {world:?} {scene:?}");
+                assert_eq!(
+                    *bits,
+                    alone[i % MANY][i],
+                    "{method:?} in a world of {world:?} {scene:?}"
+                );
             }
         }
     }
@@ -75,7 +83,11 @@ fn a_body_that_changes_its_method_moves_as_in_a_world_that_does() {
                 changes.run(20);
                 for i in 0..lab.bodies.len() {
                     let of_a_world = if [2, 3].contains(&i) { &changes } else { &stays };
-                    assert_eq!(lab.bits(i), of_a_world.bits(i), "body {i}, {from:?} to {to:?} {scene:?}");
+                    assert_eq!(
+                        lab.bits(i),
+                        of_a_world.bits(i),
+                        "body {i}, {from:?} to {to:?} {scene:?}"
+                    );
                 }
             }
         }

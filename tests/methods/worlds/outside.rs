@@ -39,14 +39,21 @@ fn scenes() -> [Environment; 3] {
     [
         Environment { damping, ..Environment::falling() },
         Environment { gravity, wells: Some(wells()), substeps: Some(3), ..Environment::default() },
-        Environment { drag: Some(Drag::new(0.1, 0.1)), wells: Some(wells()), ..Environment::default() },
+        Environment {
+            drag: Some(Drag::new(0.1, 0.1)),
+            wells: Some(wells()),
+            ..Environment::default()
+        },
     ]
 }
 
 /// A crowd with engines and a spring.
 fn lab(scene: &Environment, method: Method) -> Lab {
     let mut lab = crowd_with_engines(scene, method);
-    lab.spring([0, 1], Elastic { rest_length: 1.0, stiffness: 40.0, damping: 0.5, pull_only: false });
+    lab.spring(
+        [0, 1],
+        Elastic { rest_length: 1.0, stiffness: 40.0, damping: 0.5, pull_only: false },
+    );
     lab
 }
 

@@ -18,7 +18,8 @@ fn scenes() -> [Environment; 4] {
 
 /// After a tick in which nothing but damping acted.
 fn drifted(scene: &Environment, (x, v): (DVec3, DVec3)) -> (DVec3, DVec3) {
-    let mut lab = Environment { gravity: None, wells: None, ..scene.clone() }.lab(Method::ExplicitEuler, H);
+    let mut lab =
+        Environment { gravity: None, wells: None, ..scene.clone() }.lab(Method::ExplicitEuler, H);
     let body = lab.spawn(Start { x, v, w: 1.0 });
     lab.run(1);
     lab.state(body)
@@ -26,8 +27,12 @@ fn drifted(scene: &Environment, (x, v): (DVec3, DVec3)) -> (DVec3, DVec3) {
 
 #[test]
 fn a_body_that_turns_non_finite_is_quarantined_and_no_other_notices() {
-    let pushes =
-        [DVec3::X * f64::NAN, DVec3::Y * f64::INFINITY, DVec3::splat(f64::MAX), DVec3::Z * -f64::MAX];
+    let pushes = [
+        DVec3::X * f64::NAN,
+        DVec3::Y * f64::INFINITY,
+        DVec3::splat(f64::MAX),
+        DVec3::Z * -f64::MAX,
+    ];
     for method in Method::ALL {
         for scene in scenes() {
             let mut without = crowd_with_engines(&scene, method);
@@ -37,17 +42,26 @@ fn a_body_that_turns_non_finite_is_quarantined_and_no_other_notices() {
                     let what = format!("{method:?} {push} on {victim} {scene:?}");
                     let mut lab = crowd_with_engines(&scene, method);
                     // What is light enough turns any large force into an infinite velocity.
-                    let w = lab.world.get::<motion::PhysicsBody>(lab.bodies[victim]).unwrap().inverse_mass;
+                    let w = lab
+                        .world
+                        .get::<motion::PhysicsBody>(lab.bodies[victim])
+                        .unwrap()
+                        .inverse_mass;
                     lab.run(20);
                     let before = lab.state(victim);
                     lab.push(victim, push * (1.0 / w) * 1e3).run(40);
                     // The first of explicit Euler's two updates is that of the position, which stays finite.
-                    let stands = method == Method::ExplicitEuler && scene.substeps.unwrap_or(1) == 1;
+                    let stands =
+                        method == Method::ExplicitEuler && scene.substeps.unwrap_or(1) == 1;
                     let quarantined = if stands { drifted(&scene, before) } else { before };
                     assert_eq!(lab.state(victim), quarantined, "{what}");
                     let records = lab.records();
                     assert_eq!(records.len(), 1, "{what}");
-                    assert_eq!((records[0].body, records[0].tick), (lab.bodies[victim], 21), "{what}");
+                    assert_eq!(
+                        (records[0].body, records[0].tick),
+                        (lab.bodies[victim], 21),
+                        "{what}"
+                    );
                     assert_eq!(lab.all_bits(&[victim]), without.all_bits(&[victim]), "{what}");
                 }
             }

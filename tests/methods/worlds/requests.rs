@@ -189,7 +189,10 @@ fn gravity_that_is_switched_is_a_parabola_in_pieces() {
             assert!(error <= bound, "{method:?} tick {tick}: {error:e}, at most {bound:e}");
             let behind = if method == Method::PositionVerlet { a * (H / 2.0) } else { DVec3::ZERO };
             let error = lab.v(0).distance(v - behind);
-            assert!(error <= bound, "{method:?} tick {tick}: velocity {error:e}, at most {bound:e}");
+            assert!(
+                error <= bound,
+                "{method:?} tick {tick}: velocity {error:e}, at most {bound:e}"
+            );
         }
     }
 }
@@ -223,7 +226,11 @@ fn damping_that_is_set_acts_from_then_on() {
         let (coarse, fine) = (error(steps), error(2 * steps));
         // The Eulers of the tutorial have the exact decay in them.
         let order = (coarse[0] / fine[0]).log2();
-        assert!(order >= claimed - 0.1 && fine[0] <= 0.1, "{method:?}: order {order:.3}, {:e}", fine[0]);
+        assert!(
+            order >= claimed - 0.1 && fine[0] <= 0.1,
+            "{method:?}: order {order:.3}, {:e}",
+            fine[0]
+        );
         assert!(fine[1] <= 0.1, "{method:?}: velocity {:e}", fine[1]);
     }
 }

@@ -12,7 +12,8 @@ use crate::rigs::Lab;
 const START: Start = Start { x: DVec3::new(1.0, 0.2, -0.3), v: DVec3::new(0.3, 1.1, 0.4), w: 0.5 };
 
 fn pairs() -> impl Iterator<Item = (Method, Method)> {
-    let to_others = |from| Method::ALL.into_iter().filter(move |to| *to != from).map(move |to| (from, to));
+    let to_others =
+        |from| Method::ALL.into_iter().filter(move |to| *to != from).map(move |to| (from, to));
     Method::ALL.into_iter().flat_map(to_others)
 }
 
@@ -36,7 +37,11 @@ fn what_position_verlet_leaves_is_the_velocity_of_the_time_of_the_position() {
     for (from, to) in pairs() {
         let (_, [before, after]) = switched(&Environment::falling(), [from, to], H, 16);
         let late = if from == Method::PositionVerlet { H * 0.5 } else { 0.0 };
-        assert_eq!(after, (before.0, before.1 + Gravity::EARTH.acceleration * late), "{from:?} {to:?}");
+        assert_eq!(
+            after,
+            (before.0, before.1 + Gravity::EARTH.acceleration * late),
+            "{from:?} {to:?}"
+        );
         let exact = START.v + Gravity::EARTH.acceleration * (16.0 * H);
         assert!(after.1.distance(exact) <= 64.0 * f64::EPSILON * 4.0, "{from:?} {to:?}");
     }
@@ -62,7 +67,10 @@ fn a_parabola_goes_on_from_the_state_at_the_switch() {
             assert!(error <= bound, "{from:?} {to:?} tick {tick}: {error:e}, at most {bound:e}");
             let behind = if to == Method::PositionVerlet { H / 2.0 } else { 0.0 };
             let error = lab.v(0).distance(v + g * (t - behind));
-            assert!(error <= bound, "{from:?} {to:?} tick {tick}: velocity {error:e}, at most {bound:e}");
+            assert!(
+                error <= bound,
+                "{from:?} {to:?} tick {tick}: velocity {error:e}, at most {bound:e}"
+            );
         }
     }
 }
@@ -71,14 +79,16 @@ fn a_parabola_goes_on_from_the_state_at_the_switch() {
 fn errors(from: Method, to: Method, steps: u32) -> [f64; 2] {
     const FINE: u32 = 512;
     let scene = Environment::orbiting();
-    let (mut lab, [_, (x, v)]) = switched(&scene, [from, to], 1.0 / f64::from(steps), u64::from(steps / 4));
+    let (mut lab, [_, (x, v)]) =
+        switched(&scene, [from, to], 1.0 / f64::from(steps), u64::from(steps / 4));
     let mut exact: Bare = scene.bare(Method::RungeKutta4, 0.125 / f64::from(FINE));
     add(&mut exact, Start { x, v, w: START.w });
     let mut largest = [0.0_f64; 2];
     for _ in 0..8 {
         lab.run(u64::from(steps / 8));
         (0..FINE).for_each(|_| exact.tick());
-        let errors = [lab.x(0).distance(position(&exact, 0)), lab.v(0).distance(velocity(&exact, 0))];
+        let errors =
+            [lab.x(0).distance(position(&exact, 0)), lab.v(0).distance(velocity(&exact, 0))];
         largest = [0, 1].map(|column| largest[column].max(errors[column]));
     }
     largest
@@ -90,10 +100,15 @@ fn the_new_method_keeps_its_order_on_an_orbit() {
         let claims = to.claims();
         let steps = if claims.position_order == 4 { 128 } else { 512 };
         let (coarse, fine) = (errors(from, to, steps), errors(from, to, 2 * steps));
-        for (column, claimed) in [claims.position_order, claims.velocity_order].into_iter().enumerate() {
+        for (column, claimed) in
+            [claims.position_order, claims.velocity_order].into_iter().enumerate()
+        {
             let order = (coarse[column] / fine[column]).log2();
             let off = (order - f64::from(claimed)).abs();
-            assert!(off <= 0.1, "{from:?} {to:?}: order {order:.3} in column {column}, claimed {claimed}");
+            assert!(
+                off <= 0.1,
+                "{from:?} {to:?}: order {order:.3} in column {column}, claimed {claimed}"
+            );
         }
     }
 }

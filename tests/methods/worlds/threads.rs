@@ -48,7 +48,8 @@ fn run(
         }
         lab.run(1);
     }
-    let records = lab.quarantined().into_iter().zip(lab.records()).map(|(body, record)| (body, record.tick));
+    let records =
+        lab.quarantined().into_iter().zip(lab.records()).map(|(body, record)| (body, record.tick));
     (lab.all_bits(&[]), records.collect(), lab.evaluations().accelerations())
 }
 
@@ -56,8 +57,11 @@ fn run(
 fn any_number_of_threads_gives_the_same_bits() {
     let starts = starts();
     let damping = Some(Damping { model: DampingModel::Clamped, rate: 0.4 });
-    let called =
-        Environment { gravity: Some(Gravity::EARTH), wells: Some(wells()), ..Environment::default() };
+    let called = Environment {
+        gravity: Some(Gravity::EARTH),
+        wells: Some(wells()),
+        ..Environment::default()
+    };
     for method in Method::ALL {
         for scene in [Environment { damping, ..Environment::falling() }, called.clone()] {
             let one = run(&scene, method, 1, &starts);

@@ -91,12 +91,15 @@ impl Bundle {
         manifest.check_text()?;
         manifest.check_ticks(snapshot.ticks())?;
         if snapshot.bytes() + events.iter().map(Event::bytes).sum::<usize>() > MOST_MEMORY {
-            let what = format!("the state of the bundle takes more than {MOST_MEMORY} bytes of memory");
+            let what =
+                format!("the state of the bundle takes more than {MOST_MEMORY} bytes of memory");
             return Err(BadBundle::new(what, SMALLER));
         }
         let energy_scale_j = energy.map(|energy| energy.largest_j);
-        let state = cbor(&State { snapshot, events: events.clone(), energy_scale_j, energy: *energy })?;
-        let manifest = serde_json::to_vec_pretty(manifest).map_err(|error| unwritten(&error, SMALLER))?;
+        let state =
+            cbor(&State { snapshot, events: events.clone(), energy_scale_j, energy: *energy })?;
+        let manifest =
+            serde_json::to_vec_pretty(manifest).map_err(|error| unwritten(&error, SMALLER))?;
         let mut files = vec![(&SCENE, scene.as_bytes()), (&MANIFEST, &manifest), (&STATE, &state)];
         files.extend(picture.as_ref().map(|picture| (&PICTURE, &picture[..])));
         let mut bytes = pack(&files)?;
@@ -112,16 +115,23 @@ impl Bundle {
     /// If the bytes are not a bundle, are damaged, have a newer format, or contain ticks that contradict each other.
     pub fn read(bytes: &[u8]) -> Result<Self, BadBundle> {
         if !Self::begins_with(bytes) {
-            return Err(BadBundle::new("this is not a bundle", "give a file that a black box has written"));
+            return Err(BadBundle::new(
+                "this is not a bundle",
+                "give a file that a black box has written",
+            ));
         }
         let intact = bytes.len().checked_sub(DIGITS).map(|end| bytes.split_at(end));
         if intact.is_none_or(|(before, digits)| checksum(before).as_bytes() != digits) {
-            return Err(BadBundle::new("the bundle is damaged: its checksum does not match", UNDAMAGED));
+            return Err(BadBundle::new(
+                "the bundle is damaged: its checksum does not match",
+                UNDAMAGED,
+            ));
         }
-        let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| unreadable(&error))?;
+        let mut archive =
+            ZipArchive::new(Cursor::new(bytes)).map_err(|error| unreadable(&error))?;
         let manifest = file(&mut archive, &MANIFEST)?.ok_or_else(|| lacking(&MANIFEST))?;
-        let manifest: Manifest =
-            within(MOST_MEMORY, || serde_json::from_slice(&manifest)).map_err(|error| unreadable(&error))?;
+        let manifest: Manifest = within(MOST_MEMORY, || serde_json::from_slice(&manifest))
+            .map_err(|error| unreadable(&error))?;
         manifest.check_format()?;
         manifest.check_text()?;
         let scene = file(&mut archive, &SCENE)?.ok_or_else(|| lacking(&SCENE))?;
@@ -135,7 +145,9 @@ impl Bundle {
             manifest,
             snapshot: state.snapshot,
             events: state.events,
-            energy: state.energy.or(state.energy_scale_j.map(|largest| EnergyState::at(tick, largest))),
+            energy: state
+                .energy
+                .or(state.energy_scale_j.map(|largest| EnergyState::at(tick, largest))),
             picture: file(&mut archive, &PICTURE)?,
         })
     }
@@ -167,8 +179,9 @@ impl Manifest {
         let mut texts = [("program", program), ("scene", scene)].into_iter().chain(fault);
         match texts.find(|(_, text)| text.chars().any(char::is_control)) {
             Some((key, _)) => {
-                let what =
-                    format!("`{key}` in manifest.json in the bundle is not one line of plain characters");
+                let what = format!(
+                    "`{key}` in manifest.json in the bundle is not one line of plain characters"
+                );
                 Err(BadBundle::new(what, UNDAMAGED))
             }
             None => Ok(()),
@@ -232,7 +245,10 @@ fn file(
     // Read one byte past the limit to detect a file that is too large: the size stated in the archive may be false.
     found.take(*most + 1).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
     if bytes.len() as u64 > *most {
-        return Err(BadBundle::new(format!("{name} in the bundle is larger than {most} bytes"), UNDAMAGED));
+        return Err(BadBundle::new(
+            format!("{name} in the bundle is larger than {most} bytes"),
+            UNDAMAGED,
+        ));
     }
     Ok(Some(bytes))
 }

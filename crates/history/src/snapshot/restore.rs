@@ -7,8 +7,8 @@ use motion::clock::StepClock;
 use motion::effects::Effect;
 use motion::snapshot::{self, RestoreError};
 use motion::{
-    Emission, Evaluations, Fault, PhysicsBody, Push, QuarantineRecord, StableId, Stepper, Substeps, SwarmLog,
-    TimeStep,
+    Emission, Evaluations, Fault, PhysicsBody, Push, QuarantineRecord, StableId, Stepper, Substeps,
+    SwarmLog, TimeStep,
 };
 use scene::{FileIndex, Scene, unsolvable};
 
@@ -62,12 +62,15 @@ impl Snapshot {
         let attracted = |id: &u32| !scene.emitters.iter().any(|emitter| emitter.pool.contains(id));
         let own = state.own_methods.iter().filter(|(id, _)| attracted(id));
         let methods = own.map(|(_, method)| *method).chain([state.method]);
-        let attracts = scene.mutual_gravity.is_some() && !state.effects.off.contains(&Effect::MutualGravity);
+        let attracts =
+            scene.mutual_gravity.is_some() && !state.effects.off.contains(&Effect::MutualGravity);
         let solved = |method| unsolvable(method, attracts).is_none();
         ensure({ methods }.all(solved), "its method cannot solve the scene")?;
-        let things = state.things.below(count).ok_or(BadSnapshot("it has things that the scene lacks"))?;
+        let things =
+            state.things.below(count).ok_or(BadSnapshot("it has things that the scene lacks"))?;
         ensure(things.is_sorted_by(|a, b| a < b), "its things are not in order")?;
-        let mut ids = state.bodies.below(count).ok_or(BadSnapshot("it has bodies that the scene lacks"))?;
+        let mut ids =
+            state.bodies.below(count).ok_or(BadSnapshot("it has bodies that the scene lacks"))?;
         ids.sort_unstable();
         let has_physics = |id: &u32| scene.bodies[*id as usize].inverse_mass.is_some();
         let expected = things.iter().copied().filter(has_physics);
@@ -75,13 +78,19 @@ impl Snapshot {
         ensure(ids.len() == state.transforms.len(), "positions and bodies differ in number")?;
         ensure(ids.len() == state.states.len(), "velocities and bodies differ in number")?;
         let holds = state.transforms.iter().all(|at| at.position.is_finite())
-            && state.states.iter().all(|body| body.velocity.is_finite() && body.inverse_mass.is_finite());
+            && state
+                .states
+                .iter()
+                .all(|body| body.velocity.is_finite() && body.inverse_mass.is_finite());
         ensure(holds, "its state is not finite")?;
         ensure(state.states.iter().all(|body| body.inverse_mass >= 0.0), "a mass is negative")?;
         let mut places = state.previous_positions.iter();
         ensure(places.all(|(_, place)| place.0.is_finite()), "a place to draw from is not finite")?;
         let mut seen = state.emissions.iter().filter_map(|(_, emission)| emission.seen);
-        ensure(seen.all(|(tick, _)| tick <= state.clock.ticks), "an emitter is ahead of its clock")?;
+        ensure(
+            seen.all(|(tick, _)| tick <= state.clock.ticks),
+            "an emitter is ahead of its clock",
+        )?;
         let known = state.records.iter().all(|record| (record.body as usize) < count);
         ensure(known, "it has records of things that the scene lacks")?;
         ensure(largest(&state.evaluations) <= MOST_COUNTED, "its counts are too large")?;
@@ -110,10 +119,12 @@ impl Snapshot {
         let there = |id: u32| body(id).filter(|body| world.get_entity(*body).is_ok());
         let moves = |id: u32| there(id).filter(|body| world.get::<PhysicsBody>(*body).is_some());
         // Pending inputs may name scenery: a request removes it.
-        let push = |Push { body, newtons }: &_| Some(Push { body: there(*body)?, newtons: *newtons });
+        let push =
+            |Push { body, newtons }: &_| Some(Push { body: there(*body)?, newtons: *newtons });
         let pushes = |all: &[Push<u32>]| all.iter().filter_map(push).collect();
         let (pushes, sustained) = (pushes(&self.state.pushes), pushes(&self.state.sustained));
-        let requests = self.state.requests.iter().filter_map(|request| request.rename(there)).collect();
+        let requests =
+            self.state.requests.iter().filter_map(|request| request.rename(there)).collect();
         let record = |record: QuarantineRecord<u32>| {
             let id = Some(StableId(record.body));
             let other_end = match record.cause.fault {
@@ -127,8 +138,15 @@ impl Snapshot {
         let list = |ranges: IdRanges| ranges.ids().filter_map(body).collect();
         let state = self.state.clone().rename(list, moves, |_| None, record);
         let substeps = Substeps(state.substeps.0.max(1));
-        let mut state =
-            snapshot::Snapshot { substeps, emissions, swarms, pushes, sustained, requests, ..state };
+        let mut state = snapshot::Snapshot {
+            substeps,
+            emissions,
+            swarms,
+            pushes,
+            sustained,
+            requests,
+            ..state
+        };
         for (_, own) in &mut state.own_substeps {
             own.0 = own.0.clamp(1, Substeps::MOST);
         }
@@ -138,7 +156,10 @@ impl Snapshot {
 
 /// The emitters of `world` that have a `C`, each with the value `saved` for its place in the scene file, or the
 /// default.
-fn of_emitters<C: Component, T: Clone + Default>(world: &mut World, saved: &[(u32, T)]) -> Vec<(Entity, T)> {
+fn of_emitters<C: Component, T: Clone + Default>(
+    world: &mut World,
+    saved: &[(u32, T)],
+) -> Vec<(Entity, T)> {
     let mut emitters = world.query_filtered::<(Entity, &FileIndex), With<C>>();
     let of = |(emitter, FileIndex(index)): (Entity, &FileIndex)| {
         let saved = saved.iter().find(|(saved, _)| saved == index);

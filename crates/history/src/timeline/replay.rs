@@ -42,7 +42,10 @@ impl Replay {
     }
 
     /// Simulates a tick with the next of `events` that belong to it. Returns its fault, if it has one.
-    pub fn tick<'a>(&mut self, events: &mut Peekable<impl Iterator<Item = &'a Event>>) -> Option<Fault> {
+    pub fn tick<'a>(
+        &mut self,
+        events: &mut Peekable<impl Iterator<Item = &'a Event>>,
+    ) -> Option<Fault> {
         let now = self.simulation.ticks();
         if self.carry_out(events) {
             self.watch.note_change(now);
@@ -54,7 +57,10 @@ impl Replay {
     /// coming tick. Returns whether any were applied.
     ///
     /// The caller tells the watch: [`Self::tick`] does so at once; at the end of a seek, the next live tick does.
-    pub fn carry_out<'a>(&mut self, events: &mut Peekable<impl Iterator<Item = &'a Event>>) -> bool {
+    pub fn carry_out<'a>(
+        &mut self,
+        events: &mut Peekable<impl Iterator<Item = &'a Event>>,
+    ) -> bool {
         let now = self.simulation.ticks();
         let mut some = false;
         while let Some(event) = events.next_if(|event| event.tick <= now) {

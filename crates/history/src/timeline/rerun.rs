@@ -34,12 +34,15 @@ impl Rerun {
         look: &mut dyn FnMut(u64),
     ) -> Result<Self, BadBundle> {
         let manifest = &bundle.manifest;
-        let energy = bundle.energy.unwrap_or(EnergyState::at(manifest.snapshot_tick, f64::INFINITY));
+        let energy =
+            bundle.energy.unwrap_or(EnergyState::at(manifest.snapshot_tick, f64::INFINITY));
         let mut end = Replay::of(scene, &bundle.snapshot, energy).map_err(|error| {
             let what = format!("the snapshot in the bundle does not match its scene: {error}");
             BadBundle::new(what, UNDAMAGED)
         })?;
-        if end.simulation.ticks() != manifest.snapshot_tick || manifest.end_tick < manifest.snapshot_tick {
+        if end.simulation.ticks() != manifest.snapshot_tick
+            || manifest.end_tick < manifest.snapshot_tick
+        {
             return Err(BadBundle::new(CONTRADICTION, UNDAMAGED));
         }
         let mut timeline = Timeline::new(&mut end.simulation, cap, energy).ok_or_else(|| {

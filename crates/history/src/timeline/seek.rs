@@ -49,8 +49,8 @@ impl Timeline {
     /// Moves the end of `seek` to `tick` if simulating on is at least as short as starting from a snapshot. Returns whether it did.
     pub fn redirect(&self, seek: &mut Seek, tick: u64) -> bool {
         let (to, now) = (self.nearest(tick), seek.replay.simulation.ticks());
-        let ahead =
-            now <= to && self.keyframe_before(to).is_some_and(|keyframe| keyframe.snapshot.ticks() <= now);
+        let ahead = now <= to
+            && self.keyframe_before(to).is_some_and(|keyframe| keyframe.snapshot.ticks() <= now);
         if ahead {
             seek.to = to;
         }

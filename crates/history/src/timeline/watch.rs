@@ -129,7 +129,11 @@ impl Watch {
 
     /// Simulates one tick, bit for bit as [`Simulation::tick`] does, and records it in `ledger` if there is one.
     /// Returns the fault that the tick makes certain.
-    pub fn tick(&mut self, simulation: &mut Simulation, ledger: Option<&mut Ledger>) -> Option<Fault> {
+    pub fn tick(
+        &mut self,
+        simulation: &mut Simulation,
+        ledger: Option<&mut Ledger>,
+    ) -> Option<Fault> {
         if !simulation.pending().is_empty() {
             self.note_change(simulation.ticks());
         }
@@ -200,7 +204,9 @@ impl Watch {
                     -joules
                 )
             } else {
-                format!("energy out of nowhere from here on, {joules:.3e} J where there were {before:.3e} J")
+                format!(
+                    "energy out of nowhere from here on, {joules:.3e} J where there were {before:.3e} J"
+                )
             },
         })
     }
@@ -257,10 +263,16 @@ fn enter(energy: &mut EnergyState, tick: u64, Booked { invented, caused, total, 
 
 /// The jump that this tick makes certain, if a ledger was kept of it: it is the second tick in a row that invents too
 /// much.
-fn jump(energy: &mut EnergyState, tick: u64, Booked { invented, total, .. }: Booked) -> Option<Nowhere> {
-    let (before, began, alone) = (energy.largest_j, first_tick(energy, tick, total), is_alone(energy));
-    let found_before =
-        energy.growth.filter(|growth| energy.looked_tick <= growth.since.saturating_add(2 * LONGEST_LOOK));
+fn jump(
+    energy: &mut EnergyState,
+    tick: u64,
+    Booked { invented, total, .. }: Booked,
+) -> Option<Nowhere> {
+    let (before, began, alone) =
+        (energy.largest_j, first_tick(energy, tick, total), is_alone(energy));
+    let found_before = energy
+        .growth
+        .filter(|growth| energy.looked_tick <= growth.since.saturating_add(2 * LONGEST_LOOK));
     let look = energy.look.as_mut()?;
     // NaN counts as too much; with an infinite energy before, no jump can be judged.
     if invented.abs() <= ENERGY_JUMP * before || before.is_infinite() {
@@ -271,7 +283,8 @@ fn jump(energy: &mut EnergyState, tick: u64, Booked { invented, total, .. }: Boo
     let grew = look.grew.unwrap_or(first);
     // No ledger was kept of the tick that began the look: if the next tick invents energy, that tick did, too.
     let multiplied = look.total_j.is_some_and(|at_first| at_first > GROWTH * energy.looked_j);
-    let since = if grew == look.since.saturating_add(1) || (alone && multiplied) { began } else { grew };
+    let since =
+        if grew == look.since.saturating_add(1) || (alone && multiplied) { began } else { grew };
     // If the look before this one found invented energy, both are one explosion.
     let since = found_before.map_or(since, |growth| growth.since.min(since));
     // An unstable spring takes energy in some ticks and gives it in others: report its net gain.
@@ -302,8 +315,9 @@ fn take_in(
     let invented = now.zip(energy.last_j).map(|(now, last)| now - last);
     energy.last_j = now;
     energy.largest_j = before.max(kinetic);
-    let grown =
-        now.zip(energy.total_j).is_some_and(|(now, then)| now - then > (GROWTH - 1.0) * energy.looked_j);
+    let grown = now
+        .zip(energy.total_j)
+        .is_some_and(|(now, then)| now - then > (GROWTH - 1.0) * energy.looked_j);
     if grown && energy.grew_tick.is_none() {
         energy.grew_tick = Some(tick);
     }
@@ -346,7 +360,8 @@ fn leap(energy: &EnergyState, total: f64) -> Option<Nowhere> {
 fn growth_after_look(energy: &EnergyState, now: u64, total: f64) -> Option<EnergyGrowth> {
     let look = energy.look?;
     let added = energy.largest_j - energy.looked_j;
-    let [all, seen] = [energy.looked_tick, look.since].map(|first| now.saturating_sub(first) as f64);
+    let [all, seen] =
+        [energy.looked_tick, look.since].map(|first| now.saturating_sub(first) as f64);
     let explains = |joules: f64| joules * all >= MOST * added * seen;
     // On a spring that is no longer than its swing, a method gives and takes energy within each swing: a look of a
     // few ticks may see a loss while energy grows in the long run. If nothing else gives energy, the method invented

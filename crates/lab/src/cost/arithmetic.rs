@@ -10,9 +10,9 @@ mod several;
 use glam::{DMat3, DVec3};
 use motion::Method;
 use motion::methods::{
-    ExplicitEuler, Field, ImplicitEuler, Integrator, MethodStateKind, Newton, NewtonField, PositionVerlet,
-    RungeKutta2Heun, RungeKutta2Midpoint, RungeKutta4, SemiImplicitEuler, StepState, VelocityVerlet,
-    Yoshida4, newton_velocity,
+    ExplicitEuler, Field, ImplicitEuler, Integrator, MethodStateKind, Newton, NewtonField,
+    PositionVerlet, RungeKutta2Heun, RungeKutta2Midpoint, RungeKutta4, SemiImplicitEuler,
+    StepState, VelocityVerlet, Yoshida4, newton_velocity,
 };
 
 use scene::Scene;
@@ -191,8 +191,9 @@ impl<F: Formula + Default> Loop<F> {
 
 impl<F: Formula> Steps for Loop<F> {
     fn step<M: Integrator>(&mut self) {
-        let caches =
-            M::STATE == MethodStateKind::LastAcceleration && !F::DEPENDS_ON_VELOCITY && !F::IS_CONSTANT;
+        let caches = M::STATE == MethodStateKind::LastAcceleration
+            && !F::DEPENDS_ON_VELOCITY
+            && !F::IS_CONSTANT;
         for _ in 0..self.substeps {
             match (caches, self.has_a) {
                 (true, true) => self.step_each::<M, true, true>(),
@@ -237,7 +238,8 @@ impl<F: Formula> Runner for Loop<F> {
     }
 
     fn states(&mut self) -> Vec<Sample> {
-        let sample = |(i, id): (usize, &u32)| (*id, columns::get(&self.x, i), columns::get(&self.v, i));
+        let sample =
+            |(i, id): (usize, &u32)| (*id, columns::get(&self.x, i), columns::get(&self.v, i));
         self.ids.iter().enumerate().map(sample).collect()
     }
 

@@ -94,7 +94,13 @@ impl Bench {
         Self::of_rungs(subject, plan, make, clock, &rungs)
     }
 
-    fn of_rungs(subject: Subject, plan: Plan, make: Box<Make>, clock: Box<Clock>, rungs: &[u32]) -> Self {
+    fn of_rungs(
+        subject: Subject,
+        plan: Plan,
+        make: Box<Make>,
+        clock: Box<Clock>,
+        rungs: &[u32],
+    ) -> Self {
         let (_, exact_damping) = subject.continuous();
         let mut study = Study {
             subject: subject.scene.name.clone(),
@@ -153,8 +159,9 @@ impl Bench {
         if !same {
             return;
         }
-        let known =
-            |setting: Setting| earlier.cells.iter().find(|cell| cell.setting == setting && cell.is_run());
+        let known = |setting: Setting| {
+            earlier.cells.iter().find(|cell| cell.setting == setting && cell.is_run())
+        };
         for cell in &mut self.study.cells {
             if let Some(known) = known(cell.setting) {
                 cell.clone_from(known);
@@ -165,8 +172,9 @@ impl Bench {
         if earlier.timed_bodies == self.study.timed_bodies {
             self.study.tick_times.clone_from(&earlier.tick_times);
         }
-        let drifted =
-            |setting: &Setting| earlier.drifts.iter().any(|drift| drift.long && drift.setting == *setting);
+        let drifted = |setting: &Setting| {
+            earlier.drifts.iter().any(|drift| drift.long && drift.setting == *setting)
+        };
         self.study.drifts.retain(|drift| drifted(&drift.setting));
         let (study, timings) = (&self.study, &self.timings);
         self.jobs.retain(|job| match job {
@@ -202,7 +210,10 @@ impl Bench {
         if self.plan.longer > 0 {
             self.jobs.extend(self.drifts(rungs).map(Job::Drift));
         }
-        if self.plan.rates && self.subject.problem.is_none() && super::rates::are_compared(&self.subject) {
+        if self.plan.rates
+            && self.subject.problem.is_none()
+            && super::rates::are_compared(&self.subject)
+        {
             self.jobs.push_back(Job::Rates);
         }
         self.weigh();
@@ -241,7 +252,11 @@ impl Bench {
 
     /// The part of the work that is done, in [0, 1].
     pub fn progress(&self) -> f64 {
-        if self.is_done() { 1.0 } else { (self.done / self.total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) }
+        if self.is_done() {
+            1.0
+        } else {
+            (self.done / self.total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+        }
     }
 
     /// The subject, with the present length of its run.
@@ -323,7 +338,9 @@ impl Bench {
     fn finish(&mut self, job: Job, run: CurrentRun) {
         match (job, run) {
             (_, CurrentRun::DriftRun(run)) => self.study.drifts.extend(run.finish()),
-            (Job::Reference(substeps), CurrentRun::Reference(run)) => self.finish_reference(substeps, *run),
+            (Job::Reference(substeps), CurrentRun::Reference(run)) => {
+                self.finish_reference(substeps, *run)
+            }
             (_, CurrentRun::Comparison(runs)) => {
                 for Compared { cell, outcome, counts } in runs.finish() {
                     let cell = &mut self.study.cells[cell];
@@ -344,7 +361,8 @@ impl Bench {
         for at in cells.filter(|at| !self.study.cells[*at].is_run()).collect::<Vec<_>>() {
             let setting = self.study.cells[at].setting;
             // A closed form is known at every step, so each step becomes a tick.
-            let closed = self.subject.exact().map(|(exact, _)| (exact, self.subject.by_steps(setting)));
+            let closed =
+                self.subject.exact().map(|(exact, _)| (exact, self.subject.by_steps(setting)));
             let (subject, inner) = match &closed {
                 Some((exact, (subject, inner))) => {
                     target = Some(Target::closed(subject, *exact));
@@ -417,7 +435,8 @@ impl Bench {
         match job {
             Job::Reference(_) => 1.5 * reference() * ticks,
             Job::Errors(from, to) => {
-                let cells = self.study.cells[from..to].iter().map(|cell| work(cell.setting)).sum::<f64>();
+                let cells =
+                    self.study.cells[from..to].iter().map(|cell| work(cell.setting)).sum::<f64>();
                 let beside = if self.subject.exact().is_some() { 0.0 } else { reference() };
                 (cells + beside) * ticks
             }
@@ -429,7 +448,9 @@ impl Bench {
             },
             Job::Drift(setting) => work(setting) * ticks * f64::from(self.plan.longer),
             Job::Rates => {
-                super::rates::seconds(&self.subject) as f64 * work(self.subject.own()) * self.study.step_hz
+                super::rates::seconds(&self.subject) as f64
+                    * work(self.subject.own())
+                    * self.study.step_hz
             }
         }
     }

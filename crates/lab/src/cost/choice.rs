@@ -97,7 +97,8 @@ impl Study {
     /// The cheapest setting whose error, with the truth's own error added, is at most `error`; `None` if none was
     /// measured.
     pub fn cheapest(&self, accuracy: Accuracy, cost: Cost, error: f64) -> Option<Cheapest<'_>> {
-        let keeps = |cell: &Cell| self.promised(cell, accuracy).is_some_and(|promised| promised <= error);
+        let keeps =
+            |cell: &Cell| self.promised(cell, accuracy).is_some_and(|promised| promised <= error);
         let cell = self.front(accuracy, cost).into_iter().find(|cell| keeps(cell))?;
         let least = self.cost(cell, cost)?;
         let own = cell.setting.method;
@@ -109,7 +110,9 @@ impl Study {
                 continue;
             }
             match ties.iter_mut().find(|tied| tied.setting.method == method) {
-                Some(tied) if self.error(other, accuracy) < self.error(tied, accuracy) => *tied = other,
+                Some(tied) if self.error(other, accuracy) < self.error(tied, accuracy) => {
+                    *tied = other
+                }
                 Some(_) => {}
                 None => ties.push(other),
             }
@@ -121,7 +124,12 @@ impl Study {
 
     /// The most accurate cell that costs no more than `present`, and how many times smaller its error is, with the
     /// truth's own error added to it; `None` if it is less than 1.5 times smaller.
-    pub fn better_at_cost_of(&self, present: &Cell, accuracy: Accuracy, cost: Cost) -> Option<(&Cell, f64)> {
+    pub fn better_at_cost_of(
+        &self,
+        present: &Cell,
+        accuracy: Accuracy,
+        cost: Cost,
+    ) -> Option<(&Cell, f64)> {
         let (price, error) = (self.cost(present, cost)?, self.error(present, accuracy)?);
         let own = present.setting.method;
         let is_affordable = |cell: &&Cell| {
@@ -143,7 +151,8 @@ impl Study {
             Some((first, errors.last()?))
         };
         let methods: Vec<_> = Method::ALL.iter().filter_map(ends).collect();
-        let flat = methods.iter().filter(|(first, last)| *first > 0.0 && *last > 0.5 * first).count();
+        let flat =
+            methods.iter().filter(|(first, last)| *first > 0.0 && *last > 0.5 * first).count();
         2 * flat > methods.len()
     }
 
@@ -192,13 +201,15 @@ impl Study {
         }
         let usable = || self.cells.iter().filter(|cell| self.is_usable(cell));
         let errors = || usable().filter_map(|cell| self.resolved(cell));
-        let (largest, least) = (errors().fold(0.0, f64::max), errors().fold(f64::INFINITY, f64::min));
+        let (largest, least) =
+            (errors().fold(0.0, f64::max), errors().fold(f64::INFINITY, f64::min));
         if largest <= 0.0 {
             return Vec::new();
         }
         let start = largest.log10().ceil() as i32;
         // Parsed, because `powi` may not give exactly the number that is written 0.001.
-        let bounds = (0..DECADES).filter_map(|down| format!("1e{}", start - down).parse::<f64>().ok());
+        let bounds =
+            (0..DECADES).filter_map(|down| format!("1e{}", start - down).parse::<f64>().ok());
         let answer = |below_m: f64| {
             let cheapest = self.cheapest(Accuracy::Position, cost, below_m)?;
             Some(Answer { below_m, cheapest })
@@ -260,7 +271,8 @@ impl Study {
     /// usable.
     pub fn ever_cheapest(&self, cost: Cost) -> Option<Vec<Method>> {
         let answers = self.answers(cost);
-        let cheapest: Vec<_> = answers.iter().flat_map(|answer| answer.cheapest.methods()).collect();
+        let cheapest: Vec<_> =
+            answers.iter().flat_map(|answer| answer.cheapest.methods()).collect();
         (!answers.is_empty())
             .then(|| Method::ALL.into_iter().filter(|method| cheapest.contains(method)).collect())
     }

@@ -107,7 +107,9 @@ impl Study {
     pub fn is_exact(&self, method: Method) -> bool {
         let mut cells = self.curve(method).peekable();
         cells.peek().is_some()
-            && cells.all(|cell| self.error(cell, SEEN).is_some_and(|error| !self.above_noise(cell, error)))
+            && cells.all(|cell| {
+                self.error(cell, SEEN).is_some_and(|error| !self.above_noise(cell, error))
+            })
     }
 
     /// Two methods at equal evaluations, over all rounds in which their errors can be compared; `None` if there is no
@@ -125,7 +127,8 @@ impl Study {
 
     /// Pairs every rung of `first` with the rung of `second` that takes as many evaluations.
     fn rounds(&self, first: Method, second: Method) -> Vec<Round<'_>> {
-        let evaluations = |cell| self.cost_or_claim(cell, Cost::Evaluations).filter(|cost| *cost > 0.0);
+        let evaluations =
+            |cell| self.cost_or_claim(cell, Cost::Evaluations).filter(|cost| *cost > 0.0);
         let near = |at: f64| {
             self.curve(second)
                 .filter_map(|cell| Some((cell, (evaluations(cell)? / at).ln().abs())))
@@ -157,7 +160,8 @@ impl Study {
         let finest = self.curve(method).filter(|cell| cell.errors().is_some()).last()?;
         let shows = self.order(method, SEEN).filter(|_| self.is_usable(finest))?;
         let off = |order: &u32| (shows - f64::from(*order)).abs();
-        let claimed = self.claimed_orders(method).into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        let claimed =
+            self.claimed_orders(method).into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
         Some(ShownOrder { shows, claimed: claimed.filter(|claimed| off(claimed) > OTHER_ORDER) })
     }
 
@@ -175,8 +179,9 @@ impl Study {
     }
 
     fn velocity_laws(&self) -> Option<bool> {
-        let telling =
-            |method: &Method| method.claims().evaluations_with_velocity_laws > method.claims().evaluations;
+        let telling = |method: &Method| {
+            method.claims().evaluations_with_velocity_laws > method.claims().evaluations
+        };
         let methods = self.methods();
         let method = methods.into_iter().find(telling)?;
         let cell = self.curve(method).filter(|cell| cell.errors().is_some()).last()?;
@@ -229,14 +234,16 @@ impl Study {
     /// Errors of positions of all methods at equal evaluations, where methods can be ranked.
     pub fn at_equal_costs(&self) -> Vec<EqualCost> {
         let methods = if self.ranks() { self.methods() } else { Vec::new() };
-        let base = methods.iter().find(|method| **method == Method::SemiImplicitEuler).or(methods.first());
+        let base =
+            methods.iter().find(|method| **method == Method::SemiImplicitEuler).or(methods.first());
         let mut costs: Vec<f64> = Vec::new();
         for cell in base.into_iter().flat_map(|base| self.curve(*base)) {
             let cost = self.cost(cell, Cost::Evaluations).filter(|cost| *cost > 0.0);
             costs.extend(cost.filter(|cost| costs.last().is_none_or(|last| *cost > 1.9 * last)));
         }
         let at = |evaluations: f64| {
-            let error = |method: &Method| self.error_at(*method, SEEN, Cost::Evaluations, evaluations);
+            let error =
+                |method: &Method| self.error_at(*method, SEEN, Cost::Evaluations, evaluations);
             let errors_m: Vec<_> = methods.iter().map(error).collect();
             let least_m = errors_m.iter().flatten().copied().fold(f64::INFINITY, f64::min);
             EqualCost { evaluations, errors_m, least_m }
@@ -252,7 +259,8 @@ impl Study {
             let Setting { method, substeps } = cell.setting;
             let alike = |group: &&mut FailedRuns<'_>| {
                 let kind = |failure: &Failure| std::mem::discriminant(failure);
-                group.method == method && group.runs.iter().all(|(_, other)| kind(other) == kind(failure))
+                group.method == method
+                    && group.runs.iter().all(|(_, other)| kind(other) == kind(failure))
             };
             match groups.iter_mut().find(alike) {
                 Some(group) => group.runs.push((substeps, failure)),

@@ -20,9 +20,11 @@ fn late_energy(run: &Simulation) -> f64 {
         return 0.0;
     }
     let bodies = run.bodies.iter().filter_map(|body| {
-        let (last, state) = (run.world.get::<LastStep>(*body)?, run.world.get::<PhysicsBody>(*body)?);
+        let (last, state) =
+            (run.world.get::<LastStep>(*body)?, run.world.get::<PhysicsBody>(*body)?);
         (last.0 != 0.0 && state.inverse_mass > 0.0).then(|| {
-            let force: DVec3 = forces_on(&run.world, *body).into_iter().map(|(_, newtons)| newtons).sum();
+            let force: DVec3 =
+                forces_on(&run.world, *body).into_iter().map(|(_, newtons)| newtons).sum();
             let now = state.velocity + force * (state.inverse_mass * 0.5 * last.0);
             0.5 * (now.length_squared() - state.velocity.length_squared()) / state.inverse_mass
         })
@@ -60,7 +62,8 @@ impl DriftRun {
         // Each step of a problem becomes a tick, because a ledger samples once per tick and ticks are far longer than
         // substeps.
         let by_steps = subject.problem.is_some();
-        let (subject, inner) = if by_steps { subject.by_steps(setting) } else { (subject.clone(), setting) };
+        let (subject, inner) =
+            if by_steps { subject.by_steps(setting) } else { (subject.clone(), setting) };
         let mut run = subject.run(inner);
         let ledger = Ledger::open(&mut run.world);
         let ticks = subject.ticks * u64::from(longer.max(1));
@@ -117,7 +120,11 @@ impl DriftRun {
             scale,
             start: relative(start),
             largest: (largest.is_finite() && !failed).then_some(largest),
-            series: self.series.iter().map(|(time, residual)| (*time, relative(*residual))).collect(),
+            series: self
+                .series
+                .iter()
+                .map(|(time, residual)| (*time, relative(*residual)))
+                .collect(),
         });
     }
 

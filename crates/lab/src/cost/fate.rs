@@ -77,14 +77,16 @@ fn growth(drift: &Drift, largest: f64) -> Option<Growth> {
     if largest_so_far <= 0.5 * largest || largest_so_far <= 1.3 * early {
         return None;
     }
-    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / points.len() as f64;
+    let mean =
+        |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / points.len() as f64;
     let (x, y) = (mean(&|(time, _)| time.ln()), mean(&|(_, size)| size.ln()));
-    let power =
-        mean(&|(time, size)| (time.ln() - x) * (size.ln() - y)) / mean(&|(time, _)| (time.ln() - x).powi(2));
+    let power = mean(&|(time, size)| (time.ln() - x) * (size.ln() - y))
+        / mean(&|(time, _)| (time.ln() - x).powi(2));
     let off_power = mean(&|(time, size)| (size.ln() - y - power * (time.ln() - x)).abs());
     let start = drift.start;
     let off_exponential = if start > 0.0 && largest_so_far > LEAST_EXPONENTIAL * start {
-        let rate = mean(&|(time, size)| time * (size / start).ln_1p()) / mean(&|(time, _)| time * time);
+        let rate =
+            mean(&|(time, size)| time * (size / start).ln_1p()) / mean(&|(time, _)| time * time);
         mean(&|(time, size)| (size.ln() - (start * (rate * time).exp_m1()).ln()).abs())
     } else {
         f64::INFINITY

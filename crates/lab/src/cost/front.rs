@@ -52,7 +52,8 @@ impl Study {
     /// The cost of a cell, failed or not; `None` if it was not measured.
     pub fn cost(&self, cell: &Cell, cost: Cost) -> Option<f64> {
         let bodies = self.bodies.max(1) as f64;
-        let per_second = |time: Time| time.ns_per_body_step * self.step_hz * f64::from(cell.setting.substeps);
+        let per_second =
+            |time: Time| time.ns_per_body_step * self.step_hz * f64::from(cell.setting.substeps);
         match cost {
             Cost::Evaluations => {
                 let evaluations = (cell.counts.accelerations + cell.counts.solver) as f64;
@@ -117,7 +118,9 @@ impl Study {
     pub fn error_at(&self, method: Method, accuracy: Accuracy, cost: Cost, at: f64) -> Option<f64> {
         let points = self
             .curve(method)
-            .filter_map(|cell| Some((self.cost(cell, cost)?.ln(), self.error(cell, accuracy)?.ln())))
+            .filter_map(|cell| {
+                Some((self.cost(cell, cost)?.ln(), self.error(cell, accuracy)?.ln()))
+            })
             .filter(|(cost, error)| cost.is_finite() && error.is_finite());
         Some(between(&points.collect::<Vec<_>>(), at.ln())?.exp())
     }
@@ -127,6 +130,7 @@ impl Study {
 fn between(line: &[(f64, f64)], at: f64) -> Option<f64> {
     line.windows(2).find_map(|pair| {
         let [(a, left), (b, right)] = *pair else { return None };
-        (a <= at && at <= b).then(|| if a == b { left } else { left + (right - left) * (at - a) / (b - a) })
+        (a <= at && at <= b)
+            .then(|| if a == b { left } else { left + (right - left) * (at - a) / (b - a) })
     })
 }

@@ -22,7 +22,10 @@ impl Machine {
 /// The processor's name, if the system reports it.
 fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = text.lines().find(|line| line.starts_with("model name")).and_then(|line| line.split_once(':'));
+    let name = text
+        .lines()
+        .find(|line| line.starts_with("model name"))
+        .and_then(|line| line.split_once(':'));
     name.map_or_else(|| "an unnamed processor".to_owned(), |(_, name)| name.trim().to_owned())
 }
 
@@ -30,7 +33,10 @@ fn processor() -> String {
 fn caches() -> Vec<u64> {
     let of = |index: u32| {
         let read = |name: &str| {
-            std::fs::read_to_string(format!("/sys/devices/system/cpu/cpu0/cache/index{index}/{name}")).ok()
+            std::fs::read_to_string(format!(
+                "/sys/devices/system/cpu/cpu0/cache/index{index}/{name}"
+            ))
+            .ok()
         };
         let kibibytes = read("size")?.trim().strip_suffix('K')?.parse::<u64>().ok()?;
         (read("type")?.trim() != "Instruction").then_some(kibibytes << 10)

@@ -121,8 +121,8 @@ impl Plan {
             evaluation * subject.ticks as f64 * self.evaluations(subject, rungs)
         };
         while price(subject, &rungs) > self.patience {
-            let may_shorten =
-                rungs.len() <= RUNGS_KEPT_BEFORE_SHORTENING && subject.ticks >= LEAST_TICKS_TO_SHORTEN;
+            let may_shorten = rungs.len() <= RUNGS_KEPT_BEFORE_SHORTENING
+                && subject.ticks >= LEAST_TICKS_TO_SHORTEN;
             if may_shorten && subject.halve(WHY_SHORTENED) {
                 continue;
             }
@@ -133,9 +133,9 @@ impl Plan {
         }
         if rungs.len() < before {
             let finest = rungs.last().copied().unwrap_or(1);
-            subject
-                .notes
-                .push(format!("more than {finest} substeps would have taken too long for this plan"));
+            subject.notes.push(format!(
+                "more than {finest} substeps would have taken too long for this plan"
+            ));
         }
         rungs
     }
@@ -159,8 +159,8 @@ impl Plan {
     /// Ranges of the settings that are compared with the truth side by side; with a closed form, each setting alone.
     pub(crate) fn batches(&self, subject: &Subject, rungs: &[u32]) -> Vec<Range<usize>> {
         let enough = LEAST_BATCH_WORK * work(self.reference(rungs));
-        let room =
-            scene::memory().map_or(MOST_BATCH_BYTES, |bytes| MOST_BATCH_BYTES.min(bytes / MEMORY_SHARE));
+        let room = scene::memory()
+            .map_or(MOST_BATCH_BYTES, |bytes| MOST_BATCH_BYTES.min(bytes / MEMORY_SHARE));
         let most = usize::try_from(room / subject.scene.estimated_bytes(Keeps::default()).max(1))
             .unwrap_or(usize::MAX);
         let most = if subject.exact().is_some() { 1 } else { most.max(1) };
@@ -189,7 +189,8 @@ impl Plan {
 
     /// Every setting, coarse ones first.
     pub(crate) fn settings(&self, rungs: &[u32]) -> Vec<Setting> {
-        let of_rung = |substeps| self.methods.iter().map(move |&method| Setting { method, substeps });
+        let of_rung =
+            |substeps| self.methods.iter().map(move |&method| Setting { method, substeps });
         rungs.iter().copied().flat_map(of_rung).collect()
     }
 }
@@ -209,7 +210,8 @@ fn evaluation(subject: &Subject, substeps: u32, clock: &Clock) -> f64 {
     let (by_steps, step) = subject.by_steps(probe);
     // With a closed form, runs are compared after every step, so ticks are steps.
     let closed = subject.exact().is_some();
-    let (mut run, setting) = if closed { (by_steps.run(step), step) } else { (subject.run(probe), probe) };
+    let (mut run, setting) =
+        if closed { (by_steps.run(step), step) } else { (subject.run(probe), probe) };
     run.tick();
     let (start, mut ticks) = (clock(), 0.0);
     while ticks < 8.0 && clock() - start < 0.02 {
@@ -220,12 +222,15 @@ fn evaluation(subject: &Subject, substeps: u32, clock: &Clock) -> f64 {
 }
 
 fn octaves(from: u32, to: u32) -> Vec<u32> {
-    std::iter::successors(Some(from), |rung| rung.checked_mul(2)).take_while(|rung| *rung <= to).collect()
+    std::iter::successors(Some(from), |rung| rung.checked_mul(2))
+        .take_while(|rung| *rung <= to)
+        .collect()
 }
 
 /// 1, 2, 3, 4, 6, 8, 12, ...
 fn half_octaves(from: u32, to: u32) -> Vec<u32> {
-    let rung_and_half_octave = |rung: u32| [Some(rung), rung.is_multiple_of(2).then_some(rung / 2 * 3)];
+    let rung_and_half_octave =
+        |rung: u32| [Some(rung), rung.is_multiple_of(2).then_some(rung / 2 * 3)];
     octaves(from, to)
         .into_iter()
         .flat_map(rung_and_half_octave)

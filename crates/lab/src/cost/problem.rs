@@ -355,7 +355,12 @@ pub const PROBLEMS: [Problem; 11] = [
         name: "free_fall",
         description: "A throw in uniform gravity, 2 s: what a constant force costs each method",
         scene: || {
-            one_body(4.0, "gravity: (acceleration_m_s2: (0, -9.8, 0)),", "velocity_m_s: (3, 10, 0)", "")
+            one_body(
+                4.0,
+                "gravity: (acceleration_m_s2: (0, -9.8, 0)),",
+                "velocity_m_s: (3, 10, 0)",
+                "",
+            )
         },
         ticks: 8,
         law: None,
@@ -424,7 +429,12 @@ pub const PROBLEMS: [Problem; 11] = [
         description: "A mass on an ideal spring with a fifth of the critical damping, 2 periods",
         scene: || {
             let start = "position_m: (1, 0, 0), velocity_m_s: (0.5, 0, 0)";
-            one_body(4.0 * FREQUENCY / TAU, &format!("drag: (linear_per_s: {DECAY:?}),"), start, SPRING)
+            one_body(
+                4.0 * FREQUENCY / TAU,
+                &format!("drag: (linear_per_s: {DECAY:?}),"),
+                start,
+                SPRING,
+            )
         },
         ticks: 8,
         law: None,
@@ -489,8 +499,7 @@ pub const PROBLEMS: [Problem; 11] = [
         description: "A mass that swings on a spring, chaotic in the long run, 5 s",
         scene: || {
             let start = "position_m: (0.6, -1, 0)";
-            let spring =
-                "springs: [(between: (\"anchor\", \"body\"), stiffness_n_m: 100, rest_length_m: 1)],";
+            let spring = "springs: [(between: (\"anchor\", \"body\"), stiffness_n_m: 100, rest_length_m: 1)],";
             one_body(12.8, "gravity: (acceleration_m_s2: (0, -9.81, 0)),", start, spring)
         },
         ticks: 64,
@@ -513,7 +522,8 @@ pub const PROBLEMS: [Problem; 11] = [
     },
 ];
 
-const SPRING: &str = "springs: [(between: (\"anchor\", \"body\"), stiffness_n_m: 4, rest_length_m: 0)],";
+const SPRING: &str =
+    "springs: [(between: (\"anchor\", \"body\"), stiffness_n_m: 4, rest_length_m: 0)],";
 
 const TETRAHEDRON: &str = "(version: 1, step_hz: 16, bodies: [
         (name: \"a\", mass_kg: 1, velocity_m_s: (0.5, 0, 0)), (name: \"b\", mass_kg: 2, position_m: (1.25, 0, 0)),

@@ -61,7 +61,8 @@ fn line(points: &[TimedTick]) -> (f64, f64) {
         let slope = (b.ns - a.ns) / (b.body_steps - a.body_steps);
         (a.ns - slope * a.body_steps, slope)
     };
-    let pairs = points.iter().enumerate().flat_map(|(i, b)| points[..i].iter().map(move |a| through(a, b)));
+    let pairs =
+        points.iter().enumerate().flat_map(|(i, b)| points[..i].iter().map(move |a| through(a, b)));
     let off = |(fixed, slope): &(f64, f64)| -> f64 {
         points.iter().map(|point| ((fixed + slope * point.body_steps) / point.ns - 1.0).abs()).sum()
     };
@@ -141,7 +142,8 @@ impl Study {
     /// Methods by the time of a step at [`Self::size`] bodies, the shortest first.
     pub fn ranking(&self, host: Host) -> Vec<Place> {
         let at = self.ranked_at();
-        let mut timed: Vec<_> = self.times_in(host).filter_map(|of| Some((of.method, of.at(at)?))).collect();
+        let mut timed: Vec<_> =
+            self.times_in(host).filter_map(|of| Some((of.method, of.at(at)?))).collect();
         timed.sort_by(|(_, a), (_, b)| a.ns.total_cmp(&b.ns));
         let (mut first, mut rank): (Option<&TimedTick>, _) = (None, 0);
         let place = |(i, (method, tick)): (usize, (Method, _))| {
@@ -200,7 +202,8 @@ impl Study {
     /// Gives every cell that finished the time of its method's steps at [`Self::size`] bodies.
     pub(crate) fn time_cells(&mut self) {
         let times = |cell: &Cell, host| cell.errors().and_then(|_| self.time_at_size(cell, host));
-        let times: Vec<_> = self.cells.iter().map(|cell| HOSTS.map(|host| times(cell, host))).collect();
+        let times: Vec<_> =
+            self.cells.iter().map(|cell| HOSTS.map(|host| times(cell, host))).collect();
         for (cell, times) in self.cells.iter_mut().zip(times) {
             [cell.time, cell.arithmetic_time] = times;
         }
@@ -223,7 +226,8 @@ impl Study {
     /// on the step. 1 without a solver.
     fn solver_share(&self, cell: &Cell, substeps: u32) -> f64 {
         let per_step = |cell: &Cell| {
-            (cell.counts.accelerations + cell.counts.solver) as f64 / f64::from(cell.setting.substeps)
+            (cell.counts.accelerations + cell.counts.solver) as f64
+                / f64::from(cell.setting.substeps)
         };
         let timed = self
             .curve(cell.setting.method)
@@ -298,7 +302,10 @@ mod tests {
         let mut points = [1.0, 10.0, 100.0, 1e3, 1e4, 1e5].map(of).to_vec();
         points[3].ns *= 1.6;
         let (fixed, slope) = line(&points);
-        assert!((fixed / 700.0 - 1.0).abs() < 1e-9 && (slope / 5.0 - 1.0).abs() < 1e-9, "{fixed} {slope}");
+        assert!(
+            (fixed / 700.0 - 1.0).abs() < 1e-9 && (slope / 5.0 - 1.0).abs() < 1e-9,
+            "{fixed} {slope}"
+        );
         // Ticks whose time grows less than in proportion at first do not give a negative fixed cost.
         let (fixed, slope) = line(&[tick(1.0, 1.0), tick(10.0, 10.0), tick(1e5, 2e5)]);
         assert!(fixed == 0.0 && (slope - 1.0).abs() < 1e-9, "{fixed} {slope}");

@@ -236,7 +236,9 @@ impl Truth {
     pub const fn own_error(&self) -> (f64, f64) {
         match self {
             Self::ClosedForm { .. } => (0.0, 0.0),
-            Self::Reference { relative_error, position_error_m, .. } => (*relative_error, *position_error_m),
+            Self::Reference { relative_error, position_error_m, .. } => {
+                (*relative_error, *position_error_m)
+            }
         }
     }
 }

@@ -43,14 +43,20 @@ impl Runner for Simulation {
 
     fn counts(&mut self) -> Counts {
         let evaluations = self.evaluations();
-        let (accelerations, newton, cg) =
-            (evaluations.accelerations(), evaluations.newton_iterations(), evaluations.cg_iterations());
+        let (accelerations, newton, cg) = (
+            evaluations.accelerations(),
+            evaluations.newton_iterations(),
+            evaluations.cg_iterations(),
+        );
         Counts { accelerations, solver: newton + cg * mean_group(self) }
     }
 
     fn failure(&mut self) -> Option<Failure> {
         if let Some(failure) = Self::failure(self) {
-            return Some(Failure::Quarantined { body: failure.name(&self.scene), tick: failure.tick });
+            return Some(Failure::Quarantined {
+                body: failure.name(&self.scene),
+                tick: failure.tick,
+            });
         }
         let steps = self.evaluations().unconverged_steps();
         (steps > 0).then_some(Failure::Unconverged { steps })
@@ -59,5 +65,7 @@ impl Runner for Simulation {
 
 /// Mean number of bodies of a group: an iteration of a solver works on one group.
 fn mean_group(run: &Simulation) -> u64 {
-    run.world.get_resource::<Groups>().map_or(0, |groups| groups.bodies() as u64 / groups.len().max(1) as u64)
+    run.world
+        .get_resource::<Groups>()
+        .map_or(0, |groups| groups.bodies() as u64 / groups.len().max(1) as u64)
 }

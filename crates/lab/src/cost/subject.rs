@@ -66,7 +66,8 @@ impl Subject {
     /// # Errors
     /// As [`Self::of_problem`].
     pub fn oscillator(periods: u32) -> Result<Self, SceneError> {
-        let problem = super::problem::problem("harmonic_oscillator").expect("a problem of the list");
+        let problem =
+            super::problem::problem("harmonic_oscillator").expect("a problem of the list");
         let text = super::problem::oscillator_scene(periods.max(1));
         let description = format!("A mass on an ideal spring, {periods} periods");
         Self::of_text(Problem { ladder: (1, 8192), ..*problem }, &text, description)
@@ -93,9 +94,12 @@ impl Subject {
             && !gravity.on
         {
             gravity.on = true;
-            notes.push("gravity, which waits for the key G in this scene, is on from the start".to_owned());
+            notes.push(
+                "gravity, which waits for the key G in this scene, is on from the start".to_owned(),
+            );
         }
-        let ticks = seconds.map_or((SECONDS * scene.step_hz).max(TICKS), |seconds| seconds * scene.step_hz);
+        let ticks =
+            seconds.map_or((SECONDS * scene.step_hz).max(TICKS), |seconds| seconds * scene.step_hz);
         let ticks = (ticks - 1e-9).ceil().clamp(1.0, MOST_TICKS) as u64;
         Self { scene, problem: None, ticks, may_be_shortened: seconds.is_none(), notes }
     }
@@ -133,7 +137,9 @@ impl Subject {
             scene.bodies.extend_from_within(..count as usize);
             let laws = self.scene.own_laws.iter();
             let moved = |id: u32| id + copy * count;
-            scene.own_laws.extend(laws.map(|(id, laws)| (moved(*id), laws.renumbered(|id| Some(moved(id))))));
+            scene
+                .own_laws
+                .extend(laws.map(|(id, laws)| (moved(*id), laws.renumbered(|id| Some(moved(id))))));
             let springs = self.scene.springs.iter().cloned();
             scene.springs.extend(springs.map(|mut spring| {
                 spring.ends = spring.ends.map(|end| end + copy * count);

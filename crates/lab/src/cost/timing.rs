@@ -37,13 +37,20 @@ impl Timings {
             if problem { plan.copies(bodies).into_iter().map(Some).collect() } else { vec![None] };
         let mut list = Vec::new();
         for copies in sizes {
-            for (cell, Setting { substeps, .. }) in study.cells.iter().map(|cell| cell.setting).enumerate() {
+            for (cell, Setting { substeps, .. }) in
+                study.cells.iter().map(|cell| cell.setting).enumerate()
+            {
                 if problem && substeps != middle {
                     continue;
                 }
                 let alone = subject.in_loop().map(|_| Host::Arithmetic);
                 let hosts = [Host::World].into_iter().chain(alone);
-                list.extend(hosts.map(|host| Timing { cell, host, copies, trial: Trial::default() }));
+                list.extend(hosts.map(|host| Timing {
+                    cell,
+                    host,
+                    copies,
+                    trial: Trial::default(),
+                }));
             }
         }
         Self { list, ..Self::default() }
@@ -89,9 +96,9 @@ impl Timings {
         if self.is_too_long(at, copies, study, plan) {
             self.list.truncate(at);
             let bodies = study.bodies.max(1) * copies as usize;
-            study
-                .notes
-                .push(format!("{bodies} bodies and more would have taken too long to time for this plan"));
+            study.notes.push(format!(
+                "{bodies} bodies and more would have taken too long to time for this plan"
+            ));
             return;
         }
         let many = self.many.take().filter(|(count, _)| *count == copies);
@@ -126,7 +133,8 @@ impl Timings {
         }
         let spent = std::mem::take(&mut self.spent);
         let all = f64::from(copies) / f64::from(before) * spent * f64::from(plan.passes);
-        study.timed_bodies < Some(study.bodies.max(1) * copies as usize) && all > plan.patience / 2.0
+        study.timed_bodies < Some(study.bodies.max(1) * copies as usize)
+            && all > plan.patience / 2.0
     }
 
     /// Writes the present time of a cell of a scene into `study`.

@@ -75,7 +75,8 @@ impl Target {
         match &mut self.source {
             Source::Closed(exact) => {
                 let states = exact(self.tick as f64 / self.step_hz);
-                self.states = self.movable.iter().zip(states).map(|(id, (x, v))| (*id, x, v)).collect();
+                self.states =
+                    self.movable.iter().zip(states).map(|(id, (x, v))| (*id, x, v)).collect();
             }
             Source::Run(runner) => {
                 runner.tick();
@@ -99,7 +100,8 @@ impl Target {
     ) -> Option<Phase> {
         let (Source::Closed(exact), Some(period)) = (&self.source, period) else { return None };
         let now = self.tick as f64 / self.step_hz;
-        let run: Vec<_> = run.iter().filter(|(id, ..)| self.movable.binary_search(id).is_ok()).collect();
+        let run: Vec<_> =
+            run.iter().filter(|(id, ..)| self.movable.binary_search(id).is_ok()).collect();
         let off_path = |late: f64| {
             let apart = |((x, v), (_, ox, ov)): (State, &&Sample)| {
                 (ox.distance(x) / position_m).hypot(ov.distance(v) / velocity_m_s)
@@ -148,10 +150,15 @@ pub(crate) struct Deviation {
 
 impl Deviation {
     /// Compares a run with the truth at the end of a tick.
-    pub fn look(&mut self, truth: &[Sample], run: &[Sample], (position_m, velocity_m_s): (f64, f64)) {
+    pub fn look(
+        &mut self,
+        truth: &[Sample],
+        run: &[Sample],
+        (position_m, velocity_m_s): (f64, f64),
+    ) {
         for ((_, x, v), found) in paired(truth, run) {
-            let (dx, dv) =
-                found.map_or((f64::NAN, f64::NAN), |(_, ox, ov)| (ox.distance(*x), ov.distance(*v)));
+            let (dx, dv) = found
+                .map_or((f64::NAN, f64::NAN), |(_, ox, ov)| (ox.distance(*x), ov.distance(*v)));
             let relative = (dx / position_m).hypot(dv / velocity_m_s);
             let Errors { relative: r, position_m: p, velocity_m_s: w, .. } = &mut self.largest;
             (*r, *p, *w) = (larger(*r, relative), larger(*p, dx), larger(*w, dv));
@@ -192,7 +199,8 @@ impl Reference {
     /// The scales, the reference's own relative error and its own error of positions, m, and why it failed, if it
     /// did.
     pub fn finish(self) -> (Scales, [f64; 2], Option<Failure>) {
-        let (Errors { position_m, velocity_m_s, .. }, scales) = (self.apart.errors(), self.scales.divisors());
+        let (Errors { position_m, velocity_m_s, .. }, scales) =
+            (self.apart.errors(), self.scales.divisors());
         // Not less than the largest relative error at any one time.
         let relative = (position_m / scales.0).hypot(velocity_m_s / scales.1);
         let failure = match self.truth.source {

@@ -82,7 +82,8 @@ fn each_part_gets_the_cheapest_point_below_the_error_and_the_dear_one_sets_the_p
     let stiff = study(0.0, &[(1e-1, 1.0), (1e-4, 4.0), (2e-3, 5.0), (f64::NAN, 0.1), (1e-6, 16.0)]);
     let free = study(0.0, &[(1e-5, 0.5), (1e-7, 1.0)]);
     let found = recommend(&[("cloth", &stiff), ("free bodies", &free)], Goal::Error(1e-3)).unwrap();
-    let rows: Vec<_> = found.rows.iter().map(|row| (row.part.as_str(), row.pick.setting.substeps)).collect();
+    let rows: Vec<_> =
+        found.rows.iter().map(|row| (row.part.as_str(), row.pick.setting.substeps)).collect();
     assert_eq!(rows, [("cloth", 2), ("free bodies", 1)]);
     assert!(near(found.total, 4.5) && near(found.rows[0].share, 4.0 / 4.5), "{found:?}");
     assert_eq!((found.unit, found.dearest, found.limiting), (Unit::Milliseconds, 0, 0));
@@ -187,10 +188,18 @@ fn no_other_choice_is_better() {
         match recommend(&named, Goal::Budget(budget)) {
             Ok(found) => {
                 within_budget += 1;
-                let error =
-                    found.rows.iter().map(|row| row.pick.error_m.max(1e-5) + 1e-5).fold(0.0, f64::max);
+                let error = found
+                    .rows
+                    .iter()
+                    .map(|row| row.pick.error_m.max(1e-5) + 1e-5)
+                    .fold(0.0, f64::max);
                 assert_eq!(error, best);
-                assert!(near(found.total, cheapest(best)), "{} and {}", found.total, cheapest(best));
+                assert!(
+                    near(found.total, cheapest(best)),
+                    "{} and {}",
+                    found.total,
+                    cheapest(best)
+                );
                 assert!(near(found.rows.iter().map(|row| row.share).sum(), 1.0));
                 let better = choices.iter().map(|(error, _)| *error).filter(|error| *error < best);
                 let next = better.fold(0.0, f64::max);

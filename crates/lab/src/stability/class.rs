@@ -123,11 +123,17 @@ mod tests {
 
     #[test]
     fn what_is_not_a_number_explodes_and_is_never_forgotten() {
-        for numbers in
-            [&[f64::NAN][..], &[0.0, f64::NAN, 0.0], &[f64::NAN, 2e3], &[f64::INFINITY, f64::NAN, 1.0]]
-        {
+        for numbers in [
+            &[f64::NAN][..],
+            &[0.0, f64::NAN, 0.0],
+            &[f64::NAN, 2e3],
+            &[f64::INFINITY, f64::NAN, 1.0],
+        ] {
             let (class, number, _) = verdict(numbers);
-            assert!(class == Class::Explodes && !number.is_finite(), "{numbers:?}: {class:?} {number}");
+            assert!(
+                class == Class::Explodes && !number.is_finite(),
+                "{numbers:?}: {class:?} {number}"
+            );
         }
     }
 }

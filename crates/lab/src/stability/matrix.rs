@@ -60,7 +60,12 @@ impl StabilityRun {
     }
 
     /// Like [`Self::new`], for the rows in `shard` alone.
-    pub fn of_shard(scenes: Vec<Scene>, methods: &[Method], ticks: Option<u64>, shard: Shard) -> Self {
+    pub fn of_shard(
+        scenes: Vec<Scene>,
+        methods: &[Method],
+        ticks: Option<u64>,
+        shard: Shard,
+    ) -> Self {
         let mut rows = Vec::new();
         for (at, scene) in scenes.iter().enumerate() {
             for row in scene.survival.iter().flatten() {
@@ -116,7 +121,11 @@ impl StabilityRun {
 
     /// The part of the work that is done, in [0, 1].
     pub fn progress(&self) -> f64 {
-        if self.is_done() { 1.0 } else { (self.done / self.total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) }
+        if self.is_done() {
+            1.0
+        } else {
+            (self.done / self.total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+        }
     }
 
     /// The title of the row that is being run.
@@ -133,7 +142,8 @@ impl StabilityRun {
     /// Approximate evaluations of a job.
     fn weight(&self, job: Job) -> f64 {
         let row = &self.rows[job.row].1;
-        let substeps = if job.kind == JobKind::Reference { row.reference_substeps } else { row.substeps };
+        let substeps =
+            if job.kind == JobKind::Reference { row.reference_substeps } else { row.substeps };
         row.ticks as f64 * f64::from(substeps) * f64::from(job.method.claims().evaluations)
     }
 
@@ -159,7 +169,12 @@ impl StabilityRun {
             JobKind::Origin => Ok(target(TargetRun::origin(scene, row, job.method))),
             JobKind::Cell => {
                 let is_compared = matches!(row.measure, Measure::Reference | Measure::Origin);
-                let run = CellRun::new(scene, row, job.method, self.target.clone().filter(|_| is_compared));
+                let run = CellRun::new(
+                    scene,
+                    row,
+                    job.method,
+                    self.target.clone().filter(|_| is_compared),
+                );
                 let cells = &mut self.matrix.rows[job.row].cells;
                 run.map(|run| CurrentRun::Cell(Box::new(run))).map_err(|cell| cells.push(cell))
             }

@@ -53,7 +53,8 @@ fn distances<'a>(
     others: &'a [Sample],
     offset: Vector,
 ) -> impl Iterator<Item = Scalar> + 'a {
-    paired(states, others).filter_map(move |((_, x, _), other)| Some((*x - offset).distance(other?.1)))
+    paired(states, others)
+        .filter_map(move |((_, x, _), other)| Some((*x - offset).distance(other?.1)))
 }
 
 /// The state of body `id`, if the list has it.
@@ -91,7 +92,11 @@ impl Metric {
         let rate = scene.damping.map_or(0.0, |damping| damping.rate);
         Self {
             measure: row.measure,
-            every: if row.measure == Measure::Energy { 1 } else { (row.ticks / LOOKS).clamp(1, EVERY) },
+            every: if row.measure == Measure::Energy {
+                1
+            } else {
+                (row.ticks / LOOKS).clamp(1, EVERY)
+            },
             ticks: row.ticks,
             scale: row.scale,
             masses: masses.collect(),
@@ -108,7 +113,11 @@ impl Metric {
             // Only the end counts.
             Measure::TerminalSpeed => ticks == self.ticks,
             // A run that ends with the prefix has a look there, and a longer one must have the same.
-            Measure::Energy | Measure::Reference | Measure::Origin | Measure::Rest | Measure::Stretch => {
+            Measure::Energy
+            | Measure::Reference
+            | Measure::Origin
+            | Measure::Rest
+            | Measure::Stretch => {
                 ticks.is_multiple_of(self.every) || ticks == PREFIX || ticks == self.ticks
             }
         }
@@ -121,7 +130,8 @@ impl Metric {
             Measure::Reference | Measure::Origin => {
                 let states = run.states();
                 let there = target.and_then(|target| target.looks.get(look));
-                let farthest = |there: &Vec<Sample>| distances(&states, there, self.offset).fold(0.0, larger);
+                let farthest =
+                    |there: &Vec<Sample>| distances(&states, there, self.offset).fold(0.0, larger);
                 there.map_or(Scalar::NAN, farthest) / self.way
             }
             Measure::Rest => {

@@ -40,7 +40,11 @@ pub struct CaseRow {
 impl CaseRow {
     /// The case and the label as one title.
     pub fn title(&self) -> String {
-        if self.label.is_empty() { self.case.clone() } else { format!("{}: {}", self.case, self.label) }
+        if self.label.is_empty() {
+            self.case.clone()
+        } else {
+            format!("{}: {}", self.case, self.label)
+        }
     }
 
     /// The cell of `method`.
@@ -134,7 +138,11 @@ mod tests {
             label: "label".to_owned(),
             measure: "rest".to_owned(),
             ticks: 7,
-            cells: vec![cell(f64::INFINITY, prefix), cell(f64::NEG_INFINITY, None), cell(-0.25, None)],
+            cells: vec![
+                cell(f64::INFINITY, prefix),
+                cell(f64::NEG_INFINITY, None),
+                cell(-0.25, None),
+            ],
         };
         assert_eq!(row.title(), "case: label");
         let matrix = Matrix { format: FORMAT, rows: vec![row] };

@@ -47,7 +47,9 @@ impl RowRun {
         let start = self.clock.seconds();
         let Self { simulation, ledger, script, clock, .. } = self;
         let mut due = Vec::new();
-        while let Some(step) = script.pop_front_if(|step| step.when.is_due(clock.ticks(), start, length)) {
+        while let Some(step) =
+            script.pop_front_if(|step| step.when.is_due(clock.ticks(), start, length))
+        {
             // A body that was removed before is not changed.
             due.extend(Change::of(&step.action, simulation).ok().flatten());
         }

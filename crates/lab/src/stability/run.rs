@@ -122,11 +122,17 @@ impl CellRun {
             self.extremes.look(f64::INFINITY);
             (self.why, over) = (why, true);
         } else if self.metric.is_look(ticks) {
-            if let Some(why) = self.target.as_ref().and_then(|target| target.ends_before(self.looks)) {
+            if let Some(why) =
+                self.target.as_ref().and_then(|target| target.ends_before(self.looks))
+            {
                 self.why = format!("the run that it is compared with failed: {why}");
                 (self.outlived, over) = (true, true);
             } else {
-                self.extremes.look(self.metric.number(&mut self.run, self.target.as_deref(), self.looks));
+                self.extremes.look(self.metric.number(
+                    &mut self.run,
+                    self.target.as_deref(),
+                    self.looks,
+                ));
                 self.looks += 1;
                 over = self.extremes.verdict(&self.row.bounds).class == Class::Explodes;
                 if over && !last {

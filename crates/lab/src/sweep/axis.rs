@@ -61,7 +61,8 @@ impl Axis {
     #[must_use]
     pub fn numbers(&self) -> Option<Vec<f64>> {
         // A whole number that `f64` may not represent exactly stays a text.
-        let exact = |value: &str, number: f64| number.abs() < 9e15 || value.contains(['.', 'e', 'E']);
+        let exact =
+            |value: &str, number: f64| number.abs() < 9e15 || value.contains(['.', 'e', 'E']);
         let number = |value: &String| {
             value.parse::<f64>().ok().filter(|number| number.is_finite() && exact(value, *number))
         };
@@ -74,7 +75,10 @@ fn all_of(place: &str) -> Result<Vec<String>, String> {
     let words: Vec<&str> = match place.rsplit('.').next() {
         Some("method") => Method::ALL.map(Method::name).to_vec(),
         Some("model") => DampingModel::ALL.map(DampingModel::name).to_vec(),
-        _ => return Err("only method and damping.model have `all` values; give a list or a range".to_owned()),
+        _ => {
+            return Err("only method and damping.model have `all` values; give a list or a range"
+                .to_owned());
+        }
     };
     Ok(words.into_iter().map(str::to_owned).collect())
 }
@@ -132,7 +136,8 @@ fn range(text: &str) -> Result<Vec<String>, String> {
     let seed: u64 = seed.parse().map_err(|_| "a seed is a whole number; give one such as 7")?;
     let least = if random { 1 } else { 2 };
     let count = count.parse().ok().filter(|count| (least..=MOST_VALUES).contains(count));
-    let count = count.ok_or_else(|| format!("give from {least} to {MOST_VALUES} values of a range"))?;
+    let count =
+        count.ok_or_else(|| format!("give from {least} to {MOST_VALUES} values of a range"))?;
     if from >= to {
         return Err(format!("the range {from}..{to} is empty; give its lower end first"));
     }
@@ -172,7 +177,8 @@ fn twice(values: &[String]) -> Option<&String> {
         Ok(number) if number.abs() < 9e15 => written(number),
         _ => value.clone(),
     };
-    let mut sorted: Vec<(String, &String)> = values.iter().map(|value| (meant(value), value)).collect();
+    let mut sorted: Vec<(String, &String)> =
+        values.iter().map(|value| (meant(value), value)).collect();
     sorted.sort_unstable();
     sorted.windows(2).find(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1].1)
 }
@@ -206,7 +212,10 @@ mod tests {
         let numbers: Vec<f64> = draws.iter().map(|draw| draw.parse().unwrap()).collect();
         let mean = numbers.iter().sum::<f64>() / 1000.0;
         // Six standard deviations of the mean of 1000 uniform draws.
-        assert!(numbers.iter().all(|draw| (1.0..2.0).contains(draw)) && (mean - 1.5).abs() < 0.055, "{mean}");
+        assert!(
+            numbers.iter().all(|draw| (1.0..2.0).contains(draw)) && (mean - 1.5).abs() < 0.055,
+            "{mean}"
+        );
     }
 
     #[test]
@@ -221,11 +230,17 @@ mod tests {
             ("step_hz=30 /* x */,60", "a value has no comments; leave it out"),
             ("step_hz=60..30 lin 3", "the range 60..30 is empty; give its lower end first"),
             ("step_hz=30..30 lin 3", "the range 30..30 is empty; give its lower end first"),
-            ("step_hz=0..30 log 3", "a logarithmic range begins above 0; give another lower end, or lin"),
+            (
+                "step_hz=0..30 log 3",
+                "a logarithmic range begins above 0; give another lower end, or lin",
+            ),
             ("step_hz=30..60", RANGE),
             ("step_hz=30..60 lin 1", "give from 2 to 1000000 values of a range"),
             ("step_hz=30..60 random 3 seed x", "a seed is a whole number; give one such as 7"),
-            ("step_hz=all", "only method and damping.model have `all` values; give a list or a range"),
+            (
+                "step_hz=all",
+                "only method and damping.model have `all` values; give a list or a range",
+            ),
         ] {
             assert_eq!(Axis::parse(text).unwrap_err(), said, "{text}");
         }

@@ -56,7 +56,10 @@ impl Plan {
     #[must_use]
     pub fn columns(&self) -> Vec<Column> {
         let of_axes = self.axes.iter().map(|axis| {
-            Column::new(&axis.place, if axis.numbers().is_some() { Kind::Number } else { Kind::Text })
+            Column::new(
+                &axis.place,
+                if axis.numbers().is_some() { Kind::Number } else { Kind::Text },
+            )
         });
         let outcome = ["outcome", "why"].map(|name| Column::new(name, Kind::Text));
         let simulated = Column::new("simulated_s", Kind::Number);

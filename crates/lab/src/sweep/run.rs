@@ -30,7 +30,8 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     }
     let ticks = ticks_in(&scene, plan.seconds);
     if ticks == 0 {
-        let why = format!("{} s are less than half a tick of {} s", plan.seconds, 1.0 / scene.step_hz);
+        let why =
+            format!("{} s are less than half a tick of {} s", plan.seconds, 1.0 / scene.step_hz);
         return (Outcome::Refused, why, Vec::new());
     }
     let measures = |measure| plan.measures.contains(&measure);
@@ -38,8 +39,8 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     let mut truth = measures(Measure::Error).then(|| Truth::of(&scene, ticks));
     let step_hz = scene.step_hz;
     let mut simulation = Simulation::new(scene);
-    let mut energy =
-        (measures(Measure::Drift) || measures(Measure::Survives)).then(|| Energy::of(&mut simulation));
+    let mut energy = (measures(Measure::Drift) || measures(Measure::Survives))
+        .then(|| Energy::of(&mut simulation));
     let looks = measures(Measure::LargestSpeed) || measures(Measure::LargestDistance);
     let mut motion = looks.then(|| Motion::of(&simulation));
     for _ in 0..ticks {
@@ -53,7 +54,9 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     let cpu_s = start.elapsed().as_secs_f64();
     let failure = Runner::failure(&mut simulation);
     let (outcome, why) = match failure {
-        Some(why @ crate::cost::Failure::Quarantined { .. }) => (Outcome::Quarantined, why.to_string()),
+        Some(why @ crate::cost::Failure::Quarantined { .. }) => {
+            (Outcome::Quarantined, why.to_string())
+        }
         _ => (Outcome::Finished, String::new()),
     };
     let speed_and_distance = |pick: fn(&Motion) -> f64| motion.as_ref().map_or(f64::NAN, pick);
@@ -64,20 +67,26 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
                 let errors = truth.as_ref().map_or([f64::NAN; 2], Truth::errors);
                 values.extend(errors.map(Value::Number));
             }
-            Measure::Drift => values.push(Value::Number(energy.as_ref().map_or(f64::NAN, Energy::drift))),
+            Measure::Drift => {
+                values.push(Value::Number(energy.as_ref().map_or(f64::NAN, Energy::drift)))
+            }
             Measure::Survives => {
                 let survived = energy.as_ref().map_or(0, |energy| energy.survived);
                 values.push(Value::Flag(survived == ticks));
                 values.push(Value::Number(survived as f64 / step_hz));
             }
-            Measure::LargestSpeed => values.push(Value::Number(speed_and_distance(|motion| motion.speed))),
+            Measure::LargestSpeed => {
+                values.push(Value::Number(speed_and_distance(|motion| motion.speed)))
+            }
             Measure::LargestDistance => {
                 values.push(Value::Number(speed_and_distance(|motion| motion.distance)));
             }
             Measure::Evaluations => {
                 let counts = Runner::counts(&mut simulation);
                 let bodies = movable(&simulation.scene).count();
-                values.push(Value::Number((counts.accelerations + counts.solver) as f64 / bodies as f64));
+                values.push(Value::Number(
+                    (counts.accelerations + counts.solver) as f64 / bodies as f64,
+                ));
             }
             Measure::Unconverged => {
                 values.push(Value::Count(simulation.evaluations().unconverged_steps()));
@@ -175,7 +184,10 @@ impl Truth {
         let substeps = reference_substeps(scene);
         let setting = |substeps| Setting { method: REFERENCE_METHOD, substeps };
         Self {
-            reference: Target::run(&truth, Box::new(truth.run(setting(substeps.saturating_mul(2))))),
+            reference: Target::run(
+                &truth,
+                Box::new(truth.run(setting(substeps.saturating_mul(2)))),
+            ),
             coarse: truth.run(setting(substeps)),
             error: Deviation::default(),
             own_error: Deviation::default(),

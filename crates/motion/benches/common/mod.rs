@@ -40,7 +40,9 @@ fn take_real_time_priority() {
         match set_thread_priority_and_policy(thread_native_id(), lowest, policy) {
             Ok(()) => println!("with real-time priority"),
             Err(_) => {
-                println!("without real-time priority: as root, or with `sudo chrt -f 1`, times agree better");
+                println!(
+                    "without real-time priority: as root, or with `sudo chrt -f 1`, times agree better"
+                );
             }
         }
     }
@@ -51,7 +53,12 @@ pub type Contestant<'a> = (&'static str, Box<dyn FnMut() + 'a>);
 
 /// Medians of nanoseconds per step and of the ratio to the first contestant inside each round, with the quartiles of the
 /// ratios.
-pub fn compare(n: usize, title: &str, bounds: &[Option<f64>], mut contestants: Vec<Contestant<'_>>) {
+pub fn compare(
+    n: usize,
+    title: &str,
+    bounds: &[Option<f64>],
+    mut contestants: Vec<Contestant<'_>>,
+) {
     static PRIORITY: Once = Once::new();
     PRIORITY.call_once(take_real_time_priority);
     let steps = (2_000_000 / n).clamp(1, 20_000);

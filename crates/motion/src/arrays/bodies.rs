@@ -109,7 +109,9 @@ impl Individuals {
 impl RowOptions for Individuals {
     fn row(&self, row: usize) -> BodyOptions<'_> {
         let Kind { gravity_off, own, .. } = self.kinds[row];
-        own.map_or(BodyOptions { gravity_off, ..BodyOptions::NONE }, |own| self.own_options[own].options())
+        own.map_or(BodyOptions { gravity_off, ..BodyOptions::NONE }, |own| {
+            self.own_options[own].options()
+        })
     }
 }
 

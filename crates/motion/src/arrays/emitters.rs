@@ -36,7 +36,8 @@ impl Bare {
             emission.fit(emitter);
             let is_sound = |body: &Entity| world.get::<Quarantined>(*body).is_none();
             let row = |body: &Entity| rows.get(body).copied().filter(|_| is_sound(body));
-            let carrier = carrier.map(|carrier| carrier_state(world, *carrier).and_then(|_| row(&carrier.0)));
+            let carrier =
+                carrier.map(|carrier| carrier_state(world, *carrier).and_then(|_| row(&carrier.0)));
             let rows = emitter.pool.iter().map(row).collect();
             let emitter = emitter.clone();
             self.sources.push(Source { emitter, emission, is_on: on.is_some(), carrier, rows });
@@ -53,7 +54,8 @@ impl Bare {
                 let mut position = emitter.position;
                 let mut birth = born.map(|time| (time, emitter.launches[slot]));
                 if let Some(carrier) = carrier {
-                    let state = |row: usize| (Vector::from_array(positions[row]), vector(&bodies[row]));
+                    let state =
+                        |row: usize| (Vector::from_array(positions[row]), vector(&bodies[row]));
                     (position, birth) = ride(carrier.map(state), position, birth, tick.start);
                 }
                 let born = birth.map(|(time, _)| time);
@@ -62,7 +64,10 @@ impl Bare {
                 bodies[row] = [x, y, z, emitter.inverse_mass];
                 // Clear the method state of the earlier particle in this slot.
                 last_steps.get_mut(row).into_iter().for_each(|step| *step = 0.0);
-                cached.get_mut(row).into_iter().for_each(|cached| *cached = CachedAcceleration::default());
+                cached
+                    .get_mut(row)
+                    .into_iter()
+                    .for_each(|cached| *cached = CachedAcceleration::default());
                 let kind = &mut individuals.kinds[row];
                 (kind.born, kind.apart) = (born, born.is_none());
                 individuals.outdated = true;

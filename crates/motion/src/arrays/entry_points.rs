@@ -64,7 +64,8 @@ impl Bare {
     fn synchronize_where(&mut self, which: impl Fn(Method) -> bool) {
         self.individuals.plan(&self.bodies);
         for group in 0..self.groups.len() {
-            if which(self.method_of_group(group)) && self.is_half_a_step_behind(self.groups[group].members())
+            if which(self.method_of_group(group))
+                && self.is_half_a_step_behind(self.groups[group].members())
             {
                 self.tick_group(group, GroupKernel::of::<Synchronize>());
             }

@@ -2,8 +2,8 @@
 
 use super::Bare;
 use crate::groups::{
-    Coupling, GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Push, RowArray, Watch,
-    are_at_rest,
+    Coupling, GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Push, RowArray,
+    Watch, are_at_rest,
 };
 use crate::kernels::{OfRows, StepStatistics};
 use crate::methods::MethodStateKind;
@@ -54,15 +54,22 @@ impl Bare {
         let times = self.times(group.substeps.unwrap_or(self.substeps));
         let shared = self.resources.environment(times);
         let called = shared.called();
-        let environment =
-            GroupEnvironment::new(kernel.single.traits, shared, &called, self.resources.solver, &[], None);
+        let environment = GroupEnvironment::new(
+            kernel.single.traits,
+            shared,
+            &called,
+            self.resources.solver,
+            &[],
+            None,
+        );
         let options = OfRows { whole: &self.individuals, rows: &rows };
         let mut statistics = StepStatistics::default();
         let mut outcome = Ok(());
         for watch in [Watch::Off, Watch::On] {
             self.gather(&rows, &mut group);
             self.gather_pushes(members, &mut scratch.pushes);
-            let ArrayGroup { coupling, with_options, with_laws, cache, x, v, w, last, .. } = &mut group;
+            let ArrayGroup { coupling, with_options, with_laws, cache, x, v, w, last, .. } =
+                &mut group;
             let last = &mut last[..coupling.movable];
             let (groups, apart, springs) = (1, &[][..], &[][..]);
             let (cache, anchors_rest) = (Some(cache), are_at_rest(&v[coupling.movable..]));
@@ -79,8 +86,14 @@ impl Bare {
                 anchors_rest,
                 springs,
             };
-            let field =
-                GroupField::new(coupling, &environment, rows, &options, &mut scratch, &mut statistics);
+            let field = GroupField::new(
+                coupling,
+                &environment,
+                rows,
+                &options,
+                &mut scratch,
+                &mut statistics,
+            );
             outcome = (kernel.tick)(field, watch);
             if outcome.is_ok() {
                 break;
@@ -96,7 +109,8 @@ impl Bare {
             Err(first) => {
                 let is_finite = |row: usize| self.forces[row].iter().all(|part| part.is_finite());
                 let pushed = members.iter().copied().find(|row| !is_finite(*row));
-                self.refused.push(pushed.or(first.first().map(|row| rows[*row])).unwrap_or(rows[0]));
+                self.refused
+                    .push(pushed.or(first.first().map(|row| rows[*row])).unwrap_or(rows[0]));
                 group.forget();
             }
         }

@@ -94,11 +94,13 @@ impl Bare {
             let BodyOptions { gravity_off, substeps, .. } = options;
             let has_laws = row.options.laws.is_some();
             let is_more = BodyOptions { gravity_off: false, ..options }.changes_row();
-            let own =
-                (is_more || has_laws || substeps.is_some()).then_some(self.individuals.own_options.len());
+            let own = (is_more || has_laws || substeps.is_some())
+                .then_some(self.individuals.own_options.len());
             if own.is_some() {
                 let laws = if has_laws { laws(row.entity) } else { Vec::new() };
-                self.individuals.own_options.push(OwnOptions { options: options.without_laws(), laws });
+                self.individuals
+                    .own_options
+                    .push(OwnOptions { options: options.without_laws(), laws });
             }
             self.individuals.kinds.push(Kind {
                 method: row.method(world),

@@ -27,8 +27,8 @@ fn a_law_in_the_list_acts_is_counted_copied_switched_and_diagnosed() {
     let mut stepper = Stepper::new(&mut world, method, TimeStep(PI / f64::from(TICKS)));
     let position = |world: &World| world.get::<Transform>(body).expect("it is there").position;
     let velocity = |world: &World| world.get::<PhysicsBody>(body).expect("it is there").velocity;
-    let mut arrays =
-        Bare::of_world(&mut world, method, &|_| Vec::new(), Vec::new()).expect("it has a time step");
+    let mut arrays = Bare::of_world(&mut world, method, &|_| Vec::new(), Vec::new())
+        .expect("it has a time step");
 
     // A circle of radius v / w and period 2 pi / w.
     for _ in 0..TICKS / 2 {

@@ -60,8 +60,17 @@ impl Bare {
     /// Integrates a tick of `kernel` for the rows of a run.
     pub(super) fn tick_rows(&mut self, run: usize, kernel: Kernel) {
         let mut times = self.times(self.substeps);
-        let Self { positions, bodies, forces, pushed, resources, individuals, statistics, refused, .. } =
-            self;
+        let Self {
+            positions,
+            bodies,
+            forces,
+            pushed,
+            resources,
+            individuals,
+            statistics,
+            refused,
+            ..
+        } = self;
         let Run { rows, kind: Kind { gravity_off, own, born, .. } } = individuals.runs[run].clone();
         if let Some(time) = born {
             times = times.since(time);
@@ -74,8 +83,13 @@ impl Bare {
         }
         forces.resize(bodies.len(), [0.0; 3]);
         let calls = !called.is_empty() || own.is_some();
-        let mut method_state =
-            method_state(kernel.traits.state, &mut self.last_steps, &mut self.cached, bodies.len(), calls);
+        let mut method_state = method_state(
+            kernel.traits.state,
+            &mut self.last_steps,
+            &mut self.cached,
+            bodies.len(),
+            calls,
+        );
         let applied = AppliedForces { forces, rows: pushed, offset: 0 }.part(rows.clone());
         let mut batch = Batch {
             positions: &mut positions[rows.clone()],

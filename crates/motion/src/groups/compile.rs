@@ -160,12 +160,14 @@ fn register(world: &mut World) {
 impl Graph {
     /// The bodies and springs of `world`; `None` if groups were never compiled in it.
     fn of(world: &World) -> Option<Self> {
-        let mut bodies = world.try_query_filtered::<(
-            Entity,
-            &PhysicsBody,
-            Option<&StableId>,
-            Option<&SourceMass>,
-        ), (With<Transform>, With<Force>, Without<Quarantined>, Without<Particle>, Without<Dormant>)>()?;
+        let mut bodies = world
+            .try_query_filtered::<(Entity, &PhysicsBody, Option<&StableId>, Option<&SourceMass>), (
+                With<Transform>,
+                With<Force>,
+                Without<Quarantined>,
+                Without<Particle>,
+                Without<Dormant>,
+            )>()?;
         let mut nodes: Vec<_> = bodies
             .iter(world)
             .map(|(entity, body, id, source)| {
@@ -179,12 +181,14 @@ impl Graph {
             .collect();
         nodes.sort_unstable_by_key(|(order, _)| *order);
         let nodes: Vec<_> = nodes.into_iter().map(|(_, node)| node).collect();
-        let number: EntityHashMap<u32> = (0..).zip(&nodes).map(|(i, node)| (node.entity, i)).collect();
+        let number: EntityHashMap<u32> =
+            (0..).zip(&nodes).map(|(i, node)| (node.entity, i)).collect();
         let mut graph = Self { nodes, ..Self::default() };
         if world.contains_resource::<SpringsOff>() {
             return Some(graph);
         }
-        let room: usize = world.try_query::<&SoftBody>()?.iter(world).map(|soft| soft.springs.len()).sum();
+        let room: usize =
+            world.try_query::<&SoftBody>()?.iter(world).map(|soft| soft.springs.len()).sum();
         let mut springs: Vec<_> = world
             .try_query::<&Spring>()?
             .iter(world)
@@ -203,7 +207,8 @@ impl Graph {
             .try_query::<&SoftBody>()?
             .iter(world)
             .map(|soft| {
-                let points: Vec<_> = soft.points.iter().map(|point| number.get(point).copied()).collect();
+                let points: Vec<_> =
+                    soft.points.iter().map(|point| number.get(point).copied()).collect();
                 (points, soft)
             })
             .collect();
@@ -212,7 +217,8 @@ impl Graph {
         softs.sort_by(|(points, soft), (others, other)| {
             let lowest = |points: &[Option<u32>]| points.iter().flatten().copied().min();
             let by_points = || lowest(points).cmp(&lowest(others)).then_with(|| points.cmp(others));
-            by_points().then_with(|| soft.springs.iter().map(pulls).cmp(other.springs.iter().map(pulls)))
+            by_points()
+                .then_with(|| soft.springs.iter().map(pulls).cmp(other.springs.iter().map(pulls)))
         });
         for (points, soft) in softs {
             graph.add_soft_body(&points, soft);
@@ -224,7 +230,9 @@ impl Graph {
     /// If a number is out of its range; the message names it.
     fn check(&self) {
         self.springs.iter().for_each(|spring| spring.elastic.check());
-        self.nodes.iter().for_each(|node| at_least_0(node.source, "the mass of a source of gravity", "kg"));
+        self.nodes
+            .iter()
+            .for_each(|node| at_least_0(node.source, "the mass of a source of gravity", "kg"));
     }
 
     fn add_spring(&mut self, spring: SpringRow) {
@@ -261,13 +269,17 @@ impl Graph {
         let Self { nodes, mut springs, sheets } = self;
         // NaN counts as attracting, so that the failure is found.
         let pulls = |source: Scalar| source > 0.0 || source.is_nan();
-        let joined = |node: usize, used: &[bool]| used[node] || attracts && pulls(nodes[node].source);
+        let joined =
+            |node: usize, used: &[bool]| used[node] || attracts && pulls(nodes[node].source);
         let mut used = vec![attracts; nodes.len()];
         for (node, used) in nodes.iter().zip(&mut used) {
             *used &= node.inverse_mass > 0.0;
         }
         springs.iter().flat_map(|spring| spring.ends).for_each(|end| used[end as usize] = true);
-        sheets.iter().flat_map(|sheet| sheet.corners).for_each(|corner| used[corner as usize] = true);
+        sheets
+            .iter()
+            .flat_map(|sheet| sheet.corners)
+            .for_each(|corner| used[corner as usize] = true);
         let moves = |node: &usize| nodes[*node].inverse_mass > 0.0;
         let all = (0..nodes.len()).filter(|node| joined(*node, &used));
         let (movable, held): (Vec<_>, Vec<_>) = all.partition(moves);

@@ -58,7 +58,12 @@ pub(super) fn rate_along(drag: &Drag, u: Vector, n: Vector) -> f64 {
 }
 
 /// Velocity of a triangle relative to the air, m/s, and its unit normal; `None` if it has no area.
-pub(super) fn in_air(air: Option<&Air>, corners: [u32; 3], x: &[Row], v: &[Row]) -> Option<(Vector, Vector)> {
+pub(super) fn in_air(
+    air: Option<&Air>,
+    corners: [u32; 3],
+    x: &[Row],
+    v: &[Row],
+) -> Option<(Vector, Vector)> {
     let [a, b, c] = corners.map(|corner| vector(&x[corner as usize]));
     let ([px, py, pz], [qx, qy, qz]) = ((b - a).to_array(), (c - a).to_array());
     let normal = Vector::from_array([py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx]);
@@ -160,9 +165,17 @@ impl Coupling {
     }
 
     /// `sum` plus the potential energy of mutual gravity at `x`, J.
-    pub fn attraction_energy(&self, gravity: Option<&MutualGravity>, x: &[Row], w: &[f64], sum: f64) -> f64 {
+    pub fn attraction_energy(
+        &self,
+        gravity: Option<&MutualGravity>,
+        x: &[Row],
+        w: &[f64],
+        sum: f64,
+    ) -> f64 {
         let law = gravity.filter(|_| self.attracts);
-        law.map_or(sum, |law| self.attraction_energies(law, x, w).fold(sum, |sum, (_, energy)| sum + energy))
+        law.map_or(sum, |law| {
+            self.attraction_energies(law, x, w).fold(sum, |sum, (_, energy)| sum + energy)
+        })
     }
 
     /// Every pair of rows whose first is movable, with the potential energy of their mutual gravity at `x`, J. Skips pairs at

@@ -50,7 +50,8 @@ impl DirectSum<'_> {
             for source in start..end {
                 let (before, after): ([f64; 4], [f64; 4]) =
                     (four.masses(source, true).into(), four.masses(source, false).into());
-                let masses = std::array::from_fn(|k| if source < start + k { before[k] } else { after[k] });
+                let masses =
+                    std::array::from_fn(|k| if source < start + k { before[k] } else { after[k] });
                 four.add(source, f64x4::simd_from(simd, masses));
             }
             for source in end..self.x.len() {
@@ -87,8 +88,9 @@ impl<'a, S: Simd> Four<'a, S> {
     #[inline(always)]
     fn of(simd: S, all: DirectSum<'a>, start: usize, forces: &[Row]) -> Self {
         let own = |k: usize| k.min(forces.len() - 1);
-        let column =
-            |number: &dyn Fn(usize) -> f64| f64x4::simd_from(simd, std::array::from_fn(|k| number(own(k))));
+        let column = |number: &dyn Fn(usize) -> f64| {
+            f64x4::simd_from(simd, std::array::from_fn(|k| number(own(k))))
+        };
         let softening = all.law.softening;
         Self {
             simd,
@@ -106,7 +108,11 @@ impl<'a, S: Simd> Four<'a, S> {
     #[inline(always)]
     fn masses(&self, source: usize, earlier: bool) -> f64x4<S> {
         let mass = f64x4::splat(self.simd, self.all.masses[source]);
-        if earlier { self.constant * mass * self.masses } else { self.constant * self.masses * mass }
+        if earlier {
+            self.constant * mass * self.masses
+        } else {
+            self.constant * self.masses * mass
+        }
     }
 
     /// Adds the forces of a source; `masses` are the products of G and the two masses.

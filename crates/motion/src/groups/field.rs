@@ -191,7 +191,9 @@ impl GroupKernel {
             single: Kernel::of::<M>(),
             solves: M::SOLVES,
             tick: |field, watch| {
-                field.tick::<M>(watch).map_err(|broken| broken.into_iter().map(|(row, _)| row).collect())
+                field
+                    .tick::<M>(watch)
+                    .map_err(|broken| broken.into_iter().map(|(row, _)| row).collect())
             },
             tick_lanes: |field| {
                 field.tick::<M>(Watch::Groups).map_err(|broken| {
@@ -315,7 +317,9 @@ impl<'a, E: Layout> GroupField<'a, E> {
                 #[inline(always)]
                 || {
                     let mut part = true;
-                    for ((x, v), w) in x.iter().zip(v).zip(w[first * E::LANES..].chunks_exact(E::LANES)) {
+                    for ((x, v), w) in
+                        x.iter().zip(v).zip(w[first * E::LANES..].chunks_exact(E::LANES))
+                    {
                         part &= holds(x, v, w);
                     }
                     part
@@ -357,7 +361,8 @@ impl<'a, E: Layout> GroupField<'a, E> {
     /// The movable rows that are not finite.
     pub(super) fn broken<'r>(&self, rows: &'r [E]) -> impl Iterator<Item = usize> + use<'r, E> {
         let movable = rows[..self.movable()].iter().enumerate();
-        let is_finite = |row: &E| (0..3).all(|axis| row.axis(axis).iter().all(|part| part.is_finite()));
+        let is_finite =
+            |row: &E| (0..3).all(|axis| row.axis(axis).iter().all(|part| part.is_finite()));
         movable.filter(move |(_, row)| !is_finite(row)).map(|(row, _)| row)
     }
 }

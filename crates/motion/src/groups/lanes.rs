@@ -33,7 +33,8 @@ const BLOCK_ROW: usize = 24;
 
 /// Whether integrating `groups` groups of `rows` movable rows each side by side is faster than one by one.
 fn is_worth(groups: usize, rows: usize) -> bool {
-    groups > 1 && groups * (FIXED + rows) >= FIXED + groups.div_ceil(BLOCK_BODIES) * BLOCK_ROW * rows
+    groups > 1
+        && groups * (FIXED + rows) >= FIXED + groups.div_ceil(BLOCK_BODIES) * BLOCK_ROW * rows
 }
 
 /// Groups that are integrated side by side, a lane each.
@@ -194,8 +195,13 @@ pub(super) type Places = Vec<Option<(usize, usize)>>;
 
 impl Shape {
     /// The shape of a group; `None` if it is integrated alone.
-    fn of<'o>(group: &Group, places: &Places, options: impl Fn(u32) -> BodyOptions<'o>) -> Option<Self> {
-        let Coupling { rows, movable, ref springs, ref sheets, attracts, ref sources, .. } = group.coupling;
+    fn of<'o>(
+        group: &Group,
+        places: &Places,
+        options: impl Fn(u32) -> BodyOptions<'o>,
+    ) -> Option<Self> {
+        let Coupling { rows, movable, ref springs, ref sheets, attracts, ref sources, .. } =
+            group.coupling;
         let is_small = rows <= MOST_ROWS
             && sheets.is_empty()
             && !attracts
@@ -345,14 +351,17 @@ pub(crate) struct LaneSprings {
 impl LaneSprings {
     /// The springs of the groups numbered `groups` in `list`, each spring in `width` blocks.
     fn of(groups: &[usize], list: &[Group], width: usize) -> Self {
-        let mut springs: Vec<_> = groups.iter().map(|group| list[*group].coupling.springs.iter()).collect();
+        let mut springs: Vec<_> =
+            groups.iter().map(|group| list[*group].coupling.springs.iter()).collect();
         let of_each = list[groups[0]].coupling.springs.len();
         let mut blocks = Vec::with_capacity(of_each * width);
         let mut lanes = Vec::new();
         for _ in 0..of_each {
             for block in springs.chunks_mut(BLOCK_BODIES) {
                 lanes.clear();
-                lanes.extend(block.iter_mut().filter_map(Iterator::next).map(|spring| spring.elastic));
+                lanes.extend(
+                    block.iter_mut().filter_map(Iterator::next).map(|spring| spring.elastic),
+                );
                 blocks.push(ElasticLanes::of(&lanes));
             }
         }
@@ -360,8 +369,10 @@ impl LaneSprings {
     }
 
     fn bytes(&self) -> usize {
-        let each = self.blocks.iter().filter(|block| matches!(block, ElasticLanes::Each(_))).count();
-        self.blocks.capacity() * size_of::<ElasticLanes>() + each * size_of::<[[f64; BLOCK_BODIES]; 3]>()
+        let each =
+            self.blocks.iter().filter(|block| matches!(block, ElasticLanes::Each(_))).count();
+        self.blocks.capacity() * size_of::<ElasticLanes>()
+            + each * size_of::<[[f64; BLOCK_BODIES]; 3]>()
     }
 
     /// The springs of a block of groups.
@@ -517,14 +528,22 @@ pub(super) fn four<S: Simd>(simd: S, at: usize, numbers: &[f64; BLOCK_BODIES]) -
 
 /// Four lanes of three numbers each.
 #[inline(always)]
-pub(super) fn three<S: Simd>(simd: S, at: usize, [a, b, c]: &[[f64; BLOCK_BODIES]; 3]) -> [f64x4<S>; 3] {
+pub(super) fn three<S: Simd>(
+    simd: S,
+    at: usize,
+    [a, b, c]: &[[f64; BLOCK_BODIES]; 3],
+) -> [f64x4<S>; 3] {
     [four(simd, at, a), four(simd, at, b), four(simd, at, c)]
 }
 
 /// x, y and z of the second minus those of the first. Without closures, which would be compiled without the vector
 /// instructions of their caller.
 #[inline(always)]
-pub(super) fn differences<S: Simd>(simd: S, at: usize, [first, second]: [&Axes; 2]) -> [f64x4<S>; 3] {
+pub(super) fn differences<S: Simd>(
+    simd: S,
+    at: usize,
+    [first, second]: [&Axes; 2],
+) -> [f64x4<S>; 3] {
     let ([a, b, c], [d, e, f]) = (three(simd, at, first), three(simd, at, second));
     [d - a, e - b, f - c]
 }

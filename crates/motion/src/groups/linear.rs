@@ -93,8 +93,9 @@ impl<'a> LinearGroup<'a> {
             rates: Vec::new(),
             decays: 1.0,
             threads,
-            shares: threads
-                .map_or_else(Vec::new, |threads| coupling.springs.shares(coupling.rows, threads.count())),
+            shares: threads.map_or_else(Vec::new, |threads| {
+                coupling.springs.shares(coupling.rows, threads.count())
+            }),
             spare: RefCell::default(),
         };
         if let Some(drag) = world.get_resource::<Drag>() {
@@ -104,13 +105,16 @@ impl<'a> LinearGroup<'a> {
         if let Some(Wells(wells)) = world.get_resource() {
             let pull = |state: &BodyState| {
                 let pulls = wells.iter().filter(|_| state.inverse_mass > 0.0);
-                pulls.map(|well| well.restoring(state.position)).fold(DMat3::ZERO, |sum, pull| sum + pull)
+                pulls
+                    .map(|well| well.restoring(state.position))
+                    .fold(DMat3::ZERO, |sum, pull| sum + pull)
             };
             group.wells = states[..movable].iter().map(pull).collect();
         }
         if let Some(damping) = world.get_resource::<Damping>() {
-            let rate =
-                |body: &Entity| world.get::<DampingRate>(*body).map_or(damping.rate, DampingRate::rate);
+            let rate = |body: &Entity| {
+                world.get::<DampingRate>(*body).map_or(damping.rate, DampingRate::rate)
+            };
             group.rates = bodies[..movable].iter().map(rate).collect();
         }
         group
@@ -129,7 +133,8 @@ impl<'a> LinearGroup<'a> {
         }
         let at = EvaluationTime { time, within_step: time };
         let single = |(row, state): (usize, &BodyState)| {
-            let in_sheet = u32::try_from(row).is_ok_and(|row| coupling.in_sheets.binary_search(&row).is_ok());
+            let in_sheet =
+                u32::try_from(row).is_ok_and(|row| coupling.in_sheets.binary_search(&row).is_ok());
             if in_sheet || state.inverse_mass <= 0.0 {
                 return DMat3::ZERO;
             }
@@ -148,7 +153,8 @@ impl<'a> LinearGroup<'a> {
         if let Some(wells) = world.get_resource::<Wells>() {
             let at = EvaluationTime { time: 0.0, within_step: 0.0 };
             let states = states_of(world, &bodies[..self.movable()]);
-            self.wells = states.iter().map(|state| -Law::jacobians(wells, at, *state).position).collect();
+            self.wells =
+                states.iter().map(|state| -Law::jacobians(wells, at, *state).position).collect();
         }
         self
     }
@@ -188,7 +194,8 @@ impl<'a> LinearGroup<'a> {
         // Not `unwrap_or_default`: the default matrix is the identity.
         let rate = self.drag.first().map_or(0.0, |first| first.x_axis.x);
         let damped = self.coupling.springs.damped();
-        let uniform = self.drag.iter().all(|drag| *drag == DMat3::from_diagonal(DVec3::splat(rate)));
+        let uniform =
+            self.drag.iter().all(|drag| *drag == DMat3::from_diagonal(DVec3::splat(rate)));
         (!damped && self.sheets.is_empty() && uniform).then_some(rate)
     }
 
@@ -199,19 +206,33 @@ impl<'a> LinearGroup<'a> {
     }
 
     /// Computes `out = stiffness A y + rate C y`; with `decays`, C includes the scene's damping.
-    pub fn apply(&self, [stiffness, rate]: [Scalar; 2], decays: bool, y: &[Scalar], out: &mut [Scalar]) {
+    pub fn apply(
+        &self,
+        [stiffness, rate]: [Scalar; 2],
+        decays: bool,
+        y: &[Scalar],
+        out: &mut [Scalar],
+    ) {
         // Once per row, because a row has many springs.
         let each = self.root.iter().zip(y.as_chunks().0);
         let [mut scaled, mut forces] = self.spare.take();
         scaled.clear();
         scaled.extend(each.map(|(root, y)| row_of(*root * DVec3::from_array(*y))));
         forces.clear();
-        [&mut scaled, &mut forces].into_iter().for_each(|rows| rows.resize(self.at.len(), [0.0; 4]));
+        [&mut scaled, &mut forces]
+            .into_iter()
+            .for_each(|rows| rows.resize(self.at.len(), [0.0; 4]));
         let springs = &self.coupling.springs;
         if stiffness != 0.0 || springs.damped() {
             let shares = self.threads.map(|threads| (threads, &self.shares[..]));
-            let change =
-                Linearized { x: &self.at, axes: None, moves: &scaled, stiffness, damping: rate, times: -1.0 };
+            let change = Linearized {
+                x: &self.at,
+                axes: None,
+                moves: &scaled,
+                stiffness,
+                damping: rate,
+                times: -1.0,
+            };
             springs.add(shares, &change, &mut forces);
         }
         for (corners, n, strength) in &self.sheets {
@@ -286,22 +307,26 @@ impl<'a> LinearGroup<'a> {
             let across = stiffness * spring.across;
             let n = spring.n;
             let [xx, yy, zz] = (n * n * (along - across) + DVec3::splat(across)).to_array();
-            let [yz, zx, xy] = (DVec3::new(n.y * n.z, n.z * n.x, n.x * n.y) * (along - across)).to_array();
+            let [yz, zx, xy] =
+                (DVec3::new(n.y * n.z, n.z * n.x, n.x * n.y) * (along - across)).to_array();
             let of = |row: usize| squares.get(row).copied().unwrap_or(0.0);
             let [a, b] = spring.ends;
             for (row, other) in [(a, b), (b, a)] {
                 if let Some(sum) = sums.get_mut(row).filter(|_| of(row) > 0.0) {
                     let share = 1.0 + of(other) / of(row);
-                    sum.iter_mut().zip([xx, yy, zz, yz, zx, xy]).for_each(|(sum, part)| *sum += share * part);
+                    sum.iter_mut()
+                        .zip([xx, yy, zz, yz, zx, xy])
+                        .for_each(|(sum, part)| *sum += share * part);
                 }
             }
         }
-        let most = sums.iter().zip(&self.root).fold(0.0, |most, ([xx, yy, zz, yz, zx, xy], root)| {
-            let r = *root;
-            let diagonal = DVec3::new(*xx, *yy, *zz) * r * r;
-            let beside = DVec3::new(*yz * r.y * r.z, *zx * r.z * r.x, *xy * r.x * r.y);
-            largest_of_three(diagonal, beside, most)
-        });
+        let most =
+            sums.iter().zip(&self.root).fold(0.0, |most, ([xx, yy, zz, yz, zx, xy], root)| {
+                let r = *root;
+                let diagonal = DVec3::new(*xx, *yy, *zz) * r * r;
+                let beside = DVec3::new(*yz * r.y * r.z, *zx * r.z * r.x, *xy * r.x * r.y);
+                largest_of_three(diagonal, beside, most)
+            });
         most + stiffness * self.largest_pull() + rate * self.largest_rate()
     }
 
@@ -336,7 +361,11 @@ impl<'a> LinearGroup<'a> {
     }
 
     /// The largest contributor to `stiffness y·A y + rate y·C y`.
-    pub fn largest_contributor(&self, [stiffness, rate]: [Scalar; 2], y: &[Scalar]) -> Option<Contributor> {
+    pub fn largest_contributor(
+        &self,
+        [stiffness, rate]: [Scalar; 2],
+        y: &[Scalar],
+    ) -> Option<Contributor> {
         let of = |row: usize| match self.root.get(row) {
             Some(root) => *root * DVec3::from_slice(&y[3 * row..]),
             None => DVec3::ZERO,
@@ -367,11 +396,9 @@ impl<'a> LinearGroup<'a> {
             .enumerate()
             .map(|(row, damping)| (row, rate * self.decays * damping * own(row).length_squared()))
             .map(|(row, part)| (part, Contributor::Damping(row)));
-        let by_wells = self
-            .wells
-            .iter()
-            .enumerate()
-            .map(|(row, pull)| (stiffness * own(row).dot(*pull * own(row)), Contributor::Well(row)));
+        let by_wells = self.wells.iter().enumerate().map(|(row, pull)| {
+            (stiffness * own(row).dot(*pull * own(row)), Contributor::Well(row))
+        });
         let all = by_springs.chain(by_sheets).chain(by_drag).chain(by_damping).chain(by_wells);
         all.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, contributor)| contributor)
     }
@@ -400,8 +427,11 @@ fn largest_of_three(diagonal: DVec3, beside: DVec3, most: Scalar) -> Scalar {
         return most;
     }
     let (d, o) = (from_mean / spread, beside / spread);
-    let half =
-        (d.x * d.y * d.z + 2.0 * o.x * o.y * o.z - d.x * o.x * o.x - d.y * o.y * o.y - d.z * o.z * o.z) / 2.0;
+    let half = (d.x * d.y * d.z + 2.0 * o.x * o.y * o.z
+        - d.x * o.x * o.x
+        - d.y * o.y * o.y
+        - d.z * o.z * o.z)
+        / 2.0;
     let turn = if half.is_finite() { libm::acos(half.clamp(-1.0, 1.0)) / 3.0 } else { 0.0 };
     larger(most, mean + 2.0 * spread * libm::cos(turn))
 }

@@ -12,7 +12,13 @@ use crate::tick::columns::OptionColumns;
 pub(super) type Members<'w, 's> = Query<
     'w,
     's,
-    (Entity, &'static mut Transform, &'static mut PhysicsBody, &'static Force, Option<&'static mut LastStep>),
+    (
+        Entity,
+        &'static mut Transform,
+        &'static mut PhysicsBody,
+        &'static Force,
+        Option<&'static mut LastStep>,
+    ),
     (With<Grouped>, Without<Quarantined>),
 >;
 

@@ -77,13 +77,18 @@ impl<'w> Tables<'w> {
         let anchors = anchors.contiguous_iter().expect(DENSE);
         self.anchors.extend(anchors.filter_map(|(entities, transforms, bodies)| {
             let number = param.table_of(*entities.first()?)?;
-            let (positions, bodies) = (bytemuck::cast_slice(transforms), bytemuck::cast_slice(bodies));
+            let (positions, bodies) =
+                (bytemuck::cast_slice(transforms), bytemuck::cast_slice(bodies));
             Some(AnchorTable { number, entities, positions, bodies })
         }));
     }
 
     /// State of a body and length of its last step, s.
-    pub fn state_of(&self, param: &EnvironmentParam, body: Entity) -> Option<(Transform, PhysicsBody, f64)> {
+    pub fn state_of(
+        &self,
+        param: &EnvironmentParam,
+        body: Entity,
+    ) -> Option<(Transform, PhysicsBody, f64)> {
         let (number, row) = param.place_of(body)?;
         let table = self.members.iter().find(|table| table.number == number)?;
         let last = table.last.as_ref().map_or(0.0, |last| last[row].0);
@@ -156,11 +161,16 @@ impl Groups {
         }
         let place = |(table, mut bodies): (usize, Vec<(usize, Entity)>)| {
             bodies.sort_unstable_by_key(|(at, _)| *at);
-            Place { table, bodies: bodies.into_iter().map(|(_, body)| body).collect(), ..Place::default() }
+            Place {
+                table,
+                bodies: bodies.into_iter().map(|(_, body)| body).collect(),
+                ..Place::default()
+            }
         };
         self.places = tables.into_iter().map(place).collect();
         let list = &self.list;
-        let bundled = bundles(list, &places, |group, row| of_body(options, list[group].bodies[row as usize]));
+        let bundled =
+            bundles(list, &places, |group, row| of_body(options, list[group].bodies[row as usize]));
         self.bundles.make(bundled, &mut self.list);
         self.place(&places);
     }
@@ -175,15 +185,18 @@ impl Groups {
 
     /// Makes the runs of all rows, and the order of groups and bundles.
     fn place(&mut self, places: &[Places]) {
-        let mut units: Vec<_> = (0..self.list.len()).map(|group| Some(Unit::Group(group))).collect();
+        let mut units: Vec<_> =
+            (0..self.list.len()).map(|group| Some(Unit::Group(group))).collect();
         let Self { bundles, list, places: tables, .. } = &mut *self;
         for (number, bundle) in bundles.list.iter_mut().enumerate() {
             bundle.groups.iter().for_each(|group| units[*group] = None);
             units[bundle.groups[0]] = Some(Unit::Bundle(number));
             let Coupling { rows, movable, .. } = list[bundle.groups[0]].coupling;
             let runs = |row: usize| {
-                let bodies =
-                    bundle.groups.iter().map(|group| (places[*group][row], list[*group].bodies[row]));
+                let bodies = bundle
+                    .groups
+                    .iter()
+                    .map(|group| (places[*group][row], list[*group].bodies[row]));
                 lane_runs(tables, row, bodies)
             };
             bundle.members = (0..movable).flat_map(runs).collect();
@@ -202,7 +215,9 @@ impl Groups {
                 let Some((table, start)) = *place else { continue };
                 match &mut run {
                     Some(run)
-                        if run.table == table && run.start + run.len == start && run.row + run.len == row =>
+                        if run.table == table
+                            && run.start + run.len == start
+                            && run.row + run.len == row =>
                     {
                         run.len += 1;
                     }
@@ -253,7 +268,9 @@ impl Groups {
         }
         let mut anchors = self.bundles.list.iter().flat_map(|bundle| &bundle.anchors);
         let is_there = |run: &LaneRun| {
-            self.places[run.place].anchors.is_some_and(|table| run.is_in(tables.anchors[table].entities))
+            self.places[run.place]
+                .anchors
+                .is_some_and(|table| run.is_in(tables.anchors[table].entities))
         };
         if !anchors.all(is_there) {
             return false;
@@ -272,7 +289,8 @@ impl Groups {
                 });
                 let (v, w) = (&mut self.v[to..to + len], &mut self.w[to..to + len]);
                 Threads::share_two(threads, v, w, |first, v, w| {
-                    for ((v, w), [a, b, c, d]) in v.iter_mut().zip(w).zip(&bodies[start + first..]) {
+                    for ((v, w), [a, b, c, d]) in v.iter_mut().zip(w).zip(&bodies[start + first..])
+                    {
                         (*v, *w) = ([*a, *b, *c, 0.0], *d);
                     }
                 });
@@ -281,8 +299,9 @@ impl Groups {
                 }
                 self.seen[group] += len;
                 let pushed = param.pushed_in(number, start..start + len);
-                self.pushes
-                    .extend(pushed.iter().map(|(_, at)| (group, row + at - start, newtons(forces, *at))));
+                self.pushes.extend(
+                    pushed.iter().map(|(_, at)| (group, row + at - start, newtons(forces, *at))),
+                );
             }
         }
         if param.pushes() {
@@ -295,12 +314,16 @@ impl Groups {
     /// Collects the pushes on the groups of bundles.
     fn gather_pushes(&mut self, param: &EnvironmentParam, tables: &Tables) {
         let bundles = self.bundles.list.iter().filter(|bundle| is_seen(&self.places, bundle));
-        for (bundle, run) in bundles.flat_map(|bundle| bundle.members.iter().map(move |run| (bundle, run))) {
+        for (bundle, run) in
+            bundles.flat_map(|bundle| bundle.members.iter().map(move |run| (bundle, run)))
+        {
             let LaneRun { start, step, row, group, ref bodies, .. } = *run;
-            let Some(table) = self.places[run.place].members.map(|table| &tables.members[table]) else {
+            let Some(table) = self.places[run.place].members.map(|table| &tables.members[table])
+            else {
                 continue;
             };
-            let pushed = param.pushed_in(table.number, start..start + (bodies.len() - 1) * step + 1);
+            let pushed =
+                param.pushed_in(table.number, start..start + (bodies.len() - 1) * step + 1);
             let pushed = pushed.iter().filter(|(_, at)| (at - start) % step == 0);
             self.pushes.extend(pushed.map(|(_, at)| {
                 (bundle.groups[group + (at - start) / step], row, newtons(table.forces, *at))
@@ -352,18 +375,25 @@ impl Groups {
                 load_rows(&mut x[element], (lane, rows), &positions[at..], run.step);
                 load_rows(&mut v[element], (lane, rows), &bodies[at..], run.step);
                 let w = &mut w[element * BLOCK_BODIES + lane..][..rows];
-                w.iter_mut().zip(bodies[at..].iter().step_by(run.step)).for_each(|(w, body)| *w = body[3]);
+                w.iter_mut()
+                    .zip(bodies[at..].iter().step_by(run.step))
+                    .for_each(|(w, body)| *w = body[3]);
                 if let Some(last) = &last {
                     let steps = steps[element * BLOCK_BODIES + lane..][..rows].iter_mut();
-                    steps.zip(last[at..].iter().step_by(run.step)).for_each(|(to, step)| *to = *step);
+                    steps
+                        .zip(last[at..].iter().step_by(run.step))
+                        .for_each(|(to, step)| *to = *step);
                 }
             });
         }
-        let (mut lost, mut moving) = (std::mem::take(&mut bundle.lost), std::mem::take(&mut bundle.moving));
+        let (mut lost, mut moving) =
+            (std::mem::take(&mut bundle.lost), std::mem::take(&mut bundle.moving));
         lost.clear();
         moving.clear();
         for run in &bundle.anchors {
-            let Some(table) = places[run.place].anchors.map(|table| &tables.anchors[table]) else { continue };
+            let Some(table) = places[run.place].anchors.map(|table| &tables.anchors[table]) else {
+                continue;
+            };
             run.parts(bundle, |(at, rows), (element, lane)| {
                 let (x, v) = (&mut x[element], &mut v[element]);
                 load_rows(x, (lane, rows), &table.positions[at..], run.step);
@@ -417,7 +447,8 @@ impl Groups {
                         let at = at + k * run.step;
                         positions[at] = [x[0][lane + k], x[1][lane + k], x[2][lane + k]];
                         let body = &mut bodies[at];
-                        (body[0], body[1], body[2]) = (v[0][lane + k], v[1][lane + k], v[2][lane + k]);
+                        (body[0], body[1], body[2]) =
+                            (v[0][lane + k], v[1][lane + k], v[2][lane + k]);
                     }
                 }
                 if let Some(last) = &mut last {
@@ -464,7 +495,12 @@ fn newtons(forces: &[Force], row: usize) -> Row {
 
 /// Copies `count` rows, every `step`th one, into the lanes from `lane` on.
 #[inline(always)]
-fn load_rows<const N: usize>(to: &mut Axes, (lane, count): (usize, usize), rows: &[[f64; N]], step: usize) {
+fn load_rows<const N: usize>(
+    to: &mut Axes,
+    (lane, count): (usize, usize),
+    rows: &[[f64; N]],
+    step: usize,
+) {
     if let (1, BLOCK_BODIES, Some(rows)) = (step, count, rows.first_chunk()) {
         vectorize(
             #[inline(always)]
@@ -481,7 +517,9 @@ fn load_rows<const N: usize>(to: &mut Axes, (lane, count): (usize, usize), rows:
 
 /// Whether the `count` rows from `lane` on are at rest, finite and in range.
 fn is_regular((x, v): (&Axes, &Axes), (lane, count): (usize, usize), bounds: Bounds) -> bool {
-    let each = |axis: usize, lane: usize| (x[axis][lane].abs() <= bounds.position) & (v[axis][lane] == 0.0);
+    let each = |axis: usize, lane: usize| {
+        (x[axis][lane].abs() <= bounds.position) & (v[axis][lane] == 0.0)
+    };
     if count < BLOCK_BODIES {
         return (0..3).all(|axis| (lane..lane + count).all(|lane| each(axis, lane)));
     }

@@ -67,7 +67,11 @@ pub(super) fn axis(d: Vector, rest_length: f64) -> (Vector, f64) {
 
 /// The [axes](AxisBlock) of four springs whose ends are `d` apart, as [`axis`] but at least 0.
 #[inline(always)]
-pub(super) fn axes<S: Simd>(simd: S, [x, y, z]: [f64x4<S>; 3], rest_length: f64x4<S>) -> [f64x4<S>; 2] {
+pub(super) fn axes<S: Simd>(
+    simd: S,
+    [x, y, z]: [f64x4<S>; 3],
+    rest_length: f64x4<S>,
+) -> [f64x4<S>; 2] {
     let splat = |number: f64| f64x4::splat(simd, number);
     let length = (x * x + y * y + z * z).sqrt();
     let has_length = length.simd_gt(splat(0.0));
@@ -155,7 +159,12 @@ impl Springs {
         if at == 0 {
             let zero = [0.0; AT_ONCE];
             let ends = [[0; AT_ONCE]; 2];
-            self.blocks.push(SpringBlock { ends, stiffness: zero, damping: zero, rest_length: zero });
+            self.blocks.push(SpringBlock {
+                ends,
+                stiffness: zero,
+                damping: zero,
+                rest_length: zero,
+            });
         }
         if let Some(block) = self.blocks.last_mut() {
             let Elastic { stiffness, damping, rest_length, pull_only } = spring.elastic;
@@ -177,7 +186,8 @@ impl Springs {
         let (mut shares, mut sum, mut start) = (Vec::new(), 0, 0);
         for (row, ends) in ends.iter().enumerate() {
             sum += ends;
-            let is_full = shares.len() + 1 < count && sum * count >= 2 * self.len * (shares.len() + 1);
+            let is_full =
+                shares.len() + 1 < count && sum * count >= 2 * self.len * (shares.len() + 1);
             if is_full || row + 1 == rows {
                 shares.push(Share { rows: start..row + 1, blocks: Vec::new() });
                 start = row + 1;
@@ -353,7 +363,8 @@ impl<const DAMPED: bool> EndForces for Tension<'_, DAMPED> {
     fn of<S: Simd>(&self, simd: S, _: usize, block: &SpringBlock) -> [f64x4<S>; AT_ONCE] {
         let d = block.differences(simd, self.x);
         let SpringBlock { stiffness, damping, rest_length, .. } = *block;
-        let [stiffness, damping] = [f64x4::simd_from(simd, stiffness), f64x4::simd_from(simd, damping)];
+        let [stiffness, damping] =
+            [f64x4::simd_from(simd, stiffness), f64x4::simd_from(simd, damping)];
         let elastic = [stiffness, damping, f64x4::simd_from(simd, rest_length)];
         let u = if DAMPED { columns(block.differences(simd, self.v)) } else { columns(d) };
         let tension: [f64; AT_ONCE] = tension::<_, DAMPED>(simd, elastic, columns(d), u).into();

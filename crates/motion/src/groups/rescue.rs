@@ -10,7 +10,8 @@ use super::suspects::{RowStates, Suspects, springs_by_row};
 use super::{Group, Groups};
 use crate::kernels::record::vector;
 use crate::kernels::{
-    AppliedForces, Batch, BodyOptions, MethodStateRows, OfRows, RowOptions, StepStatistics, TickParameters,
+    AppliedForces, Batch, BodyOptions, MethodStateRows, OfRows, RowOptions, StepStatistics,
+    TickParameters,
 };
 use crate::laws::{Affine, Law};
 use crate::methods::MethodStateKind;
@@ -54,7 +55,8 @@ impl Rescue<'_, '_, '_, '_> {
         };
         for (row, body) in group.bodies[..coupling.movable].iter().enumerate() {
             if let Some((transform, body, last)) = state_of(*body) {
-                (before.x[row], before.v[row]) = (row_of(transform.position), row_of(body.velocity));
+                (before.x[row], before.v[row]) =
+                    (row_of(transform.position), row_of(body.velocity));
                 (before.w[row], before.last[row]) = (body.inverse_mass, last);
             }
         }
@@ -88,7 +90,9 @@ impl Rescue<'_, '_, '_, '_> {
             let mut statistics = StepStatistics { record, ..StepStatistics::default() };
             let culprits: Vec<_> = parts
                 .iter()
-                .flat_map(|part| self.part(group, part, &pushes, &before, &mut after, &mut statistics))
+                .flat_map(|part| {
+                    self.part(group, part, &pushes, &before, &mut after, &mut statistics)
+                })
                 .collect();
             if culprits.is_empty() {
                 self.output.evaluations.add(&statistics, std::iter::empty());
@@ -128,8 +132,9 @@ impl Rescue<'_, '_, '_, '_> {
         if coupling.springs.is_empty() && coupling.sheets.is_empty() && !coupling.attracts {
             // A row without coupling is integrated as a single body.
             let row = part.rows[0];
-            let force =
-                pushes.iter().fold([0.0; 3], |sum, (_, [x, y, z, _])| [sum[0] + x, sum[1] + y, sum[2] + z]);
+            let force = pushes
+                .iter()
+                .fold([0.0; 3], |sum, (_, [x, y, z, _])| [sum[0] + x, sum[1] + y, sum[2] + z]);
             if let Some(record) = &mut statistics.record {
                 record.first = row;
             }
@@ -140,7 +145,8 @@ impl Rescue<'_, '_, '_, '_> {
         } else {
             let listed = |rows: &[u32]| {
                 let of_whole = |row: &usize| rows.binary_search(&(*row as u32)).is_ok();
-                let found = part.rows[..movable].iter().enumerate().filter(|(_, row)| of_whole(row));
+                let found =
+                    part.rows[..movable].iter().enumerate().filter(|(_, row)| of_whole(row));
                 found.map(|(row, _)| row as u32).collect::<Vec<_>>()
             };
             let (with_options, with_laws) = (listed(&group.with_options), listed(&group.with_laws));
@@ -167,8 +173,14 @@ impl Rescue<'_, '_, '_, '_> {
                 };
                 let record = self.output.records.recorder(part.rows.len());
                 let mut own = StepStatistics { record, ..StepStatistics::default() };
-                let field =
-                    GroupField::new(coupling, self.environment, rows, &options, &mut scratch, &mut own);
+                let field = GroupField::new(
+                    coupling,
+                    self.environment,
+                    rows,
+                    &options,
+                    &mut scratch,
+                    &mut own,
+                );
                 match (self.kernel.tick)(field, watch) {
                     Ok(()) => {
                         statistics.add(&own);
@@ -180,8 +192,11 @@ impl Rescue<'_, '_, '_, '_> {
                     Err(first) if !first.is_empty() => {
                         let breach = |row: usize| {
                             let ([a, b, c, _], [d, e, f, _]) = (state.0[row], state.1[row]);
-                            let breach =
-                                self.environment.parameters.bounds.breach(&[a, b, c], &[d, e, f, w[row]]);
+                            let breach = self
+                                .environment
+                                .parameters
+                                .bounds
+                                .breach(&[a, b, c], &[d, e, f, w[row]]);
                             // A row that failed within the tick may be finite at its end.
                             breach.unwrap_or(Breach { of: Quantity::Velocity, finite: false })
                         };
@@ -224,8 +239,10 @@ impl Rescue<'_, '_, '_, '_> {
             _ => MethodStateRows::None,
         };
         let applied = Some(AppliedForces { forces: &[force], rows: &[(0, 0)], offset: 0 });
-        let mut batch = Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state };
-        let outcome = self.kernel.single.integrate_row(&parameters, options, &mut batch, 0, statistics);
+        let mut batch =
+            Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state };
+        let outcome =
+            self.kernel.single.integrate_row(&parameters, options, &mut batch, 0, statistics);
         let ([a, b, c], [d, e, f, _]) = (positions[0], bodies[0]);
         (x[0], v[0]) = ([a, b, c, 0.0], [d, e, f, 0.0]);
         outcome
@@ -235,5 +252,10 @@ impl Rescue<'_, '_, '_, '_> {
 /// A refused row, in its state before the tick.
 fn refused(group: &Group, before: &RowStates, row: usize, cause: Cause) -> Refused {
     let state = PhysicsBody { velocity: vector(&before.v[row]), inverse_mass: before.w[row] };
-    Refused { body: group.bodies[row], transform: Transform::at(vector(&before.x[row])), state, cause }
+    Refused {
+        body: group.bodies[row],
+        transform: Transform::at(vector(&before.x[row])),
+        state,
+        cause,
+    }
 }

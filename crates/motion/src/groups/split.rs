@@ -61,7 +61,8 @@ impl Coupling {
         if !(is_connected && all_move) {
             return self.parts(&none);
         }
-        let (mut springs, mut sheets) = (std::mem::take(&mut self.springs), std::mem::take(&mut self.sheets));
+        let (mut springs, mut sheets) =
+            (std::mem::take(&mut self.springs), std::mem::take(&mut self.sheets));
         let mut part = Part::default();
         part.rows.extend(0..self.movable);
         part.coupling.movable = self.movable;
@@ -88,10 +89,17 @@ impl Coupling {
                 movable.for_each(|row| sets.join(first as usize, row as usize));
             }
         };
-        self.springs.iter().filter(|spring| lives(&spring.ends)).for_each(|spring| join(&spring.ends));
-        self.sheets.iter().filter(|sheet| lives(&sheet.corners)).for_each(|sheet| join(&sheet.corners));
+        self.springs
+            .iter()
+            .filter(|spring| lives(&spring.ends))
+            .for_each(|spring| join(&spring.ends));
+        self.sheets
+            .iter()
+            .filter(|sheet| lives(&sheet.corners))
+            .for_each(|sheet| join(&sheet.corners));
         if self.attracts {
-            let all: Vec<u32> = (0..).take(self.movable).filter(|row| !removed[*row as usize]).collect();
+            let all: Vec<u32> =
+                (0..).take(self.movable).filter(|row| !removed[*row as usize]).collect();
             join(&all);
         }
         sets
@@ -125,8 +133,10 @@ impl Coupling {
             parts.iter_mut().for_each(|part| part.hold(self, row));
         }
         let number = |row: u32| numbers[row as usize];
-        let part = |rows: &[u32]| rows.iter().find(|row| moves(**row)).map(|row| part_of[*row as usize]);
-        for SpringRow { ends, elastic } in self.springs.iter().filter(|spring| lives(&spring.ends)) {
+        let part =
+            |rows: &[u32]| rows.iter().find(|row| moves(**row)).map(|row| part_of[*row as usize]);
+        for SpringRow { ends, elastic } in self.springs.iter().filter(|spring| lives(&spring.ends))
+        {
             if let Some(part) = part(&ends) {
                 let part = &mut parts[part];
                 let ends = ends.map(|row| part.row(self, row, &number));
@@ -153,7 +163,9 @@ impl Coupling {
         }
         let mut lower: HashMap<usize, Vec<usize>> = HashMap::new();
         let mut join = |ends: &[u32]| {
-            for (a, b) in ends.iter().flat_map(|a| ends.iter().map(move |b| (*a as usize, *b as usize))) {
+            for (a, b) in
+                ends.iter().flat_map(|a| ends.iter().map(move |b| (*a as usize, *b as usize)))
+            {
                 if a < b && rows.binary_search(&a).is_ok() && rows.binary_search(&b).is_ok() {
                     lower.entry(b).or_default().push(a);
                 }

@@ -66,9 +66,14 @@ impl Suspects<'_, '_, '_> {
             return cause(evidence);
         }
         let ([a, b, c, _], [d, e, f, _]) = (x[row], v[row]);
-        if let Some(breach) = self.environment.parameters.bounds.breach(&[a, b, c], &[d, e, f, w[row]]) {
-            let no_range =
-                self.environment.shared.found(Exposure { kicks: false, gravity_off: true, own_rate: true });
+        if let Some(breach) =
+            self.environment.parameters.bounds.breach(&[a, b, c], &[d, e, f, w[row]])
+        {
+            let no_range = self.environment.shared.found(Exposure {
+                kicks: false,
+                gravity_off: true,
+                own_rate: true,
+            });
             return Some(self.environment.shared.cause(SYSTEM, breach, no_range));
         }
         let BodyOptions { gravity_off, damping_rate, locks, .. } = self.whole.row(row);
@@ -80,9 +85,13 @@ impl Suspects<'_, '_, '_> {
             return cause((place::MUTUAL_GRAVITY, Fault::Found));
         }
         // Infinite damping is valid for some methods: it stops the body.
-        let stops = self.environment.parameters.damping.is_some_and(|damping| damping.rate.is_infinite());
+        let stops =
+            self.environment.parameters.damping.is_some_and(|damping| damping.rate.is_infinite());
         let own_rate = damping_rate.is_some() || stops;
-        self.environment.shared.found(Exposure { kicks: true, gravity_off, own_rate }).and_then(cause)
+        self.environment
+            .shared
+            .found(Exposure { kicks: true, gravity_off, own_rate })
+            .and_then(cause)
     }
 
     /// The cause why a row failed in a tick without the rows `removed`.
@@ -92,12 +101,19 @@ impl Suspects<'_, '_, '_> {
         let exposure = Exposure { kicks: true, gravity_off, own_rate };
         let last = self.before.last[row];
         let damping_rate = damping_rate.filter(|_| self.environment.parameters.damping.is_some());
-        let suspect =
-            Suspect { damping_rate, limit: speed_limit, last_step: Some(last), laws, ..self.state_of(row) };
+        let suspect = Suspect {
+            damping_rate,
+            limit: speed_limit,
+            last_step: Some(last),
+            laws,
+            ..self.state_of(row)
+        };
         let evidence = suspect
             .found()
             .or_else(|| self.environment.shared.found(exposure))
-            .or_else(|| self.attraction_is_invalid().then_some((place::MUTUAL_GRAVITY, Fault::Found)))
+            .or_else(|| {
+                self.attraction_is_invalid().then_some((place::MUTUAL_GRAVITY, Fault::Found))
+            })
             .or_else(|| self.spring_at_fault(row, removed))
             .or_else(|| suspect.own_law(self.environment.parameters.times.ends()))
             .or_else(|| self.environment.shared.law_at_fault(suspect.state()))
@@ -126,7 +142,8 @@ impl Suspects<'_, '_, '_> {
     fn spring_at_fault(&self, row: usize, removed: &[bool]) -> Option<Evidence> {
         let Group { bodies, .. } = self.group;
         let springs = self.springs[row].iter().filter(|(other, _)| !removed[*other]);
-        let mut broken = springs.filter(|(other, elastic)| !self.tension(row, *other, elastic).is_finite());
+        let mut broken =
+            springs.filter(|(other, elastic)| !self.tension(row, *other, elastic).is_finite());
         broken.next().map(|(other, Elastic { stiffness, damping, rest_length, .. })| {
             let finite = [stiffness, damping, rest_length].iter().all(|number| number.is_finite());
             (place::SPRING, if finite { Fault::Spring(bodies[*other]) } else { Fault::Found })
@@ -144,7 +161,8 @@ impl Suspects<'_, '_, '_> {
     }
 
     fn attraction_is_invalid(&self) -> bool {
-        let attraction = self.environment.shared.attraction.filter(|_| self.group.coupling.attracts);
+        let attraction =
+            self.environment.shared.attraction.filter(|_| self.group.coupling.attracts);
         attraction.is_some_and(|law| !law.constant.is_finite() || law.softening.is_nan())
     }
 

@@ -54,7 +54,8 @@ fn advance_groups(
     groups: GroupsParam,
     mut members: Members,
 ) {
-    let GroupsParam { mut groups, mut changed, solver, attraction, anchors, options, mut summed } = groups;
+    let GroupsParam { mut groups, mut changed, solver, attraction, anchors, options, mut summed } =
+        groups;
     param.prepare();
     let groups = &mut *groups;
     let shared = Environment { attraction: attraction.as_deref(), ..param.environment() };
@@ -77,8 +78,14 @@ fn advance_groups(
     summed.extend(shared.summed(true));
     let called = shared.called();
     let solver = solver.as_deref().copied().unwrap_or_default();
-    let environment =
-        GroupEnvironment::new(kernel.single.traits, shared, &called, solver, &summed, param.threads());
+    let environment = GroupEnvironment::new(
+        kernel.single.traits,
+        shared,
+        &called,
+        solver,
+        &summed,
+        param.threads(),
+    );
     let mut tick = Tick {
         kernel,
         substeps: environment.parameters.times.substeps,
@@ -209,7 +216,13 @@ impl Tick<'_, '_, '_, '_, '_> {
         let mut statistics = StepStatistics { record, ..StepStatistics::default() };
         groups.bundles.fill_up(number);
         let bundle = (number, apart);
-        let done = groups.tick_lanes(self.kernel, bundle, &self.environment, self.options, &mut statistics);
+        let done = groups.tick_lanes(
+            self.kernel,
+            bundle,
+            &self.environment,
+            self.options,
+            &mut statistics,
+        );
         let is_apart = |lane: &usize| apart.binary_search(lane).is_ok();
         failed.extend(done.err().into_iter().flatten().filter(|lane| !is_apart(lane)));
         failed.sort_unstable();
@@ -232,7 +245,8 @@ impl Tick<'_, '_, '_, '_, '_> {
         }
         let first = &list[members[0]];
         let differ = |lane: &usize| {
-            let of = |group: usize, row: u32| of_body(self.options, list[group].bodies[row as usize]);
+            let of =
+                |group: usize, row: u32| of_body(self.options, list[group].bodies[row as usize]);
             let differs = |row: &u32| !of(members[*lane], *row).is_like(&of(members[0], *row));
             first.with_options.iter().any(differs)
         };
@@ -241,14 +255,18 @@ impl Tick<'_, '_, '_, '_, '_> {
         }
         let first_moves = moving.first() == Some(&0);
         if !moving.is_empty() {
-            apart.extend((1..members.len()).filter(|lane| moving.binary_search(lane).is_ok() != first_moves));
+            apart.extend(
+                (1..members.len()).filter(|lane| moving.binary_search(lane).is_ok() != first_moves),
+            );
         }
         if self.kernel.single.traits.state == MethodStateKind::LastStep {
             let step = |row: usize, lane: usize| {
                 let (element, lane) = bundle.place(row, lane);
                 bundles.last[element * BLOCK_BODIES + lane]
             };
-            let steps = |lane: &usize| (0..first.coupling.movable).all(|row| step(row, *lane) == step(0, 0));
+            let steps = |lane: &usize| {
+                (0..first.coupling.movable).all(|row| step(row, *lane) == step(0, 0))
+            };
             apart.extend((0..members.len()).filter(|lane| !steps(lane)));
         }
         if bundle.has_other_caches {
@@ -264,7 +282,8 @@ impl Group {
         let Self { coupling, shares, .. } = self;
         let count = Threads::for_rows(threads, coupling.rows).map_or(0, Threads::count);
         if shares.0 != count {
-            let list = if count > 0 { coupling.springs.shares(coupling.rows, count) } else { Vec::new() };
+            let list =
+                if count > 0 { coupling.springs.shares(coupling.rows, count) } else { Vec::new() };
             *shares = (count, list);
         }
     }
@@ -292,7 +311,8 @@ impl Groups {
         for (row, body) in bodies.iter().enumerate().skip(coupling.movable) {
             let row = first + row;
             if let Ok((_, transform, body)) = anchors.get(*body) {
-                let ([x, y, z], [a, b, c]) = (transform.position.to_array(), body.velocity.to_array());
+                let ([x, y, z], [a, b, c]) =
+                    (transform.position.to_array(), body.velocity.to_array());
                 (self.x[row], self.v[row], self.w[row]) = ([x, y, z, 0.0], [a, b, c, 0.0], 0.0);
                 holds &= bounds.holds_position(&[x, y, z]) && bounds.holds_velocity(&[a, b, c]);
             } else {
@@ -334,8 +354,14 @@ impl Groups {
             anchors_rest,
             springs: &group.shares.1,
         };
-        let field =
-            GroupField::new(&group.coupling, environment, rows, &options, &mut self.scratch, statistics);
+        let field = GroupField::new(
+            &group.coupling,
+            environment,
+            rows,
+            &options,
+            &mut self.scratch,
+            statistics,
+        );
         (kernel.tick)(field, Watch::Off)
     }
 
@@ -359,7 +385,8 @@ impl Groups {
         }
         let Self { list, bundles: Bundles { list: all, x, v, w, last, scratch, .. }, .. } = self;
         scratch.pushes = pushes;
-        let Bundle { elements, width, ref groups, ref springs, ref mut cache, ref moving, .. } = all[number];
+        let Bundle { elements, width, ref groups, ref springs, ref mut cache, ref moving, .. } =
+            all[number];
         let shape = &list[groups[0]];
         let last = &mut last[..shape.coupling.movable * width * BLOCK_BODIES];
         if kernel.single.traits.state == MethodStateKind::LastStep {
@@ -381,7 +408,8 @@ impl Groups {
             springs,
         };
         let options = ByRow { bodies: &shape.bodies, options };
-        let field = GroupField::new(&shape.coupling, environment, rows, &options, scratch, statistics);
+        let field =
+            GroupField::new(&shape.coupling, environment, rows, &options, scratch, statistics);
         (kernel.tick_lanes)(field)
     }
 

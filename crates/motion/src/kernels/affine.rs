@@ -52,7 +52,9 @@ pub(super) fn run<M: Integrator>(
                 let breach = parameters.bounds.breach(&batch.positions[row], &batch.bodies[row]);
                 let (x, body) = (&before.0[row - start], &before.1[row - start]);
                 refused.extend(
-                    breach.filter(|_| is_missed(&parameters.bounds, x, body)).map(|breach| (row, breach)),
+                    breach
+                        .filter(|_| is_missed(&parameters.bounds, x, body))
+                        .map(|breach| (row, breach)),
                 );
             }
         }
@@ -89,7 +91,8 @@ fn step_all<M: Integrator>(
         return Some(0);
     }
     let mut whole = batch.part(rows.clone());
-    let evaluations = step::<M>(parameters, &mut whole, &mut |row, breach| refuse(rows.start + row, breach))?;
+    let evaluations =
+        step::<M>(parameters, &mut whole, &mut |row, breach| refuse(rows.start + row, breach))?;
     // A block is loaded one number beyond its last row, so the last block is copied, with a row beyond it.
     let rest = (rows.len() - 1) % BLOCK + 1;
     let last = rows.end - rest..rows.end;
@@ -112,9 +115,11 @@ fn step_all<M: Integrator>(
         steps[..rest].copy_from_slice(&all[last.clone()]);
         method_state = MethodStateRows::LastStep(&mut steps);
     }
-    let applied = (count > 0).then_some(AppliedForces { forces: &forces, rows: &pushed[..count], offset: 0 });
+    let applied =
+        (count > 0).then_some(AppliedForces { forces: &forces, rows: &pushed[..count], offset: 0 });
     let mut copy = Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state };
-    let of_last = step::<M>(parameters, &mut copy, &mut |row, breach| refuse(last.start + row, breach))?;
+    let of_last =
+        step::<M>(parameters, &mut copy, &mut |row, breach| refuse(last.start + row, breach))?;
     batch.positions[last.clone()].copy_from_slice(&positions[..rest]);
     batch.bodies[last.clone()].copy_from_slice(&bodies[..rest]);
     if let MethodStateRows::LastStep(all) = &mut batch.method_state {
@@ -142,7 +147,9 @@ fn step<M: Integrator>(
     #[cfg(not(target_arch = "x86_64"))]
     {
         let level = *LEVEL;
-        Some(fearless_simd::dispatch!(level, simd => step_with::<M, _>(simd, parameters, batch, refuse)))
+        Some(
+            fearless_simd::dispatch!(level, simd => step_with::<M, _>(simd, parameters, batch, refuse)),
+        )
     }
 }
 
@@ -186,8 +193,12 @@ impl<S: Simd> AffineKernel<'_, '_, '_, S> {
     /// Returns the number of evaluations.
     #[inline(always)]
     fn run<M: Integrator, const PARTS: u8>(self) -> u64 {
-        let Self { simd, parameters, batch: Batch { positions, bodies, applied, method_state, .. }, refuse } =
-            self;
+        let Self {
+            simd,
+            parameters,
+            batch: Batch { positions, bodies, applied, method_state, .. },
+            refuse,
+        } = self;
         let step = StepOf { constants: Constants::new(simd, parameters), parameters };
         let limit = Limit::of::<M>(parameters);
         let mut pushed = PushedBlocks::new(*applied, bodies.len());
@@ -257,7 +268,8 @@ impl<S: Simd> StepOf<'_, '_, S> {
         if PUSHED && let Some(forces) = forces {
             applied = load_triples(simd, forces);
         }
-        let field = RowField::<_, BLOCK, PARTS, PUSHED>::new(self.constants, bodies, Some(&applied));
+        let field =
+            RowField::<_, BLOCK, PARTS, PUSHED>::new(self.constants, bodies, Some(&applied));
         let (x, v) = (load_triples(simd, x), Rows::of(simd, bodies));
         self.run::<M, PARTS, PUSHED, BLOCK>(field, x, v, last)
     }
@@ -336,7 +348,12 @@ impl<'a> PushedBlocks<'a> {
         let AppliedForces { forces, rows: pushed, offset } =
             applied.unwrap_or(AppliedForces { forces: &[], rows: &[], offset: 0 });
         assert!(pushed.is_empty() || forces.len() == rows, "a force for every body");
-        Self { numbers: forces.as_flattened(), rows: pushed, offset, next: first_row(pushed, offset) }
+        Self {
+            numbers: forces.as_flattened(),
+            rows: pushed,
+            offset,
+            next: first_row(pushed, offset),
+        }
     }
 
     /// Whether a row of the block at `start` is pushed. Called for blocks in order.
@@ -387,8 +404,10 @@ struct Limit {
 impl Limit {
     fn of<M: Integrator>(parameters: &TickParameters<'_>) -> Self {
         // A factor after the move may enlarge the velocity after it entered the position.
-        let grows = parameters.decay.after_move.is_some_and(|factor| factor.abs() > 1.0 || factor.is_nan());
-        let is_of_numbers = parameters.bounds == Bounds::FINITE && !(M::MOVES_WITH_NEW_VELOCITY && grows);
+        let grows =
+            parameters.decay.after_move.is_some_and(|factor| factor.abs() > 1.0 || factor.is_nan());
+        let is_of_numbers =
+            parameters.bounds == Bounds::FINITE && !(M::MOVES_WITH_NEW_VELOCITY && grows);
         Self { bounds: parameters.bounds, is_of_numbers }
     }
 }
@@ -410,7 +429,11 @@ fn is_finite<M: Integrator, S: Simd>((x, v): &NewRows<S>) -> bool {
 
 /// Stores positions and rows.
 #[inline(always)]
-fn store<M: Integrator, S: Simd>((new_x, new_v): &NewRows<S>, x: &mut Triples, bodies: &mut [Row; BLOCK]) {
+fn store<M: Integrator, S: Simd>(
+    (new_x, new_v): &NewRows<S>,
+    x: &mut Triples,
+    bodies: &mut [Row; BLOCK],
+) {
     if M::MOVES {
         // In this order: the last lane of a row is the first number of the next, which is stored after it.
         each_row!(k in BLOCK - 1 {

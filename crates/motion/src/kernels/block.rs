@@ -38,7 +38,11 @@ impl<const N: usize> Block<N> {
 
     /// Stores the row of each body that `row` makes of its numbers.
     #[inline(always)]
-    pub fn store<const M: usize>(&self, rows: &mut [[f64; M]], row: impl Fn([f64; 3], usize) -> [f64; M]) {
+    pub fn store<const M: usize>(
+        &self,
+        rows: &mut [[f64; M]],
+        row: impl Fn([f64; 3], usize) -> [f64; M],
+    ) {
         store_axes(&self.0, rows, row);
     }
 
@@ -72,7 +76,10 @@ impl<const N: usize> Block<N> {
 
 /// Turns rows into axes.
 #[inline(always)]
-pub(crate) fn load_axes<const N: usize, const M: usize>(axes: &mut [[f64; N]; 3], rows: &[[f64; M]; N]) {
+pub(crate) fn load_axes<const N: usize, const M: usize>(
+    axes: &mut [[f64; N]; 3],
+    rows: &[[f64; M]; N],
+) {
     let [x, y, z] = axes;
     for (k, row) in rows.iter().enumerate() {
         (x[k], y[k], z[k]) = (row[0], row[1], row[2]);
@@ -278,7 +285,11 @@ impl Slots {
 
     /// A new element with `number` of every axis and body; `number` also gets the elements `a` and `b`.
     #[inline(always)]
-    fn fill(&self, [a, b]: [usize; 2], number: impl Fn(usize, usize, &Full, &Full) -> f64) -> Slot<'_> {
+    fn fill(
+        &self,
+        [a, b]: [usize; 2],
+        number: impl Fn(usize, usize, &Full, &Full) -> f64,
+    ) -> Slot<'_> {
         self.add(
             #[inline(always)]
             |before, next| {
@@ -374,8 +385,9 @@ impl<'s> BlockSpace<BLOCK_BODIES> for Slot<'s> {
     #[inline(always)]
     fn zip(self, other: Self, change: impl Fn(usize, usize, [f64; 2]) -> f64) -> Self {
         let (a, b) = (self.plain(), other.plain());
-        self.slots
-            .fill([a.number(), b.number()], |axis, k, a, b| change(axis, k, [a.0[axis][k], b.0[axis][k]]))
+        self.slots.fill([a.number(), b.number()], |axis, k, a, b| {
+            change(axis, k, [a.0[axis][k], b.0[axis][k]])
+        })
     }
 
     fn recycle(memory: &'s Slots, kept: &mut [Self]) {

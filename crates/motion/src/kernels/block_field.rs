@@ -5,7 +5,9 @@ use glam::DMat3;
 use super::block::{Block, BlockSpace, fill};
 use super::drive::TickField;
 use super::record::Recorder;
-use super::{AppliedForces, BodyOptions, Row, RowOptions, StepStatistics, TickParameters, restrain};
+use super::{
+    AppliedForces, BodyOptions, Row, RowOptions, StepStatistics, TickParameters, restrain,
+};
 use crate::laws::damping::{Decay, SNAP};
 use crate::laws::tick_times::Segment;
 use crate::laws::{BLOCK_BODIES, BodyBlock, BodyState, EvaluationTime, Law};
@@ -98,7 +100,12 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     /// Enters a block of `bodies`, (velocity, inverse mass) each, at most `N`, with the forces applied to them; `first` is
     /// the row of the first.
     #[inline(never)]
-    pub fn enter_block(&mut self, first: usize, bodies: &[Row], applied: Option<AppliedForces<'_>>) {
+    pub fn enter_block(
+        &mut self,
+        first: usize,
+        bodies: &[Row],
+        applied: Option<AppliedForces<'_>>,
+    ) {
         self.len = bodies.len();
         if let Some(rows) = self.rows {
             for (k, own) in self.own_laws[..bodies.len()].iter_mut().enumerate() {
@@ -239,7 +246,9 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
         let inverse_masses: &[f64; BLOCK_BODIES] = self.w.as_slice().try_into().ok()?;
         let (gravity, rate) = (self.gravity, self.parameters.rate);
         let a = x.write(v, |x, v, a| {
-            if let (Some(positions), Some(velocities), Some(sum)) = (x.axes(), v.axes(), a.axes_mut()) {
+            if let (Some(positions), Some(velocities), Some(sum)) =
+                (x.axes(), v.axes(), a.axes_mut())
+            {
                 if rate == 0.0 {
                     sum.iter_mut().zip(gravity).for_each(|(sum, g)| sum.fill(g));
                 } else {
@@ -267,7 +276,9 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     #[inline(never)]
     pub fn laws_known(&mut self, at: EvaluationTime, (x, v): (X, X), known: &[bool; N]) -> X {
         if known.contains(&false) {
-            x.read_both(v, |x, v| (0..N).filter(|k| !known[*k]).for_each(|k| self.call_one(at, k, (x, v))));
+            x.read_both(v, |x, v| {
+                (0..N).filter(|k| !known[*k]).for_each(|k| self.call_one(at, k, (x, v)))
+            });
         }
         self.laws_from(&self.called, v)
     }
@@ -360,7 +371,11 @@ impl<X: BlockSpace<N>, const N: usize> Field for BlockField<'_, X, N> {
             return a;
         }
         self.call(at, x, v);
-        if self.pushed { self.accelerated::<true>(&self.called, v) } else { self.laws_from(&self.called, v) }
+        if self.pushed {
+            self.accelerated::<true>(&self.called, v)
+        } else {
+            self.laws_from(&self.called, v)
+        }
     }
 
     #[inline(always)]
@@ -418,7 +433,8 @@ impl<X: BlockSpace<N>, const N: usize> Field for BlockField<'_, X, N> {
 impl<X: BlockSpace<N>, const N: usize> NewtonField for BlockField<'_, X, N> {
     #[inline(always)]
     fn linear_rate(&self) -> Option<f64> {
-        (self.parameters.laws.is_empty() && self.options.laws.is_empty()).then_some(self.parameters.rate)
+        (self.parameters.laws.is_empty() && self.options.laws.is_empty())
+            .then_some(self.parameters.rate)
     }
 
     #[inline]
@@ -444,7 +460,8 @@ impl<X: BlockSpace<N>, const N: usize> NewtonField for BlockField<'_, X, N> {
                 let column = (slope * Vector::from_array(unit(axis))).to_array();
                 let unit = unit(axis);
                 // Nothing accelerates along a closed axis, so no derivative is left there.
-                let entry = |row: usize| if open[row] { unit[row] - column[row] } else { unit[row] };
+                let entry =
+                    |row: usize| if open[row] { unit[row] - column[row] } else { unit[row] };
                 Vector::from_array([0, 1, 2].map(entry))
             });
             let residual = Vector::from_array(solved.body(k));

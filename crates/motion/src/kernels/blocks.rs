@@ -32,13 +32,15 @@ pub(super) fn run<M: Integrator>(
 ) {
     let segments = parameters.segments(options.laws.iter());
     if M::SOLVES || rows.len() <= FEW {
-        let field = &mut BlockField::<Block<1>, 1>::new::<M>(parameters, options, own, statistics, ());
+        let field =
+            &mut BlockField::<Block<1>, 1>::new::<M>(parameters, options, own, statistics, ());
         rows.for_each(|row| integrate::<M, _, 1>(field, &segments, batch, row..row + 1, refuse));
         return field.count();
     }
     Slots::lend(|slots| {
-        let field =
-            &mut BlockField::<Slot<'_>, BLOCK_BODIES>::new::<M>(parameters, options, own, statistics, slots);
+        let field = &mut BlockField::<Slot<'_>, BLOCK_BODIES>::new::<M>(
+            parameters, options, own, statistics, slots,
+        );
         run_blocks::<M>(field, &segments, batch, rows, refuse);
         field.count();
     });
@@ -57,12 +59,21 @@ fn run_blocks<M: Integrator>(
         let mut rows = start..end.min(start + BLOCK_BODIES);
         if let MethodStateRows::LastStep(steps) = &batch.method_state {
             // Rows with different last steps are split: some bodies are new to the method.
-            let alike = steps[rows.clone()].iter().take_while(|step| **step == steps[start]).count();
+            let alike =
+                steps[rows.clone()].iter().take_while(|step| **step == steps[start]).count();
             rows.end = start + alike.max(1);
         }
         start = rows.end;
         if rows.len() <= FEW {
-            run::<M>(field.parameters, field.options, field.rows, batch, rows, field.statistics, refuse);
+            run::<M>(
+                field.parameters,
+                field.options,
+                field.rows,
+                batch,
+                rows,
+                field.statistics,
+                refuse,
+            );
         } else {
             integrate::<M, _, BLOCK_BODIES>(field, segments, batch, rows, refuse);
         }
@@ -79,7 +90,8 @@ fn integrate<M: Integrator, X: BlockSpace<N>, const N: usize>(
 ) {
     let (x, v) = load(field, batch, &rows);
     let mut method_state = batch.method_state.part(rows.clone());
-    let last_step = if M::STATE == MethodStateKind::LastStep { method_state.last_step() } else { 0.0 };
+    let last_step =
+        if M::STATE == MethodStateKind::LastStep { method_state.last_step() } else { 0.0 };
     let start = match (M::STATE, &method_state) {
         (MethodStateKind::LastAcceleration, MethodStateRows::LastAcceleration(cached)) => {
             recall(segments, cached, field, (x, v))
@@ -183,7 +195,8 @@ fn note<X: BlockSpace<N>, const N: usize>(
             steps.iter_mut().filter(|step| step.is_finite()).for_each(|step| *step = last_step);
         }
         (MethodStateRows::LastAcceleration(cached), Some(called)) => {
-            let BlockField { parameters: TickParameters { times, epoch, .. }, w, own_laws, .. } = field;
+            let BlockField { parameters: TickParameters { times, epoch, .. }, w, own_laws, .. } =
+                field;
             x.read(|x| {
                 for (k, cached) in cached.iter_mut().enumerate() {
                     let ([x, y, z], acceleration) = (x.body(k), called.body(k));
@@ -192,7 +205,9 @@ fn note<X: BlockSpace<N>, const N: usize>(
                 }
             });
         }
-        (MethodStateRows::LastAcceleration(cached), None) => cached.fill(CachedAcceleration::default()),
+        (MethodStateRows::LastAcceleration(cached), None) => {
+            cached.fill(CachedAcceleration::default())
+        }
         (MethodStateRows::None, _) => {}
     }
 }
@@ -214,9 +229,12 @@ fn recall<X: BlockSpace<N>, const N: usize>(
     x.read(|x| {
         for (k, cached) in cached.iter().enumerate().take(N) {
             let ([x, y, z], [a, b, c]) = (x.body(k), cached.acceleration);
-            let is_here =
-                (cached.at[0] == x) & (cached.at[1] == y) & (cached.at[2] == z) & (cached.at[3] == w[k]);
-            let is_now = (cached.time == time) & (cached.laws.0 == epoch) & (cached.laws.1 == own_laws[k].1);
+            let is_here = (cached.at[0] == x)
+                & (cached.at[1] == y)
+                & (cached.at[2] == z)
+                & (cached.at[3] == w[k]);
+            let is_now =
+                (cached.time == time) & (cached.laws.0 == epoch) & (cached.laws.1 == own_laws[k].1);
             // The cache only saves an evaluation: a value that is not finite is evaluated again.
             fits[k] = is_here & is_now & (a + b + c).is_finite();
             (called.0[0][k], called.0[1][k], called.0[2][k]) = (a, b, c);

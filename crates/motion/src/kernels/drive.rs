@@ -26,7 +26,12 @@ pub(crate) trait TickField: Field + Sized {
     }
 
     /// Frees the memory of the last step: all elements of the space except the state and the method state.
-    fn recycle(&mut self, x: &mut Self::Space, v: &mut Self::Space, step_state: &mut StepState<Self>) {
+    fn recycle(
+        &mut self,
+        x: &mut Self::Space,
+        v: &mut Self::Space,
+        step_state: &mut StepState<Self>,
+    ) {
         let _ = (x, v, step_state);
     }
 

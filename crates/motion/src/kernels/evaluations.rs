@@ -67,7 +67,13 @@ impl Evaluations {
     ) -> Self {
         let Iterations { newton, cg, unconverged_steps } = iterations;
         let laws = laws.into_iter().collect();
-        Self { accelerations, laws, newton_iterations: newton, cg_iterations: cg, unconverged_steps }
+        Self {
+            accelerations,
+            laws,
+            newton_iterations: newton,
+            cg_iterations: cg,
+            unconverged_steps,
+        }
     }
 
     /// Evaluations of the acceleration of one body by all laws together.
@@ -112,7 +118,11 @@ impl Evaluations {
     }
 
     /// Adds the statistics of a table in which the laws `affine` acted without being called.
-    pub(crate) fn add(&mut self, statistics: &StepStatistics, affine: impl Iterator<Item = &'static str>) {
+    pub(crate) fn add(
+        &mut self,
+        statistics: &StepStatistics,
+        affine: impl Iterator<Item = &'static str>,
+    ) {
         if statistics.accelerations == 0 {
             return;
         }

@@ -54,7 +54,8 @@ impl<S: Simd> Copy for Constants<S> {}
 impl<S: Simd> Constants<S> {
     #[inline(always)]
     pub fn new(simd: S, parameters: &TickParameters<'_>) -> Self {
-        let three = |number: f64, fourth: f64| f64x4::simd_from(simd, [number, number, number, fourth]);
+        let three =
+            |number: f64, fourth: f64| f64x4::simd_from(simd, [number, number, number, fourth]);
         let factor = |factor: Option<f64>| three(factor.unwrap_or(1.0), 1.0);
         let [x, y, z] = parameters.gravity.to_array();
         let Decay { keep, gain, before_move, after_move } = parameters.decay;
@@ -153,7 +154,11 @@ pub(crate) struct RowField<S: Simd, const N: usize, const PARTS: u8, const PUSHE
 impl<S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> RowField<S, N, PARTS, PUSHED> {
     /// The field of `bodies`, (velocity, inverse mass) each, with `forces` if they are pushed.
     #[inline(always)]
-    pub fn new(constants: Constants<S>, bodies: &[[f64; 4]; N], forces: Option<&Rows<S, N>>) -> Self {
+    pub fn new(
+        constants: Constants<S>,
+        bodies: &[[f64; 4]; N],
+        forces: Option<&Rows<S, N>>,
+    ) -> Self {
         let simd = constants.simd;
         // A selection, not a factor: NaN times 0 would be NaN.
         let mut movable = [constants.immovable.simd_gt(constants.immovable); N];
@@ -169,7 +174,9 @@ impl<S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> RowField<S, N
     }
 }
 
-impl<S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Field for RowField<S, N, PARTS, PUSHED> {
+impl<S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Field
+    for RowField<S, N, PARTS, PUSHED>
+{
     type Space = Rows<S, N>;
 
     #[inline(always)]

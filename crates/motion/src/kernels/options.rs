@@ -47,7 +47,10 @@ impl BodyOptions<'_> {
 
     /// Whether anything but own laws and substeps is set: a row of a group is then in a class of its own.
     pub const fn changes_row(&self) -> bool {
-        self.gravity_off || self.damping_rate.is_some() || self.speed_limit.is_some() || self.locks.is_some()
+        self.gravity_off
+            || self.damping_rate.is_some()
+            || self.speed_limit.is_some()
+            || self.locks.is_some()
     }
 
     /// Whether one of its own laws jumps in a tick of these times.
@@ -58,10 +61,17 @@ impl BodyOptions<'_> {
     /// Whether the options equal those of `other` except for the formulas of own laws. The bodies are then integrated together,
     /// unless one of these laws [jumps](Self::jumps).
     pub fn is_like(&self, other: &BodyOptions<'_>) -> bool {
-        let kind =
-            |laws: &[Box<dyn Law>]| (laws.is_empty(), laws.iter().any(|law| law.depends_on_velocity()));
+        let kind = |laws: &[Box<dyn Law>]| {
+            (laws.is_empty(), laws.iter().any(|law| law.depends_on_velocity()))
+        };
         (self.gravity_off, self.damping_rate, self.speed_limit, self.locks, self.substeps)
-            == (other.gravity_off, other.damping_rate, other.speed_limit, other.locks, other.substeps)
+            == (
+                other.gravity_off,
+                other.damping_rate,
+                other.speed_limit,
+                other.locks,
+                other.substeps,
+            )
             && kind(self.laws) == kind(other.laws)
     }
 

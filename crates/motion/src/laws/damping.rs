@@ -79,7 +79,9 @@ crate::names::written_as_tuple!(Damping { model, rate });
 impl Damping {
     /// Reads damping, and refuses a rate below 0.
     #[cfg(feature = "serde")]
-    pub(crate) fn read_checked<'de, D: serde::Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+    pub(crate) fn read_checked<'de, D: serde::Deserializer<'de>>(
+        source: D,
+    ) -> Result<Self, D::Error> {
         let damping: Self = serde::Deserialize::deserialize(source)?;
         if damping.rate < 0.0 {
             return Err(serde::de::Error::custom("a damping rate is below 0"));
@@ -110,7 +112,9 @@ impl Damping {
                 let factor = if q > 1.0 { 0.0 } else { 1.0 - q };
                 Decay { before_move: Some(factor), ..Decay::none(h) }
             }
-            DampingModel::Implicit => Decay { before_move: Some((1.0 + q).recip()), ..Decay::none(h) },
+            DampingModel::Implicit => {
+                Decay { before_move: Some((1.0 + q).recip()), ..Decay::none(h) }
+            }
             DampingModel::Exact => {
                 // (1 - e^-q) / q by expm1: the plain form loses every digit as q goes to 0.
                 let gain = if q == 0.0 { h } else { h * (-libm::expm1(-q) / q) };

@@ -3,7 +3,9 @@
 use bevy_ecs::prelude::*;
 use glam::DMat3;
 
-use super::{Affine, Axes, BodyBlock, BodyState, DeviceForm, EvaluationTime, Jacobians, Law, Wind, WorldLaw};
+use super::{
+    Affine, Axes, BodyBlock, BodyState, DeviceForm, EvaluationTime, Jacobians, Law, Wind, WorldLaw,
+};
 use crate::units::{Scalar, Vector, at_least_0, outer};
 
 /// Drag of a fluid: `a = -c u - k |u| u`, where u is the velocity relative to the fluid. The fluid is at rest unless

@@ -50,8 +50,8 @@ impl Course {
     }
 
     fn at(&self, time: Scalar) -> Vector {
-        let [x, y, z, u, v, w, since] =
-            [0, 1, 2, 3, 4, 5, 6].map(|i: usize| Scalar::from_bits(self.bits[i].load(Ordering::Relaxed)));
+        let [x, y, z, u, v, w, since] = [0, 1, 2, 3, 4, 5, 6]
+            .map(|i: usize| Scalar::from_bits(self.bits[i].load(Ordering::Relaxed)));
         Vector::new(x, y, z) + Vector::new(u, v, w) * (time - since)
     }
 }
@@ -100,7 +100,8 @@ impl Law for RidingWell {
     }
 
     fn jacobians(&self, at: EvaluationTime, body: BodyState) -> Jacobians {
-        let position = self.at(at.time).map_or(DMat3::ZERO, |well| well.add_jacobian(DMat3::ZERO, body));
+        let position =
+            self.at(at.time).map_or(DMat3::ZERO, |well| well.add_jacobian(DMat3::ZERO, body));
         Jacobians { position, ..Jacobians::zero() }
     }
 

@@ -17,7 +17,8 @@ fn jacobians_are_derivatives(law: &dyn Law) {
     let d = 1e-6;
     for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
         let by = |dx: DVec3, dv: DVec3| {
-            (law.acceleration(AT, body(x + dx, v + dv)) - law.acceleration(AT, body(x - dx, v - dv)))
+            (law.acceleration(AT, body(x + dx, v + dv))
+                - law.acceleration(AT, body(x - dx, v - dv)))
                 / (2.0 * d)
         };
         for (stated, measured) in [
@@ -37,8 +38,10 @@ trait Samples: Law + Sized {
 impl Samples for Drag {
     fn samples() -> Vec<Self> {
         let still = Self::new(0.4, 0.05);
-        let windy = [DVec3::new(3.0, 0.0, 1.0), DVec3::Y, DVec3::ZERO]
-            .map(|velocity| Self { wind: Some(Wind { velocity, gust: 0.7, gust_hz: 0.4 }), ..still });
+        let windy = [DVec3::new(3.0, 0.0, 1.0), DVec3::Y, DVec3::ZERO].map(|velocity| Self {
+            wind: Some(Wind { velocity, gust: 0.7, gust_hz: 0.4 }),
+            ..still
+        });
         windy.into_iter().chain([still]).collect()
     }
 }

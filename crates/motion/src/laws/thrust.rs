@@ -36,9 +36,10 @@ impl Curve {
     /// The force, N. A table takes the two points around `at.within_step`, even if `at.time` is not between them.
     fn newtons(&self, at: EvaluationTime) -> Vector {
         match self {
-            Self::Polynomial(coefficients) => {
-                coefficients.iter().rev().fold(Vector::ZERO, |sum, coefficient| sum * at.time + *coefficient)
-            }
+            Self::Polynomial(coefficients) => coefficients
+                .iter()
+                .rev()
+                .fold(Vector::ZERO, |sum, coefficient| sum * at.time + *coefficient),
             Self::Sine { amplitude, angular_frequency, phase } => {
                 *amplitude * libm::sin(angular_frequency * at.time + phase)
             }
@@ -74,8 +75,9 @@ impl Thrust {
     pub fn new(curve: Curve, from: Scalar, until: Scalar) -> Self {
         let mut discontinuities = vec![from, until];
         if let Curve::Table(points) = &curve {
-            discontinuities
-                .extend(points.iter().map(|(time, _)| *time).filter(|time| (from..until).contains(time)));
+            discontinuities.extend(
+                points.iter().map(|(time, _)| *time).filter(|time| (from..until).contains(time)),
+            );
         }
         discontinuities.retain(|time| time.is_finite());
         discontinuities.sort_by(Scalar::total_cmp);

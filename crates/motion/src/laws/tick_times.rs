@@ -44,14 +44,18 @@ impl Segment {
         let time = self.start + length;
         // The rest after a part of length 0 follows the interval before it.
         let preceding = if length > 0.0 { length } else { self.preceding };
-        let rest = Self { start: time, length: self.length - length, preceding, jump: true, ..self };
+        let rest =
+            Self { start: time, length: self.length - length, preceding, jump: true, ..self };
         (Self { end: time, length, ..self }, rest)
     }
 
     /// The start, seen from before a discontinuity.
     pub fn before(&self) -> EvaluationTime {
         // Within the preceding interval: laws that jump at the start of that interval have jumped.
-        EvaluationTime { time: self.start, within_step: self.start - self.length.min(self.preceding) * 0.25 }
+        EvaluationTime {
+            time: self.start,
+            within_step: self.start - self.length.min(self.preceding) * 0.25,
+        }
     }
 }
 
@@ -75,7 +79,12 @@ const NEAR: Scalar = 1e-9;
 impl TickTimes {
     /// The times of a tick of `tick` seconds that begins at the time of `clock`.
     pub fn new(clock: StepClock, tick: Scalar, substeps: u32) -> Self {
-        Self { start: clock.scene_seconds(), end: clock.after(tick).scene_seconds(), tick, substeps }
+        Self {
+            start: clock.scene_seconds(),
+            end: clock.after(tick).scene_seconds(),
+            tick,
+            substeps,
+        }
     }
 
     /// Length of a substep, s.
@@ -128,7 +137,8 @@ impl Segments {
         let h = self.times.part();
         let near = h * NEAR;
         let mut discontinuities = self.discontinuities.iter().copied().peekable();
-        let (mut part, mut next) = (1, Segment { start, end, length: h, preceding: h, jump: false });
+        let (mut part, mut next) =
+            (1, Segment { start, end, length: h, preceding: h, jump: false });
         std::iter::from_fn(move || {
             if part > substeps {
                 return None;
@@ -177,8 +187,16 @@ mod tests {
     fn a_discontinuity_within_rounding_of_an_end_splits_nothing_and_marks_the_next_start() {
         let times = TickTimes { start: 1.0, end: 2.0, tick: 1.0, substeps: 2 };
         for error in [-1e-15, 0.0, 1e-15] {
-            assert_eq!(segments(times, &[1.0 + error]), [(1.0, 0.5, true), (1.5, 0.5, false)], "{error}");
-            assert_eq!(segments(times, &[1.5 + error]), [(1.0, 0.5, false), (1.5, 0.5, true)], "{error}");
+            assert_eq!(
+                segments(times, &[1.0 + error]),
+                [(1.0, 0.5, true), (1.5, 0.5, false)],
+                "{error}"
+            );
+            assert_eq!(
+                segments(times, &[1.5 + error]),
+                [(1.0, 0.5, false), (1.5, 0.5, true)],
+                "{error}"
+            );
         }
     }
 }

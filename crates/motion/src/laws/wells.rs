@@ -3,7 +3,9 @@
 use bevy_ecs::prelude::*;
 use glam::DMat3;
 
-use super::{Axes, BLOCK_BODIES, BodyBlock, BodyState, DeviceForm, EvaluationTime, Jacobians, Law, WorldLaw};
+use super::{
+    Axes, BLOCK_BODIES, BodyBlock, BodyState, DeviceForm, EvaluationTime, Jacobians, Law, WorldLaw,
+};
 use crate::units::{Scalar, Vector, at_least_0, outer};
 
 /// A point that attracts every body, whatever its mass: `a = -mu r / (r² + s²)^(3/2)` with r from the well to the body
@@ -56,7 +58,8 @@ impl Well {
         let r = position - self.position;
         let squared = r.length_squared();
         let across = self.squared_frequency(position).max(0.0);
-        let along = across * (1.0 - 3.0 * squared / (squared + self.softening * self.softening)).max(0.0);
+        let along =
+            across * (1.0 - 3.0 * squared / (squared + self.softening * self.softening)).max(0.0);
         if squared == 0.0 {
             return DMat3::from_diagonal(Vector::splat(across));
         }
@@ -75,8 +78,9 @@ impl WorldLaw for Wells {
 
     fn is_finite(&self) -> bool {
         // An infinite softening is valid: it leaves no pull.
-        let is_finite =
-            |well: &Well| well.position.is_finite() && well.strength.is_finite() && !well.softening.is_nan();
+        let is_finite = |well: &Well| {
+            well.position.is_finite() && well.strength.is_finite() && !well.softening.is_nan()
+        };
         self.0.iter().all(is_finite)
     }
 

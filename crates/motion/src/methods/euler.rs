@@ -36,7 +36,12 @@ impl Integrator for ExplicitEuler {
     const DAMPS_INSIDE: bool = true;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        _: &mut StepState<F>,
+    ) -> (F::Space, F::Space) {
         // Evaluated before the drift: at the new position it would be another method.
         let a = field.acceleration(0.0, x, v);
         let (x, v) = drift(field, x, v);
@@ -51,7 +56,12 @@ impl Integrator for SemiImplicitEuler {
     const LIMITS_AFTER_KICK: bool = true;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        _: &mut StepState<F>,
+    ) -> (F::Space, F::Space) {
         let a = field.acceleration(0.0, x, v);
         let v = field.kick(v, a);
         drift(field, x, v)
@@ -65,7 +75,12 @@ impl Integrator for Kick {
     const LIMITS_AFTER_KICK: bool = true;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        _: &mut StepState<F>,
+    ) -> (F::Space, F::Space) {
         let a = field.acceleration(0.0, x, v);
         (x, field.kick(v, a))
     }
@@ -77,7 +92,12 @@ impl Integrator for Drift {
     const KICKS: bool = false;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        _: &mut StepState<F>,
+    ) -> (F::Space, F::Space) {
         drift(field, x, v)
     }
 }

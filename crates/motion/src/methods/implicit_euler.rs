@@ -51,7 +51,12 @@ impl Integrator for ImplicitEuler {
     const SOLVES: bool = true;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        _: &mut StepState<F>,
+    ) -> (F::Space, F::Space) {
         let v1 = field.implicit_velocity(x, v);
         (x + v1 * field.step(), v1)
     }

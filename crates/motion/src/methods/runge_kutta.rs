@@ -28,7 +28,12 @@ impl Integrator for RungeKutta2Midpoint {
     const METHOD: Method = Method::RungeKutta2Midpoint;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        _: &mut StepState<F>,
+    ) -> (F::Space, F::Space) {
         let (h, half) = (field.step(), 0.5);
         let a = field.acceleration(0.0, x, v);
         let middle = v + a * (half * h);
@@ -41,7 +46,12 @@ impl Integrator for RungeKutta2Heun {
     const METHOD: Method = Method::RungeKutta2Heun;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        _: &mut StepState<F>,
+    ) -> (F::Space, F::Space) {
         let h = field.step();
         let half = h * 0.5;
         let a = field.acceleration(0.0, x, v);
@@ -55,7 +65,12 @@ impl Integrator for RungeKutta4 {
     const METHOD: Method = Method::RungeKutta4;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        _: &mut StepState<F>,
+    ) -> (F::Space, F::Space) {
         let (h, middle) = (field.step(), 0.5);
         let (half, sixth) = (h * middle, h * (1.0 / 6.0));
         // The slopes of the position are the velocities of the stages, each v plus an acceleration times a time: their

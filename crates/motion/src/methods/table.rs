@@ -64,8 +64,7 @@ pub struct Claims {
 }
 
 /// Damping within a step of the two explicit Eulers.
-const IN_STEP: &str =
-    "exact is in the velocity's update, clamped and implicit before and tutorial after the position's";
+const IN_STEP: &str = "exact is in the velocity's update, clamped and implicit before and tutorial after the position's";
 /// Damping of all other methods.
 const AS_LAW: &str = "exact is the law a = -c v, evaluated at every stage; clamped and implicit multiply before, tutorial after a tick";
 

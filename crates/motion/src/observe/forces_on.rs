@@ -49,7 +49,8 @@ impl ForceCause {
 /// no physics.
 #[must_use]
 pub fn forces_on(world: &World, body: Entity) -> Vec<(ForceCause, Vector)> {
-    let pushes: Vec<_> = world.get_resource::<PushQueue>().into_iter().flat_map(PushQueue::pending).collect();
+    let pushes: Vec<_> =
+        world.get_resource::<PushQueue>().into_iter().flat_map(PushQueue::pending).collect();
     let mut forces = Vec::new();
     each_force(world, &pushes, &[body], |_, cause, newtons| forces.push((cause, newtons)));
     forces
@@ -232,7 +233,12 @@ struct ObservedGroup<'a> {
 }
 
 impl<'a> ObservedGroup<'a> {
-    fn of(world: &World, coupling: &'a Coupling, members: &'a [Entity], wanted: Vec<Option<usize>>) -> Self {
+    fn of(
+        world: &World,
+        coupling: &'a Coupling,
+        members: &'a [Entity],
+        wanted: Vec<Option<usize>>,
+    ) -> Self {
         let states = states_of(world, members);
         let x = states.iter().map(|state| row_of(state.position)).collect();
         let v = states.iter().map(|state| row_of(state.velocity)).collect();

@@ -41,9 +41,11 @@ impl LawTexts {
 
 fn between_bodies(world: &World) -> Vec<String> {
     let Some(groups) = world.get_resource::<Groups>() else { return Vec::new() };
-    let count = |count: usize, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
+    let count =
+        |count: usize, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
     let bodies = if groups.bodies() == 1 { "body" } else { "bodies" };
-    let mut texts = vec![count(groups.len(), "group") + &format!(" of {} {bodies}", groups.bodies())];
+    let mut texts =
+        vec![count(groups.len(), "group") + &format!(" of {} {bodies}", groups.bodies())];
     if groups.springs() > 0 {
         texts.push(count(groups.springs(), "spring"));
     }

@@ -79,7 +79,12 @@ struct Conserved {
 
 impl Conserved {
     /// At the start (0) or end (1) of a tick.
-    fn at(end: usize, tick: &LedgerTick<'_>, bodies: &[BodyTick<'_>], groups: &[LedgerGroup<'_>]) -> Self {
+    fn at(
+        end: usize,
+        tick: &LedgerTick<'_>,
+        bodies: &[BodyTick<'_>],
+        groups: &[LedgerGroup<'_>],
+    ) -> Self {
         let mut energies = Energies::default();
         tick.add_energies(bodies, end, &mut energies);
         groups.iter().for_each(|group| group.add_energies(tick, bodies, end, &mut energies));
@@ -170,7 +175,8 @@ impl Ledger {
         totals.momentum.interventions = start.momentum - self.closing.momentum;
         let change = end.angular_momentum - start.angular_momentum;
         totals.angular_momentum.residual = change - totals.angular_momentum.accounted_for();
-        totals.angular_momentum.interventions = start.angular_momentum - self.closing.angular_momentum;
+        totals.angular_momentum.interventions =
+            start.angular_momentum - self.closing.angular_momentum;
         self.now = clock.after(tick).seconds();
         self.peak_kinetic = self.peak_kinetic.max(end.energies.kinetic);
         self.closing = end;
@@ -181,7 +187,8 @@ impl Ledger {
 
     /// Stores the samples for the rates of the last second: one second and one sample.
     fn sample(&mut self) {
-        let due = |(time, _): &(Scalar, LedgerTotals)| (self.now - time) * SAMPLES_PER_SECOND >= 1.0;
+        let due =
+            |(time, _): &(Scalar, LedgerTotals)| (self.now - time) * SAMPLES_PER_SECOND >= 1.0;
         if self.recent.back().is_none_or(due) {
             self.recent.push_back((self.now, self.since_opening.clone()));
         }

@@ -72,7 +72,8 @@ pub fn orbits(world: &mut World) -> Vec<Orbit> {
                 let r = position.distance_squared(well.position) + well.softening * well.softening;
                 -well.strength / (body.inverse_mass * r.sqrt())
             };
-            let fastest = wells.iter().map(|well| well.squared_frequency(*position)).fold(0.0, Scalar::max);
+            let fastest =
+                wells.iter().map(|well| well.squared_frequency(*position)).fold(0.0, Scalar::max);
             Orbit {
                 body: id.0,
                 kinetic: body.kinetic_energy(),
@@ -86,7 +87,8 @@ pub fn orbits(world: &mut World) -> Vec<Orbit> {
 }
 
 fn orbits_of_groups(world: &World) -> Vec<Orbit> {
-    let (Some(groups), Some(law)) = (world.get_resource::<Groups>(), world.get_resource::<MutualGravity>())
+    let (Some(groups), Some(law)) =
+        (world.get_resource::<Groups>(), world.get_resource::<MutualGravity>())
     else {
         return Vec::new();
     };
@@ -104,8 +106,10 @@ fn orbits_of_groups(world: &World) -> Vec<Orbit> {
         }
         let states = states_of(world, &group.bodies);
         let movable = &states[..group.coupling.movable];
-        let anchors = group.bodies[group.coupling.movable..].iter().zip(&states[group.coupling.movable..]);
-        let mut sources = anchors.filter(|(body, _)| world.get::<SourceMass>(**body).is_some()).peekable();
+        let anchors =
+            group.bodies[group.coupling.movable..].iter().zip(&states[group.coupling.movable..]);
+        let mut sources =
+            anchors.filter(|(body, _)| world.get::<SourceMass>(**body).is_some()).peekable();
         // With an immovable source the frame is that of the scene.
         let is_free = sources.peek().is_none();
         if sources.any(|(_, source)| source.velocity != Vector::ZERO) {
@@ -113,7 +117,8 @@ fn orbits_of_groups(world: &World) -> Vec<Orbit> {
         }
         let mass = |w: Scalar| if w > 0.0 { 1.0 / w } else { 0.0 };
         let total: Scalar = movable.iter().map(|state| mass(state.inverse_mass)).sum();
-        let momentum: Vector = movable.iter().map(|state| state.velocity * mass(state.inverse_mass)).sum();
+        let momentum: Vector =
+            movable.iter().map(|state| state.velocity * mass(state.inverse_mass)).sum();
         let drift = if is_free { momentum.length_squared() / (2.0 * total) } else { 0.0 };
         let kinetic: Scalar = movable
             .iter()
@@ -124,7 +129,8 @@ fn orbits_of_groups(world: &World) -> Vec<Orbit> {
         let pairs = (0..movable.len()).flat_map(|a| (a + 1..states.len()).map(move |b| [a, b]));
         let fastest = pairs.map(|[a, b]| {
             let strength = group.coupling.pair_strength(law, [a, b], &w);
-            let r = states[a].position.distance_squared(states[b].position) + law.softening * law.softening;
+            let r = states[a].position.distance_squared(states[b].position)
+                + law.softening * law.softening;
             strength / (r * r.sqrt())
         });
         Some(Orbit {

@@ -34,7 +34,9 @@ pub fn totals(world: &mut World) -> Totals {
     let mut rows: Vec<_> = query.iter(world).filter(|row| row.body.inverse_mass > 0.0).collect();
     rows.sort_by_key(|row| row.key().0);
     let mut sum = Totals {
-        potential_energy: world.get_resource::<Groups>().map_or(0.0, |groups| groups.potential_energy(world)),
+        potential_energy: world
+            .get_resource::<Groups>()
+            .map_or(0.0, |groups| groups.potential_energy(world)),
         ..Totals::default()
     };
     for row in rows {
@@ -66,7 +68,8 @@ impl KineticEnergy {
     /// # Panics
     /// If `world` is not the world that the query was made for.
     pub fn sum(&mut self, world: &World) -> Scalar {
-        let tables = self.0.contiguous_iter(world).expect("the state of a body is stored in tables");
+        let tables =
+            self.0.contiguous_iter(world).expect("the state of a body is stored in tables");
         // Four sums: the divisions of one lane do not wait for the sum of another.
         let mut lanes = [0.0; 4];
         for block in tables.flat_map(|bodies| bodies.chunks(4)) {

@@ -15,8 +15,8 @@ use crate::laws::{self, with_world_laws};
 use crate::state::components::{AxisLocks, SpeedLimit};
 pub use values::column_bytes;
 use values::{
-    DAMPING_RATES, EMITTERS, GRAVITY, MUTUAL_GRAVITY, PartOfLaw, SPRINGS, Values, component, law, own_laws,
-    resource,
+    DAMPING_RATES, EMITTERS, GRAVITY, MUTUAL_GRAVITY, PartOfLaw, SPRINGS, Values, component, law,
+    own_laws, resource,
 };
 
 macro_rules! effects {
@@ -184,7 +184,8 @@ pub fn state(world: &mut World, effect: Effect) -> EffectState {
 /// If the effect was never declared.
 pub fn switch(world: &mut World, effect: Effect, on: bool) -> Result<(), NeverDeclared> {
     let now = state(world, effect);
-    let Some(declared) = effect.values().iter().find(|values| (values.state)(world) != [false; 2]) else {
+    let Some(declared) = effect.values().iter().find(|values| (values.state)(world) != [false; 2])
+    else {
         return Err(NeverDeclared(effect));
     };
     if (now == EffectState::On) != on {

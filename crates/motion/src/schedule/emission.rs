@@ -22,7 +22,8 @@ use crate::units::{Scalar, Vector};
 /// Position, m, and velocity, m/s, of the body on which an emitter rides; `None` if it cannot carry now.
 pub(crate) fn carrier_state(world: &World, RidesOn(body): RidesOn) -> Option<(Vector, Vector)> {
     let body = world.get_entity(body).ok()?;
-    let away = body.contains::<Quarantined>() || body.contains::<Dormant>() || is_disabled(world, body);
+    let away =
+        body.contains::<Quarantined>() || body.contains::<Dormant>() || is_disabled(world, body);
     let (transform, state) = body.get_components::<(&Transform, &PhysicsBody)>().ok()?;
     let (position, velocity) = (transform.position, state.velocity);
     // A body whose state is not finite is about to be quarantined.
@@ -137,7 +138,9 @@ pub fn emit_particles(
     if emissions.tick != tick.number {
         emissions.births.clear();
     }
-    emissions.births.extend(changes.iter().filter_map(|change| Some((change.body, change.birth?.0))));
+    emissions
+        .births
+        .extend(changes.iter().filter_map(|change| Some((change.body, change.birth?.0))));
     let room = emissions.births.len() + 1;
     emissions.births.reserve(room);
     (emissions.over, emissions.tick) = (over, tick.number);
@@ -166,7 +169,9 @@ pub(crate) fn orphans(world: &mut World) -> Vec<Entity> {
     let mut living = EntityHashSet::default();
     for (on, off, _, emission) in emitters.iter(world) {
         let pool = on.or(off.map(|Off(emitter)| emitter)).map_or(&[][..], |emitter| &emitter.pool);
-        living.extend(pool.iter().zip(0..).filter(|(_, slot)| emission.lives(*slot)).map(|(body, _)| *body));
+        living.extend(
+            pool.iter().zip(0..).filter(|(_, slot)| emission.lives(*slot)).map(|(body, _)| *body),
+        );
     }
     let mut particles =
         world.query_filtered::<Entity, (With<Particle>, Without<Dormant>, Without<Quarantined>)>();
@@ -191,7 +196,10 @@ pub(crate) fn prepare(world: &mut World) -> bool {
     let mut bodies: Vec<_> = pools.iter().map(|(body, _)| *body).collect();
     bodies.sort_unstable();
     if let Some(pair) = bodies.windows(2).find(|pair| pair[0] == pair[1]) {
-        panic!("the body {} is twice in the pools of emitters; give each emitter bodies of its own", pair[0]);
+        panic!(
+            "the body {} is twice in the pools of emitters; give each emitter bodies of its own",
+            pair[0]
+        );
     }
     let mut dormant = Vec::new();
     for (body, lives) in &pools {

@@ -119,18 +119,21 @@ impl StepPlan {
         update_groups(world, true);
         let bodies = world.query::<&PhysicsBody>().iter(world).len();
         let world = &*world;
-        let marked =
-            |grouped: bool| Method::ALL.into_iter().filter(move |method| is_in_use(world, *method, grouped));
+        let marked = |grouped: bool| {
+            Method::ALL.into_iter().filter(move |method| is_in_use(world, *method, grouped))
+        };
         let own: Vec<_> = marked(false).collect();
         let is_free = |kind: &Archetype| !contains::<OwnMethod>(world, kind);
         let of_world = has_bodies(world, true, is_free);
-        let groups: Vec<_> = of_world.then_some(None).into_iter().chain(marked(true).map(Some)).collect();
+        let groups: Vec<_> =
+            of_world.then_some(None).into_iter().chain(marked(true).map(Some)).collect();
         // Without groups, single bodies have their systems even before the first of them is spawned.
         let grouped_only = !groups.is_empty() && !has_bodies(world, false, is_free);
         let options = may_exist::<OwnLaws>(world) || may_exist::<OwnSubsteps>(world);
         // A kick by itself cannot tell whether a speed limit comes before it or after it.
-        let limited =
-            |kind: &Archetype| contains::<SpeedLimit>(world, kind) && contains::<AxisLocks>(world, kind);
+        let limited = |kind: &Archetype| {
+            contains::<SpeedLimit>(world, kind) && contains::<AxisLocks>(world, kind)
+        };
         let moves_first = method == Method::ExplicitEuler && world.archetypes().iter().any(limited);
         let separable = outside.is_none()
             && !inputs.laws
@@ -188,7 +191,9 @@ impl PlanInputs {
             substeps: Substeps::count(world.get_resource()),
             mutual_gravity: world.contains_resource::<MutualGravity>(),
             carries_wells: world.contains_resource::<RidingWells>(),
-            emitters_changed: world.get_resource::<EmittersChanged>().is_some_and(|changed| changed.0),
+            emitters_changed: world
+                .get_resource::<EmittersChanged>()
+                .is_some_and(|changed| changed.0),
         }
     }
 }

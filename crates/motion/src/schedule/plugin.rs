@@ -84,7 +84,11 @@ pub struct InertiaPlugin {
 
 impl Default for InertiaPlugin {
     fn default() -> Self {
-        Self { method: Method::default(), step: TimeStep(1.0 / 64.0), schedule: FixedUpdate.intern() }
+        Self {
+            method: Method::default(),
+            step: TimeStep(1.0 / 64.0),
+            schedule: FixedUpdate.intern(),
+        }
     }
 }
 

@@ -24,7 +24,11 @@ use crate::units::{Scalar, Vector};
 ///
 /// `Body` names a body: an entity, or a name that is the same in several worlds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "snake_case")
+)]
 pub enum Request<Body = Entity> {
     /// Adds an impulse `J`, N s: `v += J w`, the same at every step size.
     Impulse(Body, Vector),
@@ -41,7 +45,9 @@ pub enum Request<Body = Entity> {
     /// Switches gravity on or off. Does nothing if gravity was never declared.
     SwitchGravity(bool),
     /// Replaces model and rate of the scene's damping. Declares damping if there is none, switches it on if it is off.
-    SetDamping(#[cfg_attr(feature = "serde", serde(deserialize_with = "Damping::read_checked"))] Damping),
+    SetDamping(
+        #[cfg_attr(feature = "serde", serde(deserialize_with = "Damping::read_checked"))] Damping,
+    ),
     /// Switches an effect off, or on again. Does nothing if it was never declared.
     Switch(Effect, bool),
     /// Gives a body, and its group, a method of its own; `None` gives back the world's.
@@ -52,7 +58,10 @@ pub enum Request<Body = Entity> {
 
 impl<Body> Request<Body> {
     /// The same request with the body that `renamed` returns; `None` if `renamed` returns `None`.
-    pub fn rename<Other>(self, renamed: impl FnOnce(Body) -> Option<Other>) -> Option<Request<Other>> {
+    pub fn rename<Other>(
+        self,
+        renamed: impl FnOnce(Body) -> Option<Other>,
+    ) -> Option<Request<Other>> {
         Some(match self {
             Self::Impulse(body, impulse) => Request::Impulse(renamed(body)?, impulse),
             Self::SetVelocity(body, velocity) => Request::SetVelocity(renamed(body)?, velocity),
@@ -94,7 +103,9 @@ impl Requests {
 /// Carries out the pending requests in their order. Returns whether effects were switched or declared.
 pub(crate) fn carry_out(world: &mut World) -> bool {
     let requests = std::mem::take(&mut world.resource_mut::<Requests>().0);
-    for run in requests.chunk_by(|a, b| matches!((a, b), (Request::Switch(..), Request::Switch(..)))) {
+    for run in
+        requests.chunk_by(|a, b| matches!((a, b), (Request::Switch(..), Request::Switch(..))))
+    {
         match run[0] {
             Request::Impulse(body, impulse) => change(world, body, |_, body| {
                 if body.inverse_mass > 0.0 {
@@ -113,7 +124,9 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
                 displace(world, body, |at, _| at.position = position);
                 // The body did not move there: it is not drawn in between.
                 let now = world.get::<Transform>(body).map(|at| at.position);
-                if let (Some(now), Some(mut before)) = (now, world.get_mut::<PreviousPosition>(body)) {
+                if let (Some(now), Some(mut before)) =
+                    (now, world.get_mut::<PreviousPosition>(body))
+                {
                     before.0 = now;
                 }
             }
@@ -132,7 +145,10 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
                         last.0 = -last.0;
                     }
                 }
-                world.query::<&mut SwarmLog>().iter_mut(world).for_each(|mut log| log.reversed ^= true);
+                world
+                    .query::<&mut SwarmLog>()
+                    .iter_mut(world)
+                    .for_each(|mut log| log.reversed ^= true);
             }
             Request::SetGravity(acceleration) => {
                 end_half_steps(world);
@@ -154,7 +170,11 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
             Request::Switch(..) => {
                 // Consecutive switches are applied as one: off and on again does nothing at all.
                 let switches = run.iter().filter_map(|request| {
-                    if let Request::Switch(effect, on) = request { Some((*effect, *on)) } else { None }
+                    if let Request::Switch(effect, on) = request {
+                        Some((*effect, *on))
+                    } else {
+                        None
+                    }
                 });
                 for (effect, on) in switches.collect::<BTreeMap<_, _>>() {
                     let _ = switch(world, effect, on);
@@ -218,8 +238,9 @@ fn displace(world: &mut World, entity: Entity, edit: impl Fn(&mut Transform, &mu
 
 /// The component at fault in a new state, among those that the request has changed.
 fn fault_of(old: &State, new: &State, range: Option<&Range>) -> Option<(&'static str, Fault)> {
-    let changed =
-        |old: Vector, new: Vector| old.to_array().map(f64::to_bits) != new.to_array().map(f64::to_bits);
+    let changed = |old: Vector, new: Vector| {
+        old.to_array().map(f64::to_bits) != new.to_array().map(f64::to_bits)
+    };
     let (x, v, w) = (new.0.position, new.1.velocity, new.1.inverse_mass);
     let moved = changed(old.0.position, x);
     let kicked = changed(old.1.velocity, v);

@@ -23,7 +23,9 @@ fn synchronize_bodies(world: &mut World, which: BodyFilter) {
     let which = which.with::<LastStep>(world);
     let kernel = GroupKernel::of::<Synchronize>();
     let run = |world: &mut World, mut system: BoxedSystem| {
-        system.run((), world).expect("its resources were inserted with the time step and with the groups");
+        system
+            .run((), world)
+            .expect("its resources were inserted with the time step and with the groups");
     };
     let system = integrate(world, kernel.single, &which, "synchronize_bodies".to_owned());
     run(world, system);

@@ -76,8 +76,9 @@ struct Lent<'w> {
 
 impl<'w> Lent<'w> {
     fn take(world: &'w mut World) -> Self {
-        let stepper =
-            world.get_resource_mut::<Installed>().and_then(|mut installed| installed.stepper.take());
+        let stepper = world
+            .get_resource_mut::<Installed>()
+            .and_then(|mut installed| installed.stepper.take());
         Self { world, stepper }
     }
 }
@@ -156,7 +157,12 @@ impl Stepper {
         Self::compile(world, M::METHOD, Some(OutsideMethod::of::<M>()), false)
     }
 
-    fn compile(world: &mut World, method: Method, outside: Option<OutsideMethod>, installed: bool) -> Self {
+    fn compile(
+        world: &mut World,
+        method: Method,
+        outside: Option<OutsideMethod>,
+        installed: bool,
+    ) -> Self {
         watch_disabled(world);
         mark_static(world);
         let plan = StepPlan::with(world, method, outside);
@@ -164,7 +170,8 @@ impl Stepper {
     }
 
     fn compile_plan(world: &mut World, plan: StepPlan, installed: bool) -> Self {
-        let mut schedule = if installed { inner_schedule(world, &plan) } else { step_schedule(world, &plan) };
+        let mut schedule =
+            if installed { inner_schedule(world, &plan) } else { step_schedule(world, &plan) };
         schedule.initialize(world).expect("the systems of a tick are totally ordered");
         let (inputs, statics) = (PlanInputs::of(world), StaticWatch::new(world));
         Self { plan, schedule, inputs, statics, installed, interrupted: false }
@@ -404,7 +411,8 @@ fn check(world: &World) {
 /// Removes the cached accelerations of bodies for which no law is called any more.
 fn forget_accelerations(world: &mut World, plan: &StepPlan) {
     if !plan.caches_accelerations {
-        let mut bodies = world.query_filtered::<Entity, (With<LastAcceleration>, Without<OwnLaws>)>();
+        let mut bodies =
+            world.query_filtered::<Entity, (With<LastAcceleration>, Without<OwnLaws>)>();
         for body in bodies.iter(world).collect::<Vec<_>>() {
             world.entity_mut(body).remove::<LastAcceleration>();
         }

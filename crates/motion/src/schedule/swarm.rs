@@ -89,7 +89,8 @@ impl SwarmLog {
     /// Appends a tick and sets its key and the fields that follow from the tick before. Equal laws must be shared with that tick.
     /// Drops the ticks before the birth of the oldest living particle.
     pub(crate) fn enter(&mut self, mut tick: SwarmTick) {
-        tick.other_laws = self.ticks.back().is_some_and(|last| !Arc::ptr_eq(&last.laws, &tick.laws));
+        tick.other_laws =
+            self.ticks.back().is_some_and(|last| !Arc::ptr_eq(&last.laws, &tick.laws));
         tick.reversed = std::mem::take(&mut self.reversed);
         tick.key = tick.key_after(self.key);
         self.key = tick.key;
@@ -144,8 +145,20 @@ pub struct SwarmTick {
 impl SwarmTick {
     /// The key of the tick after a state with the key `before`.
     pub(crate) fn key_after(&self, before: u64) -> u64 {
-        let Self { key: _, step, substeps, births, born, first_birth, between, source, carried, .. } = self;
-        let numbers = [*step, *first_birth, *between, self.phase].into_iter().chain(*source).chain(*carried);
+        let Self {
+            key: _,
+            step,
+            substeps,
+            births,
+            born,
+            first_birth,
+            between,
+            source,
+            carried,
+            ..
+        } = self;
+        let numbers =
+            [*step, *first_birth, *between, self.phase].into_iter().chain(*source).chain(*carried);
         let counts = [
             before,
             u64::from(*substeps),
@@ -154,10 +167,12 @@ impl SwarmTick {
             self.dead,
             u64::from(self.other_laws) | u64::from(self.reversed) << 1 | u64::from(!*born) << 2,
         ];
-        let words = counts.into_iter().chain(numbers.map(|number| word(&number))).chain(self.laws.words());
+        let words =
+            counts.into_iter().chain(numbers.map(|number| word(&number))).chain(self.laws.words());
         // FNV-1a over words, then the finalizer of SplitMix64 (Steele, Lea, Flood 2014): FNV alone mixes high bits badly.
-        let mut hash = words
-            .fold(0xcbf2_9ce4_8422_2325_u64, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3));
+        let mut hash = words.fold(0xcbf2_9ce4_8422_2325_u64, |hash, word| {
+            (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3)
+        });
         hash = (hash ^ hash >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         hash = (hash ^ hash >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
         hash ^ hash >> 31

@@ -43,7 +43,8 @@ struct LawsFields {
 impl From<&SwarmLaws> for LawsFields {
     fn from(laws: &SwarmLaws) -> Self {
         let SwarmLaws { constant, rate, drag, wells, damping } = laws;
-        let SwarmDrag { linear, quadratic, mean, across, up, wave, turns } = drag.unwrap_or_default();
+        let SwarmDrag { linear, quadratic, mean, across, up, wave, turns } =
+            drag.unwrap_or_default();
         Self {
             constant: *constant,
             rate: *rate,

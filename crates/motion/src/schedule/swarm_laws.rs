@@ -120,9 +120,12 @@ impl SwarmLaws {
         let Self { constant, rate, drag, wells, damping } = self;
         let drag = drag.iter().flat_map(|drag| {
             let SwarmDrag { linear, quadratic, mean, across, up, wave, turns } = *drag;
-            [linear, quadratic, turns].into_iter().chain([mean, across, up, wave].into_iter().flatten())
+            [linear, quadratic, turns]
+                .into_iter()
+                .chain([mean, across, up, wave].into_iter().flatten())
         });
-        let damping = damping.iter().flat_map(|(model, rate)| [u64::from(*model as u8), word(rate)]);
+        let damping =
+            damping.iter().flat_map(|(model, rate)| [u64::from(*model as u8), word(rate)]);
         let numbers = constant.iter().chain([rate]).copied().chain(drag);
         let numbers = numbers.chain(wells.iter().flatten().copied());
         numbers.map(|number| word(&number)).chain(damping)

@@ -23,7 +23,8 @@ pub fn advance_swarms(
     let substeps = Substeps::count(world.get_resource());
     found.extend(swarms.iter(world).map(|(entity, swarm)| (entity, swarm.clone())));
     for (entity, swarm) in found.drain(..) {
-        let before = world.get::<SwarmLog>(entity).and_then(|log| log.ticks.back()).map(|tick| &tick.laws);
+        let before =
+            world.get::<SwarmLog>(entity).and_then(|log| log.ticks.back()).map(|tick| &tick.laws);
         let (laws, phase) = SwarmLaws::of(world, swarm.anchor, tick.start, before);
         let Ok(parts) = world.get_entity(entity) else { continue };
         let on = parts.get::<Emitter>();

@@ -25,7 +25,9 @@ use crate::state::forces::{Forces, PushQueue, PushedBodies};
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::static_bodies::Static;
 use crate::tick::body_filter::BodyFilter;
-use crate::tick::integrate::{integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity};
+use crate::tick::integrate::{
+    integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
+};
 use crate::tick::quarantine::{Quarantine, quarantine_bodies};
 
 /// The schedule of one tick.
@@ -94,7 +96,8 @@ fn births(plan: &StepPlan) -> impl Iterator<Item = ScheduleConfigs<ScheduleSyste
 
 /// The systems that change velocities and positions.
 fn integration(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
-    let mut systems: Vec<_> = plan.carries_wells.then(|| carry_wells.into_configs()).into_iter().collect();
+    let mut systems: Vec<_> =
+        plan.carries_wells.then(|| carry_wells.into_configs()).into_iter().collect();
     // Groups first, while the single bodies that anchor them are still at the start of the tick.
     for own in &plan.groups {
         let (kernel, which) = (plan.kernel(*own), BodyFilter::of_method(world, *own));
@@ -111,10 +114,16 @@ fn integration(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<Schedu
         match (plan.passes, plan.method) {
             _ if plan.outside.is_some() => systems.push(integrate_method(world, plan, None)),
             (Passes::Two, Method::SemiImplicitEuler) => {
-                systems.extend([integrate_acceleration.into_configs(), integrate_velocity.into_configs()]);
+                systems.extend([
+                    integrate_acceleration.into_configs(),
+                    integrate_velocity.into_configs(),
+                ]);
             }
             (Passes::Two, Method::ExplicitEuler) => {
-                systems.extend([integrate_velocity.into_configs(), integrate_acceleration.into_configs()]);
+                systems.extend([
+                    integrate_velocity.into_configs(),
+                    integrate_acceleration.into_configs(),
+                ]);
             }
             (Passes::One, Method::SemiImplicitEuler) => {
                 systems.push(integrate_in_one_pass::<SemiImplicitEuler>.into_configs());
@@ -171,7 +180,10 @@ fn remember_steps(world: &mut World, which: &BodyFilter) -> ScheduleConfigs<Sche
 }
 
 /// Gives bodies their [`LastAcceleration`], the cache of an acceleration that the next step starts with.
-fn remember_accelerations(world: &mut World, which: &BodyFilter) -> ScheduleConfigs<ScheduleSystem> {
+fn remember_accelerations(
+    world: &mut World,
+    which: &BodyFilter,
+) -> ScheduleConfigs<ScheduleSystem> {
     remember_state::<LastAcceleration>(world, which, "remember_accelerations")
 }
 
@@ -181,7 +193,8 @@ fn remember_state<State: Component + Default>(
     name: &'static str,
 ) -> ScheduleConfigs<ScheduleSystem> {
     type Bodies<'w, 's, State> = Query<'w, 's, Entity, (With<PhysicsBody>, Without<State>, Moving)>;
-    let state: SystemState<(Bodies<State>, Commands)> = (which.query(), ParamBuilder).build_state(world);
+    let state: SystemState<(Bodies<State>, Commands)> =
+        (which.query(), ParamBuilder).build_state(world);
     let system = state.build_system(|added, mut commands| {
         added.iter().for_each(|body| {
             commands.entity(body).insert(State::default());

@@ -24,18 +24,27 @@ fn a_nan_in_a_cached_acceleration_harms_no_body() {
             }]));
             let bodies: [Entity; 10] = std::array::from_fn(|body| {
                 let x = Vector::new(2.0, 0.3 * body as f64, -1.0);
-                world.spawn((Transform::at(x), PhysicsBody { velocity: Vector::Y, inverse_mass: 1.0 })).id()
+                world
+                    .spawn((
+                        Transform::at(x),
+                        PhysicsBody { velocity: Vector::Y, inverse_mass: 1.0 },
+                    ))
+                    .id()
             });
             let mut stepper = Stepper::new(&mut world, method, TimeStep(0.01));
             (0..3).for_each(|_| stepper.tick(&mut world));
             for body in bodies.iter().filter(|_| spoils) {
-                world.get_mut::<LastAcceleration>(*body).expect("it caches accelerations").0.acceleration =
-                    [f64::NAN; 3];
+                world
+                    .get_mut::<LastAcceleration>(*body)
+                    .expect("it caches accelerations")
+                    .0
+                    .acceleration = [f64::NAN; 3];
             }
             (0..3).for_each(|_| stepper.tick(&mut world));
             assert!(world.resource::<Quarantine>().records().is_empty());
-            bodies
-                .map(|body| (world.get::<Transform>(body).copied(), world.get::<PhysicsBody>(body).copied()))
+            bodies.map(|body| {
+                (world.get::<Transform>(body).copied(), world.get::<PhysicsBody>(body).copied())
+            })
         };
         assert_eq!(run(true), run(false), "{method:?}");
     }

@@ -62,7 +62,10 @@ impl StepClock {
     }
 
     /// Length of the current run of equal steps, s.
-    #[expect(clippy::cast_precision_loss, reason = "2^53 ticks are some two million years at 120 Hz")]
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "2^53 ticks are some two million years at 120 Hz"
+    )]
     fn seconds_of_equal_steps(&self) -> Scalar {
         (self.0.ticks - self.0.since_tick) as Scalar * self.0.step
     }
@@ -77,7 +80,8 @@ impl StepClock {
     /// Counts one tick of `step` seconds.
     pub fn count(&mut self, step: Scalar) {
         if step != self.0.step {
-            (self.0.since_tick, self.0.since_time, self.0.step) = (self.0.ticks, self.seconds(), step);
+            (self.0.since_tick, self.0.since_time, self.0.step) =
+                (self.0.ticks, self.seconds(), step);
         }
         self.0.ticks += 1;
     }
@@ -95,7 +99,8 @@ impl StepClock {
     #[must_use]
     pub fn from_state(state: ClockState) -> Option<Self> {
         let ClockState { ticks, since_tick, since_time, step, scene_began } = state;
-        let times = [since_time, step, scene_began].iter().all(|time| *time >= 0.0 && time.is_finite());
+        let times =
+            [since_time, step, scene_began].iter().all(|time| *time >= 0.0 && time.is_finite());
         let counted = since_tick <= ticks && ticks <= 1 << 53;
         // The present may be infinite, as it may in a run of very long ticks.
         (times && counted && scene_began <= Self(state).seconds()).then_some(Self(state))

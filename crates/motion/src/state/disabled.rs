@@ -28,7 +28,8 @@ pub(crate) fn watch_disabled(world: &mut World) {
     }
     world.insert_resource(Watched);
     let filters = world.get_resource::<DefaultQueryFilters>();
-    let disabling: Vec<_> = filters.into_iter().flat_map(DefaultQueryFilters::disabling_ids).collect();
+    let disabling: Vec<_> =
+        filters.into_iter().flat_map(DefaultQueryFilters::disabling_ids).collect();
     if !disabling.is_empty() {
         world.spawn(Observer::new(disable).with_components(disabling.iter().copied()));
         world.spawn(Observer::new(enable).with_components(disabling));
@@ -57,8 +58,9 @@ fn enable(removed: On<Remove<()>>, mut world: DeferredWorld) {
 
 fn changed(entity: Entity, world: &mut DeferredWorld) {
     let Ok(entity) = world.get_entity(entity) else { return };
-    let joined =
-        entity.contains::<PhysicsBody>() || entity.contains::<Spring>() || entity.contains::<SoftBody>();
+    let joined = entity.contains::<PhysicsBody>()
+        || entity.contains::<Spring>()
+        || entity.contains::<SoftBody>();
     let emits = entity.contains::<Emission>() || entity.contains::<Particle>();
     if let Some(mut coupling) = world.get_resource_mut::<CouplingChanged>().filter(|_| joined) {
         coupling.0 = true;

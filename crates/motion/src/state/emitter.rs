@@ -57,7 +57,10 @@ impl Emitter {
             *rate > 0.0 && rate.is_finite(),
             "an emitter cannot emit {rate} particles per second; give a finite `rate` above 0"
         );
-        assert!(*life > 0.0, "a particle cannot live for {life} s; give the emitter a `life` above 0");
+        assert!(
+            *life > 0.0,
+            "a particle cannot live for {life} s; give the emitter a `life` above 0"
+        );
         at_least_0(*inverse_mass, "the inverse mass of particles", "1/kg");
         let (bodies, velocities) = (pool.len(), launches.len());
         assert!(
@@ -166,14 +169,22 @@ impl Tick {
 }
 
 /// Number of particles born before `time`, s since the start of the scene.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be above 0")]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "checked to be above 0"
+)]
 fn born_before(emitter: &Emitter, time: Scalar) -> u64 {
     let births = (time * emitter.rate - NEARLY).ceil();
     if births > 0.0 { births as u64 } else { 0 }
 }
 
 /// Number of particles whose life is over at `time`, s since the start of the scene.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be at least 0")]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "checked to be at least 0"
+)]
 fn dead_at(emitter: &Emitter, time: Scalar) -> u64 {
     let births = (time - emitter.life) * emitter.rate + NEARLY;
     if births >= 0.0 { (births as u64).saturating_add(1) } else { 0 }

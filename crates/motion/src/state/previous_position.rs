@@ -12,8 +12,11 @@ use crate::units::Vector;
 pub struct PreviousPosition(pub Vector);
 
 /// Stores every position as [`PreviousPosition`]. Run it before the last tick of a frame.
-pub fn remember_positions(mut bodies: Query<(&Transform, &mut PreviousPosition), With<PhysicsBody>>) {
-    let tables = bodies.contiguous_iter_mut().expect("every component of a body is stored in tables");
+pub fn remember_positions(
+    mut bodies: Query<(&Transform, &mut PreviousPosition), With<PhysicsBody>>,
+) {
+    let tables =
+        bodies.contiguous_iter_mut().expect("every component of a body is stored in tables");
     for (transforms, mut previous) in tables {
         for (transform, previous) in transforms.iter().zip(previous.bypass_change_detection()) {
             previous.0 = transform.position;

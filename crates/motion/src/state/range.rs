@@ -59,8 +59,10 @@ impl Bounds {
     /// The bounds of a range; all finite numbers without one.
     pub fn of(range: Option<&Range>) -> Self {
         let bound = |bound: Scalar| if bound > f64::MAX { f64::MAX } else { bound };
-        range
-            .map_or(Self::FINITE, |range| Self { position: bound(range.position), speed: bound(range.speed) })
+        range.map_or(Self::FINITE, |range| Self {
+            position: bound(range.position),
+            speed: bound(range.speed),
+        })
     }
 
     pub fn holds_position(&self, x: &[f64]) -> bool {

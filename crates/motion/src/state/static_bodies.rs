@@ -24,8 +24,11 @@ fn is_static(body: &PhysicsBody) -> bool {
 /// Marks every body that has become static since the last call.
 pub(crate) fn mark_static(world: &mut World) {
     let mut bodies = world.query_filtered::<(Entity, &PhysicsBody), Without<Static>>();
-    let found: Vec<_> =
-        bodies.iter(world).filter(|(_, body)| is_static(body)).map(|(body, _)| (body, Static(()))).collect();
+    let found: Vec<_> = bodies
+        .iter(world)
+        .filter(|(_, body)| is_static(body))
+        .map(|(body, _)| (body, Static(())))
+        .collect();
     world.insert_batch(found);
 }
 
@@ -62,7 +65,8 @@ impl StaticWatch {
             let (bodies, ticks) = ContiguousRef::split(bodies);
             if ticks.summary_tick_is_changed() != Some(false) {
                 let pairs = entities.iter().zip(bodies);
-                moving.extend(pairs.filter(|(_, body)| !is_static(body)).map(|(entity, _)| *entity));
+                moving
+                    .extend(pairs.filter(|(_, body)| !is_static(body)).map(|(entity, _)| *entity));
             }
         }
         for body in moving {

@@ -71,7 +71,9 @@ impl Threads {
         let share = rows.len().div_ceil(threads.count()).next_multiple_of(8).max(8);
         let parts = rows.chunks_mut(share).zip(others.chunks_mut(share)).enumerate();
         let each = &each;
-        threads.run(parts.map(|(part, (rows, others))| move || each(part * share, rows, others)).collect());
+        threads.run(
+            parts.map(|(part, (rows, others))| move || each(part * share, rows, others)).collect(),
+        );
     }
 
     /// [`Self::share_two`] without others.

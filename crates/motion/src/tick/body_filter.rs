@@ -20,7 +20,9 @@ impl BodyFilter {
     pub fn of_method(world: &mut World, own: Option<Method>) -> Self {
         match own {
             Some(method) => Self { with: vec![marker(world, method)], without: Vec::new() },
-            None => Self { with: Vec::new(), without: vec![world.register_component::<OwnMethod>()] },
+            None => {
+                Self { with: Vec::new(), without: vec![world.register_component::<OwnMethod>()] }
+            }
         }
     }
 

@@ -83,9 +83,18 @@ impl Environment<'_> {
         let falls = kicks && !gravity_off;
         let Self { laws, gravity, .. } = self;
         let places = [
-            (self.range.is_some_and(|range| range.position.is_nan() || range.speed.is_nan()), place::RANGE),
-            (falls && gravity.is_some_and(|gravity| !gravity.acceleration.is_finite()), place::GRAVITY),
-            (!own_rate && self.damping.is_some_and(|damping| !damping.rate.is_finite()), place::DAMPING),
+            (
+                self.range.is_some_and(|range| range.position.is_nan() || range.speed.is_nan()),
+                place::RANGE,
+            ),
+            (
+                falls && gravity.is_some_and(|gravity| !gravity.acceleration.is_finite()),
+                place::GRAVITY,
+            ),
+            (
+                !own_rate && self.damping.is_some_and(|damping| !damping.rate.is_finite()),
+                place::DAMPING,
+            ),
         ];
         let place = places.into_iter().find(|(broken, _)| *broken).map(|(_, place)| place);
         let law = || if kicks { laws.not_finite() } else { None };
@@ -99,7 +108,12 @@ impl Environment<'_> {
     }
 
     /// The cause of a refusal: the evidence, or else the bound that was exceeded.
-    pub(crate) fn cause(&self, system: &'static str, breach: Breach, evidence: Option<Evidence>) -> Cause {
+    pub(crate) fn cause(
+        &self,
+        system: &'static str,
+        breach: Breach,
+        evidence: Option<Evidence>,
+    ) -> Cause {
         let component = match breach.of {
             Quantity::Position => place::POSITION,
             Quantity::Velocity => place::VELOCITY,

@@ -111,7 +111,14 @@ impl TablePart<'_> {
         let mut refused: Vec<(usize, Breach)> = Vec::new();
         let options = self.table.options.map(|_| &self as &dyn RowOptions);
         let refuse = &mut |row, breach| refused.push((row, breach));
-        (self.table.kernel.integrate)(parameters, batch, rows, options, &mut done.statistics, refuse);
+        (self.table.kernel.integrate)(
+            parameters,
+            batch,
+            rows,
+            options,
+            &mut done.statistics,
+            refuse,
+        );
         for (row, breach) in refused {
             done.refused.push(self.diagnose(parameters, batch, row, breach));
         }
@@ -222,7 +229,9 @@ fn advance<Who: ArchetypeFilter>(
     let without_gravity = environment.parameters(kernel.traits, &called);
     let mut with_gravity = without_gravity;
     with_gravity.gravity += environment.free_fall();
-    for columns in bodies.contiguous_iter_mut().expect("every component of a body is stored in tables") {
+    for columns in
+        bodies.contiguous_iter_mut().expect("every component of a body is stored in tables")
+    {
         let BodyColumnsContiguousItem {
             entity: entities,
             transform: mut transforms,
@@ -235,18 +244,22 @@ fn advance<Who: ArchetypeFilter>(
         let gravity_off = options.gravity_off();
         let (pushed, births) = (param.pushed_of(entities[0]), param.births_of(entities[0]));
         // A kick moves nothing, so no position is marked as changed.
-        let transforms =
-            if kernel.traits.moves { &mut *transforms } else { transforms.bypass_change_detection() };
+        let transforms = if kernel.traits.moves {
+            &mut *transforms
+        } else {
+            transforms.bypass_change_detection()
+        };
         let method_state = match (&mut last_step, &mut last_acceleration) {
             (Some(steps), _) => {
                 MethodStateRows::LastStep(bytemuck::cast_slice_mut(steps.bypass_change_detection()))
             }
-            (None, Some(cached)) => MethodStateRows::LastAcceleration(LastAcceleration::peel_slice_mut(
-                cached.bypass_change_detection(),
-            )),
+            (None, Some(cached)) => MethodStateRows::LastAcceleration(
+                LastAcceleration::peel_slice_mut(cached.bypass_change_detection()),
+            ),
             (None, None) => MethodStateRows::None,
         };
-        let applied = AppliedForces { forces: bytemuck::cast_slice(forces), rows: pushed, offset: 0 };
+        let applied =
+            AppliedForces { forces: bytemuck::cast_slice(forces), rows: pushed, offset: 0 };
         let batch = Batch {
             positions: bytemuck::cast_slice_mut(transforms),
             bodies: bytemuck::cast_slice_mut(bodies.bypass_change_detection()),
@@ -279,7 +292,11 @@ fn advance<Who: ArchetypeFilter>(
 /// A body of inverse mass 0 is not accelerated. With [`DampingModel::Exact`](crate::DampingModel::Exact) the decay is
 /// part of this update. Laws of position or velocity need [`integrate_in_one_pass`], which evaluates them before
 /// either half of the step.
-pub fn integrate_acceleration(param: EnvironmentParam, output: TickOutput, bodies: Bodies<Unmarked>) {
+pub fn integrate_acceleration(
+    param: EnvironmentParam,
+    output: TickOutput,
+    bodies: Bodies<Unmarked>,
+) {
     advance(const { Kernel::of::<Kick>() }, param, output, bodies);
 }
 
@@ -299,9 +316,15 @@ pub fn integrate_in_one_pass<M: Integrator>(
 }
 
 /// Makes the system that integrates a tick of `kernel` for the bodies that `which` selects.
-pub(crate) fn integrate(world: &mut World, kernel: Kernel, which: &BodyFilter, name: String) -> BoxedSystem {
+pub(crate) fn integrate(
+    world: &mut World,
+    kernel: Kernel,
+    which: &BodyFilter,
+    name: String,
+) -> BoxedSystem {
     let state: SystemState<(EnvironmentParam, TickOutput, Bodies<()>)> =
         (ParamBuilder, ParamBuilder, which.query()).build_state(world);
-    let system = state.build_system(move |param, output, bodies| advance(kernel, param, output, bodies));
+    let system =
+        state.build_system(move |param, output, bodies| advance(kernel, param, output, bodies));
     Box::new(system.with_name(name))
 }

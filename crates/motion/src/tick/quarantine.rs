@@ -27,7 +27,11 @@ pub struct Cause<B = Entity> {
 
 /// The fault of a component or a resource.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "snake_case")
+)]
 pub enum Fault<B = Entity> {
     /// It was not finite before the tick: something else wrote it.
     Found,
@@ -100,10 +104,14 @@ impl Cause {
         };
         match fault {
             Fault::Found => format!("{component} was not finite when {system} looked"),
-            Fault::Law(name) => format!("the law {name} gave a non-finite acceleration in {system}"),
+            Fault::Law(name) => {
+                format!("the law {name} gave a non-finite acceleration in {system}")
+            }
             Fault::Spring(_) => format!("a spring pulled with a non-finite force in {system}"),
             Fault::Overflow => format!("{part} would turn non-finite in {system}"),
-            Fault::Range(bound) => format!("{part} would leave the range of {bound:e} {unit} in {system}"),
+            Fault::Range(bound) => {
+                format!("{part} would leave the range of {bound:e} {unit} in {system}")
+            }
             Fault::Request => format!("a request set an invalid {part}"),
         }
     }
@@ -134,7 +142,10 @@ pub(crate) mod place {
 #[cfg_attr(feature = "serde", serde(from = "in_files::Record<B>", into = "in_files::Record<B>"))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(serialize = "B: serde::Serialize + Clone", deserialize = "B: serde::Deserialize<'de>"))
+    serde(bound(
+        serialize = "B: serde::Serialize + Clone",
+        deserialize = "B: serde::Deserialize<'de>"
+    ))
 )]
 pub struct QuarantineRecord<B = Entity> {
     /// The body.
@@ -194,7 +205,9 @@ mod in_files {
     }
 
     impl<B> From<QuarantineRecord<B>> for Record<B> {
-        fn from(QuarantineRecord { body, id: _, other_end: _, tick, cause }: QuarantineRecord<B>) -> Self {
+        fn from(
+            QuarantineRecord { body, id: _, other_end: _, tick, cause }: QuarantineRecord<B>,
+        ) -> Self {
             let Cause { system, component, fault } = cause;
             Self { body, tick, system, component, fault }
         }
@@ -202,7 +215,13 @@ mod in_files {
 
     impl<B> From<Record<B>> for QuarantineRecord<B> {
         fn from(Record { body, tick, system, component, fault }: Record<B>) -> Self {
-            Self { body, id: None, other_end: None, tick, cause: Cause { system, component, fault } }
+            Self {
+                body,
+                id: None,
+                other_end: None,
+                tick,
+                cause: Cause { system, component, fault },
+            }
         }
     }
 }

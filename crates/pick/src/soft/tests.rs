@@ -13,18 +13,30 @@ struct Sample {
 }
 
 fn link(a: u32, b: u32, rest_length: f64) -> Link {
-    Link { ends: [a, b], elastic: Elastic { stiffness: 1.0, damping: 0.0, rest_length, pull_only: false } }
+    Link {
+        ends: [a, b],
+        elastic: Elastic { stiffness: 1.0, damping: 0.0, rest_length, pull_only: false },
+    }
 }
 
 impl Sample {
-    fn new(world: &mut World, places: &[DVec3], springs: Vec<Link>, triangles: Vec<[u32; 3]>) -> Self {
+    fn new(
+        world: &mut World,
+        places: &[DVec3],
+        springs: Vec<Link>,
+        triangles: Vec<[u32; 3]>,
+    ) -> Self {
         let points: Vec<_> = places.iter().map(|_| world.spawn_empty().id()).collect();
         let place = |(entity, position): (&Entity, &DVec3)| {
             (*entity, SoftPoint { position: *position, movable: true })
         };
         let places = points.iter().zip(places).map(place).collect();
         let entity = world.spawn_empty().id();
-        Self { entity, body: SoftBody { points, springs: springs.into(), triangles, sheet: false }, places }
+        Self {
+            entity,
+            body: SoftBody { points, springs: springs.into(), triangles, sheet: false },
+            places,
+        }
     }
 
     /// A sheet in the plane z = 0 of `cells` by `cells` squares of 1 m, moved by `offset`.
@@ -34,7 +46,8 @@ impl Sample {
             .map(|i| DVec3::new(f64::from(i % side), f64::from(i / side), 0.0) + offset)
             .collect();
         let squares = (0..cells * cells).map(|i| i / cells * side + i % cells);
-        let triangles = squares.flat_map(|i| [[i, i + 1, i + side + 1], [i, i + side + 1, i + side]]);
+        let triangles =
+            squares.flat_map(|i| [[i, i + 1, i + side + 1], [i, i + side + 1, i + side]]);
         Self::new(world, &places, vec![link(0, 1, 1.0)], triangles.collect())
     }
 
@@ -53,7 +66,8 @@ fn cast(samples: &[&Sample], anchor: DVec3, ray: &Ray, thinnest: f64) -> Option<
     let all: Vec<_> = samples.iter().flat_map(|sample| &sample.places).copied().collect();
     let point = |entity| all.iter().find(|(point, _)| *point == entity).map(|(_, point)| *point);
     targets.update(anchor, samples.iter().map(|sample| (sample.entity, &sample.body)), point);
-    let body = |entity| samples.iter().find(|sample| sample.entity == entity).map(|sample| &sample.body);
+    let body =
+        |entity| samples.iter().find(|sample| sample.entity == entity).map(|sample| &sample.body);
     targets.cast(ray, thinnest, body)
 }
 
@@ -68,8 +82,11 @@ fn a_sheet_is_hit_from_both_sides_in_the_cell_that_the_ray_goes_through() {
         let sheet = Sample::sheet(&mut world, 4, offset);
         for (x, y) in [(0.7, 0.2), (3.1, 2.6), (1.9, 3.95)] {
             let target = DVec3::new(x, y, 0.0) + offset;
-            for eye in [DVec3::new(9.0, 5.0, 12.0), DVec3::new(-3.0, 1.0, -7.0), DVec3::new(2.0, 2.0, 300.0)]
-            {
+            for eye in [
+                DVec3::new(9.0, 5.0, 12.0),
+                DVec3::new(-3.0, 1.0, -7.0),
+                DVec3::new(2.0, 2.0, 300.0),
+            ] {
                 let eye = eye + offset;
                 let hit = cast(&[&sheet], eye, &ray(eye, target - eye), 0.0).unwrap();
                 assert_eq!(hit.entity, sheet.entity);
@@ -117,7 +134,10 @@ fn a_ray_through_a_hole_misses() {
             None => drop(sheet.places.remove(5)),
             Some(nowhere) => sheet.edit(5).position = nowhere,
         }
-        assert_eq!(cast(&[&sheet], DVec3::ZERO, &ray(DVec3::new(1.2, 1.1, 3.0), DVec3::NEG_Z), 0.0), None);
+        assert_eq!(
+            cast(&[&sheet], DVec3::ZERO, &ray(DVec3::new(1.2, 1.1, 3.0), DVec3::NEG_Z), 0.0),
+            None
+        );
         let beside = ray(DVec3::new(2.6, 2.5, 3.0), DVec3::NEG_Z);
         assert!(cast(&[&sheet], DVec3::ZERO, &beside, 0.0).is_some());
     }
@@ -141,9 +161,11 @@ fn a_rope_is_hit_at_its_points_and_springs_with_the_radii_that_are_drawn() {
     let places = [DVec3::ZERO, DVec3::X, DVec3::new(2.0, 1.0, 0.0)].map(|place| place + offset);
     let rope = Sample::rope(&mut world, &places);
     let eye = offset + DVec3::Z * 8.0;
-    let at = |x: f64, y: f64| cast(&[&rope], eye, &ray(eye, offset + DVec3::new(x, y, 0.0) - eye), 0.0);
+    let at =
+        |x: f64, y: f64| cast(&[&rope], eye, &ray(eye, offset + DVec3::new(x, y, 0.0) - eye), 0.0);
     let (point, link) = (0.12, 0.06);
-    for (x, y, number) in [(1.0, 0.9 * point, 1), (0.3, 0.9 * link, 0), (0.7, -0.9 * link, 1), (1.7, 0.7, 2)]
+    for (x, y, number) in
+        [(1.0, 0.9 * point, 1), (0.3, 0.9 * link, 0), (0.7, -0.9 * link, 1), (1.7, 0.7, 2)]
     {
         let hit = at(x, y).unwrap_or_else(|| panic!("({x}, {y}) is a miss"));
         assert_eq!(hit.pushed, Some(rope.body.points[number]), "({x}, {y})");
@@ -176,7 +198,8 @@ fn what_is_drawn_at_least_so_wide_is_hit_at_least_so_wide() {
 
 #[test]
 fn radii_follow_the_mean_spring_between_bounds() {
-    let radius = |rest: &[f64]| point_radius(&rest.iter().map(|rest| link(0, 1, *rest)).collect::<Vec<_>>());
+    let radius =
+        |rest: &[f64]| point_radius(&rest.iter().map(|rest| link(0, 1, *rest)).collect::<Vec<_>>());
     assert!((radius(&[0.1, 0.3]) - 0.024).abs() < 1e-12);
     assert_eq!((radius(&[]), radius(&[1e-9]), radius(&[50.0])), (0.002, 0.002, 0.15));
 }

@@ -50,7 +50,9 @@ impl Scene {
     /// Distance to the closest shape when all are larger by `off` times the error that f32 allows: a rounding or
     /// two of the distance (2^-24 = 6e-8 of it, the position's), and some of the size (parry's).
     fn brute_force(&self, ray: &Ray, off: f64) -> f64 {
-        (0..self.shapes.len()).map(|i| self.brute_force_one(i, ray, off)).fold(f64::INFINITY, f64::min)
+        (0..self.shapes.len())
+            .map(|i| self.brute_force_one(i, ray, off))
+            .fold(f64::INFINITY, f64::min)
     }
 
     fn brute_force_one(&self, i: usize, ray: &Ray, off: f64) -> f64 {
@@ -69,7 +71,11 @@ impl Scene {
                 let half = half_extents + grow;
                 let (a, b) = ((-half - start) / direction, (half - start) / direction);
                 let (entry, exit) = (a.min(b).max_element(), a.max(b).min_element());
-                if half.min_element() > 0.0 && entry <= exit && entry > 0.0 { entry } else { f64::INFINITY }
+                if half.min_element() > 0.0 && entry <= exit && entry > 0.0 {
+                    entry
+                } else {
+                    f64::INFINITY
+                }
             }
         }
     }

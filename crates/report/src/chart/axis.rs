@@ -30,7 +30,9 @@ impl Axis {
     ) -> Self {
         let (low, high) = values
             .filter(|value| value.is_finite() && *value > 0.0)
-            .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), value| (low.min(value), high.max(value)));
+            .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), value| {
+                (low.min(value), high.max(value))
+            });
         let (low, high) = if high > 0.0 { (low.log10(), high.log10()) } else { (-16.0, 0.0) };
         let room = (0.04 * (high - low)).max(if high - low < 0.5 { 0.3 } else { 0.08 });
         Self::between(title, (10f64.powf(low - room), 10f64.powf(high + room)), label)
@@ -64,7 +66,8 @@ impl Axis {
             let decade: f64 = format!("1e{exponent}").parse().unwrap_or(f64::NAN);
             if exponent.rem_euclid(every) == 0 {
                 self.labelled.push((decade, label(decade)));
-                self.labelled.extend(between.iter().map(|times| (times * decade, label(times * decade))));
+                self.labelled
+                    .extend(between.iter().map(|times| (times * decade, label(times * decade))));
             } else {
                 self.light.push(decade);
             }
@@ -78,7 +81,11 @@ impl Axis {
     }
 
     /// A linear axis from 0 to `high`.
-    pub(crate) fn linear(title: impl Into<String>, high: f64, label: impl Fn(f64) -> String) -> Self {
+    pub(crate) fn linear(
+        title: impl Into<String>,
+        high: f64,
+        label: impl Fn(f64) -> String,
+    ) -> Self {
         let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };
         let decade = 10f64.powf((high / 4.0).log10().floor());
         let step = [1.0, 2.0, 2.5, 5.0, 10.0]
@@ -86,7 +93,8 @@ impl Axis {
             .into_iter()
             .find(|step| high / step <= 8.0);
         let step = step.unwrap_or(high);
-        let marks = (0..=8).map(|i| f64::from(i) * step).filter(|mark| *mark <= high * (1.0 + 1e-9));
+        let marks =
+            (0..=8).map(|i| f64::from(i) * step).filter(|mark| *mark <= high * (1.0 + 1e-9));
         Self {
             low: 0.0,
             high,
@@ -134,10 +142,13 @@ pub(crate) fn axes(x: &Axis, y: &Axis, [left, top, right, bottom]: Box4) -> Vec<
     let corner = Shape::line([(left, top), (left, bottom), (right, bottom)]);
     shapes.push(corner.class("edge").stroke(Stroke::new(EDGE, 1.0)));
     for (value, label) in &x.labelled {
-        shapes.push(Shape::soft_words(label).anchored(Anchor::Middle).at(across(*value), bottom + 19.0));
+        shapes.push(
+            Shape::soft_words(label).anchored(Anchor::Middle).at(across(*value), bottom + 19.0),
+        );
     }
     for (value, label) in &y.labelled {
-        shapes.push(Shape::soft_words(label).anchored(Anchor::End).at(left - 8.0, up(*value) + 4.5));
+        shapes
+            .push(Shape::soft_words(label).anchored(Anchor::End).at(left - 8.0, up(*value) + 4.5));
     }
     shapes
 }
@@ -165,7 +176,8 @@ mod tests {
     fn there_is_an_axis_for_one_value_and_for_none() {
         let one = Axis::logarithmic("error", [4.0].into_iter(), |value| number(value, 1));
         assert_eq!(labels(&one), ["3", "5"]);
-        let none = Axis::logarithmic("error", [0.0, f64::NAN].into_iter(), |value| number(value, 1));
+        let none =
+            Axis::logarithmic("error", [0.0, f64::NAN].into_iter(), |value| number(value, 1));
         assert!(none.holds(1e-8) && !labels(&none).is_empty());
         assert_eq!(
             labels(&Axis::linear("t", 10.0, |value| number(value, 2))),

@@ -80,7 +80,14 @@ pub(crate) struct Shape {
 
 impl Shape {
     const fn new(outline: Outline) -> Self {
-        Self { outline, at: (0.0, 0.0), class: String::new(), fill: None, stroke: None, tip: String::new() }
+        Self {
+            outline,
+            at: (0.0, 0.0),
+            class: String::new(),
+            fill: None,
+            stroke: None,
+            tip: String::new(),
+        }
     }
 
     pub(crate) fn path(path: impl Into<String>) -> Self {
@@ -99,8 +106,9 @@ impl Shape {
 
     /// Rectangles by their left, top, width and height.
     pub(crate) fn rectangles(boxes: impl IntoIterator<Item = [f64; 4]>) -> Self {
-        let path =
-            |[x, y, width, height]: [f64; 4]| format!("M{x:.1},{y:.1}h{width:.1}v{height:.1}h{:.1}Z", -width);
+        let path = |[x, y, width, height]: [f64; 4]| {
+            format!("M{x:.1},{y:.1}h{width:.1}v{height:.1}h{:.1}Z", -width)
+        };
         Self::path(boxes.into_iter().map(path).collect::<String>())
     }
 
@@ -179,8 +187,11 @@ impl Shape {
             }
         }
         let (x, y) = self.at;
-        let tip =
-            if self.tip.is_empty() { String::new() } else { format!("<title>{}</title>", html(&self.tip)) };
+        let tip = if self.tip.is_empty() {
+            String::new()
+        } else {
+            format!("<title>{}</title>", html(&self.tip))
+        };
         match &self.outline {
             Outline::Path(path) => {
                 let place = if self.at == (0.0, 0.0) {

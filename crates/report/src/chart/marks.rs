@@ -17,7 +17,8 @@ const CONTRAST: f64 = 3.0;
 pub(crate) fn color(method: Method, ground: Rgb) -> Rgb {
     let towards = if luminance(ground) > 0.5 { 0.0 } else { 255.0 };
     let own = ink(method).srgb;
-    let mixed = |part: f64| own.map(|channel| f64::from(channel) + part * (towards - f64::from(channel)));
+    let mixed =
+        |part: f64| own.map(|channel| f64::from(channel) + part * (towards - f64::from(channel)));
     let enough = |part: &f64| contrast(mixed(*part), ground.map(f64::from)) >= CONTRAST;
     let part = (0..20).map(|i| 0.05 * f64::from(i)).find(enough).unwrap_or(1.0);
     mixed(part).map(rounded)
@@ -35,7 +36,11 @@ fn contrast(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 fn luminance(srgb: Rgb) -> f64 {
-    srgb.map(linear).iter().zip([0.2126, 0.7152, 0.0722]).map(|(channel, weight)| channel * weight).sum()
+    srgb.map(linear)
+        .iter()
+        .zip([0.2126, 0.7152, 0.0722])
+        .map(|(channel, weight)| channel * weight)
+        .sum()
 }
 
 /// The outline of a method's mark around the origin, about 6 pixels in radius. Position Verlet and the midpoint method
@@ -75,7 +80,10 @@ mod tests {
                 let srgb = color(method, ground).map(f64::from);
                 assert!(contrast(srgb, ground.map(f64::from)) >= CONTRAST, "{}", method.name());
             }
-            assert_eq!(Method::ALL.into_iter().filter(|other| shape(*other) == shape(method)).count(), 1);
+            assert_eq!(
+                Method::ALL.into_iter().filter(|other| shape(*other) == shape(method)).count(),
+                1
+            );
         }
     }
 }

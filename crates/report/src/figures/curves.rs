@@ -30,10 +30,12 @@ fn cost_words(cost: Cost, value: f64) -> String {
 
 /// What shows under the pointer at a point.
 pub(super) fn tooltip(study: &Study, cell: &Cell, accuracy: Accuracy, cost: Cost) -> String {
-    let error =
-        study.error(cell, accuracy).map_or_else(|| "failed".to_owned(), |error| error_words(accuracy, error));
-    let price =
-        study.cost(cell, cost).map_or_else(String::new, |price| format!(", {}", cost_words(cost, price)));
+    let error = study
+        .error(cell, accuracy)
+        .map_or_else(|| "failed".to_owned(), |error| error_words(accuracy, error));
+    let price = study
+        .cost(cell, cost)
+        .map_or_else(String::new, |price| format!(", {}", cost_words(cost, price)));
     let step = duration(1e9 * study.step_s(cell.setting), 3);
     let title = cell.setting.method.claims().title;
     format!("{title} x {} (steps of {step}): {error}{price}", cell.setting.substeps)

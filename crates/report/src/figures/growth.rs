@@ -15,16 +15,24 @@ pub(super) fn figure(study: &Study, machine: &Machine) -> Option<Drawing> {
     curves.first()?;
     let per_body = |point: &TimedTick| point.ns / point.body_steps;
     let points = || curves.iter().flat_map(|of| &of.points);
-    let x = Axis::logarithmic("bodies", points().map(|point| point.body_steps), |count| number(count, 2));
-    let y = Axis::logarithmic("CPU time of a step per body", points().map(per_body), |ns| duration(ns, 1));
+    let x = Axis::logarithmic("bodies", points().map(|point| point.body_steps), |count| {
+        number(count, 2)
+    });
+    let y = Axis::logarithmic("CPU time of a step per body", points().map(per_body), |ns| {
+        duration(ns, 1)
+    });
     let mut chart = Chart::new(format!("{}: time of a step per body", study.subject), x, y, 620);
     for of in &curves {
         let title = of.method.claims().title;
-        let line: Vec<_> = of.points.iter().map(|point| (point.body_steps, per_body(point))).collect();
+        let line: Vec<_> =
+            of.points.iter().map(|point| (point.body_steps, per_body(point))).collect();
         chart.curve(of.method, &line);
         for (point, (count, ns)) in of.points.iter().zip(&line) {
-            let words =
-                format!("{title}, {}: {} per body", bodies(point.body_steps as usize), duration(*ns, 2));
+            let words = format!(
+                "{title}, {}: {} per body",
+                bodies(point.body_steps as usize),
+                duration(*ns, 2)
+            );
             chart.point(of.method, *count, *ns, &words);
         }
         chart.legend_method(of.method, title);

@@ -11,9 +11,11 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Drawing {
         Accuracy::Relative => study.truth.own_error().0,
         _ => study.truth.own_error().1,
     };
-    let x = Axis::logarithmic("step", run_cells(study).map(|cell| study.step_s(cell.setting)), |seconds| {
-        duration(1e9 * seconds, 1)
-    });
+    let x = Axis::logarithmic(
+        "step",
+        run_cells(study).map(|cell| study.step_s(cell.setting)),
+        |seconds| duration(1e9 * seconds, 1),
+    );
     let floor = in_sight(study, accuracy, run_cells(study), own_error);
     let y = error_axis(study, accuracy, run_cells(study), floor);
     let mut chart = Chart::new(format!("{}: error against step", study.subject), x, y, 620);

@@ -38,7 +38,9 @@ pub(super) fn drawing(matrix: &Matrix) -> Drawing {
         shapes.push(Shape::words(class.name()).at(x + 30.0, 21.0));
     }
     for (x, method) in columns() {
-        shapes.push(middle(ink(*method).short).class("ink").sized(12.0).at(x + 0.5 * width, TOP - 10.0));
+        shapes.push(
+            middle(ink(*method).short).class("ink").sized(12.0).at(x + 0.5 * width, TOP - 10.0),
+        );
     }
     let mut y = TOP;
     let mut last = None;
@@ -47,7 +49,9 @@ pub(super) fn drawing(matrix: &Matrix) -> Drawing {
             y += GAP;
         }
         last = Some(&row.case);
-        shapes.push(Shape::words(row.title()).anchored(Anchor::End).at(LEFT - 10.0, y + 0.5 * ROW + 5.0));
+        shapes.push(
+            Shape::words(row.title()).anchored(Anchor::End).at(LEFT - 10.0, y + 0.5 * ROW + 5.0),
+        );
         for (x, method) in columns() {
             if let Some(cell) = row.cell(*method) {
                 let field = Shape::rectangles([[x + 1.0, y + 1.0, width - 2.0, ROW - 2.0]]);

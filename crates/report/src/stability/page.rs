@@ -38,7 +38,9 @@ fn reading() -> String {
         Class::Bounded => "within its bound, all the way: of use",
         Class::Drifts => "beyond its bound at some time",
         Class::Decays => "what was to be kept is lost at the end, by more than the bound",
-        Class::Explodes => "beyond all bounds, or not finite: the run was given up, or a body quarantined",
+        Class::Explodes => {
+            "beyond all bounds, or not finite: the run was given up, or a body quarantined"
+        }
         Class::Refused => "the method cannot solve what the scene declares, and says so",
     };
     let measure = |measure: Measure| match measure {
@@ -58,6 +60,7 @@ fn reading() -> String {
     let classes = Class::ALL.map(|it| (it.name(), class(it)));
     let measures = Measure::ALL.map(|it| (it.name(), measure(it)));
     let rows = classes.into_iter().chain(measures);
-    let rows: String = rows.map(|(word, what)| format!("<dt>{word}</dt><dd>{}</dd>\n", html(what))).collect();
+    let rows: String =
+        rows.map(|(word, what)| format!("<dt>{word}</dt><dd>{}</dd>\n", html(what))).collect();
     format!("<h3>How to read it</h3>\n<dl>\n{rows}</dl>\n")
 }

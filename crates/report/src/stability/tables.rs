@@ -12,7 +12,10 @@ const HEADER: &str = "case,row,measure,ticks,method,class,number,bound,why";
 
 /// The methods of a matrix, in the order of its cells.
 pub(super) fn methods(matrix: &Matrix) -> Vec<Method> {
-    Method::ALL.into_iter().filter(|m| matrix.rows.iter().any(|row| row.cell(*m).is_some())).collect()
+    Method::ALL
+        .into_iter()
+        .filter(|m| matrix.rows.iter().any(|row| row.cell(*m).is_some()))
+        .collect()
 }
 
 /// The number of a cell in few digits; a sign if it is infinite, empty if the method was refused.
@@ -32,14 +35,18 @@ fn by_method(matrix: &Matrix, columns: &[&str], cell: impl Fn(&Cell) -> String) 
     let header = columns.iter().copied().chain(methods.iter().map(|method| ink(*method).short));
     let rows = matrix.rows.iter().map(|row| {
         let words = [row.title(), row.measure.clone()].into_iter().take(columns.len());
-        words.chain(methods.iter().map(|method| row.cell(*method).map_or_else(String::new, &cell))).collect()
+        words
+            .chain(methods.iter().map(|method| row.cell(*method).map_or_else(String::new, &cell)))
+            .collect()
     });
     Table::words("Matrix", header, rows)
 }
 
 /// Classes and numbers, for a terminal.
 pub fn table(matrix: &Matrix) -> Table {
-    by_method(matrix, &["case", "measure"], |cell| format!("{} {}", cell.class.name(), digits(cell)))
+    by_method(matrix, &["case", "measure"], |cell| {
+        format!("{} {}", cell.class.name(), digits(cell))
+    })
 }
 
 /// The classes as a table in Markdown; the good ones stand out.
@@ -60,15 +67,20 @@ pub(super) fn counts(matrix: &Matrix) -> Table {
         };
         std::iter::once(method.claims().title.to_owned()).chain(Class::ALL.map(of)).collect()
     });
-    Table::numbers("Rows by class", std::iter::once("method").chain(Class::ALL.map(Class::name)), rows)
+    Table::numbers(
+        "Rows by class",
+        std::iter::once("method").chain(Class::ALL.map(Class::name)),
+        rows,
+    )
 }
 
 /// The description of every case.
 pub(super) fn cases(matrix: &Matrix) -> Table {
     let mut rows: Vec<_> = matrix.rows.iter().collect();
     rows.dedup_by(|row, before| row.case == before.case);
-    let rows =
-        rows.into_iter().map(|row| vec![row.case.clone(), row.description.clone(), row.measure.clone()]);
+    let rows = rows
+        .into_iter()
+        .map(|row| vec![row.case.clone(), row.description.clone(), row.measure.clone()]);
     Table::words("The cases", ["case", "what it is", "measure"], rows)
 }
 

@@ -56,7 +56,8 @@ impl Figure {
     /// A figure without runs, for a sweep of the scene named `scene`.
     pub fn new(scene: &str, plan: &Plan) -> Self {
         let columns = plan.columns();
-        let (name, kind) = plan.measures.first().map_or(("", Kind::Text), |measure| measure.columns()[0]);
+        let (name, kind) =
+            plan.measures.first().map_or(("", Kind::Text), |measure| measure.columns()[0]);
         let column = columns.iter().position(|column| column.name == name).unwrap_or(columns.len());
         let length = |at: &usize| (plan.axes[*at].numbers().is_some(), plan.axes[*at].values.len());
         let across = (0..plan.axes.len()).max_by_key(length).unwrap_or_default();
@@ -80,9 +81,10 @@ impl Figure {
     pub fn add(&mut self, run: u64, row: &[Value]) {
         let indices = self.plan.indices(run);
         let column = indices.get(self.across).copied().unwrap_or_default();
-        let below = indices.iter().zip(&self.plan.axes).enumerate().filter(|(at, _)| *at != self.across);
-        let row_of =
-            below.fold(0_usize, |row, (_, (index, axis))| row.saturating_mul(axis.values.len()) + index);
+        let below =
+            indices.iter().zip(&self.plan.axes).enumerate().filter(|(at, _)| *at != self.across);
+        let row_of = below
+            .fold(0_usize, |row, (_, (index, axis))| row.saturating_mul(axis.values.len()) + index);
         if column < self.wide
             && row_of < self.high
             && let Some(value) = row.get(self.column)
@@ -117,7 +119,11 @@ impl Figure {
         let [axis] = &self.plan.axes[..] else { return None };
         let xs = axis.numbers()?;
         let is_number = matches!(self.kind, Kind::Number | Kind::Count);
-        if !is_number || self.numbers().next().is_none() || xs.iter().any(|x| *x < 0.0) || xs.len() < 3 {
+        if !is_number
+            || self.numbers().next().is_none()
+            || xs.iter().any(|x| *x < 0.0)
+            || xs.len() < 3
+        {
             return None;
         }
         let chosen = |title: &str, (low, high): (f64, f64), values: Vec<f64>| {
@@ -140,10 +146,13 @@ impl Figure {
             .zip(&axis.values)
             .filter_map(|((at, cell), value)| {
                 let Value::Number(shown) = cell else { return None };
-                let place = (left + x.place(*at) * (right - left), bottom - y.place(*shown) * (bottom - top));
-                shown
-                    .is_finite()
-                    .then(|| (place.0, place.1, format!("{}={value}: {}", axis.place, digits(*shown))))
+                let place = (
+                    left + x.place(*at) * (right - left),
+                    bottom - y.place(*shown) * (bottom - top),
+                );
+                shown.is_finite().then(|| {
+                    (place.0, place.1, format!("{}={value}: {}", axis.place, digits(*shown)))
+                })
             })
             .collect();
         points.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
@@ -155,7 +164,9 @@ impl Figure {
             middle(&y.title).upward().at(24.0, 0.5 * (top + bottom)),
         ];
         shapes.extend(axes(&x, &y, frame));
-        shapes.push(Shape::line(points.iter().map(|(x, y, _)| (*x, *y))).stroke(Stroke::new(color, 1.8)));
+        shapes.push(
+            Shape::line(points.iter().map(|(x, y, _)| (*x, *y))).stroke(Stroke::new(color, 1.8)),
+        );
         shapes.extend(points.iter().map(|(x, y, words)| {
             Shape::rectangles([[-3.0, -3.0, 6.0, 6.0]]).fill(color).at(*x, *y).tip(words)
         }));
@@ -199,11 +210,9 @@ impl Figure {
                     Value::Absent => NONE.to_owned(),
                     other => other.to_string(),
                 };
-                let across = self
-                    .plan
-                    .axes
-                    .get(self.across)
-                    .map_or_else(String::new, |axis| format!("{}={}, ", axis.place, axis.values[column]));
+                let across = self.plan.axes.get(self.across).map_or_else(String::new, |axis| {
+                    format!("{}={}, ", axis.place, axis.values[column])
+                });
                 let x = LEFT + column as f64 * cell_width;
                 let field = Shape::rectangles([[x, y, cell_width - 0.5, cell_height - 0.5]]);
                 shapes.push(field.fill(color).tip(&format!("{across}{name}: {shown}")));
@@ -215,8 +224,12 @@ impl Figure {
             let every = self.wide.div_ceil(10);
             for column in (0..self.wide).step_by(every) {
                 let x = LEFT + (column as f64 + 0.5) * cell_width;
-                let words = axis.values[column].parse().map_or_else(|_| axis.values[column].clone(), digits);
-                shapes.push(Shape::soft_words(words).anchored(Anchor::Middle).sized(11.0).at(x, foot));
+                let words = axis.values[column]
+                    .parse()
+                    .map_or_else(|_| axis.values[column].clone(), digits);
+                shapes.push(
+                    Shape::soft_words(words).anchored(Anchor::Middle).sized(11.0).at(x, foot),
+                );
             }
             foot += 20.0;
             let across = 0.5 * (LEFT + f64::from(WIDTH) - 20.0);
@@ -248,7 +261,8 @@ impl Figure {
                     let part = f64::from(step) / f64::from(steps);
                     Shape::rectangles([[x + 8.0 + 256.0 * part, y, 4.2, 14.0]]).fill(scale(part))
                 }));
-                let words = format!("{} {}", digits(high), if logarithmic { "(logarithmic)" } else { "" });
+                let words =
+                    format!("{} {}", digits(high), if logarithmic { "(logarithmic)" } else { "" });
                 shapes.push(word(x + 272.0, words.trim_end()));
             }
             Kind::Number | Kind::Count | Kind::Text => {}
@@ -325,8 +339,11 @@ mod tests {
 
     #[test]
     fn one_axis_of_numbers_is_a_line() {
-        let plan =
-            Plan { axes: plan().axes[..1].to_vec(), measures: vec![lab::sweep::Measure::Drift], ..plan() };
+        let plan = Plan {
+            axes: plan().axes[..1].to_vec(),
+            measures: vec![lab::sweep::Measure::Drift],
+            ..plan()
+        };
         let svg = drawn(&plan, |run| Value::Number(run as f64));
         assert!(svg.contains("springs[0].stiffness_n_m=100: 2<"), "{svg}");
         let svg = drawn(&plan, |_| Value::Absent);

@@ -20,10 +20,12 @@ const MOST_SIZES: isize = 10;
 
 /// Writes the arrangement of the panels, one line per action and its state: `on`, `off`, or how many times it was done.
 pub(crate) fn of(ui: &Ui, learn: &Learn) -> String {
-    let chosen = |(act, _): &(Act, bool)| *act != Act::ToggleBrowser || ui.cockpit.has_chosen_browser();
+    let chosen =
+        |(act, _): &(Act, bool)| *act != Act::ToggleBrowser || ui.cockpit.has_chosen_browser();
     let switches = switches(ui).into_iter().filter(chosen);
-    let mut text: String =
-        switches.map(|(act, on)| format!("{} {}\n", act.name(), if on { "on" } else { "off" })).collect();
+    let mut text: String = switches
+        .map(|(act, on)| format!("{} {}\n", act.name(), if on { "on" } else { "off" }))
+        .collect();
     match ui.sizes_above_usual() {
         0 => {}
         up @ 1.. => text += &format!("larger {up}\n"),
@@ -43,17 +45,19 @@ pub(crate) fn of(ui: &Ui, learn: &Learn) -> String {
 /// Ignores unknown lines. Shows the bars and the dock unless a line hides them.
 pub(crate) fn arrange(ui: &mut Ui, learn: &mut Learn, text: &str) -> Vec<Act> {
     let states: Vec<_> = text.lines().filter_map(|line| line.split_once(' ')).collect();
-    let state = |name: &str| states.iter().find(|(other, _)| *other == name).map(|(_, state)| *state);
-    let count =
-        |name: &str| state(name).and_then(|count| count.parse().ok()).unwrap_or(0).clamp(0, MOST_SIZES);
+    let state =
+        |name: &str| states.iter().find(|(other, _)| *other == name).map(|(_, state)| *state);
+    let count = |name: &str| {
+        state(name).and_then(|count| count.parse().ok()).unwrap_or(0).clamp(0, MOST_SIZES)
+    };
     let sizes: isize = count("larger") - count("smaller");
     for _ in 0..sizes.abs() {
         ui.zoom_by(sizes.signum());
     }
     learn.welcome = state(WELCOME) == Some("on");
-    learn
-        .done
-        .extend(states.iter().filter(|(name, _)| *name == LESSON_DONE).map(|(_, name)| (*name).to_owned()));
+    learn.done.extend(
+        states.iter().filter(|(name, _)| *name == LESSON_DONE).map(|(_, name)| (*name).to_owned()),
+    );
     let mut acts = Vec::new();
     for (act, on) in switches(ui) {
         let wanted = match state(act.name()) {
@@ -69,7 +73,8 @@ pub(crate) fn arrange(ui: &mut Ui, learn: &mut Learn, text: &str) -> Vec<Act> {
             acts.push(act);
         }
     }
-    let tab = state(DOCK_TAB).and_then(|name| Tab::ALL.into_iter().find(|tab| tab.words()[1] == name));
+    let tab =
+        state(DOCK_TAB).and_then(|name| Tab::ALL.into_iter().find(|tab| tab.words()[1] == name));
     ui.cockpit.next_tab = tab;
     let dock_width = state(DOCK_WIDTH).and_then(|points| points.parse().ok());
     if let Some(points) = dock_width.filter(|points: &f64| points.is_finite() && *points > 0.0) {

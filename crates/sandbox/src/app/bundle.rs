@@ -1,7 +1,8 @@
 //! Converts the recording of a session to a bundle, and a bundle to a session.
 
 use history::{
-    BUNDLE_FORMAT, Bundle, Fault, FaultEntry, Keyframe, Manifest, Overrides, Rerun, TIMELINE_BYTES, Watch,
+    BUNDLE_FORMAT, Bundle, Fault, FaultEntry, Keyframe, Manifest, Overrides, Rerun, TIMELINE_BYTES,
+    Watch,
 };
 
 use crate::app::session::Session;
@@ -45,7 +46,9 @@ impl Repetition {
             None => {}
         }
         if !self.same_fault {
-            let words = |fault: Option<&FaultEntry>| fault.map_or("no fault".to_owned(), ToString::to_string);
+            let words = |fault: Option<&FaultEntry>| {
+                fault.map_or("no fault".to_owned(), ToString::to_string)
+            };
             let (now, then) = (self.fault.as_ref(), then.fault.as_ref());
             differences.push(format!("{} instead of {}", words(now), words(then)));
         }
@@ -105,7 +108,8 @@ impl Stage {
         let Recorded { timeline, fault, .. } = &**self.past.as_ref()?;
         let (snapshot, events, energy) = timeline.origin()?;
         let hash = |hash: u64| format!("{hash:016x}");
-        let keyframes = timeline.keyframes().map(|(tick, state)| Keyframe { tick, state_hash: hash(state) });
+        let keyframes =
+            timeline.keyframes().map(|(tick, state)| Keyframe { tick, state_hash: hash(state) });
         let range = timeline.range();
         Some(Bundle {
             scene: self.sim().scene.text.to_string(),

@@ -54,8 +54,9 @@ struct DockWidth {
 impl DockWidth {
     /// Records the widths of a layout. If the screen is as wide as before, only a person can have changed the width of the dock.
     fn note(&mut self, screen: f32, dock: f32) {
-        let dragged =
-            self.last.is_some_and(|[before, width]| before == screen && (width - dock).abs() >= 0.5);
+        let dragged = self
+            .last
+            .is_some_and(|[before, width]| before == screen && (width - dock).abs() >= 0.5);
         if dragged {
             self.chosen = Some(dock);
         }
@@ -179,10 +180,13 @@ impl Cockpit {
         let learns = opened.contains(&Panel::Learn);
         self.parts.clear();
         let bar = Side::top("toolbar").frame(bare);
-        let bar =
-            bar.show(root, |ui| toolbar::show(ui, (stage, view), [browses, self.dock, learns], intents));
+        let bar = bar.show(root, |ui| {
+            toolbar::show(ui, (stage, view), [browses, self.dock, learns], intents)
+        });
         self.lay_out_part(Part::Toolbar, bar.response.rect, &bar.inner);
-        Side::bottom("hints").frame(bare).show(root, |ui| hints::show(ui, (stage, view), &tools.editor));
+        Side::bottom("hints")
+            .frame(bare)
+            .show(root, |ui| hints::show(ui, (stage, view), &tools.editor));
         if browses {
             let side = Side::left("scenes").frame(bare).resizable(false).exact_size(BROWSER);
             let here = (&*stage.sim().scene.name, &*stage.run.files);
@@ -192,7 +196,8 @@ impl Cockpit {
         if self.dock {
             let usual = (width * DOCK_SHARE).clamp(DOCK[0], DOCK[1]);
             let range = DOCK[0]..=0.6 * width;
-            let mut side = Side::right("dock").frame(bare).default_size(usual).size_range(range.clone());
+            let mut side =
+                Side::right("dock").frame(bare).default_size(usual).size_range(range.clone());
             if let Some(set) = self.dock_width.set.take() {
                 side = side.exact_size(set.clamp(*range.start(), range.end().max(*range.start())));
             }

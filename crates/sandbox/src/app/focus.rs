@@ -30,7 +30,9 @@ pub(super) fn reveal_focus(ui: &egui::Ui) {
 /// Frames the control that has the keyboard.
 pub(super) fn show_focus(context: &Context) {
     let focused = context.memory(egui::Memory::focused).and_then(|id| context.read_response(id));
-    let Some(place) = focused.map(|control| control.interact_rect).filter(Rect::is_positive) else { return };
+    let Some(place) = focused.map(|control| control.interact_rect).filter(Rect::is_positive) else {
+        return;
+    };
     let painter = context.layer_painter(LayerId::new(Order::Tooltip, Id::unique("focus")));
     let color = context.global_style().visuals.selection.stroke.color;
     painter.rect_stroke(place, 3.0, Stroke::new(FRAME, color), StrokeKind::Outside);
@@ -40,8 +42,8 @@ pub(super) fn show_focus(context: &Context) {
 /// follows bodies that left the view.
 pub fn pointable() -> impl Iterator<Item = &'static str> {
     const OTHERS: [&str; 18] = [
-        "Scenes", "Learn", "Play", "Pause", "Back", "Step", "Reset", "method", "Gravity", "Velocity",
-        "Forces", "Springs", "Trails", "Frame", "Fly", "Tools", "Help", "Follow",
+        "Scenes", "Learn", "Play", "Pause", "Back", "Step", "Reset", "method", "Gravity",
+        "Velocity", "Forces", "Springs", "Trails", "Frame", "Fly", "Tools", "Help", "Follow",
     ];
     let tabs = Tab::ALL.into_iter().map(|tab| tab.words()[1]);
     let panels = PANELS.iter().filter(|(panel, _)| panel.tab().is_some()).map(|(_, row)| row.title);
@@ -54,8 +56,9 @@ pub(super) fn point_at(ui: &egui::Ui, name: &str, control: &Response) {
         return;
     }
     let id = Id::unique("what a lesson pointed at before");
-    let before =
-        ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default::<String>(id), name.to_owned()));
+    let before = ui.data_mut(|data| {
+        std::mem::replace(data.get_temp_mut_or_default::<String>(id), name.to_owned())
+    });
     if !ui.clip_rect().contains_rect(control.rect) && before != name {
         ui.scroll_to_rect_animation(control.rect, None, ScrollAnimation::none());
     }

@@ -100,8 +100,10 @@ impl Hands {
         let Reach { view, ui, .. } = reach;
         let binding = binding(key);
         let is_one_of = |acts: &[Act]| binding.filter(|row| acts.contains(&row.act));
-        let leaves = is_one_of(&[Act::Cancel, Act::Quit, Act::FocusPanels, Act::Screenshot]).is_some();
-        let saves = is_one_of(&[Act::SaveBundle, Act::SaveScene, Act::Quit]).filter(|_| ui.takes_text());
+        let leaves =
+            is_one_of(&[Act::Cancel, Act::Quit, Act::FocusPanels, Act::Screenshot]).is_some();
+        let saves =
+            is_one_of(&[Act::SaveBundle, Act::SaveScene, Act::Quit]).filter(|_| ui.takes_text());
         if let Some(row) = saves {
             // The text being typed takes effect first: in the next layout, in which the field has lost the keyboard.
             ui.release_focus();
@@ -200,10 +202,9 @@ impl Hands {
         let mut intents = Vec::new();
         if moves_camera && stage.here.pull.is_none() && !over_panel {
             let (now, at) = (stage.clock.now(), view.pointer);
-            let double = self
-                .clicked
-                .take()
-                .is_some_and(|(then, place)| now - then <= DOUBLE_CLICK_S && place.distance(at) <= click);
+            let double = self.clicked.take().is_some_and(|(then, place)| {
+                now - then <= DOUBLE_CLICK_S && place.distance(at) <= click
+            });
             if !double {
                 self.clicked = Some((now, at));
             } else if stage.here.selection.is_some() {
@@ -270,13 +271,17 @@ impl Hands {
         let Reach { stage, view, .. } = reach;
         let ray = view.picking_ray();
         let selected = stage.here.selection.filter(|_| stage.sim().scene.push.is_some());
-        let hit = selected.and_then(|selected| view.cast(stage, &ray).filter(|hit| hit.entity == selected));
-        if !(hit.is_some() && stage.here.selection.is_some_and(|thing| is_movable(&stage.sim().world, thing)))
+        let hit = selected
+            .and_then(|selected| view.cast(stage, &ray).filter(|hit| hit.entity == selected));
+        if !(hit.is_some()
+            && stage.here.selection.is_some_and(|thing| is_movable(&stage.sim().world, thing)))
             && moves_camera
         {
             self.drag = Some(Drag::Orbit(view.pivot(stage)));
         }
-        let Some((hit, body)) = hit.and_then(|hit| Some((hit, hit.pushed?))) else { return Vec::new() };
+        let Some((hit, body)) = hit.and_then(|hit| Some((hit, hit.pushed?))) else {
+            return Vec::new();
+        };
         let Some(id) = stage.sim().id(body) else { return Vec::new() };
         let newtons = ray.direction() * view.click_force;
         view.flash(stage, body, ray.at(hit.distance), newtons);

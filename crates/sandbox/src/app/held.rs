@@ -151,7 +151,10 @@ fn is_shift((key, _): &HeldKey) -> bool {
 }
 
 /// Sums the directions of `keys`. A key that is held and tapped counts once; opposite keys cancel.
-fn sum<'a>(keys: impl Iterator<Item = &'a HeldKey>, along: impl Fn(Hold) -> Option<DVec3>) -> DVec3 {
+fn sum<'a>(
+    keys: impl Iterator<Item = &'a HeldKey>,
+    along: impl Fn(Hold) -> Option<DVec3>,
+) -> DVec3 {
     let mut holds: Vec<Hold> = Vec::new();
     for (_, hold) in keys {
         if !holds.contains(hold) {

@@ -25,8 +25,12 @@ pub(super) fn lay_out(
     tools: &mut Tools,
 ) -> Vec<Intent> {
     let (mut intents, mut windows) = (Vec::new(), Vec::new());
-    let titles: Vec<_> =
-        ui.opened().iter().filter(|panel| ui.lays_out(**panel)).map(|panel| panel.row().title).collect();
+    let titles: Vec<_> = ui
+        .opened()
+        .iter()
+        .filter(|panel| ui.lays_out(**panel))
+        .map(|panel| panel.row().title)
+        .collect();
     let opened = ui.opened().to_owned();
     let (context, docks) = (root.ctx().clone(), ui.cockpit.shown);
     if docks {
@@ -52,7 +56,10 @@ pub(super) fn lay_out(
             continue;
         }
         let (place, inward) = tool.anchor(&titles);
-        let window = Window::new(panel.row().title).resizable(false).collapsible(false).anchor(place, inward);
+        let window = Window::new(panel.row().title)
+            .resizable(false)
+            .collapsible(false)
+            .anchor(place, inward);
         let mut desk = Desk { stage, view, dock_width: None, intents: &mut intents, closes: false };
         let shown = window.show(&context, |ui| tool.show(ui, &mut desk));
         windows.push((panel, shown.map(|shown| shown.response.rect), desk.closes));
@@ -74,7 +81,8 @@ pub(super) fn lay_out(
     marks::show(&painter, &view.visible_labels(stage), &mut taken);
     taken.extend(view.fault_mark(stage).map(|mark| marks::show_mark(&painter, &mark)));
     for (panel, tool) in tools.each() {
-        let window = windows.iter().find(|(other, ..)| *other == panel).and_then(|(_, rect, _)| *rect);
+        let window =
+            windows.iter().find(|(other, ..)| *other == panel).and_then(|(_, rect, _)| *rect);
         tool.write(stage, view, &painter, window, taken.clone());
     }
     if has_all {
@@ -91,8 +99,11 @@ pub(super) fn lay_out(
     if view.is_own_look(stage) {
         view.write_flash(stage, &painter);
     }
-    let selected =
-        stage.here.selection.filter(|_| !docks && has_all).and_then(|thing| Selected::of(stage, thing));
+    let selected = stage
+        .here
+        .selection
+        .filter(|_| !docks && has_all)
+        .and_then(|thing| Selected::of(stage, thing));
     if let Some(selected) = selected {
         card::show(&context, &selected, stage.sim().method());
     }
@@ -121,8 +132,10 @@ fn ask(context: &egui::Context, question: &Question, scene: &str, file: &str) ->
         Question::Deleting { name, entry, alone } => {
             let (count, alone) =
                 (entry.bodies.len(), alone.map(|_| ("Delete it alone".to_owned(), Answer::Alone)));
-            let others =
-                [(format!("Delete all {count}"), Answer::All), ("Keep it".to_owned(), Answer::Cancel)];
+            let others = [
+                (format!("Delete all {count}"), Answer::All),
+                ("Keep it".to_owned(), Answer::Cancel),
+            ];
             let words = format!("{name} is one of the {count} bodies that {} makes.", entry.path());
             (words, alone.into_iter().chain(others).collect())
         }

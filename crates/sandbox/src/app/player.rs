@@ -29,7 +29,8 @@ impl Player {
     /// Makes a player of `steps`, which name keys by their own names and, in the first `named_frames` frames, the chosen
     /// settings.
     pub(crate) fn of(steps: Vec<Step>, named_frames: u64) -> Self {
-        let (of_ticks, of_frames) = steps.into_iter().enumerate().partition(|(_, step)| step.is_of_ticks());
+        let (of_ticks, of_frames) =
+            steps.into_iter().enumerate().partition(|(_, step)| step.is_of_ticks());
         Self { of_frames, of_ticks, afterwards: Vec::new(), held: Vec::new(), named_frames }
     }
 

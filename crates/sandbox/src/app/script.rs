@@ -23,8 +23,10 @@ impl Player {
         let named_frames = named.map_or(0, |recording| recording.frame_ends_s.len() as u64);
         let (mut steps, mut unknown) = (script.steps, Vec::new());
         for (number, step) in steps.iter_mut().enumerate() {
-            let (Action::Press(word) | Action::Hold(word, _) | Action::KeyDown(word) | Action::KeyUp(word)) =
-                &mut step.action
+            let (Action::Press(word)
+            | Action::Hold(word, _)
+            | Action::KeyDown(word)
+            | Action::KeyUp(word)) = &mut step.action
             else {
                 continue;
             };
@@ -74,7 +76,9 @@ fn check_scene(recording: &Recording, name: &str, scene: &Scene) -> Result<(), F
         return Ok(());
     }
     let opened = opened.display();
-    Err(Failure::Usage(format!("{name}: this was recorded in {recorded}, not in {opened}; open {recorded}")))
+    Err(Failure::Usage(format!(
+        "{name}: this was recorded in {recorded}, not in {opened}; open {recorded}"
+    )))
 }
 
 /// A player for a script that was loaded.

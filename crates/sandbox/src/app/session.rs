@@ -188,8 +188,8 @@ impl Session {
         ui.run(time, |ui, root| intents.extend(lay_out(ui, root, stage, view, tools)));
         for intent in intents {
             // If an earlier intent changed the text, the places of this one are stale.
-            let stale =
-                matches!(intent, Intent::Rewrite(..)) && !Arc::ptr_eq(&text, &self.stage.sim().scene.text);
+            let stale = matches!(intent, Intent::Rewrite(..))
+                && !Arc::ptr_eq(&text, &self.stage.sim().scene.text);
             if !stale {
                 self.carry_out(intent);
             }
@@ -212,7 +212,8 @@ impl Session {
         let Self { stage, view, tools, hands, ui, .. } = self;
         let immovable = hands.selects_immovable(stage, ui);
         let ratio = tools.spring_ratio();
-        let mut frame = view.begin_picture(stage, ratio.as_ref().map(|ratio| ratio as _), immovable);
+        let mut frame =
+            view.begin_picture(stage, ratio.as_ref().map(|ratio| ratio as _), immovable);
         drop(ratio);
         tools.each().for_each(|(_, tool)| tool.draw(stage, view, &mut frame));
         view.finish_picture(stage, &mut frame);
@@ -321,7 +322,12 @@ impl Session {
             Act::Cancel => self.cancel(),
             Act::Quit => self.leave(Order::Quit),
             // Tools take these.
-            Act::NextSolid | Act::SaveScene | Act::Undo | Act::Redo | Act::Duplicate | Act::Delete => {}
+            Act::NextSolid
+            | Act::SaveScene
+            | Act::Undo
+            | Act::Redo
+            | Act::Duplicate
+            | Act::Delete => {}
             Act::FlyForward
             | Act::FlyBack
             | Act::FlyLeft

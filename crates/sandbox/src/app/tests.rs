@@ -48,7 +48,8 @@ fn a_change_of_the_method_while_time_stands_still_changes_no_velocity_on_the_car
         session.advance(&InputFrame::NOTHING, clock.advance_by(seconds).expect("a time"));
         let velocities = |session: &mut Session| {
             let of = |session: &mut Session, thing| Selected::of(&session.stage, thing)?.body;
-            let mut softs = session.stage.sim_mut().world.query_filtered::<Entity, With<SoftBody>>();
+            let mut softs =
+                session.stage.sim_mut().world.query_filtered::<Entity, With<SoftBody>>();
             let softs: Vec<_> = softs.iter(&session.stage.sim().world).collect();
             let bodies = session.stage.sim().bodies.clone();
             bodies
@@ -60,12 +61,14 @@ fn a_change_of_the_method_while_time_stands_still_changes_no_velocity_on_the_car
         let stored = |session: &Session, body| {
             session.stage.sim().world.get::<PhysicsBody>(body).map(|body| body.velocity)
         };
-        let lagged: Vec<_> = session.stage.sim().bodies.iter().map(|body| stored(&session, *body)).collect();
+        let lagged: Vec<_> =
+            session.stage.sim().bodies.iter().map(|body| stored(&session, *body)).collect();
         let before = velocities(&mut session);
         session.stage.change(Change::Method(Method::VelocityVerlet), SwitchedBy::Settings);
         let after = velocities(&mut session);
         let most = |a: &[Option<DVec3>], b: &[Option<DVec3>]| {
-            let apart = a.iter().zip(b).filter_map(|(a, b)| Some(a.as_ref()?.distance(*b.as_ref()?)));
+            let apart =
+                a.iter().zip(b).filter_map(|(a, b)| Some(a.as_ref()?.distance(*b.as_ref()?)));
             apart.fold(0.0, f64::max)
         };
         let (changed, lag) = (most(&before, &after), most(&lagged, &after));
@@ -76,7 +79,8 @@ fn a_change_of_the_method_while_time_stands_still_changes_no_velocity_on_the_car
 #[test]
 fn a_card_that_gets_wider_stays_in_the_picture_in_the_same_frame() {
     let text = "(version: 1, bodies: [(name: \"ball\", shape: sphere(radius_m: 1), position_m: (0, 0, -9))])";
-    let mut session = Session::new(Scene::parse("card", text).expect("a good scene"), Options::default());
+    let mut session =
+        Session::new(Scene::parse("card", text).expect("a good scene"), Options::default());
     session.stage.here.selection = session.stage.sim().named("ball");
     let mut clock = FrameClock::default();
     let mut right = |session: &mut Session, x: f64| {
@@ -103,11 +107,15 @@ fn card(scene: Scene, body: &str, ticks: u32) -> Vec<(String, String)> {
     let tick = 1.0 / scene.step_hz;
     let (mut session, mut clock) = (Session::new(scene, Options::default()), FrameClock::default());
     for _ in 0..ticks {
-        session.advance(&InputFrame::NOTHING, clock.advance_by(tick).expect("time does not go back"));
+        session
+            .advance(&InputFrame::NOTHING, clock.advance_by(tick).expect("time does not go back"));
     }
     let body = session.stage.sim().named(body).expect("a body of the scene");
     let selected = Selected::of(&session.stage, body).expect("a thing");
-    rows(&selected, Method::default()).into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    rows(&selected, Method::default())
+        .into_iter()
+        .map(|(name, value)| (name.to_owned(), value))
+        .collect()
 }
 
 fn value<'a>(rows: &'a [(String, String)], name: &str) -> Option<&'a str> {
@@ -129,8 +137,12 @@ fn the_card_has_the_force_and_the_acceleration_that_act() {
         bodies: [(name: \"ball\", mass_kg: 2, velocity_m_s: (3, 0, 0))])";
     let rows = card(Scene::parse("t", text).expect("a good scene"), "ball", 0);
     let shown = ["force", "by gravity", "by damping", "weight"].map(|name| value(&rows, name));
-    let expected =
-        ["(-6.000, -19.600, 0.000) N", "(0.000, -19.600, 0.000) N", "(-6.000, 0.000, 0.000) N", "19.600 N"];
+    let expected = [
+        "(-6.000, -19.600, 0.000) N",
+        "(0.000, -19.600, 0.000) N",
+        "(-6.000, 0.000, 0.000) N",
+        "19.600 N",
+    ];
     assert_eq!(shown, expected.map(Some));
 }
 
@@ -158,8 +170,10 @@ fn labelled() -> Session {
             (name: \"beside\", position_m: (40, 0, -10)),
             (name: \"distant\", position_m: (0, 0, -200)),
         ])";
-    let mut session = Session::new(Scene::parse("labels", text).expect("a good scene"), Options::default());
-    let names: Vec<_> = session.stage.sim().scene.names.iter().map(std::borrow::Cow::into_owned).collect();
+    let mut session =
+        Session::new(Scene::parse("labels", text).expect("a good scene"), Options::default());
+    let names: Vec<_> =
+        session.stage.sim().scene.names.iter().map(std::borrow::Cow::into_owned).collect();
     session.view.labels = (0..).zip(names).collect();
     // A body that does not exist.
     session.view.labels.push((99, "no body".to_owned()));
@@ -183,7 +197,8 @@ fn words_stand_beside_thin_bodies_and_a_ring_goes_around_all_of_one() {
     let text = "(version: 1,
         camera: (position_m: (0, 0, 0), pitch_deg: 0, yaw_deg: 0, fov_y_deg: 90, near_m: 0.1, far_m: 100),
         bodies: [(name: \"mast\", label: \"mast\", shape: cuboid(half_extents_m: (0.5, 5, 3)), position_m: (0, 0, -10))])";
-    let mut session = Session::new(Scene::parse("thin", text).expect("a good scene"), Options::default());
+    let mut session =
+        Session::new(Scene::parse("thin", text).expect("a good scene"), Options::default());
     let reach = |session: &Session| labels(session)[0].reach;
     assert!((reach(&session) - 18.0).abs() < 1e-9, "{}", reach(&session));
     let mast = session.stage.sim().bodies[0];
@@ -194,7 +209,8 @@ fn words_stand_beside_thin_bodies_and_a_ring_goes_around_all_of_one() {
         .entity_mut(mast)
         .insert(Orientation(DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2)));
     assert!((reach(&session) - 180.0).abs() < 1e-9, "{}", reach(&session));
-    let (_, ring) = session.view.label(&session.stage, mast, "", around).expect("it is in the picture");
+    let (_, ring) =
+        session.view.label(&session.stage, mast, "", around).expect("it is in the picture");
     assert!((ring.reach - 180.0).abs() < 1e-9);
 }
 
@@ -219,7 +235,13 @@ fn a_label_is_drawn_with_the_panels_of_the_frame() {
             egui::epaint::Primitive::Mesh(mesh) => mesh.indices.len(),
             egui::epaint::Primitive::Callback(_) => 0,
         };
-        frame.panels.expect("a session with pictures").primitives.iter().map(triangles).sum::<usize>()
+        frame
+            .panels
+            .expect("a session with pictures")
+            .primitives
+            .iter()
+            .map(triangles)
+            .sum::<usize>()
     };
     let labelled = words(&mut session, 0.0);
     session.view.labels.clear();
@@ -232,8 +254,14 @@ fn bodies_that_show_methods_have_their_colors() {
         let scene = scene::load(name).expect("it is shipped");
         for method in Method::ALL {
             let Some(id) = scene.names.find(method.name()) else { continue };
-            let painted = scene.bodies[id as usize].color.map(|channel| f64::from(channel * 255.0).round());
-            assert_eq!(painted, report::ink(method).srgb.map(f64::from), "{name}: {}", method.name());
+            let painted =
+                scene.bodies[id as usize].color.map(|channel| f64::from(channel * 255.0).round());
+            assert_eq!(
+                painted,
+                report::ink(method).srgb.map(f64::from),
+                "{name}: {}",
+                method.name()
+            );
         }
     }
 }
@@ -241,8 +269,12 @@ fn bodies_that_show_methods_have_their_colors() {
 #[test]
 fn a_trail_has_a_paler_color_of_its_body() {
     let scene = scene::load("coast").expect("it is shipped");
-    let painted: Vec<_> =
-        scene.bodies.iter().filter(|body| body.inverse_mass.is_some()).map(|body| body.color).collect();
+    let painted: Vec<_> = scene
+        .bodies
+        .iter()
+        .filter(|body| body.inverse_mass.is_some())
+        .map(|body| body.color)
+        .collect();
     let (mut session, mut clock) = (Session::new(scene, Options::default()), FrameClock::default());
     let mut frame = || session.frame(&InputFrame::NOTHING, clock.advance_by(0.1).expect("a time"));
     frame();
@@ -250,8 +282,9 @@ fn a_trail_has_a_paler_color_of_its_body() {
     drawn.dedup_by(|a, b| a[..3] == b[..3]);
     assert_eq!(drawn.len(), painted.len());
     for body in painted {
-        let paler =
-            |trail: &[f32; 4]| trail.iter().zip(body).all(|(trail, body)| (body..1.0).contains(trail));
+        let paler = |trail: &[f32; 4]| {
+            trail.iter().zip(body).all(|(trail, body)| (body..1.0).contains(trail))
+        };
         assert!(drawn.iter().any(paler), "{body:?} has none of {drawn:?}");
     }
 }
@@ -264,7 +297,8 @@ fn a_reset_and_another_scene_have_no_quarantined_bodies_and_a_run_keeps_all() {
         let push = Action::Push("ahead".to_owned(), DVec3::new(f64::NAN, 0.0, 0.0));
         let input = [Input::Act(push)].into_iter().collect();
         session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
-        let names: Vec<_> = session.stage.quarantined_here().iter().map(|body| body.body.as_str()).collect();
+        let names: Vec<_> =
+            session.stage.quarantined_here().iter().map(|body| body.body.as_str()).collect();
         assert_eq!(names, ["ahead"]);
         let body = session.stage.sim().named("ahead").expect("it is there");
         let why = session.stage.quarantined_because(body).expect("it is quarantined");
@@ -295,7 +329,9 @@ fn the_body_that_goes_wrong_is_marked_while_the_run_stands_beside_that() {
     frame(&mut session, [Input::Act(push)].into_iter().collect());
     let mark = session.view.fault_mark(&session.stage).expect("a mark");
     assert_eq!(mark.text, "ahead goes wrong in the next tick");
-    assert!((mark.at - DVec2::new(640.0, 360.0)).length() < 1e-9 && (mark.reach - 72.0).abs() < 1e-9);
+    assert!(
+        (mark.at - DVec2::new(640.0, 360.0)).length() < 1e-9 && (mark.reach - 72.0).abs() < 1e-9
+    );
     session.seek(1);
     assert_eq!(
         session.view.fault_mark(&session.stage).expect("a mark").text,
@@ -314,7 +350,10 @@ fn the_settings_declare_an_effect_and_say_so_and_a_script_is_refused() {
         let said = session.stage.notices.texts().last().expect("either is told").to_owned();
         (session.stage.sim().world.contains_resource::<Gravity>(), said)
     };
-    assert_eq!(declared_by(SwitchedBy::Script), (false, "this scene never declared gravity".to_owned()));
+    assert_eq!(
+        declared_by(SwitchedBy::Script),
+        (false, "this scene never declared gravity".to_owned())
+    );
     let said = "gravity is declared by the settings now, not by the scene".to_owned();
     assert_eq!(declared_by(SwitchedBy::Settings), (true, said));
 }

@@ -153,7 +153,9 @@ impl Ui {
         let layer = self.context.layer_id_at(self.pointer);
         let over = layer.is_some_and(|layer| layer.order != egui::Order::Background);
         self.any_open()
-            && (over || !self.scene_area().contains(self.pointer) || self.context.egui_is_using_pointer())
+            && (over
+                || !self.scene_area().contains(self.pointer)
+                || self.context.egui_is_using_pointer())
     }
 
     pub fn key(&mut self, key: &Key, pressed: bool) {
@@ -165,10 +167,20 @@ impl Ui {
             "Up" | "Down" | "Left" | "Right" => format!("Arrow{}", key.name()),
             name => name.to_owned(),
         };
-        let modifiers =
-            Modifiers { ctrl: key.ctrl(), command: key.ctrl(), shift: key.shift(), ..Modifiers::NONE };
+        let modifiers = Modifiers {
+            ctrl: key.ctrl(),
+            command: key.ctrl(),
+            shift: key.shift(),
+            ..Modifiers::NONE
+        };
         if let Some(key) = egui::Key::from_name(&name) {
-            self.events.push(Event::Key { key, physical_key: None, pressed, repeat: false, modifiers });
+            self.events.push(Event::Key {
+                key,
+                physical_key: None,
+                pressed,
+                repeat: false,
+                modifiers,
+            });
         }
     }
 
@@ -279,7 +291,8 @@ impl Ui {
                 earlier.textures_delta.append(std::mem::take(&mut output.textures_delta));
                 output.textures_delta = std::mem::take(&mut earlier.textures_delta);
             }
-            let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map(|root| root.repaint_delay);
+            let delay =
+                output.viewport_output.get(&egui::ViewportId::ROOT).map(|root| root.repaint_delay);
             // The longest delay means never.
             let delay = delay.filter(|delay| *delay < std::time::Duration::MAX);
             self.lays_out_at = now + delay.map_or(f64::INFINITY, |delay| delay.as_secs_f64());
@@ -293,13 +306,21 @@ impl Ui {
     /// The controls of the last layout; the first call only begins to name them.
     pub fn controls(&self) -> Vec<Control> {
         self.context.enable_accesskit();
-        let update = self.output.as_ref().and_then(|output| output.platform_output.accesskit_update.as_ref());
+        let update = self
+            .output
+            .as_ref()
+            .and_then(|output| output.platform_output.accesskit_update.as_ref());
         let scale = f64::from(self.pixels_per_point());
         let control = |(id, node): &(_, egui::accesskit::Node)| {
             let name = node.label().or_else(|| node.value())?.to_owned();
             let rect = node.bounds()?;
             let rect_px = [rect.x0, rect.y0, rect.x1, rect.y1].map(|edge| edge * scale);
-            Some(Control { role: format!("{:?}", node.role()), name, rect_px, focused: update?.focus == *id })
+            Some(Control {
+                role: format!("{:?}", node.role()),
+                name,
+                rect_px,
+                focused: update?.focus == *id,
+            })
         };
         update.map_or_else(Vec::new, |update| update.nodes.iter().filter_map(control).collect())
     }

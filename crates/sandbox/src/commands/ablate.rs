@@ -80,13 +80,22 @@ impl Pictures {
         let options = Options::default();
         let made = headless().and_then(|gpu| {
             let target = Offscreen::new(&gpu, options.size_px)?;
-            Ok(Self { renderer: Renderer::new(&gpu, render::OFFSCREEN_FORMAT, Quality::FIXED), target, gpu })
+            Ok(Self {
+                renderer: Renderer::new(&gpu, render::OFFSCREEN_FORMAT, Quality::FIXED),
+                target,
+                gpu,
+            })
         });
         made.map_err(|error| eprintln!("no pictures are compared: {error}")).ok()
     }
 
     /// The bytes of the picture after `ticks` ticks of `scene`, without one effect.
-    fn last(&mut self, scene: &Scene, ticks: u64, without: Option<Effect>) -> Result<Vec<u8>, Failure> {
+    fn last(
+        &mut self,
+        scene: &Scene,
+        ticks: u64,
+        without: Option<Effect>,
+    ) -> Result<Vec<u8>, Failure> {
         let options = Options { interpolate: false, ..Options::default() };
         let mut session = Session::new(scene.clone(), options);
         if let Some(effect) = without {
@@ -98,7 +107,8 @@ impl Pictures {
         while session.stage.sim().ticks() < ticks {
             frame += 1;
             #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
-            let time = clock.advance_to(frame as f64 / scene.step_hz).expect("frames follow one another");
+            let time =
+                clock.advance_to(frame as f64 / scene.step_hz).expect("frames follow one another");
             session.advance(&InputFrame::NOTHING, time);
         }
         let mut frame = session.picture();

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use lab::Shard;
 use lab::cost::{
-    Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem, take_real_time_priority,
+    Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem,
+    take_real_time_priority,
 };
 
 use lab::part::{Found, Part};
@@ -76,7 +77,8 @@ const FILE: &str = "report.json";
 pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
     let names = names(args);
     if args.bodies.is_some() && !names.iter().any(|name| problem(name).is_some()) {
-        let what = "--bodies is for problems: a scene is timed with the bodies that it has; leave it out";
+        let what =
+            "--bodies is for problems: a scene is timed with the bodies that it has; leave it out";
         return Err(Failure::Usage(what.to_owned()));
     }
     if args.seconds.is_some() && names.iter().all(|name| problem(name).is_some()) {
@@ -86,7 +88,12 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
     let mut files = CommandFiles::default();
     let subjects = subjects(&names, args.seconds, &mut files)?;
     let part = args.shard.map(|shard| {
-        Part::new(command(args), subjects.iter().map(Subject::scene), shard, Found::Cost(Vec::new()))
+        Part::new(
+            command(args),
+            subjects.iter().map(Subject::scene),
+            shard,
+            Found::Cost(Vec::new()),
+        )
     });
     let mut plan = if args.quick { Plan::quick(subjects.len()) } else { Plan::full() };
     plan.bodies = args.bodies.unwrap_or(plan.bodies);
@@ -101,7 +108,8 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
         None => earlier(args, &subjects)?,
     };
     let shard = args.shard.unwrap_or(Shard::WHOLE);
-    let names: Vec<_> = (0..).zip(names).filter(|(at, _)| shard.has(*at)).map(|(_, name)| name).collect();
+    let names: Vec<_> =
+        (0..).zip(names).filter(|(at, _)| shard.has(*at)).map(|(_, name)| name).collect();
     let subjects: Vec<_> =
         (0..).zip(subjects).filter(|(at, _)| shard.has(*at)).map(|(_, subject)| subject).collect();
     let target = Target { folder: args.out.as_deref(), part, files: &files };
@@ -154,15 +162,18 @@ fn names(args: &CostArgs) -> Vec<&str> {
 /// Refuses a scene in which nothing moves but particles on the graphics device: no study covers these.
 pub(crate) fn refuse_swarms_alone(scene: &Scene) -> Result<(), Failure> {
     if has_swarms(scene) && !scene.bodies.iter().any(BodySpec::is_movable) {
-        let what =
-            "particles on the graphics device are in no study, and no body of it can move; give on: cpu";
+        let what = "particles on the graphics device are in no study, and no body of it can move; give on: cpu";
         return Err(Failure::Usage(format!("{}: {what}", scene.name)));
     }
     Ok(())
 }
 
 /// Loads the problems and scenes called `names`.
-fn subjects(names: &[&str], seconds: Option<f64>, files: &mut CommandFiles) -> Result<Vec<Subject>, Failure> {
+fn subjects(
+    names: &[&str],
+    seconds: Option<f64>,
+    files: &mut CommandFiles,
+) -> Result<Vec<Subject>, Failure> {
     let mut subject = |name: &str| match problem(name) {
         Some(problem) => Ok(Subject::of_problem(problem)?),
         None => match files.scene(name) {
@@ -175,7 +186,10 @@ fn subjects(names: &[&str], seconds: Option<f64>, files: &mut CommandFiles) -> R
                 let problems: Vec<_> = PROBLEMS.iter().map(|problem| problem.name).collect();
                 let near = scene::nearest(name, problems.iter().copied());
                 let guess = scene::did_you_mean(near.map(|near| format!("the problem {near}")));
-                Err(Failure::Usage(format!("{error}\n{guess}the problems are {}", problems.join(", "))))
+                Err(Failure::Usage(format!(
+                    "{error}\n{guess}the problems are {}",
+                    problems.join(", ")
+                )))
             }
         },
     };
@@ -229,11 +243,15 @@ fn earlier(args: &CostArgs, subjects: &[Subject]) -> Result<Vec<Study>, Failure>
         }
         if !report.complete {
             let what = "this report is not complete; --resume continues it";
-            return Err(Failure::Usage(format!("{}: {what}, --replace writes over it", path.display())));
+            return Err(Failure::Usage(format!(
+                "{}: {what}, --replace writes over it",
+                path.display()
+            )));
         }
         return Ok(Vec::new());
     }
-    let is_asked_for = |study: &&Study| subjects.iter().any(|subject| subject.name() == study.subject);
+    let is_asked_for =
+        |study: &&Study| subjects.iter().any(|subject| subject.name() == study.subject);
     match report.studies.iter().find(|study| !is_asked_for(study)) {
         Some(study) => {
             other(&format!("this report has a study of {}, which is not asked for", study.subject))
@@ -299,8 +317,17 @@ pub(super) fn claim_folder(
     cure: &str,
     files: &CommandFiles,
 ) -> Result<(), Failure> {
-    files.refuse_names(folder, report::is_file, "the report in that folder; give another folder")?;
-    refuse_foreign_files(folder, is_own, |name| report::is_file(name) && !name.ends_with(".svg"), cure)
+    files.refuse_names(
+        folder,
+        report::is_file,
+        "the report in that folder; give another folder",
+    )?;
+    refuse_foreign_files(
+        folder,
+        is_own,
+        |name| report::is_file(name) && !name.ends_with(".svg"),
+        cure,
+    )
 }
 
 /// Whether a report of that command is in `folder`.
@@ -310,6 +337,11 @@ pub(super) fn has_report_of(folder: &Path, command: &str) -> bool {
 }
 
 /// Writes the files of a report.
-pub(super) fn write_report(report: &Report, folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
-    report::files(report).try_for_each(|(name, bytes)| write(&files.unread(&folder.join(name))?, &bytes))
+pub(super) fn write_report(
+    report: &Report,
+    folder: &Path,
+    files: &CommandFiles,
+) -> Result<(), Failure> {
+    report::files(report)
+        .try_for_each(|(name, bytes)| write(&files.unread(&folder.join(name))?, &bytes))
 }

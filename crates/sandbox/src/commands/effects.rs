@@ -59,10 +59,12 @@ fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
     if let Some(row) = receipt.rows.iter_mut().find(|row| row.name == ENERGY_WATCH) {
         (row.ns, row.share) = (Some(watch), Some(watch / receipt.ns));
     }
-    let heading = ["effect", "state", "bodies", "evaluations", "ns per step", "share", "bytes", "because"];
+    let heading =
+        ["effect", "state", "bodies", "evaluations", "ns per step", "share", "bytes", "because"];
     let line = |row: &ReceiptLine| {
         let part = |text: String| if row.state == EffectState::On { text } else { "-".to_owned() };
-        let measured = |value: Option<f64>, text: fn(f64) -> String| part(value.map_or("-".to_owned(), text));
+        let measured =
+            |value: Option<f64>, text: fn(f64) -> String| part(value.map_or("-".to_owned(), text));
         vec![
             row.name.to_owned(),
             row.state.words().to_owned(),
@@ -95,12 +97,16 @@ fn text<R>(
                 "ns_per_step": number(*ns),
                 "effects": rows.iter().map(json).collect::<Vec<_>>(),
             });
-            format!("{}\n", serde_json::to_string_pretty(&report).expect("strings and numbers are JSON"))
+            format!(
+                "{}\n",
+                serde_json::to_string_pretty(&report).expect("strings and numbers are JSON")
+            )
         }
         Format::Table => {
             let head = heading.iter().map(|word| (*word).to_owned()).collect();
             let lines: Vec<_> = std::iter::once(head).chain(rows.iter().map(line)).collect();
-            let title = format!("`{scene}`: {}, {ticks} ticks, {ns:.0} ns per step\n", method.name());
+            let title =
+                format!("`{scene}`: {}, {ticks} ticks, {ns:.0} ns per step\n", method.name());
             title + &report::aligned(&lines, false)
         }
     }
@@ -129,9 +135,11 @@ pub(crate) fn ablation(
 ) -> String {
     let mut ablation = lab::ablate(scene, ticks);
     ablation.rows.iter_mut().for_each(|row| row.picture_differs = differs(row.effect));
-    let heading = ["without", "farthest", "rms", "same bits", "saves ns", "saves evaluations", "picture", ""];
+    let heading =
+        ["without", "farthest", "rms", "same bits", "saves ns", "saves evaluations", "picture", ""];
     let line = |row: &Absence| {
-        let picture = row.picture_differs.map_or("-", |differs| if differs { "differs" } else { "same" });
+        let picture =
+            row.picture_differs.map_or("-", |differs| if differs { "differs" } else { "same" });
         vec![
             row.effect.name().to_owned(),
             length(row.max_distance, 4),

@@ -52,7 +52,8 @@ pub(crate) fn run(args: &ForecastArgs) -> Result<(), Failure> {
     let overrides = Overrides { method, step_hz: args.hz, substeps, damping: None };
     check(overrides, &scene)?;
     overrides.apply(&mut scene);
-    let options = Options { pictures: false, interpolate: false, overrides, threads, ..Options::default() };
+    let options =
+        Options { pictures: false, interpolate: false, overrides, threads, ..Options::default() };
     let mut session = Session::new(scene, options);
     let stage = &mut session.stage;
     let rows = rows_at_start(stage, 1.0 / DEFAULT_FPS);
@@ -75,8 +76,11 @@ fn modes(name: &str, stage: &mut Stage, count: usize) -> Result<NaturalModes, Fa
 }
 
 fn table(stage: &Stage, rows: &[ForecastRow], found: Option<&NaturalModes>) -> String {
-    let mut text =
-        format!("forecast of `{}`, in ticks at {} Hz\n", stage.sim().scene.name, digits(tick_rate(stage)));
+    let mut text = format!(
+        "forecast of `{}`, in ticks at {} Hz\n",
+        stage.sim().scene.name,
+        digits(tick_rate(stage))
+    );
     if rows.is_empty() {
         text += "nothing in this scene limits the step\n";
     } else {
@@ -124,7 +128,8 @@ fn aligned(heading: &[&str], lines: impl Iterator<Item = Vec<String>>) -> String
 
 fn json(stage: &Stage, rows: &[ForecastRow], found: Option<&NaturalModes>) -> String {
     let mode = |mode: &NaturalMode| {
-        let body = |(body, by): &(_, f64)| json!({ "body": stage.name(*body), "amplitude": number(*by) });
+        let body =
+            |(body, by): &(_, f64)| json!({ "body": stage.name(*body), "amplitude": number(*by) });
         json!({
             "frequency_hz": number(frequency_hz(mode)),
             "period_s": number(1.0 / frequency_hz(mode)),

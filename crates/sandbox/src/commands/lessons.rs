@@ -50,14 +50,22 @@ pub(crate) fn run(args: &LessonsArgs) -> Result<(), Failure> {
     match (&args.what, &args.html) {
         (Some(What::Check { lesson }), _) => show(&check(&files.lesson(lesson)?)?),
         (None, Some(folder)) => {
-            let lessons =
-                args.lessons.iter().map(|name| files.lesson(name)).collect::<Result<Vec<_>, _>>()?;
+            let lessons = args
+                .lessons
+                .iter()
+                .map(|name| files.lesson(name))
+                .collect::<Result<Vec<_>, _>>()?;
             pages::write(folder, lessons, &files)
         }
         (None, None) => {
             let rows = shipped().iter().map(|(name, text)| {
                 let lesson = Lesson::parse(name, text)?;
-                Ok(vec![(*name).to_owned(), format!("{} min", lesson.minutes), lesson.title, lesson.about])
+                Ok(vec![
+                    (*name).to_owned(),
+                    format!("{} min", lesson.minutes),
+                    lesson.title,
+                    lesson.about,
+                ])
             });
             show(&aligned(&rows.collect::<Result<Vec<_>, Failure>>()?, false))
         }

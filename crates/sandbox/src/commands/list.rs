@@ -74,7 +74,9 @@ fn rows(what: Listed) -> Vec<Vec<Cell>> {
             .collect(),
         Listed::Laws => LAWS
             .iter()
-            .map(|&(law, what)| vec![text("law", law), text("key", key_of_law(law)), text("what", what)])
+            .map(|&(law, what)| {
+                vec![text("law", law), text("key", key_of_law(law)), text("what", what)]
+            })
             .collect(),
         Listed::Keys => input_rows()
             .map(|row| {
@@ -91,7 +93,8 @@ fn rows(what: Listed) -> Vec<Vec<Cell>> {
 
 fn scenes(what: &'static str, embedded: &[ShippedScene]) -> Vec<Vec<Cell>> {
     let row = |shipped: &ShippedScene| {
-        let description = shipped.load().map_or_else(|error| error.to_string(), |scene| scene.description);
+        let description =
+            shipped.load().map_or_else(|error| error.to_string(), |scene| scene.description);
         vec![text(what, shipped.name), text("description", description)]
     };
     embedded.iter().map(row).collect()
@@ -113,10 +116,15 @@ fn listed(what: Listed, format: Format) -> String {
         Format::Json => {
             let objects: Vec<_> = rows
                 .into_iter()
-                .map(|row| row.into_iter().map(|(name, value, _)| (name.to_owned(), value)).collect())
+                .map(|row| {
+                    row.into_iter().map(|(name, value, _)| (name.to_owned(), value)).collect()
+                })
                 .map(Value::Object)
                 .collect();
-            format!("{}\n", serde_json::to_string_pretty(&objects).expect("strings and numbers are JSON"))
+            format!(
+                "{}\n",
+                serde_json::to_string_pretty(&objects).expect("strings and numbers are JSON")
+            )
         }
         Format::Table => {
             let heading = headings(what).map(|row| row.into_iter().map(str::to_owned).collect());

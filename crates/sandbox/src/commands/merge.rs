@@ -80,8 +80,9 @@ fn all_shards<S>(
     let mut shards: BTreeMap<Shard, (PathBuf, S)> = BTreeMap::new();
     let Kind { file, what, read, state, differs } = kind;
     for folder in folders {
-        let refused =
-            |what: String, cure: &str| Failure::Usage(format!("{}: {what}; {cure}", folder.display()));
+        let refused = |what: String, cure: &str| {
+            Failure::Usage(format!("{}: {what}; {cure}", folder.display()))
+        };
         let record = read(folder)?.ok_or_else(|| {
             let what = "no shard of a sweep or a study was written into this folder".to_owned();
             refused(what, "give the folders of --out of every shard")
@@ -111,7 +112,9 @@ fn all_shards<S>(
         let named = named.collect::<Vec<_>>().join(", ");
         let more = missing.saturating_sub(SHOWN as u64);
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-        return Err(Failure::Usage(format!("missing shards: {named}{more}; give the folders of all")));
+        return Err(Failure::Usage(format!(
+            "missing shards: {named}{more}; give the folders of all"
+        )));
     }
     Ok(shards.into_values().collect())
 }
@@ -121,7 +124,8 @@ fn merge_sweeps(args: &MergeArgs) -> Result<(), Failure> {
     let mut files = CommandFiles::default();
     let shards = all_shards(&SWEEPS, &args.folders, &mut files)?;
     let Some((_, first)) = shards.first() else { return Ok(()) };
-    let mut record = Record { shard: Shard::WHOLE, processors: Vec::new(), complete: false, ..first.clone() };
+    let mut record =
+        Record { shard: Shard::WHOLE, processors: Vec::new(), complete: false, ..first.clone() };
     let mut sources = Vec::new();
     for (folder, of_shard) in &shards {
         sources.push(Runs::of_folder(of_shard, folder)?);
@@ -129,7 +133,11 @@ fn merge_sweeps(args: &MergeArgs) -> Result<(), Failure> {
     }
     record.processors.sort_unstable();
     record.processors.dedup();
-    files.refuse_names(&args.out, runs::is_file, "the sweep in that folder; give another folder")?;
+    files.refuse_names(
+        &args.out,
+        runs::is_file,
+        "the sweep in that folder; give another folder",
+    )?;
     let earlier = runs::record(&args.out)?;
     let is_own = earlier.is_some_and(|earlier| record.differs(&earlier).is_none());
     refuse_foreign_files(&args.out, is_own, runs::is_file, "give another folder")?;
@@ -148,7 +156,9 @@ fn merge_parts(args: &MergeArgs) -> Result<(), Failure> {
     let shards = all_shards(&STUDIES, &args.folders, &mut files)?;
     let (mut rows, mut studies) = (BTreeMap::new(), BTreeMap::new());
     let machines: Vec<_> = shards.iter().map(|(_, part)| part.machine.clone()).collect();
-    let (Some((folder, first)), Some(machine)) = (shards.first(), machines.first()) else { return Ok(()) };
+    let (Some((folder, first)), Some(machine)) = (shards.first(), machines.first()) else {
+        return Ok(());
+    };
     let command = first.command.clone();
     for (folder, part) in &shards {
         let place = |at: usize| part.shard.nth(at as u64);
@@ -172,17 +182,22 @@ fn merge_parts(args: &MergeArgs) -> Result<(), Failure> {
             }
         }
     }
-    let is_whole = |places: Vec<u64>| places.into_iter().eq(0..rows.len().max(studies.len()) as u64);
+    let is_whole =
+        |places: Vec<u64>| places.into_iter().eq(0..rows.len().max(studies.len()) as u64);
     if !is_whole(rows.keys().chain(studies.keys()).copied().collect()) {
         let cure = "these files were changed since they were written: run the shards again";
-        return Err(Failure::Usage(format!("{}: some parts are missing; {cure}", folder.display())));
+        return Err(Failure::Usage(format!(
+            "{}: some parts are missing; {cure}",
+            folder.display()
+        )));
     }
     let studies: Vec<_> = studies.into_values().collect();
     match &first.found {
         Found::Stability { .. } => {
             stability::claim_folder(&args.out, &files)?;
             let _lock = study_folder(&args.out)?;
-            let matrix = Matrix { format: lab::stability::FORMAT, rows: rows.into_values().collect() };
+            let matrix =
+                Matrix { format: lab::stability::FORMAT, rows: rows.into_values().collect() };
             stability::write_matrix(&matrix, &args.out, &files)?;
             said(args, matrix.rows.len(), "rows", shards.len())
         }

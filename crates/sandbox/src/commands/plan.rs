@@ -42,7 +42,8 @@ pub(crate) fn run(args: &PlanArgs) -> Result<(), Failure> {
 pub fn text(scene: Scene, overrides: Overrides) -> String {
     let options = Options { pictures: false, interpolate: false, overrides, ..Options::default() };
     let mut session = Session::new(scene, options);
-    let LawTexts { between_bodies, on_bodies, damping } = LawTexts::of(&mut session.stage.sim_mut().world);
+    let LawTexts { between_bodies, on_bodies, damping } =
+        LawTexts::of(&mut session.stage.sim_mut().world);
     let [between_bodies, accelerating] = [&between_bodies, &on_bodies].map(joined);
     let damping = joined(&damping);
     let scene = &session.stage.sim().scene;
@@ -55,7 +56,11 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
         "step of `{}`: {}, {step}{}, {} bodies\n",
         scene.name,
         method.name(),
-        if scene.substeps == 1 { String::new() } else { format!(" in {} substeps", scene.substeps) },
+        if scene.substeps == 1 {
+            String::new()
+        } else {
+            format!(" in {} substeps", scene.substeps)
+        },
         scene.bodies.len()
     );
     let systems = session.stage.sim().stepper.systems();
@@ -75,11 +80,13 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
     }
     if systems.iter().any(|system| system.starts_with("integrate_in_one_pass")) {
         let halves = ["integrate_acceleration", "integrate_velocity"];
-        let [first, second] = if method == Method::ExplicitEuler { [halves[1], halves[0]] } else { halves };
+        let [first, second] =
+            if method == Method::ExplicitEuler { [halves[1], halves[0]] } else { halves };
         plan += &format!("     ( {first}, then {second}, one pass over memory, equal bits )\n");
     }
     for (_, emitter, swarm) in session.stage.sim().scene.swarms() {
-        let (particles, substeps) = (swarm.launches.len() as u64, swarm.substeps.unwrap_or(scene_substeps));
+        let (particles, substeps) =
+            (swarm.launches.len() as u64, swarm.substeps.unwrap_or(scene_substeps));
         plan += &format!(
             "     ( on the graphics device: `{}`, {particles} particles, {}, {substeps} dispatch{} per tick, {} bytes per particle and \
              dispatch, {} )\n",
@@ -95,7 +102,8 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
 
 /// The method of a system `integrate<RungeKutta4, Without<OwnMethod>>`, and what follows it in the brackets.
 fn integrated(system: &str) -> Option<(Method, &str)> {
-    let name = system.strip_prefix("integrate_groups").or_else(|| system.strip_prefix("integrate"))?;
+    let name =
+        system.strip_prefix("integrate_groups").or_else(|| system.strip_prefix("integrate"))?;
     let parameters = name.trim_start_matches("::").strip_prefix('<')?;
     let (name, filter) = parameters.split_once([',', '>'])?;
     // The type of a method has the name of its variant.
@@ -125,14 +133,17 @@ fn what(system: &str, accelerating: &str, damping: &str) -> String {
             "particles that are due are born, and taken back when their life is over".to_owned()
         }
         "advance_swarms" => {
-            "births, deaths and laws of particles on the graphics device are logged for it".to_owned()
+            "births, deaths and laws of particles on the graphics device are logged for it"
+                .to_owned()
         }
         "apply_forces" => "queued pushes become forces".to_owned(),
         "integrate_acceleration" => format!("v += (F w + g) h{accelerating}"),
         "integrate_velocity" => format!("x += v h{damping}"),
         "integrate_in_one_pass" => format!("both middle systems{accelerating}{damping}"),
         "remember_steps" => "bodies new to position Verlet start with the Taylor value".to_owned(),
-        "remember_accelerations" => "room for the last acceleration, the next step's first".to_owned(),
+        "remember_accelerations" => {
+            "room for the last acceleration, the next step's first".to_owned()
+        }
         "apply_deferred" => "bodies get what was given to them".to_owned(),
         "clear_forces" => "forces last one tick".to_owned(),
         "quarantine_bodies" => "quarantines bodies that would become non-finite".to_owned(),
@@ -147,15 +158,22 @@ mod tests {
     #[test]
     fn the_name_of_a_system_says_its_method() {
         for (name, method, filter) in [
-            ("integrate<RungeKutta4, Without<OwnMethod>>", Method::RungeKutta4, "Without<OwnMethod>>"),
+            (
+                "integrate<RungeKutta4, Without<OwnMethod>>",
+                Method::RungeKutta4,
+                "Without<OwnMethod>>",
+            ),
             ("integrate::<Yoshida4, With<Yoshida4>>", Method::Yoshida4, "With<Yoshida4>>"),
             ("integrate<VelocityVerlet>", Method::VelocityVerlet, ""),
         ] {
             assert_eq!(integrated(name), Some((method, filter)));
         }
-        for name in
-            ["integrate_in_one_pass<ExplicitEuler>", "integrate_velocity", "integrate<Rk9>", "clear_forces"]
-        {
+        for name in [
+            "integrate_in_one_pass<ExplicitEuler>",
+            "integrate_velocity",
+            "integrate<Rk9>",
+            "clear_forces",
+        ] {
             assert_eq!(integrated(name), None);
         }
     }

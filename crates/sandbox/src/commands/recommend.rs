@@ -82,7 +82,8 @@ pub(crate) fn run(args: &RecommendArgs) -> Result<(), Failure> {
     check(&args.scene, &scene, &parts).map_err(Failure::Usage)?;
     check_study(&scene, args.seconds)?;
     // Opened before the runs, so that a file that cannot be written is an error now.
-    let target = args.apply.as_deref().map(|path| Target::open(path, &scene, &mut files)).transpose()?;
+    let target =
+        args.apply.as_deref().map(|path| Target::open(path, &scene, &mut files)).transpose()?;
     if let (Some(shard), Some(folder)) = (args.shard, &args.out) {
         return measure_part(args, &scene, &parts, shard, folder, &files);
     }
@@ -108,10 +109,12 @@ fn measure_part(
     let (goal, seconds) = (args.goal.goal(), args.seconds);
     let name = [args.scene.to_string(), scene.text.to_string()];
     let found = |studies| Found::Recommend { scene: name, goal, seconds, studies };
-    let empty = StudyPart::new(command(args), std::iter::once(scene), shard, found.clone()(Vec::new()));
+    let empty =
+        StudyPart::new(command(args), std::iter::once(scene), shard, found.clone()(Vec::new()));
     parts::earlier(&empty, folder, files)?;
     let _lock = study_folder(folder)?;
-    let own: Vec<_> = (0..).zip(parts).filter(|(at, _)| shard.has(*at)).map(|(_, part)| part).collect();
+    let own: Vec<_> =
+        (0..).zip(parts).filter(|(at, _)| shard.has(*at)).map(|(_, part)| part).collect();
     let studies = measure(&own, parts.len(), args);
     let part = StudyPart { complete: true, found: found(studies), ..empty };
     parts::write_part(&part, folder, files)?;
@@ -162,9 +165,17 @@ pub(super) fn of_studies(
 const FILES: [&str; 3] = ["recommend.json", "recommend.txt", "scene.ron"];
 
 /// Writes a recommendation that was merged into `folder`.
-pub(super) fn write(recommended: &Recommended, folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
+pub(super) fn write(
+    recommended: &Recommended,
+    folder: &Path,
+    files: &CommandFiles,
+) -> Result<(), Failure> {
     let is_file = |name: &str| FILES.contains(&name);
-    files.refuse_names(folder, is_file, "the recommendation in that folder; give another folder")?;
+    files.refuse_names(
+        folder,
+        is_file,
+        "the recommendation in that folder; give another folder",
+    )?;
     let earlier = fs::read_to_string(folder.join(FILES[0])).unwrap_or_default();
     let is_own = earlier.contains("\"sets_the_price\"");
     refuse_foreign_files(folder, is_own, is_file, "give another folder")?;
@@ -177,8 +188,14 @@ pub(super) fn write(recommended: &Recommended, folder: &Path, files: &CommandFil
 }
 
 /// The text of the scene with the chosen settings.
-fn with_choice(name: &str, scene: &Scene, parts: &[Part], found: &Recommendation) -> Result<String, Failure> {
-    let settings = found.rows.iter().map(|row| (row.pick.setting.method, row.pick.setting.substeps));
+fn with_choice(
+    name: &str,
+    scene: &Scene,
+    parts: &[Part],
+    found: &Recommendation,
+) -> Result<String, Failure> {
+    let settings =
+        found.rows.iter().map(|row| (row.pick.setting.method, row.pick.setting.substeps));
     let settings: Vec<_> = parts.iter().zip(settings).collect();
     let (common, own) = scene.methods_of_parts(&settings);
     Ok(scene.with_methods(name, common, &own)?)
@@ -212,7 +229,8 @@ fn choose(
 /// Refuses a scene in which methods cannot be compared.
 fn check(name: &str, scene: &Scene, parts: &[Part]) -> Result<(), String> {
     if parts.is_empty() {
-        let what = "no body of it can move, so that there is no method to choose; give another scene";
+        let what =
+            "no body of it can move, so that there is no method to choose; give another scene";
         return Err(format!("{name}: {what}"));
     }
     // Each method would start the body with another velocity.
@@ -239,7 +257,8 @@ impl<'a> Target<'a> {
         };
         let is_own = own.is_some() && path.canonicalize().ok() == own;
         if path.is_file() && !is_own {
-            let what = "there is a file already, and not that of the scene; give --apply another name";
+            let what =
+                "there is a file already, and not that of the scene; give --apply another name";
             return Err(Failure::Usage(format!("{}: {what}", path.display())));
         }
         let output = if is_own { OutputPath::own(path) } else { files.claim("--apply", path)? };
@@ -266,8 +285,10 @@ fn measure(parts: &[&Part], all: usize, args: &RecommendArgs) -> Vec<Study> {
     let mut studies = Vec::new();
     for part in parts {
         progress.say(part.name.as_str());
-        let mut bench = Bench::new(Subject::of_scene(part.scene.clone(), args.seconds), plan.clone());
-        let Ok(()) = progress.follow(studies.len(), &mut bench, |_| Ok::<_, std::convert::Infallible>(()));
+        let mut bench =
+            Bench::new(Subject::of_scene(part.scene.clone(), args.seconds), plan.clone());
+        let Ok(()) =
+            progress.follow(studies.len(), &mut bench, |_| Ok::<_, std::convert::Infallible>(()));
         studies.push(bench.study().clone());
     }
     studies
@@ -289,8 +310,18 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
         Unit::Evaluations => "evaluations",
     };
     let span = Span::of(scene);
-    let heading =
-        ["part", "bodies", "over s", "method", "substeps", "error", "rms", "reference's own", price, "share"];
+    let heading = [
+        "part",
+        "bodies",
+        "over s",
+        "method",
+        "substeps",
+        "error",
+        "rms",
+        "reference's own",
+        price,
+        "share",
+    ];
     let heading = heading.map(str::to_owned).to_vec();
     let line = |(row, study): (&PartChoice, &Study)| {
         vec![
@@ -306,7 +337,8 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
             format!("{:.0} %", row.share * 100.0),
         ]
     };
-    let lines: Vec<_> = std::iter::once(heading).chain(found.rows.iter().zip(studies).map(line)).collect();
+    let lines: Vec<_> =
+        std::iter::once(heading).chain(found.rows.iter().zip(studies).map(line)).collect();
     let mut text = format!(
         "`{}`: {price} for {}, in ticks of {}\n{}",
         scene.name,
@@ -316,7 +348,8 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
     );
     text += &format!("total {} {price}\n", three_digits(found.total * span.times));
     let dearest = &found.rows[found.dearest];
-    text += &format!("the price is set by {}: {:.0} % of it\n", dearest.part, dearest.share * 100.0);
+    text +=
+        &format!("the price is set by {}: {:.0} % of it\n", dearest.part, dearest.share * 100.0);
     text += &found.rows.iter().map(|row| tie_words(row, price, &span)).collect::<String>();
     text += &next_words(found, price, &span);
     text += &found.rows.iter().map(|row| row_notes(row, scene)).collect::<String>();
@@ -374,7 +407,11 @@ fn tie_words(row: &PartChoice, price: &str, span: &Span) -> String {
         )
     };
     let ties: Vec<_> = row.ties.iter().map(tie).collect();
-    if ties.is_empty() { String::new() } else { format!("{} ties with {}\n", row.part, ties.join(", ")) }
+    if ties.is_empty() {
+        String::new()
+    } else {
+        format!("{} ties with {}\n", row.part, ties.join(", "))
+    }
 }
 
 fn next_words(found: &Recommendation, price: &str, span: &Span) -> String {
@@ -382,7 +419,8 @@ fn next_words(found: &Recommendation, price: &str, span: &Span) -> String {
         return "nothing more accurate was measured, or could be told from the references' own errors\n"
             .to_owned();
     };
-    let change = |(row, point): &(usize, Point)| format!("{} by {}", found.rows[*row].part, point.setting);
+    let change =
+        |(row, point): &(usize, Point)| format!("{} by {}", found.rows[*row].part, point.setting);
     let changes: Vec<_> = picks.iter().map(change).collect();
     let with = if changes.is_empty() { "the same".to_owned() } else { changes.join(", ") };
     let (error, total) = (length(*error_m, 3), three_digits(*total * span.times));
@@ -414,8 +452,10 @@ fn json(scene: &Scene, found: &Recommendation, parts: &[Part], studies: &[Study]
     };
     let rows: Vec<_> = found.rows.iter().zip(parts).zip(studies).map(row).collect();
     let next_choice = |next: &NextChoice| {
-        let picks =
-            next.picks.iter().map(|(row, new)| json!({ "part": found.rows[*row].part, "pick": point(new) }));
+        let picks = next
+            .picks
+            .iter()
+            .map(|(row, new)| json!({ "part": found.rows[*row].part, "pick": point(new) }));
         json!({
             "error_m": number(next.error_m),
             "total": number(next.total),

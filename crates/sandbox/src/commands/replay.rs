@@ -40,7 +40,11 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
     let bundle = files.bundle(path)?;
     if let Some(folder) = out {
         let is_written = |name: &str| FILES.contains(&name);
-        files.refuse_names(folder, is_written, "the files that --out writes; give another folder")?;
+        files.refuse_names(
+            folder,
+            is_written,
+            "the files that --out writes; give another folder",
+        )?;
         let earlier = fs::read_to_string(folder.join(SUMMARY)).unwrap_or_default();
         let is_own = earlier.contains("\"first_different_tick\"");
         refuse_foreign_files(folder, is_own, is_written, "give another folder")?;
@@ -56,10 +60,14 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
     let (from, to) = (manifest.snapshot_tick, manifest.end_tick);
     show(&format!("{}, ticks {from} to {to}, written by {}\n", manifest.scene, manifest.program))?;
     if !repetition.same() {
-        return Err(Failure::Expectation(format!("{name}: {}", repetition.differences(manifest).join("; "))));
+        return Err(Failure::Expectation(format!(
+            "{name}: {}",
+            repetition.differences(manifest).join("; ")
+        )));
     }
     let fault = manifest.fault.as_ref();
-    let fault = fault.map_or("no fault in either run".to_owned(), |fault| format!("the same fault, {fault}"));
+    let fault = fault
+        .map_or("no fault in either run".to_owned(), |fault| format!("the same fault, {fault}"));
     show(&format!("the same state, hash {:016x}; {fault}\n", repetition.state_hash))
 }
 
@@ -96,7 +104,8 @@ fn unpack(
     session: &mut Session,
     summary: &Value,
 ) -> Result<(), Failure> {
-    let state = states::csv_of(&mut session.stage).map_err(|error| Failure::file("write", folder, &error))?;
+    let state = states::csv_of(&mut session.stage)
+        .map_err(|error| Failure::file("write", folder, &error))?;
     let write = |name: &str, bytes: &[u8]| write(&files.unread(&folder.join(name))?, bytes);
     let [scene_file, state_file, picture_file, summary_file] = FILES;
     write(scene_file, bundle.scene.as_bytes())?;
@@ -104,6 +113,7 @@ fn unpack(
     if let Some(picture) = &bundle.picture {
         write(picture_file, picture)?;
     }
-    let summary = serde_json::to_string_pretty(summary).expect("numbers and strings are JSON") + "\n";
+    let summary =
+        serde_json::to_string_pretty(summary).expect("numbers and strings are JSON") + "\n";
     write(summary_file, summary.as_bytes())
 }

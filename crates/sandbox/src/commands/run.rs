@@ -13,7 +13,9 @@ use scene::Scene;
 
 use crate::app::player::Player;
 use crate::app::session::Session;
-use crate::args::{SceneName, StepArgs, above_0, damping, effect, once, positive, rate, size, whole};
+use crate::args::{
+    SceneName, StepArgs, above_0, damping, effect, once, positive, rate, size, whole,
+};
 use crate::clock::FrameClock;
 use crate::commands::lessons::pupil::Demonstration;
 use crate::failure::Failure;
@@ -207,7 +209,9 @@ fn simulate(
         session.stage.limit_ticks(ticks);
     }
     let mut clock = FrameClock::default();
-    while ticks.is_none_or(|ticks| session.stage.sim().ticks() < ticks) || session.stage.frames() == 0 {
+    while ticks.is_none_or(|ticks| session.stage.sim().ticks() < ticks)
+        || session.stage.frames() == 0
+    {
         if let Some(demonstration) = &mut demonstration {
             demonstration.before_frame(session)?;
         }
@@ -275,18 +279,26 @@ fn refuse_endless_wait(args: &RunArgs, session: &Session, rate: f64) -> Result<(
 const MOST_WARNINGS: usize = 3;
 
 /// Returns warnings about everything that would grow without bound, or an error if `--refuse-unstable` asks for it.
-fn forecast_start(args: &RunArgs, session: &mut Session, frame: f64) -> Result<Vec<String>, Failure> {
+fn forecast_start(
+    args: &RunArgs,
+    session: &mut Session,
+    frame: f64,
+) -> Result<Vec<String>, Failure> {
     let scene = session.stage.sim().scene.name.clone();
     let rows = session.tools.forecast_start(&mut session.stage, frame);
     let line = |row: &ForecastRow| format!("{scene} is {}: {}", row.verdict(), row.line());
     let mut lines: Vec<_> = rows.iter().take(MOST_WARNINGS).map(line).collect();
     // The worst is first: what is wrong without growing comes last.
-    if args.refuse_unstable && rows.first().is_some_and(|row| !matches!(row.margin.fate, Fate::Wrong(_))) {
+    if args.refuse_unstable
+        && rows.first().is_some_and(|row| !matches!(row.margin.fate, Fate::Wrong(_)))
+    {
         return Err(Failure::Expectation(lines.swap_remove(0)));
     }
     let more = rows.len() - lines.len();
     if more > 0 {
-        lines.push(format!("{scene}: {more} more are unstable or wrong; key V in the window lists them"));
+        lines.push(format!(
+            "{scene}: {more} more are unstable or wrong; key V in the window lists them"
+        ));
     }
     Ok(lines)
 }

@@ -65,7 +65,8 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     let _lock = args.out.as_deref().map(study_folder).transpose()?;
     if let Some(folder) = &args.out {
         // A folder that cannot be written is an error now, and not after minutes.
-        tempfile::tempfile_in(folder).map_err(|error| Failure::file("write into", folder, &error))?;
+        tempfile::tempfile_in(folder)
+            .map_err(|error| Failure::file("write into", folder, &error))?;
     }
     let shard = args.shard.unwrap_or(Shard::WHOLE);
     let mut run = StabilityRun::of_shard(scenes, &methods, args.ticks, shard);
@@ -102,13 +103,18 @@ pub(super) fn claim_folder(folder: &Path, files: &CommandFiles) -> Result<(), Fa
         "the matrix in that folder; give another folder",
     )?;
     let earlier = fs::read_to_string(folder.join("matrix.json")).unwrap_or_default();
-    let is_own = serde_json::from_str::<Value>(&earlier).is_ok_and(|matrix| matrix["rows"].is_array());
+    let is_own =
+        serde_json::from_str::<Value>(&earlier).is_ok_and(|matrix| matrix["rows"].is_array());
     let is_text = |name: &str| report::stability::is_file(name) && !name.ends_with(".svg");
     refuse_foreign_files(folder, is_own, is_text, "give another folder")
 }
 
 /// Writes the files of a matrix.
-pub(super) fn write_matrix(matrix: &Matrix, folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
+pub(super) fn write_matrix(
+    matrix: &Matrix,
+    folder: &Path,
+    files: &CommandFiles,
+) -> Result<(), Failure> {
     for (name, bytes) in report::stability::files(matrix) {
         write(&files.unread(&folder.join(name))?, &bytes)?;
     }

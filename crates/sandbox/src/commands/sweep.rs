@@ -76,7 +76,8 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     let scene = files.named_scene(&args.scene)?;
     refuse_swarms_alone(&scene)?;
     check_seconds(args.seconds, scene.step_hz)?;
-    let plan = Plan { axes: args.axes.clone(), seconds: args.seconds, measures: once(&args.measures) };
+    let plan =
+        Plan { axes: args.axes.clone(), seconds: args.seconds, measures: once(&args.measures) };
     let all = count(&plan, args.yes)?;
     let (runs, shard) = (args.shard.count(all), args.shard);
     if args.out.is_none() && runs > PRINTED {
@@ -86,7 +87,8 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     let sweep = Sweep::new(&scene, plan.clone())?;
     let cores = available_parallelism().map_or(1, usize::from);
     let threads = args.threads.unwrap_or(cores);
-    let seconds = sweep.estimated_seconds(shard) / (threads.min(cores) as f64).min(runs as f64).max(1.0);
+    let seconds =
+        sweep.estimated_seconds(shard) / (threads.min(cores) as f64).min(runs as f64).max(1.0);
     check_time(&format!("{}: {runs} runs", args.scene), seconds)?;
     let Some(folder) = &args.out else {
         let mut rows = Vec::new();
@@ -136,7 +138,8 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     bar.finish_and_clear();
     let written = failure.map_or_else(|| journal.finish(&record, folder, &files), Err);
     if let Err(failure) = written {
-        let cure = "what was run is in that folder, and the same command with --resume continues after it";
+        let cure =
+            "what was run is in that folder, and the same command with --resume continues after it";
         return Err(Failure::Usage(format!("{failure}; {cure}")));
     }
     let words = [
@@ -178,7 +181,8 @@ fn begin(
     };
     let mut continues = false;
     if let Some(earlier) = earlier {
-        let other = record.differs(&earlier).or((record.shard != earlier.shard).then_some("another shard"));
+        let other =
+            record.differs(&earlier).or((record.shard != earlier.shard).then_some("another shard"));
         if let Some(other) = other {
             return refused(
                 &format!("the sweep in this folder is of {other}"),
@@ -197,13 +201,17 @@ fn begin(
         }
         if continues {
             let here = std::mem::replace(&mut record.processors, earlier.processors);
-            let new: Vec<_> = here.into_iter().filter(|name| !record.processors.contains(name)).collect();
+            let new: Vec<_> =
+                here.into_iter().filter(|name| !record.processors.contains(name)).collect();
             record.processors.extend(new);
         }
     }
     runs::write_record(&record, folder, files)?;
-    let (journal, done) =
-        if continues { Journal::resume(&record, folder)? } else { (Journal::begin(&record, folder)?, 0) };
+    let (journal, done) = if continues {
+        Journal::resume(&record, folder)?
+    } else {
+        (Journal::begin(&record, folder)?, 0)
+    };
     Ok(Some((record, journal, done)))
 }
 
@@ -228,7 +236,9 @@ fn table(plan: &Plan, rows: &[Row]) -> String {
 fn json(plan: &Plan, rows: &[Row]) -> String {
     use serde_json::{Map, Value as Json};
     let value = |value: &Value| match value {
-        Value::Number(number) => serde_json::Number::from_f64(*number).map_or(Json::Null, Json::Number),
+        Value::Number(number) => {
+            serde_json::Number::from_f64(*number).map_or(Json::Null, Json::Number)
+        }
         Value::Count(count) => Json::from(*count),
         Value::Flag(flag) => Json::from(*flag),
         Value::Text(text) => Json::from(text.clone()),

@@ -21,7 +21,11 @@ use crate::stage::options::Options;
 const MOST_BYTES: u64 = 1 << 30;
 
 /// Writes everything that `stage` has recorded, with a picture of it, into the file `path`.
-pub(crate) fn write_bundle(path: &OutputPath, stage: &Stage, image: Option<&Image>) -> Result<(), Failure> {
+pub(crate) fn write_bundle(
+    path: &OutputPath,
+    stage: &Stage,
+    image: Option<&Image>,
+) -> Result<(), Failure> {
     finish_bundle(path.as_ref(), output_file(path)?, stage, image)
 }
 
@@ -36,7 +40,8 @@ pub(crate) fn finish_bundle(
     let Some(bundle) = stage.bundle(image.map(|image| png(image, stage))) else {
         return Err(Failure::Usage("the recorded run cannot be reproduced".to_owned()));
     };
-    let bytes = bundle.write().map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
+    let bytes =
+        bundle.write().map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
     file.finish_with(&bytes).map_err(|error| cannot(&error))
 }
 
@@ -47,7 +52,9 @@ pub(crate) fn read(path: &Path) -> Result<Bundle, Failure> {
         return Err(cannot(std::io::ErrorKind::IsADirectory.into()));
     }
     let mut bytes = Vec::new();
-    fs::File::open(path).and_then(|file| file.take(MOST_BYTES).read_to_end(&mut bytes)).map_err(cannot)?;
+    fs::File::open(path)
+        .and_then(|file| file.take(MOST_BYTES).read_to_end(&mut bytes))
+        .map_err(cannot)?;
     Bundle::read(&bytes).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
 }
 

@@ -28,7 +28,8 @@ fn not_a_scene(path: &Path, error: SceneError) -> Failure {
         return error.into();
     }
     let path = path.display();
-    let cure = format!("`sandbox --lesson {path}` plays it, `sandbox lessons check {path}` checks it");
+    let cure =
+        format!("`sandbox --lesson {path}` plays it, `sandbox lessons check {path}` checks it");
     Failure::Usage(format!("{path}: this is a lesson, not a scene; {cure}"))
 }
 
@@ -139,7 +140,10 @@ impl CommandFiles {
     pub fn claim(&mut self, flag: &str, path: &Path) -> Result<OutputPath, Failure> {
         let place = place(path);
         if let Some(other) = self.all().find(|file| file.place == place) {
-            return Err(Failure::Usage(format!("{} and {flag} name the same file; give two", other.what)));
+            return Err(Failure::Usage(format!(
+                "{} and {flag} name the same file; give two",
+                other.what
+            )));
         }
         self.claimed.push(NamedFile { what: flag.to_owned(), place });
         Ok(OutputPath::unread(path))
@@ -153,7 +157,8 @@ impl CommandFiles {
         let place = place(path);
         match self.all().find(|file| file.place == place) {
             Some(other) => {
-                let what = format!("this is {}, and not written over; give another folder", other.what);
+                let what =
+                    format!("this is {}, and not written over; give another folder", other.what);
                 Err(Failure::Usage(format!("{}: {what}", path.display())))
             }
             None => Ok(OutputPath::unread(path)),

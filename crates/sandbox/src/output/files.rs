@@ -224,7 +224,9 @@ impl Output {
         };
         let path = resolve_links(path);
         let (file, unfinished) = Unfinished::create(folder_of(&path), replaces.as_deref())?;
-        Ok(Self { writer: Writer::Beside { path, replaces, file: BufWriter::new(file), unfinished } })
+        Ok(Self {
+            writer: Writer::Beside { path, replaces, file: BufWriter::new(file), unfinished },
+        })
     }
 
     /// Writes the rest, and puts the file in its place.
@@ -250,8 +252,12 @@ impl Output {
     /// As [`Self::finish`].
     pub(crate) fn put_in_place(self) -> io::Result<File> {
         let (path, replaces, file, unfinished) = match self.writer {
-            Writer::Beside { path, replaces, file, unfinished } => (path, replaces, file, unfinished),
-            Writer::Straight(file) => return file.into_inner().map_err(io::IntoInnerError::into_error),
+            Writer::Beside { path, replaces, file, unfinished } => {
+                (path, replaces, file, unfinished)
+            }
+            Writer::Straight(file) => {
+                return file.into_inner().map_err(io::IntoInnerError::into_error);
+            }
         };
         let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
         if let Some(replaces) = replaces {
@@ -281,7 +287,10 @@ impl Output {
 
 /// Whether `path` names standard output.
 pub(crate) fn is_standard_output(path: &Path) -> bool {
-    cfg!(unix) && ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].iter().any(|name| path == Path::new(name))
+    cfg!(unix)
+        && ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"]
+            .iter()
+            .any(|name| path == Path::new(name))
 }
 
 /// The standard output or error that `path` names. If a shell redirects the stream to a file, opening it by name would give a
@@ -363,7 +372,8 @@ pub(crate) fn refuse_foreign_files(
         return Ok(());
     }
     let there = fs::read_dir(place(folder)).into_iter().flatten().flatten();
-    let mut names: Vec<_> = there.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    let mut names: Vec<_> =
+        there.filter_map(|entry| entry.file_name().into_string().ok()).collect();
     names.sort_unstable();
     match names.iter().find(|name| is_written(name)) {
         Some(name) => {
@@ -375,7 +385,10 @@ pub(crate) fn refuse_foreign_files(
 }
 
 /// Reads the JSON that an earlier run wrote into the file at `path`, if it exists.
-pub(crate) fn read_record<T: DeserializeOwned>(path: &Path, what: &str) -> Result<Option<T>, Failure> {
+pub(crate) fn read_record<T: DeserializeOwned>(
+    path: &Path,
+    what: &str,
+) -> Result<Option<T>, Failure> {
     let text = match fs::read_to_string(path) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -383,7 +396,10 @@ pub(crate) fn read_record<T: DeserializeOwned>(path: &Path, what: &str) -> Resul
     };
     serde_json::from_str(&text).map(Some).map_err(|error| {
         let cure = "give another folder, or remove the file";
-        Failure::Usage(format!("{}: this is no {what} of this version: {error}; {cure}", path.display()))
+        Failure::Usage(format!(
+            "{}: this is no {what} of this version: {error}; {cure}",
+            path.display()
+        ))
     })
 }
 
@@ -393,7 +409,8 @@ pub(crate) fn study_folder(folder: &Path) -> Result<Option<File>, Failure> {
     // Not every system opens folders, or locks them.
     let Ok(lock) = File::open(folder) else { return Ok(None) };
     if matches!(lock.try_lock(), Err(TryLockError::WouldBlock)) {
-        let what = "another study writes into this folder; wait for its end, or give another folder";
+        let what =
+            "another study writes into this folder; wait for its end, or give another folder";
         return Err(Failure::Usage(format!("{}: {what}", folder.display())));
     }
     Ok(Some(lock))

@@ -42,7 +42,11 @@ pub(crate) trait Program {
     fn save_scene(&mut self, session: &mut Session, file: &SceneFile) -> Result<(), Failure>;
 
     /// Called with the file that was written, or with the reason why an order was not carried out. An error ends the program.
-    fn report(&mut self, session: &mut Session, outcome: Result<&Path, Failure>) -> Result<(), Failure>;
+    fn report(
+        &mut self,
+        session: &mut Session,
+        outcome: Result<&Path, Failure>,
+    ) -> Result<(), Failure>;
 
     /// Called after the session has opened another scene.
     fn opened(&mut self, session: &mut Session) -> Result<(), Failure>;
@@ -120,7 +124,8 @@ fn open(name: &str, session: &mut Session, files: &mut CommandFiles) -> Result<(
             "{name}: the runs of this lesson take some {seconds:.0} s; {cure}"
         )));
     }
-    let (scene, of_runs) = (files.scene(&beside(&lesson.name, &lesson.scene))?, run_lesson(&lesson, 1.0)?);
+    let (scene, of_runs) =
+        (files.scene(&beside(&lesson.name, &lesson.scene))?, run_lesson(&lesson, 1.0)?);
     session.open(scene);
     session.stage.run.note_file(path);
     session.begin_lesson(lesson, of_runs);

@@ -28,12 +28,17 @@ pub(crate) fn part(folder: &Path) -> Result<Option<Part>, Failure> {
 }
 
 /// Reads the earlier part in `folder`, into which `part` will be written. Refuses a part of another study.
-pub(crate) fn earlier(part: &Part, folder: &Path, files: &CommandFiles) -> Result<Option<Part>, Failure> {
+pub(crate) fn earlier(
+    part: &Part,
+    folder: &Path,
+    files: &CommandFiles,
+) -> Result<Option<Part>, Failure> {
     files.refuse_names(folder, is_file, "the part in that folder; give another folder")?;
     let earlier = self::part(folder)?;
     refuse_foreign_files(folder, earlier.is_some(), is_file, "give another folder")?;
     if let Some(earlier) = &earlier {
-        let other = part.differs(earlier).or((part.shard != earlier.shard).then_some("another shard"));
+        let other =
+            part.differs(earlier).or((part.shard != earlier.shard).then_some("another shard"));
         if let Some(other) = other {
             let (path, cure) = (folder.join(PART), "give another folder, or remove it");
             return Err(Failure::Usage(format!(

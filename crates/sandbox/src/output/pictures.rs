@@ -68,7 +68,11 @@ pub(crate) fn headless() -> Result<Gpu, Failure> {
 }
 
 /// Writes a picture with the settings that made it.
-pub(crate) fn write_picture(image: &Image, path: &OutputPath, stage: &Stage) -> Result<(), Failure> {
+pub(crate) fn write_picture(
+    image: &Image,
+    path: &OutputPath,
+    stage: &Stage,
+) -> Result<(), Failure> {
     write(path, &png(image, stage))
 }
 

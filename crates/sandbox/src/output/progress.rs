@@ -29,8 +29,8 @@ impl Progress {
         if !std::io::stderr().is_terminal() {
             return Self(ProgressBar::hidden());
         }
-        let style =
-            ProgressStyle::with_template("{bar:40} {percent} % {msg}, {eta} left").expect("a valid template");
+        let style = ProgressStyle::with_template("{bar:40} {percent} % {msg}, {eta} left")
+            .expect("a valid template");
         let bar = ProgressBar::new(steps(studies, 0.0)).with_style(style);
         bar.enable_steady_tick(Duration::from_millis(500));
         Self(bar)
@@ -85,9 +85,12 @@ impl Loading {
 
     /// Begins with the first stage.
     pub fn begin() -> Self {
-        let style = ProgressStyle::with_template("{bar:40} {msg}, {elapsed}").expect("a valid template");
-        let bar =
-            ProgressBar::with_draw_target(Some(Self::STAGES.len() as u64), ProgressDrawTarget::hidden());
+        let style =
+            ProgressStyle::with_template("{bar:40} {msg}, {elapsed}").expect("a valid template");
+        let bar = ProgressBar::with_draw_target(
+            Some(Self::STAGES.len() as u64),
+            ProgressDrawTarget::hidden(),
+        );
         let bar = bar.with_style(style).with_message(Self::STAGES[0]);
         let (over, waiting) = channel();
         let shown = bar.clone();
@@ -137,7 +140,8 @@ impl Waiting {
         if !std::io::stderr().is_terminal() {
             return Self { over: None, shown: None };
         }
-        let template = format!("{{bar:40}} {{msg}}, {{elapsed}} of some {}", long_duration(seconds.max(2.0)));
+        let template =
+            format!("{{bar:40}} {{msg}}, {{elapsed}} of some {}", long_duration(seconds.max(2.0)));
         let style = ProgressStyle::with_template(&template).expect("a valid template");
         let bar = ProgressBar::with_draw_target(Some(steps(1, 0.0)), ProgressDrawTarget::hidden());
         let bar = bar.with_style(style).with_message(what);
@@ -151,7 +155,9 @@ impl Waiting {
                 // Work that takes longer than estimated does not fill the bar.
                 let part = (bar.elapsed().as_secs_f64() / seconds.max(1e-9)).min(0.99);
                 bar.set_position(steps(0, part));
-                if waiting.recv_timeout(Duration::from_millis(200)) != Err(RecvTimeoutError::Timeout) {
+                if waiting.recv_timeout(Duration::from_millis(200))
+                    != Err(RecvTimeoutError::Timeout)
+                {
                     break;
                 }
             }
@@ -163,7 +169,10 @@ impl Waiting {
 
 /// A bar over the runs of a lesson.
 pub(crate) fn waiting_for_runs(lesson: &Lesson, times: f64) -> Result<Waiting, Failure> {
-    Ok(Waiting::begin("measuring the runs of the lesson", runs_seconds(lesson, times)?.iter().sum()))
+    Ok(Waiting::begin(
+        "measuring the runs of the lesson",
+        runs_seconds(lesson, times)?.iter().sum(),
+    ))
 }
 
 impl Drop for Waiting {
@@ -187,8 +196,8 @@ fn steps(studies: usize, part: f64) -> u64 {
 
 /// A bar over the runs of a sweep.
 pub(crate) fn runs_bar(runs: u64) -> ProgressBar {
-    let style =
-        ProgressStyle::with_template("{bar:40} {pos}/{len} runs, {eta} left").expect("a valid template");
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} runs, {eta} left")
+        .expect("a valid template");
     let bar = ProgressBar::new(runs).with_style(style);
     bar.enable_steady_tick(Duration::from_millis(500));
     bar
@@ -197,8 +206,8 @@ pub(crate) fn runs_bar(runs: u64) -> ProgressBar {
 /// A bar over the ticks of a run.
 pub(crate) fn progress_bar(ticks: Option<u64>) -> ProgressBar {
     let bar = ticks.map_or_else(ProgressBar::new_spinner, ProgressBar::new);
-    let style =
-        ProgressStyle::with_template("{bar:40} {pos}/{len} ticks, {eta} left").expect("a valid template");
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} ticks, {eta} left")
+        .expect("a valid template");
     let bar = bar.with_style(style);
     // A tick may take a minute.
     bar.enable_steady_tick(Duration::from_millis(500));

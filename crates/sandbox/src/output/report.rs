@@ -35,7 +35,12 @@ impl Summary {
 
     /// The summary of `session`, which began with `start`; `adapter` drew the pictures, if any were drawn.
     #[must_use]
-    pub fn of(session: &mut Session, start: Totals, pictures: u64, adapter: Option<String>) -> Self {
+    pub fn of(
+        session: &mut Session,
+        start: Totals,
+        pictures: u64,
+        adapter: Option<String>,
+    ) -> Self {
         let now = totals(&mut session.stage.sim_mut().world);
         let evaluations = session.stage.sim().evaluations();
         // Every law is listed: one that does not act was evaluated 0 times.
@@ -45,7 +50,8 @@ impl Summary {
             .chain(evaluations.laws().iter().copied())
             .map(|(law, count)| (law.to_owned(), json!(count)))
             .collect();
-        let (accelerations, cg_iterations) = (evaluations.accelerations(), evaluations.cg_iterations());
+        let (accelerations, cg_iterations) =
+            (evaluations.accelerations(), evaluations.cg_iterations());
         let (newton_iterations, unconverged_steps) =
             (evaluations.newton_iterations(), evaluations.unconverged_steps());
         let quarantined: Vec<_> = session
@@ -59,7 +65,8 @@ impl Summary {
                 })
             })
             .collect();
-        let forecast: Vec<_> = session.tools.forecast_at_start().iter().map(forecast_json).collect();
+        let forecast: Vec<_> =
+            session.tools.forecast_at_start().iter().map(forecast_json).collect();
         let methods: Map<_, _> = session
             .stage
             .methods()
@@ -106,8 +113,8 @@ impl Summary {
     /// The summary as JSON, the order of the contract kept.
     #[must_use]
     pub fn to_json(&self) -> String {
-        let mut text =
-            serde_json::to_string_pretty(&self.fields).expect("maps of numbers and strings are JSON");
+        let mut text = serde_json::to_string_pretty(&self.fields)
+            .expect("maps of numbers and strings are JSON");
         text.push('\n');
         text
     }
@@ -118,8 +125,10 @@ impl Summary {
         let mut table = String::new();
         for (field, value) in &self.fields {
             let value = match value {
-                Value::String(name) if field == "method" => Method::from_name(name)
-                    .map_or_else(|| name.clone(), |method| format!("{name} ({})", method.claims().title)),
+                Value::String(name) if field == "method" => Method::from_name(name).map_or_else(
+                    || name.clone(),
+                    |method| format!("{name} ({})", method.claims().title),
+                ),
                 Value::String(text) => text.clone(),
                 Value::Null => "none".to_owned(),
                 Value::Array(items) if field == "quarantined" || field == "forecast" => {
@@ -164,7 +173,8 @@ pub(crate) fn forecast_json(row: &ForecastRow) -> Value {
 /// The ledger since it was opened; `without` names the emitters whose particles it omits.
 fn ledger_json(ledger: &Ledger, without: &[&str]) -> Value {
     let sums = ledger.since_opening();
-    let LedgerLines { pushes, laws, damping, limits, anchors, interventions, residual } = &sums.energy;
+    let LedgerLines { pushes, laws, damping, limits, anchors, interventions, residual } =
+        &sums.energy;
     let mut fields = json!({
         "kept_s": number(ledger.seconds()),
         "change_j": number(sums.energy.change()),

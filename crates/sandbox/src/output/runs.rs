@@ -38,7 +38,11 @@ pub(crate) fn record(folder: &Path) -> Result<Option<Record>, Failure> {
 }
 
 /// Writes the record of a sweep into `folder`.
-pub(crate) fn write_record(record: &Record, folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
+pub(crate) fn write_record(
+    record: &Record,
+    folder: &Path,
+    files: &CommandFiles,
+) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(record).expect("a record is plain data") + "\n";
     write(&files.unread(&folder.join(RECORD))?, text.as_bytes())
 }
@@ -83,11 +87,18 @@ impl Journal {
     /// Adds a run.
     pub fn add(&mut self, row: &Row) -> Result<(), Failure> {
         let line = report::sweep::row(&row.values);
-        self.file.write_all(line.as_bytes()).map_err(|error| Failure::file("write", &self.path, &error))
+        self.file
+            .write_all(line.as_bytes())
+            .map_err(|error| Failure::file("write", &self.path, &error))
     }
 
     /// Makes the files of the sweep from the journal.
-    pub fn finish(self, record: &Record, folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
+    pub fn finish(
+        self,
+        record: &Record,
+        folder: &Path,
+        files: &CommandFiles,
+    ) -> Result<(), Failure> {
         write_tables(record, vec![Runs::open(record, self.path.clone())?], folder, files)?;
         fs::remove_file(&self.path).map_err(|error| Failure::file("remove", &self.path, &error))
     }
@@ -166,7 +177,8 @@ pub(crate) fn write_tables(
     let [table_path, parquet_path, figure_path] = &paths;
     let mut table = Output::create(&files.unread(table_path)?).map_err(failed(table_path))?;
     let parquet = Output::create(&files.unread(parquet_path)?).map_err(failed(parquet_path))?;
-    let mut parquet = Parquet::new(parquet, "runs", &record.plan.columns()).map_err(failed(parquet_path))?;
+    let mut parquet =
+        Parquet::new(parquet, "runs", &record.plan.columns()).map_err(failed(parquet_path))?;
     let mut figure = Figure::new(&record.scene, &record.plan);
     table.write_all(report::sweep::header(&record.plan).as_bytes()).map_err(failed(table_path))?;
     let mut heads = Vec::new();
@@ -175,8 +187,11 @@ pub(crate) fn write_tables(
     }
     let mut expected = record.shard.nth(0);
     loop {
-        let first = (0..heads.len()).min_by_key(|at| heads[*at].as_ref().map_or(u64::MAX, |(run, _)| *run));
-        let Some((at, (run, values))) = first.and_then(|at| Some((at, heads[at].take()?))) else { break };
+        let first =
+            (0..heads.len()).min_by_key(|at| heads[*at].as_ref().map_or(u64::MAX, |(run, _)| *run));
+        let Some((at, (run, values))) = first.and_then(|at| Some((at, heads[at].take()?))) else {
+            break;
+        };
         debug_assert_eq!(run, expected, "shards that are all there have every run");
         expected = run + u64::from(record.shard.of());
         table.write_all(report::sweep::row(&values).as_bytes()).map_err(failed(table_path))?;

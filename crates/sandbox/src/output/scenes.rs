@@ -15,8 +15,7 @@ pub(crate) fn save_scene(session: &mut Session, file: &SceneFile) -> Result<(), 
     match there.as_deref() {
         Some(present) if *present == **text => {}
         Some(present) if Some(present) != replaces.as_deref() => {
-            let what =
-                "a file of this name exists, or it was changed since it was opened; save under another name";
+            let what = "a file of this name exists, or it was changed since it was opened; save under another name";
             return Err(Failure::Usage(format!("{}: {what}", path.display())));
         }
         _ => {
@@ -49,7 +48,8 @@ mod tests {
     }
 
     fn change(session: &mut Session, mass_kg: &str) {
-        session.carry_out(Intent::Rewrite(vec![TextEdit::set("bodies[0]", "mass_kg", mass_kg)], None));
+        session
+            .carry_out(Intent::Rewrite(vec![TextEdit::set("bodies[0]", "mass_kg", mass_kg)], None));
         assert!(session.has_unsaved_changes());
     }
 
@@ -95,7 +95,9 @@ mod tests {
         for mass in ["2.0", "3.0", "4.0"] {
             change(&mut session, mass);
             save(&mut session).expect("it is its own file");
-            assert!(fs::read_to_string(&path).expect("a file").contains(&format!("mass_kg: {mass}")));
+            assert!(
+                fs::read_to_string(&path).expect("a file").contains(&format!("mass_kg: {mass}"))
+            );
             assert!(!session.has_unsaved_changes());
         }
         // Also by undoing, and without a change.
@@ -112,7 +114,8 @@ mod tests {
         let mut session = opened(&path);
         let had = fs::read_to_string(&path).expect("a file");
         change(&mut session, "2.0");
-        let (scene, file) = (scene::Scene::clone(&session.stage.sim().scene), session.tools.own_file());
+        let (scene, file) =
+            (scene::Scene::clone(&session.stage.sim().scene), session.tools.own_file());
         session.open(scene::load("tutorial").expect("a scene"));
         session.open_unsaved(scene, file);
         assert!(session.stage.paused() && session.has_unsaved_changes());

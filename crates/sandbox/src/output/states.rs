@@ -67,17 +67,21 @@ impl Quantity {
     }
 
     fn columns(&self, causes: &Causes) -> Vec<String> {
-        let axes = |name: &str, unit: &str| ["x", "y", "z"].map(|axis| format!("{name}_{axis}_{unit}"));
+        let axes =
+            |name: &str, unit: &str| ["x", "y", "z"].map(|axis| format!("{name}_{axis}_{unit}"));
         match self {
             Self::Position => axes("position", "m").to_vec(),
             Self::Velocity => axes("velocity", "m_s").to_vec(),
             Self::Acceleration => axes("acceleration", "m_s2").to_vec(),
             Self::Force => axes("force", "n").to_vec(),
-            Self::Forces => {
-                causes.forces.iter().flat_map(|cause| axes(&format!("force_{cause}"), "n")).collect()
-            }
+            Self::Forces => causes
+                .forces
+                .iter()
+                .flat_map(|cause| axes(&format!("force_{cause}"), "n"))
+                .collect(),
             Self::Energies => {
-                let potential = causes.energies.iter().map(|law| format!("potential_energy_{law}_j"));
+                let potential =
+                    causes.energies.iter().map(|law| format!("potential_energy_{law}_j"));
                 std::iter::once("kinetic_energy_j".to_owned()).chain(potential).collect()
             }
             Self::Momentum => axes("momentum", "kg_m_s").to_vec(),
@@ -98,11 +102,17 @@ impl Causes {
     fn of(stage: &mut Stage) -> Self {
         let mut is_declared = |law: &&str| {
             let effect = Effect::from_name(law);
-            effect.is_some_and(|effect| state(&mut stage.sim_mut().world, effect) != EffectState::NotDeclared)
+            effect.is_some_and(|effect| {
+                state(&mut stage.sim_mut().world, effect) != EffectState::NotDeclared
+            })
         };
         let declared: Vec<_> = LAWS.iter().map(|(law, _)| *law).filter(&mut is_declared).collect();
-        let energies = declared.iter().copied().filter(|law| LAWS_WITH_POTENTIAL.contains(law)).collect();
-        Self { forces: std::iter::once(ForceCause::Push.name()).chain(declared).collect(), energies }
+        let energies =
+            declared.iter().copied().filter(|law| LAWS_WITH_POTENTIAL.contains(law)).collect();
+        Self {
+            forces: std::iter::once(ForceCause::Push.name()).chain(declared).collect(),
+            energies,
+        }
     }
 }
 
@@ -137,7 +147,9 @@ impl Selection {
             let pattern_of = WildMatch::new(pattern);
             if !names.iter().any(|name| pattern_of.matches(&name)) {
                 let cure = "* is any letters of a name, ? is one";
-                return Err(Failure::Usage(format!("--bodies {pattern}: no body has such a name; {cure}")));
+                return Err(Failure::Usage(format!(
+                    "--bodies {pattern}: no body has such a name; {cure}"
+                )));
             }
         }
         Ok(())
@@ -160,9 +172,14 @@ pub(crate) struct States<W: Write + Send> {
 
 impl States<Output> {
     /// Begins the file at `path`: as Parquet if its name ends in `.parquet`, else as CSV.
-    pub fn begin(path: &OutputPath, stage: &mut Stage, selection: &Selection) -> Result<Self, Failure> {
+    pub fn begin(
+        path: &OutputPath,
+        stage: &mut Stage,
+        selection: &Selection,
+    ) -> Result<Self, Failure> {
         let failed = |error: io::Error| Failure::file("write", path.as_ref(), &error);
-        let is_parquet = path.as_ref().extension().is_some_and(|end| end.eq_ignore_ascii_case("parquet"));
+        let is_parquet =
+            path.as_ref().extension().is_some_and(|end| end.eq_ignore_ascii_case("parquet"));
         Self::new(output_file(path)?, stage, selection, is_parquet).map_err(failed)
     }
 
@@ -173,9 +190,15 @@ impl States<Output> {
 }
 
 impl<W: Write + Send> States<W> {
-    fn new(mut to: W, stage: &mut Stage, selection: &Selection, is_parquet: bool) -> io::Result<Self> {
+    fn new(
+        mut to: W,
+        stage: &mut Stage,
+        selection: &Selection,
+        is_parquet: bool,
+    ) -> io::Result<Self> {
         let causes = Causes::of(stage);
-        let mut columns = vec![Column::new("tick", Kind::Count), Column::new("time_s", Kind::Number)];
+        let mut columns =
+            vec![Column::new("tick", Kind::Count), Column::new("time_s", Kind::Number)];
         columns.push(Column::new("body", Kind::Text));
         let names = selection.quantities.iter().flat_map(|quantity| quantity.columns(&causes));
         columns.extend(names.map(|name| Column::new(name, Kind::Number)));
@@ -191,8 +214,9 @@ impl<W: Write + Send> States<W> {
 
     /// Adds a row for every body with physics that is wanted, immovable ones too, in stable-id order.
     pub fn add(&mut self, stage: &Stage) -> io::Result<()> {
-        let is_wanted =
-            |name: &str| self.bodies.is_empty() || self.bodies.iter().any(|pattern| pattern.matches(name));
+        let is_wanted = |name: &str| {
+            self.bodies.is_empty() || self.bodies.iter().any(|pattern| pattern.matches(name))
+        };
         let bodies: Vec<_> = stage
             .things()
             .filter_map(|thing| {
@@ -204,11 +228,15 @@ impl<W: Write + Send> States<W> {
             .collect();
         let entities: Vec<_> = bodies.iter().map(|(thing, ..)| *thing).collect();
         let caused = Caused::of(stage, &entities, &self.quantities);
-        let others: Vec<_> = self.quantities.iter().map(|quantity| other(stage, quantity)).collect();
+        let others: Vec<_> =
+            self.quantities.iter().map(|quantity| other(stage, quantity)).collect();
         for (at, (thing, name, position, body)) in bodies.into_iter().enumerate() {
             let moves = moves(stage, thing, &body);
-            let mut row =
-                vec![Value::Count(stage.sim().ticks()), Value::Number(stage.simulated()), Value::Text(name)];
+            let mut row = vec![
+                Value::Count(stage.sim().ticks()),
+                Value::Number(stage.simulated()),
+                Value::Text(name),
+            ];
             for (quantity, other) in self.quantities.iter().zip(&others) {
                 let vector = |v: DVec3| v.to_array().map(Value::Number).to_vec();
                 let of_forces = |v: DVec3| if moves { vector(v) } else { vec![Value::Absent; 3] };
@@ -222,14 +250,19 @@ impl<W: Write + Send> States<W> {
                         causes.flat_map(|cause| of_forces(caused.force_by(at, cause))).collect()
                     }
                     Quantity::Energies => {
-                        let potential = self.causes.energies.iter().map(|law| caused.energy_by(at, law));
+                        let potential =
+                            self.causes.energies.iter().map(|law| caused.energy_by(at, law));
                         let energies = std::iter::once(body.kinetic_energy()).chain(potential);
                         energies.map(Value::Number).collect()
                     }
                     Quantity::Momentum => vector(body.momentum()),
                     Quantity::AngularMomentum => vector(position.cross(body.momentum())),
                     Quantity::Distance(_) => {
-                        vec![other.map_or(Value::Absent, |other| Value::Number(position.distance(other)))]
+                        vec![
+                            other.map_or(Value::Absent, |other| {
+                                Value::Number(position.distance(other))
+                            }),
+                        ]
                     }
                 });
             }
@@ -287,13 +320,20 @@ struct Caused {
 
 impl Caused {
     fn of(stage: &Stage, bodies: &[Entity], quantities: &[Quantity]) -> Self {
-        let mut caused =
-            Self { forces: vec![Vec::new(); bodies.len()], energies: vec![Vec::new(); bodies.len()] };
+        let mut caused = Self {
+            forces: vec![Vec::new(); bodies.len()],
+            energies: vec![Vec::new(); bodies.len()],
+        };
         let asks = |of: &[Quantity]| quantities.iter().any(|quantity| of.contains(quantity));
         if asks(&[Quantity::Acceleration, Quantity::Force, Quantity::Forces]) {
-            motion::each_force(&stage.sim().world, &stage.pushes(), bodies, |at, cause, newtons| {
-                caused.forces[at].push((cause.name(), newtons));
-            });
+            motion::each_force(
+                &stage.sim().world,
+                &stage.pushes(),
+                bodies,
+                |at, cause, newtons| {
+                    caused.forces[at].push((cause.name(), newtons));
+                },
+            );
         }
         if asks(&[Quantity::Energies]) {
             each_potential_energy(&stage.sim().world, bodies, |at, law, joules| {
@@ -313,6 +353,9 @@ impl Caused {
     }
 
     fn energy_by(&self, at: usize, law: &str) -> f64 {
-        self.energies[at].iter().filter(|(by, _)| *by == law).fold(0.0, |sum, (_, joules)| sum + joules)
+        self.energies[at]
+            .iter()
+            .filter(|(by, _)| *by == law)
+            .fold(0.0, |sum, (_, joules)| sum + joules)
     }
 }

@@ -96,7 +96,9 @@ pub(crate) fn summary(
     };
     let Some(states) = states else { return Ok(Value::Null) };
     let mut all = Vec::new();
-    for ((index, swarm), (_, emitter, spec)) in swarms.iter().enumerate().zip(stage.sim().scene.swarms()) {
+    for ((index, swarm), (_, emitter, spec)) in
+        swarms.iter().enumerate().zip(stage.sim().scene.swarms())
+    {
         let State { living, failed, hash } = State::of(swarm, &states.read(gpu, index)?);
         let particles = swarm.launches.len() as u64;
         all.push(json!({

@@ -61,7 +61,8 @@ impl Stage {
         let scene = self.sim.method();
         let mut bodies = query::<(EntityRef, &PhysicsBody), Without<Quarantined>>(&self.sim.world);
         let mut counts = BTreeMap::new();
-        for (entity, _) in bodies.iter(&self.sim.world).filter(|(_, body)| body.inverse_mass > 0.0) {
+        for (entity, _) in bodies.iter(&self.sim.world).filter(|(_, body)| body.inverse_mass > 0.0)
+        {
             *counts.entry(motion::own_method(entity).unwrap_or(scene)).or_default() += 1;
         }
         counts.into_iter().collect()
@@ -81,7 +82,8 @@ impl Stage {
     /// Name of a thing of the scene, or of a soft body.
     #[must_use]
     pub fn name(&self, thing: Entity) -> String {
-        let name = self.sim.id(thing).and_then(|id| self.sim.scene.names.get(id)).map(Cow::into_owned);
+        let name =
+            self.sim.id(thing).and_then(|id| self.sim.scene.names.get(id)).map(Cow::into_owned);
         name.or_else(|| soft_name(&self.sim, thing)).unwrap_or_else(|| format!("{thing}"))
     }
 

@@ -117,7 +117,8 @@ impl Stage {
     fn refuses_mutual_gravity(&mut self) -> bool {
         let sim = &mut self.sim;
         // Includes bodies that nothing moves now; particles are not attracted.
-        let mut bodies = sim.world.query_filtered::<EntityRef, (With<OwnMethod>, Without<Particle>)>();
+        let mut bodies =
+            sim.world.query_filtered::<EntityRef, (With<OwnMethod>, Without<Particle>)>();
         let own = bodies.iter(&sim.world).filter_map(motion::own_method);
         let methods: Vec<_> = own.chain([sim.method()]).collect();
         self.refuses(methods, true)
@@ -127,7 +128,12 @@ impl Stage {
     ///
     /// # Errors
     /// An effect that the scene never declared.
-    pub fn switch_effect(&mut self, effect: Effect, on: bool, by: SwitchedBy) -> Result<(), NeverDeclared> {
+    pub fn switch_effect(
+        &mut self,
+        effect: Effect,
+        on: bool,
+        by: SwitchedBy,
+    ) -> Result<(), NeverDeclared> {
         self.refuse_undeclared(effect)?;
         if effect == Effect::MutualGravity && on && self.refuses_mutual_gravity() {
             // It is there and stays off: the person was told why.
@@ -177,9 +183,13 @@ impl Stage {
                 if self.refuse_undeclared(effect).is_err() {
                     return;
                 }
-            } else if motion::effects::state(&mut self.sim.world, effect) == EffectState::NotDeclared {
-                self.notices
-                    .say(Topic::Other, format!("{effect} is declared by the settings now, not by the scene"));
+            } else if motion::effects::state(&mut self.sim.world, effect)
+                == EffectState::NotDeclared
+            {
+                self.notices.say(
+                    Topic::Other,
+                    format!("{effect} is declared by the settings now, not by the scene"),
+                );
             }
             self.note_switched(effect, by);
         }

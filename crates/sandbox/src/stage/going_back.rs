@@ -160,7 +160,9 @@ impl Stage {
 
     /// Continues a seek for as long as `look` lets it; whether it has not ended.
     pub(crate) fn continue_seek(&mut self, look: Look<'_>) -> bool {
-        let Some(mut way) = self.past.as_mut().and_then(|past| past.way.take()) else { return false };
+        let Some(mut way) = self.past.as_mut().and_then(|past| past.way.take()) else {
+            return false;
+        };
         while let Some(past) = &mut self.past {
             if !past.timeline.seek_tick(&mut way.seek) {
                 let Way { seek, tells } = *way;
@@ -205,9 +207,12 @@ impl Stage {
         self.paused = true;
         match self.within().map(|within| (*within.range.start(), within.at)) {
             Some((first, now)) if first >= now => {
-                self.notices.say(Topic::Place, "nothing is kept of the time before this tick".to_owned());
+                self.notices
+                    .say(Topic::Place, "nothing is kept of the time before this tick".to_owned());
             }
-            within => self.begin_seek(within.map_or(self.sim.ticks(), |(_, now)| now).saturating_sub(1)),
+            within => {
+                self.begin_seek(within.map_or(self.sim.ticks(), |(_, now)| now).saturating_sub(1))
+            }
         }
     }
 
@@ -224,7 +229,8 @@ impl Stage {
         }
         self.here.selection = selection.and_then(|thing| thing.entity(&self.sim));
         if let Some(left) = self.run.ticks_left {
-            self.run.ticks_left = Some(left.saturating_add(before).saturating_sub(self.sim.ticks()));
+            self.run.ticks_left =
+                Some(left.saturating_add(before).saturating_sub(self.sim.ticks()));
         }
         self.keep_pace_with_step();
     }

@@ -17,21 +17,25 @@ impl Stage {
         let records = self.sim.world.resource::<Quarantine>().records()[seen..].to_vec();
         self.here.records_seen += records.len();
         let times = self.times();
-        for (number, QuarantineRecord { body, id, other_end, tick, cause }) in (seen..).zip(records) {
+        for (number, QuarantineRecord { body, id, other_end, tick, cause }) in (seen..).zip(records)
+        {
             // A body may have been removed since.
             let name = |id: Option<StableId>, body: Entity| {
                 let name = id.and_then(|id| self.sim.scene.names.get(id.0)).map(Cow::into_owned);
                 name.unwrap_or_else(|| self.name(body))
             };
-            let (body, what, Cause { system, component, fault }) = (name(id, body), cause.what(), cause);
+            let (body, what, Cause { system, component, fault }) =
+                (name(id, body), cause.what(), cause);
             let fault = match fault {
                 Fault::Law(law) => format!("law {law}"),
                 Fault::Spring(other) => format!("spring to {}", name(other_end, other)),
                 fault => fault.name().to_owned(),
             };
             if number < TOLD {
-                self.notices
-                    .say(Topic::Other, format!("{body} was quarantined at {}: {what}", times.words(tick)));
+                self.notices.say(
+                    Topic::Other,
+                    format!("{body} was quarantined at {}: {what}", times.words(tick)),
+                );
             }
             // A run that continues from the past may repeat what came after.
             if self.run.quarantined.len() == self.run.quarantined_before + number {

@@ -64,14 +64,17 @@ impl Stage {
 
     /// Whether the coming tick is one that was recorded and is repeated.
     pub(crate) fn repeats(&self) -> bool {
-        self.past.as_ref().is_some_and(|past| past.repeats && self.sim.ticks() < *past.timeline.range().end())
+        self.past
+            .as_ref()
+            .is_some_and(|past| past.repeats && self.sim.ticks() < *past.timeline.range().end())
     }
 
     /// Gives up a seek, for what was done here made it worthless.
     pub(crate) fn give_up_seek(&mut self) {
         if let Some(way) = self.past.as_mut().and_then(|past| past.way.take()) {
             let to = self.times().words(way.seek.to());
-            self.notices.say(Topic::Place, format!("the seek to {to} was canceled: the run was changed"));
+            self.notices
+                .say(Topic::Place, format!("the seek to {to} was canceled: the run was changed"));
         }
     }
 

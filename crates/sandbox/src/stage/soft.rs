@@ -32,8 +32,10 @@ pub(crate) fn pushes_on(world: &World, thing: Entity, newtons: DVec3) -> Vec<Pus
         return vec![Push { body: thing, newtons }];
     };
     let mass = mass(world, body);
-    let share =
-        |(body, point): (Entity, &PhysicsBody)| Push { body, newtons: newtons * (point.mass() / mass) };
+    let share = |(body, point): (Entity, &PhysicsBody)| Push {
+        body,
+        newtons: newtons * (point.mass() / mass),
+    };
     movable_points(world, body).map(share).collect()
 }
 
@@ -53,7 +55,8 @@ impl SoftSum {
             body.points.iter().filter(|point| world.get_entity(**point).is_ok_and(with)).count()
         };
         let energies = body.springs.iter().filter_map(|spring| {
-            let [a, b] = spring.ends.map(|end| body.points.get(end as usize).copied().and_then(place));
+            let [a, b] =
+                spring.ends.map(|end| body.points.get(end as usize).copied().and_then(place));
             Some(spring.elastic.energy(a?.distance(b?)))
         });
         Some(Self {
@@ -61,7 +64,9 @@ impl SoftSum {
             displacement,
             body: together(world, body),
             points: count(&|_| true),
-            pinned: count(&|point| point.get::<PhysicsBody>().is_some_and(|state| state.inverse_mass <= 0.0)),
+            pinned: count(&|point| {
+                point.get::<PhysicsBody>().is_some_and(|state| state.inverse_mass <= 0.0)
+            }),
             quarantined: count(&|point| point.contains::<Quarantined>()),
             springs: body.springs.len(),
             kinetic_energy: kinetic_energy(world, body),
@@ -102,7 +107,11 @@ pub(crate) fn mass(world: &World, body: &SoftBody) -> f64 {
 pub(crate) fn together(world: &World, body: &SoftBody) -> PhysicsBody {
     let mass = mass(world, body);
     let momentum: DVec3 = movable_points(world, body).map(|(_, point)| point.momentum()).sum();
-    if mass > 0.0 { PhysicsBody::with_mass(mass).moving_at(momentum / mass) } else { PhysicsBody::IMMOVABLE }
+    if mass > 0.0 {
+        PhysicsBody::with_mass(mass).moving_at(momentum / mass)
+    } else {
+        PhysicsBody::IMMOVABLE
+    }
 }
 
 /// The sum over the movable points, J.

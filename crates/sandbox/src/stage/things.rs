@@ -4,7 +4,8 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use history::Simulation;
 use motion::{
-    Dormant, Method, PhysicsBody, PreviousPosition, Push, Quarantined, SoftBody, Transform, each_force,
+    Dormant, Method, PhysicsBody, PreviousPosition, Push, Quarantined, SoftBody, Transform,
+    each_force,
 };
 use scene::FileIndex;
 
@@ -36,7 +37,8 @@ impl Thing {
             Self::Body(id) => simulation.body(id),
             Self::Soft(index) => {
                 let world = &simulation.world;
-                let mut softs = world.try_query_filtered::<(Entity, &FileIndex), With<SoftBody>>()?;
+                let mut softs =
+                    world.try_query_filtered::<(Entity, &FileIndex), With<SoftBody>>()?;
                 softs.iter(world).find(|(_, other)| **other == index).map(|(soft, _)| soft)
             }
         }
@@ -122,7 +124,8 @@ impl Stage {
     /// Selects the next movable thing of the scene, or the one before; after the last one comes the first.
     pub(crate) fn select_neighbor(&mut self, step: isize) {
         let points = points_of_soft_bodies(&self.sim.world);
-        let softs: Vec<_> = query::<Entity, With<SoftBody>>(&self.sim.world).iter(&self.sim.world).collect();
+        let softs: Vec<_> =
+            query::<Entity, With<SoftBody>>(&self.sim.world).iter(&self.sim.world).collect();
         let awake = |thing: &Entity| self.sim.world.get::<Dormant>(*thing).is_none();
         let bodies = self.things().filter(|thing| !points.contains(*thing)).chain(softs);
         let movable: Vec<_> =
@@ -138,7 +141,8 @@ impl Stage {
 pub(crate) fn is_movable(world: &World, thing: Entity) -> bool {
     let moves = |body: Entity| {
         let state = world.get::<PhysicsBody>(body);
-        state.is_some_and(|state| state.inverse_mass > 0.0) || world.get::<Quarantined>(body).is_some()
+        state.is_some_and(|state| state.inverse_mass > 0.0)
+            || world.get::<Quarantined>(body).is_some()
     };
     match world.get::<SoftBody>(thing) {
         Some(soft) => soft.points.iter().any(|point| moves(*point)),

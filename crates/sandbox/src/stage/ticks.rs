@@ -19,7 +19,11 @@ pub(crate) type Look<'a> = &'a mut dyn FnMut(&Stage, Simulated) -> ControlFlow<(
 impl Stage {
     /// Begins the ticks of a frame; how many there are, and how long each is where the scene has one per frame. `None` while
     /// another tick is sought.
-    pub(crate) fn begin_ticks(&mut self, time: FrameTime, look: Look<'_>) -> Option<(u64, Option<f64>)> {
+    pub(crate) fn begin_ticks(
+        &mut self,
+        time: FrameTime,
+        look: Look<'_>,
+    ) -> Option<(u64, Option<f64>)> {
         self.run.dropped_lately = 0.0;
         if self.continue_seek(look) {
             self.clock.pause(time);
@@ -54,7 +58,8 @@ impl Stage {
         self.note_pushes();
         self.notices.retract(Topic::Place);
         let now = self.sim.world.resource::<TimeStep>().0;
-        if let Some(length) = step.filter(|length| *length > 0.0 && length.to_bits() != now.to_bits())
+        if let Some(length) =
+            step.filter(|length| *length > 0.0 && length.to_bits() != now.to_bits())
             && !self.repeats()
         {
             // The frame's length is no change by a person: it goes through faults that were passed.

@@ -99,7 +99,8 @@ impl Times {
     fn around(&self, before: impl Fn(&(u64, f64)) -> bool) -> (u64, f64, f64) {
         let next = self.known.partition_point(before).max(1);
         let (tick, seconds) = self.known[next - 1];
-        let step = self.known.get(next).map(|(then, later)| (later - seconds) / (then - tick) as f64);
+        let step =
+            self.known.get(next).map(|(then, later)| (later - seconds) / (then - tick) as f64);
         (tick, seconds, step.unwrap_or(self.step))
     }
 

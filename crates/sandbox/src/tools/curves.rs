@@ -22,9 +22,16 @@ pub(crate) struct Curve {
 
 /// Lays out a plot, and the names if it has a legend. The pointer reads values; it does not drag or zoom, because the
 /// plot scrolls by itself.
-pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, legend: Option<Legend>, curves: &[Curve]) {
+pub(crate) fn show(
+    ui: &mut Ui,
+    id: &'static str,
+    height: f32,
+    legend: Option<Legend>,
+    curves: &[Curve],
+) {
     let can_be_drawn = |point: &[f64; 2]| point.iter().all(|value| value.abs() <= LARGEST_DRAWN);
-    let drawn = |curve: &Curve| curve.points.iter().copied().filter(can_be_drawn).collect::<Vec<_>>();
+    let drawn =
+        |curve: &Curve| curve.points.iter().copied().filter(can_be_drawn).collect::<Vec<_>>();
     let curves: Vec<_> = curves.iter().map(|curve| (curve, drawn(curve))).collect();
     // egui_plot fades numbers that are close to each other until they cannot be read.
     let plot = Plot::new(id)
@@ -59,8 +66,9 @@ pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, legend: Option<Le
 /// Two ends a little beyond all values, if these are nearly equal: the margin of a plot around a single large number
 /// is lost to rounding.
 fn apart(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
-    let (low, high) = values
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
     let margin = 1e-6 * low.abs().max(high.abs());
     (high - low < margin).then_some([low - margin, high + margin])
 }
@@ -68,8 +76,10 @@ fn apart(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
 /// Round times between two bounds, in the unit in which the later one is read.
 fn time_marks((low, high): (f64, f64)) -> Vec<GridMark> {
     let (_, seconds) = time_unit(high);
-    let scaled =
-        |mark: GridMark| GridMark { value: mark.value * seconds, step_size: mark.step_size * seconds };
+    let scaled = |mark: GridMark| GridMark {
+        value: mark.value * seconds,
+        step_size: mark.step_size * seconds,
+    };
     marks((low / seconds, high / seconds)).into_iter().map(scaled).collect()
 }
 
@@ -88,7 +98,8 @@ fn marks((low, high): (f64, f64)) -> Vec<GridMark> {
         return Vec::new();
     }
     let ten = 10.0_f64.powf(least.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * ten).into_iter().find(|step| *step >= least);
+    let step =
+        [1.0, 2.0, 5.0, 10.0].map(|factor| factor * ten).into_iter().find(|step| *step >= least);
     let step_size = step.unwrap_or(10.0 * ten);
     let first = (low / step_size).ceil() * step_size;
     let mark = |number: u8| GridMark { value: first + f64::from(number) * step_size, step_size };
@@ -101,7 +112,8 @@ mod tests {
 
     #[test]
     fn marks_are_round_and_few() {
-        let values = |low, high| marks((low, high)).into_iter().map(|mark| mark.value).collect::<Vec<_>>();
+        let values =
+            |low, high| marks((low, high)).into_iter().map(|mark| mark.value).collect::<Vec<_>>();
         assert_eq!(values(-2.0, 48.0), [0.0, 20.0, 40.0]);
         assert_eq!(values(-11.0, 0.5), [-10.0, -5.0, 0.0]);
         assert!(values(3.0, 3.0).is_empty());

@@ -92,7 +92,9 @@ impl Editor {
             Some(document) => document.file.as_ref().map(|(path, _)| path.as_path()),
             None => file_of(scene),
         };
-        let own = || file.map_or_else(|| format!("{}.ron", scene.name), |path| path.display().to_string());
+        let own = || {
+            file.map_or_else(|| format!("{}.ron", scene.name), |path| path.display().to_string())
+        };
         self.file.clone().unwrap_or_else(own)
     }
 
@@ -113,7 +115,8 @@ impl Editor {
             return None;
         };
         let inverse = |name: &str| {
-            let body = stage.sim().named(name).and_then(|body| stage.sim().world.get::<PhysicsBody>(body));
+            let body =
+                stage.sim().named(name).and_then(|body| stage.sim().world.get::<PhysicsBody>(body));
             body.map_or(0.0, |body| body.inverse_mass)
         };
         let inverse = inverse(from) + inverse(to);
@@ -125,10 +128,13 @@ impl Editor {
     fn file_row(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let scene = &desk.stage.sim().scene;
         let unsaved = self.is_unsaved(scene);
-        let [can_undo, can_redo] =
-            self.document.as_ref().map_or([false; 2], |document| [document.can_undo(), document.can_redo()]);
+        let [can_undo, can_redo] = self
+            .document
+            .as_ref()
+            .map_or([false; 2], |document| [document.can_undo(), document.can_redo()]);
         ui.horizontal_wrapped(|ui| {
-            for (words, act, can) in [("Undo", Act::Undo, can_undo), ("Redo", Act::Redo, can_redo)] {
+            for (words, act, can) in [("Undo", Act::Undo, can_undo), ("Redo", Act::Redo, can_redo)]
+            {
                 let key = act.key().to_string();
                 if ui.add_enabled(can, egui::Button::new(words)).on_hover_text(key).clicked() {
                     desk.intents.push(Intent::Act(act));
@@ -136,7 +142,8 @@ impl Editor {
             }
             let mut file = self.file(scene);
             let field = ui.add(TextEdit::singleline(&mut file).desired_width(150.0));
-            if field.on_hover_text("file, in the working directory unless it has folders").changed() {
+            if field.on_hover_text("file, in the working directory unless it has folders").changed()
+            {
                 self.file = Some(file.clone());
             }
             if ui.button("Save scene").on_hover_text("Ctrl+Shift+S").clicked() {
@@ -168,15 +175,19 @@ impl Editor {
             let mut joins = self.joins.is_some();
             let spring = ui.toggle_value(&mut joins, "Spring");
             if spring
-                .on_hover_text("between two bodies, or points of soft bodies, that are clicked next")
+                .on_hover_text(
+                    "between two bodies, or points of soft bodies, that are clicked next",
+                )
                 .changed()
             {
                 self.joins = joins.then(Vec::new);
             }
             let text = "(position_m: (0.0, 0.0, 0.0), strength_m3_s2: 100.0, softening_m: 1.0)";
             if ui.button("Well").on_hover_text("attracts every body, as 1/r²").clicked() {
-                desk.intents
-                    .push(Intent::Rewrite(vec![Change::add("wells", text)], selected_path(desk.stage)));
+                desk.intents.push(Intent::Rewrite(
+                    vec![Change::add("wells", text)],
+                    selected_path(desk.stage),
+                ));
             }
         });
         if let Some(ends) = &self.joins {
@@ -224,18 +235,24 @@ impl Editor {
                 desk.intents.push(Intent::Act(Act::Delete));
             }
             let separate = "makes single bodies of it, each with its own values; at most 1000";
-            if entry.may_be_taken_apart() && ui.button("Take apart").on_hover_text(separate).clicked() {
+            if entry.may_be_taken_apart()
+                && ui.button("Take apart").on_hover_text(separate).clicked()
+            {
                 let apart = scene.apart(&path);
                 match apart.is_empty() {
                     true => self.error = Some(format!("{path} has more than 1000 bodies")),
                     false => desk.intents.push(Intent::Rewrite(apart, None)),
                 }
             }
-            if entry.list == "bodies" && ui.button("Add thrust").on_hover_text("a force over time").clicked()
+            if entry.list == "bodies"
+                && ui.button("Add thrust").on_hover_text("a force over time").clicked()
             {
                 let body = scene.names.get(entry.bodies.start).unwrap_or_default();
                 let thrust = format!("(body: {body:?}, curve: polynomial([(10.0, 0.0, 0.0)]))");
-                desk.intents.push(Intent::Rewrite(vec![Change::add("thrusts", thrust)], Some(path.clone())));
+                desk.intents.push(Intent::Rewrite(
+                    vec![Change::add("thrusts", thrust)],
+                    Some(path.clone()),
+                ));
             }
         });
         let mut changes = Vec::new();
@@ -260,14 +277,30 @@ impl Editor {
             CollapsingHeader::new(form::label(key).0).id_salt(("group", key)).show(ui, |ui| {
                 ui.horizontal(|ui| {
                     if ui.button("Remove").clicked() {
-                        changes.push(Change::Set { group: String::new(), key: key.to_owned(), value: None });
+                        changes.push(Change::Set {
+                            group: String::new(),
+                            key: key.to_owned(),
+                            value: None,
+                        });
                     }
                     if key == "camera" && ui.button("Use the present view").clicked() {
                         let camera = &desk.view.camera;
                         changes.extend([
-                            Change::set("camera", "position_m", triple(parts::five_digits(camera.position))),
-                            Change::set("camera", "pitch_deg", format!("{:?}", nearest(camera.pitch, 0.01))),
-                            Change::set("camera", "yaw_deg", format!("{:?}", nearest(camera.yaw, 0.01))),
+                            Change::set(
+                                "camera",
+                                "position_m",
+                                triple(parts::five_digits(camera.position)),
+                            ),
+                            Change::set(
+                                "camera",
+                                "pitch_deg",
+                                format!("{:?}", nearest(camera.pitch, 0.01)),
+                            ),
+                            Change::set(
+                                "camera",
+                                "yaw_deg",
+                                format!("{:?}", nearest(camera.yaw, 0.01)),
+                            ),
                         ]);
                     }
                 });
@@ -327,7 +360,13 @@ impl Tool for Editor {
         !open
     }
 
-    fn take(&mut self, intent: &Intent, stage: &mut Stage, view: &View, open: bool) -> Option<Vec<Intent>> {
+    fn take(
+        &mut self,
+        intent: &Intent,
+        stage: &mut Stage,
+        view: &View,
+        open: bool,
+    ) -> Option<Vec<Intent>> {
         Some(match intent {
             Intent::Rewrite(changes, select) => self.rewrite(stage, changes, select.as_deref()),
             Intent::Delete(entry, alone) => self.delete(stage, entry, *alone),
@@ -456,12 +495,17 @@ fn place(stage: &Stage, view: &mut View) -> Place {
     let size = round(SIZE * distance);
     let at = ray.at(distance) + if hit.is_some() { DVec3::Y * size } else { DVec3::ZERO };
     let step = 0.1 * size;
-    Place { at: at.to_array().map(|part| nearest(part, step)).into(), size, substep: substep(stage) }
+    Place {
+        at: at.to_array().map(|part| nearest(part, step)).into(),
+        size,
+        substep: substep(stage),
+    }
 }
 
 /// Rounds to 1, 2 or 5 times a power of ten.
 fn round(number: f64) -> f64 {
     let power = 10.0_f64.powf(number.log10().floor());
-    let mantissa = [1.0, 2.0, 5.0, 10.0].into_iter().find(|mantissa| number < mantissa * 1.4 * power);
+    let mantissa =
+        [1.0, 2.0, 5.0, 10.0].into_iter().find(|mantissa| number < mantissa * 1.4 * power);
     report::numbers::rounded(mantissa.unwrap_or(10.0) * power, 2)
 }

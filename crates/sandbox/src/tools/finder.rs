@@ -26,8 +26,9 @@ impl Tool for Finder {
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let field = TextEdit::singleline(&mut self.query);
-        let field =
-            ui.add(field.hint_text("part of a name, or the path of a file").desired_width(f32::INFINITY));
+        let field = ui.add(
+            field.hint_text("part of a name, or the path of a file").desired_width(f32::INFINITY),
+        );
         // Getting the focus takes a frame, and Enter drops it. A request while the field has it would cause another frame.
         if !field.has_focus() {
             field.request_focus();
@@ -35,7 +36,8 @@ impl Tool for Finder {
         let enter = ui.input(|input| input.key_pressed(Key::Enter));
         let is_path = self.query.contains(['.', '/', '\\']);
         let query = self.query.to_lowercase();
-        let (files, scenes) = (your_files(&desk.stage.run.files, query.trim()), scene::find(&self.query));
+        let (files, scenes) =
+            (your_files(&desk.stage.run.files, query.trim()), scene::find(&self.query));
         if files.is_empty() && scenes.is_empty() && !is_path {
             ui.weak("no scene has this in its name");
         }
@@ -71,11 +73,13 @@ pub(crate) fn list_files(ui: &mut Ui, paths: &[String], marked: Option<usize>) -
         ui.add_space(6.0);
         ui.label(RichText::new("Your files").strong());
     }
-    let name_of = |path: &str| Path::new(path).file_name().and_then(|name| name.to_str().map(str::to_owned));
+    let name_of =
+        |path: &str| Path::new(path).file_name().and_then(|name| name.to_str().map(str::to_owned));
     paths.iter().enumerate().fold(None, |clicked, (row, path)| {
         let name = name_of(path).unwrap_or_else(|| path.clone());
         // Files of the same name show their folders.
-        let several = paths.iter().filter(|other| name_of(other).as_ref() == Some(&name)).count() > 1;
+        let several =
+            paths.iter().filter(|other| name_of(other).as_ref() == Some(&name)).count() > 1;
         let folder = Path::new(path).parent().and_then(|folder| name_of(&folder.to_string_lossy()));
         let name = match folder.filter(|_| several) {
             Some(folder) => format!("{folder}/{name}"),

@@ -43,7 +43,9 @@ impl Tool for Ghosts {
             return true;
         }
         if stage.sim().bodies.len() > MOST_BODIES {
-            stage.notices.say(Topic::Other, format!("more than {MOST_BODIES} bodies: too many for ghosts"));
+            stage
+                .notices
+                .say(Topic::Other, format!("more than {MOST_BODIES} bodies: too many for ghosts"));
             return false;
         }
         self.begin(stage.sim_mut(), BTreeSet::new());
@@ -51,7 +53,13 @@ impl Tool for Ghosts {
     }
 
     /// Gives the solid bodies the next method.
-    fn take(&mut self, intent: &Intent, stage: &mut Stage, _: &View, _: bool) -> Option<Vec<Intent>> {
+    fn take(
+        &mut self,
+        intent: &Intent,
+        stage: &mut Stage,
+        _: &View,
+        _: bool,
+    ) -> Option<Vec<Intent>> {
         let Intent::Act(Act::NextSolid) = intent else { return None };
         if self.twins.is_some() {
             return Some(vec![Intent::Act(Act::NextMethod)]);
@@ -103,7 +111,14 @@ impl Tool for Ghosts {
         }
     }
 
-    fn write(&self, stage: &Stage, view: &View, painter: &Painter, panel: Option<Rect>, taken: Vec<Rect>) {
+    fn write(
+        &self,
+        stage: &Stage,
+        view: &View,
+        painter: &Painter,
+        panel: Option<Rect>,
+        taken: Vec<Rect>,
+    ) {
         panel::show_labels(painter, &self.labels(stage, view), taken, panel);
     }
 }

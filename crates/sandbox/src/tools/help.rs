@@ -26,9 +26,11 @@ impl Tool for Help {
         let most = ui.ctx().content_rect().size() - MARGINS;
         ui.set_max_size(most);
         ui.horizontal(|ui| {
-            for (words, act) in
-                [("Larger", Act::Larger), ("Smaller", Act::Smaller), ("Light or dark", Act::ToggleTheme)]
-            {
+            for (words, act) in [
+                ("Larger", Act::Larger),
+                ("Smaller", Act::Smaller),
+                ("Light or dark", Act::ToggleTheme),
+            ] {
                 if ui.button(words).clicked() {
                     desk.intents.push(Intent::Act(act));
                 }

@@ -25,7 +25,8 @@ impl Tool for Learn {
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         ui.set_width(desk.width(panel::WIDTH));
-        let pointed_at = self.points_at().filter(|_| self.is_at_home(desk.stage)).map(str::to_owned);
+        let pointed_at =
+            self.points_at().filter(|_| self.is_at_home(desk.stage)).map(str::to_owned);
         ui.ctx().data_mut(|data| data.insert_temp(points_at(), pointed_at));
         panel::show(ui, self, desk);
     }
@@ -57,7 +58,11 @@ impl Tool for Learn {
             .filter(|_| self.shown && self.is_at_home(stage))
             .and_then(|name| stage.sim().named(name));
         if let Some((_, label)) = body.and_then(|body| view.label(stage, body, "", around)) {
-            marks::ring(painter, &label, &[(5.0, Color32::from_black_alpha(140)), (2.5, marks::POINTER)]);
+            marks::ring(
+                painter,
+                &label,
+                &[(5.0, Color32::from_black_alpha(140)), (2.5, marks::POINTER)],
+            );
         }
     }
 }

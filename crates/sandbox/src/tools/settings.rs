@@ -50,7 +50,9 @@ impl Tool for Settings {
         method::of_scene(ui, method, intents);
         ui.separator();
         match &selected {
-            Some(selected) => body(ui, (stage.sim().id(selected.entity), selected), method, intents),
+            Some(selected) => {
+                body(ui, (stage.sim().id(selected.entity), selected), method, intents)
+            }
             None => {
                 ui.weak("select a body to edit its mass, velocity and method");
             }
@@ -92,11 +94,14 @@ fn damping(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     let declared = declared.unwrap_or(Damping { model: DampingModel::default(), rate: 0.0 });
     let mut changed = declared;
     ui.horizontal(|ui| {
-        ComboBox::from_id_salt("damping model").selected_text(changed.model.name()).show_ui(ui, |ui| {
-            for model in DampingModel::ALL {
-                ui.selectable_value(&mut changed.model, model, model.name());
-            }
-        });
+        ComboBox::from_id_salt("damping model").selected_text(changed.model.name()).show_ui(
+            ui,
+            |ui| {
+                for model in DampingModel::ALL {
+                    ui.selectable_value(&mut changed.model, model, model.name());
+                }
+            },
+        );
         ui.add(DragValue::new(&mut changed.rate).range(0.0..=1e6).speed(0.01).suffix(" 1/s"));
     });
     if changed != declared && changed.rate.is_finite() {
@@ -104,7 +109,12 @@ fn damping(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     }
 }
 
-fn body(ui: &mut Ui, (id, selected): (Option<u32>, &Selected), scene: Method, intents: &mut Vec<Intent>) {
+fn body(
+    ui: &mut Ui,
+    (id, selected): (Option<u32>, &Selected),
+    scene: Method,
+    intents: &mut Vec<Intent>,
+) {
     ui.label(&selected.name);
     let Some((id, body)) = id.zip(selected.body) else {
         ui.weak("scenery has no physics");
@@ -122,7 +132,8 @@ fn body(ui: &mut Ui, (id, selected): (Option<u32>, &Selected), scene: Method, in
         let mut mass = body.mass();
         let speed = mass * 0.01;
         ui.label("mass");
-        if ui.add(DragValue::new(&mut mass).range(1e-6..=1e9).speed(speed).suffix(" kg")).changed() {
+        if ui.add(DragValue::new(&mut mass).range(1e-6..=1e9).speed(speed).suffix(" kg")).changed()
+        {
             intents.push(ask(Request::SetInverseMass(id, 1.0 / mass)));
         }
     });
@@ -139,7 +150,8 @@ fn vector(ui: &mut Ui, value: DVec3, speed: f64, unit: &str) -> Option<DVec3> {
     let mut changed = false;
     ui.horizontal(|ui| {
         for axis in 0..3 {
-            changed |= ui.add(DragValue::new(&mut edited[axis]).speed(speed).max_decimals(3)).changed();
+            changed |=
+                ui.add(DragValue::new(&mut edited[axis]).speed(speed).max_decimals(3)).changed();
         }
         ui.label(unit);
     });

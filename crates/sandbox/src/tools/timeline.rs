@@ -73,7 +73,11 @@ fn scrubber(ui: &mut Ui, within: &Within, stage: &Stage, width: f32, intents: &m
         {
             intents.push(Intent::Seek(good));
         }
-        if ui.button("save bundle").on_hover_text("one file that `sandbox replay` runs again").clicked() {
+        if ui
+            .button("save bundle")
+            .on_hover_text("one file that `sandbox replay` runs again")
+            .clicked()
+        {
             intents.push(Intent::SaveBundle);
         }
     });
@@ -120,7 +124,9 @@ fn marks(ui: &mut Ui, within: &Within, width: f32) {
     let (rect, _) = ui.allocate_exact_size(Vec2::new(width - 90.0, MARKS_HEIGHT), Sense::hover());
     let (first, last) = (*within.range.start(), *within.range.end());
     let length = (last - first).max(1) as f32;
-    let x = |tick: u64| rect.left() + rect.width() * (tick.saturating_sub(first) as f32 / length).min(1.0);
+    let x = |tick: u64| {
+        rect.left() + rect.width() * (tick.saturating_sub(first) as f32 / length).min(1.0)
+    };
     let line = |tick: u64, color: Color32, width: f32| {
         let ends = [Pos2::new(x(tick), rect.top()), Pos2::new(x(tick), rect.bottom())];
         ui.painter().line_segment(ends, Stroke::new(width, inks::marks(ui.visuals(), color)));

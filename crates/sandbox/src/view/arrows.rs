@@ -59,9 +59,14 @@ impl View {
         let (bodies, eye) = (movable(stage), self.camera.position);
         let entities: Vec<_> = bodies.iter().map(|(entity, ..)| *entity).collect();
         let mut by_cause = vec![Vec::<(&'static str, DVec3)>::new(); bodies.len()];
-        motion::each_force(&stage.sim().world, &stage.pushes(), &entities, |place, cause, newtons| {
-            add_to(&mut by_cause[place], cause.name(), newtons);
-        });
+        motion::each_force(
+            &stage.sim().world,
+            &stage.pushes(),
+            &entities,
+            |place, cause, newtons| {
+                add_to(&mut by_cause[place], cause.name(), newtons);
+            },
+        );
         for forces in &mut by_cause {
             forces.retain(|(_, newtons)| *newtons != DVec3::ZERO);
             if forces.len() > 1 {
@@ -73,7 +78,9 @@ impl View {
             (largest, position.distance(eye))
         });
         let finite = sizes.filter(|(newtons, _)| newtons.is_finite());
-        let Some((largest, distance)) = finite.max_by(|(a, _), (b, _)| a.total_cmp(b)) else { return };
+        let Some((largest, distance)) = finite.max_by(|(a, _), (b, _)| a.total_cmp(b)) else {
+            return;
+        };
         let Some(scale) = self.newtons_per_meter(largest, distance) else { return };
         for (body, forces) in entities.into_iter().zip(by_cause) {
             for (name, newtons) in forces {
@@ -100,7 +107,8 @@ impl View {
 
 /// Every movable body that is not dormant, its position, m, and its velocity, m/s.
 fn movable(stage: &Stage) -> Vec<(Entity, DVec3, DVec3)> {
-    let mut bodies = query::<(Entity, &Transform, &PhysicsBody), Without<Dormant>>(&stage.sim().world);
+    let mut bodies =
+        query::<(Entity, &Transform, &PhysicsBody), Without<Dormant>>(&stage.sim().world);
     let bodies = bodies.iter(&stage.sim().world).filter(|(.., body)| body.inverse_mass > 0.0);
     bodies.map(|(entity, transform, body)| (entity, transform.position, body.velocity)).collect()
 }
@@ -133,7 +141,8 @@ pub(crate) fn color_of(cause: &str) -> [f32; 4] {
 fn round_up(x: f64) -> f64 {
     let decade = x.log10().floor();
     // A negative power would not be rounded to the nearest number.
-    let times = |m: f64| if decade < 0.0 { m / 10_f64.powf(-decade) } else { m * 10_f64.powf(decade) };
+    let times =
+        |m: f64| if decade < 0.0 { m / 10_f64.powf(-decade) } else { m * 10_f64.powf(decade) };
     [1.0, 2.0, 5.0].map(times).into_iter().find(|step| *step >= x).unwrap_or(times(10.0))
 }
 
@@ -143,9 +152,15 @@ mod tests {
 
     #[test]
     fn scales_are_round_numbers() {
-        for (x, rounded) in
-            [(1.0, 1.0), (1.01, 2.0), (3.0, 5.0), (7.0, 10.0), (0.03, 0.05), (2e-7, 2e-7), (130.0, 200.0)]
-        {
+        for (x, rounded) in [
+            (1.0, 1.0),
+            (1.01, 2.0),
+            (3.0, 5.0),
+            (7.0, 10.0),
+            (0.03, 0.05),
+            (2e-7, 2e-7),
+            (130.0, 200.0),
+        ] {
             assert_eq!(round_up(x), rounded, "{x}");
         }
         assert!(!round_up(0.0).is_normal() && !round_up(f64::NAN).is_normal());

@@ -76,7 +76,8 @@ impl Camera {
     pub fn fly(&mut self, held: DVec3, seconds: f64) {
         let (sin, cos) = self.yaw.to_radians().sin_cos();
         let (right, forward) = (DVec3::new(cos, 0.0, -sin), DVec3::new(-sin, 0.0, -cos));
-        self.position += (right * held.x + DVec3::Y * held.y + forward * held.z) * self.speed * seconds;
+        self.position +=
+            (right * held.x + DVec3::Y * held.y + forward * held.z) * self.speed * seconds;
     }
 
     /// Puts the camera behind and above `body`, m, looking at it.
@@ -90,7 +91,14 @@ impl Camera {
     #[must_use]
     pub fn viewpoint(&self) -> Viewpoint {
         let CameraSpec { fov_y_deg, near, far, .. } = self.start;
-        Viewpoint::from_pitch_yaw(self.position, self.pitch, self.yaw, fov_y_deg.to_radians(), near, far)
+        Viewpoint::from_pitch_yaw(
+            self.position,
+            self.pitch,
+            self.yaw,
+            fov_y_deg.to_radians(),
+            near,
+            far,
+        )
     }
 }
 

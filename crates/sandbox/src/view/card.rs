@@ -74,8 +74,10 @@ impl Selected {
 
     fn of_thing(stage: &Stage, entity: Entity) -> Option<Self> {
         let position = stage.sim().world.get::<Transform>(entity)?.position;
-        let start =
-            stage.sim().id(entity).map_or(position, |id| stage.sim().scene.bodies[id as usize].position);
+        let start = stage
+            .sim()
+            .id(entity)
+            .map_or(position, |id| stage.sim().scene.bodies[id as usize].position);
         let forces = stage.forces_on(entity);
         Some(Self {
             entity,
@@ -92,7 +94,8 @@ impl Selected {
 
     /// The forces under their names: a few springs each by its other end, many as one sum.
     fn named(stage: &Stage, forces: &[(ForceCause, DVec3)]) -> Vec<(String, DVec3)> {
-        let springs = forces.iter().filter(|(cause, _)| matches!(cause, ForceCause::Spring(_))).count();
+        let springs =
+            forces.iter().filter(|(cause, _)| matches!(cause, ForceCause::Spring(_))).count();
         let mut named: Vec<(String, DVec3)> = Vec::new();
         for (cause, newtons) in forces {
             let name = match cause {
@@ -179,7 +182,8 @@ fn direction(ui: &mut Ui, v: DVec3, noise: f64, camera: &Viewpoint) {
     let (place, _) = ui.allocate_exact_size(Vec2::splat(DIRECTION), Sense::hover());
     let Some(along) = v.try_normalize().filter(|_| length(v) > noise) else { return };
     #[expect(clippy::cast_possible_truncation, reason = "points")]
-    let arrow = Vec2::new(along.dot(camera.right()) as f32, -along.dot(camera.up()) as f32) * DIRECTION;
+    let arrow =
+        Vec2::new(along.dot(camera.right()) as f32, -along.dot(camera.up()) as f32) * DIRECTION;
     let color = ui.visuals().text_color();
     if arrow.length() < 0.3 * DIRECTION {
         ui.painter().circle_filled(place.center(), 2.0, color);
@@ -226,7 +230,10 @@ fn causes(forces: &[(String, DVec3)]) -> Vec<(&str, Quantity)> {
 
 /// The rows of the card, as text.
 pub(crate) fn rows(selected: &Selected, scene: Method) -> Vec<(&str, String)> {
-    quantities(selected, scene).into_iter().map(|(quantity, value)| (quantity, value.text())).collect()
+    quantities(selected, scene)
+        .into_iter()
+        .map(|(quantity, value)| (quantity, value.text()))
+        .collect()
 }
 
 fn quantities(selected: &Selected, scene: Method) -> Vec<(&str, Quantity)> {
@@ -259,14 +266,19 @@ fn quantities(selected: &Selected, scene: Method) -> Vec<(&str, Quantity)> {
     rows.extend([
         (
             "mass",
-            Text(if movable { format!("{} kg", three_decimals(body.mass())) } else { "infinite".to_owned() }),
+            Text(if movable {
+                format!("{} kg", three_decimals(body.mass()))
+            } else {
+                "infinite".to_owned()
+            }),
         ),
         ("inverse mass", Text(format!("{} 1/kg", three_decimals(body.inverse_mass)))),
         ("momentum", Vector(body.momentum(), NOISE * body.mass(), "kg m/s")),
         ("weight", Text(format!("{} N", three_decimals(length(weight))))),
     ]);
     if movable {
-        let (method, whose) = selected.own_method.map_or((scene, "the scene's"), |own| (own, "its own"));
+        let (method, whose) =
+            selected.own_method.map_or((scene, "the scene's"), |own| (own, "its own"));
         rows.push(("method", Text(format!("{}, {whose}", method.claims().title))));
     }
     if let Some(why) = &selected.quarantined {

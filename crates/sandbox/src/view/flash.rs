@@ -61,12 +61,16 @@ impl View {
 
     /// Writes the newtons, and the speed that one tick of them gives, at the arrow.
     pub(crate) fn write_flash(&self, stage: &Stage, painter: &Painter) {
-        let Some((flash, [tail, _])) = self.flash.as_ref().zip(self.flash_arrow(stage)) else { return };
+        let Some((flash, [tail, _])) = self.flash.as_ref().zip(self.flash_arrow(stage)) else {
+            return;
+        };
         let Some((at, true)) = self.seen_at(tail) else { return };
         let (world, newtons) = (&stage.sim().world, flash.newtons.length());
-        let inverse_mass = world.get::<PhysicsBody>(flash.body).map_or(0.0, |body| body.inverse_mass);
+        let inverse_mass =
+            world.get::<PhysicsBody>(flash.body).map_or(0.0, |body| body.inverse_mass);
         let speed = newtons * inverse_mass * world.resource::<TimeStep>().0;
-        let words = format!("{} N for one tick: {} m/s", digits(newtons), significant(speed, 2, 1e-3..1e4));
+        let words =
+            format!("{} N for one tick: {} m/s", digits(newtons), significant(speed, 2, 1e-3..1e4));
         let color = as_in_picture(color_of("push"));
         text(
             painter,

@@ -54,14 +54,19 @@ impl Ground {
     pub fn of(scene: &Scene) -> Self {
         let is_floor = |body: &&BodySpec| {
             let still = body.inverse_mass.is_none_or(|inverse| inverse == 0.0);
-            still && matches!(body.shape, Some(Shape::Cuboid { half_extents }) if is_flat(half_extents))
+            still
+                && matches!(body.shape, Some(Shape::Cuboid { half_extents }) if is_flat(half_extents))
         };
-        let (floors, others): (Vec<&BodySpec>, Vec<&BodySpec>) = scene.bodies.iter().partition(is_floor);
+        let (floors, others): (Vec<&BodySpec>, Vec<&BodySpec>) =
+            scene.bodies.iter().partition(is_floor);
         let half = |body: &BodySpec| body.shape.map_or(DVec3::ZERO, |shape| shape.half_extents());
         let low = |bodies: &[&BodySpec]| {
             bodies.iter().map(|body| body.position - half(body)).fold(DVec3::INFINITY, DVec3::min)
         };
-        let high = others.iter().map(|body| body.position + half(body)).fold(DVec3::NEG_INFINITY, DVec3::max);
+        let high = others
+            .iter()
+            .map(|body| body.position + half(body))
+            .fold(DVec3::NEG_INFINITY, DVec3::max);
         let size = (high - low(&others)).max_element().max(1.0);
         // A slab in the air, above other bodies, stands on nothing.
         let stands = low(&floors).y <= low(&others).y;
@@ -112,7 +117,8 @@ mod tests {
                 "(name: \"{name}\", shape: cuboid(half_extents_m: (20, 1, 20)), position_m: (0, {y}, 0), immovable: true)"
             )
         };
-        let text = format!("(version: 1, bodies: [{}, {}])", floor("low", -1.0), floor("high", 4.0));
+        let text =
+            format!("(version: 1, bodies: [{}, {}])", floor("low", -1.0), floor("high", 4.0));
         let scene = Scene::parse("floors", &text).expect("a good scene");
         assert_eq!(Ground::of(&scene).floor_top, Some(0.0));
     }

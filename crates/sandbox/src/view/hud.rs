@@ -2,7 +2,9 @@
 //! this, and only legends and warnings are written here.
 
 use egui::text::LayoutJob;
-use egui::{Align, Align2, Color32, Context, FontId, Id, Painter, Pos2, Rect, Sense, Stroke, Ui, Vec2};
+use egui::{
+    Align, Align2, Color32, Context, FontId, Id, Painter, Pos2, Rect, Sense, Stroke, Ui, Vec2,
+};
 use glam::DVec2;
 use motion::clock::StepClock;
 use motion::{Gravity, TimeStep};
@@ -127,7 +129,14 @@ fn scale_bar(painter: &Painter, stage: &Stage, view: &View, font: &FontId) {
         }
     }
     let words = format!("{} {}", digits(meters / unit.1), unit.0);
-    text(painter, start.lerp(end, 0.5) - Vec2::Y * 4.0, Align2::CENTER_BOTTOM, &words, font.clone(), THIN);
+    text(
+        painter,
+        start.lerp(end, 0.5) - Vec2::Y * 4.0,
+        Align2::CENTER_BOTTOM,
+        &words,
+        font.clone(),
+        THIN,
+    );
 }
 
 /// The largest of 1, 2 and 5 times a power of ten that is no more than `value`.
@@ -197,7 +206,12 @@ fn tutorial(stage: &Stage, view: &View) -> Vec<(Vec2, String)> {
 }
 
 /// Writes notices one below the other; a notice that is wider than the window has several lines.
-fn notices<'a>(painter: &Painter, mut place: Pos2, notices: impl Iterator<Item = &'a str>, size: f32) {
+fn notices<'a>(
+    painter: &Painter,
+    mut place: Pos2,
+    notices: impl Iterator<Item = &'a str>,
+    size: f32,
+) {
     let font = FontId::proportional(size);
     let most = painter.clip_rect().width() * NOTICE_WIDTH;
     for notice in notices {
@@ -262,7 +276,9 @@ fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
     if let Some(newtons) = view.force_scale {
         lines.push((format!("force arrows: 1 m is {newtons} N"), THIN));
         lines.extend(
-            view.force_causes.iter().map(|cause| (cause.replace('_', " "), as_in_picture(color_of(cause)))),
+            view.force_causes
+                .iter()
+                .map(|cause| (cause.replace('_', " "), as_in_picture(color_of(cause)))),
         );
     }
     let pace = stage.clock.pace();
@@ -294,7 +310,8 @@ fn cross_hair(painter: &Painter, center: Pos2) {
         let stroke = Stroke::new(width, color);
         for arm in [Vec2::X, Vec2::Y] {
             for side in [-1.0, 1.0] {
-                painter.line_segment([center + arm * 3.0 * side, center + arm * 10.0 * side], stroke);
+                painter
+                    .line_segment([center + arm * 3.0 * side, center + arm * 10.0 * side], stroke);
             }
         }
     }
@@ -315,7 +332,14 @@ pub(crate) fn write_on_paper(context: &Context, paper: bool) {
 }
 
 /// Writes words with a dark rim, readable on sky and checker alike; on paper they are black.
-pub(crate) fn text(painter: &Painter, at: Pos2, anchor: Align2, words: &str, font: FontId, color: Color32) {
+pub(crate) fn text(
+    painter: &Painter,
+    at: Pos2,
+    anchor: Align2,
+    words: &str,
+    font: FontId,
+    color: Color32,
+) {
     if painter.ctx().data(|data| data.get_temp(on_paper())).unwrap_or(false) {
         painter.text(at, anchor, words, font, Color32::BLACK);
         return;

@@ -58,7 +58,9 @@ mod tests {
         assert!((contrast(Color32::from_gray(0x76), Color32::WHITE) - 4.54).abs() < 0.01);
         for visuals in [Visuals::dark(), Visuals::light()] {
             let behind = [visuals.panel_fill, visuals.extreme_bg_color, striped(&visuals)];
-            let worst = |color| behind.map(|behind| contrast(color, behind)).into_iter().fold(21.0, f32::min);
+            let worst = |color| {
+                behind.map(|behind| contrast(color, behind)).into_iter().fold(21.0, f32::min)
+            };
             for method in Method::ALL {
                 let [r, g, b] = ink(method).srgb;
                 let (here, everywhere) = (of_method(&visuals, method), Color32::from_rgb(r, g, b));

@@ -39,7 +39,9 @@ impl View {
     pub(crate) fn visible_labels(&self, stage: &Stage) -> Vec<Label> {
         let labels = self.labels.iter();
         let mut seen: Vec<_> = labels
-            .filter_map(|(id, text)| self.label(stage, *stage.sim().bodies.get(*id as usize)?, text, beside))
+            .filter_map(|(id, text)| {
+                self.label(stage, *stage.sim().bodies.get(*id as usize)?, text, beside)
+            })
             .collect();
         seen.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         seen.into_iter().map(|(_, label)| label).collect()
@@ -49,7 +51,9 @@ impl View {
     pub(crate) fn fault_mark(&self, stage: &Stage) -> Option<Label> {
         let fault = stage.fault().filter(|_| stage.paused())?;
         let words = match stage.sim().ticks().checked_sub(fault.tick) {
-            None if stage.sim().ticks() + 1 == fault.tick => "goes wrong in the next tick".to_owned(),
+            None if stage.sim().ticks() + 1 == fault.tick => {
+                "goes wrong in the next tick".to_owned()
+            }
             Some(0) => "went wrong in this tick".to_owned(),
             _ => format!("goes wrong at {}", stage.times().words(fault.tick)),
         };
@@ -71,7 +75,8 @@ impl View {
         let distance = (place - view.position).dot(view.forward());
         let drawn = (view.near_m..=view.far_m).contains(&distance);
         let (at, inside) = self.seen_at(place).filter(|_| drawn)?;
-        let turned = stage.sim().world.get::<Orientation>(thing).map_or(DQuat::IDENTITY, |turned| turned.0);
+        let turned =
+            stage.sim().world.get::<Orientation>(thing).map_or(DQuat::IDENTITY, |turned| turned.0);
         let reach = stage
             .sim()
             .world

@@ -24,10 +24,15 @@ pub(crate) const FAULT: Color32 = Color32::from_rgb(255, 110, 90);
 /// out those without room. Adds their rectangles to `taken`.
 pub(crate) fn show(painter: &Painter, labels: &[Label], taken: &mut Vec<Rect>) {
     let reach = |label: &Label| label_reach(painter, label).min(FARTHEST);
-    let body =
-        |label: &Label| Rect::from_center_size(point(painter, label.at), Vec2::splat(2.0 * reach(label)));
+    let body = |label: &Label| {
+        Rect::from_center_size(point(painter, label.at), Vec2::splat(2.0 * reach(label)))
+    };
     for (i, label) in labels.iter().enumerate().rev() {
-        let others = labels.iter().enumerate().filter(|(other, _)| *other != i).map(|(_, other)| body(other));
+        let others = labels
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| *other != i)
+            .map(|(_, other)| body(other));
         let kept_free: Vec<_> = taken.iter().copied().chain(others).collect();
         let place = words(painter, label, reach(label), &kept_free, false);
         taken.extend(place.or_else(|| words(painter, label, reach(label), taken, false)));
@@ -60,7 +65,13 @@ fn label_reach(painter: &Painter, label: &Label) -> f32 {
 
 /// Writes the words of a label `reach` and a gap to the right of its body, or to the left, or lines below or above, where they
 /// are in the picture and nothing is `taken`. Returns their rectangle. Words that are `needed` are always written.
-fn words(painter: &Painter, label: &Label, reach: f32, taken: &[Rect], needed: bool) -> Option<Rect> {
+fn words(
+    painter: &Painter,
+    label: &Label,
+    reach: f32,
+    taken: &[Rect],
+    needed: bool,
+) -> Option<Rect> {
     let (words, middle) = (&label.text, point(painter, label.at));
     let font = FontId::proportional(SIZE);
     let size = painter.layout_no_wrap(words.clone(), font.clone(), THIN).size();
@@ -87,13 +98,19 @@ mod tests {
 
     #[test]
     fn words_stand_beside_the_bodies_of_others_as_long_as_there_is_room() {
-        let label =
-            |x: f64, reach: f64| Label { at: (x, 300.0).into(), reach, text: "a long label".to_owned() };
+        let label = |x: f64, reach: f64| Label {
+            at: (x, 300.0).into(),
+            reach,
+            text: "a long label".to_owned(),
+        };
         let written = |labels: &[Label]| {
             let (context, mut taken) = (egui::Context::default(), Vec::new());
             let screen = Rect::from_min_size(Pos2::ZERO, Vec2::new(800.0, 600.0));
             let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
-            context.run_ui(input, |ui| show(ui.painter(), labels, &mut taken)).textures_delta.clear();
+            context
+                .run_ui(input, |ui| show(ui.painter(), labels, &mut taken))
+                .textures_delta
+                .clear();
             taken
         };
         let [right, left] = written(&[label(300.0, 10.0), label(350.0, 10.0)])[..] else {

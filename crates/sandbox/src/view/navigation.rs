@@ -59,7 +59,9 @@ impl View {
                 self.camera.orbit(pivot, points * DEGREES_PER_POINT);
             }
             Drag::Pan(pivot) => {
-                let meters = 2.0 * (0.5 * view.fov_y_rad).tan() * (pivot - view.position).dot(view.forward())
+                let meters = 2.0
+                    * (0.5 * view.fov_y_rad).tan()
+                    * (pivot - view.position).dot(view.forward())
                     / self.view_area()[1].y;
                 self.camera.position += (view.up() * by.y - view.right() * by.x) * meters.max(0.0);
             }
@@ -106,7 +108,8 @@ impl View {
     pub(crate) fn pixels_per_meter(&self, stage: &Stage) -> Option<f64> {
         let followed = self.locked.as_ref().and_then(|_| extent(stage));
         let (middle, _) = followed.or_else(|| extent_at_start(&stage.sim().scene))?;
-        let [at, aside] = [middle, middle + self.viewpoint().right()].map(|place| self.seen_at(place));
+        let [at, aside] =
+            [middle, middle + self.viewpoint().right()].map(|place| self.seen_at(place));
         Some(at?.0.distance(aside?.0)).filter(|pixels| pixels.is_finite() && *pixels > 0.0)
     }
 
@@ -114,7 +117,8 @@ impl View {
     pub(crate) fn is_empty(&self, stage: &Stage) -> bool {
         let mut moving = moving(stage).take(CROWD).peekable();
         let is_seen = |place: DVec3| self.seen_at(place).is_some_and(|(_, inside)| inside);
-        moving.peek().is_some() && !moving.any(|thing| stage.drawn_position(thing).is_some_and(is_seen))
+        moving.peek().is_some()
+            && !moving.any(|thing| stage.drawn_position(thing).is_some_and(is_seen))
     }
 
     /// Whether everything that moves is below the floor.
@@ -174,7 +178,8 @@ fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
     let least = balls.iter().map(|(place, radius)| *place - *radius).reduce(DVec3::min)?;
     let most = balls.iter().map(|(place, radius)| *place + *radius).reduce(DVec3::max)?;
     let middle = (least + most) / 2.0;
-    let radius = balls.iter().map(|(place, radius)| place.distance(middle) + radius).fold(0.0, f64::max);
+    let radius =
+        balls.iter().map(|(place, radius)| place.distance(middle) + radius).fold(0.0, f64::max);
     Some((middle, radius))
 }
 

@@ -2,7 +2,9 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
-use motion::{Dormant, Orientation, PhysicsBody, PreviousPosition, Quarantined, SoftBody, Transform};
+use motion::{
+    Dormant, Orientation, PhysicsBody, PreviousPosition, Quarantined, SoftBody, Transform,
+};
 use pick::{Chunk, Drawn, Ray, Shape, SoftPoint, Viewpoint};
 
 use crate::stage::Stage;
@@ -50,7 +52,8 @@ impl View {
     /// The part of the picture that shows the scene: its top left corner and its size, pixels.
     pub fn view_area(&self) -> [DVec2; 2] {
         let [width, height] = self.size_px;
-        let [left, top, width, height] = self.view_px.unwrap_or([0, 0, width, height]).map(f64::from);
+        let [left, top, width, height] =
+            self.view_px.unwrap_or([0, 0, width, height]).map(f64::from);
         [DVec2::new(left, top), DVec2::new(width, height)]
     }
 
@@ -67,9 +70,11 @@ impl View {
     pub(crate) fn cast(&mut self, stage: &Stage, ray: &Ray) -> Option<Picked> {
         self.see(stage);
         let view = self.viewpoint();
-        let (along, finest) = (ray.direction().dot(view.forward()), self.pixel() * THINNEST_SHAPE_PX);
+        let (along, finest) =
+            (ray.direction().dot(view.forward()), self.pixel() * THINNEST_SHAPE_PX);
         let drawn = Drawn { nearest: view.near_m / along, farthest: view.far_m / along, finest };
-        let Some(ground) = self.distance_of_ground(stage, ray).filter(|ground| *ground < drawn.farthest)
+        let Some(ground) =
+            self.distance_of_ground(stage, ray).filter(|ground| *ground < drawn.farthest)
         else {
             return self.cast_through(stage, ray, drawn);
         };
@@ -98,10 +103,13 @@ impl View {
 
     fn cast_through(&self, stage: &Stage, ray: &Ray, drawn: Drawn) -> Option<Picked> {
         let through = &ray.through(drawn);
-        let solid = self.seen.targets.cast(through).map(|hit| (hit.entity, hit.distance, Some(hit.entity)));
-        let soft = self.seen.soft.cast(through, self.thinnest(), |body| stage.sim().world.get(body));
+        let solid =
+            self.seen.targets.cast(through).map(|hit| (hit.entity, hit.distance, Some(hit.entity)));
+        let soft =
+            self.seen.soft.cast(through, self.thinnest(), |body| stage.sim().world.get(body));
         let soft = soft.map(|hit| (hit.entity, hit.distance, hit.pushed));
-        let disc = self.disc_on(ray, drawn).map(|(entity, distance)| (entity, distance, Some(entity)));
+        let disc =
+            self.disc_on(ray, drawn).map(|(entity, distance)| (entity, distance, Some(entity)));
         // Of equally close hits, the solid one.
         let hits = solid.into_iter().chain(soft).chain(disc);
         let (entity, distance, pushed) = hits.min_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -112,14 +120,16 @@ impl View {
     fn disc_on(&self, ray: &Ray, drawn: Drawn) -> Option<(Entity, f64)> {
         let (forward, smallest) = (self.viewpoint().forward(), SMALLEST_DISC_PX * self.pixel());
         let along = ray.direction().dot(forward);
-        let discs = self.seen.points.iter().filter(|point| point.fade.is_none()).filter_map(|point| {
-            let center = point.position - ray.origin();
-            let depth = center.dot(forward);
-            let distance = depth / along;
-            let radius = f64::from(point.radius).max(smallest * depth);
-            let is_hit = (ray.direction() * distance).distance_squared(center) <= radius * radius;
-            (is_hit && drawn.reaches(distance)).then_some((point.entity, distance))
-        });
+        let discs =
+            self.seen.points.iter().filter(|point| point.fade.is_none()).filter_map(|point| {
+                let center = point.position - ray.origin();
+                let depth = center.dot(forward);
+                let distance = depth / along;
+                let radius = f64::from(point.radius).max(smallest * depth);
+                let is_hit =
+                    (ray.direction() * distance).distance_squared(center) <= radius * radius;
+                (is_hit && drawn.reaches(distance)).then_some((point.entity, distance))
+            });
         discs.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
@@ -160,7 +170,8 @@ impl View {
             (Entity, &Transform, Option<&PreviousPosition>, &Shape, Option<&Orientation>),
             Without<Dormant>,
         >(&stage.sim().world);
-        let tables = things.contiguous_iter(world).expect("every component of a thing is stored in tables");
+        let tables =
+            things.contiguous_iter(world).expect("every component of a thing is stored in tables");
         let chunks = tables.map(|(entities, transforms, previous, shapes, orientations)| Chunk {
             entities,
             transforms,
@@ -177,7 +188,10 @@ impl View {
         let points = points.query(world);
         let point = |entity| {
             let (now, before, body) = points.get(entity).ok()?;
-            Some(SoftPoint { position: drawn(now, before, alpha), movable: body.inverse_mass > 0.0 })
+            Some(SoftPoint {
+                position: drawn(now, before, alpha),
+                movable: body.inverse_mass > 0.0,
+            })
         };
         seen.soft.update(camera.position, bodies.iter(world), point);
         find_points(stage, &mut seen.points);

@@ -176,10 +176,8 @@ impl View {
             let crossing = frame.ground.map(|ground| ground.height_m / position.y);
             let crossing = crossing.filter(|crossing| (0.0..1.0).contains(crossing));
             let is_marked = stage.here.selection == Some(*entity) || hovered == Some(*entity);
-            let disc = |position: Vec3, radius_m: f32, [r, g, b, _]: [f32; 4], alpha: f32| Particle {
-                position: position.to_array(),
-                radius_m,
-                color: [r, g, b, alpha],
+            let disc = |position: Vec3, radius_m: f32, [r, g, b, _]: [f32; 4], alpha: f32| {
+                Particle { position: position.to_array(), radius_m, color: [r, g, b, alpha] }
             };
             match (fade, crossing) {
                 (Some(fade), None) => {
@@ -190,7 +188,8 @@ impl View {
                 (Some(_), Some(_)) => {}
                 (None, Some(crossing)) => {
                     let color = if is_marked { OUTLINE } else { [*r, *g, *b, 1.0] };
-                    let hidden = disc(position * (crossing * NEARER), radius_m * crossing, color, HIDDEN);
+                    let hidden =
+                        disc(position * (crossing * NEARER), radius_m * crossing, color, HIDDEN);
                     frame.translucent.particles.push(hidden);
                 }
                 (None, None) => {
@@ -199,7 +198,12 @@ impl View {
                         #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
                         let radius_m = radius_m + (MARK_PX * self.pixel() * depth) as f32;
                         // Just behind: discs at one place would fight for depth.
-                        frame.particles.push(disc(position / NEARER, radius_m / NEARER, color, 1.0));
+                        frame.particles.push(disc(
+                            position / NEARER,
+                            radius_m / NEARER,
+                            color,
+                            1.0,
+                        ));
                     }
                     frame.particles.push(disc(position, radius_m, [*r, *g, *b, 1.0], 1.0));
                 }
@@ -270,7 +274,8 @@ pub(super) fn find_points(stage: &Stage, points: &mut Vec<Point>) {
         ),
         (Without<Shape>, Without<Dormant>),
     >(&stage.sim().world);
-    let bodies = bodies.iter(&stage.sim().world).filter(|(entity, ..)| !of_soft_bodies.contains(*entity));
+    let bodies =
+        bodies.iter(&stage.sim().world).filter(|(entity, ..)| !of_soft_bodies.contains(*entity));
     points.clear();
     points.extend(bodies.map(|(entity, now, body, before, look, radius)| Point {
         entity,
@@ -286,7 +291,8 @@ pub(super) fn find_points(stage: &Stage, points: &mut Vec<Point>) {
 fn fades(stage: &Stage) -> Vec<Option<f32>> {
     let now = stage.sim().world.resource::<StepClock>().scene_seconds();
     let mut fades = Vec::new();
-    for (emitter, emission) in query::<(&Emitter, &Emission), ()>(&stage.sim().world).iter(&stage.sim().world)
+    for (emitter, emission) in
+        query::<(&Emitter, &Emission), ()>(&stage.sim().world).iter(&stage.sim().world)
     {
         let last = emitter.pool.iter().map(|body| body.index_u32() as usize + 1).max().unwrap_or(0);
         fades.resize(last.max(fades.len()), None);
@@ -294,7 +300,8 @@ fn fades(stage: &Stage) -> Vec<Option<f32>> {
             #[expect(clippy::cast_precision_loss, reason = "millions of births")]
             let age = number.map(|number| now - number as f64 / emitter.rate);
             #[expect(clippy::cast_possible_truncation, reason = "a color")]
-            let fade = age.map(|age| ((1.0 - age / emitter.life) / FADES_IN).clamp(0.0, 1.0) as f32);
+            let fade =
+                age.map(|age| ((1.0 - age / emitter.life) / FADES_IN).clamp(0.0, 1.0) as f32);
             fades[body.index_u32() as usize] = fade;
         }
     }

@@ -32,7 +32,8 @@ const MOST_COILS: usize = 100;
 /// Strain at which a spring has its full color.
 const FULL_STRAIN: f64 = 0.1;
 /// Colors of springs that are shorter than at rest, at rest, and longer.
-const STRAIN_COLORS: [Vec3; 3] = [Vec3::new(0.05, 0.25, 1.0), Vec3::splat(0.95), Vec3::new(1.0, 0.08, 0.04)];
+const STRAIN_COLORS: [Vec3; 3] =
+    [Vec3::new(0.05, 0.25, 1.0), Vec3::splat(0.95), Vec3::new(1.0, 0.08, 0.04)];
 
 /// Color of a pin, which holds a point in its place.
 const PIN_COLOR: [f32; 4] = [0.16, 0.16, 0.19, 1.0];
@@ -151,7 +152,13 @@ impl Drawing<'_> {
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
-    fn add(&self, frame: &mut Frame, body: &SoftBody, springs_alone: bool, ratio: StabilityRatio<'_>) {
+    fn add(
+        &self,
+        frame: &mut Frame,
+        body: &SoftBody,
+        springs_alone: bool,
+        ratio: StabilityRatio<'_>,
+    ) {
         let pose = self.pose;
         let (radius, link_radius) = (pose.point_radius() as f32, pose.link_radius() as f32);
         if springs_alone {
@@ -174,12 +181,19 @@ impl Drawing<'_> {
             frame.lines.append(&mut thin);
         } else {
             let triangles = body.triangles.iter().copied();
-            frame.surfaces.push(Surface::smooth(pose.points(), triangles, self.color, self.outlined));
+            frame.surfaces.push(Surface::smooth(
+                pose.points(),
+                triangles,
+                self.color,
+                self.outlined,
+            ));
         }
         // On the line of a thin rope points would be dark beads; in the view of springs, points show the selection.
         let shown = |point: Vec3| match (springs_alone, body.triangles.is_empty()) {
             (true, _) => self.outlined,
-            (false, rope) => rope && (body.springs.is_empty() || self.shows_body(point, link_radius)),
+            (false, rope) => {
+                rope && (body.springs.is_empty() || self.shows_body(point, link_radius))
+            }
         };
         // A surface has an outline of its own.
         let outline = if body.triangles.is_empty() { self.outline() } else { 0 };
@@ -220,8 +234,9 @@ impl View {
         let eye = self.camera.position;
         let mut springs = query::<&Spring, ()>(&stage.sim().world);
         let coiled = frame.soft && springs.iter(&stage.sim().world).count() <= MOST_COILS;
-        let mut ends =
-            query::<(), (With<PhysicsBody>, Without<Quarantined>, Without<Dormant>)>(&stage.sim().world);
+        let mut ends = query::<(), (With<PhysicsBody>, Without<Quarantined>, Without<Dormant>)>(
+            &stage.sim().world,
+        );
         let ends = ends.query(&stage.sim().world);
         for spring in springs.iter(&stage.sim().world) {
             let place = |end| stage.drawn_position(end).filter(|_| ends.contains(end));
@@ -294,7 +309,10 @@ mod tests {
         let [short, rest, long] = STRAIN_COLORS.map(|color| color.extend(1.0).to_array());
         for (length, color) in [(0.9, short), (0.5, short), (1.0, rest), (1.1, long), (3.0, long)] {
             let seen = strain_color(strain(length, 1.0));
-            assert!(seen.iter().zip(color).all(|(a, b)| (a - b).abs() < 1e-6), "{length}: {seen:?}");
+            assert!(
+                seen.iter().zip(color).all(|(a, b)| (a - b).abs() < 1e-6),
+                "{length}: {seen:?}"
+            );
         }
         let half = strain_color(strain(2.1, 2.0));
         assert!(half[0] > rest[0].min(long[0]) && half[1] < rest[1] && half[1] > long[1]);

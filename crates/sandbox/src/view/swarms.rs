@@ -18,7 +18,8 @@ impl View {
     /// Adds the swarms of the scene.
     pub(super) fn add_swarms(&self, stage: &Stage, frame: &mut render::Frame) {
         let back = 1.0 - stage.here.alpha;
-        frame.swarms = swarms(stage, |anchor| (anchor - self.camera.position).as_vec3().to_array(), back);
+        frame.swarms =
+            swarms(stage, |anchor| (anchor - self.camera.position).as_vec3().to_array(), back);
     }
 }
 
@@ -66,12 +67,16 @@ pub(crate) fn stepping(method: Method) -> SwarmStepping {
         | Method::RungeKutta2Midpoint
         | Method::RungeKutta2Heun
         | Method::RungeKutta4
-        | Method::Yoshida4 => unreachable!("the first tick refuses what is not among `Swarm::METHODS`"),
+        | Method::Yoshida4 => {
+            unreachable!("the first tick refuses what is not among `Swarm::METHODS`")
+        }
     }
 }
 
 fn tick(tick: &SwarmTick) -> render::SwarmTick {
-    let SwarmTick { key, step, substeps, births, born, first_birth, between, source, carried, .. } = *tick;
+    let SwarmTick {
+        key, step, substeps, births, born, first_birth, between, source, carried, ..
+    } = *tick;
     let SwarmTick { dead, other_laws, reversed, phase, ref laws, .. } = *tick;
     let motion::SwarmLaws { constant, rate, drag, wells, damping } = &**laws;
     let air = drag.unwrap_or_default();

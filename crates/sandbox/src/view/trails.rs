@@ -51,17 +51,21 @@ impl Trails {
         for body in query::<Entity, With<Dormant>>(world).iter(world) {
             self.trails.remove(&body);
         }
-        let mut bodies =
-            query::<(Entity, &Transform, &PhysicsBody, Option<&PreviousPosition>), Without<Dormant>>(world);
+        let mut bodies = query::<
+            (Entity, &Transform, &PhysicsBody, Option<&PreviousPosition>),
+            Without<Dormant>,
+        >(world);
         let movable = bodies.iter(world).filter(|(_, _, body, _)| body.inverse_mass > 0.0);
         self.movable = movable.clone().count();
         #[expect(clippy::cast_precision_loss, reason = "at most hundreds")]
         let spacing = longest * self.movable.min(BODIES) as f64 / POINTS as f64;
         let before = self.time.replace(time);
-        let is_due = before.is_none_or(|before| (time / spacing).floor() > (before / spacing).floor());
+        let is_due =
+            before.is_none_or(|before| (time / spacing).floor() > (before / spacing).floor());
         for (body, Transform { position, .. }, _, previous) in movable.take(BODIES) {
             let trail = self.trails.entry(body).or_default();
-            let began = previous.map(|previous| previous.0).filter(|began| trail.last != Some(*began));
+            let began =
+                previous.map(|previous| previous.0).filter(|began| trail.last != Some(*began));
             if let Some(began) = began {
                 trail.points.clear();
                 trail.points.push_back((began, before.unwrap_or(time)));
@@ -84,7 +88,10 @@ impl Trails {
 
     /// The bodies and the points that they passed up to `time`, s, so that no trail runs ahead of a body that is drawn between
     /// two ticks.
-    pub fn until(&self, time: f64) -> impl Iterator<Item = (Entity, impl Iterator<Item = DVec3> + Clone)> {
+    pub fn until(
+        &self,
+        time: f64,
+    ) -> impl Iterator<Item = (Entity, impl Iterator<Item = DVec3> + Clone)> {
         self.trails.iter().map(move |(body, trail)| {
             let passed = trail.points.iter().filter(move |(_, then)| *then <= time);
             (*body, passed.map(|(point, _)| *point))
@@ -115,7 +122,8 @@ mod tests {
     /// Moves every body 1 m along x, in tick number `tick`.
     fn tick(world: &mut World, trails: &mut Trails, tick: u32) {
         world.run_system_cached(remember_positions).expect("a query and nothing else");
-        for mut transform in world.query_filtered::<&mut Transform, With<PreviousPosition>>().iter_mut(world)
+        for mut transform in
+            world.query_filtered::<&mut Transform, With<PreviousPosition>>().iter_mut(world)
         {
             transform.position.x += 1.0;
         }
@@ -131,7 +139,10 @@ mod tests {
         let (mut world, mut trails) = (world(2), Trails::default());
         (1..=1000).for_each(|number| tick(&mut world, &mut trails, number));
         for trail in points(&trails, 1000.0 * TICK) {
-            assert!((280.0..=281.0).contains(&trail[0].x) && trail[trail.len() - 1] == DVec3::X * 1000.0);
+            assert!(
+                (280.0..=281.0).contains(&trail[0].x)
+                    && trail[trail.len() - 1] == DVec3::X * 1000.0
+            );
             assert!(trail.windows(2).all(|points| points[1] - points[0] == DVec3::X));
         }
         // Half a tick before the last one.
@@ -156,7 +167,11 @@ mod tests {
     fn a_body_that_was_put_elsewhere_and_a_particle_of_another_life_leave_no_line_from_there() {
         let (mut world, mut trails) = (world(2), Trails::default());
         (1..=3).for_each(|number| tick(&mut world, &mut trails, number));
-        let body = world.query_filtered::<Entity, With<PreviousPosition>>().iter(&world).last().expect("two");
+        let body = world
+            .query_filtered::<Entity, With<PreviousPosition>>()
+            .iter(&world)
+            .last()
+            .expect("two");
         // As a request does it, and a birth in the slot of a particle that still lived.
         world.entity_mut(body).insert((Transform::at(DVec3::Y), PreviousPosition(DVec3::Y)));
         tick(&mut world, &mut trails, 4);

@@ -28,7 +28,8 @@ pub(super) fn event_loop(scene: &str) -> Result<EventLoop<()>, Failure> {
         Ok(Err(error)) => Err(no_display(Some(without_place(&error.to_string())))),
         Err(payload) => {
             let text = payload.downcast_ref::<String>().cloned();
-            let text = text.or_else(|| payload.downcast_ref::<&str>().map(|text| (*text).to_owned()));
+            let text =
+                text.or_else(|| payload.downcast_ref::<&str>().map(|text| (*text).to_owned()));
             Err(Failure::NoDisplay(format!(
                 "a library of the display could not be loaded ({}); on Debian or Ubuntu install \
                  libxkbcommon-x11-0 libxcursor1 libxi6 libx11-xcb1, or use `sandbox run {scene}`",

@@ -54,9 +54,12 @@ impl Drafts {
 
     /// Keeps the unsaved changes of `session` in case of a crash, instead of earlier ones. Returns whether they are kept.
     pub fn keep(&mut self, session: &mut Session) -> bool {
-        let unsaved = session.has_unsaved_changes().then(|| Arc::clone(&session.stage.sim().scene.text));
+        let unsaved =
+            session.has_unsaved_changes().then(|| Arc::clone(&session.stage.sim().scene.text));
         let file = unsaved.as_ref().and_then(|_| session.tools.own_file());
-        self.keep_text(unsaved.as_ref(), file.as_ref(), |words| session.stage.notices.say(Topic::File, words))
+        self.keep_text(unsaved.as_ref(), file.as_ref(), |words| {
+            session.stage.notices.say(Topic::File, words)
+        })
     }
 
     /// Calls `tell` once, with the reason, if changes are not kept.
@@ -96,7 +99,9 @@ impl Draft {
     fn begin(folder: &Path) -> io::Result<Self> {
         fs::create_dir_all(folder)?;
         // Files of windows that were killed without unsaved changes.
-        sweep(folder, |path| (is(path, "lock") || is(path, FILE)) && !path.with_extension("ron").exists());
+        sweep(folder, |path| {
+            (is(path, "lock") || is(path, FILE)) && !path.with_extension("ron").exists()
+        });
         // Process ids come again: a draft that an earlier process left behind is not this window's.
         for path in (0..).map(|i: u32| folder.join(format!("{}-{i}.ron", std::process::id()))) {
             let lock = path.with_extension("lock");
@@ -105,7 +110,12 @@ impl Draft {
             if !path.exists() && is_free {
                 let file = File::create(&lock)?;
                 if claim(&file, &lock) {
-                    return Ok(Self { path, lock: (lock, file), folder: folder.to_owned(), written: None });
+                    return Ok(Self {
+                        path,
+                        lock: (lock, file),
+                        folder: folder.to_owned(),
+                        written: None,
+                    });
                 }
             }
         }
@@ -123,7 +133,10 @@ impl Draft {
                     match file {
                         Some((file, had)) => {
                             let note = format!("{}\n{had}", file.display());
-                            write(&OutputPath::own(&self.path.with_extension(FILE)), note.as_bytes())?;
+                            write(
+                                &OutputPath::own(&self.path.with_extension(FILE)),
+                                note.as_bytes(),
+                            )?;
                         }
                         None => drop(fs::remove_file(self.path.with_extension(FILE))),
                     }
@@ -141,7 +154,8 @@ impl Draft {
     }
 
     fn left_behind(&self) -> Vec<PathBuf> {
-        let files = fs::read_dir(&self.folder).into_iter().flatten().flatten().map(|entry| entry.path());
+        let files =
+            fs::read_dir(&self.folder).into_iter().flatten().flatten().map(|entry| entry.path());
         let mut left: Vec<_> =
             files.filter(|path| is(path, "ron") && *path != self.path && is_left(path)).collect();
         left.sort_by_key(|path| fs::metadata(path).and_then(|file| file.modified()).ok());
@@ -195,7 +209,10 @@ mod tests {
         let mut draft = begin(folder.path());
         let text: Arc<str> = "(version: 1)".into();
         draft.keep(Some(&text), None).expect("a folder that can be written");
-        assert_eq!(fs::read_to_string(&draft.path).expect("a folder that can be written"), "(version: 1)");
+        assert_eq!(
+            fs::read_to_string(&draft.path).expect("a folder that can be written"),
+            "(version: 1)"
+        );
         // The draft of an open window is not offered to another one.
         let own = draft.path.clone();
         let (other, its_lock) = (folder.path().join("1.ron"), folder.path().join("1.lock"));
@@ -220,8 +237,9 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let mut draft = begin(folder.path());
         let file: OwnFile = (PathBuf::from("scenes/mine.ron"), "(version: 1)\n// kept\n".into());
-        let keep =
-            |draft: &mut Draft, text: &str, file| draft.keep(Some(&text.into()), file).expect("a folder");
+        let keep = |draft: &mut Draft, text: &str, file| {
+            draft.keep(Some(&text.into()), file).expect("a folder")
+        };
         keep(&mut draft, "a", Some(&file));
         assert_eq!(file_of(&draft.path).as_ref(), Some(&file));
         keep(&mut draft, "b", None);
@@ -237,7 +255,8 @@ mod tests {
         let now = SystemTime::now();
         // Neither in the order of their names nor in that of their making.
         for (name, age_s) in [("2", 30), ("3", 10), ("1", 20)] {
-            let file = File::create(folder.path().join(name).with_extension("ron")).expect("a folder");
+            let file =
+                File::create(folder.path().join(name).with_extension("ron")).expect("a folder");
             file.set_modified(now - Duration::from_secs(age_s)).expect("a file of its own");
         }
         let names: Vec<_> = draft
@@ -272,7 +291,8 @@ mod tests {
         };
         pipe("1.lock");
         pipe(&format!("{}-0.lock", std::process::id()));
-        fs::write(folder.path().join("1.ron"), "(version: 1)").expect("a folder that can be written");
+        fs::write(folder.path().join("1.ron"), "(version: 1)")
+            .expect("a folder that can be written");
         let draft = begin(folder.path());
         assert_eq!(draft.left_behind(), [folder.path().join("1.ron")]);
     }
@@ -283,19 +303,26 @@ mod tests {
         let [first, second]: [Arc<str>; 2] = ["(version: 1)".into(), "(version: 1, )".into()];
         let file = folder.path().join("file");
         fs::write(&file, "").expect("a folder that can be written");
-        let own = Some(Draft::begin(&file).map_err(|error| Failure::file("write into", &file, &error)));
+        let own =
+            Some(Draft::begin(&file).map_err(|error| Failure::file("write into", &file, &error)));
         let mut none = Drafts { own, told: false };
         let mut gone = Drafts { own: Some(Ok(begin(&folder.path().join("gone")))), told: false };
         fs::remove_dir_all(folder.path().join("gone")).expect("a folder of its own");
         for drafts in [&mut none, &mut gone] {
             let mut told = Vec::new();
-            assert!(drafts.keep_text(None, None, |words| told.push(words)), "there is nothing to keep");
+            assert!(
+                drafts.keep_text(None, None, |words| told.push(words)),
+                "there is nothing to keep"
+            );
             assert_eq!(told, [] as [String; 0]);
             for text in [&first, &first, &second] {
                 assert!(!drafts.keep_text(Some(text), None, |words| told.push(words)));
             }
             let [words] = &told[..] else { panic!("{told:?}") };
-            assert!(words.starts_with("a crash would lose your unsaved changes: cannot write "), "{words}");
+            assert!(
+                words.starts_with("a crash would lose your unsaved changes: cannot write "),
+                "{words}"
+            );
         }
     }
 }

@@ -40,14 +40,21 @@ impl Program for WindowProgram<'_> {
     /// The first name of its kind that no file has.
     fn name(&self, [start, end]: Kind, _: &Session) -> String {
         let name = |i: u32| format!("{start}_{i:03}.{end}");
-        (1..).map(name).find(|name| !PathBuf::from(name).exists()).expect("there is always another number")
+        (1..)
+            .map(name)
+            .find(|name| !PathBuf::from(name).exists())
+            .expect("there is always another number")
     }
 
     fn save_scene(&mut self, session: &mut Session, file: &SceneFile) -> Result<(), Failure> {
         save_scene(session, file)
     }
 
-    fn report(&mut self, session: &mut Session, outcome: Result<&Path, Failure>) -> Result<(), Failure> {
+    fn report(
+        &mut self,
+        session: &mut Session,
+        outcome: Result<&Path, Failure>,
+    ) -> Result<(), Failure> {
         let words = match outcome {
             Ok(path) => format!("wrote {}", path.display()),
             Err(failure) => failure.to_string(),

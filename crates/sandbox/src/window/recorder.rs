@@ -60,7 +60,8 @@ impl Growing {
         let (steps_start, steps) = text.steps(room);
         let end = steps_start + self.steps;
         if steps.len() > self.steps
-            && let Err(error) = self.write_at(end, &[&steps[self.steps..], RecordingText::END].concat())
+            && let Err(error) =
+                self.write_at(end, &[&steps[self.steps..], RecordingText::END].concat())
         {
             self.write_at(end, RecordingText::END)?;
             self.file.set_len((end + RecordingText::END.len()) as u64)?;
@@ -174,7 +175,10 @@ mod tests {
     }
 
     fn session() -> Session {
-        Session::new(load("orbit"), Options { pictures: false, size_px: SIZE, ..Options::default() })
+        Session::new(
+            load("orbit"),
+            Options { pictures: false, size_px: SIZE, ..Options::default() },
+        )
     }
 
     /// How fast the machine is that measures what a panel offers.
@@ -191,7 +195,8 @@ mod tests {
             let Some(live) = &mut session.tools.cost.live else { return };
             match self {
                 Self::Slow => {
-                    live.bench = Bench::new(Subject::of_scene(load("thousand"), None), Plan::live());
+                    live.bench =
+                        Bench::new(Subject::of_scene(load("thousand"), None), Plan::live());
                 }
                 Self::Usual => {}
                 Self::Fast => {
@@ -212,7 +217,9 @@ mod tests {
         fn frame(&mut self, events: Vec<Input>) {
             let time = self.clock.advance_by(0.05).expect("time does not go back");
             let (frame, chosen) = (self.session.stage.frames(), &self.session.chosen);
-            self.recorder.record(frame, time.total(), chosen.iter().chain(&events)).expect("a file");
+            self.recorder
+                .record(frame, time.total(), chosen.iter().chain(&events))
+                .expect("a file");
             self.session.advance(&InputFrame { events }, time);
         }
 
@@ -261,7 +268,9 @@ mod tests {
         while live.offered().len() < 3 {
             live.frame(Vec::new());
         }
-        let Some(Control { rect_px: [left, top, right, bottom], .. }) = live.offered().pop() else { return };
+        let Some(Control { rect_px: [left, top, right, bottom], .. }) = live.offered().pop() else {
+            return;
+        };
         let DVec2 { x, y } = DVec2::new(left + right, top + bottom) / 2.0;
         live.frame(vec![Input::Mouse(x, y)]);
         live.frame(vec![Input::ButtonDown(Button::Left)]);
@@ -274,7 +283,8 @@ mod tests {
         for key in ["F6", "Shift+Tab", "Shift+Tab", "Shift+Tab"] {
             live.press(key);
         }
-        let focused = |live: &Live| live.session.controls().into_iter().find(|control| control.focused);
+        let focused =
+            |live: &Live| live.session.controls().into_iter().find(|control| control.focused);
         let first = focused(&live).expect("a control");
         assert!(first.role == "ListBox" && first.name.starts_with("on the front: "), "{first:?}");
         live.press("Right");
@@ -308,12 +318,18 @@ mod tests {
     }
 
     #[test]
-    fn the_file_is_a_recording_of_all_frames_after_each_of_them_and_at_the_end_as_short_as_can_be() {
+    fn the_file_is_a_recording_of_all_frames_after_each_of_them_and_at_the_end_as_short_as_can_be()
+    {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("recording.ron");
         std::fs::write(&path, "older").expect("a folder");
-        let mut recorder = Recorder::new(OutputPath::own(&path), "orbit", None, SIZE).expect("a file");
-        assert_eq!(std::fs::read_to_string(&path).expect("a file"), "older", "until the first frame");
+        let mut recorder =
+            Recorder::new(OutputPath::own(&path), "orbit", None, SIZE).expect("a file");
+        assert_eq!(
+            std::fs::read_to_string(&path).expect("a file"),
+            "older",
+            "until the first frame"
+        );
         let (mut ends, mut steps, mut longest) = (Vec::new(), Vec::new(), 0);
         // Some 17 bytes for each of them: the room is used up, and used up again.
         for frame in 0..10_000_u32 {
@@ -339,7 +355,8 @@ mod tests {
     #[test]
     #[cfg(target_os = "linux")]
     fn a_recording_into_a_device_is_written_at_its_end() {
-        let on = |device: &str| Recorder::new(OutputPath::own(device.as_ref()), "orbit", None, SIZE);
+        let on =
+            |device: &str| Recorder::new(OutputPath::own(device.as_ref()), "orbit", None, SIZE);
         let mut recorder = on("/dev/null").expect("a device");
         recorder.record(0, 0.1, &[]).expect("a device");
         recorder.finish(1, &[]).expect("a device");
@@ -349,7 +366,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_clicked_chooses_nothing_in_a_recording_that_names_settings_and_does_in_an_older_one() {
+    fn what_is_clicked_chooses_nothing_in_a_recording_that_names_settings_and_does_in_an_older_one()
+    {
         let chosen = |names_settings: bool, frames: usize| {
             let recording = Recording {
                 scene: "orbit".to_owned(),
@@ -361,7 +379,10 @@ mod tests {
             let script = Script { steps: Vec::new(), recording: Some(recording) };
             let mut session = session();
             session.play(Player::new(script).expect("no keys"));
-            session.carry_out(Intent::ApplySetting(Setting { substeps: 3, ..session.stage.setting() }));
+            session.carry_out(Intent::ApplySetting(Setting {
+                substeps: 3,
+                ..session.stage.setting()
+            }));
             session.stage.setting().substeps == 3
         };
         assert!(!chosen(true, 1) && chosen(false, 1));

@@ -33,7 +33,8 @@ pub(super) fn paths() -> impl Iterator<Item = PathBuf> {
 
 /// The text that the last window left under that name; empty if there is no such file, or if it cannot be read.
 pub(super) fn read(name: &str) -> String {
-    let small = |path: &PathBuf| fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() <= MOST);
+    let small =
+        |path: &PathBuf| fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() <= MOST);
     path(name).filter(small).and_then(|path| fs::read_to_string(path).ok()).unwrap_or_default()
 }
 
@@ -97,12 +98,14 @@ pub(super) fn lessons() -> Vec<(PathBuf, String)> {
     let folder = dirs::data_dir().map(|data| data.join("inertia/lessons"));
     let entries = folder.and_then(|folder| fs::read_dir(folder).ok());
     let paths = entries.into_iter().flatten().flatten().map(|entry| entry.path());
-    let mut lessons: Vec<_> =
-        paths.filter(|path| path.extension().is_some_and(|end| end == "ron") && path.is_file()).collect();
+    let mut lessons: Vec<_> = paths
+        .filter(|path| path.extension().is_some_and(|end| end == "ron") && path.is_file())
+        .collect();
     lessons.sort();
     let titled = |path: PathBuf| {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let lesson = fs::read_to_string(&path).ok().and_then(|text| Lesson::parse(&name, &text).ok());
+        let lesson =
+            fs::read_to_string(&path).ok().and_then(|text| Lesson::parse(&name, &text).ok());
         (path, lesson.map_or(name, |lesson| lesson.title))
     };
     lessons.into_iter().map(titled).collect()
@@ -118,8 +121,11 @@ pub(super) fn files() -> Vec<PathBuf> {
 pub(super) fn keep_files(before: &[PathBuf], files: &[PathBuf]) {
     let all = with_new(self::files(), before, files);
     let newest = &all[all.len().saturating_sub(MOST_FILES)..];
-    let lines: Vec<_> =
-        newest.iter().filter_map(|path| path.to_str()).filter(|path| !path.contains('\n')).collect();
+    let lines: Vec<_> = newest
+        .iter()
+        .filter_map(|path| path.to_str())
+        .filter(|path| !path.contains('\n'))
+        .collect();
     keep(FILES, &lines.join("\n"));
 }
 
@@ -142,12 +148,15 @@ mod tests {
         // The window read it when the theme was dark and one lesson was done.
         let before = "toggle_dock on\ntoggle_theme off\nlesson_done force\ndock_width 300\n";
         let now = "toggle_dock off\ntoggle_theme off\nlesson_done force\nlesson_done gravity\n";
-        let all =
-            "toggle_dock off\ntoggle_theme on\nlesson_done force\nlesson_done mass\nlesson_done gravity\n";
+        let all = "toggle_dock off\ntoggle_theme on\nlesson_done force\nlesson_done mass\nlesson_done gravity\n";
         assert_eq!(with_changes(there, before, now), all);
         assert_eq!(with_changes(there, now, now), there);
         assert_eq!(with_changes("", "", now), now);
-        assert_eq!(with_changes("dock_width 300\n", before, now).lines().count(), 2, "it is the usual again");
+        assert_eq!(
+            with_changes("dock_width 300\n", before, now).lines().count(),
+            2,
+            "it is the usual again"
+        );
     }
 
     #[test]

@@ -21,8 +21,10 @@ pub(super) struct Screen {
 
 impl Screen {
     pub fn new(event_loop: &ActiveEventLoop, [width, height]: [u32; 2]) -> Result<Self, Failure> {
-        let monitor = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
-        let most = monitor.map(|monitor| monitor.size()).filter(|most| most.width > 0 && most.height > 0);
+        let monitor =
+            event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
+        let most =
+            monitor.map(|monitor| monitor.size()).filter(|most| most.width > 0 && most.height > 0);
         let most = most.unwrap_or(PhysicalSize::new(width, height));
         let attributes = Window::default_attributes()
             .with_title("Inertia")

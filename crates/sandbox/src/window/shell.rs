@@ -94,7 +94,8 @@ impl ApplicationHandler for Shell {
                     return self.fail(event_loop, failure);
                 }
                 let slow = slow_words(&screen.gpu, &self.session.stage.sim().scene);
-                slow.into_iter().for_each(|words| self.session.stage.notices.say(Topic::Other, words));
+                slow.into_iter()
+                    .for_each(|words| self.session.stage.notices.say(Topic::Other, words));
                 let size = screen.window.inner_size();
                 self.events.push(Input::Resized([size.width, size.height]));
                 self.events.push(Input::Scaled(screen.window.scale_factor()));
@@ -130,7 +131,8 @@ impl ApplicationHandler for Shell {
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(&event),
             WindowEvent::CursorMoved { position, .. } => {
-                let known = !self.mode_changes && self.pointer.holds() == self.session.view.grabs_pointer();
+                let known =
+                    !self.mode_changes && self.pointer.holds() == self.session.view.grabs_pointer();
                 if let (Some(screen), true) = (&self.screen, known) {
                     self.events.extend(self.pointer.moved(&screen.window, position));
                 }
@@ -143,8 +145,13 @@ impl ApplicationHandler for Shell {
                     _ => return,
                 };
                 let pressed = state == ElementState::Pressed;
-                self.buttons = if pressed { self.buttons + 1 } else { self.buttons.saturating_sub(1) };
-                self.events.push(if pressed { Input::ButtonDown(button) } else { Input::ButtonUp(button) });
+                self.buttons =
+                    if pressed { self.buttons + 1 } else { self.buttons.saturating_sub(1) };
+                self.events.push(if pressed {
+                    Input::ButtonDown(button)
+                } else {
+                    Input::ButtonUp(button)
+                });
             }
             WindowEvent::MouseWheel { delta, .. } => {
                 let scale = self.screen.as_ref().map_or(1.0, |screen| screen.window.scale_factor());
@@ -153,7 +160,8 @@ impl ApplicationHandler for Shell {
             WindowEvent::DroppedFile(path) => match &self.recorder {
                 None => self.session.leave(Order::Open(path.to_string_lossy().into_owned())),
                 Some(_) => {
-                    let what = "a recording keeps its scene; drop files on a window that does not record";
+                    let what =
+                        "a recording keeps its scene; drop files on a window that does not record";
                     self.session.stage.notices.say(Topic::File, what.to_owned());
                 }
             },
@@ -203,7 +211,12 @@ impl ApplicationHandler for Shell {
 }
 
 impl Shell {
-    pub fn new(session: Session, recorder: Option<Recorder>, drafts: Drafts, files: CommandFiles) -> Self {
+    pub fn new(
+        session: Session,
+        recorder: Option<Recorder>,
+        drafts: Drafts,
+        files: CommandFiles,
+    ) -> Self {
         Self {
             session,
             recorder,
@@ -259,7 +272,8 @@ impl Shell {
                 let Some(key) = keys::named(event, self.modifiers) else { return };
                 let repeats = || binding(&key).is_some_and(Binding::repeats);
                 if !event.repeat || self.session.takes_text() || repeats() {
-                    self.mode_changes |= binding(&key).is_some_and(|row| row.act == Act::ToggleMode);
+                    self.mode_changes |=
+                        binding(&key).is_some_and(|row| row.act == Act::ToggleMode);
                     self.note_time(&key);
                     self.events.push(Input::KeyDown(key.clone()));
                     self.down.insert(event.physical_key, key);
@@ -356,18 +370,25 @@ impl Shell {
         let orders = self.session.stage.take_orders();
         let (now, later) = orders.into_iter().partition(|order| drawn || !has_picture(order));
         self.session.stage.orders = later;
-        self.opened |= now.iter().any(|order: &Order| matches!(order, Order::Open(_) | Order::Restore(_)));
-        let mut program =
-            WindowProgram { screen: self.screen.as_mut(), drafts: &mut self.drafts, files: &mut self.files };
+        self.opened |=
+            now.iter().any(|order: &Order| matches!(order, Order::Open(_) | Order::Restore(_)));
+        let mut program = WindowProgram {
+            screen: self.screen.as_mut(),
+            drafts: &mut self.drafts,
+            files: &mut self.files,
+        };
         carry_out(now, &mut self.session, &mut program)
     }
 
     /// Writes the run into a bundle without a picture: the device is lost.
     fn save_last_minute(&mut self) {
-        let mut program = WindowProgram { screen: None, drafts: &mut self.drafts, files: &mut self.files };
+        let mut program =
+            WindowProgram { screen: None, drafts: &mut self.drafts, files: &mut self.files };
         let path = PathBuf::from(program.name(BUNDLE, &self.session));
-        let written =
-            program.files().unread(&path).and_then(|path| write_bundle(&path, &self.session.stage, None));
+        let written = program
+            .files()
+            .unread(&path)
+            .and_then(|path| write_bundle(&path, &self.session.stage, None));
         match written {
             Ok(()) => tell(&format!("wrote {}", path.display())),
             Err(failure) => tell(&failure.to_string()),
@@ -414,7 +435,8 @@ impl Shell {
         };
         if let Some(recorder) = &mut self.recorder {
             let inputs = self.session.chosen.iter().chain(&events);
-            if let Err(failure) = recorder.record(self.session.stage.frames(), time.total(), inputs) {
+            if let Err(failure) = recorder.record(self.session.stage.frames(), time.total(), inputs)
+            {
                 self.session
                     .stage
                     .notices

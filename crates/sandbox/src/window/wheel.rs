@@ -17,7 +17,8 @@ pub(super) struct Wheel {
 impl Wheel {
     /// Takes a raw event of the system.
     pub fn raw(&mut self, event: &DeviceEvent) {
-        self.released = matches!(event, DeviceEvent::Button { button: 4..=7, state: ElementState::Released });
+        self.released =
+            matches!(event, DeviceEvent::Button { button: 4..=7, state: ElementState::Released });
     }
 
     /// The notches away from the person in an event of a window with `scale` pixels per point, if there are any.

@@ -25,11 +25,20 @@ impl Bracket<'_> {
 
     /// Inserts `entries` after the last existing one of the keys `after`, or after the last item. Items that are
     /// `gone` do not count.
-    pub fn insert(&self, text: &str, entries: &[String], after: &[&str], gone: &[usize]) -> Vec<Piece> {
+    pub fn insert(
+        &self,
+        text: &str,
+        entries: &[String],
+        after: &[&str],
+        gone: &[usize],
+    ) -> Vec<Piece> {
         let staying = (0..self.items.len()).rev().find(|index| !gone.contains(index));
         let last = staying.map(|index| &self.items[index]);
-        let after =
-            after.iter().rev().filter_map(|name| self.index(name)).find(|index| !gone.contains(index));
+        let after = after
+            .iter()
+            .rev()
+            .filter_map(|name| self.index(name))
+            .find(|index| !gone.contains(index));
         let Some(anchor) = after.map(|index| &self.items[index]).or(last) else {
             if self.items.is_empty() {
                 return vec![self.insert_first(text, entries)];
@@ -55,7 +64,8 @@ impl Bracket<'_> {
         }
         let line_break = line_break(text);
         let indent = indent_at(text, self.inside.start);
-        let lines: String = entries.iter().map(|entry| format!("{line_break}{indent}    {entry},")).collect();
+        let lines: String =
+            entries.iter().map(|entry| format!("{line_break}{indent}    {entry},")).collect();
         (filled..self.inside.end, format!("{lines}{line_break}{indent}"))
     }
 

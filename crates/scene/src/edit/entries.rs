@@ -39,7 +39,9 @@ impl Scene {
     pub fn entry_at(&self, path: &str) -> Option<Entry> {
         let (list, index) = entry(path)?;
         match list {
-            "bodies" => self.entry_of(u32::try_from(index).ok()?).filter(|entry| entry.list == list),
+            "bodies" => {
+                self.entry_of(u32::try_from(index).ok()?).filter(|entry| entry.list == list)
+            }
             _ => self.generated().find(|entry| (entry.list, entry.index) == (list, index)),
         }
     }
@@ -52,9 +54,9 @@ impl Scene {
         let Some((list, index)) = entry(path) else { return Vec::new() };
         let mut edits = vec![TextEdit::Remove { list: list.to_owned(), index }];
         if let Some(raw) = self.raw().filter(|raw| kind_and_name(raw, list, index).is_some()) {
-            edits.extend(
-                self.renamed(&raw, |name| Vec::from_iter(self.name_without(&raw, (list, index), name))),
-            );
+            edits.extend(self.renamed(&raw, |name| {
+                Vec::from_iter(self.name_without(&raw, (list, index), name))
+            }));
         }
         edits
     }
@@ -86,7 +88,9 @@ impl Scene {
     /// Adds a copy of the entry at `path`, moved by `by`, m, with a name of its own.
     #[must_use]
     pub fn copied(&self, path: &str, by: DVec3) -> Vec<TextEdit> {
-        let (Some((list, _)), Some(text)) = (entry(path), self.written(path)) else { return Vec::new() };
+        let (Some((list, _)), Some(text)) = (entry(path), self.written(path)) else {
+            return Vec::new();
+        };
         let fields = self.fields(path);
         let mut keys = moved(&fields, by);
         if let Some(Field { value: Some(Value::Text(name)), .. }) =
@@ -94,9 +98,12 @@ impl Scene {
         {
             keys.push(("name", Value::Text(self.fresh_name(name))));
         }
-        let edits: Vec<_> =
-            keys.into_iter().map(|(key, value)| TextEdit::set("", key, value.to_string())).collect();
-        rewrite(&self.name, text, &edits).map_or_else(|_| Vec::new(), |copy| vec![TextEdit::add(list, copy)])
+        let edits: Vec<_> = keys
+            .into_iter()
+            .map(|(key, value)| TextEdit::set("", key, value.to_string()))
+            .collect();
+        rewrite(&self.name, text, &edits)
+            .map_or_else(|_| Vec::new(), |copy| vec![TextEdit::add(list, copy)])
     }
 
     /// Moves the entry at `path` by `by`, m.
@@ -118,7 +125,11 @@ impl Scene {
             let before = written.map_or_else(unwritten, str::to_owned);
             edits.extend(self.renamed(&raw, |other| {
                 let of_it = self.first_of(other).is_some_and(|id| present.bodies.contains(&id));
-                vec![if of_it { Cow::Owned(other.replacen(&before, name, 1)) } else { Cow::Borrowed(other) }]
+                vec![if of_it {
+                    Cow::Owned(other.replacen(&before, name, 1))
+                } else {
+                    Cow::Borrowed(other)
+                }]
             }));
         }
         edits
@@ -129,16 +140,18 @@ impl Scene {
     #[must_use]
     pub fn apart(&self, path: &str) -> Vec<TextEdit> {
         let present = self.entry_at(path);
-        let Some((Entry { list, index, bodies }, raw)) = present.zip(self.raw()) else { return Vec::new() };
+        let Some((Entry { list, index, bodies }, raw)) = present.zip(self.raw()) else {
+            return Vec::new();
+        };
         if !may_be_taken_apart(list) || bodies.len() > MOST_APART {
             return Vec::new();
         }
         let name = |id| self.names.get(id).unwrap_or_default().replace('.', "-");
         let mut edits = vec![TextEdit::Remove { list: list.to_owned(), index }];
         edits.extend(
-            bodies
-                .clone()
-                .map(|id| TextEdit::add("bodies", written_body(&name(id), &self.bodies[id as usize]))),
+            bodies.clone().map(|id| {
+                TextEdit::add("bodies", written_body(&name(id), &self.bodies[id as usize]))
+            }),
         );
         edits.extend(self.renamed(&raw, |other| match self.names.find(other) {
             Some(id) if bodies.contains(&id) => vec![Cow::Owned(name(id))],
@@ -180,7 +193,8 @@ impl Scene {
         let group = format!("emitters[{index}]");
         let Some(emitter) = self.emitters.get(index) else { return Vec::new() };
         let body = emitter.rides_on.and_then(|id| self.bodies.get(id as usize));
-        let [x, y, z] = (emitter.position + body.map_or(DVec3::ZERO, |body| body.position)).to_array();
+        let [x, y, z] =
+            (emitter.position + body.map_or(DVec3::ZERO, |body| body.position)).to_array();
         let stays = TextEdit::Set { group: group.clone(), key: "rides_on".to_owned(), value: None };
         vec![stays, TextEdit::set(group, "position_m", format!("({x:?}, {y:?}, {z:?})"))]
     }
@@ -191,27 +205,35 @@ impl Scene {
     }
 
     /// Replaces the name of every body or entry by its new names. Removes whatever names one without a new name.
-    fn renamed<'a>(&self, raw: &'a raw::Scene, new: impl Fn(&'a str) -> Vec<Cow<'a, str>>) -> Vec<TextEdit> {
+    fn renamed<'a>(
+        &self,
+        raw: &'a raw::Scene,
+        new: impl Fn(&'a str) -> Vec<Cow<'a, str>>,
+    ) -> Vec<TextEdit> {
         let (mut edits, mut left) = (Vec::new(), Vec::new());
-        let mut change = |list: &str, index: usize, key: &str, names: &'a [String], least: usize| {
-            let renamed: Vec<_> = names.iter().flat_map(|name| new(name)).collect();
-            if renamed.len() < least {
-                edits.push(TextEdit::Remove { list: list.to_owned(), index });
-            } else if renamed != names {
-                let quoted: Vec<_> = renamed.iter().map(|name| format!("{name:?}")).collect();
-                let value = match key {
-                    "between" => format!("({})", quoted.join(", ")),
-                    "body" | "rides_on" => quoted.concat(),
-                    _ => format!("[{}]", quoted.join(", ")),
-                };
-                edits.push(TextEdit::set(format!("{list}[{index}]"), key, value));
-            }
-        };
+        let mut change =
+            |list: &str, index: usize, key: &str, names: &'a [String], least: usize| {
+                let renamed: Vec<_> = names.iter().flat_map(|name| new(name)).collect();
+                if renamed.len() < least {
+                    edits.push(TextEdit::Remove { list: list.to_owned(), index });
+                } else if renamed != names {
+                    let quoted: Vec<_> = renamed.iter().map(|name| format!("{name:?}")).collect();
+                    let value = match key {
+                        "between" => format!("({})", quoted.join(", ")),
+                        "body" | "rides_on" => quoted.concat(),
+                        _ => format!("[{}]", quoted.join(", ")),
+                    };
+                    edits.push(TextEdit::set(format!("{list}[{index}]"), key, value));
+                }
+            };
         for (i, spring) in raw.springs.iter().enumerate() {
             spring.between.iter().for_each(|between| change("springs", i, "between", between, 2));
         }
         for (i, thrust) in raw.thrusts.iter().enumerate() {
-            thrust.body.iter().for_each(|body| change("thrusts", i, "body", std::slice::from_ref(body), 1));
+            thrust
+                .body
+                .iter()
+                .for_each(|body| change("thrusts", i, "body", std::slice::from_ref(body), 1));
         }
         for (i, well) in raw.wells.iter().enumerate() {
             // A well is removed with the body that carries it, whatever it attracts.
@@ -241,7 +263,8 @@ impl Scene {
                 match new(name).into_iter().next() {
                     None => edits.push(TextEdit::Remove { list: list.clone(), index }),
                     Some(renamed) if renamed != name => {
-                        let action = action.replacen(&format!("{name:?}"), &format!("{renamed:?}"), 1);
+                        let action =
+                            action.replacen(&format!("{name:?}"), &format!("{renamed:?}"), 1);
                         edits.push(TextEdit::set(group, "do", action));
                     }
                     Some(_) => {}
@@ -257,7 +280,8 @@ fn survival_scripts(raw: &raw::Scene) -> impl Iterator<Item = (String, &[raw::St
     let survival = raw.expect.as_ref().and_then(|expect| expect.survival.as_ref());
     survival.into_iter().flat_map(|survival| {
         let rows = survival.rows.iter().enumerate();
-        let rows = rows.map(|(row, survival)| (format!("expect.survival.rows[{row}].script"), survival));
+        let rows =
+            rows.map(|(row, survival)| (format!("expect.survival.rows[{row}].script"), survival));
         let all = std::iter::once(("expect.survival.script".to_owned(), survival)).chain(rows);
         all.map(|(path, survival)| (path, survival.script.as_deref().unwrap_or_default()))
     })
@@ -309,7 +333,8 @@ fn moved(fields: &[Field], by: DVec3) -> Vec<(&'static str, Value)> {
 /// The place `by` away from `at`, m, with no more decimals than both have: 34.7 + 0.1 is 34.8.
 #[must_use]
 pub fn moved_place(at: DVec3, by: DVec3) -> DVec3 {
-    let decimals = |number: f64| number.to_string().split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    let decimals =
+        |number: f64| number.to_string().split_once('.').map_or(0, |(_, decimals)| decimals.len());
     let sum = |i: usize| {
         let (sum, decimals) = (at[i] + by[i], decimals(at[i]).max(decimals(by[i])));
         format!("{sum:.decimals$}").parse().unwrap_or(sum)
@@ -321,7 +346,9 @@ pub fn moved_place(at: DVec3, by: DVec3) -> DVec3 {
 fn written_body(name: &str, body: &BodySpec) -> String {
     let triple = |v: DVec3| Value::from(v).to_string();
     let shape = body.shape.map(|shape| match shape {
-        Shape::Cuboid { half_extents } => format!("cuboid(half_extents_m: {})", triple(half_extents)),
+        Shape::Cuboid { half_extents } => {
+            format!("cuboid(half_extents_m: {})", triple(half_extents))
+        }
         Shape::Sphere { radius } => format!("sphere(radius_m: {radius:?})"),
     });
     let color = body.color.map(|part| format!("{part:?}")).join(", ");

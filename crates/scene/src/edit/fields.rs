@@ -44,10 +44,13 @@ impl Value {
         let value = match kind {
             Kind::Flag => ron::from_str(written).ok().map(Self::Flag),
             // A field does not represent larger whole numbers exactly.
-            Kind::Count => ron::from_str(written).ok().filter(|count| *count < 1 << 53).map(Self::Count),
-            Kind::Number => {
-                ron::from_str(written).ok().filter(|number: &f64| number.is_finite()).map(Self::Number)
+            Kind::Count => {
+                ron::from_str(written).ok().filter(|count| *count < 1 << 53).map(Self::Count)
             }
+            Kind::Number => ron::from_str(written)
+                .ok()
+                .filter(|number: &f64| number.is_finite())
+                .map(Self::Number),
             Kind::Numbers(length) => {
                 numbers(written).filter(|numbers| numbers.len() == length).map(Self::Numbers)
             }
@@ -61,7 +64,8 @@ impl Value {
 /// Finite numbers in round brackets.
 fn numbers(written: &str) -> Option<Vec<f64>> {
     let number = |item: &Item<'_>| ron::from_str::<f64>(&written[item.value.clone()]).ok();
-    let numbers: Option<Vec<f64>> = brackets(written, &[""]).get("")?.items.iter().map(number).collect();
+    let numbers: Option<Vec<f64>> =
+        brackets(written, &[""]).get("")?.items.iter().map(number).collect();
     numbers.filter(|numbers| numbers.iter().all(|number| number.is_finite()))
 }
 

@@ -23,13 +23,16 @@ impl Scene {
     ) -> ((Method, u32), Vec<(&'p Entry, (Method, u32))>) {
         let settings = parts.iter().rev().map(|(_, setting)| *setting);
         let own = (self.method, self.substeps);
-        let solvable =
-            |(method, _): &(Method, u32)| unsolvable(*method, self.mutual_gravity.is_some()).is_none();
+        let solvable = |(method, _): &(Method, u32)| {
+            unsolvable(*method, self.mutual_gravity.is_some()).is_none()
+        };
         let common = settings.chain([own]).find(solvable).unwrap_or(own);
-        let entries =
-            parts.iter().flat_map(|(part, setting)| part.entries.iter().map(|entry| (entry, *setting)));
-        let differs =
-            |(entry, setting): &(&Entry, _)| *setting != common || self.written_methods(entry) != [false; 2];
+        let entries = parts
+            .iter()
+            .flat_map(|(part, setting)| part.entries.iter().map(|entry| (entry, *setting)));
+        let differs = |(entry, setting): &(&Entry, _)| {
+            *setting != common || self.written_methods(entry) != [false; 2]
+        };
         (common, entries.filter(differs).collect())
     }
 
@@ -60,9 +63,9 @@ impl Scene {
         entries: &[(&Entry, (Method, u32))],
     ) -> Result<String, SceneError> {
         let written = ["method", "substeps"].map(|key| self.written(key).is_some());
-        let own = entries
-            .iter()
-            .flat_map(|(entry, setting)| edits(&entry.path(), *setting, common, self.written_methods(entry)));
+        let own = entries.iter().flat_map(|(entry, setting)| {
+            edits(&entry.path(), *setting, common, self.written_methods(entry))
+        });
         let edits: Vec<_> = edits("", common, (Method::default(), 1), written).chain(own).collect();
         let text = rewrite(name, &self.text, &edits)?;
         // Parsed by the same name, because a scene without a name has that of its file.
@@ -70,7 +73,8 @@ impl Scene {
         if before.differs_only_in(&Self::parse(name, &text)?, common, entries) {
             return Ok(text);
         }
-        let what = "methods and substeps cannot be written into this text without changing more than them";
+        let what =
+            "methods and substeps cannot be written into this text without changing more than them";
         Err(SceneError::of_file(name, what, "write them by hand"))
     }
 
@@ -90,7 +94,8 @@ impl Scene {
         let mut expected = self.clone();
         (expected.method, expected.substeps) = common;
         for (entry, (method, substeps)) in entries {
-            for body in &mut expected.bodies[entry.bodies.start as usize..entry.bodies.end as usize] {
+            for body in &mut expected.bodies[entry.bodies.start as usize..entry.bodies.end as usize]
+            {
                 (body.method, body.substeps) = (Some(*method), Some(*substeps));
             }
         }
@@ -116,7 +121,8 @@ fn edits(
     inherited: (Method, u32),
     written: [bool; 2],
 ) -> impl Iterator<Item = TextEdit> + use<> {
-    let method = (written[0] || method != inherited.0).then(|| TextEdit::set(group, "method", method.name()));
+    let method = (written[0] || method != inherited.0)
+        .then(|| TextEdit::set(group, "method", method.name()));
     let substeps = (written[1] || substeps != inherited.1)
         .then(|| TextEdit::set(group, "substeps", substeps.to_string()));
     method.into_iter().chain(substeps)

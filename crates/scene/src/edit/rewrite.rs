@@ -98,7 +98,8 @@ pub fn rewrite(name: &str, text: &str, edits: &[TextEdit]) -> Result<String, Sce
 
 /// The keys of a scene after which its method is inserted. In other groups only the last two count, so that method
 /// and substeps are side by side.
-const BEFORE_METHOD: [&str; 7] = ["version", "name", "description", "step_hz", "step", "substeps", "method"];
+const BEFORE_METHOD: [&str; 7] =
+    ["version", "name", "description", "step_hz", "step", "substeps", "method"];
 
 fn set(
     name: &str,
@@ -120,13 +121,15 @@ fn set(
             }
             (None, Some(value)) => absent.push(format!("{key}: {value}")),
             (None, None) => {
-                let path = if path.is_empty() { (*key).to_owned() } else { format!("{path}.{key}") };
+                let path =
+                    if path.is_empty() { (*key).to_owned() } else { format!("{path}.{key}") };
                 return Err(missing(name, &path, "there is no such key"));
             }
         }
     }
     if !absent.is_empty() {
-        let methods = absent.iter().all(|key| key.starts_with("method: ") || key.starts_with("substeps: "));
+        let methods =
+            absent.iter().all(|key| key.starts_with("method: ") || key.starts_with("substeps: "));
         let after = match (methods, path) {
             (true, "") => &BEFORE_METHOD[..],
             (true, _) => &BEFORE_METHOD[BEFORE_METHOD.len() - 2..],
@@ -148,8 +151,8 @@ fn change_list(
     removed.dedup();
     for &index in &removed {
         let there = written.filter(|written| index < written.items.len());
-        let there =
-            there.ok_or_else(|| missing(name, &format!("{list}[{index}]"), "there is no such entry"))?;
+        let there = there
+            .ok_or_else(|| missing(name, &format!("{list}[{index}]"), "there is no such entry"))?;
         pieces.push((there.remove(text, index), String::new()));
     }
     if added.is_empty() {
@@ -163,8 +166,10 @@ fn change_list(
     let lined = scene.items.last().filter(|last| last.own_line(text).is_some());
     let value = match lined {
         Some(last) => {
-            let (break_, indent) = (super::bracket::line_break(text), indent_at(text, last.value.start));
-            let lines: String = added.iter().map(|entry| format!("{break_}{indent}    {entry},")).collect();
+            let (break_, indent) =
+                (super::bracket::line_break(text), indent_at(text, last.value.start));
+            let lines: String =
+                added.iter().map(|entry| format!("{break_}{indent}    {entry},")).collect();
             format!("[{lines}{break_}{indent}]")
         }
         None => format!("[{}]", added.join(", ")),

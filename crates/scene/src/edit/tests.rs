@@ -21,7 +21,8 @@ fn edited(text: &str, sets: &[Set]) -> Result<String, SceneError> {
     let scene = Scene::parse("t", text)?;
     let entries = scene.entries();
     let common = sets.iter().find(|(path, ..)| path.is_none());
-    let common = common.map_or((scene.method, scene.substeps), |(_, method, substeps)| (*method, *substeps));
+    let common =
+        common.map_or((scene.method, scene.substeps), |(_, method, substeps)| (*method, *substeps));
     let own = sets.iter().filter_map(|(path, method, substeps)| {
         let entry = entries.iter().find(|entry| Some(&*entry.path()) == *path);
         path.map(|_| (entry.unwrap(), (*method, *substeps)))
@@ -91,7 +92,11 @@ fn one_of_the_two_keys_takes_the_other_beside_it() {
     );
     // A value that holds anyway is not written.
     let text = "(version: 1, method: yoshida_4, bodies: [()])";
-    edits(text, &[set(None, Method::Yoshida4, 1), set(Some("bodies[0]"), Method::Yoshida4, 1)], text);
+    edits(
+        text,
+        &[set(None, Method::Yoshida4, 1), set(Some("bodies[0]"), Method::Yoshida4, 1)],
+        text,
+    );
     edits("(version: 1)", &[set(None, Method::default(), 1)], "(version: 1)");
 }
 
@@ -101,8 +106,14 @@ fn what_cannot_be_written_is_refused() {
     let text = "(version: 1, bodies: [(), (verlet_previous_position_m: (1, 0, 0))], method: position_verlet)";
     let error = refused(text, set(Some("bodies[1]"), Method::Yoshida4, 1));
     assert!(error.contains("yoshida_4 knows no previous position"), "{error}");
-    assert!(refused(text, set(None, Method::PositionVerlet, 0)).contains("0 is not a number of substeps"));
-    assert!(refused("(version: 1, bodies: [", set(None, Method::Yoshida4, 1)).contains("ends too early"));
+    assert!(
+        refused(text, set(None, Method::PositionVerlet, 0))
+            .contains("0 is not a number of substeps")
+    );
+    assert!(
+        refused("(version: 1, bodies: [", set(None, Method::Yoshida4, 1))
+            .contains("ends too early")
+    );
     let joined = "(version: 1, soft_bodies: [chain(points: 2, to_m: (1, 0, 0), stiffness_n_m: 1)],
         bodies: [(name: \"a\")], springs: [(between: (\"a\", \"chain.1\"), stiffness_n_m: 1)])";
     assert!(refused(joined, set(Some("bodies[0]"), Method::Yoshida4, 1)).contains("of its group"));
@@ -137,7 +148,10 @@ fn free_bodies_get_the_scenes_own_keys_unless_mutual_gravity_forbids_it() {
         parts.iter().zip([(Method::ImplicitEuler, 1), (Method::SemiImplicitEuler, 2)]).collect();
     let chosen = |scene: &Scene, settings: &[(&Part, (Method, u32))]| {
         let (common, own) = scene.methods_of_parts(settings);
-        (common, own.into_iter().map(|(entry, setting)| (entry.path(), setting)).collect::<Vec<_>>())
+        (
+            common,
+            own.into_iter().map(|(entry, setting)| (entry.path(), setting)).collect::<Vec<_>>(),
+        )
     };
     let own = [
         ("soft_bodies[0]".to_owned(), (Method::ImplicitEuler, 1)),
@@ -150,7 +164,8 @@ fn free_bodies_get_the_scenes_own_keys_unless_mutual_gravity_forbids_it() {
         emitters: [(rate_per_s: 1, life_s: 1, speed_m_s: 1)])";
     let scene = Scene::parse("t", text).unwrap();
     let parts = scene.parts();
-    let settings: Vec<_> = parts.iter().zip([(Method::RungeKutta4, 1), (Method::ImplicitEuler, 1)]).collect();
+    let settings: Vec<_> =
+        parts.iter().zip([(Method::RungeKutta4, 1), (Method::ImplicitEuler, 1)]).collect();
     let own = vec![("emitters[0]".to_owned(), (Method::ImplicitEuler, 1))];
     assert_eq!(chosen(&scene, &settings), ((Method::RungeKutta4, 1), own));
     let (common, own) = scene.methods_of_parts(&settings);
@@ -184,7 +199,10 @@ fn entries_come_and_go_with_their_lines() {
     rewritten(
         text,
         &[TextEdit::add("springs", "(x: 1)"), TextEdit::add("springs", "(x: 2)")],
-        &text.replace("    ],\n)", "    ],\n    springs: [\n        (x: 1),\n        (x: 2),\n    ],\n)"),
+        &text.replace(
+            "    ],\n)",
+            "    ],\n    springs: [\n        (x: 1),\n        (x: 2),\n    ],\n)",
+        ),
     );
     let row = "(version: 1, bodies: [(), (mass_kg: 1), ()])";
     rewritten(row, &[remove("bodies", 0)], "(version: 1, bodies: [(mass_kg: 1), ()])");
@@ -244,7 +262,8 @@ fn keys_come_and_go() {
         ],
         "(version: 1, bodies: [(shape: sphere(radius_m: 3.0)), (name: \"b\", mass_kg: 4.0)], seed: 3)",
     );
-    let gone = TextEdit::Set { group: "bodies[1]".to_owned(), key: "mass_kg".to_owned(), value: None };
+    let gone =
+        TextEdit::Set { group: "bodies[1]".to_owned(), key: "mass_kg".to_owned(), value: None };
     for (edit, path) in [
         (gone, "bodies[1].mass_kg"),
         (TextEdit::set("bodies[2]", "mass_kg", "1"), "bodies[2]"),
@@ -287,7 +306,11 @@ fn names_that_count_entries_follow_when_an_entry_goes() {
     };
     let without = after(&whole, &whole.without("bodies[0]"));
     assert_eq!(ends(&without), [["body.1", "grid2.x1.z0"], ["chain.0", "chain2.1"]]);
-    assert_eq!(without.own_laws.keys().copied().collect::<Vec<_>>(), [0], "the well of the second body");
+    assert_eq!(
+        without.own_laws.keys().copied().collect::<Vec<_>>(),
+        [0],
+        "the well of the second body"
+    );
     assert!(without.own_laws[&0].thrusts.is_empty());
     let without = after(&whole, &whole.without("grids[0]"));
     assert_eq!(ends(&without)[1], ["body.2", "grid.x1.z0"]);
@@ -316,8 +339,10 @@ fn survival_scripts_follow_the_names_of_their_bodies() {
     );
     let bodies = |scene: &Scene| -> Vec<Vec<String>> {
         let rows = scene.survival.as_ref().unwrap().iter();
-        rows.map(|row| row.script.iter().filter_map(|step| step.action.body().map(str::to_owned)).collect())
-            .collect()
+        rows.map(|row| {
+            row.script.iter().filter_map(|step| step.action.body().map(str::to_owned)).collect()
+        })
+        .collect()
     };
     assert_eq!(bodies(&whole), [vec!["body.1"], vec!["body.0", "ship"]]);
     let named = after(&whole, &whole.named("bodies[2]", "boat"));
@@ -337,10 +362,16 @@ fn a_copy_stands_beside_and_has_its_own_name() {
     );
     let copied = after(&whole, &whole.copied("bodies[0]", DVec3::X));
     assert_eq!(copied.bodies[1].position, DVec3::new(2.0, 2.0, 3.0));
-    assert_eq!((copied.names.get(1).unwrap(), copied.bodies[1].inverse_mass), ("ball2".into(), Some(0.5)));
+    assert_eq!(
+        (copied.names.get(1).unwrap(), copied.bodies[1].inverse_mass),
+        ("ball2".into(), Some(0.5))
+    );
     let copied = after(&whole, &whole.copied("soft_bodies[0]", DVec3::Z));
     assert_eq!(copied.names.get(3).unwrap(), "rope2.0");
-    assert_eq!((copied.bodies[3].position, copied.bodies[4].position), (DVec3::Z, DVec3::new(0.0, 1.0, 1.0)));
+    assert_eq!(
+        (copied.bodies[3].position, copied.bodies[4].position),
+        (DVec3::Z, DVec3::new(0.0, 1.0, 1.0))
+    );
     let shifted = after(&whole, &whole.shifted("bodies[0]", DVec3::NEG_Y));
     assert_eq!(shifted.bodies[0].position, DVec3::new(1.0, 1.0, 3.0));
 }
@@ -387,7 +418,10 @@ fn fields_are_the_keys_with_what_is_written() {
     assert_eq!(field("bodies[0]", "name"), Some(Value::Text("ab".to_owned())));
     assert_eq!(field("bodies[0]", "mass_kg"), Some(Value::Number(2.0)));
     assert_eq!(field("bodies[0]", "position_m"), Some(Value::Numbers(vec![1.0, -2.0, 300.0])));
-    assert_eq!(field("bodies[0]", "shape"), Some(Value::Written("sphere(radius_m: 1.5)".to_owned())));
+    assert_eq!(
+        field("bodies[0]", "shape"),
+        Some(Value::Written("sphere(radius_m: 1.5)".to_owned()))
+    );
     assert_eq!(field("bodies[0].shape", "radius_m"), Some(Value::Number(1.5)));
     assert_eq!(field("bodies[0]", "immovable"), None);
     assert_eq!(field("", "version"), Some(Value::Count(1)));
@@ -409,7 +443,8 @@ fn what_rides_on_a_body_follows_its_name_and_stays_where_it_began() {
     let whole = scene(text);
     let well = |scene: &Scene| -> Vec<(u32, u32)> {
         let riding = |(id, laws): (&u32, &crate::OwnLawsSpec)| {
-            let carriers: Vec<_> = laws.riding_wells.iter().map(|well| (*id, well.rides_on)).collect();
+            let carriers: Vec<_> =
+                laws.riding_wells.iter().map(|well| (*id, well.rides_on)).collect();
             carriers
         };
         scene.own_laws.iter().flat_map(riding).collect()
@@ -429,7 +464,8 @@ fn what_rides_on_a_body_follows_its_name_and_stays_where_it_began() {
     let without = after(&whole, &whole.without("emitters[0]"));
     assert_eq!(well(&without), [(2, 1)]);
     // Names that count: the planet becomes the first of all.
-    let unnamed = scene(&text.replace("(name: \"planet\")", "()").replace("\"planet\"", "\"body.1\""));
+    let unnamed =
+        scene(&text.replace("(name: \"planet\")", "()").replace("\"planet\"", "\"body.1\""));
     assert_eq!(well(&unnamed), well(&whole));
     let without = after(&unnamed, &unnamed.without("bodies[0]"));
     assert_eq!(well(&without), [(1, 0), (2, 0), (3, 0)]);

@@ -50,7 +50,9 @@ impl VariedScene {
         let mut edits = Vec::new();
         for (place, value) in places {
             if values.at(place).next().is_none() {
-                edits.extend(values.insert(place, value).ok_or_else(|| values.missing(scene, place))?);
+                edits.extend(
+                    values.insert(place, value).ok_or_else(|| values.missing(scene, place))?,
+                );
             }
         }
         let text = rewrite(&scene.name, &scene.text, &edits)?;
@@ -62,7 +64,9 @@ impl VariedScene {
             .flat_map(|(place, ranges)| ranges.iter().map(move |range| (range, *place)))
             .collect();
         all.sort_unstable_by_key(|(range, _)| (range.start, range.end));
-        if let Some([(_, one), (_, other)]) = all.windows(2).find(|pair| pair[1].0.start < pair[0].0.end) {
+        if let Some([(_, one), (_, other)]) =
+            all.windows(2).find(|pair| pair[1].0.start < pair[0].0.end)
+        {
             let what = format!("{one} varies the same value");
             return Err(fault(scene, other, what, "leave one of them out".to_owned()));
         }
@@ -128,8 +132,10 @@ impl<'a> Values<'a> {
     /// Writes a key that groups may have and do not have; `None` if there is no such key or group.
     fn insert(&self, place: &str, value: &str) -> Option<Vec<TextEdit>> {
         let (group, key) = place.rsplit_once('.').unwrap_or(("", place));
-        let groups =
-            self.tree.keys().filter(|path| is_at(path, group) && self.keys(path).any(|known| known == key));
+        let groups = self
+            .tree
+            .keys()
+            .filter(|path| is_at(path, group) && self.keys(path).any(|known| known == key));
         let edits: Vec<_> = groups.map(|path| TextEdit::set(path, key, value)).collect();
         (!edits.is_empty()).then_some(edits)
     }
@@ -143,7 +149,9 @@ impl<'a> Values<'a> {
                 "" => key.to_owned(),
                 path => format!("{path}.{key}"),
             });
-            known.extend(keys.chain([path.clone()]).map(|path| if all { every(&path) } else { path }));
+            known.extend(
+                keys.chain([path.clone()]).map(|path| if all { every(&path) } else { path }),
+            );
         }
         let near = nearest(place, known.iter().map(String::as_str));
         let cure = match near {

@@ -20,7 +20,12 @@ pub(crate) struct Defaults {
 }
 
 /// Resolves body `index` of the list.
-pub(crate) fn body(raw: &raw::Body, index: usize, scenes: Defaults, faults: &mut Faults) -> BodySpec {
+pub(crate) fn body(
+    raw: &raw::Body,
+    index: usize,
+    scenes: Defaults,
+    faults: &mut Faults,
+) -> BodySpec {
     let scope = Scope::item("bodies", index);
     let scenery = raw.scenery == Some(true);
     let immovable = raw.immovable == Some(true);
@@ -53,7 +58,11 @@ pub(crate) fn body(raw: &raw::Body, index: usize, scenes: Defaults, faults: &mut
         position,
         orientation: orientation(raw, scope, faults),
         velocity: if scenery || immovable { DVec3::ZERO } else { velocity },
-        verlet_previous: if scenery { None } else { verlet_previous(raw, position, own, scope, faults) },
+        verlet_previous: if scenery {
+            None
+        } else {
+            verlet_previous(raw, position, own, scope, faults)
+        },
         inverse_mass: (!scenery).then_some(if immovable { 0.0 } else { inverse_mass }),
         source_mass: raw.mass_kg.filter(|_| immovable && !scenery),
         color: faults.color(scope, raw.color),
@@ -108,7 +117,11 @@ pub(crate) fn label(raw: &raw::Body, scope: Scope, faults: &mut Faults) -> Optio
     } else {
         return Some(label);
     };
-    faults.add(scope.key("label"), what, format!("give 1 to {LABEL_LIMIT} characters, or remove it"));
+    faults.add(
+        scope.key("label"),
+        what,
+        format!("give 1 to {LABEL_LIMIT} characters, or remove it"),
+    );
     None
 }
 
@@ -146,7 +159,8 @@ fn refuse_physics(raw: &raw::Body, scope: Scope, faults: &mut Faults) {
 fn resolve_shape(raw: &raw::Shape, scope: Scope, faults: &mut Faults) -> Option<Shape> {
     let raw::Shape { word, keys } = raw;
     let half_extents = keys.half_extents_m.map(DVec3::from_array);
-    let cuboid = ("half_extents_m", half_extents.map(|half_extents| Shape::Cuboid { half_extents }));
+    let cuboid =
+        ("half_extents_m", half_extents.map(|half_extents| Shape::Cuboid { half_extents }));
     let sphere = ("radius_m", keys.radius_m.map(|radius| Shape::Sphere { radius }));
     let ((key, shape), (other, strange)) = match word.as_str() {
         "cuboid" => (cuboid, sphere),
@@ -158,7 +172,11 @@ fn resolve_shape(raw: &raw::Shape, scope: Scope, faults: &mut Faults) -> Option<
         }
     };
     if strange.is_some() {
-        faults.add(scope.key(&format!("shape.{other}")), format!("a {word} has no `{other}`"), "remove it");
+        faults.add(
+            scope.key(&format!("shape.{other}")),
+            format!("a {word} has no `{other}`"),
+            "remove it",
+        );
     }
     let Some(shape) = shape else {
         faults.add(
@@ -170,7 +188,9 @@ fn resolve_shape(raw: &raw::Shape, scope: Scope, faults: &mut Faults) -> Option<
     };
     if shape.validated().is_err() {
         let what = match shape {
-            Shape::Cuboid { half_extents } => format!("{} is not half a size", shown_vector(half_extents)),
+            Shape::Cuboid { half_extents } => {
+                format!("{} is not half a size", shown_vector(half_extents))
+            }
             Shape::Sphere { radius } => format!("{} is not a radius", shown(radius)),
         };
         let cure = format!("give {:e} to {:e} m", Shape::SMALLEST, Shape::LARGEST);
@@ -191,7 +211,8 @@ fn locks(words: &[Word], scope: Scope, faults: &mut Faults) -> AxisLocks {
     let mut locks = AxisLocks::default();
     for (i, word) in words.iter().enumerate() {
         let key = format!("locked_axes[{i}]");
-        let axis = faults.word((scope, &key), Some(word), "", &["x", "y", "z"].map(|axis| (axis, axis)));
+        let axis =
+            faults.word((scope, &key), Some(word), "", &["x", "y", "z"].map(|axis| (axis, axis)));
         locks.x |= axis == "x";
         locks.y |= axis == "y";
         locks.z |= axis == "z";
@@ -205,9 +226,11 @@ mod tests {
 
     #[test]
     fn a_rotation_goes_about_x_then_y_then_z_of_the_world() {
-        let scene =
-            crate::scene::Scene::parse("t", "(version: 1, bodies: [(rotation_deg: (90.0, 90.0, 0.0))])")
-                .unwrap();
+        let scene = crate::scene::Scene::parse(
+            "t",
+            "(version: 1, bodies: [(rotation_deg: (90.0, 90.0, 0.0))])",
+        )
+        .unwrap();
         let turned = scene.bodies[0].orientation.unwrap() * DVec3::Y;
         // y goes to z about x, and on to x about y.
         assert!((turned - DVec3::X).length() < 1e-15, "{turned}");
@@ -239,7 +262,8 @@ mod tests {
             "x".repeat(LABEL_LIMIT - 6)
         );
         let scene = crate::scene::Scene::parse("t", &text).unwrap();
-        let labels: Vec<_> = scene.labels.iter().map(|(id, label)| (*id, label.chars().count())).collect();
+        let labels: Vec<_> =
+            scene.labels.iter().map(|(id, label)| (*id, label.chars().count())).collect();
         assert_eq!((labels, scene.trails), (vec![(1, LABEL_LIMIT), (2, 3)], true));
         assert!(!crate::scene::Scene::parse("t", "(version: 1)").unwrap().trails);
     }

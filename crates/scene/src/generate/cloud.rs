@@ -18,7 +18,8 @@ pub(super) fn cloud(raw: &raw::Cloud, index: usize, faults: &mut Faults) -> Gene
         faults.add(scope.key("radius_m"), what, "leave out `radius_m` or `half_extents_m`");
     }
     let radius = faults.optional((scope, "radius_m"), raw.radius_m, RADIUS);
-    let half_extents = raw.half_extents_m.map_or(DVec3::splat(radius.unwrap_or(0.0)), DVec3::from_array);
+    let half_extents =
+        raw.half_extents_m.map_or(DVec3::splat(radius.unwrap_or(0.0)), DVec3::from_array);
     let center = faults.vector((scope, "center_m"), raw.center_m, DVec3::ZERO);
     let is_extent = half_extents.to_array().into_iter().all(not_negative);
     if !(is_extent && (center + half_extents).is_finite() && (center - half_extents).is_finite()) {

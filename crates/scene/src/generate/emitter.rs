@@ -29,8 +29,16 @@ pub const SWARM_LIMIT: u64 = Swarm::MOST;
 /// Resolves emitter `index` of the list.
 pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> GeneratedEntry {
     let scope = Scope::item("emitters", index);
-    faults.require(raw.rate_per_s.is_some(), (scope, "rate_per_s"), "add one such as `rate_per_s: 100.0`");
-    faults.require(raw.speed_m_s.is_some(), (scope, "speed_m_s"), "add one such as `speed_m_s: 10.0`");
+    faults.require(
+        raw.rate_per_s.is_some(),
+        (scope, "rate_per_s"),
+        "add one such as `rate_per_s: 100.0`",
+    );
+    faults.require(
+        raw.speed_m_s.is_some(),
+        (scope, "speed_m_s"),
+        "add one such as `speed_m_s: 10.0`",
+    );
     faults.require(raw.life_s.is_some(), (scope, "life_s"), "add one such as `life_s: 3.0`");
     let rate = faults.number((scope, "rate_per_s"), raw.rate_per_s, 1.0, RATE);
     let life = faults.number((scope, "life_s"), raw.life_s, 1.0, LIFE);
@@ -101,7 +109,8 @@ fn swarm(
     method: Option<Method>,
     faults: &mut Faults,
 ) -> Option<(Method, Option<u32>)> {
-    let on_device = faults.word((scope, "on"), raw.on.as_ref(), false, &[("cpu", false), ("gpu", true)]);
+    let on_device =
+        faults.word((scope, "on"), raw.on.as_ref(), false, &[("cpu", false), ("gpu", true)]);
     let layouts = [("positions", false), ("velocity", true)];
     let keeps_velocity = faults.word((scope, "layout"), raw.layout.as_ref(), false, &layouts);
     if !on_device {
@@ -124,7 +133,10 @@ fn swarm(
     let method = match method {
         Some(method) if !fitting.contains(&method) => {
             let layout = if keeps_velocity { "a position and a velocity" } else { "two positions" };
-            let what = format!("the device keeps {layout} of a particle, which {} cannot use", method.name());
+            let what = format!(
+                "the device keeps {layout} of a particle, which {} cannot use",
+                method.name()
+            );
             faults.add(scope.key("method"), what, cure);
             usual
         }

@@ -63,7 +63,8 @@ pub(super) struct GeneratedEntry {
 
 impl GeneratedEntry {
     pub fn census(&self, attracts: bool, in_air: bool) -> Census {
-        let (is_pool, is_soft) = (self.scope.section == "emitters", self.scope.section == "soft_bodies");
+        let (is_pool, is_soft) =
+            (self.scope.section == "emitters", self.scope.section == "soft_bodies");
         let those = |are: bool| if are { self.count } else { 0 };
         let is_grouped = is_soft || attracts && !is_pool;
         Census {
@@ -126,11 +127,19 @@ pub(super) fn count(value: Option<u32>, (scope, key): Key<'_>, faults: &mut Faul
 }
 
 /// A unit vector; up if it is missing or invalid.
-pub(super) fn direction((scope, key): Key<'_>, value: Option<Triple>, faults: &mut Faults) -> DVec3 {
+pub(super) fn direction(
+    (scope, key): Key<'_>,
+    value: Option<Triple>,
+    faults: &mut Faults,
+) -> DVec3 {
     let given = faults.vector((scope, key), value, DVec3::Y);
     given.try_normalize().unwrap_or_else(|| {
         let what = format!("{} is not a direction", shown_vector(given));
-        faults.add(scope.key(key), what, "give a vector that is not zero; its length does not matter");
+        faults.add(
+            scope.key(key),
+            what,
+            "give a vector that is not zero; its length does not matter",
+        );
         DVec3::Y
     })
 }

@@ -36,7 +36,11 @@ pub(super) fn grid(raw: &raw::Grid, index: usize, faults: &mut Faults) -> Genera
         let what = format!("({}, {}) is not a spacing", shown(along_x), shown(along_z));
         faults.add(scope.key("spacing_m"), what, "give two positive numbers of meters");
     } else if !(origin + span).is_finite() {
-        faults.add(scope.key("spacing_m"), "the grid reaches beyond all numbers", "give a smaller spacing");
+        faults.add(
+            scope.key("spacing_m"),
+            "the grid reaches beyond all numbers",
+            "give a smaller spacing",
+        );
     }
     let (body, own) = shared(&raw.shared(), scope, ((GRID_MASS, 1.0), MASS), faults);
     let body = BodySpec { checker: true, ..body };
@@ -52,9 +56,14 @@ pub(super) fn grid(raw: &raw::Grid, index: usize, faults: &mut Faults) -> Genera
         make: Box::new(move |_, bodies, random| {
             for x in 0..columns {
                 for z in 0..rows {
-                    let shape = shape.unwrap_or_else(|| if random.random::<bool>() { CUBE } else { SPHERE });
+                    let shape = shape
+                        .unwrap_or_else(|| if random.random::<bool>() { CUBE } else { SPHERE });
                     let offset = DVec3::new(f64::from(x) * along_x, 0.0, f64::from(z) * along_z);
-                    bodies.bodies.push(BodySpec { shape: Some(shape), position: origin + offset, ..body });
+                    bodies.bodies.push(BodySpec {
+                        shape: Some(shape),
+                        position: origin + offset,
+                        ..body
+                    });
                 }
             }
         }),

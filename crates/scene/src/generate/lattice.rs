@@ -26,10 +26,15 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
         let what = format!("({}, {}, {}) makes no block of cells", cells.x, cells.y, cells.z);
         faults.add(scope.key("cells"), what, cure);
     }
-    faults.require(keys.size_m.is_some(), (scope, "size_m"), "give one such as `size_m: (1.0, 1.0, 1.0)`");
+    faults.require(
+        keys.size_m.is_some(),
+        (scope, "size_m"),
+        "give one such as `size_m: (1.0, 1.0, 1.0)`",
+    );
     let center = faults.vector((scope, "center_m"), keys.center_m, DVec3::ZERO);
     let size = keys.size_m.map_or(DVec3::ONE, DVec3::from_array);
-    if !size.to_array().into_iter().all(positive) || !within_numbers(&[center, size, center + size]) {
+    if !size.to_array().into_iter().all(positive) || !within_numbers(&[center, size, center + size])
+    {
         let cure = "give three positive numbers of meters";
         faults.add(scope.key("size_m"), format!("{} is not a size", shown_vector(size)), cure);
     }
@@ -60,7 +65,8 @@ fn triangles(form: &Form) -> Vec<[u32; 3]> {
                     (place[axis], place[u], place[v]) = (level, i, j);
                     form.number(place)
                 };
-                let [a, b, c, d] = [corner(i - 1, j - 1), corner(i, j - 1), corner(i, j), corner(i - 1, j)];
+                let [a, b, c, d] =
+                    [corner(i - 1, j - 1), corner(i, j - 1), corner(i, j), corner(i - 1, j)];
                 // a, b, c, d goes round counterclockwise as seen from the far side of the axis.
                 if far {
                     triangles.extend([[a, b, c], [a, c, d]]);

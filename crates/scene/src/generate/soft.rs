@@ -14,7 +14,11 @@ use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
 
 /// Resolves soft body `index` of the list; `None` if its kind is unknown.
-pub(super) fn soft(raw: &raw::SoftBody, index: usize, faults: &mut Faults) -> Option<GeneratedEntry> {
+pub(super) fn soft(
+    raw: &raw::SoftBody,
+    index: usize,
+    faults: &mut Faults,
+) -> Option<GeneratedEntry> {
     let scope = Scope::item("soft_bodies", index);
     for key in raw.keys_of_other_kinds() {
         faults.add(scope.key(key), format!("a {} has no `{key}`", raw.word), "remove it");

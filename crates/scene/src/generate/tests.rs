@@ -7,11 +7,12 @@ use crate::parse;
 
 #[test]
 fn a_grid_has_columns_along_x_and_rows_along_z_in_x_major_order() {
-    let scene =
-        parse("grids: [(kind: cubes, columns: 2, rows: 3, spacing_m: (2, 5), origin_m: (1, 10, -1))]");
+    let scene = parse(
+        "grids: [(kind: cubes, columns: 2, rows: 3, spacing_m: (2, 5), origin_m: (1, 10, -1))]",
+    );
     let places: Vec<_> = scene.bodies.iter().map(|body| body.position.to_array()).collect();
-    let expected =
-        [[1, -1], [1, 4], [1, 9], [3, -1], [3, 4], [3, 9]].map(|[x, z]| [f64::from(x), 10.0, f64::from(z)]);
+    let expected = [[1, -1], [1, 4], [1, 9], [3, -1], [3, 4], [3, 9]]
+        .map(|[x, z]| [f64::from(x), 10.0, f64::from(z)]);
     assert_eq!(places, expected);
     assert_eq!(scene.names.get(3).as_deref(), Some("grid.x1.z0"));
     let cube = Shape::Cuboid { half_extents: DVec3::ONE };
@@ -40,7 +41,10 @@ fn ids_go_by_list_and_lists_have_one_order() {
     assert_eq!(scene.emitters[0].pool, 6..8);
     let points: Vec<_> =
         scene.soft_bodies.iter().map(|soft| (soft.name.as_str(), soft.points.clone())).collect();
-    assert_eq!(points, [("chain", 8..10), ("jelly", 10..18), ("chain2", 18..20), ("cloth", 20..24)]);
+    assert_eq!(
+        points,
+        [("chain", 8..10), ("jelly", 10..18), ("chain2", 18..20), ("cloth", 20..24)]
+    );
     assert_eq!(scene.bodies.len(), scene.names.len());
 }
 
@@ -70,7 +74,10 @@ fn a_cloud_fills_its_box_at_its_speed() {
         (least, most) = (least.min(body.position), most.max(body.position));
         drift += body.velocity / 2000.0;
     }
-    assert!(least.cmpge(DVec3::new(4.0, -2.0, 0.0)).all() && most.cmple(DVec3::new(6.0, 2.0, 0.0)).all());
+    assert!(
+        least.cmpge(DVec3::new(4.0, -2.0, 0.0)).all()
+            && most.cmple(DVec3::new(6.0, 2.0, 0.0)).all()
+    );
     assert!((most - least).length() > 4.4, "{least} {most}");
     // Each component of a random direction has variance 1/3; five standard errors of the mean of 2000.
     assert!(drift.abs().max_element() < 5.0 * 3.0 / (3.0_f64 * 2000.0).sqrt(), "{drift}");
@@ -79,7 +86,8 @@ fn a_cloud_fills_its_box_at_its_speed() {
 #[test]
 fn a_cloud_with_a_radius_fills_its_ball() {
     let scene = parse("seed: 3, clouds: [(count: 2000, center_m: (5, 0, 0), radius_m: 2)]");
-    let distances = scene.bodies.iter().map(|body| body.position.distance(DVec3::new(5.0, 0.0, 0.0)));
+    let distances =
+        scene.bodies.iter().map(|body| body.position.distance(DVec3::new(5.0, 0.0, 0.0)));
     assert!(distances.clone().all(|distance| distance < 2.0));
     // An eighth of the volume lies within half the radius: five standard errors of a count of 2000 are 74.
     let inner = distances.filter(|distance| *distance < 1.0).count();

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use exmex::{BinOp, Express, FlatEx, MakeOperators, MatchLiteral, Operator, literal_matcher_from_pattern};
+use exmex::{
+    BinOp, Express, FlatEx, MakeOperators, MatchLiteral, Operator, literal_matcher_from_pattern,
+};
 
 /// The arithmetic of formulas: all values are numbers, true is 1 and false is 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,7 +69,10 @@ impl Formula {
     /// What is wrong with it, as a clause.
     pub fn parse(text: &str) -> Result<Self, String> {
         // The parser would take anything in braces for a name, and accepts other brackets than round ones.
-        if text.len() > Self::LONGEST || text.contains(['{', '}', '[', ']', '"']) || text.trim().is_empty() {
+        if text.len() > Self::LONGEST
+            || text.contains(['{', '}', '[', ']', '"'])
+            || text.trim().is_empty()
+        {
             return Err(format!("`{text}` is not a formula"));
         }
         let tree = FlatEx::parse(text).map_err(|_| format!("`{text}` is not a formula"))?;
@@ -105,7 +110,8 @@ impl Formula {
 
     /// Its value, if `quantity` gives the value of each name; NaN if a name has no value.
     pub fn value(&self, quantity: impl Fn(&str) -> Option<f64>) -> f64 {
-        let values: Vec<f64> = self.names().iter().map(|name| quantity(name).unwrap_or(f64::NAN)).collect();
+        let values: Vec<f64> =
+            self.names().iter().map(|name| quantity(name).unwrap_or(f64::NAN)).collect();
         // `max`, `||` and others would hide a NaN.
         if values.iter().any(|value| value.is_nan()) {
             return f64::NAN;
@@ -136,8 +142,9 @@ impl Comparison {
     const SIGNS: [&'static str; 6] = ["<=", ">=", "==", "!=", "<", ">"];
 
     fn parse(text: &str) -> Option<Self> {
-        let (at, sign) = outside_brackets(text)
-            .find_map(|at| Some((at, *Self::SIGNS.iter().find(|sign| text[at..].starts_with(**sign))?)))?;
+        let (at, sign) = outside_brackets(text).find_map(|at| {
+            Some((at, *Self::SIGNS.iter().find(|sign| text[at..].starts_with(**sign))?))
+        })?;
         let part = |text: &str| Formula::parse(text.trim()).ok();
         Some(Self { left: part(&text[..at])?, sign, right: part(&text[at + sign.len()..])? })
     }
@@ -226,7 +233,11 @@ impl Sentence {
     }
 
     /// The sentence with the values of its formulas, as `written` writes them.
-    pub fn filled(&self, quantity: impl Fn(&str) -> Option<f64>, written: impl Fn(f64) -> String) -> String {
+    pub fn filled(
+        &self,
+        quantity: impl Fn(&str) -> Option<f64>,
+        written: impl Fn(f64) -> String,
+    ) -> String {
         let part = |part: &Part| match part {
             Part::Words(words) => words.clone(),
             Part::Number(formula) => written(formula.value(&quantity)),
@@ -265,8 +276,9 @@ mod tests {
     fn a_formula_is_split_into_its_comparisons() {
         let parts = |text: &str| {
             let parts = Formula::parse(text).unwrap().comparisons()?;
-            let words =
-                |part: &Comparison| format!("{} {} {}", part.left.text(), part.sign, part.right.text());
+            let words = |part: &Comparison| {
+                format!("{} {} {}", part.left.text(), part.sign, part.right.text())
+            };
             Some(parts.iter().map(words).collect::<Vec<_>>())
         };
         let of = |text: &str, expected: &[&str]| {
@@ -277,7 +289,9 @@ mod tests {
         assert_eq!(parts("a > 1 || b > 2"), None);
         assert_eq!(parts("a > 1 && (b > 2 || c > 3)"), None, "not a comparison");
         assert_eq!(parts("a"), None);
-        for (text, holds) in [("2 >= 2", true), ("2 != 2", false), ("2 != 3", true), ("v < 3", false)] {
+        for (text, holds) in
+            [("2 >= 2", true), ("2 != 2", false), ("2 != 3", true), ("v < 3", false)]
+        {
             let part = Formula::parse(text).unwrap().comparisons().unwrap().remove(0);
             assert_eq!(part.holds(|_| None), holds, "{text}");
         }
@@ -295,10 +309,14 @@ mod tests {
     #[test]
     fn a_sentence_is_filled_with_its_numbers() {
         let sentence = Sentence::parse("It moves at {v} m/s, {v * 2} later.").unwrap();
-        assert_eq!(sentence.filled(|_| Some(1.5), |v| v.to_string()), "It moves at 1.5 m/s, 3 later.");
+        assert_eq!(
+            sentence.filled(|_| Some(1.5), |v| v.to_string()),
+            "It moves at 1.5 m/s, 3 later."
+        );
         assert_eq!(sentence.formulas().count(), 2);
-        let claims =
-            |text: &str| Sentence::parse(text).unwrap().claims().iter().map(Vec::len).collect::<Vec<_>>();
+        let claims = |text: &str| {
+            Sentence::parse(text).unwrap().claims().iter().map(Vec::len).collect::<Vec<_>>()
+        };
         assert_eq!(claims("It moves at {v} m/s, {v * 2} later. Then {v}. Good."), [2, 1]);
         assert_eq!(claims("In 0.5 s: {v}, not {w}"), [2]);
         assert_eq!(claims("Nothing."), [0_usize; 0]);

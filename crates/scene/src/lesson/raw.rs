@@ -9,8 +9,8 @@ use serde::Deserialize;
 use serde::de::{Deserializer, IgnoredAny, MapAccess, Visitor};
 
 use super::{
-    Begin, Formula, Goal, LESSON_VERSION, Lesson, LessonRun, LessonStep, Measure, Quantity, SUFFIXES,
-    Sentence,
+    Begin, Formula, Goal, LESSON_VERSION, Lesson, LessonRun, LessonStep, Measure, Quantity,
+    SUFFIXES, Sentence,
 };
 use crate::action::Action;
 use crate::check::{Rule, STEP_RATE, Scope, positive};
@@ -133,8 +133,8 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
 }
 
 pub(super) fn parse(name: &str, text: &str) -> Result<Lesson, SceneError> {
-    let (raw, unknown) =
-        syntax::read::<RawLesson>(text, "").map_err(|error| syntax::error(name, text, "", &error))?;
+    let (raw, unknown) = syntax::read::<RawLesson>(text, "")
+        .map_err(|error| syntax::error(name, text, "", &error))?;
     let mut faults = Faults::default();
     unknown.iter().for_each(|path| faults.unknown_key(path, keys_at(path)));
     let lesson = Reader { faults: &mut faults, name, scenes: HashMap::new() }.lesson(raw);
@@ -157,7 +157,8 @@ pub(super) fn is_lesson(text: &str) -> bool {
 /// The keys of the group that has the key at `path`.
 fn keys_at(path: &str) -> &'static [&'static str] {
     let group = path.rsplit_once('.').map_or("", |(group, _)| group);
-    let group = group.rsplit('.').next().and_then(|group| group.split('[').next()).unwrap_or_default();
+    let group =
+        group.rsplit('.').next().and_then(|group| group.split('[').next()).unwrap_or_default();
     match group {
         "runs" => keys_of::<RawRun>(),
         "steps" => keys_of::<RawStep>(),
@@ -192,9 +193,12 @@ impl Reader<'_> {
         let file = self.text("scene", raw.scene);
         let scene = self.scene("scene", &file);
         let measure = self.quantities("measure", raw.measure, scene.as_deref(), false);
-        let runs: Vec<_> = raw.runs.into_iter().enumerate().map(|(i, run)| self.run(i, run, &file)).collect();
+        let runs: Vec<_> =
+            raw.runs.into_iter().enumerate().map(|(i, run)| self.run(i, run, &file)).collect();
         let mut names = HashSet::new();
-        for (i, quantity) in measure.iter().chain(runs.iter().flat_map(|run| &run.measure)).enumerate() {
+        for (i, quantity) in
+            measure.iter().chain(runs.iter().flat_map(|run| &run.measure)).enumerate()
+        {
             let name = quantity.name.as_str();
             let is_word = name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
             let ends = SUFFIXES.iter().any(|end| name.ends_with(end));
@@ -215,7 +219,8 @@ impl Reader<'_> {
             self.faults.missing(String::new(), "steps", "add at least one step");
         }
         let steps = raw.steps.into_iter().enumerate();
-        let steps: Vec<_> = steps.map(|(i, step)| self.step(i, step, &names, scene.as_deref())).collect();
+        let steps: Vec<_> =
+            steps.map(|(i, step)| self.step(i, step, &names, scene.as_deref())).collect();
         let lesson = Lesson {
             name: self.name.to_owned(),
             title,
@@ -228,7 +233,8 @@ impl Reader<'_> {
             steps,
         };
         if lesson.wrong_ways() < 2 && !lesson.steps.is_empty() {
-            let cure = "add `wrong` or `wrong_answers`, which the check plays and expects to be refused";
+            let cure =
+                "add `wrong` or `wrong_answers`, which the check plays and expects to be refused";
             self.faults.add("steps", "the lesson has fewer than two wrong ways", cure);
         }
         lesson
@@ -284,7 +290,11 @@ impl Reader<'_> {
                 self.body(&path, body, scene);
             }
             if of_run && measure.is_of_screen() {
-                self.faults.add(path, "a run has no screen", "measure it in the `measure` of the lesson");
+                self.faults.add(
+                    path,
+                    "a run has no screen",
+                    "measure it in the `measure` of the lesson",
+                );
             } else if !of_run && *measure == Measure::Error {
                 let cure = "measure it in the `measure` of a run";
                 self.faults.add(path, "only runs are compared with a reference", cure);
@@ -320,7 +330,9 @@ impl Reader<'_> {
         if let Some(scene) = &scene {
             let set = raw.start.iter().filter_map(Action::method);
             let attracts = scene.mutual_gravity.is_some();
-            if let Some(why) = method.into_iter().chain(set).find_map(|method| unsolvable(method, attracts)) {
+            if let Some(why) =
+                method.into_iter().chain(set).find_map(|method| unsolvable(method, attracts))
+            {
                 self.faults.add(scope.key("method"), why, "take another method");
             }
         }
@@ -350,7 +362,13 @@ impl Reader<'_> {
         }
     }
 
-    fn step(&mut self, i: usize, raw: RawStep, names: &HashSet<String>, scene: Option<&Scene>) -> LessonStep {
+    fn step(
+        &mut self,
+        i: usize,
+        raw: RawStep,
+        names: &HashSet<String>,
+        scene: Option<&Scene>,
+    ) -> LessonStep {
         let scope = Scope::item("steps", i);
         self.faults.require(raw.task.is_some(), (scope, "task"), "say what to do");
         let then = self.sentence(scope, raw.then.as_deref(), names);
@@ -375,10 +393,18 @@ impl Reader<'_> {
             ("within", raw.number.is_none() && raw.within.is_some()),
         ];
         for (key, _) in of_others.into_iter().filter(|(_, given)| *given) {
-            self.faults.add(scope.key(key), "this key belongs to another kind of step", "remove it");
+            self.faults.add(
+                scope.key(key),
+                "this key belongs to another kind of step",
+                "remove it",
+            );
         }
         let goal = if let Some(when) = &raw.done {
-            self.faults.require(raw.solution.is_some(), (scope, "solution"), "list the actions that do it");
+            self.faults.require(
+                raw.solution.is_some(),
+                (scope, "solution"),
+                "list the actions that do it",
+            );
             let when = self.formula(scope.key("done"), when, names);
             let (solution, also) = (raw.solution.unwrap_or_default(), raw.also);
             let goal = Goal::Done { when, solution, also, wrong: raw.wrong };
@@ -387,7 +413,11 @@ impl Reader<'_> {
             }
             goal
         } else {
-            self.faults.require(raw.answer.is_some(), (scope, "answer"), "add the answer that is right");
+            self.faults.require(
+                raw.answer.is_some(),
+                (scope, "answer"),
+                "add the answer that is right",
+            );
             let solution = raw.answer.unwrap_or_default();
             match (raw.choices, raw.number) {
                 (Some(choices), _) => {
@@ -406,7 +436,11 @@ impl Reader<'_> {
                     Goal::Choice { choices, solution }
                 }
                 (None, right) => Goal::Number {
-                    right: self.formula(scope.key("number"), right.as_deref().unwrap_or("0"), names),
+                    right: self.formula(
+                        scope.key("number"),
+                        right.as_deref().unwrap_or("0"),
+                        names,
+                    ),
                     within: self.faults.number(
                         (scope, "within"),
                         raw.within,
@@ -435,21 +469,30 @@ impl Reader<'_> {
         }
     }
 
-    fn choice(&mut self, i: usize, n: usize, raw: RawChoice, names: &HashSet<String>) -> (String, Formula) {
+    fn choice(
+        &mut self,
+        i: usize,
+        n: usize,
+        raw: RawChoice,
+        names: &HashSet<String>,
+    ) -> (String, Formula) {
         let path = format!("steps[{i}].choices[{n}]");
         for (key, given) in [("say", raw.say.is_some()), ("right", raw.right.is_some())] {
             if !given {
                 self.faults.missing(path.clone(), key, &format!("add `{key}: \"...\"`"));
             }
         }
-        let right = self.formula(format!("{path}.right"), raw.right.as_deref().unwrap_or("0"), names);
+        let right =
+            self.formula(format!("{path}.right"), raw.right.as_deref().unwrap_or("0"), names);
         (raw.say.unwrap_or_default(), right)
     }
 
     fn sentence(&mut self, scope: Scope, text: Option<&str>, names: &HashSet<String>) -> Sentence {
         match Sentence::parse(text.unwrap_or_default()) {
             Ok(sentence) => {
-                sentence.formulas().for_each(|formula| self.known(scope.key("then"), formula, names));
+                sentence
+                    .formulas()
+                    .for_each(|formula| self.known(scope.key("then"), formula, names));
                 sentence
             }
             Err(what) => {
@@ -484,7 +527,11 @@ impl Reader<'_> {
         for name in formula.names().iter().filter(|name| !is_known(name)) {
             let mut known: Vec<_> = names.iter().map(String::as_str).collect();
             known.sort_unstable();
-            self.faults.add(path.clone(), format!("nothing measures `{name}`"), suggest(name, &known));
+            self.faults.add(
+                path.clone(),
+                format!("nothing measures `{name}`"),
+                suggest(name, &known),
+            );
         }
     }
 }

@@ -54,12 +54,17 @@ fn springs_join_what_moves_and_take_what_holds_along() {
     assert_eq!((thread.scene.soft_bodies[0].points.clone(), thread.scene.springs.len()), (0..2, 0));
     assert_eq!(a.scene.labels, [(1, "first".to_owned())]);
     assert_eq!(a.scene.own_laws.keys().copied().collect::<Vec<_>>(), [1]);
-    let effects = |part: &Part| part.scene.declared.iter().map(|found| found.effect).collect::<Vec<_>>();
+    let effects =
+        |part: &Part| part.scene.declared.iter().map(|found| found.effect).collect::<Vec<_>>();
     assert_eq!(effects(a), [Effect::Gravity, Effect::Wells, Effect::Springs]);
     assert_eq!(effects(rope), [Effect::Gravity, Effect::Springs]);
-    let of_free = [Effect::Gravity, Effect::Wells, Effect::Thrusts, Effect::AxisLocks, Effect::Emitters];
+    let of_free =
+        [Effect::Gravity, Effect::Wells, Effect::Thrusts, Effect::AxisLocks, Effect::Emitters];
     assert_eq!(effects(free), of_free);
-    assert_eq!((free.scene.emitters[0].pool.clone(), free.scene.names.find("emitter.1")), (4..6, Some(5)));
+    assert_eq!(
+        (free.scene.emitters[0].pool.clone(), free.scene.names.find("emitter.1")),
+        (4..6, Some(5))
+    );
     assert!(free.scene.springs.is_empty() && free.scene.soft_bodies.is_empty());
 }
 
@@ -84,7 +89,8 @@ fn mutual_gravity_joins_everything_but_particles() {
           (name: \"sun\", immovable: true, mass_kg: 5), (name: \"b\", position_m: (1, 0, 0))],
           emitters: [(rate_per_s: 2, life_s: 1, speed_m_s: 1, method: implicit_euler)])",
     );
-    let shapes: Vec<_> = shape(&parts).into_iter().map(|(name, bodies, _)| (name, bodies)).collect();
+    let shapes: Vec<_> =
+        shape(&parts).into_iter().map(|(name, bodies, _)| (name, bodies)).collect();
     assert_eq!(shapes, [("a and 1 more", &[0, 2, 3][..]), ("free bodies", &[4, 5])]);
     assert!(parts[0].scene.mutual_gravity.is_some() && parts[1].scene.mutual_gravity.is_none());
     assert_eq!(parts[1].scene.method, motion::Method::ImplicitEuler);
@@ -93,7 +99,8 @@ fn mutual_gravity_joins_everything_but_particles() {
 
 #[test]
 fn what_moves_alike_has_its_setting_as_that_of_the_scene() {
-    let parts = parts("(version: 1, substeps: 3, bodies: [(method: yoshida_4), (method: yoshida_4)])");
+    let parts =
+        parts("(version: 1, substeps: 3, bodies: [(method: yoshida_4), (method: yoshida_4)])");
     assert_eq!((parts[0].scene.method, parts[0].scene.substeps), (motion::Method::Yoshida4, 3));
     assert!(parts[0].scene.bodies.iter().all(|body| body.method.is_none()));
     let parts = self::parts("(version: 1, bodies: [(method: yoshida_4), ()])");
@@ -105,7 +112,9 @@ fn what_moves_alike_has_its_setting_as_that_of_the_scene() {
 fn what_cannot_move_is_no_part() {
     assert!(parts("(version: 1)").is_empty());
     assert!(
-        parts("(version: 1, bodies: [(immovable: true), (shape: sphere(radius_m: 1), scenery: true)])")
-            .is_empty()
+        parts(
+            "(version: 1, bodies: [(immovable: true), (shape: sphere(radius_m: 1), scenery: true)])"
+        )
+        .is_empty()
     );
 }

@@ -95,7 +95,10 @@ kinds! {
 impl SoftBody {
     /// The keys that are given but belong to another kind.
     pub fn keys_of_other_kinds(&self) -> impl Iterator<Item = &'static str> {
-        self.keys.of_kinds().filter(|(key, given)| *given && !has(&self.word, key)).map(|(key, _)| key)
+        self.keys
+            .of_kinds()
+            .filter(|(key, given)| *given && !has(&self.word, key))
+            .map(|(key, _)| key)
     }
 }
 

@@ -23,7 +23,11 @@ pub(crate) fn physical(
         return None;
     };
     if bodies.bodies[id as usize].inverse_mass.is_none() {
-        faults.add(path, format!("{name:?} is scenery, which {cannot}"), "name a body with physics");
+        faults.add(
+            path,
+            format!("{name:?} is scenery, which {cannot}"),
+            "name a body with physics",
+        );
         return None;
     }
     if bodies.emitters.iter().any(|emitter| emitter.pool.contains(&id)) {
@@ -72,13 +76,15 @@ pub(crate) fn check_swarms(
         let scope = Scope::item("emitters", i);
         if emitter.life * step_hz > SWARM_TICKS {
             let most = (SWARM_TICKS / step_hz).floor();
-            let what = format!("on a graphics device a particle lives for at most {SWARM_TICKS} ticks");
+            let what =
+                format!("on a graphics device a particle lives for at most {SWARM_TICKS} ticks");
             faults.add(scope.key("life_s"), what, format!("give at most {most} s, or on: cpu"));
         }
         let slots = emitter.swarm.as_ref().map_or(0, |swarm| swarm.launches.len());
         if emitter.rate > SWARM_REUSE * slots as f64 {
-            let what =
-                format!("each of {slots} particles is replaced more than {SWARM_REUSE} times per second");
+            let what = format!(
+                "each of {slots} particles is replaced more than {SWARM_REUSE} times per second"
+            );
             faults.add(scope.key("rate_per_s"), what, "give more `capacity`, or on: cpu");
         }
         if raw.range.is_some() {
@@ -96,7 +102,11 @@ pub(crate) fn check_swarms(
         let wells = raw.wells.iter().filter(|well| well.bodies.is_none()).count();
         if wells > SWARM_WELLS {
             let what = format!("{wells} wells are too many for particles on a graphics device");
-            faults.add(scope.key("on"), what, format!("give at most {SWARM_WELLS} wells, or on: cpu"));
+            faults.add(
+                scope.key("on"),
+                what,
+                format!("give at most {SWARM_WELLS} wells, or on: cpu"),
+            );
         }
     }
 }

@@ -16,7 +16,8 @@ pub(crate) fn declared(raw: &raw::Scene, text: &str) -> Vec<Declaration> {
             .path("damping")
             .or_else(|| own("damping_per_s", |body| body.damping_per_s.is_some()))
             .or_else(|| {
-                let soft = raw.soft_bodies.iter().position(|soft| soft.keys.damping_per_s.is_some());
+                let soft =
+                    raw.soft_bodies.iter().position(|soft| soft.keys.damping_per_s.is_some());
                 soft.map(|i| format!("soft_bodies[{i}].damping_per_s"))
             }),
         Effect::Drag => raw.path("drag").or_else(|| {
@@ -25,9 +26,9 @@ pub(crate) fn declared(raw: &raw::Scene, text: &str) -> Vec<Declaration> {
         }),
         Effect::Springs => raw.path("springs").or_else(|| raw.path("soft_bodies")),
         Effect::SpeedLimits => own("max_speed_m_s", |body| body.max_speed_m_s.is_some()),
-        Effect::AxisLocks => {
-            own("locked_axes", |body| body.locked_axes.as_ref().is_some_and(|axes| !axes.is_empty()))
-        }
+        Effect::AxisLocks => own("locked_axes", |body| {
+            body.locked_axes.as_ref().is_some_and(|axes| !axes.is_empty())
+        }),
         Effect::Gravity
         | Effect::Wind
         | Effect::Wells
@@ -85,8 +86,11 @@ mutual_gravity: (),
 gravity: (), drag: (linear_per_s: 1),
 )"#;
         let scene = Scene::parse("t", text).unwrap_or_else(|error| panic!("{error}"));
-        let declared: Vec<_> =
-            scene.declared.iter().map(|found| (found.effect, found.path.as_str(), found.line)).collect();
+        let declared: Vec<_> = scene
+            .declared
+            .iter()
+            .map(|found| (found.effect, found.path.as_str(), found.line))
+            .collect();
         let expected = [
             (Effect::Gravity, "gravity", Some(21)),
             (Effect::Damping, "bodies[1].damping_per_s", Some(5)),
@@ -101,7 +105,9 @@ gravity: (), drag: (linear_per_s: 1),
             (Effect::Emitters, "emitters[0]", Some(17)),
         ];
         assert_eq!(declared, expected);
-        assert!(Scene::parse("t", "(version: 1, wells: [], bodies: [()])").unwrap().declared.is_empty());
+        assert!(
+            Scene::parse("t", "(version: 1, wells: [], bodies: [()])").unwrap().declared.is_empty()
+        );
     }
 
     #[test]

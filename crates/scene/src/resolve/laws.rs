@@ -22,7 +22,8 @@ const QUADRATIC: Rule = (not_negative, "a factor of drag", "give a number of 1/m
 const BODY_DRAG: Rule = (not_negative, "a coefficient of drag", "give a number from 0 up");
 const GUST: Rule = (not_negative, "a strength of gusts", "give meters per second from 0 up");
 const GUST_HZ: Rule = (not_negative, "a frequency", "give gusts a second from 0 up");
-const CONSTANT: Rule = (f64::is_finite, "a constant of gravity", "give a finite number, below 0 to repel");
+const CONSTANT: Rule =
+    (f64::is_finite, "a constant of gravity", "give a finite number, below 0 to repel");
 const STRENGTH: Rule = (f64::is_finite, "a strength", "give a finite number, below 0 to repel");
 /// The softening length of a well or of mutual gravity.
 const SOFTENING: Rule = (not_negative, "a softening", "give a number of meters from 0 up");
@@ -103,7 +104,8 @@ impl<'a> OwnLaws<'a> {
             let scope = Scope::item("bodies", i);
             let Some(key) = body.drag_key() else { continue };
             if in_wind {
-                let what = "wind moves the air of the scene's `drag` alone, and this drag is in still air";
+                let what =
+                    "wind moves the air of the scene's `drag` alone, and this drag is in still air";
                 faults.add(scope.key(key), what, "remove it or `wind`, or use `drag`");
             }
             if body.immovable == Some(true) {
@@ -148,7 +150,11 @@ impl<'a> OwnLaws<'a> {
             for (j, name) in bodies.iter().enumerate() {
                 let key = format!("bodies[{j}]");
                 if bodies[..j].contains(name) {
-                    faults.add(scope.key(&key), format!("{name:?} is named twice"), "keep one of them");
+                    faults.add(
+                        scope.key(&key),
+                        format!("{name:?} is named twice"),
+                        "keep one of them",
+                    );
                     continue;
                 }
                 for own in self.each_of(name, (scope, &key), carrier.flatten(), faults) {
@@ -167,7 +173,13 @@ impl<'a> OwnLaws<'a> {
     }
 
     /// The stable id of the body on which a well rides.
-    fn carrier(&self, name: &str, raw: &raw::Well, scope: Scope, faults: &mut Faults) -> Option<u32> {
+    fn carrier(
+        &self,
+        name: &str,
+        raw: &raw::Well,
+        scope: Scope,
+        faults: &mut Faults,
+    ) -> Option<u32> {
         if raw.position_m.is_some() {
             let what = "a well that rides on a body is where the body is";
             faults.add(scope.key("position_m"), what, "remove it, or `rides_on`");
@@ -185,10 +197,13 @@ impl<'a> OwnLaws<'a> {
     ) -> Vec<&mut OwnLawsSpec> {
         let emitter = self.bodies.emitters.iter().find(|emitter| emitter.name == name);
         if emitter.is_some_and(|emitter| emitter.swarm.is_some()) {
-            let what = format!("{name:?} is on the graphics device, where every well attracts all particles");
+            let what = format!(
+                "{name:?} is on the graphics device, where every well attracts all particles"
+            );
             faults.add(scope.key(key), what, "give the emitter on: cpu, or leave `bodies` out");
         }
-        let group = || self.bodies.names.as_ref().filter(|names| names.find(name).is_none())?.group(name);
+        let group =
+            || self.bodies.names.as_ref().filter(|names| names.find(name).is_none())?.group(name);
         if let Some(group) = emitter.map(|emitter| emitter.pool.clone()).or_else(group) {
             let bodies = &self.bodies.bodies;
             let is_attracted =
@@ -199,8 +214,14 @@ impl<'a> OwnLaws<'a> {
             let own = self.by_id.range_mut(group).filter(|(id, _)| is_attracted(id));
             return own.map(|(_, own)| own).collect();
         }
-        if carrier.is_some() && self.bodies.names.as_ref().and_then(|names| names.find(name)) == carrier {
-            faults.add(scope.key(key), "a well does not attract the body on which it rides", "remove it");
+        if carrier.is_some()
+            && self.bodies.names.as_ref().and_then(|names| names.find(name)) == carrier
+        {
+            faults.add(
+                scope.key(key),
+                "a well does not attract the body on which it rides",
+                "remove it",
+            );
             return Vec::new();
         }
         self.of(name, (scope, key), "well attracts", faults).into_iter().collect()
@@ -267,7 +288,11 @@ fn thrust(raw: &raw::Thrust, scope: Scope, faults: &mut Faults) -> Option<Thrust
         }
         Some(raw::Curve::Table(points)) => table(points, scope, faults),
         None => {
-            faults.missing(scope.path(), "curve", "add one such as `curve: polynomial([(10.0, 0.0, 0.0)])`");
+            faults.missing(
+                scope.path(),
+                "curve",
+                "add one such as `curve: polynomial([(10.0, 0.0, 0.0)])`",
+            );
             None
         }
     };
@@ -293,8 +318,9 @@ fn polynomial(coefficients: &[Triple], scope: Scope, faults: &mut Faults) -> Opt
         faults.add(scope.key("curve"), "a polynomial needs at least one coefficient", cure);
         return None;
     }
-    let finite =
-        |(i, triple): (usize, &Triple)| faults.vector((scope, &entry(i)), Some(*triple), DVec3::ZERO);
+    let finite = |(i, triple): (usize, &Triple)| {
+        faults.vector((scope, &entry(i)), Some(*triple), DVec3::ZERO)
+    };
     Some(Curve::Polynomial(coefficients.iter().enumerate().map(finite).collect()))
 }
 

@@ -16,7 +16,11 @@ use crate::text::faults::Faults;
 const LENGTH: Rule = (not_negative, "a length", "give a number of meters from 0 up");
 
 /// Resolves the springs whose ends are valid.
-pub(crate) fn springs(raw: &[raw::Spring], bodies: &Bodies, faults: &mut Faults) -> Vec<SpringSpec> {
+pub(crate) fn springs(
+    raw: &[raw::Spring],
+    bodies: &Bodies,
+    faults: &mut Faults,
+) -> Vec<SpringSpec> {
     let mut springs = Vec::new();
     for (i, raw) in raw.iter().enumerate() {
         let scope = Scope::item("springs", i);
@@ -27,7 +31,11 @@ pub(crate) fn springs(raw: &[raw::Spring], bodies: &Bodies, faults: &mut Faults)
         let [from, to] = ends.map(|end| bodies.bodies[end as usize].position);
         let rest_length = rest.unwrap_or_else(|| (to - from).length());
         if !rest_length.is_finite() {
-            faults.add(scope.path(), "its ends are too far apart", "move them closer, within 1e150 m");
+            faults.add(
+                scope.path(),
+                "its ends are too far apart",
+                "move them closer, within 1e150 m",
+            );
         }
         let elastic = Elastic { rest_length, pull_only: raw.pull_only == Some(true), ..elastic };
         springs.push(SpringSpec { ends, elastic, color });
@@ -62,7 +70,12 @@ fn ends(raw: &raw::Spring, bodies: &Bodies, scope: Scope, faults: &mut Faults) -
 
 /// Records bodies that act on each other but differ in method or substeps. If `attracting`, all movable bodies act on
 /// each other.
-pub(crate) fn check_groups(bodies: &Bodies, springs: &[SpringSpec], attracting: bool, faults: &mut Faults) {
+pub(crate) fn check_groups(
+    bodies: &Bodies,
+    springs: &[SpringSpec],
+    attracting: bool,
+    faults: &mut Faults,
+) {
     let Some(names) = &bodies.names else { return };
     if springs.is_empty() && bodies.soft_bodies.is_empty() && !attracting {
         return;

@@ -24,8 +24,11 @@ const TICK_LIMIT: u64 = 1_000_000_000;
 const ENERGY: Rule = (positive, "an energy", "give a positive number of joules");
 const SECONDS: Rule = (positive, "a length of time", "give a positive number of seconds");
 const BOUND: Rule = (not_negative, "a bound", "give a number from 0 up, such as 1e-9");
-const SPREAD: Rule =
-    (|v| v > 0.0 && v < 1.0, "a spread", "give one above 0 and below 1, such as `jittered(spread: 0.5)`");
+const SPREAD: Rule = (
+    |v| v > 0.0 && v < 1.0,
+    "a spread",
+    "give one above 0 and below 1, such as `jittered(spread: 0.5)`",
+);
 const HITCH: &str = "give seconds, such as `hitch(at_s: 1.0, length_s: 1.0)`";
 
 /// The rows of `scene`, in the order of the file. `names` are those of its bodies, unless they are too many.
@@ -42,13 +45,21 @@ pub(crate) fn survival(
     }
     if common.label.is_some() {
         let cure = "move it into a row, or remove it";
-        faults.add("expect.survival.label", "a label is that of one row, and here are several", cure);
+        faults.add(
+            "expect.survival.label",
+            "a label is that of one row, and here are several",
+            cure,
+        );
     }
     let mut all = Vec::new();
     for (i, own) in common.rows.iter().enumerate() {
         let scope = Scope::item("expect.survival.rows", i);
         if own.label.iter().flat_map(|label| label.chars()).any(|c| c.is_control() || c == '|') {
-            faults.add(scope.key("label"), "it breaks the table that it stands in", "give words of one line");
+            faults.add(
+                scope.key("label"),
+                "it breaks the table that it stands in",
+                "give words of one line",
+            );
         } else if own.label.as_deref().is_none_or(str::is_empty) {
             faults.missing(scope.path(), "label", "say what tells this row from the others");
         } else if common.rows[..i].iter().any(|other| other.label == own.label) {
@@ -97,7 +108,9 @@ impl<'a> Row<'a> {
                 .unwrap_or(REFERENCE_SUBSTEPS),
             steps: self.steps(faults),
             step_hz,
-            substeps: faults.substeps(scope, self.get(|raw| raw.substeps)).unwrap_or(self.scene.substeps),
+            substeps: faults
+                .substeps(scope, self.get(|raw| raw.substeps))
+                .unwrap_or(self.scene.substeps),
             damping: self.damping(faults),
             offset: faults.vector((scope, "offset_m"), self.get(|raw| raw.offset_m), DVec3::ZERO),
             script: self.script(faults),
@@ -120,7 +133,10 @@ impl<'a> Row<'a> {
                 "declare both, or measure something else",
             ),
             Measure::TerminalSpeed
-                if scene.bodies.iter().any(|body| body.gravity_off || body.damping_rate.is_some()) =>
+                if scene
+                    .bodies
+                    .iter()
+                    .any(|body| body.gravity_off || body.damping_rate.is_some()) =>
             {
                 (
                     "bodies with a damping_per_s of their own, or without gravity, have no speed in common",
@@ -147,7 +163,8 @@ impl<'a> Row<'a> {
     }
 
     fn damped(self) -> bool {
-        let rate = self.get(|raw| raw.damping_per_s).or(self.scene.damping.map(|damping| damping.rate));
+        let rate =
+            self.get(|raw| raw.damping_per_s).or(self.scene.damping.map(|damping| damping.rate));
         rate.is_some_and(|rate| rate > 0.0)
     }
 
@@ -172,7 +189,8 @@ impl<'a> Row<'a> {
         let ticks = match (from.ticks, from.seconds) {
             (Some(ticks), None) => ticks,
             (None, Some(_)) => {
-                let seconds = faults.number((scope, "seconds"), from.seconds, 1.0 / step_hz, SECONDS);
+                let seconds =
+                    faults.number((scope, "seconds"), from.seconds, 1.0 / step_hz, SECONDS);
                 #[expect(
                     clippy::cast_possible_truncation,
                     clippy::cast_sign_loss,
@@ -186,7 +204,11 @@ impl<'a> Row<'a> {
                 1
             }
             (Some(_), Some(_)) => {
-                faults.add(scope.path(), "the length is given twice", "keep one of `seconds` and `ticks`");
+                faults.add(
+                    scope.path(),
+                    "the length is given twice",
+                    "keep one of `seconds` and `ticks`",
+                );
                 1
             }
         };
@@ -205,7 +227,11 @@ impl<'a> Row<'a> {
         let exact = bound("exact_below", self.get(|raw| raw.exact_below), 0.0);
         let bounded = bound("bounded_below", given, 1.0);
         let explodes = bound("explodes_above", self.get(|raw| raw.explodes_above), EXPLODES);
-        faults.require(given.is_some(), (scope, "bounded_below"), "add the bound that a run of use keeps");
+        faults.require(
+            given.is_some(),
+            (scope, "bounded_below"),
+            "add the bound that a run of use keeps",
+        );
         if given.is_some() && !(exact <= bounded && bounded < explodes) {
             let what = format!("the bounds {exact}, {bounded} and {explodes} do not rise");
             let cure = "give exact_below <= bounded_below < explodes_above";
@@ -216,7 +242,8 @@ impl<'a> Row<'a> {
 
     fn damping(self, faults: &mut Faults) -> Option<Damping> {
         let scope = self.scope;
-        let (model, rate) = (self.get(|raw| raw.damping_model.as_ref()), self.get(|raw| raw.damping_per_s));
+        let (model, rate) =
+            (self.get(|raw| raw.damping_model.as_ref()), self.get(|raw| raw.damping_per_s));
         if model.is_none() && rate.is_none() {
             return self.scene.damping;
         }
@@ -252,7 +279,8 @@ impl<'a> Row<'a> {
         for moment in moments {
             match self.step(moment) {
                 Ok(step) => {
-                    if steps.last().is_some_and(|last| step.when.precedes(last.when) != Some(false)) {
+                    if steps.last().is_some_and(|last| step.when.precedes(last.when) != Some(false))
+                    {
                         let cure = "give times of one kind that never go backwards";
                         faults.add(key.as_str(), "a step comes before the one above it", cure);
                     }

@@ -24,7 +24,8 @@ fn every_broken_scene_gets_the_whole_message_that_is_expected() {
     let cases: Vec<&str> = BROKEN.trim_start_matches("----\n").split("\n----\n").collect();
     assert!(cases.len() > 50, "{} cases", cases.len());
     for case in cases {
-        let (text, expected) = case.split_once("\n=>\n").expect("a case is a text, an arrow and a message");
+        let (text, expected) =
+            case.split_once("\n=>\n").expect("a case is a text, an arrow and a message");
         let error = Scene::parse("t", text).expect_err(text);
         assert_eq!(error.to_string(), expected.trim_end(), "{text}");
     }
@@ -32,8 +33,8 @@ fn every_broken_scene_gets_the_whole_message_that_is_expected() {
 
 #[test]
 fn a_fault_carries_its_place_in_parts_too() {
-    let error =
-        Scene::parse("my.ron", "(\n  version: 1,\n  bodies: [\n    (mass_kg: -1)\n  ]\n)").unwrap_err();
+    let error = Scene::parse("my.ron", "(\n  version: 1,\n  bodies: [\n    (mass_kg: -1)\n  ]\n)")
+        .unwrap_err();
     let [fault] = &error.faults[..] else { panic!("{error}") };
     assert_eq!((fault.line, fault.column), (Some(4), Some(6)));
     assert_eq!(fault.path.as_deref(), Some("bodies[0].mass_kg"));
@@ -104,7 +105,8 @@ fn no_damage_panics(text: &str) {
         let mut bytes = text.as_bytes().to_vec();
         for _ in 0..random.random_range(1..4) {
             let at = random.random_range(0..bytes.len());
-            bytes[at] = if random.random() { random.random_range(b' '..=b'~') } else { random.random() };
+            bytes[at] =
+                if random.random() { random.random_range(b' '..=b'~') } else { random.random() };
         }
         survives(&String::from_utf8_lossy(&bytes));
     }
@@ -114,5 +116,9 @@ fn no_damage_panics(text: &str) {
 fn deep_nesting_is_refused_without_a_stack_overflow() {
     let deep = format!("(version: 1, wobble: {}", "[".repeat(100_000));
     let error = Scene::parse("t", &deep).unwrap_err();
-    assert!(error.to_string().contains("brackets are nested too deeply"), "{:.200}", error.to_string());
+    assert!(
+        error.to_string().contains("brackets are nested too deeply"),
+        "{:.200}",
+        error.to_string()
+    );
 }

@@ -89,7 +89,8 @@ impl Names {
 
     /// Every name in the order of the stable id.
     pub fn iter(&self) -> impl Iterator<Item = Cow<'_, str>> {
-        let generated = self.runs.iter().flat_map(|run| (0..run.count).map(|i| Cow::Owned(run.name(i))));
+        let generated =
+            self.runs.iter().flat_map(|run| (0..run.count).map(|i| Cow::Owned(run.name(i))));
         self.given.iter().map(|name| Cow::Borrowed(name.as_str())).chain(generated)
     }
 
@@ -119,9 +120,12 @@ impl Names {
     /// What is wrong with a name that [`Self::find`] does not find, and what would be right.
     #[must_use]
     pub fn stranger(&self, name: &str) -> (String, String) {
-        let run = name.split_once('.').and_then(|(prefix, _)| self.runs.iter().find(|r| r.prefix == prefix));
+        let run = name
+            .split_once('.')
+            .and_then(|(prefix, _)| self.runs.iter().find(|r| r.prefix == prefix));
         if run.is_some_and(|run| run.list == "emitters" && run.count == 0) {
-            let what = format!("{name:?} is a particle on the graphics device, where it has no name");
+            let what =
+                format!("{name:?} is a particle on the graphics device, where it has no name");
             return (what, "give its emitter on: cpu".to_owned());
         }
         let cure = match (run, nearest(name, self.given.iter().map(String::as_str))) {
@@ -195,14 +199,25 @@ mod tests {
         assert!(names.add("floor".to_owned()));
         assert!(names.add_run("grids", "grid".to_owned(), 6, Numbering::Grid { rows: 3 }));
         assert!(names.add_run("clouds", "cloud".to_owned(), 2, Numbering::Line));
-        assert!(names.add_run("soft_bodies", "flag".to_owned(), 4, Numbering::Sheet { columns: 2 }));
-        assert!(names.add_run("soft_bodies", "jelly".to_owned(), 12, Numbering::Lattice { y: 2, z: 3 }));
+        assert!(names.add_run(
+            "soft_bodies",
+            "flag".to_owned(),
+            4,
+            Numbering::Sheet { columns: 2 }
+        ));
+        assert!(names.add_run(
+            "soft_bodies",
+            "jelly".to_owned(),
+            12,
+            Numbering::Lattice { y: 2, z: 3 }
+        ));
         let all: Vec<_> = names.iter().map(Cow::into_owned).collect();
         let expected = "floor grid.x0.z0 grid.x0.z1 grid.x0.z2 grid.x1.z0 grid.x1.z1 grid.x1.z2 cloud.0 cloud.1 \
             flag.r0.c0 flag.r0.c1 flag.r1.c0 flag.r1.c1";
         let lattice = (0..2).flat_map(|x| (0..2).flat_map(move |y| (0..3).map(move |z| (x, y, z))));
         let lattice: Vec<_> = lattice.map(|(x, y, z)| format!("jelly.x{x}.y{y}.z{z}")).collect();
-        let expected: Vec<_> = expected.split(' ').chain(lattice.iter().map(String::as_str)).collect();
+        let expected: Vec<_> =
+            expected.split(' ').chain(lattice.iter().map(String::as_str)).collect();
         assert_eq!(all, expected);
         for (id, name) in (0..).zip(expected) {
             assert_eq!(names.get(id).as_deref(), Some(name));

@@ -59,8 +59,14 @@ pub enum Measure {
 
 impl Measure {
     /// All measures.
-    pub const ALL: [Self; 6] =
-        [Self::Energy, Self::Reference, Self::Origin, Self::Rest, Self::Stretch, Self::TerminalSpeed];
+    pub const ALL: [Self; 6] = [
+        Self::Energy,
+        Self::Reference,
+        Self::Origin,
+        Self::Rest,
+        Self::Stretch,
+        Self::TerminalSpeed,
+    ];
 
     /// Its name in scene files.
     #[must_use]
@@ -127,7 +133,9 @@ impl Iterator for Lengths {
         self.ticks = self.ticks.saturating_add(1);
         Some(match self.steps {
             Steps::Constant => self.step,
-            Steps::Jittered { spread, .. } => self.step * (1.0 + spread * symmetric(&mut self.random)),
+            Steps::Jittered { spread, .. } => {
+                self.step * (1.0 + spread * symmetric(&mut self.random))
+            }
             // The ticks before it are constant, so rounding must not move it by one.
             Steps::Hitch { at, length } if !self.done && begins >= at - 1e-9 * self.step => {
                 self.done = true;
@@ -167,7 +175,10 @@ mod tests {
         assert_eq!(hitch[..5], [0.1, 0.1, 0.1, 1.0, 0.1]);
         let jittered = |seed| lengths(Steps::Jittered { spread: 0.5, seed });
         assert!(jittered(1).iter().all(|length| (0.05..0.15).contains(length)));
-        assert!(jittered(1).iter().any(|length| *length < 0.06) && jittered(1).iter().any(|l| *l > 0.14));
+        assert!(
+            jittered(1).iter().any(|length| *length < 0.06)
+                && jittered(1).iter().any(|l| *l > 0.14)
+        );
         assert_eq!(jittered(1), jittered(1));
         assert_ne!(jittered(1), jittered(2));
     }

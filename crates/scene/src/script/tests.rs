@@ -30,7 +30,8 @@ fn every_action_of_the_contract_is_read() {
     let Err(error) = ron::from_str::<Action>("no_action") else { panic!("no such action") };
     let ron::Error::NoSuchEnumVariant { expected, .. } = error.code else { panic!("{error}") };
     for name in expected.iter().filter(|name| **name != "wait") {
-        let is_it = |step: &&Step| ron::to_string(&step.action).unwrap().split('(').next() == Some(name);
+        let is_it =
+            |step: &&Step| ron::to_string(&step.action).unwrap().split('(').next() == Some(name);
         assert!(script.steps.iter().any(|step| is_it(&step)), "{name} is not among them");
     }
     assert_eq!(script.recording, None);
@@ -58,7 +59,8 @@ fn every_action_of_the_contract_is_read() {
 fn every_method_can_be_set_and_is_written_by_its_name() {
     for method in Method::ALL {
         let action = Action::SetBodyMethod("a".to_owned(), method);
-        let steps = [Action::SetMethod(method), action].map(|action| Step { when: When::Tick(1), action });
+        let steps =
+            [Action::SetMethod(method), action].map(|action| Step { when: When::Tick(1), action });
         let script = Script { steps: steps.to_vec(), recording: None };
         let ron = script.to_ron();
         assert!(ron.contains(&format!("set_body_method(\"a\",{})", method.name())), "{ron}");
@@ -69,12 +71,14 @@ fn every_method_can_be_set_and_is_written_by_its_name() {
 #[test]
 fn what_is_written_reads_back_to_the_last_bit() {
     let mut script = Script::parse("t", EVERY_ACTION).unwrap();
-    let again =
-        Script::parse("t", &script.to_ron()).unwrap_or_else(|error| panic!("{error}\n{}", script.to_ron()));
+    let again = Script::parse("t", &script.to_ron())
+        .unwrap_or_else(|error| panic!("{error}\n{}", script.to_ron()));
     // NaN is not equal to itself, so the written texts are compared.
     assert_eq!(again.to_ron(), script.to_ron());
 
-    script.steps.retain(|step| !matches!(step.action, Action::SetDamping(_) | Action::SetVelocity(..)));
+    script
+        .steps
+        .retain(|step| !matches!(step.action, Action::SetDamping(_) | Action::SetVelocity(..)));
     let frame_ends_s = vec![0.0, 1.0 / 60.0, 0.1 + 0.2, 1e-7 + 0.5, 123_456.789_012_345_67, 1e20];
     script.recording = Some(Recording {
         scene: r"C:\my \{s}.ron".to_owned(),
@@ -155,20 +159,33 @@ fn a_value_that_no_action_can_use_is_refused() {
         ("press(\"\")", "the name of the key is empty; give the name of a key"),
         ("move_mouse(nan, 1)", "(NaN, 1) is not a pixel; give two finite numbers"),
         ("wheel(inf)", "inf is not a number of notches; give a finite number"),
-        ("resize(0, 720)", "0 x 720 is not a window size; give two numbers of pixels from 1 to 16384"),
+        (
+            "resize(0, 720)",
+            "0 x 720 is not a window size; give two numbers of pixels from 1 to 16384",
+        ),
     ];
     for (action, expected) in cases {
-        check(&format!("[(at_s: 0, do: {action})]"), &[&format!("t:1:12: steps[0].do: {expected}")]);
-    }
-    for name in
-        ["a.jpg", ".png", "../a.png", "a/b.png", r"a\\b.png", "c:a.png", "a..png", ".a.png", "a\\n.png"]
-    {
-        let error = Script::parse("t", &format!("[(at_s: 0, do: screenshot(\"{name}\"))]")).expect_err(name);
-        assert!(
-            error
-                .to_string()
-                .ends_with("is not a plain file name that ends in .png; give one such as \"push.png\"")
+        check(
+            &format!("[(at_s: 0, do: {action})]"),
+            &[&format!("t:1:12: steps[0].do: {expected}")],
         );
+    }
+    for name in [
+        "a.jpg",
+        ".png",
+        "../a.png",
+        "a/b.png",
+        r"a\\b.png",
+        "c:a.png",
+        "a..png",
+        ".a.png",
+        "a\\n.png",
+    ] {
+        let error = Script::parse("t", &format!("[(at_s: 0, do: screenshot(\"{name}\"))]"))
+            .expect_err(name);
+        assert!(error.to_string().ends_with(
+            "is not a plain file name that ends in .png; give one such as \"push.png\""
+        ));
     }
 }
 
@@ -216,11 +233,15 @@ fn a_text_that_is_no_script_is_refused() {
     check("press(\"G\")", &["t:1:1: steps: a list is expected here; open it with `[`"]);
     check(
         "[(at_s: 1, do: press(\"G\")",
-        &["t:1:26: steps[0].do[0]: the text ends too early; close every `(`, `[` and `\"` that was opened"],
+        &[
+            "t:1:26: steps[0].do[0]: the text ends too early; close every `(`, `[` and `\"` that was opened",
+        ],
     );
     check(
         "[(at_tick: -1)]",
-        &["t:1:12: steps[0].at_tick: this whole number is out of range; write one from 0 up that fits"],
+        &[
+            "t:1:12: steps[0].at_tick: this whole number is out of range; write one from 0 up that fits",
+        ],
     );
     check(
         "[(at_s: 1, do: press(G))]",
@@ -247,11 +268,14 @@ fn bodies_and_keys_that_there_are_not_are_named() {
 
 #[test]
 fn effects_that_the_scene_does_not_declare_and_bodies_that_are_gone_are_named() {
-    let scene =
-        Scene::parse("t", "(version: 1, drag: (linear_per_s: 1), bodies: [(name: \"a\"), (name: \"b\")])")
-            .unwrap();
+    let scene = Scene::parse(
+        "t",
+        "(version: 1, drag: (linear_per_s: 1), bodies: [(name: \"a\"), (name: \"b\")])",
+    )
+    .unwrap();
     let check = |text: &str| {
-        let checked = Script::parse("t", text).unwrap().check("t", text, &scene, |_| true, |key| key == "F1");
+        let checked =
+            Script::parse("t", text).unwrap().check("t", text, &scene, |_| true, |key| key == "F1");
         checked.map_or_else(|error| error.to_string(), |()| String::new())
     };
     let undeclared = "declare it in the scene, or leave this step out";
@@ -278,7 +302,9 @@ fn effects_that_the_scene_does_not_declare_and_bodies_that_are_gone_are_named() 
         ),
         // A reset brings it back, and between frames and ticks the list has no order.
         (
-            format!("(at_s: 1, do: remove(\"a\")), (at_s: 1.5, do: press(\"F1\")), (at_s: 2, {push})"),
+            format!(
+                "(at_s: 1, do: remove(\"a\")), (at_s: 1.5, do: press(\"F1\")), (at_s: 2, {push})"
+            ),
             String::new(),
         ),
         (format!("(at_s: 1, do: remove(\"a\")), (at_frame: 2, {push})"), String::new()),

@@ -13,7 +13,11 @@ fn every_shipped_scene_loads_under_its_own_name_with_a_description() {
     for shipped in shipped() {
         let scene = shipped.load().unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(scene.name, shipped.name);
-        assert!(!scene.description.is_empty() && !scene.description.contains('\n'), "{}", scene.name);
+        assert!(
+            !scene.description.is_empty() && !scene.description.contains('\n'),
+            "{}",
+            scene.name
+        );
         assert_eq!(scene.source, Source::Shipped(shipped.name));
     }
 }
@@ -23,7 +27,11 @@ fn every_case_loads_by_its_name_and_says_what_survival_is() {
     for case in cases() {
         let scene = load(case.name).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!((scene.name.as_str(), &scene.source), (case.name, &Source::Shipped(case.name)));
-        assert!(!scene.description.is_empty() && !scene.description.contains('\n'), "{}", scene.name);
+        assert!(
+            !scene.description.is_empty() && !scene.description.contains('\n'),
+            "{}",
+            scene.name
+        );
         assert_eq!(load_case(case.name).unwrap(), scene);
         assert!(shipped().iter().all(|scene| scene.name != case.name));
     }
@@ -48,12 +56,24 @@ fn the_tutorial_scene_has_the_tutorials_numbers() {
     let scene = load("tutorial").unwrap();
     assert_eq!(scene.bodies.len(), 29);
     let expected = [
-        ("floor", [0.0, -2.0, 0.0], Shape::Cuboid { half_extents: DVec3::new(100.0, 2.0, 100.0) }, 0.0),
-        ("player", [0.0, 5.0, 0.0], Shape::Cuboid { half_extents: DVec3::new(0.9, 2.55, 0.9) }, 0.5),
+        (
+            "floor",
+            [0.0, -2.0, 0.0],
+            Shape::Cuboid { half_extents: DVec3::new(100.0, 2.0, 100.0) },
+            0.0,
+        ),
+        (
+            "player",
+            [0.0, 5.0, 0.0],
+            Shape::Cuboid { half_extents: DVec3::new(0.9, 2.55, 0.9) },
+            0.5,
+        ),
         ("enemy", [5.0, 5.0, 0.0], Shape::Cuboid { half_extents: DVec3::new(0.9, 2.7, 0.9) }, 0.5),
         ("bonus", [10.0, 5.0, 0.0], Shape::Sphere { radius: 0.25 }, 1.0),
     ];
-    for ((id, body), (name, position, shape, inverse_mass)) in (0..).zip(&scene.bodies).zip(expected) {
+    for ((id, body), (name, position, shape, inverse_mass)) in
+        (0..).zip(&scene.bodies).zip(expected)
+    {
         assert_eq!(scene.names.get(id).as_deref(), Some(name));
         assert_eq!(body.position.to_array(), position, "{name}");
         assert_eq!((body.shape, body.inverse_mass), (Some(shape), Some(inverse_mass)), "{name}");
@@ -66,7 +86,10 @@ fn the_tutorial_scene_has_the_tutorials_numbers() {
             let body = scene.bodies[id as usize];
             assert_eq!(scene.names.get(id).unwrap(), format!("grid.x{x}.z{z}"));
             assert_eq!(body.position, DVec3::new(f64::from(x) * 3.5, 10.0, f64::from(z) * 3.5));
-            assert_eq!((body.inverse_mass, body.velocity, body.checker), (Some(10.0), DVec3::ZERO, true));
+            assert_eq!(
+                (body.inverse_mass, body.velocity, body.checker),
+                (Some(10.0), DVec3::ZERO, true)
+            );
             cubes += usize::from(body.shape == Some(Shape::Cuboid { half_extents: DVec3::ONE }));
         }
     }
@@ -117,7 +140,9 @@ fn the_three_engines_agree_at_both_ends_and_not_between() {
         ("exponential", |t| 10.0 * libm::pow(2.5, t - 1.0)),
     ];
     for (name, curve) in curves {
-        assert!((newtons(name, 1.0) - 10.0).abs() < 1e-12 && (newtons(name, 2.0) - 25.0).abs() < 1e-11);
+        assert!(
+            (newtons(name, 1.0) - 10.0).abs() < 1e-12 && (newtons(name, 2.0) - 25.0).abs() < 1e-11
+        );
         // Points of the table, where it is exact to its twelve digits.
         for i in 0..20 {
             let time = 1.0 + f64::from(i) / 20.0;
@@ -151,7 +176,11 @@ fn the_orbits_are_keplers() {
         check(&race.own_laws[&id].wells[0], body);
         let sun = race.names.find(&format!("{}_sun", method.name())).unwrap();
         assert_eq!(race.bodies[sun as usize].position, race.own_laws[&id].wells[0].position);
-        assert!(race.labels.contains(&(sun, method.claims().title.to_owned())), "{}", method.name());
+        assert!(
+            race.labels.contains(&(sun, method.claims().title.to_owned())),
+            "{}",
+            method.name()
+        );
     }
 }
 
@@ -162,8 +191,11 @@ fn fastest_squared(scene: &Scene) -> f64 {
         scene.springs.iter().map(|spring| (spring.ends, spring.elastic.stiffness)).collect();
     for soft in &scene.soft_bodies {
         let first = soft.points.start;
-        links
-            .extend(soft.links.iter().map(|link| (link.ends.map(|end| first + end), link.elastic.stiffness)));
+        links.extend(
+            soft.links
+                .iter()
+                .map(|link| (link.ends.map(|end| first + end), link.elastic.stiffness)),
+        );
     }
     let mut rates = vec![0.0; scene.bodies.len()];
     for (ends, stiffness) in &links {
@@ -171,7 +203,10 @@ fn fastest_squared(scene: &Scene) -> f64 {
             rates[end] += stiffness * scene.bodies[end].inverse_mass.unwrap();
         }
     }
-    links.iter().map(|(ends, _)| rates[ends[0] as usize] + rates[ends[1] as usize]).fold(0.0, f64::max)
+    links
+        .iter()
+        .map(|(ends, _)| rates[ends[0] as usize] + rates[ends[1] as usize])
+        .fold(0.0, f64::max)
 }
 
 #[test]
@@ -194,7 +229,8 @@ fn springs_of_shipped_scenes_are_far_from_too_stiff_for_their_steps() {
     assert!(sprung >= 8, "only {sprung} scenes have springs");
     let rate = |name| fastest_squared(&load(name).unwrap()).sqrt();
     // The numbers in the comments of the files.
-    let said = [("flag", 922.0), ("cape", 8764.0), ("jelly", 90.1), ("rope", 447.0), ("bridge", 89.4)];
+    let said =
+        [("flag", 922.0), ("cape", 8764.0), ("jelly", 90.1), ("rope", 447.0), ("bridge", 89.4)];
     for (name, said) in said {
         assert!((rate(name) / said - 1.0).abs() < 2e-3, "{name}: {}", rate(name));
     }
@@ -274,7 +310,10 @@ fn a_file_that_cannot_be_read_says_why() {
     let error = |path: &str| load(path).unwrap_err().to_string().replace(path, "PATH");
 
     assert_eq!(error("no/such.ron"), "PATH: there is no such file; check the path");
-    assert_eq!(error(&folder.to_string_lossy()), "PATH: this is a folder; give the path of a file in it");
+    assert_eq!(
+        error(&folder.to_string_lossy()),
+        "PATH: this is a folder; give the path of a file in it"
+    );
     let latin = write("latin.ron", b"(version: 1,\n name: \"caf\xe9\")");
     assert_eq!(error(&latin), "PATH: line 2 is not UTF-8 text; save the file as UTF-8");
     let large = folder.join("large.ron");

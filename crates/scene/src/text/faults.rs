@@ -33,7 +33,8 @@ impl SceneError {
     /// An error with one fault that belongs to the file as a whole.
     #[must_use]
     pub fn of_file(name: &str, what: impl Into<String>, cure: impl Into<String>) -> Self {
-        let fault = Fault { path: None, line: None, column: None, what: what.into(), cure: cure.into() };
+        let fault =
+            Fault { path: None, line: None, column: None, what: what.into(), cure: cure.into() };
         Self { name: name.to_owned(), faults: vec![fault] }
     }
 }
@@ -79,7 +80,12 @@ pub(crate) struct Faults(Vec<(Option<usize>, Fault)>);
 
 impl Faults {
     /// Adds a fault of the key at `path`.
-    pub fn add(&mut self, path: impl Into<String>, what: impl Into<String>, cure: impl Into<String>) {
+    pub fn add(
+        &mut self,
+        path: impl Into<String>,
+        what: impl Into<String>,
+        cure: impl Into<String>,
+    ) {
         self.push(None, Some(path.into()), what.into(), cure.into());
     }
 
@@ -118,7 +124,10 @@ impl Faults {
         for ((_, fault), at) in placed.zip(locate::positions(text, &ascending)) {
             (fault.line, fault.column) = (Some(at.line), Some(at.column));
         }
-        SceneError { name: name.to_owned(), faults: self.0.into_iter().map(|(_, fault)| fault).collect() }
+        SceneError {
+            name: name.to_owned(),
+            faults: self.0.into_iter().map(|(_, fault)| fault).collect(),
+        }
     }
 }
 

@@ -32,7 +32,8 @@ pub(crate) fn kinds_of<'de, T: Deserialize<'de>>() -> Vec<(&'static str, Kind)> 
     let kind = |key| {
         let mut kind = Kind::Other;
         // The answer is in `kind`; reading always ends in an error.
-        let _ = T::deserialize(de::value::MapAccessDeserializer::new(OneKey { key, kind: &mut kind }));
+        let _ =
+            T::deserialize(de::value::MapAccessDeserializer::new(OneKey { key, kind: &mut kind }));
         (key, kind)
     };
     super::syntax::keys_of::<T>().iter().copied().map(kind).collect()
@@ -47,7 +48,10 @@ struct OneKey<'a> {
 impl<'de> de::MapAccess<'de> for OneKey<'_> {
     type Error = Fault;
 
-    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Fault> {
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, Fault> {
         seed.deserialize(de::value::StrDeserializer::new(self.key)).map(Some)
     }
 
@@ -98,7 +102,11 @@ impl<'de> Deserializer<'de> for Asked<'_> {
         visitor.visit_some(self)
     }
 
-    fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Fault> {
+    fn deserialize_tuple<V: Visitor<'de>>(
+        self,
+        length: usize,
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
         let mut of_one = Kind::Other;
         let _ = visitor.visit_seq(Alike(&mut of_one));
         *self.0 = if of_one == Kind::Number { Kind::Numbers(length) } else { Kind::Other };
@@ -122,7 +130,10 @@ struct Alike<'a>(&'a mut Kind);
 impl<'de> de::SeqAccess<'de> for Alike<'_> {
     type Error = Fault;
 
-    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Fault> {
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, Fault> {
         seed.deserialize(Asked(self.0)).map(Some)
     }
 }

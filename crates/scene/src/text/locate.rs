@@ -20,7 +20,8 @@ pub(crate) fn positions(text: &str, ascending: &[usize]) -> Vec<Position> {
     let mut found = Vec::with_capacity(ascending.len());
     for &offset in ascending {
         let offset = offset.min(text.len());
-        for (i, _) in text.as_bytes()[scanned..offset].iter().enumerate().filter(|(_, byte)| **byte == b'\n')
+        for (i, _) in
+            text.as_bytes()[scanned..offset].iter().enumerate().filter(|(_, byte)| **byte == b'\n')
         {
             line += 1;
             line_start = scanned + i + 1;
@@ -34,7 +35,8 @@ pub(crate) fn positions(text: &str, ascending: &[usize]) -> Vec<Position> {
 
 /// The byte offset of a line and column, both from 1; the end of the text if it is shorter.
 pub(crate) fn offset_of(text: &str, at: Position) -> usize {
-    let start: usize = text.split_inclusive('\n').take(at.line.saturating_sub(1)).map(str::len).sum();
+    let start: usize =
+        text.split_inclusive('\n').take(at.line.saturating_sub(1)).map(str::len).sum();
     let rest = &text[start..];
     start + rest.char_indices().nth(at.column.saturating_sub(1)).map_or(rest.len(), |(i, _)| i)
 }

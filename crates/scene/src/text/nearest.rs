@@ -10,7 +10,8 @@ const SIMILAR: f64 = 0.8;
 /// `word` always wins: `runge_kutta_2` means `runge_kutta_2_heun`, not `runge_kutta_4` with a typo.
 #[must_use]
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let rated = known.into_iter().map(|candidate| (strsim::jaro_winkler(word, candidate), candidate));
+    let rated =
+        known.into_iter().map(|candidate| (strsim::jaro_winkler(word, candidate), candidate));
     let near = rated.filter(|(similarity, _)| *similarity >= SIMILAR);
     let best = near.max_by(|(a, one), (b, other)| {
         one.starts_with(word).cmp(&other.starts_with(word)).then(a.total_cmp(b))

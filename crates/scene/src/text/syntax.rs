@@ -25,7 +25,8 @@ pub(crate) fn read<'de, T: Deserialize<'de>>(
     let mut note = |path: Path<'_>| unknown.push(written(&path, root));
     // By pointer, so that readers of different types share the code for the values that they have in common.
     let value = serde_ignored::deserialize(&mut ron, &mut note as &mut dyn FnMut(Path<'_>));
-    let value = value.and_then(|value| ron.end().map(|()| value)).map_err(|error| ron.span_error(error))?;
+    let value =
+        value.and_then(|value| ron.end().map(|()| value)).map_err(|error| ron.span_error(error))?;
     Ok((value, unknown))
 }
 
@@ -38,9 +39,9 @@ fn written(path: &Path<'_>, root: &str) -> String {
             parent if parent.is_empty() => key.clone(),
             parent => format!("{parent}.{key}"),
         },
-        Path::Some { parent } | Path::NewtypeStruct { parent } | Path::NewtypeVariant { parent } => {
-            written(parent, root)
-        }
+        Path::Some { parent }
+        | Path::NewtypeStruct { parent }
+        | Path::NewtypeVariant { parent } => written(parent, root),
     }
 }
 
@@ -86,7 +87,9 @@ pub(crate) fn fault(
     };
     let (mut what, cure) = explain(code);
     let mut path = locate::path_at(text, root, offset);
-    if matches!(code, Error::ExpectedDifferentLength { .. } | Error::ExpectedComma) && path.ends_with(']') {
+    if matches!(code, Error::ExpectedDifferentLength { .. } | Error::ExpectedComma)
+        && path.ends_with(']')
+    {
         path.truncate(path.rfind('[').unwrap_or(path.len()));
     }
     if matches!(code, Error::ExpectedDifferentLength { .. }) && path.ends_with(".between") {
@@ -111,12 +114,16 @@ fn explain(error: &Error) -> (String, String) {
         Error::ExpectedInteger | Error::InvalidIntegerDigit { .. } => {
             ("a whole number is expected here", "write one such as 3")
         }
-        Error::IntegerOutOfBounds => ("this whole number is out of range", "write one from 0 up that fits"),
+        Error::IntegerOutOfBounds => {
+            ("this whole number is out of range", "write one from 0 up that fits")
+        }
         Error::ExpectedBoolean => ("a truth value is expected here", "write true or false"),
         Error::ExpectedString => ("a text is expected here", "put it in double quotes"),
         Error::ExpectedStringEnd => ("this text does not end", "close it with a double quote"),
         Error::ExpectedIdentifier => ("a bare word is expected here", "write it without quotes"),
-        Error::SuggestRawIdentifier(_) => ("a key is expected here", "write an entry as `key: value`"),
+        Error::SuggestRawIdentifier(_) => {
+            ("a key is expected here", "write an entry as `key: value`")
+        }
         Error::ExpectedComma => ("a comma is expected here", "put one between two entries"),
         Error::ExpectedMapColon => ("a colon is expected here", "write an entry as `key: value`"),
         Error::ExpectedStructLike
@@ -124,7 +131,9 @@ fn explain(error: &Error) -> (String, String) {
         | Error::ExpectedDifferentStructName { .. } => {
             ("a group in round brackets is expected here", "open it with `(`")
         }
-        Error::ExpectedStructLikeEnd => ("the end of a group is expected here", "close it with `)`"),
+        Error::ExpectedStructLikeEnd => {
+            ("the end of a group is expected here", "close it with `)`")
+        }
         Error::ExpectedArray => ("a list is expected here", "open it with `[`"),
         Error::ExpectedArrayEnd => ("the end of a list is expected here", "close it with `]`"),
         Error::UnclosedBlockComment => ("this comment does not end", "close it with `*/`"),
@@ -137,7 +146,10 @@ fn explain(error: &Error) -> (String, String) {
         }
         Error::ExpectedDifferentLength { expected, found } => {
             let wanted = expected.rsplit(' ').next().unwrap_or(expected);
-            return (format!("{found} of {wanted} numbers are given"), format!("give all {wanted}"));
+            return (
+                format!("{found} of {wanted} numbers are given"),
+                format!("give all {wanted}"),
+            );
         }
         Error::NoSuchEnumVariant { expected, found, .. } => {
             return (format!("unknown word `{found}`"), nearest::suggest(found, expected));

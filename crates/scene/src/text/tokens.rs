@@ -72,10 +72,16 @@ impl Iterator for Tokens<'_> {
                 None => {
                     let end = |c: char| {
                         is_blank(c)
-                            || matches!(c, '('..=')' | '[' | ']' | '{' | '}' | ',' | ':' | '"' | '\'' | '/')
+                            || matches!(
+                                c,
+                                '('..=')' | '[' | ']' | '{' | '}' | ',' | ':' | '"' | '\'' | '/'
+                            )
                     };
-                    let length =
-                        rest.char_indices().skip(1).find(|(_, c)| end(*c)).map_or(rest.len(), |(i, _)| i);
+                    let length = rest
+                        .char_indices()
+                        .skip(1)
+                        .find(|(_, c)| end(*c))
+                        .map_or(rest.len(), |(i, _)| i);
                     (Token::Word, length)
                 }
             },

@@ -35,7 +35,11 @@ const DEEPEST: usize = 160;
 /// Reads a text whose outermost value is called `root` in paths. Calls `asks` with the path and byte offset of every
 /// key and value, in the order of the text; the tree has the groups and lists for which `asks` returns true. Text
 /// that is not RON gives meaningless paths, but never a panic.
-pub(crate) fn scan<'a>(text: &'a str, root: &str, mut asks: impl FnMut(&str, usize) -> bool) -> Tree<'a> {
+pub(crate) fn scan<'a>(
+    text: &'a str,
+    root: &str,
+    mut asks: impl FnMut(&str, usize) -> bool,
+) -> Tree<'a> {
     /// Brackets that are not closed yet, or the whole text.
     struct Frame<'a> {
         path_length: usize,
@@ -80,7 +84,8 @@ pub(crate) fn scan<'a>(text: &'a str, root: &str, mut asks: impl FnMut(&str, usi
         }
         match token {
             Token::Open if outer.len() < DEEPEST => {
-                let bracket = asked.then(|| Bracket { inside: range.end..range.end, items: Vec::new() });
+                let bracket =
+                    asked.then(|| Bracket { inside: range.end..range.end, items: Vec::new() });
                 let inside = Frame { path_length: path.len(), index: 0, bracket };
                 outer.push(std::mem::replace(&mut frame, inside));
             }
@@ -97,7 +102,9 @@ pub(crate) fn scan<'a>(text: &'a str, root: &str, mut asks: impl FnMut(&str, usi
             }
             Token::Comma if deeper == 0 => {
                 frame.index += 1;
-                if let Some(item) = frame.bracket.as_mut().and_then(|bracket| bracket.items.last_mut()) {
+                if let Some(item) =
+                    frame.bracket.as_mut().and_then(|bracket| bracket.items.last_mut())
+                {
                     item.comma = Some(range.end);
                 }
             }
@@ -115,7 +122,8 @@ pub(crate) fn brackets<'a>(text: &'a str, paths: &[&str]) -> Tree<'a> {
 
 /// Extends the value of the last item to the end of `range`.
 fn reach(bracket: &mut Option<Bracket<'_>>, range: &Range<usize>) {
-    if let Some(Item { value, .. }) = bracket.as_mut().and_then(|bracket| bracket.items.last_mut()) {
+    if let Some(Item { value, .. }) = bracket.as_mut().and_then(|bracket| bracket.items.last_mut())
+    {
         let start = if value.start == value.end { range.start } else { value.start };
         *value = start..range.end;
     }
@@ -131,7 +139,9 @@ mod tests {
         let tree = brackets(text, &["b", "list", "list[0]", "absent", "a"]);
         let spans = |path: &str| -> Vec<_> {
             let items = tree[path].items.iter();
-            items.map(|item| (item.name, &text[item.start..item.comma.unwrap_or(item.value.end)])).collect()
+            items
+                .map(|item| (item.name, &text[item.start..item.comma.unwrap_or(item.value.end)]))
+                .collect()
         };
         assert_eq!(tree.keys().collect::<Vec<_>>(), ["b", "list", "list[0]"]);
         assert_eq!(spans("b"), [(Some("c"), "c: -2")]);

@@ -34,8 +34,15 @@ fn bundle() -> Bundle {
             snapshot_tick: 20,
             end_tick: 25,
             end_state_hash: "0".repeat(16),
-            keyframes: vec![Keyframe { tick: 20, state_hash: format!("{:016x}", snapshot.state_hash()) }],
-            fault: Some(FaultEntry { tick: 25, body: Some("a".to_owned()), what: "lost".to_owned() }),
+            keyframes: vec![Keyframe {
+                tick: 20,
+                state_hash: format!("{:016x}", snapshot.state_hash()),
+            }],
+            fault: Some(FaultEntry {
+                tick: 25,
+                body: Some("a".to_owned()),
+                what: "lost".to_owned(),
+            }),
         },
         scene: TEXT.to_owned(),
         snapshot,
@@ -77,7 +84,8 @@ fn a_bundle_reads_back_to_the_last_bit_also_where_it_is_not_a_number() {
     let written = bundle();
     assert_eq!(Bundle::read(&written.write().unwrap()).unwrap(), written);
     let mut odd = bundle();
-    odd.events = vec![Event { tick: 1, what: Change::Push(0, Vector::new(NAN, -NAN, f64::NEG_INFINITY)) }];
+    odd.events =
+        vec![Event { tick: 1, what: Change::Push(0, Vector::new(NAN, -NAN, f64::NEG_INFINITY)) }];
     let read = Bundle::read(&odd.write().unwrap()).unwrap();
     let Change::Push(_, newtons) = read.events[0].what else { panic!("{:?}", read.events) };
     let bits = newtons.to_array().map(f64::to_bits);
@@ -104,7 +112,10 @@ fn add_keys(value: &mut Value) {
             pairs.iter_mut().for_each(|(_, value)| add_keys(value));
             // An enumeration is a map with one key and stays as it is.
             if pairs.len() > 1 {
-                pairs.push((Value::Text("of_later".to_owned()), Value::Array(vec![Value::Float(1.5)])));
+                pairs.push((
+                    Value::Text("of_later".to_owned()),
+                    Value::Array(vec![Value::Float(1.5)]),
+                ));
             }
         }
         Value::Array(items) => items.iter_mut().for_each(add_keys),
@@ -138,7 +149,8 @@ fn keys_of_a_later_program_are_passed_over() {
 }
 
 #[test]
-fn keys_of_an_earlier_program_that_are_gone_are_passed_over_and_those_that_it_did_not_write_are_empty() {
+fn keys_of_an_earlier_program_that_are_gone_are_passed_over_and_those_that_it_did_not_write_are_empty()
+ {
     let earlier = in_state(|state| {
         let Value::Map(state) = state else { panic!("{state:?}") };
         state.retain(|(key, _)| key.as_text() != Some("energy"));
@@ -150,10 +162,16 @@ fn keys_of_an_earlier_program_that_are_gone_are_passed_over_and_those_that_it_di
         // Accelerations that an earlier program cached.
         let numbers = |count| Value::Array(vec![Value::Float(0.5); count]);
         let map = |pairs: Vec<(&str, Value)>| {
-            Value::Map(pairs.into_iter().map(|(key, value)| (Value::Text(key.to_owned()), value)).collect())
+            Value::Map(
+                pairs
+                    .into_iter()
+                    .map(|(key, value)| (Value::Text(key.to_owned()), value))
+                    .collect(),
+            )
         };
         let body = map(vec![("at", numbers(4)), ("time_s", 0.2.into()), ("called", numbers(4))]);
-        let bodies = [(0, body), (2, Value::Null)].map(|(id, kept)| Value::Array(vec![id.into(), kept]));
+        let bodies =
+            [(0, body), (2, Value::Null)].map(|(id, kept)| Value::Array(vec![id.into(), kept]));
         let group = map(vec![
             ("bodies", Value::Array(vec![0.into(), 1.into()])),
             ("accelerations", Value::Array(vec![numbers(4), numbers(4)])),
@@ -230,23 +248,30 @@ fn what_no_state_can_be_is_said_in_words() {
         let bytes = repacked(|name, whole| if name == STATE.name { state.to_vec() } else { whole });
         let said = said(&bytes);
         assert!(said.contains(words), "{said}");
-        assert!(!["Semantic", "Limit", "Syntax", "Io("].iter().any(|debug| said.contains(debug)), "{said}");
+        assert!(
+            !["Semantic", "Limit", "Syntax", "Io("].iter().any(|debug| said.contains(debug)),
+            "{said}"
+        );
     }
 }
 
 #[test]
 fn lies_about_lengths_are_errors_and_take_no_memory() {
     // A list of 2^60 items, then a text and a byte string of 2^60 bytes.
-    for lie in [&b"\x9b\x10\0\0\0\0\0\0\0"[..], b"\x7b\x10\0\0\0\0\0\0\0", b"\x5b\x10\0\0\0\0\0\0\0"] {
+    for lie in
+        [&b"\x9b\x10\0\0\0\0\0\0\0"[..], b"\x7b\x10\0\0\0\0\0\0\0", b"\x5b\x10\0\0\0\0\0\0\0"]
+    {
         let key = b"\xa1\x66events";
         let bytes = [&key[..], lie].concat();
-        let error =
-            Bundle::read(&repacked(|name, whole| if name == STATE.name { bytes.clone() } else { whole }));
+        let error = Bundle::read(&repacked(
+            |name, whole| if name == STATE.name { bytes.clone() } else { whole },
+        ));
         assert!(error.unwrap_err().to_string().starts_with("the bundle cannot be read"));
     }
     let nested = vec![0x81; 1 << 20];
-    let error =
-        Bundle::read(&repacked(|name, whole| if name == STATE.name { nested.clone() } else { whole }));
+    let error = Bundle::read(&repacked(
+        |name, whole| if name == STATE.name { nested.clone() } else { whole },
+    ));
     assert!(error.is_err());
 }
 
@@ -257,8 +282,7 @@ fn a_newer_format_is_named() {
         _ => bytes,
     });
     let error = Bundle::read(&newer).unwrap_err().to_string();
-    let expected =
-        "format 9 of the bundle is newer than this program, which reads format 1; use a newer program";
+    let expected = "format 9 of the bundle is newer than this program, which reads format 1; use a newer program";
     assert_eq!(error, expected);
 }
 
@@ -282,7 +306,10 @@ fn said(bytes: &[u8]) -> String {
 fn a_manifest_without_a_format_is_refused() {
     let none = "manifest.json in the bundle has no format; get an undamaged copy";
     assert_eq!(said(&with_manifest(|manifest| drop(manifest.remove("format")))), none);
-    assert_eq!(said(&with_manifest(|manifest| drop(manifest.insert("format".to_owned(), 0.into())))), none);
+    assert_eq!(
+        said(&with_manifest(|manifest| drop(manifest.insert("format".to_owned(), 0.into())))),
+        none
+    );
     assert_eq!(said(&with_manifest(serde_json::Map::clear)), none);
     let mut bundle = bundle();
     bundle.manifest.format = 0;
@@ -308,7 +335,8 @@ fn ticks_that_contradict_each_other_or_never_end_are_refused() {
     assert_eq!(with("end_tick", u64::MAX), endless(u64::MAX - 20));
 
     let keyframes = |ticks: &[u64]| {
-        let keyframes: Vec<_> = ticks.iter().map(|tick| serde_json::json!({ "tick": tick })).collect();
+        let keyframes: Vec<_> =
+            ticks.iter().map(|tick| serde_json::json!({ "tick": tick })).collect();
         said(&with_manifest(|manifest| {
             drop(manifest.insert("keyframes".to_owned(), keyframes.clone().into()));
         }))
@@ -329,7 +357,8 @@ fn what_would_be_refused_is_not_written() {
     let cure = "make it of fewer bodies";
     let expected = format!("scene.ron in the bundle would be larger than 67108864 bytes; {cure}");
     assert_eq!(refused(Bundle { scene, ..bundle() }), expected);
-    let expected = format!("picture.png in the bundle would be larger than 268435456 bytes; {cure}");
+    let expected =
+        format!("picture.png in the bundle would be larger than 268435456 bytes; {cure}");
     assert_eq!(refused(Bundle { picture: Some(large(PICTURE.most)), ..bundle() }), expected);
     let mut many = bundle();
     many.snapshot.state.dormant.reserve_exact(MOST_MEMORY / 4);

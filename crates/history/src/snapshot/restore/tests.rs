@@ -68,7 +68,8 @@ fn counts_that_would_come_to_their_end_are_refused() {
 
 #[test]
 fn clocks_that_none_can_have_come_to_are_refused() {
-    let said = |clock: fn(&mut motion::clock::ClockState)| said(|snapshot| clock(&mut snapshot.clock));
+    let said =
+        |clock: fn(&mut motion::clock::ClockState)| said(|snapshot| clock(&mut snapshot.clock));
     let none = Some("invalid clock");
     assert_eq!(said(|clock| clock.step = -0.01), none);
     assert_eq!(said(|clock| clock.step = f64::NAN), none);
@@ -123,7 +124,8 @@ fn particles_of_a_scene_with_mutual_gravity_may_have_any_method() {
     let mut snapshot = simulation.snapshot();
     assert!(snapshot.state.own_methods.iter().all(|(_, method)| *method == Method::ImplicitEuler));
     assert!(
-        snapshot.state.own_methods.len() > 50 && Simulation::restore(Arc::clone(&scene), &snapshot).is_ok()
+        snapshot.state.own_methods.len() > 50
+            && Simulation::restore(Arc::clone(&scene), &snapshot).is_ok()
     );
     snapshot.state.own_methods.push((0, Method::ImplicitEuler));
     assert!(Simulation::restore(scene, &snapshot).is_err());

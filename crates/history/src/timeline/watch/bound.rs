@@ -53,7 +53,11 @@ impl BoundOrbits {
         if tick.is_multiple_of(EVERY) { self.look_at(world) } else { None }
     }
 
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small count of ticks")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a small count of ticks"
+    )]
     fn look_at(&mut self, world: &mut World) -> Option<Fault> {
         let tick = world.get_resource::<StepClock>().map_or(0, StepClock::ticks);
         let length = world.get_resource::<TimeStep>().map_or(0.0, |step| step.0);
@@ -63,11 +67,14 @@ impl BoundOrbits {
             let energy = orbit.energy();
             let rounding = ROUNDING * (kinetic - potential);
             if energy < -rounding {
-                let known = Known { bound_j: energy, bound_tick: tick, fault_from: None, reported: false };
+                let known =
+                    Known { bound_j: energy, bound_tick: tick, fault_from: None, reported: false };
                 self.0.insert(body, known);
                 continue;
             }
-            let Some(known) = self.0.get_mut(&body).filter(|known| !known.reported) else { continue };
+            let Some(known) = self.0.get_mut(&body).filter(|known| !known.reported) else {
+                continue;
+            };
             // A method that keeps an orbit bound may show it as free for part of a turn, around the closest approach.
             let doubt = (std::f64::consts::PI / (frequency * length)).ceil();
             let doubt = if doubt < LONGEST_DOUBT as f64 { doubt as u64 } else { LONGEST_DOUBT };

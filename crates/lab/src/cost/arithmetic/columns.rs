@@ -19,8 +19,9 @@ pub(super) fn each<F>(
     field: F,
     step: impl Fn(&mut F, [DVec3; 2]) -> [DVec3; 2],
 ) -> F {
-    let step =
-        |field: &mut F, body: [[f64; 3]; 2]| step(field, body.map(DVec3::from_array)).map(|v| v.to_array());
+    let step = |field: &mut F, body: [[f64; 3]; 2]| {
+        step(field, body.map(DVec3::from_array)).map(|v| v.to_array())
+    };
     step_six(x, y, z, a, b, c, field, step)
 }
 
@@ -30,8 +31,9 @@ pub(super) fn each_with<F>(
     field: F,
     step: impl Fn(&mut F, [DVec3; 3]) -> [DVec3; 3],
 ) -> F {
-    let step =
-        |field: &mut F, body: [[f64; 3]; 3]| step(field, body.map(DVec3::from_array)).map(|v| v.to_array());
+    let step = |field: &mut F, body: [[f64; 3]; 3]| {
+        step(field, body.map(DVec3::from_array)).map(|v| v.to_array())
+    };
     step_nine(x, y, z, a, b, c, d, e, f, field, step)
 }
 
@@ -40,7 +42,10 @@ pub(super) fn each_with<F>(
 /// The six arrays are six arguments of a function that is not inlined, so the compiler knows that they do not
 /// overlap; the field is moved in and out, so that it stays in registers. Otherwise vectorization would depend on
 /// luck.
-#[expect(clippy::too_many_arguments, reason = "an argument is known not to overlap with another one")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "an argument is known not to overlap with another one"
+)]
 #[inline(never)]
 fn step_six<F>(
     x: &mut [f64],
@@ -55,13 +60,17 @@ fn step_six<F>(
     let n = x.len();
     let (y, z, a, b, c) = (&mut y[..n], &mut z[..n], &mut a[..n], &mut b[..n], &mut c[..n]);
     for i in 0..n {
-        [[x[i], y[i], z[i]], [a[i], b[i], c[i]]] = step(&mut field, [[x[i], y[i], z[i]], [a[i], b[i], c[i]]]);
+        [[x[i], y[i], z[i]], [a[i], b[i], c[i]]] =
+            step(&mut field, [[x[i], y[i], z[i]], [a[i], b[i], c[i]]]);
     }
     field
 }
 
 /// [`step_six`] for nine arrays.
-#[expect(clippy::too_many_arguments, reason = "an argument is known not to overlap with another one")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "an argument is known not to overlap with another one"
+)]
 #[inline(never)]
 fn step_nine<F>(
     x: &mut [f64],

@@ -6,7 +6,9 @@ use std::ops::{Add, Mul, Sub};
 
 use glam::{DMat3, DVec3};
 use motion::Method;
-use motion::methods::{Field, Integrator, MethodStateKind, Newton, NewtonField, StepState, newton_velocity};
+use motion::methods::{
+    Field, Integrator, MethodStateKind, Newton, NewtonField, StepState, newton_velocity,
+};
 use scene::Scene;
 
 use super::{Steps, step_by};
@@ -107,7 +109,12 @@ impl<S: Springs<N>, const N: usize> NewtonField for Group<S, N> {
         None
     }
 
-    fn correction(&mut self, Several(x): Self::Space, _: Self::Space, residual: Self::Space) -> Self::Space {
+    fn correction(
+        &mut self,
+        Several(x): Self::Space,
+        _: Self::Space,
+        residual: Self::Space,
+    ) -> Self::Space {
         let mut matrix: [[DMat3; N]; N] = from_fn(|_| [DMat3::ZERO; N]);
         for (k, row) in matrix.iter_mut().enumerate() {
             row[k] = DMat3::IDENTITY;
@@ -149,7 +156,8 @@ fn eliminate<const N: usize>(mut matrix: [[DMat3; N]; N], mut right: [DVec3; N])
         }
     }
     for row in (0..N).rev() {
-        let known = (row + 1..N).fold(DVec3::ZERO, |sum, column| sum + matrix[row][column] * right[column]);
+        let known =
+            (row + 1..N).fold(DVec3::ZERO, |sum, column| sum + matrix[row][column] * right[column]);
         right[row] = matrix[row][row].inverse() * (right[row] - known);
     }
     right
@@ -169,7 +177,10 @@ struct Groups<S, const N: usize> {
 }
 
 /// The run of `scene`, copies of a group with the springs of `S`, in a loop.
-pub(crate) fn run_groups<S: Springs<N>, const N: usize>(scene: &Scene, setting: Setting) -> Box<dyn Runner> {
+pub(crate) fn run_groups<S: Springs<N>, const N: usize>(
+    scene: &Scene,
+    setting: Setting,
+) -> Box<dyn Runner> {
     Box::new(Groups::<S, N>::new(scene, setting))
 }
 

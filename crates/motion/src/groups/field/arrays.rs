@@ -38,10 +38,11 @@ impl<E: Layout> GroupField<'_, E> {
         }
         // Anchors at rest stay where they are.
         let of_position = sum.factors[POSITION];
-        let (moving, still) = match self.rows.anchors_rest && (of_position == 0.0 || of_position == 1.0) {
-            true => out.split_at_mut(self.movable()),
-            false => out.split_at_mut(self.rows.x.len()),
-        };
+        let (moving, still) =
+            match self.rows.anchors_rest && (of_position == 0.0 || of_position == 1.0) {
+                true => out.split_at_mut(self.movable()),
+                false => out.split_at_mut(self.rows.x.len()),
+            };
         if of_position == 1.0 {
             still.copy_from_slice(&self.rows.x[moving.len()..]);
         } else {
@@ -69,7 +70,10 @@ impl<E: Layout> GroupField<'_, E> {
     pub(super) fn finish(&mut self, x: Combination, v: Combination) {
         // NaN if a factor of the step is infinite.
         let of_position = v.factors[POSITION];
-        debug_assert!(of_position == 0.0 || !of_position.is_finite(), "a velocity is not made of positions");
+        debug_assert!(
+            of_position == 0.0 || !of_position.is_finite(),
+            "a velocity is not made of positions"
+        );
         let mut parts: [(&[E], f64, f64); SLOTS] = [(&[], 0.0, 0.0); SLOTS];
         let mut count = 0;
         for slot in (APPLIED..SLOTS).rev() {
@@ -81,7 +85,11 @@ impl<E: Layout> GroupField<'_, E> {
         let own = [x.factors[POSITION], x.factors[VELOCITY], v.factors[VELOCITY]];
         let parts = &parts[..count];
         // Anchors at rest stay where they are.
-        let moving = if self.rows.anchors_rest && own[0] == 1.0 { self.movable() } else { self.rows.x.len() };
+        let moving = if self.rows.anchors_rest && own[0] == 1.0 {
+            self.movable()
+        } else {
+            self.rows.x.len()
+        };
         let (x, v) = (&mut self.rows.x[..moving], &mut self.rows.v[..moving]);
         Threads::share_two(self.threads, x, v, |first, x, v| {
             let mut of_rows = [(&[][..], 0.0, 0.0); SLOTS];
@@ -101,13 +109,18 @@ impl<E: Layout> GroupField<'_, E> {
     }
 
     /// A velocity or acceleration with every movable row multiplied by the factor of its class, if there is one.
-    pub(super) fn each_row(&mut self, v: Combination, factor: impl Fn(&Class) -> Option<f64>) -> Combination {
+    pub(super) fn each_row(
+        &mut self,
+        v: Combination,
+        factor: impl Fn(&Class) -> Option<f64>,
+    ) -> Combination {
         let slot = self.own_array(&v);
         let elements = self.movable();
         let Scratch { slots, classes, .. } = &mut *self.scratch;
         for (element, v) in slots[slot][..elements].iter_mut().enumerate() {
             if let Some(factor) = factor(classes.of(element / self.width)) {
-                (0..3).for_each(|axis| v.axis_mut(axis).iter_mut().for_each(|part| *part *= factor));
+                (0..3)
+                    .for_each(|axis| v.axis_mut(axis).iter_mut().for_each(|part| *part *= factor));
             }
         }
         Combination::of(slot)
@@ -184,7 +197,12 @@ fn add_up(parts: &[(&[f64], f64)], out: &mut [f64]) {
 
 /// `x = xx x + xv v + ...; v = vv v + ...` in place, the states added last.
 fn advance(x: &mut [f64], v: &mut [f64], own: [f64; 3], parts: &[(&[f64], f64, f64)]) {
-    fn of<const N: usize>(x: &mut [f64], v: &mut [f64], own: [f64; 3], parts: &[(&[f64], f64, f64)]) {
+    fn of<const N: usize>(
+        x: &mut [f64],
+        v: &mut [f64],
+        own: [f64; 3],
+        parts: &[(&[f64], f64, f64)],
+    ) {
         let len = x.len();
         let arrays: [_; N] = std::array::from_fn(|part| parts_of(parts[part].0, len));
         let factors: [(f64, f64); N] = std::array::from_fn(|part| (parts[part].1, parts[part].2));
@@ -193,7 +211,8 @@ fn advance(x: &mut [f64], v: &mut [f64], own: [f64; 3], parts: &[(&[f64], f64, f
             len,
             #[inline(always)]
             || {
-                let rows = x.as_chunks_mut::<AT_ONCE>().0.iter_mut().zip(v.as_chunks_mut::<AT_ONCE>().0);
+                let rows =
+                    x.as_chunks_mut::<AT_ONCE>().0.iter_mut().zip(v.as_chunks_mut::<AT_ONCE>().0);
                 for (i, (x, v)) in rows.enumerate() {
                     let (mut dx, mut dv) = ([0.0; AT_ONCE], [0.0; AT_ONCE]);
                     for part in 0..N {

@@ -110,11 +110,13 @@ impl<E: Layout> GroupField<'_, E> {
     }
 
     fn cache_key(&self, time: Scalar) -> CacheKey {
-        let versions = self.rows.with_laws.iter().map(|row| self.options.row(*row as usize).laws_version);
+        let versions =
+            self.rows.with_laws.iter().map(|row| self.options.row(*row as usize).laws_version);
         CacheKey {
             time,
             epoch: self.environment.parameters.epoch,
-            own: versions.fold(0, |sum, version| sum.wrapping_add(version).wrapping_mul(0x100_0000_01b3)),
+            own: versions
+                .fold(0, |sum, version| sum.wrapping_add(version).wrapping_mul(0x100_0000_01b3)),
             attraction: self.environment.shared.attraction.copied(),
         }
     }
@@ -129,8 +131,9 @@ impl<E: Layout> GroupField<'_, E> {
         let same = may_fit && cache.w == self.rows.w && numbers(&cache.x) == numbers(self.rows.x);
         let mut others = std::mem::take(&mut self.scratch.not_cached);
         if !(same && cache.keys.iter().all(|key| *key == now)) {
-            let fits =
-                |group: usize| may_fit && cache.keys[group] == now && (same || self.is_in(cache, group));
+            let fits = |group: usize| {
+                may_fit && cache.keys[group] == now && (same || self.is_in(cache, group))
+            };
             others.extend((0..self.rows.groups).filter(|group| !fits(*group)));
         }
         let none = others.len() == self.rows.groups;
@@ -185,7 +188,9 @@ impl<E: Layout> GroupField<'_, E> {
             std::mem::swap(&mut self.scratch.slots[CACHED], &mut cache.a);
             let (x, rows) = (&mut cache.x, &*self.rows.x);
             x.resize(rows.len());
-            Threads::share(self.threads, x, |first, x| x.copy_from_slice(&rows[first..first + x.len()]));
+            Threads::share(self.threads, x, |first, x| {
+                x.copy_from_slice(&rows[first..first + x.len()])
+            });
         }
     }
 }

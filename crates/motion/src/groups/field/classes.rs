@@ -108,8 +108,11 @@ impl<E: Layout> GroupField<'_, E> {
             }
             *class_of = u32::try_from(classes.len() - 1).unwrap_or(0);
         }
-        self.with_gravity =
-            if gravity == Vector::ZERO { 0 } else { self.coupling.movable as u64 - without_gravity };
+        self.with_gravity = if gravity == Vector::ZERO {
+            0
+        } else {
+            self.coupling.movable as u64 - without_gravity
+        };
     }
 
     pub(super) fn class(&self, row: usize) -> &Class {
@@ -122,7 +125,8 @@ impl<E: Layout> GroupField<'_, E> {
     }
 
     pub(super) fn decays(&self) -> bool {
-        self.depends_on_velocity() || self.scratch.classes.list.iter().any(|class| class.decay.multiplies())
+        self.depends_on_velocity()
+            || self.scratch.classes.list.iter().any(|class| class.decay.multiplies())
     }
 
     /// The own laws of the rows.

@@ -164,7 +164,8 @@ impl<E: Layout> GroupField<'_, E> {
             if !(to[0] + to[1]).is_finite() {
                 return None;
             }
-            let change = Way { elastic, cubic: Cubic::new(from, to, h), h }.change(cords.taut[i])?;
+            let change =
+                Way { elastic, cubic: Cubic::new(from, to, h), h }.change(cords.taut[i])?;
             // Once per time: a cord that only touches the threshold must not change back and forth.
             (change > NEAR || !cords.changed.contains(&i)).then_some((i, change))
         };

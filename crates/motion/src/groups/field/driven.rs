@@ -56,13 +56,21 @@ impl<E: Layout> TickField for GroupField<'_, E> {
             return v;
         }
         match self.scratch.classes.uniform() {
-            Some(class) if self.rows.anchors_rest => factor(&class.decay).map_or(v, |factor| v * factor),
+            Some(class) if self.rows.anchors_rest => {
+                factor(&class.decay).map_or(v, |factor| v * factor)
+            }
             _ => self.each_row(v, |class| factor(&class.decay)),
         }
     }
 
     fn restrain(&mut self, v: Combination) -> Combination {
-        if self.scratch.classes.list.iter().all(|class| class.limit.is_none() && class.locks.is_none()) {
+        if self
+            .scratch
+            .classes
+            .list
+            .iter()
+            .all(|class| class.limit.is_none() && class.locks.is_none())
+        {
             return v;
         }
         let slot = self.own_array(&v);

@@ -35,7 +35,12 @@ impl<'a, E: Layout> GroupField<'a, E> {
     }
 
     /// Computes the accelerations by all laws in a state into a new array.
-    pub(super) fn accelerate(&mut self, at: EvaluationTime, x: Combination, v: Combination) -> usize {
+    pub(super) fn accelerate(
+        &mut self,
+        at: EvaluationTime,
+        x: Combination,
+        v: Combination,
+    ) -> usize {
         let out = self.claim();
         let mut sum = std::mem::take(&mut self.scratch.slots[out]);
         let [mut stage_x, mut stage_v] = std::mem::take(&mut self.scratch.stage);
@@ -85,7 +90,8 @@ impl<'a, E: Layout> GroupField<'a, E> {
     /// Turns forces into accelerations, and adds gravity and linear drag.
     pub(super) fn add_constants(&self, v: &[E], sum: &mut [E]) {
         let movable = self.movable();
-        let (w, classes, width) = (&self.rows.w[..movable * E::LANES], &self.scratch.classes, self.width);
+        let (w, classes, width) =
+            (&self.rows.w[..movable * E::LANES], &self.scratch.classes, self.width);
         Threads::share(self.threads, &mut sum[..movable], |first, sum| {
             let (v, w) = (&v[first..], w[first * E::LANES..].chunks_exact(E::LANES));
             let rows = sum.iter_mut().zip(w).zip(v);
@@ -142,7 +148,8 @@ impl<'a, E: Layout> GroupField<'a, E> {
         };
         let not_cached = self.scratch.not_cached.iter().filter(|group| counts(group)).count();
         let evaluations = self.evaluations * groups as u64 + not_cached as u64;
-        let iterations = self.scratch.iterations.iter().enumerate().filter(|(group, _)| counts(group));
+        let iterations =
+            self.scratch.iterations.iter().enumerate().filter(|(group, _)| counts(group));
         iterations.for_each(|(_, iterations)| statistics.iterations.add(*iterations));
         let movable = coupling.movable as u64 * evaluations;
         statistics.count_law("gravity", *with_gravity * evaluations);

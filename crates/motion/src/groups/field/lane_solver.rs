@@ -98,7 +98,9 @@ impl LaneSolver {
         let movable = field.coupling.movable;
         let (count, converged) = self.iterate(simd, field.environment.solver, movable, squared);
         let (count, converged): ([f64; AT_ONCE], [i64; AT_ONCE]) = (count.into(), converged.into());
-        for (iterations, (count, converged)) in iterations.iter_mut().zip(count.into_iter().zip(converged)) {
+        for (iterations, (count, converged)) in
+            iterations.iter_mut().zip(count.into_iter().zip(converged))
+        {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
             let count = count as u64;
             iterations.cg += count;
@@ -137,7 +139,10 @@ impl LaneSolver {
             if row < field.coupling.movable {
                 let element = row * field.width + block;
                 let Class { rate, locks, .. } = *field.class(row);
-                let w = f64x4::from_slice(simd, &field.rows.w[element * BLOCK_BODIES + at..][..AT_ONCE]);
+                let w = f64x4::from_slice(
+                    simd,
+                    &field.rows.w[element * BLOCK_BODIES + at..][..AT_ONCE],
+                );
                 of_row.root = w.sqrt().only(w.simd_gt(f64x4::splat(simd, 0.0))).into();
                 (of_row.rate, of_row.rate_in_step) = (rate, rate * h);
                 of_row.open = [0, 1, 2].map(|axis| is_open(locks, axis));
@@ -150,7 +155,8 @@ impl LaneSolver {
             let ends = spring.ends.map(|end| end as usize);
             let [a, b] = ends.map(|end| end * field.width + block);
             let [stiffness, damping, rest_length] = elastic.four(simd, at);
-            let (d, u) = (differences(simd, at, [&x[a], &x[b]]), differences(simd, at, [&v[a], &v[b]]));
+            let (d, u) =
+                (differences(simd, at, [&x[a], &x[b]]), differences(simd, at, [&v[a], &v[b]]));
             let [inverse, taut] = axes(simd, d, rest_length);
             let n = [d[0] * inverse, d[1] * inverse, d[2] * inverse];
             let elastic = [stiffness, damping];
@@ -268,7 +274,8 @@ impl LaneSolver {
         }
         let mut products = [zero; 3];
         for row in &mut self.rows[..movable] {
-            let (root, rate) = (f64x4::simd_from(simd, row.root), f64x4::splat(simd, row.rate_in_step));
+            let (root, rate) =
+                (f64x4::simd_from(simd, row.root), f64x4::splat(simd, row.rate_in_step));
             let (p, q) = (of(simd, &row.p), of(simd, &row.q));
             for axis in 0..3 {
                 let product = match row.open[axis] {

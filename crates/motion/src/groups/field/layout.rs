@@ -22,7 +22,13 @@ pub(crate) trait Layout: Element {
     fn pull(field: &GroupField<'_, Self>, time: f64, x: &[Self], v: &[Self], sum: &mut [Self]);
 
     /// Adds the accelerations of the called laws in the state (`x`, `v`).
-    fn call(field: &GroupField<'_, Self>, at: EvaluationTime, x: &[Self], v: &mut [Self], sum: &mut [Self]);
+    fn call(
+        field: &GroupField<'_, Self>,
+        at: EvaluationTime,
+        x: &[Self],
+        v: &mut [Self],
+        sum: &mut [Self],
+    );
 
     /// Arrays of an implicit step.
     type Workspace: Default + fmt::Debug;
@@ -46,12 +52,19 @@ impl Layout for Row {
         }
         if let (true, Some(law)) = (coupling.attracts, field.environment.shared.attraction) {
             let sum = &mut sum[..coupling.movable];
-            DirectSum { law, x, masses: &field.scratch.masses }.attract(field.environment.threads, sum);
+            DirectSum { law, x, masses: &field.scratch.masses }
+                .attract(field.environment.threads, sum);
         }
     }
 
     /// Stores inverse masses beside the velocities.
-    fn call(field: &GroupField<'_>, at: EvaluationTime, x: &[Self], v: &mut [Self], sum: &mut [Self]) {
+    fn call(
+        field: &GroupField<'_>,
+        at: EvaluationTime,
+        x: &[Self],
+        v: &mut [Self],
+        sum: &mut [Self],
+    ) {
         let movable = field.coupling.movable;
         v.iter_mut().zip(field.rows.w).for_each(|(row, w)| row[3] = *w);
         for law in field.environment.parameters.laws {
@@ -87,15 +100,19 @@ impl<'a> GroupField<'a> {
 
 /// Adds the accelerations of a law to `sum`. The rows of `v` are velocity and inverse mass.
 fn add_called(law: &dyn Law, at: EvaluationTime, x: &[Row], v: &[Row], sum: &mut [Row]) {
-    let chunks = x.chunks(BLOCK_BODIES).zip(v.chunks(BLOCK_BODIES)).zip(sum.chunks_mut(BLOCK_BODIES));
+    let chunks =
+        x.chunks(BLOCK_BODIES).zip(v.chunks(BLOCK_BODIES)).zip(sum.chunks_mut(BLOCK_BODIES));
     for ((x, v), sum) in chunks {
         let [positions, velocities, mut block] = [x, v, sum].map(Block::<BLOCK_BODIES>::of);
         // Laws skip bodies of inverse mass 0; a block that is almost full is faster without such bodies.
         let filler = if x.len() > BLOCK_BODIES / 4 { v[0][3] } else { 0.0 };
         let mut inverse_masses = [filler; BLOCK_BODIES];
         inverse_masses.iter_mut().zip(v).for_each(|(w, row)| *w = row[3]);
-        let bodies =
-            BodyBlock { positions: &positions.0, velocities: &velocities.0, inverse_masses: &inverse_masses };
+        let bodies = BodyBlock {
+            positions: &positions.0,
+            velocities: &velocities.0,
+            inverse_masses: &inverse_masses,
+        };
         law.accelerate(at, &bodies, &mut block.0);
         for (k, row) in sum.iter_mut().enumerate() {
             row[..3].copy_from_slice(&block.body(k));
@@ -113,7 +130,13 @@ impl Layout for Axes {
         field.rows.springs.pull(field.coupling, x, v, sum);
     }
 
-    fn call(field: &GroupField<'_, Self>, at: EvaluationTime, x: &[Self], v: &mut [Self], sum: &mut [Self]) {
+    fn call(
+        field: &GroupField<'_, Self>,
+        at: EvaluationTime,
+        x: &[Self],
+        v: &mut [Self],
+        sum: &mut [Self],
+    ) {
         let w = field.rows.w.as_chunks().0;
         let rows = sum[..field.movable()].iter_mut().zip(x).zip(v).zip(w);
         for (((sum, positions), velocities), inverse_masses) in rows {

@@ -123,7 +123,14 @@ impl Workspace {
         let Self { linear, x, .. } = self;
         let step = (field.end(), field.step());
         let drag = field.environment.shared.laws.drag;
-        linear.linearize(field.threads, (field.coupling, field.springs()), drag, step, exact, (x, v));
+        linear.linearize(
+            field.threads,
+            (field.coupling, field.springs()),
+            drag,
+            step,
+            exact,
+            (x, v),
+        );
         let mut follows_state = false;
         if field.calls() {
             linear.expect_laws();
@@ -287,13 +294,19 @@ impl Workspace {
     }
 
     /// Adds the solution of the linearized step to `v`. Returns whether it converged.
-    fn iterate(&mut self, field: &mut GroupField<'_>, v: &mut [Row], counts: &mut Iterations) -> bool {
+    fn iterate(
+        &mut self,
+        field: &mut GroupField<'_>,
+        v: &mut [Row],
+        counts: &mut Iterations,
+    ) -> bool {
         let Solved { iterations, converged, is_finite } = self.solve(field, false);
         if !is_finite {
             self.show_broken(field, v);
         }
         let Self { linear, gradients, .. } = self;
-        for ((v, y), root) in v[..field.coupling.movable].iter_mut().zip(gradients.y.iter()).zip(&linear.root)
+        for ((v, y), root) in
+            v[..field.coupling.movable].iter_mut().zip(gradients.y.iter()).zip(&linear.root)
         {
             (0..3).for_each(|axis| v[axis] += y[axis] * *root);
         }

@@ -74,12 +74,12 @@ impl LinearStep {
         self.sheets.clear();
         if let Some(drag) = drag {
             let air = drag.wind.map(|wind| wind.air(at.time));
-            self.sheets.extend(coupling.sheets.iter().map(|&SheetRow { corners, mass }| {
-                match in_air(air.as_ref(), corners, x, v) {
+            self.sheets.extend(coupling.sheets.iter().map(
+                |&SheetRow { corners, mass }| match in_air(air.as_ref(), corners, x, v) {
                     Some((u, n)) => (n, h * mass * rate_along(drag, u, n)),
                     None => (Vector::ZERO, 0.0),
-                }
-            }));
+                },
+            ));
         }
         self.local.clear();
     }
@@ -151,7 +151,8 @@ impl LinearStep {
         }
         forces.fill([0.0; 4]);
         let axes = Some(&axes[..]);
-        let change = Linearized { x, axes, moves: scaled, stiffness: h * h, damping: h, times: -1.0 };
+        let change =
+            Linearized { x, axes, moves: scaled, stiffness: h * h, damping: h, times: -1.0 };
         springs.add(shares, &change, forces);
         for (ends, n, across) in compressed.iter().take_while(|_| exact) {
             let [a, b] = ends.map(|end| end as usize);
@@ -205,8 +206,8 @@ fn attractive_part(derivative: DMat3) -> DMat3 {
     let s = |i: usize, j: usize| -((columns[i][j] + columns[j][i]) * half);
     let minor = |i: usize, j: usize| s(i, i) * s(j, j) - s(i, j) * s(i, j);
     let cross = |i: usize, j: usize, k: usize| s(i, j) * s(j, k) - s(j, j) * s(i, k);
-    let whole =
-        s(0, 0) * minor(1, 2) - s(0, 1) * (s(0, 1) * s(2, 2) - s(1, 2) * s(0, 2)) + s(0, 2) * cross(0, 1, 2);
+    let whole = s(0, 0) * minor(1, 2) - s(0, 1) * (s(0, 1) * s(2, 2) - s(1, 2) * s(0, 2))
+        + s(0, 2) * cross(0, 1, 2);
     let minors = [s(0, 0), s(1, 1), s(2, 2), minor(0, 1), minor(1, 2), minor(0, 2), whole];
     // Sylvester: every principal minor of a semidefinite matrix is at least 0.
     if minors.iter().all(|minor| *minor >= 0.0) {
@@ -227,8 +228,9 @@ mod tests {
     #[test]
     fn a_derivative_is_taken_in_where_it_pulls_together() {
         let turn = DMat3::from_euler(glam::EulerRot::XYZ, 0.3, 1.1, -0.7);
-        let with =
-            |a: f64, b: f64, c: f64| turn * DMat3::from_diagonal(DVec3::new(a, b, c)) * turn.transpose();
+        let with = |a: f64, b: f64, c: f64| {
+            turn * DMat3::from_diagonal(DVec3::new(a, b, c)) * turn.transpose()
+        };
         for (matrix, taken) in [
             (with(-1.0, -2.0, -3.0), true),
             (with(-1.0, -2.0, 0.1), false),

@@ -37,11 +37,20 @@ impl State {
             MethodStateKind::LastStep => MethodStateRows::LastStep(&mut self.steps),
             _ => MethodStateRows::None,
         };
-        Batch { positions: &mut self.x, bodies: &mut self.bodies, applied: Some(applied), method_state }
+        Batch {
+            positions: &mut self.x,
+            bodies: &mut self.bodies,
+            applied: Some(applied),
+            method_state,
+        }
     }
 }
 
-fn parameters<M: Integrator>(damping: Option<Damping>, drag: f64, substeps: u32) -> TickParameters<'static> {
+fn parameters<M: Integrator>(
+    damping: Option<Damping>,
+    drag: f64,
+    substeps: u32,
+) -> TickParameters<'static> {
     let h = 1.0 / 120.0;
     let times = TickTimes { start: 0.0, end: h, tick: h, substeps };
     let gravity = glam::DVec3::new(0.1, -9.8, 1e-3);
@@ -78,8 +87,13 @@ fn every_way<M: Integrator>(damping: Option<Damping>, drag: f64, substeps: u32) 
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
         for row in 0..ROWS {
-            let done =
-                Kernel::of::<M>().integrate_row(&parameters, BodyOptions::NONE, batch, row, statistics);
+            let done = Kernel::of::<M>().integrate_row(
+                &parameters,
+                BodyOptions::NONE,
+                batch,
+                row,
+                statistics,
+            );
             assert_eq!(done, Ok(()));
         }
     });
@@ -90,10 +104,15 @@ fn every_way<M: Integrator>(damping: Option<Damping>, drag: f64, substeps: u32) 
 fn every_kernel_and_instruction_set_gives_the_same_bits() {
     let models = DampingModel::ALL.map(|model| Some(Damping { model, rate: 0.4 }));
     for method in Method::ALL {
-        for (damping, drag) in [None, models[0], models[1], models[2]].into_iter().zip([0.3, 0.0, 0.0, 0.3]) {
+        for (damping, drag) in
+            [None, models[0], models[1], models[2]].into_iter().zip([0.3, 0.0, 0.0, 0.3])
+        {
             for substeps in [1, 3] {
                 let all = with_method!(method, M => every_way::<M>(damping, drag, substeps));
-                assert!(all.iter().all(|state| *state == all[0]), "{method:?} {damping:?} {drag} {substeps}");
+                assert!(
+                    all.iter().all(|state| *state == all[0]),
+                    "{method:?} {damping:?} {drag} {substeps}"
+                );
             }
         }
     }

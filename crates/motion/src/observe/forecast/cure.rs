@@ -54,9 +54,12 @@ impl LinearSystem {
         if !value.is_finite() {
             return 0.0;
         }
-        let longer = |value_then: Scalar| Stepping { tick: stepping.tick * (value_then / value), ..stepping };
-        let is_first_order =
-            stepping.method.claims().velocity_order == 1 && stepping.method.claims().position_order == 1;
+        let longer = |value_then: Scalar| Stepping {
+            tick: stepping.tick * (value_then / value),
+            ..stepping
+        };
+        let is_first_order = stepping.method.claims().velocity_order == 1
+            && stepping.method.claims().position_order == 1;
         let least = SMALLEST_LIMITS[usize::from(self.guess.is_some() && !is_first_order)];
         let stable = |value| self.is_stable(longer(value));
         let found = match &self.guess {
@@ -64,7 +67,8 @@ impl LinearSystem {
             Some(guess) => {
                 let alone = |value| guess.is_stable(longer(value));
                 let near = bracket(&alone, 1.25, value.max(least));
-                let near = near.and_then(|[low, high]| (low > least).then(|| halved(&alone, low, high, 8)));
+                let near = near
+                    .and_then(|[low, high]| (low > least).then(|| halved(&alone, low, high, 8)));
                 bracket(&stable, 1.1, near.unwrap_or(value).clamp(least, LARGEST_LIMIT))
             }
         };
@@ -155,7 +159,8 @@ pub(super) fn as_good_as(method: Method) -> impl Iterator<Item = Method> {
     let claims = method.claims();
     let as_good = move |method: &Method| {
         let other = method.claims();
-        other.position_order >= claims.position_order && other.velocity_order >= claims.velocity_order
+        other.position_order >= claims.position_order
+            && other.velocity_order >= claims.velocity_order
     };
     Method::ALL.into_iter().filter(as_good).chain([Method::ImplicitEuler])
 }
@@ -187,7 +192,12 @@ fn bracket(stable: &dyn Fn(Scalar) -> bool, by: Scalar, start: Scalar) -> Option
 }
 
 /// The stable end of an interval after bisecting it `times` times.
-fn halved(stable: &dyn Fn(Scalar) -> bool, mut low: Scalar, mut high: Scalar, times: u32) -> Scalar {
+fn halved(
+    stable: &dyn Fn(Scalar) -> bool,
+    mut low: Scalar,
+    mut high: Scalar,
+    times: u32,
+) -> Scalar {
     if high.is_infinite() {
         return low;
     }
@@ -220,7 +230,8 @@ mod tests {
     #[test]
     fn a_cure_is_that_of_the_largest_value_that_is_possible() {
         // `w h` is below 2 from 8 substeps on where it is 15, and from 6 on where it is 11.
-        let [known, least, most] = [[11.0, 15.0], [11.0; 2], [15.0; 2]].map(|known| margin(known).cure);
+        let [known, least, most] =
+            [[11.0, 15.0], [11.0; 2], [15.0; 2]].map(|known| margin(known).cure);
         assert_eq!(known, most);
         assert_eq!([least, most].map(|cure| cure.substeps), [Some(6), Some(8)]);
     }

@@ -7,7 +7,9 @@ use glam::{DMat3, DVec3};
 use super::modes::Stepping;
 use crate::laws::damping::{Damping, Decay};
 use crate::laws::{BodyState, EvaluationTime, Jacobians, Law};
-use crate::methods::{Field, Integrator, Newton, NewtonField, StepState, newton_velocity, with_method};
+use crate::methods::{
+    Field, Integrator, Newton, NewtonField, StepState, newton_velocity, with_method,
+};
 use crate::state::components::AxisLocks;
 
 /// A body with everything that acts on it. Two bodies that attract each other are one subject: their distance, in a well of
@@ -56,9 +58,13 @@ impl Subject<'_> {
         let (around, rate) = self
             .damping
             .filter(|_| !M::DAMPS_INSIDE)
-            .map_or((Decay::none(stepping.tick), 0.0), |damping| damping.factors_around_tick(stepping.tick));
-        let decay =
-            self.damping.filter(|_| M::DAMPS_INSIDE).map_or(Decay::none(h), |damping| damping.factors(h));
+            .map_or((Decay::none(stepping.tick), 0.0), |damping| {
+                damping.factors_around_tick(stepping.tick)
+            });
+        let decay = self
+            .damping
+            .filter(|_| M::DAMPS_INSIDE)
+            .map_or(Decay::none(h), |damping| damping.factors(h));
         let mut field = BodyField { body: self, h, start: self.time, rate, decay };
         let BodyState { position: mut x, velocity, .. } = self.start;
         let mut v = field.open(velocity);
@@ -86,7 +92,8 @@ impl Subject<'_> {
     /// The state one step after `point`, within a run.
     pub fn step_within(&self, stepping: Stepping, [x, v]: Point) -> Point {
         let h = stepping.tick;
-        let mut field = BodyField { body: self, h, start: self.time, rate: 0.0, decay: Decay::none(h) };
+        let mut field =
+            BodyField { body: self, h, start: self.time, rate: 0.0, decay: Decay::none(h) };
         // A step within a run: the first step of position Verlet differs.
         let mut state = StepState { last_step: h, start: None };
         let (x, v) = with_method!(stepping.method, M => M::step(&mut field, x, v, &mut state));
@@ -95,10 +102,16 @@ impl Subject<'_> {
 
     /// Computes the true motion over `ticks` ticks, by Runge-Kutta 4 at steps that follow the rates that it meets. `see` is
     /// called with whether a tick ends and the state after every step. Returns whether the motion could be resolved.
-    pub fn reference_motion(&self, tick: f64, ticks: u32, see: &mut dyn FnMut(bool, Point)) -> bool {
+    pub fn reference_motion(
+        &self,
+        tick: f64,
+        ticks: u32,
+        see: &mut dyn FnMut(bool, Point),
+    ) -> bool {
         use crate::methods::RungeKutta4;
         let rate = self.damping.map_or(0.0, |damping| damping.rate);
-        let mut field = BodyField { body: self, h: tick, start: self.time, rate, decay: Decay::none(tick) };
+        let mut field =
+            BodyField { body: self, h: tick, start: self.time, rate, decay: Decay::none(tick) };
         let BodyState { position: mut x, velocity: mut v, .. } = self.start;
         let mut left = MOST_STEPS;
         for _ in 0..ticks {
@@ -188,7 +201,9 @@ impl BodyField<'_> {
 
     /// Limits the speed; returns whether it was too large.
     fn limit(&self, v: &mut DVec3) -> bool {
-        let Some(most) = self.body.speed_limit.filter(|most| v.length() > *most) else { return false };
+        let Some(most) = self.body.speed_limit.filter(|most| v.length() > *most) else {
+            return false;
+        };
         *v = v.clamp_length_max(most);
         true
     }

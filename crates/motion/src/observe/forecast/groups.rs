@@ -47,7 +47,8 @@ pub(super) fn margin(
         infinite_margin(&group, shares(), bodies, stepping)
     };
     // A method that is stable only with damping depends on where the damping acts, which changes as the bodies move.
-    let is_weak = looks_ahead && stepping.method.claims().stability_limit == 0.0 && over.is_finite();
+    let is_weak =
+        looks_ahead && stepping.method.claims().stability_limit == 0.0 && over.is_finite();
     let fastest = stiffest.sqrt() + rate;
     let shares: Vec<_> = shares().collect();
     if is_weak && let Some(met) = positions_met(world, coupling, bodies, [stepping.tick, fastest]) {
@@ -65,9 +66,10 @@ pub(super) fn margin(
             share => margin.ratio() * share / most,
         };
         let each = group.ends().zip(shares);
-        springs.extend(
-            each.map(|(ends, share)| SpringMargin { ends: ends.map(|end| bodies[end]), ratio: ratio(share) }),
-        );
+        springs.extend(each.map(|(ends, share)| SpringMargin {
+            ends: ends.map(|end| bodies[end]),
+            ratio: ratio(share),
+        }));
     }
     Some(margin)
 }
@@ -76,7 +78,8 @@ pub(super) fn margin(
 /// settled. It grows if it grows on average over `late`.
 fn over_the_run(now: Margin, late: &[Margin]) -> Margin {
     let mean = |of: fn(&Margin) -> Scalar| {
-        late.iter().map(|margin| libm::log(of(margin))).sum::<Scalar>() / late.len().max(1) as Scalar
+        late.iter().map(|margin| libm::log(of(margin))).sum::<Scalar>()
+            / late.len().max(1) as Scalar
     };
     let mean_per_tick = mean(|margin| margin.growth_per_tick);
     let mean = mean(|margin| margin.growth_per_s);
@@ -118,15 +121,20 @@ fn group_margin(
         let LimitingMode { system, mode: y, largest, quotients: [stiffness, rate], excess } =
             limiting_mode(group, damping, short, bounds, growing, threshold)?;
         let name = |row: usize| bodies[row];
-        let (part, value, power) = match group.largest_contributor([short * short, 2.0 * short], &y)? {
-            Contributor::Spring(ends) => (LimitingPart::Spring(ends.map(name)), h * stiffness.sqrt(), 2.0),
+        let (part, value, power) = match group
+            .largest_contributor([short * short, 2.0 * short], &y)?
+        {
+            Contributor::Spring(ends) => {
+                (LimitingPart::Spring(ends.map(name)), h * stiffness.sqrt(), 2.0)
+            }
             Contributor::Damper(ends) => (LimitingPart::Damper(ends.map(name)), h * rate, 1.0),
             Contributor::Drag(row) => (LimitingPart::Drag(name(row)), h * rate, 1.0),
             Contributor::Well(row) => (strongest_well(world, name(row)), h * stiffness.sqrt(), 2.0),
             Contributor::Damping(row) => (LimitingPart::Damping(name(row)), h * rate, 1.0),
         };
         let converges = converges(solver, group, h * h * stiffness + h * rate);
-        let stepping = Stepping { may_be_implicit: stepping.may_be_implicit && converges, ..stepping };
+        let stepping =
+            Stepping { may_be_implicit: stepping.may_be_implicit && converges, ..stepping };
         let at_most = value * libm::pow(excess, 1.0 / power);
         let margin = system.margin(part, group.movable(), [value, at_most], stepping);
         Some((margin, largest * libm::pow(margin.limit / value, power)))
@@ -188,7 +196,8 @@ pub(super) fn attraction_margin(
         let squared = if now > 0.0 { well.squared_frequency(DVec3::X * r) } else { 0.0 };
         (squared, pair)
     });
-    let (_, pair) = fastest.max_by(|(a, _), (b, _)| a.total_cmp(b)).filter(|(most, _)| *most > 0.0)?;
+    let (_, pair) =
+        fastest.max_by(|(a, _), (b, _)| a.total_cmp(b)).filter(|(most, _)| *most > 0.0)?;
     let part = LimitingPart::MutualGravity(pair.map(|row| bodies[row]));
     if is_many {
         let masses: Vec<_> = (0..coupling.rows).map(|row| coupling.mass(row, &w)).collect();
@@ -210,7 +219,8 @@ pub(super) fn attraction_margin(
             .map(|row| rate(row).unwrap_or(scenes.rate));
         Damping { rate: least.fold(Scalar::INFINITY, Scalar::min), ..scenes }
     });
-    let subject = Subject { laws: &laws, damping, locks: None, speed_limit: None, start, time: 0.0 };
+    let subject =
+        Subject { laws: &laws, damping, locks: None, speed_limit: None, start, time: 0.0 };
     let pull = |x: DVec3| well.squared_frequency(x);
     let orbit = Orbit { subject, well, is_alone: damping.is_none(), pull: &pull };
     Some(orbit.margin(part, coupling.movable, stepping))
@@ -232,7 +242,8 @@ fn synchronize(
     let x: Vec<_> = states.iter().map(|state| row_of(state.position)).collect();
     for (row, body) in bodies[..coupling.movable].iter().enumerate() {
         let others = (0..coupling.rows).filter(|other| *other != row);
-        let pulls = others.filter_map(|other| coupling.attraction_between(law, [row, other], &x, &w));
+        let pulls =
+            others.filter_map(|other| coupling.attraction_between(law, [row, other], &x, &w));
         let force: DVec3 = pulls.sum();
         states[row].velocity += force * (w[row] * 0.5 * last(body));
     }
@@ -251,7 +262,12 @@ fn infinite_margin(
         None => LimitingPart::Drag(bodies[group.fastest_drag()]),
     };
     let value = Scalar::INFINITY;
-    LinearSystem::one(Modes::one(value, 0.0, None)).margin(part, group.movable(), [value; 2], stepping)
+    LinearSystem::one(Modes::one(value, 0.0, None)).margin(
+        part,
+        group.movable(),
+        [value; 2],
+        stepping,
+    )
 }
 
 /// Largest number of modes with little damping that are searched for, besides the fastest ones, for methods that are
@@ -274,7 +290,8 @@ fn converges(solver: Solver, group: &LinearGroup<'_>, stiffest: Scalar) -> bool 
     let by_condition = 0.5 * condition.sqrt() * libm::log(2.0 / solver.tolerance);
     #[expect(clippy::cast_precision_loss, reason = "a count of numbers")]
     let by_numbers = 3.0 * group.coordinates() as Scalar;
-    condition * Scalar::EPSILON < 1.0 && by_condition.min(by_numbers) <= Scalar::from(solver.most_iterations)
+    condition * Scalar::EPSILON < 1.0
+        && by_condition.min(by_numbers) <= Scalar::from(solver.most_iterations)
 }
 
 /// `stiffness y·A y + rate y·C y`, with the scene's damping in C.
@@ -313,7 +330,8 @@ fn limiting_mode(
 ) -> Option<LimitingMode> {
     let n = group.coordinates();
     let alike = group.uniform_rate().zip(group.uniform_damping());
-    let scenes = |rate: Option<Scalar>| damping.zip(rate).map(|(damping, rate)| Damping { rate, ..damping });
+    let scenes =
+        |rate: Option<Scalar>| damping.zip(rate).map(|(damping, rate)| Damping { rate, ..damping });
     // Scales the numbers to about 1, whatever the stiffness.
     let factors = match alike {
         Some(_) if stiffest > 0.0 => [(1.0 / stiffest).min(Scalar::MAX), 0.0],
@@ -350,7 +368,8 @@ fn limiting_mode(
     });
     // A mode alone. The scene's damping has its own formulas. It need not be exact.
     let alone = |mode: &[Scalar]| {
-        let [stiffness, all] = [[1.0, 0.0], [0.0, 1.0]].map(|factors| quotient(group, factors, mode));
+        let [stiffness, all] =
+            [[1.0, 0.0], [0.0, 1.0]].map(|factors| quotient(group, factors, mode));
         let mut own = vec![0.0; n];
         group.damp(1.0, mode, &mut own);
         let own = dot(&own, mode);
@@ -408,19 +427,24 @@ fn reduced(group: &LinearGroup<'_>, damping: Option<Damping>, basis: &[Vec<Scala
     let classes = Classes::of(group.rates());
     let part = |class: usize| {
         project(&|y, out| {
-            for ((own, y), out) in group.rates().iter().zip(y.chunks_exact(3)).zip(out.chunks_exact_mut(3)) {
+            for ((own, y), out) in
+                group.rates().iter().zip(y.chunks_exact(3)).zip(out.chunks_exact_mut(3))
+            {
                 let share = if classes.of_rate(*own) == class { 1.0 } else { 0.0 };
                 (0..3).for_each(|axis| out[axis] = share * y[axis]);
             }
         })
     };
     let rates = || classes.most.iter().copied().enumerate();
-    let decays =
-        damping.into_iter().flat_map(|damping| rates().map(move |(class, rate)| (damping, class, rate)));
+    let decays = damping
+        .into_iter()
+        .flat_map(|damping| rates().map(move |(class, rate)| (damping, class, rate)));
     Modes {
         stiffness: project(&|y, out| group.apply([1.0, 0.0], false, y, out)),
         damping: project(&|y, out| group.apply([0.0, 1.0], false, y, out)),
-        decays: decays.map(|(damping, class, rate)| (Damping { rate, ..damping }, part(class))).collect(),
+        decays: decays
+            .map(|(damping, class, rate)| (Damping { rate, ..damping }, part(class)))
+            .collect(),
     }
 }
 

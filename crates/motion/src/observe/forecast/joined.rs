@@ -42,7 +42,8 @@ pub(super) fn positions_met(
         && !coupling.attracts
         && coupling.sheets.is_empty()
         && coupling.rows <= MOST_BODIES;
-    let steps = (tick * f64::from(TICKS) / f64::from(LOOKS) * rate * STEPS_PER_RADIAN).ceil().max(4.0);
+    let steps =
+        (tick * f64::from(TICKS) / f64::from(LOOKS) * rate * STEPS_PER_RADIAN).ceil().max(4.0);
     let is_short = steps * f64::from(LOOKS) <= MOST_STEPS;
     if !(is_net && is_short) {
         return None;
@@ -83,7 +84,8 @@ pub(super) fn positions_met(
             met.push(x.iter().map(|x| row_of(*x)).collect());
         }
     }
-    let moved = x.iter().zip(&start).any(|(x, start)| x.distance(*start) > 1e-9 * (1.0 + start.length()));
+    let moved =
+        x.iter().zip(&start).any(|(x, start)| x.distance(*start) > 1e-9 * (1.0 + start.length()));
     moved.then_some(met)
 }
 
@@ -106,7 +108,8 @@ impl Joined<'_> {
             .map(|row| {
                 let body = BodyState { position: x[row], velocity: v[row], ..self.masses[row] };
                 let laws = self.laws[row].iter().filter(|_| row < movable);
-                laws.map(|law| law.acceleration(at, body)).sum::<DVec3>() - v[row] * self.damping[row]
+                laws.map(|law| law.acceleration(at, body)).sum::<DVec3>()
+                    - v[row] * self.damping[row]
             })
             .collect();
         for spring in self.coupling.springs.iter() {
@@ -120,7 +123,8 @@ impl Joined<'_> {
             }
         }
         for (row, sum) in sum.iter_mut().enumerate() {
-            let open = |axis: usize| f64::from(u8::from(row < movable && is_open(self.locks[row], axis)));
+            let open =
+                |axis: usize| f64::from(u8::from(row < movable && is_open(self.locks[row], axis)));
             *sum *= DVec3::new(open(0), open(1), open(2));
         }
         sum

@@ -142,7 +142,8 @@ pub(super) trait Attracted {
 
     /// The cures that keep the motion when they are tried.
     fn cure(&self, truth: &Truth, value: Scalar, softness: Scalar, stepping: Stepping) -> Cure {
-        let holds = |stepping: Stepping, value: Scalar| self.turns(truth, value, stepping).is_none();
+        let holds =
+            |stepping: Stepping, value: Scalar| self.turns(truth, value, stepping).is_none();
         let limits = CircleLimits::of(stepping.method, softness);
         let substeps = shortest(stepping.substeps, value / limits.lasts, |substeps| {
             let value = value * f64::from(stepping.substeps) / f64::from(substeps);
@@ -174,7 +175,8 @@ impl Attracted for Orbit<'_> {
     }
 
     fn softness(&self, distance: Option<Scalar>) -> f64 {
-        let r = distance.unwrap_or_else(|| self.subject.start.position.distance(self.well.position));
+        let r =
+            distance.unwrap_or_else(|| self.subject.start.position.distance(self.well.position));
         softness(&self.well, r)
     }
 
@@ -209,13 +211,18 @@ impl Attracted for Orbit<'_> {
             farthest: [0.0; MOST_BODIES],
         };
         // A motion that cannot be resolved to its end counts as far as it was resolved.
-        let _: bool =
-            self.subject.reference_motion(tick, ticks_of(turn, whole_ticks(tick)), &mut |_, [x, _]| {
+        let _: bool = self.subject.reference_motion(
+            tick,
+            ticks_of(turn, whole_ticks(tick)),
+            &mut |_, [x, _]| {
                 let r = x.distance(self.well.position);
-                met.apsides =
-                    Apsides { nearest: met.apsides.nearest.min(r), farthest: met.apsides.farthest.max(r) };
+                met.apsides = Apsides {
+                    nearest: met.apsides.nearest.min(r),
+                    farthest: met.apsides.farthest.max(r),
+                };
                 met.pull = met.pull.max((self.pull)(x));
-            });
+            },
+        );
         (met.apsides.farthest > 0.0).then_some(met)
     }
 }
@@ -248,8 +255,9 @@ impl Orbit<'_> {
             last = point;
             ControlFlow::Continue(())
         });
-        let energy =
-            |[x, v]: Point| Some(self.subject.potential(x)? * inverse_mass + 0.5 * v.length_squared());
+        let energy = |[x, v]: Point| {
+            Some(self.subject.potential(x)? * inverse_mass + 0.5 * v.length_squared())
+        };
         is_finite.then_some((energy(start)?, energy(last)?))
     }
 
@@ -320,7 +328,11 @@ fn softness(well: &Well, distance: Scalar) -> f64 {
 }
 
 /// Number of ticks for which orbits of `turn` seconds are tried.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between two small counts")]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "between two small counts"
+)]
 fn ticks_of(turn: Scalar, stepping: Stepping) -> u32 {
     let ticks = |turns: Scalar| (turns * turn / stepping.tick).ceil();
     let enough = (ENOUGH_STEPS / f64::from(stepping.substeps)).max(ticks(LEAST_TURNS));
@@ -382,8 +394,11 @@ impl Slowed<'_> {
     /// The margin of the body, where `linear` is that of linear drag at the same rate, and `least` is its drag without the
     /// quadratic part.
     pub fn margin(&self, linear: Margin, least: &LinearSystem, stepping: Stepping) -> Margin {
-        let mut margin =
-            Margin { now: linear.value * (self.now / self.rate), occasion: self.occasion, ..linear };
+        let mut margin = Margin {
+            now: linear.value * (self.now / self.rate),
+            occasion: self.occasion,
+            ..linear
+        };
         // The matrix of linear drag is exact.
         if margin.value < SAFE || !self.is_quadratic && margin.is_unstable() {
             return margin;
@@ -404,7 +419,8 @@ impl Slowed<'_> {
         margin.growth_per_tick = margin.growth_per_s;
         margin.cure = Cure::default();
         if margin.fate != Fate::Holds {
-            let times = if margin.limit > 0.0 { (margin.value / margin.limit).max(1.0) } else { 1.0 };
+            let times =
+                if margin.limit > 0.0 { (margin.value / margin.limit).max(1.0) } else { 1.0 };
             margin.cure.substeps = shortest(stepping.substeps, times, |substeps| {
                 let steps = f64::from(substeps) * f64::from(DRAG_TICKS);
                 steps <= MOST_STEPS && holds(Stepping { substeps, ..stepping })
@@ -435,7 +451,8 @@ impl Slowed<'_> {
             points.iter().zip(before).map(|([x, _], [before, _])| *x - *before).collect()
         };
         let expected = moves(truth);
-        let longest = |moves: &[DVec3]| moves.iter().map(|step| step.length()).fold(0.0, Scalar::max);
+        let longest =
+            |moves: &[DVec3]| moves.iter().map(|step| step.length()).fold(0.0, Scalar::max);
         let most = longest(&expected).max(start[1].length() * stepping.tick);
         let (mut last, mut points) = (start[0], Vec::new());
         let is_finite = self.subject.fly(stepping, DRAG_TICKS, &mut |_, point| {
@@ -456,10 +473,12 @@ impl Slowed<'_> {
             // The tutorial's damping moves a body at the true speed, and stores a smaller one.
             let is_stored = self.subject.damping.is_none_or(|damping| damping.is_exact());
             let steps = points[late..].iter().zip(&found[late..]);
-            let steps = steps.map(|([_, v], step)| if is_stored { *v * stepping.tick } else { *step });
+            let steps =
+                steps.map(|([_, v], step)| if is_stored { *v * stepping.tick } else { *step });
             let multiples = steps.map(|step| step.dot(settled) / settled.length_squared());
             let none = [Scalar::INFINITY, Scalar::NEG_INFINITY];
-            let [least, largest] = multiples.fold(none, |[least, largest], m| [least.min(m), largest.max(m)]);
+            let [least, largest] =
+                multiples.fold(none, |[least, largest], m| [least.min(m), largest.max(m)]);
             if largest - least > WRONG {
                 return Fate::Wrong(Deviation::Alternates([least, largest]));
             }
@@ -468,8 +487,9 @@ impl Slowed<'_> {
             }
         }
         // A step of almost no length has no direction.
-        let turns =
-            |(step, expected): (&DVec3, &DVec3)| step.dot(*expected) < 0.0 && step.length() > WRONG * most;
+        let turns = |(step, expected): (&DVec3, &DVec3)| {
+            step.dot(*expected) < 0.0 && step.length() > WRONG * most
+        };
         let goes_on = expected.iter().all(|step| step.dot(expected[0]) >= 0.0);
         if goes_on && found.iter().zip(&expected).any(turns) {
             return Fate::Wrong(Deviation::Reverses);

@@ -95,7 +95,8 @@ pub(crate) fn largest(
         let may_end = m >= (2 * count).min(most);
         let work = products * n;
         let tolerance = TOLERANCES[usize::from(work >= ENOUGH_WORK && threshold.is_none())];
-        let is_decided = threshold.is_some_and(|threshold| value >= threshold || at_most < threshold);
+        let is_decided =
+            threshold.is_some_and(|threshold| value >= threshold || at_most < threshold);
         let most_work = if threshold.is_some() { MOST_WORK_TO_DECIDE } else { MOST_WORK };
         let is_enough = at_most <= value * (1.0 + tolerance)
             || is_decided
@@ -200,8 +201,10 @@ pub(super) fn symmetric_eigenpairs(mut a: Vec<f64>, n: usize) -> Vec<Pair> {
     let mut vectors = vec![0.0; n * n];
     (0..n).for_each(|i| vectors[i * n + i] = 1.0);
     for _ in 0..40 {
-        let outside: f64 =
-            (0..n).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| a[i * n + j] * a[i * n + j]).sum();
+        let outside: f64 = (0..n)
+            .flat_map(|i| (0..i).map(move |j| (i, j)))
+            .map(|(i, j)| a[i * n + j] * a[i * n + j])
+            .sum();
         let inside: f64 = (0..n).map(|i| a[i * n + i] * a[i * n + i]).sum();
         if outside <= 1e-30 * inside {
             break;
@@ -212,7 +215,8 @@ pub(super) fn symmetric_eigenpairs(mut a: Vec<f64>, n: usize) -> Vec<Pair> {
             }
         }
     }
-    let mut pairs: Vec<Pair> = (0..n).map(|i| (a[i * n + i], vectors[i * n..(i + 1) * n].to_vec())).collect();
+    let mut pairs: Vec<Pair> =
+        (0..n).map(|i| (a[i * n + i], vectors[i * n..(i + 1) * n].to_vec())).collect();
     pairs.sort_by(|(a, _), (b, _)| b.total_cmp(a));
     pairs
 }
@@ -277,7 +281,10 @@ mod tests {
                     chain(x, out);
                 });
                 let value = pairs[0].0;
-                assert!(value <= exact * (1.0 + 1e-12) && exact <= at_most, "{n}: {value} {exact} {at_most}");
+                assert!(
+                    value <= exact * (1.0 + 1e-12) && exact <= at_most,
+                    "{n}: {value} {exact} {at_most}"
+                );
                 assert!(
                     at_most <= bound && (bound > 4.0 || at_most <= 1.02 * value),
                     "{n}: {value} {at_most}"
@@ -310,7 +317,11 @@ mod tests {
             let third: Vec<f64> = x[..rest].iter().step_by(3).copied().collect();
             let mut product = vec![0.0; part];
             chain(&third, &mut product);
-            out[..rest].iter_mut().step_by(3).zip(product).for_each(|(out, product)| *out = product);
+            out[..rest]
+                .iter_mut()
+                .step_by(3)
+                .zip(product)
+                .for_each(|(out, product)| *out = product);
         };
         for third in [20_u32, 39, 60, 200] {
             let found = largest(3 * third as usize, 12, f64::INFINITY, None, apply);

@@ -83,12 +83,15 @@ impl Attracting<'_> {
             let squared = x[a].distance_squared(x[b]);
             let r = squared + self.law.softening * self.law.softening;
             // An immovable body does not orbit the other one.
-            let mass = if b < self.movable { self.masses[a] + self.masses[b] } else { self.masses[b] };
+            let mass =
+                if b < self.movable { self.masses[a] + self.masses[b] } else { self.masses[b] };
             let pull = self.law.constant * mass / (r * r.sqrt());
             // No force acts at the same position.
             (if squared > 0.0 { pull } else { 0.0 }, squared.sqrt())
         };
-        self.pairs().map(pull).fold((0.0, 0.0), |most, pull| if pull.0 > most.0 { pull } else { most })
+        self.pairs()
+            .map(pull)
+            .fold((0.0, 0.0), |most, pull| if pull.0 > most.0 { pull } else { most })
     }
 
     /// Kinetic and potential energy about the center of mass, J.
@@ -99,7 +102,8 @@ impl Attracting<'_> {
         // With an immovable source the frame is that of the scene: there is no drift to subtract.
         let is_held = self.masses[self.movable..].iter().any(|mass| *mass > 0.0);
         let drift = if is_held { 0.0 } else { momentum.length_squared() / (2.0 * total) };
-        let kinetic: Scalar = (0..self.movable).map(|row| 0.5 * mass(row) * v[row].length_squared()).sum();
+        let kinetic: Scalar =
+            (0..self.movable).map(|row| 0.5 * mass(row) * v[row].length_squared()).sum();
         let potential = |[a, b]: [usize; 2]| {
             let r = x[a].distance_squared(x[b]) + self.law.softening * self.law.softening;
             -self.law.constant * self.masses[a] * self.masses[b] / r.sqrt()
@@ -107,7 +111,11 @@ impl Attracting<'_> {
         kinetic - drift + self.pairs().map(potential).sum::<Scalar>()
     }
 
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between two small counts")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "between two small counts"
+    )]
     fn ticks(&self, turn: Scalar, stepping: Stepping) -> u32 {
         let pairs = self.pairs().count() as f64;
         let most = MOST_PAIRS / (pairs * f64::from(stepping.substeps));
@@ -119,14 +127,17 @@ impl Attracting<'_> {
     /// Distances of the movable bodies from the center of all, m.
     fn distances(&self, Vectors(x): &Vectors) -> impl Iterator<Item = Scalar> {
         let total: Scalar = self.masses.iter().sum();
-        let center = (0..self.states.len()).map(|row| x[row] * self.masses[row]).sum::<DVec3>() / total;
+        let center =
+            (0..self.states.len()).map(|row| x[row] * self.masses[row]).sum::<DVec3>() / total;
         let x = *x;
         (0..self.movable).map(move |row| x[row].distance(center))
     }
 
     /// Kinetic energy, J.
     fn kinetic(&self, [_, Vectors(v)]: &[Vectors; 2]) -> Scalar {
-        (0..self.movable).map(|row| 0.5 * v[row].length_squared() / self.states[row].inverse_mass).sum()
+        (0..self.movable)
+            .map(|row| 0.5 * v[row].length_squared() / self.states[row].inverse_mass)
+            .sum()
     }
 
     fn leaves_by<M: Integrator>(
@@ -138,7 +149,8 @@ impl Attracting<'_> {
         let mut field = ManyField { bodies: self, h: stepping.tick / f64::from(stepping.substeps) };
         let [mut x, mut v] = self.start();
         let first = self.energy(&[x, v]);
-        let most_change = (1.0 - 1.0 / KEEPS_WITHIN) * first.abs().max(SMALL_ENERGY * self.kinetic(&[x, v]));
+        let most_change =
+            (1.0 - 1.0 / KEEPS_WITHIN) * first.abs().max(SMALL_ENERGY * self.kinetic(&[x, v]));
         let mut state = StepState::<ManyField<'_>>::default();
         let mut energies = [first; AVERAGED];
         for tick in 0..self.ticks(turn, stepping) as usize {
@@ -170,7 +182,11 @@ impl Attracted for Attracting<'_> {
 
     fn softness(&self, distance: Option<Scalar>) -> f64 {
         let r = distance.unwrap_or_else(|| self.fastest(&self.start()[0]).1);
-        if self.law.softening == 0.0 { 0.0 } else { self.law.softening / r.max(1e-3 * self.law.softening) }
+        if self.law.softening == 0.0 {
+            0.0
+        } else {
+            self.law.softening / r.max(1e-3 * self.law.softening)
+        }
     }
 
     fn truth(&self, tick: Scalar) -> Option<Truth> {
@@ -178,7 +194,8 @@ impl Attracted for Attracting<'_> {
         let turn = TAU / self.fastest(&x).0.sqrt();
         let mut field = ManyField { bodies: self, h: tick };
         let (mut pull, mut nearest, mut farthest) = (0.0, 0.0, [0.0_f64; MOST_BODIES]);
-        let whole = Stepping { method: Method::RungeKutta4, tick, substeps: 1, may_be_implicit: false };
+        let whole =
+            Stepping { method: Method::RungeKutta4, tick, substeps: 1, may_be_implicit: false };
         let mut left = f64::from(self.ticks(turn, whole)) * tick;
         for _ in 0..MOST_STEPS {
             let (here, r) = self.fastest(&x);

@@ -85,7 +85,8 @@ impl Modes {
         }
         let of_velocities = |factor: &dyn Fn(&Decay) -> f64| {
             let mut matrix = Matrix::scalar(2 * n, 1.0);
-            let factors = self.mixed(|damping| factor(&damping.factors_around_tick(stepping.tick).0));
+            let factors =
+                self.mixed(|damping| factor(&damping.factors_around_tick(stepping.tick).0));
             for (i, j) in (0..n * n).map(|entry| (entry / n, entry % n)) {
                 matrix.set(n + i, n + j, factors.at(i, j));
             }
@@ -155,7 +156,8 @@ impl<const N: usize> LinearField<N> {
             field.damping.add(&modes.mixed(|damping| damping.factors_around_tick(tick).1), 1.0);
         } else if !modes.decays.is_empty() {
             let factor = |of: fn(&Decay) -> f64| modes.mixed(|damping| of(&damping.factors(h)));
-            field.kick = Some([factor(|decay| decay.keep.unwrap_or(1.0)), factor(|decay| decay.gain)]);
+            field.kick =
+                Some([factor(|decay| decay.keep.unwrap_or(1.0)), factor(|decay| decay.gain)]);
             field.before = Some(factor(|decay| decay.before_move.unwrap_or(1.0)));
             field.after = Some(factor(|decay| decay.after_move.unwrap_or(1.0)));
         }

@@ -231,15 +231,20 @@ fn extreme(
             next = added;
         }
         let m = basis.len();
-        let projected = basis.iter().flat_map(|row| images.iter().map(|image| dot(row, image))).collect();
+        let projected =
+            basis.iter().flat_map(|row| images.iter().map(|image| dot(row, image))).collect();
         let best: Vec<_> = symmetric_eigenpairs(projected, m).into_iter().take(block).collect();
         let vectors: Vec<_> = best.iter().map(|(_, shares)| combined(&basis, shares)).collect();
         images = best.iter().map(|(_, shares)| combined(&images, shares)).collect();
-        found = best.iter().map(|(value, _)| *value).zip(vectors.iter().cloned()).take(count).collect();
+        found =
+            best.iter().map(|(value, _)| *value).zip(vectors.iter().cloned()).take(count).collect();
         let mut is_found = true;
         next = Vec::new();
-        for (number, (((value, _), vector), image)) in best.iter().zip(&vectors).zip(&images).enumerate() {
-            let left: Vec<_> = image.iter().zip(vector).map(|(image, part)| image - value * part).collect();
+        for (number, (((value, _), vector), image)) in
+            best.iter().zip(&vectors).zip(&images).enumerate()
+        {
+            let left: Vec<_> =
+                image.iter().zip(vector).map(|(image, part)| image - value * part).collect();
             let size = dot(&left, &left).sqrt();
             is_found &= number >= count || size <= FOUND * value.abs();
             // The residual of a pair that is found is rounding error.
@@ -275,7 +280,8 @@ fn add(basis: &mut Vec<Vec<Scalar>>, mut vector: Vec<Scalar>) {
 /// The eigenpairs of an operator in the span of an orthonormal basis, the largest first.
 fn ritz(basis: &[Vec<Scalar>], apply: impl Fn(&[Scalar], &mut [Scalar])) -> Vec<Pair> {
     let images: Vec<_> = basis.iter().map(|y| image(&apply, y)).collect();
-    let projected = basis.iter().flat_map(|row| images.iter().map(|image| dot(row, image))).collect();
+    let projected =
+        basis.iter().flat_map(|row| images.iter().map(|image| dot(row, image))).collect();
     let pairs = symmetric_eigenpairs(projected, basis.len()).into_iter();
     pairs.map(|(value, shares)| (value, combined(basis, &shares))).collect()
 }
@@ -286,7 +292,8 @@ const MOST_PRODUCTS: usize = 20_000;
 /// Solves `apply(x) = right` for a positive definite operator by conjugate gradients.
 fn solve(apply: &impl Fn(&[Scalar], &mut [Scalar]), right: &[Scalar], x: &mut [Scalar]) {
     x.fill(0.0);
-    let (mut left, mut along, mut product) = (right.to_vec(), right.to_vec(), vec![0.0; right.len()]);
+    let (mut left, mut along, mut product) =
+        (right.to_vec(), right.to_vec(), vec![0.0; right.len()]);
     let (mut size, enough) = (dot(right, right), 1e-16 * dot(right, right));
     for _ in 0..MOST_PRODUCTS {
         apply(&along, &mut product);

@@ -59,15 +59,21 @@ impl CircleLimits {
         } else {
             0.0
         };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small count")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a small count"
+        )]
         let number = number.min(1e4) as u32;
         if let Ok(known) = KNOWN.lock()
             && let Some(limits) = known.get(&(method, number))
         {
             return *limits;
         }
-        let softness = if number == 0 { 0.0 } else { LEAST_SOFTNESS * libm::exp(f64::from(number) / 20.0) };
-        let limits = Self { grows: grows_from(method, softness), lasts: lasts_to(method, softness) };
+        let softness =
+            if number == 0 { 0.0 } else { LEAST_SOFTNESS * libm::exp(f64::from(number) / 20.0) };
+        let limits =
+            Self { grows: grows_from(method, softness), lasts: lasts_to(method, softness) };
         if let Ok(mut known) = KNOWN.lock() {
             known.insert((method, number), limits);
         }
@@ -110,8 +116,9 @@ fn grows_from(method: Method, softness: f64) -> Option<f64> {
     }
     let wells = unit_well(softness);
     let laws = [&wells as &dyn Law];
-    let grows =
-        |h: f64| growth_about_circle(&laws, steps_of(method, h)).is_none_or(|growth| growth > 1.0 + GROWS);
+    let grows = |h: f64| {
+        growth_about_circle(&laws, steps_of(method, h)).is_none_or(|growth| growth > 1.0 + GROWS)
+    };
     Some(first(&grows, 0.05, 1.02))
 }
 
@@ -119,10 +126,15 @@ fn grows_from(method: Method, softness: f64) -> Option<f64> {
 fn lasts_to(method: Method, softness: f64) -> f64 {
     let wells = unit_well(softness);
     let laws = [&wells as &dyn Law];
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of steps")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a number of steps"
+    )]
     let leaves = |h: f64| {
         let ticks = (LASTING_TURNS * TAU / h).ceil() as u32;
-        leaves(&on_circle(&laws, DVec3::Y), DVec3::ZERO, [1.0; 2], steps_of(method, h), ticks).is_some()
+        leaves(&on_circle(&laws, DVec3::Y), DVec3::ZERO, [1.0; 2], steps_of(method, h), ticks)
+            .is_some()
     };
     // Small factors, because resonances are narrow. A point is searched once, a softened well for each softness.
     let by = if softness == 0.0 { 1.005 } else { 1.02 };
@@ -149,8 +161,8 @@ fn growth_about_circle(laws: &[&dyn Law], stepping: Stepping) -> Option<f64> {
     // A state of the plane: x, y and the velocity.
     type Plane = [f64; 4];
     let step = |[x, y, u, v]: Plane| -> Plane {
-        let [p, q] =
-            on_circle(laws, DVec3::Y).step_within(stepping, [DVec3::new(x, y, 0.0), DVec3::new(u, v, 0.0)]);
+        let [p, q] = on_circle(laws, DVec3::Y)
+            .step_within(stepping, [DVec3::new(x, y, 0.0), DVec3::new(u, v, 0.0)]);
         [p.x, p.y, q.x, q.y]
     };
     let turned_back = |[x, y, u, v]: Plane, angle: f64| -> Plane {
@@ -305,7 +317,10 @@ mod tests {
             let limits = CircleLimits::of(method, 0.0);
             assert_eq!(limits.grows.is_some(), grows.is_some(), "{method:?} {limits:?}");
             let near = |found: f64, known: f64| (found - known).abs() <= 0.012;
-            assert!(limits.grows.zip(grows).is_none_or(|(a, b)| near(a, b)), "{method:?} {limits:?}");
+            assert!(
+                limits.grows.zip(grows).is_none_or(|(a, b)| near(a, b)),
+                "{method:?} {limits:?}"
+            );
             assert!(near(limits.lasts, lasts), "{method:?} {limits:?}");
         }
     }

@@ -93,7 +93,8 @@ impl Forecast {
             if last != 0.0 && !grouped {
                 // Position Verlet's velocity is half a step behind.
                 let acting = environment.on_body(&options, false);
-                state.velocity += acting.map(|law| law.acceleration(at, state)).sum::<DVec3>() * (0.5 * last);
+                state.velocity +=
+                    acting.map(|law| law.acceleration(at, state)).sum::<DVec3>() * (0.5 * last);
             }
             let stepping = Stepping {
                 method: row.method(world).unwrap_or(scenes.method),
@@ -116,16 +117,17 @@ impl Forecast {
                 let own = own.map(|law| law.acceleration(at, state)).sum::<DVec3>();
                 oscillator.slow(&drag, time, (driven + own).length());
             }
-            let class = classes.iter().position(|class| class.stepping == stepping).unwrap_or_else(|| {
-                classes.push(StepClass {
-                    stepping,
-                    bodies: 0,
-                    fastest: Vec::new(),
-                    wells: Vec::new(),
-                    tried: Vec::new(),
+            let class =
+                classes.iter().position(|class| class.stepping == stepping).unwrap_or_else(|| {
+                    classes.push(StepClass {
+                        stepping,
+                        bodies: 0,
+                        fastest: Vec::new(),
+                        wells: Vec::new(),
+                        tried: Vec::new(),
+                    });
+                    classes.len() - 1
                 });
-                classes.len() - 1
-            });
             let class = &mut classes[class];
             class.bodies += 1;
             if !grouped {
@@ -151,13 +153,15 @@ impl Forecast {
             }
             // Own wells and own drag of a body that moves alone are tried as orbits and as drag.
             let own = options.laws.iter().map(|law| &**law);
-            let is_tried = |law: &&dyn Law| !law.wells().is_empty() || law.drag(state.inverse_mass).is_some();
+            let is_tried =
+                |law: &&dyn Law| !law.wells().is_empty() || law.drag(state.inverse_mass).is_some();
             let own = own.filter(|law| grouped || !is_tried(law));
             for law in others.all().chain(own) {
                 let Jacobians { position, velocity } = law.jacobians(at, state);
                 if position != DMat3::ZERO || velocity != DMat3::ZERO {
                     let drag = oscillator.drag + restoring_rate(velocity);
-                    let oscillator = Oscillator { stiffness: restoring_rate(position), drag, ..oscillator };
+                    let oscillator =
+                        Oscillator { stiffness: restoring_rate(position), drag, ..oscillator };
                     class.keep(Limit::Law(law.name()), oscillator);
                 }
             }
@@ -166,8 +170,10 @@ impl Forecast {
         for mut class in classes {
             class.list_wells();
             class.fastest.sort_by_key(|(limit, _)| limit.rank());
-            let fastest =
-                class.fastest.iter().filter_map(|(limit, oscillator)| Some((*limit, (*oscillator)?)));
+            let fastest = class
+                .fastest
+                .iter()
+                .filter_map(|(limit, oscillator)| Some((*limit, (*oscillator)?)));
             let orbit = judge.orbit(&class);
             let judged = orbit.map(|margin| margin.part);
             let is_other = |(limit, _): &(Limit, Oscillator)| match (limit, judged) {
@@ -175,7 +181,8 @@ impl Forecast {
                 _ => true,
             };
             let others = fastest.filter(is_other);
-            self.margins.extend(others.map(|(limit, oscillator)| judge.margin(&class, limit, oscillator)));
+            self.margins
+                .extend(others.map(|(limit, oscillator)| judge.margin(&class, limit, oscillator)));
             self.margins.extend(orbit);
         }
     }
@@ -199,8 +206,8 @@ impl Oscillator {
     fn slow(&mut self, drag: &Drag, time: Scalar, acceleration: Scalar) {
         self.drag_now = drag.linear + drag.quadratic * drag.against(time, self.state).length();
         let wind = drag.wind.unwrap_or_default();
-        let fastest =
-            (self.state.velocity - wind.velocity).length() + if wind.is_steady() { 0.0 } else { wind.gust };
+        let fastest = (self.state.velocity - wind.velocity).length()
+            + if wind.is_steady() { 0.0 } else { wind.gust };
         let in_gusts = drag.linear + drag.quadratic * fastest;
         // At the terminal speed v, c v + k v² = a, the slope is c + 2 k v.
         let terminal = (drag.linear * drag.linear + 4.0 * drag.quadratic * acceleration).sqrt();
@@ -241,10 +248,11 @@ impl StepClass {
             self.wells.resize(self.wells.len().max(number + 1), None);
             &mut self.wells[number]
         } else {
-            let place = self.fastest.iter().position(|(known, _)| *known == limit).unwrap_or_else(|| {
-                self.fastest.push((limit, None));
-                self.fastest.len() - 1
-            });
+            let place =
+                self.fastest.iter().position(|(known, _)| *known == limit).unwrap_or_else(|| {
+                    self.fastest.push((limit, None));
+                    self.fastest.len() - 1
+                });
             &mut self.fastest[place].1
         };
         if limit.speed(&oscillator) > fastest.as_ref().map_or(0.0, |fastest| limit.speed(fastest)) {
@@ -254,8 +262,9 @@ impl StepClass {
 
     /// Keeps an orbit to be tried if it is among the fastest.
     fn try_orbit(&mut self, part: LimitingPart, well: Well, oscillator: Oscillator) {
-        let faster =
-            |(_, _, other): &(LimitingPart, Well, Oscillator)| other.stiffness >= oscillator.stiffness;
+        let faster = |(_, _, other): &(LimitingPart, Well, Oscillator)| {
+            other.stiffness >= oscillator.stiffness
+        };
         let place = self.tried.partition_point(faster);
         if place < MOST_TRIED && oscillator.stiffness > 0.0 {
             self.tried.insert(place, (part, well, oscillator));
@@ -285,7 +294,8 @@ impl Judge<'_> {
     fn margin(&self, class: &StepClass, limit: Limit, oscillator: Oscillator) -> Margin {
         let (stepping, bodies) = (class.stepping, class.bodies);
         let h = stepping.tick / f64::from(stepping.substeps);
-        let Oscillator { body, state, stiffness, drag, drag_now, occasion, damping: rate } = oscillator;
+        let Oscillator { body, state, stiffness, drag, drag_now, occasion, damping: rate } =
+            oscillator;
         let options = options_of(self.world.entity(body));
         let laws: SmallVec<[&dyn Law; 8]> = self.environment.on_body(&options, false).collect();
         let subject = self.subject(&laws, &options, state);
@@ -295,11 +305,20 @@ impl Judge<'_> {
         };
         match limit {
             Limit::Damping => {
-                let part = if drag >= rate { LimitingPart::Drag(body) } else { LimitingPart::Damping(body) };
+                let part = if drag >= rate {
+                    LimitingPart::Drag(body)
+                } else {
+                    LimitingPart::Damping(body)
+                };
                 let air = air(self.environment.laws.drag, options.laws, state.inverse_mass);
                 let is_quadratic = air.is_some_and(|drag| drag.quadratic != 0.0);
-                let slowed =
-                    Slowed { subject, rate: drag + rate, now: drag_now + rate, occasion, is_quadratic };
+                let slowed = Slowed {
+                    subject,
+                    rate: drag + rate,
+                    now: drag_now + rate,
+                    occasion,
+                    is_quadratic,
+                };
                 let alone = air.map_or(0.0, |drag| drag.linear);
                 let least = LinearSystem::one(Modes::one(0.0, alone, subject.damping));
                 slowed.margin(linear(part, 0.0, h * (drag + rate)), &least, stepping)
@@ -307,7 +326,8 @@ impl Judge<'_> {
             Limit::Well(number) => {
                 let well = self.wells[number];
                 let is_lesser = !class.tried.is_empty() && self.wells.len() <= MOST_WELLS;
-                let pair = Pair { well, distance: state.position.distance(well.position), is_lesser };
+                let pair =
+                    Pair { well, distance: state.position.distance(well.position), is_lesser };
                 pair.margin(LimitingPart::Well(number, body), bodies, stepping)
             }
             Limit::Law(name) => {
@@ -335,7 +355,9 @@ impl Judge<'_> {
             let orbit = Orbit { subject, well: *well, is_alone, pull: &pull };
             orbit.margin(*part, class.bodies, class.stepping)
         });
-        margins.max_by(|a, b| a.is_unstable().cmp(&b.is_unstable()).then(a.ratio().total_cmp(&b.ratio())))
+        margins.max_by(|a, b| {
+            a.is_unstable().cmp(&b.is_unstable()).then(a.ratio().total_cmp(&b.ratio()))
+        })
     }
 
     fn subject<'l>(

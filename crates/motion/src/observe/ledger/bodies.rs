@@ -51,7 +51,9 @@ impl Opening {
             .collect();
         rows.sort_unstable_by_key(|(key, ..)| *key);
         let tick = world.get_resource().map_or(0, StepClock::ticks);
-        let births = world.get_resource::<Emissions>().map_or(&[][..], |emissions| emissions.births_in(tick));
+        let births = world
+            .get_resource::<Emissions>()
+            .map_or(&[][..], |emissions| emissions.births_in(tick));
         Self { rows, births: births.iter().copied().collect() }
     }
 

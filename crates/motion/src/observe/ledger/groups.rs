@@ -39,7 +39,8 @@ pub(super) fn ledger_groups<'w>(
     bodies: &mut [BodyTick<'_>],
 ) -> Vec<LedgerGroup<'w>> {
     let Some(groups) = groups else { return Vec::new() };
-    let numbers: EntityHashMap<usize> = bodies.iter().enumerate().map(|(i, body)| (body.entity, i)).collect();
+    let numbers: EntityHashMap<usize> =
+        bodies.iter().enumerate().map(|(i, body)| (body.entity, i)).collect();
     let mut found = Vec::new();
     for Group { coupling, bodies: members, .. } in &groups.list {
         let number = |entity: &Entity| numbers.get(entity).copied();
@@ -72,8 +73,12 @@ impl LedgerGroup<'_> {
             energies.add_potential("springs", self.coupling.elastic_energy(&x));
         }
         if self.attraction(tick).is_some() {
-            let energy =
-                self.coupling.attraction_energy(tick.environment.attraction, &x, &self.inverse_masses, 0.0);
+            let energy = self.coupling.attraction_energy(
+                tick.environment.attraction,
+                &x,
+                &self.inverse_masses,
+                0.0,
+            );
             energies.add_potential("mutual_gravity", energy);
         }
     }
@@ -99,7 +104,9 @@ impl LedgerGroup<'_> {
                 !spring.elastic.pull_only || self.pulls(spring, paths, at.within_step - times.start)
             };
             self.add_springs(&node, taut, totals);
-            if let Some(drag) = tick.environment.laws.drag.filter(|_| !self.coupling.sheets.is_empty()) {
+            if let Some(drag) =
+                tick.environment.laws.drag.filter(|_| !self.coupling.sheets.is_empty())
+            {
                 self.add_sheets(drag, &node, at.time, totals);
             }
             if let Some(law) = self.attraction(tick) {
@@ -123,7 +130,8 @@ impl LedgerGroup<'_> {
             let taut = |part: Scalar| self.pulls(&cord, paths, times.tick * part);
             for (from, to) in equal_parts().filter(|(from, to)| taut(*from) != taut(*to)) {
                 let before = taut(from);
-                changes.push(times.start + times.tick * end_of(|part| taut(part) == before, from, to));
+                changes
+                    .push(times.start + times.tick * end_of(|part| taut(part) == before, from, to));
             }
         }
         cuts(times, changes.iter())
@@ -167,7 +175,13 @@ impl LedgerGroup<'_> {
     }
 
     /// Adds a force on the first of two rows and the opposite force on the second to the line of anchors.
-    fn add_pair(&self, node: &GroupNode<'_>, ends: [usize; 2], force: Vector, totals: &mut LedgerTotals) {
+    fn add_pair(
+        &self,
+        node: &GroupNode<'_>,
+        ends: [usize; 2],
+        force: Vector,
+        totals: &mut LedgerTotals,
+    ) {
         let mut given = |end: usize, force: Vector| {
             let body = &node.bodies[self.rows[end]];
             if end < self.coupling.movable {
@@ -178,12 +192,19 @@ impl LedgerGroup<'_> {
                 (Vector::ZERO, -force.dot(vector(&node.v[end])))
             }
         };
-        let [(first, by_first), (second, by_second)] = [given(ends[0], force), given(ends[1], -force)];
+        let [(first, by_first), (second, by_second)] =
+            [given(ends[0], force), given(ends[1], -force)];
         totals.momentum.anchors += first + second;
         totals.energy.anchors += (by_first + by_second) * node.weight;
     }
 
-    fn add_sheets(&self, drag: &Drag, node: &GroupNode<'_>, time: Scalar, totals: &mut LedgerTotals) {
+    fn add_sheets(
+        &self,
+        drag: &Drag,
+        node: &GroupNode<'_>,
+        time: Scalar,
+        totals: &mut LedgerTotals,
+    ) {
         let GroupNode { bodies, x, v, .. } = node;
         let mut forces = vec![[0.0; 4]; x.len()];
         self.coupling.blow(drag, time, x, v, &mut forces);
@@ -204,7 +225,9 @@ impl LedgerGroup<'_> {
             // Between two movable bodies the impulses cancel.
             let from = if self.locked { a + 1 } else { coupling.movable };
             for b in from..coupling.rows {
-                if let Some(pull) = coupling.attraction_between(law, [a, b], &node.x, &self.inverse_masses) {
+                if let Some(pull) =
+                    coupling.attraction_between(law, [a, b], &node.x, &self.inverse_masses)
+                {
                     self.add_pair(node, [a, b], pull, totals);
                 }
             }

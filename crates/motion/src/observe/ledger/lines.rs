@@ -59,7 +59,10 @@ impl<T: Amount> LedgerLines<T> {
     /// Amount added by the law with that name; zero if it has no line.
     #[must_use]
     pub fn law(&self, name: &str) -> T {
-        self.laws.iter().find(|(law, _)| *law == name).map_or_else(T::default, |(_, amount)| *amount)
+        self.laws
+            .iter()
+            .find(|(law, _)| *law == name)
+            .map_or_else(T::default, |(_, amount)| *amount)
     }
 
     pub(super) fn add_law(&mut self, name: &'static str, amount: T) {
@@ -84,7 +87,11 @@ impl<T: Amount> LedgerLines<T> {
         let rate = |now: T, then: T| (now - then) / seconds;
         Self {
             pushes: rate(self.pushes, earlier.pushes),
-            laws: self.laws.iter().map(|(name, now)| (*name, rate(*now, earlier.law(name)))).collect(),
+            laws: self
+                .laws
+                .iter()
+                .map(|(name, now)| (*name, rate(*now, earlier.law(name))))
+                .collect(),
             damping: rate(self.damping, earlier.damping),
             limits: rate(self.limits, earlier.limits),
             anchors: rate(self.anchors, earlier.anchors),

@@ -78,7 +78,9 @@ pub(super) fn cuts<'a>(
     let near = tick * NEAR;
     let mut cuts = SmallVec::from_slice(&[0.0]);
     cuts.extend(
-        discontinuities.map(|time| time - start).filter(|after| *after > near && *after < tick - near),
+        discontinuities
+            .map(|time| time - start)
+            .filter(|after| *after > near && *after < tick - near),
     );
     cuts.sort_unstable_by(Scalar::total_cmp);
     cuts.dedup_by(|a, b| *a - *b < near);

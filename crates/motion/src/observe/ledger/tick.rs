@@ -46,12 +46,18 @@ impl<'w> LedgerTick<'w> {
     /// Damping rate of a body, 1/s, where damping is a law: the exact model in methods that do not damp inside a step.
     fn damping_rate(&self, body: &BodyTick<'_>) -> Scalar {
         let damps_inside = body.method.unwrap_or(self.method).traits().damps_inside;
-        let damping = self.environment.damping.filter(|damping| damping.is_exact() && !damps_inside);
+        let damping =
+            self.environment.damping.filter(|damping| damping.is_exact() && !damps_inside);
         damping.map_or(0.0, |damping| body.options.damping_rate.unwrap_or(damping.rate))
     }
 
     /// Adds the recorded tick of a body that forces move to `totals`; returns its path.
-    pub fn add_body(&self, body: &BodyTick<'_>, record: &TickRecord, totals: &mut LedgerTotals) -> Path {
+    pub fn add_body(
+        &self,
+        body: &BodyTick<'_>,
+        record: &TickRecord,
+        totals: &mut LedgerTotals,
+    ) -> Path {
         let times = self.environment.times;
         let times = body.born.map_or(times, |time| times.since(time));
         let TickTimes { tick, .. } = times;
@@ -121,11 +127,12 @@ impl<'w> LedgerTick<'w> {
         for cuts in cuts.windows(3) {
             let &[before, now, next] = cuts else { continue };
             let (time, state) = (start + now, body.state(path.at(now)));
-            let [past, future] =
-                [before, next].map(|other| EvaluationTime { time, within_step: start + 0.5 * (other + now) });
+            let [past, future] = [before, next]
+                .map(|other| EvaluationTime { time, within_step: start + 0.5 * (other + now) });
             let jumping = self.laws(body).filter(|law| !law.discontinuities().is_empty());
-            let jump =
-                jumping.map(|law| law.acceleration(future, state) - law.acceleration(past, state)).sum();
+            let jump = jumping
+                .map(|law| law.acceleration(future, state) - law.acceleration(past, state))
+                .sum();
             path.bend(now, body.open(jump));
         }
     }

@@ -36,7 +36,9 @@ pub(super) struct Values {
 /// A resource, which is in the world while it is on.
 pub(super) const fn resource<R: Resource>() -> Values {
     Values {
-        state: |world| [world.contains_resource::<R>(), world.contains_resource::<OffResource<R>>()],
+        state: |world| {
+            [world.contains_resource::<R>(), world.contains_resource::<OffResource<R>>()]
+        },
         switch: |world, on| {
             if on {
                 if let Some(OffResource(value)) = world.remove_resource::<OffResource<R>>() {
@@ -49,7 +51,10 @@ pub(super) const fn resource<R: Resource>() -> Values {
         restart: end_half_steps,
         bodies: movable::<()>,
         bytes: |world| {
-            (resource::<R>().state)(world).map(|there| usize::from(there) * size_of::<R>()).iter().sum()
+            (resource::<R>().state)(world)
+                .map(|there| usize::from(there) * size_of::<R>())
+                .iter()
+                .sum()
         },
     }
 }
@@ -95,11 +100,15 @@ pub(super) const fn own_laws<const EFFECT: usize>() -> Values {
             if !(if on { any_off } else { any_on }) {
                 return;
             }
-            let bodies =
-                if on { entities_with::<Off<OwnLaws>>(world) } else { entities_with::<OwnLaws>(world) };
+            let bodies = if on {
+                entities_with::<Off<OwnLaws>>(world)
+            } else {
+                entities_with::<OwnLaws>(world)
+            };
             for body in bodies {
                 let mut body = world.entity_mut(body);
-                let mut laws = [body.take::<OwnLaws>(), body.take::<Off<OwnLaws>>().map(|off| off.0)];
+                let mut laws =
+                    [body.take::<OwnLaws>(), body.take::<Off<OwnLaws>>().map(|off| off.0)];
                 let [from, to] = if on { [1, 0] } else { [0, 1] };
                 let (named, rest) =
                     laws[from].take().map_or((None, None), |laws| laws.split(EFFECTS[EFFECT].1));
@@ -131,7 +140,11 @@ pub(super) const fn own_laws<const EFFECT: usize>() -> Values {
         },
         bytes: |world| {
             sum(world, |laws: &OwnLaws| {
-                let laws = laws.laws().iter().enumerate().filter(|(_, law)| law.name() == EFFECTS[EFFECT].1);
+                let laws = laws
+                    .laws()
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, law)| law.name() == EFFECTS[EFFECT].1);
                 let bytes = laws.map(|(place, law)| {
                     // The bytes of the component count with the first law of the body.
                     let component = if place == 0 { size_of::<OwnLaws>() } else { 0 };
@@ -159,7 +172,8 @@ pub(super) const GRAVITY: Values = Values {
 };
 
 /// Rates of single bodies mean nothing without the damping of the scene.
-pub(super) const DAMPING_RATES: Values = Values { state: |_| [false; 2], ..component::<DampingRate>() };
+pub(super) const DAMPING_RATES: Values =
+    Values { state: |_| [false; 2], ..component::<DampingRate>() };
 
 /// The wind of a scene, off: still air.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
@@ -238,7 +252,10 @@ pub(super) const EMITTERS: Values = Values {
                 + emitter.launches.capacity() * size_of::<Vector>()
         };
         let logs: usize = world.query::<&SwarmLog>().iter(world).map(SwarmLog::bytes).sum();
-        sum(world, lists) + logs + column_bytes::<Emission>(world) + (component::<Emitter>().bytes)(world)
+        sum(world, lists)
+            + logs
+            + column_bytes::<Emission>(world)
+            + (component::<Emitter>().bytes)(world)
     },
     ..component::<Emitter>()
 };

@@ -12,17 +12,14 @@ fn rows_that_are_removed_and_added_again_are_noticed() {
     let mut query = world.query::<(Entity, &Transform, &Shape)>();
     let mut targets = Targets::default();
     let mut look = |world: &World| {
-        let chunks = query.contiguous_iter(world).unwrap().map(|(entities, transforms, shapes)| Chunk {
-            entities,
-            transforms,
-            shapes,
-            previous: None,
-            orientations: None,
+        let chunks = query.contiguous_iter(world).unwrap().map(|(entities, transforms, shapes)| {
+            Chunk { entities, transforms, shapes, previous: None, orientations: None }
         });
         targets.update(DVec3::ZERO, 1.0, chunks);
         (
             targets.len(),
-            cast(&targets, &ray(DVec3::ZERO, DVec3::X)).map(|h| (h.entity, to_the_micrometer(h.distance))),
+            cast(&targets, &ray(DVec3::ZERO, DVec3::X))
+                .map(|h| (h.entity, to_the_micrometer(h.distance))),
         )
     };
     assert_eq!(look(&world), (2, Some((near, 4.0))));

@@ -15,7 +15,8 @@ fn no_targets_no_hit() {
 #[test]
 fn the_nearest_of_two_in_a_line_is_hit_and_the_occluded_one_is_not() {
     for (near, far) in [(5.0, 9.0), (9.0, 5.0)] {
-        let scene = Scene::default().with(DVec3::X * near, ball(1.0)).with(DVec3::X * far, cube(1.0));
+        let scene =
+            Scene::default().with(DVec3::X * near, ball(1.0)).with(DVec3::X * far, cube(1.0));
         let targets = scene.targets(DVec3::ZERO);
         let hit = cast(&targets, &ray(DVec3::ZERO, DVec3::X)).unwrap();
         assert_eq!(hit.index, usize::from(far < near));
@@ -41,13 +42,18 @@ fn of_two_at_the_same_distance_the_lower_row_is_hit() {
 #[test]
 fn a_turned_cube_is_hit_where_the_unturned_is_not_and_the_other_way_round() {
     let turned = DQuat::from_rotation_y(45.0_f64.to_radians());
-    let cases = [(DVec3::new(0.0, 0.0, 1.3), false, true), (DVec3::new(0.95, 0.0, 0.95), true, false)];
+    let cases =
+        [(DVec3::new(0.0, 0.0, 1.3), false, true), (DVec3::new(0.95, 0.0, 0.95), true, false)];
     for (passes, straight_hit, turned_hit) in cases {
         let down = ray(passes + DVec3::Y * 10.0, DVec3::NEG_Y);
         for (turn, expected) in [(DQuat::IDENTITY, straight_hit), (turned, turned_hit)] {
             let mut scene = Scene::default();
             scene.add(DVec3::ZERO, cube(1.0), turn);
-            assert_eq!(cast(&scene.targets(DVec3::ZERO), &down).is_some(), expected, "{passes} {turn}");
+            assert_eq!(
+                cast(&scene.targets(DVec3::ZERO), &down).is_some(),
+                expected,
+                "{passes} {turn}"
+            );
         }
     }
 }
@@ -114,7 +120,8 @@ fn hits_100_km_from_the_origin_are_those_at_the_origin() {
 fn scan_and_tree_find_what_brute_force_in_f64_finds() {
     let floor = Shape::cuboid(DVec3::new(100.0, 2.0, 100.0)).unwrap();
     let mut dice = Dice(0x5EED);
-    for (distance, spread) in [(0.0, 15.0), (40.0, 15.0), (1e3, 15.0), (1e4, 100.0), (1e5, 60.0), (1e6, 30.0)]
+    for (distance, spread) in
+        [(0.0, 15.0), (40.0, 15.0), (1e3, 15.0), (1e4, 100.0), (1e5, 60.0), (1e6, 30.0)]
     {
         let center = dice.vector().normalize() * distance;
         let mut scene = dice.scene(700, center, spread);
@@ -127,9 +134,15 @@ fn scan_and_tree_find_what_brute_force_in_f64_finds() {
             let hit = cast(&targets, &ray);
             let (most, least) = (scene.brute_force(&ray, 1.0), scene.brute_force(&ray, -1.0));
             let found = hit.map_or(f64::INFINITY, |h| h.distance);
-            assert!(most <= found && found <= least, "{distance} m: {most} <= {found} <= {least}, {ray:?}");
+            assert!(
+                most <= found && found <= least,
+                "{distance} m: {most} <= {found} <= {least}, {ray:?}"
+            );
             if let Some(hit) = hit {
-                assert!(scene.brute_force_one(hit.index, &ray, 1.0) <= found, "another one was hit");
+                assert!(
+                    scene.brute_force_one(hit.index, &ray, 1.0) <= found,
+                    "another one was hit"
+                );
                 hits += 1;
             }
         }
@@ -154,15 +167,18 @@ fn positions_that_are_not_numbers_are_never_hit() {
     let mut targets = scene.targets(DVec3::ZERO);
     let mut dice = Dice(5);
     for _ in 0..3 {
-        for direction in (0..100).map(|_| dice.vector()).chain([DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_Z]) {
+        for direction in
+            (0..100).map(|_| dice.vector()).chain([DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_Z])
+        {
             let hit = cast(&targets, &ray(DVec3::Y * 5.0, direction));
             assert!(hit.is_none_or(|h| h.index < 300), "{hit:?}");
         }
         targets.update(DVec3::ONE, 1.0, std::iter::once(scene.chunk()));
     }
     let literal = Shape::Sphere { radius: f64::NAN };
-    let scene =
-        Scene::default().with(DVec3::X * 5.0, literal).with(DVec3::X * 9.0, Shape::Sphere { radius: -2.0 });
+    let scene = Scene::default()
+        .with(DVec3::X * 5.0, literal)
+        .with(DVec3::X * 9.0, Shape::Sphere { radius: -2.0 });
     assert_eq!(
         cast(&scene.targets(DVec3::ZERO), &ray(DVec3::ZERO, DVec3::X)),
         None,

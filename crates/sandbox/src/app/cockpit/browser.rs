@@ -49,12 +49,15 @@ static SCENES: LazyLock<Vec<(&str, Vec<Entry>)>> = LazyLock::new(|| {
     let entry = |title: &str, name: &'static str, png| {
         let scene = scene::embedded(name)?.load().ok()?;
         let of_group = |(group, _): &(&str, &str)| *group == title;
-        let group = ALSO_FOUND_BY.iter().find(|group| of_group(group)).map_or("", |(_, words)| words);
-        let found_by = format!("{} {name} {} {title} {group}", name.replace('_', " "), scene.description);
+        let group =
+            ALSO_FOUND_BY.iter().find(|group| of_group(group)).map_or("", |(_, words)| words);
+        let found_by =
+            format!("{} {name} {} {title} {group}", name.replace('_', " "), scene.description);
         Some(Entry { name, about: scene.description, found_by: found_by.to_lowercase(), png })
     };
-    let grouped =
-        |name: &str| GROUPS.iter().any(|(_, scenes)| scenes.iter().any(|(other, _)| *other == name));
+    let grouped = |name: &str| {
+        GROUPS.iter().any(|(_, scenes)| scenes.iter().any(|(other, _)| *other == name))
+    };
     let of = |(title, scenes): &Group| {
         let scenes = scenes.iter().filter_map(|(name, png)| entry(title, name, Some(*png)));
         (*title, scenes.collect::<Vec<_>>())
@@ -92,7 +95,8 @@ impl Browser {
         intents: &mut Vec<Intent>,
     ) -> Response {
         ui.add_space(4.0);
-        let search = TextEdit::singleline(&mut self.query).hint_text("Search").desired_width(f32::INFINITY);
+        let search =
+            TextEdit::singleline(&mut self.query).hint_text("Search").desired_width(f32::INFINITY);
         let search = ui.add(search);
         let query = self.query.to_lowercase();
         let fits = |entry: &&Entry| entry.found_by.contains(query.trim());

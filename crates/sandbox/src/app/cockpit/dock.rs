@@ -29,7 +29,8 @@ pub(super) fn show(
         if *tab == Tab::Look {
             selection(ui, stage, view);
         }
-        let mut sections: Vec<_> = tools.each().filter(|(panel, _)| panel.tab() == Some(*tab)).collect();
+        let mut sections: Vec<_> =
+            tools.each().filter(|(panel, _)| panel.tab() == Some(*tab)).collect();
         // Last, because its height depends on how long measuring took: sections below it would not be where a recording clicked.
         sections.sort_by_key(|(panel, _)| *panel == Panel::Cost);
         for (panel, tool) in sections {
@@ -42,7 +43,8 @@ pub(super) fn show(
                     tool.show(ui, &mut desk);
                 });
             });
-            let header = shown.header_response.on_hover_text(format!("{} ({})", row.what, row.keys[0]));
+            let header =
+                shown.header_response.on_hover_text(format!("{} ({})", row.what, row.keys[0]));
             point_at(ui, row.title, &header);
             if newest == Some(panel) {
                 header.scroll_to_me_animation(Some(Align::TOP), ScrollAnimation::none());
@@ -61,7 +63,8 @@ fn tabs(ui: &mut Ui, chosen: &mut Tab) -> Response {
     let row = ui.horizontal_wrapped(|ui| {
         let buttons = Tab::ALL.map(|tab| {
             let [icon, name, what] = tab.words();
-            let button = ui.add(Button::selectable(*chosen == tab, (icon, name))).on_hover_text(what);
+            let button =
+                ui.add(Button::selectable(*chosen == tab, (icon, name))).on_hover_text(what);
             button.widget_info(|| WidgetInfo::selected(Role::Button, true, *chosen == tab, name));
             if *chosen != tab {
                 point_at(ui, name, &button);

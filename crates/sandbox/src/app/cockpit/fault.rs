@@ -61,16 +61,24 @@ impl FaultBar {
                     intents.push(Intent::Seek(good));
                 }
                 for Cure { setting, words, why } in &self.cures {
-                    let button = ui.add_enabled(*setting != stage.setting(), egui::Button::new(words));
+                    let button =
+                        ui.add_enabled(*setting != stage.setting(), egui::Button::new(words));
                     if button.on_hover_text(*why).clicked() {
                         intents.push(Intent::ApplySetting(*setting));
                     }
                 }
-                if ui.button("Save bundle").on_hover_text("one file that repeats the run (Ctrl+S)").clicked()
+                if ui
+                    .button("Save bundle")
+                    .on_hover_text("one file that repeats the run (Ctrl+S)")
+                    .clicked()
                 {
                     intents.push(Intent::SaveBundle);
                 }
-                if ui.button("Reset to start").on_hover_text("the scene from its start (F1)").clicked() {
+                if ui
+                    .button("Reset to start")
+                    .on_hover_text("the scene from its start (F1)")
+                    .clicked()
+                {
                     intents.push(Intent::Act(Act::ResetWorld));
                 }
                 self.dismissed = ui.button("Dismiss").clicked();
@@ -83,14 +91,19 @@ impl FaultBar {
 /// anyway.
 fn cures(stage: &mut Stage) -> Vec<Cure> {
     let present = stage.setting();
-    let of_scene = |margin: &Margin| (margin.method, margin.substeps) == (present.method, present.substeps);
+    let of_scene =
+        |margin: &Margin| (margin.method, margin.substeps) == (present.method, present.substeps);
     let rows = forecast::rows(stage);
-    let worst =
-        rows.iter().map(|row| &row.margin).find(|margin| margin.is_unstable() || margin.may_be_unstable());
+    let worst = rows
+        .iter()
+        .map(|row| &row.margin)
+        .find(|margin| margin.is_unstable() || margin.may_be_unstable());
     let (substeps, method, why) = match worst {
-        Some(margin) if of_scene(margin) => {
-            (margin.cure.substeps, margin.cure.method, "Stable by the forecast. Play continues with it.")
-        }
+        Some(margin) if of_scene(margin) => (
+            margin.cure.substeps,
+            margin.cure.method,
+            "Stable by the forecast. Play continues with it.",
+        ),
         // A body with its own method: no setting of the scene helps it.
         Some(_) => return Vec::new(),
         None => {
@@ -103,9 +116,12 @@ fn cures(stage: &mut Stage) -> Vec<Cure> {
         }
     };
     let attracts = stage.sim().world.contains_resource::<MutualGravity>();
-    let method = method.filter(|method| *method != present.method && unsolvable(*method, attracts).is_none());
+    let method = method
+        .filter(|method| *method != present.method && unsolvable(*method, attracts).is_none());
     let substeps = substeps.filter(|substeps| *substeps != present.substeps);
-    let finer = substeps.map(|substeps| (format!("{substeps} substeps"), Setting { substeps, ..present }));
-    let other = method.map(|method| (method.claims().title.to_owned(), Setting { method, ..present }));
+    let finer =
+        substeps.map(|substeps| (format!("{substeps} substeps"), Setting { substeps, ..present }));
+    let other =
+        method.map(|method| (method.claims().title.to_owned(), Setting { method, ..present }));
     finer.into_iter().chain(other).map(|(words, setting)| Cure { setting, words, why }).collect()
 }

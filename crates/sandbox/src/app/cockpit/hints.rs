@@ -24,9 +24,14 @@ pub(super) fn show(ui: &mut Ui, (stage, view): (&Stage, &View), editor: &Editor)
     ui.horizontal(|ui| {
         let width = |text: &RichText| {
             let text = egui::WidgetText::from(text.clone());
-            text.into_galley(ui, Some(egui::TextWrapMode::Extend), f32::INFINITY, egui::TextStyle::Body)
-                .size()
-                .x
+            text.into_galley(
+                ui,
+                Some(egui::TextWrapMode::Extend),
+                f32::INFINITY,
+                egui::TextStyle::Body,
+            )
+            .size()
+            .x
         };
         let has_room = width(&words) + width(&state) + 24.0 <= ui.available_width();
         ui.add(Label::new(words).truncate());
@@ -39,15 +44,22 @@ pub(super) fn show(ui: &mut Ui, (stage, view): (&Stage, &View), editor: &Editor)
 /// The number of bodies, the tick rate and, unless the run is paused, the measured speed.
 fn state(stage: &Stage, view: &View) -> String {
     let measured = view.measured.filter(|_| !stage.paused).map_or(String::new(), |measured| {
-        format!("   tick {:.1} us   {:.0} frames/s", measured.tick * 1e6, measured.frames_per_second)
+        format!(
+            "   tick {:.1} us   {:.0} frames/s",
+            measured.tick * 1e6,
+            measured.frames_per_second
+        )
     });
     format!("{}   {}{measured}", bodies(stage), toolbar::rate(stage))
 }
 
 fn words(stage: &Stage, view: &View) -> String {
     let click = || {
-        let (verb, force) =
-            if view.click_force < 0.0 { ("pulls", -view.click_force) } else { ("pushes", view.click_force) };
+        let (verb, force) = if view.click_force < 0.0 {
+            ("pulls", -view.click_force)
+        } else {
+            ("pushes", view.click_force)
+        };
         format!(
             "a right click {verb} it with {} N, the wheel changes that by {} N",
             digits(force),

@@ -1,6 +1,8 @@
 //! The bar at the top: time, method, what is drawn, and the modes.
 
-use egui::{Button, ComboBox, DragValue, PopupCloseBehavior, Response, RichText, Role, Ui, Vec2, WidgetInfo};
+use egui::{
+    Button, ComboBox, DragValue, PopupCloseBehavior, Response, RichText, Role, Ui, Vec2, WidgetInfo,
+};
 use history::Change;
 use motion::clock::StepClock;
 use motion::{Gravity, Method, MutualGravity, Substeps, TimeStep};
@@ -51,7 +53,8 @@ pub(super) fn show(
         ui.separator();
         let words = if stage.paused { ("⏵", "Play") } else { ("⏸", "Pause") };
         let fill = ui.visuals().selection.bg_fill;
-        let pause = act_by(ui, intents, Act::Pause, words.1, Button::new(words).fill(fill).min_size(PAUSE));
+        let pause =
+            act_by(ui, intents, Act::Pause, words.1, Button::new(words).fill(fill).min_size(PAUSE));
         point_at(ui, if stage.paused { "Pause" } else { "Play" }, &pause);
         act_while_held(ui, intents, Act::StepBack, ("⏮", "Back"));
         act_while_held(ui, intents, Act::Step, ("⏭", "Step"));
@@ -100,7 +103,8 @@ fn act_while_held(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: Wo
     let button = add(ui, action, words.1, Button::selectable(false, words));
     let (held, now) = (button.is_pointer_button_down_on(), ui.input(|input| input.time));
     // The time of its next action, and whether it has acted while it was held.
-    let (due, acted) = ui.data(|data| data.get_temp(button.id)).unwrap_or((now + REPEAT_AFTER_S, false));
+    let (due, acted) =
+        ui.data(|data| data.get_temp(button.id)).unwrap_or((now + REPEAT_AFTER_S, false));
     let repeats = held && now >= due;
     if repeats || (button.clicked() && !acted) {
         intents.push(Intent::Act(action));
@@ -118,7 +122,13 @@ fn act_while_held(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, words: Wo
     }
 }
 
-fn act_by(ui: &mut Ui, intents: &mut Vec<Intent>, action: Act, name: &str, button: Button<'_>) -> Response {
+fn act_by(
+    ui: &mut Ui,
+    intents: &mut Vec<Intent>,
+    action: Act,
+    name: &str,
+    button: Button<'_>,
+) -> Response {
     let button = add(ui, action, name, button);
     if button.clicked() {
         intents.push(Intent::Act(action));
@@ -138,8 +148,10 @@ fn add(ui: &mut Ui, action: Act, name: &str, button: Button<'_>) -> Response {
 /// hour per second on, round numbers of the unit in which they are shown.
 fn paces(usual: f64) -> Vec<f64> {
     const HOUR: f64 = 3_600.0;
-    const ROUND: [f64; 12] =
-        [1.0, 6.0, 24.0, 72.0, 240.0, 720.0, 1_440.0, 2_880.0, 8_766.0, 26_298.0, 87_660.0, 876_600.0];
+    const ROUND: [f64; 12] = [
+        1.0, 6.0, 24.0, 72.0, 240.0, 720.0, 1_440.0, 2_880.0, 8_766.0, 26_298.0, 87_660.0,
+        876_600.0,
+    ];
     if usual < HOUR {
         return PACES.map(|times| times * usual).to_vec();
     }
@@ -175,7 +187,8 @@ fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
     let setting = stage.setting();
     let mut chosen = setting;
     let attracts = stage.sim().world.contains_resource::<MutualGravity>();
-    let present = format!("{}, {} x {}", setting.method.claims().title, rate(stage), setting.substeps);
+    let present =
+        format!("{}, {} x {}", setting.method.claims().title, rate(stage), setting.substeps);
     let list = ComboBox::from_id_salt("method of the scene")
         .width(216.0)
         .height(400.0)
@@ -187,11 +200,14 @@ fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
                 let why = unsolvable(method, attracts);
                 let claims = method.claims();
                 ui.add_enabled_ui(why.is_none(), |ui| {
-                    let words = format!("order {}, {}", claims.position_order, methods::cost(claims));
+                    let words =
+                        format!("order {}, {}", claims.position_order, methods::cost(claims));
                     let is_chosen = chosen.method == method;
                     let row = Button::selectable(is_chosen, claims.title);
                     let row = ui.add(row.right_text(RichText::new(words).weak()));
-                    row.widget_info(|| WidgetInfo::selected(Role::Button, true, is_chosen, claims.title));
+                    row.widget_info(|| {
+                        WidgetInfo::selected(Role::Button, true, is_chosen, claims.title)
+                    });
                     if row.on_disabled_hover_text(why.unwrap_or_default()).clicked() {
                         chosen.method = method;
                         ui.close();
@@ -199,7 +215,8 @@ fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
                 });
             }
             ui.separator();
-            let substeps = DragValue::new(&mut chosen.substeps).range(1..=Substeps::MOST).speed(0.1);
+            let substeps =
+                DragValue::new(&mut chosen.substeps).range(1..=Substeps::MOST).speed(0.1);
             ui.add(substeps.prefix("x ").suffix(" substeps per tick"))
                 .on_hover_text("more are more accurate and cost more time");
         })

@@ -29,28 +29,36 @@ impl Ui {
 
     /// Whether a text field has the keyboard.
     pub fn takes_text(&self) -> bool {
-        self.shows(crate::panels::Panel::Finder) || (self.any_open() && self.context.text_edit_focused())
+        self.shows(crate::panels::Panel::Finder)
+            || (self.any_open() && self.context.text_edit_focused())
     }
 
     /// Whether `key` is for the control that has the keyboard: any key for a text field, else those that move on and press.
     pub fn takes_key(&self, key: &Key) -> bool {
-        self.takes_text() || (self.focused().is_some() && !key.ctrl() && NAVIGATION.contains(&key.name()))
+        self.takes_text()
+            || (self.focused().is_some() && !key.ctrl() && NAVIGATION.contains(&key.name()))
     }
 
     /// Takes the keyboard from the control that has it. Returns whether there was one.
     pub fn release_focus(&mut self) -> bool {
         let focused = self.focused();
-        focused.inspect(|id| self.context.memory_mut(|memory| memory.surrender_focus(*id))).is_some()
+        focused
+            .inspect(|id| self.context.memory_mut(|memory| memory.surrender_focus(*id)))
+            .is_some()
     }
 
     /// Gives the keyboard to the next part of the cockpit, after the last one to the scene. Windows alone are one part.
     pub fn focus_next_part(&mut self) {
         Popup::close_all(&self.context);
-        let place = self.focused().and_then(|id| self.context.read_response(id)).map(|control| control.rect);
+        let place = self
+            .focused()
+            .and_then(|id| self.context.read_response(id))
+            .map(|control| control.rect);
         let had = self.release_focus();
         if self.cockpit.shown {
             let here = place.and_then(|place| self.cockpit.part_at(place.center()));
-            self.cockpit.focuses = if had && here.is_none() { None } else { self.cockpit.part_after(here) };
+            self.cockpit.focuses =
+                if had && here.is_none() { None } else { self.cockpit.part_after(here) };
         } else if !had {
             self.key(&"Tab".parse().expect("a key"), true);
         }
@@ -60,7 +68,8 @@ impl Ui {
     /// technology sends.
     pub(super) fn move_dock_edge(&self, key: &Key) -> Option<Event> {
         let edge = self.focused().and_then(|id| self.context.read_response(id))?;
-        let is_edge = self.cockpit.dock_left().is_some_and(|left| edge.rect.x_range().contains(left));
+        let is_edge =
+            self.cockpit.dock_left().is_some_and(|left| edge.rect.x_range().contains(left));
         let action = match key.name() {
             "Left" => Action::Increment,
             "Right" => Action::Decrement,
@@ -89,7 +98,8 @@ impl Ui {
         }
         if *was_list && !list && focused.is_none() && last.is_some() && !clicked {
             // The chosen line has closed with its list: its opener gets the keyboard back.
-            focused = opener.inspect(|opener| context.memory_mut(|memory| memory.request_focus(*opener)));
+            focused =
+                opener.inspect(|opener| context.memory_mut(|memory| memory.request_focus(*opener)));
         }
         if !list {
             *opener = focused;

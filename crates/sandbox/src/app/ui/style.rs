@@ -108,21 +108,28 @@ mod tests {
     impl Painted {
         fn add(&mut self, shape: &Shape, clip: Rect, ground: Color32, view: Rect) {
             match shape {
-                Shape::Vec(shapes) => shapes.iter().for_each(|shape| self.add(shape, clip, ground, view)),
+                Shape::Vec(shapes) => {
+                    shapes.iter().for_each(|shape| self.add(shape, clip, ground, view))
+                }
                 Shape::Rect(area) => self.areas.push((area.rect.intersect(clip), area.fill)),
                 Shape::Text(text) => {
                     let middle = text.visual_bounding_rect().center();
-                    let under: Vec<_> = self.areas.iter().filter(|(area, _)| area.contains(middle)).collect();
+                    let under: Vec<_> =
+                        self.areas.iter().filter(|(area, _)| area.contains(middle)).collect();
                     // Words in the scene have their own rim.
                     if !clip.contains(middle) || (view.contains(middle) && under.is_empty()) {
                         return;
                     }
-                    let behind = under.into_iter().fold(ground, |behind, (_, fill)| behind.blend(*fill));
+                    let behind =
+                        under.into_iter().fold(ground, |behind, (_, fill)| behind.blend(*fill));
                     for section in &text.galley.job.sections {
                         let own = section.format.color;
-                        let own = if own == Color32::PLACEHOLDER { text.fallback_color } else { own };
-                        let color =
-                            text.override_text_color.unwrap_or(own).gamma_multiply(text.opacity_factor);
+                        let own =
+                            if own == Color32::PLACEHOLDER { text.fallback_color } else { own };
+                        let color = text
+                            .override_text_color
+                            .unwrap_or(own)
+                            .gamma_multiply(text.opacity_factor);
                         let words = text.galley.job.text.clone();
                         self.words.push((words, color, behind, section.format.font_id.size));
                     }
@@ -145,7 +152,8 @@ mod tests {
             "toggle_ghosts",
             "toggle_graphs",
         ];
-        let more = ["toggle_ledger_panel", "toggle_forecast_panel", "toggle_timeline_panel", "frame"];
+        let more =
+            ["toggle_ledger_panel", "toggle_forecast_panel", "toggle_timeline_panel", "frame"];
         session.stage.keep_timeline();
         let words = ["toggle_cockpit"].iter().chain(keys).chain(&tools).chain(&more);
         for word in words.chain(&["", "", "", "", ""]) {
@@ -153,8 +161,10 @@ mod tests {
                 session.ui.cockpit.next_tab = Some(tab);
             }
             let key = key_of_word(word).ok();
-            let events = key.into_iter().flat_map(|key| [Input::KeyDown(key.clone()), Input::KeyUp(key)]);
-            session.advance(&InputFrame::from_iter(events), clock.advance_by(0.02).expect("a time"));
+            let events =
+                key.into_iter().flat_map(|key| [Input::KeyDown(key.clone()), Input::KeyUp(key)]);
+            session
+                .advance(&InputFrame::from_iter(events), clock.advance_by(0.02).expect("a time"));
         }
         let ui = &session.ui;
         let ground = ui.context.global_style().visuals.panel_fill;
@@ -221,7 +231,8 @@ mod tests {
 
     #[test]
     fn a_larger_size_leaves_room_and_the_usual_one_is_that_of_the_display() {
-        for (size, scale) in [([1024, 600], 1.0), ([1280, 720], 1.5), ([2560, 1440], 2.0), ([640, 360], 1.0)]
+        for (size, scale) in
+            [([1024, 600], 1.0), ([1280, 720], 1.5), ([2560, 1440], 2.0), ([640, 360], 1.0)]
         {
             let of = |zoom| pixels_per_point(size, scale, zoom);
             let all: Vec<_> = (0..ZOOMS.len()).map(of).collect();

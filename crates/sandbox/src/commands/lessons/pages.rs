@@ -18,20 +18,30 @@ use crate::stage::options::{Options, Words};
 const SIZE: [u32; 2] = [960, 540];
 
 /// Writes the pages of `lessons`, or of all in the program, the sheet of answers and the index into `folder`.
-pub(super) fn write(folder: &Path, mut lessons: Vec<Lesson>, files: &CommandFiles) -> Result<(), Failure> {
+pub(super) fn write(
+    folder: &Path,
+    mut lessons: Vec<Lesson>,
+    files: &CommandFiles,
+) -> Result<(), Failure> {
     if lessons.is_empty() {
-        lessons = shipped().iter().map(|(name, text)| Lesson::parse(name, text)).collect::<Result<_, _>>()?;
+        lessons = shipped()
+            .iter()
+            .map(|(name, text)| Lesson::parse(name, text))
+            .collect::<Result<_, _>>()?;
     }
     let names: Vec<_> = lessons.iter().map(|lesson| file_stem(&lesson.name)).collect();
-    if let Some((_, twice)) = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
-        let what = format!("two lessons would have the page {}; rename the file of one", page_name(twice));
+    if let Some((_, twice)) = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name))
+    {
+        let what =
+            format!("two lessons would have the page {}; rename the file of one", page_name(twice));
         return Err(Failure::Usage(what));
     }
     let is_of = |file: &str, name: &str| {
         file == page_name(name) || file.ends_with(".png") && file.starts_with(&format!("{name}-"))
     };
     let known = || names.iter().map(String::as_str).chain(shipped().iter().map(|(name, _)| *name));
-    let is_page = |file: &str| [ANSWERS, INDEX].contains(&file) || known().any(|name| is_of(file, name));
+    let is_page =
+        |file: &str| [ANSWERS, INDEX].contains(&file) || known().any(|name| is_of(file, name));
     // An earlier sheet of answers begins as this one does.
     let sheet = answers(&[]);
     let head = sheet.split("</title>").next().unwrap_or_default();
@@ -51,7 +61,9 @@ pub(super) fn write(folder: &Path, mut lessons: Vec<Lesson>, files: &CommandFile
     // First, because this file marks the folder as one that the program filled.
     written.insert(0, (ANSWERS.to_owned(), answers(&pages).into_bytes()));
     tell(ANSWERS);
-    written.iter().try_for_each(|(name, bytes)| write_file(&files.unread(&folder.join(name))?, bytes))
+    written
+        .iter()
+        .try_for_each(|(name, bytes)| write_file(&files.unread(&folder.join(name))?, bytes))
 }
 
 /// File name of the sheet of answers.
@@ -94,12 +106,15 @@ fn played(
         }
         let (choices, unit, answer) = match &step.goal {
             Goal::Done { .. } => (Vec::new(), None, None),
-            Goal::Number { unit, solution, .. } => (Vec::new(), Some(unit.clone()), Some(solution.clone())),
+            Goal::Number { unit, solution, .. } => {
+                (Vec::new(), Some(unit.clone()), Some(solution.clone()))
+            }
             Goal::Choice { choices, solution } => {
                 (choices.iter().map(|(say, _)| say.clone()).collect(), None, Some(solution.clone()))
             }
         };
-        let measured = pupil.session.tools.lesson().and_then(|state| state.said).unwrap_or_default();
+        let measured =
+            pupil.session.tools.lesson().and_then(|state| state.said).unwrap_or_default();
         let (task, watch) = (step.task.clone(), step.watch.clone());
         steps.push(HandoutStep { task, watch, choices, unit, picture, measured, depends, answer });
     }

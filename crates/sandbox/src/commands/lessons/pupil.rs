@@ -94,7 +94,11 @@ impl Pupil {
 
     /// Waits until the present step has begun.
     fn wait_for_step(&mut self) {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few hundred frames")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a few hundred frames"
+        )]
         let most = (MOST_WAIT_S * self.fps).ceil() as u32;
         for _ in 0..most {
             if self.session.tools.learn.has_begun() {
@@ -111,7 +115,11 @@ impl Pupil {
         let before = self.step();
         let (player, frame) = player(actions, self.session.stage.frames(), self.fps)?;
         self.session.play(player);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few thousand frames")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a few thousand frames"
+        )]
         let last = frame + (patience * self.fps).ceil() as u64;
         while self.session.stage.frames() < last && self.step() == before {
             self.frames(1);
@@ -146,7 +154,11 @@ pub(super) fn frame_bodies(session: &mut Session) {
 fn player(actions: &[Action], mut frame: u64, fps: f64) -> Result<(Player, u64), Failure> {
     let steps = actions.iter().filter_map(|action| {
         let when = When::Frame(frame);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a thousand frames")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a thousand frames"
+        )]
         let lasts = if let Action::Hold(_, seconds) | Action::Wait(seconds) = action {
             (seconds * fps).ceil() as u64
         } else {
@@ -192,7 +204,10 @@ impl Demonstration {
     /// A message that says how many steps were done, if the lesson in `session` is not finished.
     pub fn left(&self, session: &Session) -> Option<String> {
         let (step, all) = (session.tools.lesson()?.step, self.lesson.steps.len());
-        let what = format!("{}: {step} of {all} steps were done; let the run last longer", self.lesson.name);
+        let what = format!(
+            "{}: {step} of {all} steps were done; let the run last longer",
+            self.lesson.name
+        );
         (step < all).then_some(what)
     }
 
@@ -297,7 +312,9 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
             if !pupil.solve(lesson)? {
                 return fail("the solution is not accepted".to_owned());
             }
-            let Some(state) = pupil.session.tools.lesson() else { return fail("it was left".to_owned()) };
+            let Some(state) = pupil.session.tools.lesson() else {
+                return fail("it was left".to_owned());
+            };
             let untrue = |by: &str| {
                 let holds = step.holds.as_ref().map_or("", |holds| holds.text());
                 format!("`{holds}` is not true{by}")
@@ -326,7 +343,10 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
     // Each was tried at two step sizes.
     refused /= 2;
     if refused < 2 {
-        return Err(Failure::Expectation(format!("{}: fewer than two wrong ways are refused", lesson.name)));
+        return Err(Failure::Expectation(format!(
+            "{}: fewer than two wrong ways are refused",
+            lesson.name
+        )));
     }
     lines += &format!("{refused} wrong ways were refused\n");
     Ok(lines)
@@ -359,14 +379,18 @@ fn most_seconds(lesson: &Lesson) -> Result<f64, Failure> {
 
 /// Checks the names of keys and panels, which the reader of lessons does not know.
 fn check_names(lesson: &Lesson) -> Result<(), Failure> {
-    let wrong =
-        |place: String, what: String| Err(Failure::Usage(format!("{}: {place}: {what}", lesson.name)));
+    let wrong = |place: String, what: String| {
+        Err(Failure::Usage(format!("{}: {place}: {what}", lesson.name)))
+    };
     for Quantity { name, measure } in &lesson.measure {
         if let Measure::Shows(panel) = measure
             && panel_of(panel).is_none()
         {
             let cure = "`sandbox list keys` names the panels";
-            return wrong(format!("measure.{name}"), format!("there is no panel `{panel}`; {cure}"));
+            return wrong(
+                format!("measure.{name}"),
+                format!("there is no panel `{panel}`; {cure}"),
+            );
         }
     }
     let scene = CommandFiles::default().scene(&beside(&lesson.name, &lesson.scene))?;
@@ -376,7 +400,10 @@ fn check_names(lesson: &Lesson) -> Result<(), Failure> {
         {
             let guess = did_you_mean(nearest(name, pointable()).map(|near| format!("\"{near}\"")));
             let cure = format!("{guess}name a body, or a control as it is written on the screen");
-            return wrong(format!("steps[{i}].point_at"), format!("there is no \"{name}\"; {cure}"));
+            return wrong(
+                format!("steps[{i}].point_at"),
+                format!("there is no \"{name}\"; {cure}"),
+            );
         }
         for (path, action) in step.goal.actions() {
             if let Some(error) = action.key().and_then(|key| key_of_word(key).err()) {
@@ -395,16 +422,20 @@ fn check_claims(lesson: &Lesson) -> Result<(), Failure> {
         quantity.is_some_and(|quantity| !matches!(quantity.measure, Measure::Mass(_)))
     };
     for (i, step) in lesson.steps.iter().enumerate() {
-        let fail = |what: String| Err(Failure::Expectation(format!("{}: steps[{i}]: {what}", lesson.name)));
+        let fail = |what: String| {
+            Err(Failure::Expectation(format!("{}: steps[{i}]: {what}", lesson.name)))
+        };
         let claims = step.then.claims();
         if claims.is_empty() && step.holds.is_some() {
             return fail(
-                "`holds` has no `then` with numbers, so nothing says when it is not true".to_owned(),
+                "`holds` has no `then` with numbers, so nothing says when it is not true"
+                    .to_owned(),
             );
         }
         let is_done = matches!(step.goal, Goal::Done { .. });
-        let fixed =
-            claims.iter().find(|claim| !claim.iter().flat_map(|formula| formula.names()).any(changes));
+        let fixed = claims
+            .iter()
+            .find(|claim| !claim.iter().flat_map(|formula| formula.names()).any(changes));
         if let Some(claim) = fixed.filter(|_| is_done) {
             let formula = claim.first().map_or("", |formula| formula.text());
             let cure = "name a quantity of the screen that the step changes";
@@ -422,7 +453,11 @@ fn at_step(lesson: &Lesson, number: usize, runs: &Runs) -> Result<Pupil, Failure
 }
 
 /// Every other way of step `number`, and whether the claims hold after it; `None` if it is not accepted.
-fn other_ways(lesson: &Lesson, number: usize, runs: &Runs) -> Result<Vec<(String, Option<bool>)>, Failure> {
+fn other_ways(
+    lesson: &Lesson,
+    number: usize,
+    runs: &Runs,
+) -> Result<Vec<(String, Option<bool>)>, Failure> {
     let Goal::Done { also, .. } = &lesson.steps[number].goal else { return Ok(Vec::new()) };
     let play = |(way, actions): (usize, &Vec<Action>)| {
         let mut pupil = at_step(lesson, number, runs)?;
@@ -441,13 +476,17 @@ fn wrong_ways(
 ) -> Result<Vec<(String, bool)>, Failure> {
     let judged = |answers: Vec<&String>| {
         let pupil = at_step(lesson, number, runs)?;
-        let judge = |answer: &String| (format!("{answer:?}"), pupil.session.tools.learn.accepts(answer));
+        let judge =
+            |answer: &String| (format!("{answer:?}"), pupil.session.tools.learn.accepts(answer));
         Ok::<Vec<_>, Failure>(answers.into_iter().map(judge).collect())
     };
     match &lesson.steps[number].goal {
         Goal::Done { wrong, .. } => {
             let play = |(way, actions): (usize, &Vec<Action>)| {
-                Ok((format!("wrong[{way}]"), at_step(lesson, number, runs)?.act(actions, patience)?))
+                Ok((
+                    format!("wrong[{way}]"),
+                    at_step(lesson, number, runs)?.act(actions, patience)?,
+                ))
             };
             wrong.iter().enumerate().map(play).collect()
         }

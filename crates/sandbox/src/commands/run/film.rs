@@ -35,14 +35,17 @@ impl FilmFile {
     pub fn begin(path: &OutputPath, size_px: [u32; 2]) -> Result<Self, Failure> {
         let file = output_file(path)?;
         if is_gif(path.as_ref()) {
-            let film =
-                Gif::new(file, size_px).map_err(|error| Failure::file("write", path.as_ref(), &error))?;
+            let film = Gif::new(file, size_px)
+                .map_err(|error| Failure::file("write", path.as_ref(), &error))?;
             return Ok(Self::Gif(film));
         }
-        let folder =
-            if file.is_straight() { std::env::temp_dir() } else { folder_of(path.as_ref()).to_owned() };
-        let spool =
-            tempfile::tempfile_in(&folder).map_err(|error| Failure::file("write into", &folder, &error))?;
+        let folder = if file.is_straight() {
+            std::env::temp_dir()
+        } else {
+            folder_of(path.as_ref()).to_owned()
+        };
+        let spool = tempfile::tempfile_in(&folder)
+            .map_err(|error| Failure::file("write into", &folder, &error))?;
         Ok(Self::Png(Film::new(spool), file))
     }
 

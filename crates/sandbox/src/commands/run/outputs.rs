@@ -78,7 +78,9 @@ impl<'a> Outputs<'a> {
         match (&outputs.camera, &outputs.swarms) {
             (Some(camera), _) => {
                 eprintln!("drawing with {}", camera.gpu.info);
-                slow_words(&camera.gpu, &session.stage.sim().scene).iter().for_each(|line| tell(line));
+                slow_words(&camera.gpu, &session.stage.sim().scene)
+                    .iter()
+                    .for_each(|line| tell(line));
             }
             (None, Some(device)) => eprintln!("particles on {}", device.gpu.info),
             (None, None) => {}
@@ -170,8 +172,9 @@ impl<'a> Outputs<'a> {
         }
         let mut written = shown;
         if let (Some(path), Some(film)) = (&args.film, film) {
-            written = written
-                .and(film.finish(&session.stage).map_err(|error| Failure::file("write", path, &error)));
+            written = written.and(
+                film.finish(&session.stage).map_err(|error| Failure::file("write", path, &error)),
+            );
         }
         if let (Some(path), Some(file)) = (&args.summary, summary_file) {
             let summary = file.finish_with(summary.to_json().as_bytes());
@@ -211,7 +214,9 @@ impl Program for Outputs<'_> {
     }
 
     fn left_out(&self, [what, _]: Kind) {
-        tell(&format!("the {what} of the lesson is not written; name a folder for it with --frames"));
+        tell(&format!(
+            "the {what} of the lesson is not written; name a folder for it with --frames"
+        ));
     }
 
     fn name(&self, kind: Kind, session: &Session) -> String {
@@ -289,10 +294,16 @@ fn verdict(args: &RunArgs, session: &Session, failed: u64) -> Result<(), Failure
         )));
     }
     // A run that went back from a fault, and was not continued, has not passed it.
-    if let Some(fault) = session.stage.fault().filter(|fault| fault.tick > session.stage.sim().ticks()) {
-        return Err(Failure::Expectation(fault.named(&session.stage.sim().scene.names).to_string()));
+    if let Some(fault) =
+        session.stage.fault().filter(|fault| fault.tick > session.stage.sim().ticks())
+    {
+        return Err(Failure::Expectation(
+            fault.named(&session.stage.sim().scene.names).to_string(),
+        ));
     }
-    let Some(expect) = session.stage.sim().scene.expect.filter(|_| args.assert) else { return Ok(()) };
+    let Some(expect) = session.stage.sim().scene.expect.filter(|_| args.assert) else {
+        return Ok(());
+    };
     if expect.finite == Some(true) && failed > 0 {
         let what = "particles on the graphics device are not finite any more";
         return Err(Failure::Expectation(format!("{failed} {what}")));
@@ -303,7 +314,10 @@ fn verdict(args: &RunArgs, session: &Session, failed: u64) -> Result<(), Failure
     if drift < bound {
         Ok(())
     } else {
-        Err(Failure::Expectation(format!("energy drifted by {}, not below {bound:e}", four_digits(drift))))
+        Err(Failure::Expectation(format!(
+            "energy drifted by {}, not below {bound:e}",
+            four_digits(drift)
+        )))
     }
 }
 
@@ -320,7 +334,11 @@ impl OutputPaths {
     ///
     /// # Errors
     /// If two outputs are the same file, or if one has a name that the run may give to a picture or to a file that a key writes.
-    pub fn claim(args: &RunArgs, script: Option<&Script>, files: &mut CommandFiles) -> Result<Self, Failure> {
+    pub fn claim(
+        args: &RunArgs,
+        script: Option<&Script>,
+        files: &mut CommandFiles,
+    ) -> Result<Self, Failure> {
         let mut claim = |flag: &str, path: &Option<PathBuf>| {
             path.as_deref().map(|path| files.claim(flag, path)).transpose()
         };
@@ -361,8 +379,9 @@ fn numbered([what, extension]: Kind, frame: u64) -> String {
 /// Whether a frame may write a file of that name.
 fn is_numbered(name: &str) -> bool {
     let digits = name.trim_matches(|c: char| !c.is_ascii_digit());
-    let is_of =
-        |frame| [PICTURE, SCREENSHOT, GRAPH, BUNDLE].iter().any(|what| numbered(*what, frame) == name);
+    let is_of = |frame| {
+        [PICTURE, SCREENSHOT, GRAPH, BUNDLE].iter().any(|what| numbered(*what, frame) == name)
+    };
     digits.parse().is_ok_and(is_of)
 }
 

@@ -47,7 +47,10 @@ impl Setup {
         let mut scene = files.named_scene(&args.scene)?;
         args.selection().check(&scene.names)?;
         if args.damping.is_some() && scene.damping.is_none() {
-            return Err(Failure::Usage(format!("{} declares no damping; leave --damping out", args.scene)));
+            return Err(Failure::Usage(format!(
+                "{} declares no damping; leave --damping out",
+                args.scene
+            )));
         }
         refuse_rate_of_frames(&args.scene, &scene, args.hz, "leave --hz out and give --fps")?;
         let script = args.script.as_ref().map(|path| files.script(path, &scene)).transpose()?;
@@ -65,10 +68,12 @@ impl Setup {
         };
         check(overrides, &scene)?;
         overrides.apply(&mut scene);
-        let pictures =
-            args.frames.is_some() || args.film.is_some() || script.as_ref().is_some_and(takes_pictures);
+        let pictures = args.frames.is_some()
+            || args.film.is_some()
+            || script.as_ref().is_some_and(takes_pictures);
         // Only pictures and scripts need frames between two ticks.
-        let unwatched = script.is_none() && args.lesson.is_none() && !pictures && !follows_frames(&scene);
+        let unwatched =
+            script.is_none() && args.lesson.is_none() && !pictures && !follows_frames(&scene);
         let usual = if args.film.as_deref().is_some_and(is_gif) { GIF_FPS } else { DEFAULT_FPS };
         let fps = args.fps.unwrap_or(usual);
         // A script acts between ticks: more frames than ticks would change nothing but the time that it takes.
@@ -78,8 +83,12 @@ impl Setup {
         } else {
             fps
         };
-        let ends =
-            FrameEnds::new(args, files, recording.map(|recording| recording.frame_ends_s.clone()), fps)?;
+        let ends = FrameEnds::new(
+            args,
+            files,
+            recording.map(|recording| recording.frame_ends_s.clone()),
+            fps,
+        )?;
         if let Some(path) = &args.film {
             check_film(path, &ends)?;
         }
@@ -119,8 +128,11 @@ impl Setup {
             }
             _ => 0.0,
         };
-        let picture =
-            if args.film.is_some() || args.frames.is_some() { picture_seconds(options.size_px) } else { 0.0 };
+        let picture = if args.film.is_some() || args.frames.is_some() {
+            picture_seconds(options.size_px)
+        } else {
+            0.0
+        };
         // Without pictures swarms are computed once, at the end.
         let swarms = swarm_seconds(scene, ticks as f64, picture > 0.0);
         let seconds = ticks as f64 * tick_seconds(scene) + frames * picture + swarms;
@@ -160,7 +172,10 @@ impl Setup {
 }
 
 /// The lesson that the run shows.
-fn demonstration(args: &RunArgs, files: &mut CommandFiles) -> Result<Option<Demonstration>, Failure> {
+fn demonstration(
+    args: &RunArgs,
+    files: &mut CommandFiles,
+) -> Result<Option<Demonstration>, Failure> {
     let Some(name) = &args.lesson else { return Ok(None) };
     let lesson = files.lesson(name)?;
     let home = beside(&lesson.name, &lesson.scene);
@@ -232,7 +247,11 @@ impl FrameEnds {
             Self::Lengths(lengths) => lengths.as_slice().iter().copied().fold(0.0, f64::max),
             Self::Recorded(ends) => {
                 let starts = [0.0].iter().chain(ends.as_slice());
-                ends.as_slice().iter().zip(starts).map(|(end, start)| end - start).fold(0.0, f64::max)
+                ends.as_slice()
+                    .iter()
+                    .zip(starts)
+                    .map(|(end, start)| end - start)
+                    .fold(0.0, f64::max)
             }
         }
     }
@@ -242,7 +261,8 @@ impl FrameEnds {
 fn check_film(path: &Path, ends: &FrameEnds) -> Result<(), Failure> {
     let [shortest, longest] = lengths_s(path);
     let shown = ends.longest();
-    let is_too_short = matches!(ends, FrameEnds::Constant { .. }) && shown < shortest * (1.0 - 1e-9);
+    let is_too_short =
+        matches!(ends, FrameEnds::Constant { .. }) && shown < shortest * (1.0 - 1e-9);
     if !is_too_short && shown <= longest {
         return Ok(());
     }
@@ -287,8 +307,11 @@ fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<
             let ticks = (seconds * rate).round() as u64;
             if ticks == 0 {
                 let tick = (1e6 / rate).round() / 1e6;
-                let what = format!("{}: {seconds} s are less than half a tick of {tick} s", args.scene);
-                return Err(Failure::Usage(format!("{what}; give --seconds {tick} or more, or --ticks")));
+                let what =
+                    format!("{}: {seconds} s are less than half a tick of {tick} s", args.scene);
+                return Err(Failure::Usage(format!(
+                    "{what}; give --seconds {tick} or more, or --ticks"
+                )));
             }
             ticks
         }
@@ -298,8 +321,9 @@ fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<
         && ticks as f64 / (rate * pace(args, scene)) * fps > MOST_TICKS
     {
         let [rate, fps] = [rate, *fps].map(|value| number(value, 6));
-        let what =
-            format!("{ticks} ticks at {rate} Hz are more frames than a run can have, at {fps} per second");
+        let what = format!(
+            "{ticks} ticks at {rate} Hz are more frames than a run can have, at {fps} per second"
+        );
         return Err(Failure::Usage(format!("{what}; give a lower --fps, or fewer ticks")));
     }
     Ok(Some(ticks))

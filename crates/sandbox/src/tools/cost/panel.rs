@@ -1,8 +1,8 @@
 //! The panel of accuracy and cost: one dot per method and step, measured on a copy of the running scene.
 
 use egui::{
-    Button, Color32, EventFilter, Grid, Id, Key, Label, ProgressBar, Response, RichText, Role, Sense, Ui,
-    WidgetInfo,
+    Button, Color32, EventFilter, Grid, Id, Key, Label, ProgressBar, Response, RichText, Role,
+    Sense, Ui, WidgetInfo,
 };
 use egui_plot::{Line, LineStyle, MarkerShape, Plot, PlotPoint, PlotPoints, PlotUi, Points, VLine};
 use lab::cost::{Accuracy, Cell, Cost, Setting, Study};
@@ -88,7 +88,10 @@ fn head(ui: &mut Ui, study: &Study, progress: f64) -> (bool, bool) {
             #[expect(clippy::cast_possible_truncation, reason = "a part of 1")]
             let done = progress as f32;
             let bar = ProgressBar::new(done).desired_width(ui.available_width()).text("measuring");
-            ui.add(bar).on_hover_text(format!("takes at most {:.0} % of the time of a frame", SHARE * 100.0));
+            ui.add(bar).on_hover_text(format!(
+                "takes at most {:.0} % of the time of a frame",
+                SHARE * 100.0
+            ));
         } else {
             let Study { simulated_s, bodies, .. } = study;
             let s = if *bodies == 1 { "y" } else { "ies" };
@@ -106,10 +109,13 @@ fn first(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Set
     let lines = ui.scope(|ui| {
         ui.set_min_height(HEAD);
         if study.is_flat(axes.accuracy) {
-            ui.label("More substeps do not reduce the error of most methods here; the details say why.");
+            ui.label(
+                "More substeps do not reduce the error of most methods here; the details say why.",
+            );
         }
         let mine = study.cells.iter().find(|cell| cell.setting == present);
-        let Some((mine, error)) = mine.and_then(|mine| Some((mine, study.error(mine, axes.accuracy)?)))
+        let Some((mine, error)) =
+            mine.and_then(|mine| Some((mine, study.error(mine, axes.accuracy)?)))
         else {
             ui.weak("Your setting has no error: it is not measured, or fails.");
             return None;
@@ -127,7 +133,11 @@ fn first(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Set
             ui.weak("No measured setting is much more accurate at this cost.");
             return None;
         };
-        ui.label(format!("{}: {} times smaller error at the same cost.", title(cell.setting), fold(times)));
+        ui.label(format!(
+            "{}: {} times smaller error at the same cost.",
+            title(cell.setting),
+            fold(times)
+        ));
         Some(cell.setting)
     });
     lines.inner
@@ -166,11 +176,13 @@ const LEAST: f64 = 1e-16;
 
 /// Lays out the plot. Returns the setting whose dot was clicked.
 fn plot(ui: &mut Ui, study: &Study, axes: Axes, present: Setting, width: f32) -> Option<Setting> {
-    let all: Vec<_> = Method::ALL.into_iter().flat_map(|method| dots(study, axes, method)).collect();
-    let power = |mark: egui_plot::GridMark, _: &std::ops::RangeInclusive<f64>| match mark.value.fract() {
-        0.0 => format!("1e{:.0}", mark.value),
-        _ => String::new(),
-    };
+    let all: Vec<_> =
+        Method::ALL.into_iter().flat_map(|method| dots(study, axes, method)).collect();
+    let power =
+        |mark: egui_plot::GridMark, _: &std::ops::RangeInclusive<f64>| match mark.value.fract() {
+            0.0 => format!("1e{:.0}", mark.value),
+            _ => String::new(),
+        };
     let decades = |input: egui_plot::GridInput| {
         let (from, to) = input.bounds;
         // Marks beyond the ends would be written outside of the plot.
@@ -204,9 +216,11 @@ fn plot(ui: &mut Ui, study: &Study, axes: Axes, present: Setting, width: f32) ->
     plot.show(ui, |ui| {
         draw(ui, study, axes, &all, present);
         let pointer = ui.response().hover_pos()?;
-        let distance =
-            |dot: &Dot<'_>| ui.screen_from_plot(PlotPoint::new(dot.at[0], dot.at[1])).distance(pointer);
-        let near = all.iter().map(|dot| (distance(dot), dot)).filter(|(distance, _)| *distance < REACH);
+        let distance = |dot: &Dot<'_>| {
+            ui.screen_from_plot(PlotPoint::new(dot.at[0], dot.at[1])).distance(pointer)
+        };
+        let near =
+            all.iter().map(|dot| (distance(dot), dot)).filter(|(distance, _)| *distance < REACH);
         let (_, dot) = near.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let words = hint(study, dot.cell, axes);
         let clicked = ui.response().clicked();
@@ -240,21 +254,30 @@ fn draw(ui: &mut PlotUi<'_>, study: &Study, axes: Axes, all: &[Dot<'_>], present
                 .color(color.gamma_multiply(0.5))
                 .allow_hover(false),
         );
-        ui.points(Points::new("", PlotPoints::from(curve)).color(color).radius(4.0).allow_hover(false));
+        ui.points(
+            Points::new("", PlotPoints::from(curve)).color(color).radius(4.0).allow_hover(false),
+        );
     }
     if let Some(dot) = all.iter().find(|dot| dot.cell.setting == present) {
         let ring = PlotPoints::from(vec![dot.at]);
-        ui.points(Points::new("", ring).color(emphasis).radius(8.0).filled(false).allow_hover(false));
+        ui.points(
+            Points::new("", ring).color(emphasis).radius(8.0).filled(false).allow_hover(false),
+        );
     }
     let top = all.iter().map(|dot| dot.at[1]).fold(f64::NEG_INFINITY, f64::max);
     let failed = study.cells.iter().filter(|cell| cell.is_run() && cell.errors().is_none());
     for cell in failed {
-        if let (Some(cost), true) = (study.cost(cell, axes.cost).filter(|cost| *cost > 0.0), top.is_finite())
+        if let (Some(cost), true) =
+            (study.cost(cell, axes.cost).filter(|cost| *cost > 0.0), top.is_finite())
         {
             let mark = PlotPoints::from(vec![[cost.log10(), top + 0.7]]);
             let color = color_of(cell.setting.method);
             ui.points(
-                Points::new("", mark).color(color).radius(5.0).shape(MarkerShape::Cross).allow_hover(false),
+                Points::new("", mark)
+                    .color(color)
+                    .radius(5.0)
+                    .shape(MarkerShape::Cross)
+                    .allow_hover(false),
             );
         }
     }
@@ -264,7 +287,8 @@ fn hint(study: &Study, cell: &Cell, axes: Axes) -> String {
     let Setting { method, substeps, .. } = cell.setting;
     let rate = study.step_hz * f64::from(substeps);
     let error = study.error(cell, axes.accuracy).unwrap_or(f64::NAN);
-    let error = if axes.accuracy == Accuracy::Position { length(error, 3) } else { share(error, 3) };
+    let error =
+        if axes.accuracy == Accuracy::Position { length(error, 3) } else { share(error, 3) };
     let evaluations = study.cost(cell, Cost::Evaluations).unwrap_or(f64::NAN);
     let mut words = format!(
         "{}: {rate:.0} steps per s\nerror {error}, {evaluations:.0} evaluations per s",
@@ -291,16 +315,16 @@ fn hint(study: &Study, cell: &Cell, axes: Axes) -> String {
 fn legend(ui: &mut Ui, study: &Study) {
     Grid::new("cost legend").num_columns(COLUMNS).spacing([10.0, 1.0]).show(ui, |ui| {
         for (place, method) in Method::ALL.into_iter().enumerate() {
-            let failed = study
-                .cells
-                .iter()
-                .any(|cell| cell.setting.method == method && cell.is_run() && cell.errors().is_none());
+            let failed = study.cells.iter().any(|cell| {
+                cell.setting.method == method && cell.is_run() && cell.errors().is_none()
+            });
             ui.horizontal(|ui| {
                 swatch(ui, inks::of_method(ui.visuals(), method));
                 ui.label(ink(method).short);
                 if failed {
                     let color = inks::words(ui.visuals(), FAILED);
-                    ui.label(RichText::new("×").color(color)).on_hover_text("some of its runs failed");
+                    ui.label(RichText::new("×").color(color))
+                        .on_hover_text("some of its runs failed");
                 }
             });
             if place % COLUMNS == COLUMNS - 1 {
@@ -324,16 +348,20 @@ fn front(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Set
     let (buttons, id) = (row.inner, Id::unique("place on the front"));
     let place = ui.data(|data| data.get_temp(id)).unwrap_or(0).min(buttons.len() - 1);
     let list = ui.interact(buttons[place].rect, id, Sense::focusable_noninteractive());
-    let name = front.get(place).map_or_else(|| "nothing yet".to_owned(), |cell| title(cell.setting));
+    let name =
+        front.get(place).map_or_else(|| "nothing yet".to_owned(), |cell| title(cell.setting));
     list.widget_info(|| WidgetInfo::labeled(Role::ListBox, true, format!("on the front: {name}")));
     let mut chosen = buttons.iter().position(Response::clicked);
     if list.has_focus() {
-        let arrows = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..Default::default() };
+        let arrows =
+            EventFilter { horizontal_arrows: true, vertical_arrows: true, ..Default::default() };
         ui.memory_mut(|memory| memory.set_focus_lock_filter(id, arrows));
-        let pressed = |keys: [Key; 2]| ui.input(|input| keys.into_iter().any(|key| input.key_pressed(key)));
+        let pressed =
+            |keys: [Key; 2]| ui.input(|input| keys.into_iter().any(|key| input.key_pressed(key)));
         let (back, on) =
             (pressed([Key::ArrowLeft, Key::ArrowUp]), pressed([Key::ArrowRight, Key::ArrowDown]));
-        let next = (place + usize::from(on)).saturating_sub(usize::from(back)).min(buttons.len() - 1);
+        let next =
+            (place + usize::from(on)).saturating_sub(usize::from(back)).min(buttons.len() - 1);
         if next != place {
             ui.data_mut(|data| data.insert_temp(id, next));
             buttons[next].scroll_to_me(None);
@@ -344,7 +372,13 @@ fn front(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Set
 }
 
 /// The button of a setting, in the words of the legend.
-fn setting_button(ui: &mut Ui, study: &Study, cell: &Cell, axes: Axes, present: Setting) -> Response {
+fn setting_button(
+    ui: &mut Ui,
+    study: &Study,
+    cell: &Cell,
+    axes: Axes,
+    present: Setting,
+) -> Response {
     let words = format!("{} x {}", ink(cell.setting.method).short, cell.setting.substeps);
     let is_present = cell.setting == present;
     let button = ui.add(Button::selectable(is_present, words).small().sense(Sense::CLICK));

@@ -22,7 +22,12 @@ pub(crate) struct Document {
 impl Document {
     pub fn of(scene: &Scene) -> Self {
         let file = file_of(scene).map(|path| (path.to_owned(), Arc::clone(&scene.text)));
-        Self { past: VecDeque::new(), future: Vec::new(), file, saved: Some(Arc::clone(&scene.text)) }
+        Self {
+            past: VecDeque::new(),
+            future: Vec::new(),
+            file,
+            saved: Some(Arc::clone(&scene.text)),
+        }
     }
 
     /// Remembers the text before a change.
@@ -89,7 +94,11 @@ mod tests {
         assert_eq!(document.undo("a".into()), None);
         assert_eq!(document.redo("a".into()).as_deref(), Some("b"));
         document.changed("b".into());
-        assert_eq!(document.redo("d".into()), None, "a new change comes in place of what was undone");
+        assert_eq!(
+            document.redo("d".into()),
+            None,
+            "a new change comes in place of what was undone"
+        );
         assert!(document.can_undo() && !document.can_redo());
         assert!(document.is_unsaved("d") && !document.is_unsaved("(version: 1)"));
     }

@@ -25,7 +25,12 @@ type Next = Vec<Intent>;
 impl Editor {
     /// Makes changes in the text of the scene and restarts it, paused, with the entry at the path `select` selected. If the new
     /// text is not a valid scene, the editor shows the error, and nothing else happens.
-    pub(super) fn rewrite(&mut self, stage: &mut Stage, changes: &[TextEdit], select: Option<&str>) -> Next {
+    pub(super) fn rewrite(
+        &mut self,
+        stage: &mut Stage,
+        changes: &[TextEdit],
+        select: Option<&str>,
+    ) -> Next {
         if changes.is_empty() {
             return Vec::new();
         }
@@ -69,7 +74,8 @@ impl Editor {
         other: fn(&mut Document, Arc<str>) -> Option<Arc<str>>,
     ) -> Next {
         let present = present_text(stage);
-        let Some(text) = self.document.as_mut().and_then(|document| other(document, present)) else {
+        let Some(text) = self.document.as_mut().and_then(|document| other(document, present))
+        else {
             stage.notices.say(Topic::Editor, none.to_owned());
             return Vec::new();
         };
@@ -86,9 +92,13 @@ impl Editor {
         let right = view.viewpoint().right();
         // Along one axis, as a person would put it there.
         let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * axis.dot(right).signum());
-        let axis = axes.into_iter().max_by(|a, b| a.dot(right).total_cmp(&b.dot(right))).unwrap_or(DVec3::X);
+        let axis = axes
+            .into_iter()
+            .max_by(|a, b| a.dot(right).total_cmp(&b.dot(right)))
+            .unwrap_or(DVec3::X);
         let scene = &stage.sim().scene;
-        let (original, path) = (entry.path(), format!("{}[{}]", entry.list, scene.count(entry.list)));
+        let (original, path) =
+            (entry.path(), format!("{}[{}]", entry.list, scene.count(entry.list)));
         let by = free_move(scene, &scene.copied(&original, DVec3::ZERO), &path, &[axis], true);
         let copy = scene.copied(&original, by);
         self.rewrite(stage, &copy, Some(&path))
@@ -137,7 +147,11 @@ impl Editor {
     }
 
     /// Notes that the file has the text of the scene now.
-    pub(crate) fn saved(&mut self, stage: &mut Stage, SceneFile { path, text, of, .. }: &SceneFile) {
+    pub(crate) fn saved(
+        &mut self,
+        stage: &mut Stage,
+        SceneFile { path, text, of, .. }: &SceneFile,
+    ) {
         let document = self.document(&stage.sim().scene);
         document.file = Some((path.clone(), Arc::clone(text)));
         document.saved = Some(Arc::clone(of));
@@ -204,7 +218,8 @@ fn edited_entry(stage: &mut Stage, open: bool) -> Option<(Entry, String)> {
 fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
     let now = RunSettings::of(stage.sim_mut());
     let mut changes = Vec::new();
-    let mut set = |group: &str, key: &str, value: String| changes.push(TextEdit::set(group, key, value));
+    let mut set =
+        |group: &str, key: &str, value: String| changes.push(TextEdit::set(group, key, value));
     if now.method != written.method {
         set("", "method", Method::name(now.method).to_owned());
     }
@@ -217,7 +232,11 @@ fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
     if let Some(now) = now.effects.gravity.filter(|now| Some(*now) != written.gravity) {
         let (acceleration, on) = (triple(now.acceleration), now.on.to_string());
         match written.gravity {
-            None => set("", "gravity", format!("(acceleration_m_s2: {acceleration}, on_at_start: {on})")),
+            None => set(
+                "",
+                "gravity",
+                format!("(acceleration_m_s2: {acceleration}, on_at_start: {on})"),
+            ),
             Some(before) => {
                 if before.acceleration != now.acceleration {
                     set("gravity", "acceleration_m_s2", acceleration);
@@ -246,10 +265,16 @@ fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
 fn switched_off(stage: &mut Stage, mut now: Vec<Effect>, written: &Scene) -> Option<TextEdit> {
     now.retain(|effect| *effect != Effect::Gravity);
     let mut before = written.off_at_start.clone();
-    before.retain(|effect| effects::state(&mut stage.sim_mut().world, *effect) != EffectState::NotDeclared);
+    before.retain(|effect| {
+        effects::state(&mut stage.sim_mut().world, *effect) != EffectState::NotDeclared
+    });
     before.sort();
     before.dedup();
     let names: Vec<_> = now.iter().map(|effect| effect.name()).collect();
     let value = (!names.is_empty()).then(|| format!("[{}]", names.join(", ")));
-    (now != before).then(|| TextEdit::Set { group: String::new(), key: "off_at_start".to_owned(), value })
+    (now != before).then(|| TextEdit::Set {
+        group: String::new(),
+        key: "off_at_start".to_owned(),
+        value,
+    })
 }

@@ -137,7 +137,8 @@ impl Form {
 
     /// The sections that the text has.
     pub fn sections(&self) -> Vec<&'static str> {
-        let written = self.root.iter().filter(|field| field.kind == Kind::Group && field.value.is_some());
+        let written =
+            self.root.iter().filter(|field| field.kind == Kind::Group && field.value.is_some());
         written.map(|field| field.key).collect()
     }
 
@@ -151,7 +152,12 @@ impl Form {
         self.titles.entry(path.to_owned()).or_insert_with(|| {
             let fields = scene.fields(path);
             let of = |key: &str| {
-                fields.iter().find(|field| field.key == key)?.value.as_ref().map(ToString::to_string)
+                fields
+                    .iter()
+                    .find(|field| field.key == key)?
+                    .value
+                    .as_ref()
+                    .map(ToString::to_string)
             };
             let what = ["name", "between", "body", "position_m"].into_iter().find_map(of);
             what.map_or_else(|| path.to_owned(), |what| format!("{path} {}", what.replace('"', "")))
@@ -206,7 +212,10 @@ impl Form {
                 let (words, unit) = label(field.key);
                 ui.label(words).on_hover_text(field.key);
                 let name = format!("{path} {}", field.key);
-                if widget(ui, &name, field.key, unit, edited) && edited != value && self.canceled == 0 {
+                if widget(ui, &name, field.key, unit, edited)
+                    && edited != value
+                    && self.canceled == 0
+                {
                     changes.push(Change::set(path, field.key, edited.to_string()));
                 }
                 let removes = ui.small_button("x").on_hover_text("Remove; the default applies.");
@@ -258,7 +267,8 @@ fn widget(ui: &mut Ui, name: &str, key: &str, unit: &str, value: &mut Value) -> 
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 2.0;
                 // All of them are laid out, whichever is done.
-                let done = numbers.iter_mut().fold(false, |any, number| done(ui.add(drag(number))) | any);
+                let done =
+                    numbers.iter_mut().fold(false, |any, number| done(ui.add(drag(number))) | any);
                 ui.label(unit);
                 done
             })
@@ -269,17 +279,19 @@ fn widget(ui: &mut Ui, name: &str, key: &str, unit: &str, value: &mut Value) -> 
         Value::Written(written) => {
             let words = words(key);
             if words.is_empty() {
-                return done(ui.add(TextEdit::singleline(written).code_editor().desired_width(180.0)));
+                return done(
+                    ui.add(TextEdit::singleline(written).code_editor().desired_width(180.0)),
+                );
             }
             let before = written.clone();
-            ComboBox::from_id_salt(name).selected_text(written.replace('_', " ")).height(400.0).show_ui(
-                ui,
-                |ui| {
+            ComboBox::from_id_salt(name)
+                .selected_text(written.replace('_', " "))
+                .height(400.0)
+                .show_ui(ui, |ui| {
                     for word in words {
                         ui.selectable_value(written, word.to_owned(), word.replace('_', " "));
                     }
-                },
-            );
+                });
             before != *written
         }
     }
@@ -287,8 +299,9 @@ fn widget(ui: &mut Ui, name: &str, key: &str, unit: &str, value: &mut Value) -> 
 
 /// Lays out the kind of a shape. Another kind keeps the size, which has its own row.
 fn shape(ui: &mut Ui, name: &str, written: &mut String) -> bool {
-    let size =
-        written.split(|c: char| !matches!(c, '0'..='9' | '.' | 'e' | '-')).find_map(|word| word.parse().ok());
+    let size = written
+        .split(|c: char| !matches!(c, '0'..='9' | '.' | 'e' | '-'))
+        .find_map(|word| word.parse().ok());
     let size: f64 = size.unwrap_or(1.0);
     let shapes = [
         ("sphere", format!("sphere(radius_m: {size:?})")),
@@ -311,8 +324,12 @@ fn drag(number: &mut f64) -> DragValue<'_> {
     let speed = 0.01 * number.abs().max(0.1);
     let whole = *number;
     // egui parses the shown text even if nothing was typed: the number then keeps all of its digits.
-    let read = move |text: &str| if text == shown(whole) { Some(whole) } else { text.trim().parse().ok() };
-    DragValue::new(number).speed(speed).custom_formatter(|number, _| shown(number)).custom_parser(read)
+    let read =
+        move |text: &str| if text == shown(whole) { Some(whole) } else { text.trim().parse().ok() };
+    DragValue::new(number)
+        .speed(speed)
+        .custom_formatter(|number, _| shown(number))
+        .custom_parser(read)
 }
 
 /// A number as its field shows it: with six digits where it has many more, so that three of them fit into the dock.
@@ -357,7 +374,8 @@ mod tests {
     }
 
     #[test]
-    fn every_value_that_can_be_added_to_a_body_or_the_scene_makes_a_scene_or_an_error_that_names_it() {
+    fn every_value_that_can_be_added_to_a_body_or_the_scene_makes_a_scene_or_an_error_that_names_it()
+     {
         let text = "(version: 1, bodies: [(position_m: (1.0, 2.0, 3.0))])";
         let scene = Scene::parse("t", text).expect("a scene");
         let mut taken = 0;
@@ -367,7 +385,9 @@ mod tests {
                 let after = scene::rewrite("t", text, &[change]).expect("the key is known");
                 match Scene::parse("t", &after) {
                     Ok(_) => taken += 1,
-                    Err(error) => assert!(error.to_string().contains(field.key), "{}: {error}", field.key),
+                    Err(error) => {
+                        assert!(error.to_string().contains(field.key), "{}: {error}", field.key)
+                    }
                 }
             }
         }

@@ -31,7 +31,8 @@ impl Bounds {
     }
 
     fn around(bodies: &[BodySpec]) -> Option<Self> {
-        let both = |a: Self, b: Self| Self { least: a.least.min(b.least), most: a.most.max(b.most) };
+        let both =
+            |a: Self, b: Self| Self { least: a.least.min(b.least), most: a.most.max(b.most) };
         bodies.iter().map(Self::of).reduce(both)
     }
 
@@ -50,24 +51,39 @@ impl Bounds {
 fn others(scene: &Scene, entry: &Entry) -> Vec<(Bounds, bool)> {
     let other = |other: Entry| {
         let bodies = &scene.bodies[other.bodies.start as usize..other.bodies.end as usize];
-        let single =
-            |body: &BodySpec| (Bounds::of(body), body.inverse_mass.is_some_and(|inverse| inverse > 0.0));
+        let single = |body: &BodySpec| {
+            (Bounds::of(body), body.inverse_mass.is_some_and(|inverse| inverse > 0.0))
+        };
         match other.list {
             "emitters" => Vec::new(),
-            "soft_bodies" => Bounds::around(bodies).map(|bounds| (bounds, true)).into_iter().collect(),
+            "soft_bodies" => {
+                Bounds::around(bodies).map(|bounds| (bounds, true)).into_iter().collect()
+            }
             _ => bodies.iter().map(single).collect(),
         }
     };
-    scene.entries().into_iter().filter(|other| other.path() != entry.path()).flat_map(other).collect()
+    scene
+        .entries()
+        .into_iter()
+        .filter(|other| other.path() != entry.path())
+        .flat_map(other)
+        .collect()
 }
 
 /// The shortest move along one of `axes` after which the entry at `path`, which `changes` add to the scene, overlaps nothing.
 /// `keeps`: overlaps with immovable bodies that exist before the move stay, for example of a body that stands in a floor.
-pub(crate) fn free_move(scene: &Scene, changes: &[Change], path: &str, axes: &[DVec3], keeps: bool) -> DVec3 {
+pub(crate) fn free_move(
+    scene: &Scene,
+    changes: &[Change],
+    path: &str,
+    axes: &[DVec3],
+    keeps: bool,
+) -> DVec3 {
     let with = rewrite(&scene.name, &scene.text, changes).and_then(|text| scene.reread(&text));
     let shortest = with.ok().and_then(|with| {
         let entry = with.entry_at(path)?;
-        let own = Bounds::around(&with.bodies[entry.bodies.start as usize..entry.bodies.end as usize])?;
+        let own =
+            Bounds::around(&with.bodies[entry.bodies.start as usize..entry.bodies.end as usize])?;
         let others = others(&with, &entry);
         let moves = axes.iter().map(|axis| *axis * along(&own, &others, *axis, keeps));
         moves.min_by(|a, b| a.length().total_cmp(&b.length()))

@@ -53,7 +53,8 @@ fn arrows(stage: &Stage, view: &View) -> Option<(DVec3, f64)> {
         None => world.get::<Shape>(thing).map_or(0.0, Shape::bounding_radius),
     };
     let distance = at.distance(view.camera.position);
-    Some((at, radius.min(2.0 * LENGTH * distance) + LENGTH * distance)).filter(|(at, _)| at.is_finite())
+    Some((at, radius.min(2.0 * LENGTH * distance) + LENGTH * distance))
+        .filter(|(at, _)| at.is_finite())
 }
 
 impl Handle {
@@ -70,7 +71,8 @@ impl Handle {
             (part > 0.25 && along.length() > near_px && near.is_finite()).then_some(near)
         };
         let near = AXES.iter().filter_map(|(axis, _)| Some((distance(*axis)?, *axis)));
-        let (_, axis) = near.filter(|(near, _)| *near <= near_px).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (_, axis) =
+            near.filter(|(near, _)| *near <= near_px).min_by(|a, b| a.0.total_cmp(&b.0))?;
         let pressed = along(view, from, axis)?;
         Some(Self { axis, from, pressed, by: DVec3::ZERO })
     }
@@ -101,7 +103,8 @@ impl Handle {
             let half_extents = shape.half_extents().as_vec3().to_array();
             let turned = world.get::<Orientation>(body).map_or(DQuat::IDENTITY, |turned| turned.0);
             let orientation = turned.as_quat().to_array();
-            let instance = Instance { position, half_extents, orientation, color, ..Default::default() };
+            let instance =
+                Instance { position, half_extents, orientation, color, ..Default::default() };
             add_translucent(frame, shape, instance);
         }
     }
@@ -111,8 +114,8 @@ impl Handle {
 pub(super) fn paint_handles(stage: &Stage, view: &View, painter: &Painter) {
     let Some((from, length)) = arrows(stage, view) else { return };
     for (axis, color) in AXES {
-        let ends =
-            [from, from + axis * length].map(|place| view.seen_at(place).map(|(at, _)| point(painter, at)));
+        let ends = [from, from + axis * length]
+            .map(|place| view.seen_at(place).map(|(at, _)| point(painter, at)));
         if let [Some(tail), Some(tip)] = ends {
             for (width, color) in [(5.0, Color32::from_black_alpha(160)), (3.0, color)] {
                 painter.arrow(tail, tip - tail, Stroke::new(width, color));
@@ -128,7 +131,8 @@ fn along(view: &View, from: DVec3, axis: DVec3) -> Option<f64> {
     let cosine = axis.dot(direction);
     let sine_squared = 1.0 - cosine * cosine;
     // Seen along the axis, every pixel is far away.
-    (sine_squared > 1e-4).then(|| (cosine * direction.dot(between) - axis.dot(between)) / sine_squared)
+    (sine_squared > 1e-4)
+        .then(|| (cosine * direction.dot(between) - axis.dot(between)) / sine_squared)
 }
 
 /// The grid of a drag, m: two thousandths of the distance, rounded down to a power of ten.

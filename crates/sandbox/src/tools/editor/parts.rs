@@ -5,8 +5,13 @@ use report::numbers::rounded;
 use scene::Value;
 
 /// Colors of added objects, in turn.
-const COLORS: [&str; 5] =
-    ["(0.9, 0.35, 0.2)", "(0.3, 0.5, 0.9)", "(0.95, 0.75, 0.2)", "(0.3, 0.7, 0.4)", "(0.7, 0.4, 0.8)"];
+const COLORS: [&str; 5] = [
+    "(0.9, 0.35, 0.2)",
+    "(0.3, 0.5, 0.9)",
+    "(0.95, 0.75, 0.2)",
+    "(0.3, 0.7, 0.4)",
+    "(0.7, 0.4, 0.8)",
+];
 
 /// The phase that the fastest spring goes through in a substep, radians; semi-implicit Euler is stable below 2.
 const PHASE: f64 = 0.5;
@@ -59,7 +64,8 @@ pub(super) const PARTS: [Part; 8] = [
         )
     }),
     ("Cloth", "soft_bodies", |name, place, color| {
-        let (along, down) = (triple(8.0 * place.size * DVec3::X), triple(-6.0 * place.size * DVec3::Y));
+        let (along, down) =
+            (triple(8.0 * place.size * DVec3::X), triple(-6.0 * place.size * DVec3::Y));
         let springs = springs(place, 1.0 / 63.0, 24.0);
         let corner = triple(place.at);
         format!(
@@ -93,7 +99,12 @@ pub(super) const fn color(entries: usize) -> &'static str {
 /// The text of a spring between two bodies with those names and that reduced mass, kg.
 pub(super) fn spring(between: [&str; 2], reduced_mass: f64, substep: f64) -> String {
     let place = Place { at: DVec3::ZERO, size: 1.0, substep };
-    format!("(between: ({:?}, {:?}), {})", between[0], between[1], springs(&place, reduced_mass, 1.0))
+    format!(
+        "(between: ({:?}, {:?}), {})",
+        between[0],
+        between[1],
+        springs(&place, reduced_mass, 1.0)
+    )
 }
 
 /// Stiffness and damping for points of `mass` kilograms: as stiff as [`PHASE`] allows if the squared frequency of the fastest

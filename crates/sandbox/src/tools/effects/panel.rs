@@ -36,8 +36,11 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[ReceiptLine]) -> bo
         for row in rows {
             let mut on = row.state == EffectState::On;
             let because = row.because.as_deref().unwrap_or(row.state.words());
-            let hint =
-                if row.bytes > 0 { format!("{because}; {} bytes", row.bytes) } else { because.to_owned() };
+            let hint = if row.bytes > 0 {
+                format!("{because}; {} bytes", row.bytes)
+            } else {
+                because.to_owned()
+            };
             ui.vertical(|ui| {
                 match row.effect {
                     Some(effect) => {

@@ -49,7 +49,8 @@ impl Effects {
             if let Some((_, rate)) = self.rates.iter().find(|(law, _)| *law == row.name) {
                 row.evaluations = *rate;
             }
-            if let Some((_, ns, share)) = self.measured.iter().find(|(name, ..)| *name == row.name) {
+            if let Some((_, ns, share)) = self.measured.iter().find(|(name, ..)| *name == row.name)
+            {
                 (row.ns, row.share) = (*ns, *share);
             }
         }
@@ -68,10 +69,12 @@ impl Effects {
         }
         // An effect that is off at the start may have been switched on since.
         let scene = Scene { off_at_start: Vec::new(), ..Scene::clone(scene) };
-        let receipt = lab::receipt(&scene, MEASURED_TICKS, &RunSettings::of(stage.sim_mut()).effects.off);
+        let receipt =
+            lab::receipt(&scene, MEASURED_TICKS, &RunSettings::of(stage.sim_mut()).effects.off);
         let watch = lab::watch_time(&scene);
         let rows = receipt.rows.iter().map(|row| (row.name, row.ns, row.share));
-        self.measured = rows.chain([(ENERGY_WATCH, Some(watch), Some(watch / receipt.ns))]).collect();
+        self.measured =
+            rows.chain([(ENERGY_WATCH, Some(watch), Some(watch / receipt.ns))]).collect();
     }
 
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
@@ -100,7 +103,8 @@ pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [ReceiptLine; 7] {
         bytes: if on { bytes } else { 0 },
         ..ReceiptLine::of(name, if on { EffectState::On } else { EffectState::Off })
     };
-    let drawn_between = query::<&PreviousPosition, ()>(&stage.sim().world).iter(&stage.sim().world).count();
+    let drawn_between =
+        query::<&PreviousPosition, ()>(&stage.sim().world).iter(&stage.sim().world).count();
     let (shapes, picked) = view.targets();
     let movable = stage.methods().into_iter().map(|(_, bodies)| bodies).sum();
     let arrows = view.velocity_arrows || view.force_arrows;
@@ -133,8 +137,9 @@ fn swarm_row(stage: &Stage) -> ReceiptLine {
     let Some((first, ..)) = scene.swarms().next() else {
         return ReceiptLine::of("swarms", EffectState::NotDeclared);
     };
-    let substeps =
-        scene.swarms().map(|(_, _, swarm)| swarm.substeps.unwrap_or_else(|| stage.sim().substeps()));
+    let substeps = scene
+        .swarms()
+        .map(|(_, _, swarm)| swarm.substeps.unwrap_or_else(|| stage.sim().substeps()));
     let (dispatches, bodies) = (substeps.sum::<u32>(), scene.swarm_particles());
     let s = if dispatches == 1 { "" } else { "es" };
     ReceiptLine {

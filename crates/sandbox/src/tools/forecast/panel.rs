@@ -38,12 +38,15 @@ fn sentence(rows: &[ForecastRow]) -> String {
     let unstable = rows.iter().filter(|row| row.margin.is_unstable()).count();
     match (rows.first(), unstable) {
         (None, _) => {
-            "nothing here can become unstable: no springs, damping, drag, wells or mutual gravity".to_owned()
+            "nothing here can become unstable: no springs, damping, drag, wells or mutual gravity"
+                .to_owned()
         }
         (Some(row), 0) if row.margin.may_be_unstable() || row.margin.fate != Fate::Holds => {
             format!("{}: {}", row.verdict(), row.element)
         }
-        (Some(row), 0) if row.margin.limit.is_infinite() => "stable: nothing here has a limit".to_owned(),
+        (Some(row), 0) if row.margin.limit.is_infinite() => {
+            "stable: nothing here has a limit".to_owned()
+        }
         (Some(row), 0) => {
             format!("stable: {:.0} % of the limit at {}", 100.0 * row.margin.ratio(), row.element)
         }
@@ -70,7 +73,8 @@ fn part(ui: &mut Ui, row: &ForecastRow) {
         ui.weak(occasion.trim_start());
     }
     bar(ui, margin.ratio());
-    let substeps = if margin.substeps > 1 { format!(" x {}", margin.substeps) } else { String::new() };
+    let substeps =
+        if margin.substeps > 1 { format!(" x {}", margin.substeps) } else { String::new() };
     let bodies = if margin.bodies == 1 { "body" } else { "bodies" };
     ui.weak(format!("{}{substeps}, {} {bodies}", margin.method.claims().title, margin.bodies));
     if !row.cure.is_empty() {

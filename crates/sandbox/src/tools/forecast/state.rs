@@ -108,9 +108,15 @@ impl ForecastRow {
             (limit, None) if limit.is_infinite() => format!("{method} has no limit here"),
             (limit, None) => format!("the limit of {method} is {}", digits(limit)),
             (limit, Some(lasts)) => {
-                let grows =
-                    if limit > lasts { format!(" and grows from {}", digits(limit)) } else { String::new() };
-                format!("{method} keeps a circle for {LASTING_TURNS} turns up to {}{grows}", digits(lasts))
+                let grows = if limit > lasts {
+                    format!(" and grows from {}", digits(limit))
+                } else {
+                    String::new()
+                };
+                format!(
+                    "{method} keeps a circle for {LASTING_TURNS} turns up to {}{grows}",
+                    digits(lasts)
+                )
             }
         };
         let fate = match margin.fate {
@@ -136,9 +142,15 @@ pub(super) fn turns_in_words(turns: f64) -> String {
 pub(super) fn wrong(deviation: Deviation) -> String {
     match deviation {
         Deviation::Reverses => "turns the body back".to_owned(),
-        Deviation::Settles(multiple) => format!("settles at {} of the true velocity", number(multiple, 2)),
+        Deviation::Settles(multiple) => {
+            format!("settles at {} of the true velocity", number(multiple, 2))
+        }
         Deviation::Alternates([least, most]) => {
-            format!("alternates between {} and {} of the true velocity", number(least, 2), number(most, 2))
+            format!(
+                "alternates between {} and {} of the true velocity",
+                number(least, 2),
+                number(most, 2)
+            )
         }
     }
 }
@@ -166,7 +178,10 @@ fn cure_in_words(margin: &Margin) -> String {
         (Some(substeps), None) => format!("needs {substeps} substeps"),
         (None, Some(method)) => format!("needs {method}"),
         (None, None) => {
-            format!("found no cure: no other method, and no number up to {} substeps", Substeps::MOST)
+            format!(
+                "found no cure: no other method, and no number up to {} substeps",
+                Substeps::MOST
+            )
         }
     }
 }
@@ -219,7 +234,8 @@ impl Forecast {
     /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the rows that are unstable, or may
     /// be, or are wrong, for the summary; tells and returns those that would be seen.
     pub fn begin(&mut self, stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
-        let is_listed = |row: &ForecastRow| row.margin.fate != Fate::Holds || row.margin.may_be_unstable();
+        let is_listed =
+            |row: &ForecastRow| row.margin.fate != Fate::Holds || row.margin.may_be_unstable();
         self.at_start = rows_at_start(stage, frame).into_iter().filter(is_listed).collect();
         let told: Vec<_> = self.at_start.iter().filter(|row| row.is_reported()).cloned().collect();
         if let Some(worst) = told.first() {

@@ -1,6 +1,8 @@
 //! The panel of ghosts: color and distances of each method, and which are drawn. And the distances in the picture.
 
-use egui::{Align2, Color32, FontId, Grid, Painter, Pos2, Rect, RichText, Stroke, TextStyle, Ui, Vec2};
+use egui::{
+    Align2, Color32, FontId, Grid, Painter, Pos2, Rect, RichText, Stroke, TextStyle, Ui, Vec2,
+};
 use motion::Method;
 use report::numbers::length;
 use report::{Ink, REFERENCE_INK, ink};
@@ -114,7 +116,8 @@ fn name(row: &GhostRow, words: Words) -> String {
 /// Its three distances.
 fn distances(row: &GhostRow, words: Words) -> [String; 3] {
     let digits = if words == Words::Whole { 3 } else { 2 };
-    let written = |distance: Option<f64>| distance.map_or_else(String::new, |meters| length(meters, digits));
+    let written =
+        |distance: Option<f64>| distance.map_or_else(String::new, |meters| length(meters, digits));
     let now = match &row.state {
         GhostState::Failed(_) => "failed".to_owned(),
         GhostState::Unsolvable(_) => "cannot".to_owned(),
@@ -126,10 +129,13 @@ fn distances(row: &GhostRow, words: Words) -> [String; 3] {
 /// Width of the table with this many columns of distances, points.
 fn width(ui: &Ui, rows: &[GhostRow], words: Words, numbers: usize) -> f32 {
     let font = TextStyle::Body.resolve(ui.style());
-    let of = |text: String| ui.painter().layout_no_wrap(text, font.clone(), Color32::WHITE).size().x;
-    let widest =
-        |column: &dyn Fn(&GhostRow) -> String| rows.iter().map(|row| of(column(row))).fold(0.0, f32::max);
-    let numbers = (0..numbers).map(|number| COLUMNS + widest(&|row| distances(row, words)[number].clone()));
+    let of =
+        |text: String| ui.painter().layout_no_wrap(text, font.clone(), Color32::WHITE).size().x;
+    let widest = |column: &dyn Fn(&GhostRow) -> String| {
+        rows.iter().map(|row| of(column(row))).fold(0.0, f32::max)
+    };
+    let numbers =
+        (0..numbers).map(|number| COLUMNS + widest(&|row| distances(row, words)[number].clone()));
     BEFORE_NAME + widest(&|row| name(row, words)) + numbers.sum::<f32>()
 }
 
@@ -144,7 +150,8 @@ fn line(
         swatch(ui, color(ink_of(row, solid).srgb));
         let name = RichText::new(name(row, words));
         if row.state == GhostState::Mixed {
-            ui.label(name.strong()).on_hover_text("several methods moved them since the ghosts began");
+            ui.label(name.strong())
+                .on_hover_text("several methods moved them since the ghosts began");
             return;
         }
         let mut shown = row.shown && there;
@@ -200,7 +207,12 @@ fn arranged(words: &[(Pos2, Vec2)], mut taken: Vec<Rect>, around: &Around) -> Ve
 }
 
 /// Distances beside the lines that they belong to, not on other words and not under the panel.
-pub(super) fn show_labels(painter: &Painter, labels: &[GhostLabel], taken: Vec<Rect>, panel: Option<Rect>) {
+pub(super) fn show_labels(
+    painter: &Painter,
+    labels: &[GhostLabel],
+    taken: Vec<Rect>,
+    panel: Option<Rect>,
+) {
     let font = FontId::proportional(SIZE);
     let write = |label: &GhostLabel| {
         let words = format!("{} {}", label.ink.short, length(label.distance, 3));
@@ -208,7 +220,8 @@ pub(super) fn show_labels(painter: &Painter, labels: &[GhostLabel], taken: Vec<R
         (words, (point(painter, label.at), size + Vec2::X * (2.0 * DOT + GAP)))
     };
     let (words, sizes): (Vec<_>, Vec<_>) = labels.iter().map(write).unzip();
-    let around = Around { panel: panel.unwrap_or(Rect::NOTHING), right: painter.clip_rect().right() };
+    let around =
+        Around { panel: panel.unwrap_or(Rect::NOTHING), right: painter.clip_rect().right() };
     let places = arranged(&sizes, taken, &around);
     for (((label, words), (at, _)), place) in labels.iter().zip(words).zip(sizes).zip(places) {
         let ink = color(label.ink.srgb);
@@ -227,7 +240,8 @@ mod tests {
     #[test]
     fn words_stand_beside_their_places_and_not_on_anything_else() {
         let size = Vec2::new(90.0, 16.0);
-        let around = Around { panel: Rect::from_min_max(Pos2::ZERO, Pos2::new(200.0, 300.0)), right: 640.0 };
+        let around =
+            Around { panel: Rect::from_min_max(Pos2::ZERO, Pos2::new(200.0, 300.0)), right: 640.0 };
         let label = Rect::from_min_size(Pos2::new(320.0, 165.0), Vec2::new(60.0, 20.0));
         let crowd: Vec<_> = (0..10_u8)
             .map(|i| (Pos2::new(300.0 + f32::from(i), 200.0 + 3.0 * f32::from(i % 4)), size))
@@ -235,10 +249,16 @@ mod tests {
         let places = arranged(&crowd, vec![label], &around);
         for (i, a) in places.iter().enumerate() {
             assert!(a.left() >= 300.0 + ASIDE && a.right() <= 640.0);
-            assert!(!a.intersects(label) && places[..i].iter().all(|b| !a.intersects(*b)), "{places:?}");
+            assert!(
+                !a.intersects(label) && places[..i].iter().all(|b| !a.intersects(*b)),
+                "{places:?}"
+            );
         }
         let alone = |at| arranged(&[(at, size)], Vec::new(), &around)[0];
-        assert_eq!(alone(Pos2::new(600.0, 100.0)).right_bottom(), Pos2::new(600.0 - ASIDE, 100.0 - ASIDE));
+        assert_eq!(
+            alone(Pos2::new(600.0, 100.0)).right_bottom(),
+            Pos2::new(600.0 - ASIDE, 100.0 - ASIDE)
+        );
         let beside = alone(Pos2::new(50.0, 100.0));
         assert!(!beside.intersects(around.panel) && (beside.bottom() + ASIDE - 100.0).abs() < 1e-3);
     }

@@ -56,7 +56,11 @@ impl Looked<'_> {
         let Some(position) = self.place(body) else { return };
         let Some(shape) = body.get::<Shape>() else {
             let radius_m = body.get::<PointRadius>().copied().unwrap_or_default().0;
-            frame.translucent.particles.push(Particle { position: position.to_array(), radius_m, color });
+            frame.translucent.particles.push(Particle {
+                position: position.to_array(),
+                radius_m,
+                color,
+            });
             return;
         };
         let turned = body.get::<Orientation>().map_or(Quat::IDENTITY, |turned| turned.0.as_quat());
@@ -91,7 +95,11 @@ fn add_run(frame: &mut Frame, bodies: u32, edges: &[[u32; 2]], view: &Looked<'_>
 
 /// The bodies with the longest lines of each run: number of the run, body. Of a soft body only the farthest point
 /// has one, for hundreds of them would be a surface.
-fn longest_lines(scene: &Scene, tracks: &[Track<'_>], focus: &std::ops::Range<u32>) -> Vec<(usize, u32)> {
+fn longest_lines(
+    scene: &Scene,
+    tracks: &[Track<'_>],
+    focus: &std::ops::Range<u32>,
+) -> Vec<(usize, u32)> {
     let single = single_bodies(scene);
     let mut lines = Vec::new();
     for (run, track) in tracks.iter().enumerate() {
@@ -104,13 +112,16 @@ fn longest_lines(scene: &Scene, tracks: &[Track<'_>], focus: &std::ops::Range<u3
         lines.extend(apart.map(|(id, distance)| (run, id, distance)));
     }
     let of_focus = |id: u32| *focus != (0..u32::MAX) && focus.contains(&id);
-    lines.sort_by(|(_, a, near), (_, b, far)| of_focus(*b).cmp(&of_focus(*a)).then(far.total_cmp(near)));
+    lines.sort_by(|(_, a, near), (_, b, far)| {
+        of_focus(*b).cmp(&of_focus(*a)).then(far.total_cmp(near))
+    });
     lines.into_iter().take(MOST_LINES).map(|(run, id, _)| (run, id)).collect()
 }
 
 /// Adds the ghosts to the picture.
 pub(super) fn add_ghosts(twins: &Twins, stage: &Stage, view: &View, frame: &mut Frame) {
-    let look = |simulation| Looked { simulation, alpha: stage.here.alpha, eye: view.camera.position };
+    let look =
+        |simulation| Looked { simulation, alpha: stage.here.alpha, eye: view.camera.position };
     let (tracks, bodies) = (twins.tracks(stage), single_bodies(&stage.sim().scene));
     let shown = |track: &Track<'_>| twins.shows(Some(track.method));
     for track in tracks.iter().filter(|track| !track.solid && shown(track)) {
@@ -122,7 +133,8 @@ pub(super) fn add_ghosts(twins: &Twins, stage: &Stage, view: &View, frame: &mut 
     }
     for (run, id) in longest_lines(&stage.sim().scene, &tracks, &focus(stage)) {
         let track = &tracks[run];
-        if let (Some(from), Some(to)) = (look(track.simulation).place_of(id), reference.place_of(id))
+        if let (Some(from), Some(to)) =
+            (look(track.simulation).place_of(id), reference.place_of(id))
             && shown(track)
         {
             frame.lines.push(Line::new(from, to, color(track.ink(), LINE_OPACITY), LINE_WIDTH_PX));

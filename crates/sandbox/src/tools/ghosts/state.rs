@@ -117,7 +117,8 @@ impl<'a> Track<'a> {
 impl Twins {
     pub fn new(leader: &mut Simulation, hidden: BTreeSet<Option<Method>>) -> Self {
         let declared = leader.scene.mutual_gravity.is_some();
-        let solving = Method::ALL.into_iter().filter(|method| unsolvable(*method, declared).is_none());
+        let solving =
+            Method::ALL.into_iter().filter(|method| unsolvable(*method, declared).is_none());
         let twins = solving.map(|method| Twin::new(leader, method, None)).collect();
         Self {
             reference: Twin::reference(leader),
@@ -139,8 +140,9 @@ impl Twins {
         let Some(reference) = self.reference() else { return };
         let twins = self.running().map(|twin| (Some(twin.method()), twin.simulation()));
         let runs = twins.chain([(None, stage.sim())]);
-        let distances: Vec<_> =
-            runs.map(|(run, simulation)| (run, Distances::between(simulation, reference))).collect();
+        let distances: Vec<_> = runs
+            .map(|(run, simulation)| (run, Distances::between(simulation, reference)))
+            .collect();
         for (run, distances) in distances {
             self.so_far.entry(run).or_default().add(&distances);
         }
@@ -206,13 +208,16 @@ impl Ghosts {
         let declared = stage.sim().scene.mutual_gravity.is_some();
         let counts = |id| focus.contains(&id);
         let row = |method, state, run: Option<&Simulation>| {
-            let distances = run.zip(twins.reference()).map(|(run, other)| Distances::between(run, other));
+            let distances =
+                run.zip(twins.reference()).map(|(run, other)| Distances::between(run, other));
             let so_far = twins.so_far(method).filter(|_| run.is_some());
             GhostRow {
                 method,
                 state,
                 shown: twins.shows(method.or(Some(solid))),
-                distance: distances.and_then(|distances| distances.farthest(counts)).map(|(_, d)| d),
+                distance: distances
+                    .and_then(|distances| distances.farthest(counts))
+                    .map(|(_, d)| d),
                 largest: so_far.and_then(|so_far| so_far.largest(counts)),
                 rms: so_far.and_then(DistancesSoFar::rms),
             }
@@ -230,9 +235,12 @@ impl Ghosts {
         };
         let is_mixed = twins.so_far(None) != twins.so_far(Some(solid));
         let mixed = is_mixed.then(|| row(None, GhostState::Mixed, Some(stage.sim())));
-        let failed = twins.reference.failure().map(|failure| GhostState::Failed(words_of(stage, failure)));
-        let reference =
-            GhostRow { shown: twins.shows(None), ..row(None, failed.unwrap_or(GhostState::Runs), None) };
+        let failed =
+            twins.reference.failure().map(|failure| GhostState::Failed(words_of(stage, failure)));
+        let reference = GhostRow {
+            shown: twins.shows(None),
+            ..row(None, failed.unwrap_or(GhostState::Runs), None)
+        };
         Method::ALL.into_iter().map(of_method).chain(mixed).chain([reference]).collect()
     }
 
@@ -292,7 +300,8 @@ impl Ghosts {
             let place = |simulation: &Simulation| place(simulation.moving(id)?, stage.here.alpha);
             let middle = (place(track.simulation)? + place(reference)?) / 2.0;
             let depth = (middle - eye.position).dot(eye.forward());
-            let (at, inside) = view.seen_at(middle).filter(|_| (eye.near_m..=eye.far_m).contains(&depth))?;
+            let (at, inside) =
+                view.seen_at(middle).filter(|_| (eye.near_m..=eye.far_m).contains(&depth))?;
             inside.then(|| GhostLabel { at, ink: track.ink(), distance })
         };
         let tracks = twins.tracks(stage);

@@ -42,8 +42,11 @@ pub(super) fn show(ui: &mut Ui, graphs: &mut Graphs, desk: &mut Desk<'_>) {
                 ui.selectable_value(&mut graphs.quantity, quantity, quantity.name());
             }
         });
-        let sampled =
-            graphs.bodies.iter().flat_map(|body| &body.tracks).any(|track| !track.samples.is_empty());
+        let sampled = graphs
+            .bodies
+            .iter()
+            .flat_map(|body| &body.tracks)
+            .any(|track| !track.samples.is_empty());
         let save = ui.add_enabled(sampled, Button::new("Save CSV"));
         if save.on_hover_text("every quantity of the graph's seconds as a table").clicked() {
             desk.intents.push(Intent::SaveTable(graphs.csv()));
@@ -109,7 +112,8 @@ fn bodies(ui: &mut Ui, graphs: &mut Graphs) {
                 body.kept = !remove.clicked();
             } else {
                 let keep = ui.add_enabled(has_room, Button::new("Keep").small());
-                let keep = keep.on_hover_text("keeps the body in the graph when something else is selected");
+                let keep = keep
+                    .on_hover_text("keeps the body in the graph when something else is selected");
                 let full = format!("{MOST_KEPT} bodies are kept; remove one first");
                 body.kept = keep.on_disabled_hover_text(full).clicked();
             }
@@ -155,7 +159,8 @@ fn single(graphs: &Graphs, body: &Graphed) -> Vec<Curve> {
 /// The curves of one part of every body, in its color, over those of its ghosts, in the colors of their methods. Ghosts are left
 /// out where they fly off: beside them the other curves would be flat.
 fn several(visuals: &Visuals, graphs: &Graphs) -> Vec<Curve> {
-    let tracks = graphs.bodies.iter().flat_map(|body| body.tracks.iter().map(move |track| (body, track)));
+    let tracks =
+        graphs.bodies.iter().flat_map(|body| body.tracks.iter().map(move |track| (body, track)));
     let mut shown: Vec<_> = tracks
         .filter(|(_, track)| track.shown)
         .map(|(body, track)| (body, track.run, points(track, graphs.quantity, graphs.part)))
@@ -174,8 +179,10 @@ fn several(visuals: &Visuals, graphs: &Graphs) -> Vec<Curve> {
             None if graphs.has_ghosts() => (body.name.clone(), color(visuals, body), THICK),
             None => (body.name.clone(), color(visuals, body), THIN),
         };
-        let pieces = points.chunk_by(|a, b| is_near(a) == is_near(b)).filter(|piece| is_near(&piece[0]));
-        let curve = |piece: &[[f64; 2]]| Curve { name: name.clone(), color, width, points: piece.to_vec() };
+        let pieces =
+            points.chunk_by(|a, b| is_near(a) == is_near(b)).filter(|piece| is_near(&piece[0]));
+        let curve =
+            |piece: &[[f64; 2]]| Curve { name: name.clone(), color, width, points: piece.to_vec() };
         pieces.map(curve).collect::<Vec<_>>()
     };
     shown.into_iter().flat_map(curves).collect()
@@ -258,7 +265,11 @@ mod tests {
         assert_eq!(names, ["plank3", "plank6"]);
         assert_ne!(curves[18].color, curves[19].color);
         for (body, curve) in ["plank3", "plank6"].into_iter().zip(&curves[18..]) {
-            let place = stage.sim().named(body).and_then(|body| stage.drawn_position(body)).expect("a place");
+            let place = stage
+                .sim()
+                .named(body)
+                .and_then(|body| stage.drawn_position(body))
+                .expect("a place");
             assert_eq!((curve.points.len(), curve.points[30][1]), (31, place.y));
         }
         let yoshida = curves.iter().find(|curve| curve.name == "plank6, Y4").expect("a curve");
@@ -269,8 +280,9 @@ mod tests {
         assert!(matches!(ghost.run, Run::Ghost(Some(Method::ExplicitEuler))));
         ghost.samples.range_mut(20..).for_each(|sample| sample.motion.position.y = 1e9);
         let curves = several(&visuals, &graphs);
-        let longest =
-            |name| curves.iter().filter(|curve| curve.name == name).map(|curve| curve.points.len()).max();
+        let longest = |name| {
+            curves.iter().filter(|curve| curve.name == name).map(|curve| curve.points.len()).max()
+        };
         assert_eq!((longest("plank6, EE"), longest("plank6, Y4")), (Some(20), Some(31)));
 
         // A falling plank: the magnitude of its velocity is the size of its y.
@@ -286,7 +298,8 @@ mod tests {
 
     #[test]
     fn several_curves_begin_with_an_axis_along_which_something_moves() {
-        let mut stage = Stage::new(scene::load("oscillator").expect("it is shipped"), Whole::default());
+        let mut stage =
+            Stage::new(scene::load("oscillator").expect("it is shipped"), Whole::default());
         let (mut graphs, mut ghosts) = (Graphs::default(), Ghosts::default());
         assert!(ghosts.toggle(&mut stage, false));
         stage.here.selection = stage.sim().named("ball");
@@ -304,7 +317,10 @@ mod tests {
     fn one_body_has_a_curve_for_each_part_that_is_chosen() {
         let (mut graphs, _) = graphs();
         let names = |graphs: &Graphs| {
-            single(graphs, &graphs.bodies[1]).into_iter().map(|curve| curve.name).collect::<Vec<_>>()
+            single(graphs, &graphs.bodies[1])
+                .into_iter()
+                .map(|curve| curve.name)
+                .collect::<Vec<_>>()
         };
         assert_eq!(names(&graphs), ["x", "y", "z"]);
         graphs.parts.0 = [true, false, false, true];

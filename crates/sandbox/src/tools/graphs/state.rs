@@ -138,7 +138,13 @@ pub(super) struct Graphed {
 }
 
 impl Graphed {
-    fn sample(&mut self, simulation: &Simulation, pushes: &[Push], time: f64, (run, shown): (Run, bool)) {
+    fn sample(
+        &mut self,
+        simulation: &Simulation,
+        pushes: &[Push],
+        time: f64,
+        (run, shown): (Run, bool),
+    ) {
         let at = self.tracks.iter().position(|track| track.run == run).unwrap_or_else(|| {
             self.tracks.push(Track { run, shown, samples: VecDeque::new() });
             self.tracks.len() - 1
@@ -194,7 +200,9 @@ impl Graphs {
         }
         if self.ghosts != ghosts.generation() {
             self.ghosts = ghosts.generation();
-            self.bodies.iter_mut().for_each(|body| body.tracks.retain(|track| track.run == Run::Solid));
+            self.bodies
+                .iter_mut()
+                .for_each(|body| body.tracks.retain(|track| track.run == Run::Solid));
         }
         self.bodies.retain(|body| body.thing.entity(stage.sim()).is_some());
         self.add(stage, selection);
@@ -203,11 +211,14 @@ impl Graphs {
         for body in &mut self.bodies {
             body.sample(stage.sim(), &pushes, time, (Run::Solid, true));
         }
-        let pushes: Vec<(u32, DVec3)> =
-            pushes.iter().filter_map(|push| Some((stage.sim().id(push.body)?, push.newtons))).collect();
+        let pushes: Vec<(u32, DVec3)> = pushes
+            .iter()
+            .filter_map(|push| Some((stage.sim().id(push.body)?, push.newtons)))
+            .collect();
         for GhostRun { method, shown, simulation } in ghosts.runs(stage.sim().method()) {
-            let push =
-                |(id, newtons): &(u32, DVec3)| Some(Push { body: simulation.body(*id)?, newtons: *newtons });
+            let push = |(id, newtons): &(u32, DVec3)| {
+                Some(Push { body: simulation.body(*id)?, newtons: *newtons })
+            };
             let pushes: Vec<_> = pushes.iter().filter_map(push).collect();
             for body in &mut self.bodies {
                 body.sample(simulation, &pushes, time, (Run::Ghost(method), shown));
@@ -224,10 +235,13 @@ impl Graphs {
         let span = |part: Part| {
             let solid = self.bodies.iter().filter_map(|body| body.tracks.first());
             let spans = solid.map(|track| {
-                let values =
-                    track.samples.iter().filter_map(|sample| self.quantity.value(&sample.motion, part));
+                let values = track
+                    .samples
+                    .iter()
+                    .filter_map(|sample| self.quantity.value(&sample.motion, part));
                 let ends = (f64::INFINITY, f64::NEG_INFINITY);
-                let (low, high) = values.fold(ends, |(low, high), value| (low.min(value), high.max(value)));
+                let (low, high) =
+                    values.fold(ends, |(low, high), value| (low.min(value), high.max(value)));
                 high - low
             });
             spans.fold(0.0, f64::max)
@@ -249,7 +263,13 @@ impl Graphs {
         }
         let used: Vec<_> = self.bodies.iter().map(|body| body.ink).collect();
         let ink = (0..).find(|ink| !used.contains(ink)).unwrap_or_default();
-        self.bodies.push(Graphed { thing, name: stage.name(entity), ink, kept: false, tracks: Vec::new() });
+        self.bodies.push(Graphed {
+            thing,
+            name: stage.name(entity),
+            ink,
+            kept: false,
+            tracks: Vec::new(),
+        });
     }
 
     fn tracks(&mut self) -> impl Iterator<Item = &mut Track> {

@@ -15,7 +15,8 @@ impl Graphs {
     pub(super) fn csv(&self) -> String {
         let mut header = vec!["time_s".to_owned()];
         header.extend(self.has_several().then(|| "body".to_owned()));
-        header.extend(["run", "method"].into_iter().filter(|_| self.has_ghosts()).map(str::to_owned));
+        header
+            .extend(["run", "method"].into_iter().filter(|_| self.has_ghosts()).map(str::to_owned));
         for (quantity, unit) in QUANTITIES {
             header.extend(["x", "y", "z"].map(|axis| format!("{quantity}_{axis}_{unit}")));
         }

@@ -40,7 +40,9 @@ pub(super) fn missing(
     value: impl Fn(&str) -> Option<f64> + Copy,
 ) -> String {
     let Some(parts) = formula.comparisons() else { return String::new() };
-    let words = |part: &Comparison| truth(part, measures).unwrap_or_else(|| short_of(part, measures, value));
+    let words = |part: &Comparison| {
+        truth(part, measures).unwrap_or_else(|| short_of(part, measures, value))
+    };
     parts.iter().filter(|part| !part.holds(value)).map(words).collect::<Vec<_>>().join("; ")
 }
 
@@ -58,8 +60,12 @@ fn truth(part: &Comparison, measures: Measures<'_>) -> Option<String> {
             format!("{title} is {}", if wanted { "not open" } else { "open" })
         }
         Measure::Paused => (if wanted { "it is not paused" } else { "it is paused" }).to_owned(),
-        Measure::Follows => format!("the camera follows {}", if wanted { "no body" } else { "a body" }),
-        Measure::Fault => (if wanted { "nothing went wrong yet" } else { "something went wrong" }).to_owned(),
+        Measure::Follows => {
+            format!("the camera follows {}", if wanted { "no body" } else { "a body" })
+        }
+        Measure::Fault => {
+            (if wanted { "nothing went wrong yet" } else { "something went wrong" }).to_owned()
+        }
         Measure::Time
         | Measure::Position(..)
         | Measure::Velocity(..)
@@ -82,7 +88,11 @@ fn truth(part: &Comparison, measures: Measures<'_>) -> Option<String> {
     })
 }
 
-fn short_of(part: &Comparison, measures: Measures<'_>, value: impl Fn(&str) -> Option<f64> + Copy) -> String {
+fn short_of(
+    part: &Comparison,
+    measures: Measures<'_>,
+    value: impl Fn(&str) -> Option<f64> + Copy,
+) -> String {
     let bound = match part.sign {
         "<" | "<=" => "below ",
         ">" | ">=" => "above ",
@@ -127,7 +137,8 @@ fn described(text: &str, names: &[String], measures: Measures<'_>) -> (String, &
     let is_plain = !text.contains(['/', '^']) && (names.len() == 1 || !text.contains('*'));
     let unit = if is_plain && units.all(|other| other == unit) { unit } else { "" };
     // The distance of two numbers, whichever is larger.
-    if let (Some(inside), [Some((one, _)), Some((other, _))]) = (text.trim().strip_prefix("abs("), &known[..])
+    if let (Some(inside), [Some((one, _)), Some((other, _))]) =
+        (text.trim().strip_prefix("abs("), &known[..])
         && inside.matches(['(', '+', '*']).count() == 0
     {
         return (format!("difference of {one} and {other}"), unit);
@@ -140,7 +151,8 @@ fn described(text: &str, names: &[String], measures: Measures<'_>) -> (String, &
     let mut written = String::new();
     let mut rest = text.trim();
     while let Some(c) = rest.chars().next() {
-        let word: String = rest.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
+        let word: String =
+            rest.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
         let place = names.iter().position(|name| *name == word);
         match place.and_then(|place| known[place].as_ref()) {
             Some((words, _)) => written += words,
@@ -176,7 +188,9 @@ fn words(measure: &Measure, measures: Measures<'_>) -> (String, &'static str) {
         }
         Measure::Speed(body) => (format!("speed of {}", called(body)), "m/s"),
         Measure::Mass(body) => (format!("mass of {}", called(body)), "kg"),
-        Measure::Distance(one, other) => (format!("distance of {} and {}", called(one), called(other)), "m"),
+        Measure::Distance(one, other) => {
+            (format!("distance of {} and {}", called(one), called(other)), "m")
+        }
         Measure::Energy => ("energy".to_owned(), "J"),
         Measure::KineticEnergy => ("kinetic energy".to_owned(), "J"),
         Measure::Momentum(along) => (format!("momentum along {}", axis(along)), "kg m/s"),
@@ -237,7 +251,10 @@ mod tests {
             said("e_most - e_least == 0 && 2 * m > 9"),
             "largest energy - smallest energy 1 J, to be 0 J; 2 * mass of ball 4 kg, to be above 9 kg"
         );
-        assert_eq!(said("v / m >= 1"), "mass of ball and speed of ball do not meet the condition yet");
+        assert_eq!(
+            said("v / m >= 1"),
+            "mass of ball and speed of ball do not meet the condition yet"
+        );
         assert_eq!(
             said("abs(v) > 1"),
             "speed of ball, without its sign, less than 1e-9 m/s, to be above 1 m/s"

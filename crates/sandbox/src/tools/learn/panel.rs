@@ -3,8 +3,8 @@
 use std::sync::{Arc, LazyLock};
 
 use egui::{
-    Align, Align2, Button, Context, Key, Layout, Pos2, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo,
-    Window,
+    Align, Align2, Button, Context, Key, Layout, Pos2, RichText, Role, ScrollArea, TextEdit, Ui,
+    WidgetInfo, Window,
 };
 use lab::lesson::run_lesson;
 use scene::lesson::{Goal, Lesson, LessonStep, shipped};
@@ -52,12 +52,15 @@ fn show_all(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
 }
 
 fn list(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
-    ui.label("Lessons: each says what to do, continues when it is done, and measures what it claims.");
+    ui.label(
+        "Lessons: each says what to do, continues when it is done, and measures what it claims.",
+    );
     ui.horizontal_wrapped(|ui| {
         for (number, lesson) in LESSONS.iter().enumerate() {
             let done = if learn.done.contains(&lesson.name) { "✔ " } else { "" };
             let words = format!("{done}{} {}", number + 1, lesson.title);
-            let about = format!("{} {} min. Belongs to: {}", lesson.about, lesson.minutes, lesson.page);
+            let about =
+                format!("{} {} min. Belongs to: {}", lesson.about, lesson.minutes, lesson.page);
             if ui.button(words).on_hover_text(about).clicked() {
                 open(learn, lesson, desk.intents);
             }
@@ -93,10 +96,14 @@ fn running(
     let home = learn.is_at_home(desk.stage);
     ui.horizontal(|ui| {
         let of = lesson.steps.len();
-        let place = if step.is_some() { format!("{} of {of}", number + 1) } else { "done".to_owned() };
+        let place =
+            if step.is_some() { format!("{} of {of}", number + 1) } else { "done".to_owned() };
         ui.label(RichText::new(format!("{}: {place}", lesson.title)).strong());
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if ui.button("Leave").on_hover_text("close this lesson; the list of lessons comes back").clicked()
+            if ui
+                .button("Leave")
+                .on_hover_text("close this lesson; the list of lessons comes back")
+                .clicked()
             {
                 learn.leave();
             }
@@ -104,7 +111,10 @@ fn running(
             if skip.on_hover_text("continue without doing it").clicked() {
                 learn.skip();
             }
-            if ui.add_enabled(number > 0, Button::new("Previous")).on_hover_text("the step before").clicked()
+            if ui
+                .add_enabled(number > 0, Button::new("Previous"))
+                .on_hover_text("the step before")
+                .clicked()
             {
                 learn.go_back();
             }
@@ -113,7 +123,9 @@ fn running(
     let rejection = learn.rejection().map(str::to_owned);
     if let Some(verdict) = learn.verdict() {
         match learn.claim_held() {
-            true => ui.label(RichText::new(format!("✔ {verdict}")).color(ui.visuals().hyperlink_color)),
+            true => {
+                ui.label(RichText::new(format!("✔ {verdict}")).color(ui.visuals().hyperlink_color))
+            }
             false => ui.colored_label(ui.visuals().warn_fg_color, verdict),
         };
     }
@@ -139,8 +151,11 @@ fn running(
         Goal::Done { .. } => {}
         Goal::Number { unit, .. } => {
             ui.horizontal(|ui| {
-                let field =
-                    ui.add(TextEdit::singleline(&mut learn.typed).desired_width(90.0).hint_text("a number"));
+                let field = ui.add(
+                    TextEdit::singleline(&mut learn.typed)
+                        .desired_width(90.0)
+                        .hint_text("a number"),
+                );
                 ui.label(unit);
                 field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "answer"));
                 let enter = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
@@ -177,7 +192,8 @@ fn at_end(ui: &mut Ui, learn: &mut Learn, lesson: &Lesson, intents: &mut Vec<Int
     let here = LESSONS.iter().position(|other| other.name == lesson.name);
     ui.horizontal(|ui| {
         let next = here.and_then(|here| LESSONS.get(here + 1));
-        if let Some(next) = next.filter(|next| ui.button(format!("Next: {}", next.title)).clicked()) {
+        if let Some(next) = next.filter(|next| ui.button(format!("Next: {}", next.title)).clicked())
+        {
             open(learn, next, intents);
         }
         if ui.button("All lessons").clicked() {
@@ -187,7 +203,12 @@ fn at_end(ui: &mut Ui, learn: &mut Learn, lesson: &Lesson, intents: &mut Vec<Int
 }
 
 /// Lays out the card of the first start, with the middle of its lower edge at `place`.
-pub(crate) fn welcome(context: &Context, place: Pos2, learn: &mut Learn, intents: &mut Vec<Intent>) {
+pub(crate) fn welcome(
+    context: &Context,
+    place: Pos2,
+    learn: &mut Learn,
+    intents: &mut Vec<Intent>,
+) {
     let mut stays = true;
     let card = Window::new("Welcome").collapsible(false).resizable(false).open(&mut stays);
     card.pivot(Align2::CENTER_BOTTOM).fixed_pos(place).show(context, |ui| {

@@ -211,7 +211,9 @@ impl Learn {
         let Some(running) = &mut self.running else { return };
         running.since.get_or_insert(now);
         running.stopped = match (stage.paused, stage.fault()) {
-            (true, Some(_)) => Some("the run stopped where something went wrong: Reset and Play begin again"),
+            (true, Some(_)) => {
+                Some("the run stopped where something went wrong: Reset and Play begin again")
+            }
             (true, None) => Some("the run is paused: Play continues it"),
             _ => None,
         };
@@ -255,7 +257,9 @@ impl Learn {
     /// What is missing for the current step at `now`, s of frame time, and its hint; `None` until there is a reason to say so.
     pub fn missing(&self, now: f64) -> Option<(String, Option<&str>)> {
         let running = self.running.as_ref()?;
-        let LessonStep { goal: Goal::Done { when, .. }, hint, .. } = running.step()? else { return None };
+        let LessonStep { goal: Goal::Done { when, .. }, hint, .. } = running.step()? else {
+            return None;
+        };
         let waited = now - running.since?;
         let said = running.acted || waited >= MISSING_S;
         let hint = Some(hint.as_str()).filter(|hint| waited >= HINT_S && !hint.is_empty());
@@ -266,8 +270,9 @@ impl Learn {
     /// When the current step says more by itself, s of frame time; infinite if it does not.
     pub fn says_more_at(&self, now: f64) -> f64 {
         let since = self.running.as_ref().filter(|_| self.shown).and_then(|running| running.since);
-        let times =
-            since.into_iter().flat_map(|since| [LINGER_S, MISSING_S, HINT_S].map(|wait| since + wait));
+        let times = since
+            .into_iter()
+            .flat_map(|since| [LINGER_S, MISSING_S, HINT_S].map(|wait| since + wait));
         times.filter(|time| *time > now).fold(f64::INFINITY, f64::min)
     }
 
@@ -300,7 +305,8 @@ impl Learn {
         // A claim that is not true is not said; the sentence says instead that it did not come true. A skipped step measured
         // nothing.
         let unlike = || {
-            let missing = step.holds.as_ref().map(|holds| running.missing(holds)).unwrap_or_default();
+            let missing =
+                step.holds.as_ref().map(|holds| running.missing(holds)).unwrap_or_default();
             let why = if missing.is_empty() { missing } else { format!(" ({missing})") };
             format!("It did not come out as usual this time{why}. Previous lets you try again.")
         };
@@ -419,7 +425,9 @@ fn seen(measure: &Measure, stage: &Stage, screen: &Screen<'_>) -> f64 {
             truth(stage.here.selection.is_some_and(|thing| stage.sim().named(body) == Some(thing)))
         }
         Measure::GhostError(method) => ghosts.largest(*method).unwrap_or(f64::NAN),
-        Measure::PushWork => ledger.kept().map_or(f64::NAN, |ledger| ledger.since_opening().energy.pushes),
+        Measure::PushWork => {
+            ledger.kept().map_or(f64::NAN, |ledger| ledger.since_opening().energy.pushes)
+        }
         Measure::ClickForce => view.click_force,
         Measure::Shows(name) => truth(panel_of(name).is_some_and(|panel| opened.contains(&panel))),
         Measure::Paused => truth(stage.paused),

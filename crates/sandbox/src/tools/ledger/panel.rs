@@ -29,7 +29,12 @@ const CURVE: f32 = 1.5;
 /// Size of the words, points: small, because every cause has five lines.
 const TEXT_SIZE: f32 = 11.0;
 
-pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, (past, points): (&[Period], &[Point])) {
+pub(super) fn show(
+    ui: &mut Ui,
+    stage: &Stage,
+    ledger: &Ledger,
+    (past, points): (&[Period], &[Point]),
+) {
     for style in [TextStyle::Body, TextStyle::Monospace] {
         if let Some(font) = ui.style_mut().text_styles.get_mut(&style) {
             font.size = TEXT_SIZE;
@@ -40,7 +45,9 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, (past, points): 
     ui.label(RichText::new(sentence(stage, ledger)).color(color).strong());
     let particles = stage.sim().scene.swarm_particles();
     if particles > 0 {
-        ui.label(format!("The {particles} particles on the graphics device are not in the ledger."));
+        ui.label(format!(
+            "The {particles} particles on the graphics device are not in the ledger."
+        ));
     }
     if !past.is_empty() {
         before(ui, past, stage.sim().world.resource::<TimeStep>().0);
@@ -60,17 +67,19 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, (past, points): 
 
 /// Lays out what earlier methods did since the scene began.
 fn before(ui: &mut Ui, past: &[Period], step: f64) {
-    Grid::new("ledger before").num_columns(3).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
-        ui,
-        |ui| {
+    Grid::new("ledger before")
+        .num_columns(3)
+        .striped(true)
+        .min_row_height(0.0)
+        .spacing([10.0, 0.0])
+        .show(ui, |ui| {
             heading(ui, ["before", "residual, J", "share"]);
             for Period { method, from, to, residual, share } in past {
                 let [from, to] = [from, to].map(|time| scene_time(*time, step));
                 let times = format!("{method}, {} to {to}", from.trim_end_matches(" s"));
                 row(ui, &times, [signed(*residual), percent(*share)]);
             }
-        },
-    );
+        });
 }
 
 /// A share in percent; below rounding it is 0.
@@ -96,7 +105,10 @@ fn sentence(stage: &Stage, ledger: &Ledger) -> String {
     let rate = signed(ledger.last_second().energy.residual);
     let plan = stepper.plan();
     let methods = [stepper.method()].into_iter().chain(plan.own.iter().copied());
-    if methods.chain(plan.groups.iter().copied().flatten()).any(|method| method == Method::PositionVerlet) {
+    if methods
+        .chain(plan.groups.iter().copied().flatten())
+        .any(|method| method == Method::PositionVerlet)
+    {
         // With such velocities, even an exact method would show a residual: it is neither gain nor loss.
         let residual = signed(residual);
         return format!(
@@ -115,25 +127,35 @@ fn sentence(stage: &Stage, ledger: &Ledger) -> String {
 }
 
 fn energy(ui: &mut Ui, ledger: &Ledger, last_second: &LedgerTotals) {
-    Grid::new("ledger energy").num_columns(4).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
-        ui,
-        |ui| {
+    Grid::new("ledger energy")
+        .num_columns(4)
+        .striped(true)
+        .min_row_height(0.0)
+        .spacing([10.0, 0.0])
+        .show(ui, |ui| {
             heading(ui, ["energy", "now, J", "since open, J", "last second, W"]);
             let (now, then) = (ledger.energies(), ledger.energies_at_opening());
             held(ui, "kinetic", now.kinetic, then.kinetic);
             for (law, now) in &now.potential {
-                let before =
-                    then.potential.iter().find(|(name, _)| name == law).map_or(0.0, |(_, energy)| *energy);
+                let before = then
+                    .potential
+                    .iter()
+                    .find(|(name, _)| name == law)
+                    .map_or(0.0, |(_, energy)| *energy);
                 held(ui, &law.replace('_', " "), *now, before);
             }
             let (sums, rates) = (&ledger.since_opening().energy, &last_second.energy);
             for (name, sum, rate) in lines(sums, rates) {
                 row(ui, &name, ["".to_owned(), signed(sum), signed(rate)]);
             }
-            let cells = ["residual".to_owned(), String::new(), signed(sums.residual), signed(rates.residual)];
+            let cells = [
+                "residual".to_owned(),
+                String::new(),
+                signed(sums.residual),
+                signed(rates.residual),
+            ];
             emphasised(ui, cells);
-        },
-    );
+        });
 }
 
 /// Lays out a vector quantity, with the units of its sums and rates.
@@ -222,8 +244,10 @@ fn plots(ui: &mut Ui, points: &[Point]) {
         let points = points.iter().map(|point| [point.time, of(point)]);
         curves::Curve { name: name.to_owned(), color, width: CURVE, points: points.collect() }
     };
-    let energies: [(&str, Color32, Curve); 2] =
-        [("energy, J", ENERGY, |point| point.energy), ("kinetic, J", KINETIC, |point| point.kinetic)];
+    let energies: [(&str, Color32, Curve); 2] = [
+        ("energy, J", ENERGY, |point| point.energy),
+        ("kinetic, J", KINETIC, |point| point.kinetic),
+    ];
     // At the left: the newest end of the curves is at the right.
     let legend = || Some(Legend::default().position(Corner::LeftTop));
     curves::show(ui, "ledger energies", PLOT_HEIGHT, legend(), &energies.map(curve));

@@ -147,7 +147,8 @@ impl Ledger {
         if !wanted {
             self.close();
         } else if self.kept.is_none() {
-            let (ledger, from) = (ledger::Ledger::open(&mut stage.sim_mut().world), scene_seconds(stage));
+            let (ledger, from) =
+                (ledger::Ledger::open(&mut stage.sim_mut().world), scene_seconds(stage));
             let history = History::new(point(&ledger, from));
             self.kept = Some(Box::new(Kept { ledger, history, method: method_of(stage), from }));
         }
@@ -171,7 +172,8 @@ impl Ledger {
         let changed = self.kept.take_if(|kept| !self.always && kept.method != method_of(stage));
         let Some(Kept { ledger, method, from, .. }) = changed.map(|kept| *kept) else { return };
         if ledger.seconds() > 0.0 {
-            let (residual, share) = (ledger.since_opening().energy.residual, ledger.relative_residual());
+            let (residual, share) =
+                (ledger.since_opening().energy.residual, ledger.relative_residual());
             self.past.push(Period { method, from, to: scene_seconds(stage), residual, share });
         }
         self.keep(stage, true);
@@ -201,7 +203,10 @@ mod tests {
         assert!(points.len() > MOST_POINTS / 2 - 1, "{}", points.len());
         assert_eq!(points[0], point(0));
         let step = points[1].time;
-        assert!(points.windows(2).all(|pair| pair[1].time - pair[0].time == step), "every {step} ticks");
+        assert!(
+            points.windows(2).all(|pair| pair[1].time - pair[0].time == step),
+            "every {step} ticks"
+        );
         assert!(50_000.0 - points[points.len() - 1].time < step);
     }
 }

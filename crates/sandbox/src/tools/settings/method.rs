@@ -18,14 +18,14 @@ pub(super) fn of_scene(ui: &mut Ui, method: Method, intents: &mut Vec<Intent>) {
     let mut chosen = method;
     ui.horizontal(|ui| {
         ui.label("method");
-        ComboBox::from_id_salt("method").selected_text(chosen.claims().title).height(400.0).show_ui(
-            ui,
-            |ui| {
+        ComboBox::from_id_salt("method")
+            .selected_text(chosen.claims().title)
+            .height(400.0)
+            .show_ui(ui, |ui| {
                 for method in Method::ALL {
                     ui.selectable_value(&mut chosen, method, method.claims().title);
                 }
-            },
-        );
+            });
     });
     if chosen != method {
         intents.push(Intent::Change(Change::Method(chosen), SwitchedBy::Settings));
@@ -44,7 +44,8 @@ fn promises(ui: &mut Ui, claims: &Claims) {
         row("laws that depend on", "position", "velocity");
         let orders = format!("{}, {}", claims.position_order, claims.velocity_order);
         row("order of x, v", &orders, &claims.order_with_velocity_laws.to_string());
-        let evaluations = [claims.evaluations, claims.evaluations_with_velocity_laws].map(|n| n.to_string());
+        let evaluations =
+            [claims.evaluations, claims.evaluations_with_velocity_laws].map(|n| n.to_string());
         row("evaluations", &evaluations[0], &evaluations[1]);
         row("stable", &stable(claims), "");
         let conserves = [claims.symplectic, claims.reversible].map(yes_or_no).join(", ");
@@ -68,12 +69,15 @@ pub(super) fn of_body(
     ui.horizontal(|ui| {
         ui.label("method");
         let shown = chosen.map_or(like_the_scene.as_str(), |method| method.claims().title);
-        ComboBox::from_id_salt("method of the body").selected_text(shown).height(400.0).show_ui(ui, |ui| {
-            ui.selectable_value(&mut chosen, None, &like_the_scene);
-            for method in Method::ALL {
-                ui.selectable_value(&mut chosen, Some(method), method.claims().title);
-            }
-        });
+        ComboBox::from_id_salt("method of the body").selected_text(shown).height(400.0).show_ui(
+            ui,
+            |ui| {
+                ui.selectable_value(&mut chosen, None, &like_the_scene);
+                for method in Method::ALL {
+                    ui.selectable_value(&mut chosen, Some(method), method.claims().title);
+                }
+            },
+        );
     });
     if chosen != selected.own_method {
         intents.push(ask(Request::SetBodyMethod(id, chosen)));

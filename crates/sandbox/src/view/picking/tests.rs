@@ -64,7 +64,11 @@ fn picture(
 }
 
 /// The number of the thing at every pixel; `Err` where another color mixes in.
-fn ids(session: &mut Session, camera: &mut Camera, things: &[Entity]) -> Vec<Result<Option<usize>, ()>> {
+fn ids(
+    session: &mut Session,
+    camera: &mut Camera,
+    things: &[Entity],
+) -> Vec<Result<Option<usize>, ()>> {
     let Session { stage, view, .. } = &mut *session;
     let background = Frame {
         cuboids: Vec::new(),
@@ -82,13 +86,15 @@ fn ids(session: &mut Session, camera: &mut Camera, things: &[Entity]) -> Vec<Res
     let bits = usize::BITS - things.len().leading_zeros();
     let passes: Vec<_> = (0..bits)
         .map(|bit| {
-            let color =
-                |number: usize| if (number >> bit) & 1 == 1 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 0.9] };
+            let color = |number: usize| {
+                if (number >> bit) & 1 == 1 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 0.9] }
+            };
             picture(session, camera, things, color)
         })
         .collect();
-    let pixel =
-        |image: &Image, at: usize| -> [i32; 3] { std::array::from_fn(|k| i32::from(image.rgba[4 * at + k])) };
+    let pixel = |image: &Image, at: usize| -> [i32; 3] {
+        std::array::from_fn(|k| i32::from(image.rgba[4 * at + k]))
+    };
     let number = |at: usize| {
         let behind = pixel(&background, at);
         let seen: Vec<_> = passes.iter().map(|pass| pixel(pass, at)).collect();
@@ -134,7 +140,9 @@ fn compare(session: &mut Session, camera: &mut Camera, name: &str) -> usize {
         let agrees = |drawn: Result<Option<usize>, ()>| {
             drawn.map(|number| number.map(|number| things[number])) == Ok(picked)
         };
-        if !agrees(Ok(drawn)) && !around.filter_map(near).any(|drawn| drawn.is_err() || agrees(drawn)) {
+        if !agrees(Ok(drawn))
+            && !around.filter_map(near).any(|drawn| drawn.is_err() || agrees(drawn))
+        {
             let name = |thing: Option<Entity>| thing.map(|thing| session.stage.name(thing));
             wrong.push((x, y, name(drawn.map(|number| things[number])), name(picked)));
         }
@@ -173,7 +181,11 @@ fn what_hides_or_is_not_drawn_decides_what_is_picked() {
     let ball = "(name: \"ball\", shape: sphere(radius_m: 1), position_m: (0, 2, -5), mass_kg: 1)";
     let plate = "(name: \"plate\", shape: cuboid(half_extents_m: (2, 0.000001, 2)), position_m: (0, 2, 4), mass_kg: 1)";
     let cases = [
-        ("a particle before a ball", "(name: \"mote\", position_m: (0, 2, 4), mass_kg: 1)", Some("mote")),
+        (
+            "a particle before a ball",
+            "(name: \"mote\", position_m: (0, 2, 4), mass_kg: 1)",
+            Some("mote"),
+        ),
         (
             "a particle nearer than anything is drawn",
             "(name: \"mote\", position_m: (0, 2, 9.5), mass_kg: 1)",
@@ -209,7 +221,10 @@ fn the_ground_hides_what_fell_through_it_and_shows_a_ring() {
     .unwrap_or_else(|error| panic!("{error}"));
     let mut session = session(scene, 0.7);
     let place = |session: &Session, name: &str| {
-        session.stage.drawn_position(session.stage.sim().named(name).expect("a body")).expect("it is drawn")
+        session
+            .stage
+            .drawn_position(session.stage.sim().named(name).expect("a body"))
+            .expect("it is drawn")
     };
     // What the ground hides is seen faintly, and picked where nothing else is.
     for name in ["ball", "mote", "box"] {

@@ -38,7 +38,9 @@ fn without_a_capacity_there_are_as_many_as_live_at_once() {
 
 #[test]
 fn launches_fill_their_cone_evenly() {
-    for (spread, direction) in [(10.0, DVec3::X), (60.0, DVec3::new(1.0, -2.0, 0.5)), (180.0, DVec3::NEG_Z)] {
+    for (spread, direction) in
+        [(10.0, DVec3::X), (60.0, DVec3::new(1.0, -2.0, 0.5)), (180.0, DVec3::NEG_Z)]
+    {
         let [x, y, z] = direction.to_array();
         let n = 5000;
         let emitter = emitter(&format!(

@@ -13,7 +13,10 @@ fn parse(text: &str) -> Scene {
 
 fn positions(scene: &Scene) -> Vec<DVec3> {
     let points = &scene.soft_bodies[0].points;
-    scene.bodies[points.start as usize..points.end as usize].iter().map(|body| body.position).collect()
+    scene.bodies[points.start as usize..points.end as usize]
+        .iter()
+        .map(|body| body.position)
+        .collect()
 }
 
 /// Checks what holds for every soft body: springs at rest, each pair once, in the order of their points, and the
@@ -47,15 +50,19 @@ fn pinned(scene: &Scene) -> Vec<String> {
 #[test]
 fn a_chain_is_as_stiff_as_a_whole_whatever_its_points_are_and_a_cloth_by_its_kinds_of_springs() {
     for points in [2, 5, 40] {
-        let scene = parse(&format!("chain(points: {points}, to_m: (1, 0, 0), stiffness_of_whole_n_m: 100)"));
-        let softness: f64 = scene.soft_bodies[0].links.iter().map(|link| 1.0 / link.elastic.stiffness).sum();
+        let scene = parse(&format!(
+            "chain(points: {points}, to_m: (1, 0, 0), stiffness_of_whole_n_m: 100)"
+        ));
+        let softness: f64 =
+            scene.soft_bodies[0].links.iter().map(|link| 1.0 / link.elastic.stiffness).sum();
         assert!((softness - 0.01).abs() < 1e-15, "{points} points");
     }
     let scene = parse(
         "cloth(rows: 4, columns: 5, along_m: (4, 0, 0), down_m: (0, -3, 0), stiffness_n_m: 100, shear_n_m: 20, bend: true)",
     );
     for link in scene.soft_bodies[0].links.iter() {
-        let stiffness = if (link.elastic.rest_length - 2_f64.sqrt()).abs() < 1e-9 { 20.0 } else { 100.0 };
+        let stiffness =
+            if (link.elastic.rest_length - 2_f64.sqrt()).abs() < 1e-9 { 20.0 } else { 100.0 };
         assert_eq!(link.elastic.stiffness, stiffness, "{link:?}");
     }
     assert_eq!(scene.soft_bodies[0].links.len(), 31 + 24 + 2 * 5 + 3 * 4);
@@ -72,7 +79,11 @@ fn a_chain_joins_neighbors_and_may_be_held_at_its_ends() {
     let ends: Vec<_> = soft.links.iter().map(|link| link.ends).collect();
     assert_eq!(ends, [[0, 1], [1, 2], [2, 3], [3, 4]]);
     assert!(soft.links.iter().all(|link| (link.elastic.rest_length - 2.5).abs() < 1e-15));
-    assert!(soft.links.iter().all(|link| (link.elastic.stiffness, link.elastic.damping) == (100.0, 3.0)));
+    assert!(
+        soft.links
+            .iter()
+            .all(|link| (link.elastic.stiffness, link.elastic.damping) == (100.0, 3.0))
+    );
     assert!(soft.triangles.is_empty());
     let places = positions(&scene);
     assert_eq!((places[0], places[2]), (DVec3::new(1.0, 10.0, 0.0), DVec3::new(1.0, 6.0, 3.0)));
@@ -83,7 +94,10 @@ fn a_chain_joins_neighbors_and_may_be_held_at_its_ends() {
     assert_eq!(velocities, [7.0, 7.0, 7.0, 7.0, 0.0]);
     let body = &scene.bodies[1];
     assert_eq!((body.method, body.substeps), (Some(motion::Method::Yoshida4), Some(2)));
-    assert_eq!((body.damping_rate, body.gravity_off, body.color), (Some(2.0), true, [1.0, 0.0, 0.0]));
+    assert_eq!(
+        (body.damping_rate, body.gravity_off, body.color),
+        (Some(2.0), true, [1.0, 0.0, 0.0])
+    );
 }
 
 #[test]
@@ -169,13 +183,18 @@ fn a_lattice_has_as_many_springs_and_triangles_as_formulas_say() {
 
 #[test]
 fn the_surface_of_a_lattice_is_closed_and_faces_outward() {
-    let scene = parse("lattice(cells: (2, 3, 4), center_m: (7, -5, 2), size_m: (1, 2, 3), stiffness_n_m: 1)");
+    let scene = parse(
+        "lattice(cells: (2, 3, 4), center_m: (7, -5, 2), size_m: (1, 2, 3), stiffness_n_m: 1)",
+    );
     let (soft, places) = (&scene.soft_bodies[0], positions(&scene));
     let mut edges: HashSet<(u32, u32)> = HashSet::new();
     let mut volume = 0.0;
     for corners in &soft.triangles {
         for i in 0..3 {
-            assert!(edges.insert((corners[i], corners[(i + 1) % 3])), "an edge belongs to two of one side");
+            assert!(
+                edges.insert((corners[i], corners[(i + 1) % 3])),
+                "an edge belongs to two of one side"
+            );
         }
         let [a, b, c] = corners.map(|corner| places[corner as usize]);
         let normal = (b - a).cross(c - a);

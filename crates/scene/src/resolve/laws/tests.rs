@@ -14,8 +14,9 @@ fn drag_has_the_coefficient_that_is_given_and_no_other() {
 
 #[test]
 fn a_well_is_at_the_origin_and_hard_unless_it_says_otherwise() {
-    let scene =
-        parse("wells: [(strength_m3_s2: 2), (strength_m3_s2: -1, position_m: (1, 2, 3), softening_m: 0.5)]");
+    let scene = parse(
+        "wells: [(strength_m3_s2: 2), (strength_m3_s2: -1, position_m: (1, 2, 3), softening_m: 0.5)]",
+    );
     let expected = [
         Well { position: DVec3::ZERO, strength: 2.0, softening: 0.0 },
         Well { position: DVec3::new(1.0, 2.0, 3.0), strength: -1.0, softening: 0.5 },
@@ -32,7 +33,8 @@ fn a_well_that_names_bodies_is_theirs_alone() {
     );
     let strengths = |wells: &[Well]| wells.iter().map(|well| well.strength).collect::<Vec<_>>();
     assert_eq!(strengths(&scene.laws.wells.unwrap().0), [1.0]);
-    let own: Vec<_> = scene.own_laws.iter().map(|(id, laws)| (*id, strengths(&laws.wells))).collect();
+    let own: Vec<_> =
+        scene.own_laws.iter().map(|(id, laws)| (*id, strengths(&laws.wells))).collect();
     assert_eq!(own, [(1, vec![2.0, 3.0]), (4, vec![2.0])]);
     assert_eq!(scene.names.get(4).as_deref(), Some("grid.x1.z0"));
 }
@@ -44,8 +46,11 @@ fn a_well_that_names_an_entry_attracts_its_bodies_that_can_move_but_not_the_one_
         soft_bodies: [chain(name: "rope", points: 3, to_m: (1, 0, 0), stiffness_n_m: 1, pinned: [first])],
         wells: [(strength_m3_s2: 1, bodies: ["a", "ring", "rope"]), (rides_on: "grid.x0.z0", strength_m3_s2: 2, bodies: ["grid", "cloud"])]"#,
     );
-    let own: Vec<_> =
-        scene.own_laws.iter().map(|(id, laws)| (*id, laws.wells.len(), laws.riding_wells.len())).collect();
+    let own: Vec<_> = scene
+        .own_laws
+        .iter()
+        .map(|(id, laws)| (*id, laws.wells.len(), laws.riding_wells.len()))
+        .collect();
     // A body of that name comes before the entry. The first point of the rope is pinned.
     assert_eq!(own, [(0, 1, 0), (1, 0, 1), (3, 0, 1), (6, 1, 0), (7, 1, 0), (9, 1, 0), (10, 1, 0)]);
 }
@@ -72,8 +77,9 @@ fn thrusts_go_to_their_bodies_in_the_order_of_the_file() {
 
 #[test]
 fn wind_is_what_drag_sees() {
-    let wind =
-        |text| parse(&format!("drag: (linear_per_s: 1), wind: ({text})")).laws.drag.unwrap().wind.unwrap();
+    let wind = |text| {
+        parse(&format!("drag: (linear_per_s: 1), wind: ({text})")).laws.drag.unwrap().wind.unwrap()
+    };
     let x = DVec3::X;
     assert_eq!(wind("velocity_m_s: (1, 0, 0)"), Wind { velocity: x, gust: 0.0, gust_hz: 0.0 });
     let gusty = Wind { velocity: x, gust: 2.0, gust_hz: 0.5 };

@@ -13,9 +13,15 @@ fn a_spring_is_as_long_as_it_is_at_the_start_unless_it_says_otherwise() {
     );
     let [one, other] = scene.springs[..] else { panic!("{:?}", scene.springs) };
     assert_eq!(one.ends, [0, 1]);
-    assert_eq!(one.elastic, Elastic { stiffness: 50.0, damping: 0.0, rest_length: 5.0, pull_only: false });
+    assert_eq!(
+        one.elastic,
+        Elastic { stiffness: 50.0, damping: 0.0, rest_length: 5.0, pull_only: false }
+    );
     assert_eq!((other.ends, other.color), ([1, 0], [1.0, 0.0, 0.0]));
-    assert_eq!(other.elastic, Elastic { stiffness: 0.0, damping: 2.0, rest_length: 0.0, pull_only: false });
+    assert_eq!(
+        other.elastic,
+        Elastic { stiffness: 0.0, damping: 2.0, rest_length: 0.0, pull_only: false }
+    );
 }
 
 #[test]
@@ -26,7 +32,8 @@ fn springs_hold_generated_bodies_too() {
                       cloth(name: "flag", rows: 3, columns: 6, along_m: (1, 0, 0), down_m: (0, -1, 0), stiffness_n_m: 1)],
         springs: [(between: ("rope.7", "grid.x1.z0"), stiffness_n_m: 1), (between: ("flag.r2.c5", "cloud.1"), stiffness_n_m: 1)]"#,
     );
-    let names: Vec<_> = scene.springs.iter().map(|s| s.ends.map(|id| scene.names.get(id).unwrap())).collect();
+    let names: Vec<_> =
+        scene.springs.iter().map(|s| s.ends.map(|id| scene.names.get(id).unwrap())).collect();
     assert_eq!(names, [["rope.7", "grid.x1.z0"], ["flag.r2.c5", "cloud.1"]]);
     assert_eq!(scene.springs[0].elastic.rest_length, 4.0);
 }
@@ -56,8 +63,10 @@ fn mutual_gravity_has_the_real_constant_unless_it_says_otherwise_and_sources_hav
     );
     let gravity = scene.mutual_gravity.unwrap();
     assert_eq!((gravity.constant, gravity.softening), (6.674_30e-11, 0.0));
-    let sources: Vec<_> = scene.bodies.iter().map(|body| (body.inverse_mass, body.source_mass)).collect();
+    let sources: Vec<_> =
+        scene.bodies.iter().map(|body| (body.inverse_mass, body.source_mass)).collect();
     assert_eq!(sources, [(Some(0.0), Some(20.0)), (Some(0.0), None), (Some(0.25), None)]);
-    let gravity = parse("mutual_gravity: (constant_m3_kg_s2: -2, softening_m: 0.5)").mutual_gravity.unwrap();
+    let gravity =
+        parse("mutual_gravity: (constant_m3_kg_s2: -2, softening_m: 0.5)").mutual_gravity.unwrap();
     assert_eq!((gravity.constant, gravity.softening), (-2.0, 0.5));
 }

@@ -14,7 +14,8 @@ fn check(text: &str, path: &str, line: usize, column: usize) {
 
 #[test]
 fn keys_entries_and_variants_are_found() {
-    let text = "(\n  a: 1,\n  list: [\n    (b: ball(r: 2.0), c: (1, -2e3, 3)),\n    (b: x),\n  ],\n)";
+    let text =
+        "(\n  a: 1,\n  list: [\n    (b: ball(r: 2.0), c: (1, -2e3, 3)),\n    (b: x),\n  ],\n)";
     check(text, "", 1, 1);
     check(text, "a", 2, 3);
     check(text, "list", 3, 3);
@@ -78,9 +79,21 @@ fn offsets_and_positions_undo_each_other() {
 
 #[test]
 fn text_that_is_not_ron_makes_no_trouble() {
-    for text in
-        [")", "]]]((", "\"", "r#\"", "'", "/*", "/", ",,,", ":::", "(a: (b: ]", "#!", "é(", "\u{2028}x"]
-    {
+    for text in [
+        ")",
+        "]]]((",
+        "\"",
+        "r#\"",
+        "'",
+        "/*",
+        "/",
+        ",,,",
+        ":::",
+        "(a: (b: ]",
+        "#!",
+        "é(",
+        "\u{2028}x",
+    ] {
         let _ = (at(text, "", "a.b[3]"), path_at(text, "", 1), spell_nan(text));
     }
 }
