@@ -35,6 +35,13 @@ const LOCAL: [Effect; 9] = [
 /// Effects that act between bodies.
 const COUPLED: [Effect; 2] = [Effect::Springs, Effect::MutualGravity];
 
+#[test]
+fn every_effect_is_tested() {
+    let tested: std::collections::BTreeSet<_> =
+        LOCAL.iter().chain(&COUPLED).map(Effect::to_string).collect();
+    assert_eq!(tested, Effect::ALL.iter().map(Effect::to_string).collect());
+}
+
 fn wells() -> Wells {
     Wells(vec![Well { position: Vector::new(3.0, 0.0, 1.0), strength: 2.0, softening: 0.5 }])
 }

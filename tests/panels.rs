@@ -3,6 +3,7 @@
 use glam::DVec2;
 use motion::groups::Solver;
 use motion::{Gravity, Method};
+use sandbox::actions::{Act, BINDINGS};
 use sandbox::input::{Button, Input};
 use sandbox::{Order, Panel};
 
@@ -43,19 +44,16 @@ fn ctrl_q_quits_also_while_something_is_typed_and_escape_never_does() {
 
 #[test]
 fn escape_closes_what_was_opened_last_and_then_clears_the_selection() {
-    let panels = [
-        ("H", Panel::Help),
-        ("Tab", Panel::Settings),
-        ("E", Panel::Effects),
-        ("C", Panel::Cost),
-        ("T", Panel::Ghosts),
-        ("B", Panel::Ledger),
-        ("V", Panel::Forecast),
-        ("R", Panel::Timeline),
-        ("Ctrl+O", Panel::Finder),
-    ];
-    for (i, (key, panel)) in panels.into_iter().enumerate() {
-        let (other_key, other) = panels[(i + 3) % 8];
+    let panels: Vec<_> = BINDINGS
+        .iter()
+        .filter_map(
+            |row| if let Act::Panel(panel) = row.act { Some((row.keys[0], panel)) } else { None },
+        )
+        .collect();
+    for (key, panel) in panels {
+        // One that takes no text.
+        let (other_key, other) =
+            if panel == Panel::Help { ("E", Panel::Effects) } else { ("H", Panel::Help) };
         let mut drive = Drive::tutorial();
         let player = drive.pixel(drive.x("player"));
         drive.press("Q").select(player);

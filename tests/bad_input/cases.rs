@@ -252,7 +252,7 @@ pub const ARGUMENTS: &[(&str, &[&str])] = &[
     ("fine.ron --threads 0", &["--threads", "give a whole number from 1 to 256"]),
     ("run fine.ron --threads -2", &["--threads", "give a whole number from 1 to 256"]),
     ("stability --method euler --out out", &["--method", "the methods are {METHODS}"]),
-    ("--guest run fine.ron", &["'run' is a command: flags before it are those of the window"]),
+    ("--guest run fine.ron", &["'run' is a command: flags before a command belong to the window"]),
     ("cost kepler --seconds 3 --hours 0", &["--hours", "give a finite number above 0"]),
     ("run fine.ron --columns force", &["--state"]),
     (

@@ -30,7 +30,7 @@ fn jacobians_are_derivatives(law: &dyn Law) {
     }
 }
 
-/// Examples of a world law for `stated_jacobians_are_the_derivatives`, which does not compile for a law without them.
+/// Examples of a world law: the tests of Jacobians and potentials do not compile for a law without them.
 trait Samples: Law + Sized {
     fn samples() -> Vec<Self>;
 }
@@ -73,21 +73,32 @@ fn stated_jacobians_are_the_derivatives() {
     jacobians_are_derivatives(&Thrust::new(Curve::Polynomial(vec![DVec3::X, DVec3::Y]), 0.0, 1.0));
 }
 
+/// Compares the acceleration of a law with the fall of its potential, if it has one.
+fn potential_falls_along_acceleration(law: &dyn Law) {
+    let listed = crate::LAWS_WITH_POTENTIAL.contains(&law.name());
+    assert_eq!(listed, law.has_potential(), "{} in LAWS_WITH_POTENTIAL", law.name());
+    if !law.has_potential() {
+        return;
+    }
+    let (x, d) = (DVec3::new(0.3, -1.2, 0.7), 1e-6);
+    let force = law.acceleration(AT, body(x, DVec3::ZERO)) / 0.5;
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+        let up = law.potential_energy(body(x + axis * d, DVec3::ZERO));
+        let down = law.potential_energy(body(x - axis * d, DVec3::ZERO));
+        assert!(((down - up) / (2.0 * d) - force.dot(axis)).abs() < 1e-7, "{law:?} {axis}");
+    }
+}
+
+macro_rules! potential_of_each {
+    ($($name:ident: $law:ident ($($part:ident: $of:ident)?) $formula:literal;)+) => {
+        $(<$law as Samples>::samples().iter().for_each(|law| potential_falls_along_acceleration(law));)+
+    };
+}
+
 #[test]
 fn a_potential_falls_along_the_acceleration() {
-    let laws: [&dyn Law; 2] = [
-        &Gravity::EARTH,
-        &Wells(vec![Well { position: DVec3::new(0.5, 0.0, 0.0), strength: 3.0, softening: 0.2 }]),
-    ];
-    let (x, d) = (DVec3::new(0.3, -1.2, 0.7), 1e-6);
-    for law in laws {
-        let force = law.acceleration(AT, body(x, DVec3::ZERO)) / 0.5;
-        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-            let up = law.potential_energy(body(x + axis * d, DVec3::ZERO));
-            let down = law.potential_energy(body(x - axis * d, DVec3::ZERO));
-            assert!(((down - up) / (2.0 * d) - force.dot(axis)).abs() < 1e-7, "{law:?} {axis}");
-        }
-    }
+    with_world_laws! { potential_of_each }
+    potential_falls_along_acceleration(&Gravity::EARTH);
 }
 
 #[test]

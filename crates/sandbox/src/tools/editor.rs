@@ -315,9 +315,9 @@ impl Editor {
             }
             let title = format!("{list}: {count}");
             CollapsingHeader::new(title).id_salt(("list", list)).show(ui, |ui| {
-                for index in 0..count.min(SHOWN) {
+                let titles = self.form.titles(scene, list, SHOWN).to_vec();
+                for (index, title) in titles.into_iter().enumerate() {
                     let path = format!("{list}[{index}]");
-                    let title = self.form.title(scene, &path).to_owned();
                     CollapsingHeader::new(title).id_salt(&path).show(ui, |ui| {
                         if ui.button("Remove").clicked() {
                             changes.extend(scene.without(&path));

@@ -99,20 +99,37 @@ impl Scene {
     /// empty path. Empty if the group is not written.
     #[must_use]
     pub fn fields(&self, path: &str) -> Vec<Field> {
-        let tree = brackets(&self.text, &[path]);
-        let Some(group) = tree.get(path) else { return Vec::new() };
-        let kind = group.word(&self.text);
-        let field = |(key, kind)| {
-            let written = group.key(key).map(|item| &self.text[item.value.clone()]);
-            Field { key, kind, value: written.map(|written| Value::read(kind, written)) }
+        self.fields_of(&[path]).pop().unwrap_or_default()
+    }
+
+    /// [`Self::fields`] of each of `paths`, in one scan of the text.
+    #[must_use]
+    pub fn fields_of(&self, paths: &[&str]) -> Vec<Vec<Field>> {
+        let tree = brackets(&self.text, paths);
+        let fields = |path: &&str| {
+            let Some(group) = tree.get(*path) else { return Vec::new() };
+            let kind = group.word(&self.text);
+            let field = |(key, kind)| {
+                let written = group.key(key).map(|item| &self.text[item.value.clone()]);
+                Field { key, kind, value: written.map(|written| Value::read(kind, written)) }
+            };
+            raw::kinds_at(path, kind).into_iter().map(field).collect()
         };
-        raw::kinds_at(path, kind).into_iter().map(field).collect()
+        paths.iter().map(fields).collect()
     }
 
     /// Number of entries that are written in a list of the scene.
     #[must_use]
     pub fn count(&self, list: &str) -> usize {
-        brackets(&self.text, &[list]).get(list).map_or(0, |list| list.items.len())
+        let [count] = self.counts([list]);
+        count
+    }
+
+    /// [`Self::count`] of each of `lists`, in one scan of the text.
+    #[must_use]
+    pub fn counts<const N: usize>(&self, lists: [&str; N]) -> [usize; N] {
+        let tree = brackets(&self.text, &lists);
+        lists.map(|list| tree.get(list).map_or(0, |list| list.items.len()))
     }
 
     /// The text of the group, entry or value at `path`, if it is written.

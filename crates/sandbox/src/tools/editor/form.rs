@@ -82,7 +82,8 @@ pub(super) struct Form {
     root: Vec<Field>,
     /// Number of entries of each list.
     lists: HashMap<&'static str, usize>,
-    titles: HashMap<String, String>,
+    /// Titles of the entries of lists without bodies.
+    titles: HashMap<String, Vec<String>>,
     /// Number of further layouts that drop what was typed, after a cancel.
     canceled: u8,
 }
@@ -106,11 +107,10 @@ impl Form {
             self.groups.clear();
         }
         if !Arc::ptr_eq(&self.text, &scene.text) {
-            let lists = LISTS.map(|list| (list, scene.count(list)));
             *self = Self {
                 text: Arc::clone(&scene.text),
                 root: scene.fields(""),
-                lists: lists.into(),
+                lists: LISTS.into_iter().zip(scene.counts(LISTS)).collect(),
                 ..Self::default()
             };
         }
@@ -147,20 +147,13 @@ impl Form {
         self.lists.get(list).copied().unwrap_or(0)
     }
 
-    /// The title of an entry of a list without bodies.
-    pub fn title(&mut self, scene: &Scene, path: &str) -> &str {
-        self.titles.entry(path.to_owned()).or_insert_with(|| {
-            let fields = scene.fields(path);
-            let of = |key: &str| {
-                fields
-                    .iter()
-                    .find(|field| field.key == key)?
-                    .value
-                    .as_ref()
-                    .map(ToString::to_string)
-            };
-            let what = ["name", "between", "body", "position_m"].into_iter().find_map(of);
-            what.map_or_else(|| path.to_owned(), |what| format!("{path} {}", what.replace('"', "")))
+    /// The titles of the first entries of a list without bodies, at most `most`, which is the same in every call.
+    pub fn titles(&mut self, scene: &Scene, list: &str, most: usize) -> &[String] {
+        let count = self.count(list).min(most);
+        self.titles.entry(list.to_owned()).or_insert_with(|| {
+            let paths: Vec<_> = (0..count).map(|index| format!("{list}[{index}]")).collect();
+            let fields = scene.fields_of(&paths.iter().map(String::as_str).collect::<Vec<_>>());
+            paths.iter().zip(&fields).map(|(path, fields)| title(path, fields)).collect()
         })
     }
 
@@ -330,6 +323,15 @@ fn drag(number: &mut f64) -> DragValue<'_> {
         .speed(speed)
         .custom_formatter(|number, _| shown(number))
         .custom_parser(read)
+}
+
+/// The title of the entry at `path`: its path, and what names it.
+fn title(path: &str, fields: &[Field]) -> String {
+    let of = |key: &str| {
+        fields.iter().find(|field| field.key == key)?.value.as_ref().map(ToString::to_string)
+    };
+    let what = ["name", "between", "body", "position_m"].into_iter().find_map(of);
+    what.map_or_else(|| path.to_owned(), |what| format!("{path} {}", what.replace('"', "")))
 }
 
 /// A number as its field shows it: with six digits where it has many more, so that three of them fit into the dock.

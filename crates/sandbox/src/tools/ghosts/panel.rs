@@ -24,7 +24,7 @@ const BETWEEN: f32 = 1.0;
 /// Points in which a long reason is broken into lines.
 const WIDTH: f32 = 300.0;
 /// Points of the box and the color before a name.
-const BEFORE_NAME: f32 = 46.0;
+const BEFORE_NAME: f32 = 40.0;
 /// Between two columns, points.
 const COLUMNS: f32 = 10.0;
 
@@ -134,8 +134,10 @@ fn width(ui: &Ui, rows: &[GhostRow], words: Words, numbers: usize) -> f32 {
     let widest = |column: &dyn Fn(&GhostRow) -> String| {
         rows.iter().map(|row| of(column(row))).fold(0.0, f32::max)
     };
-    let numbers =
-        (0..numbers).map(|number| COLUMNS + widest(&|row| distances(row, words)[number].clone()));
+    // The least width of a column of a grid.
+    let least = ui.spacing().interact_size.x;
+    let column = |number: usize| widest(&|row| distances(row, words)[number].clone()).max(least);
+    let numbers = (0..numbers).map(|number| COLUMNS + column(number));
     BEFORE_NAME + widest(&|row| name(row, words)) + numbers.sum::<f32>()
 }
 
