@@ -220,7 +220,7 @@ fn what_differs_is_named_and_what_is_damaged_is_refused() {
     let folder = folder();
     sandbox(&folder, "run sheet.ron --script nan.script --seconds 2 --black-box box.zip");
     let write = |bundle: &Bundle| {
-        fs::write(folder.path().join("other.zip"), bundle.write().unwrap()).unwrap()
+        fs::write(folder.path().join("other.zip"), bundle.write().unwrap()).unwrap();
     };
 
     let mut other = bundle(folder.path(), "box.zip");

@@ -32,7 +32,7 @@ fn every_broken_method_is_rejected() {
         match check(&mutant) {
             Ok(()) => survivors.push((mutant.name, name)),
             Err(why) => {
-                println!("{}: rejected by {name}: {}", mutant.name, why.lines().next().unwrap())
+                println!("{}: rejected by {name}: {}", mutant.name, why.lines().next().unwrap());
             }
         }
     }

@@ -54,7 +54,7 @@ impl Place {
             Self::Position => world.get_mut::<Transform>(body).unwrap().position.y = f64::NAN,
             Self::Velocity => world.get_mut::<PhysicsBody>(body).unwrap().velocity.z = f64::NAN,
             Self::InverseMass => {
-                world.get_mut::<PhysicsBody>(body).unwrap().inverse_mass = f64::NAN
+                world.get_mut::<PhysicsBody>(body).unwrap().inverse_mass = f64::NAN;
             }
             Self::Force => {
                 SystemState::<Forces>::new(world)
@@ -256,7 +256,7 @@ fn check(
     match base(&system) {
         // Of an Euler step in one pass, one of its halves.
         "integrate_in_one_pass" => {
-            assert!(cause.system.starts_with("integrate_"), "{what}: {cause:?}")
+            assert!(cause.system.starts_with("integrate_"), "{what}: {cause:?}");
         }
         "integrate" if system.contains("plicitEuler") => {
             assert!(cause.system.starts_with("integrate"), "{what}: {cause:?}");

@@ -174,7 +174,7 @@ fn what_a_group_hangs_on_is_named_and_no_longer_pulls() {
             world.entity_mut(sun).insert(SourceMass(f64::NAN));
         }),
         ("Transform.position", |sun, world| {
-            world.get_mut::<Transform>(sun).unwrap().position.x = f64::NAN
+            world.get_mut::<Transform>(sun).unwrap().position.x = f64::NAN;
         }),
         ("PhysicsBody.velocity", |sun, world| {
             world.get_mut::<PhysicsBody>(sun).unwrap().velocity.x = f64::NAN;

@@ -114,7 +114,7 @@ fn a_cell_that_changes_its_class_or_number_is_named_with_both() {
     exploded.number *= 1.0 + 1e-5;
     for row in &mut now.rows {
         row.cells.iter_mut().for_each(|cell| {
-            (cell.class, cell.number) = (beginning(cell).class, beginning(cell).number)
+            (cell.class, cell.number) = (beginning(cell).class, beginning(cell).number);
         });
     }
     let different = differences(&before, &now, beginning);

@@ -129,7 +129,7 @@ fn body_keys(u: &mut Unstructured<'_>) -> Result<String> {
     let mut keys = format!(", position_m: {}", written(vector(u)?));
     let out = &mut keys;
     let mut key = |key: &str, value: String| {
-        write!(out, ", {key}: {value}").expect("a string takes everything")
+        write!(out, ", {key}: {value}").expect("a string takes everything");
     };
     if u.ratio(1, 6)? {
         key("immovable", "true".to_owned());

@@ -136,7 +136,7 @@ mod tests {
                 index
             };
             let worked = std::panic::catch_unwind(|| {
-                ordered(u64::MAX, threads, work, |_| ControlFlow::Continue(()))
+                ordered(u64::MAX, threads, work, |_| ControlFlow::Continue(()));
             });
             assert!(worked.is_err());
             let take = |index: u64| {

@@ -390,7 +390,7 @@ fn groups(criterion: &mut Criterion<ThreadCpu>) {
         group.bench_function(BenchmarkId::new("schedule", n), |b| b.iter(|| ecs.step()));
         let mut soa = Soa::new(n);
         group.bench_function(BenchmarkId::new("hand_fused", n), |b| {
-            b.iter(|| fused(black_box(&mut soa), G))
+            b.iter(|| fused(black_box(&mut soa), G));
         });
         let mut soa = Soa::new(n);
         group.bench_function(BenchmarkId::new("hand_four_passes", n), |b| {

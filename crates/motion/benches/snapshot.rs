@@ -47,7 +47,7 @@ fn main() {
                     (
                         "take",
                         Box::new(|| {
-                            drop(std::hint::black_box(snapshot::take(&mut taken.0, &taken.1)))
+                            drop(std::hint::black_box(snapshot::take(&mut taken.0, &taken.1)));
                         }),
                     ),
                     (

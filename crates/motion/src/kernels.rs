@@ -368,7 +368,7 @@ fn integrate_batch<M: Integrator>(
         Some(evaluations) => statistics.accelerations += evaluations,
         // The kernel of blocks gives the same bits.
         None => {
-            blocks::run::<M>(parameters, &BodyOptions::NONE, None, batch, rows, statistics, refuse)
+            blocks::run::<M>(parameters, &BodyOptions::NONE, None, batch, rows, statistics, refuse);
         }
     }
 }

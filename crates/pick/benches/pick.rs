@@ -217,7 +217,7 @@ fn seconds(runs: usize, mut run: impl FnMut()) -> f64 {
 fn all_rays(bench: &Bench, mut cast: impl FnMut(&Ray) -> bool) -> f64 {
     let mut hits = 0_u32;
     let time = seconds(1, || {
-        hits += bench.rays.iter().map(|r| u32::from(cast(black_box(r)))).sum::<u32>()
+        hits += bench.rays.iter().map(|r| u32::from(cast(black_box(r)))).sum::<u32>();
     });
     black_box(hits);
     time / bench.rays.len() as f64
@@ -284,7 +284,7 @@ fn crossover() {
                     let _ = black_box(targets.cast(ray));
                 }
                 times.push(seconds(1, || {
-                    targets.update(bench.eye, 1.0, bench.chunk(Interpolated::No))
+                    targets.update(bench.eye, 1.0, bench.chunk(Interpolated::No));
                 }));
             }
             times.sort_by(f64::total_cmp);

@@ -339,7 +339,7 @@ impl Bench {
         match (job, run) {
             (_, CurrentRun::DriftRun(run)) => self.study.drifts.extend(run.finish()),
             (Job::Reference(substeps), CurrentRun::Reference(run)) => {
-                self.finish_reference(substeps, *run)
+                self.finish_reference(substeps, *run);
             }
             (_, CurrentRun::Comparison(runs)) => {
                 for Compared { cell, outcome, counts } in runs.finish() {

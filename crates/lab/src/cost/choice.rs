@@ -111,7 +111,7 @@ impl Study {
             }
             match ties.iter_mut().find(|tied| tied.setting.method == method) {
                 Some(tied) if self.error(other, accuracy) < self.error(tied, accuracy) => {
-                    *tied = other
+                    *tied = other;
                 }
                 Some(_) => {}
                 None => ties.push(other),

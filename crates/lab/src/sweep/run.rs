@@ -68,7 +68,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
                 values.extend(errors.map(Value::Number));
             }
             Measure::Drift => {
-                values.push(Value::Number(energy.as_ref().map_or(f64::NAN, Energy::drift)))
+                values.push(Value::Number(energy.as_ref().map_or(f64::NAN, Energy::drift)));
             }
             Measure::Survives => {
                 let survived = energy.as_ref().map_or(0, |energy| energy.survived);
@@ -76,7 +76,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
                 values.push(Value::Number(survived as f64 / step_hz));
             }
             Measure::LargestSpeed => {
-                values.push(Value::Number(speed_and_distance(|motion| motion.speed)))
+                values.push(Value::Number(speed_and_distance(|motion| motion.speed)));
             }
             Measure::LargestDistance => {
                 values.push(Value::Number(speed_and_distance(|motion| motion.distance)));

@@ -277,7 +277,7 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     pub fn laws_known(&mut self, at: EvaluationTime, (x, v): (X, X), known: &[bool; N]) -> X {
         if known.contains(&false) {
             x.read_both(v, |x, v| {
-                (0..N).filter(|k| !known[*k]).for_each(|k| self.call_one(at, k, (x, v)))
+                (0..N).filter(|k| !known[*k]).for_each(|k| self.call_one(at, k, (x, v)));
             });
         }
         self.laws_from(&self.called, v)

@@ -206,7 +206,7 @@ fn note<X: BlockSpace<N>, const N: usize>(
             });
         }
         (MethodStateRows::LastAcceleration(cached), None) => {
-            cached.fill(CachedAcceleration::default())
+            cached.fill(CachedAcceleration::default());
         }
         (MethodStateRows::None, _) => {}
     }

@@ -211,7 +211,7 @@ impl Stage {
                     .say(Topic::Place, "nothing is kept of the time before this tick".to_owned());
             }
             within => {
-                self.begin_seek(within.map_or(self.sim.ticks(), |(_, now)| now).saturating_sub(1))
+                self.begin_seek(within.map_or(self.sim.ticks(), |(_, now)| now).saturating_sub(1));
             }
         }
     }

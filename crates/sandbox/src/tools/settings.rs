@@ -51,7 +51,7 @@ impl Tool for Settings {
         ui.separator();
         match &selected {
             Some(selected) => {
-                body(ui, (stage.sim().id(selected.entity), selected), method, intents)
+                body(ui, (stage.sim().id(selected.entity), selected), method, intents);
             }
             None => {
                 ui.weak("select a body to edit its mass, velocity and method");

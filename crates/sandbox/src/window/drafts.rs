@@ -58,7 +58,7 @@ impl Drafts {
             session.has_unsaved_changes().then(|| Arc::clone(&session.stage.sim().scene.text));
         let file = unsaved.as_ref().and_then(|_| session.tools.own_file());
         self.keep_text(unsaved.as_ref(), file.as_ref(), |words| {
-            session.stage.notices.say(Topic::File, words)
+            session.stage.notices.say(Topic::File, words);
         })
     }
 
@@ -238,7 +238,7 @@ mod tests {
         let mut draft = begin(folder.path());
         let file: OwnFile = (PathBuf::from("scenes/mine.ron"), "(version: 1)\n// kept\n".into());
         let keep = |draft: &mut Draft, text: &str, file| {
-            draft.keep(Some(&text.into()), file).expect("a folder")
+            draft.keep(Some(&text.into()), file).expect("a folder");
         };
         keep(&mut draft, "a", Some(&file));
         assert_eq!(file_of(&draft.path).as_ref(), Some(&file));

@@ -189,7 +189,7 @@ impl<E: Layout> GroupField<'_, E> {
             let (x, rows) = (&mut cache.x, &*self.rows.x);
             x.resize(rows.len());
             Threads::share(self.threads, x, |first, x| {
-                x.copy_from_slice(&rows[first..first + x.len()])
+                x.copy_from_slice(&rows[first..first + x.len()]);
             });
         }
     }

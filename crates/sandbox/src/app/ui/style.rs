@@ -109,7 +109,7 @@ mod tests {
         fn add(&mut self, shape: &Shape, clip: Rect, ground: Color32, view: Rect) {
             match shape {
                 Shape::Vec(shapes) => {
-                    shapes.iter().for_each(|shape| self.add(shape, clip, ground, view))
+                    shapes.iter().for_each(|shape| self.add(shape, clip, ground, view));
                 }
                 Shape::Rect(area) => self.areas.push((area.rect.intersect(clip), area.fill)),
                 Shape::Text(text) => {

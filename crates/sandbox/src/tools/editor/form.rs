@@ -388,7 +388,7 @@ mod tests {
                 match Scene::parse("t", &after) {
                     Ok(_) => taken += 1,
                     Err(error) => {
-                        assert!(error.to_string().contains(field.key), "{}: {error}", field.key)
+                        assert!(error.to_string().contains(field.key), "{}: {error}", field.key);
                     }
                 }
             }
