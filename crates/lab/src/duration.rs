@@ -9,6 +9,8 @@ use history::{REFERENCE_METHOD, reference_substeps};
 use motion::{Elastic, Method};
 use scene::{EmitterSpec, Scene, SwarmSpec};
 
+use crate::run::{is_particle, movable};
+
 /// Nanoseconds of a tick itself.
 const TICK: f64 = 2_000.0;
 
@@ -25,7 +27,7 @@ const SPRING: f64 = 12.0;
 /// as one of springs.
 const CORD: f64 = 40.0;
 
-/// Nanoseconds of evaluating one well or engine on one body.
+/// Nanoseconds of evaluating one law on one body: drag, a well or an engine.
 const LAW: f64 = 6.0;
 
 /// Nanoseconds of evaluating one triangle in the air.
@@ -99,8 +101,7 @@ pub fn tick_seconds(scene: &Scene) -> f64 {
         };
         each * f64::from(substeps)
     };
-    let movable = scene.bodies.iter().filter(|body| body.inverse_mass.is_some_and(|w| w > 0.0));
-    let of_body = movable.map(|body| {
+    let of_body = movable(scene).map(|(_, body)| {
         let method = body.method.unwrap_or(scene.method);
         evaluations(method, body.substeps.unwrap_or(scene.substeps))
     });
@@ -133,8 +134,11 @@ pub fn tick_seconds(scene: &Scene) -> f64 {
     let ends_in_groups =
         soft.map(|soft| len(soft.points.len())).sum::<f64>() + 2.0 * len(scene.springs.len());
     let attracts = scene.mutual_gravity.is_some();
-    let pairs = if attracts { count * count } else { 0.0 };
-    let members = if attracts { count } else { ends_in_groups.min(count) };
+    // Mutual gravity does not act on particles of emitters.
+    let attracted =
+        len(movable(scene).filter(|(id, _)| attracts && !is_particle(scene, *id)).count());
+    let members = if attracts { attracted } else { ends_in_groups.min(count) };
+    let pairs = attracted * attracted;
     let of_group = members * MEMBER + springs * SPRING + triangles * TRIANGLE + pairs * PAIR;
     let ns = TICK + sum * (BODY + laws * LAW) + own.sum::<f64>() * most * LAW + most * of_group;
     ns * 1e-9

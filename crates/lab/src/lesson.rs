@@ -138,7 +138,7 @@ fn along(v: Vector, axis: Axis) -> f64 {
     }
 }
 
-/// Seconds for which a person waits until the runs of a lesson are done.
+/// Longest estimated time of all runs of a lesson together, s, unless [`allow_time`](crate::duration::allow_time) set another.
 pub const LONGEST_RUNS: f64 = 60.0;
 
 /// What the runs of `lesson` measure, with `times` as many ticks per second as they say.
@@ -222,7 +222,7 @@ fn measure_run(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<Quantitie
         if let Some(reference) = &mut reference {
             reference.tick();
             let apart = Distances::between(&simulation, reference.simulation()).farthest(|_| true);
-            // A maximum drops what is not a number.
+            // `f64::max` ignores NaN; here NaN must stay.
             let distance = apart.map_or(f64::NAN, |(_, distance)| distance);
             farthest = if distance.is_nan() || farthest.is_nan() {
                 f64::NAN

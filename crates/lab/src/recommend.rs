@@ -81,7 +81,7 @@ pub struct Recommendation {
     pub total: f64,
     /// Index of the row that costs most.
     pub dearest: usize,
-    /// Index of the row with the largest error.
+    /// Index of the row with the largest upper bound on its error.
     pub limiting: usize,
     /// For an error, the cheapest choice for a tenth of it; for a budget, the cheapest one with a smaller largest
     /// error. `None` if none was measured, or its error is below that of the reference.
@@ -103,7 +103,7 @@ pub enum Refusal {
     /// No time was measured.
     #[error("no time was measured, so none can be promised; ask for an error")]
     NoTimes,
-    /// The reference of a part is farther from the truth than the error that is asked for.
+    /// The reference of a part is too uncertain to show that a setting reaches the error that is asked for.
     #[error(
         "{part}: the reference itself may be off by {reference_error_m:.1e} m, so that an error of {error_m:e} m cannot \
          be measured; give a larger error, or fewer seconds"

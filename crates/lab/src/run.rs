@@ -18,7 +18,7 @@ pub struct ByEffect<R> {
     pub method: Method,
     /// Ticks of the run.
     pub ticks: u64,
-    /// Thread CPU time of a step with all effects on, ns.
+    /// Thread CPU time of a tick with all effects on, ns.
     pub ns: f64,
     /// A row for each effect.
     pub rows: Vec<R>,
@@ -64,7 +64,7 @@ fn block_of(tick: f64, ticks: u64) -> u64 {
     ((BLOCK / tick.max(1e-9)) as u64).clamp(1, ticks.max(1))
 }
 
-/// Least thread CPU time of a step of `scene` without each list of effects in `variants`, ns, over at most `ticks`
+/// Least thread CPU time of a tick of `scene` without each list of effects in `variants`, ns, over at most `ticks`
 /// ticks.
 ///
 /// Every block starts from the same state, and blocks of all variants take turns, so that other load of the machine
@@ -88,7 +88,7 @@ pub(crate) fn step_times(scene: &Scene, variants: &[Vec<Effect>], ticks: u64) ->
     least.into_iter().map(|seconds| seconds * 1e9).collect()
 }
 
-/// Ticks before a watch is measured: longer than the watch keeps a ledger after the start of a fall.
+/// Ticks before a watch is measured: as many as the longest look takes that the first ticks may begin.
 const WATCH_WARM_UP: u64 = 32;
 
 /// Least thread CPU time that a [`Watch`] adds to a tick of `scene`, ns, while no energy grows. It is measured by

@@ -328,12 +328,6 @@ impl Targets {
     pub fn reach(&self, index: usize) -> Vec3 {
         self.volumes[index].reach(self.orientations[index])
     }
-
-    /// The row of `entity`, found by a linear search.
-    #[must_use]
-    pub fn index_of(&self, entity: Entity) -> Option<usize> {
-        self.entities.iter().position(|&e| e == entity)
-    }
 }
 
 /// Distance and row of the closest hit so far.

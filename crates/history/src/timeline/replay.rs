@@ -10,7 +10,7 @@ use crate::bundle::{EnergyState, Event};
 use crate::simulation::Simulation;
 use crate::snapshot::{BadSnapshot, Snapshot};
 
-/// A repeated run differed from the recorded one.
+/// A recorded run cannot be simulated again: a snapshot is missing, cannot be restored, or restores to another state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("tick {tick} comes out differently when it is simulated again")]
 pub struct Broken {
@@ -30,7 +30,7 @@ impl Replay {
     /// A simulation of `scene` in the state of `snapshot`, with `energy` as [`Watch::energy`] returned it then.
     ///
     /// # Errors
-    /// If the snapshot is of another scene.
+    /// If the snapshot cannot be of a simulation of that scene.
     pub fn of(
         scene: impl Into<Arc<Scene>>,
         snapshot: &Snapshot,

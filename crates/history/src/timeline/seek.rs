@@ -88,29 +88,14 @@ impl Timeline {
         replay
     }
 
-    /// The run at the end of tick number `tick`, or of the nearest one in the range, simulated again in one go. At
-    /// the last tick it is the present run, with all changes since.
-    ///
-    /// # Errors
-    /// As [`Timeline::begin_seek`].
-    pub fn seek(&mut self, scene: &Arc<Scene>, tick: u64) -> Result<Replay, Broken> {
-        let seek = self.run_seek(scene, tick)?;
-        Ok(self.finish_seek(seek))
-    }
-
     /// State hash at the end of the last tick, simulated again.
     ///
     /// # Errors
     /// As [`Timeline::begin_seek`].
     pub fn end_hash(&self, scene: &Arc<Scene>) -> Result<u64, Broken> {
-        Ok(self.run_seek(scene, self.head)?.replay.simulation.hash())
-    }
-
-    /// Seeks `tick` to the end, in one go.
-    fn run_seek(&self, scene: &Arc<Scene>, tick: u64) -> Result<Seek, Broken> {
-        let mut seek = self.begin_seek(scene, tick)?;
+        let mut seek = self.begin_seek(scene, self.head)?;
         while self.seek_tick(&mut seek) {}
-        Ok(seek)
+        Ok(seek.replay.simulation.hash())
     }
 
     fn nearest(&self, tick: u64) -> u64 {

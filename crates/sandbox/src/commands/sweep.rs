@@ -89,7 +89,10 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     let threads = args.threads.unwrap_or(cores);
     let seconds =
         sweep.estimated_seconds(shard) / (threads.min(cores) as f64).min(runs as f64).max(1.0);
-    check_time(&format!("{}: {runs} runs", args.scene), seconds)?;
+    // The time of a sweep that continues was allowed when it began.
+    if !continues(args) {
+        check_time(&format!("{}: {runs} runs", args.scene), seconds)?;
+    }
     let Some(folder) = &args.out else {
         let mut rows = Vec::new();
         let bar = runs_bar(runs);
@@ -157,14 +160,22 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     show(&format!("{}: of {runs} runs {}\n", folder.display(), counts.join(", ")))
 }
 
+/// Whether there is a sweep in the folder that is not complete and that `--resume` continues.
+fn continues(args: &SweepArgs) -> bool {
+    let earlier = |folder: &PathBuf| runs::record(folder).ok().flatten();
+    args.resume && args.out.as_ref().and_then(earlier).is_some_and(|earlier| !earlier.complete)
+}
+
 /// The number of runs; refuses more than [`MANY`] without `yes`.
 fn count(plan: &Plan, yes: bool) -> Result<u64, Failure> {
     match plan.runs() {
         Some(runs) if runs <= MANY || yes => Ok(runs),
-        runs => {
-            let runs = runs.map_or_else(|| "more than 10^19".to_owned(), |runs| runs.to_string());
-            let what = format!("these values make {runs} runs, which is more than {MANY}");
-            Err(Failure::Usage(format!("{what}; give fewer values, or --yes")))
+        Some(runs) => Err(Failure::Usage(format!(
+            "these values make {runs} runs, which is more than {MANY}; give fewer values, or --yes"
+        ))),
+        None => {
+            let what = "these values make more than 10^19 runs; give fewer values";
+            Err(Failure::Usage(what.to_owned()))
         }
     }
 }
@@ -250,4 +261,23 @@ fn json(plan: &Plan, rows: &[Row]) -> String {
     };
     let objects: Vec<_> = rows.iter().map(object).collect();
     serde_json::to_string_pretty(&objects).expect("rows are plain data") + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cure_of_too_many_runs_helps() {
+        let said = |axes: usize, yes| {
+            let axis = |number| Axis::parse(&format!("bodies[{number}].mass_kg=1..10 lin 10"));
+            let axes = (0..axes).map(axis).collect::<Result<_, _>>().expect("axes");
+            count(&Plan { axes, seconds: 1.0, measures: Vec::new() }, yes)
+                .map_err(|f| f.to_string())
+        };
+        assert_eq!(said(7, false), Ok(10_000_000));
+        assert_eq!(said(8, true), Ok(100_000_000));
+        assert!(said(8, false).is_err_and(|said| said.ends_with("give fewer values, or --yes")));
+        assert!(said(20, true).is_err_and(|said| said.ends_with("10^19 runs; give fewer values")));
+    }
 }

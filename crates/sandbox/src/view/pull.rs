@@ -27,7 +27,7 @@ impl View {
         ray.at(depth / ray.direction().dot(self.viewpoint().forward()))
     }
 
-    /// Draws the spring of the pull.
+    /// Draws an arrow from the place that was grabbed to where the pointer wants it.
     pub(super) fn add_pull(&self, stage: &Stage, frame: &mut Frame) {
         let Some(pull) = &stage.here.pull else { return };
         let Some(middle) = stage.drawn_position(pull.body) else { return };

@@ -50,7 +50,7 @@ fn empty_runs_are_refused() {
 }
 
 #[test]
-fn counts_that_would_come_to_their_end_are_refused() {
+fn counts_near_overflow_are_refused() {
     let said = |accelerations, laws: [u64; 1], iterations| {
         let laws = laws.map(|count| ("mutual_gravity", count));
         said(move |s| s.evaluations = Evaluations::from_counts(accelerations, laws, iterations))
@@ -67,24 +67,24 @@ fn counts_that_would_come_to_their_end_are_refused() {
 }
 
 #[test]
-fn clocks_that_none_can_have_come_to_are_refused() {
+fn impossible_clocks_are_refused() {
     let said =
         |clock: fn(&mut motion::clock::ClockState)| said(|snapshot| clock(&mut snapshot.clock));
-    let none = Some("invalid clock");
-    assert_eq!(said(|clock| clock.step = -0.01), none);
-    assert_eq!(said(|clock| clock.step = f64::NAN), none);
-    assert_eq!(said(|clock| clock.since_time = -1.0), none);
-    assert_eq!(said(|clock| clock.since_time = f64::INFINITY), none);
-    assert_eq!(said(|clock| clock.scene_began = -1.0), none);
-    assert_eq!(said(|clock| clock.scene_began = 1.0), none);
-    assert_eq!(said(|clock| clock.since_tick = 10), none);
-    assert_eq!(said(|clock| clock.ticks = u64::MAX), none);
+    let invalid = Some("invalid clock");
+    assert_eq!(said(|clock| clock.step = -0.01), invalid);
+    assert_eq!(said(|clock| clock.step = f64::NAN), invalid);
+    assert_eq!(said(|clock| clock.since_time = -1.0), invalid);
+    assert_eq!(said(|clock| clock.since_time = f64::INFINITY), invalid);
+    assert_eq!(said(|clock| clock.scene_began = -1.0), invalid);
+    assert_eq!(said(|clock| clock.scene_began = 1.0), invalid);
+    assert_eq!(said(|clock| clock.since_tick = 10), invalid);
+    assert_eq!(said(|clock| clock.ticks = u64::MAX), invalid);
     assert_eq!(said(|clock| (clock.since_time, clock.scene_began) = (7.0, 7.0)), None);
     assert_eq!(said(|clock| (clock.step, clock.since_time) = (1e308, 1e308)), None);
 }
 
 #[test]
-fn places_to_draw_from_are_finite() {
+fn previous_positions_must_be_finite() {
     let at = |y| PreviousPosition(Vector::new(0.0, y, 2.0));
     let not_finite = Some("a place to draw from is not finite");
     assert_eq!(said(|s| s.previous_positions = vec![(0, at(0.0)), (1, at(f64::NAN))]), not_finite);

@@ -358,12 +358,12 @@ impl Running {
 
     /// Says in words what a step that ends when `formula` holds still waits for.
     fn waits_for(&self, formula: &Formula) -> String {
-        // A step that is about pausing says so itself.
-        let is_about_time = |name: &String| {
+        // A step about pausing or about a fault says itself why nothing moves.
+        let is_about_pausing = |name: &String| {
             let quantity = self.lesson.of_screen(name).map(|quantity| &quantity.measure);
             matches!(quantity, Some(Measure::Paused | Measure::Fault))
         };
-        let stopped = self.stopped.filter(|_| !formula.names().iter().any(is_about_time));
+        let stopped = self.stopped.filter(|_| !formula.names().iter().any(is_about_pausing));
         let missing = Some(self.missing(formula)).filter(|missing| !missing.is_empty());
         missing.into_iter().chain(stopped.map(str::to_owned)).collect::<Vec<_>>().join("; ")
     }
