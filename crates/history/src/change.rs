@@ -89,8 +89,8 @@ impl Change {
 }
 
 impl Simulation {
-    /// What waits for the next tick, in its order: requests that were not [given](Self::give), then pushes. Sustained pushes
-    /// act in the ticks after it as well. Changes of an entity without a stable id are left out.
+    /// Changes that wait for the next tick, in the order in which it applies them: requests that are not carried out yet, then
+    /// pushes. A sustained push appears as its push in that tick. Changes of an entity without a stable id are left out.
     #[must_use]
     pub fn pending(&self) -> Vec<Change> {
         let requests = self.world.resource::<Requests>().pending();

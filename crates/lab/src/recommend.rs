@@ -10,8 +10,8 @@ use crate::cost::{Accuracy, Cell, Cost, Errors, Setting, Study};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Goal {
-    /// No body farther than this from the truth after any tick, m, above 0: farther from the reference by no more than this
-    /// less the reference's own error.
+    /// Largest distance of any body from the truth after any tick, m, above 0. The distance from the reference may be at most
+    /// this minus the reference's own error.
     Error(f64),
     /// Most thread CPU time, ms, for 1/60 s of the scene; above 0.
     Budget(f64),
@@ -54,8 +54,8 @@ pub struct PartChoice {
     pub reference_error_m: f64,
     /// Its part of the total, 0 to 1.
     pub share: f64,
-    /// How many times longer ticks would do, by the order of the method: where one substep is more accurate than asked for,
-    /// the tick is what costs most. At least 2.
+    /// How many times longer the ticks could be with the error still below the goal, by the order of the method; at least 2. Only
+    /// where one substep is more accurate than asked for: longer ticks are then the only way to save.
     pub longer_ticks: Option<f64>,
 }
 

@@ -229,24 +229,24 @@ pub enum Goal {
     Done {
         /// True when it is done.
         when: Formula,
-        /// Actions that do it.
+        /// Actions that reach the goal: `sandbox lessons` plays them to check the lesson and to print its pages.
         solution: Vec<Action>,
-        /// Other actions that do it.
+        /// Other ways to reach it, each checked.
         also: Vec<Vec<Action>>,
-        /// Actions that do not do it.
+        /// Mistakes that must not reach it, each checked.
         wrong: Vec<Vec<Action>>,
     },
     /// The person answers with a number.
     Number {
-        /// The right number.
+        /// The formula of the right number.
         right: Formula,
         /// Largest relative error of an accepted answer.
         within: f64,
         /// Its unit.
         unit: String,
-        /// The answer.
+        /// A typed answer that must be accepted.
         solution: String,
-        /// Wrong answers.
+        /// Typed answers that must be refused.
         wrong: Vec<String>,
     },
     /// The person chooses one of several answers.

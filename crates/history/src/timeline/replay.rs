@@ -53,10 +53,10 @@ impl Replay {
         self.watch.tick(&mut self.simulation, None)
     }
 
-    /// Applies the next of `events` that belong to this tick, and skips those of ticks before it. Pushes wait for the
-    /// coming tick. Returns whether any were applied.
+    /// Applies the events at the present tick number, after skipping earlier ones. A push waits for the coming tick. Returns
+    /// whether there were any.
     ///
-    /// The caller tells the watch: [`Self::tick`] does so at once; at the end of a seek, the next live tick does.
+    /// The watch is not told of them: [`Self::tick`] does so at once; at the end of a seek, the next live tick does.
     pub fn carry_out<'a>(
         &mut self,
         events: &mut Peekable<impl Iterator<Item = &'a Event>>,

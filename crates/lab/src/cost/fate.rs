@@ -7,19 +7,19 @@ use super::record::Drift;
 pub enum Fate {
     /// The run failed.
     Failed,
-    /// It is conserved to rounding.
+    /// The residual is rounding.
     RoundOff,
-    /// More than half is lost at the end; the largest residual, a share.
+    /// At the end the method has lost more than half of the scale; the value is the largest residual.
     Lost(f64),
-    /// It grows exponentially, to this multiple of the energy at the start.
+    /// The energy grows exponentially; the value is its ratio to the start.
     Exponential(f64),
-    /// The residual grows as this power of the time, to this share.
+    /// The residual grows as a power of the time; the values are the power and the largest residual.
     Power(f64, f64),
-    /// It grows in another way, to this share.
+    /// The residual grows in another way, to this share.
     Grows(f64),
-    /// It varies by up to this share, which is more than a tenth.
+    /// The residual does not grow, but is above a tenth.
     Varies(f64),
-    /// It stays within this share.
+    /// The residual does not grow, and is at most a tenth.
     Within(f64),
 }
 
