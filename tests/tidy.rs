@@ -116,8 +116,8 @@ const HISTORY: &[&str] =
 
 /// The same of `crates/lab/src`.
 const LAB: &[&str] = &[
-    "duration",
     "run",
+    "duration",
     "shard",
     "column",
     "ordered",
