@@ -1,5 +1,4 @@
-//! The one table of named actions: what keys and buttons do, what the help panel and `sandbox list keys` print, what
-//! scripts may press.
+//! The table of named actions, shared by keys, buttons, the help panel, `sandbox list keys` and scripts.
 
 use std::sync::LazyLock;
 
@@ -8,19 +7,19 @@ use glam::DVec3;
 pub use crate::input::{Key, UnknownKey};
 use crate::panels::{PANELS, Panel};
 
-/// When an action's key means something.
+/// The modes in which a key works.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum When {
     /// In both modes.
     Always,
-    /// While the camera flies.
+    /// In camera mode, while the camera flies.
     CameraMode,
-    /// While the pointer is free to select.
+    /// In selection mode, while the pointer is free to select.
     SelectionMode,
 }
 
 impl When {
-    /// The words for it in tables.
+    /// The name of the mode in tables.
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
@@ -34,25 +33,25 @@ impl When {
 /// How long an action lasts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Lasts {
-    /// It happens when the key goes down.
+    /// Happens once, when the key goes down.
     Once,
-    /// It happens when the key goes down, and again and again while it is held.
+    /// Happens when the key goes down, and repeats while it is held.
     Repeatedly,
-    /// It lasts while the key is held.
+    /// Lasts while the key is held.
     While(Hold),
 }
 
-/// What a key does while it is held.
+/// The effect of a held key.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Hold {
-    /// Flies to the right, up and forward.
+    /// Flies in a direction: right, up, forward.
     Fly(DVec3),
-    /// Pushes the selection in that direction.
+    /// Pushes the selection in a direction.
     Push(DVec3),
-    /// Lets clicks select what cannot be moved.
+    /// Lets clicks select immovable bodies.
     SelectImmovable,
-    /// Makes the wheel change the click force in any case, and clicks select immovable bodies: an alternative to Alt, whose clicks
-    /// some window managers intercept.
+    /// Makes the wheel always change the click force, and lets clicks select immovable bodies: an alternative to Alt, whose
+    /// clicks some window managers intercept.
     ChangeForce,
 }
 
@@ -61,13 +60,13 @@ pub(crate) enum Hold {
 pub struct Binding {
     /// The action.
     pub act: Act,
-    /// Its name in scripts.
+    /// The name of the action in scripts.
     pub name: &'static str,
-    /// The keys that do it.
+    /// The keys of the action.
     pub keys: &'static [&'static str],
-    /// When they do.
+    /// The modes in which the keys work.
     pub when: When,
-    /// What it does, for the person.
+    /// Description of the action, for the person.
     pub what: &'static str,
     pub(crate) lasts: Lasts,
 }
@@ -83,36 +82,35 @@ impl Binding {
         Self { act, name, keys, when, what, lasts }
     }
 
-    /// Whether its key does it again and again while it is held.
+    /// Whether the action repeats while its key is held.
     pub(crate) fn repeats(&self) -> bool {
         self.lasts == Lasts::Repeatedly
     }
 
-    /// What it does and its key, as the tooltip of its button says it.
+    /// The tooltip of the action's button: its description and its key.
     pub(crate) fn tooltip(&self) -> String {
         format!("{} ({})", self.what, self.keys[0])
     }
 }
 
-/// Makes the actions and their rows from one list; the panels' actions are inserted at `[panels]`, which fixes the order of the
-/// help.
+/// Generates the actions and their rows from one list. `[panels]` is the place of the panels' actions in the order of the help.
 macro_rules! actions {
     (
         $($First:ident: $first:literal, $first_keys:tt, $first_when:ident, $first_lasts:expr, $first_what:literal;)*
         [panels]
         $($Last:ident: $last:literal, $last_keys:tt, $last_when:ident, $last_lasts:expr, $last_what:literal;)*
     ) => {
-        /// A named action: what a key, a button or a script's `press` does.
+        /// A named action of a key, a button or a script's `press`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[expect(missing_docs, reason = "the rows say what each does")]
         pub enum Act {
             $($First,)*
-            /// Opens or closes that panel.
+            /// Opens or closes the panel.
             Panel(Panel),
             $($Last,)*
         }
 
-        /// Every action that has a key: those of panels come from their list.
+        /// The rows of all actions; the panels' rows come from `PANELS`.
         pub static BINDINGS: LazyLock<Vec<Binding>> = LazyLock::new(|| {
             let first = [$(Binding::new(
                 (Act::$First, $first), &$first_keys, When::$first_when, $first_lasts, $first_what,
@@ -185,7 +183,7 @@ actions! {
 }
 
 impl Act {
-    /// Its row.
+    /// The row of the action.
     #[must_use]
     pub fn binding(self) -> &'static Binding {
         BINDINGS
@@ -194,19 +192,19 @@ impl Act {
             .expect("the list has a row for every action")
     }
 
-    /// Its name in scripts.
+    /// The name of the action in scripts.
     #[must_use]
     pub fn name(self) -> &'static str {
         self.binding().name
     }
 
-    /// The key that does it.
+    /// The first key of the action.
     pub(crate) fn key(self) -> Key {
         self.binding().keys[0].parse().expect("the table has keys that there are")
     }
 }
 
-/// What the mouse does: input, when, what.
+/// The uses of the mouse: input, mode, description.
 pub const MOUSE: &[(&str, When, &str)] = &[
     ("move", When::CameraMode, "look around, 0.07 degrees per count"),
     (
@@ -237,20 +235,20 @@ pub const MOUSE: &[(&str, When, &str)] = &[
     ),
 ];
 
-/// An input, and what it does.
+/// A row of the help: an input and its description.
 #[derive(Clone, Copy)]
 pub(crate) struct InputRow {
-    /// The keys that do the same, or one use of the mouse.
+    /// The keys of one action, or one use of the mouse.
     pub inputs: &'static [&'static str],
-    /// When it does it.
+    /// The modes in which the input works.
     pub when: When,
-    /// What it does, for the person.
+    /// Description of the input, for the person.
     pub what: &'static str,
-    /// The name of the action in scripts; the mouse has none.
+    /// The name of the action in scripts; `None` for the mouse.
     pub name: Option<&'static str>,
 }
 
-/// Every key and every use of the mouse, in the order of the help.
+/// The rows of all keys and all uses of the mouse, in the order of the help.
 pub(crate) fn input_rows() -> impl Iterator<Item = InputRow> {
     let keys = BINDINGS.iter().map(|&Binding { name, keys, when, what, .. }| InputRow {
         inputs: keys,
@@ -267,16 +265,16 @@ pub(crate) fn input_rows() -> impl Iterator<Item = InputRow> {
     keys.chain(mouse)
 }
 
-/// The row with exactly this key and modifiers.
+/// The row with exactly this key and these modifiers.
 fn exact_binding(key: &Key) -> Option<&'static Binding> {
     let name = key.to_string();
     BINDINGS.iter().find(|binding| binding.keys.contains(&name.as_str()))
 }
 
-/// The row of the key, if it has one.
+/// The row of the key, if any.
 #[must_use]
 pub fn binding(key: &Key) -> Option<&'static Binding> {
-    // Shift flies down while other keys are held, so it is ignored for keys that have no row with it.
+    // Shift flies down while other keys are held, so it is ignored for keys without a row with Shift.
     exact_binding(key).or_else(|| exact_binding(&key.clone().with_shift(false)))
 }
 
@@ -290,7 +288,7 @@ pub(crate) fn shift_is_part_of(key: &Key) -> bool {
     }
 }
 
-/// The key for a word of a script: a key's own name, or the name of an action.
+/// The key for a word of a script, which is the name of a key or of an action.
 ///
 /// # Errors
 /// A word that is neither.
@@ -301,7 +299,7 @@ pub fn key_of_word(word: &str) -> Result<Key, UnknownKey> {
     }
 }
 
-/// Whether a script's word for a key presses one of those actions.
+/// Whether a script's word for a key presses one of `acts`.
 pub(crate) fn presses_one_of(word: &str, acts: &[Act]) -> bool {
     let key = key_of_word(word).ok();
     key.and_then(|key| binding(&key)).is_some_and(|binding| acts.contains(&binding.act))

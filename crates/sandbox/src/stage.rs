@@ -1,4 +1,4 @@
-//! A run: the simulation with its clock, its recording, its selection, and what is said about it. It knows no picture.
+//! A run of a scene: the simulation with its clock, its recording, its selection and its notices. Independent of drawing.
 //!
 //! Changes of the simulation are [`Change`](history::Change)s; those of a person, a script or a panel come through
 //! [`Stage::change`]. The ticks of a frame lie between [`Stage::begin_ticks`] and [`Stage::end_ticks`].
@@ -42,68 +42,68 @@ use self::timeline::Recorded;
 use crate::clock::TickClock;
 use crate::input::SwitchedBy;
 
-/// Simulated time that one frame may catch up with, s; what a longer frame owes is dropped and reported.
+/// Longest frame time that is caught up with, s. The excess of a longer frame is dropped and reported.
 pub(crate) const CATCH_UP: f64 = 0.25;
 
-/// What the program outside has to do after a frame.
+/// An order that the program carries out after a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Write the picture of this frame; a name if a script gave one.
+    /// Write the picture of this frame, under the name from a script, if any.
     Screenshot(Option<String>),
-    /// Write the run into a file: a black box.
+    /// Write the recorded run into a bundle.
     Bundle,
-    /// Write that text as a CSV file.
+    /// Write the text as a CSV file.
     Table(String),
     /// Write the text of a scene into a file.
     Scene(SceneFile),
-    /// Load the scene of that name.
+    /// Load the scene with this name.
     Open(String),
-    /// Restore the unsaved changes in that file.
+    /// Restore the unsaved changes in this file.
     Restore(PathBuf),
-    /// Delete those unsaved changes.
+    /// Delete the unsaved changes in this file.
     Forget(PathBuf),
-    /// Leave.
+    /// Quit the program.
     Quit,
 }
 
 /// A scene to be written into a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneFile {
-    /// The file, which is new or has the text that it `replaces`.
+    /// The file, which is new or has the text `replaces`.
     pub path: PathBuf,
-    /// What the file gets.
+    /// The text to write.
     pub text: Arc<str>,
-    /// What the file has.
+    /// The text that an existing file is expected to have.
     pub replaces: Option<Arc<str>>,
-    /// The text of the scene at that time, from which `text` differs by what was set without the editor.
+    /// The text of the scene when the file was ordered. `text` adds the changes made outside the editor.
     pub of: Arc<str>,
 }
 
-/// What a stage does when something goes wrong.
+/// The reaction of a stage to a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum OnFault {
-    /// It goes back to the last good tick, pauses and selects the body.
+    /// Goes back to the last good tick, pauses and selects the body.
     Pause,
-    /// It simulates no further.
+    /// Stops simulating.
     Stop,
 }
 
-/// A tick that is over.
+/// The kind of a completed tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Simulated {
-    /// One of the run; the stage is at its end.
+    /// A tick of the run; the stage is at its end.
     New,
-    /// One that a seek simulates; the stage does not show it.
+    /// A tick that a seek simulates; the stage does not show it.
     Again,
 }
 
-/// The start of `scene`, as `options` want it.
+/// Builds the start of `scene` with `options`.
 pub(crate) fn start(scene: impl Into<Arc<Scene>>, options: Options) -> Simulation {
     Simulation::prepared(scene, |world, bodies| prepare(world, bodies.len(), options))
 }
 
-/// Lets threads share a large world, movable bodies be drawn between two ticks, and pictures be taken without changing the
-/// world.
+/// Prepares `world` for `options`: threads share a large world, movable bodies can be drawn between two ticks, and pictures
+/// need no mutable world.
 pub(crate) fn prepare(world: &mut World, bodies: usize, options: Options) {
     if bodies >= Threads::FROM {
         let usual = || std::thread::available_parallelism().map_or(1, NonZero::get);
@@ -121,7 +121,7 @@ pub(crate) fn prepare(world: &mut World, bodies: usize, options: Options) {
     }
 }
 
-/// A query of a world that is not mutable. Its components have to be registered: see [`register_drawn`].
+/// Builds a query of an immutable world. Its components must be registered: see [`register_drawn`].
 pub(crate) fn query<D: QueryData, F: QueryFilter>(world: &World) -> QueryState<D, F> {
     world.try_query_filtered().expect("`register_drawn` names the components of pictures")
 }
@@ -147,26 +147,26 @@ pub(crate) fn register_drawn(world: &mut World) {
     world.register_component::<SwarmLog>();
 }
 
-/// What belongs to one world; another world has its own.
+/// State of a stage that is replaced with the world.
 pub(crate) struct PerWorld {
-    /// How many worlds the stage had before.
+    /// Number of earlier worlds of the stage.
     pub number: u64,
-    /// Whether it was restored by a seek; else it began at the start of its scene.
+    /// Whether a seek restored the world; otherwise it began at the start of its scene.
     pub sought: bool,
     pub selection: Option<Entity>,
-    /// What the pointer pulls.
+    /// The pull of the pointer.
     pub pull: Option<Pull>,
     /// How many times a person or a script changed the run; a drag and a held key count once.
     pub interventions: u64,
     /// Pushes of the last tick, N.
     pub pushes: HashMap<Entity, DVec3>,
-    /// Where between the last two ticks bodies are drawn, in [0, 1].
+    /// Interpolation between the last two ticks for drawing, in [0, 1].
     pub alpha: f64,
-    /// Changes that the tools have not been told of.
+    /// Changes that the tools have not received yet.
     pub given: Vec<Change>,
-    /// Quarantined bodies of this world that have been noted.
+    /// Number of quarantined bodies of this world that have been noted.
     pub records_seen: usize,
-    /// Implicit steps that had not converged before; `None` once the person was told of one.
+    /// Number of unconverged implicit steps at the start of this world; `None` once the person was told of another.
     pub unconverged_before: Option<u64>,
 }
 
@@ -187,11 +187,11 @@ impl PerWorld {
     }
 }
 
-/// What lasts from scene to scene.
+/// State of a session that is kept from scene to scene.
 #[derive(Default)]
 pub(crate) struct Run {
     pub options: Options,
-    /// Whether the last minute is recorded, and what a fault does.
+    /// The reaction to a fault, if the last minute is recorded.
     pub recording: Option<OnFault>,
     /// Whether the next fault of this scene orders a bundle.
     pub saves_faults: bool,
@@ -202,10 +202,10 @@ pub(crate) struct Run {
     pub files: Vec<PathBuf>,
     /// Time dropped in hitches, s.
     pub dropped: f64,
-    /// That of the last frame, s.
+    /// Time dropped in the last frame, s.
     pub dropped_lately: f64,
     pub quarantined: Vec<QuarantinedBody>,
-    /// How many of them are of other worlds.
+    /// Number of bodies in `quarantined` that belong to earlier worlds.
     pub quarantined_before: usize,
 }
 
@@ -218,29 +218,29 @@ impl Run {
     }
 }
 
-/// Why a pace cannot be refused.
+/// The reason why setting a pace cannot fail.
 const PACE: &str = "a checked pace is positive and finite";
 
 /// A run of a scene.
 pub struct Stage {
     sim: Simulation,
     pub(crate) here: PerWorld,
-    /// Rises whenever things may be drawn elsewhere; what was computed at another version is out of date.
+    /// Increases whenever the drawn positions may change; results computed at another version are out of date.
     pub(crate) version: u64,
     pub(crate) paused: bool,
-    /// Ticks that were asked for one by one.
+    /// Number of single ticks requested.
     pub(crate) steps_asked: u64,
-    /// Pushes of held keys, N, which act in every tick.
+    /// Pushes of held keys, N, applied in every tick.
     pub(crate) held: Vec<Push>,
-    /// What switched an effect last.
+    /// The source of the last change of each effect.
     pub(crate) switched: BTreeMap<Effect, SwitchedBy>,
     /// The last minute, if it is recorded.
     pub(crate) past: Option<Box<Recorded>>,
     pub(crate) clock: TickClock,
-    /// What the person is told.
+    /// Notices for the person.
     pub notices: Notices,
     pub(crate) orders: Vec<Order>,
-    /// What a script wrote below pictures, in place of the description of the scene.
+    /// Caption from a script, shown below pictures instead of the description of the scene.
     pub(crate) caption: Option<String>,
     pub(crate) run: Run,
 }
@@ -271,7 +271,7 @@ impl Stage {
         }
     }
 
-    /// Opens another scene in the same run: its time and its counts continue.
+    /// Opens another scene in the same run, whose time and counts continue.
     pub(crate) fn open(&mut self, scene: Scene) {
         self.forget_ahead();
         let mut run = std::mem::take(&mut self.run);
@@ -289,7 +289,7 @@ impl Stage {
         self.restart_recording();
     }
 
-    /// Builds the world again; gravity, damping, what is switched off, method and step stay, the selection does not.
+    /// Rebuilds the world. Keeps gravity, damping, the switched-off effects, the method and the step; clears the selection.
     pub(crate) fn reset(&mut self) {
         self.forget_ahead();
         self.run.quarantined_before = self.run.quarantined.len();
@@ -303,7 +303,7 @@ impl Stage {
         self.restart_recording();
     }
 
-    /// Simulated seconds per second of frame time, until a person changes that.
+    /// Simulated seconds per second of frame time, until a person changes the pace.
     pub(crate) fn usual_pace(&self) -> f64 {
         self.run.options.pace.unwrap_or(self.sim.scene.pace)
     }
@@ -316,13 +316,13 @@ impl Stage {
         self.version += 1;
     }
 
-    /// How a click pushes.
+    /// The push of a click.
     pub(crate) fn push_spec(&self) -> PushSpec {
         self.sim.scene.push.unwrap_or(PushSpec::TUTORIAL)
     }
 }
 
-/// Gives the `next` world the time and the counts of another: it is the same run.
+/// Moves the time and the counts of `world` to the `next` world of the same run.
 fn hand_over(world: &mut World, next: &mut World) {
     let mut clock = *world.resource::<StepClock>();
     clock.begin_scene();

@@ -1,4 +1,4 @@
-//! What a run says about itself: the summary as JSON and as a table, the state's hash.
+//! The summary of a run, as JSON and as a table, and the hash of its state.
 
 use std::fmt::Write as _;
 
@@ -13,27 +13,27 @@ use crate::stage::Stage;
 use crate::stage::notices::QuarantinedBody;
 use crate::tools::forecast::ForecastRow;
 
-/// XXH3-64 over the little-endian f64 bits of position and velocity of every body with physics in stable-id
-/// order.
+/// The hash of the state: XXH3-64 over the little-endian f64 bits of position and velocity of every body with physics, in
+/// stable-id order.
 #[must_use]
 pub fn state_hash(stage: &Stage) -> u64 {
     stage.sim().hash()
 }
 
-/// A run in numbers.
+/// The summary of a run.
 #[derive(Clone, Debug)]
 pub struct Summary {
     fields: Map<String, Value>,
 }
 
 impl Summary {
-    /// Energy and momentum at the start of a run: the base of its drift.
+    /// Energy and momentum at the start of a run, from which its drift is measured.
     #[must_use]
     pub fn totals_at_start(stage: &mut Stage) -> Totals {
         totals(&mut stage.sim_mut().world)
     }
 
-    /// The summary of `session`, which began with `start`; `adapter` drew the pictures, if any were drawn.
+    /// The summary of `session`, which began with the totals `start`. `adapter` drew the `pictures`, if any.
     #[must_use]
     pub fn of(
         session: &mut Session,
@@ -43,7 +43,7 @@ impl Summary {
     ) -> Self {
         let now = totals(&mut session.stage.sim_mut().world);
         let evaluations = session.stage.sim().evaluations();
-        // Every law is listed: one that does not act was evaluated 0 times.
+        // Every law is listed: an inactive law was evaluated 0 times.
         let laws: Map<_, _> = LAWS
             .iter()
             .map(|(law, _)| (*law, 0))
@@ -110,7 +110,7 @@ impl Summary {
         self.fields.insert(field.to_owned(), value);
     }
 
-    /// The summary as JSON, the order of the contract kept.
+    /// The summary as JSON, with the fields in the order of the contract.
     #[must_use]
     pub fn to_json(&self) -> String {
         let mut text = serde_json::to_string_pretty(&self.fields)
@@ -153,7 +153,7 @@ impl Summary {
     }
 }
 
-/// A row of a forecast.
+/// A row of a forecast as JSON.
 pub(crate) fn forecast_json(row: &ForecastRow) -> Value {
     json!({
         "element": row.element,
@@ -170,7 +170,7 @@ pub(crate) fn forecast_json(row: &ForecastRow) -> Value {
     })
 }
 
-/// The ledger since it was opened; `without` names the emitters whose particles it omits.
+/// The ledger since it was opened, as JSON. `without` names the emitters whose particles it omits.
 fn ledger_json(ledger: &Ledger, without: &[&str]) -> Value {
     let sums = ledger.since_opening();
     let LedgerLines { pushes, laws, damping, limits, anchors, interventions, residual } =
@@ -196,7 +196,7 @@ fn ledger_json(ledger: &Ledger, without: &[&str]) -> Value {
     fields
 }
 
-/// The lines of a vector, in that unit.
+/// The ledger lines of a vector quantity as JSON, in `unit`.
 fn vectors(lines: &LedgerLines<glam::DVec3>, unit: &str) -> Value {
     let LedgerLines { pushes, laws, damping, limits, anchors, interventions, residual } = lines;
     let line = |name: &str, amount: glam::DVec3| (format!("{name}_{unit}"), vector(amount));
@@ -217,7 +217,7 @@ fn by_law<T>(laws: &[(&'static str, T)], value: fn(&T) -> Value) -> Value {
     Value::Object(laws.iter().map(|(name, amount)| ((*name).to_owned(), value(amount))).collect())
 }
 
-/// A fault as JSON; null for none.
+/// A fault as JSON; null if there is none.
 pub(crate) fn fault_json(fault: Option<&FaultEntry>) -> Value {
     fault.map_or(
         Value::Null,

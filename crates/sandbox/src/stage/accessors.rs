@@ -1,4 +1,4 @@
-//! What others read of a stage: clocks, counts, names, settings, orders.
+//! Accessors of a stage: clocks, counts, names, settings, orders.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -21,8 +21,8 @@ impl Stage {
         &self.sim
     }
 
-    /// The simulation, for queries and observers that need it mutable. Only [`Self::change`] may change how it moves: what else
-    /// does is not recorded.
+    /// The simulation, for queries and observers that need it mutable. Change its motion only through [`Self::change`]: other
+    /// changes are not recorded.
     pub const fn sim_mut(&mut self) -> &mut Simulation {
         &mut self.sim
     }
@@ -33,13 +33,13 @@ impl Stage {
         self.here.selection
     }
 
-    /// Frames so far.
+    /// Number of frames so far.
     #[must_use]
     pub const fn frames(&self) -> u64 {
         self.run.frames
     }
 
-    /// Simulated time, s; it continues over a reset of the world.
+    /// Simulated time, s. A reset of the world does not restart it.
     #[must_use]
     pub fn simulated(&self) -> f64 {
         self.sim.world.resource::<StepClock>().seconds()
@@ -56,7 +56,7 @@ impl Stage {
         self.run.dropped
     }
 
-    /// Bodies that forces move, by the method that moves them, in the order of [`motion::METHODS`].
+    /// Number of bodies that forces move, per method, in the order of [`motion::METHODS`].
     pub fn methods(&self) -> Vec<(Method, usize)> {
         let scene = self.sim.method();
         let mut bodies = query::<(EntityRef, &PhysicsBody), Without<Quarantined>>(&self.sim.world);
@@ -68,7 +68,7 @@ impl Stage {
         counts.into_iter().collect()
     }
 
-    /// Every thing of the scene that was not removed, in stable-id order.
+    /// All things of the scene that were not removed, in stable-id order.
     pub fn things(&self) -> impl Iterator<Item = Entity> + '_ {
         self.sim.bodies.iter().copied().filter(|thing| self.sim.world.get_entity(*thing).is_ok())
     }
@@ -87,13 +87,13 @@ impl Stage {
         name.or_else(|| soft_name(&self.sim, thing)).unwrap_or_else(|| format!("{thing}"))
     }
 
-    /// Method and substeps of the bodies without their own.
+    /// Method and substeps of bodies without their own setting.
     #[must_use]
     pub fn setting(&self) -> Setting {
         Setting { method: self.sim.method(), substeps: self.sim.substeps() }
     }
 
-    /// Takes the orders of this frame, which the program outside carries out.
+    /// Takes the orders of this frame, for the program to carry out.
     pub fn take_orders(&mut self) -> Vec<Order> {
         std::mem::take(&mut self.orders)
     }
@@ -110,12 +110,12 @@ impl Stage {
         files.iter().for_each(|file| self.run.note_file(file));
     }
 
-    /// Simulated time with the part of the next tick that has passed, s.
+    /// Simulated time plus the elapsed part of the next tick, s.
     pub(crate) fn progress(&self) -> f64 {
         self.simulated() + self.clock.fraction() / self.clock.rate()
     }
 
-    /// Whether it is paused.
+    /// Whether the stage is paused.
     #[must_use]
     pub const fn paused(&self) -> bool {
         self.paused

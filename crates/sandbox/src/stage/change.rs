@@ -13,7 +13,7 @@ use crate::stage::notices::Topic;
 use crate::stage::{Order, Stage};
 
 impl Stage {
-    /// Does what a script's action says.
+    /// Carries out an action of a script.
     pub(crate) fn carry_out(&mut self, action: &Action) {
         if let Action::Screenshot(name) = action {
             self.orders.push(Order::Screenshot(Some(name.clone())));
@@ -30,7 +30,7 @@ impl Stage {
         }
     }
 
-    /// Makes a change of the simulation; one that its methods cannot solve is refused.
+    /// Makes a change of the simulation. Refuses a change that its methods cannot solve.
     pub fn change(&mut self, change: Change, by: SwitchedBy) {
         self.here.interventions += 1;
         match change {
@@ -47,8 +47,8 @@ impl Stage {
         }
     }
 
-    /// Makes a change between two ticks, and records it: what is done now makes another run of what was recorded ahead. What
-    /// was removed is not selected.
+    /// Makes a change between two ticks and records it. Cancels a seek, drops the quarantines that are ahead, because the run
+    /// differs from now on, and clears the selection if the change removed the thing.
     pub(crate) fn give(&mut self, change: Change) {
         if let Some(past) = &mut self.past {
             past.passed = None;
@@ -59,17 +59,17 @@ impl Stage {
         self.give_again(change);
     }
 
-    /// Makes a change that is recorded already.
+    /// Makes a change that is already recorded.
     pub(crate) fn give_again(&mut self, change: Change) {
         self.sim.give(&change);
-        // A push moves nothing before the tick.
+        // A push moves no body before the tick.
         self.version += u64::from(!matches!(change, Change::Push(..)));
         self.here.given.push(change);
         let Self { sim, here, .. } = self;
         here.selection.take_if(|thing| sim.world.get_entity(*thing).is_err());
     }
 
-    /// Makes a change of what the next ticks are simulated by.
+    /// Changes a setting of the next ticks.
     fn give_setting(&mut self, change: Change) {
         self.notices.retract(Topic::Forecast);
         self.give(change);
@@ -82,12 +82,12 @@ impl Stage {
         }
     }
 
-    /// Sets the rate of the clock to the length of ticks, which may have changed.
+    /// Sets the rate of the clock from the length of ticks, which may have changed.
     pub(crate) fn keep_pace_with_step(&mut self) {
         let rate = rate_of(self.sim.world.resource::<TimeStep>().0);
         let differs = (rate / self.clock.rate() - 1.0).abs() > 1e-9;
         if self.sim.scene.step == StepKind::Fixed && differs {
-            // A length that ticks have had is above 0 and finite.
+            // The length of a tick is above 0 and finite.
             let _ = self.clock.set_rate(rate);
         }
     }
@@ -104,7 +104,7 @@ impl Stage {
         }
     }
 
-    /// Says so where one of `methods` cannot solve what is declared.
+    /// Refuses the first of `methods` that cannot be used with `mutual_gravity`. Returns whether there was one.
     fn refuses(&mut self, methods: impl IntoIterator<Item = Method>, mutual_gravity: bool) -> bool {
         let why = methods.into_iter().find_map(|method| unsolvable(method, mutual_gravity));
         if let Some(why) = why {
@@ -113,10 +113,10 @@ impl Stage {
         why.is_some()
     }
 
-    /// Whether mutual gravity cannot come back, because a method was chosen meanwhile that cannot solve it.
+    /// Refuses to switch mutual gravity on if a method in use cannot solve it. Returns whether it refused.
     fn refuses_mutual_gravity(&mut self) -> bool {
         let sim = &mut self.sim;
-        // Includes bodies that nothing moves now; particles are not attracted.
+        // Includes bodies that do not move now; particles are not attracted.
         let mut bodies =
             sim.world.query_filtered::<EntityRef, (With<OwnMethod>, Without<Particle>)>();
         let own = bodies.iter(&sim.world).filter_map(motion::own_method);
@@ -124,7 +124,7 @@ impl Stage {
         self.refuses(methods, true)
     }
 
-    /// Switches an effect off or on again, at once. One that the scene never declared is told to the person.
+    /// Switches an effect off or on again, at once. Tells the person if the scene never declared the effect.
     ///
     /// # Errors
     /// An effect that the scene never declared.
@@ -136,7 +136,7 @@ impl Stage {
     ) -> Result<(), NeverDeclared> {
         self.refuse_undeclared(effect)?;
         if effect == Effect::MutualGravity && on && self.refuses_mutual_gravity() {
-            // It is there and stays off: the person was told why.
+            // The effect is declared and stays off: the person was told why.
             return Ok(());
         }
         self.give(Change::request(Request::Switch(effect, on)));
@@ -153,12 +153,12 @@ impl Stage {
         Err(error)
     }
 
-    /// Makes a request, and remembers the source of a change of an effect. An effect that the scene never declared is
-    /// refused, except from the settings, which declare it and say so.
+    /// Makes a request and remembers the source of a change of an effect. Refuses an effect that the scene never declared,
+    /// unless the settings made the request: they declare it and tell the person.
     fn ask_by(&mut self, request: Request<u32>, by: SwitchedBy) {
         let effect = match request {
             Request::Switch(effect, on) => {
-                // The person was told if there is no such effect in the scene.
+                // The person was told if the scene never declared the effect.
                 let _ = self.switch_effect(effect, on, by);
                 return;
             }
@@ -196,7 +196,7 @@ impl Stage {
         self.give(Change::request(request));
     }
 
-    /// Remembers what switched an effect last.
+    /// Remembers the source of the last change of an effect.
     pub(crate) fn note_switched(&mut self, effect: Effect, by: SwitchedBy) {
         self.switched.insert(effect, by);
         self.notices.retract(Topic::Forecast);
@@ -205,7 +205,7 @@ impl Stage {
         }
     }
 
-    /// Switches gravity on or off, at once. A scene without gravity is told so.
+    /// Switches gravity on or off, at once. Tells the person if the scene has no gravity.
     pub(crate) fn toggle_gravity(&mut self) {
         match self.sim.world.get_resource::<Gravity>() {
             Some(gravity) => {

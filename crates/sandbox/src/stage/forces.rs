@@ -16,15 +16,15 @@ impl Stage {
         forces
     }
 
-    /// The pushes of the last tick.
+    /// The pushes of the last tick, N.
     pub(crate) fn pushes(&self) -> Vec<Push> {
         let push = |(body, newtons): (&Entity, &DVec3)| Push { body: *body, newtons: *newtons };
         self.here.pushes.iter().map(push).collect()
     }
 }
 
-/// The state of a body at the time of its position, from the forces on it: position Verlet keeps the velocity of half a
-/// step before.
+/// The state of a body with the velocity at the time of its position, from the forces on it. Position Verlet stores the
+/// velocity half a step earlier.
 pub(crate) fn synchronized(
     world: &World,
     body: Entity,
@@ -37,7 +37,7 @@ pub(crate) fn synchronized(
     Some(state.moving_at(state.velocity + newtons * state.inverse_mass * half_step(world, body)))
 }
 
-/// The state of a soft body at the time of its positions; its points move `together`.
+/// The state of a soft body with the velocity at the time of its positions. `together` is its movable points as one body.
 pub(crate) fn synchronized_points(
     world: &World,
     pushes: &[Push],
@@ -65,7 +65,7 @@ fn damping_model(world: &World) -> Option<DampingModel> {
     world.get_resource::<Damping>().map(|damping| damping.model)
 }
 
-/// Adds to the sum of that name, or begins it.
+/// Adds to the sum called `name`, or starts that sum.
 pub(crate) fn add_to<N: PartialEq>(sums: &mut Vec<(N, DVec3)>, name: N, newtons: DVec3) {
     match sums.iter_mut().find(|(known, _)| *known == name) {
         Some((_, sum)) => *sum += newtons,
@@ -73,7 +73,7 @@ pub(crate) fn add_to<N: PartialEq>(sums: &mut Vec<(N, DVec3)>, name: N, newtons:
     }
 }
 
-/// Whether a method asks for it as a law. All of a push, and of damping that is no law, is in a velocity already.
+/// Whether a method evaluates `cause` as a law. The velocity already includes pushes, and damping that is not a law.
 fn is_of_laws(cause: ForceCause, damping: Option<DampingModel>) -> bool {
     match cause {
         ForceCause::Push => false,

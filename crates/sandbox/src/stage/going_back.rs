@@ -1,8 +1,7 @@
-//! Going back in the last minute, repeating it, and what happens when something goes wrong.
+//! Going back in the last minute, repeating it, and the reaction to faults.
 //!
-//! A seek simulates the ticks from a snapshot on, over as many frames as that takes. Until it ends, the present is
-//! shown; a change of the present cancels it. Without a window, a quarantine that is ahead after going back
-//! still decides the exit code.
+//! A seek simulates ticks from a snapshot on and may take several frames. Until it ends, the present is shown; a change of
+//! the present cancels it. Without a window, a quarantine that is ahead after going back still decides the exit code.
 
 use std::ops::ControlFlow;
 
@@ -16,24 +15,25 @@ use crate::stage::timeline::{Recorded, Way};
 use crate::stage::{OnFault, Order, Simulated, Stage, prepare};
 
 impl Stage {
-    /// Records the last minute from now on, for going back. At a fault it does that by itself, pauses and selects.
+    /// Records the last minute from now on, for going back. At a fault the stage goes back by itself, pauses and selects the
+    /// body.
     pub fn keep_timeline(&mut self) {
         self.run.recording = Some(OnFault::Pause);
         self.restart_recording();
     }
 
-    /// Records the last minute from now on, and simulates no further when a body is quarantined or energy jumps.
+    /// Records the last minute from now on, and stops simulating when a body is quarantined or energy jumps.
     pub fn keep_black_box(&mut self) {
         self.run.recording = Some(OnFault::Stop);
         self.restart_recording();
     }
 
-    /// Orders a bundle by itself at the first fault of this scene and of each that is opened.
+    /// Lets the stage order a bundle at the first fault of this scene and of each scene that is opened.
     pub const fn save_faults(&mut self) {
         self.run.saves_faults = true;
     }
 
-    /// Restarts the recording with another world.
+    /// Restarts the recording, for another world.
     pub(crate) fn restart_recording(&mut self) {
         self.past = None;
         if self.run.recording.is_some() {
@@ -41,7 +41,7 @@ impl Stage {
         }
     }
 
-    /// Does again what came from outside before the coming tick, if that is repeated; whether it is.
+    /// Repeats the recorded changes before the coming tick if that tick is repeated. Returns whether it is.
     pub(crate) fn repeat_before_tick(&mut self) -> bool {
         let repeats = self.repeats();
         if repeats {
@@ -50,7 +50,7 @@ impl Stage {
         repeats
     }
 
-    /// Does what was recorded at the end of the last tick.
+    /// Repeats the changes recorded at the end of the last tick.
     fn repeat_events(&mut self) {
         let now = self.sim.ticks();
         let Some(past) = &self.past else { return };
@@ -58,7 +58,8 @@ impl Stage {
         events.into_iter().for_each(|event| self.give_again(event.what));
     }
 
-    /// Records a tick that is over, unless it was one that is `repeated`; whether something went wrong in it.
+    /// Records the completed tick unless it was `repeated`. Returns whether it had a fault, other than the one in
+    /// `Recorded::passed`.
     pub(crate) fn record_after_tick(&mut self, repeated: bool) -> bool {
         let now = self.sim.ticks();
         let Some(past) = &mut self.past else { return false };
@@ -74,7 +75,7 @@ impl Stage {
             past.bad_from = Some(past.bad_from.map_or(found.tick, |bad| bad.min(found.tick)));
         }
         if found.is_none() {
-            // Gone on from before it, the run did not go wrong again.
+            // The run continued from before this fault, and the fault did not recur.
             past.fault.take_if(|fault| fault.found == now);
         }
         if found.as_ref().map(|fault| fault.tick) != past.fault.as_ref().map(|fault| fault.tick) {
@@ -86,14 +87,15 @@ impl Stage {
         news
     }
 
-    /// At the end of a frame in which something went wrong: back to the last good tick, for the person to look.
+    /// Handles a new fault at the end of its frame. With `OnFault::Pause`, begins the seek to the tick before it, for the person
+    /// to look.
     pub(crate) fn meet_fault(&mut self) {
         let Some(past) = self.past.as_mut().filter(|past| !past.met) else { return };
         past.met = true;
         let Some(fault) = past.fault.clone() else { return };
         past.passed = Some(fault.tick);
         if self.run.recording == Some(OnFault::Pause) {
-            // A quarantine has been told.
+            // The person was already told of a quarantine.
             if !fault.quarantined {
                 self.notices.say(Topic::Fault, fault.what.clone());
             }
@@ -104,29 +106,29 @@ impl Stage {
         }
     }
 
-    /// Goes to the last good tick before what went wrong, if something did, with the body selected.
+    /// Goes back to the tick before the recorded fault, if any, and selects the body at fault.
     pub fn rewind_before_fault(&mut self) {
         if let Some(fault) = self.fault().cloned() {
             self.rewind_before(&fault);
         }
     }
 
-    /// Goes back to the last good tick, in one go, and selects the body that is at fault.
+    /// Goes back to the tick before `fault` within this call, and selects the body at fault.
     pub fn rewind_before(&mut self, fault: &Fault) {
         self.begin_seek_before(fault);
         self.finish_seek();
     }
 
     fn begin_seek_before(&mut self, fault: &Fault) {
-        // Before the seek: a selection goes along.
+        // Before the seek, which keeps the selection.
         if let Some(body) = fault.body.and_then(|id| self.sim.body(id)) {
             self.here.selection = Some(body);
         }
         self.begin_seek(fault.tick.saturating_sub(1));
     }
 
-    /// Pauses and goes to the end of tick number `tick`, or the nearest in the last minute, in one go. Going on from there
-    /// drops what came after it, unless it is repeated.
+    /// Pauses and goes to the end of tick number `tick`, or the nearest in the last minute, within this call. Continuing from
+    /// there drops the ticks recorded after it, unless they are repeated.
     pub fn seek(&mut self, tick: u64) {
         self.begin_seek(tick);
         self.finish_seek();
@@ -136,7 +138,7 @@ impl Stage {
         self.continue_seek(&mut |_, _| ControlFlow::Continue(()));
     }
 
-    /// Pauses and begins to go to the end of tick number `tick`, or the nearest in the last minute.
+    /// Pauses and begins a seek to the end of tick number `tick`, or the nearest in the last minute.
     pub(crate) fn begin_seek(&mut self, tick: u64) {
         self.paused = true;
         self.notices.retract(Topic::Place);
@@ -158,7 +160,7 @@ impl Stage {
         }
     }
 
-    /// Continues a seek for as long as `look` lets it; whether it has not ended.
+    /// Continues a seek until it ends or `look` breaks. Returns whether it is unfinished.
     pub(crate) fn continue_seek(&mut self, look: Look<'_>) -> bool {
         let Some(mut way) = self.past.as_mut().and_then(|past| past.way.take()) else {
             return false;
@@ -192,7 +194,7 @@ impl Stage {
             false => "the oldest tick that is kept",
         };
         let good = format!("back at {}, {which}", self.times().words(now));
-        // An opened bundle is in a file already, and so is the first fault of a scene. Later faults may be many.
+        // An opened bundle and the first fault of a scene are already in files. Later faults may be many.
         if self.run.saves_faults && !self.repeats() {
             self.run.saves_faults = false;
             self.orders.push(Order::Bundle);
@@ -202,7 +204,7 @@ impl Stage {
         }
     }
 
-    /// One tick back, paused.
+    /// Pauses and goes one tick back.
     pub(crate) fn step_back(&mut self) {
         self.paused = true;
         match self.within().map(|within| (*within.range.start(), within.at)) {
@@ -216,7 +218,7 @@ impl Stage {
         }
     }
 
-    /// Replaces the world by one of another tick.
+    /// Replaces the world with the result of a seek.
     pub(crate) fn take_over(&mut self, replay: Replay) {
         let (selection, before) =
             (self.here.selection.and_then(|entity| Thing::of(&self.sim, entity)), self.sim.ticks());

@@ -1,4 +1,4 @@
-//! Tells the person: notices, refusals and quarantined bodies, from the state of a stage.
+//! Messages to the person about the state of a stage: quarantined bodies and unconverged steps.
 
 use std::borrow::Cow;
 
@@ -8,7 +8,7 @@ use motion::{Cause, Evaluations, Fault, Quarantine, QuarantineRecord, StableId};
 use crate::stage::Stage;
 use crate::stage::notices::{QuarantinedBody, Topic};
 
-/// So many quarantined bodies of a world are told of, one by one.
+/// Number of quarantined bodies per world that get a notice of their own.
 const TOLD: usize = 3;
 
 impl Stage {
@@ -37,7 +37,7 @@ impl Stage {
                     format!("{body} was quarantined at {}: {what}", times.words(tick)),
                 );
             }
-            // A run that continues from the past may repeat what came after.
+            // A run that continues from the past may repeat a quarantine that is already listed.
             if self.run.quarantined.len() == self.run.quarantined_before + number {
                 self.run.quarantined.push(QuarantinedBody {
                     body,
@@ -59,13 +59,13 @@ impl Stage {
         }
     }
 
-    /// Every body that was quarantined in the run up to now, in earlier scenes and before a reset too, in that order.
+    /// All bodies quarantined in the run up to now, in order, including earlier scenes and the time before a reset.
     #[must_use]
     pub fn quarantined(&self) -> &[QuarantinedBody] {
         &self.run.quarantined[..self.quarantined_end()]
     }
 
-    /// The same with those that the run has gone back before, and whose ticks it has not dropped.
+    /// All quarantined bodies, including those ahead after going back whose ticks have not been dropped.
     #[must_use]
     pub fn all_quarantined(&self) -> &[QuarantinedBody] {
         &self.run.quarantined
@@ -78,7 +78,7 @@ impl Stage {
         Some(format!("at {} by {}", self.times().words(record.tick), record.cause.system))
     }
 
-    /// Those of this world.
+    /// The quarantined bodies of this world.
     pub(crate) fn quarantined_here(&self) -> &[QuarantinedBody] {
         &self.run.quarantined[self.run.quarantined_before..self.quarantined_end()]
     }

@@ -1,12 +1,12 @@
 //! The list of notices, each shown for a few seconds, and the record of a quarantined body.
 
-/// How long a notice stays, s.
+/// Display time of a notice, s.
 const NOTICE_S: f64 = 4.0;
 
-/// Notices without a topic of their own that are shown at once.
+/// Maximum number of notices with `Topic::Other` at a time.
 const MOST_OTHERS: usize = 3;
 
-/// Refusals that wait to be told.
+/// Maximum number of unread refusals.
 const MOST_REFUSALS: usize = 16;
 
 /// A body that was quarantined, by name.
@@ -18,27 +18,27 @@ pub struct QuarantinedBody {
     pub tick: u64,
     /// What happened, as a sentence.
     pub what: String,
-    /// The system that noticed.
+    /// The system that found the fault.
     pub system: &'static str,
     /// The component or resource at fault.
     pub component: &'static str,
-    /// What had happened to it: a word, with the name of the law or of the body at the other end of the spring.
+    /// The cause as a word, with the name of the law or of the body at the other end of the spring.
     pub cause: String,
 }
 
-/// What a notice is about. Of each topic but the last there is one notice.
+/// The topic of a notice. Each topic except `Other` has at most one notice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Topic {
-    /// A file that was written or opened: true whatever is simulated.
+    /// A file that was written or opened; stays true when the run ends.
     File,
     Fault,
     Forecast,
-    /// What the editor could not do.
+    /// A failure of the editor.
     Editor,
     Gravity,
     Ghosts,
     Method,
-    /// Where in the last minute the run stands.
+    /// The position of the run in the last minute.
     Place,
     /// The size of the panels.
     Size,
@@ -47,11 +47,11 @@ pub(crate) enum Topic {
     Other,
 }
 
-/// Words in the picture.
+/// A message in the picture.
 struct Notice {
     topic: Topic,
     text: String,
-    /// When it goes, s; known once it is seen.
+    /// When the notice disappears, s; set once it is seen.
     until: Option<f64>,
 }
 
@@ -59,12 +59,12 @@ struct Notice {
 #[derive(Default)]
 pub struct Notices {
     shown: Vec<Notice>,
-    /// Texts of refusals that no one has read yet.
+    /// Texts of unread refusals.
     refusals: Vec<String>,
 }
 
 impl Notices {
-    /// Says something for a few seconds, in place of what was said of its topic before.
+    /// Shows a notice for a few seconds; replaces the notice of the same topic, if any.
     pub(crate) fn say(&mut self, topic: Topic, text: impl Into<String>) {
         let text = text.into();
         if topic == Topic::Other {
@@ -81,7 +81,7 @@ impl Notices {
         self.shown.push(Notice { topic, text, until: None });
     }
 
-    /// Says to the person, and to a run that no person looks at, that something was not done.
+    /// Reports a request that was not carried out, as a notice and as a refusal for runs without a window.
     pub(crate) fn refuse(&mut self, topic: Topic, what: impl Into<String>) {
         let what = what.into();
         if self.refusals.len() < MOST_REFUSALS {
@@ -90,17 +90,17 @@ impl Notices {
         self.say(topic, what);
     }
 
-    /// Takes the recent refusals: what was requested and not done.
+    /// Takes the unread refusals: requests that were not carried out.
     pub fn take_refusals(&mut self) -> Vec<String> {
         std::mem::take(&mut self.refusals)
     }
 
-    /// Takes back what is no longer true.
+    /// Removes the notices of a topic that are no longer true.
     pub(crate) fn retract(&mut self, topic: Topic) {
         self.shown.retain(|notice| notice.topic != topic);
     }
 
-    /// Takes back what was said of a run that has come to its end.
+    /// Removes the notices about a run that has ended.
     pub(crate) fn retract_run(&mut self) {
         self.shown.retain(|notice| notice.topic == Topic::File);
     }
@@ -109,12 +109,12 @@ impl Notices {
         self.shown.clear();
     }
 
-    /// Drops those that have been seen long enough at `now`, s.
+    /// Drops the notices whose display time is over at `now`, s.
     pub(crate) fn expire(&mut self, now: f64) {
         self.shown.retain_mut(|notice| now <= *notice.until.get_or_insert(now + NOTICE_S));
     }
 
-    /// When the next one goes, s; one that has not been seen yet goes `now`.
+    /// When the next notice disappears, s; `now` if one has not been seen yet, infinity if there are no notices.
     pub(crate) fn next_end(&self, now: f64) -> f64 {
         self.shown.iter().map(|notice| notice.until.unwrap_or(now)).fold(f64::INFINITY, f64::min)
     }

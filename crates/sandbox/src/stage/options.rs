@@ -1,11 +1,11 @@
-//! Options of a session: how it draws and paces, and what it changes of scenes.
+//! Options of a session: drawing, pace, and overrides of scenes.
 
 use history::Overrides;
 use scene::Scene;
 
 use crate::failure::Failure;
 
-/// Whether `scene` can have `overrides`.
+/// Checks that `scene` can have `overrides`.
 ///
 /// # Errors
 /// A method that cannot solve one of its laws.
@@ -16,42 +16,42 @@ pub(crate) fn check(overrides: Overrides, scene: &Scene) -> Result<(), Failure> 
     }
 }
 
-/// Which words are written over the scene. Without all of them, the picture has the program's own look instead of the tutorial's.
+/// The words written over the scene. Any value but `All` gives the picture the program's own look instead of the tutorial's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Words {
-    /// The tutorial's, the state of the run, and labels.
+    /// The tutorial's words, the state of the run, and labels.
     #[default]
     All,
-    /// What the scene shows, its time, and labels.
+    /// The caption of the scene, its time, and labels.
     Captions,
-    /// The labels of bodies, and what pushes and pulls do.
+    /// The labels of bodies, and the effects of pushes and pulls.
     Labels,
-    /// As [`Self::Labels`], on white and without panels: for paper.
+    /// [`Self::Labels`] on white and without panels, for paper.
     Paper,
-    /// None.
+    /// No words.
     None,
 }
 
 /// Options of a session.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// Size of the picture at the start, pixels; later it is the view's.
+    /// Initial size of the picture, pixels; later the view has the size.
     pub size_px: [u32; 2],
     /// Whether frames are drawn; without pictures the panels are laid out only while one is open.
     pub pictures: bool,
     /// Words over the scene.
     pub words: Words,
-    /// Whether poses between two ticks are drawn and picked. A run without input and pictures needs none.
+    /// Whether poses between two ticks are drawn and picked. A run without input and pictures needs no such poses.
     pub interpolate: bool,
-    /// Longest frame that is caught up with, s, if not the usual quarter of a second.
+    /// Longest frame that is caught up with, s; 0.25 s if `None`.
     pub catch_up: Option<f64>,
-    /// Simulated seconds per second of frame time at the start, if not those of the scene.
+    /// Initial simulated seconds per second of frame time; overrides the scene.
     pub pace: Option<f64>,
-    /// Simulate nothing until told so.
+    /// Whether the session starts paused.
     pub paused: bool,
-    /// Changes of every scene.
+    /// Overrides of every scene.
     pub overrides: Overrides,
-    /// Threads that integrate, at least 1, if not the usual number.
+    /// Number of threads that integrate, at least 1; the available parallelism if `None`.
     pub threads: Option<usize>,
 }
 

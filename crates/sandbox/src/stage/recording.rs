@@ -1,4 +1,4 @@
-//! The last minute of a simulation, recorded for going back, and what went wrong in it.
+//! The recording of the last minute of a simulation, for going back, and its faults.
 
 use history::{Change, Fault, TIMELINE_BYTES, Timeline, Watch};
 use motion::TimeStep;
@@ -9,7 +9,7 @@ use crate::stage::timeline::{Recorded, Times, Within};
 use crate::stage::{Order, Stage};
 
 impl Stage {
-    /// What went wrong, if something did and it was recorded.
+    /// The recorded fault, if any.
     #[must_use]
     pub fn fault(&self) -> Option<&Fault> {
         self.past.as_ref()?.fault.as_ref()
@@ -21,7 +21,7 @@ impl Stage {
         self.past.is_some()
     }
 
-    /// Whether it is at the tick that was sought.
+    /// Whether no seek is unfinished.
     #[must_use]
     pub fn arrived(&self) -> bool {
         self.past.as_ref().is_none_or(|past| past.way.is_none())
@@ -44,17 +44,17 @@ impl Stage {
         }
     }
 
-    /// What was gone back before, and is dropped, was not quarantined.
+    /// Drops the quarantined bodies that are ahead of the present after going back.
     pub(crate) fn forget_ahead(&mut self) {
         self.run.quarantined.truncate(self.run.quarantined_before + self.here.records_seen);
     }
 
-    /// Begins a tick that is not one that is repeated: what was recorded after it is dropped.
+    /// Begins a tick that does not repeat a recorded one: drops the recording after the present.
     pub(crate) fn leave_recorded_ticks(&mut self) {
         let now = self.sim.ticks();
         if let Some(past) = &mut self.past {
             past.timeline.forget_after(now);
-            // What was gone back behind, and is not ahead any more, is no fault.
+            // Drops a fault ahead with its ticks, unless the run goes through it.
             let passed = past.passed;
             past.fault.take_if(|fault| fault.tick > now && passed != Some(fault.tick));
             past.bad_from.take_if(|bad| *bad > now);
@@ -62,14 +62,14 @@ impl Stage {
         }
     }
 
-    /// Whether the coming tick is one that was recorded and is repeated.
+    /// Whether the coming tick repeats a recorded one.
     pub(crate) fn repeats(&self) -> bool {
         self.past
             .as_ref()
             .is_some_and(|past| past.repeats && self.sim.ticks() < *past.timeline.range().end())
     }
 
-    /// Gives up a seek, for what was done here made it worthless.
+    /// Cancels a seek because the run was changed, and tells the person.
     pub(crate) fn give_up_seek(&mut self) {
         if let Some(way) = self.past.as_mut().and_then(|past| past.way.take()) {
             let to = self.times().words(way.seek.to());
@@ -78,7 +78,7 @@ impl Stage {
         }
     }
 
-    /// Orders a file with everything that is recorded.
+    /// Orders a bundle of the whole recording.
     pub(crate) fn order_bundle(&mut self) {
         if self.past.is_some() {
             self.orders.push(Order::Bundle);
@@ -87,7 +87,7 @@ impl Stage {
         }
     }
 
-    /// The times of the scene at the ends of recorded ticks.
+    /// The scene times at the ends of recorded ticks and now.
     pub(crate) fn times(&self) -> Times {
         let (clock, now) = (self.sim.world.resource::<StepClock>(), self.sim.ticks());
         let began = clock.seconds() - clock.scene_seconds();
@@ -98,14 +98,14 @@ impl Stage {
         Times { known, step: self.sim.world.resource::<TimeStep>().0 }
     }
 
-    /// The tick before the first that went wrong, if that can be gone to.
+    /// The tick before the first fault, if it is recorded.
     pub(crate) fn last_good(&self) -> Option<u64> {
         let past = self.past.as_ref()?;
         let bad = past.bad_from.or(past.fault.as_ref().map(|fault| fault.tick))?;
         Some(bad.saturating_sub(1)).filter(|good| past.timeline.range().contains(good))
     }
 
-    /// Where in the last minute it is.
+    /// The position of the stage in the last minute.
     pub(crate) fn within(&self) -> Option<Within> {
         let Recorded { timeline, fault, repeats, way, .. } = &**self.past.as_ref()?;
         Some(Within {

@@ -1,4 +1,4 @@
-//! Soft bodies as a whole: what their points have together, and how a push on all of them is shared out.
+//! Soft bodies as a whole: sums over their points, and the distribution of a push over the points.
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
@@ -6,12 +6,12 @@ use history::Simulation;
 use motion::{Dormant, PhysicsBody, Push, Quarantined, SoftBody, Transform};
 use scene::SoftBodyName;
 
-/// What the points of a soft body have together.
+/// Sums over the points and springs of a soft body.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SoftSum {
     /// Center of mass, m.
     pub position: DVec3,
-    /// How far it is from where the scene put it, m.
+    /// Displacement of the center of mass from its place in the scene, m.
     pub displacement: DVec3,
     /// All movable points as one body.
     pub body: PhysicsBody,
@@ -19,14 +19,14 @@ pub(crate) struct SoftSum {
     pub pinned: usize,
     pub quarantined: usize,
     pub springs: usize,
-    /// Sum over the points, J.
+    /// Kinetic energy of the movable points, J.
     pub kinetic_energy: f64,
     /// `k (L - L0)² / 2` summed over the springs, J.
     pub spring_energy: f64,
 }
 
-/// The pushes that a force of `newtons` on `thing` consists of: on a soft body it is shared out by mass, so that all points gain
-/// the same speed; immovable points get none.
+/// The pushes for a force of `newtons` on `thing`. On a soft body the force is distributed by mass, so that all movable points
+/// gain the same speed; immovable points get no push.
 pub(crate) fn pushes_on(world: &World, thing: Entity, newtons: DVec3) -> Vec<Push> {
     let Some(body) = world.get::<SoftBody>(thing) else {
         return vec![Push { body: thing, newtons }];
@@ -40,7 +40,7 @@ pub(crate) fn pushes_on(world: &World, thing: Entity, newtons: DVec3) -> Vec<Pus
 }
 
 impl SoftSum {
-    /// What the points of `thing` have together, if it is a soft body that has any.
+    /// The sums of `thing`, if it is a soft body with points.
     pub fn of(simulation: &Simulation, thing: Entity) -> Option<Self> {
         let world = &simulation.world;
         let body = world.get::<SoftBody>(thing)?;
@@ -75,7 +75,7 @@ impl SoftSum {
     }
 }
 
-/// Name of a soft body: its own, or that of its first point up to the first dot.
+/// Name of a soft body: its own name, or the name of its first point up to the first dot.
 pub(crate) fn soft_name(simulation: &Simulation, thing: Entity) -> Option<String> {
     if let Some(name) = simulation.world.get::<SoftBodyName>(thing) {
         return Some(name.0.clone());
@@ -85,7 +85,7 @@ pub(crate) fn soft_name(simulation: &Simulation, thing: Entity) -> Option<String
     Some(name.split('.').next().unwrap_or_default().to_owned())
 }
 
-/// The points that forces move.
+/// The points of a soft body that forces move.
 fn movable_points<'a>(
     world: &'a World,
     body: &'a SoftBody,
@@ -114,12 +114,12 @@ pub(crate) fn together(world: &World, body: &SoftBody) -> PhysicsBody {
     }
 }
 
-/// The sum over the movable points, J.
+/// Kinetic energy of the movable points, J.
 pub(crate) fn kinetic_energy(world: &World, body: &SoftBody) -> f64 {
     movable_points(world, body).map(|(_, point)| point.kinetic_energy()).sum()
 }
 
-/// The center of mass of the points that forces move, each at its `place`, m; where none is, the middle of all.
+/// The center of mass of the movable points, each at its `place`, m; without movable points, the mean place of all points.
 pub(crate) fn center_of_mass(
     world: &World,
     body: &SoftBody,

@@ -1,4 +1,4 @@
-//! Things: what a person selects, in any world of its scene, how it moves and where it is drawn.
+//! Things, which a person selects: their identity in any world of the scene, their motion and their drawn position.
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
@@ -22,7 +22,7 @@ pub(crate) enum Thing {
 }
 
 impl Thing {
-    /// The thing that `entity` is, if it is one.
+    /// The thing with this `entity`, if any.
     pub fn of(simulation: &Simulation, entity: Entity) -> Option<Self> {
         let soft = || {
             simulation.world.get::<SoftBody>(entity)?;
@@ -31,7 +31,7 @@ impl Thing {
         simulation.id(entity).map(Self::Body).or_else(soft)
     }
 
-    /// Its entity in `simulation`, unless it was removed.
+    /// The entity of the thing in `simulation`, unless it was removed.
     pub fn entity(self, simulation: &Simulation) -> Option<Entity> {
         match self {
             Self::Body(id) => simulation.body(id),
@@ -52,25 +52,25 @@ pub(crate) struct Picked {
     pub entity: Entity,
     /// Distance from the ray's origin, m.
     pub distance: f64,
-    /// The body that a push there acts on, if there is one.
+    /// The body that a push at the hit acts on, if any.
     pub pushed: Option<Entity>,
 }
 
-/// How a thing moves at one time; a soft body as its center of mass.
+/// The motion of a thing at one time; of a soft body, the motion of its center of mass.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Motion {
     pub position: DVec3,
-    /// At the time of the position.
+    /// Velocity at the time of the position.
     pub velocity: DVec3,
-    /// Acceleration, m/s², and force, N; unknown of a soft body, which pins may hold.
+    /// Acceleration, m/s², and force, N; `None` for a soft body, which pins may hold.
     pub forced: Option<[DVec3; 2]>,
     pub kinetic_energy: f64,
-    /// Its method.
+    /// Method of the thing.
     pub method: Method,
 }
 
 impl Motion {
-    /// The motion of `thing` after `pushes` in the last tick; scenery has none.
+    /// The motion of `thing` after `pushes` in the last tick; `None` for scenery.
     pub fn of(simulation: &Simulation, pushes: &[Push], thing: Entity) -> Option<Self> {
         let scene_method = simulation.method();
         let world = &simulation.world;
@@ -99,7 +99,7 @@ impl Motion {
 }
 
 impl Stage {
-    /// The thing of that name, if there is one.
+    /// The thing with this name, if any.
     pub(crate) fn thing_named(&self, name: &str) -> Option<Thing> {
         let soft = || {
             let mut softs = query::<Entity, With<SoftBody>>(&self.sim.world);
@@ -108,7 +108,7 @@ impl Stage {
         Thing::of(&self.sim, self.sim.named(name).or_else(soft)?)
     }
 
-    /// Where a thing is drawn, m; of a soft body, its center of mass.
+    /// Drawn position of a thing, m; for a soft body, of its center of mass.
     pub(crate) fn drawn_position(&self, thing: Entity) -> Option<DVec3> {
         match self.sim.world.get::<SoftBody>(thing) {
             Some(body) => center_of_mass(&self.sim.world, body, |point| self.drawn_body(point)),
@@ -121,7 +121,7 @@ impl Stage {
         Some(drawn(now, self.sim.world.get::<PreviousPosition>(thing), self.here.alpha))
     }
 
-    /// Selects the next movable thing of the scene, or the one before; after the last one comes the first.
+    /// Selects the next (`step` 1) or previous (`step` -1) movable thing of the scene, cyclically.
     pub(crate) fn select_neighbor(&mut self, step: isize) {
         let points = points_of_soft_bodies(&self.sim.world);
         let softs: Vec<_> =
@@ -137,7 +137,7 @@ impl Stage {
     }
 }
 
-/// Whether forces move a thing, or did until it was quarantined; of a soft body, any of its points.
+/// Whether forces move a thing, or did until it was quarantined; for a soft body, whether they move any of its points.
 pub(crate) fn is_movable(world: &World, thing: Entity) -> bool {
     let moves = |body: Entity| {
         let state = world.get::<PhysicsBody>(body);
@@ -158,12 +158,12 @@ pub(crate) fn points_of_soft_bodies(world: &World) -> SoftPoints {
     points
 }
 
-/// Where a body is drawn, `alpha` of the way from the last tick to this one, m.
+/// Drawn position of a body, m, interpolated by `alpha` from the last tick to this one.
 pub(crate) fn drawn(now: &Transform, before: Option<&PreviousPosition>, alpha: f64) -> DVec3 {
     before.map_or(now.position, |before| before.0 + (now.position - before.0) * alpha)
 }
 
-/// Points of soft bodies, by their indices: among a hundred thousand particles a hash of each would take longest.
+/// A set of points of soft bodies, by entity index. With a hundred thousand particles, hashing each would take longest.
 #[derive(Default)]
 pub(crate) struct SoftPoints(Vec<Option<Entity>>);
 

@@ -13,12 +13,12 @@ use crate::clock::FrameTime;
 use crate::stage::notices::Topic;
 use crate::stage::{Simulated, Stage};
 
-/// What is done with every tick that is over; a break drops the other ticks of the frame.
+/// A callback after every tick; a break drops the remaining ticks of the frame.
 pub(crate) type Look<'a> = &'a mut dyn FnMut(&Stage, Simulated) -> ControlFlow<()>;
 
 impl Stage {
-    /// Begins the ticks of a frame; how many there are, and how long each is where the scene has one per frame. `None` while
-    /// another tick is sought.
+    /// Begins the ticks of a frame. Returns their number and, if the scene has one tick per frame and is not paused, its
+    /// length, s. Returns `None` during a seek.
     pub(crate) fn begin_ticks(
         &mut self,
         time: FrameTime,
@@ -29,7 +29,7 @@ impl Stage {
             self.clock.pause(time);
             return None;
         }
-        // Taken in any case: a step that was asked for before the pause ended is not one of the next pause.
+        // Taken even if not paused: a step requested before the pause ended must not run in the next pause.
         let steps_asked = std::mem::take(&mut self.steps_asked);
         let (mut ticks, step) = if self.paused {
             self.clock.pause(time);
@@ -51,9 +51,9 @@ impl Stage {
         Some((ticks, step))
     }
 
-    /// Before the first tick of a frame: gives it the pull and the held pushes, and the length of the frame's step.
+    /// Prepares the first tick of a frame: applies the pull, the held pushes and the length of the frame's step, s.
     pub(crate) fn before_first_tick(&mut self, step: Option<f64>) {
-        // Before `repeats` is asked: a pull or a push ends the repetition of the recorded run.
+        // Before the call of `repeats`: a pull or a push ends the repetition of the recorded run.
         self.push_held();
         self.note_pushes();
         self.notices.retract(Topic::Place);
@@ -62,14 +62,14 @@ impl Stage {
             step.filter(|length| *length > 0.0 && length.to_bits() != now.to_bits())
             && !self.repeats()
         {
-            // The frame's length is no change by a person: it goes through faults that were passed.
+            // The frame's length is not a change by a person, so the run still goes through a fault that was passed.
             self.record(&Change::Step(length));
             self.give_again(Change::Step(length));
         }
     }
 
-    /// When the tick ends that has so many ticks of its frame after it, s of the clock of frames, and how exactly that is known, s.
-    /// Where time does not pass, later than everything.
+    /// The frame time at which a tick ends, s, and its uncertainty, s. `after_it` is the number of ticks after it in its frame.
+    /// Infinity while paused and in scenes with one tick per frame.
     pub(crate) fn end_of_tick(&self, after_it: u64) -> [f64; 2] {
         if self.paused || self.sim.scene.step == StepKind::Frame {
             return [f64::INFINITY, 0.0];
@@ -77,17 +77,17 @@ impl Stage {
         self.clock.end_of_tick(after_it)
     }
 
-    /// Between two ticks of a frame: carries out what a script `played`, if it did, and gives the coming tick the pull and the held
-    /// pushes.
+    /// Prepares another tick of a frame: applies the pull and the held pushes. `played`: whether a script acted before the
+    /// tick.
     pub(crate) fn between_ticks(&mut self, played: bool) {
         self.push_held();
-        // What was pushed once is shown to the end of the frame.
+        // A single push is shown to the end of the frame.
         if played || self.here.pull.is_some() {
             self.note_pushes();
         }
     }
 
-    /// Gives what is held to the coming tick: the pull of the pointer and the pushes of keys.
+    /// Applies the pull of the pointer and the pushes of held keys to the coming tick.
     fn push_held(&mut self) {
         self.pull();
         for Push { body, newtons } in self.held.clone() {
@@ -95,7 +95,7 @@ impl Stage {
         }
     }
 
-    /// Pushes what the pointer pulls.
+    /// Pushes the body that the pointer pulls.
     fn pull(&mut self) {
         let Some(pull) = &mut self.here.pull else { return };
         let world = &self.sim.world;
@@ -112,7 +112,7 @@ impl Stage {
         }
     }
 
-    /// Begins a tick, before which positions are `remembered` or not; whether it repeats one that was recorded.
+    /// Begins a tick, and stores the positions before it if `remembered`. Returns whether it repeats a recorded tick.
     pub(crate) fn begin_tick(&mut self, remembered: bool) -> bool {
         if remembered {
             self.sim.world.run_system_cached(remember_positions).expect("a query and nothing else");
@@ -132,8 +132,8 @@ impl Stage {
         }
     }
 
-    /// Ends the ticks of a frame, of which `undone` were not simulated. Where the caller was `late`, they count as dropped time; after
-    /// a fault they do not.
+    /// Ends the ticks of a frame, of which `undone` were not simulated. These count as dropped time if the caller was `late`, but
+    /// not after a fault.
     pub(crate) fn end_ticks(&mut self, undone: u64, late: bool) {
         if let Some(left) = &mut self.run.ticks_left {
             *left += undone;
@@ -147,7 +147,7 @@ impl Stage {
         let between = self.run.options.interpolate
             && !self.paused
             && self.sim.scene.step == StepKind::Fixed
-            // Positions are remembered before the last tick, which was not reached.
+            // Positions are stored before the last tick, which was not reached otherwise.
             && undone == 0;
         self.here.alpha = if between { self.clock.fraction() } else { 1.0 };
         self.version += 1;
@@ -156,7 +156,7 @@ impl Stage {
         self.meet_fault();
     }
 
-    /// Notes the pushes of the coming tick. They are shown until the next one: a frame without a tick changes nothing.
+    /// Notes the pushes of the coming tick. They are shown until the next tick: a frame without a tick does not change them.
     fn note_pushes(&mut self) {
         self.here.pushes.clear();
         for Push { body, newtons } in self.sim.world.resource::<PushQueue>().pending() {
@@ -164,14 +164,14 @@ impl Stage {
         }
     }
 
-    /// Pushes a body in the coming tick, N.
+    /// Pushes a body with `newtons`, N, in the coming tick.
     pub(crate) fn push(&mut self, body: Entity, newtons: DVec3) {
         if let Some(id) = self.sim.id(body) {
             self.give(Change::Push(id, newtons));
         }
     }
 
-    /// The next frames simulate at most `ticks` more ticks; after that they change nothing but the picture.
+    /// Limits the next frames to `ticks` more ticks in total; after that, frames change only the picture.
     pub const fn limit_ticks(&mut self, ticks: u64) {
         self.run.ticks_left = Some(ticks);
     }

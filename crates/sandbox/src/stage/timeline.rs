@@ -9,26 +9,26 @@ use motion::ledger::Ledger;
 pub(crate) struct Recorded {
     pub timeline: Timeline,
     pub watch: Watch,
-    /// What the tick that was simulated last did wrong.
+    /// The fault of the last simulated tick.
     pub found: Option<Fault>,
-    /// What went wrong last, and is still ahead or just happened.
+    /// The last fault, if it is still ahead or just happened.
     pub fault: Option<Fault>,
-    /// Whether it has been met at the end of its frame.
+    /// Whether the fault was handled at the end of its frame.
     pub met: bool,
-    /// The tick of a fault that the person was told of. The run goes through it unless something is changed before.
+    /// The tick of a fault that the person was told of. The run goes through the fault unless a change is made before.
     pub passed: Option<u64>,
-    /// The first tick of the run that went wrong: no tick from there on is a good one.
+    /// The first tick of the run with a fault: no tick from there on is good.
     pub bad_from: Option<u64>,
-    /// Whether continuing from the past repeats what came from outside, until something else does.
+    /// Whether continuing from the past repeats the recorded changes, until a new change is made.
     pub repeats: bool,
-    /// The seek to another tick, while it takes frames.
+    /// The unfinished seek to another tick.
     pub way: Option<Box<Way>>,
 }
 
-/// A seek, and what follows it.
+/// An unfinished seek.
 pub(crate) struct Way {
     pub seek: Seek,
-    /// Whether it ends at the last good tick before a fault, which the person is told.
+    /// Whether the person is told at its end, because it goes to the last good tick before a fault.
     pub tells: bool,
 }
 
@@ -47,12 +47,12 @@ impl Recorded {
         }
     }
 
-    /// Whether nothing went wrong up to the end of tick number `tick`.
+    /// Whether the run had no fault up to the end of tick number `tick`.
     pub fn is_good(&self, tick: u64) -> bool {
         self.bad_from.is_none_or(|bad| tick < bad)
     }
 
-    /// One tick, entered into `ledger` if there is one.
+    /// Simulates one tick, entered into `ledger` if there is one.
     pub fn tick(&mut self, sim: &mut Simulation, ledger: Option<&mut Ledger>) {
         let now = sim.ticks();
         if self.timeline.events_after(now).next().is_some() {
@@ -62,18 +62,18 @@ impl Recorded {
     }
 }
 
-/// Where in the last minute a session is.
+/// The position of a session in the last minute.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Within {
     pub range: RangeInclusive<u64>,
-    /// The tick of the state that is shown, or the one that is sought.
+    /// The tick that is shown, or the target of an unfinished seek.
     pub at: u64,
-    /// Ticks left to simulate until then.
+    /// Number of ticks left to simulate in the seek.
     pub left: u64,
     pub keyframes: Vec<u64>,
     pub times: Times,
     pub fault: Option<Fault>,
-    /// Whether continuing repeats what is ahead, instead of dropping it.
+    /// Whether continuing repeats the recording ahead instead of dropping it.
     pub repeats: bool,
     pub bytes: usize,
     pub cap: usize,
@@ -84,7 +84,7 @@ pub(crate) struct Within {
 pub(crate) struct Times {
     /// Ticks and scene times, s, ascending; at least one.
     pub known: Vec<(u64, f64)>,
-    /// Length of a tick where nothing later is known, s.
+    /// Length of a tick after the last known time, s.
     pub step: f64,
 }
 
@@ -95,7 +95,8 @@ pub(crate) struct Times {
     reason = "counts of ticks below 2^53"
 )]
 impl Times {
-    /// The times that are known before and after something, and the length of the ticks between them, s.
+    /// The last known tick for which `before` holds (or the first known one), its scene time, s, and the length of the ticks from
+    /// there to the next known one, s.
     fn around(&self, before: impl Fn(&(u64, f64)) -> bool) -> (u64, f64, f64) {
         let next = self.known.partition_point(before).max(1);
         let (tick, seconds) = self.known[next - 1];
@@ -104,22 +105,22 @@ impl Times {
         (tick, seconds, step.unwrap_or(self.step))
     }
 
-    /// The scene's time at the end of tick number `tick`, s.
+    /// The scene time at the end of tick number `tick`, s.
     pub fn seconds(&self, tick: u64) -> f64 {
         let (then, seconds, step) = self.around(|(known, _)| *known <= tick);
         seconds + (tick as f64 - then as f64) * step
     }
 
-    /// The tick that ends nearest to that time of the scene, s.
+    /// The tick that ends nearest to the scene time `seconds`, s.
     pub fn tick(&self, seconds: f64) -> u64 {
         let (tick, then, step) = self.around(|(_, known)| *known <= seconds);
         (tick as f64 + ((seconds - then) / step).round()).max(0.0) as u64
     }
 
-    /// The scene's time at the end of tick number `tick`, in words: with so many decimals that the next tick has other ones.
+    /// The scene time at the end of tick number `tick`, as text, with enough decimals (2 to 9) to tell it from the next tick.
     pub fn words(&self, tick: u64) -> String {
         let decimals = (-self.step.log10()).ceil().clamp(2.0, 9.0) as usize;
-        // A sum may be a rounding below 0, and -0.00 is no time.
+        // Rounding may make the sum negative, which would print as -0.00.
         format!("{:.decimals$} s", self.seconds(tick).max(0.0))
     }
 }

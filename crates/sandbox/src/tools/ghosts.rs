@@ -1,4 +1,4 @@
-//! Ghosts: the same run by every method, beside a fine reference.
+//! Ghosts: the same run with every method, beside a fine reference.
 
 mod edges;
 mod panel;
@@ -32,7 +32,7 @@ impl Tool for Ghosts {
         panel::show(ui, self, desk);
     }
 
-    /// Makes the ghosts, or removes them with their list. Escape closes only the list; after that, this opens it again.
+    /// Makes the ghosts and opens their panel, or removes both. Escape closes only the panel; the next toggle reopens it.
     fn toggle(&mut self, stage: &mut Stage, open: bool) -> bool {
         stage.notices.retract(Topic::Ghosts);
         if open {
@@ -52,7 +52,7 @@ impl Tool for Ghosts {
         true
     }
 
-    /// Gives the solid bodies the next method.
+    /// Handles the action that gives the solid bodies the next method.
     fn take(
         &mut self,
         intent: &Intent,
@@ -79,7 +79,7 @@ impl Tool for Ghosts {
         }
     }
 
-    /// Does a tick of the ghosts.
+    /// Simulates a tick of the ghosts.
     fn before_tick(&mut self, stage: &mut Stage, last: bool) {
         self.keep_substeps(stage);
         let Some(twins) = &mut self.twins else { return };

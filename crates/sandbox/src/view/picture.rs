@@ -1,4 +1,4 @@
-//! From the world to a plain frame, in f32 relative to the camera.
+//! Conversion of the world to a plain frame, in f32 relative to the camera.
 
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
@@ -18,16 +18,16 @@ use crate::view::{View, art};
 /// The tutorial's color of the selection.
 pub(crate) const SELECTED: [f32; 4] = [0.0, 1.0, 0.0, 1.0];
 
-/// The look of a thing that the scene gave none.
+/// The look of a thing without one in the scene.
 pub(crate) const PLAIN: Appearance = Appearance { color: [1.0; 3], checker: false };
 
-/// The trail of a white body, as all are that the scene did not paint.
+/// Trail color of a white body. Bodies without a color in the scene are white.
 const TRAIL_COLOR: [f32; 3] = [1.0, 0.9, 0.4];
 
-/// Least share of the way to white by which any other trail is paler than its body.
+/// Minimum share of white in any other trail; the rest is the color of its body.
 const TRAIL_PALER: f32 = 0.2;
 
-/// Least lightness of a trail: darker ones vanish against the sky.
+/// Minimum lightness of a trail: darker trails vanish against the sky.
 const TRAIL_LIGHTNESS: f32 = 0.55;
 
 /// Opacity of the trails of particles, which are many.
@@ -45,22 +45,22 @@ pub(super) const OUTLINE: [f32; 4] = [1.0, 0.87, 0.1, 1.0];
 /// Width of the ring around a marked particle, pixels.
 const MARK_PX: f64 = 3.0;
 
-/// How much of what the ground hides is still seen.
+/// Opacity of bodies that the ground hides.
 const HIDDEN: f32 = 0.25;
 
-/// How far a body reaches into the ground before it counts as hidden there, as a share of its half height: a resting body may
-/// reach in a little through rounding.
+/// Depth in the ground from which on a body counts as hidden, as a share of its half height. Rounding may put a resting body
+/// slightly below the ground.
 const BELOW: f32 = 1e-3;
 
-/// Factor on a distance from the camera that puts a thing just in front of another.
+/// Factor on the distance from the camera that draws a thing just in front of another.
 const NEARER: f32 = 0.999;
 
-/// How near the spring between two bodies is to its limit of stability: 1 at the limit.
+/// The stability ratio of the spring between two bodies: 1 at the limit of stability.
 pub(crate) type StabilityRatio<'a> = Option<&'a dyn Fn([Entity; 2]) -> f64>;
 
 impl View {
-    /// The picture of the present state, without ghosts, arrows and trails. `ratio` colors springs; `immovable`: whether hovering
-    /// marks bodies that cannot move.
+    /// Builds the picture of the present state, without ghosts, arrows and trails. `ratio` colors springs; `immovable`: whether
+    /// hovering marks immovable bodies.
     pub(crate) fn begin_picture(
         &mut self,
         stage: &Stage,
@@ -107,7 +107,7 @@ impl View {
         frame
     }
 
-    /// Adds what is drawn over the bodies: rings where they pass through the ground, arrows, the pull, the flash of a push, trails.
+    /// Adds the overlays: rings where bodies pass through the ground, arrows, the pull, the flash of a push, trails.
     pub(crate) fn finish_picture(&mut self, stage: &Stage, frame: &mut Frame) {
         self.add_passes(stage, frame);
         self.add_arrows(stage, frame);
@@ -164,7 +164,7 @@ impl View {
         }
     }
 
-    /// Single particles as discs, and emitted particles.
+    /// Adds single particles as discs, and emitted particles.
     fn add_particles(&self, stage: &Stage, frame: &mut Frame, hovered: Option<Entity>) {
         let (eye, forward) = (self.camera.position, self.viewpoint().forward());
         for Point { entity, position, radius: radius_m, velocity, color: [r, g, b], fade } in
@@ -172,7 +172,7 @@ impl View {
         {
             let depth = (*position - eye).dot(forward);
             let (position, radius_m) = ((*position - eye).as_vec3(), *radius_m);
-            // Where the line of sight crosses the ground, as a share of the distance to the point; in 0..1 the ground hides it.
+            // Share of the distance to the point at which the line of sight crosses the ground; in 0..1 the ground hides it.
             let crossing = frame.ground.map(|ground| ground.height_m / position.y);
             let crossing = crossing.filter(|crossing| (0.0..1.0).contains(crossing));
             let is_marked = stage.here.selection == Some(*entity) || hovered == Some(*entity);
@@ -197,7 +197,7 @@ impl View {
                         let color = if frame.soft { OUTLINE } else { SELECTED };
                         #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
                         let radius_m = radius_m + (MARK_PX * self.pixel() * depth) as f32;
-                        // Just behind: discs at one place would fight for depth.
+                        // Just behind the disc: at the same depth the two would z-fight.
                         frame.particles.push(disc(
                             position / NEARER,
                             radius_m / NEARER,
@@ -237,7 +237,7 @@ impl View {
     }
 }
 
-/// Adds a body that others are seen through.
+/// Adds a translucent body.
 pub(crate) fn add_translucent(frame: &mut Frame, shape: &Shape, instance: Instance) {
     match shape {
         Shape::Cuboid { .. } => frame.translucent.cuboids.push(instance),
@@ -245,16 +245,16 @@ pub(crate) fn add_translucent(frame: &mut Frame, shape: &Shape, instance: Instan
     }
 }
 
-/// A body without a shape, as it is drawn.
+/// A body without a shape, drawn as a point.
 pub(super) struct Point {
     pub entity: Entity,
-    /// World space, m.
+    /// Position in world space, m.
     pub position: DVec3,
-    /// m.
+    /// Radius, m.
     pub radius: f32,
     velocity: DVec3,
     color: [f32; 3],
-    /// How much of it is seen, if it is an emitted particle.
+    /// Opacity, if it is an emitted particle.
     pub fade: Option<f32>,
 }
 
@@ -287,7 +287,7 @@ pub(super) fn find_points(stage: &Stage, points: &mut Vec<Point>) {
     }));
 }
 
-/// How much is left to see of each particle of an emitter, by the index of its entity.
+/// Opacity of each particle of an emitter, by entity index.
 fn fades(stage: &Stage) -> Vec<Option<f32>> {
     let now = stage.sim().world.resource::<StepClock>().scene_seconds();
     let mut fades = Vec::new();
@@ -308,7 +308,7 @@ fn fades(stage: &Stage) -> Vec<Option<f32>> {
     fades
 }
 
-/// The displayed trail color for a body of this color.
+/// The trail color for a body with this color.
 fn trail_color(body: [f32; 3]) -> [f32; 3] {
     if body.iter().all(|channel| *channel >= 1.0) {
         return TRAIL_COLOR;

@@ -1,17 +1,17 @@
-//! What thin lines of a ghost join.
+//! The edges of a ghost, drawn as thin lines.
 
 use std::collections::BTreeSet;
 
 use scene::{Scene, SoftBodySpec};
 
-/// The edges of springs and soft bodies.
+/// The edges of springs and soft bodies, as pairs of stable ids.
 pub(crate) fn of(scene: &Scene) -> Vec<[u32; 2]> {
     let springs = scene.springs.iter().map(|spring| spring.ends);
     springs.chain(scene.soft_bodies.iter().flat_map(|soft| of_soft_body(scene, soft))).collect()
 }
 
-/// The springs of a rope; of a surface, the sides of its cells, each of which is two triangles with one diagonal,
-/// their longest side. All of its springs would be a felt.
+/// The edges of a soft body: the springs of a rope, or the sides of the cells of a surface. A cell is two triangles that share
+/// their longest side, the diagonal, which is left out. All springs of a surface would look like felt.
 fn of_soft_body(scene: &Scene, soft: &SoftBodySpec) -> Vec<[u32; 2]> {
     let ids = |ends: [u32; 2]| ends.map(|end| soft.points.start + end);
     if soft.triangles.is_empty() {

@@ -1,4 +1,4 @@
-//! The panel of ghosts: color and distances of each method, and which are drawn. And the distances in the picture.
+//! The ghosts panel, with the color, the distances and the visibility of each method, and the distance labels in the picture.
 
 use egui::{
     Align2, Color32, FontId, Grid, Painter, Pos2, Rect, RichText, Stroke, TextStyle, Ui, Vec2,
@@ -12,23 +12,24 @@ use crate::tools::tool::Desk;
 use crate::view::Mode;
 use crate::view::hud::{THIN, point, swatch, text};
 
-/// Size of the words in the picture, points.
+/// Font size of the labels in the picture, points.
 const SIZE: f32 = 15.0;
-/// Radius of the dot before them, and what is between the two.
+/// Radius of the dot before a label, points.
 const DOT: f32 = 4.5;
+/// Gap between the dot and the text, points.
 const GAP: f32 = 5.0;
-/// How far beside its place a distance stands, points.
+/// Distance of a label from its point, points.
 const ASIDE: f32 = 24.0;
-/// Between two of them, points.
+/// Vertical gap between two labels, points.
 const BETWEEN: f32 = 1.0;
-/// Points in which a long reason is broken into lines.
+/// Width at which a long reason wraps, points.
 const WIDTH: f32 = 300.0;
-/// Points of the box and the color before a name.
+/// Width of the color and the checkbox before a name, points.
 const BEFORE_NAME: f32 = 40.0;
-/// Between two columns, points.
+/// Gap between two columns, points.
 const COLUMNS: f32 = 10.0;
 
-/// How much the table says: the most for which it fits.
+/// The level of detail of the table: the highest that fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Words {
     /// Names, headings and three digits.
@@ -48,11 +49,11 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, desk: &Desk<'_>) {
         false => (Words::Whole, 3),
         true if fits(Words::Docked, 3) => (Words::Docked, 3),
         true if fits(Words::Short, 3) => (Words::Short, 3),
-        // Whole numbers before more of them.
+        // Prefers two complete columns to three that do not fit.
         true => (Words::Short, 2),
     };
     if desk.view.mode == Mode::Camera {
-        // The words of the reference picture.
+        // As in the reference picture.
         ui.weak("press Q to use the mouse here");
     }
     if docks {
@@ -91,7 +92,7 @@ fn color([r, g, b]: [u8; 3]) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-/// Why there is nothing to see of it.
+/// The reason why a ghost is not drawn, if any.
 fn trouble(row: &GhostRow) -> Option<&str> {
     match &row.state {
         GhostState::Failed(why) => Some(why),
@@ -100,7 +101,7 @@ fn trouble(row: &GhostRow) -> Option<&str> {
     }
 }
 
-/// What the row is called.
+/// The name of the row.
 fn name(row: &GhostRow, words: Words) -> String {
     let short = |method| ink(method).short.to_owned();
     let name = match (row.method, &row.state, words) {
@@ -113,7 +114,7 @@ fn name(row: &GhostRow, words: Words) -> String {
     if row.state == GhostState::Solid { format!("{name}, solid") } else { name }
 }
 
-/// Its three distances.
+/// The three distances of the row, as text.
 fn distances(row: &GhostRow, words: Words) -> [String; 3] {
     let digits = if words == Words::Whole { 3 } else { 2 };
     let written =
@@ -134,7 +135,7 @@ fn width(ui: &Ui, rows: &[GhostRow], words: Words, numbers: usize) -> f32 {
     let widest = |column: &dyn Fn(&GhostRow) -> String| {
         rows.iter().map(|row| of(column(row))).fold(0.0, f32::max)
     };
-    // The least width of a column of a grid.
+    // The minimum width of a grid column.
     let least = ui.spacing().interact_size.x;
     let column = |number: usize| widest(&|row| distances(row, words)[number].clone()).max(least);
     let numbers = (0..numbers).map(|number| COLUMNS + column(number));
@@ -176,17 +177,16 @@ fn line(
     }
 }
 
-/// What words in the picture keep away from.
+/// The limits for labels in the picture.
 struct Around {
-    /// The panel, which would cover them.
+    /// The panel, which would cover labels.
     panel: Rect,
-    /// The edge of the screen.
+    /// The right edge of the screen.
     right: f32,
 }
 
-/// Where words of those sizes stand that belong to those places: up beside them, or to the left where they would
-/// leave the screen, beside the panel where it would cover them, and one below the other where they would overlap
-/// each other or `taken`.
+/// Arranges labels, each with its point and its size. A label is above and to the right of its point, to the left if it would
+/// leave the screen, beside the panel if that would cover it, and lower if it would overlap another label or `taken`.
 fn arranged(words: &[(Pos2, Vec2)], mut taken: Vec<Rect>, around: &Around) -> Vec<Rect> {
     let mut order: Vec<_> = (0..words.len()).collect();
     order.sort_by(|a, b| words[*a].0.y.total_cmp(&words[*b].0.y));
@@ -208,7 +208,7 @@ fn arranged(words: &[(Pos2, Vec2)], mut taken: Vec<Rect>, around: &Around) -> Ve
     places
 }
 
-/// Distances beside the lines that they belong to, not on other words and not under the panel.
+/// Draws the distance labels beside their lines, clear of other words (`taken`) and of the panel.
 pub(super) fn show_labels(
     painter: &Painter,
     labels: &[GhostLabel],

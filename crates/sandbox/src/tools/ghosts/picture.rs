@@ -1,4 +1,4 @@
-//! Ghosts in the picture: translucent bodies, thin springs, and lines to where the reference has each body.
+//! Ghosts in the picture: translucent bodies, thin springs, and a line from each body to the same body of the reference.
 
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Quat, Vec3};
@@ -15,20 +15,20 @@ use crate::tools::ghosts::state::{Track, Twins, focus, place};
 use crate::view::View;
 use crate::view::picture::add_translucent;
 
-/// How much of what is behind a ghost it hides.
+/// Opacity of a ghost's bodies.
 const OPACITY: f32 = 0.35;
 const EDGE_OPACITY: f32 = 0.45;
 const EDGE_WIDTH_PX: f32 = 1.0;
 const LINE_OPACITY: f32 = 0.9;
 const LINE_WIDTH_PX: f32 = 1.5;
 
-/// Lines to the reference, at most, of all ghosts together: those of the selection and then the longest.
+/// Maximum number of lines to the reference, of all ghosts together: first the lines of the selection, then the longest.
 const MOST_LINES: usize = 200;
 
-/// Farthest distance from the camera that is drawn, m: bodies that fly off to infinity would overflow.
+/// Maximum drawn coordinate relative to the camera, m: bodies that fly off to infinity would overflow.
 const FARTHEST: f32 = 1e9;
 
-/// One of the runs, seen from the camera.
+/// A run, seen from the camera.
 struct Looked<'a> {
     simulation: &'a Simulation,
     alpha: f64,
@@ -80,7 +80,7 @@ fn color(ink: Ink, alpha: f32) -> [f32; 4] {
     [r, g, b, alpha]
 }
 
-/// Bodies that are drawn as such: the points of soft bodies are not, and are the last of a scene.
+/// Number of bodies that are drawn as bodies. The points of soft bodies are not; they are the last bodies of a scene.
 fn single_bodies(scene: &Scene) -> u32 {
     let first_point = scene.soft_bodies.iter().map(|soft| soft.points.start).min();
     first_point.unwrap_or(u32::try_from(scene.bodies.len()).unwrap_or(u32::MAX))
@@ -93,8 +93,8 @@ fn add_run(frame: &mut Frame, bodies: u32, edges: &[[u32; 2]], view: &Looked<'_>
     }
 }
 
-/// The bodies with the longest lines of each run: number of the run, body. Of a soft body only the farthest point
-/// has one, for hundreds of them would be a surface.
+/// The lines to draw, as run number and body id: first the lines of the selection, then the longest. Only the farthest point of
+/// a soft body has a line: hundreds of lines would look like a surface.
 fn longest_lines(
     scene: &Scene,
     tracks: &[Track<'_>],

@@ -1,4 +1,4 @@
-//! Ghosts: twins of the world by every method, which take in what it takes in, and a fine reference.
+//! Ghosts: twins of the world, one per method, which get the same changes as the world, and a fine reference.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -15,39 +15,39 @@ use crate::stage::things::drawn;
 use crate::tools::ghosts::edges;
 use crate::view::View;
 
-/// Bodies of a scene up to which it has ghosts: each of them is there ten times more.
+/// Maximum number of bodies of a scene with ghosts, which simulate each body ten more times.
 pub(super) const MOST_BODIES: usize = 10_000;
 
 /// A row of the ghosts panel: one method, the solid bodies where several methods moved them, or the reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GhostRow {
-    /// The method, whose row tells what it alone did; `None` for the solid bodies and the reference.
+    /// The method, if the row is about a run with this method alone; `None` for the solid bodies and the reference.
     pub method: Option<Method>,
-    /// What became of it.
+    /// State of the ghost.
     pub state: GhostState,
-    /// Whether it is drawn, if it can be.
+    /// Whether the ghost is drawn, if it can be.
     pub shown: bool,
-    /// How far the selected body is from where the reference has it, m; of a soft body, its farthest point. Where
-    /// nothing that moves is selected, the farthest of all bodies.
+    /// Distance of the selected body from the same body of the reference, m; for a soft body, of its farthest point. If no
+    /// moving thing is selected, the distance of the farthest of all bodies.
     pub distance: Option<f64>,
-    /// The largest distance of these bodies after any tick since the ghosts started, m.
+    /// Maximum of `distance` over all ticks since the ghosts started, m.
     pub largest: Option<f64>,
-    /// Root of the mean square of the distances of all bodies after all these ticks, m.
+    /// Root mean square of the distances of all bodies over all ticks since the ghosts started, m.
     pub rms: Option<f64>,
 }
 
-/// What became of a ghost.
+/// State of a ghost.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum GhostState {
-    /// It is the method of the solid bodies.
+    /// The method of the solid bodies.
     Solid,
-    /// The solid bodies, which this method and others moved since the ghosts began.
+    /// The solid bodies, which several methods moved since the ghosts started.
     Mixed,
-    /// It runs along.
+    /// The ghost runs.
     Runs,
-    /// A body of it was quarantined: which, when and why.
+    /// A body of the ghost was quarantined; the text says which, when and why.
     Failed(String),
-    /// It cannot solve a law of the scene, and why.
+    /// The method cannot solve a law of the scene; the text says why.
     Unsolvable(&'static str),
 }
 
@@ -55,9 +55,9 @@ pub enum GhostState {
 #[derive(Default)]
 pub(crate) struct Ghosts {
     pub(super) twins: Option<Twins>,
-    /// How many times ghosts were made: those of another time are other runs.
+    /// Number of times that ghosts were made. Ghosts of another generation are other runs.
     generation: u64,
-    /// Substeps of the scene with which they were made.
+    /// Substeps of the scene when the ghosts were made.
     substeps: u32,
 }
 
@@ -65,7 +65,7 @@ pub(crate) struct Ghosts {
 pub(crate) struct GhostRun<'a> {
     /// The method; `None` is the reference.
     pub method: Option<Method>,
-    /// Whether it is drawn.
+    /// Whether the ghost is drawn.
     pub shown: bool,
     pub simulation: &'a Simulation,
 }
@@ -73,33 +73,33 @@ pub(crate) struct GhostRun<'a> {
 /// The twins of a world.
 pub(super) struct Twins {
     reference: Twin,
-    /// In the order of [`motion::METHODS`], that of the solid bodies too: it may be another one soon.
+    /// In the order of [`motion::METHODS`], including the method of the solid bodies, which may change.
     twins: Vec<Twin>,
     pub hidden: BTreeSet<Option<Method>>,
-    /// Stable ids of what thin lines join: the ends of springs, the points of ropes, the neighbors on surfaces.
+    /// Stable ids of the ends of thin lines: the ends of springs, the points of ropes, the neighbors on surfaces.
     pub edges: Vec<[u32; 2]>,
-    /// Distances after all ticks so far, of the twin of each method, and of the solid bodies under `None`.
+    /// Distances after all ticks so far, per method for its twin, and under `None` for the solid bodies.
     so_far: BTreeMap<Option<Method>, DistancesSoFar>,
-    /// The tick that was added last.
+    /// The tick whose distances were added last.
     added: Option<u64>,
 }
 
-/// One of the runs that are compared: solid or a ghost, not the reference.
+/// A run that is compared with the reference: the solid bodies or a ghost.
 pub(super) struct Track<'a> {
     pub method: Method,
     pub solid: bool,
     pub simulation: &'a Simulation,
-    /// From the reference.
+    /// Distances from the reference.
     pub distances: Distances,
 }
 
-/// A distance that is written into the picture.
+/// A distance label in the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct GhostLabel {
-    /// The middle between a body and where the reference has it, pixels from the top left.
+    /// The middle between a body and the same body of the reference, pixels from the top left.
     pub at: DVec2,
     pub ink: Ink,
-    /// m.
+    /// Distance, m.
     pub distance: f64,
 }
 
@@ -130,7 +130,7 @@ impl Twins {
         }
     }
 
-    /// Adds the distances after the last tick, unless it was added before.
+    /// Adds the distances after the last tick, unless they were added before.
     pub fn add_distances(&mut self, stage: &Stage) {
         let now = Some(stage.sim().ticks());
         if self.added == now {
@@ -153,7 +153,7 @@ impl Twins {
         self.twins.iter().filter(|twin| twin.failure().is_none())
     }
 
-    /// Distances after all ticks so far of the twin of `method`, or of the solid bodies.
+    /// Distances after all ticks so far, of the twin of `method`, or of the solid bodies for `None`.
     fn so_far(&self, method: Option<Method>) -> Option<&DistancesSoFar> {
         self.so_far.get(&method).filter(|_| self.reference().is_some())
     }
@@ -166,7 +166,7 @@ impl Twins {
         !self.hidden.contains(&method)
     }
 
-    /// Draws the ghost of that method, or of the reference, or leaves it out.
+    /// Shows or hides the ghost of `method`, or the reference for `None`.
     pub fn show(&mut self, method: Option<Method>, shown: bool) {
         if shown {
             self.hidden.remove(&method);
@@ -180,7 +180,7 @@ impl Twins {
         self.reference.failure().is_none().then(|| self.reference.simulation())
     }
 
-    /// Every run whose distances are known: the solid one and its ghosts, unless they or the reference failed.
+    /// All runs with known distances: the solid run and the ghosts that did not fail; none if the reference failed.
     pub fn tracks<'a>(&'a self, stage: &'a Stage) -> Vec<Track<'a>> {
         let Some(reference) = self.reference() else { return Vec::new() };
         let solid = stage.sim().method();
@@ -194,14 +194,14 @@ impl Twins {
     }
 }
 
-/// Where a body of one of the runs is drawn, m.
+/// Drawn position of a body of a run, m.
 pub(super) fn place(body: EntityRef<'_>, alpha: f64) -> Option<DVec3> {
     Some(drawn(body.get::<Transform>()?, body.get::<PreviousPosition>(), alpha))
 }
 
 impl Ghosts {
-    /// What there is to say of every method, of the solid bodies where they are not where their method alone would have them,
-    /// and, last, of the reference; nothing while no ghosts are shown.
+    /// The rows of all methods, of the solid bodies if their distances differ from those of their method alone, and, last, of
+    /// the reference. Empty while no ghosts are shown.
     pub fn rows(&self, stage: &Stage) -> Vec<GhostRow> {
         let Some(twins) = &self.twins else { return Vec::new() };
         let (focus, solid) = (focus(stage), stage.sim().method());
@@ -244,7 +244,7 @@ impl Ghosts {
         Method::ALL.into_iter().map(of_method).chain(mixed).chain([reference]).collect()
     }
 
-    /// The largest distance of a body from the reference by `method` alone, m, after any tick since the ghosts began.
+    /// Maximum distance of any body from the reference with `method` alone, m, over all ticks since the ghosts started.
     pub fn largest(&self, method: Method) -> Option<f64> {
         self.twins.as_ref()?.so_far(Some(method))?.largest(|_| true)
     }
@@ -256,7 +256,7 @@ impl Ghosts {
         self.generation += 1;
     }
 
-    /// Makes the ghosts again where the scene got other substeps: a twin keeps those that it began with.
+    /// Remakes the ghosts if the substeps of the scene changed: a twin keeps the substeps that it started with.
     pub(super) fn keep_substeps(&mut self, stage: &mut Stage) {
         if self.substeps != stage.sim().scene.substeps
             && let Some(Twins { hidden, .. }) = self.twins.take()
@@ -265,12 +265,12 @@ impl Ghosts {
         }
     }
 
-    /// Which ghosts there are, if any.
+    /// The generation of the ghosts, if there are any.
     pub fn generation(&self) -> Option<u64> {
         self.twins.as_ref().map(|_| self.generation)
     }
 
-    /// Every ghost that did not fail, beside bodies of the method `solid`, whose own ghost is not drawn.
+    /// All ghosts that did not fail, including the reference. The ghost of `solid`, the method of the solid bodies, is not drawn.
     pub fn runs(&self, solid: Method) -> impl Iterator<Item = GhostRun<'_>> {
         self.twins.iter().flat_map(move |Twins { reference, twins, hidden, .. }| {
             let twins = twins.iter().map(|twin| (Some(twin.method()), twin));
@@ -289,7 +289,7 @@ impl Ghosts {
         self.twins.is_some()
     }
 
-    /// The distances that are written into the picture: of each run, that of the selection or the farthest.
+    /// The distance labels in the picture: per run, the distance of the selection or of the farthest body.
     pub(super) fn labels(&self, stage: &Stage, view: &View) -> Vec<GhostLabel> {
         let Some(twins) = &self.twins else { return Vec::new() };
         let Some(reference) = twins.reference() else { return Vec::new() };
@@ -314,7 +314,7 @@ fn words_of(stage: &Stage, failure: FirstQuarantine) -> String {
     format!("{body} was quarantined at {time}: {}", failure.cause.what())
 }
 
-/// Stable ids of the bodies whose distances are shown: the selection, or all if nothing that moves is selected.
+/// Stable ids of the bodies whose distances are shown: the selection, or all bodies if no moving thing is selected.
 pub(super) fn focus(stage: &Stage) -> Range<u32> {
     let moves = |ids: &Range<u32>| ids.clone().any(|id| stage.sim().moving(id).is_some());
     ids_selected(stage).filter(moves).unwrap_or(0..u32::MAX)
@@ -329,7 +329,7 @@ fn ids_selected(stage: &Stage) -> Option<Range<u32>> {
     stage.sim().id(selection).map(|id| id..id + 1)
 }
 
-/// The body that the distances are of, in words.
+/// The name of the body whose distances are shown.
 pub(super) fn subject(stage: &Stage) -> String {
     let all = focus(stage) == (0..u32::MAX);
     let selection = stage.here.selection.filter(|_| !all);

@@ -1,4 +1,4 @@
-//! The strip of a lesson, the list of lessons, and the card of the first start.
+//! The lesson strip, the list of lessons, and the welcome card of the first start.
 
 use std::sync::{Arc, LazyLock};
 
@@ -15,13 +15,13 @@ use crate::intent::Intent;
 use crate::panels::Panel;
 use crate::tools::tool::Desk;
 
-/// Width of the lesson in a window of its own, points.
+/// Width of the lesson in its own window, points.
 pub(super) const WIDTH: f32 = 560.0;
 
-/// Height of the strip in the cockpit, points: the view keeps its size from step to step.
+/// Height of the strip in the cockpit, points. Fixed, so that the view keeps its size from step to step.
 pub(crate) const HEIGHT: f32 = 132.0;
 
-/// The lessons in the program.
+/// The lessons shipped with the program.
 static LESSONS: LazyLock<Vec<Arc<Lesson>>> = LazyLock::new(|| {
     let lessons = shipped().iter().filter_map(|(name, text)| Lesson::parse(name, text).ok());
     lessons.map(Arc::new).collect()
@@ -202,7 +202,7 @@ fn at_end(ui: &mut Ui, learn: &mut Learn, lesson: &Lesson, intents: &mut Vec<Int
     });
 }
 
-/// Lays out the card of the first start, with the middle of its lower edge at `place`.
+/// Lays out the welcome card, with the middle of its lower edge at `place`.
 pub(crate) fn welcome(
     context: &Context,
     place: Pos2,
