@@ -143,8 +143,7 @@ impl Hands {
     fn wheel(&mut self, notches: f64, reach: &mut Reach<'_>) {
         let moves_camera = reach.moves_camera();
         let Reach { stage, view, ui, .. } = reach;
-        let pushes = stage.sim().scene.push.is_some()
-            && stage.here.selection.is_some_and(|thing| is_movable(&stage.sim().world, thing));
+        let pushes = stage.sim().scene.push.is_some() && moves_selection(stage);
         if view.mode == Mode::Selection && ui.wants_pointer() {
             ui.wheel(notches);
         } else if notches.is_finite() {
@@ -273,10 +272,7 @@ impl Hands {
         let selected = stage.here.selection.filter(|_| stage.sim().scene.push.is_some());
         let hit = selected
             .and_then(|selected| view.cast(stage, &ray).filter(|hit| hit.entity == selected));
-        if !(hit.is_some()
-            && stage.here.selection.is_some_and(|thing| is_movable(&stage.sim().world, thing)))
-            && moves_camera
-        {
+        if !(hit.is_some() && moves_selection(stage)) && moves_camera {
             self.drag = Some(Drag::Orbit(view.pivot(stage)));
         }
         let Some((hit, body)) = hit.and_then(|hit| Some((hit, hit.pushed?))) else {
@@ -316,4 +312,9 @@ impl Hands {
             Mode::Selection => ui.pointer(view.pointer.x, view.pointer.y),
         }
     }
+}
+
+/// Whether something is selected that forces move.
+fn moves_selection(stage: &Stage) -> bool {
+    stage.here.selection.is_some_and(|thing| is_movable(&stage.sim().world, thing))
 }
