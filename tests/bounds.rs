@@ -47,7 +47,7 @@ fn estimated_by_taken(text: &str, keeps: Keeps) -> f64 {
         if keeps.black_box {
             drive.session.stage.keep_black_box();
         }
-        drive.session.stage.limit_ticks(1);
+        drive.session.stage.playback_mut().limit_ticks(1);
         assert_eq!(drive.frame(0.01, []).session.stage.sim().ticks(), 1);
         if pictures {
             std::hint::black_box(drive.session.picture());
@@ -151,7 +151,7 @@ fn a_run_is_refused_for_what_it_keeps() {
     run(&text, "run big.ron --ticks 1 --memory 0.15").fine();
     for keeps in ["--ledger", "--black-box box.zip"] {
         let said = run(&text, &format!("run big.ron --ticks 1 --memory 0.15 {keeps}"));
-        said.fails(2, "150000 bodies and what the run keeps of them take some ");
+        said.fails(2, "150000 bodies and what the run keeps of them take about ");
     }
 }
 
@@ -238,7 +238,7 @@ fn a_long_tick_is_told_before_it_is_taken() {
     // Refused after that was told: the run itself is not waited for.
     let said =
         run(&stars(4_000), "run big.ron --ticks 100000000 --hours 1e12 --state big.ron/no.csv");
-    said.warns(2, "4000 bodies attract each other: a tick takes some ");
+    said.warns(2, "4000 bodies attract each other: a tick takes about ");
 }
 
 #[test]
@@ -310,7 +310,7 @@ fn the_runs_of_a_lesson_are_bounded_by_all_that_they_compute() {
         let folder = folder([("my.ron", text.as_str()), ("stars.ron", stars.as_str())]);
         for line in ["lessons check my.ron", "run oscillator --lesson my.ron", "--lesson my.ron"] {
             let said = sandbox(&folder, line);
-            said.fails(2, "my.ron: its runs take some ");
+            said.fails(2, "my.ron: its runs take about ");
             assert!(
                 said.err.contains("s, runs[0] the longest, and 60 s are allowed; give fewer"),
                 "{}",

@@ -112,12 +112,12 @@ fn buttons_do_what_their_keys_do() {
     cockpit.click("Gravity");
     assert!(!gravity(&cockpit));
     cockpit.click("Pause");
-    assert!(cockpit.session().stage.paused());
+    assert!(cockpit.session().stage.playback().paused());
     let ticks = cockpit.session().stage.sim().ticks();
     cockpit.click("Step");
     assert_eq!(cockpit.session().stage.sim().ticks(), ticks + 1);
     cockpit.click("Play");
-    assert!(!cockpit.session().stage.paused());
+    assert!(!cockpit.session().stage.playback().paused());
     cockpit.click("Build");
     cockpit.click("Settings");
     assert_eq!(cockpit.session().open_panels(), [Panel::Settings]);
@@ -153,7 +153,7 @@ fn back_and_step_repeat_while_they_are_held_and_act_once_when_they_are_clicked()
 fn enter_in_the_finder_opens_a_file_of_yours_that_has_what_is_typed_in_its_name() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
     let files = ["scenes/my_own_bridge.ron", "scenes/other.ron"].map(std::path::PathBuf::from);
-    cockpit.drive.session.stage.remember_files(files.to_vec());
+    cockpit.drive.session.stage.files.remember(files.to_vec());
     cockpit.drive.frame(H, tap("Ctrl+O")).ticks(2);
     cockpit.drive.frame(H, [Input::Text("own_b".to_owned())]).frame(H, tap("Enter"));
     let orders = cockpit.drive.session.stage.take_orders();
@@ -201,7 +201,7 @@ fn the_search_finds_scenes_by_their_group_and_by_what_they_show() {
 #[test]
 fn scene_files_of_earlier_windows_are_listed_and_found() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
-    cockpit.drive.session.stage.remember_files(vec!["/a/older.ron".into(), "/b/swing.ron".into()]);
+    cockpit.drive.session.stage.files.remember(vec!["/a/older.ron".into(), "/b/swing.ron".into()]);
     cockpit.drive.ticks(2);
     cockpit.click("swing.ron");
     assert_eq!(cockpit.drive.session.stage.take_orders(), [Order::Open("/b/swing.ron".to_owned())]);
@@ -347,11 +347,14 @@ fn what_is_not_seen_is_simulated_and_not_laid_out() {
     assert!(
         cockpit.session().stage.sim().ticks() >= ticks + 15
             && !cockpit.has("Moon")
-            && !cockpit.session().stage.paused()
+            && !cockpit.session().stage.playback().paused()
     );
     cockpit.drive.session.set_unseen(false);
     cockpit.drive.ticks(3);
-    assert!(cockpit.has("Moon") && cockpit.session().stage.paused(), "the click is not lost");
+    assert!(
+        cockpit.has("Moon") && cockpit.session().stage.playback().paused(),
+        "the click is not lost"
+    );
 }
 
 #[test]
@@ -362,7 +365,7 @@ fn a_click_just_beside_a_button_belongs_to_the_view() {
     let below = cockpit.middle_of("Pause").with_y(cockpit.view()[0].y + 1.0);
     assert!(below.x > cockpit.view()[0].x);
     cockpit.drive.click(Button::Left, below).ticks(2);
-    assert!(!cockpit.session().stage.paused());
+    assert!(!cockpit.session().stage.playback().paused());
     let camera = *cockpit.session().view.camera();
     cockpit.drag(Button::Right, below, below + DVec2::X * 50.0);
     assert_ne!(*cockpit.session().view.camera(), camera, "a drag from there orbits");
@@ -498,7 +501,7 @@ fn framing_shows_all_that_moves_and_then_the_selection_alone() {
         let mut cockpit = Cockpit::of(scene, size);
         cockpit.drive.press("P").press("F").ticks(1);
         let [corner, size] = cockpit.view();
-        let bodies: Vec<_> = cockpit.session().stage.things().collect();
+        let bodies: Vec<_> = cockpit.session().stage.sim().remaining_bodies().collect();
         let world = &cockpit.session().stage.sim().world;
         let moving = bodies.into_iter().filter(|thing| {
             world.get::<PhysicsBody>(*thing).is_some_and(|body| body.inverse_mass > 0.0)
@@ -716,7 +719,7 @@ fn graphs_keep_the_last_ten_seconds_and_save_them_as_a_table() {
 /// Runs until a fault pauses the run.
 fn run_to_fault(cockpit: &mut Cockpit) {
     for _ in 0..200 {
-        if cockpit.drive.ticks(10).session.stage.paused() {
+        if cockpit.drive.ticks(10).session.stage.playback().paused() {
             return;
         }
     }
@@ -732,7 +735,7 @@ fn a_fault_stays_with_its_cures_until_it_is_dismissed() {
     cockpit.drive.press("F1");
     run_to_fault(&mut cockpit);
     cockpit.drive.ticks(3);
-    let fault = cockpit.session().stage.fault().expect("explicit Euler cannot").tick;
+    let fault = cockpit.session().stage.recorder().fault().expect("explicit Euler cannot").tick;
     assert_eq!(cockpit.session().stage.sim().ticks(), fault - 1);
     cockpit.drive.ticks(1000);
     cockpit.click("implicit Euler");
@@ -740,7 +743,8 @@ fn a_fault_stays_with_its_cures_until_it_is_dismissed() {
     cockpit.click("Play");
     cockpit.drive.ticks(600);
     assert!(
-        !cockpit.session().stage.paused() && cockpit.session().stage.fault().is_none(),
+        !cockpit.session().stage.playback().paused()
+            && cockpit.session().stage.recorder().fault().is_none(),
         "cured"
     );
 
@@ -775,7 +779,7 @@ fn going_on_through_a_fault_keeps_its_cures_and_calls_no_later_tick_good() {
 
     // It explodes until a number is too large, and stops once more: before that the run had gone wrong already.
     cockpit.click("Play");
-    while !cockpit.session().stage.paused() {
+    while !cockpit.session().stage.playback().paused() {
         assert!(
             offers(&cockpit) == [true; 3] && !says_good(&cockpit),
             "tick {}",
@@ -784,7 +788,7 @@ fn going_on_through_a_fault_keeps_its_cures_and_calls_no_later_tick_good() {
         cockpit.drive.ticks(1);
     }
     cockpit.drive.ticks(3);
-    let fault = cockpit.session().stage.fault().unwrap();
+    let fault = cockpit.session().stage.recorder().fault().unwrap();
     assert!(
         fault.quarantined
             && cockpit.session().stage.sim().ticks() == fault.tick - 1
@@ -798,7 +802,8 @@ fn going_on_through_a_fault_keeps_its_cures_and_calls_no_later_tick_good() {
     cockpit.click("Play");
     cockpit.drive.ticks(600);
     assert!(
-        !cockpit.session().stage.paused() && cockpit.session().stage.fault().is_none(),
+        !cockpit.session().stage.playback().paused()
+            && cockpit.session().stage.recorder().fault().is_none(),
         "cured"
     );
 }
@@ -900,7 +905,7 @@ fn thousands_of_random_events_over_all_tools_do_no_harm() {
         let ticks = cockpit.session().stage.sim().ticks();
         let fresh = Drive::of(scene::Scene::clone(&cockpit.session().stage.sim().scene));
         assert_eq!(cockpit.drive.hash(), fresh.hash(), "{scene}: the start");
-        if cockpit.session().stage.paused() {
+        if cockpit.session().stage.playback().paused() {
             cockpit.drive.press("P");
         }
         assert!(
@@ -948,9 +953,9 @@ fn a_control_with_the_keyboard_takes_the_keys_that_move_on_and_press_and_no_othe
     cockpit.press("F6").go_to("Pause", "Tab");
     assert!(!settings(&cockpit) && !cockpit.session().takes_text());
     cockpit.press("Space");
-    assert!(cockpit.session().stage.paused());
+    assert!(cockpit.session().stage.playback().paused());
     cockpit.press("P");
-    assert!(!cockpit.session().stage.paused());
+    assert!(!cockpit.session().stage.playback().paused());
     cockpit.press("Escape");
     assert_eq!(cockpit.focused(), None);
     cockpit.press("Tab");

@@ -38,7 +38,7 @@ fn it_starts_in_camera_mode_with_gravity_off_and_nothing_selected() {
     assert_eq!((drive.session.stage.selection(), drive.session.view.click_force()), (None, 10.0));
     assert!(
         drive.session.view.grabs_pointer()
-            && !drive.session.stage.paused()
+            && !drive.session.stage.playback().paused()
             && !drive.session.takes_text()
     );
     let before = drive.hash();
@@ -214,7 +214,10 @@ fn held_keys_push_in_selection_mode_only_and_two_opposite_ones_cancel() {
     assert!(drive.v("player").z < 0.0);
     let mut drive = Drive::tutorial();
     drive.press("Q").give([down("Up")]).ticks(3);
-    assert!(drive.session.stage.things().count() == 29 && drive.v("player") == DVec3::ZERO);
+    assert!(
+        drive.session.stage.sim().remaining_bodies().count() == 29
+            && drive.v("player") == DVec3::ZERO
+    );
 }
 
 #[test]
@@ -226,15 +229,18 @@ fn p_pauses_and_owes_nothing_and_a_point_steps_once() {
     drive.press("P").frames(300);
     assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (6, before));
     drive.press("P").frames(1);
-    assert_eq!((drive.session.stage.sim().ticks(), drive.session.stage.dropped()), (8, 0.0));
+    assert_eq!(
+        (drive.session.stage.sim().ticks(), drive.session.stage.playback().dropped()),
+        (8, 0.0)
+    );
     drive.frame(1.0 / 60.0, tap("."));
-    assert!(drive.session.stage.paused());
+    assert!(drive.session.stage.playback().paused());
     assert_eq!(drive.frames(9).session.stage.sim().ticks(), 9);
     drive.frame(0.0, tap(".").into_iter().chain(tap(".")));
     assert_eq!(drive.session.stage.sim().ticks(), 11);
     // A step that is asked for in the frame in which the pause ends is not kept for the next pause.
     drive.frame(0.0, tap(".").into_iter().chain(tap("P")));
-    assert!(!drive.session.stage.paused());
+    assert!(!drive.session.stage.playback().paused());
     let ticks = drive.session.stage.sim().ticks();
     drive.press("P").frames(3);
     assert_eq!(drive.session.stage.sim().ticks(), ticks);
@@ -324,7 +330,10 @@ fn a_frame_of_no_time_changes_no_body_and_no_camera() {
         (drive.hash(), *drive.session.view.camera(), drive.session.stage.sim().ticks());
     drive.run(20, 0.0);
     assert_eq!((drive.hash(), drive.session.stage.sim().ticks()), (hash, ticks));
-    assert_eq!((*drive.session.view.camera(), drive.session.stage.dropped()), (camera, 0.0));
+    assert_eq!(
+        (*drive.session.view.camera(), drive.session.stage.playback().dropped()),
+        (camera, 0.0)
+    );
 }
 
 #[test]
@@ -332,11 +341,11 @@ fn a_hitch_of_a_second_simulates_a_quarter_and_reports_the_rest_as_dropped() {
     let mut drive = Drive::tutorial();
     drive.frames(3).frame(1.0, []);
     assert_eq!(drive.session.stage.sim().ticks(), 36);
-    close(drive.session.stage.dropped(), 0.75, 1e-12);
+    close(drive.session.stage.playback().dropped(), 0.75, 1e-12);
     drive.frames(3);
     assert_eq!(drive.session.stage.sim().ticks(), 42);
-    close(drive.session.stage.dropped(), 0.75, 1e-12);
-    close(drive.session.stage.simulated(), 42.0 * H, 1e-15);
+    close(drive.session.stage.playback().dropped(), 0.75, 1e-12);
+    close(drive.session.stage.sim().seconds(), 42.0 * H, 1e-15);
 }
 
 #[test]
@@ -466,7 +475,7 @@ fn a_tap_shorter_than_a_frame_flies_for_the_frame_and_pushes_for_a_tick() {
 #[test]
 fn a_body_gets_a_method_of_its_own_and_the_scenes_again() {
     let mut drive = Drive::tutorial();
-    let count = |drive: &mut Drive| drive.session.stage.methods();
+    let count = |drive: &mut Drive| drive.session.stage.sim().bodies_per_method();
     assert_eq!(count(&mut drive), [(Method::SemiImplicitEuler, 28)]);
     drive.give([own_method("player", Method::RungeKutta4), own_method("enemy", Method::Yoshida4)]);
     drive.give([own_method("missing", Method::Yoshida4)]);
@@ -541,8 +550,14 @@ fn force_arrows_show_springs_and_mutual_gravity_in_newtons_on_one_scale() {
         let mut drive = Drive::shipped(name);
         // At the start the body in the middle of the eight is pulled to both sides alike.
         let without = arrows(drive.ticks(30)).len();
-        let moving =
-            drive.session.stage.methods().into_iter().map(|(_, bodies)| bodies).sum::<usize>();
+        let moving = drive
+            .session
+            .stage
+            .sim()
+            .bodies_per_method()
+            .into_iter()
+            .map(|(_, bodies)| bodies)
+            .sum::<usize>();
         assert_eq!((without, arrows(drive.press("2")).len()), (0, moving), "{name}");
     }
     // Equal and opposite forces have arrows of one length, whatever the masses: 60 N on 1 kg and on 10 kg.

@@ -39,8 +39,8 @@ fn ordered_text(cockpit: &mut Cockpit) -> Arc<str> {
 
 /// The state two seconds later.
 fn later(mut drive: Drive) -> u64 {
-    drive.session.stage.limit_ticks(240);
-    if drive.session.stage.paused() {
+    drive.session.stage.playback_mut().limit_ticks(240);
+    if drive.session.stage.playback().paused() {
         drive.press("P");
     }
     drive.ticks(240).hash()
@@ -66,7 +66,10 @@ fn everything_that_can_be_added_stands_selected_and_stays_finite() {
         let text = &scene(&cockpit).text;
         assert!(!text.contains("-0.0,") && !text.contains("-0.0)"), "{button}: {text}");
         let clock = cockpit.drive.session.stage.sim().world.resource::<StepClock>();
-        assert!(cockpit.drive.session.stage.paused() && clock.scene_seconds() == 0.0, "{button}");
+        assert!(
+            cockpit.drive.session.stage.playback().paused() && clock.scene_seconds() == 0.0,
+            "{button}"
+        );
     }
     assert_eq!(
         sandbox::Tools::forecast(&mut cockpit.drive.session.stage)
@@ -76,7 +79,7 @@ fn everything_that_can_be_added_stands_selected_and_stays_finite() {
         0
     );
     cockpit.drive.press("P").ticks(600);
-    assert_eq!(cockpit.drive.session.stage.all_quarantined(), []);
+    assert_eq!(cockpit.drive.session.stage.quarantines().all(), []);
 }
 
 #[test]
@@ -420,7 +423,7 @@ impl Deed {
     fn done(self, cockpit: &mut Cockpit) {
         let select = |cockpit: &mut Cockpit, body: usize| {
             let session = &cockpit.drive.session;
-            let things: Vec<_> = session.stage.things().collect();
+            let things: Vec<_> = session.stage.sim().remaining_bodies().collect();
             let name = session.stage.name(things[body % things.len()]);
             let pixel = cockpit.seen(&name);
             cockpit.drive.click(Button::Left, pixel).ticks(1);

@@ -204,7 +204,7 @@ fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
         emitters: [(rate_per_s: 60, speed_m_s: 5, life_s: 0.2, spread_deg: 20)])";
     let mut drive = Drive::text(text).recording();
     drive.run(4, 1000.0);
-    let fault = drive.session.stage.fault().expect("it explodes").clone();
+    let fault = drive.session.stage.recorder().fault().expect("it explodes").clone();
     let bundle = drive.session.stage.bundle(None).expect("a recorded run comes out the same");
     let again =
         Rerun::of(drive.session.stage.sim().scene.clone(), &bundle, TIMELINE_BYTES, &mut |_| ())
@@ -316,7 +316,7 @@ fn a_pointer_goes_to_the_end_of_the_world_and_back() {
 fn a_study_of_the_shortest_ticks_is_begun() {
     let text = "(version: 1, step_hz: 1e300, bodies: [(name: \"a\", mass_kg: 1.0)])";
     let mut drive = Drive::text(text);
-    drive.session.stage.limit_ticks(4);
+    drive.session.stage.playback_mut().limit_ticks(4);
     drive.press("C").frame(1.0 / 60.0, []);
     assert_eq!(drive.session.open_panels(), [Panel::Cost]);
 }

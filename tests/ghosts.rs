@@ -302,7 +302,7 @@ fn a_ghost_that_is_quarantined_is_named_with_its_time_and_the_others_go_on() {
         }
         let mut run = alone(stiff(method.name()), method, None);
         run.run(700, 0.1);
-        let record = &run.session.stage.quarantined()[0];
+        let record = &run.session.stage.quarantines().so_far()[0];
         let seconds = record.tick as f64 / run.session.stage.sim().scene.step_hz;
         let words = format!("{} was quarantined at {seconds:.2} s: {}", record.body, record.what);
         assert_eq!(row.state, GhostState::Failed(words), "{method:?}");
@@ -314,7 +314,7 @@ fn a_ghost_that_is_quarantined_is_named_with_its_time_and_the_others_go_on() {
     );
     // The reference alone is drawn: two balls.
     assert_eq!(drive.session.picture().translucent.spheres.len(), 2);
-    assert!(drive.session.stage.quarantined().is_empty());
+    assert!(drive.session.stage.quarantines().so_far().is_empty());
 }
 
 #[test]

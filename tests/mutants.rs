@@ -201,7 +201,7 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         mistake: "lengths of steps that are not noted",
         file: "crates/sandbox/src/stage/ticks.rs",
-        from: "self.record(&Change::Step(length));",
+        from: "self.recorder.note(&self.sim, &Change::Step(length));",
         to: "let _ = length;",
         killed_by: "black_box::opened::steps_of_frames_are_repeated_with_their_own_lengths",
     },
@@ -236,8 +236,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         mistake: "what is pulled is not let go",
         file: "crates/sandbox/src/app/hands.rs",
-        from: "(self.drag, self.pressed, reach.stage.here.pull) = (None, None, None);",
-        to: "self.drag = None;",
+        from: "reach.stage.set_pull(None);",
+        to: "",
         killed_by: "cockpit::q_f10_and_a_lost_focus_let_go_of_what_is_pulled",
     },
     Mutant {

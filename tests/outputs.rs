@@ -122,7 +122,7 @@ mod on_unix {
             "cannot write big.csv: the file would be larger than is allowed; see `ulimit -f`",
         );
         let said = run("ulimit -v 400000; exec \"$0\" run fine.ron --ticks 2 --film film.png");
-        said.fails(4, "drawing pictures takes some 640.0 MiB of address space, and ");
+        said.fails(4, "drawing pictures takes about 640.0 MiB of address space, and ");
         assert_eq!(listing(folder.path()), [folder.path().join("fine.ron")]);
     }
 
@@ -321,7 +321,7 @@ mod on_unix {
         is_refused(
             folder.path(),
             "cost kepler --quick --out study",
-            "study/report.json: this is no report",
+            "study/report.json: not a report",
         );
         let stored = fs::read_to_string(root().join("docs/cost/report.json")).unwrap();
         let mut report: Report = serde_json::from_str(&stored).unwrap();

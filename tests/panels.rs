@@ -193,7 +193,10 @@ fn what_is_typed_into_the_finder_opens_a_scene_and_does_not_act_on_this_one() {
     drive.session.open(scene::load("thousand").unwrap());
     drive.ticks(2);
     assert_eq!(
-        (drive.session.stage.sim().scene.name.as_str(), drive.session.stage.things().count()),
+        (
+            drive.session.stage.sim().scene.name.as_str(),
+            drive.session.stage.sim().remaining_bodies().count()
+        ),
         ("thousand", 1001)
     );
 }
@@ -208,7 +211,8 @@ fn letters_typed_into_the_finder_do_not_press_their_keys() {
     }
     drive.ticks(30);
     assert!(
-        !drive.session.stage.paused() && !drive.session.stage.sim().world.resource::<Gravity>().on
+        !drive.session.stage.playback().paused()
+            && !drive.session.stage.sim().world.resource::<Gravity>().on
     );
     assert_eq!((drive.hash(), *drive.session.view.camera()), (hash, camera));
     assert_eq!(
@@ -260,7 +264,7 @@ fn a_method_is_chosen_from_the_list_in_the_settings() {
     drive
         .click_on(Method::SemiImplicitEuler.claims().title)
         .click_on(Method::ExplicitEuler.claims().title);
-    assert_eq!(drive.session.stage.methods(), [(Method::ExplicitEuler, 28)]);
+    assert_eq!(drive.session.stage.sim().bodies_per_method(), [(Method::ExplicitEuler, 28)]);
 }
 
 #[test]

@@ -49,7 +49,7 @@ fn distance(shape: Shape, center: DVec3, direction: DVec3) -> Option<f64> {
 fn closest(drive: &Drive, pixel: DVec2) -> Option<(String, f64)> {
     let (eye, direction) = ray(drive, pixel);
     let world = &drive.session.stage.sim().world;
-    let hits = drive.session.stage.things().filter_map(|thing| {
+    let hits = drive.session.stage.sim().remaining_bodies().filter_map(|thing| {
         let center = world.get::<Transform>(thing)?.position - eye;
         Some((
             drive.session.stage.name(thing),
@@ -286,7 +286,7 @@ fn a_click_on_what_cannot_be_moved_clears_the_selection_unless_alt_is_held() {
     assert_eq!(scene("select_immovable: true,").select(block).as_deref(), Some("block"));
     // A body that was quarantined can be looked at.
     drive.give([push("ball", [f64::NAN, 0.0, 0.0])]).ticks(1);
-    assert_eq!(drive.session.stage.quarantined().len(), 1);
+    assert_eq!(drive.session.stage.quarantines().so_far().len(), 1);
     assert_eq!(drive.select(ball).as_deref(), Some("ball"));
 }
 

@@ -68,9 +68,9 @@ fn tour(wanted: &[&str]) -> Vec<Image> {
     let (mut clock, mut studio, mut pictures) =
         (FrameClock::default(), Studio::new(FILM_SIZE), Vec::new());
     while !player.finished() {
-        let time = clock.advance_to(session.stage.frames() as f64 / 60.0).unwrap();
+        let time = clock.advance_to(session.stage.playback().frames() as f64 / 60.0).unwrap();
         let mut events = player.of_frame(
-            session.stage.frames(),
+            session.stage.playback().frames(),
             session.stage.sim().ticks(),
             [time.total() - time.length(), time.total()],
         );

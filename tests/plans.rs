@@ -56,7 +56,7 @@ fn declares(scene: &Scene, effect: Effect) -> bool {
 
 /// Methods that a scene's bodies have.
 fn methods(session: &mut Session) -> BTreeSet<Method> {
-    session.stage.methods().into_iter().map(|(method, _)| method).collect()
+    session.stage.sim().bodies_per_method().into_iter().map(|(method, _)| method).collect()
 }
 
 #[test]

@@ -101,7 +101,7 @@ fn experiments_act_in_the_tick_of_their_time_whatever_the_frames_are() {
         let mut drive = Drive::tutorial();
         let script = format!("[{}]", EXPERIMENTS.iter().map(steps).collect::<String>());
         drive.session.play(Player::new(read(&drive, &script).unwrap()).unwrap());
-        drive.session.stage.limit_ticks(TICKS);
+        drive.session.stage.playback_mut().limit_ticks(TICKS);
         let (mut hashes, mut frame) = (Vec::new(), 0.0);
         while drive.session.stage.sim().ticks() < TICKS {
             let time = drive.clock.advance_to(frame / fps).unwrap();
@@ -263,9 +263,11 @@ fn a_paused_run_waits_for_no_key_that_is_held_for_ever() {
             format!(r#"[(at_frame: 0, do: press("P")), (at_frame: 1, do: hold("W", {hold_s}))]"#);
         drive.session.play(Player::new(read(&drive, &script).unwrap()).unwrap());
         drive.frames(5);
-        assert!(drive.session.stage.paused() && !drive.session.player().unwrap().finished());
+        assert!(
+            drive.session.stage.playback().paused() && !drive.session.player().unwrap().finished()
+        );
         drive.session.player().unwrap().waits_forever(
-            drive.session.stage.frames(),
+            drive.session.stage.playback().frames(),
             drive.session.stage.sim().ticks(),
             60.0,
         )
@@ -357,7 +359,7 @@ fn a_script_changes_single_bodies() {
     assert_eq!(drive.v("enemy"), DVec3::new(0.0, -2.0, 0.0), "an impulse is mass times velocity");
     assert_eq!(drive.x("bonus"), DVec3::new(7.0, 8.0, 9.0));
     assert_eq!(drive.session.stage.sim().named("grid.x0.z0"), None);
-    assert_eq!(drive.session.stage.things().count(), 28);
+    assert_eq!(drive.session.stage.sim().remaining_bodies().count(), 28);
     assert!((drive.v("grid.x1.z0").x + 1.0).abs() < 1e-14, "12 N for a tick of 1/120 s on 0.1 kg");
 }
 
@@ -385,7 +387,8 @@ fn bodies_that_would_turn_non_finite_are_quarantined_and_named() {
     let mut named: Vec<_> = drive
         .session
         .stage
-        .quarantined()
+        .quarantines()
+        .so_far()
         .iter()
         .map(|body| (body.tick, body.body.as_str()))
         .collect();

@@ -148,8 +148,7 @@ fn shards_that_are_no_whole_study_are_refused_by_name() {
     line("merge m-1 m-3 --out o").fails(2, "missing shards: 2/3; give the folders of all");
     line("merge m-1 m-2 m-2 m-3 --out o")
         .fails(2, "m-2: shard 2/3 is here and in m-2; leave one of them out");
-    line("merge m-1 foreign --out o")
-        .fails(2, "part.json: this is no part of a study of this version");
+    line("merge m-1 foreign --out o").fails(2, "part.json: not a part of a study of this version");
     line("merge m-1 nowhere --out o")
         .fails(2, "nowhere: no shard of a sweep or a study was written into this folder");
     line("stability huge_steps --ticks 50 --shard 2/3 --out n").fine();
@@ -163,7 +162,7 @@ fn shards_that_are_no_whole_study_are_refused_by_name() {
         "part.json: the part in this folder is of another shard; give another folder, or remove it",
     );
     line(&format!("{command} --shard 1/3 --out foreign"))
-        .fails(2, "part.json: this is no part of a study");
+        .fails(2, "part.json: not a part of a study");
     line(&format!("{command} --shard 1/3")).fails(2, "--out");
     line(&format!("{command} --shard 4/3 --out x")).fails(2, "give which part of how many");
     line("recommend own.ron --error 1 --shard 1/2 --out x --apply y.ron").fails(2, "--apply");

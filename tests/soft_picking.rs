@@ -143,7 +143,7 @@ fn a_rope_is_selected_at_points_and_springs_and_named_after_its_first_point() {
     }
     let mut drive = Drive::of(scene);
     drive.press("Q");
-    let points: Vec<_> = drive.session.stage.things().collect();
+    let points: Vec<_> = drive.session.stage.sim().remaining_bodies().collect();
     let link = |a, b| Link {
         ends: [a, b],
         elastic: Elastic {

@@ -320,7 +320,7 @@ fn a_sweep_that_is_killed_five_times_is_the_same_in_the_end() {
     let text = fs::read_to_string(&journal).unwrap();
     fs::write(&journal, &text[..text.len() - 9]).unwrap();
     let said = swept(folder, "killed", &["--resume"]).fine();
-    assert!(said.contains("were there"), "{said}");
+    assert!(said.contains("were done before"), "{said}");
     same_files(folder, ["whole", "killed"]);
     assert_eq!(swept(folder, "killed", &["--resume"]).fine(), "killed: this sweep is complete\n");
     swept(folder, "killed", &["--seconds", "4"]).fails(2, "");

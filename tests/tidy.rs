@@ -384,6 +384,34 @@ fn the_sandbox_changes_a_simulation_by_changes_alone() {
     );
 }
 
+/// The whole program may hold a stage, so it must not become the place for everything.
+#[test]
+fn a_stage_has_at_most_sixty_methods_and_private_parts() {
+    let mut methods = 0;
+    for (_, text) in sources().iter().filter(|(path, _)| in_folder(path, "crates/sandbox/src")) {
+        for part in text.split("\nimpl Stage {\n").skip(1) {
+            let body = part.split("\n}\n").next().unwrap();
+            methods += body.lines().filter(|line| is_method(line)).count();
+        }
+    }
+    assert!((30..=60).contains(&methods), "{methods}");
+
+    let text = fs::read_to_string(root().join("crates/sandbox/src/stage.rs")).unwrap();
+    let stage = text.split("pub struct Stage {\n").nth(1).unwrap().split("\n}\n").next().unwrap();
+    let fields = code(stage).filter_map(|line| line.trim().strip_prefix("pub"));
+    let visible: BTreeSet<_> =
+        fields.filter_map(|field| field.split(':').next()?.rsplit(' ').next()).collect();
+    // Messages out of a stage, on which it does not depend.
+    assert_eq!(visible, BTreeSet::from(["caption", "files", "notices", "orders"]));
+}
+
+fn is_method(line: &str) -> bool {
+    let Some(item) = line.strip_prefix("    ").filter(|item| !item.starts_with(' ')) else {
+        return false;
+    };
+    !item.starts_with("//") && item.contains("fn ")
+}
+
 #[test]
 fn render_has_never_heard_of_an_entity() {
     never("crates/render/src", &[], &["bevy_ecs", "motion::", "winit"]);

@@ -170,7 +170,8 @@ fn ticks_that_take_longer_than_they_simulate_end_in_a_steady_frame_and_not_in_a_
         let (mut frames, mut length, mut lengths) = (FrameClock::default(), 1.0 / 60.0, Vec::new());
         for _ in 0..40 {
             let mut spent = 0.0;
-            let (before, dropped) = (session.stage.sim().ticks(), session.stage.dropped());
+            let (before, dropped) =
+                (session.stage.sim().ticks(), session.stage.playback().dropped());
             let time = frames.advance_by(length).unwrap();
             session.advance_watched(&InputFrame::NOTHING, time, &mut |_, _| {
                 spent += cost;
@@ -178,7 +179,7 @@ fn ticks_that_take_longer_than_they_simulate_end_in_a_steady_frame_and_not_in_a_
             });
             // Nothing is lost in silence.
             let simulated = (session.stage.sim().ticks() - before) as f64 / hz;
-            let told = session.stage.dropped() - dropped;
+            let told = session.stage.playback().dropped() - dropped;
             assert!(
                 (simulated + told - length).abs() <= 2.0 / hz + 1e-9,
                 "{simulated} {told} {length}"

@@ -39,7 +39,8 @@ fn update(bodies: &mut [Body], gravity: bool, dt: f64) {
 fn bodies(stage: &Stage) -> Vec<Body> {
     let world = &stage.sim().world;
     let things = stage
-        .things()
+        .sim()
+        .remaining_bodies()
         .filter_map(|thing| world.get::<PhysicsBody>(thing).map(|body| (thing, body)));
     things
         .map(|(thing, body)| Body {
@@ -86,7 +87,10 @@ fn the_tutorials_two_loops_and_the_schedule_visit_the_same_bits_for_ten_seconds(
             let newtons = DVec3::new(f64::from(tick), -3.3, 0.7);
             let i = 1 + (tick as usize / 37) % 28;
             events.push(push(
-                &drive.session.stage.name(drive.session.stage.things().nth(i).unwrap()),
+                &drive
+                    .session
+                    .stage
+                    .name(drive.session.stage.sim().remaining_bodies().nth(i).unwrap()),
                 newtons,
             ));
             force(&mut copy, i, newtons);
@@ -129,7 +133,8 @@ fn several_ticks_a_frame_visit_the_same_bits_and_a_push_acts_in_the_first_of_the
     for frame in 0..30_u32 {
         let newtons = DVec3::new(0.1, f64::from(frame), -7.0);
         force(&mut copy, 5, newtons);
-        let name = drive.session.stage.name(drive.session.stage.things().nth(5).unwrap());
+        let name =
+            drive.session.stage.name(drive.session.stage.sim().remaining_bodies().nth(5).unwrap());
         let time = drive.clock.advance_by(4.0 * H).unwrap();
         let mut ticks = 0;
         drive.session.advance_watched(
@@ -161,7 +166,10 @@ fn the_plan_of_one_pass_visits_the_same_bits_as_the_two_loops() {
             let i = 7 * tick as usize % 1001;
             force(&mut copy, i, newtons);
             events.push(push(
-                &drive.session.stage.name(drive.session.stage.things().nth(i).unwrap()),
+                &drive
+                    .session
+                    .stage
+                    .name(drive.session.stage.sim().remaining_bodies().nth(i).unwrap()),
                 newtons,
             ));
         }

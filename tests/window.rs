@@ -845,8 +845,8 @@ fn a_paused_window_draws_when_something_happens_and_owes_nothing_for_the_rest() 
     let (mut cameras, mut dropped, mut paused) = (Vec::new(), Vec::new(), Vec::new());
     replay(&script, &recording, |session, _| {
         cameras.push(session.view.camera().position);
-        dropped.push(session.stage.dropped());
-        paused.push(session.stage.paused());
+        dropped.push(session.stage.playback().dropped());
+        paused.push(session.stage.playback().paused());
     });
     let lengths = recording.frame_ends_s.windows(2).map(|ends| ends[1] - ends[0]);
     // The other frames are as long as the machine is busy.

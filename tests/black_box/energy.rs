@@ -300,7 +300,7 @@ fn a_single_tick_that_invents_more_than_there_was_is_a_fault_in_that_tick() {
                 first_fault(run(&bullet(method)), books, 60, |_, _| {}).expect(method);
             // Velocity Verlet feels the pull at the end of tick 2, the others in tick 3.
             assert!(
-                [2, 3].contains(&tick) && body == Some(0) && what.contains("out of nowhere"),
+                [2, 3].contains(&tick) && body == Some(0) && what.contains("the method created"),
                 "{method} {tick} {what}"
             );
         }

@@ -42,7 +42,7 @@ fn a_comma_goes_one_tick_back_and_a_dot_forward_again() {
     let hashes = go(&mut drive, 0..60);
     for tick in (40..60).rev() {
         drive.press(",");
-        assert!(drive.session.stage.paused());
+        assert!(drive.session.stage.playback().paused());
         assert_eq!(drive.session.stage.sim().ticks(), tick);
         assert_eq!(drive.hash(), hashes[usize::try_from(tick).unwrap() - 1]);
     }
@@ -106,12 +106,12 @@ fn ticks_are_asked_for_as_often_as_their_length_says_that_was_gone_back_to() {
     write_step_hz(&mut drive);
     drive.frame(H, [Input::Text("30".to_owned())]).frame(H, tap("Enter")).press("Tab").ticks(4);
     let later = drive.session.stage.sim().ticks();
-    assert_eq!(drive.session.stage.step_hz(), 30.0);
+    assert_eq!(drive.session.stage.playback().step_hz(), 30.0);
     assert_eq!(in_a_second(&mut drive), 30);
     for (tick, rate) in [(100, 120.0), (later + 10, 30.0), (50, 120.0)] {
         drive.session.seek(tick);
         assert_eq!(
-            (drive.session.stage.sim().ticks(), drive.session.stage.step_hz()),
+            (drive.session.stage.sim().ticks(), drive.session.stage.playback().step_hz()),
             (tick, rate)
         );
     }
@@ -142,11 +142,11 @@ fn a_fault_goes_back_to_the_last_good_tick_pauses_and_selects_and_going_on_goes_
     go(&mut drive, 0..20);
     let good = drive.hash();
     drive.frame(1.0 / 60.0, [push("second", [f64::NAN, 0.0, 0.0])]);
-    assert!(drive.session.stage.paused());
+    assert!(drive.session.stage.playback().paused());
     assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (20, good));
     assert_eq!(drive.selected().as_deref(), Some("second"));
-    assert_eq!(drive.session.stage.quarantined(), []);
-    let fault = drive.session.stage.fault().unwrap().clone();
+    assert_eq!(drive.session.stage.quarantines().so_far(), []);
+    let fault = drive.session.stage.recorder().fault().unwrap().clone();
     assert_eq!(fault.tick, 21);
     // Looking ahead shows it; the bundle holds it.
     let bundle = drive.session.stage.bundle(None).unwrap();
@@ -166,7 +166,10 @@ fn a_fault_goes_back_to_the_last_good_tick_pauses_and_selects_and_going_on_goes_
     drive.session.seek(20);
     // Going on drops the push, and with it the fault.
     drive.press("P").frames(5);
-    assert!(drive.session.stage.fault().is_none() && drive.session.stage.quarantined().is_empty());
+    assert!(
+        drive.session.stage.recorder().fault().is_none()
+            && drive.session.stage.quarantines().so_far().is_empty()
+    );
     assert_eq!(drive.session.stage.sim().ticks(), 25);
 }
 
@@ -177,7 +180,8 @@ fn who_is_quarantined_between_two_ticks_is_so_at_once_and_gone_back_from_after_t
         drive
             .session
             .stage
-            .quarantined()
+            .quarantines()
+            .so_far()
             .iter()
             .map(|quarantined| (quarantined.body.clone(), quarantined.tick))
             .collect()
@@ -191,13 +195,13 @@ fn who_is_quarantined_between_two_ticks_is_so_at_once_and_gone_back_from_after_t
         drive.press("P").frames(5);
         if records {
             assert!(
-                drive.session.stage.paused()
+                drive.session.stage.playback().paused()
                     && drive.session.stage.sim().ticks() == 20
                     && quarantined(&drive).is_empty()
             );
-            assert_eq!(drive.session.stage.all_quarantined().len(), 1);
+            assert_eq!(drive.session.stage.quarantines().all().len(), 1);
             drive.press("P").frames(5);
-            assert!(drive.session.stage.all_quarantined().is_empty());
+            assert!(drive.session.stage.quarantines().all().is_empty());
         } else {
             assert_eq!(quarantined(&drive), ball);
         }
@@ -215,5 +219,5 @@ fn a_session_that_records_is_the_same_session() {
     // Without a timeline there is nothing to go back to.
     let hash = plain.hash();
     plain.press(",");
-    assert_eq!((plain.hash(), plain.session.stage.fault()), (hash, None));
+    assert_eq!((plain.hash(), plain.session.stage.recorder().fault()), (hash, None));
 }

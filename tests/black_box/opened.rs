@@ -34,7 +34,7 @@ fn an_opened_bundle_has_every_tick_of_its_run_and_repeats_it_until_its_end() {
     for interpolate in [true, false] {
         let (mut drive, repetition) = reopened(&bundle, interpolate);
         assert!(repetition.same() && repetition.fault.is_none(), "{repetition:?}");
-        assert!(drive.session.stage.paused() && drive.session.stage.records());
+        assert!(drive.session.stage.playback().paused() && drive.session.stage.recorder().is_on());
         assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (60, hashes[59]));
         for tick in (50..60).rev() {
             drive.press(",");
@@ -120,21 +120,24 @@ fn a_fault_is_met_again_and_gone_through_to_the_same_end() {
     let (mut drive, repetition) = reopened(&bundle, true);
     assert!(repetition.same(), "{repetition:?}");
     assert_eq!(repetition.fault, bundle.manifest.fault);
-    let fault = drive.session.stage.fault().unwrap().clone();
+    let fault = drive.session.stage.recorder().fault().unwrap().clone();
     assert_eq!(Some(fault.named(&drive.session.stage.sim().scene.names)), bundle.manifest.fault);
-    assert_eq!(drive.session.stage.quarantined().len(), 1);
+    assert_eq!(drive.session.stage.quarantines().so_far().len(), 1);
     drive.session.rewind_before_fault();
     for _ in 0..2 {
         assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (20, hashes[19]));
-        assert!(drive.session.stage.paused() && drive.session.stage.quarantined().is_empty());
+        assert!(
+            drive.session.stage.playback().paused()
+                && drive.session.stage.quarantines().so_far().is_empty()
+        );
         assert_eq!(drive.selected().as_deref(), Some("second"));
         // It is met once; after that it is known.
         drive.press("P").frame(1.0 / 60.0, []);
     }
     assert_eq!(drive.session.stage.sim().ticks(), 21);
     assert_eq!(format!("{:016x}", drive.hash()), bundle.manifest.end_state_hash);
-    assert_eq!(drive.session.stage.quarantined()[0].body, "second");
-    assert_eq!(drive.session.stage.fault(), Some(&fault));
+    assert_eq!(drive.session.stage.quarantines().so_far()[0].body, "second");
+    assert_eq!(drive.session.stage.recorder().fault(), Some(&fault));
     drive.press(",").press(",");
     assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (19, hashes[18]));
 }
@@ -144,19 +147,22 @@ fn energy_out_of_nowhere_stops_a_session_at_the_last_good_tick_and_its_bundle_me
     let mut drive = Drive::text(super::program::STIFF).recording();
     let start = drive.hash();
     drive.run(10, 0.01);
-    assert!(drive.session.stage.paused() && drive.session.tools.ledger().is_none());
-    let fault = drive.session.stage.fault().unwrap().clone();
+    assert!(drive.session.stage.playback().paused() && drive.session.tools.ledger().is_none());
+    let fault = drive.session.stage.recorder().fault().unwrap().clone();
     assert_eq!((drive.session.stage.sim().ticks(), fault.tick, drive.hash()), (0, 1, start));
     assert_eq!(drive.selected().as_deref(), Some("ball"));
     let (mut again, repetition) = reopened(&drive.session.stage.bundle(None).unwrap(), true);
     assert!(repetition.same(), "{repetition:?}");
     again.session.rewind_before_fault();
     again.press("P").run(10, 0.01);
-    assert_eq!((again.session.stage.sim().ticks(), again.session.stage.fault()), (0, Some(&fault)));
+    assert_eq!(
+        (again.session.stage.sim().ticks(), again.session.stage.recorder().fault()),
+        (0, Some(&fault))
+    );
     // Going on goes through it, and it stays known.
     again.press("P").run(10, 0.01);
     assert_eq!(
-        (again.session.stage.sim().ticks(), again.session.stage.fault()),
+        (again.session.stage.sim().ticks(), again.session.stage.recorder().fault()),
         (10, Some(&fault))
     );
 }
@@ -169,9 +175,12 @@ fn a_fault_in_the_same_tick_after_something_else_was_done_is_another_one() {
     // Another method that explodes, and a push.
     for events in [tap("Shift+I").to_vec(), vec![push("ball", [0.0, 1.0, 0.0])]] {
         drive.give(events).press("P").run(10, 0.01);
-        assert!(drive.session.stage.paused());
+        assert!(drive.session.stage.playback().paused());
         assert_eq!(
-            (drive.session.stage.sim().ticks(), drive.session.stage.fault().unwrap().tick),
+            (
+                drive.session.stage.sim().ticks(),
+                drive.session.stage.recorder().fault().unwrap().tick
+            ),
             (0, 1)
         );
     }
@@ -184,15 +193,18 @@ fn the_first_fault_of_a_scene_is_saved_by_itself_where_that_was_asked_for() {
     let saves = |drive: &mut Drive| drive.session.stage.take_orders() == [sandbox::Order::Bundle];
     let mut drive = Drive::text(super::program::STIFF).recording();
     drive.session.stage.save_faults();
-    assert!(saves(drive.run(10, 0.01)) && drive.session.stage.paused());
+    assert!(saves(drive.run(10, 0.01)) && drive.session.stage.playback().paused());
     let bundle = drive.session.stage.bundle(None).unwrap();
     assert_eq!(bundle.manifest.fault.as_ref().unwrap().tick, 1);
     // The next one is for the person to save, and one that is looked at is in a file.
-    assert!(!saves(drive.press("F1").press("P").run(10, 0.01)) && drive.session.stage.paused());
+    assert!(
+        !saves(drive.press("F1").press("P").run(10, 0.01))
+            && drive.session.stage.playback().paused()
+    );
     let (mut again, _) = reopened(&bundle, true);
     again.session.stage.save_faults();
     again.session.rewind_before_fault();
-    assert!(!saves(again.press("P").run(10, 0.01)) && again.session.stage.paused());
+    assert!(!saves(again.press("P").run(10, 0.01)) && again.session.stage.playback().paused());
 }
 
 /// A thrown ball, one tick per frame.

@@ -66,9 +66,9 @@ fn a_bundle_of_an_earlier_program_is_repeated() {
 fn a_stiff_spring_that_explodes_is_found_before_it_is_quarantined() {
     let folder = folder();
     sandbox(&folder, "run stiff.ron --seconds 5 --black-box box.zip")
-        .warns(1, "energy out of nowhere");
+        .warns(1, "the method created");
     let out = sandbox(&folder, "replay box.zip").fine();
-    assert!(out.contains("the same fault, ball, tick 1: energy out of nowhere"), "{out}");
+    assert!(out.contains("the same fault, ball, tick 1: the method created"), "{out}");
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn energy_that_grows_for_longer_than_a_minute_is_repeated_by_its_bundle() {
     assert!(err.contains(&format!("tick {oldest} is the oldest that is kept")), "{err}");
     let out = sandbox(&folder, "replay box.zip").fine();
     assert!(
-        out.contains(&format!("the same fault, ball, tick {began}: energy out of nowhere")),
+        out.contains(&format!("the same fault, ball, tick {began}: the method created")),
         "{out}"
     );
 }
@@ -142,7 +142,7 @@ fn a_run_that_went_back_from_a_fault_and_ends_there_has_its_exit_code() {
     );
     assert_eq!(summary["quarantined"][0]["tick"], 71);
     sandbox(&folder, "run stiff.ron --script late.script --ticks 50")
-        .warns(1, "ball, tick 1: energy out of nowhere");
+        .warns(1, "ball, tick 1: the method created");
 }
 
 #[test]

@@ -42,14 +42,14 @@ fn a_way_of_many_ticks_takes_frames_and_shows_the_present_until_it_is_there() {
     let mut frames = 0;
     while drive.session.stage.sim().ticks() == 60 {
         assert_eq!(drive.hash(), hashes[59]);
-        assert!(drive.session.stage.paused());
+        assert!(drive.session.stage.playback().paused());
         assert!(short_frame(&mut drive, []) <= 2, "a frame continues after its look has broken");
         frames += 1;
         assert!(frames < 60, "it never arrives");
     }
     assert!(frames >= 8, "{frames}");
     assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (59, hashes[58]));
-    assert_eq!(drive.session.stage.dropped(), 0.0);
+    assert_eq!(drive.session.stage.playback().dropped(), 0.0);
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn what_is_asked_on_the_way_is_done_there() {
     while drive.session.stage.sim().ticks() == 60 {
         short_frame(&mut drive, []);
     }
-    assert!(!drive.session.stage.paused());
+    assert!(!drive.session.stage.playback().paused());
     assert!(
         (59..=60).contains(&drive.session.stage.sim().ticks()),
         "{}",
@@ -121,7 +121,10 @@ fn a_fault_is_gone_back_from_in_frames_too() {
     arrive(&mut drive);
     assert_eq!((drive.session.stage.sim().ticks(), drive.hash()), (60, hashes[59]));
     assert_eq!(drive.selected().as_deref(), Some("second"));
-    assert!(drive.session.stage.paused() && drive.session.stage.quarantined().is_empty());
+    assert!(
+        drive.session.stage.playback().paused()
+            && drive.session.stage.quarantines().so_far().is_empty()
+    );
 }
 
 #[test]

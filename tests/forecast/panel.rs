@@ -50,7 +50,8 @@ fn is_green([red, green, ..]: [f32; 4]) -> bool {
 fn size(session: &Session) -> f64 {
     let positions = session
         .stage
-        .things()
+        .sim()
+        .remaining_bodies()
         .filter_map(|thing| session.stage.sim().world.get::<motion::Transform>(thing));
     positions.map(|at| at.position.length()).fold(0.0, f64::max)
 }

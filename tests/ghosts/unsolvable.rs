@@ -13,7 +13,7 @@ fn give(drive: &mut Drive, action: Action) {
 }
 
 fn method(drive: &mut Drive) -> Method {
-    drive.session.stage.methods()[0].0
+    drive.session.stage.sim().bodies_per_method()[0].0
 }
 
 #[test]

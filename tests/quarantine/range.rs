@@ -162,8 +162,8 @@ fn the_range_of_a_scene_is_kept_through_the_program() {
     assert_eq!(scene.range, Some(Range { position: 5.0, ..Range::FINITE }));
     let mut drive = Drive::of(scene);
     drive.run(200, 0.01);
-    let [quarantined] = drive.session.stage.quarantined() else {
-        panic!("{:?}", drive.session.stage.quarantined())
+    let [quarantined] = drive.session.stage.quarantines().so_far() else {
+        panic!("{:?}", drive.session.stage.quarantines().so_far())
     };
     assert_eq!(
         (quarantined.body.as_str(), quarantined.cause.as_str(), quarantined.component),

@@ -200,7 +200,8 @@ impl Film {
     }
 
     pub fn frame(&mut self, events: impl IntoIterator<Item = Input>) -> &mut Self {
-        let time = self.clock.advance_to(self.session.stage.frames() as f64 / 60.0).unwrap();
+        let time =
+            self.clock.advance_to(self.session.stage.playback().frames() as f64 / 60.0).unwrap();
         self.session.advance(&events.into_iter().collect::<InputFrame>(), time);
         let _ = self.session.stage.take_orders();
         self

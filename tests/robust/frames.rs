@@ -35,9 +35,9 @@ fn a_session_takes_any_frame_time_that_is_one() {
             assert_eq!(due, 30, "{length}");
         }
         assert!(
-            (drive.session.stage.dropped() - dropped).abs() <= 1e-6,
+            (drive.session.stage.playback().dropped() - dropped).abs() <= 1e-6,
             "{length}: {}",
-            drive.session.stage.dropped()
+            drive.session.stage.playback().dropped()
         );
     }
     // The state is that of as many ticks in a row.
@@ -76,7 +76,10 @@ fn a_step_a_frame_survives_every_length() {
         if length == 0.0 {
             assert_eq!(drive.hash(), hash);
         }
-        assert!(is_finite(&drive) && drive.session.stage.quarantined().is_empty(), "{length}");
+        assert!(
+            is_finite(&drive) && drive.session.stage.quarantines().so_far().is_empty(),
+            "{length}"
+        );
     }
 }
 

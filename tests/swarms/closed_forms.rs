@@ -23,7 +23,7 @@ fn error(device: &mut Device, text: &str, hz: u32, seconds: f64, path: Path<'_>)
     )]
     drive.run((seconds / length).round() as u32, length);
     let (now, rate) =
-        (drive.session.stage.simulated(), drive.session.stage.sim().scene.emitters[0].rate);
+        (drive.session.stage.sim().seconds(), drive.session.stage.sim().scene.emitters[0].rate);
     let living = device.living(&mut drive.session);
     let world = &mut drive.session.stage.sim_mut().world;
     let swarm = world.query::<&Swarm>().single(world).unwrap().clone();

@@ -59,7 +59,7 @@ fn a_particle_on_the_device_has_no_name_and_is_not_picked() {
     let mut drive = Drive::text(&scene_text("", EMITTER));
     drive.run(30, 1.0 / 60.0);
     assert_eq!(drive.session.stage.sim().named("e.0"), None);
-    assert_eq!(drive.session.stage.things().count(), 0);
+    assert_eq!(drive.session.stage.sim().remaining_bodies().count(), 0);
     drive.give([Input::Act(Action::Remove("e.0".to_owned()))]);
     assert_eq!(drive.session.stage.notices.take_refusals(), ["there is no body e.0 any more"]);
 }

@@ -59,7 +59,7 @@ pub fn session(bytes: &[u8]) {
     let options = Options { pictures: false, interpolate, ..Options::default() };
     let mut session = Session::new(scene, options);
     session.play(player);
-    session.stage.limit_ticks(TICKS);
+    session.stage.playback_mut().limit_ticks(TICKS);
     if u.ratio(1, 2).unwrap_or(false) {
         session.stage.keep_timeline();
     }
@@ -79,7 +79,7 @@ pub fn session(bytes: &[u8]) {
             if patience == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         session.stage.take_orders();
-        for thing in session.stage.things() {
+        for thing in session.stage.sim().remaining_bodies() {
             let position = session
                 .stage
                 .sim()
@@ -92,7 +92,7 @@ pub fn session(bytes: &[u8]) {
             assert!(finite, "{}: {position:?} {body:?}\n{text}", session.stage.name(thing));
         }
     }
-    if session.stage.records() {
+    if session.stage.recorder().is_on() {
         let bundle = session.stage.bundle(None).expect("a recorded run comes out the same");
         replay(&bundle);
     }

@@ -1,14 +1,15 @@
 //! A scene that runs.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::units::Vector;
 use motion::{
-    Cause, Evaluations, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests, Stepper,
-    Substeps, TimeStep, Transform,
+    Cause, Evaluations, Method, PhysicsBody, PushQueue, Quarantine, Quarantined, Request, Requests,
+    Stepper, Substeps, TimeStep, Transform, own_method,
 };
 use scene::Scene;
 use xxhash_rust::xxh3::Xxh3;
@@ -119,6 +120,30 @@ impl Simulation {
     #[must_use]
     pub fn named(&self, name: &str) -> Option<Entity> {
         self.body(self.scene.names.find(name)?)
+    }
+
+    /// The bodies that were not removed, in stable-id order.
+    pub fn remaining_bodies(&self) -> impl Iterator<Item = Entity> + '_ {
+        self.bodies.iter().copied().filter(|body| self.world.get_entity(*body).is_ok())
+    }
+
+    /// Number of bodies that forces move, per method, in the order of [`motion::METHODS`].
+    #[must_use]
+    pub fn bodies_per_method(&self) -> Vec<(Method, usize)> {
+        let mut counts = BTreeMap::new();
+        for body in self.bodies.iter().filter_map(|body| self.world.get_entity(*body).ok()) {
+            let state = body.get::<PhysicsBody>().filter(|_| !body.contains::<Quarantined>());
+            if state.is_some_and(|state| state.inverse_mass > 0.0) {
+                *counts.entry(own_method(body).unwrap_or(self.method())).or_default() += 1;
+            }
+        }
+        counts.into_iter().collect()
+    }
+
+    /// Simulated time, s. Continues in the next world of the same run.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        self.world.resource::<StepClock>().seconds()
     }
 
     /// Pushes `body` in the coming tick, N.

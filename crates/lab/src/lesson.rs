@@ -153,7 +153,7 @@ pub fn run_lesson(lesson: &Lesson, times: f64) -> Result<Quantities, SceneError>
         let longest = seconds.iter().copied().fold(0.0, f64::max);
         let longest = seconds.iter().position(|run| *run == longest).unwrap_or_default();
         let what = format!(
-            "its runs take some {all:.0} s, runs[{longest}] the longest, and {allowed:.0} s are allowed"
+            "its runs take about {all:.0} s, runs[{longest}] the longest, and {allowed:.0} s are allowed"
         );
         let cure = "give fewer or shorter runs, larger steps or fewer bodies, or more time with `--hours H`";
         return Err(SceneError::of_file(&lesson.name, what, cure));

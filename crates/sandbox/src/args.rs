@@ -116,7 +116,7 @@ pub(crate) fn check_time(what: &str, seconds: f64) -> Result<(), Failure> {
         let [takes, allowed] = [seconds, allowed].map(long_duration);
         let hours = three_digits_up(seconds / 3600.0);
         Failure::Usage(format!(
-            "{what} would take some {takes}, and {allowed} is allowed; give less, or --hours {hours}"
+            "{what} would take about {takes}, and {allowed} is allowed; give less, or --hours {hours}"
         ))
     })
 }

@@ -7,11 +7,12 @@ mod accessors;
 mod change;
 pub(crate) mod forces;
 mod going_back;
-pub(crate) mod messages;
 pub(crate) mod notices;
 pub(crate) mod options;
+pub(crate) mod playback;
 pub(crate) mod pull;
-mod recording;
+pub(crate) mod quarantines;
+pub(crate) mod recorder;
 pub(crate) mod soft;
 pub(crate) mod things;
 pub(crate) mod ticks;
@@ -30,20 +31,18 @@ use motion::clock::StepClock;
 use motion::effects::Effect;
 use motion::{
     Dormant, Emission, Emitter, Evaluations, Orientation, PhysicsBody, PreviousPosition, Push,
-    Quarantine, Quarantined, SoftBody, Spring, Swarm, SwarmLog, Threads, Transform,
+    PushQueue, Quarantined, SoftBody, Spring, Swarm, SwarmLog, Threads, TimeStep, Transform,
 };
 use pick::Shape;
-use scene::{Appearance, FileIndex, PointRadius, PushSpec, Scene, SoftBodyName};
+use scene::{Appearance, FileIndex, PointRadius, Scene, SoftBodyName};
 
-use self::notices::{Notices, QuarantinedBody};
+use self::notices::Notices;
 use self::options::Options;
+use self::playback::Playback;
 use self::pull::Pull;
-use self::timeline::Recorded;
-use crate::clock::TickClock;
+use self::quarantines::Quarantines;
+use self::recorder::Recorder;
 use crate::input::SwitchedBy;
-
-/// Longest frame time that is caught up with, s. The excess of a longer frame is dropped and reported.
-pub(crate) const CATCH_UP: f64 = 0.25;
 
 /// An order that the program carries out after a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -77,15 +76,6 @@ pub struct SceneFile {
     pub replaces: Option<Arc<str>>,
     /// The text of the scene when the file was ordered. `text` adds the changes made outside the editor.
     pub of: Arc<str>,
-}
-
-/// The reaction of a stage to a fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum OnFault {
-    /// Goes back to the last good tick, pauses and selects the body.
-    Pause,
-    /// Stops simulating.
-    Stop,
 }
 
 /// The kind of a completed tick.
@@ -151,29 +141,30 @@ pub(crate) fn register_drawn(world: &mut World) {
 pub(crate) struct PerWorld {
     /// Number of earlier worlds of the stage.
     pub number: u64,
+    /// Increases whenever the drawn positions may change; results computed at another version are out of date.
+    pub version: u64,
     /// Whether a seek restored the world; otherwise it began at the start of its scene.
     pub sought: bool,
-    pub selection: Option<Entity>,
+    selection: Option<Entity>,
     /// The pull of the pointer.
     pub pull: Option<Pull>,
     /// How many times a person or a script changed the run; a drag and a held key count once.
     pub interventions: u64,
     /// Pushes of the last tick, N.
-    pub pushes: HashMap<Entity, DVec3>,
+    pushes: HashMap<Entity, DVec3>,
     /// Interpolation between the last two ticks for drawing, in [0, 1].
     pub alpha: f64,
     /// Changes that the tools have not received yet.
-    pub given: Vec<Change>,
-    /// Number of quarantined bodies of this world that have been noted.
-    pub records_seen: usize,
+    given: Vec<Change>,
     /// Number of unconverged implicit steps at the start of this world; `None` once the person was told of another.
-    pub unconverged_before: Option<u64>,
+    unconverged_before: Option<u64>,
 }
 
 impl PerWorld {
-    fn of(sim: &Simulation, number: u64, sought: bool) -> Self {
+    fn of(sim: &Simulation, [number, version]: [u64; 2], sought: bool) -> Self {
         Self {
             number,
+            version,
             sought,
             selection: None,
             pull: None,
@@ -181,151 +172,134 @@ impl PerWorld {
             pushes: HashMap::new(),
             alpha: 1.0,
             given: Vec::new(),
-            records_seen: sim.world.resource::<Quarantine>().records().len(),
             unconverged_before: Some(sim.world.resource::<Evaluations>().unconverged_steps()),
         }
     }
-}
 
-/// State of a session that is kept from scene to scene.
-#[derive(Default)]
-pub(crate) struct Run {
-    pub options: Options,
-    /// The reaction to a fault, if the last minute is recorded.
-    pub recording: Option<OnFault>,
-    /// Whether the next fault of this scene orders a bundle.
-    pub saves_faults: bool,
-    /// Ticks left to simulate, if they are limited.
-    pub ticks_left: Option<u64>,
-    pub frames: u64,
-    /// Scene files that were opened or saved, the newest last.
-    pub files: Vec<PathBuf>,
-    /// Time dropped in hitches, s.
-    pub dropped: f64,
-    /// Time dropped in the last frame, s.
-    pub dropped_lately: f64,
-    pub quarantined: Vec<QuarantinedBody>,
-    /// Number of bodies in `quarantined` that belong to earlier worlds.
-    pub quarantined_before: usize,
-}
+    /// The pushes of the last tick, N.
+    pub fn pushes(&self) -> Vec<Push> {
+        let push = |(body, newtons): (&Entity, &DVec3)| Push { body: *body, newtons: *newtons };
+        self.pushes.iter().map(push).collect()
+    }
 
-impl Run {
-    /// Remembers a scene file.
-    pub fn note_file(&mut self, path: &Path) {
-        let same = |other: &PathBuf| absolute(other).ok() == absolute(path).ok();
-        self.files.retain(|other| !same(other));
-        self.files.push(path.to_owned());
+    /// Notes the pushes of the coming tick. They are shown until the next tick: a frame without a tick does not change them.
+    fn note_pushes(&mut self, world: &World) {
+        self.pushes.clear();
+        for Push { body, newtons } in world.resource::<PushQueue>().pending() {
+            *self.pushes.entry(body).or_default() += newtons;
+        }
+    }
+
+    /// The time at which bodies are drawn, between the last two ticks of `sim`, s.
+    pub fn drawn_at(&self, sim: &Simulation) -> f64 {
+        sim.seconds() - (1.0 - self.alpha) * sim.world.resource::<TimeStep>().0
     }
 }
 
-/// The reason why setting a pace cannot fail.
-const PACE: &str = "a checked pace is positive and finite";
+/// Scene files that were opened or saved, the newest last.
+#[derive(Default)]
+pub struct RecentFiles(Vec<PathBuf>);
+
+impl RecentFiles {
+    /// All of them.
+    #[must_use]
+    pub fn all(&self) -> &[PathBuf] {
+        &self.0
+    }
+
+    /// Adds a file, or makes it the newest.
+    pub(crate) fn note(&mut self, path: &Path) {
+        let same = |other: &PathBuf| absolute(other).ok() == absolute(path).ok();
+        self.0.retain(|other| !same(other));
+        self.0.push(path.to_owned());
+    }
+
+    /// Adds files of earlier windows, the newest last.
+    pub fn remember(&mut self, mut files: Vec<PathBuf>) {
+        files.append(&mut self.0);
+        files.iter().for_each(|file| self.note(file));
+    }
+}
 
 /// A run of a scene.
 pub struct Stage {
     sim: Simulation,
-    pub(crate) here: PerWorld,
-    /// Increases whenever the drawn positions may change; results computed at another version are out of date.
-    pub(crate) version: u64,
-    pub(crate) paused: bool,
-    /// Number of single ticks requested.
-    pub(crate) steps_asked: u64,
+    here: PerWorld,
+    options: Options,
+    playback: Playback,
+    recorder: Recorder,
+    quarantines: Quarantines,
     /// Pushes of held keys, N, applied in every tick.
-    pub(crate) held: Vec<Push>,
+    held: Vec<Push>,
     /// The source of the last change of each effect.
-    pub(crate) switched: BTreeMap<Effect, SwitchedBy>,
-    /// The last minute, if it is recorded.
-    pub(crate) past: Option<Box<Recorded>>,
-    pub(crate) clock: TickClock,
-    /// Notices for the person.
-    pub notices: Notices,
-    pub(crate) orders: Vec<Order>,
+    switched: BTreeMap<Effect, SwitchedBy>,
     /// Caption from a script, shown below pictures instead of the description of the scene.
     pub(crate) caption: Option<String>,
-    pub(crate) run: Run,
+    /// Notices for the person.
+    pub notices: Notices,
+    /// Orders for the program.
+    pub(crate) orders: Vec<Order>,
+    /// Scene files of the session.
+    pub files: RecentFiles,
 }
 
 impl Stage {
     /// Starts `scene`.
-    pub(crate) fn new(mut scene: Scene, run: Run) -> Self {
-        run.options.overrides.apply(&mut scene);
-        let catch_up = run.options.catch_up.unwrap_or(CATCH_UP);
-        let mut clock = TickClock::new(scene.step_hz, catch_up)
-            .expect("a resolved scene has a positive, finite rate");
-        clock.set_pace(run.options.pace.unwrap_or(scene.pace)).expect(PACE);
-        let sim = start(scene, run.options);
+    pub(crate) fn new(mut scene: Scene, options: Options) -> Self {
+        options.overrides.apply(&mut scene);
+        let sim = start(scene, options);
         Self {
-            here: PerWorld::of(&sim, 0, false),
-            sim,
-            version: 0,
-            paused: run.options.paused,
-            steps_asked: 0,
+            here: PerWorld::of(&sim, [0, 0], false),
+            playback: Playback::new(&sim.scene, &options),
+            options,
+            recorder: Recorder::default(),
+            quarantines: Quarantines::default(),
             held: Vec::new(),
             switched: BTreeMap::new(),
-            past: None,
-            clock,
+            caption: None,
             notices: Notices::default(),
             orders: Vec::new(),
-            caption: None,
-            run,
+            files: RecentFiles::default(),
+            sim,
         }
     }
 
-    /// Opens another scene in the same run, whose time and counts continue.
+    /// Opens another scene in the same run, whose time and counts continue. The scene already has the overrides.
     pub(crate) fn open(&mut self, scene: Scene) {
-        self.forget_ahead();
-        let mut run = std::mem::take(&mut self.run);
-        run.options.paused = false;
-        run.quarantined_before = run.quarantined.len();
-        let mut next = Self::new(scene, run);
-        hand_over(&mut self.sim.world, &mut next.sim.world);
-        next.here = PerWorld::of(&next.sim, self.here.number + 1, false);
-        next.version = self.version + 1;
-        next.clock.start_at(self.clock.now());
-        next.notices = std::mem::take(&mut self.notices);
-        next.notices.retract_run();
-        next.orders = std::mem::take(&mut self.orders);
-        *self = next;
-        self.restart_recording();
+        self.playback = self.playback.next(&scene, &self.options);
+        self.switched.clear();
+        self.caption = None;
+        self.begin_world(start(scene, self.options));
     }
 
     /// Rebuilds the world. Keeps gravity, damping, the switched-off effects, the method and the step; clears the selection.
     pub(crate) fn reset(&mut self) {
-        self.forget_ahead();
-        self.run.quarantined_before = self.run.quarantined.len();
         let settings = RunSettings::of(&mut self.sim);
-        let mut next = start(Arc::clone(&self.sim.scene), self.run.options);
-        hand_over(&mut self.sim.world, &mut next.world);
+        let mut next = start(Arc::clone(&self.sim.scene), self.options);
         settings.put(&mut next);
-        self.replace(next, false);
-        self.notices.retract_run();
-        self.clock.set_pace(self.usual_pace()).expect(PACE);
-        self.restart_recording();
+        self.playback.reset_pace();
+        self.begin_world(next);
     }
 
-    /// Simulated seconds per second of frame time, until a person changes the pace.
-    pub(crate) fn usual_pace(&self) -> f64 {
-        self.run.options.pace.unwrap_or(self.sim.scene.pace)
+    /// Replaces the world with the start of a scene. Time and counts continue.
+    fn begin_world(&mut self, mut next: Simulation) {
+        let mut clock = *self.sim.world.resource::<StepClock>();
+        clock.begin_scene();
+        next.world.insert_resource(clock);
+        let evaluations = std::mem::take(&mut *self.sim.world.resource_mut::<Evaluations>());
+        next.world.insert_resource(evaluations);
+        self.quarantines.begin_world();
+        self.replace(next, false);
+        self.notices.retract_run();
+        self.restart_recording();
     }
 
     /// Replaces the world.
     fn replace(&mut self, sim: Simulation, sought: bool) {
         self.sim = sim;
         self.held.clear();
-        self.here = PerWorld::of(&self.sim, self.here.number + 1, sought);
-        self.version += 1;
+        let PerWorld { number, version, .. } = self.here;
+        self.here = PerWorld::of(&self.sim, [number + 1, version + 1], sought);
+        self.quarantines.follow(&self.sim);
     }
-
-    /// The push of a click.
-    pub(crate) fn push_spec(&self) -> PushSpec {
-        self.sim.scene.push.unwrap_or(PushSpec::TUTORIAL)
-    }
-}
-
-/// Moves the time and the counts of `world` to the `next` world of the same run.
-fn hand_over(world: &mut World, next: &mut World) {
-    let mut clock = *world.resource::<StepClock>();
-    clock.begin_scene();
-    next.insert_resource(clock);
-    next.insert_resource(std::mem::take(&mut *world.resource_mut::<Evaluations>()));
 }

@@ -115,7 +115,7 @@ impl View {
             view_px: None,
             surround: [0; 3],
             measured: None,
-            click_force: stage.push_spec().start,
+            click_force: stage.sim().scene.push_spec().start,
             velocity_arrows: false,
             force_arrows: false,
             springs: false,
@@ -166,7 +166,7 @@ impl View {
 
     /// Whether the picture has the program's own look, and not the tutorial's: with bars around it, or without words.
     pub(crate) fn is_own_look(&self, stage: &Stage) -> bool {
-        self.has_bars() || stage.run.options.words != Words::All
+        self.has_bars() || stage.options().words != Words::All
     }
 
     /// Forgets what belonged to another world.
@@ -184,22 +184,26 @@ impl View {
     /// Records where bodies are at the end of a tick.
     pub(crate) fn after_tick(&mut self, stage: &Stage) {
         if self.trails {
-            self.trail.after_tick(&stage.sim().world, stage.simulated(), stage.usual_pace());
+            self.trail.after_tick(
+                &stage.sim().world,
+                stage.sim().seconds(),
+                stage.playback().usual_pace(),
+            );
         }
         if let Some(height) = self.ground_to_pass(stage) {
             let tick = stage.sim().world.resource::<TimeStep>().0;
-            self.passes.after_tick(&stage.sim().world, height, stage.simulated(), tick);
+            self.passes.after_tick(&stage.sim().world, height, stage.sim().seconds(), tick);
         }
     }
 
     /// Whether the positions of bodies before a tick are needed for every tick, and not only for the last one of a frame.
     pub(crate) fn follows_ticks(&self, stage: &Stage) -> bool {
-        stage.run.options.interpolate && (self.trails || self.ground_to_pass(stage).is_some())
+        stage.options().interpolate && (self.trails || self.ground_to_pass(stage).is_some())
     }
 
     /// The height of the ground, m, if rings show the bodies that pass it.
     fn ground_to_pass(&self, stage: &Stage) -> Option<f64> {
-        self.ground.height(self.is_own_look(stage)).filter(|_| stage.run.options.interpolate)
+        self.ground.height(self.is_own_look(stage)).filter(|_| stage.options().interpolate)
     }
 
     /// Moves the camera after the thing to which it is locked.

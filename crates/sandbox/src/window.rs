@@ -122,11 +122,11 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         let left = shell.drafts.left_behind().into_iter().next();
         // A recording keeps its scene, and shows no list that another machine does not have.
         if shell.recorder.is_none() {
-            shell.session.stage.remember_files(remembered::files());
+            shell.session.stage.files.remember(remembered::files());
             shell.session.tools.learn.own = remembered::lessons();
-            shell.remembered = Some(shell.session.stage.files().to_owned());
+            shell.remembered = Some(shell.session.stage.files.all().to_owned());
             if let Source::File(path) = shell.session.stage.sim().scene.source.clone() {
-                shell.session.stage.run.note_file(&path);
+                shell.session.stage.files.note(&path);
             }
             if let Some(draft) = left {
                 shell.session.offer(draft);
@@ -144,7 +144,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let ended = ended.and(shell.failure.map_or(Ok(()), Err));
     shell.drafts.end();
     let recorded = shell.recorder.map_or(Ok(()), |recorder| {
-        recorder.finish(shell.session.stage.frames(), &shell.session.chosen)
+        recorder.finish(shell.session.stage.playback().frames(), &shell.session.chosen)
     });
     if let (Err(_), Err(failure)) = (&ended, &recorded) {
         tell(&failure.to_string());

@@ -241,7 +241,7 @@ impl Scene {
         let Some((least, by_person)) = shortage(needed) else { return Ok(()) };
         let (words, needed) = (self.census().words(), byte_words(needed));
         let there = there_are(least, by_person);
-        Err(format!("{words} and what the run keeps of them take some {needed}, and {there}"))
+        Err(format!("{words} and what the run keeps of them take about {needed}, and {there}"))
     }
 
     /// Most bytes of the scene and of a run that keeps `keeps`, from reading it until its first tick is over, as

@@ -117,6 +117,12 @@ impl SurvivalRow {
 }
 
 impl Scene {
+    /// The push of a click: the scene's, or the tutorial's.
+    #[must_use]
+    pub fn push_spec(&self) -> PushSpec {
+        self.push.unwrap_or(PushSpec::TUTORIAL)
+    }
+
     /// The emitters whose particles are on a graphics device, by their place in [`Scene::emitters`].
     pub fn swarms(&self) -> impl Iterator<Item = (usize, &EmitterSpec, &SwarmSpec)> {
         let emitters = self.emitters.iter().enumerate();

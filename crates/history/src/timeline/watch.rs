@@ -200,12 +200,12 @@ impl Watch {
             quarantined: false,
             what: if joules < 0.0 {
                 format!(
-                    "energy lost to nowhere from here on, {:.3e} J where there were {before:.3e} J",
+                    "the method destroyed {:.3e} J of energy from here on; the run had {before:.3e} J",
                     -joules
                 )
             } else {
                 format!(
-                    "energy out of nowhere from here on, {joules:.3e} J where there were {before:.3e} J"
+                    "the method created {joules:.3e} J of energy from here on; the run had {before:.3e} J"
                 )
             },
         })

@@ -7,9 +7,9 @@ use history::{
 
 use crate::app::session::Session;
 use crate::failure::Failure;
+use crate::stage::Stage;
 use crate::stage::options::Options;
-use crate::stage::timeline::Recorded;
-use crate::stage::{OnFault, Stage};
+use crate::stage::recorder::Recorder;
 
 /// Name and version of the program, for files that it writes.
 pub(crate) const PROGRAM: &str = concat!("sandbox ", env!("CARGO_PKG_VERSION"));
@@ -79,23 +79,19 @@ impl Session {
         let mut session = Self::new(scene, Options { paused: true, ..options });
         let named = |fault: &Fault| fault.named(&session.stage.sim().scene.names);
         let then = &bundle.manifest;
-        let of_then = faults.iter().find(|fault| Some(named(fault)) == then.fault);
-        let fault = of_then.or(faults.first()).cloned();
+        let is_then =
+            |fault: &&Fault| then.fault.as_ref().is_some_and(|then| then.is_same(&named(fault)));
+        let fault = faults.iter().find(is_then).or(faults.first()).cloned();
         let same_end = format!("{state_hash:016x}") == then.end_state_hash;
         let repetition = Repetition {
             first_different_tick: diverged_at.or((!same_end).then_some(then.end_tick)),
             state_hash,
-            same_fault: fault.as_ref().map(named) == then.fault,
+            same_fault: fault.is_none() == then.fault.is_none()
+                && fault.iter().all(|fault| is_then(&fault)),
             fault: fault.as_ref().map(named),
         };
         let watch = Watch::resume(&mut session.stage.sim_mut().world, end.watch.energy());
-        let mut recorded = Recorded::new(timeline, watch);
-        (recorded.fault, recorded.repeats) = (fault, true);
-        session.stage.past = Some(Box::new(recorded));
-        session.stage.run.recording = Some(OnFault::Pause);
-        session.stage.take_over(end);
-        session.stage.here.records_seen = 0;
-        session.stage.note_quarantined();
+        session.stage.resume(Recorder::opened(timeline, watch, fault), end);
         Ok((session, repetition))
     }
 }
@@ -105,7 +101,7 @@ impl Stage {
     /// nothing is recorded, or if the run cannot be reproduced here.
     #[must_use]
     pub fn bundle(&self, picture: Option<Vec<u8>>) -> Option<Bundle> {
-        let Recorded { timeline, fault, .. } = &**self.past.as_ref()?;
+        let timeline = self.recorder().timeline()?;
         let (snapshot, events, energy) = timeline.origin()?;
         let hash = |hash: u64| format!("{hash:016x}");
         let keyframes =
@@ -122,8 +118,9 @@ impl Stage {
                 end_tick: *range.end(),
                 end_state_hash: hash(timeline.end_hash(&self.sim().scene).ok()?),
                 keyframes: keyframes.collect(),
-                fault: fault
-                    .as_ref()
+                fault: self
+                    .recorder()
+                    .fault()
                     .filter(|fault| *range.start() < fault.found && fault.found <= *range.end())
                     .map(|fault| fault.named(&self.sim().scene.names)),
             },

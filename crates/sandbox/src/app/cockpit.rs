@@ -189,7 +189,7 @@ impl Cockpit {
             .show(root, |ui| hints::show(ui, (stage, view), &tools.editor));
         if browses {
             let side = Side::left("scenes").frame(bare).resizable(false).exact_size(BROWSER);
-            let here = (&*stage.sim().scene.name, &*stage.run.files);
+            let here = (&*stage.sim().scene.name, stage.files.all());
             let side = side.show(root, |ui| self.browser.show(ui, here, intents));
             self.lay_out_part(Part::Scenes, side.response.rect, &side.inner);
         }

@@ -129,8 +129,7 @@ impl Hands {
         let before = std::mem::replace(&mut view.pointer, to);
         ui.pointer(to.x, to.y);
         if let Some((_, pull)) = self.pressed.take_if(|(from, _)| from.distance(to) > click) {
-            stage.here.pull = Some(pull);
-            stage.here.interventions += 1;
+            stage.set_pull(Some(pull));
         }
         if let Some(drag) = self.drag {
             view.drag(drag, to - before, ui.pixels_per_point());
@@ -149,7 +148,7 @@ impl Hands {
         } else if notches.is_finite() {
             match moves_camera && !pushes && !self.held.changes_force() {
                 true => view.zoom(stage, notches),
-                false => view.click_force += notches * stage.push_spec().per_notch,
+                false => view.click_force += notches * stage.sim().scene.push_spec().per_notch,
             }
         }
     }
@@ -199,19 +198,20 @@ impl Hands {
             return Vec::new();
         }
         let mut intents = Vec::new();
-        if moves_camera && stage.here.pull.is_none() && !over_panel {
-            let (now, at) = (stage.clock.now(), view.pointer);
+        if moves_camera && stage.here().pull.is_none() && !over_panel {
+            let (now, at) = (stage.playback().now(), view.pointer);
             let double = self.clicked.take().is_some_and(|(then, place)| {
                 now - then <= DOUBLE_CLICK_S && place.distance(at) <= click
             });
             if !double {
                 self.clicked = Some((now, at));
-            } else if stage.here.selection.is_some() {
+            } else if stage.selection().is_some() {
                 intents.push(Intent::Act(Act::Frame));
             }
         }
         self.selecting = false;
-        (self.pressed, stage.here.pull) = (None, None);
+        self.pressed = None;
+        stage.set_pull(None);
         intents.extend(tools.each().flat_map(|(_, tool)| tool.release(stage)));
         intents
     }
@@ -228,7 +228,7 @@ impl Hands {
             self.select(&mut reach);
         }
         let Reach { stage, view, .. } = reach;
-        if let Some(pull) = &mut stage.here.pull {
+        if let Some(pull) = stage.pull_mut() {
             pull.toward = view.pulled_toward(pull.depth);
         }
     }
@@ -237,13 +237,12 @@ impl Hands {
     pub fn push(&mut self, [due, nearly]: [f64; 2], reach: Reach<'_>) {
         let newtons = self.held.push(due, nearly);
         let Reach { stage, view, .. } = reach;
-        let selected = stage.here.selection.filter(|_| view.mode == Mode::Selection);
+        let selected = stage.selection().filter(|_| view.mode == Mode::Selection);
         let held = match selected {
             Some(thing) if newtons != DVec3::ZERO => pushes_on(&stage.sim().world, thing, newtons),
             _ => Vec::new(),
         };
-        stage.here.interventions += u64::from(stage.held.is_empty() && !held.is_empty());
-        stage.held = held;
+        stage.hold(held);
     }
 
     /// Selects what is under the pointer. Clears the selection if nothing is there, or if it cannot be moved and
@@ -253,7 +252,7 @@ impl Hands {
         let Reach { stage, view, .. } = reach;
         let ray = view.picking_ray();
         let hit = view.cast(stage, &ray).map(|hit| hit.entity);
-        stage.here.selection = hit.filter(|hit| wanted || is_movable(&stage.sim().world, *hit));
+        stage.select(hit.filter(|hit| wanted || is_movable(&stage.sim().world, *hit)));
     }
 
     /// Whether a click selects bodies that cannot be moved: if a key says so or, outside the cockpit, the scene. In the cockpit a
@@ -269,7 +268,7 @@ impl Hands {
         let moves_camera = reach.moves_camera();
         let Reach { stage, view, .. } = reach;
         let ray = view.picking_ray();
-        let selected = stage.here.selection.filter(|_| stage.sim().scene.push.is_some());
+        let selected = stage.selection().filter(|_| stage.sim().scene.push.is_some());
         let hit = selected
             .and_then(|selected| view.cast(stage, &ray).filter(|hit| hit.entity == selected));
         if !(hit.is_some() && moves_selection(stage)) && moves_camera {
@@ -287,7 +286,8 @@ impl Hands {
     /// Ends everything that held mouse buttons do.
     pub fn let_go(&mut self, reach: &mut Reach<'_>) {
         self.selecting = false;
-        (self.drag, self.pressed, reach.stage.here.pull) = (None, None, None);
+        (self.drag, self.pressed) = (None, None);
+        reach.stage.set_pull(None);
         reach.tools.each().for_each(|(_, tool)| tool.let_go());
     }
 
@@ -316,5 +316,5 @@ impl Hands {
 
 /// Whether something is selected that forces move.
 fn moves_selection(stage: &Stage) -> bool {
-    stage.here.selection.is_some_and(|thing| is_movable(&stage.sim().world, thing))
+    stage.selection().is_some_and(|thing| is_movable(&stage.sim().world, thing))
 }

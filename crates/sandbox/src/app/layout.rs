@@ -47,11 +47,11 @@ pub(super) fn lay_out(
         let place = ui.view.center_bottom() - egui::Vec2::Y * WELCOME_ABOVE;
         learn::welcome(&context, place, &mut tools.learn, &mut intents);
     }
-    let has_windows = stage.run.options.words != Words::Paper;
+    let has_windows = stage.options().words != Words::Paper;
     hud::write_on_paper(&context, !has_windows);
     for (panel, tool) in tools.each().filter(|(panel, _)| has_windows && ui.lays_out(*panel)) {
         // In the cockpit a lesson has its strip, and pictures without the tutorial's words show no panel of it.
-        let has_place = docks || stage.run.options.words != Words::All;
+        let has_place = docks || stage.options().words != Words::All;
         if (docks && panel.tab().is_some()) || (has_place && panel == Panel::Learn) {
             continue;
         }
@@ -70,7 +70,7 @@ pub(super) fn lay_out(
     }
     windows.iter().filter(|(.., closes)| *closes).for_each(|(panel, ..)| ui.close(*panel));
     show_focus(&context);
-    let words = stage.run.options.words;
+    let words = stage.options().words;
     if words == Words::None {
         return intents;
     }
@@ -100,8 +100,7 @@ pub(super) fn lay_out(
         view.write_flash(stage, &painter);
     }
     let selected = stage
-        .here
-        .selection
+        .selection()
         .filter(|_| !docks && has_all)
         .and_then(|thing| Selected::of(stage, thing));
     if let Some(selected) = selected {

@@ -10,7 +10,7 @@ use history::{Change, Fault};
 use lab::cost::Setting;
 use lab::lesson::Quantities;
 use motion::clock::StepClock;
-use motion::{Method, MutualGravity, TimeStep};
+use motion::{Gravity, Method, MutualGravity, Request, TimeStep};
 use report::numbers::pace_words;
 use scene::lesson::{Begin, Lesson};
 use scene::{Action, Scene, Source, unsolvable};
@@ -28,8 +28,10 @@ use crate::methods;
 use crate::panels::Panel;
 use crate::stage::notices::Topic;
 use crate::stage::options::Options;
+use crate::stage::playback::FrameTicks;
+use crate::stage::things::neighbor;
 use crate::stage::ticks::Look;
-use crate::stage::{Order, Run, Simulated, Stage};
+use crate::stage::{Order, Simulated, Stage};
 use crate::tools::Tools;
 use crate::tools::editor::selected::{entity_at, offset_in_entry};
 use crate::view::{Measured, Mode, View};
@@ -63,7 +65,7 @@ impl Session {
     /// Starts `scene`.
     #[must_use]
     pub fn new(scene: Scene, options: Options) -> Self {
-        let stage = Stage::new(scene, Run { options, ..Run::default() });
+        let stage = Stage::new(scene, options);
         Self {
             view: View::new(&stage, options.size_px),
             stage,
@@ -103,7 +105,7 @@ impl Session {
         self.play_frame(time);
         self.play_tick();
         self.with_hands(|hands, reach| hands.steer(time.length(), reach));
-        if self.hands.held.pushing() > pushing && self.stage.here.selection.is_some() {
+        if self.hands.held.pushing() > pushing && self.stage.selection().is_some() {
             self.stage.give_up_seek();
         }
         self.simulate(time, after_tick);
@@ -114,24 +116,24 @@ impl Session {
         self.show_panels(time);
         self.stage.continue_seek(after_tick);
         self.follow();
-        self.stage.run.frames += 1;
+        self.stage.playback_mut().count_frame();
     }
 
     fn simulate(&mut self, time: FrameTime, look: Look<'_>) {
         self.begin_tools();
         let ticks = self.stage.begin_ticks(time, look);
         self.follow();
-        let Some((ticks, step)) = ticks else { return };
+        let Some(FrameTicks { number: ticks, step }) = ticks else { return };
         let (mut undone, mut late) = (0, false);
         for tick in 1..=ticks {
             let played = tick > 1 && self.play_tick();
-            let due = self.stage.end_of_tick(ticks - tick);
+            let due = self.stage.playback().end_of_tick(ticks - tick, self.stage.sim().scene.step);
             self.with_hands(|hands, reach| hands.push(due, reach));
             match tick {
                 1 => self.stage.before_first_tick(step),
                 _ => self.stage.between_ticks(played),
             }
-            let last = tick == ticks && self.stage.run.options.interpolate;
+            let last = tick == ticks && self.stage.options().interpolate;
             let repeated = self.stage.begin_tick(last || self.view.follows_ticks(&self.stage));
             self.follow();
             self.tools.tick(&mut self.stage, last, repeated);
@@ -150,10 +152,10 @@ impl Session {
     /// Tells tools, view and hands what happened to the stage since the last call: the changes that it got, and whether it has
     /// another world.
     fn follow(&mut self) {
-        for change in std::mem::take(&mut self.stage.here.given) {
+        for change in self.stage.take_changes() {
             self.tools.each().for_each(|(_, tool)| tool.after_change(&change));
         }
-        if std::mem::replace(&mut self.world, self.stage.here.number) != self.world {
+        if std::mem::replace(&mut self.world, self.stage.here().number) != self.world {
             self.view.forget_world();
             self.hands.forget_world();
             self.tools.each().for_each(|(_, tool)| tool.restart(&mut self.stage));
@@ -169,7 +171,7 @@ impl Session {
 
     /// Lays out the panels if any are open, or if pictures with words are drawn.
     fn show_panels(&mut self, time: FrameTime) {
-        let has_panels = self.stage.run.options.pictures || self.ui.any_open() || self.ui.closing();
+        let has_panels = self.stage.options().pictures || self.ui.any_open() || self.ui.closing();
         // In unseen frames, keys and clicks wait for the layout that shows their effect.
         if has_panels && !self.unseen {
             self.lay_out_panels(time);
@@ -200,7 +202,7 @@ impl Session {
 
     /// Lays out the panels for a picture of the current state, between two frames.
     pub(crate) fn lay_out_still(&mut self) {
-        if let Ok(now) = FrameClock::default().advance_to(self.stage.clock.now()) {
+        if let Ok(now) = FrameClock::default().advance_to(self.stage.playback().now()) {
             // A new card gets to its place only in a layout after those that measure it.
             (0..2).for_each(|_| self.lay_out_panels(now));
         }
@@ -267,7 +269,7 @@ impl Session {
             Intent::ApplySetting(setting) => self.choose(setting),
             Intent::Pace(pace) => self.set_pace(pace),
             Intent::Seek(tick) => self.stage.begin_seek(tick),
-            Intent::SaveBundle => self.stage.order_bundle(),
+            Intent::SaveBundle => self.save_bundle(),
             Intent::SaveTable(text) => self.stage.orders.push(Order::Table(text)),
             Intent::Open(scene) => self.leave(Order::Open(scene)),
             Intent::Restart(scene, select) => self.restart_with(*scene, select.as_deref()),
@@ -283,7 +285,7 @@ impl Session {
         match act {
             Act::Panel(panel) => self.toggle(panel),
             Act::ToggleMode => self.with_hands(Hands::toggle_mode),
-            Act::ToggleGravity => self.stage.toggle_gravity(),
+            Act::ToggleGravity => self.toggle_gravity(),
             Act::ResetWorld => {
                 self.stage.reset();
                 self.view.locked = None;
@@ -294,19 +296,19 @@ impl Session {
             Act::NextBody => self.select_neighbor(1),
             Act::PreviousBody => self.select_neighbor(-1),
             Act::Frame => self.view.frame(&self.stage),
-            Act::Pause => self.stage.paused ^= true,
-            Act::Step => {
-                self.stage.paused = true;
-                self.stage.steps_asked += 1;
+            Act::Pause => {
+                let paused = self.stage.playback().paused();
+                self.stage.playback_mut().set_paused(!paused);
             }
+            Act::Step => self.stage.playback_mut().step(),
             Act::StepBack => self.stage.step_back(),
-            Act::Slower => self.set_pace(self.stage.clock.pace() * 0.5),
-            Act::Faster => self.set_pace(self.stage.clock.pace() * 2.0),
+            Act::Slower => self.set_pace(self.stage.playback().pace() * 0.5),
+            Act::Faster => self.set_pace(self.stage.playback().pace() * 2.0),
             Act::PreviousScene => self.open_neighbor(-1),
             Act::NextScene => self.open_neighbor(1),
             Act::NextMethod => self.change_method(Method::next),
             Act::PreviousMethod => self.change_method(Method::previous),
-            Act::SaveBundle => self.stage.order_bundle(),
+            Act::SaveBundle => self.save_bundle(),
             Act::VelocityArrows => self.view.velocity_arrows ^= true,
             Act::ForceArrows => self.view.force_arrows ^= true,
             Act::Springs => self.view.springs ^= true,
@@ -379,16 +381,41 @@ impl Session {
         }
     }
 
-    fn cancel(&mut self) {
-        self.tools.each().for_each(|(_, tool)| tool.cancel());
-        let asked = self.ui.question.take().is_some();
-        if !asked && !self.ui.close_top() && self.stage.here.selection.take().is_none() {
-            self.stage.notices.say(Topic::Other, "Ctrl+Q quits");
+    /// Orders a bundle of the whole recording.
+    fn save_bundle(&mut self) {
+        if self.stage.recorder().is_on() {
+            self.stage.orders.push(Order::Bundle);
+        } else {
+            self.stage.notices.refuse(Topic::Other, "no timeline is kept that could be saved");
         }
     }
 
+    /// Switches gravity on or off, at once. Tells the person if the scene has no gravity.
+    fn toggle_gravity(&mut self) {
+        if let Some(gravity) = self.stage.sim().world.get_resource::<Gravity>() {
+            let request = Request::SwitchGravity(!gravity.on);
+            self.stage.change(Change::request(request), SwitchedBy::Key);
+        } else {
+            let what = "this scene declares no gravity; the settings (Tab) can add it";
+            self.stage.notices.refuse(Topic::Gravity, what);
+        }
+    }
+
+    fn cancel(&mut self) {
+        self.tools.each().for_each(|(_, tool)| tool.cancel());
+        let asked = self.ui.question.take().is_some();
+        if asked || self.ui.close_top() {
+            return;
+        }
+        if self.stage.selection().is_none() {
+            self.stage.notices.say(Topic::Other, "Ctrl+Q quits");
+        }
+        self.stage.select(None);
+    }
+
     fn select_neighbor(&mut self, step: isize) {
-        self.stage.select_neighbor(step);
+        let next = neighbor(self.stage.sim(), self.stage.selection(), step);
+        self.stage.select(next);
         self.tools.each().for_each(|(_, tool)| tool.let_go());
     }
 
@@ -398,9 +425,9 @@ impl Session {
     }
 
     fn set_pace(&mut self, pace: f64) {
-        let [slowest, fastest] = PACES.map(|times| times * self.stage.usual_pace());
+        let [slowest, fastest] = PACES.map(|times| times * self.stage.playback().usual_pace());
         let pace = pace.clamp(slowest, fastest);
-        self.stage.clock.set_pace(pace).expect("a clamped pace is positive and finite");
+        self.stage.playback_mut().set_pace(pace);
         self.stage.notices.say(Topic::Speed, format!("{} speed", pace_words(pace)));
     }
 
@@ -417,7 +444,11 @@ impl Session {
     /// Applies a setting that a panel offers. In a recording steps name it, and this does nothing: what a panel offers
     /// depends on what its machine measured.
     fn choose(&mut self, setting: Setting) {
-        if self.player.as_ref().is_some_and(|player| player.names_settings(self.stage.frames())) {
+        if self
+            .player
+            .as_ref()
+            .is_some_and(|player| player.names_settings(self.stage.playback().frames()))
+        {
             return;
         }
         for chosen in [Action::SetMethod(setting.method), Action::SetSubsteps(setting.substeps)] {
@@ -439,30 +470,28 @@ impl Session {
     }
 
     /// Opens another scene; window size and panels stay.
-    pub fn open(&mut self, scene: Scene) {
+    pub fn open(&mut self, mut scene: Scene) {
+        self.stage.options().overrides.apply(&mut scene);
         self.stage.open(scene);
         self.view.open(&self.stage);
         self.begin_scene(false);
         let scene = Arc::clone(&self.stage.sim().scene);
         if let Source::File(path) = &scene.source {
-            self.stage.run.note_file(path);
+            self.stage.files.note(path);
         }
     }
 
     /// Restarts, paused, with `scene`, another text of the current scene. Keeps camera, click force and what is drawn.
     fn restart_with(&mut self, scene: Scene, select: Option<&str>) {
         let offset = offset_in_entry(&self.stage, select);
-        let (before, pace) = (Arc::clone(&self.stage.sim().scene), self.stage.clock.pace());
-        // The text already has the overrides; scenes that are opened later get them again.
-        let overrides = std::mem::take(&mut self.stage.run.options.overrides);
+        let (before, pace) = (Arc::clone(&self.stage.sim().scene), self.stage.playback().pace());
         self.stage.open(scene);
-        self.stage.run.options.overrides = overrides;
-        self.stage.paused = true;
-        self.stage.clock.set_pace(pace).expect("it was a pace before");
+        self.stage.playback_mut().set_paused(true);
+        self.stage.playback_mut().set_pace(pace);
         self.view.reopen(&self.stage, &before);
         self.begin_scene(true);
         self.tools.forecast_start(&mut self.stage, 1.0 / DEFAULT_FPS);
-        self.stage.here.selection = select.and_then(|path| entity_at(&self.stage, path, offset));
+        self.stage.select(select.and_then(|path| entity_at(&self.stage, path, offset)));
     }
 
     fn begin_scene(&mut self, rewritten: bool) {
@@ -542,7 +571,7 @@ impl Session {
     /// Opens `scene`, which has unsaved changes, and pauses. `file` is the file that was edited, and its text.
     pub fn open_unsaved(&mut self, scene: Scene, file: Option<(PathBuf, Arc<str>)>) {
         self.open(scene);
-        self.stage.paused = true;
+        self.stage.playback_mut().set_paused(true);
         self.tools.open_unsaved(&self.stage, file);
     }
 
@@ -556,8 +585,8 @@ impl Session {
     fn begin_step(&mut self, begin: Begin) {
         match begin {
             Begin::Reset => self.act(Act::ResetWorld),
-            Begin::Pause => self.stage.paused = true,
-            Begin::Play => self.stage.paused = false,
+            Begin::Pause => self.stage.playback_mut().set_paused(true),
+            Begin::Play => self.stage.playback_mut().set_paused(false),
             Begin::Frame => {
                 self.act(Act::ResetCamera);
                 // Works without the bars, too; the key does not.
@@ -581,7 +610,7 @@ impl Session {
 
     /// Carries out the steps of the script at the start of a frame.
     fn play_frame(&mut self, time: FrameTime) {
-        let (frame, ticks) = (self.stage.frames(), self.stage.sim().ticks());
+        let (frame, ticks) = (self.stage.playback().frames(), self.stage.sim().ticks());
         let Some(player) = &mut self.player else { return };
         for input in player.of_frame(frame, ticks, [time.total() - time.length(), time.total()]) {
             self.handle(&input);
@@ -601,20 +630,25 @@ impl Session {
     /// Pauses and goes to the end of tick number `tick`, or to the nearest tick of the last minute, in one call. Resuming from
     /// there drops what came after it, unless the run repeats it.
     pub fn seek(&mut self, tick: u64) {
-        self.stage.seek(tick);
-        self.follow();
+        self.stage.begin_seek(tick);
+        self.finish_seek();
     }
 
     /// Goes back to the last good tick before the fault, if there is one, and selects the body at fault.
     pub fn rewind_before_fault(&mut self) {
-        if let Some(fault) = self.stage.fault().cloned() {
+        if let Some(fault) = self.stage.recorder().fault().cloned() {
             self.rewind_before(&fault);
         }
     }
 
     /// Goes back to the last good tick before `fault`, in one call, and selects the body at fault.
     pub fn rewind_before(&mut self, fault: &Fault) {
-        self.stage.rewind_before(fault);
+        self.stage.begin_seek_before(fault);
+        self.finish_seek();
+    }
+
+    fn finish_seek(&mut self) {
+        self.stage.continue_seek(&mut |_, _| ControlFlow::Continue(()));
         self.follow();
     }
 
@@ -658,10 +692,10 @@ impl Session {
         let works = self.tools.each().any(|(panel, tool)| self.ui.shows(panel) && tool.works());
         let plays = self.player.as_ref().is_some_and(|player| !player.finished());
         let does = plays || works || !self.hands.held.is_empty() || !self.stage.orders.is_empty();
-        if does || !self.stage.paused || !self.stage.arrived() {
+        if does || !self.stage.playback().paused() || self.stage.recorder().is_seeking() {
             return 0.0;
         }
-        let now = self.stage.clock.now();
+        let now = self.stage.playback().now();
         let flash = self.view.flash.as_ref().map_or(f64::INFINITY, |flash| flash.until);
         let lesson = self.tools.learn.says_more_at(now);
         let next = [self.stage.notices.next_end(now), self.ui.lays_out_at(), flash, lesson];

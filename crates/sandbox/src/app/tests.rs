@@ -13,6 +13,7 @@ use crate::clock::FrameClock;
 use crate::input::{Input, InputFrame, SwitchedBy};
 use crate::intent::Intent;
 use crate::stage::options::Options;
+use crate::stage::quarantines::quarantined_because;
 use crate::view::card::{Selected, rows};
 use crate::view::labels::{Label, around};
 
@@ -32,7 +33,7 @@ fn the_clock_shown_is_the_scenes() {
     close(shown(&mut session), 0.1);
     session.open(scene);
     close(shown(&mut session), 0.1);
-    close(session.stage.simulated(), 0.4);
+    close(session.stage.sim().seconds(), 0.4);
 }
 
 #[test]
@@ -81,7 +82,7 @@ fn a_card_that_gets_wider_stays_in_the_picture_in_the_same_frame() {
     let text = "(version: 1, bodies: [(name: \"ball\", shape: sphere(radius_m: 1), position_m: (0, 0, -9))])";
     let mut session =
         Session::new(Scene::parse("card", text).expect("a good scene"), Options::default());
-    session.stage.here.selection = session.stage.sim().named("ball");
+    session.stage.select(session.stage.sim().named("ball"));
     let mut clock = FrameClock::default();
     let mut right = |session: &mut Session, x: f64| {
         let put = Action::SetPosition("ball".to_owned(), DVec3::splat(x));
@@ -298,22 +299,23 @@ fn a_reset_and_another_scene_have_no_quarantined_bodies_and_a_run_keeps_all() {
         let input = [Input::Act(push)].into_iter().collect();
         session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
         let names: Vec<_> =
-            session.stage.quarantined_here().iter().map(|body| body.body.as_str()).collect();
+            session.stage.quarantines().here().iter().map(|body| body.body.as_str()).collect();
         assert_eq!(names, ["ahead"]);
         let body = session.stage.sim().named("ahead").expect("it is there");
-        let why = session.stage.quarantined_because(body).expect("it is quarantined");
+        let (sim, times) = (session.stage.sim(), session.stage.times());
+        let why = quarantined_because(sim, &times, body).expect("it is quarantined");
         assert!(why.ends_with(" by integrate_acceleration"), "{why}");
     };
     nan(&mut session);
     session.carry_out(Intent::Act(Act::ResetWorld));
-    assert!(session.stage.quarantined_here().is_empty());
-    assert_eq!(session.stage.quarantined().len(), 1);
+    assert!(session.stage.quarantines().here().is_empty());
+    assert_eq!(session.stage.quarantines().so_far().len(), 1);
     nan(&mut session);
     let scene = Scene::clone(&session.stage.sim().scene);
     session.open(scene);
-    assert!(session.stage.quarantined_here().is_empty());
+    assert!(session.stage.quarantines().here().is_empty());
     nan(&mut session);
-    assert_eq!(session.stage.all_quarantined().len(), 3);
+    assert_eq!(session.stage.quarantines().all().len(), 3);
 }
 
 #[test]
@@ -337,7 +339,7 @@ fn the_body_that_goes_wrong_is_marked_while_the_run_stands_beside_that() {
         session.view.fault_mark(&session.stage).expect("a mark").text,
         "ahead went wrong in this tick"
     );
-    session.stage.paused = false;
+    session.stage.playback_mut().set_paused(false);
     assert!(session.view.fault_mark(&session.stage).is_none());
 }
 

@@ -102,7 +102,7 @@ impl Pictures {
             // Cannot fail: `effect` is one that the scene declares.
             let _ = session.stage.switch_effect(effect, false, SwitchedBy::Flag);
         }
-        session.stage.limit_ticks(ticks);
+        session.stage.playback_mut().limit_ticks(ticks);
         let (mut clock, mut frame) = (FrameClock::default(), 0_u64);
         while session.stage.sim().ticks() < ticks {
             frame += 1;

@@ -232,7 +232,7 @@ fn earlier(args: &CostArgs, subjects: &[Subject]) -> Result<Vec<Study>, Failure>
     };
     let report: Report = match serde_json::from_str(&text) {
         Ok(report) => report,
-        Err(error) => return other(&format!("this is no report of this version: {error}")),
+        Err(error) => return other(&format!("not a report of this version: {error}")),
     };
     if report.format != FORMAT || report.machine != Machine::here() {
         return other("this report was made by another version or on another machine");

@@ -153,7 +153,7 @@ fn json(stage: &Stage, rows: &[ForecastRow], found: Option<&NaturalModes>) -> St
 
 /// Ticks per second; frames per second where a tick is a frame.
 fn tick_rate(stage: &Stage) -> f64 {
-    if stage.sim().scene.step == StepKind::Frame { DEFAULT_FPS } else { stage.step_hz() }
+    if stage.sim().scene.step == StepKind::Frame { DEFAULT_FPS } else { stage.playback().step_hz() }
 }
 
 fn frequency_hz(mode: &NaturalMode) -> f64 {

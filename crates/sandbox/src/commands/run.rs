@@ -184,7 +184,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     keep_ledger(args, &mut session);
     if args.black_box.is_some() {
         session.stage.keep_black_box();
-        if !session.stage.records() {
+        if !session.stage.recorder().is_on() {
             let what = "too many bodies for a black box; leave --black-box out";
             return Err(Failure::Usage(format!("{}: {what}", args.scene)));
         }
@@ -206,16 +206,16 @@ fn simulate(
     outputs.watch.look(&session.stage);
     let progress = progress_bar(ticks);
     if let Some(ticks) = ticks {
-        session.stage.limit_ticks(ticks);
+        session.stage.playback_mut().limit_ticks(ticks);
     }
     let mut clock = FrameClock::default();
     while ticks.is_none_or(|ticks| session.stage.sim().ticks() < ticks)
-        || session.stage.frames() == 0
+        || session.stage.playback().frames() == 0
     {
         if let Some(demonstration) = &mut demonstration {
             demonstration.before_frame(session)?;
         }
-        let Some(time) = ends.next(&mut clock, session.stage.frames()) else { break };
+        let Some(time) = ends.next(&mut clock, session.stage.playback().frames()) else { break };
         session.advance_watched(&InputFrame::NOTHING, time, &mut |stage: &Stage, simulated| {
             if simulated == Simulated::New {
                 outputs.watch.after_tick(stage);
@@ -235,14 +235,14 @@ fn simulate(
         for refusal in session.stage.notices.take_refusals() {
             tell(&format!("{}: {refusal}", session.stage.sim().scene.name));
         }
-        let found_fault = args.black_box.is_some() && session.stage.fault().is_some();
+        let found_fault = args.black_box.is_some() && session.stage.recorder().fault().is_some();
         if quits || found_fault || outputs.watch.error.is_some() || outputs.refused.is_err() {
             break;
         }
         progress.set_position(session.stage.sim().ticks());
         if let FrameEnds::Constant { rate } = ends
-            && session.stage.paused()
-            && session.stage.arrived()
+            && session.stage.playback().paused()
+            && !session.stage.recorder().is_seeking()
         {
             let shows = demonstration.as_ref().is_some_and(|shown| shown.waits(session));
             if session.player().is_none_or(Player::finished) && !shows {
@@ -265,7 +265,8 @@ fn simulate(
 /// Returns an error if the next step of the script of the paused `session` would never come.
 fn refuse_endless_wait(args: &RunArgs, session: &Session, rate: f64) -> Result<(), Failure> {
     let now = session.stage.sim().ticks();
-    let waits = |player: &Player| player.waits_forever(session.stage.frames(), now, rate);
+    let waits =
+        |player: &Player| player.waits_forever(session.stage.playback().frames(), now, rate);
     match session.player().and_then(waits) {
         None => Ok(()),
         Some(when) => Err(Failure::Usage(format!(
@@ -326,7 +327,7 @@ fn long_ticks(session: &Session, ticks: u64) -> Option<String> {
     let all = seconds * ticks as f64;
     let (name, tick, run) = (&scene.name, long_duration(seconds), long_duration(all));
     (all >= LONG).then(|| {
-        format!("{name}: {bodies} bodies attract each other: a tick takes some {tick}, the run some {run}")
+        format!("{name}: {bodies} bodies attract each other: a tick takes about {tick}, the run about {run}")
     })
 }
 

@@ -89,8 +89,9 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     let threads = args.threads.unwrap_or(cores);
     let seconds =
         sweep.estimated_seconds(shard) / (threads.min(cores) as f64).min(runs as f64).max(1.0);
+    let earlier = args.out.as_deref().map(runs::record).transpose()?.flatten();
     // The time of a sweep that continues was allowed when it began.
-    if !continues(args) {
+    if !(args.resume && earlier.as_ref().is_some_and(|earlier| !earlier.complete)) {
         check_time(&format!("{}: {runs} runs", args.scene), seconds)?;
     }
     let Some(folder) = &args.out else {
@@ -118,7 +119,6 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
         complete: false,
     };
     files.refuse_names(folder, runs::is_file, "the sweep in that folder; give another folder")?;
-    let earlier = runs::record(folder)?;
     refuse_foreign_files(folder, earlier.is_some(), runs::is_file, "give another folder")?;
     let _lock = study_folder(folder)?;
     let Some((record, mut journal, done)) = begin(args, (record, earlier), folder, &files)? else {
@@ -155,15 +155,9 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
         .filter_map(|(outcome, word)| Some(format!("{} {word}", outcomes.get(outcome)?)))
         .collect();
     if done > 0 {
-        counts.insert(0, format!("{done} were there"));
+        counts.insert(0, format!("{done} were done before"));
     }
     show(&format!("{}: of {runs} runs {}\n", folder.display(), counts.join(", ")))
-}
-
-/// Whether there is a sweep in the folder that is not complete and that `--resume` continues.
-fn continues(args: &SweepArgs) -> bool {
-    let earlier = |folder: &PathBuf| runs::record(folder).ok().flatten();
-    args.resume && args.out.as_ref().and_then(earlier).is_some_and(|earlier| !earlier.complete)
 }
 
 /// The number of runs; refuses more than [`MANY`] without `yes`.
@@ -190,8 +184,7 @@ fn begin(
     let refused = |what: &str, cure: &str| {
         Err(Failure::Usage(format!("{}: {what}; {cure}", folder.join(runs::RECORD).display())))
     };
-    let mut continues = false;
-    if let Some(earlier) = earlier {
+    let continues = if let Some(earlier) = earlier {
         let other =
             record.differs(&earlier).or((record.shard != earlier.shard).then_some("another shard"));
         if let Some(other) = other {
@@ -207,16 +200,19 @@ fn begin(
                     "--resume continues it; or give another folder",
                 );
             }
+            (false, true) => {
+                let here = std::mem::replace(&mut record.processors, earlier.processors);
+                let is_new = |name: &String| !record.processors.contains(name);
+                let new: Vec<_> = here.into_iter().filter(is_new).collect();
+                record.processors.extend(new);
+                true
+            }
             (true, true) if runs::are_there(folder) => return Ok(None),
-            (complete, _) => continues = !complete,
+            (true, _) => false,
         }
-        if continues {
-            let here = std::mem::replace(&mut record.processors, earlier.processors);
-            let new: Vec<_> =
-                here.into_iter().filter(|name| !record.processors.contains(name)).collect();
-            record.processors.extend(new);
-        }
-    }
+    } else {
+        false
+    };
     runs::write_record(&record, folder, files)?;
     let (journal, done) = if continues {
         Journal::resume(&record, folder)?

@@ -32,7 +32,7 @@ pub(crate) fn write(
     session: &mut Session,
     picture: impl FnOnce(&mut Session) -> Result<Image, Failure>,
 ) -> Option<BlackBox> {
-    let fault = session.stage.fault()?.clone();
+    let fault = session.stage.recorder().fault()?.clone();
     session.rewind_before(&fault);
     let image = picture(session);
     if let Err(failure) = &image {

@@ -396,10 +396,7 @@ pub(crate) fn read_record<T: DeserializeOwned>(
     };
     serde_json::from_str(&text).map(Some).map_err(|error| {
         let cure = "give another folder, or remove the file";
-        Failure::Usage(format!(
-            "{}: this is no {what} of this version: {error}; {cure}",
-            path.display()
-        ))
+        Failure::Usage(format!("{}: not a {what} of this version: {error}; {cure}", path.display()))
     })
 }
 

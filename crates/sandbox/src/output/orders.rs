@@ -121,13 +121,13 @@ fn open(name: &str, session: &mut Session, files: &mut CommandFiles) -> Result<(
     if seconds > LONGEST_WAIT_S {
         let cure = format!("`sandbox --lesson {name}` waits for them");
         return Err(Failure::Usage(format!(
-            "{name}: the runs of this lesson take some {seconds:.0} s; {cure}"
+            "{name}: the runs of this lesson take about {seconds:.0} s; {cure}"
         )));
     }
     let (scene, of_runs) =
         (files.scene(&beside(&lesson.name, &lesson.scene))?, run_lesson(&lesson, 1.0)?);
     session.open(scene);
-    session.stage.run.note_file(path);
+    session.stage.files.note(path);
     session.begin_lesson(lesson, of_runs);
     Ok(())
 }

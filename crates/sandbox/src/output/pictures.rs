@@ -59,7 +59,7 @@ const ADDRESS_SPACE: u64 = 640 << 20;
 pub(crate) fn headless() -> Result<Gpu, Failure> {
     if let Some(left) = scene::address_space().filter(|left| *left < ADDRESS_SPACE) {
         let [takes, left] = [ADDRESS_SPACE, left].map(scene::byte_words);
-        let what = "drawing pictures takes some";
+        let what = "drawing pictures takes about";
         return Err(Failure::NoAdapter(format!(
             "{what} {takes} of address space, and {left} are left; raise `ulimit -v`, or draw none"
         )));

@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 
 use crate::app::session::Session;
 use crate::stage::Stage;
-use crate::stage::notices::QuarantinedBody;
+use crate::stage::quarantines::QuarantinedBody;
 use crate::tools::forecast::ForecastRow;
 
 /// The hash of the state: XXH3-64 over the little-endian f64 bits of position and velocity of every body with physics, in
@@ -56,7 +56,8 @@ impl Summary {
             (evaluations.newton_iterations(), evaluations.unconverged_steps());
         let quarantined: Vec<_> = session
             .stage
-            .all_quarantined()
+            .quarantines()
+            .all()
             .iter()
             .map(|QuarantinedBody { body, tick, what, system, component, cause }| {
                 json!({
@@ -69,7 +70,8 @@ impl Summary {
             session.tools.forecast_at_start().iter().map(forecast_json).collect();
         let methods: Map<_, _> = session
             .stage
-            .methods()
+            .sim()
+            .bodies_per_method()
             .into_iter()
             .map(|(method, bodies)| (method.name().to_owned(), json!(bodies)))
             .collect();
@@ -77,10 +79,10 @@ impl Summary {
             ("scene", json!(session.stage.sim().scene.name)),
             ("method", json!(session.stage.sim().stepper.method().name())),
             ("methods", Value::Object(methods)),
-            ("step_hz", number(session.stage.step_hz())),
+            ("step_hz", number(session.stage.playback().step_hz())),
             ("ticks", json!(session.stage.sim().ticks())),
-            ("simulated_s", number(session.stage.simulated())),
-            ("dropped_s", number(session.stage.dropped())),
+            ("simulated_s", number(session.stage.sim().seconds())),
+            ("dropped_s", number(session.stage.playback().dropped())),
             ("force_evaluations", json!(accelerations)),
             ("laws", Value::Object(laws)),
             ("cg_iterations", json!(cg_iterations)),

@@ -118,7 +118,7 @@ mod tests {
             (scene::Scene::clone(&session.stage.sim().scene), session.tools.own_file());
         session.open(scene::load("tutorial").expect("a scene"));
         session.open_unsaved(scene, file);
-        assert!(session.stage.paused() && session.has_unsaved_changes());
+        assert!(session.stage.playback().paused() && session.has_unsaved_changes());
         fs::write(&path, "(version: 1)").expect("a folder");
         save(&mut session).expect_err("it was changed since");
         fs::write(&path, had).expect("a folder");

@@ -218,7 +218,8 @@ impl<W: Write + Send> States<W> {
             self.bodies.is_empty() || self.bodies.iter().any(|pattern| pattern.matches(name))
         };
         let bodies: Vec<_> = stage
-            .things()
+            .sim()
+            .remaining_bodies()
             .filter_map(|thing| {
                 let body = *stage.sim().world.get::<PhysicsBody>(thing)?;
                 let position = stage.sim().world.get::<Transform>(thing)?.position;
@@ -234,7 +235,7 @@ impl<W: Write + Send> States<W> {
             let moves = moves(stage, thing, &body);
             let mut row = vec![
                 Value::Count(stage.sim().ticks()),
-                Value::Number(stage.simulated()),
+                Value::Number(stage.sim().seconds()),
                 Value::Text(name),
             ];
             for (quantity, other) in self.quantities.iter().zip(&others) {
@@ -328,7 +329,7 @@ impl Caused {
         if asks(&[Quantity::Acceleration, Quantity::Force, Quantity::Forces]) {
             motion::each_force(
                 &stage.sim().world,
-                &stage.pushes(),
+                &stage.here().pushes(),
                 bodies,
                 |at, cause, newtons| {
                     caused.forces[at].push((cause.name(), newtons));

@@ -60,7 +60,7 @@ pub(crate) fn slow_words(gpu: &Gpu, scene: &Scene) -> Option<String> {
     let [all, tenth] = [seconds, seconds / 10.0].map(long_duration);
     (gpu.info.software && seconds > SLOW_S).then(|| {
         format!(
-            "{}: this machine draws in software, and a picture of {particles} particles takes some {all}; with a tenth of \
+            "{}: this machine draws in software, and a picture of {particles} particles takes about {all}; with a tenth of \
              `rate_per_s` and `capacity` it takes {tenth}",
             scene.name
         )

@@ -1,18 +1,19 @@
-//! Accessors of a stage: clocks, counts, names, settings, orders.
-
-use std::borrow::Cow;
-use std::collections::BTreeMap;
-use std::path::PathBuf;
+//! Accessors of a stage.
 
 use bevy_ecs::prelude::*;
-use history::Simulation;
+use history::{Change, Simulation};
 use lab::cost::Setting;
-use motion::clock::StepClock;
-use motion::{Method, PhysicsBody, Quarantined, TimeStep};
+use motion::Push;
+use motion::effects::Effect;
 
-use crate::stage::query;
-use crate::stage::soft::soft_name;
-use crate::stage::{Order, Stage};
+use crate::input::SwitchedBy;
+use crate::stage::options::Options;
+use crate::stage::playback::Playback;
+use crate::stage::pull::Pull;
+use crate::stage::quarantines::Quarantines;
+use crate::stage::recorder::Recorder;
+use crate::stage::timeline::Times;
+use crate::stage::{Order, PerWorld, Stage, things};
 
 impl Stage {
     /// The simulation.
@@ -27,64 +28,59 @@ impl Stage {
         &mut self.sim
     }
 
+    /// What is replaced with the world.
+    pub(crate) const fn here(&self) -> &PerWorld {
+        &self.here
+    }
+
+    /// Pause, pace and single ticks.
+    #[must_use]
+    pub const fn playback(&self) -> &Playback {
+        &self.playback
+    }
+
+    /// Pause, pace and single ticks.
+    pub const fn playback_mut(&mut self) -> &mut Playback {
+        &mut self.playback
+    }
+
+    /// The last minute and its faults.
+    #[must_use]
+    pub const fn recorder(&self) -> &Recorder {
+        &self.recorder
+    }
+
+    /// The bodies that were quarantined.
+    #[must_use]
+    pub const fn quarantines(&self) -> &Quarantines {
+        &self.quarantines
+    }
+
+    /// The options of the session.
+    pub(crate) const fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// The source of the last change of `effect`, if it was changed.
+    pub(crate) fn switched_by(&self, effect: Effect) -> Option<SwitchedBy> {
+        self.switched.get(&effect).copied()
+    }
+
     /// The selected thing.
     #[must_use]
     pub const fn selection(&self) -> Option<Entity> {
         self.here.selection
     }
 
-    /// Number of frames so far.
-    #[must_use]
-    pub const fn frames(&self) -> u64 {
-        self.run.frames
-    }
-
-    /// Simulated time, s. A reset of the world does not restart it.
-    #[must_use]
-    pub fn simulated(&self) -> f64 {
-        self.sim.world.resource::<StepClock>().seconds()
-    }
-
-    /// The time at which bodies are drawn, between the last two ticks, s.
-    pub(crate) fn drawn_at(&self) -> f64 {
-        self.simulated() - (1.0 - self.here.alpha) * self.sim.world.resource::<TimeStep>().0
-    }
-
-    /// Time dropped in hitches, s.
-    #[must_use]
-    pub const fn dropped(&self) -> f64 {
-        self.run.dropped
-    }
-
-    /// Number of bodies that forces move, per method, in the order of [`motion::METHODS`].
-    pub fn methods(&self) -> Vec<(Method, usize)> {
-        let scene = self.sim.method();
-        let mut bodies = query::<(EntityRef, &PhysicsBody), Without<Quarantined>>(&self.sim.world);
-        let mut counts = BTreeMap::new();
-        for (entity, _) in bodies.iter(&self.sim.world).filter(|(_, body)| body.inverse_mass > 0.0)
-        {
-            *counts.entry(motion::own_method(entity).unwrap_or(scene)).or_default() += 1;
-        }
-        counts.into_iter().collect()
-    }
-
-    /// All things of the scene that were not removed, in stable-id order.
-    pub fn things(&self) -> impl Iterator<Item = Entity> + '_ {
-        self.sim.bodies.iter().copied().filter(|thing| self.sim.world.get_entity(*thing).is_ok())
-    }
-
-    /// Ticks per second.
-    #[must_use]
-    pub const fn step_hz(&self) -> f64 {
-        self.clock.rate()
+    /// Selects a thing, or nothing.
+    pub const fn select(&mut self, thing: Option<Entity>) {
+        self.here.selection = thing;
     }
 
     /// Name of a thing of the scene, or of a soft body.
     #[must_use]
     pub fn name(&self, thing: Entity) -> String {
-        let name =
-            self.sim.id(thing).and_then(|id| self.sim.scene.names.get(id)).map(Cow::into_owned);
-        name.or_else(|| soft_name(&self.sim, thing)).unwrap_or_else(|| format!("{thing}"))
+        things::name(&self.sim, thing)
     }
 
     /// Method and substeps of bodies without their own setting.
@@ -93,31 +89,35 @@ impl Stage {
         Setting { method: self.sim.method(), substeps: self.sim.substeps() }
     }
 
+    /// The scene times at the ends of recorded ticks and now.
+    pub(crate) fn times(&self) -> Times {
+        self.recorder.times(&self.sim)
+    }
+
+    /// Begins or ends a pull of the pointer.
+    pub(crate) fn set_pull(&mut self, pull: Option<Pull>) {
+        self.here.interventions += u64::from(pull.is_some());
+        self.here.pull = pull;
+    }
+
+    /// The pull of the pointer, if any.
+    pub(crate) const fn pull_mut(&mut self) -> Option<&mut Pull> {
+        self.here.pull.as_mut()
+    }
+
+    /// Sets the pushes of held keys, N, which are applied in every tick.
+    pub(crate) fn hold(&mut self, held: Vec<Push>) {
+        self.here.interventions += u64::from(self.held.is_empty() && !held.is_empty());
+        self.held = held;
+    }
+
+    /// Takes the changes that were made since the last call.
+    pub(crate) fn take_changes(&mut self) -> Vec<Change> {
+        std::mem::take(&mut self.here.given)
+    }
+
     /// Takes the orders of this frame, for the program to carry out.
     pub fn take_orders(&mut self) -> Vec<Order> {
         std::mem::take(&mut self.orders)
-    }
-
-    /// Scene files that were opened or saved, the newest last.
-    #[must_use]
-    pub fn files(&self) -> &[PathBuf] {
-        &self.run.files
-    }
-
-    /// Remembers scene files of earlier windows, the newest last.
-    pub fn remember_files(&mut self, mut files: Vec<PathBuf>) {
-        files.append(&mut self.run.files);
-        files.iter().for_each(|file| self.run.note_file(file));
-    }
-
-    /// Simulated time plus the elapsed part of the next tick, s.
-    pub(crate) fn progress(&self) -> f64 {
-        self.simulated() + self.clock.fraction() / self.clock.rate()
-    }
-
-    /// Whether the stage is paused.
-    #[must_use]
-    pub const fn paused(&self) -> bool {
-        self.paused
     }
 }

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
-use history::{Change, rate_of};
+use history::Change;
 use motion::effects::{Effect, EffectState, NeverDeclared};
-use motion::{Gravity, Method, MutualGravity, OwnMethod, Particle, Request, TimeStep};
-use scene::{Action, StepKind, unsolvable};
+use motion::{Method, MutualGravity, OwnMethod, Particle, Request};
+use scene::{Action, unsolvable};
 
 use crate::input::SwitchedBy;
 use crate::stage::notices::Topic;
@@ -37,12 +37,25 @@ impl Stage {
             Change::Requests(requests) => {
                 requests.into_iter().for_each(|request| self.ask_by(request, by));
             }
-            Change::Method(method) => self.set_method(method),
+            Change::Method(method) => {
+                let gravity = self.sim.world.contains_resource::<MutualGravity>();
+                if !self.refuses([method], gravity) && method != self.sim.method() {
+                    self.notices.retract(Topic::Method);
+                    self.notices.retract(Topic::Forecast);
+                    self.give(change);
+                }
+            }
             Change::Substeps(substeps) => {
                 Arc::make_mut(&mut self.sim.scene).substeps = substeps;
-                self.give_setting(change);
+                self.notices.retract(Topic::Forecast);
+                self.give(change);
             }
-            Change::Step(step) => self.set_step(step),
+            Change::Step(step) => {
+                if self.playback.set_step(step) {
+                    self.notices.retract(Topic::Forecast);
+                    self.give(change);
+                }
+            }
             Change::Push(..) => self.give(change),
         }
     }
@@ -50,12 +63,10 @@ impl Stage {
     /// Makes a change between two ticks and records it. Cancels a seek, drops the quarantines that are ahead, because the run
     /// differs from now on, and clears the selection if the change removed the thing.
     pub(crate) fn give(&mut self, change: Change) {
-        if let Some(past) = &mut self.past {
-            past.passed = None;
-        }
-        self.forget_ahead();
+        self.recorder.watch_again();
+        self.quarantines.forget_ahead();
         self.give_up_seek();
-        self.record(&change);
+        self.recorder.note(&self.sim, &change);
         self.give_again(change);
     }
 
@@ -63,45 +74,10 @@ impl Stage {
     pub(crate) fn give_again(&mut self, change: Change) {
         self.sim.give(&change);
         // A push moves no body before the tick.
-        self.version += u64::from(!matches!(change, Change::Push(..)));
+        self.here.version += u64::from(!matches!(change, Change::Push(..)));
         self.here.given.push(change);
         let Self { sim, here, .. } = self;
         here.selection.take_if(|thing| sim.world.get_entity(*thing).is_err());
-    }
-
-    /// Changes a setting of the next ticks.
-    fn give_setting(&mut self, change: Change) {
-        self.notices.retract(Topic::Forecast);
-        self.give(change);
-    }
-
-    /// Sets the length of ticks, s.
-    fn set_step(&mut self, step: f64) {
-        if self.clock.set_rate(rate_of(step)).is_ok() {
-            self.give_setting(Change::Step(step));
-        }
-    }
-
-    /// Sets the rate of the clock from the length of ticks, which may have changed.
-    pub(crate) fn keep_pace_with_step(&mut self) {
-        let rate = rate_of(self.sim.world.resource::<TimeStep>().0);
-        let differs = (rate / self.clock.rate() - 1.0).abs() > 1e-9;
-        if self.sim.scene.step == StepKind::Fixed && differs {
-            // The length of a tick is above 0 and finite.
-            let _ = self.clock.set_rate(rate);
-        }
-    }
-
-    /// Sets the method of the scene.
-    fn set_method(&mut self, method: Method) {
-        let gravity = self.sim.world.contains_resource::<MutualGravity>();
-        if self.refuses([method], gravity) {
-            return;
-        }
-        if method != self.sim.method() {
-            self.notices.retract(Topic::Method);
-            self.give_setting(Change::Method(method));
-        }
     }
 
     /// Refuses the first of `methods` that cannot be used with `mutual_gravity`. Returns whether there was one.
@@ -111,17 +87,6 @@ impl Stage {
             self.notices.refuse(Topic::Other, format!("{why}; take another method"));
         }
         why.is_some()
-    }
-
-    /// Refuses to switch mutual gravity on if a method in use cannot solve it. Returns whether it refused.
-    fn refuses_mutual_gravity(&mut self) -> bool {
-        let sim = &mut self.sim;
-        // Includes bodies that do not move now; particles are not attracted.
-        let mut bodies =
-            sim.world.query_filtered::<EntityRef, (With<OwnMethod>, Without<Particle>)>();
-        let own = bodies.iter(&sim.world).filter_map(motion::own_method);
-        let methods: Vec<_> = own.chain([sim.method()]).collect();
-        self.refuses(methods, true)
     }
 
     /// Switches an effect off or on again, at once. Tells the person if the scene never declared the effect.
@@ -135,9 +100,16 @@ impl Stage {
         by: SwitchedBy,
     ) -> Result<(), NeverDeclared> {
         self.refuse_undeclared(effect)?;
-        if effect == Effect::MutualGravity && on && self.refuses_mutual_gravity() {
-            // The effect is declared and stays off: the person was told why.
-            return Ok(());
+        if effect == Effect::MutualGravity && on {
+            // Includes bodies that do not move now; particles are not attracted.
+            let world = &mut self.sim.world;
+            let mut bodies =
+                world.query_filtered::<EntityRef, (With<OwnMethod>, Without<Particle>)>();
+            let own: Vec<_> = bodies.iter(world).filter_map(motion::own_method).collect();
+            if self.refuses(own.into_iter().chain([self.sim.method()]), true) {
+                // The effect is declared and stays off: the person was told why.
+                return Ok(());
+            }
         }
         self.give(Change::request(Request::Switch(effect, on)));
         self.note_switched(effect, by);
@@ -197,25 +169,11 @@ impl Stage {
     }
 
     /// Remembers the source of the last change of an effect.
-    pub(crate) fn note_switched(&mut self, effect: Effect, by: SwitchedBy) {
+    fn note_switched(&mut self, effect: Effect, by: SwitchedBy) {
         self.switched.insert(effect, by);
         self.notices.retract(Topic::Forecast);
         if effect == Effect::Gravity {
             self.notices.retract(Topic::Gravity);
-        }
-    }
-
-    /// Switches gravity on or off, at once. Tells the person if the scene has no gravity.
-    pub(crate) fn toggle_gravity(&mut self) {
-        match self.sim.world.get_resource::<Gravity>() {
-            Some(gravity) => {
-                let request = Request::SwitchGravity(!gravity.on);
-                self.change(Change::request(request), SwitchedBy::Key);
-            }
-            None => {
-                let what = "this scene declares no gravity; the settings (Tab) can add it";
-                self.notices.refuse(Topic::Gravity, what);
-            }
         }
     }
 }

@@ -12,14 +12,8 @@ impl Stage {
     pub fn forces_on(&self, body: Entity) -> Vec<(ForceCause, DVec3)> {
         let mut forces = Vec::new();
         let each = |_, cause, newtons| forces.push((cause, newtons));
-        motion::each_force(&self.sim.world, &self.pushes(), &[body], each);
+        motion::each_force(&self.sim.world, &self.here.pushes(), &[body], each);
         forces
-    }
-
-    /// The pushes of the last tick, N.
-    pub(crate) fn pushes(&self) -> Vec<Push> {
-        let push = |(body, newtons): (&Entity, &DVec3)| Push { body: *body, newtons: *newtons };
-        self.here.pushes.iter().map(push).collect()
     }
 }
 

@@ -1,4 +1,4 @@
-//! The list of notices, each shown for a few seconds, and the record of a quarantined body.
+//! The list of notices, each shown for a few seconds.
 
 /// Display time of a notice, s.
 const NOTICE_S: f64 = 4.0;
@@ -8,23 +8,6 @@ const MOST_OTHERS: usize = 3;
 
 /// Maximum number of unread refusals.
 const MOST_REFUSALS: usize = 16;
-
-/// A body that was quarantined, by name.
-#[derive(Clone, Debug, PartialEq)]
-pub struct QuarantinedBody {
-    /// Name in the scene.
-    pub body: String,
-    /// The tick that it did not survive.
-    pub tick: u64,
-    /// What happened, as a sentence.
-    pub what: String,
-    /// The system that found the fault.
-    pub system: &'static str,
-    /// The component or resource at fault.
-    pub component: &'static str,
-    /// The cause as a word, with the name of the law or of the body at the other end of the spring.
-    pub cause: String,
-}
 
 /// The topic of a notice. Each topic except `Other` has at most one notice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

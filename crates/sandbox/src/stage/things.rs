@@ -1,5 +1,7 @@
 //! Things, which a person selects: their identity in any world of the scene, their motion and their drawn position.
 
+use std::borrow::Cow;
+
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use history::Simulation;
@@ -12,7 +14,7 @@ use scene::FileIndex;
 use crate::stage::Stage;
 use crate::stage::forces::{synchronized, synchronized_points};
 use crate::stage::query;
-use crate::stage::soft::{center_of_mass, kinetic_energy, together};
+use crate::stage::soft::{center_of_mass, kinetic_energy, soft_name, together};
 
 /// A body or a soft body, in every world of its scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +24,15 @@ pub(crate) enum Thing {
 }
 
 impl Thing {
+    /// The thing with this name, if any.
+    pub fn named(sim: &Simulation, called: &str) -> Option<Self> {
+        let soft = || {
+            let mut softs = query::<Entity, With<SoftBody>>(&sim.world);
+            softs.iter(&sim.world).find(|soft| name(sim, *soft) == called)
+        };
+        Self::of(sim, sim.named(called).or_else(soft)?)
+    }
+
     /// The thing with this `entity`, if any.
     pub fn of(simulation: &Simulation, entity: Entity) -> Option<Self> {
         let soft = || {
@@ -99,42 +110,40 @@ impl Motion {
 }
 
 impl Stage {
-    /// The thing with this name, if any.
-    pub(crate) fn thing_named(&self, name: &str) -> Option<Thing> {
-        let soft = || {
-            let mut softs = query::<Entity, With<SoftBody>>(&self.sim.world);
-            softs.iter(&self.sim.world).find(|soft| self.name(*soft) == name)
-        };
-        Thing::of(&self.sim, self.sim.named(name).or_else(soft)?)
-    }
-
     /// Drawn position of a thing, m; for a soft body, of its center of mass.
     pub(crate) fn drawn_position(&self, thing: Entity) -> Option<DVec3> {
-        match self.sim.world.get::<SoftBody>(thing) {
-            Some(body) => center_of_mass(&self.sim.world, body, |point| self.drawn_body(point)),
-            None => self.drawn_body(thing),
+        let world = &self.sim.world;
+        let drawn_body = |body: Entity| {
+            let (now, before) =
+                (world.get::<Transform>(body)?, world.get::<PreviousPosition>(body));
+            Some(drawn(now, before, self.here.alpha))
+        };
+        match world.get::<SoftBody>(thing) {
+            Some(body) => center_of_mass(world, body, drawn_body),
+            None => drawn_body(thing),
         }
     }
+}
 
-    fn drawn_body(&self, thing: Entity) -> Option<DVec3> {
-        let now = self.sim.world.get::<Transform>(thing)?;
-        Some(drawn(now, self.sim.world.get::<PreviousPosition>(thing), self.here.alpha))
-    }
+/// Name of a thing of the scene.
+pub(crate) fn name(sim: &Simulation, thing: Entity) -> String {
+    let own = sim.id(thing).and_then(|id| sim.scene.names.get(id)).map(Cow::into_owned);
+    own.or_else(|| soft_name(sim, thing)).unwrap_or_else(|| format!("{thing}"))
+}
 
-    /// Selects the next (`step` 1) or previous (`step` -1) movable thing of the scene, cyclically.
-    pub(crate) fn select_neighbor(&mut self, step: isize) {
-        let points = points_of_soft_bodies(&self.sim.world);
-        let softs: Vec<_> =
-            query::<Entity, With<SoftBody>>(&self.sim.world).iter(&self.sim.world).collect();
-        let awake = |thing: &Entity| self.sim.world.get::<Dormant>(*thing).is_none();
-        let bodies = self.things().filter(|thing| !points.contains(*thing)).chain(softs);
-        let movable: Vec<_> =
-            bodies.filter(|thing| awake(thing) && is_movable(&self.sim.world, *thing)).collect();
-        let here = movable.iter().position(|thing| Some(*thing) == self.here.selection);
-        let next = here.and_then(|here| movable.get(here.checked_add_signed(step)?));
-        let end = if step > 0 { movable.first() } else { movable.last() };
-        self.here.selection = next.or(end).copied();
-    }
+/// The movable thing after (`step` 1) or before (`step` -1) the `selection`, cyclically.
+pub(crate) fn neighbor(sim: &Simulation, selection: Option<Entity>, step: isize) -> Option<Entity> {
+    let world = &sim.world;
+    let points = points_of_soft_bodies(world);
+    let softs: Vec<_> = query::<Entity, With<SoftBody>>(world).iter(world).collect();
+    let awake = |thing: &Entity| world.get::<Dormant>(*thing).is_none();
+    let bodies = sim.remaining_bodies().filter(|thing| !points.contains(*thing)).chain(softs);
+    let movable: Vec<_> =
+        bodies.filter(|thing| awake(thing) && is_movable(world, *thing)).collect();
+    let here = movable.iter().position(|thing| Some(*thing) == selection);
+    let next = here.and_then(|here| movable.get(here.checked_add_signed(step)?));
+    let end = if step > 0 { movable.first() } else { movable.last() };
+    next.or(end).copied()
 }
 
 /// Whether forces move a thing, or did until it was quarantined; for a soft body, whether they move any of its points.

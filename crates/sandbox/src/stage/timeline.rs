@@ -1,68 +1,10 @@
-//! A recording of the last minute.
+//! The position of a stage in the last minute, and the times of its ticks.
 
 use std::ops::RangeInclusive;
 
-use history::{Fault, Seek, Simulation, Timeline, Watch};
-use motion::ledger::Ledger;
+use history::Fault;
 
-/// A timeline and the watch over it.
-pub(crate) struct Recorded {
-    pub timeline: Timeline,
-    pub watch: Watch,
-    /// The fault of the last simulated tick.
-    pub found: Option<Fault>,
-    /// The last fault, if it is still ahead or just happened.
-    pub fault: Option<Fault>,
-    /// Whether the fault was handled at the end of its frame.
-    pub met: bool,
-    /// The tick of a fault that the person was told of. The run goes through the fault unless a change is made before.
-    pub passed: Option<u64>,
-    /// The first tick of the run with a fault: no tick from there on is good.
-    pub bad_from: Option<u64>,
-    /// Whether continuing from the past repeats the recorded changes, until a new change is made.
-    pub repeats: bool,
-    /// The unfinished seek to another tick.
-    pub way: Option<Box<Way>>,
-}
-
-/// An unfinished seek.
-pub(crate) struct Way {
-    pub seek: Seek,
-    /// Whether the person is told at its end, because it goes to the last good tick before a fault.
-    pub tells: bool,
-}
-
-impl Recorded {
-    pub const fn new(timeline: Timeline, watch: Watch) -> Self {
-        Self {
-            timeline,
-            watch,
-            found: None,
-            fault: None,
-            met: true,
-            passed: None,
-            bad_from: None,
-            repeats: false,
-            way: None,
-        }
-    }
-
-    /// Whether the run had no fault up to the end of tick number `tick`.
-    pub fn is_good(&self, tick: u64) -> bool {
-        self.bad_from.is_none_or(|bad| tick < bad)
-    }
-
-    /// Simulates one tick, entered into `ledger` if there is one.
-    pub fn tick(&mut self, sim: &mut Simulation, ledger: Option<&mut Ledger>) {
-        let now = sim.ticks();
-        if self.timeline.events_after(now).next().is_some() {
-            self.watch.note_change(now);
-        }
-        self.found = self.watch.tick(sim, ledger);
-    }
-}
-
-/// The position of a session in the last minute.
+/// The position of a stage in the last minute.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Within {
     pub range: RangeInclusive<u64>,

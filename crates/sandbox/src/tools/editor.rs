@@ -18,7 +18,7 @@ use scene::{Scene, TextEdit as Change};
 
 use self::document::Document;
 use self::document::file_of;
-use self::form::{Form, LISTS};
+use self::form::{Form, LISTS, TITLES};
 use self::free::free_move;
 use self::handles::Handle;
 use self::parts::{PARTS, Place, nearest, triple};
@@ -31,9 +31,6 @@ use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::inks;
 use crate::view::marks::FAULT;
 use crate::view::{Mode, View};
-
-/// Greatest number of entries of a list that are shown.
-const SHOWN: usize = 50;
 
 /// Size of an added object, as a fraction of its distance.
 const SIZE: f64 = 0.015;
@@ -315,7 +312,7 @@ impl Editor {
             }
             let title = format!("{list}: {count}");
             CollapsingHeader::new(title).id_salt(("list", list)).show(ui, |ui| {
-                let titles = self.form.titles(scene, list, SHOWN).to_vec();
+                let titles = self.form.titles(scene, list).to_vec();
                 for (index, title) in titles.into_iter().enumerate() {
                     let path = format!("{list}[{index}]");
                     CollapsingHeader::new(title).id_salt(&path).show(ui, |ui| {
@@ -325,8 +322,8 @@ impl Editor {
                         self.form.group(ui, scene, &path, |_| true, &mut changes);
                     });
                 }
-                if count > SHOWN {
-                    ui.weak(format!("and {} more, in the file", count - SHOWN));
+                if count > TITLES {
+                    ui.weak(format!("and {} more, in the file", count - TITLES));
                 }
             });
         }

@@ -37,7 +37,7 @@ impl Tool for Finder {
         let is_path = self.query.contains(['.', '/', '\\']);
         let query = self.query.to_lowercase();
         let (files, scenes) =
-            (your_files(&desk.stage.run.files, query.trim()), scene::find(&self.query));
+            (your_files(desk.stage.files.all(), query.trim()), scene::find(&self.query));
         if files.is_empty() && scenes.is_empty() && !is_path {
             ui.weak("no scene has this in its name");
         }

@@ -49,7 +49,7 @@ impl Tool for Learn {
     fn after_ticks(&mut self, stage: &mut Stage, _: &View, open: bool, _: FrameTime) {
         self.shown = open;
         let falls = stage.sim().world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on);
-        self.tried = [self.tried[0] || stage.here.pull.is_some(), self.tried[1] || falls];
+        self.tried = [self.tried[0] || stage.here().pull.is_some(), self.tried[1] || falls];
     }
 
     fn write(&self, stage: &Stage, view: &View, painter: &Painter, _: Option<Rect>, _: Vec<Rect>) {

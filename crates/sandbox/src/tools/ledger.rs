@@ -34,7 +34,7 @@ impl Tool for Ledger {
     }
 
     fn restart(&mut self, stage: &mut Stage) {
-        if stage.here.sought || !self.always {
+        if stage.here().sought || !self.always {
             self.reopen(stage);
         }
     }

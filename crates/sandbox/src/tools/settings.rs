@@ -31,7 +31,7 @@ impl Tool for Settings {
     }
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
-        let selected = desk.stage.here.selection.and_then(|thing| Selected::of(desk.stage, thing));
+        let selected = desk.stage.selection().and_then(|thing| Selected::of(desk.stage, thing));
         let (stage, intents) = (&*desk.stage, &mut *desk.intents);
         let method = stage.sim().method();
         mouse_hint(ui, desk.view);

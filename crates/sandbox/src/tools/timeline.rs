@@ -4,7 +4,7 @@ use egui::{Align2, Color32, Pos2, Rect, Sense, Slider, Stroke, Ui, Vec2};
 
 use crate::intent::Intent;
 use crate::stage::Stage;
-use crate::stage::notices::QuarantinedBody;
+use crate::stage::quarantines::QuarantinedBody;
 use crate::stage::timeline::Within;
 use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::hud::mouse_hint;
@@ -32,7 +32,7 @@ impl Tool for Timeline {
         let width = desk.width(WIDTH);
         ui.set_width(width);
         mouse_hint(ui, desk.view);
-        match &desk.stage.within() {
+        match &desk.stage.recorder().within(desk.stage.sim()) {
             Some(within) => scrubber(ui, within, desk.stage, width, desk.intents),
             None => drop(ui.label("no timeline: too many bodies, or this run is not recorded")),
         }
@@ -68,7 +68,7 @@ fn scrubber(ui: &mut Ui, within: &Within, stage: &Stage, width: f32, intents: &m
                 intents.push(Intent::Seek(to));
             }
         }
-        if let Some(good) = stage.last_good()
+        if let Some(good) = stage.recorder().last_good()
             && ui.button("last good tick").clicked()
         {
             intents.push(Intent::Seek(good));
@@ -92,7 +92,7 @@ fn scrubber(ui: &mut Ui, within: &Within, stage: &Stage, width: f32, intents: &m
             true => "continuing from here repeats what came after; any change drops it",
             false => "continuing from here drops what came after",
         });
-    } else if stage.paused() {
+    } else if stage.playback().paused() {
         ui.label("the present, paused");
     }
     let mebibytes = |bytes: usize| bytes as f64 / f64::from(1 << 20);
@@ -106,7 +106,7 @@ fn scrubber(ui: &mut Ui, within: &Within, stage: &Stage, width: f32, intents: &m
 
 /// Lists the bodies that were quarantined, when, by which system and why.
 fn quarantined(ui: &mut Ui, stage: &Stage) {
-    let (bodies, times) = (stage.quarantined_here(), stage.times());
+    let (bodies, times) = (stage.quarantines().here(), stage.times());
     for QuarantinedBody { body, tick, what, system, cause, .. } in bodies.iter().take(LISTED) {
         ui.separator();
         let at = times.words(*tick);

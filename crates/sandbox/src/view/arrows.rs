@@ -61,7 +61,7 @@ impl View {
         let mut by_cause = vec![Vec::<(&'static str, DVec3)>::new(); bodies.len()];
         motion::each_force(
             &stage.sim().world,
-            &stage.pushes(),
+            &stage.here().pushes(),
             &entities,
             |place, cause, newtons| {
                 add_to(&mut by_cause[place], cause.name(), newtons);

@@ -9,6 +9,7 @@ use report::numbers::three_decimals;
 
 use crate::stage::Stage;
 use crate::stage::forces::{add_to, synchronized, synchronized_points};
+use crate::stage::quarantines::quarantined_because;
 use crate::stage::soft::SoftSum;
 
 /// Points between the card and the edge of the picture.
@@ -57,7 +58,7 @@ impl Selected {
 
     /// A soft body as its center of mass.
     fn of_points(stage: &Stage, entity: Entity, mut soft: SoftSum) -> Self {
-        let pushes = stage.pushes();
+        let pushes = stage.here().pushes();
         soft.body = synchronized_points(&stage.sim().world, &pushes, entity, soft.body);
         Self {
             entity,
@@ -87,7 +88,7 @@ impl Selected {
             body: synchronized(&stage.sim().world, entity, &forces),
             forces: Self::named(stage, &forces),
             own_method: stage.sim().world.get_entity(entity).ok().and_then(motion::own_method),
-            quarantined: stage.quarantined_because(entity),
+            quarantined: quarantined_because(stage.sim(), &stage.times(), entity),
             soft: None,
         })
     }

@@ -34,7 +34,7 @@ impl View {
     /// Shows from now on that `body` was pushed at `hit`, m.
     pub(crate) fn flash(&mut self, stage: &Stage, body: Entity, hit: DVec3, newtons: DVec3) {
         let offset = hit - stage.drawn_position(body).unwrap_or(hit);
-        self.flash = Some(Flash { body, offset, newtons, until: stage.clock.now() + SHOWN_S });
+        self.flash = Some(Flash { body, offset, newtons, until: stage.playback().now() + SHOWN_S });
     }
 
     /// Ends the flash once it was shown long enough.

@@ -189,7 +189,7 @@ fn tutorial(stage: &Stage, view: &View) -> Vec<(Vec2, String)> {
     if stage.sim().scene.push.is_some() {
         all.push((CLICK_FORCE_AT, format!("Click Force:{:.6}", view.click_force)));
     }
-    match (view.locked, stage.here.selection) {
+    match (view.locked, stage.selection()) {
         (Some(_), _) => all.push((LOCK_HINT_AT, "Press L to unlock object!".to_owned())),
         (None, Some(_)) => all.push((LOCK_HINT_AT, "Press L to lock selected object!".to_owned())),
         _ => {}
@@ -254,7 +254,7 @@ fn clock(stage: &Stage, view: &View) -> Vec<String> {
         format!("{} at {}", scene_time(scene_s, step), tick_rate(step)),
     ];
     // Paused, frames are drawn when something changes.
-    if let Some(measured) = view.measured.filter(|_| !stage.paused) {
+    if let Some(measured) = view.measured.filter(|_| !stage.playback().paused()) {
         let Measured { frames_per_second, tick, simulated_over_real } = measured;
         let tick = tick * 1e6;
         lines.push(format!(
@@ -281,20 +281,20 @@ fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
                 .map(|cause| (cause.replace('_', " "), as_in_picture(color_of(cause)))),
         );
     }
-    let pace = stage.clock.pace();
-    if !view.has_bars() && pace != stage.usual_pace() {
+    let pace = stage.playback().pace();
+    if !view.has_bars() && pace != stage.playback().usual_pace() {
         lines.push((format!("{} speed", pace_words(pace)), WARNING));
     }
-    if stage.paused {
+    if stage.playback().paused() {
         lines.push(("paused: P continues, . steps".to_owned(), WARNING));
     }
     if let Some((some, all)) = view.trail.left_out().filter(|_| view.trails) {
         lines.push((format!("trails of the first {some} of {all} bodies"), THIN));
     }
-    if stage.run.dropped_lately > 0.0 {
+    if stage.playback().dropped_lately() > 0.0 {
         lines.push(("slower than real time: simulated time is dropped".to_owned(), WARNING));
     }
-    match stage.quarantined_here().len() {
+    match stage.quarantines().here().len() {
         0 => {}
         1 => lines.push(("1 body quarantined: press R to see why".to_owned(), WARNING)),
         many => lines.push((format!("{many} bodies quarantined: press R to see why"), WARNING)),

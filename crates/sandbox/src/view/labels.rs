@@ -49,7 +49,7 @@ impl View {
 
     /// The mark of the body at fault, while the run is paused.
     pub(crate) fn fault_mark(&self, stage: &Stage) -> Option<Label> {
-        let fault = stage.fault().filter(|_| stage.paused())?;
+        let fault = stage.recorder().fault().filter(|_| stage.playback().paused())?;
         let words = match stage.sim().ticks().checked_sub(fault.tick) {
             None if stage.sim().ticks() + 1 == fault.tick => {
                 "goes wrong in the next tick".to_owned()

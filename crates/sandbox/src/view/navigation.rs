@@ -45,7 +45,7 @@ impl View {
         if let Some(hit) = self.cast(stage, &ray) {
             return ray.at(hit.distance);
         }
-        let selected = stage.here.selection.and_then(|thing| stage.drawn_position(thing));
+        let selected = stage.selection().and_then(|thing| stage.drawn_position(thing));
         selected.or_else(|| Some(extent(stage)?.0)).unwrap_or_else(|| ray.at(SMALLEST))
     }
 
@@ -141,7 +141,7 @@ impl View {
     pub(crate) fn toggle_lock(&mut self, stage: &Stage) {
         self.locked = match self.locked {
             Some(_) => None,
-            None => stage.here.selection.and_then(|entity| Thing::of(stage.sim(), entity)),
+            None => stage.selection().and_then(|entity| Thing::of(stage.sim(), entity)),
         };
     }
 }
@@ -152,12 +152,12 @@ fn moving(stage: &Stage) -> impl Iterator<Item = Entity> {
         let body = stage.sim().world.get::<PhysicsBody>(*thing);
         body.is_some_and(|body| body.inverse_mass > 0.0)
     };
-    stage.things().filter(moves)
+    stage.sim().remaining_bodies().filter(moves)
 }
 
 /// Middle and radius of the selection or, without one, of all that moves, m; of everything if nothing moves.
 fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
-    let mut things: Vec<_> = match stage.here.selection {
+    let mut things: Vec<_> = match stage.selection() {
         Some(thing) => {
             let soft = stage.sim().world.get::<SoftBody>(thing);
             soft.map_or_else(|| vec![thing], |soft| soft.points.clone())
@@ -165,13 +165,13 @@ fn extent(stage: &Stage) -> Option<(DVec3, f64)> {
         None => moving(stage).collect(),
     };
     if things.is_empty() {
-        things = stage.things().collect();
+        things = stage.sim().remaining_bodies().collect();
     }
     let balls = things.iter().filter_map(|thing| {
         let radius = stage.sim().world.get::<Shape>(*thing).map_or(0.0, Shape::bounding_radius);
         Some((stage.drawn_position(*thing)?, radius)).filter(|(place, _)| place.is_finite())
     });
-    let whole = stage.here.selection.is_none();
+    let whole = stage.selection().is_none();
     let swarms = stage.sim().scene.emitters.iter().filter(|_| whole);
     let balls: Vec<_> =
         balls.chain(swarms.filter_map(|emitter| reach(&stage.sim().scene, emitter))).collect();

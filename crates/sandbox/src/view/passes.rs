@@ -63,7 +63,7 @@ impl Passes {
 
 impl View {
     pub(super) fn add_passes(&self, stage: &Stage, frame: &mut Frame) {
-        let drawn_at = stage.drawn_at();
+        let drawn_at = stage.here().drawn_at(stage.sim());
         for Pass { at, radius, time } in frame.ground.iter().flat_map(|_| &self.passes.0) {
             let age = (drawn_at - time) / SHOWN_S;
             if !(0.0..1.0).contains(&age) {

@@ -138,7 +138,7 @@ impl View {
         let [corner, size] = self.view_area();
         let at = self.pointer - corner;
         let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(size).all();
-        if !self.has_bars() || self.mode == Mode::Camera || stage.here.pull.is_some() || !inside {
+        if !self.has_bars() || self.mode == Mode::Camera || stage.here().pull.is_some() || !inside {
             return None;
         }
         let ray = self.picking_ray();
@@ -160,12 +160,12 @@ impl View {
 
     /// Updates the drawn poses to the current state, relative to the camera.
     pub(crate) fn see(&mut self, stage: &Stage) {
-        let version = Some(stage.version);
+        let version = Some(stage.here().version);
         let Self { seen, camera, .. } = self;
         if seen.version == version && seen.targets.anchor() == camera.position {
             return;
         }
-        let (world, alpha) = (&stage.sim().world, stage.here.alpha);
+        let (world, alpha) = (&stage.sim().world, stage.here().alpha);
         let mut things = query::<
             (Entity, &Transform, Option<&PreviousPosition>, &Shape, Option<&Orientation>),
             Without<Dormant>,

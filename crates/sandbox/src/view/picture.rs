@@ -94,7 +94,7 @@ impl View {
             }),
             space: !self.ground.has_up,
             soft: own_look,
-            paper: stage.run.options.words == Words::Paper,
+            paper: stage.options().words == Words::Paper,
             ground: self.ground.seen_from(eye, own_look),
             ..Default::default()
         };
@@ -125,7 +125,7 @@ impl View {
         let (xs, ys, zs) = targets.positions();
         for (i, entity) in targets.entities().iter().enumerate() {
             let look = looks.get(&stage.sim().world, *entity).copied().unwrap_or(PLAIN);
-            let selected = stage.here.selection == Some(*entity);
+            let selected = stage.selection() == Some(*entity);
             let shape = targets.shape(i);
             let is_marked = selected || hovered == Some(*entity);
             // The ground is drawn in place of this body, unless it is marked.
@@ -175,7 +175,7 @@ impl View {
             // Share of the distance to the point at which the line of sight crosses the ground; in 0..1 the ground hides it.
             let crossing = frame.ground.map(|ground| ground.height_m / position.y);
             let crossing = crossing.filter(|crossing| (0.0..1.0).contains(crossing));
-            let is_marked = stage.here.selection == Some(*entity) || hovered == Some(*entity);
+            let is_marked = stage.selection() == Some(*entity) || hovered == Some(*entity);
             let disc = |position: Vec3, radius_m: f32, [r, g, b, _]: [f32; 4], alpha: f32| {
                 Particle { position: position.to_array(), radius_m, color: [r, g, b, alpha] }
             };
@@ -220,7 +220,7 @@ impl View {
 
     fn add_trails(&self, stage: &Stage, frame: &mut Frame) {
         let (world, eye) = (&stage.sim().world, self.camera.position);
-        for (body, points) in self.trail.until(stage.drawn_at()) {
+        for (body, points) in self.trail.until(stage.here().drawn_at(stage.sim())) {
             let color = world.get::<Appearance>(body).copied().unwrap_or(PLAIN).color;
             let dark = || color.map(|channel| PAPER_TRAIL_DARKENING * channel);
             let [r, g, b] = if frame.paper { dark() } else { trail_color(color) };
@@ -260,7 +260,7 @@ pub(super) struct Point {
 
 /// Sets `points` to all bodies that are drawn as points.
 pub(super) fn find_points(stage: &Stage, points: &mut Vec<Point>) {
-    let alpha = stage.here.alpha;
+    let alpha = stage.here().alpha;
     let of_soft_bodies = points_of_soft_bodies(&stage.sim().world);
     let fades = fades(stage);
     let mut bodies = query::<

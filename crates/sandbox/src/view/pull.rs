@@ -29,7 +29,7 @@ impl View {
 
     /// Draws an arrow from the place that was grabbed to where the pointer wants it.
     pub(super) fn add_pull(&self, stage: &Stage, frame: &mut Frame) {
-        let Some(pull) = &stage.here.pull else { return };
+        let Some(pull) = &stage.here().pull else { return };
         let Some(middle) = stage.drawn_position(pull.body) else { return };
         let ends = [middle + pull.offset, self.pulled_toward(pull.depth)];
         let [taken, wanted] = ends.map(|place| (place - self.camera.position).as_vec3());
@@ -38,7 +38,7 @@ impl View {
 
     /// Writes the force beside the pointer.
     pub(crate) fn write_pull(&self, stage: &Stage, painter: &Painter) {
-        let Some(pull) = &stage.here.pull else { return };
+        let Some(pull) = &stage.here().pull else { return };
         let limit = if pull.limited { ", the most" } else { "" };
         let words = format!("{} N{limit}", report::numbers::digits(pull.newtons));
         let at = point(painter, self.pointer);

@@ -220,7 +220,7 @@ impl View {
         let thinnest = self.thinnest() as f32;
         for pose in self.seen.soft.poses() {
             let Ok((body, look)) = looks.get(&stage.sim().world, pose.entity()) else { continue };
-            let selected = stage.here.selection == Some(pose.entity());
+            let selected = stage.selection() == Some(pose.entity());
             let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
             let outlined = selected || hovered == Some(pose.entity());
             let color = if selected && !frame.soft { SELECTED } else { [r, g, b, 1.0] };

@@ -17,7 +17,7 @@ pub(super) const FADES_IN: f64 = 0.3;
 impl View {
     /// Adds the swarms of the scene.
     pub(super) fn add_swarms(&self, stage: &Stage, frame: &mut render::Frame) {
-        let back = 1.0 - stage.here.alpha;
+        let back = 1.0 - stage.here().alpha;
         frame.swarms =
             swarms(stage, |anchor| (anchor - self.camera.position).as_vec3().to_array(), back);
     }
@@ -48,7 +48,7 @@ fn swarms(stage: &Stage, seen: impl Fn(glam::DVec3) -> [f32; 3], back: f64) -> V
         };
         let ticks = log.ticks.iter().map(tick).collect();
         let (stepping, launches) = (stepping(swarm.method), swarm.launches.clone());
-        let goes_back = stage.records();
+        let goes_back = stage.recorder().is_on();
         (*index, render::Swarm { stepping, launches, ticks, goes_back, look })
     })
     .collect();

@@ -216,7 +216,7 @@ mod tests {
     impl Live {
         fn frame(&mut self, events: Vec<Input>) {
             let time = self.clock.advance_by(0.05).expect("time does not go back");
-            let (frame, chosen) = (self.session.stage.frames(), &self.session.chosen);
+            let (frame, chosen) = (self.session.stage.playback().frames(), &self.session.chosen);
             self.recorder
                 .record(frame, time.total(), chosen.iter().chain(&events))
                 .expect("a file");
@@ -297,7 +297,9 @@ mod tests {
         live.press("Escape");
         // One more in the very last frame.
         live.session.carry_out(Intent::ApplySetting(Setting { substeps: 7, ..clicked }));
-        live.recorder.finish(live.session.stage.frames(), &live.session.chosen).expect("a file");
+        live.recorder
+            .finish(live.session.stage.playback().frames(), &live.session.chosen)
+            .expect("a file");
         let end = (live.session.stage.setting(), state_hash(&live.session.stage));
         assert_ne!(end.0, chosen);
 

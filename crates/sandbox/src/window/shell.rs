@@ -29,8 +29,8 @@ use crate::output::command_files::CommandFiles;
 use crate::output::orders::{BUNDLE, Program as _, carry_out};
 use crate::output::swarms::{check, slow_words};
 use crate::output::tell;
-use crate::stage::Order;
 use crate::stage::notices::Topic;
+use crate::stage::{Order, Stage};
 
 /// Shortest time between two frames: vertical sync does not pace every display.
 const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
@@ -397,7 +397,7 @@ impl Shell {
 
     /// Remembers which files were opened and saved, at once, so that a crash loses none.
     fn keep_files(&mut self) {
-        let files = self.session.stage.files();
+        let files = self.session.stage.files.all();
         if let Some(before) = self.remembered.as_deref().filter(|before| *before != files) {
             remembered::keep_files(before, files);
             self.remembered = Some(files.to_owned());
@@ -435,7 +435,8 @@ impl Shell {
         };
         if let Some(recorder) = &mut self.recorder {
             let inputs = self.session.chosen.iter().chain(&events);
-            if let Err(failure) = recorder.record(self.session.stage.frames(), time.total(), inputs)
+            if let Err(failure) =
+                recorder.record(self.session.stage.playback().frames(), time.total(), inputs)
             {
                 self.session
                     .stage
@@ -444,24 +445,25 @@ impl Shell {
             }
         }
         let (before, ticks_before) = (Instant::now(), self.session.stage.sim().ticks());
-        let progress_before = self.session.stage.progress();
+        let progress = |stage: &Stage| stage.playback().progress(stage.sim());
+        let progress_before = progress(&self.session.stage);
         // Measured to the end of the last tick: the panels, which come after it, take longer than all ticks.
         let mut after = before;
         // A recording is played back without a wall clock.
         let patience = if self.recorder.is_some() { Duration::MAX } else { PATIENCE };
-        let had_arrived = self.session.stage.arrived();
+        let was_seeking = self.session.stage.recorder().is_seeking();
         self.session.advance_watched(&InputFrame { events }, time, &mut |_, _| {
             after = Instant::now();
             if after - before > patience { Look::Break(()) } else { Look::Continue(()) }
         });
         // Panels are laid out before a seek ends.
-        if !had_arrived && self.session.stage.arrived() {
+        if was_seeking && !self.session.stage.recorder().is_seeking() {
             self.unsettled = SETTLING_FRAMES;
         }
         self.speed.frame(speed::Sample {
             length_s: time.length(),
             // A run that went back simulated nothing.
-            simulated_s: (self.session.stage.progress() - progress_before).max(0.0),
+            simulated_s: (progress(&self.session.stage) - progress_before).max(0.0),
             ticks: self.session.stage.sim().ticks().saturating_sub(ticks_before),
             ticking: after - before,
             setting: SpeedSetting::of(&self.session),

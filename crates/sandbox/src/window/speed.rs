@@ -18,8 +18,8 @@ impl SpeedSetting {
     /// The settings of a session.
     pub fn of(session: &Session) -> Self {
         Self {
-            pace: session.stage.clock.pace(),
-            paused: session.stage.paused,
+            pace: session.stage.playback().pace(),
+            paused: session.stage.playback().paused(),
             ghosts: session.tools.ghosts.are_shown(),
         }
     }

@@ -87,7 +87,7 @@ impl BoundOrbits {
                     body: Some(body),
                     quarantined: false,
                     what: format!(
-                        "the orbit becomes free here although only attraction acts, {energy:.3e} J where there were {:.3e} J",
+                        "the orbit becomes free here although only attraction acts: its energy rose from {:.3e} J to {energy:.3e} J",
                         known.bound_j
                     ),
                 });

@@ -21,7 +21,7 @@ pub(super) fn show(root: &mut Ui, stage: &Stage, view: &View, intents: &mut Vec<
             point_at(ui, "Follow", &follow);
             let what = "the camera goes with the selection or the first body (L)";
             if follow.on_hover_text(what).clicked() {
-                if stage.here.selection.is_none() {
+                if stage.selection().is_none() {
                     intents.push(Intent::Act(Act::NextBody));
                 }
                 intents.push(Intent::Act(Act::LockCamera));

@@ -84,7 +84,7 @@ fn tabs(ui: &mut Ui, chosen: &mut Tab) -> Response {
 
 /// Lays out the state of the selection.
 fn selection(ui: &mut Ui, stage: &Stage, view: &View) {
-    let selected = stage.here.selection.and_then(|thing| Selected::of(stage, thing));
+    let selected = stage.selection().and_then(|thing| Selected::of(stage, thing));
     if let Some(selected) = selected {
         sideways(ui, "selection", |ui| {
             card::dock_lines(ui, &selected, stage.sim().method(), &view.viewpoint());

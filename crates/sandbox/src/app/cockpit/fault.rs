@@ -32,25 +32,25 @@ struct Cure {
 impl FaultBar {
     /// Lays out the bar at the bottom of `root`, if something went wrong.
     pub fn show(&mut self, root: &mut Ui, stage: &mut Stage, intents: &mut Vec<Intent>) {
-        let Some(fault) = stage.fault().cloned() else {
+        let Some(fault) = stage.recorder().fault().cloned() else {
             *self = Self::default();
             return;
         };
         let of = Some((fault.tick, fault.what.clone()));
         if self.of != of {
             // The forecast is of the current state, so wait until the run is back at the last good tick.
-            if !stage.arrived() {
+            if stage.recorder().is_seeking() {
                 return;
             }
             // In a state after the fault, the forecast would propose settings that no longer help.
-            let is_good = stage.past.as_ref().is_some_and(|past| past.is_good(stage.sim().ticks()));
+            let is_good = stage.recorder().is_good(stage.sim().ticks());
             let cures = if is_good { cures(stage) } else { std::mem::take(&mut self.cures) };
             *self = Self { of, dismissed: false, cures };
         }
         if self.dismissed {
             return;
         }
-        let (good, at) = (stage.last_good(), stage.times().words(fault.tick));
+        let (good, at) = (stage.recorder().last_good(), stage.times().words(fault.tick));
         Side::bottom("fault").show(root, |ui| {
             ui.horizontal_wrapped(|ui| {
                 let color = inks::words(ui.visuals(), FAULT);

@@ -15,7 +15,7 @@ pub(super) fn show(ui: &mut Ui, (stage, view): (&Stage, &View), editor: &Editor)
     let words = match &editor.joins {
         Some(ends) if ends.is_empty() => "Click the first body that the spring joins.".to_owned(),
         Some(ends) => format!("Click the body that the spring joins to {}.", ends[0]),
-        None if editor.has_handles && stage.here.selection.is_some() => {
+        None if editor.has_handles && stage.selection().is_some() => {
             words(stage, view) + " Its arrows move it."
         }
         None => words(stage, view),
@@ -43,13 +43,14 @@ pub(super) fn show(ui: &mut Ui, (stage, view): (&Stage, &View), editor: &Editor)
 
 /// The number of bodies, the tick rate and, unless the run is paused, the measured speed.
 fn state(stage: &Stage, view: &View) -> String {
-    let measured = view.measured.filter(|_| !stage.paused).map_or(String::new(), |measured| {
-        format!(
-            "   tick {:.1} us   {:.0} frames/s",
-            measured.tick * 1e6,
-            measured.frames_per_second
-        )
-    });
+    let measured =
+        view.measured.filter(|_| !stage.playback().paused()).map_or(String::new(), |measured| {
+            format!(
+                "   tick {:.1} us   {:.0} frames/s",
+                measured.tick * 1e6,
+                measured.frames_per_second
+            )
+        });
     format!("{}   {}{measured}", bodies(stage), toolbar::rate(stage))
 }
 
@@ -63,11 +64,11 @@ fn words(stage: &Stage, view: &View) -> String {
         format!(
             "a right click {verb} it with {} N, the wheel changes that by {} N",
             digits(force),
-            digits(stage.push_spec().per_notch)
+            digits(stage.sim().scene.push_spec().per_notch)
         )
     };
     let pushes = stage.sim().scene.push.is_some();
-    match (view.mode, stage.here.selection) {
+    match (view.mode, stage.selection()) {
         (Mode::Camera, selected) => {
             let aim = selected.filter(|_| pushes).map_or(String::new(), |_| format!(" At the selection, {}.", click()));
             format!("The mouse looks around; W A S D fly, Space and Shift rise and sink. Q frees the pointer.{aim}")

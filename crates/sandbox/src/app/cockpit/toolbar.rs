@@ -51,11 +51,11 @@ pub(super) fn show(
         let scenes = act(ui, intents, Act::ToggleBrowser, ("☰", "Scenes"), browses);
         act(ui, intents, Act::Panel(Panel::Learn), ("🎓", "Learn"), learns);
         ui.separator();
-        let words = if stage.paused { ("⏵", "Play") } else { ("⏸", "Pause") };
+        let words = if stage.playback().paused() { ("⏵", "Play") } else { ("⏸", "Pause") };
         let fill = ui.visuals().selection.bg_fill;
         let pause =
             act_by(ui, intents, Act::Pause, words.1, Button::new(words).fill(fill).min_size(PAUSE));
-        point_at(ui, if stage.paused { "Pause" } else { "Play" }, &pause);
+        point_at(ui, if stage.playback().paused() { "Pause" } else { "Play" }, &pause);
         act_while_held(ui, intents, Act::StepBack, ("⏮", "Back"));
         act_while_held(ui, intents, Act::Step, ("⏭", "Step"));
         act(ui, intents, Act::ResetWorld, ("⟲", "Reset"), false);
@@ -160,7 +160,7 @@ fn paces(usual: f64) -> Vec<f64> {
 }
 
 fn pace(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
-    let (pace, usual) = (stage.clock.pace(), stage.usual_pace());
+    let (pace, usual) = (stage.playback().pace(), stage.playback().usual_pace());
     let mut chosen = pace;
     ComboBox::from_id_salt("speed")
         .width(52.0)

@@ -113,7 +113,7 @@ impl Pupil {
     fn act(&mut self, actions: &[Action], patience: f64) -> Result<bool, Failure> {
         self.wait_for_step();
         let before = self.step();
-        let (player, frame) = player(actions, self.session.stage.frames(), self.fps)?;
+        let (player, frame) = player(actions, self.session.stage.playback().frames(), self.fps)?;
         self.session.play(player);
         #[expect(
             clippy::cast_possible_truncation,
@@ -121,7 +121,7 @@ impl Pupil {
             reason = "a few thousand frames"
         )]
         let last = frame + (patience * self.fps).ceil() as u64;
-        while self.session.stage.frames() < last && self.step() == before {
+        while self.session.stage.playback().frames() < last && self.step() == before {
             self.frames(1);
             carry_out(self.session.stage.take_orders(), &mut self.session, &mut self.alone)?;
         }
@@ -213,7 +213,7 @@ impl Demonstration {
 
     /// Whether it will do something in `session` by itself: a step that begins paused is read before it is done.
     pub fn waits(&self, session: &Session) -> bool {
-        let now = session.stage.frames();
+        let now = session.stage.playback().frames();
         session.tools.lesson().is_some_and(|state| {
             let is_new = self.step.is_none_or(|(before, due)| before != state.step || due >= now);
             is_new && state.step < self.lesson.steps.len()
@@ -224,7 +224,7 @@ impl Demonstration {
     pub fn before_frame(&mut self, session: &mut Session) -> Result<(), Failure> {
         let Some(state) = session.tools.lesson() else { return Ok(()) };
         let Some(step) = self.lesson.steps.get(state.step) else { return Ok(()) };
-        let now = session.stage.frames();
+        let now = session.stage.playback().frames();
         if self.step.is_none_or(|(before, _)| before != state.step) {
             #[expect(
                 clippy::cast_possible_truncation,
@@ -295,7 +295,7 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
     for times in [1.0, 2.0] {
         let runs = Runs::new(lesson, times)?;
         let mut pupil = Pupil::begin(lesson, &runs, quiet())?;
-        lines += &format!("at {} Hz\n", digits(pupil.session.stage.step_hz()));
+        lines += &format!("at {} Hz\n", digits(pupil.session.stage.playback().step_hz()));
         for (number, step) in lesson.steps.iter().enumerate() {
             let fail = |what: String| {
                 Err(Failure::Expectation(format!(
@@ -308,7 +308,7 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
                 return fail("it is done before anything was done".to_owned());
             }
             pupil.wait_for_step();
-            let began = pupil.session.stage.simulated();
+            let began = pupil.session.stage.sim().seconds();
             if !pupil.solve(lesson)? {
                 return fail("the solution is not accepted".to_owned());
             }
@@ -322,7 +322,7 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
             if !state.holds {
                 return fail(untrue(""));
             }
-            let took = pupil.session.stage.simulated() - began;
+            let took = pupil.session.stage.sim().seconds() - began;
             for (way, held) in other_ways(lesson, number, &runs)? {
                 match held {
                     None => return fail(format!("{way} is not accepted")),

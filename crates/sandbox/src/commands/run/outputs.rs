@@ -52,7 +52,7 @@ impl<'a> Outputs<'a> {
         session: &mut Session,
         longest_frame: f64,
     ) -> Result<Self, Failure> {
-        let Options { size_px, pictures, .. } = session.stage.run.options;
+        let Options { size_px, pictures, .. } = *session.stage.options();
         let camera = pictures.then(|| Camera::new(size_px, args.quality.into())).transpose()?;
         let mut swarms = None;
         take_swarms(args, &session.stage.sim().scene, camera.as_ref(), &mut swarms)?;
@@ -98,7 +98,7 @@ impl<'a> Outputs<'a> {
     /// Adds a frame that ended at `now`, s, to the film and to the pictures.
     pub fn after_frame(&mut self, session: &mut Session, now: f64) -> Result<(), Failure> {
         let Some(camera) = &mut self.camera else { return Ok(()) };
-        let frame = session.stage.frames() - 1;
+        let frame = session.stage.playback().frames() - 1;
         let is_written = self.args.frames.is_some() && frame.is_multiple_of(self.args.frame_every);
         if !is_written && self.film.is_none() {
             return Ok(());
@@ -131,7 +131,9 @@ impl<'a> Outputs<'a> {
             ..
         } = self;
         if let Err(failure) = watch.finish(&session.stage, args.state.as_deref()) {
-            if session.stage.fault().is_none() && session.stage.all_quarantined().is_empty() {
+            if session.stage.recorder().fault().is_none()
+                && session.stage.quarantines().all().is_empty()
+            {
                 return Err(failure);
             }
             // A fault of the run is worse: continue, to report it and to write what can be written.
@@ -220,7 +222,7 @@ impl Program for Outputs<'_> {
     }
 
     fn name(&self, kind: Kind, session: &Session) -> String {
-        numbered(kind, session.stage.frames() - 1)
+        numbered(kind, session.stage.playback().frames() - 1)
     }
 
     /// Writes nothing: a replayed recording must not replace a file that was changed after it.
@@ -276,7 +278,8 @@ fn steps_left(args: &RunArgs, session: &Session) -> Option<String> {
     };
     // Only for a script: a lesson reports its own steps.
     let script = args.script.as_deref()?.display();
-    let (when, tick, seconds) = (step.when, session.stage.sim().ticks(), session.stage.simulated());
+    let (when, tick, seconds) =
+        (step.when, session.stage.sim().ticks(), session.stage.sim().seconds());
     Some(format!(
         "{script}: steps[{first}], at {when}{others} not reached: the run ended at tick {tick}, {seconds} s; let it last longer"
     ))
@@ -284,7 +287,7 @@ fn steps_left(args: &RunArgs, session: &Session) -> Option<String> {
 
 /// How the run ended; `failed` is the number of particles of swarms that failed.
 fn verdict(args: &RunArgs, session: &Session, failed: u64) -> Result<(), Failure> {
-    let quarantined = session.stage.all_quarantined();
+    let quarantined = session.stage.quarantines().all();
     if let Some(first) = quarantined.first() {
         let count = quarantined.len();
         let more = if count > 1 { format!(" and {} more", count - 1) } else { String::new() };
@@ -295,7 +298,7 @@ fn verdict(args: &RunArgs, session: &Session, failed: u64) -> Result<(), Failure
     }
     // A run that went back from a fault, and was not continued, has not passed it.
     if let Some(fault) =
-        session.stage.fault().filter(|fault| fault.tick > session.stage.sim().ticks())
+        session.stage.recorder().fault().filter(|fault| fault.tick > session.stage.sim().ticks())
     {
         return Err(Failure::Expectation(
             fault.named(&session.stage.sim().scene.names).to_string(),

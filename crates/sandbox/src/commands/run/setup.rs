@@ -21,8 +21,8 @@ use crate::failure::Failure;
 use crate::input::SwitchedBy;
 use crate::output::command_files::CommandFiles;
 use crate::panels::Panel;
-use crate::stage::CATCH_UP;
 use crate::stage::options::{Options, Words, check};
+use crate::stage::playback::CATCH_UP;
 
 /// Default length of a run, s of frames.
 const DEFAULT_SECONDS: f64 = 10.0;
@@ -337,7 +337,7 @@ pub(crate) fn refuse_rate_of_frames(
     cure: &str,
 ) -> Result<(), Failure> {
     if hz.is_some() && follows_frames(scene) {
-        return Err(Failure::Usage(format!("{name} takes a step per frame; {cure}")));
+        return Err(Failure::Usage(format!("{name} has one tick per frame; {cure}")));
     }
     Ok(())
 }

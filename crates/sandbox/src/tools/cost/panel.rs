@@ -79,7 +79,7 @@ pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool
 /// controls.
 fn head(ui: &mut Ui, study: &Study, progress: f64) -> (bool, bool) {
     ui.horizontal(|ui| {
-        let again = ui.button("again").clicked();
+        let again = ui.button("Measure again").clicked();
         let uses = ui
             .button("Use")
             .on_hover_text("uses the method and substeps with the smaller error at the same cost")

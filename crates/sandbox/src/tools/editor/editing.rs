@@ -108,7 +108,7 @@ impl Editor {
     pub(super) fn delete_selection(&mut self, stage: &mut Stage, open: bool) -> Next {
         let Some((entry, name)) = edited_entry(stage, open) else { return Vec::new() };
         if entry.may_be_taken_apart() && entry.bodies.len() > 1 {
-            let body = stage.here.selection.and_then(|thing| stage.sim().id(thing));
+            let body = stage.selection().and_then(|thing| stage.sim().id(thing));
             let alone = body.filter(|_| !stage.sim().scene.apart(&entry.path()).is_empty());
             vec![Intent::Ask(Question::Deleting { name, entry, alone })]
         } else {
@@ -155,7 +155,7 @@ impl Editor {
         let document = self.document(&stage.sim().scene);
         document.file = Some((path.clone(), Arc::clone(text)));
         document.saved = Some(Arc::clone(of));
-        stage.run.note_file(path);
+        stage.files.note(path);
     }
 
     /// The file that saving replaces, and its text when it was opened or saved last.

@@ -11,6 +11,9 @@ use scene::{Field, Kind, Scene, TextEdit as Change, Value};
 /// Lists whose entries have no body to be selected by.
 pub(super) const LISTS: [&str; 4] = ["wells", "thrusts", "emitters", "springs"];
 
+/// Greatest number of entries of a list that are shown.
+pub(super) const TITLES: usize = 50;
+
 /// Endings of keys that have a unit, longer ones first, and the unit.
 const UNITS: [(&str, &str); 19] = [
     ("_m3_kg_s2", "m³/(kg s²)"),
@@ -147,9 +150,9 @@ impl Form {
         self.lists.get(list).copied().unwrap_or(0)
     }
 
-    /// The titles of the first entries of a list without bodies, at most `most`, which is the same in every call.
-    pub fn titles(&mut self, scene: &Scene, list: &str, most: usize) -> &[String] {
-        let count = self.count(list).min(most);
+    /// The titles of the first entries of a list without bodies, at most [`TITLES`].
+    pub fn titles(&mut self, scene: &Scene, list: &str) -> &[String] {
+        let count = self.count(list).min(TITLES);
         self.titles.entry(list.to_owned()).or_insert_with(|| {
             let paths: Vec<_> = (0..count).map(|index| format!("{list}[{index}]")).collect();
             let fields = scene.fields_of(&paths.iter().map(String::as_str).collect::<Vec<_>>());

@@ -41,7 +41,7 @@ pub(crate) struct Handle {
 
 /// The start and the length of the arrows of the selection, m.
 fn arrows(stage: &Stage, view: &View) -> Option<(DVec3, f64)> {
-    let thing = stage.here.selection?;
+    let thing = stage.selection()?;
     selected_entry(stage)?;
     let at = stage.drawn_position(thing)?;
     let world = &stage.sim().world;

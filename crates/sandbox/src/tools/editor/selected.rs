@@ -9,7 +9,7 @@ use crate::stage::things::Thing;
 
 /// The entry of the selection, and the name of the selection.
 pub(crate) fn selected_entry(stage: &Stage) -> Option<(Entry, String)> {
-    let thing = stage.here.selection?;
+    let thing = stage.selection()?;
     let points = stage.sim().world.get::<SoftBody>(thing).map(|soft| &soft.points);
     let body = points.map_or(Some(&thing), |points| points.first())?;
     let entry = stage.sim().scene.entry_of(stage.sim().id(*body)?)?;
@@ -25,7 +25,7 @@ pub(super) fn selected_path(stage: &Stage) -> Option<String> {
 pub(crate) fn offset_in_entry(stage: &Stage, path: Option<&str>) -> u32 {
     let offset = || {
         let (entry, _) = selected_entry(stage).filter(|(entry, _)| Some(&*entry.path()) == path)?;
-        Some(stage.sim().id(stage.here.selection?)? - entry.bodies.start)
+        Some(stage.sim().id(stage.selection()?)? - entry.bodies.start)
     };
     offset().unwrap_or(0)
 }

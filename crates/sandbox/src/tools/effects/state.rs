@@ -1,6 +1,6 @@
 //! Effects of a running session: what switched them, and the receipt.
 
-use history::RunSettings;
+use history::{RunSettings, Timeline};
 use lab::ReceiptLine;
 use motion::PreviousPosition;
 use motion::effects::EffectState;
@@ -43,7 +43,7 @@ impl Effects {
         let mut rows = lab::receipt_without_running(stage.sim_mut());
         rows.extend(picture_rows(stage, view));
         for row in &mut rows {
-            if let Some(by) = row.effect.and_then(|effect| stage.switched.get(&effect)) {
+            if let Some(by) = row.effect.and_then(|effect| stage.switched_by(effect)) {
                 row.because = Some(by.words().to_owned());
             }
             if let Some((_, rate)) = self.rates.iter().find(|(law, _)| *law == row.name) {
@@ -106,11 +106,11 @@ pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [ReceiptLine; 7] {
     let drawn_between =
         query::<&PreviousPosition, ()>(&stage.sim().world).iter(&stage.sim().world).count();
     let (shapes, picked) = view.targets();
-    let movable = stage.methods().into_iter().map(|(_, bodies)| bodies).sum();
+    let movable = stage.sim().bodies_per_method().into_iter().map(|(_, bodies)| bodies).sum();
     let arrows = view.velocity_arrows || view.force_arrows;
-    let timeline = stage.past.as_ref().map_or(0, |past| past.timeline.bytes());
+    let timeline = stage.recorder().timeline().map_or(0, Timeline::bytes);
     let shadows = stage.sim().scene.light.is_some_and(|light| light.shadows);
-    let options = stage.run.options;
+    let options = stage.options();
     [
         row(
             "interpolation",
@@ -125,9 +125,9 @@ pub(crate) fn picture_rows(stage: &Stage, view: &View) -> [ReceiptLine; 7] {
             false => ReceiptLine::of("shadows", EffectState::NotDeclared),
         },
         row("arrows", arrows, movable, 0, "keys 1 and 2"),
-        row("timeline", stage.records(), 0, timeline, RECORDED),
+        row("timeline", stage.recorder().is_on(), 0, timeline, RECORDED),
         swarm_row(stage),
-        row(ENERGY_WATCH, stage.records(), movable, history::Watch::bytes(), RECORDED),
+        row(ENERGY_WATCH, stage.recorder().is_on(), movable, history::Watch::bytes(), RECORDED),
     ]
 }
 

@@ -297,7 +297,7 @@ pub(super) fn circumstances(stage: &mut Stage) -> Circumstances {
     let settings = RunSettings::of(stage.sim_mut());
     let groups = stage.sim().world.get_resource::<Groups>();
     let structure = groups.map_or([0; 4], |groups| {
-        [groups.len(), groups.springs(), groups.bodies(), stage.quarantined_here().len()]
+        [groups.len(), groups.springs(), groups.bodies(), stage.quarantines().here().len()]
     });
     Circumstances { settings, structure }
 }

@@ -121,7 +121,7 @@ fn longest_lines(
 /// Adds the ghosts to the picture.
 pub(super) fn add_ghosts(twins: &Twins, stage: &Stage, view: &View, frame: &mut Frame) {
     let look =
-        |simulation| Looked { simulation, alpha: stage.here.alpha, eye: view.camera.position };
+        |simulation| Looked { simulation, alpha: stage.here().alpha, eye: view.camera.position };
     let (tracks, bodies) = (twins.tracks(stage), single_bodies(&stage.sim().scene));
     let shown = |track: &Track<'_>| twins.shows(Some(track.method));
     for track in tracks.iter().filter(|track| !track.solid && shown(track)) {

@@ -297,7 +297,7 @@ impl Ghosts {
         let label = |track: &Track<'_>| {
             let (id, distance) =
                 track.distances.farthest(|id| focus.contains(&id)).filter(|(_, d)| *d > 0.0)?;
-            let place = |simulation: &Simulation| place(simulation.moving(id)?, stage.here.alpha);
+            let place = |simulation: &Simulation| place(simulation.moving(id)?, stage.here().alpha);
             let middle = (place(track.simulation)? + place(reference)?) / 2.0;
             let depth = (middle - eye.position).dot(eye.forward());
             let (at, inside) =
@@ -321,7 +321,7 @@ pub(super) fn focus(stage: &Stage) -> Range<u32> {
 }
 
 fn ids_selected(stage: &Stage) -> Option<Range<u32>> {
-    let selection = stage.here.selection?;
+    let selection = stage.selection()?;
     if stage.sim().world.get::<SoftBody>(selection).is_some() {
         let FileIndex(index) = stage.sim().world.get(selection)?;
         return stage.sim().scene.soft_bodies.get(*index as usize).map(|soft| soft.points.clone());
@@ -332,6 +332,6 @@ fn ids_selected(stage: &Stage) -> Option<Range<u32>> {
 /// The name of the body whose distances are shown.
 pub(super) fn subject(stage: &Stage) -> String {
     let all = focus(stage) == (0..u32::MAX);
-    let selection = stage.here.selection.filter(|_| !all);
+    let selection = stage.selection().filter(|_| !all);
     selection.map_or_else(|| "the farthest body".to_owned(), |thing| stage.name(thing))
 }

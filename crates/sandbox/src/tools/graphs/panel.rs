@@ -233,17 +233,19 @@ mod tests {
     use motion::Method;
 
     use super::*;
-    use crate::stage::{Run as Whole, Stage};
+    use crate::stage::Stage;
+    use crate::stage::options::Options;
     use crate::tools::ghosts::Ghosts;
     use crate::tools::tool::Tool as _;
 
     /// Graphs of a plank that is kept and of one that is selected, after some ticks with ghosts.
     fn graphs() -> (Graphs, Stage) {
-        let mut stage = Stage::new(scene::load("bridge").expect("it is shipped"), Whole::default());
+        let mut stage =
+            Stage::new(scene::load("bridge").expect("it is shipped"), Options::default());
         let (mut graphs, mut ghosts) = (Graphs::default(), Ghosts::default());
         assert!(ghosts.toggle(&mut stage, false));
         for body in ["plank3", "plank6"] {
-            stage.here.selection = stage.sim().named(body);
+            stage.select(stage.sim().named(body));
             graphs.sample(&stage, &ghosts, true);
             graphs.bodies[0].kept = true;
         }
@@ -299,10 +301,10 @@ mod tests {
     #[test]
     fn several_curves_begin_with_an_axis_along_which_something_moves() {
         let mut stage =
-            Stage::new(scene::load("oscillator").expect("it is shipped"), Whole::default());
+            Stage::new(scene::load("oscillator").expect("it is shipped"), Options::default());
         let (mut graphs, mut ghosts) = (Graphs::default(), Ghosts::default());
         assert!(ghosts.toggle(&mut stage, false));
-        stage.here.selection = stage.sim().named("ball");
+        stage.select(stage.sim().named("ball"));
         for _ in 0..30 {
             ghosts.before_tick(&mut stage, true);
             stage.sim_mut().tick();

@@ -7,8 +7,9 @@ use history::Simulation;
 use motion::clock::StepClock;
 use motion::{Method, Push};
 
+use crate::stage::Stage;
+use crate::stage::playback::CATCH_UP;
 use crate::stage::things::{Motion, Thing};
-use crate::stage::{CATCH_UP, Stage};
 use crate::tools::ghosts::{GhostRun, Ghosts};
 
 /// How long a sample is kept, s.
@@ -192,7 +193,7 @@ impl Graphs {
     /// Samples the bodies and their ghosts after the ticks of a frame.
     pub fn sample(&mut self, stage: &Stage, ghosts: &Ghosts, open: bool) {
         let selection =
-            stage.here.selection.filter(|_| open).and_then(|entity| Thing::of(stage.sim(), entity));
+            stage.selection().filter(|_| open).and_then(|entity| Thing::of(stage.sim(), entity));
         self.bodies.retain(|body| body.kept || Some(body.thing) == selection);
         if !open {
             self.bodies.iter_mut().for_each(|body| body.tracks.clear());
@@ -207,7 +208,7 @@ impl Graphs {
         self.bodies.retain(|body| body.thing.entity(stage.sim()).is_some());
         self.add(stage, selection);
         let time = stage.sim().world.resource::<StepClock>().scene_seconds();
-        let pushes = stage.pushes();
+        let pushes = stage.here().pushes();
         for body in &mut self.bodies {
             body.sample(stage.sim(), &pushes, time, (Run::Solid, true));
         }
@@ -257,7 +258,7 @@ impl Graphs {
 
     /// Adds the selection, if it is not there.
     fn add(&mut self, stage: &Stage, selection: Option<Thing>) {
-        let Some((thing, entity)) = selection.zip(stage.here.selection) else { return };
+        let Some((thing, entity)) = selection.zip(stage.selection()) else { return };
         if self.bodies.iter().any(|body| body.thing == thing) {
             return;
         }
@@ -291,7 +292,7 @@ impl Graphs {
     pub(crate) fn rebind_by_name(&mut self, stage: &Stage) {
         self.bodies.retain_mut(|body| {
             body.tracks.clear();
-            let thing = stage.thing_named(&body.name).filter(|_| body.kept);
+            let thing = Thing::named(stage.sim(), &body.name).filter(|_| body.kept);
             thing.inspect(|thing| body.thing = *thing).is_some()
         });
     }

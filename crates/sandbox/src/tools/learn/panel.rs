@@ -141,7 +141,7 @@ fn running(
     if !step.watch.is_empty() {
         ui.label(&step.watch);
     }
-    if let Some((missing, hint)) = learn.missing(desk.stage.clock.now()) {
+    if let Some((missing, hint)) = learn.missing(desk.stage.playback().now()) {
         let words = hint.map(|hint| format!("Hint: {hint}"));
         let missing = Some(missing).filter(|missing| !missing.is_empty());
         let missing = missing.map(|missing| format!("Not yet: {missing}."));

@@ -210,15 +210,15 @@ impl Learn {
         }
         let Some(running) = &mut self.running else { return };
         running.since.get_or_insert(now);
-        running.stopped = match (stage.paused, stage.fault()) {
+        running.stopped = match (stage.playback().paused(), stage.recorder().fault()) {
             (true, Some(_)) => {
                 Some("the run stopped where something went wrong: Reset and Play begin again")
             }
             (true, None) => Some("the run is paused: Play continues it"),
             _ => None,
         };
-        if running.interventions != stage.here.interventions {
-            running.interventions = stage.here.interventions;
+        if running.interventions != stage.here().interventions {
+            running.interventions = stage.here().interventions;
             running.acted = true;
             // The last measurement was before the intervention.
             running.of_screen.begin();
@@ -422,7 +422,7 @@ fn seen(measure: &Measure, stage: &Stage, screen: &Screen<'_>) -> f64 {
     let truth = |holds: bool| f64::from(u8::from(holds));
     match measure {
         Measure::Selected(body) => {
-            truth(stage.here.selection.is_some_and(|thing| stage.sim().named(body) == Some(thing)))
+            truth(stage.selection().is_some_and(|thing| stage.sim().named(body) == Some(thing)))
         }
         Measure::GhostError(method) => ghosts.largest(*method).unwrap_or(f64::NAN),
         Measure::PushWork => {
@@ -430,9 +430,11 @@ fn seen(measure: &Measure, stage: &Stage, screen: &Screen<'_>) -> f64 {
         }
         Measure::ClickForce => view.click_force,
         Measure::Shows(name) => truth(panel_of(name).is_some_and(|panel| opened.contains(&panel))),
-        Measure::Paused => truth(stage.paused),
+        Measure::Paused => truth(stage.playback().paused()),
         Measure::Follows => truth(view.locked.is_some()),
-        Measure::Fault => truth(stage.fault().is_some() || !stage.run.quarantined.is_empty()),
+        Measure::Fault => {
+            truth(stage.recorder().fault().is_some() || !stage.quarantines().all().is_empty())
+        }
         Measure::Time
         | Measure::Position(..)
         | Measure::Velocity(..)

@@ -277,14 +277,14 @@ fn triple(v: DVec3) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stage::Run;
+    use crate::stage::options::Options;
 
     #[test]
     fn a_velocity_of_half_a_step_ago_is_not_called_lost() {
         let said = |method| {
             let mut scene = scene::load("orbit").expect("a shipped scene");
             scene.method = method;
-            let mut stage = Stage::new(scene, Run::default());
+            let mut stage = Stage::new(scene, Options::default());
             let sim = stage.sim_mut();
             let mut ledger = Ledger::open(&mut sim.world);
             (0..99).for_each(|_| ledger.tick(&mut sim.stepper, &mut sim.world));

@@ -2,6 +2,7 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
+use history::Change;
 use motion::SoftBody;
 use pick::Shape;
 use render::{Frame, Image, Quality};
@@ -9,7 +10,7 @@ use scene::{Appearance, Scene};
 
 use crate::app::session::Session;
 use crate::clock::FrameClock;
-use crate::input::InputFrame;
+use crate::input::{InputFrame, SwitchedBy};
 use crate::output::pictures::Camera;
 use crate::stage::options::{Options, Words};
 use crate::view::picture::find_points;
@@ -53,7 +54,9 @@ fn picture(
         let look = Appearance { color: look(number), checker: false };
         session.stage.sim_mut().world.entity_mut(*thing).insert(look);
     }
-    session.stage.version += 1;
+    // Any change makes the positions that were found out of date.
+    let change = Change::Substeps(session.stage.sim().substeps());
+    session.stage.change(change, SwitchedBy::Settings);
     let Session { stage, view, .. } = session;
     let mut frame = view.begin_picture(stage, None, true);
     frame.light = None;
