@@ -86,11 +86,6 @@ impl Target {
         }
     }
 
-    /// The states at the end of the last tick.
-    pub fn states(&self) -> &[Sample] {
-        &self.states
-    }
-
     /// Errors of phase and amplitude of a run at this tick, for a closed form with a `period`, s.
     fn phase(
         &self,
@@ -194,6 +189,16 @@ impl Reference {
         self.scales.add(&self.truth.states);
         self.apart.look(&self.truth.states, &self.coarse.states(), (1.0, 1.0));
         self.truth.tick == self.ticks
+    }
+
+    /// The states of the reference at the end of the last tick.
+    pub fn states(&self) -> &[Sample] {
+        &self.truth.states
+    }
+
+    /// How far the coarse run is from the reference.
+    pub const fn apart(&self) -> &Deviation {
+        &self.apart
     }
 
     /// The scales, the reference's own relative error and its own error of positions, m, and why it failed, if it

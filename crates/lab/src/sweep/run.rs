@@ -12,7 +12,9 @@ use scene::{EXPLODES, Scene, StepKind};
 use super::measure::Measure;
 use super::{Outcome, Plan};
 use crate::column::Value;
-use crate::cost::{Deviation, Machine, Runner, Setting, Subject, Target, invented, larger};
+use crate::cost::{
+    Deviation, Machine, Reference, Runner, Setting, Subject, Target, invented, larger,
+};
 use crate::duration::ticks_in;
 use crate::run::{is_particle, movable};
 
@@ -169,12 +171,10 @@ impl Energy {
     }
 }
 
-/// The true motion, and a coarser run that shows how far it can be trusted.
+/// The true motion, and how far the run is from it.
 struct Truth {
-    reference: Target,
-    coarse: Simulation,
+    reference: Reference,
     error: Deviation,
-    own_error: Deviation,
 }
 
 impl Truth {
@@ -183,15 +183,10 @@ impl Truth {
         let (truth, _) = Subject::as_it_is(scene.clone(), ticks).continuous();
         let substeps = reference_substeps(scene);
         let setting = |substeps| Setting { method: REFERENCE_METHOD, substeps };
-        Self {
-            reference: Target::run(
-                &truth,
-                Box::new(truth.run(setting(substeps.saturating_mul(2)))),
-            ),
-            coarse: truth.run(setting(substeps)),
-            error: Deviation::default(),
-            own_error: Deviation::default(),
-        }
+        let fine = Box::new(truth.run(setting(substeps.saturating_mul(2))));
+        let coarse = Box::new(truth.run(setting(substeps)));
+        let reference = Reference::new(Target::run(&truth, fine), coarse, ticks);
+        Self { reference, error: Deviation::default() }
     }
 
     fn look(&mut self, simulation: &Simulation) {
@@ -200,14 +195,12 @@ impl Truth {
             return;
         }
         self.reference.tick();
-        self.coarse.tick();
-        let states = |simulation: &Simulation| simulation.states().collect::<Vec<_>>();
-        self.error.look(self.reference.states(), &states(simulation), (1.0, 1.0));
-        self.own_error.look(self.reference.states(), &states(&self.coarse), (1.0, 1.0));
+        let states: Vec<_> = simulation.states().collect();
+        self.error.look(self.reference.states(), &states, (1.0, 1.0));
     }
 
-    /// The largest distance of the run from the reference, and that of the coarser run, m.
+    /// The largest distance of the run from the reference, and the reference's own error, m.
     fn errors(&self) -> [f64; 2] {
-        [&self.error, &self.own_error].map(|deviation| deviation.errors().position_m)
+        [&self.error, self.reference.apart()].map(|deviation| deviation.errors().position_m)
     }
 }
