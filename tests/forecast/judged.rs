@@ -195,6 +195,32 @@ fn two_wells_and_a_well_with_a_spring_are_summed() {
     }
 }
 
+#[test]
+fn a_well_that_repels_stiffens_the_spring_that_points_at_it() {
+    let (stiffness, strength, h) = (10.0, -8.0, 1.0 / 2.3);
+    let mut net = crate::rigs::chain(1, stiffness, 1.0, 1.0);
+    let at = net.bodies.iter().find(|body| body.w > 0.0).unwrap().x;
+    let axis = (at - net.bodies[0].x).normalize();
+    let far = Well { position: at + axis * 50.0, strength: 1.0, softening: 0.0 };
+    let near = Well { position: at + axis, strength, softening: 0.0 };
+    let around = Environment { wells: Some(Wells(vec![far, near])), ..Environment::default() };
+    let mut rig = net.lab(&around, Method::SemiImplicitEuler, h);
+    let margin = Forecast::of(&mut rig.world, Method::SemiImplicitEuler).margins()[0];
+    // The force of the well falls by 2 mu / r³ per meter.
+    let expected = h * (stiffness - 2.0 * strength).sqrt();
+    assert!((margin.value / expected - 1.0).abs() < 1e-4, "{margin:?} {expected}");
+    assert!(margin.is_unstable() && margin.part == LimitingPart::Well(1, rig.bodies[1]));
+
+    // Beside the spring, it does not.
+    net.bodies[1].x += axis.any_orthonormal_vector() * 1e-3;
+    let beside = Well { position: at + axis.any_orthonormal_vector(), ..near };
+    let around = Environment { wells: Some(Wells(vec![beside])), ..Environment::default() };
+    let mut rig = net.lab(&around, Method::SemiImplicitEuler, h);
+    let margin = Forecast::of(&mut rig.world, Method::SemiImplicitEuler).margins()[0];
+    let expected = h * (-2.0 * strength).sqrt();
+    assert!((margin.value / expected - 1.0).abs() < 1e-2, "{margin:?} {expected}");
+}
+
 /// Whether a body that only drag slows down from a speed ever moves by more than four times as much in a tick.
 fn grows(drag: Drag, speed: f64, (method, h): (Method, f64), substeps: u32) -> bool {
     let mut bare = Bare::new(method, h).with_law(drag).with_substeps(substeps);

@@ -52,18 +52,29 @@ impl Well {
 }
 
 impl Well {
-    /// The restoring part of the negative derivative of the acceleration, 1/s²: across the line to the well, and along it if
-    /// softening is large enough.
+    /// The restoring part of the negative derivative of the acceleration, 1/s². A well that attracts restores across the line to
+    /// it, and along it if softening is large enough; one that repels restores along the line outside of its softening.
     pub(crate) fn restoring(&self, position: Vector) -> DMat3 {
         let r = position - self.position;
         let squared = r.length_squared();
-        let across = self.squared_frequency(position).max(0.0);
-        let along =
-            across * (1.0 - 3.0 * squared / (squared + self.softening * self.softening)).max(0.0);
+        let [across, along] = self.restoring_across_and_along(squared);
         if squared == 0.0 {
             return DMat3::from_diagonal(Vector::splat(across));
         }
         DMat3::IDENTITY * across + outer(r, r) * ((along - across) / squared)
+    }
+
+    /// The largest squared frequency of [`Self::restoring`], 1/s².
+    pub(crate) fn largest_restoring(&self, position: Vector) -> Scalar {
+        let [across, along] =
+            self.restoring_across_and_along(position.distance_squared(self.position));
+        across.max(along)
+    }
+
+    fn restoring_across_and_along(&self, squared: Scalar) -> [Scalar; 2] {
+        let softened = squared + self.softening * self.softening;
+        let across = self.strength / (softened * softened.sqrt());
+        [across, across * (1.0 - 3.0 * squared / softened)].map(|part| part.max(0.0))
     }
 }
 

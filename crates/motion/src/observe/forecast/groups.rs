@@ -146,11 +146,11 @@ fn group_margin(
     Some(margin)
 }
 
-/// The well that pulls most at a body.
+/// The well that restores a body most.
 fn strongest_well(world: &World, body: Entity) -> LimitingPart {
     let position = world.get::<Transform>(body).copied().unwrap_or_default().position;
     let wells = world.get_resource::<Wells>().into_iter().flat_map(|Wells(wells)| wells);
-    let pulls = wells.map(|well| well.squared_frequency(position)).enumerate();
+    let pulls = wells.map(|well| well.largest_restoring(position)).enumerate();
     let strongest = pulls.max_by(|(_, a), (_, b)| a.total_cmp(b)).map_or(0, |(number, _)| number);
     LimitingPart::Well(strongest, body)
 }
