@@ -11,7 +11,7 @@ use motion::{
     each_potential_energy,
 };
 use report::{Parquet, csv_line};
-use scene::Names;
+use scene::Scene;
 use wildmatch::WildMatch;
 
 use crate::failure::Failure;
@@ -130,8 +130,9 @@ impl Selection {
         Self { quantities: vec![Quantity::Position, Quantity::Velocity], bodies: Vec::new() }
     }
 
-    /// Refuses names and patterns that no body has.
-    pub fn check(&self, names: &Names) -> Result<(), Failure> {
+    /// Refuses names and patterns that no body has, or only scenery, which has no rows.
+    pub fn check(&self, scene: &Scene) -> Result<(), Failure> {
+        let names = &scene.names;
         let refuse = |place: &str, name: &str| {
             let (what, cure) = names.stranger(name);
             Err(Failure::Usage(format!("{place}: {what}; {cure}")))
@@ -145,11 +146,18 @@ impl Selection {
         }
         for pattern in &self.bodies {
             let pattern_of = WildMatch::new(pattern);
-            if !names.iter().any(|name| pattern_of.matches(&name)) {
-                let cure = "* is any letters of a name, ? is one";
-                return Err(Failure::Usage(format!(
-                    "--bodies {pattern}: no body has such a name; {cure}"
-                )));
+            let named = scene.bodies.iter().zip(names.iter());
+            let matched: Vec<_> = named
+                .filter(|(_, name)| pattern_of.matches(name))
+                .map(|(body, _)| body.inverse_mass)
+                .collect();
+            if matched.iter().all(Option::is_none) {
+                let what = if matched.is_empty() {
+                    "no body has such a name; * is any letters of a name, ? is one"
+                } else {
+                    "only scenery, which never moves, has such a name; name a body with physics"
+                };
+                return Err(Failure::Usage(format!("--bodies {pattern}: {what}")));
             }
         }
         Ok(())

@@ -45,7 +45,7 @@ impl Setup {
     /// Reads and checks what `args` name.
     pub fn new(args: &RunArgs, files: &mut CommandFiles) -> Result<Self, Failure> {
         let mut scene = files.named_scene(&args.scene)?;
-        args.selection().check(&scene.names)?;
+        args.selection().check(&scene)?;
         if args.damping.is_some() && scene.damping.is_none() {
             return Err(Failure::Usage(format!(
                 "{} declares no damping; leave --damping out",
