@@ -136,14 +136,14 @@ impl Study {
     }
 
     fn times_in(&self, host: Host) -> impl Iterator<Item = &TickTime> {
-        self.tick_times.iter().filter(move |of| of.host == host)
+        self.tick_times.iter().filter(move |times| times.host == host)
     }
 
     /// Methods by the time of a step at [`Self::size`] bodies, the shortest first.
     pub fn ranking(&self, host: Host) -> Vec<Place> {
         let at = self.ranked_at();
         let mut timed: Vec<_> =
-            self.times_in(host).filter_map(|of| Some((of.method, of.at(at)?))).collect();
+            self.times_in(host).filter_map(|times| Some((times.method, times.at(at)?))).collect();
         timed.sort_by(|(_, a), (_, b)| a.ns.total_cmp(&b.ns));
         let (mut first, mut rank): (Option<&TimedTick>, _) = (None, 0);
         let place = |(i, (method, tick)): (usize, (Method, _))| {
@@ -184,10 +184,11 @@ impl Study {
 
     /// The sizes of copies that were timed, ascending; empty for a scene.
     pub fn sizes(&self) -> Vec<usize> {
-        let copies = self.world_times().filter(|of| of.substeps.is_some());
+        let copies = self.world_times().filter(|times| times.substeps.is_some());
         // A tick of copies is one step, so that its body steps are its bodies.
-        let mut sizes: Vec<_> =
-            copies.flat_map(|of| of.points.iter().map(|point| point.body_steps as usize)).collect();
+        let mut sizes: Vec<_> = copies
+            .flat_map(|times| times.points.iter().map(|point| point.body_steps as usize))
+            .collect();
         sizes.sort_unstable();
         sizes.dedup();
         sizes
@@ -213,13 +214,13 @@ impl Study {
     /// The time of the cell's method in a tick of one step of copies; `None` for a scene.
     fn time_at_size(&self, cell: &Cell, host: Host) -> Option<Time> {
         let (bodies, setting) = (self.size() as f64, cell.setting);
-        let of = self.tick_times.iter().find(|of| of.is_of(setting, host))?;
-        let tick = of.at(bodies)?;
-        let ns = tick.ns * self.solver_share(cell, of.substeps?);
+        let times = self.tick_times.iter().find(|times| times.is_of(setting, host))?;
+        let tick = times.at(bodies)?;
+        let ns = tick.ns * self.solver_share(cell, times.substeps?);
         Some(Time {
             ns_per_body_step: ns / bodies,
             real_time_factor: self.step_s(setting) / (1e-9 * ns),
-            yardsticks: ns / bodies / of.yardstick_ns,
+            yardsticks: ns / bodies / times.yardstick_ns,
             quartiles: tick.quartiles,
         })
     }
@@ -254,8 +255,8 @@ impl Study {
             return;
         }
         let timed = TickTime { yardstick_ns, ..TickTime::open(setting, host, points) }.fit();
-        match self.tick_times.iter_mut().find(|of| of.is_of(setting, host)) {
-            Some(of) => *of = timed,
+        match self.tick_times.iter_mut().find(|times| times.is_of(setting, host)) {
+            Some(times) => *times = timed,
             None => self.tick_times.push(timed),
         }
     }
