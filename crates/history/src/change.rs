@@ -48,6 +48,7 @@ impl Change {
             let body = simulation.named(name).and_then(|body| simulation.id(body));
             body.ok_or_else(|| Gone(name.clone()))
         };
+        // The arms of actions that are no requests return.
         Ok(Some(Self::request(match action {
             Action::Push(body, newtons) => return Ok(Some(Self::Push(id(body)?, *newtons))),
             Action::SetMethod(method) => return Ok(Some(Self::Method(*method))),
@@ -93,6 +94,7 @@ impl Simulation {
     /// pushes. A sustained push appears as its push in that tick. Changes of an entity without a stable id are left out.
     #[must_use]
     pub fn pending(&self) -> Vec<Change> {
+        // `rename` gives the same request for the stable id instead of the entity; in `give` the other way round.
         let requests = self.world.resource::<Requests>().pending();
         let requests: Vec<_> =
             requests.filter_map(|request| request.rename(|body| self.id(body))).collect();

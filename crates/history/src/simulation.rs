@@ -70,13 +70,13 @@ impl Simulation {
         Self { scene, world, stepper, bodies }
     }
 
-    /// The method of bodies without their own.
+    /// The method of all bodies that have none of their own.
     #[must_use]
     pub const fn method(&self) -> Method {
         self.stepper.method()
     }
 
-    /// Substeps per tick of bodies without their own.
+    /// Substeps per tick of all bodies that have no number of their own.
     #[must_use]
     pub fn substeps(&self) -> u32 {
         self.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0.max(1))
@@ -94,7 +94,7 @@ impl Simulation {
         self.world.resource()
     }
 
-    /// Changes the method of bodies without their own: see [`Stepper::set_method`].
+    /// Changes the method of all bodies that have none of their own: see [`Stepper::set_method`].
     pub fn set_method(&mut self, method: Method) {
         self.stepper.set_method(&mut self.world, method);
     }
@@ -130,6 +130,7 @@ impl Simulation {
     /// Number of bodies that forces move, per method, in the order of [`motion::METHODS`].
     #[must_use]
     pub fn bodies_per_method(&self) -> Vec<(Method, usize)> {
+        // The variants of `Method` are in the order of the table.
         let mut counts = BTreeMap::new();
         for body in self.bodies.iter().filter_map(|body| self.world.get_entity(*body).ok()) {
             let state = body.get::<PhysicsBody>().filter(|_| !body.contains::<Quarantined>());
@@ -140,7 +141,7 @@ impl Simulation {
         counts.into_iter().collect()
     }
 
-    /// Simulated time, s. Continues in the next world of the same run.
+    /// Simulated time, s. Time and ticks continue when a run replaces its world, after a reset or for another scene.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         self.world.resource::<StepClock>().seconds()

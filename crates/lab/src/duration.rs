@@ -24,7 +24,7 @@ const MEMBER: f64 = 40.0;
 const SPRING: f64 = 12.0;
 
 /// Cost of a cord, in springs: when it slackens or tightens, its group repeats the step. A chain of 100 cords took 11 times as long
-/// as one of springs.
+/// as one of springs, where the bodies cost more than the springs: see [`MEMBER`].
 const CORD: f64 = 40.0;
 
 /// Nanoseconds of evaluating one law on one body: drag, a well or an engine.
@@ -110,14 +110,16 @@ pub fn tick_seconds(scene: &Scene) -> f64 {
         (count, sum, most) = (count + 1.0, sum + evaluations, most.max(evaluations));
     }
     // Which bodies have laws of their own or are in groups is not looked up: each counts as the one with most evaluations.
-    let len = |count: usize| count as f64;
-    let wells = scene.laws.wells.as_ref().map_or(0.0, |wells| len(wells.0.len()));
+    let float = |count: usize| count as f64;
+    let wells = scene.laws.wells.as_ref().map_or(0.0, |wells| float(wells.0.len()));
     let laws = wells + f64::from(u8::from(scene.laws.drag.is_some()));
     let own = scene.own_laws.values().map(|laws| {
-        len(usize::from(laws.drag.is_some())
-            + laws.wells.len()
-            + laws.riding_wells.len()
-            + laws.thrusts.len())
+        float(
+            usize::from(laws.drag.is_some())
+                + laws.wells.len()
+                + laws.riding_wells.len()
+                + laws.thrusts.len(),
+        )
     });
     let soft = scene.soft_bodies.iter();
     let weight = |elastic: &Elastic| if elastic.pull_only { CORD } else { 1.0 };
@@ -129,14 +131,14 @@ pub fn tick_seconds(scene: &Scene) -> f64 {
     let triangles: f64 = soft
         .clone()
         .filter(|soft| in_air && soft.sheet)
-        .map(|soft| len(soft.triangles.len()))
+        .map(|soft| float(soft.triangles.len()))
         .sum();
     let ends_in_groups =
-        soft.map(|soft| len(soft.points.len())).sum::<f64>() + 2.0 * len(scene.springs.len());
+        soft.map(|soft| float(soft.points.len())).sum::<f64>() + 2.0 * float(scene.springs.len());
     let attracts = scene.mutual_gravity.is_some();
     // Mutual gravity does not act on particles of emitters.
     let attracted =
-        len(movable(scene).filter(|(id, _)| attracts && !is_particle(scene, *id)).count());
+        float(movable(scene).filter(|(id, _)| attracts && !is_particle(scene, *id)).count());
     let members = if attracts { attracted } else { ends_in_groups.min(count) };
     let pairs = attracted * attracted;
     let of_group = members * MEMBER + springs * SPRING + triangles * TRIANGLE + pairs * PAIR;

@@ -24,13 +24,14 @@ pub struct ByEffect<R> {
     pub rows: Vec<R>,
 }
 
-/// Ticks before a measurement, in which schedules, caches and the columns of methods are built.
+/// Ticks before a measurement, in which schedules, caches and the columns with the state of methods are
+/// built.
 const WARM_UP: u64 = 5;
 
-/// How often each block is measured; the least time counts.
+/// How often a block of ticks is measured; the least time counts.
 const ROUNDS: usize = 9;
 
-/// Length of a block, s: long compared with the resolution of the clock, short compared with the time slices of the
+/// Length of a block of ticks, s: long compared with the resolution of the clock, short compared with the time slices of the
 /// system.
 const BLOCK: f64 = 1e-3;
 
@@ -64,31 +65,32 @@ fn block_of(tick: f64, ticks: u64) -> u64 {
     ((BLOCK / tick.max(1e-9)) as u64).clamp(1, ticks.max(1))
 }
 
-/// Least thread CPU time of a tick of `scene` without each list of effects in `variants`, ns, over at most `ticks`
-/// ticks.
+/// Least thread CPU time of a tick of `scene` in each of `variants`, ns, over blocks of at most `ticks` ticks. A variant
+/// is the list of effects that are switched off.
 ///
 /// Every block starts from the same state, and blocks of all variants take turns, so that other load of the machine
 /// affects all of them alike.
 pub(crate) fn step_times(scene: &Scene, variants: &[Vec<Effect>], ticks: u64) -> Vec<f64> {
     let scene = Arc::new(scene.clone());
-    let time = |without: &[Effect], ticks| {
+    let tick_time = |without: &[Effect], ticks| {
         let mut simulation = started(Arc::clone(&scene), without);
         simulation.run(WARM_UP);
         time(ticks, || simulation.tick())
     };
     let ticks = ticks.max(1);
-    let first = time(&[], ticks.min(10));
+    let first = tick_time(&[], ticks.min(10));
     let block = block_of(first, ticks);
     let mut least = vec![f64::INFINITY; variants.len()];
     for _ in 0..ROUNDS {
         for (least, without) in least.iter_mut().zip(variants) {
-            *least = least.min(time(without, block));
+            *least = least.min(tick_time(without, block));
         }
     }
     least.into_iter().map(|seconds| seconds * 1e9).collect()
 }
 
-/// Ticks before a watch is measured: as many as the longest look takes that the first ticks may begin.
+/// Ticks before a watch is measured. The first ticks may begin a look, which keeps a ledger for at most as many
+/// ticks.
 const WATCH_WARM_UP: u64 = 32;
 
 /// Least thread CPU time that a [`Watch`] adds to a tick of `scene`, ns, while no energy grows. It is measured by
@@ -99,13 +101,13 @@ pub fn watch_time(scene: &Scene) -> f64 {
     for _ in 0..WATCH_WARM_UP {
         watch.tick(&mut simulation, None);
     }
-    let mut looks = |looks| {
-        time(looks, || {
+    let mut check_time = |checks| {
+        time(checks, || {
             watch.look(&mut simulation.world);
         })
     };
-    let block = block_of(looks(1), u64::MAX);
-    (0..ROUNDS).map(|_| looks(block)).fold(f64::INFINITY, f64::min) * 1e9
+    let block = block_of(check_time(1), u64::MAX);
+    (0..ROUNDS).map(|_| check_time(block)).fold(f64::INFINITY, f64::min) * 1e9
 }
 
 /// Most bodies that [`attraction_tick`] simulates.

@@ -15,7 +15,7 @@ pub const BUNDLE_FORMAT: u32 = 1;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Manifest {
-    /// [`BUNDLE_FORMAT`] of the program that wrote it.
+    /// [`BUNDLE_FORMAT`] of the program that wrote it. An absent key gives 0, which is refused when a bundle is read.
     pub format: u32,
     /// Name and version of that program.
     pub program: String,
@@ -52,7 +52,7 @@ pub struct Keyframe {
 pub struct FaultEntry {
     /// Number of the tick, counted from 1.
     pub tick: u64,
-    /// Name of the body that was quarantined, or that had most of the energy.
+    /// Name of the body that was quarantined, that left its orbit, or that had most of the energy from nowhere.
     pub body: Option<String>,
     /// What happened, and in which part of the step.
     pub what: String,

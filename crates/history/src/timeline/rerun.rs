@@ -34,6 +34,7 @@ impl Rerun {
         look: &mut dyn FnMut(u64),
     ) -> Result<Self, BadBundle> {
         let manifest = &bundle.manifest;
+        // Without a recorded energy, no energy counts as grown: none exceeds infinity.
         let energy =
             bundle.energy.unwrap_or(EnergyState::at(manifest.snapshot_tick, f64::INFINITY));
         let mut end = Replay::of(scene, &bundle.snapshot, energy).map_err(|error| {
@@ -65,6 +66,7 @@ impl Rerun {
                     timeline.note(&end.simulation, event.what.clone());
                 }
             }
+            // The changes between tick number `now` and the next one, lent by the timeline.
             let mut noted = timeline.events_after(now).peekable();
             if now >= manifest.end_tick {
                 let state_hash = end.simulation.hash();

@@ -64,6 +64,7 @@ impl Timeline {
             return false;
         }
         let Seek { replay, from, to, near } = seek;
+        // Further than from one snapshot to the next in a new timeline.
         let long = *to - *from > FIRST_SPACING;
         if long && left <= FIRST_SPACING && near.is_none() {
             *near = Some(Keyframe::of(&mut replay.simulation, replay.watch.energy()));

@@ -25,7 +25,7 @@ pub struct Cheapest<'a> {
     /// The cell of the setting.
     pub cell: &'a Cell,
     /// The best setting of each other method that costs the same, the most accurate first: counts that differ by less than
-    /// 3 %, or times that differ by no more than the spread of their rounds.
+    /// 3 %, or times that differ by no more than the spread of their passes.
     pub ties: Vec<&'a Cell>,
 }
 
@@ -50,14 +50,14 @@ pub struct Answer<'a> {
     pub cheapest: Cheapest<'a>,
 }
 
-/// The methods that are the cheapest down to an error.
+/// The methods that are the cheapest for successive bounds on the position error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lead {
     /// The methods, which tie if there are several.
     pub methods: Vec<Method>,
     /// The smallest bound for which they are the cheapest, m.
     pub below_m: f64,
-    /// Whether all of them are exact.
+    /// Whether the errors of all of them are below the noise floor at every step.
     pub are_exact: bool,
 }
 
@@ -99,6 +99,7 @@ impl Study {
     pub fn cheapest(&self, accuracy: Accuracy, cost: Cost, error: f64) -> Option<Cheapest<'_>> {
         let keeps =
             |cell: &Cell| self.promised(cell, accuracy).is_some_and(|promised| promised <= error);
+        // The front is in the order of costs.
         let cell = self.front(accuracy, cost).into_iter().find(|cell| keeps(cell))?;
         let least = self.cost(cell, cost)?;
         let own = cell.setting.method;
@@ -117,8 +118,8 @@ impl Study {
                 None => ties.push(other),
             }
         }
-        let error = |cell: &Cell| self.error(cell, accuracy).unwrap_or(f64::INFINITY);
-        ties.sort_by(|a, b| error(a).total_cmp(&error(b)));
+        let error_of = |cell: &Cell| self.error(cell, accuracy).unwrap_or(f64::INFINITY);
+        ties.sort_by(|a, b| error_of(a).total_cmp(&error_of(b)));
         Some(Cheapest { cell, ties })
     }
 
@@ -167,7 +168,7 @@ impl Study {
         Some(self.error(cell, accuracy)? + own)
     }
 
-    /// Relative difference up to which the costs of two methods are equal: for times, the spread of their rounds.
+    /// Relative difference up to which the costs of two methods are equal: for times, the spread of their passes.
     fn tie(&self, cost: Cost, methods: [Method; 2]) -> f64 {
         match cost {
             Cost::Evaluations => EVEN,
@@ -222,8 +223,8 @@ impl Study {
         leads(self, &self.answers(cost))
     }
 
-    /// The leads by time with [`Self::size`] bodies, and with each other size at which they differ from the size
-    /// before; empty if nothing was timed.
+    /// The leads by time with [`Self::size`] bodies, and with each other size whose cheapest methods differ from those and
+    /// from those of the size before; empty if nothing was timed.
     pub fn leads_by_size(&self) -> Vec<(usize, Vec<Lead>)> {
         let methods = |answers: &[Answer<'_>]| -> Vec<_> {
             answers.iter().map(|answer| answer.cheapest.methods()).collect()

@@ -7,7 +7,7 @@ use super::subject::Subject;
 /// Makes the run of a setting, or says why it cannot.
 pub type Make = dyn Fn(&Subject, Setting, Host) -> Result<Box<dyn Runner>, Failure> + Send;
 
-/// Makes a run of the program itself, in a world or in a loop.
+/// The [`Make`] of the program, with runs in a world or in a loop. Tests have others.
 ///
 /// # Errors
 /// If the method cannot solve what the subject declares, or no loop was written for it.

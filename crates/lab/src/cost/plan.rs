@@ -41,8 +41,8 @@ pub struct Plan {
     pub rungs: Vec<u32>,
     /// How much finer than the finest rung the reference is, at least 2.
     pub finer: u32,
-    /// Least bodies, in copies of a problem side by side, at which methods are timed for ranking; at least 1. A scene is
-    /// timed as it is.
+    /// Number of bodies, at least 1, at which methods are ranked by time, rounded up to whole copies of a problem side by
+    /// side. A scene is timed as it is.
     pub bodies: u32,
     /// How often each setting is timed; 0 for not at all.
     pub passes: u32,
@@ -115,10 +115,10 @@ impl Plan {
     /// ladder gets too short to show a slope; what is left out is noted.
     pub(crate) fn affordable(&self, subject: &mut Subject, clock: &Clock) -> Vec<u32> {
         let mut rungs = self.rungs_of(subject);
-        let evaluation = evaluation(subject, rungs[0], clock);
+        let evaluation_s = evaluation_seconds(subject, rungs[0], clock);
         let before = rungs.len();
         let price = |subject: &Subject, rungs: &[u32]| {
-            evaluation * subject.ticks as f64 * self.evaluations(subject, rungs)
+            evaluation_s * subject.ticks as f64 * self.evaluations(subject, rungs)
         };
         while price(subject, &rungs) > self.patience {
             let may_shorten = rungs.len() <= RUNGS_KEPT_BEFORE_SHORTENING
@@ -205,10 +205,10 @@ pub(crate) fn work(Setting { method, substeps }: Setting) -> f64 {
 }
 
 /// Approximate thread CPU time of one evaluation of all bodies, s.
-fn evaluation(subject: &Subject, substeps: u32, clock: &Clock) -> f64 {
+fn evaluation_seconds(subject: &Subject, substeps: u32, clock: &Clock) -> f64 {
     let probe = Setting { method: REFERENCE_METHOD, substeps };
     let (by_steps, step) = subject.by_steps(probe);
-    // With a closed form, runs are compared after every step, so ticks are steps.
+    // With a closed form, runs are compared after every step: `by_steps` makes each step a tick.
     let closed = subject.exact().is_some();
     let (mut run, setting) =
         if closed { (by_steps.run(step), step) } else { (subject.run(probe), probe) };

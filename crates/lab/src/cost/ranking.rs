@@ -8,13 +8,13 @@ use super::record::{Cell, Host, Setting, Study, TickTime, Time, TimedTick};
 
 const HOSTS: [Host; 2] = [Host::World, Host::Arithmetic];
 
-/// Relative noise of a time: how far the median of the rounds lies above the least.
+/// Relative noise of a time: how far the median of the passes lies above the least.
 fn spread(quartiles: [f64; 3]) -> f64 {
     (quartiles[1] - 1.0).max(0.0)
 }
 
 impl TimedTick {
-    /// Compares two times; `None` for a tie, if they differ by no more than the spread of their rounds.
+    /// Compares two times; `None` for a tie, if they differ by no more than the spread of their passes.
     fn compare(&self, other: &Self) -> Option<Ordering> {
         let noise = (self.ns * spread(self.quartiles)).max(other.ns * spread(other.quartiles));
         ((self.ns - other.ns).abs() > noise).then(|| self.ns.total_cmp(&other.ns))
@@ -53,7 +53,7 @@ impl TickTime {
 }
 
 /// Intercept and slope, neither below 0, with the least sum of relative deviations. Such a line passes through two of
-/// the points, or through one if it ends at a bound: all of them are tried. A disturbed measurement of one size bends
+/// the points, or through one if its intercept or slope is 0: all of them are tried. A disturbed measurement of one size bends
 /// it little.
 fn line(points: &[TimedTick]) -> (f64, f64) {
     let single = |point: &TimedTick| [(point.ns, 0.0), (0.0, point.ns / point.body_steps)];
@@ -136,14 +136,14 @@ impl Study {
     }
 
     fn times_in(&self, host: Host) -> impl Iterator<Item = &TickTime> {
-        self.tick_times.iter().filter(move |of| of.host == host)
+        self.tick_times.iter().filter(move |times| times.host == host)
     }
 
     /// Methods by the time of a step at [`Self::size`] bodies, the shortest first.
     pub fn ranking(&self, host: Host) -> Vec<Place> {
         let at = self.ranked_at();
         let mut timed: Vec<_> =
-            self.times_in(host).filter_map(|of| Some((of.method, of.at(at)?))).collect();
+            self.times_in(host).filter_map(|times| Some((times.method, times.at(at)?))).collect();
         timed.sort_by(|(_, a), (_, b)| a.ns.total_cmp(&b.ns));
         let (mut first, mut rank): (Option<&TimedTick>, _) = (None, 0);
         let place = |(i, (method, tick)): (usize, (Method, _))| {
@@ -184,9 +184,11 @@ impl Study {
 
     /// The sizes of copies that were timed, ascending; empty for a scene.
     pub fn sizes(&self) -> Vec<usize> {
-        let copies = self.world_times().filter(|of| of.substeps.is_some());
-        let mut sizes: Vec<_> =
-            copies.flat_map(|of| of.points.iter().map(|point| point.body_steps as usize)).collect();
+        let copies = self.world_times().filter(|times| times.substeps.is_some());
+        // A tick of copies is one step, so that its body steps are its bodies.
+        let mut sizes: Vec<_> = copies
+            .flat_map(|times| times.points.iter().map(|point| point.body_steps as usize))
+            .collect();
         sizes.sort_unstable();
         sizes.dedup();
         sizes
@@ -209,21 +211,22 @@ impl Study {
         }
     }
 
+    /// The time of the cell's method in a tick of one step of copies; `None` for a scene.
     fn time_at_size(&self, cell: &Cell, host: Host) -> Option<Time> {
         let (bodies, setting) = (self.size() as f64, cell.setting);
-        let of = self.tick_times.iter().find(|of| of.is_of(setting, host))?;
-        let tick = of.at(bodies)?;
-        let ns = tick.ns * self.solver_share(cell, of.substeps?);
+        let times = self.tick_times.iter().find(|times| times.is_of(setting, host))?;
+        let tick = times.at(bodies)?;
+        let ns = tick.ns * self.solver_share(cell, times.substeps?);
         Some(Time {
             ns_per_body_step: ns / bodies,
             real_time_factor: self.step_s(setting) / (1e-9 * ns),
-            yardsticks: ns / bodies / of.yardstick_ns,
+            yardsticks: ns / bodies / times.yardstick_ns,
             quartiles: tick.quartiles,
         })
     }
 
-    /// Evaluations of a step of a cell relative to those of its method at `substeps`: the iterations of a solver depend
-    /// on the step. 1 without a solver.
+    /// Factor from the time of a step of the cell's method at `substeps`, which was timed, to that of the cell: the ratio of
+    /// their evaluations, because the iterations of a solver depend on the step. 1 without a solver.
     fn solver_share(&self, cell: &Cell, substeps: u32) -> f64 {
         let per_step = |cell: &Cell| {
             (cell.counts.accelerations + cell.counts.solver) as f64
@@ -235,7 +238,7 @@ impl Study {
         timed.map_or(1.0, |timed| per_step(cell) / per_step(timed))
     }
 
-    /// The time of a tick of a scene by its ladder of substeps, from the times of its cells.
+    /// Fits the time of a tick of a scene, as a line over its ladder of substeps, to the times of its cells.
     pub(crate) fn fit_substeps(&mut self, setting: Setting, host: Host) {
         let bodies = self.size() as f64;
         let timed = |cell: &Cell| {
@@ -252,8 +255,8 @@ impl Study {
             return;
         }
         let timed = TickTime { yardstick_ns, ..TickTime::open(setting, host, points) }.fit();
-        match self.tick_times.iter_mut().find(|of| of.is_of(setting, host)) {
-            Some(of) => *of = timed,
+        match self.tick_times.iter_mut().find(|times| times.is_of(setting, host)) {
+            Some(times) => *times = timed,
             None => self.tick_times.push(timed),
         }
     }
@@ -274,7 +277,7 @@ impl Study {
 /// The sizes at which `a` and `b` change places.
 fn crossings(a: &TickTime, b: &TickTime) -> Vec<Crossing> {
     let both = a.points.iter().filter_map(|tick| Some((tick, b.at(tick.body_steps)?)));
-    let clear = both.filter_map(|(at, bt)| Some((at.body_steps, at.ns - bt.ns, at.compare(bt)?)));
+    let clear = both.filter_map(|(a, b)| Some((a.body_steps, a.ns - b.ns, a.compare(b)?)));
     let clear: Vec<_> = clear.collect();
     let flips = clear.windows(2).filter(|pair| pair[0].2 != pair[1].2);
     flips

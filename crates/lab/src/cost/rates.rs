@@ -60,7 +60,7 @@ pub(crate) fn rates(subject: &Subject) -> Vec<RateRow> {
     for model in models(subject) {
         let fine = Setting { method: Method::RungeKutta4, substeps: FINER };
         let exact = model.map(|_| DampingModel::Exact);
-        let aim = pushed(exact, fine, subject.scene.step_hz, "impulse");
+        let fine_end = pushed(exact, fine, subject.scene.step_hz, "impulse");
         for frame_hz in RATES {
             for (step, tick_hz) in [("frame", frame_hz), ("fixed", subject.scene.step_hz)] {
                 for push in ["force", "impulse"] {
@@ -76,7 +76,7 @@ pub(crate) fn rates(subject: &Subject) -> Vec<RateRow> {
                         push: push.to_owned(),
                         ticks: ticks(tick_hz),
                         moved_m: distance(Some(spec.position)),
-                        off_m: distance(aim),
+                        off_m: distance(fine_end),
                     });
                 }
             }

@@ -20,8 +20,8 @@ impl fmt::Display for Setting {
     }
 }
 
-/// Errors of a run against the truth, over all ticks and bodies: the largest of each kind, and a mean. If the truth
-/// is a closed form, each step is a tick.
+/// Errors of a run against the truth, over all bodies after all ticks, or after all substeps if the truth is a closed
+/// form: the largest of each kind, and a mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// `max sqrt((|dx| / X)² + (|dv| / V)²)` with the scales of the study, no unit.
@@ -37,8 +37,8 @@ pub struct Errors {
     pub phase: Option<Phase>,
 }
 
-/// Phase and amplitude errors of a run, separated by the nearest state that the closed form passes within half a
-/// period before or after the end of the run.
+/// Phase and amplitude errors of the last state of a run. It is compared with the state nearest to it that the closed form
+/// passes within half a period before or after the end of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Phase {
     /// How much later the run reaches that state than the closed form, s.
@@ -102,7 +102,8 @@ pub struct Counts {
     pub solver: u64,
 }
 
-/// Thread CPU time of a run with [`Study::size`] bodies: the least of several rounds, block by block.
+/// Thread CPU time of a run with [`Study::size`] bodies: the sum of the least times of its blocks of ticks over all
+/// passes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Time {
     /// Per body per step, ns; a share of the fixed cost of the tick is in it.
@@ -112,7 +113,7 @@ pub struct Time {
     /// Per body per step, in steps of the yardstick: a fixed loop of semi-implicit Euler, timed in turns with the
     /// run.
     pub yardsticks: f64,
-    /// Quartiles of the rounds as ratios to the least: 1 on a quiet machine.
+    /// Quartiles of the times of whole passes, as ratios to that sum: 1 on a quiet machine.
     pub quartiles: [f64; 3],
 }
 
@@ -137,7 +138,8 @@ pub struct TickTime {
     pub fixed_ns: f64,
     /// Additional cost per body per step, ns.
     pub ns_per_body_step: f64,
-    /// Substeps per tick of the problem for which a substep is as long as the timed steps; `None` for a scene.
+    /// Number of substeps of a problem's tick whose length the timed steps have; `None` for a scene, which is timed at
+    /// several.
     pub substeps: Option<u32>,
     /// A step of the yardstick, timed in turns with it, ns.
     pub yardstick_ns: f64,
@@ -150,9 +152,9 @@ pub struct TickTime {
 pub struct TimedTick {
     /// Bodies times steps of the tick.
     pub body_steps: f64,
-    /// Thread CPU time, the least of the rounds, ns.
+    /// Thread CPU time of the tick, ns: the least, as in [`Time`].
     pub ns: f64,
-    /// Quartiles of the rounds as ratios to the least.
+    /// Quartiles of the times of whole passes, as in [`Time`].
     pub quartiles: [f64; 3],
 }
 
@@ -226,7 +228,7 @@ pub enum Truth {
         relative_error: f64,
         /// Its own error of positions, m.
         position_error_m: f64,
-        /// Whether damping per tick was replaced by its law.
+        /// Whether it has the exact model of damping instead of the model of the subject.
         exact_damping: bool,
     },
 }

@@ -133,6 +133,7 @@ impl State {
                     if *generation == number / swarm.launches.len() as u64 =>
                 {
                     living += 1;
+                    // `other` is the last position or the velocity, depending on the method.
                     for part in position.iter().chain(other) {
                         hash.update(&part.to_bits().to_le_bytes());
                     }
@@ -144,12 +145,14 @@ impl State {
     }
 }
 
-/// The number of the particle that lives in each slot at the end of the last tick, if its state is finite.
+/// The number of the particle that each slot holds after the last tick, unless its state became infinite; `None` for a slot
+/// without a living particle.
 fn expected(swarm: &Swarm) -> Vec<Option<u64>> {
     let slots = swarm.launches.len() as u64;
     let mut living = vec![None; swarm.launches.len()];
     let dead = swarm.ticks.last().map_or(0, |tick| tick.dead);
     for SwarmTick { births: [first, after], born, .. } in &swarm.ticks {
+        // Particles that are due free their slots even if they are not `born`.
         for number in (*first).max(dead)..*after {
             #[expect(clippy::cast_possible_truncation, reason = "below the length of a list")]
             let slot = (number % slots) as usize;

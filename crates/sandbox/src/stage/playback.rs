@@ -177,6 +177,7 @@ impl Playback {
             (steps_asked, None)
         } else if step == StepKind::Frame {
             let length = time.length() * self.clock.pace();
+            // No tick is due by the clock: the frame itself is the tick.
             self.clock.pause(time);
             (u64::from(length > 0.0), Some(length))
         } else {
@@ -200,7 +201,8 @@ impl Playback {
         self.clock.end_of_tick(after_it)
     }
 
-    /// Takes back `undone` ticks of the frame. They count as dropped time if the caller was `late`.
+    /// Takes back `undone` ticks of the frame. They count as dropped time if they were taken back because the
+    /// frame was `late`.
     pub(super) fn leave_undone(&mut self, undone: u64, late: bool) {
         self.add_ticks_left(undone, 0);
         if late {

@@ -24,6 +24,7 @@ pub(super) fn ring(raw: &raw::Ring, index: usize, faults: &mut Faults) -> Genera
     }
     let axis = direction((scope, "axis"), raw.axis, faults);
     let speed = faults.number((scope, "speed_m_s"), raw.speed_m_s, 0.0, SPEED);
+    // The mass is that of one body, 1 kg by default.
     let (body, own) = shared(&raw.shared(), scope, ((1.0, 1.0), MASS), faults);
     GeneratedEntry {
         scope,

@@ -12,7 +12,7 @@ use crate::scene::survival::{Bounds, Measure, Steps, SurvivalRow};
 use crate::script::{Removed, undeclared};
 use crate::text::faults::Faults;
 
-/// Default magnitude of a number above which a run has exploded.
+/// Default magnitude of the measured number above which a run has exploded.
 pub const EXPLODES: f64 = 1e3;
 
 /// Default substeps of a reference run.
@@ -117,6 +117,7 @@ impl<'a> Row<'a> {
         }
     }
 
+    /// What the row measures. The arms of a measure that suits the scene return; the others give a fault.
     fn measure(self, faults: &mut Faults) -> Measure {
         let Self { scope, scene, .. } = self;
         let word = self.get(|raw| raw.measure.as_ref());
@@ -169,6 +170,7 @@ impl<'a> Row<'a> {
     }
 
     fn stretches(self) -> bool {
+        // The scene lacks soft bodies with certain faults, so the file is asked for them.
         let mut springs = self.scene.springs.iter();
         !self.file.soft_bodies.is_empty() || springs.any(|spring| spring.elastic.rest_length > 0.0)
     }
@@ -176,8 +178,8 @@ impl<'a> Row<'a> {
     fn scale(self, measure: Measure, faults: &mut Faults) -> Option<f64> {
         let key = (self.scope, "scale_j");
         let scale = self.get(|raw| raw.scale_j);
-        let given = measure != Measure::Rest || scale.is_some();
-        faults.require(given, key, "add an energy such as m g L, in joules");
+        let is_complete = measure != Measure::Rest || scale.is_some();
+        faults.require(is_complete, key, "add an energy such as m g L, in joules");
         faults.optional(key, scale, ENERGY)
     }
 
@@ -248,15 +250,16 @@ impl<'a> Row<'a> {
             return self.scene.damping;
         }
         let models = DampingModel::ALL.map(|model| (model.name(), model));
-        let own = self.scene.damping.unwrap_or(Damping { model: DampingModel::Exact, rate: 0.0 });
-        let model = faults.word((scope, "damping_model"), model, own.model, &models);
-        let rate = faults.number((scope, "damping_per_s"), rate, own.rate, DAMPING_RATE);
+        let of_scene =
+            self.scene.damping.unwrap_or(Damping { model: DampingModel::Exact, rate: 0.0 });
+        let model = faults.word((scope, "damping_model"), model, of_scene.model, &models);
+        let rate = faults.number((scope, "damping_per_s"), rate, of_scene.rate, DAMPING_RATE);
         Some(Damping { model, rate })
     }
 
     fn steps(self, faults: &mut Faults) -> Steps {
         let key = (self.scope, "steps");
-        // A missing value is NaN.
+        // A missing value is NaN, which every rule refuses.
         let mut number = |value: Option<f64>, default, rule| {
             faults.number(key, Some(value.unwrap_or(f64::NAN)), default, rule)
         };
@@ -279,6 +282,7 @@ impl<'a> Row<'a> {
         for moment in moments {
             match self.step(moment) {
                 Ok(step) => {
+                    // `None`, for a second after a tick or a tick after a second, is a fault, too.
                     if steps.last().is_some_and(|last| step.when.precedes(last.when) != Some(false))
                     {
                         let cure = "give times of one kind that never go backwards";
@@ -289,6 +293,7 @@ impl<'a> Row<'a> {
                 Err((what, cure)) => faults.add(key.as_str(), what, cure),
             }
         }
+        // `look` finds steps for bodies that an earlier step has removed.
         let mut removed = Removed::default();
         for (what, cure) in steps.iter().enumerate().filter_map(|(i, step)| removed.look(i, step)) {
             faults.add(key.as_str(), what, cure);
@@ -311,7 +316,7 @@ impl<'a> Row<'a> {
         let Some(action) = moment.action.clone() else {
             return fail("a step does nothing", "add one such as `do: set_gravity((0, 0, 0))`");
         };
-        // The methods of a row are its columns.
+        // The matrix runs a row with every method, a column each, at the substeps of the row: no step changes either.
         let of_methods = action.method().is_some() || matches!(action, Action::SetSubsteps(_));
         if !action.is_change() || of_methods {
             let cure = "give push, impulse, set_gravity, set_damping, set_velocity, set_position, reverse_velocities, \

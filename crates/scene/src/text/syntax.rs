@@ -79,7 +79,7 @@ pub(crate) fn fault(
     }
     let code = match &error.code {
         Error::UnclosedBlockComment | Error::ExpectedStringEnd => &error.code,
-        // Whatever was expected next, the text has ended.
+        // Whatever was expected next, the text has ended, unless it has nothing but blanks and comments.
         _ if offset >= text.trim_end().len() && Tokens::new(text).next().is_some() => &Error::Eof,
         // The parser takes the 1 of 1.5 for a whole number and then misses a comma.
         Error::ExpectedComma if text[offset..].starts_with('.') => &Error::ExpectedInteger,
@@ -87,6 +87,7 @@ pub(crate) fn fault(
     };
     let (mut what, cure) = explain(code);
     let mut path = locate::path_at(text, root, offset);
+    // What is wrong is the list, not its last item, whose path `path_at` gives.
     if matches!(code, Error::ExpectedDifferentLength { .. } | Error::ExpectedComma)
         && path.ends_with(']')
     {
@@ -145,6 +146,7 @@ fn explain(error: &Error) -> (String, String) {
             return (format!("the key `{field}` is given twice"), "keep one of them".to_owned());
         }
         Error::ExpectedDifferentLength { expected, found } => {
+            // Serde expects `an array of length 3` or `a tuple of size 2`.
             let wanted = expected.rsplit(' ').next().unwrap_or(expected);
             return (
                 format!("{found} of {wanted} numbers are given"),

@@ -13,28 +13,28 @@ pub(super) fn get([x, y, z]: &Columns, i: usize) -> DVec3 {
     DVec3::new(x[i], y[i], z[i])
 }
 
-/// Changes `x` and `v` of every body by `step`, which also gets `field`.
+/// Replaces position and velocity of every body by those that `step` returns, which also gets `field`. Returns the field.
 pub(super) fn each<F>(
-    [[x, y, z], [a, b, c]]: [&mut Columns; 2],
+    [[x, y, z], [vx, vy, vz]]: [&mut Columns; 2],
     field: F,
     step: impl Fn(&mut F, [DVec3; 2]) -> [DVec3; 2],
 ) -> F {
     let step = |field: &mut F, body: [[f64; 3]; 2]| {
-        step(field, body.map(DVec3::from_array)).map(|v| v.to_array())
+        step(field, body.map(DVec3::from_array)).map(|vector| vector.to_array())
     };
-    step_six(x, y, z, a, b, c, field, step)
+    step_six(x, y, z, vx, vy, vz, field, step)
 }
 
-/// Changes `x`, `v` and `a` of every body.
+/// Replaces position, velocity and acceleration of every body, as [`each`] does.
 pub(super) fn each_with<F>(
-    [[x, y, z], [a, b, c], [d, e, f]]: [&mut Columns; 3],
+    [[x, y, z], [vx, vy, vz], [ax, ay, az]]: [&mut Columns; 3],
     field: F,
     step: impl Fn(&mut F, [DVec3; 3]) -> [DVec3; 3],
 ) -> F {
     let step = |field: &mut F, body: [[f64; 3]; 3]| {
-        step(field, body.map(DVec3::from_array)).map(|v| v.to_array())
+        step(field, body.map(DVec3::from_array)).map(|vector| vector.to_array())
     };
-    step_nine(x, y, z, a, b, c, d, e, f, field, step)
+    step_nine(x, y, z, vx, vy, vz, ax, ay, az, field, step)
 }
 
 /// A step of every body, whose position and velocity are three numbers each.
@@ -51,22 +51,22 @@ fn step_six<F>(
     x: &mut [f64],
     y: &mut [f64],
     z: &mut [f64],
-    a: &mut [f64],
-    b: &mut [f64],
-    c: &mut [f64],
+    vx: &mut [f64],
+    vy: &mut [f64],
+    vz: &mut [f64],
     mut field: F,
     step: impl Fn(&mut F, [[f64; 3]; 2]) -> [[f64; 3]; 2],
 ) -> F {
     let n = x.len();
-    let (y, z, a, b, c) = (&mut y[..n], &mut z[..n], &mut a[..n], &mut b[..n], &mut c[..n]);
+    let (y, z, vx, vy, vz) = (&mut y[..n], &mut z[..n], &mut vx[..n], &mut vy[..n], &mut vz[..n]);
     for i in 0..n {
-        [[x[i], y[i], z[i]], [a[i], b[i], c[i]]] =
-            step(&mut field, [[x[i], y[i], z[i]], [a[i], b[i], c[i]]]);
+        [[x[i], y[i], z[i]], [vx[i], vy[i], vz[i]]] =
+            step(&mut field, [[x[i], y[i], z[i]], [vx[i], vy[i], vz[i]]]);
     }
     field
 }
 
-/// [`step_six`] for nine arrays.
+/// [`step_six`] for nine arrays: the last three are accelerations.
 #[expect(
     clippy::too_many_arguments,
     reason = "an argument is known not to overlap with another one"
@@ -76,21 +76,21 @@ fn step_nine<F>(
     x: &mut [f64],
     y: &mut [f64],
     z: &mut [f64],
-    a: &mut [f64],
-    b: &mut [f64],
-    c: &mut [f64],
-    d: &mut [f64],
-    e: &mut [f64],
-    f: &mut [f64],
+    vx: &mut [f64],
+    vy: &mut [f64],
+    vz: &mut [f64],
+    ax: &mut [f64],
+    ay: &mut [f64],
+    az: &mut [f64],
     mut field: F,
     step: impl Fn(&mut F, [[f64; 3]; 3]) -> [[f64; 3]; 3],
 ) -> F {
     let n = x.len();
-    let (y, z, a, b, c) = (&mut y[..n], &mut z[..n], &mut a[..n], &mut b[..n], &mut c[..n]);
-    let (d, e, f) = (&mut d[..n], &mut e[..n], &mut f[..n]);
+    let (y, z, vx, vy, vz) = (&mut y[..n], &mut z[..n], &mut vx[..n], &mut vy[..n], &mut vz[..n]);
+    let (ax, ay, az) = (&mut ax[..n], &mut ay[..n], &mut az[..n]);
     for i in 0..n {
-        [[x[i], y[i], z[i]], [a[i], b[i], c[i]], [d[i], e[i], f[i]]] =
-            step(&mut field, [[x[i], y[i], z[i]], [a[i], b[i], c[i]], [d[i], e[i], f[i]]]);
+        [[x[i], y[i], z[i]], [vx[i], vy[i], vz[i]], [ax[i], ay[i], az[i]]] =
+            step(&mut field, [[x[i], y[i], z[i]], [vx[i], vy[i], vz[i]], [ax[i], ay[i], az[i]]]);
     }
     field
 }
