@@ -604,3 +604,14 @@ fn no_key_is_bound_twice_and_every_key_and_name_is_known() {
     }
     assert!(actions::key_of_word("no_such_action").is_err());
 }
+
+/// Position Verlet with a last position has velocities half a step late, and another method has to bring them to the present.
+#[test]
+fn the_evaluations_of_a_reset_count() {
+    let mut drive = Drive::of(scene::load("verlet_start").unwrap());
+    drive.ticks(3).press("I");
+    let evaluations = |drive: &Drive| drive.session.stage.sim().evaluations().accelerations();
+    let before = evaluations(&drive);
+    drive.press("F1");
+    assert_eq!(evaluations(&drive), before + 1);
+}

@@ -162,7 +162,7 @@ fn what_is_missing_of_a_marked_body_is_said_of_the_body_with_the_ring() {
         .begin_lesson(Lesson::parse("my.ron", &text).unwrap(), Quantities::default());
     cockpit.press("P");
     cockpit.drive.run(11, 1.0);
-    let words = "Not yet: size of x of the body with the ring 2.99";
+    let words = "Not yet: magnitude of x of the body with the ring 2.99";
     let said: Vec<_> =
         cockpit.session().controls().into_iter().map(|control| control.name).collect();
     assert!(said.iter().any(|said| said.starts_with(words)), "{said:?}");

@@ -1,7 +1,7 @@
-//! The watch for energy out of nowhere.
+//! The watch for energy that a method creates or destroys.
 
 use glam::DVec3;
-use history::{Fault, Simulation, Watch};
+use history::{Fault, FaultEntry, Simulation, Watch};
 use motion::effects::Effect;
 use motion::ledger::Ledger;
 use motion::{Method, Request};
@@ -385,4 +385,27 @@ fn a_particle_that_is_born_again_escapes_from_nothing() {
         emitters: [(name: \"e\", position_m: (1, 0, 0), rate_per_s: 2.0, speed_m_s: 20.0, life_s: 2.0)])";
     let fault = first_fault(run(text), false, 600, |_, _| {});
     assert!(fault.as_ref().is_none_or(|(_, _, what)| !what.contains("becomes free")), "{fault:?}");
+}
+
+#[test]
+fn a_fault_of_energy_is_the_same_in_other_words_and_a_quarantine_is_not() {
+    let fault = |quarantined: bool, what: &str| Fault {
+        tick: 3,
+        found: 5,
+        body: None,
+        quarantined,
+        what: what.to_owned(),
+    };
+    let names = scene::Names::default();
+    let created = fault(false, "the method created 1.000e0 J of energy from here on");
+    let refused = fault(true, "velocity would turn non-finite in integrate");
+    let earlier = FaultEntry {
+        tick: 3,
+        body: None,
+        what: "energy out of nowhere from here on, 1.000e0 J where there were 2.000e0 J".to_owned(),
+    };
+    assert!(created.is(&earlier, &names) && !refused.is(&earlier, &names));
+    assert!(!created.is(&refused.named(&names), &names));
+    assert!(refused.is(&refused.named(&names), &names));
+    assert!(!created.is(&FaultEntry { tick: 4, ..earlier }, &names));
 }

@@ -221,6 +221,20 @@ fn a_well_that_repels_stiffens_the_spring_that_points_at_it() {
     assert!((margin.value / expected - 1.0).abs() < 1e-2, "{margin:?} {expected}");
 }
 
+#[test]
+fn a_free_body_that_a_well_repels_is_thrown_away_and_not_unstable() {
+    let wells = Wells(vec![Well { position: DVec3::ZERO, strength: -8.0, softening: 0.0 }]);
+    let law = MutualGravity { constant: 1e-9, softening: 0.0 };
+    for law in [None, Some(law)] {
+        let around =
+            Environment { wells: Some(wells.clone()), attraction: law, ..Environment::default() };
+        let bodies = [DVec3::X, DVec3::X * 50.0].map(|place| Start::of(1.0, place, DVec3::ZERO));
+        let mut rig = Springs::free(bodies).lab(&around, Method::SemiImplicitEuler, 0.6);
+        let forecast = Forecast::of(&mut rig.world, Method::SemiImplicitEuler);
+        assert!(forecast.margins().iter().all(|margin| !margin.is_unstable()), "{forecast:?}");
+    }
+}
+
 /// Whether a body that only drag slows down from a speed ever moves by more than four times as much in a tick.
 fn grows(drag: Drag, speed: f64, (method, h): (Method, f64), substeps: u32) -> bool {
     let mut bare = Bare::new(method, h).with_law(drag).with_substeps(substeps);

@@ -67,7 +67,8 @@ pub struct Timeline {
     /// The events since the oldest snapshot, ascending by tick.
     events: VecDeque<Event>,
     spacing: u64,
-    head: u64,
+    /// Number of the last tick.
+    last_tick: u64,
     keyframe_bytes: usize,
     event_bytes: usize,
 }
@@ -82,7 +83,7 @@ impl Timeline {
             near: None,
             events: VecDeque::new(),
             spacing: FIRST_SPACING,
-            head: simulation.ticks(),
+            last_tick: simulation.ticks(),
             keyframe_bytes: 0,
             event_bytes: 0,
         };
@@ -93,7 +94,8 @@ impl Timeline {
     /// Ticks that a seek can reach.
     #[must_use]
     pub fn range(&self) -> RangeInclusive<u64> {
-        self.keyframes.front().map_or(self.head, |first| first.snapshot.ticks())..=self.head
+        self.keyframes.front().map_or(self.last_tick, |first| first.snapshot.ticks())
+            ..=self.last_tick
     }
 
     /// Ticks of the snapshots with their state hashes, ascending.
@@ -130,9 +132,9 @@ impl Timeline {
 
     /// Records the end of a tick. `energy` is [`Watch::energy`].
     pub fn after_tick(&mut self, simulation: &mut Simulation, energy: EnergyState) {
-        self.head = simulation.ticks();
+        self.last_tick = simulation.ticks();
         let last = self.keyframes.back().map_or(0, |keyframe| keyframe.snapshot.ticks());
-        if self.head >= last + self.spacing {
+        if self.last_tick >= last + self.spacing {
             self.take_keyframe(simulation, energy);
         }
         self.keep_within_cap();
@@ -179,7 +181,7 @@ impl Timeline {
     /// Drops the record of ticks after tick number `now` if the run went back to it, because it may differ from there
     /// on.
     pub fn forget_after(&mut self, now: u64) {
-        if now >= self.head {
+        if now >= self.last_tick {
             return;
         }
         self.near.take_if(|near| near.snapshot.ticks() > now);
@@ -189,7 +191,7 @@ impl Timeline {
         while let Some(event) = self.events.pop_back_if(|event| event.tick >= now) {
             self.event_bytes -= event.bytes();
         }
-        self.head = now;
+        self.last_tick = now;
     }
 
     fn keep_within_cap(&mut self) {

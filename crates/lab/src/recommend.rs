@@ -231,7 +231,7 @@ impl<'a> Front<'a> {
         Some(Point { setting: cell.setting, error_m, rms_m, price })
     }
 
-    /// An upper bound on the error of a point, m. Unlike in [`Study::promised`], an error below the reference's own counts as equal
+    /// An upper bound on the error of a point, m. Unlike in [`Study::error_bound`], an error below the reference's own counts as equal
     /// to it; so the bound is never below what is promised.
     const fn bound(&self, point: &Point) -> f64 {
         point.error_m.max(self.reference_error_m) + self.reference_error_m

@@ -228,7 +228,7 @@ fn notes(study: &Study) -> String {
         let cost = study.cost(cell, Cost::Evaluations).unwrap_or(f64::NAN);
         format!("As the scene is set: {}, {}.", setting(study, cell), evaluations(study, cost))
     });
-    let ties = "Times that tie (=) differ by less than the spread of their rounds. A star is on what no other setting beats \
+    let ties = "Times that tie (=) differ by less than the spread of their passes. A star is on what no other setting beats \
         in both error and cost."
         .to_owned();
     let items = own

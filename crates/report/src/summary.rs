@@ -16,7 +16,7 @@ pub fn brief(study: &Study, machine: &Machine) -> String {
     let Machine { processor, cores, system, compiler, .. } = machine;
     text + &format!(
         "\nMeasured on: {processor}, {cores} cores, {system}, {compiler}. Times are thread CPU time; methods that tie (=) \
-         differ by less than the spread of their rounds.\n"
+         differ by less than the spread of their passes.\n"
     )
 }
 
@@ -43,7 +43,7 @@ pub fn table(study: &Study) -> String {
     let ranking = ranking(study);
     if !ranking.rows.is_empty() {
         text += &ranking.aligned();
-        text += "= ties with the first of its rank: the times differ by less than the spread of their rounds.\n\n";
+        text += "= ties with the first of its rank: the times differ by less than the spread of their passes.\n\n";
     }
     text + &every_run(study).aligned()
         + "* on the front: nothing is both cheaper and more accurate.\n"

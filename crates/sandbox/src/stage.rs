@@ -269,25 +269,26 @@ impl Stage {
         self.playback = self.playback.next(&scene, &self.options);
         self.switched.clear();
         self.caption = None;
-        self.begin_world(start(scene, self.options));
+        self.begin_world(start(scene, self.options), None);
     }
 
     /// Rebuilds the world. Keeps gravity, damping, the switched-off effects, the method and the step; clears the selection.
     pub(crate) fn reset(&mut self) {
         let settings = RunSettings::of(&mut self.sim);
-        let mut next = start(Arc::clone(&self.sim.scene), self.options);
-        settings.put(&mut next);
+        let next = start(Arc::clone(&self.sim.scene), self.options);
         self.playback.reset_pace();
-        self.begin_world(next);
+        self.begin_world(next, Some(settings));
     }
 
-    /// Replaces the world with the start of a scene. Time and counts continue.
-    fn begin_world(&mut self, mut next: Simulation) {
+    /// Replaces the world with `next`, the start of a scene, with `settings`. Time and counts continue.
+    fn begin_world(&mut self, mut next: Simulation, settings: Option<RunSettings>) {
         let mut clock = *self.sim.world.resource::<StepClock>();
         clock.begin_scene();
         next.world.insert_resource(clock);
         let evaluations = std::mem::take(&mut *self.sim.world.resource_mut::<Evaluations>());
         next.world.insert_resource(evaluations);
+        // After the counts: another method may evaluate laws at once.
+        settings.into_iter().for_each(|settings| settings.put(&mut next));
         self.quarantines.begin_world();
         self.replace(next, false);
         self.notices.retract_run();

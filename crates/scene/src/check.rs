@@ -180,11 +180,11 @@ impl Faults {
 
     /// A number of substeps, where one is given.
     pub fn substeps(&mut self, scope: Scope, value: Option<u32>) -> Option<u32> {
-        self.parts((scope, "substeps"), value)
+        self.count_of_substeps((scope, "substeps"), value)
     }
 
     /// A number of substeps under any key, if one is given.
-    pub fn parts(&mut self, (scope, key): Key<'_>, value: Option<u32>) -> Option<u32> {
+    pub fn count_of_substeps(&mut self, (scope, key): Key<'_>, value: Option<u32>) -> Option<u32> {
         let substeps = value?;
         if (1..=Substeps::MOST).contains(&substeps) {
             return value;

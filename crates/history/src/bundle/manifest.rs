@@ -58,14 +58,6 @@ pub struct FaultEntry {
     pub what: String,
 }
 
-impl FaultEntry {
-    /// Whether `other` is the fault of the same body in the same tick. Another version of the program may word it otherwise.
-    #[must_use]
-    pub fn is_same(&self, other: &Self) -> bool {
-        (self.tick, &self.body) == (other.tick, &other.body)
-    }
-}
-
 impl fmt::Display for FaultEntry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(body) = &self.body {

@@ -80,8 +80,8 @@ impl Timeline {
     pub fn finish_seek(&mut self, seek: Seek) -> Replay {
         debug_assert_eq!(seek.ticks_left(), 0, "a seek is finished when it has no ticks left");
         let Seek { mut replay, near, .. } = seek;
-        if replay.simulation.ticks() >= self.head {
-            replay.carry_out(&mut self.events_after(self.head).peekable());
+        if replay.simulation.ticks() >= self.last_tick {
+            replay.carry_out(&mut self.events_after(self.last_tick).peekable());
         }
         if let Some(near) = near {
             self.keep_near(near);
@@ -94,12 +94,12 @@ impl Timeline {
     /// # Errors
     /// As [`Timeline::begin_seek`].
     pub fn end_hash(&self, scene: &Arc<Scene>) -> Result<u64, Broken> {
-        let mut seek = self.begin_seek(scene, self.head)?;
+        let mut seek = self.begin_seek(scene, self.last_tick)?;
         while self.seek_tick(&mut seek) {}
         Ok(seek.replay.simulation.hash())
     }
 
     fn nearest(&self, tick: u64) -> u64 {
-        tick.clamp(*self.range().start(), self.head)
+        tick.clamp(*self.range().start(), self.last_tick)
     }
 }

@@ -46,7 +46,7 @@ pub struct Fault {
     pub found: u64,
     /// Stable id of the body that was quarantined, or that has most of the energy.
     pub body: Option<u32>,
-    /// Whether the body was quarantined; else energy came out of nowhere, or an orbit became free.
+    /// Whether the body was quarantined; else the method created or destroyed energy, or an orbit became free.
     pub quarantined: bool,
     /// What happened, and in which part of the step.
     pub what: String,
@@ -58,6 +58,15 @@ impl Fault {
     pub fn named(&self, names: &Names) -> FaultEntry {
         let body = self.body.and_then(|id| Some(names.get(id)?.into_owned()));
         FaultEntry { tick: self.tick, body, what: self.what.clone() }
+    }
+
+    /// Whether `entry` is this fault. Earlier versions of the program worded faults of energy otherwise.
+    #[must_use]
+    pub fn is(&self, entry: &FaultEntry, names: &Names) -> bool {
+        let own = self.named(names);
+        let is_of_energy = entry.what.contains("energy") || entry.what.contains("orbit");
+        (own.tick, &own.body) == (entry.tick, &entry.body)
+            && (own.what == entry.what || !self.quarantined && is_of_energy)
     }
 }
 

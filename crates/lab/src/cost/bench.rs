@@ -123,7 +123,7 @@ impl Bench {
             },
             position_scale_m: 1.0,
             velocity_scale_m_s: 1.0,
-            cells: plan.settings(rungs).into_iter().map(Cell::open).collect(),
+            cells: plan.settings(rungs).into_iter().map(Cell::not_run).collect(),
             timed_bodies: None,
             tick_times: Vec::new(),
             drifts: Vec::new(),

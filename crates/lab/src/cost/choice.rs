@@ -97,8 +97,9 @@ impl Study {
     /// The cheapest setting whose error, with the truth's own error added, is at most `error`; `None` if none was
     /// measured.
     pub fn cheapest(&self, accuracy: Accuracy, cost: Cost, error: f64) -> Option<Cheapest<'_>> {
-        let keeps =
-            |cell: &Cell| self.promised(cell, accuracy).is_some_and(|promised| promised <= error);
+        let keeps = |cell: &Cell| {
+            self.error_bound(cell, accuracy).is_some_and(|promised| promised <= error)
+        };
         // The front is in the order of costs.
         let cell = self.front(accuracy, cost).into_iter().find(|cell| keeps(cell))?;
         let least = self.cost(cell, cost)?;
@@ -137,7 +138,7 @@ impl Study {
             let most = price * (1.0 + self.tie(cost, [own, cell.setting.method]));
             self.cost(cell, cost).is_some_and(|other| other <= most)
         };
-        let with_error = |cell| Some((cell, self.promised(cell, accuracy)?));
+        let with_error = |cell| Some((cell, self.error_bound(cell, accuracy)?));
         let errors = self.cells.iter().filter(is_affordable).filter_map(with_error);
         let (cell, least) = errors.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
         let times = error / least;
@@ -158,7 +159,7 @@ impl Study {
     }
 
     /// Bound on the error of a cell: its measured error plus the truth's own error.
-    pub fn promised(&self, cell: &Cell, accuracy: Accuracy) -> Option<f64> {
+    pub fn error_bound(&self, cell: &Cell, accuracy: Accuracy) -> Option<f64> {
         let (relative, position_m) = self.truth.own_error();
         let own = match accuracy {
             Accuracy::Relative => relative,

@@ -23,7 +23,7 @@ impl TimedTick {
 
 impl TickTime {
     /// The times at `points`, without a fitted line yet.
-    pub(crate) fn open(setting: Setting, host: Host, points: Vec<TimedTick>) -> Self {
+    pub(crate) fn unfitted(setting: Setting, host: Host, points: Vec<TimedTick>) -> Self {
         let (fixed_ns, ns_per_body_step, yardstick_ns) = (0.0, 0.0, 1.0);
         Self {
             method: setting.method,
@@ -254,7 +254,7 @@ impl Study {
         if points.len() < 2 {
             return;
         }
-        let timed = TickTime { yardstick_ns, ..TickTime::open(setting, host, points) }.fit();
+        let timed = TickTime { yardstick_ns, ..TickTime::unfitted(setting, host, points) }.fit();
         match self.tick_times.iter_mut().find(|times| times.is_of(setting, host)) {
             Some(times) => *times = timed,
             None => self.tick_times.push(timed),

@@ -177,7 +177,7 @@ pub struct Cell {
 
 impl Cell {
     /// The cell of a setting that was not run yet.
-    pub(crate) const fn open(setting: Setting) -> Self {
+    pub(crate) const fn not_run(setting: Setting) -> Self {
         Self {
             setting,
             outcome: Outcome::Failed(Failure::NotRun),

@@ -169,7 +169,7 @@ impl Timings {
                 None => found.push(TickTime {
                     substeps: Some(setting.substeps),
                     yardstick_ns: 1e9 * self.yardstick.seconds(),
-                    ..TickTime::open(setting, *host, vec![point])
+                    ..TickTime::unfitted(setting, *host, vec![point])
                 }),
             }
         }

@@ -13,7 +13,7 @@ use super::rows::{Row, row_of};
 use super::states_of;
 use crate::kernels::record::vector;
 use crate::laws::damping::{Damping, DampingRate};
-use crate::laws::{BodyState, Drag, EvaluationTime, Law, Wells};
+use crate::laws::{BodyState, Drag, EvaluationTime, Law, Well, Wells};
 use crate::state::clock::StepClock;
 use crate::state::components::AxisLocks;
 use crate::state::threads::Threads;
@@ -103,13 +103,18 @@ impl<'a> LinearGroup<'a> {
             group.add_drag(drag, time, &states);
         }
         if let Some(Wells(wells)) = world.get_resource() {
-            let pull = |state: &BodyState| {
-                let pulls = wells.iter().filter(|_| state.inverse_mass > 0.0);
+            let mut has_spring = vec![false; states.len()];
+            let ends = coupling.springs.iter().flat_map(|spring| spring.ends);
+            ends.for_each(|end| has_spring[end as usize] = true);
+            let pull = |(state, has_spring): (&BodyState, &bool)| {
+                // A well that repels throws a free body away before its mode has a period.
+                let acts = |well: &&Well| *has_spring || well.strength > 0.0;
+                let pulls = wells.iter().filter(acts).filter(|_| state.inverse_mass > 0.0);
                 pulls
                     .map(|well| well.restoring(state.position))
                     .fold(DMat3::ZERO, |sum, pull| sum + pull)
             };
-            group.wells = states[..movable].iter().map(pull).collect();
+            group.wells = states[..movable].iter().zip(&has_spring).map(pull).collect();
         }
         if let Some(damping) = world.get_resource::<Damping>() {
             let rate = |body: &Entity| {

@@ -53,11 +53,11 @@ impl Well {
 
 impl Well {
     /// The restoring part of the negative derivative of the acceleration, 1/s². A well that attracts restores across the line to
-    /// it, and along it if softening is large enough; one that repels restores along the line outside of its softening.
+    /// it, and along it near its center if it is softened; one that repels restores along the line, farther out.
     pub(crate) fn restoring(&self, position: Vector) -> DMat3 {
         let r = position - self.position;
         let squared = r.length_squared();
-        let [across, along] = self.restoring_across_and_along(squared);
+        let [across, along] = self.restoring_across_and_along(position);
         if squared == 0.0 {
             return DMat3::from_diagonal(Vector::splat(across));
         }
@@ -66,15 +66,15 @@ impl Well {
 
     /// The largest squared frequency of [`Self::restoring`], 1/s².
     pub(crate) fn largest_restoring(&self, position: Vector) -> Scalar {
-        let [across, along] =
-            self.restoring_across_and_along(position.distance_squared(self.position));
+        let [across, along] = self.restoring_across_and_along(position);
         across.max(along)
     }
 
-    fn restoring_across_and_along(&self, squared: Scalar) -> [Scalar; 2] {
-        let softened = squared + self.softening * self.softening;
-        let across = self.strength / (softened * softened.sqrt());
-        [across, across * (1.0 - 3.0 * squared / softened)].map(|part| part.max(0.0))
+    fn restoring_across_and_along(&self, position: Vector) -> [Scalar; 2] {
+        let across = self.squared_frequency(position);
+        let squared = position.distance_squared(self.position);
+        let along = across * (1.0 - 3.0 * squared / (squared + self.softening * self.softening));
+        [across.max(0.0), along.max(0.0)]
     }
 }
 

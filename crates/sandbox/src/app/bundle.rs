@@ -77,10 +77,11 @@ impl Session {
             .map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
         let Rerun { timeline, end, faults, diverged_at, state_hash } = rerun;
         let mut session = Self::new(scene, Options { paused: true, ..options });
-        let named = |fault: &Fault| fault.named(&session.stage.sim().scene.names);
+        let names = &session.stage.sim().scene.names;
+        let named = |fault: &Fault| fault.named(names);
         let then = &bundle.manifest;
         let is_then =
-            |fault: &&Fault| then.fault.as_ref().is_some_and(|then| then.is_same(&named(fault)));
+            |fault: &&Fault| then.fault.as_ref().is_some_and(|then| fault.is(then, names));
         let fault = faults.iter().find(is_then).or(faults.first()).cloned();
         let same_end = format!("{state_hash:016x}") == then.end_state_hash;
         let repetition = Repetition {

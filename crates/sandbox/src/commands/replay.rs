@@ -65,8 +65,9 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
             repetition.differences(manifest).join("; ")
         )));
     }
-    let fault = manifest.fault.as_ref();
-    let fault = fault
+    let fault = repetition
+        .fault
+        .as_ref()
         .map_or("no fault in either run".to_owned(), |fault| format!("the same fault, {fault}"));
     show(&format!("the same state, hash {:016x}; {fault}\n", repetition.state_hash))
 }

@@ -55,14 +55,8 @@ impl Playback {
 
     /// The playback of the next scene of the session.
     pub(super) fn next(&self, scene: &Scene, options: &Options) -> Self {
-        let mut next = Self {
-            paused: false,
-            ticks_left: self.ticks_left,
-            frames: self.frames,
-            dropped: self.dropped,
-            dropped_lately: self.dropped_lately,
-            ..Self::new(scene, options)
-        };
+        let Self { clock, usual_pace, .. } = Self::new(scene, options);
+        let mut next = Self { clock, usual_pace, paused: false, steps_asked: 0, ..*self };
         next.clock.start_at(self.now());
         next
     }

@@ -104,7 +104,7 @@ impl<'a> Row<'a> {
             bounds: self.bounds(faults),
             scale: self.scale(measure, faults),
             reference_substeps: faults
-                .parts((scope, "reference_substeps"), reference_substeps)
+                .count_of_substeps((scope, "reference_substeps"), reference_substeps)
                 .unwrap_or(REFERENCE_SUBSTEPS),
             steps: self.steps(faults),
             step_hz,
@@ -259,18 +259,21 @@ impl<'a> Row<'a> {
 
     fn steps(self, faults: &mut Faults) -> Steps {
         let key = (self.scope, "steps");
-        // A missing value is NaN, which every rule refuses.
-        let mut number = |value: Option<f64>, default, rule| {
-            faults.number(key, Some(value.unwrap_or(f64::NAN)), default, rule)
+        let mut number = |name: &str, value: Option<f64>, default, rule: Rule| {
+            if value.is_none() {
+                faults.missing(self.scope.key("steps"), name, rule.2);
+            }
+            faults.number(key, value, default, rule)
         };
         match *self.get(|raw| raw.steps.as_ref()).unwrap_or(&raw::Steps::Constant) {
             raw::Steps::Constant => Steps::Constant,
-            raw::Steps::Jittered { spread, seed } => {
-                Steps::Jittered { spread: number(spread, 0.5, SPREAD), seed: seed.unwrap_or(0) }
-            }
+            raw::Steps::Jittered { spread, seed } => Steps::Jittered {
+                spread: number("spread", spread, 0.5, SPREAD),
+                seed: seed.unwrap_or(0),
+            },
             raw::Steps::Hitch { at_s, length_s } => Steps::Hitch {
-                at: number(at_s, 0.0, (not_negative, "a time", HITCH)),
-                length: number(length_s, 1.0, (positive, "a time", HITCH)),
+                at: number("at_s", at_s, 0.0, (not_negative, "a time", HITCH)),
+                length: number("length_s", length_s, 1.0, (positive, "a time", HITCH)),
             },
         }
     }

@@ -150,8 +150,9 @@ fn group_margin(
 fn strongest_well(world: &World, body: Entity) -> LimitingPart {
     let position = world.get::<Transform>(body).copied().unwrap_or_default().position;
     let wells = world.get_resource::<Wells>().into_iter().flat_map(|Wells(wells)| wells);
-    let pulls = wells.map(|well| well.largest_restoring(position)).enumerate();
-    let strongest = pulls.max_by(|(_, a), (_, b)| a.total_cmp(b)).map_or(0, |(number, _)| number);
+    let restoring = wells.map(|well| well.largest_restoring(position)).enumerate();
+    let strongest =
+        restoring.max_by(|(_, a), (_, b)| a.total_cmp(b)).map_or(0, |(number, _)| number);
     LimitingPart::Well(strongest, body)
 }
 

@@ -146,7 +146,7 @@ fn described(text: &str, names: &[String], measures: Measures<'_>) -> (String, &
     if let (Some(_), [Some((one, _))]) = (text.trim().strip_prefix("abs("), &known[..])
         && !text.contains(['+', '-', '*'])
     {
-        return (format!("size of {one}"), unit);
+        return (format!("magnitude of {one}"), unit);
     }
     let mut written = String::new();
     let mut rest = text.trim();
@@ -257,7 +257,7 @@ mod tests {
         );
         assert_eq!(
             said("abs(v) > 1"),
-            "size of speed of ball less than 1e-9 m/s, to be above 1 m/s"
+            "magnitude of speed of ball less than 1e-9 m/s, to be above 1 m/s"
         );
         assert_eq!(
             said("rk4 == 1 && ledger == 1 && paused == 0"),
