@@ -103,7 +103,7 @@ pub fn watch_time(scene: &Scene) -> f64 {
     }
     let mut check_time = |checks| {
         time(checks, || {
-            watch.look(&mut simulation.world);
+            watch.check(&mut simulation.world);
         })
     };
     let block = block_of(check_time(1), u64::MAX);

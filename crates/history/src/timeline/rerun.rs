@@ -22,7 +22,7 @@ pub struct Rerun {
 }
 
 impl Rerun {
-    /// Simulates `bundle`, whose scene is `scene`, to its end, with a timeline of at most `cap` bytes. Calls `look`
+    /// Simulates `bundle`, whose scene is `scene`, to its end, with a timeline of at most `cap` bytes. Calls `after_tick`
     /// with the number of every simulated tick.
     ///
     /// # Errors
@@ -31,7 +31,7 @@ impl Rerun {
         scene: impl Into<Arc<Scene>>,
         bundle: &Bundle,
         cap: usize,
-        look: &mut dyn FnMut(u64),
+        after_tick: &mut dyn FnMut(u64),
     ) -> Result<Self, BadBundle> {
         let manifest = &bundle.manifest;
         // Without a recorded energy, no energy counts as grown: none exceeds infinity.
@@ -77,7 +77,7 @@ impl Rerun {
             faults.extend(end.tick(&mut noted));
             drop(noted);
             timeline.after_tick(&mut end.simulation, end.watch.energy());
-            look(end.simulation.ticks());
+            after_tick(end.simulation.ticks());
         }
     }
 }

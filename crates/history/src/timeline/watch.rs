@@ -167,7 +167,7 @@ impl Watch {
     }
 
     /// Checks a tick that was simulated without the watch, to measure what a check costs.
-    pub fn look(&mut self, world: &mut World) {
+    pub fn check(&mut self, world: &mut World) {
         self.look_at(world, Booked::default());
     }
 

@@ -33,7 +33,7 @@ pub(super) fn cloud(raw: &raw::Cloud, index: usize, faults: &mut Faults) -> Gene
         scope,
         own,
         count: count.into(),
-        swarm: 0,
+        swarm_particles: 0,
         springs: 0,
         triangles: 0,
         numbering: Numbering::Line,

@@ -60,7 +60,7 @@ pub(super) fn emitter(raw: &raw::Emitter, index: usize, faults: &mut Faults) -> 
         scope,
         own,
         count: if swarm.is_some() { 0 } else { capacity },
-        swarm: if swarm.is_some() { capacity.min(SWARM_LIMIT) } else { 0 },
+        swarm_particles: if swarm.is_some() { capacity.min(SWARM_LIMIT) } else { 0 },
         springs: 0,
         triangles: 0,
         numbering: Numbering::Line,

@@ -49,7 +49,7 @@ pub(super) struct GeneratedEntry {
     pub own: (bool, bool),
     pub count: u64,
     /// Number of particles on a graphics device.
-    pub swarm: u64,
+    pub swarm_particles: u64,
     /// Number of springs between its bodies.
     pub springs: u64,
     /// Number of triangles of its sheet.
@@ -69,7 +69,7 @@ impl GeneratedEntry {
         let is_grouped = is_soft || attracts && !is_pool;
         Census {
             bodies: self.count,
-            swarm: self.swarm,
+            swarm: self.swarm_particles,
             moved: those(is_grouped || is_pool),
             grouped: those(is_grouped),
             links: self.springs,

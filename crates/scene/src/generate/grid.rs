@@ -48,7 +48,7 @@ pub(super) fn grid(raw: &raw::Grid, index: usize, faults: &mut Faults) -> Genera
         scope,
         own,
         count: u64::from(rows) * u64::from(columns),
-        swarm: 0,
+        swarm_particles: 0,
         springs: 0,
         triangles: 0,
         numbering: Numbering::Grid { rows },

@@ -30,7 +30,7 @@ pub(super) fn ring(raw: &raw::Ring, index: usize, faults: &mut Faults) -> Genera
         scope,
         own,
         count: count.into(),
-        swarm: 0,
+        swarm_particles: 0,
         springs: 0,
         triangles: 0,
         numbering: Numbering::Line,

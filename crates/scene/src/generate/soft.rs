@@ -50,7 +50,7 @@ pub(super) fn soft(
         scope,
         own,
         count: form.count(),
-        swarm: 0,
+        swarm_particles: 0,
         springs: form.springs(),
         // At most two triangles per cell.
         triangles: if form.sheet { 2 * form.count() } else { 0 },
