@@ -19,6 +19,9 @@ fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
 
 /// A file as JSON without times.
 fn timeless(path: &Path) -> Value {
+    fn gives_up(note: &Value) -> bool {
+        note.as_str().is_some_and(|note| note.contains("too long to time"))
+    }
     fn strip(value: Value) -> Value {
         match value {
             Value::Object(map) => {
@@ -28,7 +31,10 @@ fn timeless(path: &Path) -> Value {
                     .map(|(key, value)| (key, strip(value)))
                     .collect()
             }
-            Value::Array(items) => items.into_iter().map(strip).collect(),
+            // A slow machine, or a busy one, gives up the largest sizes.
+            Value::Array(items) => {
+                items.into_iter().filter(|item| !gives_up(item)).map(strip).collect()
+            }
             other => other,
         }
     }
