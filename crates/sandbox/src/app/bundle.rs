@@ -80,15 +80,13 @@ impl Session {
         let names = &session.stage.sim().scene.names;
         let named = |fault: &Fault| fault.named(names);
         let then = &bundle.manifest;
-        let is_then =
-            |fault: &&Fault| then.fault.as_ref().is_some_and(|then| fault.is(then, names));
-        let fault = faults.iter().find(is_then).or(faults.first()).cloned();
+        let is_then = |fault: &Fault| then.fault.as_ref().is_some_and(|then| fault.is(then, names));
+        let fault = faults.iter().find(|fault| is_then(fault)).or(faults.first()).cloned();
         let same_end = format!("{state_hash:016x}") == then.end_state_hash;
         let repetition = Repetition {
             first_different_tick: diverged_at.or((!same_end).then_some(then.end_tick)),
             state_hash,
-            same_fault: fault.is_none() == then.fault.is_none()
-                && fault.iter().all(|fault| is_then(&fault)),
+            same_fault: fault.as_ref().map_or(then.fault.is_none(), is_then),
             fault: fault.as_ref().map(named),
         };
         let watch = Watch::resume(&mut session.stage.sim_mut().world, end.watch.energy());

@@ -302,8 +302,8 @@ fn a_reset_and_another_scene_have_no_quarantined_bodies_and_a_run_keeps_all() {
             session.stage.quarantines().here().iter().map(|body| body.body.as_str()).collect();
         assert_eq!(names, ["ahead"]);
         let body = session.stage.sim().named("ahead").expect("it is there");
-        let (sim, times) = (session.stage.sim(), session.stage.times());
-        let why = quarantined_because(sim, &times, body).expect("it is quarantined");
+        let (sim, recorder) = (session.stage.sim(), session.stage.recorder());
+        let why = quarantined_because(sim, recorder, body).expect("it is quarantined");
         assert!(why.ends_with(" by integrate_acceleration"), "{why}");
     };
     nan(&mut session);

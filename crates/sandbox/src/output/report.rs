@@ -219,7 +219,7 @@ fn by_law<T>(laws: &[(&'static str, T)], value: fn(&T) -> Value) -> Value {
     Value::Object(laws.iter().map(|(name, amount)| ((*name).to_owned(), value(amount))).collect())
 }
 
-/// A fault as JSON; null if there is none.
+/// A fault as JSON; null without one.
 pub(crate) fn fault_json(fault: Option<&FaultEntry>) -> Value {
     fault.map_or(
         Value::Null,

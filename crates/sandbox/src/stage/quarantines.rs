@@ -6,8 +6,8 @@ use bevy_ecs::entity::Entity;
 use history::Simulation;
 use motion::{Cause, Fault, Quarantine, QuarantineRecord, StableId};
 
+use crate::stage::recorder::Recorder;
 use crate::stage::things;
-use crate::stage::timeline::Times;
 
 /// Number of quarantined bodies per world that get a notice of their own.
 const TOLD: usize = 3;
@@ -78,9 +78,13 @@ impl Quarantines {
     }
 
     /// Lists the bodies of `sim` that were quarantined since the last call. Returns what to tell the person.
-    pub(super) fn note(&mut self, sim: &Simulation, times: &Times) -> Vec<String> {
+    pub(super) fn note(&mut self, sim: &Simulation, recorder: &Recorder) -> Vec<String> {
         let mut told = Vec::new();
         let records = &sim.world.resource::<Quarantine>().records()[self.noted..];
+        if records.is_empty() {
+            return told;
+        }
+        let times = recorder.times(sim);
         for (number, record) in (self.noted..).zip(records) {
             let QuarantineRecord { body, id, other_end, tick, cause } = *record;
             // A body may have been removed since.
@@ -109,8 +113,13 @@ impl Quarantines {
 }
 
 /// When and by which system `body` was quarantined, in a few words.
-pub(crate) fn quarantined_because(sim: &Simulation, times: &Times, body: Entity) -> Option<String> {
+pub(crate) fn quarantined_because(
+    sim: &Simulation,
+    recorder: &Recorder,
+    body: Entity,
+) -> Option<String> {
     let records = sim.world.resource::<Quarantine>().records();
     let record = records.iter().find(|record| record.body == body)?;
-    Some(format!("at {} by {}", times.words(record.tick), record.cause.system))
+    let at = recorder.times(sim).words(record.tick);
+    Some(format!("at {at} by {}", record.cause.system))
 }

@@ -114,7 +114,7 @@ impl Stage {
 
     /// Tells the person of the bodies that were quarantined since the last call.
     pub(super) fn note_quarantined(&mut self) {
-        let told = self.quarantines.note(&self.sim, &self.recorder.times(&self.sim));
+        let told = self.quarantines.note(&self.sim, &self.recorder);
         told.into_iter().for_each(|told| self.notices.say(Topic::Other, told));
     }
 }

@@ -88,7 +88,7 @@ impl Selected {
             body: synchronized(&stage.sim().world, entity, &forces),
             forces: Self::named(stage, &forces),
             own_method: stage.sim().world.get_entity(entity).ok().and_then(motion::own_method),
-            quarantined: quarantined_because(stage.sim(), &stage.times(), entity),
+            quarantined: quarantined_because(stage.sim(), stage.recorder(), entity),
             soft: None,
         })
     }
