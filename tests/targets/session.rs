@@ -132,7 +132,7 @@ fn script(u: &mut Unstructured<'_>) -> Result<String> {
 
 fn action(u: &mut Unstructured<'_>) -> Result<String> {
     let body = format!("\"b{}\"", u.int_in_range(0..=scenes::BODIES - 1)?);
-    Ok(match u.int_in_range(0..=18)? {
+    Ok(match u.int_in_range(0..=21)? {
         0..=3 => format!("press(\"{}\")", u.choose(&BINDINGS)?.name),
         4 => format!("hold(\"{}\", {:?})", u.choose(&BINDINGS)?.name, 0.05),
         5 => format!("move_mouse({:?}, {:?})", finite(u)?, finite(u)?),
@@ -147,7 +147,16 @@ fn action(u: &mut Unstructured<'_>) -> Result<String> {
         14 => format!("set_method({})", u.choose(&Method::ALL)?.name()),
         15 => format!("set_body_method({body}, {})", u.choose(&Method::ALL)?.name()),
         16 => "press(\"step_back\")".to_owned(),
-        17 => format!("set_substeps({})", u.int_in_range(1..=4)?),
+        17 => format!("compose({:?})", u.choose(&["", "ni", "\u{4f60}"])?),
+        18 => "text(\"0,75\")".to_owned(),
+        19 | 20 => format!(
+            "touch({}, {}, {:?}, {:?})",
+            u.int_in_range(0..=2)?,
+            u.choose(&["down", "move", "up", "cancel"])?,
+            finite(u)?,
+            finite(u)?
+        ),
+        21 => format!("set_substeps({})", u.int_in_range(1..=4)?),
         _ => format!("set_position({body}, {})", written(any_vector(u)?)),
     })
 }

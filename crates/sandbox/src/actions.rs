@@ -144,7 +144,7 @@ actions! {
     PushPlusX: "push_plus_x", ["Right"], SelectionMode, Lasts::While(Hold::Push(DVec3::X)), "push the selection with 10 N along +x";
     PushPlusY: "push_plus_y", ["PageUp"], SelectionMode, Lasts::While(Hold::Push(DVec3::Y)), "push the selection with 10 N along +y";
     PushMinusY: "push_minus_y", ["PageDown"], SelectionMode, Lasts::While(Hold::Push(DVec3::NEG_Y)), "push the selection with 10 N along -y";
-    SelectImmovable: "select_immovable", ["Alt"], SelectionMode, Lasts::While(Hold::SelectImmovable), "held, a click selects also what cannot be moved";
+    SelectImmovable: "select_immovable", ["Alt"], SelectionMode, Lasts::While(Hold::SelectImmovable), "held, a click selects also what cannot be moved; Ctrl does the same where the window manager takes Alt";
     NextBody: "next_body", ["K"], Always, Lasts::Once, "select the next body that can be moved";
     PreviousBody: "previous_body", ["Shift+K"], Always, Lasts::Once, "select the previous body that can be moved";
     ChangeForce: "change_force", ["Ctrl"], Always, Lasts::While(Hold::ChangeForce), "held, the wheel changes the click force, and a click selects also what cannot be moved";
@@ -226,6 +226,12 @@ pub const MOUSE: &[(&str, When, &str)] = &[
         "right drag",
         When::SelectionMode,
         "with the bars around the view, beside the selection: orbit",
+    ),
+    ("one finger", When::Always, "the left button; in camera mode, look around"),
+    (
+        "two fingers",
+        When::SelectionMode,
+        "with the bars around the view: orbit; once they change their distance, zoom and pan",
     ),
     ("middle drag", When::SelectionMode, "with the bars around the view: pan"),
     (

@@ -3,6 +3,7 @@
 pub(crate) mod arrangement;
 pub(crate) mod bundle;
 mod cockpit;
+mod fingers;
 pub(crate) mod focus;
 mod hands;
 mod held;

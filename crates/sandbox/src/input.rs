@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use scene::Action;
-pub use scene::MouseButton as Button;
+pub use scene::{MouseButton as Button, TouchPhase};
 
 /// A key as people name it: the character it types, in upper case, or a name such as `Space` or `F1`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -136,6 +136,10 @@ pub enum Input {
     At(f64),
     /// Text was typed; read only by a text field that has the focus.
     Text(String),
+    /// An input method composes this text; read only by a text field that has the focus.
+    Compose(String),
+    /// Assistive technology asks a control for something: an `ActionRequest` of AccessKit as JSON.
+    Assist(String),
     /// In selection mode the pointer is at this pixel, from the top left; in camera mode the mouse moved by this many counts,
     /// right and down.
     Mouse(f64, f64),
@@ -145,6 +149,8 @@ pub enum Input {
     ButtonUp(Button),
     /// The wheel turned by this many notches, away from the person.
     Wheel(f64),
+    /// The finger of this number touches, moves on or leaves the screen at this pixel, from the top left.
+    Touch(u64, TouchPhase, f64, f64),
     /// The window lost the keyboard: nothing is held any more.
     FocusLost,
     /// The picture has this many pixels now.

@@ -17,6 +17,8 @@ pub(crate) enum Intent {
     Act(Act),
     /// Change the simulation.
     Change(Change, SwitchedBy),
+    /// Tell the person that what was asked for is wrong, and the cure.
+    Refuse(String),
     /// Use a method and substeps that a panel offers.
     ApplySetting(Setting),
     /// Simulate this many seconds per second.

@@ -11,6 +11,7 @@ mod graphs;
 mod help;
 pub(crate) mod learn;
 pub(crate) mod ledger;
+pub(crate) mod number;
 mod settings;
 mod timeline;
 pub(crate) mod tool;

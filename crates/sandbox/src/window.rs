@@ -100,7 +100,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let event_loop = display::event_loop(name)?;
     display::end_with(&event_loop);
     let drafts = if args.guest { Drafts::none() } else { Drafts::begin() };
-    let mut shell = Shell::new(session, recorder, drafts, files);
+    let mut shell = Shell::new(session, recorder, drafts, files, event_loop.create_proxy());
     forecast_start(&mut shell.session);
     let has_bars = !args.bare && args.script.is_none();
     let remembers = has_bars && !args.guest;

@@ -64,6 +64,10 @@ actions! {
     );
     /// Types characters into the field that has the focus; for recordings.
     Text(text: String) => Target::Input, None;
+    /// Shows text that an input method composes in the field that has the focus; for recordings.
+    Compose(text: String) => Target::Input, None;
+    /// Asks a control for something, as assistive technology does: an `ActionRequest` of AccessKit as JSON; for recordings.
+    Assist(request: String) => Target::Input, None;
     /// Moves the pointer to a pixel in selection mode; turns the camera by as much in camera mode.
     MoveMouse(x: f64, y: f64) => Target::Input, unless(
         x.is_finite() && y.is_finite(),
@@ -81,6 +85,12 @@ actions! {
         notches.is_finite(),
         || format!("{notches} is not a number of notches"),
         "give a finite number",
+    );
+    /// Puts a finger, known by its number, onto a pixel of a touch screen, moves it or lifts it.
+    Touch(finger: u64, phase: TouchPhase, x: f64, y: f64) => Target::Input, unless(
+        x.is_finite() && y.is_finite(),
+        || format!("({x}, {y}) is not a pixel"),
+        "give two finite numbers",
     );
     /// Takes the focus from the window: every key and button is released.
     FocusLost => Target::Input, None;
@@ -176,6 +186,20 @@ pub enum MouseButton {
     Right,
     /// The wheel, pressed.
     Middle,
+}
+
+/// The motion of a finger on a touch screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TouchPhase {
+    /// It touches the screen.
+    Down,
+    /// It moves on the screen.
+    Move,
+    /// It leaves the screen.
+    Up,
+    /// The system took it for something else.
+    Cancel,
 }
 
 /// Most characters of a caption.

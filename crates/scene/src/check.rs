@@ -9,13 +9,18 @@ use crate::text::nearest::one_of;
 use crate::text::syntax::{Triple, Word};
 
 /// A requirement on a number: its predicate, what a number that fails it is not, and the cure.
-pub(crate) type Rule = (fn(f64) -> bool, &'static str, &'static str);
+pub type Rule = (fn(f64) -> bool, &'static str, &'static str);
 
-pub(crate) const DAMPING_RATE: Rule =
-    (not_negative, "a damping rate", "give a rate per second from 0 up");
+/// The rule of `rate_per_s` of damping.
+pub const DAMPING_RATE: Rule = (not_negative, "a damping rate", "give a rate per second from 0 up");
+/// The rule of `mass_kg` of a body that moves.
+pub const BODY_MASS: Rule = (|v| positive(v) && (1.0 / v).is_finite(), "a mass", MASS);
+/// The rule of every component of a vector.
+pub const COMPONENT: Rule = (f64::is_finite, "finite", "give three finite numbers");
 pub(crate) const RADIUS: Rule = (positive, "a radius", "give a positive number of meters");
 pub(crate) const SPEED: Rule = (not_negative, "a speed", "give meters per second from 0 up");
-pub(crate) const STEP_RATE: Rule = (
+/// The rule of `step_hz`.
+pub const STEP_RATE: Rule = (
     |v| positive(v) && (1.0 / v).is_finite(),
     "a step rate",
     "give a positive number of steps per second",
@@ -76,6 +81,12 @@ pub(crate) fn not_negative(v: f64) -> bool {
 pub(crate) fn shown(v: f64) -> String {
     let plain = v == 0.0 || !v.is_finite() || (1e-6..1e15).contains(&v.abs());
     if plain { format!("{v}") } else { format!("{v:e}") }
+}
+
+/// What is wrong with the value of `key`, and the cure, as the error of a scene file says it; `None` if it keeps the rule.
+#[must_use]
+pub fn broken(key: &str, value: f64, (good, noun, cure): Rule) -> Option<String> {
+    (!good(value)).then(|| format!("{key}: {} is not {noun}; {cure}", shown(value)))
 }
 
 /// A vector as the file has it.

@@ -115,8 +115,9 @@ impl Script {
     }
 
     /// Checks that the script fits `scene`: every body that it names exists and was not removed before, `is_key` is
-    /// true for every key, and every effect is declared. `brings_back` says whether removed bodies may exist again
-    /// after a key. Messages call the script `name`; `text` is its text.
+    /// true for every key, `is_request` for every request of assistive technology, and every effect is declared.
+    /// `brings_back` says whether removed bodies may exist again after a key. Messages call the script `name`; `text` is
+    /// its text.
     ///
     /// # Errors
     /// With every step that does not fit.
@@ -125,7 +126,7 @@ impl Script {
         name: &str,
         text: &str,
         scene: &Scene,
-        is_key: impl Fn(&str) -> bool,
+        (is_key, is_request): (impl Fn(&str) -> bool, impl Fn(&str) -> bool),
         brings_back: impl Fn(&str) -> bool,
     ) -> Result<(), SceneError> {
         let mut faults = Faults::default();
@@ -139,6 +140,10 @@ impl Script {
                 }
                 Some(key) if brings_back(key) => removed = Removed::default(),
                 _ => {}
+            }
+            if matches!(&step.action, Action::Assist(request) if !is_request(request)) {
+                let what = "this is no `ActionRequest` of AccessKit as JSON".to_owned();
+                found.push((what, "take it from a recording".to_owned()));
             }
             found.extend(undeclared(&step.action, scene));
             found.extend(

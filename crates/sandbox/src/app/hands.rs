@@ -5,9 +5,10 @@ use glam::{DVec2, DVec3};
 use history::Change;
 
 use crate::actions::{Act, Lasts, binding, shift_is_part_of};
+use crate::app::fingers::{Fingers, Gesture};
 use crate::app::held::Held;
 use crate::app::ui::Ui;
-use crate::input::{Button, Input, Key, SwitchedBy};
+use crate::input::{Button, Input, Key, SwitchedBy, TouchPhase};
 use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::stage::pull::Pull;
@@ -39,6 +40,9 @@ pub(crate) struct Hands {
     drag: Option<Drag>,
     /// Place of the press of the left button, pixels, and the pull that it may become, until it is a click or a pull.
     pressed: Option<(DVec2, Pull)>,
+    fingers: Fingers,
+    /// The place about which two fingers move the camera, m.
+    pivot: Option<DVec3>,
 }
 
 /// The parts of a session that [`Hands`] change.
@@ -50,6 +54,12 @@ pub(crate) struct Reach<'a> {
 }
 
 impl Reach<'_> {
+    /// The same parts for a shorter time.
+    const fn again(&mut self) -> Reach<'_> {
+        let Self { stage, view, ui, tools } = self;
+        Reach { stage, view, ui, tools }
+    }
+
     /// Whether drags and the wheel move the camera.
     fn moves_camera(&self) -> bool {
         self.ui.cockpit.shown && self.view.mode == Mode::Selection
@@ -73,19 +83,26 @@ impl Hands {
             }
             Input::At(time) => self.at = Some(*time),
             Input::Text(text) if reach.ui.takes_text() => reach.ui.text(text),
+            Input::Compose(text) if reach.ui.takes_text() => reach.ui.compose(text),
+            Input::Assist(request) => reach.ui.assist(request),
             Input::Mouse(x, y) => match reach.view.mode {
                 Mode::Camera => reach.view.camera.look(*x, *y),
                 Mode::Selection => self.move_pointer(DVec2::new(*x, *y), &mut reach),
             },
+            Input::Touch(finger, phase, x, y) => {
+                return self.touch(*finger, *phase, DVec2::new(*x, *y), reach);
+            }
             Input::ButtonDown(button) => return self.button_down(*button, reach),
             Input::ButtonUp(button) => return self.button_up(*button, reach),
             Input::Wheel(notches) => self.wheel(*notches, &mut reach),
             Input::FocusLost => {
                 self.held.release_all();
+                self.fingers = Fingers::default();
                 self.let_go(&mut reach);
                 reach.ui.focus_lost();
             }
             Input::Text(_)
+            | Input::Compose(_)
             | Input::Resized(_)
             | Input::Scaled(_)
             | Input::DockWidth(_)
@@ -121,6 +138,68 @@ impl Hands {
             }
         }
         Vec::new()
+    }
+
+    /// Handles a finger: one is the left button, or looks around in camera mode; two move the camera.
+    fn touch(
+        &mut self,
+        finger: u64,
+        phase: TouchPhase,
+        at: DVec2,
+        mut reach: Reach<'_>,
+    ) -> Vec<Intent> {
+        reach.ui.touch(finger, phase, at);
+        let looks = reach.view.mode == Mode::Camera;
+        if phase == TouchPhase::Down && !looks && !self.fingers.any() {
+            self.move_pointer(at, &mut reach);
+        }
+        let on_panel = !looks && reach.ui.wants_pointer();
+        let how = (on_panel, reach.pixels(CLICK_POINTS));
+        let gestures = self.fingers.take(finger, phase, at, how);
+        let intents =
+            gestures.into_iter().flat_map(|gesture| self.gesture(gesture, reach.again())).collect();
+        if !self.fingers.any() {
+            self.pivot = None;
+        }
+        intents
+    }
+
+    fn gesture(&mut self, gesture: Gesture, mut reach: Reach<'_>) -> Vec<Intent> {
+        let (looks, moves_camera) = (reach.view.mode == Mode::Camera, reach.moves_camera());
+        let Reach { stage, view, ui, .. } = reach.again();
+        match gesture {
+            Gesture::Move { by, .. } if looks => view.camera.look(by.x, by.y),
+            Gesture::Move { to, .. } => self.move_pointer(to, &mut reach),
+            Gesture::Press => return self.button_down(Button::Left, reach),
+            Gesture::Release => {
+                let intents = self.button_up(Button::Left, reach.again());
+                reach.ui.pointer_gone();
+                return intents;
+            }
+            Gesture::LetGo => {
+                self.let_go(&mut reach);
+                reach.ui.focus_lost();
+            }
+            Gesture::Orbit(_) | Gesture::Pinch { .. } if !moves_camera => {}
+            Gesture::Orbit(by) => {
+                let pivot = self.pivot_of_fingers(view, stage);
+                view.drag(Drag::Orbit(pivot), by, ui.pixels_per_point());
+            }
+            Gesture::Pinch { by, times } => {
+                let pivot = self.pivot_of_fingers(view, stage);
+                view.drag(Drag::Pan(pivot), by, ui.pixels_per_point());
+                view.approach(pivot, times.recip());
+            }
+        }
+        Vec::new()
+    }
+
+    /// The place that was between two fingers when they first moved, m.
+    fn pivot_of_fingers(&mut self, view: &mut View, stage: &Stage) -> DVec3 {
+        *self.pivot.get_or_insert_with(|| {
+            view.pointer = self.fingers.span().0;
+            view.pivot(stage)
+        })
     }
 
     fn move_pointer(&mut self, to: DVec2, reach: &mut Reach<'_>) {

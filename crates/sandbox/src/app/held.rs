@@ -123,14 +123,18 @@ impl Held {
 
     /// The push in the tick that ends at `due`, s of frame time, N. Call it once per tick, in order.
     pub fn push(&mut self, due: f64, nearly: f64) -> DVec3 {
-        let acting = self.pushers.iter().filter(|pusher| pusher.acts(due, nearly));
-        let along = sum(acting.map(|pusher| &pusher.key), |hold| match hold {
+        let mut acting: Vec<HeldKey> = Vec::new();
+        for pusher in &mut self.pushers {
+            // Of several taps of a key before one tick, each acts in a tick of its own.
+            if pusher.acts(due, nearly) && !acting.contains(&pusher.key) {
+                pusher.acted = true;
+                acting.push(pusher.key.clone());
+            }
+        }
+        let along = sum(acting.iter(), |hold| match hold {
             Hold::Push(along) => Some(along),
             _ => None,
         });
-        for pusher in &mut self.pushers {
-            pusher.acted |= pusher.acts(due, nearly);
-        }
         self.pushers.retain(|pusher| !pusher.acted || pusher.up.is_none_or(|up| up > due));
         along * KEY_PUSH
     }

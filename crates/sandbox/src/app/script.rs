@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use egui::accesskit::ActionRequest;
 use scene::{Action, Recording, Scene, Script, Source};
 
 use crate::actions::{self, Act};
@@ -58,8 +59,9 @@ pub(crate) fn load_script(path: &Path, scene: &Scene) -> Result<Script, Failure>
         check_scene(recording, &name, scene)?;
     }
     let is_key = |word: &str| actions::key_of_word(word).is_ok();
+    let is_request = |text: &str| serde_json::from_str::<ActionRequest>(text).is_ok();
     let brings_back = |word: &str| actions::presses_one_of(word, &BRING_BACK);
-    script.check(&name, &text, scene, is_key, brings_back)?;
+    script.check(&name, &text, scene, (is_key, is_request), brings_back)?;
     Ok(script)
 }
 

@@ -188,6 +188,7 @@ impl Session {
         let Self { stage, view, tools, ui, .. } = self;
         let (mut intents, text) = (Vec::new(), Arc::clone(&stage.sim().scene.text));
         ui.run(time, |ui, root| intents.extend(lay_out(ui, root, stage, view, tools)));
+        intents.extend(ui.refusal().map(Intent::Refuse));
         for intent in intents {
             // If an earlier intent changed the text, the places of this one are stale.
             let stale = matches!(intent, Intent::Rewrite(..))
@@ -246,10 +247,13 @@ impl Session {
             | Input::KeyUp(_)
             | Input::At(_)
             | Input::Text(_)
+            | Input::Compose(_)
+            | Input::Assist(_)
             | Input::Mouse(..)
             | Input::ButtonDown(_)
             | Input::ButtonUp(_)
             | Input::Wheel(_)
+            | Input::Touch(..)
             | Input::FocusLost => {
                 let intents = self.with_hands(|hands, reach| hands.take(input, reach));
                 intents.into_iter().for_each(|intent| self.carry_out(intent));
@@ -266,6 +270,7 @@ impl Session {
         match intent {
             Intent::Act(act) => self.act(act),
             Intent::Change(change, by) => self.stage.change(change, by),
+            Intent::Refuse(why) => self.stage.notices.refuse(Topic::Other, why),
             Intent::ApplySetting(setting) => self.choose(setting),
             Intent::Pace(pace) => self.set_pace(pace),
             Intent::Seek(tick) => self.stage.begin_seek(tick),

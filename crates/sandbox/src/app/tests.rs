@@ -1,6 +1,7 @@
 //! Sessions, as the words and panels in the picture show them.
 
 use bevy_ecs::prelude::*;
+use egui::accesskit::{ActionRequest, Node, NodeId, TreeId};
 use glam::{DQuat, DVec2, DVec3};
 use history::Change;
 use motion::clock::StepClock;
@@ -372,4 +373,64 @@ fn every_icon_has_a_glyph() {
         let missing: Vec<_> = icons.iter().filter(|icon| !fonts.has_glyph(&font, **icon)).collect();
         assert!(missing.is_empty(), "{missing:?}");
     });
+}
+
+/// A session with the finder open, and a function that gives it input in a frame.
+fn with_finder() -> (Session, impl FnMut(&mut Session, &[Input])) {
+    let scene = Scene::parse("empty", "(version: 1)").expect("a good scene");
+    let mut clock = FrameClock::default();
+    let mut give = move |session: &mut Session, input: &[Input]| {
+        let input = input.iter().cloned().collect();
+        session.advance(&input, clock.advance_by(0.01).expect("a time"));
+    };
+    let mut session = Session::new(scene, Options::default());
+    session.ui.context().enable_accesskit();
+    let open = "Ctrl+O".parse().expect("a key");
+    give(&mut session, &[Input::KeyDown(open)]);
+    give(&mut session, &[]);
+    (session, give)
+}
+
+/// What is asked of the system: copied texts, and the tree of assistive technology.
+fn asked(session: &mut Session) -> (Vec<String>, Vec<(NodeId, Node)>) {
+    let requests = session.ui.take_requests().expect("a layout");
+    let copied = requests.commands.into_iter().filter_map(|command| match command {
+        egui::OutputCommand::CopyText(text) => Some(text),
+        _ => None,
+    });
+    (copied.collect(), requests.accesskit_update.expect("a tree").nodes)
+}
+
+#[test]
+fn a_field_copies_and_cuts() {
+    let (mut session, mut give) = with_finder();
+    let key = |name: &str| Input::KeyDown(name.parse().expect("a key"));
+    give(&mut session, &[Input::Text("jelly".to_owned()), key("Ctrl+A"), key("Ctrl+C")]);
+    assert_eq!(asked(&mut session).0, ["jelly"]);
+    give(&mut session, &[key("Ctrl+A"), key("Ctrl+X")]);
+    assert_eq!(asked(&mut session).0, ["jelly"]);
+    give(&mut session, &[Input::Text("ra".to_owned())]);
+    give(&mut session, &[key("Ctrl+A"), key("Ctrl+C")]);
+    assert_eq!(asked(&mut session).0, ["ra"], "what was cut is gone");
+}
+
+#[test]
+fn assistive_technology_sees_the_controls_and_presses_them() {
+    let (mut session, mut give) = with_finder();
+    let key = |name: &str| Input::KeyDown(name.parse().expect("a key"));
+    give(&mut session, &[key("Escape"), key("F10")]);
+    give(&mut session, &[]);
+    let (_, nodes) = asked(&mut session);
+    let pause = nodes.iter().find(|(_, node)| node.label() == Some("Pause")).expect("a button");
+    let request = ActionRequest {
+        action: egui::accesskit::Action::Click,
+        target_tree: TreeId::ROOT,
+        target_node: pause.0,
+        data: None,
+    };
+    let assist = Input::Assist(serde_json::to_string(&request).expect("JSON"));
+    let recorded = crate::app::player::recorded(&assist).expect("a recording holds it");
+    assert!(matches!(recorded, Action::Assist(_)));
+    give(&mut session, &[assist]);
+    assert!(session.stage.playback().paused());
 }

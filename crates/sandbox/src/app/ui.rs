@@ -3,14 +3,19 @@
 mod focus;
 mod style;
 
-use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
+use egui::accesskit::Node;
+use egui::{
+    Event, ImeEvent, Modifiers, PointerButton, Pos2, RawInput, Rect, TouchDeviceId, TouchId, Vec2,
+};
+use glam::DVec2;
 
 use crate::actions::Act;
 use crate::app::cockpit::Cockpit;
 use crate::clock::FrameTime;
-use crate::input::{Button, Key};
+use crate::input::{Button, Key, TouchPhase};
 use crate::intent::Question;
 use crate::panels::Panel;
+use crate::tools::number;
 
 /// Limit of pixels and notches, beyond every screen: with larger ones, egui's speeds are not finite.
 const FAR: f64 = 1e6;
@@ -33,6 +38,8 @@ pub(crate) struct Ui {
     context: egui::Context,
     events: Vec<Event>,
     output: Option<egui::FullOutput>,
+    /// Whether `output` has requests to the system that were not taken.
+    asks: bool,
     /// Pixels per point of the display.
     scale: f32,
     /// The size of everything in the panels: an index into the list of sizes.
@@ -66,6 +73,7 @@ impl Ui {
             context,
             events: Vec::new(),
             output: None,
+            asks: false,
             scale: 1.0,
             zoom: style::USUAL,
             size_px,
@@ -173,6 +181,11 @@ impl Ui {
             shift: key.shift(),
             ..Modifiers::NONE
         };
+        match (pressed && key.ctrl(), key.name()) {
+            (true, "C") => self.events.push(Event::Copy),
+            (true, "X") => self.events.push(Event::Cut),
+            _ => {}
+        }
         if let Some(key) = egui::Key::from_name(&name) {
             self.events.push(Event::Key {
                 key,
@@ -191,11 +204,43 @@ impl Ui {
         }
     }
 
+    /// Shows what an input method composes.
+    pub fn compose(&mut self, text: &str) {
+        let text = text.to_owned();
+        self.events.push(Event::Ime(ImeEvent::Preedit { text, active_range_chars: None }));
+    }
+
+    /// Hands on what assistive technology asks for. Scripts were checked when they were read.
+    pub fn assist(&mut self, request: &str) {
+        self.events.extend(serde_json::from_str(request).map(Event::AccessKitActionRequest));
+    }
+
     #[expect(clippy::cast_possible_truncation, reason = "pixels")]
-    pub fn pointer(&mut self, x: f64, y: f64) {
+    fn points(&self, x: f64, y: f64) -> Pos2 {
         let pixel = |number: f64| number.clamp(-FAR, FAR) as f32;
-        self.pointer = Pos2::new(pixel(x), pixel(y)) / self.pixels_per_point();
+        Pos2::new(pixel(x), pixel(y)) / self.pixels_per_point()
+    }
+
+    pub fn pointer(&mut self, x: f64, y: f64) {
+        self.pointer = self.points(x, y);
         self.events.push(Event::PointerMoved(self.pointer));
+    }
+
+    /// Tells egui of a finger, for which it scrolls what is dragged; the pointer follows by itself.
+    pub fn touch(&mut self, finger: u64, phase: TouchPhase, at: DVec2) {
+        let phase = match phase {
+            TouchPhase::Down => egui::TouchPhase::Start,
+            TouchPhase::Move => egui::TouchPhase::Move,
+            TouchPhase::Up => egui::TouchPhase::End,
+            TouchPhase::Cancel => egui::TouchPhase::Cancel,
+        };
+        self.events.push(Event::Touch {
+            device_id: TouchDeviceId(0),
+            id: TouchId(finger),
+            phase,
+            pos: self.points(at.x, at.y),
+            force: None,
+        });
     }
 
     pub fn pointer_gone(&mut self) {
@@ -287,20 +332,39 @@ impl Ui {
             }
             let mut output = context.run_ui(input, |root| lay_out(self, root));
             if let Some(mut earlier) = self.output.take() {
-                // Keep textures that no picture has taken yet.
+                // Keep textures and copied texts that nothing has taken yet.
                 earlier.textures_delta.append(std::mem::take(&mut output.textures_delta));
                 output.textures_delta = std::mem::take(&mut earlier.textures_delta);
+                let copied = &mut output.platform_output.commands;
+                copied.splice(0..0, earlier.platform_output.commands);
             }
             let delay =
                 output.viewport_output.get(&egui::ViewportId::ROOT).map(|root| root.repaint_delay);
             // The longest delay means never.
             let delay = delay.filter(|delay| *delay < std::time::Duration::MAX);
             self.lays_out_at = now + delay.map_or(f64::INFINITY, |delay| delay.as_secs_f64());
-            self.output = Some(output);
+            (self.output, self.asks) = (Some(output), true);
             self.follow_focus();
         }
         self.laid_out = true;
         self.was_open = self.any_open();
+    }
+
+    /// What layouts since the last call ask of the system: a text for the clipboard, a place for an input method, a shape of the
+    /// pointer.
+    pub fn take_requests(&mut self) -> Option<egui::PlatformOutput> {
+        let output = self.output.as_mut().filter(|_| std::mem::take(&mut self.asks))?;
+        Some(std::mem::take(&mut output.platform_output))
+    }
+
+    /// The egui of the panels.
+    pub const fn context(&self) -> &egui::Context {
+        &self.context
+    }
+
+    /// The refusal of what was typed into a number of the last layout.
+    pub fn refusal(&self) -> Option<String> {
+        number::refusal(&self.context)
     }
 
     /// The controls of the last layout; the first call only begins to name them.
@@ -311,7 +375,7 @@ impl Ui {
             .as_ref()
             .and_then(|output| output.platform_output.accesskit_update.as_ref());
         let scale = f64::from(self.pixels_per_point());
-        let control = |(id, node): &(_, egui::accesskit::Node)| {
+        let control = |(id, node): &(_, Node)| {
             let name = node.label().or_else(|| node.value())?.to_owned();
             let rect = node.bounds()?;
             let rect_px = [rect.x0, rect.y0, rect.x1, rect.y1].map(|edge| edge * scale);

@@ -380,6 +380,7 @@ impl Tool for Editor {
             }
             Intent::Act(_)
             | Intent::Change(..)
+            | Intent::Refuse(_)
             | Intent::ApplySetting(_)
             | Intent::Pace(_)
             | Intent::Seek(_)

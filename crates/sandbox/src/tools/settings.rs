@@ -2,14 +2,16 @@
 
 mod method;
 
-use egui::{Align2, ComboBox, DragValue, Ui};
+use egui::{Align2, ComboBox, Ui};
 use glam::DVec3;
 use history::Change;
 use motion::{Damping, DampingModel, Gravity, Method, Request, TimeStep};
+use scene::{BODY_MASS, COMPONENT, DAMPING_RATE, STEP_RATE};
 
 use crate::input::SwitchedBy;
 use crate::intent::Intent;
 use crate::stage::Stage;
+use crate::tools::number::value_field;
 use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::card::Selected;
 use crate::view::hud::mouse_hint;
@@ -17,9 +19,6 @@ use crate::view::hud::mouse_hint;
 /// Gravity at the surface, m/s² (Earth: the tutorial's value).
 const PRESETS: [(&str, f64); 5] =
     [("Earth", -9.8), ("Moon", -1.62), ("Mars", -3.71), ("none", 0.0), ("upward", 9.8)];
-
-/// Range in which `step_hz` can be dragged, Hz.
-const STEP_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 
 /// The settings.
 #[derive(Default)]
@@ -40,11 +39,11 @@ impl Tool for Settings {
         damping(ui, stage, intents);
         ui.separator();
         ui.horizontal(|ui| {
-            let mut rate = 1.0 / stage.sim().world.resource::<TimeStep>().0;
+            let rate = 1.0 / stage.sim().world.resource::<TimeStep>().0;
             ui.label("step_hz");
-            if ui.add(DragValue::new(&mut rate).range(STEP_HZ).speed(1.0).suffix(" Hz")).changed() {
-                intents.push(Intent::Change(Change::Step(1.0 / rate), SwitchedBy::Settings));
-            }
+            let asked = value_field(ui, ("step_hz", STEP_RATE), rate, 0.01 * rate, " Hz");
+            let change = |rate| Intent::Change(Change::Step(1.0 / rate), SwitchedBy::Settings);
+            push(intents, asked, change);
         });
         ui.separator();
         method::of_scene(ui, method, intents);
@@ -83,9 +82,8 @@ fn gravity(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
         }
     });
     let acceleration = declared.map_or(DVec3::ZERO, |gravity| gravity.acceleration);
-    if let Some(changed) = vector(ui, acceleration, 0.1, "m/s²") {
-        intents.push(ask(Request::SetGravity(changed)));
-    }
+    let asked = vector(ui, ("gravity.acceleration_m_s2", acceleration), "m/s²");
+    push(intents, asked, |changed| ask(Request::SetGravity(changed)));
 }
 
 fn damping(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
@@ -102,9 +100,11 @@ fn damping(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
                 }
             },
         );
-        ui.add(DragValue::new(&mut changed.rate).range(0.0..=1e6).speed(0.01).suffix(" 1/s"));
+        let key = ("damping.rate_per_s", DAMPING_RATE);
+        let asked = value_field(ui, key, declared.rate, 0.01, " 1/s");
+        push(intents, asked, |rate| ask(Request::SetDamping(Damping { rate, ..changed })));
     });
-    if changed != declared && changed.rate.is_finite() {
+    if changed.model != declared.model {
         intents.push(ask(Request::SetDamping(changed)));
     }
 }
@@ -128,32 +128,44 @@ fn body(
         ui.weak("mass infinite: nothing moves it");
         return;
     }
-    ui.horizontal(|ui| {
-        let mut mass = body.mass();
-        let speed = mass * 0.01;
-        ui.label("mass");
-        if ui.add(DragValue::new(&mut mass).range(1e-6..=1e9).speed(speed).suffix(" kg")).changed()
-        {
-            intents.push(ask(Request::SetInverseMass(id, 1.0 / mass)));
-        }
+    // What is being typed is for this body, also if another one is selected meanwhile.
+    ui.push_id(id, |ui| {
+        ui.horizontal(|ui| {
+            ui.label("mass");
+            let mass = body.mass();
+            let asked = value_field(ui, ("mass_kg", BODY_MASS), mass, 0.01 * mass, " kg");
+            push(intents, asked, |mass| ask(Request::SetInverseMass(id, 1.0 / mass)));
+        });
+        ui.label("velocity");
+        let asked = vector(ui, ("velocity_m_s", body.velocity), "m/s");
+        push(intents, asked, |velocity| ask(Request::SetVelocity(id, velocity)));
+        method::of_body(ui, (id, selected), scene, intents);
     });
-    ui.label("velocity");
-    if let Some(velocity) = vector(ui, body.velocity, 0.1, "m/s") {
-        intents.push(ask(Request::SetVelocity(id, velocity)));
-    }
-    method::of_body(ui, (id, selected), scene, intents);
 }
 
-/// Lays out three numbers. Returns the new vector if one was changed.
-fn vector(ui: &mut Ui, value: DVec3, speed: f64, unit: &str) -> Option<DVec3> {
-    let mut edited = value;
-    let mut changed = false;
+/// Lays out the three numbers of the vector `key`. Returns the new vector if one was changed, or what is wrong with it.
+fn vector(ui: &mut Ui, (key, value): (&str, DVec3), unit: &str) -> Option<Result<DVec3, String>> {
+    let mut asked = None;
     ui.horizontal(|ui| {
         for axis in 0..3 {
-            changed |=
-                ui.add(DragValue::new(&mut edited[axis]).speed(speed).max_decimals(3)).changed();
+            let number = value_field(ui, (key, COMPONENT), value[axis], 0.1, "");
+            let with = |number| {
+                let mut edited = value;
+                edited[axis] = number;
+                edited
+            };
+            asked = number.map(|number| number.map(with)).or(asked.take());
         }
         ui.label(unit);
     });
-    changed.then_some(edited)
+    asked
+}
+
+/// Adds the intent of a value that the person asks for, or of its refusal.
+fn push<T>(
+    intents: &mut Vec<Intent>,
+    asked: Option<Result<T, String>>,
+    intent: impl FnOnce(T) -> Intent,
+) {
+    intents.extend(asked.map(|asked| asked.map_or_else(Intent::Refuse, intent)));
 }

@@ -5,7 +5,7 @@ use egui::text::LayoutJob;
 use egui::{
     Align, Align2, Color32, Context, FontId, Id, Painter, Pos2, Rect, Sense, Stroke, Ui, Vec2,
 };
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use motion::clock::StepClock;
 use motion::{Gravity, TimeStep};
 use report::numbers::{digits, length_unit, pace_words, scene_time, tick_rate};
@@ -291,8 +291,16 @@ fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
     if let Some((some, all)) = view.trail.left_out().filter(|_| view.trails) {
         lines.push((format!("trails of the first {some} of {all} bodies"), THIN));
     }
-    if stage.playback().dropped_lately() > 0.0 {
-        lines.push(("slower than real time: simulated time is dropped".to_owned(), WARNING));
+    let dropped_s = stage.playback().dropped_lately();
+    if dropped_s > 0.0 {
+        let newtons: DVec3 = stage.here().pushes().iter().map(|push| push.newtons).sum();
+        let push = match newtons.length() {
+            0.0 => String::new(),
+            newtons => format!(", with the push of {} N in it", digits(newtons)),
+        };
+        let words =
+            format!("slower than real time: {} s a frame are dropped{push}", digits(dropped_s));
+        lines.push((words, WARNING));
     }
     match stage.quarantines().here().len() {
         0 => {}

@@ -70,11 +70,16 @@ impl View {
 
     /// Moves the camera toward what is under the pointer, or away from it.
     pub(crate) fn zoom(&mut self, stage: &Stage, notches: f64) {
-        self.locked = None;
         let pivot = self.pivot(stage);
+        self.approach(pivot, CLOSER.powf(notches.clamp(-20.0, 20.0)));
+    }
+
+    /// Moves the camera to `times` its distance from `pivot`.
+    pub(crate) fn approach(&mut self, pivot: DVec3, times: f64) {
+        self.locked = None;
         let away = self.camera.position - pivot;
         let (view, distance) = (self.viewpoint(), away.length());
-        let wanted = distance * CLOSER.powf(notches.clamp(-20.0, 20.0));
+        let wanted = distance * times;
         // Never through the pivot, and not so far away that nothing is drawn any more.
         let wanted = wanted.clamp((2.0 * view.near_m).min(distance), view.far_m.max(distance));
         self.camera.position = pivot + away.normalize_or_zero() * wanted;

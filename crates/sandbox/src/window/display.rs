@@ -2,19 +2,20 @@
 
 use std::panic;
 
+use egui_winit::accesskit_winit::Event;
 use winit::event_loop::{EventLoop, EventLoopBuilder};
 
 use crate::failure::Failure;
 
 /// Makes the event loop of the display. Without a display, the error says how to run `scene` anyway.
-pub(super) fn event_loop(scene: &str) -> Result<EventLoop<()>, Failure> {
+pub(super) fn event_loop(scene: &str) -> Result<EventLoop<Event>, Failure> {
     let no_display = |reason: Option<String>| {
         let reason = reason.map_or(String::new(), |reason| format!(" ({reason})"));
         Failure::NoDisplay(format!(
             "no display found; type `sandbox run {scene}` to run without a window, `sandbox --help` for everything else{reason}"
         ))
     };
-    let mut builder = EventLoop::builder();
+    let mut builder = EventLoop::with_user_event();
     if !choose(&mut builder) {
         return Err(no_display(None));
     }
@@ -42,7 +43,7 @@ pub(super) fn event_loop(scene: &str) -> Result<EventLoop<()>, Failure> {
 /// Ends the program with the exit code of a missing display when the X server ends. Xlib would call `exit(1)`, which means that
 /// an expectation failed.
 #[cfg(all(unix, not(target_vendor = "apple")))]
-pub(super) fn end_with(event_loop: &EventLoop<()>) {
+pub(super) fn end_with(event_loop: &EventLoop<Event>) {
     use winit::platform::x11::EventLoopExtX11 as _;
     use x11_dl::xlib::{Display, Xlib};
 
@@ -62,7 +63,7 @@ pub(super) fn end_with(event_loop: &EventLoop<()>) {
 }
 
 #[cfg(not(all(unix, not(target_vendor = "apple"))))]
-pub(super) fn end_with(_: &EventLoop<()>) {}
+pub(super) fn end_with(_: &EventLoop<Event>) {}
 
 /// winit's errors name a line of its own source (`os error at ...rs:788: what`), which is no cure. Returns only the rest.
 pub(super) fn without_place(error: &str) -> String {
@@ -72,7 +73,7 @@ pub(super) fn without_place(error: &str) -> String {
 
 /// Chooses between X11 and Wayland; `false` if there is no display.
 #[cfg(all(unix, not(target_vendor = "apple")))]
-fn choose(builder: &mut EventLoopBuilder<()>) -> bool {
+fn choose(builder: &mut EventLoopBuilder<Event>) -> bool {
     use std::env;
     use std::os::unix::net::UnixStream;
     use std::path::{Path, PathBuf};
@@ -98,6 +99,6 @@ fn choose(builder: &mut EventLoopBuilder<()>) -> bool {
 }
 
 #[cfg(not(all(unix, not(target_vendor = "apple"))))]
-fn choose(_: &mut EventLoopBuilder<()>) -> bool {
+fn choose(_: &mut EventLoopBuilder<Event>) -> bool {
     true
 }

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use egui_winit::accesskit_winit::Event;
 use render::{Gpu, Image, Offscreen, Quality, Renderer, WindowTarget};
 use winit::dpi::PhysicalSize;
-use winit::event_loop::ActiveEventLoop;
+use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::Window;
 
 use super::display;
@@ -16,11 +17,17 @@ pub(super) struct Screen {
     pub window: Arc<Window>,
     pub gpu: Gpu,
     pub target: WindowTarget,
+    /// The clipboard, the input method, the screen reader and the shape of the pointer.
+    pub platform: egui_winit::State,
     renderer: Renderer,
 }
 
 impl Screen {
-    pub fn new(event_loop: &ActiveEventLoop, [width, height]: [u32; 2]) -> Result<Self, Failure> {
+    pub fn new(
+        event_loop: &ActiveEventLoop,
+        [width, height]: [u32; 2],
+        (context, proxy): (&egui::Context, EventLoopProxy<Event>),
+    ) -> Result<Self, Failure> {
         let monitor =
             event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
         let most =
@@ -28,11 +35,17 @@ impl Screen {
         let most = most.unwrap_or(PhysicalSize::new(width, height));
         let attributes = Window::default_attributes()
             .with_title("Inertia")
+            // Screen readers have to be connected before it is seen.
+            .with_visible(false)
             .with_inner_size(PhysicalSize::new(width.min(most.width), height.min(most.height)));
         let window = event_loop.create_window(attributes).map_err(|error| {
             let error = display::without_place(&error.to_string());
             Failure::NoDisplay(format!("cannot open a window: {error}; `sandbox run` needs none"))
         })?;
+        let root = egui::ViewportId::ROOT;
+        let mut platform = egui_winit::State::new(context.clone(), root, &window, None, None, None);
+        platform.init_accesskit(event_loop, &window, proxy);
+        window.set_visible(true);
         let window = Arc::new(window);
         let display = Box::new(event_loop.owned_display_handle());
         let (gpu, surface) = Gpu::for_window(Arc::clone(&window), display)?;
@@ -40,7 +53,7 @@ impl Screen {
         let size = window.inner_size();
         let target = WindowTarget::new(surface, &gpu, [size.width, size.height])?;
         let renderer = Renderer::new(&gpu, target.format(), Quality::for_adapter(&gpu.info));
-        Ok(Self { window, gpu, target, renderer })
+        Ok(Self { window, gpu, target, platform, renderer })
     }
 
     /// Draws the session. Returns `false` if there was nothing to draw on.
@@ -59,6 +72,21 @@ impl Screen {
         self.window.pre_present_notify();
         target.present(&self.gpu);
         Ok(true)
+    }
+
+    /// Lets the system do what the panels ask for. `held`: whether the pointer is hidden and held.
+    pub fn carry_out(&mut self, session: &mut Session, held: bool) {
+        let Some(mut requests) = session.ui.take_requests() else { return };
+        if held {
+            requests.cursor_icon = egui::CursorIcon::None;
+        }
+        // Panels may have another size than the display asks for.
+        let points = session.ui.pixels_per_point()
+            / egui_winit::pixels_per_point(self.platform.egui_ctx(), &self.window);
+        if let Some(ime) = &mut requests.ime {
+            ime.cursor_rect = ime.cursor_rect * points;
+        }
+        self.platform.handle_platform_output(&self.window, requests);
     }
 
     /// The picture of the session, as the window shows it.

@@ -5,9 +5,13 @@ use std::ops::ControlFlow as Look;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use egui::ImeEvent;
+use egui_winit::accesskit_winit::{self, Event};
 use winit::application::ApplicationHandler;
-use winit::event::{DeviceEvent, DeviceId, ElementState, KeyEvent, MouseButton, WindowEvent};
-use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::event::{
+    DeviceEvent, DeviceId, ElementState, KeyEvent, MouseButton, Touch, WindowEvent,
+};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::keyboard::{ModifiersState, PhysicalKey};
 use winit::window::WindowId;
 
@@ -23,7 +27,7 @@ use crate::actions::{Act, Binding, Hold, Lasts, binding};
 use crate::app::session::Session;
 use crate::clock::FrameClock;
 use crate::failure::Failure;
-use crate::input::{Button, Input, InputFrame, Key};
+use crate::input::{Button, Input, InputFrame, Key, TouchPhase};
 use crate::output::bundle::write_bundle;
 use crate::output::command_files::CommandFiles;
 use crate::output::orders::{BUNDLE, Program as _, carry_out};
@@ -81,14 +85,16 @@ pub(super) struct Shell {
     /// The scene files that were remembered last; `None` if none are remembered.
     pub remembered: Option<Vec<PathBuf>>,
     files: CommandFiles,
+    proxy: EventLoopProxy<Event>,
 }
 
-impl ApplicationHandler for Shell {
+impl ApplicationHandler<Event> for Shell {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if self.screen.is_some() {
             return;
         }
-        match Screen::new(event_loop, self.session.view.size_px()) {
+        let platform = (self.session.ui.context(), self.proxy.clone());
+        match Screen::new(event_loop, self.session.view.size_px(), platform) {
             Ok(screen) => {
                 if let Err(failure) = check(&screen.gpu, &self.session.stage.sim().scene) {
                     return self.fail(event_loop, failure);
@@ -112,6 +118,7 @@ impl ApplicationHandler for Shell {
         if !matches!(event, WindowEvent::RedrawRequested) {
             self.unsettled = SETTLING_FRAMES;
         }
+        self.hear(&event);
         match event {
             // As a key, so that a recording has it and unsaved changes are asked about.
             WindowEvent::CloseRequested => self.press(Act::Quit),
@@ -157,6 +164,15 @@ impl ApplicationHandler for Shell {
                 let scale = self.screen.as_ref().map_or(1.0, |screen| screen.window.scale_factor());
                 self.events.extend(self.wheel.notches(delta, scale).map(Input::Wheel));
             }
+            WindowEvent::Touch(Touch { phase, location, id, .. }) => {
+                let phase = match phase {
+                    winit::event::TouchPhase::Started => TouchPhase::Down,
+                    winit::event::TouchPhase::Moved => TouchPhase::Move,
+                    winit::event::TouchPhase::Ended => TouchPhase::Up,
+                    winit::event::TouchPhase::Cancelled => TouchPhase::Cancel,
+                };
+                self.events.push(Input::Touch(id, phase, location.x, location.y));
+            }
             WindowEvent::DroppedFile(path) => match &self.recorder {
                 None => self.session.leave(Order::Open(path.to_string_lossy().into_owned())),
                 Some(_) => {
@@ -168,6 +184,21 @@ impl ApplicationHandler for Shell {
             WindowEvent::Occluded(occluded) => self.occluded = occluded,
             WindowEvent::RedrawRequested => self.frame(event_loop),
             _ => {}
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, event: Event) {
+        self.unsettled = SETTLING_FRAMES;
+        match event.window_event {
+            accesskit_winit::WindowEvent::InitialTreeRequested => {
+                self.session.ui.context().enable_accesskit();
+            }
+            accesskit_winit::WindowEvent::AccessibilityDeactivated => {
+                self.session.ui.context().disable_accesskit();
+            }
+            accesskit_winit::WindowEvent::ActionRequested(request) => {
+                self.events.extend(serde_json::to_string(&request).map(Input::Assist));
+            }
         }
     }
 
@@ -216,8 +247,10 @@ impl Shell {
         recorder: Option<Recorder>,
         drafts: Drafts,
         files: CommandFiles,
+        proxy: EventLoopProxy<Event>,
     ) -> Self {
         Self {
+            proxy,
             session,
             recorder,
             screen: None,
@@ -266,10 +299,42 @@ impl Shell {
         }
     }
 
+    /// Takes the text that an event types, pastes or composes into a field. Keys, pointer and fingers are not egui's alone: they
+    /// reach it by way of the session, under names that scripts and recordings have.
+    fn hear(&mut self, event: &WindowEvent) {
+        let takes_text = self.session.takes_text();
+        // For these egui-winit reads a clipboard, which may take seconds.
+        let reads =
+            matches!(event, WindowEvent::KeyboardInput { .. } | WindowEvent::MouseInput { .. });
+        let Some(screen) = self.screen.as_mut().filter(|_| takes_text || !reads) else { return };
+        let _ = screen.platform.on_window_event(&screen.window, event);
+        let heard = std::mem::take(&mut screen.platform.egui_input_mut().events);
+        for event in heard.into_iter().filter(|_| takes_text) {
+            match event {
+                egui::Event::Text(text) => self.events.push(Input::Text(text)),
+                // All fields have one line.
+                egui::Event::Paste(text) => {
+                    self.events.push(Input::Text(text.lines().collect::<Vec<_>>().join(" ")));
+                }
+                egui::Event::Ime(ImeEvent::Preedit { text, .. }) => {
+                    self.events.push(Input::Compose(text));
+                }
+                egui::Event::Ime(ImeEvent::Commit(text)) => {
+                    self.events.extend([Input::Compose(String::new()), Input::Text(text)]);
+                }
+                _ => {}
+            }
+        }
+    }
+
     fn key(&mut self, event: &KeyEvent) {
         match event.state {
             ElementState::Pressed => {
-                let Some(key) = keys::named(event, self.modifiers) else { return };
+                let (logical, physical) = (&event.logical_key, event.physical_key);
+                let is_mac = cfg!(target_os = "macos");
+                let Some(key) = keys::named(logical, physical, self.modifiers, is_mac) else {
+                    return;
+                };
                 let repeats = || binding(&key).is_some_and(Binding::repeats);
                 if !event.repeat || self.session.takes_text() || repeats() {
                     self.mode_changes |=
@@ -277,10 +342,6 @@ impl Shell {
                     self.note_time(&key);
                     self.events.push(Input::KeyDown(key.clone()));
                     self.down.insert(event.physical_key, key);
-                }
-                let ctrl = self.modifiers.control_key();
-                if let (Some(text), false, true) = (&event.text, ctrl, self.session.takes_text()) {
-                    self.events.push(Input::Text(text.to_string()));
                 }
             }
             ElementState::Released => {
@@ -333,10 +394,11 @@ impl Shell {
         {
             self.press(Act::Frame);
         }
-        if let Some(screen) = &self.screen {
+        if let Some(screen) = &mut self.screen {
             let holds = self.focused && self.session.view.grabs_pointer();
             let [corner, size] = self.session.view.view_area();
             self.pointer.follow(&screen.window, holds, corner + size / 2.0);
+            screen.carry_out(&mut self.session, holds);
         }
         let drawn = match &mut self.screen {
             Some(screen) if !hidden => screen.draw(&mut self.session),

@@ -22,6 +22,7 @@ const EVERY_ACTION: &str = r#"// comments are fine
     (at_s: 2, do: set_method(explicit_euler)), (at_s: 2, do: set_substeps(4)), (at_s: 3, do: set_body_method("player", yoshida_4)),
     (at_s: 3, do: switch_effect("mutual_gravity", false)), (at_s: 3, do: caption("Off.")),
     (at_s: 4, do: at(4.01)), (at_s: 4, do: scale(1.5)), (at_s: 4, do: dock_width(300)), (at_s: 4, do: arrange("welcome on")),
+    (at_frame: 9, do: compose("ni")), (at_frame: 9, do: assist("{}")), (at_frame: 9, do: touch(7, down, 640, 360.5)),
 ]"#;
 
 #[test]
@@ -259,7 +260,10 @@ fn bodies_and_keys_that_there_are_not_are_named() {
     let text = r#"[(at_s: 0, do: remove("plyer")), (at_s: 0, do: remove("grid.x4.z4")), (at_s: 0, do: remove("grid.x5.z0")), (at_s: 0, do: press("Foo"))]"#;
     let script = Script::parse("t", text).unwrap();
     assert_eq!(
-        script.check("t", text, &scene, |key| key != "Foo", |_| false).unwrap_err().to_string(),
+        script
+            .check("t", text, &scene, (|key: &str| key != "Foo", |_: &str| true), |_| false)
+            .unwrap_err()
+            .to_string(),
         "t:1:12: steps[0].do: there is no body \"plyer\"; did you mean \"player\"?\n\
          t:1:81: steps[2].do: there is no body \"grid.x5.z0\"; the bodies of \"grid\" are \"grid.x0.z0\" to \"grid.x4.z4\"\n\
          t:1:118: steps[3].do: there is no key or action `Foo`; `sandbox list keys` names them all"
@@ -274,8 +278,13 @@ fn effects_that_the_scene_does_not_declare_and_bodies_that_are_gone_are_named() 
     )
     .unwrap();
     let check = |text: &str| {
-        let checked =
-            Script::parse("t", text).unwrap().check("t", text, &scene, |_| true, |key| key == "F1");
+        let checked = Script::parse("t", text).unwrap().check(
+            "t",
+            text,
+            &scene,
+            (|_: &str| true, |_: &str| true),
+            |key| key == "F1",
+        );
         checked.map_or_else(|error| error.to_string(), |()| String::new())
     };
     let undeclared = "declare it in the scene, or leave this step out";

@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use egui::{ComboBox, DragValue, Grid, Response, TextEdit, Ui};
 use motion::{DampingModel, Method};
-use report::numbers::rounded;
 use scene::{Field, Kind, Scene, TextEdit as Change, Value};
+
+use crate::tools::number::number_field;
 
 /// Lists whose entries have no body to be selected by.
 pub(super) const LISTS: [&str; 4] = ["wells", "thrusts", "emitters", "springs"];
@@ -60,9 +61,6 @@ const BEGINNINGS: [(&str, &str); 20] = [
     ("expect", "(finite: true)"),
     ("direction", "(0.0, 1.0, 0.0)"),
 ];
-
-/// Greatest length of a number that is shown with all of its digits, characters.
-const LONGEST: usize = 9;
 
 /// The words that a key takes, if they are few.
 fn words(key: &str) -> Vec<&'static str> {
@@ -258,13 +256,13 @@ fn widget(ui: &mut Ui, name: &str, key: &str, unit: &str, value: &mut Value) -> 
     match value {
         Value::Flag(flag) => ui.checkbox(flag, "").changed(),
         Value::Count(count) => done(ui.add(DragValue::new(count).speed(0.1))),
-        Value::Number(number) => done(ui.add(drag(number).suffix(format!(" {unit}")))),
+        Value::Number(number) => done(drag(ui, number, &format!(" {unit}"))),
         Value::Numbers(numbers) => {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 2.0;
                 // All of them are laid out, whichever is done.
                 let done =
-                    numbers.iter_mut().fold(false, |any, number| done(ui.add(drag(number))) | any);
+                    numbers.iter_mut().fold(false, |any, number| done(drag(ui, number, "")) | any);
                 ui.label(unit);
                 done
             })
@@ -315,17 +313,10 @@ fn shape(ui: &mut Ui, name: &str, written: &mut String) -> bool {
     other.inspect(|(_, text)| text.clone_into(written)).is_some()
 }
 
-/// A field for a number that changes, when dragged, in proportion to its size.
-fn drag(number: &mut f64) -> DragValue<'_> {
+/// Lays out a field for a number that changes, when dragged, in proportion to its size.
+fn drag(ui: &mut Ui, number: &mut f64, suffix: &str) -> Response {
     let speed = 0.01 * number.abs().max(0.1);
-    let whole = *number;
-    // egui parses the shown text even if nothing was typed: the number then keeps all of its digits.
-    let read =
-        move |text: &str| if text == shown(whole) { Some(whole) } else { text.trim().parse().ok() };
-    DragValue::new(number)
-        .speed(speed)
-        .custom_formatter(|number, _| shown(number))
-        .custom_parser(read)
+    number_field(ui, number, speed, suffix)
 }
 
 /// The title of the entry at `path`: its path, and what names it.
@@ -335,15 +326,6 @@ fn title(path: &str, fields: &[Field]) -> String {
     };
     let what = ["name", "between", "body", "position_m"].into_iter().find_map(of);
     what.map_or_else(|| path.to_owned(), |what| format!("{path} {}", what.replace('"', "")))
-}
-
-/// A number as its field shows it: with six digits where it has many more, so that three of them fit into the dock.
-fn shown(number: f64) -> String {
-    let whole = format!("{number:?}");
-    if whole.len() <= LONGEST {
-        return whole;
-    }
-    format!("{:?}", rounded(number, 6))
 }
 
 #[cfg(test)]
@@ -361,20 +343,6 @@ mod tests {
             ("substeps", "substeps", ""),
         ] {
             assert_eq!(label(key), (words.to_owned(), unit));
-        }
-    }
-
-    #[test]
-    fn a_number_of_many_digits_is_shown_with_six() {
-        for (number, text) in [
-            (34.800_000_000_000_004, "34.8"),
-            (-20.943_951_023_931_955, "-20.944"),
-            (0.123_456_789_1, "0.123457"),
-            (1e-20, "1e-20"),
-            (1_234_567.0, "1234567.0"),
-            (f64::INFINITY, "inf"),
-        ] {
-            assert_eq!(shown(number), text);
         }
     }
 

@@ -14,6 +14,7 @@ use crate::tools::ghosts::Ghosts;
 use crate::tools::learn::missing::{Measures, in_words, missing};
 use crate::tools::learn::panel_of;
 use crate::tools::ledger::Ledger;
+use crate::tools::number::read_number;
 use crate::view::View;
 
 /// The lesson that is open, and the lessons that were done.
@@ -413,7 +414,7 @@ impl Running {
 /// The number that a person typed, with its unit or without.
 fn number_in(text: &str, unit: &str) -> Option<f64> {
     let text = text.trim();
-    text.strip_suffix(unit).unwrap_or(text).trim().replace(',', ".").parse().ok()
+    read_number(text.strip_suffix(unit).unwrap_or(text))
 }
 
 /// The value of a quantity that only the screen has; NaN for others.
