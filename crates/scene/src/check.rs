@@ -73,7 +73,8 @@ pub(crate) fn not_negative(v: f64) -> bool {
 }
 
 /// A number as a person would write it: `{}` alone spells 1e-310 with three hundred zeros.
-pub(crate) fn shown(v: f64) -> String {
+#[must_use]
+pub fn shown(v: f64) -> String {
     let plain = v == 0.0 || !v.is_finite() || (1e-6..1e15).contains(&v.abs());
     if plain { format!("{v}") } else { format!("{v:e}") }
 }

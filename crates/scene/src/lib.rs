@@ -50,6 +50,7 @@ mod spawn;
 mod text;
 
 pub use action::{Action, MouseButton, Step, When};
+pub use check::shown;
 pub use edit::{Field, Kind, TextEdit, Value, VariedScene, moved_place, rewrite};
 pub use entries::Entry;
 pub use frame_times::parse_frame_times;
