@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::forecast::restoring_rate;
-use crate::groups::{coming_couplings, couplings};
+use crate::groups::{LinearGroup, coming_couplings, couplings, larger};
 use crate::laws::{BodyState, EvaluationTime};
 use crate::methods::markers::own_method;
 use crate::methods::table::Method;
@@ -13,8 +13,8 @@ use crate::tick::columns::options_of;
 use crate::tick::environment::Environment;
 use crate::units::Scalar;
 
-/// A body as an oscillator in its present state. The other end of a spring counts as swinging against it, so that no motion
-/// of the body alone, of a pair or of a chain of equal links is faster.
+/// A body as an oscillator in its present state. Each spring counts with all springs of both of its ends, which swing against
+/// each other, so that no motion of the body alone, of a pair or of a chain of equal links is faster.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyOscillator {
     /// Method of the body.
@@ -52,24 +52,17 @@ impl BodyOscillator {
             options.damping(environment.damping).filter(|_| !method.traits().damps_inside);
         rate += damping.map_or(0.0, |damping| damping.factors_around_tick(tick).1);
         let coming = coming_couplings(world);
+        let mut springs = [0.0; 2];
         for (coupling, members) in couplings(world, coming.as_deref()) {
-            let Some((row, _)) = (0_u32..).zip(members).find(|(_, member)| **member == body) else {
-                continue;
-            };
-            let mobility = |end: u32| {
-                let end = end as usize;
-                let state =
-                    world.get::<PhysicsBody>(members[end]).filter(|_| end < coupling.movable);
-                state.map_or(0.0, |state| state.inverse_mass)
-            };
-            for spring in coupling.springs.iter() {
-                if spring.ends.contains(&row) {
-                    let mobility: Scalar = spring.ends.map(mobility).iter().sum();
-                    stiffness += mobility * spring.elastic.stiffness;
-                    rate += mobility * spring.elastic.damping;
-                }
+            if members.contains(&body) {
+                let group = LinearGroup::of(world, coupling, members);
+                let bounds = group.ends().zip(group.bounds());
+                bounds
+                    .filter(|(ends, _)| ends.iter().any(|end| members[*end] == body))
+                    .for_each(|(_, bound)| springs = [0, 1].map(|i| larger(springs[i], bound[i])));
             }
         }
+        let [stiffness, rate] = [stiffness + springs[0], rate + springs[1]];
         Some(Self { method, step, stiffness, rate })
     }
 }

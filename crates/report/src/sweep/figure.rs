@@ -238,7 +238,8 @@ impl Figure {
         let y = 44.0;
         let box_of = |x: f64, color| Shape::rectangles([[x, y, 18.0, 14.0]]).fill(color);
         let word = |x: f64, words: &str| Shape::words(words).sized(12.0).at(x, y + 12.0);
-        let mut shapes = vec![box_of(LEFT, ABSENT), word(LEFT + 24.0, "nothing measured")];
+        let absent = if self.kind == Kind::Text { "not a number" } else { "nothing measured" };
+        let mut shapes = vec![box_of(LEFT, ABSENT), word(LEFT + 24.0, absent)];
         let x = LEFT + 170.0;
         match self.kind {
             Kind::Flag => {

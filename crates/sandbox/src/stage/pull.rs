@@ -65,30 +65,34 @@ impl Pull {
     ) -> DVec3 {
         let mass = body.mass();
         // Stiffness for the whole mass, limited to the stable range of this body; critically damped for this body.
-        let stiffness =
-            (self.mass * FREQUENCY.powi(2)).min(mass * (per_tick(own, tick) / tick).powi(2));
+        let stiffness = (self.mass * FREQUENCY.powi(2))
+            .min(mass * (self.per_tick(own, mass, tick) / tick).powi(2));
         let damping = 2.0 * (stiffness * mass).sqrt();
         let force = (self.toward - (position + self.offset)) * stiffness - body.velocity * damping;
         let newtons = force.clamp_length_max(WEIGHTS * self.mass * EARTH);
         (self.newtons, self.limited) = (newtons.length(), newtons != force);
         newtons
     }
-}
 
-/// Maximum phase of the spring per tick, rad, beside what already acts on the body. The spring is a force from the state before
-/// each tick, so that it is stable only within the part of the method's limit that the body leaves.
-fn per_tick(own: &BodyOscillator, tick: f64) -> f64 {
-    // Methods without a limit grow in every oscillation; a limit of 2 keeps the spring from adding to it.
-    let limit = match own.method.claims().stability_limit {
-        0.0 => 2.0,
-        limit if limit.is_infinite() => return PER_TICK,
-        limit => limit,
-    };
-    let (squared, rate) = (own.stiffness * tick * tick, own.rate * tick);
-    let part = own.step / (tick * limit);
-    let of_step = 1.0 - squared * part * part - rate * part;
-    let of_tick = (1.0 - squared / OWN_PER_TICK.powi(2)).max(0.25 * rate);
-    PER_TICK.min(2.0 * of_step.min(of_tick).max(0.0))
+    /// Maximum phase of the spring per tick, rad, beside what already acts on the body of `mass` kg. The spring is a force from the
+    /// state before each tick, so that it is stable only within the part of the method's limit that the body leaves.
+    fn per_tick(&self, own: &BodyOscillator, mass: f64, tick: f64) -> f64 {
+        // Methods without a limit grow in every oscillation; a limit of 2 keeps the spring from adding to it.
+        let limit = match own.method.claims().stability_limit {
+            0.0 => 2.0,
+            limit if limit.is_infinite() => return PER_TICK,
+            limit => limit,
+        };
+        let (squared, rate) = (own.stiffness * tick * tick, own.rate * tick);
+        let part = own.step / (tick * limit);
+        let of_step = 1.0 - squared * part * part - rate * part;
+        // Of the oscillations that are too fast for ticks, the slowest is damped least. One of a uniform soft body moves a point
+        // with at most four times its share of the mass.
+        let too_fast = squared / OWN_PER_TICK.powi(2);
+        let damped = 0.25 * rate / too_fast.max(1.0) * (0.25 * self.mass / mass).max(1.0);
+        let of_tick = (1.0 - too_fast).max(damped);
+        PER_TICK.min(2.0 * of_step.min(of_tick).max(0.0))
+    }
 }
 
 #[cfg(test)]
@@ -100,6 +104,11 @@ mod tests {
     use crate::stage::options::Options;
 
     const HZ: f64 = 60.0;
+
+    fn pull(body: Entity) -> Pull {
+        let (offset, toward) = (DVec3::ZERO, DVec3::X);
+        Pull { body, mass: 1.0, offset, depth: 1.0, toward, newtons: 0.0, limited: false }
+    }
 
     /// The largest distance from rest, m, of a ball of 1 kg on a spring of frequency `w`, rad/s, that is pulled by 1 m along half a
     /// circle for five seconds and let go for five.
@@ -113,10 +122,7 @@ mod tests {
         );
         let mut stage = Stage::new(Scene::parse("t", &text).expect("a scene"), Options::default());
         let body = stage.sim().named("ball").expect("the ball");
-        let (offset, toward) = (DVec3::ZERO, DVec3::X);
-        let pull =
-            Pull { body, mass: 1.0, offset, depth: 1.0, toward, newtons: 0.0, limited: false };
-        stage.set_pull(Some(pull));
+        stage.set_pull(Some(pull(body)));
         let mut farthest = 0.0_f64;
         for tick in 0..600_u32 {
             if tick == 300 {
@@ -171,8 +177,10 @@ mod tests {
     fn what_hangs_softly_is_pulled_as_stiffly_as_what_is_free() {
         for method in Method::ALL {
             let body = |stiffness| BodyOscillator { method, step: 1.0 / HZ, stiffness, rate: 1.0 };
+            let pull = pull(Entity::PLACEHOLDER);
             for w in [0.0, 1.0, 10.0, 50.0] {
-                assert_eq!(per_tick(&body(w * w), 1.0 / HZ), PER_TICK, "{} {w}", method.name());
+                let most = pull.per_tick(&body(w * w), 1.0, 1.0 / HZ);
+                assert_eq!(most, PER_TICK, "{} {w}", method.name());
             }
         }
     }
