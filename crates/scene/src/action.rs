@@ -7,7 +7,7 @@ use motion::effects::Effect;
 use motion::{Method, Substeps};
 use serde::{Deserialize, Serialize};
 
-use crate::check::shown;
+use crate::text::faults::shown;
 
 /// Makes the enum from a table with a row for each action: its variant, what it acts on, and what is wrong with its
 /// values, if anything is.

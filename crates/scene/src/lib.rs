@@ -50,7 +50,6 @@ mod spawn;
 mod text;
 
 pub use action::{Action, MouseButton, Step, When};
-pub use check::shown;
 pub use edit::{Field, Kind, TextEdit, Value, VariedScene, moved_place, rewrite};
 pub use entries::Entry;
 pub use frame_times::parse_frame_times;
@@ -74,7 +73,7 @@ pub use shipped::{
     read_text, shipped,
 };
 pub use spawn::{Appearance, FileIndex, PointRadius, SoftBodyName};
-pub use text::faults::{Fault, SceneError};
+pub use text::faults::{Fault, SceneError, shown};
 pub use text::nearest::{did_you_mean, nearest};
 
 /// A scene with these keys.

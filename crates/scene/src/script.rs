@@ -6,9 +6,8 @@ use motion::Method;
 use serde::Deserialize;
 
 use crate::action::{Action, Step, When};
-use crate::check::shown;
 use crate::scene::Scene;
-use crate::text::faults::{Faults, SceneError};
+use crate::text::faults::{Faults, SceneError, shown};
 use crate::text::locate;
 use crate::text::syntax::{self, Word, keys_of};
 
