@@ -16,6 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
+# Columns of names and other texts, some of which may look like numbers.
+_TEXTS = {"body", "case", "class", "method", "outcome", "processor", "state_hash", "subject", "why"}
+
 __all__ = ["Run", "SandboxError", "frame", "program", "run", "sweep", "table"]
 
 
@@ -62,15 +65,19 @@ def run(scene, *, every=1, **flags):
 def sweep(scene, vary, *, out=None, **flags):
     """Runs a scene for every combination of values, and gives the table of runs by column.
 
-    `vary` has a place of the scene and its values: a list, or a text such as "1e2..1e6 log 20". With `out` the files of the
-    sweep stay in that folder.
+    `vary` has a place of the scene and its values: one or a list, or a text such as "1e2..1e6 log 20". With `out` the files of
+    the sweep stay in that folder.
     """
     def values(given):
-        return given if isinstance(given, str) else ",".join(_word(value) for value in given)
+        given = _plain(given)
+        if isinstance(given, str):
+            return given
+        return ",".join(_word(value) for value in (given if hasattr(given, "__iter__") else [given]))
 
     axes = [part for place, given in vary.items() for part in ("--vary", f"{place}={values(given)}")]
-    if isinstance(flags.get("measure"), (list, tuple)):
-        flags["measure"] = ",".join(flags["measure"])
+    measures = _plain(flags.get("measure"))
+    if isinstance(measures, (list, tuple)):
+        flags["measure"] = ",".join(measures)
     with tempfile.TemporaryDirectory() as folder:
         out = Path(out) if out is not None else Path(folder) / "sweep"
         _call(["sweep", str(scene), *axes, "--out", out], flags)
@@ -78,12 +85,13 @@ def sweep(scene, vary, *, out=None, **flags):
 
 
 def table(path):
-    """The columns of a CSV file of the program as arrays: numbers (NaN where a field is empty), truth values, or texts."""
+    """The columns of a CSV file of the program as arrays: numbers (NaN where a field is empty), truth values (1, 0 and NaN
+    where a field is empty), or texts."""
     with open(path, newline="", encoding="utf-8") as file:
         rows = csv.reader(file)
         names = next(rows)
         columns = list(zip(*rows)) or [()] * len(names)
-    return {name: _array(column) for name, column in zip(names, columns)}
+    return {name: _array(name, column) for name, column in zip(names, columns)}
 
 
 def frame(columns):
@@ -93,17 +101,26 @@ def frame(columns):
     return pandas.DataFrame(columns)
 
 
-def _array(column):
+def _array(name, column):
+    if name in _TEXTS or name.endswith(".name"):
+        return np.array(column, dtype=str)
     if any(column) and all(field in ("true", "false", "") for field in column):
-        return np.array([field == "true" for field in column])
+        values = [{"true": True, "false": False}.get(field, np.nan) for field in column]
+        return np.array(values, dtype=bool if all(column) else float)
     try:
         return np.array([float(field) if field else np.nan for field in column])
     except ValueError:
         return np.array(column)
 
 
+def _plain(value):
+    """A value of NumPy or pandas as one of Python."""
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
 def _word(value):
     """A value as a person writes it in a scene."""
+    value = _plain(value)
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, (tuple, list)):
@@ -114,7 +131,7 @@ def _word(value):
 def _call(arguments, flags):
     command = [program(), *map(str, arguments)]
     for name, value in flags.items():
-        flag = "--" + name.replace("_", "-")
+        flag, value = "--" + name.replace("_", "-"), _plain(value)
         if value is True:
             command.append(flag)
         elif isinstance(value, (list, tuple)):

@@ -185,6 +185,7 @@ faults.script:4:12: steps[3].od: unknown key `od`; known here: at_s, at_tick, at
     Case { name: "a recording for the window of another scene", line: "fine.ron --script recorded.script", code: 2, message: "sandbox: recorded.script: this was recorded in tutorial, not in fine.ron; open tutorial" },
     Case { name: "a film of pictures that are shown for days", line: "run fine.ron --ticks 5 --fps 0.00001 --film film.png", code: 2, message: "sandbox: film.png: such a film shows a picture for 0.001 to 65535 s, and these frames take 100,000 s; give another --fps, or --frames for single pictures" },
     Case { name: "less than a tick", line: "run solar --seconds 60", code: 2, message: "sandbox: solar: 60 s are less than half a tick of 86400 s; give --seconds 86400 or more, or --ticks" },
+    Case { name: "hardly any time", line: "run fine.ron --seconds 1e-300", code: 2, message: "sandbox: fine.ron: 1e-300 s are less than half a tick of 0.0166667 s; give --seconds 0.0166667 or more, or --ticks" },
     Case { name: "a GIF of pictures that browsers show slower", line: "run fine.ron --ticks 5 --fps 60 --film film.gif", code: 2, message: "sandbox: film.gif: such a film shows a picture for 0.02 to 655.35 s, and these frames take 0.0167 s; give another --fps, or --frames for single pictures" },
     Case { name: "a recording with frame times", line: "run tutorial --script recorded.script --fps 30", code: 2, message: "sandbox: a recording has frame times of its own; leave --fps and --frame-times out" },
     Case { name: "a recording with a bad header", line: "run tutorial --script header.script", code: 2, message: r#"sandbox: header.script:1:1: scene: the scene is missing; add the name of a scene, such as `scene: "tutorial"`
@@ -252,6 +253,7 @@ pub const ARGUMENTS: &[(&str, &[&str])] = &[
     ("run fine.ron --substeps 100001", &["--substeps", "give a whole number from 1 to 100000"]),
     ("fine.ron --threads 0", &["--threads", "give a whole number from 1 to 256"]),
     ("run fine.ron --threads -2", &["--threads", "give a whole number from 1 to 256"]),
+    ("sweep fine.ron --vary step_hz=30 --threads 257", &["give a whole number from 1 to 256"]),
     ("stability --method euler --out out", &["--method", "the methods are {METHODS}"]),
     ("--guest run fine.ron", &["'run' is a command: flags before a command belong to the window"]),
     ("cost kepler --seconds 3 --hours 0", &["--hours", "give a finite number above 0"]),

@@ -132,7 +132,7 @@ pub enum Refusal {
     },
     /// No choice is as cheap.
     #[error(
-        "nothing runs in {budget_ms} ms: the cheapest takes {least_ms:.2e} ms; give a larger budget"
+        "nothing runs in {budget_ms:e} ms: the cheapest takes {least_ms:.2e} ms; give a larger budget"
     )]
     BudgetTooSmall {
         /// The time asked for, ms.

@@ -77,6 +77,7 @@ pub use observe::forces_on::{
 };
 pub use observe::law_texts::LawTexts;
 pub use observe::orbits::{Orbit, orbits};
+pub use observe::oscillator::BodyOscillator;
 pub use observe::totals::{KineticEnergy, Totals, totals};
 pub use schedule::plan::{OutsideMethod, Passes, StepPlan};
 #[cfg(feature = "bevy")]

@@ -5,4 +5,5 @@ pub(crate) mod forecast;
 pub(crate) mod law_texts;
 pub(crate) mod ledger;
 pub(crate) mod orbits;
+pub(crate) mod oscillator;
 pub(crate) mod totals;

@@ -1,5 +1,7 @@
 //! The clocks of frames: frame time, and the ticks that are due, computed from total time and never accumulated.
 
+use scene::shown;
+
 /// Why a number was refused as a time or rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BadTime {
@@ -15,8 +17,12 @@ impl std::fmt::Display for BadTime {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NotFinite(value) => write!(out, "{value} is not a time; give a finite number"),
-            Self::Negative(value) => write!(out, "{value} s is negative; time only goes forward"),
-            Self::NotPositive(value) => write!(out, "{value} is not a rate; give a number above 0"),
+            Self::Negative(value) => {
+                write!(out, "{} s is negative; time only goes forward", shown(*value))
+            }
+            Self::NotPositive(value) => {
+                write!(out, "{} is not a rate; give a number above 0", shown(*value))
+            }
         }
     }
 }

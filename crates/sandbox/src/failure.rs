@@ -40,6 +40,7 @@ impl Failure {
             Kind::InvalidFilename => {
                 "the name is too long, or has characters that no name can have; give another"
             }
+            Kind::InvalidData if doing == "read" => "it is not UTF-8 text; give another path",
             Kind::BrokenPipe => "nothing reads it any more; start its reader first",
             Kind::FileTooLarge => {
                 "the file would be larger than is allowed; see `ulimit -f`, or write less"

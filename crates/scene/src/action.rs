@@ -7,6 +7,8 @@ use motion::effects::Effect;
 use motion::{Method, Substeps};
 use serde::{Deserialize, Serialize};
 
+use crate::text::faults::shown;
+
 /// Makes the enum from a table with a row for each action: its variant, what it acts on, and what is wrong with its
 /// values, if anything is.
 macro_rules! actions {
@@ -59,7 +61,7 @@ actions! {
     /// The time at which the next key goes down or up, s, at least 0, within its frame; for recordings.
     At(time: f64) => Target::Input, unless(
         *time >= 0.0 && time.is_finite(),
-        || format!("{time} s is not a time of a key"),
+        || format!("{} s is not a time of a key", shown(*time)),
         "give a number of seconds, at least 0",
     );
     /// Types characters into the field that has the focus; for recordings.
@@ -103,13 +105,13 @@ actions! {
     /// Sets the pixels per point of the panels, above 0.
     Scale(scale: f64) => Target::Input, unless(
         scale.is_finite() && *scale > 0.0,
-        || format!("{scale} is not a scale"),
+        || format!("{} is not a scale", shown(*scale)),
         "give a positive number",
     );
     /// Sets the width of the dock, points, above 0.
     DockWidth(points: f64) => Target::Input, unless(
         points.is_finite() && *points > 0.0,
-        || format!("{points} is not a width"),
+        || format!("{} is not a width", shown(*points)),
         "give a positive number of points",
     );
     /// Arranges the panels as that text says, which is what the window remembers; for recordings.
@@ -123,7 +125,7 @@ actions! {
     /// Sets the scene's damping rate, 1/s.
     SetDamping(rate: f64) => Target::Effect(Effect::Damping), unless(
         rate.is_nan() || *rate >= 0.0,
-        || format!("{rate} is not a rate"),
+        || format!("{} is not a rate", shown(*rate)),
         "give a number of 1/s, at least 0",
     );
     /// Sets a body's velocity, m/s.
@@ -224,7 +226,7 @@ fn timeless(seconds: f64, what_for: &str) -> Option<Fault> {
     let valid = seconds > 0.0 && seconds.is_finite();
     unless(
         valid,
-        || format!("{seconds} is not a time to {what_for}"),
+        || format!("{} is not a time to {what_for}", shown(seconds)),
         "give a positive number of seconds",
     )
 }
@@ -325,7 +327,7 @@ impl When {
 impl fmt::Display for When {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Seconds(seconds) => write!(out, "{seconds} s"),
+            Self::Seconds(seconds) => write!(out, "{} s", shown(*seconds)),
             Self::Tick(tick) => write!(out, "tick {tick}"),
             Self::Frame(frame) => write!(out, "frame {frame}"),
         }

@@ -5,6 +5,7 @@ use motion::{Method, Substeps};
 
 use crate::scene::BodySpec;
 use crate::text::faults::Faults;
+pub(crate) use crate::text::faults::shown;
 use crate::text::nearest::one_of;
 use crate::text::syntax::{Triple, Word};
 
@@ -75,12 +76,6 @@ pub(crate) fn positive(v: f64) -> bool {
 
 pub(crate) fn not_negative(v: f64) -> bool {
     v >= 0.0 && v.is_finite()
-}
-
-/// A number as a person would write it: `{}` alone spells 1e-310 with three hundred zeros.
-pub(crate) fn shown(v: f64) -> String {
-    let plain = v == 0.0 || !v.is_finite() || (1e-6..1e15).contains(&v.abs());
-    if plain { format!("{v}") } else { format!("{v:e}") }
 }
 
 /// What is wrong with the value of `key`, and the cure, as the error of a scene file says it; `None` if it keeps the rule.

@@ -74,7 +74,7 @@ pub use shipped::{
     read_text, shipped,
 };
 pub use spawn::{Appearance, FileIndex, PointRadius, SoftBodyName};
-pub use text::faults::{Fault, SceneError};
+pub use text::faults::{Fault, SceneError, shown};
 pub use text::nearest::{did_you_mean, nearest};
 
 /// A scene with these keys.

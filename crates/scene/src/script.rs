@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use crate::action::{Action, Step, When};
 use crate::scene::Scene;
-use crate::text::faults::{Faults, SceneError};
+use crate::text::faults::{Faults, SceneError, shown};
 use crate::text::locate;
 use crate::text::syntax::{self, Word, keys_of};
 
@@ -324,7 +324,11 @@ fn header(raw: &RawRecording<'_>, faults: &mut Faults) -> Recording {
     let mut last = 0.0;
     for (i, &end) in ends.iter().enumerate() {
         if !(end >= last && end.is_finite()) {
-            let what = format!("a frame cannot end at {end} s after one that ended at {last} s");
+            let what = format!(
+                "a frame cannot end at {} s after one that ended at {} s",
+                shown(end),
+                shown(last)
+            );
             faults.add(
                 format!("frame_ends_s[{i}]"),
                 what,
@@ -367,7 +371,7 @@ fn when(raw: &RawStep<'_>, i: usize, earlier: &mut Vec<When>, faults: &mut Fault
     let before = earlier.iter().rev().find_map(|latest| Some((latest, when.precedes(*latest)?)));
     match (when, before) {
         (When::Seconds(at), _) if !(at >= 0.0 && at.is_finite()) => {
-            faults.add(key, format!("{at} is not a time"), "give seconds from 0 up");
+            faults.add(key, format!("{} is not a time", shown(at)), "give seconds from 0 up");
             return None;
         }
         (_, Some((latest, true))) => {

@@ -139,7 +139,11 @@ fn range(text: &str) -> Result<Vec<String>, String> {
     let count =
         count.ok_or_else(|| format!("give from {least} to {MOST_VALUES} values of a range"))?;
     if from >= to {
-        return Err(format!("the range {from}..{to} is empty; give its lower end first"));
+        return Err(format!(
+            "the range {}..{} is empty; give its lower end first",
+            written(from),
+            written(to)
+        ));
     }
     if spacing == Spacing::Logarithmic && from <= 0.0 {
         return Err("a logarithmic range begins above 0; give another lower end, or lin".to_owned());
@@ -230,6 +234,7 @@ mod tests {
             ("step_hz=30 /* x */,60", "a value has no comments; leave it out"),
             ("step_hz=60..30 lin 3", "the range 60..30 is empty; give its lower end first"),
             ("step_hz=30..30 lin 3", "the range 30..30 is empty; give its lower end first"),
+            ("x=1e300..1e-300 lin 3", "the range 1e300..1e-300 is empty; give its lower end first"),
             (
                 "step_hz=0..30 log 3",
                 "a logarithmic range begins above 0; give another lower end, or lin",

@@ -7,7 +7,7 @@ use cpu_time::ThreadTime;
 use history::{REFERENCE_METHOD, Simulation, reference_substeps};
 use motion::ledger::Ledger;
 use motion::units::Vector;
-use scene::{EXPLODES, Scene, StepKind};
+use scene::{EXPLODES, Scene, StepKind, shown};
 
 use super::measure::Measure;
 use super::{Outcome, Plan};
@@ -32,8 +32,11 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     }
     let ticks = ticks_in(&scene, plan.seconds);
     if ticks == 0 {
-        let why =
-            format!("{} s are less than half a tick of {} s", plan.seconds, 1.0 / scene.step_hz);
+        let why = format!(
+            "{} s are less than half a tick of {} s",
+            shown(plan.seconds),
+            shown(1.0 / scene.step_hz)
+        );
         return (Outcome::Refused, why, Vec::new());
     }
     let measures = |measure| plan.measures.contains(&measure);

@@ -17,6 +17,7 @@ use bevy_ecs::prelude::*;
 use modes::Stepping;
 pub use natural::{NaturalMode, NaturalModes, natural_modes};
 pub use orbit::LASTING_TURNS;
+pub(crate) use single_bodies::restoring_rate;
 
 use crate::groups::{Group, Groups, compile_groups};
 use crate::laws::damping::Damping;

@@ -100,11 +100,7 @@ impl Figure {
 
     /// Values that can be shown as numbers.
     fn numbers(&self) -> impl Iterator<Item = f64> {
-        self.cells.iter().filter_map(|cell| match cell {
-            Value::Number(number) if number.is_finite() => Some(*number),
-            Value::Count(count) => Some(*count as f64),
-            _ => None,
-        })
+        self.cells.iter().filter_map(shown)
     }
 
     /// The smallest number above 0 and the largest, and whether they are shown in logarithms.
@@ -145,14 +141,12 @@ impl Figure {
             .zip(&self.cells)
             .zip(&axis.values)
             .filter_map(|((at, cell), value)| {
-                let Value::Number(shown) = cell else { return None };
+                let shown = shown(cell)?;
                 let place = (
                     left + x.place(*at) * (right - left),
-                    bottom - y.place(*shown) * (bottom - top),
+                    bottom - y.place(shown) * (bottom - top),
                 );
-                shown.is_finite().then(|| {
-                    (place.0, place.1, format!("{}={value}: {}", axis.place, digits(*shown)))
-                })
+                Some((place.0, place.1, format!("{}={value}: {}", axis.place, digits(shown))))
             })
             .collect();
         points.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
@@ -170,6 +164,7 @@ impl Figure {
         shapes.extend(points.iter().map(|(x, y, words)| {
             Shape::rectangles([[-3.0, -3.0, 6.0, 6.0]]).fill(color).at(*x, *y).tip(words)
         }));
+        shapes.extend(self.left_out().map(|note| Shape::soft_words(note).at(left, 584.0)));
         Some(Drawing { title: self.title.clone(), height: 590, shapes })
     }
 
@@ -199,11 +194,8 @@ impl Figure {
                             NO
                         }
                     }
-                    Value::Number(number) if number.is_finite() => {
-                        scale(part(*number, low, high, logarithmic))
-                    }
-                    Value::Count(count) => scale(part(*count as f64, low, high, logarithmic)),
-                    Value::Number(_) | Value::Text(_) | Value::Absent => ABSENT,
+                    other => shown(other)
+                        .map_or(ABSENT, |number| scale(part(number, low, high, logarithmic))),
                 };
                 let shown = match cell {
                     Value::Number(number) => digits(*number),
@@ -246,7 +238,8 @@ impl Figure {
         let y = 44.0;
         let box_of = |x: f64, color| Shape::rectangles([[x, y, 18.0, 14.0]]).fill(color);
         let word = |x: f64, words: &str| Shape::words(words).sized(12.0).at(x, y + 12.0);
-        let mut shapes = vec![box_of(LEFT, ABSENT), word(LEFT + 24.0, "nothing measured")];
+        let absent = if self.kind == Kind::Text { "not a number" } else { "nothing measured" };
+        let mut shapes = vec![box_of(LEFT, ABSENT), word(LEFT + 24.0, absent)];
         let x = LEFT + 170.0;
         match self.kind {
             Kind::Flag => {
@@ -294,6 +287,15 @@ impl Figure {
                 self.wide, self.high
             )
         })
+    }
+}
+
+/// The number that a cell shows; `None` if it shows none.
+fn shown(cell: &Value) -> Option<f64> {
+    match cell {
+        Value::Number(number) => Some(*number).filter(|number| number.is_finite()),
+        Value::Count(count) => Some(*count as f64),
+        Value::Flag(_) | Value::Text(_) | Value::Absent => None,
     }
 }
 
@@ -348,6 +350,44 @@ mod tests {
         assert!(svg.contains("springs[0].stiffness_n_m=100: 2<"), "{svg}");
         let svg = drawn(&plan, |_| Value::Absent);
         assert!(svg.contains("nothing measured"));
+    }
+
+    #[test]
+    fn every_figure_of_every_measure_has_a_mark_for_each_value_that_can_be_shown() {
+        let numbers = "springs[0].stiffness_n_m=1,10,100,1000";
+        let [offsets, methods] = ["a=-1,0,1,2", "method=explicit_euler,runge_kutta_4"];
+        let all: [&[&str]; 5] = [&[numbers], &[offsets], &[methods], &[numbers, methods], &[]];
+        for (measure, axes) in
+            lab::sweep::Measure::ALL.iter().flat_map(|m| all.map(|axes| (*m, axes)))
+        {
+            let axes = axes.iter().map(|text| lab::sweep::Axis::parse(text).unwrap()).collect();
+            let plan = Plan { axes, measures: vec![measure], ..plan() };
+            let kind = measure.columns()[0].1;
+            for scale in [0, 1, 1000] {
+                let value = |run: u64| match kind {
+                    _ if run == 2 => Value::Absent,
+                    Kind::Number if run == 3 => Value::Number(f64::NAN),
+                    Kind::Number => Value::Number((run * scale) as f64),
+                    Kind::Count => Value::Count(run * scale),
+                    Kind::Flag => Value::Flag(run == 0),
+                    Kind::Text => Value::Text(run.to_string()),
+                };
+                let svg = drawn(&plan, value);
+                let cells = svg.matches("</title>").count();
+                // One of a field is in its legend.
+                let grey = svg.matches("fill=\"#c8ccd2\"").count().saturating_sub(1);
+                let runs = (0..plan.runs().unwrap()).map(value);
+                let shown =
+                    runs.filter(|value| shown(value).is_some() || matches!(value, Value::Flag(_)));
+                assert_eq!(cells - grey, shown.count(), "{} {:?}", measure.name(), plan.axes);
+            }
+        }
+        let plan = Plan {
+            axes: vec![lab::sweep::Axis::parse("a=0..199 lin 200").unwrap()],
+            measures: vec![lab::sweep::Measure::Drift],
+            ..plan()
+        };
+        assert!(drawn(&plan, |_| Value::Number(1.0)).contains("the first 120 of 200 columns"));
     }
 
     #[test]

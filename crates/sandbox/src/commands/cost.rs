@@ -11,7 +11,7 @@ use lab::cost::{
 };
 
 use lab::part::{Found, Part};
-use scene::{BodySpec, Scene};
+use scene::{BodySpec, Scene, shown};
 
 use crate::args::{bodies, check_study, positive};
 use crate::commands::list::Format;
@@ -232,7 +232,9 @@ fn earlier(args: &CostArgs, subjects: &[Subject]) -> Result<Vec<Study>, Failure>
     };
     let report: Report = match serde_json::from_str(&text) {
         Ok(report) => report,
-        Err(error) => return other(&format!("not a report of this version: {error}")),
+        Err(error) => {
+            return other(&format!("not a report of this version, from line {} on", error.line()));
+        }
     };
     if report.format != FORMAT || report.machine != Machine::here() {
         return other("this report was made by another version or on another machine");
@@ -273,7 +275,7 @@ fn command(args: &CostArgs) -> String {
         command += " --quick";
     }
     if let Some(seconds) = args.seconds {
-        command += &format!(" --seconds {seconds}");
+        command += &format!(" --seconds {}", shown(seconds));
     }
     command
 }

@@ -4,7 +4,7 @@ use clap::Args;
 use history::Overrides;
 use motion::{LawTexts, Method};
 use render::Swarms;
-use scene::{Scene, StepKind, byte_words};
+use scene::{Scene, StepKind, byte_words, shown};
 
 use crate::app::session::Session;
 use crate::args::{SceneName, method};
@@ -48,7 +48,7 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
     let damping = joined(&damping);
     let scene = &session.stage.sim().scene;
     let step = match scene.step {
-        StepKind::Fixed => format!("{} Hz", scene.step_hz),
+        StepKind::Fixed => format!("{} Hz", shown(scene.step_hz)),
         StepKind::Frame => "the frame's own length".to_owned(),
     };
     let (method, scene_substeps) = (session.stage.sim().stepper.method(), scene.substeps);

@@ -10,7 +10,7 @@ use lab::part::{Found, Part as StudyPart};
 use lab::recommend::{Goal, NextChoice, PartChoice, Point, Recommendation, Unit, recommend};
 use motion::Method;
 use report::numbers::{digits, duration, json_number as number, length, three_digits};
-use scene::{Part, Scene, Source, StepKind};
+use scene::{Part, Scene, Source, StepKind, shown};
 use serde_json::{Value, json};
 
 use crate::args::{SceneName, check_study, positive};
@@ -124,11 +124,13 @@ fn measure_part(
 /// The command that measures all parts.
 fn command(args: &RecommendArgs) -> String {
     let mut command = match args.goal.goal() {
-        Goal::Error(meters) => format!("sandbox recommend {} --error {meters}", &*args.scene),
-        Goal::Budget(ms) => format!("sandbox recommend {} --budget-ms {ms}", &*args.scene),
+        Goal::Error(meters) => {
+            format!("sandbox recommend {} --error {}", &*args.scene, shown(meters))
+        }
+        Goal::Budget(ms) => format!("sandbox recommend {} --budget-ms {}", &*args.scene, shown(ms)),
     };
     if let Some(seconds) = args.seconds {
-        command += &format!(" --seconds {seconds}");
+        command += &format!(" --seconds {}", shown(seconds));
     }
     if args.quick {
         command += " --quick";

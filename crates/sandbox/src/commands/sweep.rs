@@ -157,6 +157,9 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     if done > 0 {
         counts.insert(0, format!("{done} were done before"));
     }
+    if counts.is_empty() {
+        return show(&format!("{}: shard {shard} has no runs\n", folder.display()));
+    }
     show(&format!("{}: of {runs} runs {}\n", folder.display(), counts.join(", ")))
 }
 

@@ -396,7 +396,11 @@ pub(crate) fn read_record<T: DeserializeOwned>(
     };
     serde_json::from_str(&text).map(Some).map_err(|error| {
         let cure = "give another folder, or remove the file";
-        Failure::Usage(format!("{}: not a {what} of this version: {error}; {cure}", path.display()))
+        let line = error.line();
+        Failure::Usage(format!(
+            "{}: not a {what} of this version, from line {line} on; {cure}",
+            path.display()
+        ))
     })
 }
 

@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 
-use csv::{Reader, ReaderBuilder, StringRecord};
+use csv::{ErrorKind, Reader, ReaderBuilder, StringRecord};
 use lab::sweep::{Record, Row};
 use lab::{Column, Shard, Value};
 use report::Parquet;
@@ -140,7 +140,10 @@ impl Runs {
         match self.reader.read_record(&mut self.record) {
             Ok(true) => {}
             Ok(false) => return Ok(None),
-            Err(error) => return Err(self.damaged(&format!("cannot be read: {error}"))),
+            Err(error) => match error.into_kind() {
+                ErrorKind::Io(error) => return Err(Failure::file("read", &self.path, &error)),
+                _ => self.record.clear(),
+            },
         }
         let fields = self.columns.iter().zip(&self.record);
         let values: Option<Vec<Value>> =

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::snapshot::LastStep;
-use motion::{Damping, DampingModel, ForceCause, PhysicsBody, Push, SoftBody};
+use motion::{Damping, DampingModel, ForceCause, Method, PhysicsBody, Push, SoftBody};
 
 use crate::stage::Stage;
 
@@ -24,11 +24,34 @@ pub(crate) fn synchronized(
     body: Entity,
     forces: &[(ForceCause, DVec3)],
 ) -> Option<PhysicsBody> {
+    later(world, body, forces, half_step(world, body))
+}
+
+/// The state of a body with the mean velocity of its last and its coming step of `method`, of `step` seconds, without pushes.
+/// Semi-implicit Euler, too, moves a body with velocities between two positions.
+pub(crate) fn between_steps(
+    world: &World,
+    body: Entity,
+    method: Method,
+    step: f64,
+) -> Option<PhysicsBody> {
+    let is_mean = method == Method::SemiImplicitEuler;
+    let half = if is_mean { step / 2.0 } else { half_step(world, body) };
+    later(world, body, &motion::forces_on(world, body), half)
+}
+
+/// The state of a body with the velocity `seconds` later, from the forces on it.
+fn later(
+    world: &World,
+    body: Entity,
+    forces: &[(ForceCause, DVec3)],
+    seconds: f64,
+) -> Option<PhysicsBody> {
     let state = *world.get::<PhysicsBody>(body)?;
     let damping = damping_model(world);
     let laws = forces.iter().filter(|(cause, _)| is_of_laws(*cause, damping));
     let newtons: DVec3 = laws.map(|(_, newtons)| *newtons).sum();
-    Some(state.moving_at(state.velocity + newtons * state.inverse_mass * half_step(world, body)))
+    Some(state.moving_at(state.velocity + newtons * state.inverse_mass * seconds))
 }
 
 /// The state of a soft body with the velocity at the time of its positions. `together` is its movable points as one body.

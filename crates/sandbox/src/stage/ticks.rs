@@ -4,10 +4,11 @@ use std::ops::ControlFlow;
 
 use history::{Change, Simulation};
 use motion::ledger::Ledger;
-use motion::{Push, TimeStep, Transform, remember_positions};
+use motion::{BodyOscillator, Push, TimeStep, Transform, remember_positions};
 use scene::StepKind;
 
 use crate::clock::FrameTime;
+use crate::stage::forces::between_steps;
 use crate::stage::notices::Topic;
 use crate::stage::playback::FrameTicks;
 use crate::stage::{Simulated, Stage};
@@ -54,10 +55,13 @@ impl Stage {
 
     /// Applies the pull of the pointer and the pushes of held keys to the coming tick.
     fn push_held(&mut self) {
+        let method = self.sim.method();
         let Self { sim: Simulation { world, .. }, here, .. } = self;
         let pulled = here.pull.as_mut().map(|pull| {
-            let (place, body) = (world.get::<Transform>(pull.body)?, world.get(pull.body)?);
-            let newtons = pull.force(place.position, body, world.resource::<TimeStep>().0);
+            let place = world.get::<Transform>(pull.body)?.position;
+            let own = BodyOscillator::of(world, pull.body, method)?;
+            let body = between_steps(world, pull.body, own.method, own.step)?;
+            let newtons = pull.force(place, &body, &own, world.resource::<TimeStep>().0);
             Some(Push { body: pull.body, newtons })
         });
         if pulled == Some(None) {

@@ -66,6 +66,13 @@ impl fmt::Display for SceneError {
 
 impl std::error::Error for SceneError {}
 
+/// A number as a person would write it: `{}` alone spells 1e-310 with three hundred zeros.
+#[must_use]
+pub fn shown(v: f64) -> String {
+    let plain = v == 0.0 || !v.is_finite() || (1e-6..1e15).contains(&v.abs());
+    if plain { format!("{v}") } else { format!("{v:e}") }
+}
+
 /// A number with a comma before each group of three digits.
 fn in_groups(number: usize) -> String {
     let digits = number.to_string();

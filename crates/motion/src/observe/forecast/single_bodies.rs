@@ -389,7 +389,7 @@ fn air(of_all: Option<&Drag>, own: &[Box<dyn Law>], inverse_mass: Scalar) -> Opt
 }
 
 /// Largest restoring rate of a derivative in any direction.
-fn restoring_rate(derivative: DMat3) -> Scalar {
+pub(crate) fn restoring_rate(derivative: DMat3) -> Scalar {
     let symmetric = (derivative + derivative.transpose()) * -0.5;
     let found = largest(3, 1, Scalar::INFINITY, None, |x, out| {
         (symmetric * DVec3::from_slice(x)).write_to_slice(out);

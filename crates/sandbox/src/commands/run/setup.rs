@@ -5,9 +5,9 @@ use std::path::Path;
 use history::Overrides;
 use lab::duration::{swarm_seconds, tick_seconds};
 use render::{Film, Quality};
-use report::numbers::number;
+use report::numbers::{number, rounded};
 use scene::lesson::{beside, is_same_scene};
-use scene::{Action, Keeps, Scene, Script, StepKind};
+use scene::{Action, Keeps, Scene, Script, StepKind, shown};
 
 use super::film::{GIF_FPS, is_gif, lengths_s};
 use super::{RunArgs, keeps_ledger};
@@ -306,7 +306,7 @@ fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<
             check_seconds(seconds, rate)?;
             let ticks = (seconds * rate).round() as u64;
             if ticks == 0 {
-                let tick = (1e6 / rate).round() / 1e6;
+                let [seconds, tick] = [seconds, rounded(1.0 / rate, 6)].map(shown);
                 let what =
                     format!("{}: {seconds} s are less than half a tick of {tick} s", args.scene);
                 return Err(Failure::Usage(format!(
