@@ -93,10 +93,12 @@ pub struct Record {
     pub processors: Vec<String>,
     /// Whether every run is in the table.
     pub complete: bool,
+    /// XXH3-64 of the complete table, 16 hexadecimal digits.
+    pub table_hash: Option<String>,
 }
 
 /// [`Record::format`] of this program.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 impl Record {
     /// Why two records do not belong to one sweep, as the end of a sentence.

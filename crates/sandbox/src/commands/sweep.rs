@@ -117,6 +117,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
         shard,
         processors: vec![Machine::here().processor],
         complete: false,
+        table_hash: None,
     };
     files.refuse_names(folder, runs::is_file, "the sweep in that folder; give another folder")?;
     refuse_foreign_files(folder, earlier.is_some(), runs::is_file, "give another folder")?;
@@ -207,18 +208,14 @@ fn begin(
                 record.processors.extend(new);
                 true
             }
-            (true, true) if runs::are_there(folder) => return Ok(None),
+            (true, true) if runs::are_there(&earlier, folder) => return Ok(None),
             (true, _) => false,
         }
     } else {
         false
     };
     runs::write_record(&record, folder, files)?;
-    let (journal, done) = if continues {
-        Journal::resume(&record, folder)?
-    } else {
-        (Journal::begin(&record, folder)?, 0)
-    };
+    let (journal, done) = Journal::begin(&record, folder, files, continues)?;
     Ok(Some((record, journal, done)))
 }
 

@@ -8,6 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde::de::DeserializeOwned;
 use tempfile::NamedTempFile;
+use xxhash_rust::xxh3::xxh3_64;
 
 use crate::failure::Failure;
 
@@ -384,20 +385,35 @@ pub(crate) fn refuse_foreign_files(
     }
 }
 
-/// Reads the JSON that an earlier run wrote into the file at `path`, if it exists.
+/// What comes before the checksum in a JSON that is sealed.
+const SEAL: &str = ",\n  \"checksum\": \"";
+
+/// Adds the XXH3-64 of all text before it to an object in JSON, as its last key.
+pub(crate) fn sealed(json: &str) -> String {
+    let json = json.trim_end().strip_suffix("\n}").unwrap_or_default();
+    format!("{json}{SEAL}{:016x}\"\n}}\n", xxh3_64(json.as_bytes()))
+}
+
+/// Reads the [sealed] JSON that an earlier run wrote into the file at `path`, if it exists.
 pub(crate) fn read_record<T: DeserializeOwned>(
     path: &Path,
     what: &str,
+    cure: &str,
 ) -> Result<Option<T>, Failure> {
-    let text = match fs::read_to_string(path) {
-        Ok(text) => text,
+    let bytes = match fs::read(path) {
+        Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(Failure::file("read", path, &error)),
     };
-    serde_json::from_str(&text).map(Some).map_err(|error| {
-        let cure = "give another folder, or remove the file";
-        Failure::Usage(format!("{}: not a {what} of this version: {error}; {cure}", path.display()))
-    })
+    let refused = |why: &str| {
+        Failure::Usage(format!("{}: not a {what} of this version: {why}; {cure}", path.display()))
+    };
+    let text = String::from_utf8(bytes).unwrap_or_default();
+    let is_whole = |(json, _): (&str, &str)| sealed(&format!("{json}\n}}")) == text;
+    if !text.rsplit_once(SEAL).is_some_and(is_whole) {
+        return Err(refused("its checksum is missing or wrong, so it may be damaged"));
+    }
+    serde_json::from_str(&text).map(Some).map_err(|error| refused(&error.to_string()))
 }
 
 /// Makes the folder of a study where it is missing, and keeps other studies out of it as long as the lock is held.
