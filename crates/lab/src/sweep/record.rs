@@ -1,5 +1,6 @@
 //! The plan and record of a sweep: the plain data of `sweep.json`, which is read again.
 
+use scene::Keeps;
 use serde::{Deserialize, Serialize};
 
 use super::axis::Axis;
@@ -49,6 +50,16 @@ impl Plan {
     pub fn values(&self, run: u64) -> Vec<&str> {
         let indices = self.indices(run);
         self.axes.iter().zip(indices).map(|(axis, index)| &*axis.values[index]).collect()
+    }
+
+    /// What a run keeps for its measures.
+    pub(super) fn keeps(&self) -> Keeps {
+        let measures = |measure| self.measures.contains(&measure);
+        Keeps {
+            ledger: measures(Measure::Drift) || measures(Measure::Survives),
+            compared: Some(if measures(Measure::Error) { 2 } else { 0 }),
+            ..Keeps::default()
+        }
     }
 
     /// The columns of the table of runs: `run`, from 0, a column for each axis with its place as name, `outcome`, `why` and

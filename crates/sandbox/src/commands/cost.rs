@@ -222,8 +222,7 @@ fn earlier(args: &CostArgs, subjects: &[Subject]) -> Result<Vec<Study>, Failure>
     let Some(folder) = args.out.as_ref().filter(|_| !args.replace) else { return Ok(Vec::new()) };
     let path = folder.join(FILE);
     let cure = "give another folder, or --replace to write over it";
-    let other =
-        |what: &str| Err(Failure::Usage(format!("{}: {what}; {cure}", path.display())));
+    let other = |what: &str| Err(Failure::Usage(format!("{}: {what}; {cure}", path.display())));
     let Some(report) = read_record::<Report>(&path, "report", cure)? else {
         return Ok(Vec::new());
     };

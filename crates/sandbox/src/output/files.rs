@@ -1,10 +1,12 @@
 //! Output files that are whole or absent: written beside their place, then renamed into it.
 
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fs::{self, File, Metadata, Permissions, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use serde::de::DeserializeOwned;
 use tempfile::NamedTempFile;
@@ -30,7 +32,9 @@ pub(crate) fn leave_nothing_when_ended() {
         let signals = [SIGHUP, SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal));
         if let Ok(mut signals) = Signals::new(signals) {
             // Shells expect this code of a program that a signal ended.
-            std::thread::spawn(move || signals.forever().next().map(|signal| end(128 + signal)));
+            let wait = move || signals.forever().next().map(|signal| end(128 + signal));
+            // Without it, a signal ends the program at once.
+            let _ = std::thread::Builder::new().spawn(wait);
         }
     }
     #[cfg(not(unix))]
@@ -39,16 +43,42 @@ pub(crate) fn leave_nothing_when_ended() {
 
 /// Removes unfinished files and ends the process, whatever its threads are doing.
 pub(crate) fn end(code: i32) -> ! {
-    // No file is created from here on: this lock is held until the process ends.
-    let unfinished = unfinished();
-    for path in &*unfinished {
+    // No file is created from here on: this lock is held until the process ends. A thread that ran out of memory may hold it
+    // already.
+    let unfinished = (0..100).find_map(|_| {
+        let unfinished = UNFINISHED.try_lock().ok();
+        if unfinished.is_none() {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        unfinished
+    });
+    for path in unfinished.iter().flat_map(|unfinished| unfinished.iter()) {
         let _ = fs::remove_file(path);
     }
+    exit(code)
+}
+
+/// Ends the process, whatever its threads are doing.
+fn exit(code: i32) -> ! {
     // `process::exit` would unload the graphics driver below the threads that compile shaders, which crashes.
     #[cfg(unix)]
     signal_hook::low_level::exit(code);
     #[cfg(not(unix))]
     std::process::exit(code);
+}
+
+/// Ends the process in words because there is no memory left, and takes none for it.
+pub fn end_without_memory() -> ! {
+    thread_local! {
+        static ENDS: Cell<bool> = const { Cell::new(false) };
+    }
+    if !ENDS.replace(true) {
+        let words =
+            b"sandbox: there is too little memory; close other programs, or give less to do\n";
+        let _ = io::stderr().write_all(words);
+        end(2);
+    }
+    exit(2)
 }
 
 /// Makes writing more than `ulimit -f` allows an error, instead of the end of the process.

@@ -196,8 +196,7 @@ impl<'r> Runs<'r> {
         match (values, planned) {
             // As they are written: a text that a spreadsheet would compute has an apostrophe.
             (Some(values), Some(planned))
-                if report::sweep::row(&values[..planned.len()])
-                    == report::sweep::row(&planned) =>
+                if report::sweep::row(&values[..planned.len()]) == report::sweep::row(&planned) =>
             {
                 self.place += 1;
                 Ok(Some((run, values)))
