@@ -1,11 +1,14 @@
 //! What a scene takes, said before it is taken: memory, and the time of a tick.
 
 use std::fs;
+use std::io::Read as _;
 use std::process::{Command, Stdio};
 
+use lab::sweep::{Axis, Measure, Plan, Sweep};
 use render::{Film, Image};
 use sandbox::Options;
 use scene::{Keeps, Scene};
+use tempfile::TempDir;
 
 use crate::effects::allocations::most_held;
 use crate::rigs::{Dice, Drive, Said, folder, output, program, sandbox, scene_of, wait_for};
@@ -143,6 +146,98 @@ fn the_estimate_has_what_the_run_keeps() {
     // There is no device here, nor a timeline that is full.
     assert!(factors.iter().all(|factor| (1.0..=3.0).contains(factor)), "{factors:?}");
     assert!(factors[0] <= 1.6, "{factors:?}");
+}
+
+#[test]
+fn the_estimate_of_a_sweep_has_its_ledgers_and_references() {
+    let measures: [&[Measure]; 3] =
+        [&[Measure::StateHash], &[Measure::Drift, Measure::LargestDistance], &Measure::ALL];
+    let mut factors = Vec::new();
+    for (kind, text) in kinds() {
+        if !["cloud", "emitter", "cloth in air", "chain", "springs", "options"].contains(&kind) {
+            continue;
+        }
+        let scene = scene_of(&text);
+        for measures in measures {
+            let axes = vec![Axis::parse("step_hz=100,200").unwrap()];
+            let plan = Plan { axes, seconds: 0.01, measures: measures.to_vec() };
+            let sweep = Sweep::new(&scene, plan).unwrap();
+            let taken = most_held(|| drop(std::hint::black_box(sweep.row(0))));
+            factors.push((kind, measures.len(), sweep.estimated_bytes()[1] as f64 / taken as f64));
+        }
+    }
+    assert!(factors.iter().all(|(.., factor)| (1.0..=2.0).contains(factor)), "{factors:?}");
+}
+
+/// The most resident memory of `sandbox line`, bytes, and what it said.
+#[cfg(target_os = "linux")]
+fn peak(folder: &TempDir, line: &str) -> (u64, String) {
+    let mut run = Command::new(program());
+    let run = run.args(line.split(' ')).current_dir(folder).stderr(Stdio::piped());
+    let mut run = run.stdout(Stdio::null()).spawn().unwrap();
+    let status = format!("/proc/{}/status", run.id());
+    let mut most = 0;
+    let ended = wait_for("its end", || {
+        let text = fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find(|line| line.starts_with("VmHWM:"));
+        let kib = line.and_then(|line| line.split_whitespace().nth(1)?.parse::<u64>().ok());
+        most = most.max(kib.unwrap_or(0) * 1024);
+        run.try_wait().unwrap()
+    });
+    let mut said = String::new();
+    run.stderr.unwrap().read_to_string(&mut said).unwrap();
+    assert_eq!(ended.code(), Some(0), "{said}");
+    (most, said)
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_sweep_stays_within_the_memory_that_is_allowed() {
+    let text = scene("gravity: (), clouds: [(count: 50000, half_extents_m: (9, 9, 9))]");
+    let folder = folder([("big.ron", text)]);
+    let (program_itself, _) = peak(&folder, "list methods");
+    let sweep = "sweep big.ron --vary step_hz=100,101,102,103 --seconds 0.05 --threads 4";
+    for (measure, gib) in [("survives,drift,largest_speed", 0.5), ("error,drift", 1.0)] {
+        let (most, said) = peak(&folder, &format!("{sweep} --measure {measure} --memory {gib}"));
+        assert!(said.contains(" of 4 runs side by side fit into the memory"), "{said}");
+        let most = most.saturating_sub(program_itself) as f64 / f64::from(1 << 30);
+        assert!(most < gib, "{most} GiB of {gib} by {measure}: {said}");
+    }
+    sandbox(&folder, &format!("{sweep} --measure error,drift --memory 0.12"))
+        .fails(2, "big.ron: a run takes about ");
+    for command in ["ablate", "effects", "cost", "recommend --error 1"] {
+        sandbox(&folder, &format!("{command} big.ron --memory 0.12"))
+            .fails(2, "big.ron: 50000 bodies and what the run keeps of them take about ");
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn memory_that_runs_out_ends_the_program_in_words() {
+    let text = scene("gravity: (), clouds: [(count: 50000, half_extents_m: (9, 9, 9))]");
+    let folder = folder([("big.ron", text)]);
+    let mut ended = 0;
+    for line in
+        ["run big.ron --ticks 1 --state s.csv", "sweep big.ron --vary step_hz=9,8 --seconds 1"]
+    {
+        for mib in (40..240).step_by(10) {
+            // The allowance tells the program that there is enough.
+            let line = format!("{line} --memory 64 --threads 1");
+            let line = format!("ulimit -v {}; exec {} {line}", mib * 1024, program().display());
+            let said = output(Command::new("bash").args(["-c", &line]).current_dir(&folder));
+            if said.err.contains("error while loading shared libraries") {
+                continue;
+            }
+            assert!([0, 2].contains(&said.code), "{mib} MiB: {}", said.all());
+            if said.code == 2 {
+                assert!(said.err.contains("there is too little memory"), "{}", said.all());
+                ended += 1;
+            }
+            fs::remove_file(folder.path().join("s.csv")).unwrap_or_default();
+            assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "{mib} MiB: {}", said.all());
+        }
+    }
+    assert!(ended > 5, "{ended}");
 }
 
 #[test]

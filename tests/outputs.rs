@@ -8,7 +8,7 @@ use render::Image;
 use serde_json::Value;
 
 use crate::black_box::with_a_fault;
-use crate::rigs::{folder, listing, output, program, sandbox, wait_for};
+use crate::rigs::{folder, listing, output, program, sandbox, sealed, wait_for};
 
 /// A scene that falls, for as long as it is asked to.
 const FALL: &str = "(version: 1, gravity: (), bodies: [(name: \"ball\")])";
@@ -326,8 +326,9 @@ mod on_unix {
         let stored = fs::read_to_string(root().join("docs/cost/report.json")).unwrap();
         let mut report: Report = serde_json::from_str(&stored).unwrap();
         report.command = "sandbox cost kepler --quick".to_owned();
-        let store =
-            |report: &Report| fs::write(&path, serde_json::to_string(report).unwrap()).unwrap();
+        let store = |report: &Report| {
+            fs::write(&path, sealed(&serde_json::to_string(report).unwrap())).unwrap()
+        };
         report.machine.processor += " of another machine";
         store(&report);
         let words = "this report was made by another version or on another machine; give another folder, or --replace";

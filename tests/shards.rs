@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::rigs::{folder, listing, sandbox};
+use crate::rigs::{folder, listing, sandbox, sealed};
 
 /// Every file of a folder with its name.
 fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
@@ -25,7 +25,9 @@ fn timeless(path: &Path) -> Value {
     fn strip(value: Value) -> Value {
         match value {
             Value::Object(map) => {
-                let is_time = |key: &str| ["time", "arithmetic_time", "tick_times"].contains(&key);
+                let is_time = |key: &str| {
+                    ["time", "arithmetic_time", "tick_times", "checksum"].contains(&key)
+                };
                 map.into_iter()
                     .filter(|(key, _)| !is_time(key))
                     .map(|(key, value)| (key, strip(value)))
@@ -83,7 +85,7 @@ fn a_merged_study_of_cost_has_the_errors_and_counts_of_one_run() {
     let text = fs::read_to_string(&part).unwrap();
     let mut other: Value = serde_json::from_str(&text).unwrap();
     other["machine"]["processor"] = "another processor".into();
-    fs::write(&part, other.to_string()).unwrap();
+    fs::write(&part, sealed(&other.to_string())).unwrap();
     sandbox(&folder, "merge merged-1 merged-2 --out two").fine();
     let report: Value = serde_json::from_slice(&fs::read(at("two/report.json")).unwrap()).unwrap();
     assert!(report["studies"][0]["machine"].is_null());
@@ -137,7 +139,7 @@ fn a_merged_recommendation_has_every_part_of_the_scene() {
     let part = at("merged-2/part.json");
     let mut other: Value = serde_json::from_slice(&fs::read(&part).unwrap()).unwrap();
     other["machine"]["processor"] = "another processor".into();
-    fs::write(&part, other.to_string()).unwrap();
+    fs::write(&part, sealed(&other.to_string())).unwrap();
     sandbox(&folder, "merge merged-1 merged-2 --out two")
         .fails(2, "times of different processors are not compared: measure all shards on one kind");
     assert!(!at("two").exists());
@@ -185,10 +187,13 @@ fn shards_that_are_no_whole_study_are_refused_by_name() {
     // One that was cut short.
     let part = at("r2/part.json");
     let text = fs::read_to_string(&part).unwrap();
-    fs::write(&part, text.replace("\"complete\": true", "\"complete\": false")).unwrap();
+    let changed = |from, to| sealed(&text.replace(from, to));
+    fs::write(&part, changed("\"complete\": true", "\"complete\": false")).unwrap();
     line("merge r2 --out r").fails(2, "r2: shard 2/2 is not complete; finish it with --resume");
     // One of an earlier format.
-    fs::write(&part, text.replace("\"format\": 2", "\"format\": 1")).unwrap();
-    line("merge r2 --out r")
-        .fails(2, "r2/part.json: this part was made by another version; give another folder");
+    fs::write(&part, changed("\"format\": 3", "\"format\": 2")).unwrap();
+    line("merge r2 --out r").fails(
+        2,
+        "r2/part.json: this part was made by another version; run the shard again into another folder",
+    );
 }

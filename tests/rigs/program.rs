@@ -168,6 +168,16 @@ pub fn scene_of(text: &str) -> Scene {
     Scene::parse("test", text).unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// A text in JSON with a checksum, as the program writes what it reads again.
+pub fn sealed(json: &str) -> String {
+    let mut value: serde_json::Value = serde_json::from_str(json).unwrap();
+    value.as_object_mut().unwrap().remove("checksum");
+    let text = serde_json::to_string_pretty(&value).unwrap();
+    let text = text.strip_suffix("\n}").unwrap();
+    let hash = xxhash_rust::xxh3::xxh3_64(text.as_bytes());
+    format!("{text},\n  \"checksum\": \"{hash:016x}\"\n}}\n")
+}
+
 /// The JSON in a file.
 #[track_caller]
 pub fn json(path: impl AsRef<Path>) -> serde_json::Value {

@@ -57,11 +57,11 @@ pub(crate) fn ordered<T: Send>(
     };
     let (sender, results) = channel();
     thread::scope(|scope| {
-        for _ in 0..threads.max(1) {
+        for number in 0..threads.max(1) {
             let sender = sender.clone();
             let (claim, work) = (&claim, &work);
             let guard = EndOnPanic { queue: &queue, moved: &moved };
-            scope.spawn(move || {
+            let spawned = thread::Builder::new().spawn_scoped(scope, move || {
                 let _guard = guard;
                 while let Some(index) = claim() {
                     if sender.send((index, work(index))).is_err() {
@@ -69,6 +69,12 @@ pub(crate) fn ordered<T: Send>(
                     }
                 }
             });
+            // Those that there are do all of it.
+            match spawned {
+                Err(error) if number == 0 => panic!("there is no thread to work on: {error}"),
+                Err(_) => break,
+                Ok(_) => {}
+            }
         }
         drop(sender);
         let _guard = EndOnPanic { queue: &queue, moved: &moved };

@@ -53,7 +53,7 @@ pub enum Found {
 }
 
 /// [`Part::format`] of this program.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 impl Part {
     /// A part of the study that `command` makes of `scenes`, of which nothing was run yet.

@@ -8,7 +8,7 @@ mod run;
 use std::ops::ControlFlow;
 
 use motion::Method;
-use scene::{Scene, SceneError, VariedScene};
+use scene::{Keeps, Scene, SceneError, VariedScene};
 
 use crate::column::Value;
 use crate::duration::{reference_tick_seconds, tick_seconds, ticks_in};
@@ -30,6 +30,8 @@ pub struct Sweep {
     plan: Plan,
     /// Whether the values of each axis are all numbers.
     numeric: Vec<bool>,
+    /// Bytes of the scene, and of the run that takes most.
+    bytes: [u64; 2],
 }
 
 /// How a run of a sweep ended.
@@ -77,18 +79,38 @@ impl Sweep {
             plan.axes.iter().map(|axis| (&*axis.place, &*axis.values[0])).collect();
         let varied = VariedScene::new(scene, &firsts)?;
         let base = beginning(&varied, &plan)?;
+        let keeps = plan.keeps();
+        let mut largest = base.clone();
+        let mut most = varied.scene(&base)?.estimated_bytes(keeps);
         for (at, axis) in plan.axes.iter().enumerate().filter(|(_, axis)| !is_of_methods(axis)) {
-            let mut values = base.clone();
-            // The first values and the last tell whether all are allowed: many values come from a range.
+            let (mut values, mut most_of_axis) = (base.clone(), 0);
+            // The first values, the last and the greatest tell whether all are allowed: many values come from a range.
             let (first, last) =
                 (axis.values.iter().take(PROBES as usize), axis.values.iter().last());
-            for value in first.chain(last) {
+            let numbers = axis.numbers().unwrap_or_default().into_iter().zip(&axis.values);
+            let greatest = numbers.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, value)| value);
+            for value in first.chain(last).chain(greatest) {
                 values[at] = value;
-                varied.scene(&values)?;
+                let bytes = varied.scene(&values)?.estimated_bytes(keeps);
+                if bytes > most_of_axis {
+                    (most_of_axis, largest[at]) = (bytes, value);
+                }
             }
+            most = most.max(most_of_axis);
+        }
+        // A scene that does not allow its largest values together is not run.
+        if let Ok(scene) = varied.scene(&largest) {
+            most = most.max(scene.estimated_bytes(keeps));
         }
         let numeric = plan.axes.iter().map(|axis| axis.numbers().is_some()).collect();
-        Ok(Self { varied, plan, numeric })
+        let bytes = [scene.estimated_bytes(Keeps::default()), most];
+        Ok(Self { varied, plan, numeric, bytes })
+    }
+
+    /// Estimated bytes of the scene, which all runs share, and of the run that takes most.
+    #[must_use]
+    pub const fn estimated_bytes(&self) -> [u64; 2] {
+        self.bytes
     }
 
     /// The plan of the sweep.

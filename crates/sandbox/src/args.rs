@@ -11,7 +11,7 @@ use motion::effects::Effect;
 use motion::forecast::NaturalModes;
 use motion::{DampingModel, Method, Substeps};
 use report::numbers::{long_duration, number};
-use scene::Scene;
+use scene::{Keeps, Scene};
 
 use crate::failure::Failure;
 
@@ -121,11 +121,22 @@ pub(crate) fn check_time(what: &str, seconds: f64) -> Result<(), Failure> {
     })
 }
 
+/// Refuses a command that runs `scene` with `others` further runs of it side by side, if that takes more memory than allowed.
+pub(crate) fn check_memory(scene: &Scene, others: u64, ledger: bool) -> Result<(), Failure> {
+    let keeps = Keeps { ledger, compared: Some(others), ..Keeps::default() };
+    scene.check_memory(keeps).map_err(|what| {
+        let cure = "give fewer bodies, or more with --memory";
+        Failure::Usage(format!("{}: {what}; {cure}", scene.name))
+    })
+}
+
 /// Estimated number of ticks of one substep that all settings of a study and its references take per tick of the scene.
 const STUDIED: f64 = 500.0;
 
-/// Refuses a study of `seconds` of `scene` that takes longer than allowed; `None`, if no person gave a length, passes.
+/// Refuses a study of `seconds` of `scene` that takes more memory or time than allowed; `None`, if no person gave a length, passes.
 pub(crate) fn check_study(scene: &Scene, seconds: Option<f64>) -> Result<(), Failure> {
+    // A run and its ledger beside the reference and the run that tells how uncertain that is.
+    check_memory(scene, 2, true)?;
     let Some(seconds) = seconds else { return Ok(()) };
     check_seconds(seconds, scene.step_hz)?;
     let ticks = seconds * scene.step_hz;

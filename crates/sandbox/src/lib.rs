@@ -34,6 +34,7 @@ pub use app::ui::Control;
 pub use commands::plan;
 pub use history::Overrides;
 pub use input::SwitchedBy;
+pub use output::files::end_without_memory;
 pub use output::{STDOUT_IS_CLOSED, report, tell};
 pub use panels::{Panel, PanelRow};
 pub use stage::options::{Options, Words};

@@ -1,5 +1,6 @@
 //! The `sandbox` program.
 
+use std::alloc::{GlobalAlloc, Layout, System};
 use std::env;
 use std::process::ExitCode;
 
@@ -16,6 +17,37 @@ static BEFORE_MAIN: extern "C" fn() = {
     }
     look_at_stdout
 };
+
+/// The system's allocator. If there is no memory left, the program ends in words and with an exit code.
+struct OrEnd;
+
+impl OrEnd {
+    fn checked(memory: *mut u8) -> *mut u8 {
+        if memory.is_null() { sandbox::end_without_memory() } else { memory }
+    }
+}
+
+#[expect(unsafe_code, reason = "every call reaches the system's allocator as it came")]
+unsafe impl GlobalAlloc for OrEnd {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        Self::checked(unsafe { System.alloc(layout) })
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(memory, layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        Self::checked(unsafe { System.alloc_zeroed(layout) })
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        Self::checked(unsafe { System.realloc(memory, layout, size) })
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: OrEnd = OrEnd;
 
 fn main() -> ExitCode {
     disable_wayland_device_select();

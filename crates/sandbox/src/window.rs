@@ -180,7 +180,6 @@ fn session(
     loading.next();
     let mut session = Session::new(scene, Options { overrides, ..options });
     session.stage.keep_timeline();
-    session.stage.save_faults();
     Ok(session)
 }
 

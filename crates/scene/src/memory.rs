@@ -60,6 +60,9 @@ const COPIES_OF_TEXT: u64 = 3;
 /// Additional bytes of a body in a ledger: its rows at both ends of a tick, its record, and its path.
 const LEDGER: u64 = 1_200;
 
+/// Additional bytes of a body whose run is compared: its start, and its states in lists.
+const COMPARED: u64 = 240;
+
 /// Additional bytes of a body in a black box: its rows in the snapshot that is being made.
 const BLACK_BOX: u64 = 300;
 /// Most bytes of all snapshots together.
@@ -204,6 +207,8 @@ impl Census {
 pub struct Keeps {
     /// A ledger of energy, momentum and angular momentum.
     pub ledger: bool,
+    /// States that are compared, with those of so many further runs beside it.
+    pub compared: Option<u64>,
     /// The last minute, to go back in.
     pub black_box: bool,
     /// Pictures, with the bytes of the device that draws them.
@@ -212,10 +217,16 @@ pub struct Keeps {
 
 impl Keeps {
     /// Most additional bytes of a run of a scene with these bodies and particles on a device.
-    fn bytes(self, Census { bodies, swarm, .. }: Census) -> u64 {
+    fn bytes(self, census: Census) -> u64 {
+        let Census { bodies, swarm, .. } = census;
         let each = |kept: bool, bytes: u64| if kept { bodies.saturating_mul(bytes) } else { 0 };
         let parts = [
             each(self.ledger, LEDGER),
+            each(self.compared.is_some(), COMPARED),
+            // Each has a scene of its own.
+            self.compared
+                .unwrap_or(0)
+                .saturating_mul(census.in_world().saturating_add(census.in_scene())),
             each(self.black_box, BLACK_BOX),
             if self.black_box { TIMELINE } else { 0 },
             if self.black_box && swarm > 0 { SWARMS_KEPT } else { 0 },
@@ -290,6 +301,21 @@ pub(crate) fn room() -> usize {
         None => free().map_or(u64::MAX, |free| free.max(SMALL)),
     };
     usize::try_from(bytes).unwrap_or(usize::MAX)
+}
+
+/// How many runs of `each` bytes, at most `most`, fit into the memory beside `shared` bytes.
+///
+/// # Errors
+/// If not one does: by how much, in words.
+pub fn runs_that_fit(shared: u64, each: u64, most: usize) -> Result<usize, String> {
+    let needed = |runs: u64| each.saturating_mul(runs).saturating_add(shared);
+    let Some((least, by_person)) = shortage(needed(most as u64)) else { return Ok(most) };
+    let fit = least.saturating_sub(shared) / each.max(1);
+    let there = there_are(least, by_person);
+    match usize::try_from(fit) {
+        Ok(0) => Err(format!("a run takes about {}, and {there}", byte_words(needed(1)))),
+        fit => Ok(most.min(fit.unwrap_or(most))),
+    }
 }
 
 /// Bytes of memory for scenes: those that the person allows, or those that the machine has free; `None` if it does

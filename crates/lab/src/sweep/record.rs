@@ -1,5 +1,6 @@
 //! The plan and record of a sweep: the plain data of `sweep.json`, which is read again.
 
+use scene::Keeps;
 use serde::{Deserialize, Serialize};
 
 use super::axis::Axis;
@@ -51,6 +52,16 @@ impl Plan {
         self.axes.iter().zip(indices).map(|(axis, index)| &*axis.values[index]).collect()
     }
 
+    /// What a run keeps for its measures.
+    pub(super) fn keeps(&self) -> Keeps {
+        let measures = |measure| self.measures.contains(&measure);
+        Keeps {
+            ledger: measures(Measure::Drift) || measures(Measure::Survives),
+            compared: Some(if measures(Measure::Error) { 2 } else { 0 }),
+            ..Keeps::default()
+        }
+    }
+
     /// The columns of the table of runs: `run`, from 0, a column for each axis with its place as name, `outcome`, `why` and
     /// those of the measures.
     #[must_use]
@@ -93,10 +104,12 @@ pub struct Record {
     pub processors: Vec<String>,
     /// Whether every run is in the table.
     pub complete: bool,
+    /// XXH3-64 of the complete table, 16 hexadecimal digits.
+    pub table_hash: Option<String>,
 }
 
 /// [`Record::format`] of this program.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 impl Record {
     /// Why two records do not belong to one sweep, as the end of a sentence.

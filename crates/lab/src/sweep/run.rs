@@ -44,8 +44,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     let mut truth = measures(Measure::Error).then(|| Truth::of(&scene, ticks));
     let step_hz = scene.step_hz;
     let mut simulation = Simulation::new(scene);
-    let mut energy = (measures(Measure::Drift) || measures(Measure::Survives))
-        .then(|| Energy::of(&mut simulation));
+    let mut energy = plan.keeps().ledger.then(|| Energy::of(&mut simulation));
     let looks = measures(Measure::LargestSpeed) || measures(Measure::LargestDistance);
     let mut motion = looks.then(|| Motion::of(&simulation));
     for _ in 0..ticks {

@@ -7,7 +7,7 @@ use render::{Gpu, Offscreen, Quality, Renderer};
 use scene::Scene;
 
 use crate::app::session::Session;
-use crate::args::{SceneName, above_0, check_seconds, check_time, positive};
+use crate::args::{SceneName, above_0, check_memory, check_seconds, check_time, positive};
 use crate::clock::FrameClock;
 use crate::commands::effects;
 use crate::commands::list::Format;
@@ -52,6 +52,7 @@ pub(crate) fn run(args: &AblateArgs) -> Result<(), Failure> {
     // Once in full and once without each effect; and again for the pictures.
     let runs = 2.0 * (1.0 + scene.declared.len() as f64);
     let seconds = runs * ticks as f64 * tick_seconds(&scene);
+    check_memory(&scene, 1, false)?;
     check_time(&format!("{}: {runs} runs of {ticks} ticks", args.scene), seconds)?;
     let _waiting = Waiting::begin("running the scene without each effect", seconds);
     let mut camera = if args.no_pictures { None } else { Pictures::new() };

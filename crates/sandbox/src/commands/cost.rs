@@ -19,7 +19,7 @@ use crate::output::{show, tell};
 
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{refuse_foreign_files, study_folder, write};
+use crate::output::files::{read_record, refuse_foreign_files, sealed, study_folder, write};
 use crate::output::parts;
 use crate::output::progress::Progress;
 use crate::output::swarms::has_swarms;
@@ -221,20 +221,10 @@ fn earlier_part(args: &CostArgs, part: &Part, files: &CommandFiles) -> Result<Ve
 fn earlier(args: &CostArgs, subjects: &[Subject]) -> Result<Vec<Study>, Failure> {
     let Some(folder) = args.out.as_ref().filter(|_| !args.replace) else { return Ok(Vec::new()) };
     let path = folder.join(FILE);
-    let text = match fs::read_to_string(&path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(error) => return Err(Failure::file("read", &path, &error)),
-    };
-    let other = |what: &str| {
-        let cure = "give another folder, or --replace to write over it";
-        Err(Failure::Usage(format!("{}: {what}; {cure}", path.display())))
-    };
-    let report: Report = match serde_json::from_str(&text) {
-        Ok(report) => report,
-        Err(error) => {
-            return other(&format!("not a report of this version, from line {} on", error.line()));
-        }
+    let cure = "give another folder, or --replace to write over it";
+    let other = |what: &str| Err(Failure::Usage(format!("{}: {what}; {cure}", path.display())));
+    let Some(report) = read_record::<Report>(&path, "report", cure)? else {
+        return Ok(Vec::new());
     };
     if report.format != FORMAT || report.machine != Machine::here() {
         return other("this report was made by another version or on another machine");
@@ -297,7 +287,8 @@ impl Target<'_> {
                 parts::write_part(&part, folder, self.files)
             }
             (Some(folder), None) => {
-                write(&self.files.unread(&folder.join(FILE))?, report::json(report).as_bytes())
+                let text = sealed(&report::json(report));
+                write(&self.files.unread(&folder.join(FILE))?, text.as_bytes())
             }
             (None, _) => Ok(()),
         }
@@ -344,6 +335,8 @@ pub(super) fn write_report(
     folder: &Path,
     files: &CommandFiles,
 ) -> Result<(), Failure> {
-    report::files(report)
-        .try_for_each(|(name, bytes)| write(&files.unread(&folder.join(name))?, &bytes))
+    report::files(report).try_for_each(|(name, bytes)| {
+        let sealed = (name == FILE).then(|| sealed(&report::json(report)).into_bytes());
+        write(&files.unread(&folder.join(name))?, &sealed.unwrap_or(bytes))
+    })
 }

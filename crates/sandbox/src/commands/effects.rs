@@ -9,7 +9,7 @@ use scene::Scene;
 use serde_json::{Value, json};
 
 use crate::app::session::Session;
-use crate::args::{SceneName, above_0, check_time};
+use crate::args::{SceneName, above_0, check_memory, check_time};
 use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
@@ -42,6 +42,7 @@ pub(crate) struct EffectsArgs {
 pub(crate) fn run(args: &EffectsArgs) -> Result<(), Failure> {
     let scene = CommandFiles::default().named_scene(&args.scene)?;
     let seconds = args.ticks as f64 * tick_seconds(&scene);
+    check_memory(&scene, 1, false)?;
     check_time(&format!("{}: {} ticks", args.scene, args.ticks), seconds)?;
     let _waiting = Waiting::begin("running the scene", seconds);
     show(&receipt(scene, args.ticks, args.format))

@@ -124,8 +124,13 @@ fn merge_sweeps(args: &MergeArgs) -> Result<(), Failure> {
     let mut files = CommandFiles::default();
     let shards = all_shards(&SWEEPS, &args.folders, &mut files)?;
     let Some((_, first)) = shards.first() else { return Ok(()) };
-    let mut record =
-        Record { shard: Shard::WHOLE, processors: Vec::new(), complete: false, ..first.clone() };
+    let mut record = Record {
+        shard: Shard::WHOLE,
+        processors: Vec::new(),
+        complete: false,
+        table_hash: None,
+        ..first.clone()
+    };
     let mut sources = Vec::new();
     for (folder, of_shard) in &shards {
         sources.push(Runs::of_folder(of_shard, folder)?);
@@ -142,8 +147,6 @@ fn merge_sweeps(args: &MergeArgs) -> Result<(), Failure> {
     let is_own = earlier.is_some_and(|earlier| record.differs(&earlier).is_none());
     refuse_foreign_files(&args.out, is_own, runs::is_file, "give another folder")?;
     let _lock = study_folder(&args.out)?;
-    // First, because the record marks the folder as one that the program filled.
-    runs::write_record(&record, &args.out, &files)?;
     write_tables(&record, sources, &args.out, &files)?;
     let (runs, of) = (record.plan.runs().unwrap_or_default(), shards.len());
     let processors = record.processors.join(", ");
@@ -226,3 +229,6 @@ fn merge_parts(args: &MergeArgs) -> Result<(), Failure> {
 fn said(args: &MergeArgs, count: usize, of: &str, shards: usize) -> Result<(), Failure> {
     show(&format!("{}: {count} {of} of {shards} shards\n", args.out.display()))
 }
+
+#[cfg(test)]
+mod tests;

@@ -20,7 +20,7 @@ use crate::output::command_files::CommandFiles;
 use crate::output::files::{refuse_foreign_files, study_folder};
 use crate::output::progress::runs_bar;
 use crate::output::runs::{self, Journal};
-use crate::output::show;
+use crate::output::{show, tell};
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -86,7 +86,16 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     }
     let sweep = Sweep::new(&scene, plan.clone())?;
     let cores = available_parallelism().map_or(1, usize::from);
-    let threads = args.threads.unwrap_or(cores);
+    let [shared, each] = sweep.estimated_bytes();
+    let most = args.threads.unwrap_or(cores);
+    let most = most.min(usize::try_from(runs).unwrap_or(most)).max(1);
+    let threads = scene::runs_that_fit(shared, each, most).map_err(|what| {
+        let cure = "measure less, give fewer bodies, or give more with --memory";
+        Failure::Usage(format!("{}: {what}; {cure}", args.scene))
+    })?;
+    if threads < most {
+        tell(&format!("{threads} of {most} runs side by side fit into the memory"));
+    }
     let seconds =
         sweep.estimated_seconds(shard) / (threads.min(cores) as f64).min(runs as f64).max(1.0);
     let earlier = args.out.as_deref().map(runs::record).transpose()?.flatten();
@@ -117,6 +126,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
         shard,
         processors: vec![Machine::here().processor],
         complete: false,
+        table_hash: None,
     };
     files.refuse_names(folder, runs::is_file, "the sweep in that folder; give another folder")?;
     refuse_foreign_files(folder, earlier.is_some(), runs::is_file, "give another folder")?;
@@ -210,18 +220,14 @@ fn begin(
                 record.processors.extend(new);
                 true
             }
-            (true, true) if runs::are_there(folder) => return Ok(None),
+            (true, true) if runs::are_there(&earlier, folder) => return Ok(None),
             (true, _) => false,
         }
     } else {
         false
     };
     runs::write_record(&record, folder, files)?;
-    let (journal, done) = if continues {
-        Journal::resume(&record, folder)?
-    } else {
-        (Journal::begin(&record, folder)?, 0)
-    };
+    let (journal, done) = Journal::begin(&record, folder, files, continues)?;
     Ok(Some((record, journal, done)))
 }
 

@@ -1,13 +1,16 @@
 //! Output files that are whole or absent: written beside their place, then renamed into it.
 
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fs::{self, File, Metadata, Permissions, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use serde::de::DeserializeOwned;
 use tempfile::NamedTempFile;
+use xxhash_rust::xxh3::xxh3_64;
 
 use crate::failure::Failure;
 
@@ -29,7 +32,9 @@ pub(crate) fn leave_nothing_when_ended() {
         let signals = [SIGHUP, SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal));
         if let Ok(mut signals) = Signals::new(signals) {
             // Shells expect this code of a program that a signal ended.
-            std::thread::spawn(move || signals.forever().next().map(|signal| end(128 + signal)));
+            let wait = move || signals.forever().next().map(|signal| end(128 + signal));
+            // Without it, a signal ends the program at once.
+            let _ = std::thread::Builder::new().spawn(wait);
         }
     }
     #[cfg(not(unix))]
@@ -38,16 +43,42 @@ pub(crate) fn leave_nothing_when_ended() {
 
 /// Removes unfinished files and ends the process, whatever its threads are doing.
 pub(crate) fn end(code: i32) -> ! {
-    // No file is created from here on: this lock is held until the process ends.
-    let unfinished = unfinished();
-    for path in &*unfinished {
+    // No file is created from here on: this lock is held until the process ends. A thread that ran out of memory may hold it
+    // already.
+    let unfinished = (0..100).find_map(|_| {
+        let unfinished = UNFINISHED.try_lock().ok();
+        if unfinished.is_none() {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        unfinished
+    });
+    for path in unfinished.iter().flat_map(|unfinished| unfinished.iter()) {
         let _ = fs::remove_file(path);
     }
+    exit(code)
+}
+
+/// Ends the process, whatever its threads are doing.
+fn exit(code: i32) -> ! {
     // `process::exit` would unload the graphics driver below the threads that compile shaders, which crashes.
     #[cfg(unix)]
     signal_hook::low_level::exit(code);
     #[cfg(not(unix))]
     std::process::exit(code);
+}
+
+/// Ends the process in words because there is no memory left, and takes none for it.
+pub fn end_without_memory() -> ! {
+    thread_local! {
+        static ENDS: Cell<bool> = const { Cell::new(false) };
+    }
+    if !ENDS.replace(true) {
+        let words =
+            b"sandbox: there is too little memory; close other programs, or give less to do\n";
+        let _ = io::stderr().write_all(words);
+        end(2);
+    }
+    exit(2)
 }
 
 /// Makes writing more than `ulimit -f` allows an error, instead of the end of the process.
@@ -384,24 +415,37 @@ pub(crate) fn refuse_foreign_files(
     }
 }
 
-/// Reads the JSON that an earlier run wrote into the file at `path`, if it exists.
+/// What comes before the checksum in a JSON that is sealed.
+const SEAL: &str = ",\n  \"checksum\": \"";
+
+/// Adds the XXH3-64 of all text before it to an object in JSON, as its last key.
+pub(crate) fn sealed(json: &str) -> String {
+    let json = json.trim_end().strip_suffix("\n}").unwrap_or_default();
+    format!("{json}{SEAL}{:016x}\"\n}}\n", xxh3_64(json.as_bytes()))
+}
+
+/// Reads the [sealed] JSON that an earlier run wrote into the file at `path`, if it exists.
 pub(crate) fn read_record<T: DeserializeOwned>(
     path: &Path,
     what: &str,
+    cure: &str,
 ) -> Result<Option<T>, Failure> {
-    let text = match fs::read_to_string(path) {
-        Ok(text) => text,
+    let bytes = match fs::read(path) {
+        Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(Failure::file("read", path, &error)),
     };
-    serde_json::from_str(&text).map(Some).map_err(|error| {
-        let cure = "give another folder, or remove the file";
-        let line = error.line();
-        Failure::Usage(format!(
-            "{}: not a {what} of this version, from line {line} on; {cure}",
-            path.display()
-        ))
-    })
+    let refused = |why: &str| {
+        Failure::Usage(format!("{}: not a {what} of this version: {why}; {cure}", path.display()))
+    };
+    let text = String::from_utf8(bytes).unwrap_or_default();
+    let is_whole = |(json, _): (&str, &str)| sealed(&format!("{json}\n}}")) == text;
+    if !text.rsplit_once(SEAL).is_some_and(is_whole) {
+        return Err(refused("its checksum is missing or wrong, so it may be damaged"));
+    }
+    serde_json::from_str(&text)
+        .map(Some)
+        .map_err(|error| refused(&format!("it is another from line {} on", error.line())))
 }
 
 /// Makes the folder of a study where it is missing, and keeps other studies out of it as long as the lock is held.

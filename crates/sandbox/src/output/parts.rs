@@ -6,7 +6,7 @@ use lab::part::{FORMAT, Part};
 
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{read_record, refuse_foreign_files, write};
+use crate::output::files::{read_record, refuse_foreign_files, sealed, write};
 
 /// File name of the part; it marks a folder as one that the program filled.
 pub(crate) const PART: &str = "part.json";
@@ -19,10 +19,11 @@ pub(crate) fn is_file(name: &str) -> bool {
 /// The part in `folder`, if there is one.
 pub(crate) fn part(folder: &Path) -> Result<Option<Part>, Failure> {
     let path = folder.join(PART);
-    let part: Option<Part> = read_record(&path, "part of a study")?;
+    let cure = "run the shard again into another folder, or remove the file";
+    let part: Option<Part> = read_record(&path, "part of a study", cure)?;
     if part.as_ref().is_some_and(|part| part.format != FORMAT) {
-        let what = "this part was made by another version; give another folder, or remove the file";
-        return Err(Failure::Usage(format!("{}: {what}", path.display())));
+        let what = "this part was made by another version";
+        return Err(Failure::Usage(format!("{}: {what}; {cure}", path.display())));
     }
     Ok(part)
 }
@@ -52,6 +53,6 @@ pub(crate) fn earlier(
 
 /// Writes a part into `folder`.
 pub(crate) fn write_part(part: &Part, folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
-    let text = serde_json::to_string_pretty(part).expect("a part is plain data") + "\n";
-    write(&files.unread(&folder.join(PART))?, text.as_bytes())
+    let text = serde_json::to_string_pretty(part).expect("a part is plain data");
+    write(&files.unread(&folder.join(PART))?, sealed(&text).as_bytes())
 }

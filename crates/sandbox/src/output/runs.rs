@@ -1,18 +1,19 @@
 //! The files of a sweep: a journal to which every run is added, and the table, the figure and the record that are made from it.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufReader, Write as _};
+use std::fs::{self, File};
+use std::io::{self, BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 
 use csv::{ErrorKind, Reader, ReaderBuilder, StringRecord};
 use lab::sweep::{Record, Row};
-use lab::{Column, Shard, Value};
+use lab::{Column, Value};
 use report::Parquet;
 use report::sweep::Figure;
+use xxhash_rust::xxh3::Xxh3;
 
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{Output, read_record, write};
+use crate::output::files::{Output, read_record, sealed, write};
 
 /// File name of the record; it marks a folder as one that the program filled.
 pub(crate) const RECORD: &str = "sweep.json";
@@ -27,14 +28,19 @@ pub(crate) fn is_file(name: &str) -> bool {
     [RECORD, JOURNAL, TABLE, PARQUET, FIGURE].contains(&name)
 }
 
-/// Whether all files of a complete sweep are in `folder`.
-pub(crate) fn are_there(folder: &Path) -> bool {
-    [TABLE, PARQUET, FIGURE].iter().all(|name| folder.join(name).exists())
+/// Whether all files of the complete sweep of `record` are in `folder`, with its table unchanged.
+pub(crate) fn are_there(record: &Record, folder: &Path) -> bool {
+    [PARQUET, FIGURE].iter().all(|name| folder.join(name).exists())
+        && Runs::of_folder(record, folder).is_ok()
 }
 
 /// The record in `folder`, if there is one.
 pub(crate) fn record(folder: &Path) -> Result<Option<Record>, Failure> {
-    read_record(&folder.join(RECORD), "record of a sweep")
+    read_record(
+        &folder.join(RECORD),
+        "record of a sweep",
+        "run the sweep again in another folder, or remove the file",
+    )
 }
 
 /// Writes the record of a sweep into `folder`.
@@ -43,52 +49,80 @@ pub(crate) fn write_record(
     folder: &Path,
     files: &CommandFiles,
 ) -> Result<(), Failure> {
-    let text = serde_json::to_string_pretty(record).expect("a record is plain data") + "\n";
-    write(&files.unread(&folder.join(RECORD))?, text.as_bytes())
+    let text = serde_json::to_string_pretty(record).expect("a record is plain data");
+    write(&files.unread(&folder.join(RECORD))?, sealed(&text).as_bytes())
+}
+
+/// The hash of all bytes so far, 16 hexadecimal digits.
+fn hex(hash: &Xxh3) -> String {
+    format!("{:016x}", hash.digest())
+}
+
+/// A line of the journal: a row of the table, and the hash of all bytes before.
+fn journal_line(hash: &mut Xxh3, row: &[u8]) -> Vec<u8> {
+    hash.update(row);
+    hash.update(b",");
+    let end = hex(hash) + "\n";
+    hash.update(end.as_bytes());
+    [row, b",", end.as_bytes()].concat()
 }
 
 /// The runs of an unfinished sweep. A run that was added stays, whatever ends the program.
 pub(crate) struct Journal {
     path: PathBuf,
     file: File,
+    hash: Xxh3,
 }
 
 impl Journal {
-    /// Starts the journal of a sweep in `folder`.
-    pub fn begin(record: &Record, folder: &Path) -> Result<Self, Failure> {
+    /// Starts the journal of a sweep in `folder`, with the runs of the earlier one if it `continues`. Also returns their number.
+    pub fn begin(
+        record: &Record,
+        folder: &Path,
+        files: &CommandFiles,
+        continues: bool,
+    ) -> Result<(Self, u64), Failure> {
         let path = folder.join(JOURNAL);
-        let file = File::create(&path).and_then(|mut file| {
-            file.write_all(report::sweep::header(&record.plan).as_bytes())?;
-            Ok(file)
-        });
-        let file = file.map_err(|error| Failure::file("write", &path, &error))?;
-        Ok(Self { path, file })
-    }
-
-    /// Opens the journal in `folder` again, and says how many runs are in it. Removes an incomplete last line.
-    pub fn resume(record: &Record, folder: &Path) -> Result<(Self, u64), Failure> {
-        let path = folder.join(JOURNAL);
-        if !path.exists() {
-            return Ok((Self::begin(record, folder)?, 0));
+        let reading = |error: io::Error| Failure::file("read", &path, &error);
+        let writing = |error: io::Error| Failure::file("write", &path, &error);
+        let mut output = Output::create(&files.unread(&path)?).map_err(writing)?;
+        let (mut hash, mut lines) = (Xxh3::new(), 0);
+        if continues && path.exists() {
+            let mut earlier = BufReader::new(File::open(&path).map_err(reading)?);
+            let mut line = Vec::new();
+            // An incomplete last line is left out, and its run is run again.
+            while earlier.read_until(b'\n', &mut line).map_err(reading)? > 0
+                && line.ends_with(b"\n")
+            {
+                lines += 1;
+                let row = &line[..line.len().saturating_sub(18)];
+                if journal_line(&mut hash, row) != line {
+                    let what = format!("line {lines} was changed since it was written");
+                    let cure = "remove it and all lines after it, and --resume runs them again";
+                    return Err(Failure::Usage(format!("{}: {what}; {cure}", path.display())));
+                }
+                output.write_all(&line).map_err(writing)?;
+                line.clear();
+            }
         }
-        let failed = |error: &io::Error| Failure::file("read", &path, error);
-        let text = fs::read(&path).map_err(|error| failed(&error))?;
-        let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
-        let file = OpenOptions::new().append(true).open(&path).map_err(|error| failed(&error))?;
-        file.set_len(whole as u64).map_err(|error| Failure::file("write", &path, &error))?;
+        if lines == 0 {
+            let header = report::sweep::header(&record.plan);
+            output
+                .write_all(&journal_line(&mut hash, header.trim_end_matches('\n').as_bytes()))
+                .map_err(writing)?;
+        }
+        let file = output.put_in_place().map_err(writing)?;
         let mut runs = Runs::open(record, path.clone())?;
-        let mut done = 0;
-        while runs.next()?.is_some() {
-            done += 1;
-        }
-        Ok((Self { path, file }, done))
+        while runs.next()?.is_some() {}
+        let done = runs.place;
+        Ok((Self { path, file, hash }, done))
     }
 
     /// Adds a run.
     pub fn add(&mut self, row: &Row) -> Result<(), Failure> {
-        let line = report::sweep::row(&row.values);
+        let row = report::sweep::row(&row.values);
         self.file
-            .write_all(line.as_bytes())
+            .write_all(&journal_line(&mut self.hash, row.trim_end_matches('\n').as_bytes()))
             .map_err(|error| Failure::file("write", &self.path, &error))
     }
 
@@ -105,30 +139,40 @@ impl Journal {
 }
 
 /// The runs of a table or journal, read one by one.
-pub(crate) struct Runs {
+pub(crate) struct Runs<'r> {
     path: PathBuf,
     reader: Reader<BufReader<File>>,
+    record: &'r Record,
     columns: Vec<Column>,
-    shard: Shard,
     /// Number of runs that were read.
     place: u64,
-    record: StringRecord,
+    row: StringRecord,
 }
 
-impl Runs {
+impl<'r> Runs<'r> {
     /// The table of a finished sweep in `folder`.
-    pub fn of_folder(record: &Record, folder: &Path) -> Result<Self, Failure> {
-        Self::open(record, folder.join(TABLE))
+    pub fn of_folder(record: &'r Record, folder: &Path) -> Result<Self, Failure> {
+        let runs = Self::open(record, folder.join(TABLE))?;
+        let mut hash = Xxh3::new();
+        File::open(&runs.path)
+            .and_then(|mut file| io::copy(&mut file, &mut hash))
+            .map_err(|error| Failure::file("read", &runs.path, &error))?;
+        if record.table_hash.as_ref() == Some(&hex(&hash)) {
+            Ok(runs)
+        } else {
+            Err(runs.damaged("does not have the checksum of its record"))
+        }
     }
 
-    fn open(record: &Record, path: PathBuf) -> Result<Self, Failure> {
+    fn open(record: &'r Record, path: PathBuf) -> Result<Self, Failure> {
         let file = File::open(&path).map_err(|error| Failure::file("read", &path, &error))?;
         let reader = ReaderBuilder::new().from_reader(BufReader::new(file));
-        let (columns, shard) = (record.plan.columns(), record.shard);
-        let mut runs = Self { path, reader, columns, shard, place: 0, record: StringRecord::new() };
-        let header = runs.reader.headers().cloned();
+        let columns = record.plan.columns();
+        let mut runs = Self { path, reader, record, columns, place: 0, row: StringRecord::new() };
+        let header = runs.reader.headers().cloned().unwrap_or_default();
         let names = runs.columns.iter().map(|column| &*column.name);
-        if header.is_ok_and(|header| header.iter().eq(names)) {
+        // A journal has one column more.
+        if names.eq(header.iter().take(runs.columns.len())) {
             Ok(runs)
         } else {
             Err(runs.damaged("has other columns"))
@@ -137,7 +181,7 @@ impl Runs {
 
     /// The next run with the values of its row.
     pub fn next(&mut self) -> Result<Option<(u64, Vec<Value>)>, Failure> {
-        match self.reader.read_record(&mut self.record) {
+        match self.reader.read_record(&mut self.row) {
             Ok(true) => {}
             Ok(false) => return Ok(None),
             Err(error) => match error.into_kind() {
@@ -145,16 +189,25 @@ impl Runs {
                 _ => self.record.clear(),
             },
         }
-        let fields = self.columns.iter().zip(&self.record);
-        let values: Option<Vec<Value>> =
-            fields.map(|(column, field)| report::sweep::read(column, field)).collect();
-        let run = self.shard.nth(self.place);
-        match values {
-            Some(values) if values.first() == Some(&Value::Count(run)) => {
+        let run = self.record.shard.nth(self.place);
+        let read = |(column, field)| report::sweep::read(column, field);
+        let values: Option<Vec<Value>> = self.columns.iter().zip(&self.row).map(read).collect();
+        let planned = self.record.plan.values(run);
+        let planned = self.columns[1..].iter().zip(planned).map(read);
+        let planned: Option<Vec<Value>> =
+            std::iter::once(Some(Value::Count(run))).chain(planned).collect();
+        match (values, planned) {
+            // As they are written: a text that a spreadsheet would compute has an apostrophe.
+            (Some(values), Some(planned))
+                if report::sweep::row(&values[..planned.len()]) == report::sweep::row(&planned) =>
+            {
                 self.place += 1;
                 Ok(Some((run, values)))
             }
-            _ => Err(self.damaged(&format!("does not have run {run} in line {}", self.place + 2))),
+            _ => Err(self.damaged(&format!(
+                "does not have run {run} with its values in line {}",
+                self.place + 2
+            ))),
         }
     }
 
@@ -168,7 +221,7 @@ impl Runs {
 /// that this takes does not grow with the number of runs.
 pub(crate) fn write_tables(
     record: &Record,
-    mut sources: Vec<Runs>,
+    mut sources: Vec<Runs<'_>>,
     folder: &Path,
     files: &CommandFiles,
 ) -> Result<(), Failure> {
@@ -183,7 +236,12 @@ pub(crate) fn write_tables(
     let mut parquet =
         Parquet::new(parquet, "runs", &record.plan.columns()).map_err(failed(parquet_path))?;
     let mut figure = Figure::new(&record.scene, &record.plan);
-    table.write_all(report::sweep::header(&record.plan).as_bytes()).map_err(failed(table_path))?;
+    let mut hash = Xxh3::new();
+    let mut write_line = |line: String| {
+        hash.update(line.as_bytes());
+        table.write_all(line.as_bytes()).map_err(failed(table_path))
+    };
+    write_line(report::sweep::header(&record.plan))?;
     let mut heads = Vec::new();
     for source in &mut sources {
         heads.push(source.next()?);
@@ -197,7 +255,7 @@ pub(crate) fn write_tables(
         };
         debug_assert_eq!(run, expected, "shards that are all there have every run");
         expected = run + u64::from(record.shard.of());
-        table.write_all(report::sweep::row(&values).as_bytes()).map_err(failed(table_path))?;
+        write_line(report::sweep::row(&values))?;
         figure.add(run, &values);
         parquet.add(values).map_err(failed(parquet_path))?;
         heads[at] = sources[at].next()?;
@@ -208,8 +266,114 @@ pub(crate) fn write_tables(
         let what = format!("{runs} of {all} runs are in the tables");
         return Err(Failure::Usage(format!("{what}; run the sweep again in another folder")));
     }
+    // First, because the record marks the folder as one that the program filled.
+    write_record(record, folder, files)?;
     table.finish().map_err(failed(table_path))?;
     parquet.finish().and_then(Output::finish).map_err(failed(parquet_path))?;
     write(&files.unread(figure_path)?, figure.drawing().document().as_bytes())?;
-    write_record(&Record { complete: true, ..record.clone() }, folder, files)
+    let table_hash = Some(hex(&hash));
+    write_record(&Record { complete: true, table_hash, ..record.clone() }, folder, files)
+}
+
+#[cfg(test)]
+mod tests {
+    use lab::Shard;
+    use lab::sweep::{Axis, FORMAT, Measure, Plan, Sweep};
+    use tempfile::TempDir;
+
+    use super::*;
+
+    /// A sweep of eight runs, and the bytes of the journal after five of them.
+    fn interrupted() -> (Sweep, Record, Vec<u8>) {
+        let axes = ["method=runge_kutta_2_heun,explicit_euler", "step_hz=20,30,40,50"];
+        let axes = axes.map(|axis| Axis::parse(axis).unwrap()).to_vec();
+        let measures = vec![Measure::Drift, Measure::StateHash];
+        let plan = Plan { axes, seconds: 0.1, measures };
+        let sweep = Sweep::new(&scene::load("oscillator").unwrap(), plan.clone()).unwrap();
+        let record = Record {
+            format: FORMAT,
+            version: String::new(),
+            scene: "oscillator".to_owned(),
+            scene_hash: String::new(),
+            plan,
+            shard: Shard::WHOLE,
+            processors: Vec::new(),
+            complete: false,
+            table_hash: None,
+        };
+        let folder = TempDir::new().unwrap();
+        let files = CommandFiles::default();
+        let (mut journal, _) = Journal::begin(&record, folder.path(), &files, false).unwrap();
+        (0..5).for_each(|run| journal.add(&sweep.row(run)).unwrap());
+        (sweep, record, fs::read(folder.path().join(JOURNAL)).unwrap())
+    }
+
+    /// The table after a sweep has continued from that journal. A refused one stays as it is.
+    fn continued((sweep, record): (&Sweep, &Record), bytes: &[u8]) -> Result<Vec<u8>, Failure> {
+        let folder = TempDir::new().unwrap();
+        let (files, path) = (CommandFiles::default(), folder.path().join(JOURNAL));
+        fs::write(&path, bytes).unwrap();
+        let begun = Journal::begin(record, folder.path(), &files, true);
+        let (mut journal, done) = begun.inspect_err(|_| {
+            assert_eq!(fs::read(&path).unwrap(), bytes);
+            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        })?;
+        (done..8).for_each(|run| journal.add(&sweep.row(run)).unwrap());
+        journal.finish(record, folder.path(), &files).unwrap();
+        Ok(fs::read(folder.path().join(TABLE)).unwrap())
+    }
+
+    #[test]
+    fn a_journal_that_was_cut_is_continued_and_one_with_a_flipped_bit_changes_no_table() {
+        let (sweep, record, bytes) = interrupted();
+        let whole = continued((&sweep, &record), &[]).unwrap();
+        for length in (0..=bytes.len()).step_by(3) {
+            assert!(continued((&sweep, &record), &bytes[..length]).unwrap() == whole, "{length}");
+        }
+        let mut refused = 0;
+        for bit in (0..bytes.len() * 8).step_by(11) {
+            let mut damaged = bytes.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            match continued((&sweep, &record), &damaged) {
+                Ok(table) => assert!(table == whole, "bit {bit}"),
+                Err(failure) => {
+                    refused += 1;
+                    let cure = "remove it and all lines after it, and --resume runs them again";
+                    assert!(failure.to_string().ends_with(cure), "{failure}");
+                }
+            }
+        }
+        // All but those of the last line break.
+        assert!(refused + 1 >= (bytes.len() * 8).div_ceil(11), "{refused}");
+    }
+
+    #[test]
+    fn values_that_are_not_those_of_the_plan_are_refused() {
+        let (sweep, record, bytes) = interrupted();
+        let mut other = record.clone();
+        other.plan.axes[0].values[0] = "velocity_verlet".to_owned();
+        let said = continued((&sweep, &other), &bytes).map_err(|failure| failure.to_string());
+        assert!(said.is_err_and(|said| said.contains("does not have run 0 with its values")));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_journal_that_is_a_link_to_the_scene_leaves_the_scene_as_it_is() {
+        let (_, record, _) = interrupted();
+        for continues in [false, true] {
+            let folder = TempDir::new().unwrap();
+            let (scene, journal) = (folder.path().join("own.ron"), folder.path().join(JOURNAL));
+            fs::write(&scene, "(version: 1)").unwrap();
+            let mut files = CommandFiles::default();
+            files.read("the scene", &scene).unwrap();
+            fs::hard_link(&scene, &journal).unwrap();
+            let begun = Journal::begin(&record, folder.path(), &files, continues);
+            assert!(begun.is_ok());
+            fs::remove_file(&journal).unwrap();
+            std::os::unix::fs::symlink(&scene, &journal).unwrap();
+            let begun = Journal::begin(&record, folder.path(), &files, continues).map(|_| ());
+            assert!(begun.is_err_and(|failure| failure.to_string().contains("this is the scene")));
+            assert_eq!(fs::read_to_string(&scene).unwrap(), "(version: 1)");
+        }
+    }
 }

@@ -11,7 +11,7 @@ use crate::stage::notices::Topic;
 use crate::stage::recorder::{OnFault, Recorded, Recorder, Way};
 use crate::stage::things::Thing;
 use crate::stage::ticks::Look;
-use crate::stage::{Order, Simulated, Stage, prepare};
+use crate::stage::{Simulated, Stage, prepare};
 
 impl Stage {
     /// Records the last minute from now on, for going back. At a fault the stage goes back by itself, pauses and selects the
@@ -25,11 +25,6 @@ impl Stage {
     pub fn keep_black_box(&mut self) {
         self.recorder.on_fault = Some(OnFault::Stop);
         self.restart_recording();
-    }
-
-    /// Lets the stage order a bundle at the first fault of this scene and of each scene that is opened.
-    pub const fn save_faults(&mut self) {
-        self.recorder.saves_faults = true;
     }
 
     /// Restarts the recording, for another world.
@@ -142,15 +137,8 @@ impl Stage {
             false if before => "the tick before; the run went wrong earlier",
             false => "the oldest tick that is kept",
         };
-        let good = format!("back at {}, {which}", self.times().words(now));
-        // An opened bundle and the first fault of a scene are already in files. Later faults may be many.
-        if self.recorder.saves_faults && !self.recorder.repeats(now) {
-            self.recorder.saves_faults = false;
-            self.orders.push(Order::Bundle);
-            self.notices.say(Topic::Place, good);
-        } else {
-            self.notices.say(Topic::Place, format!("{good}; Ctrl+S saves the run"));
-        }
+        let words = format!("back at {}, {which}; Ctrl+S saves the run", self.times().words(now));
+        self.notices.say(Topic::Place, words);
     }
 
     /// Pauses and goes one tick back.

@@ -21,8 +21,6 @@ pub(crate) enum OnFault {
 pub struct Recorder {
     /// The reaction to a fault, if the recorder is on.
     pub(super) on_fault: Option<OnFault>,
-    /// Whether the next fault of this scene orders a bundle.
-    pub(super) saves_faults: bool,
     /// The last minute; `None` also if the scene is too large to record.
     pub(super) recorded: Option<Box<Recorded>>,
 }
@@ -66,11 +64,7 @@ impl Recorder {
     /// A recorder with the `timeline` of an opened bundle, whose run repeats, and its `fault`.
     pub(crate) fn opened(timeline: Timeline, watch: Watch, fault: Option<Fault>) -> Self {
         let recorded = Recorded { fault, repeats: true, ..Recorded::new(timeline, watch) };
-        Self {
-            on_fault: Some(OnFault::Pause),
-            saves_faults: false,
-            recorded: Some(Box::new(recorded)),
-        }
+        Self { on_fault: Some(OnFault::Pause), recorded: Some(Box::new(recorded)) }
     }
 
     /// The recorded fault, if any.

@@ -108,7 +108,8 @@ impl Draft {
             // Only files are opened: a pipe would wait for its other end.
             let is_free = lock.symlink_metadata().map_or(true, |there| there.is_file());
             if !path.exists() && is_free {
-                let file = File::create(&lock)?;
+                // Nothing is written, and what a link leads to stays as it is.
+                let file = File::options().write(true).create(true).truncate(false).open(&lock)?;
                 if claim(&file, &lock) {
                     return Ok(Self {
                         path,

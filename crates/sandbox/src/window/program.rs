@@ -65,7 +65,6 @@ impl Program for WindowProgram<'_> {
 
     fn opened(&mut self, session: &mut Session) -> Result<(), Failure> {
         forecast_start(session);
-        session.stage.save_faults();
         // The scene runs even without its particles, and the person is told what is missing.
         if let Some(screen) = &self.screen {
             let scene = &session.stage.sim().scene;

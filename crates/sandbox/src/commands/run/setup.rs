@@ -144,6 +144,7 @@ impl Setup {
         let Options { size_px, pictures, .. } = self.options;
         let keeps = Keeps {
             ledger: keeps_ledger(args, &self.scene),
+            compared: None,
             black_box: args.black_box.is_some() || self.goes_back,
             pictures: pictures.then(|| {
                 let film = if args.film.is_some() { Film::bytes(size_px) } else { 0 };
