@@ -186,7 +186,7 @@ impl<'r> Runs<'r> {
             Ok(false) => return Ok(None),
             Err(error) => match error.into_kind() {
                 ErrorKind::Io(error) => return Err(Failure::file("read", &self.path, &error)),
-                _ => self.record.clear(),
+                _ => self.row.clear(),
             },
         }
         let run = self.record.shard.nth(self.place);
