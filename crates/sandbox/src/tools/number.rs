@@ -80,11 +80,11 @@ pub(crate) fn read_number(text: &str) -> Option<f64> {
 
 /// A number as its field shows it: with six digits where it has many more, so that three of them fit into the dock.
 fn shown(number: f64) -> String {
-    let whole = format!("{number:?}");
-    if whole.len() <= LONGEST {
-        return whole;
+    let mut words = format!("{number:?}");
+    if words.len() > LONGEST {
+        words = format!("{:?}", rounded(number, 6));
     }
-    format!("{:?}", rounded(number, 6))
+    words.strip_suffix(".0").map_or(words.clone(), str::to_owned)
 }
 
 #[cfg(test)]
@@ -98,7 +98,7 @@ mod tests {
             (-20.943_951_023_931_955, "-20.944"),
             (0.123_456_789_1, "0.123457"),
             (1e-20, "1e-20"),
-            (1_234_567.0, "1234567.0"),
+            (1_234_567.0, "1234567"),
             (f64::INFINITY, "inf"),
         ] {
             assert_eq!(shown(number), text);
