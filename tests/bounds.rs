@@ -140,7 +140,7 @@ fn the_estimate_has_what_the_run_keeps() {
         Keeps { ledger: true, ..no },
         Keeps { black_box: true, ..no },
         Keeps { pictures: Some(0), ..no },
-        Keeps { ledger: true, black_box: true, pictures: Some(0) },
+        Keeps { ledger: true, black_box: true, pictures: Some(0), ..no },
     ];
     let factors = keeps.map(|keeps| estimated_by_taken(&scene(CLOUD), keeps));
     // There is no device here, nor a timeline that is full.
@@ -154,9 +154,12 @@ fn the_estimate_of_a_sweep_has_its_ledgers_and_references() {
         [&[Measure::StateHash], &[Measure::Drift, Measure::LargestDistance], &Measure::ALL];
     let mut factors = Vec::new();
     for (kind, text) in kinds() {
-        if !["cloud", "emitter", "cloth in air", "chain", "springs", "options"].contains(&kind) {
-            continue;
-        }
+        // References of bodies that springs join take minutes.
+        let measures = match kind {
+            "cloud" | "emitter" | "options" => &measures[..],
+            "cloth in air" | "chain" | "springs" => &measures[..2],
+            _ => continue,
+        };
         let scene = scene_of(&text);
         for measures in measures {
             let axes = vec![Axis::parse("step_hz=100,200").unwrap()];
@@ -197,7 +200,7 @@ fn a_sweep_stays_within_the_memory_that_is_allowed() {
     let folder = folder([("big.ron", text)]);
     let (program_itself, _) = peak(&folder, "list methods");
     let sweep = "sweep big.ron --vary step_hz=100,101,102,103 --seconds 0.05 --threads 4";
-    for (measure, gib) in [("survives,drift,largest_speed", 0.5), ("error,drift", 1.0)] {
+    for (measure, gib) in [("survives,drift,largest_speed", 0.35), ("error,drift", 0.5)] {
         let (most, said) = peak(&folder, &format!("{sweep} --measure {measure} --memory {gib}"));
         assert!(said.contains(" of 4 runs side by side fit into the memory"), "{said}");
         let most = most.saturating_sub(program_itself) as f64 / f64::from(1 << 30);
@@ -218,14 +221,15 @@ fn memory_that_runs_out_ends_the_program_in_words() {
     let folder = folder([("big.ron", text)]);
     let mut ended = 0;
     for line in
-        ["run big.ron --ticks 1 --state s.csv", "sweep big.ron --vary step_hz=9,8 --seconds 1"]
+        ["run big.ron --ticks 1 --state s.csv", "sweep big.ron --vary step_hz=9,8 --seconds 0.2"]
     {
-        for mib in (40..240).step_by(10) {
+        for mib in (40..240).step_by(20) {
             // The allowance tells the program that there is enough.
             let line = format!("{line} --memory 64 --threads 1");
             let line = format!("ulimit -v {}; exec {} {line}", mib * 1024, program().display());
             let said = output(Command::new("bash").args(["-c", &line]).current_dir(&folder));
-            if said.err.contains("error while loading shared libraries") {
+            // The program itself is not loaded.
+            if said.err.contains("shared libraries") || said.code < 0 && said.err.is_empty() {
                 continue;
             }
             assert!([0, 2].contains(&said.code), "{mib} MiB: {}", said.all());

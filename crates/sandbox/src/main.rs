@@ -51,6 +51,17 @@ static ALLOCATOR: OrEnd = OrEnd;
 
 fn main() -> ExitCode {
     disable_wayland_device_select();
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        // There is no memory for the stack of a thread, or there are too many threads.
+        if panic
+            .payload_as_str()
+            .is_some_and(|what| what.contains("Resource temporarily unavailable"))
+        {
+            sandbox::end_without_memory();
+        }
+        hook(panic);
+    }));
     // wgpu tries every driver and logs those that fail; what matters comes back as an error.
     let quiet = "error,wgpu_hal=off,wgpu_core=off";
     env_logger::Builder::from_env(env_logger::Env::default().default_filter_or(quiet)).init();
