@@ -327,7 +327,7 @@ mod on_unix {
         let mut report: Report = serde_json::from_str(&stored).unwrap();
         report.command = "sandbox cost kepler --quick".to_owned();
         let store = |report: &Report| {
-            fs::write(&path, sealed(&serde_json::to_string(report).unwrap())).unwrap()
+            fs::write(&path, sealed(&serde_json::to_string(report).unwrap())).unwrap();
         };
         report.machine.processor += " of another machine";
         store(&report);

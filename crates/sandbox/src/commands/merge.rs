@@ -231,4 +231,5 @@ fn said(args: &MergeArgs, count: usize, of: &str, shards: usize) -> Result<(), F
 }
 
 #[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 mod tests;

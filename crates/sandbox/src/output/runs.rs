@@ -276,6 +276,7 @@ pub(crate) fn write_tables(
 }
 
 #[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 mod tests {
     use lab::Shard;
     use lab::sweep::{Axis, FORMAT, Measure, Plan, Sweep};
@@ -289,7 +290,8 @@ mod tests {
         let axes = axes.map(|axis| Axis::parse(axis).unwrap()).to_vec();
         let measures = vec![Measure::Drift, Measure::StateHash];
         let plan = Plan { axes, seconds: 0.1, measures };
-        let sweep = Sweep::new(&scene::load("oscillator").unwrap(), plan.clone()).unwrap();
+        let sweep = Sweep::new(&CommandFiles::default().scene("oscillator").unwrap(), plan.clone())
+            .unwrap();
         let record = Record {
             format: FORMAT,
             version: String::new(),
