@@ -150,18 +150,16 @@ impl Hands {
     ) -> Vec<Intent> {
         reach.ui.touch(finger, phase, at);
         let looks = reach.view.mode == Mode::Camera;
-        if phase == TouchPhase::Down && !looks && !self.fingers.any() {
-            self.move_pointer(at, &mut reach);
+        if phase == TouchPhase::Down {
+            self.pivot = None;
+            if !looks && !self.fingers.any() {
+                self.move_pointer(at, &mut reach);
+            }
         }
         let on_panel = !looks && reach.ui.wants_pointer();
         let how = (on_panel, reach.pixels(CLICK_POINTS));
         let gestures = self.fingers.take(finger, phase, at, how);
-        let intents =
-            gestures.into_iter().flat_map(|gesture| self.gesture(gesture, reach.again())).collect();
-        if !self.fingers.any() {
-            self.pivot = None;
-        }
-        intents
+        gestures.into_iter().flat_map(|gesture| self.gesture(gesture, reach.again())).collect()
     }
 
     fn gesture(&mut self, gesture: Gesture, mut reach: Reach<'_>) -> Vec<Intent> {

@@ -16,6 +16,7 @@ use crate::intent::Intent;
 use crate::stage::options::Options;
 use crate::stage::quarantines::quarantined_because;
 use crate::view::card::{Selected, rows};
+use crate::view::hud::dropped;
 use crate::view::labels::{Label, around};
 
 #[test]
@@ -423,7 +424,7 @@ fn assistive_technology_sees_the_controls_and_presses_them() {
     let (_, nodes) = asked(&mut session);
     let pause = nodes.iter().find(|(_, node)| node.label() == Some("Pause")).expect("a button");
     let request = ActionRequest {
-        action: egui::accesskit::Action::Click,
+        action: accesskit::Action::Click,
         target_tree: TreeId::ROOT,
         target_node: pause.0,
         data: None,
@@ -433,4 +434,22 @@ fn assistive_technology_sees_the_controls_and_presses_them() {
     assert!(matches!(recorded, Action::Assist(_)));
     give(&mut session, &[assist]);
     assert!(session.stage.playback().paused());
+}
+
+#[test]
+fn the_push_that_a_slow_frame_drops_is_said() {
+    let scene = scene::load("tutorial").expect("it is shipped");
+    let (mut session, mut clock) = (Session::new(scene, Options::default()), FrameClock::default());
+    let mut frame = |session: &mut Session, length: f64, keys: &[&str]| {
+        let key = |name: &&str| Input::KeyDown(name.parse().expect("a key"));
+        let input = keys.iter().map(key).collect();
+        session.advance(&input, clock.advance_by(length).expect("a time"));
+        dropped(&session.stage)
+    };
+    assert_eq!(frame(&mut session, 0.01, &["Q", "K", "Right"]), None);
+    let said = frame(&mut session, 0.5, &[]).expect("half of it is dropped");
+    assert_eq!(
+        said,
+        "slower than real time: 0.25 s of this frame are dropped, with the push of 10 N in it"
+    );
 }

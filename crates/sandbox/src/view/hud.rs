@@ -291,17 +291,7 @@ fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
     if let Some((some, all)) = view.trail.left_out().filter(|_| view.trails) {
         lines.push((format!("trails of the first {some} of {all} bodies"), THIN));
     }
-    let dropped_s = stage.playback().dropped_lately();
-    if dropped_s > 0.0 {
-        let newtons: DVec3 = stage.here().pushes().iter().map(|push| push.newtons).sum();
-        let push = match newtons.length() {
-            0.0 => String::new(),
-            newtons => format!(", with the push of {} N in it", digits(newtons)),
-        };
-        let words =
-            format!("slower than real time: {} s a frame are dropped{push}", digits(dropped_s));
-        lines.push((words, WARNING));
-    }
+    lines.extend(dropped(stage).map(|words| (words, WARNING)));
     match stage.quarantines().here().len() {
         0 => {}
         1 => lines.push(("1 body quarantined: press R to see why".to_owned(), WARNING)),
@@ -311,6 +301,19 @@ fn state(stage: &Stage, view: &View) -> Vec<(String, Color32)> {
         lines.push(("debug build: slow".to_owned(), WARNING));
     }
     lines
+}
+
+/// Words for the time that the last frame dropped, and the push that was not applied in it.
+pub(crate) fn dropped(stage: &Stage) -> Option<String> {
+    let dropped_s = stage.playback().dropped_lately();
+    let newtons: DVec3 = stage.here().pushes().iter().map(|push| push.newtons).sum();
+    let push = match newtons.length() {
+        0.0 => String::new(),
+        newtons => format!(", with the push of {} N in it", digits(newtons)),
+    };
+    let dropped = digits(dropped_s);
+    (dropped_s > 0.0)
+        .then(|| format!("slower than real time: {dropped} s of this frame are dropped{push}"))
 }
 
 fn cross_hair(painter: &Painter, center: Pos2) {
