@@ -121,9 +121,8 @@ pub(crate) fn check_time(what: &str, seconds: f64) -> Result<(), Failure> {
     })
 }
 
-/// Refuses a command that runs `scene` with `others` further runs of it side by side, if that takes more memory than allowed.
-pub(crate) fn check_memory(scene: &Scene, others: u64, ledger: bool) -> Result<(), Failure> {
-    let keeps = Keeps { ledger, compared: Some(others), ..Keeps::default() };
+/// Refuses a command whose runs of `scene` keep `keeps`, if that takes more memory than allowed.
+pub(crate) fn check_memory(scene: &Scene, keeps: Keeps) -> Result<(), Failure> {
     scene.check_memory(keeps).map_err(|what| {
         let cure = "give fewer bodies, or more with --memory";
         Failure::Usage(format!("{}: {what}; {cure}", scene.name))
@@ -136,7 +135,7 @@ const STUDIED: f64 = 500.0;
 /// Refuses a study of `seconds` of `scene` that takes more memory or time than allowed; `None`, if no person gave a length, passes.
 pub(crate) fn check_study(scene: &Scene, seconds: Option<f64>) -> Result<(), Failure> {
     // A run and its ledger beside the reference and the run that tells how uncertain that is.
-    check_memory(scene, 2, true)?;
+    check_memory(scene, Keeps { ledger: true, compared: Some(2), ..Keeps::default() })?;
     let Some(seconds) = seconds else { return Ok(()) };
     check_seconds(seconds, scene.step_hz)?;
     let ticks = seconds * scene.step_hz;

@@ -4,7 +4,7 @@ use clap::Args;
 use lab::duration::{tick_seconds, ticks_in};
 use motion::effects::Effect;
 use render::{Gpu, Offscreen, Quality, Renderer};
-use scene::Scene;
+use scene::{Keeps, Scene};
 
 use crate::app::session::Session;
 use crate::args::{SceneName, above_0, check_memory, check_seconds, check_time, positive};
@@ -52,7 +52,9 @@ pub(crate) fn run(args: &AblateArgs) -> Result<(), Failure> {
     // Once in full and once without each effect; and again for the pictures.
     let runs = 2.0 * (1.0 + scene.declared.len() as f64);
     let seconds = runs * ticks as f64 * tick_seconds(&scene);
-    check_memory(&scene, 1, false)?;
+    let device = || Quality::FIXED.device_bytes(Options::default().size_px);
+    let pictures = (!args.no_pictures).then(device);
+    check_memory(&scene, Keeps { compared: Some(1), pictures, ..Keeps::default() })?;
     check_time(&format!("{}: {runs} runs of {ticks} ticks", args.scene), seconds)?;
     let _waiting = Waiting::begin("running the scene without each effect", seconds);
     let mut camera = if args.no_pictures { None } else { Pictures::new() };

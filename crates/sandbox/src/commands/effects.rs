@@ -5,7 +5,7 @@ use lab::duration::tick_seconds;
 use lab::{Absence, ByEffect, ReceiptLine};
 use motion::effects::{Effect, EffectState};
 use report::numbers::{count, json_number as number, length};
-use scene::Scene;
+use scene::{Keeps, Scene};
 use serde_json::{Value, json};
 
 use crate::app::session::Session;
@@ -42,7 +42,7 @@ pub(crate) struct EffectsArgs {
 pub(crate) fn run(args: &EffectsArgs) -> Result<(), Failure> {
     let scene = CommandFiles::default().named_scene(&args.scene)?;
     let seconds = args.ticks as f64 * tick_seconds(&scene);
-    check_memory(&scene, 1, false)?;
+    check_memory(&scene, Keeps { compared: Some(1), ..Keeps::default() })?;
     check_time(&format!("{}: {} ticks", args.scene, args.ticks), seconds)?;
     let _waiting = Waiting::begin("running the scene", seconds);
     show(&receipt(scene, args.ticks, args.format))

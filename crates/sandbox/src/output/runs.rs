@@ -348,8 +348,7 @@ mod tests {
 
     #[test]
     fn values_that_are_not_those_of_the_plan_are_refused() {
-        let (sweep, record, bytes) = interrupted();
-        let mut other = record.clone();
+        let (sweep, mut other, bytes) = interrupted();
         other.plan.axes[0].values[0] = "velocity_verlet".to_owned();
         let said = continued((&sweep, &other), &bytes).map_err(|failure| failure.to_string());
         assert!(said.is_err_and(|said| said.contains("does not have run 0 with its values")));
