@@ -230,6 +230,6 @@ fn said(args: &MergeArgs, count: usize, of: &str, shards: usize) -> Result<(), F
     show(&format!("{}: {count} {of} of {shards} shards\n", args.out.display()))
 }
 
-#[cfg(test)]
 #[expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+#[cfg(test)]
 mod tests;

@@ -275,8 +275,8 @@ pub(crate) fn write_tables(
     write_record(&Record { complete: true, table_hash, ..record.clone() }, folder, files)
 }
 
-#[cfg(test)]
 #[expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+#[cfg(test)]
 mod tests {
     use lab::Shard;
     use lab::sweep::{Axis, FORMAT, Measure, Plan, Sweep};
