@@ -184,7 +184,7 @@ fn picks(report: &Value) -> Vec<(String, Method, u32, f64)> {
         let pick = &part["pick"];
         let method = Method::from_name(pick["method"].as_str().unwrap()).unwrap();
         let substeps = pick["substeps"].as_u64().unwrap() as u32;
-        let front = study.front(Accuracy::Position, Cost::Time);
+        let front = study.front(Accuracy::Position, Cost::RealTime);
         let on_front = |cell: &&&lab::cost::Cell| {
             cell.setting.method == method && cell.setting.substeps == substeps
         };
