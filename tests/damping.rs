@@ -2,7 +2,7 @@
 
 use history::Simulation;
 use motion::effects::{Effect, EffectState};
-use motion::forecast::Forecast;
+use motion::margin::Forecast;
 use motion::units::Vector;
 use motion::{
     AxisLocks, Damping, DampingModel, DampingRate, Method, PhysicsBody, Request, SpeedLimit,

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use motion::arrays::Bare;
-use motion::forecast::{Deviation, Fate, Forecast, LimitingPart, Margin, Occasion};
+use motion::margin::{Deviation, Fate, Forecast, LimitingPart, Margin, Occasion};
 use motion::{Drag, Gravity, Law, Method, MutualGravity, Substeps, Well, Wells};
 
 use crate::rigs::{Dice, Environment, Net as Springs, Start};

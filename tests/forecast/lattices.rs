@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use history::Simulation;
 use motion::Method;
-use motion::forecast::{Forecast, Margin};
+use motion::margin::{Forecast, Margin};
 
 use crate::rigs::{Environment, Net, Start, elastic, scene_of};
 

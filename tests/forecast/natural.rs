@@ -1,7 +1,7 @@
 //! Natural modes against closed forms: chains between walls, posts of their own, and what the command prints of them.
 
 use history::Simulation;
-use motion::forecast::{NaturalMode, NaturalModes, natural_modes};
+use motion::margin::{NaturalMode, NaturalModes, natural_modes};
 use scene::Scene;
 use serde_json::Value;
 use tempfile::TempDir;

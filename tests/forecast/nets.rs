@@ -1,7 +1,7 @@
 //! What is foretold of nets, against runs.
 
 use glam::DVec3;
-use motion::forecast::{Deviation, Fate, Forecast, LimitingPart, Margin, Occasion};
+use motion::margin::{Deviation, Fate, Forecast, LimitingPart, Margin, Occasion};
 use motion::{
     Damping, DampingModel, Drag, Elastic, Method, MutualGravity, OwnLaws, Substeps, Well, Wells,
 };
@@ -385,7 +385,7 @@ fn a_net_without_end_is_unstable() {
                 margin.is_unstable() && margin.ratio() == f64::INFINITY,
                 "{method:?}: {margin:?}"
             );
-            assert_eq!(margin.cure, motion::forecast::Cure::default(), "{method:?}");
+            assert_eq!(margin.cure, motion::margin::Cure::default(), "{method:?}");
         }
     }
 }

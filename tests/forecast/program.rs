@@ -4,7 +4,7 @@ use std::fs;
 
 use bevy_ecs::entity::Entity;
 use motion::Method;
-use motion::forecast::{Cure, Fate, LimitingPart, Margin, Occasion};
+use motion::margin::{Cure, Fate, LimitingPart, Margin, Occasion};
 use sandbox::ForecastRow;
 use serde_json::Value;
 

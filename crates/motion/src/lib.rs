@@ -44,7 +44,7 @@
 //! - `schedule`: [`Stepper`], [`StepPlan`], [`Requests`], emission and [`effects`]; with the feature `bevy` also the plugin.
 //! - [`snapshot`]: the state of a world between two ticks, taken out and put back.
 //! - [`arrays`]: the same ticks on plain arrays, without a world.
-//! - `observe`: [`ledger`], [`forecast`], [`forces_on`] and [`totals`](totals()), which read a world and change nothing.
+//! - `observe`: [`ledger`], [`margin`], [`forces_on`] and [`totals`](totals()), which read a world and change nothing.
 
 pub mod arrays;
 pub mod groups;
@@ -125,8 +125,8 @@ pub mod effects {
 }
 
 /// The forecast of instability: which parts of a world are too stiff for the step, before it is taken.
-pub mod forecast {
-    pub use crate::observe::forecast::{
+pub mod margin {
+    pub use crate::observe::margin::{
         Cure, Deviation, Fate, Forecast, LASTING_TURNS, LimitingPart, Margin, NaturalMode,
         NaturalModes, Occasion, SpringMargin, natural_modes,
     };

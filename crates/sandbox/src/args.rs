@@ -8,7 +8,7 @@ use std::path::Path;
 use clap::Args;
 use lab::duration::{TooLong, tick_seconds};
 use motion::effects::Effect;
-use motion::forecast::NaturalModes;
+use motion::margin::NaturalModes;
 use motion::{DampingModel, Method, Substeps};
 use report::numbers::{long_duration, number};
 use scene::{Keeps, Scene};

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use motion::Link;
-use motion::forecast::Forecast;
+use motion::margin::Forecast;
 
 use crate::scene::{BodySpec, Reading, Scene};
 

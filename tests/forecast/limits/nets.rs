@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::forecast::Forecast;
+use motion::margin::Forecast;
 use motion::{Drag, Elastic, Method, PhysicsBody, Spring, StableId, Stepper, TimeStep, Transform};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;

@@ -2,7 +2,7 @@
 
 use history::Simulation;
 use motion::effects::Effect;
-use motion::forecast::{Forecast, Margin};
+use motion::margin::{Forecast, Margin};
 use motion::{Law, Laws, Method};
 use scene::{Scene, SceneError, unsolvable};
 

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::forecast::restoring_rate;
+use super::margin::restoring_rate;
 use crate::groups::{LinearGroup, coming_couplings, couplings, larger};
 use crate::laws::{BodyState, EvaluationTime};
 use crate::methods::markers::own_method;

@@ -107,7 +107,7 @@ impl Stepper {
     /// [`Stepper::new`] with a method of your own for every body that has none of its own.
     ///
     /// The row of [`Integrator::METHOD`] in the table stands for the method wherever it is not run: a
-    /// [forecast](crate::forecast) is of that method, and a [snapshot](crate::snapshot) names it and has to be restored into a
+    /// [margin](crate::margin) is of that method, and a [snapshot](crate::snapshot) names it and has to be restored into a
     /// stepper made by this function. [`Integrator::DAMPS_INSIDE`] and [`Integrator::STATE`] must be those of that row.
     ///
     /// ```

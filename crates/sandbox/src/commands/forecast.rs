@@ -2,7 +2,7 @@
 
 use clap::Args;
 use history::Overrides;
-use motion::forecast::{NaturalMode, NaturalModes, natural_modes};
+use motion::margin::{NaturalMode, NaturalModes, natural_modes};
 use motion::groups::Groups;
 use report::numbers::{NONE, digits, json_number as number};
 use scene::StepKind;

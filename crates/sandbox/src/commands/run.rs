@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use lab::AttractionTick;
 use motion::DampingModel;
 use motion::effects::Effect;
-use motion::forecast::Fate;
+use motion::margin::Fate;
 use render::Quality;
 use scene::Scene;
 

@@ -2,7 +2,7 @@
 
 use egui::{Panel as Side, RichText, Ui};
 use lab::cost::Setting;
-use motion::forecast::Margin;
+use motion::margin::Margin;
 use motion::{Method, MutualGravity, Substeps};
 use scene::unsolvable;
 

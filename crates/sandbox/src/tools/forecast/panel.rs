@@ -1,7 +1,7 @@
 //! The panel of the forecast: how near everything is to instability, and what would help.
 
 use egui::{Color32, Rect, RichText, Sense, Ui, Vec2};
-use motion::forecast::Fate;
+use motion::margin::Fate;
 use report::numbers::digits;
 
 use crate::tools::forecast::ForecastRow;

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
 use history::RunSettings;
-use motion::forecast::{Deviation, Fate, LASTING_TURNS, LimitingPart, Margin, Occasion};
+use motion::margin::{Deviation, Fate, LASTING_TURNS, LimitingPart, Margin, Occasion};
 use motion::groups::Groups;
-use motion::{Method, Substeps, TimeStep, forecast};
+use motion::{Method, Substeps, TimeStep, margin};
 use report::numbers::{digits, number};
 use scene::StepKind;
 
@@ -246,7 +246,7 @@ impl Forecast {
 
     pub(super) fn refresh(&mut self, stage: &mut Stage, of: Circumstances) {
         let method = stage.sim().method();
-        let forecast = forecast::Forecast::with_springs(&mut stage.sim_mut().world, method);
+        let forecast = margin::Forecast::with_springs(&mut stage.sim_mut().world, method);
         let mut springs = HashMap::new();
         for spring in forecast.springs() {
             let ratio: &mut f64 = springs.entry(in_order(spring.ends)).or_default();
@@ -267,11 +267,11 @@ pub(crate) fn rows_at_start(stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
 /// How far everything is from instability now, the worst first.
 pub(crate) fn rows(stage: &mut Stage) -> Vec<ForecastRow> {
     let method = stage.sim().method();
-    let forecast = forecast::Forecast::of(&mut stage.sim_mut().world, method);
+    let forecast = margin::Forecast::of(&mut stage.sim_mut().world, method);
     rows_of(stage, &forecast)
 }
 
-fn rows_of(stage: &Stage, forecast: &forecast::Forecast) -> Vec<ForecastRow> {
+fn rows_of(stage: &Stage, forecast: &margin::Forecast) -> Vec<ForecastRow> {
     let row = |margin: &Margin| ForecastRow {
         margin: *margin,
         element: part_name(stage, margin.part),
