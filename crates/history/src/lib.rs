@@ -12,6 +12,7 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
+mod bonds;
 mod bundle;
 mod change;
 mod distances;
@@ -21,6 +22,7 @@ mod snapshot;
 mod timeline;
 mod twin;
 
+pub use bonds::{Bond, Holder, bonds};
 pub use bundle::{
     BUNDLE_FORMAT, BadBundle, Bundle, EnergyGrowth, EnergyLook, EnergyState, Event, FaultEntry,
     Keyframe, Manifest,

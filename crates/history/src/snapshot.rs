@@ -6,11 +6,14 @@
 mod id_ranges;
 mod restore;
 
+use std::collections::HashMap;
+
 use bevy_ecs::prelude::*;
 use motion::snapshot;
-use motion::{Evaluations, PhysicsBody, QuarantineRecord, StableId, Transform};
+use motion::units::Vector;
+use motion::{Evaluations, Method, PhysicsBody, QuarantineRecord, StableId, Transform};
 use scene::lists::list_bytes;
-use scene::{FileIndex, Scene};
+use scene::{EmitterSpec, FileIndex, Part, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::simulation::{Simulation, hash_of_states};
@@ -134,6 +137,55 @@ impl Snapshot {
         self.state.evaluations = Evaluations::default();
         self.state.records.clear();
         self
+    }
+
+    /// The state of `part` of `scene`, without inputs, counts and records. The emission of an emitter with a part of its pool begins
+    /// again.
+    #[must_use]
+    pub fn of_part(&self, scene: &Scene, part: &Part) -> Self {
+        let id =
+            |id: u32| part.bodies.binary_search(&id).ok().and_then(|at| u32::try_from(at).ok());
+        let emitter = |index: u32| {
+            let pool = &scene.emitters.get(index as usize)?.pool;
+            let is_whole = |own: &EmitterSpec| {
+                id(pool.start) == Some(own.pool.start) && own.pool.len() == pool.len()
+            };
+            u32::try_from(part.scene.emitters.iter().position(is_whole)?).ok()
+        };
+        let list = |all: IdRanges| IdRanges::of(all.ids().filter_map(id));
+        let state = self.clone().without_inputs().without_history().state;
+        let mut state = state.rename(list, id, emitter, |_| None);
+        state.forces.clear();
+        let mut kept = self.state.bodies.ids().map(|body| id(body).is_some());
+        state.transforms.retain(|_| kept.next() == Some(true));
+        let mut kept = self.state.bodies.ids().map(|body| id(body).is_some());
+        state.states.retain(|_| kept.next() == Some(true));
+        Self { state }
+    }
+
+    /// Length of the next tick, s.
+    #[must_use]
+    pub const fn tick_seconds(&self) -> f64 {
+        self.state.step.0
+    }
+
+    /// The settings of every body with physics: stable id, method and substeps.
+    pub fn settings(&self) -> impl Iterator<Item = (u32, Method, u32)> + '_ {
+        let snapshot::Snapshot { method, substeps, own_methods, own_substeps, bodies, .. } =
+            &self.state;
+        let methods: HashMap<_, _> = own_methods.iter().copied().collect();
+        let numbers: HashMap<_, _> = own_substeps.iter().copied().collect();
+        bodies.ids().map(move |id| {
+            let own = numbers.get(&id).map_or(substeps.0, |own| own.0);
+            (id, methods.get(&id).copied().unwrap_or(*method), own.max(1))
+        })
+    }
+
+    /// Stable id, position, m, velocity, m/s, and inverse mass, 1/kg, of every body with physics.
+    pub fn states(&self) -> impl Iterator<Item = (u32, Vector, Vector, f64)> + '_ {
+        let snapshot::Snapshot { bodies, transforms, states, .. } = &self.state;
+        let rows = bodies.ids().zip(transforms.iter().zip(states));
+        rows.map(|(id, (at, body))| (id, at.position, body.velocity, body.inverse_mass))
     }
 
     /// Turns the snapshot into the start of `scene`, which has other methods: every body gets the method of the

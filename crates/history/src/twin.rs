@@ -2,7 +2,10 @@
 
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
-use motion::{Method, OwnMethod, OwnSubsteps, Request, Substeps, remember_positions};
+use motion::{
+    Damping, DampingModel, Method, OwnMethod, OwnSubsteps, Request, Substeps, TimeStep,
+    remember_positions,
+};
 use scene::Scene;
 
 use crate::change::Change;
@@ -74,6 +77,30 @@ impl Twin {
     pub fn reference(leader: &mut Simulation) -> Self {
         let substeps = reference_substeps(&leader.scene);
         Self::new(leader, REFERENCE_METHOD, Some(substeps))
+    }
+
+    /// A far finer run of `leader`: `ticks` ticks of the reference method in place of each, with `substeps` substeps. Damping is the
+    /// law that its model approximates.
+    ///
+    /// # Panics
+    /// As [`Twin::new`].
+    #[must_use]
+    pub fn finer(leader: &mut Simulation, ticks: u32, substeps: u32) -> Self {
+        let mut twin = Self::new(leader, REFERENCE_METHOD, Some(substeps));
+        let Simulation { world, stepper, .. } = &mut twin.simulation;
+        let TimeStep(tick) = *world.resource();
+        world.insert_resource(TimeStep(tick / f64::from(ticks)));
+        if let Some(mut damping) = world.get_resource_mut::<Damping>() {
+            damping.model = DampingModel::Exact;
+        }
+        stepper.recompile(world);
+        twin
+    }
+
+    /// The simulation of the twin, which then follows no other.
+    #[must_use]
+    pub fn into_simulation(self) -> Simulation {
+        self.simulation
     }
 
     /// The method of all of its bodies.

@@ -57,7 +57,7 @@ pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;
 pub use generate::SWARM_LIMIT;
 pub use memory::{Keeps, address_space, allow_memory, byte_words, memory, runs_that_fit};
-pub use parts::Part;
+pub use parts::{FREE_BODIES, Part};
 pub use resolve::declared::key_of_law;
 pub use resolve::springs::unsolvable;
 pub use resolve::survival::EXPLODES;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use motion::AxisLocks;
 use motion::effects::Effect;
@@ -12,10 +13,13 @@ use crate::scene::coupled::{EmitterSpec, SoftBodySpec, SpringSpec};
 use crate::scene::names::Names;
 use crate::scene::{BodySpec, OwnLawsSpec, Scene};
 
+/// Name of the part of all bodies that nothing joins.
+pub const FREE_BODIES: &str = "free bodies";
+
 /// A part of a scene that runs alone as it does in the whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// `free bodies` for bodies that nothing joins; otherwise the name of the part's first soft body, or that of its
+    /// [`FREE_BODIES`] for bodies that nothing joins; otherwise the name of the part's first soft body, or that of its
     /// first movable body and the number of other movable bodies.
     pub name: String,
     /// The entries of the whole scene's file whose bodies it moves.
@@ -46,9 +50,29 @@ impl Scene {
         parts.into_iter().map(|bodies| self.part(&shell, &entries, bodies)).collect()
     }
 
-    /// The scene without anything that refers to stable ids.
+    /// Stable ids of the bodies of each part, as in [`Scene::parts`], ascending, and of the bodies that nothing joins.
+    #[must_use]
+    pub fn joined(&self) -> (Vec<Vec<u32>>, Vec<u32>) {
+        let Joined { members, free } = Joined::of(self, &self.entries());
+        (members, free)
+    }
+
+    /// The part of these bodies alone, by ascending stable ids; `ids` has all of a soft body or none of it, and both ends of a
+    /// spring or neither. An emitter of which `ids` has a part of the pool has that part, and a rate to match.
+    #[must_use]
+    pub fn part_of(&self, ids: Vec<u32>) -> Part {
+        self.part(&self.shell(), &self.entries(), ids)
+    }
+
+    /// The scene without anything that refers to stable ids. A clone would be as large as the scene.
     fn shell(&self) -> Self {
         Self {
+            text: Arc::clone(&self.text),
+            reading: self.reading,
+            name: self.name.clone(),
+            description: self.description.clone(),
+            source: self.source.clone(),
+            laws: self.laws.clone(),
             own_laws: BTreeMap::new(),
             bodies: Vec::new(),
             names: Names::default(),
@@ -56,7 +80,10 @@ impl Scene {
             emitters: Vec::new(),
             springs: Vec::new(),
             soft_bodies: Vec::new(),
-            ..self.clone()
+            off_at_start: self.off_at_start.clone(),
+            declared: self.declared.clone(),
+            survival: self.survival.clone(),
+            ..*self
         }
     }
 
@@ -88,7 +115,12 @@ impl Scene {
         let with_bodies = || self.emitters.iter().filter(|emitter| emitter.swarm.is_none());
         let emitter = |emitter: &EmitterSpec| {
             let rides_on = emitter.rides_on.and_then(new);
-            Some(EmitterSpec { pool: span(&emitter.pool)?, rides_on, ..emitter.clone() })
+            let all = emitter.pool.len();
+            let kept = emitter.pool.clone().take_while(|id| new(*id).is_some()).count();
+            let pool = span(&(emitter.pool.start..emitter.pool.start + kept as u32))?;
+            let launches = emitter.launches[..kept].to_vec();
+            let rate = emitter.rate * (kept as f64 / all as f64);
+            Some(EmitterSpec { pool, rides_on, launches, rate, ..emitter.clone() })
         };
         scene.emitters = with_bodies().filter_map(emitter).collect();
         // Particles neither attract nor are attracted.
@@ -152,7 +184,7 @@ impl Scene {
             || !self.soft_bodies.is_empty()
             || self.mutual_gravity.is_some();
         if !joins && !carries {
-            return "free bodies".to_owned();
+            return FREE_BODIES.to_owned();
         }
         if let Some(soft) = self.soft_bodies.first() {
             return soft.name.clone();
