@@ -1,6 +1,6 @@
-//! Largest stable steps: measured, against closed forms, and foretold.
+//! Forecasts: margins beside the largest stable steps, and trials beside finer runs.
 
-mod judged;
+mod campaign;
 mod lattices;
 mod limits;
 mod natural;

@@ -180,8 +180,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         mistake: "an estimate of memory without the forecast",
         file: "crates/scene/src/memory.rs",
-        from: "if self.springs + self.links > 0 { Forecast",
-        to: "if self.springs > u64::MAX - 1 { Forecast",
+        from: "if self.springs + self.links > 0 { Margins",
+        to: "if self.springs > u64::MAX - 1 { Margins",
         killed_by: "bounds::the_estimate_is_at_least_what_is_taken_and_not_much_more",
     },
     Mutant {
@@ -228,7 +228,7 @@ pub const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         mistake: "a cure for the least that a value may be",
-        file: "crates/motion/src/observe/forecast/cure.rs",
+        file: "crates/motion/src/observe/margin/cure.rs",
         from: "at_most.max(value) / value",
         to: "value / value",
         killed_by: "forecast::lattices::the_substeps_that_a_cure_names_are_enough",

@@ -111,8 +111,17 @@ const FROM_TEXT_TO_SCENE: &[&str] = &[
 ];
 
 /// The same of `crates/history/src`.
-const HISTORY: &[&str] =
-    &["simulation", "distances", "snapshot", "settings", "change", "bundle", "timeline", "twin"];
+const HISTORY: &[&str] = &[
+    "simulation",
+    "bonds",
+    "distances",
+    "snapshot",
+    "settings",
+    "change",
+    "bundle",
+    "timeline",
+    "twin",
+];
 
 /// The same of `crates/lab/src`.
 const LAB: &[&str] = &[
@@ -121,6 +130,7 @@ const LAB: &[&str] = &[
     "shard",
     "column",
     "ordered",
+    "trial",
     "cost",
     "ablation",
     "receipt",

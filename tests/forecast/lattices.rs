@@ -5,14 +5,14 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use history::Simulation;
 use motion::Method;
-use motion::margin::{Forecast, Margin};
+use motion::margin::{Margin, Margins};
 
 use crate::rigs::{Environment, Net, Start, elastic, scene_of};
 
 fn worst(soft_body: &str) -> Margin {
     let scene = scene_of(&format!("(version: 1, step_hz: 120, soft_bodies: [{soft_body}])"));
     let mut run = Simulation::new(scene);
-    *Forecast::of(&mut run.world, run.stepper.method()).margins().first().unwrap()
+    *Margins::of(&mut run.world, run.stepper.method()).list().first().unwrap()
 }
 
 /// Every point swings against its neighbors along one axis: `m w² = 4 k (1 + 2 + 4 / 3)`.
@@ -88,7 +88,7 @@ fn implicit_euler_is_a_cure_only_where_its_iteration_ends() {
             let net = bent_chain(bodies, k);
             let mut rig = net.lab(&Environment::default(), Method::SemiImplicitEuler, 1.0 / 60.0);
             let margin =
-                *Forecast::of(&mut rig.world, Method::SemiImplicitEuler).margins().first().unwrap();
+                *Margins::of(&mut rig.world, Method::SemiImplicitEuler).list().first().unwrap();
             assert!(
                 margin.is_unstable() && (margin.limit - 2.0).abs() <= 0.01,
                 "{bodies} {k:e}: {margin:?}"
@@ -118,7 +118,7 @@ fn the_substeps_that_a_cure_names_are_enough() {
         let margin = |substeps| {
             let around = Environment { substeps, ..Environment::default() };
             let mut rig = net.lab(&around, Method::SemiImplicitEuler, 1.0 / 60.0);
-            *Forecast::of(&mut rig.world, Method::SemiImplicitEuler).margins().first().unwrap()
+            *Margins::of(&mut rig.world, Method::SemiImplicitEuler).list().first().unwrap()
         };
         let unstable = margin(None);
         assert!(unstable.is_unstable() && unstable.at_most > unstable.value, "{k:e}: {unstable:?}");

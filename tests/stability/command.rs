@@ -69,7 +69,7 @@ fn the_table_has_a_line_a_row() {
 fn cases_are_scenes() {
     let list = said(".", "list cases");
     assert_eq!(list.lines().count(), scene::cases().len());
-    let summary = said(".", "run over_damping --ticks 60");
+    let summary = said(".", "run over_damping --ticks 60 --damping exact");
     assert!(summary.contains("over_damping"), "{summary}");
 }
 

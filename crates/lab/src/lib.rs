@@ -27,6 +27,7 @@ mod run;
 mod shard;
 pub mod stability;
 pub mod sweep;
+pub mod trial;
 
 pub use ablation::{Ablation, Absence, ablate};
 pub use column::{Column, Kind, Value};

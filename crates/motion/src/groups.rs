@@ -26,7 +26,7 @@ use bevy_ecs::prelude::*;
 
 pub use compile::compile_groups;
 pub(crate) use compile::{coming_couplings, couplings, is_outdated, update_groups};
-pub(crate) use coupling::{Coupling, is_open};
+pub(crate) use coupling::Coupling;
 pub(crate) use field::{
     GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Push, Scratch, Watch, end_of,
     equal_parts,

@@ -96,7 +96,7 @@ pub struct BodyState {
 }
 
 /// Derivatives of an acceleration a by position and velocity, for implicit methods.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jacobians {
     /// Derivative of a by position, 1/s²; column j is the derivative by coordinate j.
     pub position: DMat3,
@@ -209,18 +209,6 @@ pub trait Law: Debug + Send + Sync + 'static {
     /// Version of an own law whose acceleration in a given state and at a given time can change; `None` for every other law. A
     /// new version invalidates cached accelerations.
     fn version(&self) -> Option<u64> {
-        None
-    }
-
-    /// The wells that the law consists of; empty for every other law. The forecast judges them as orbits.
-    fn wells(&self) -> &[Well] {
-        &[]
-    }
-
-    /// The law as drag per mass for a body of that inverse mass, 1/kg, if it is drag of single bodies. The forecast adds it to
-    /// the drag of all bodies.
-    fn drag(&self, inverse_mass: f64) -> Option<Drag> {
-        let _ = inverse_mass;
         None
     }
 

@@ -124,11 +124,11 @@ pub mod effects {
     };
 }
 
-/// The forecast of instability: which parts of a world are too stiff for the step, before it is taken.
+/// Margins of stability: how near the parts of a world are to the limit of their method, before a step is taken.
 pub mod margin {
     pub use crate::observe::margin::{
-        Cure, Deviation, Fate, Forecast, LASTING_TURNS, LimitingPart, Margin, NaturalMode,
-        NaturalModes, Occasion, SpringMargin, natural_modes,
+        Cure, LimitingPart, Margin, Margins, NaturalMode, NaturalModes, SpringMargin, as_good_as,
+        natural_modes,
     };
 }
 

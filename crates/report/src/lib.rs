@@ -6,6 +6,7 @@
 //! - [`summary`](brief): a study as Markdown and for a terminal; `tables` has its tables, `words` its sentences, and `reading` what
 //!   both are taken from.
 //! - `figures`: the figures of a study; `chart` draws one, with axes, marks and a legend, as SVG ([`Drawing`]).
+//! - `forecast`: the rows of a forecast ([`ForecastRow`]).
 //! - [`stability`]: the survival matrix as page, picture and tables, and the maps of stable steps.
 //! - [`sweep`]: the runs of a sweep as CSV and as a figure. [`Parquet`]: any table for other programs.
 //! - [`Table`]: a table in HTML, Markdown, CSV or for a terminal. [`numbers`]: numbers as people read them.
@@ -17,6 +18,7 @@ mod chart;
 mod csv;
 mod escape;
 mod figures;
+mod forecast;
 mod handout;
 pub mod numbers;
 mod page;
@@ -36,6 +38,7 @@ use page::slugs;
 pub use chart::Drawing;
 pub use csv::CELLS_HEADER;
 pub use escape::terminal;
+pub use forecast::{ForecastRow, Instrument, growth, tried_in_words};
 pub use handout::{Handout, HandoutStep, answers, handout, index};
 pub use palette::{INKS, Ink, REFERENCE_INK, ink};
 pub use parquet::Parquet;

@@ -41,7 +41,6 @@ pub use stage::options::{Options, Words};
 pub use stage::quarantines::QuarantinedBody;
 pub use stage::{Order, SceneFile, Simulated, Stage};
 pub use tools::Tools;
-pub use tools::forecast::ForecastRow;
 pub use tools::ghosts::{GhostRow, GhostState};
 pub use tools::learn::LessonState;
 pub use view::camera::Camera;

@@ -24,7 +24,6 @@ use lab::ReceiptLine;
 use lab::cost::Study;
 use motion::ledger::Ledger;
 
-use self::forecast::ForecastRow;
 use self::ghosts::GhostRow;
 use self::learn::{LessonState, Screen};
 use self::tool::Tool;
@@ -33,6 +32,7 @@ use crate::intent::Intent;
 use crate::panels::{Panel, with_panels};
 use crate::stage::{SceneFile, Stage};
 use crate::view::View;
+use report::ForecastRow;
 
 /// Makes the struct of all tools from the list of panels.
 macro_rules! tools {
@@ -164,13 +164,18 @@ impl Tools {
         forecast::rows(stage)
     }
 
-    /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the unstable rows for the summary;
-    /// tells and returns those whose growth would soon be seen.
+    /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the rows with a fault and those that grow
+    /// slowly for the summary; tells and returns those with a fault.
     pub fn forecast_start(&mut self, stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
-        self.forecast.begin(stage, frame)
+        self.forecast.compute(stage, frame)
     }
 
-    /// The unstable rows of the forecast at the start of the scene.
+    /// Begins the forecast of [`Self::forecast_start`], which goes on from frame to frame and tells the faults that it finds.
+    pub(crate) fn forecast_begin(&mut self, stage: &mut Stage, frame: f64) {
+        self.forecast.begin(stage, frame);
+    }
+
+    /// The rows of the forecast at the start of the scene that have a fault, or grow slowly.
     #[must_use]
     pub fn forecast_at_start(&self) -> &[ForecastRow] {
         self.forecast.at_start()

@@ -183,7 +183,7 @@ fn session(
     Ok(session)
 }
 
-/// Tells the person which parts of the scene are unstable at its start.
+/// Begins to tell the person which parts of the scene are unstable at its start.
 fn forecast_start(session: &mut Session) {
-    session.tools.forecast_start(&mut session.stage, 1.0 / DEFAULT_FPS);
+    session.tools.forecast_begin(&mut session.stage, 1.0 / DEFAULT_FPS);
 }

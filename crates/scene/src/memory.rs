@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use motion::Link;
-use motion::margin::Forecast;
+use motion::margin::Margins;
 
 use crate::scene::{BodySpec, Reading, Scene};
 
@@ -156,7 +156,7 @@ impl Census {
     /// Bytes in its world until the first tick is over, at most.
     fn in_world(self) -> u64 {
         let forecast =
-            if self.springs + self.links > 0 { Forecast::most_bytes(self.grouped) } else { 0 };
+            if self.springs + self.links > 0 { Margins::most_bytes(self.grouped) } else { 0 };
         let of_each = [
             self.bodies.saturating_mul(BODY),
             self.moved.saturating_mul(MOVED),

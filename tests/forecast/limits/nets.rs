@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::margin::Forecast;
+use motion::margin::Margins;
 use motion::{Drag, Elastic, Method, PhysicsBody, Spring, StableId, Stepper, TimeStep, Transform};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
@@ -210,8 +210,8 @@ impl Stepped {
         self.bodies.iter().map(far).fold(0.0, f64::max)
     }
 
-    /// The forecast of the net.
-    pub fn forecast(&mut self) -> Forecast {
-        Forecast::of(&mut self.world, self.stepper.method())
+    /// The margins of the net.
+    pub fn margins(&mut self) -> Margins {
+        Margins::of(&mut self.world, self.stepper.method())
     }
 }

@@ -2,7 +2,7 @@
 
 use history::Simulation;
 use motion::effects::Effect;
-use motion::margin::{Forecast, Margin};
+use motion::margin::{Margin, Margins};
 use motion::{Law, Laws, Method};
 use scene::{Scene, SceneError, unsolvable};
 
@@ -10,6 +10,7 @@ use super::arithmetic::MakeLoop;
 use super::problem::{Exact, Problem};
 use super::record::Setting;
 use crate::run::movable;
+use crate::trial::{Ahead, Trial};
 
 /// Most ticks of a run of a scene; the rest is left out.
 const MOST_TICKS: f64 = 1e15;
@@ -197,10 +198,16 @@ impl Subject {
         unsolvable(method, attracts).map(|why| why.to_string())
     }
 
-    /// Whether the forecast reports the subject as unstable with this setting.
-    pub fn is_unstable(&self, setting: Setting) -> bool {
+    /// Whether a forecast of the subject with this setting finds a fault.
+    pub fn has_fault(&self, setting: Setting) -> bool {
         let mut run = self.run(setting);
-        Forecast::of(&mut run.world, setting.method).margins().iter().any(Margin::is_reported)
+        let margins = Margins::of(&mut run.world, setting.method);
+        if margins.list().iter().any(Margin::is_reported) {
+            return true;
+        }
+        let mut trial = Trial::new(&mut run, Ahead::DEFAULT);
+        trial.finish();
+        trial.found().iter().any(|tried| tried.verdict.is_fault())
     }
 
     /// Its scene with one method and number of substeps for every body.

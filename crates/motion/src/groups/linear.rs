@@ -148,11 +148,6 @@ impl<'a> LinearGroup<'a> {
         self.drag = states[..coupling.movable].iter().enumerate().map(single).collect();
     }
 
-    /// Moves the bodies to these positions by row, m. Drag stays as it is.
-    pub fn move_to(&mut self, positions: Vec<Row>) {
-        self.at = positions;
-    }
-
     /// Returns the system with the whole derivative of wells, not only its restoring part: A may then have negative eigenvalues.
     pub fn with_whole_wells(mut self, world: &World, bodies: &[Entity]) -> Self {
         if let Some(wells) = world.get_resource::<Wells>() {

@@ -61,8 +61,4 @@ impl Law for BodyDrag {
     fn depends_on_velocity(&self) -> bool {
         true
     }
-
-    fn drag(&self, inverse_mass: f64) -> Option<Drag> {
-        Some(self.per_mass(inverse_mass))
-    }
 }

@@ -150,10 +150,6 @@ impl Law for Wells {
         true
     }
 
-    fn wells(&self) -> &[Well] {
-        &self.0
-    }
-
     fn device_form(&self) -> Option<DeviceForm<'_>> {
         Some(DeviceForm::Wells(&self.0))
     }

@@ -1,22 +1,18 @@
-//! The forecast of instability: which springs, dampers, drag and wells are too stiff for the step, before it is taken.
+//! Margins of stability: how near the springs, dampers, drag and wells of a world are to the limit of the method, linearized in
+//! the present state.
 
 mod cure;
-mod flight;
 mod groups;
-mod joined;
-mod judged;
 mod lanczos;
-mod many;
 mod matrix;
 mod modes;
 mod natural;
-mod orbit;
 mod single_bodies;
 
 use bevy_ecs::prelude::*;
+pub use cure::as_good_as;
 use modes::Stepping;
 pub use natural::{NaturalMode, NaturalModes, natural_modes};
-pub use orbit::LASTING_TURNS;
 pub(crate) use single_bodies::restoring_rate;
 
 use crate::groups::{Group, Groups, compile_groups};
@@ -49,49 +45,6 @@ pub enum LimitingPart {
     MutualGravity([Entity; 2]),
 }
 
-/// The state in which a margin has its value.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Occasion {
-    /// The present state.
-    #[default]
-    Now,
-    /// The closest approach to come, by energy and angular momentum.
-    ClosestApproach,
-    /// The largest value that the true motion meets.
-    Met,
-    /// The terminal speed of a fall.
-    TerminalSpeed,
-    /// The fastest gust.
-    Gust,
-    /// The birth of a particle.
-    Birth,
-}
-
-/// How a method deviates from the true motion without growing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Deviation {
-    /// The velocity changes its sign.
-    Reverses,
-    /// The velocity settles on this multiple of the true one.
-    Settles(Scalar),
-    /// The velocity never settles: its least and largest multiple of the true one.
-    Alternates([Scalar; 2]),
-}
-
-/// The fate of a motion under the method.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Fate {
-    /// It stays near the true motion.
-    #[default]
-    Holds,
-    /// It does not grow, but is wrong.
-    Wrong(Deviation),
-    /// An orbit leaves the range from half to twice its size after this many turns, up to [`LASTING_TURNS`].
-    Drifts(Scalar),
-    /// It grows in every step.
-    Grows,
-}
-
 /// The changes that would make an unstable part stable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cure {
@@ -113,13 +66,9 @@ pub struct Margin {
     pub method: Method,
     /// Substeps per tick.
     pub substeps: u32,
-    /// w h of springs and attraction, or c h of damping, of the fastest mode for a step of h seconds. For springs, in the
-    /// present state, this is a lower bound: a mode that is predicted to grow does grow.
+    /// w h of springs and attraction, or c h of damping, of the fastest mode for a step of h seconds. For springs this is a lower
+    /// bound: a mode that is predicted to grow does grow.
     pub value: Scalar,
-    /// The value in the present state, which differs from `value` if that belongs to another state.
-    pub now: Scalar,
-    /// The state that has `value`.
-    pub occasion: Occasion,
     /// Upper bound of the value. It is within 1 % of the value, except for groups of more than some 30,000 bodies
     /// without a regular structure. If the limit is in between, the search continues until it is not, or until the bound
     /// is within 0.1 %; for groups of more than a million bodies it may end earlier.
@@ -128,19 +77,21 @@ pub struct Margin {
     /// step is stable, or if the limit is below 5e-3, or below 0.05 for several modes under a method that is not of order 1;
     /// infinite if every step is stable. Yoshida 4 with damping is stable again at some longer steps.
     pub limit: Scalar,
-    /// The value of a circular orbit above which the method does not keep it within half and twice its radius for
-    /// [`LASTING_TURNS`]; 0 if the method keeps none. `None` if the motion is not an orbit.
-    pub lasts: Option<Scalar>,
-    /// The fate of the motion.
-    pub fate: Fate,
-    /// Factor of growth per second, after many seconds; 1 if it does not grow. For an orbit, a factor of 2 in the turns after
-    /// which the method leaves it; infinite if the growth accelerates.
+    /// Whether the laws are linear, so that the growth of the mode is that of the motion. Where wells, mutual gravity, quadratic
+    /// drag, cords or laws of your own act, the margin holds for small motions about the present state only: run the world ahead
+    /// to learn more.
+    pub is_linear: bool,
+    /// Factor of growth of the mode per second, after many seconds; 1 if it does not grow.
     pub growth_per_s: Scalar,
-    /// Factor of growth per tick.
+    /// Factor of growth of the mode per tick.
     pub growth_per_tick: Scalar,
-    /// The changes that would make it stable, even if the value is its upper bound. Empty if it is known to be stable.
+    /// The changes that would make it stable, even if the value is its upper bound. Empty if it is known to be stable, or if the
+    /// laws are not linear.
     pub cure: Cure,
 }
+
+/// Number of turns of a mode within which growth counts: Runge-Kutta 2 is never quite stable.
+const COUNTED_TURNS: Scalar = 100.0;
 
 impl Margin {
     /// Whether the value is known within 1 %.
@@ -149,44 +100,49 @@ impl Margin {
         self.at_most <= 1.01 * self.value || self.at_most == self.value
     }
 
-    /// Whether the motion grows, or drifts out of its orbit.
+    /// Whether the mode grows.
+    #[must_use]
+    pub const fn grows(&self) -> bool {
+        self.growth_per_tick > 1.0
+    }
+
+    /// Whether the motion grows: the mode does, and the laws are linear.
     #[must_use]
     pub const fn is_unstable(&self) -> bool {
-        matches!(self.fate, Fate::Grows | Fate::Drifts(_))
+        self.grows() && self.is_linear
     }
 
-    /// Whether it is unknown if the mode grows: the limit is between the value and its upper bound.
+    /// Whether it is unknown if the motion grows: the limit is between the value and its upper bound.
     #[must_use]
     pub fn may_be_unstable(&self) -> bool {
-        !self.is_unstable() && (self.value..self.at_most).contains(&self.limit)
+        self.is_linear && !self.grows() && (self.value..self.at_most).contains(&self.limit)
     }
 
-    /// Value over the limit that is reached first.
+    /// Value over limit.
     #[must_use]
     pub fn ratio(&self) -> Scalar {
-        let limit = self.lasts.unwrap_or(Scalar::INFINITY).min(self.limit);
-        if limit == 0.0 { Scalar::INFINITY } else { self.value / limit }
+        if self.limit == 0.0 { Scalar::INFINITY } else { self.value / self.limit }
     }
 
-    /// Whether the instability shows within [`LASTING_TURNS`]: the motion at least doubles or leaves its orbit. Runge-Kutta 2 is
-    /// never quite stable.
+    /// Whether the motion at least doubles within 100 turns of the mode, or may.
     #[must_use]
     pub fn is_reported(&self) -> bool {
-        match self.fate {
-            // The method leaves an orbit within these turns, which may take far longer than those at its closest approach.
-            Fate::Grows => self.lasts.is_some() || self.growth_in_turns() >= 2.0,
-            Fate::Drifts(_) => true,
-            Fate::Holds | Fate::Wrong(_) => false,
-        }
+        self.may_be_unstable() || self.is_unstable() && self.growth_in_turns() >= 2.0
     }
 
-    /// Factor of growth in [`LASTING_TURNS`] turns of w, or in as many ticks if those are longer.
+    /// Factor of growth in 100 turns of the mode, or in as many ticks if those are longer.
     #[must_use]
     pub fn growth_in_turns(&self) -> Scalar {
         // value = w h with h = tick / substeps.
         let ticks = std::f64::consts::TAU / (self.value * Scalar::from(self.substeps));
         let ticks = if ticks.is_finite() { ticks.max(1.0) } else { 1.0 };
-        libm::pow(self.growth_per_tick, LASTING_TURNS * ticks)
+        libm::pow(self.growth_per_tick, COUNTED_TURNS * ticks)
+    }
+
+    /// The bound of the angular frequency or of the rate, 1/s, for ticks of `tick` seconds.
+    #[must_use]
+    pub fn rate(&self, tick: Scalar) -> Scalar {
+        self.at_most * Scalar::from(self.substeps) / tick
     }
 }
 
@@ -200,35 +156,28 @@ pub struct SpringMargin {
     pub ratio: Scalar,
 }
 
-/// Largest number of groups whose motion is computed ahead.
-const MOST_AHEAD: usize = 32;
-
-/// A forecast of instability: the stability margins of all bodies. Springs and dampers are linearized in the present state.
-/// Attraction is taken at the closest approach to come, drag at the fastest speed; for these the method itself steps the body
-/// under all of its laws, beside the true motion.
+/// The margins of stability of all bodies of a world, linearized in its present state.
 ///
 /// The method itself steps the linear system, so that a tick is a matrix. The system is stable if no eigenvalue of the
 /// matrix exceeds 1 in magnitude. The system of a group is reduced to its fastest modes, by stiffness and damping
 /// together, which Lanczos's iteration finds. The single fastest mode suffices without damping, or with the same
-/// damping everywhere. Groups of up to four bodies are not reduced.
-///
-/// Mutual gravity is that of the pair that comes nearest to its limit, alone. The forecast does not combine mutual gravity with
-/// the springs of a group.
+/// damping everywhere. Groups of up to four bodies are not reduced. Mutual gravity is that of the pair with the highest
+/// frequency.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Forecast {
-    margins: Vec<Margin>,
+pub struct Margins {
+    list: Vec<Margin>,
     springs: Vec<SpringMargin>,
 }
 
-impl Forecast {
-    /// Computes the forecast of `world`, where `method` is that of bodies without their own. Compiles the groups again
+impl Margins {
+    /// Computes the margins of `world`, where `method` is that of bodies without their own. Compiles the groups again
     /// if they changed.
     #[must_use]
     pub fn of(world: &mut World, method: Method) -> Self {
         Self::compute(world, method, false)
     }
 
-    /// Computes the forecast with [`Self::springs`], a list that is long in a large world.
+    /// Computes the margins with [`Self::springs`], a list that is long in a large world.
     #[must_use]
     pub fn with_springs(world: &mut World, method: Method) -> Self {
         Self::compute(world, method, true)
@@ -243,20 +192,18 @@ impl Forecast {
         let substeps = Substeps::count(world.get_resource());
         let may_be_implicit = !world.contains_resource::<MutualGravity>();
         let scenes = Stepping { method, tick, substeps, may_be_implicit };
-        let mut forecast = Self::default();
-        forecast.add_single_bodies(world, scenes);
-        forecast.add_groups(world, scenes, springs);
-        forecast.margins.sort_by(|a, b| {
+        let mut margins = Self::default();
+        margins.add_single_bodies(world, scenes);
+        margins.add_groups(world, scenes, springs);
+        margins.list.sort_by(|a, b| {
+            let rank = |margin: &Margin| (margin.is_unstable(), margin.may_be_unstable());
             let by_ratio = b.ratio().total_cmp(&a.ratio());
-            let rank = |margin: &Margin| {
-                (margin.is_unstable(), margin.may_be_unstable(), margin.fate != Fate::Holds)
-            };
             rank(b).cmp(&rank(a)).then(by_ratio).then(b.value.total_cmp(&a.value))
         });
-        forecast
+        margins
     }
 
-    /// Largest memory that the forecast of a group of `bodies` bodies takes, bytes.
+    /// Largest memory that the margin of a group of `bodies` bodies takes, bytes.
     #[must_use]
     pub fn most_bytes(bodies: u64) -> u64 {
         let numbers = usize::try_from(bodies.saturating_mul(3)).unwrap_or(usize::MAX);
@@ -265,13 +212,8 @@ impl Forecast {
 
     /// All margins, the worst first.
     #[must_use]
-    pub fn margins(&self) -> &[Margin] {
-        &self.margins
-    }
-
-    /// The margins of modes that grow, the worst first.
-    pub fn unstable(&self) -> impl Iterator<Item = &Margin> {
-        self.margins.iter().filter(|margin| margin.is_unstable())
+    pub fn list(&self) -> &[Margin] {
+        &self.list
     }
 
     /// The margins of all springs, group by group; empty without [`Self::with_springs`].
@@ -282,7 +224,6 @@ impl Forecast {
 
     fn add_groups(&mut self, world: &World, scenes: Stepping, springs: bool) {
         let Some(groups) = world.get_resource::<Groups>() else { return };
-        let looks_ahead = groups.list.len() <= MOST_AHEAD;
         for Group { coupling, bodies, substeps, .. } in &groups.list {
             let first = bodies.first().and_then(|body| world.get_entity(*body).ok());
             let stepping = Stepping {
@@ -291,15 +232,8 @@ impl Forecast {
                 ..scenes
             };
             let spring_margins = springs.then_some(&mut self.springs);
-            self.margins.extend(groups::margin(
-                world,
-                coupling,
-                bodies,
-                stepping,
-                spring_margins,
-                looks_ahead,
-            ));
-            self.margins.extend(groups::attraction_margin(world, coupling, bodies, stepping));
+            self.list.extend(groups::margin(world, coupling, bodies, stepping, spring_margins));
+            self.list.extend(groups::attraction_margin(world, coupling, bodies, stepping));
         }
     }
 }

@@ -495,7 +495,7 @@ impl Session {
         self.stage.playback_mut().set_pace(pace);
         self.view.reopen(&self.stage, &before);
         self.begin_scene(true);
-        self.tools.forecast_start(&mut self.stage, 1.0 / DEFAULT_FPS);
+        self.tools.forecast_begin(&mut self.stage, 1.0 / DEFAULT_FPS);
         self.stage.select(select.and_then(|path| entity_at(&self.stage, path, offset)));
     }
 

@@ -1,29 +1,32 @@
-//! `sandbox forecast`: how far a scene is from instability, and how it swings, before its first tick.
+//! `sandbox forecast`: how far a scene is from instability, how it goes on, and how it swings, before its first tick.
 
 use clap::Args;
-use history::Overrides;
-use motion::margin::{NaturalMode, NaturalModes, natural_modes};
+use history::{Overrides, Simulation};
+use lab::trial::{Ahead, Trial};
+use motion::bevy_ecs::prelude::Entity;
 use motion::groups::Groups;
-use report::numbers::{NONE, digits, json_number as number};
+use motion::margin::{Margins, NaturalMode, NaturalModes, natural_modes};
+use motion::{StableId, TimeStep};
+use report::numbers::{NONE, digits, json_number as number, tick_rate};
+use report::{ForecastRow, tried_in_words};
 use scene::StepKind;
 use serde_json::{Value, json};
 
-use crate::app::session::{DEFAULT_FPS, Session};
-use crate::args::{SceneName, StepArgs, check_time, modes_count, rate};
+use crate::app::session::DEFAULT_FPS;
+use crate::args::{SceneName, StepArgs, check_time, modes_count, positive, rate};
 use crate::commands::list::Format;
 use crate::commands::run::refuse_rate_of_frames;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::progress::Waiting;
-use crate::output::report::forecast_json;
+use crate::output::progress::{Progress, Waiting};
 use crate::output::show;
-use crate::stage::Stage;
 use crate::stage::options::{Options, check};
-use crate::tools::forecast::{ForecastRow, rows_at_start};
+use crate::stage::start;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
   sandbox forecast flag
+  sandbox forecast solar --ahead 3e9
   sandbox forecast bridge --modes 5";
 
 /// Forecasts a scene.
@@ -31,6 +34,10 @@ Examples:
 pub(crate) struct ForecastArgs {
     /// A shipped scene or a file
     scene: SceneName,
+    /// Try S seconds ahead, however long that takes; without it a hundred turns of the slowest orbit or spring, as far as some
+    /// tenths of a second allow
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
+    ahead: Option<f64>,
     /// Also the N slowest and the N fastest natural modes of what springs join, 1 to 20
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = modes_count)]
     modes: Option<usize>,
@@ -54,50 +61,77 @@ pub(crate) fn run(args: &ForecastArgs) -> Result<(), Failure> {
     overrides.apply(&mut scene);
     let options =
         Options { pictures: false, interpolate: false, overrides, threads, ..Options::default() };
-    let mut session = Session::new(scene, options);
-    let stage = &mut session.stage;
-    let rows = rows_at_start(stage, 1.0 / DEFAULT_FPS);
-    let found = args.modes.map(|count| modes(&args.scene, stage, count)).transpose()?;
+    let mut simulation = start(scene, options);
+    if simulation.scene.step == StepKind::Frame {
+        simulation.world.insert_resource(TimeStep(1.0 / DEFAULT_FPS));
+    }
+    let rows = rows(&mut simulation, args.ahead);
+    let found = args.modes.map(|count| modes(&args.scene, &mut simulation, count)).transpose()?;
     show(&match args.format {
-        Format::Table => table(stage, &rows, found.as_ref()),
-        Format::Json => json(stage, &rows, found.as_ref()),
+        Format::Table => table(&simulation, &rows, found.as_ref()),
+        Format::Json => json(&simulation, &rows, found.as_ref()),
     })
+}
+
+/// Work of the trial between two steps of the bar.
+const WORK_OF_BAR: f64 = 1e6;
+
+/// The rows of the forecast, faults first.
+fn rows(simulation: &mut Simulation, ahead: Option<f64>) -> Vec<ForecastRow> {
+    let method = simulation.method();
+    let margins = Margins::of(&mut simulation.world, method);
+    let mut trial = Trial::new(simulation, Ahead { seconds: ahead, ..Ahead::DEFAULT });
+    let progress = Progress::new(1);
+    progress.say("trying how the scene goes on");
+    while !trial.advance(WORK_OF_BAR) {
+        progress.show(trial.progress());
+    }
+    drop(progress);
+    ForecastRow::of(simulation, &margins, &trial)
+}
+
+fn name(simulation: &Simulation, body: Entity) -> String {
+    let id = simulation.world.get::<StableId>(body).map_or(u32::MAX, |id| id.0);
+    simulation.scene.names.get(id).unwrap_or_default().into_owned()
 }
 
 /// Estimated time for the natural modes of a group, s per squared number of coordinates and per mode.
 const MODE: f64 = 1e-7;
 
-fn modes(name: &str, stage: &mut Stage, count: usize) -> Result<NaturalModes, Failure> {
-    let bodies = stage.sim().world.get_resource::<Groups>().map_or(0, Groups::bodies);
+fn modes(name: &str, simulation: &mut Simulation, count: usize) -> Result<NaturalModes, Failure> {
+    let bodies = simulation.world.get_resource::<Groups>().map_or(0, Groups::bodies);
     let seconds = MODE * (3.0 * bodies as f64).powi(2) * count as f64;
     check_time(&format!("{name}: natural modes of {bodies} bodies"), seconds)?;
     let _waiting = Waiting::begin("computing natural modes", seconds);
-    Ok(natural_modes(&mut stage.sim_mut().world, count))
+    Ok(natural_modes(&mut simulation.world, count))
 }
 
-fn table(stage: &Stage, rows: &[ForecastRow], found: Option<&NaturalModes>) -> String {
-    let mut text = format!(
-        "forecast of `{}`, in ticks at {} Hz\n",
-        stage.sim().scene.name,
-        digits(tick_rate(stage))
-    );
+fn table(simulation: &Simulation, rows: &[ForecastRow], found: Option<&NaturalModes>) -> String {
+    let TimeStep(tick) = *simulation.world.resource();
+    let mut text =
+        format!("forecast of `{}`, in ticks at {}\n", simulation.scene.name, tick_rate(tick));
     if rows.is_empty() {
         text += "nothing in this scene limits the step\n";
-    } else {
-        let heading = ["part", "method", "substeps", "", "value", "limit", "verdict", "cure"];
-        let line = |row: &ForecastRow| {
-            let limit = row.margin.lasts.unwrap_or(row.margin.limit).min(row.margin.limit);
-            vec![
-                row.element.clone(),
-                row.margin.method.name().to_owned(),
-                row.margin.substeps.to_string(),
-                row.symbol().to_owned(),
-                row.value(),
-                if limit.is_infinite() { NONE.to_owned() } else { digits(limit) },
-                row.verdict().to_owned(),
-                if row.cure.is_empty() { NONE.to_owned() } else { row.cure.clone() },
-            ]
+    }
+    let line = |row: &ForecastRow| {
+        let (method, substeps) = row.setting();
+        let finding = match row.tried() {
+            Some(tried) if !row.is_fault() => tried_in_words(tried),
+            Some(_) => row.finding(),
+            None => format!("{}, {}", row.value(), row.finding()),
         };
+        vec![
+            row.element.clone(),
+            method.name().to_owned(),
+            substeps.to_string(),
+            row.instrument().to_owned(),
+            row.verdict().to_owned(),
+            finding,
+            if row.cure.is_empty() { NONE.to_owned() } else { row.cure.clone() },
+        ]
+    };
+    if !rows.is_empty() {
+        let heading = ["part", "method", "substeps", "by", "verdict", "finding", "cure"];
         text += &aligned(&heading, rows.iter().map(line));
     }
     let Some(NaturalModes { lowest, highest }) = found else { return text };
@@ -107,7 +141,8 @@ fn table(stage: &Stage, rows: &[ForecastRow], found: Option<&NaturalModes>) -> S
     let heading = ["mode", "frequency Hz", "period s", "damping ratio", "these move most"];
     let line = |kind: &'static str, mode: &NaturalMode| {
         let hz = frequency_hz(mode);
-        let bodies = mode.bodies.iter().map(|(body, by)| format!("{} {by:.2}", stage.name(*body)));
+        let bodies =
+            mode.bodies.iter().map(|(body, by)| format!("{} {by:.2}", name(simulation, *body)));
         vec![
             kind.to_owned(),
             digits(hz),
@@ -126,10 +161,9 @@ fn aligned(heading: &[&str], lines: impl Iterator<Item = Vec<String>>) -> String
     report::aligned(&std::iter::once(heading).chain(lines).collect::<Vec<_>>(), false)
 }
 
-fn json(stage: &Stage, rows: &[ForecastRow], found: Option<&NaturalModes>) -> String {
+fn json(simulation: &Simulation, rows: &[ForecastRow], found: Option<&NaturalModes>) -> String {
     let mode = |mode: &NaturalMode| {
-        let body =
-            |(body, by): &(_, f64)| json!({ "body": stage.name(*body), "amplitude": number(*by) });
+        let body = |(body, by): &(_, f64)| json!({ "body": name(simulation, *body), "amplitude": number(*by) });
         json!({
             "frequency_hz": number(frequency_hz(mode)),
             "period_s": number(1.0 / frequency_hz(mode)),
@@ -142,18 +176,14 @@ fn json(stage: &Stage, rows: &[ForecastRow], found: Option<&NaturalModes>) -> St
         Value::Null,
         |found| json!({ "lowest": modes(&found.lowest), "highest": modes(&found.highest) }),
     );
+    let TimeStep(tick) = *simulation.world.resource();
     let report = json!({
-        "scene": stage.sim().scene.name,
-        "step_hz": number(tick_rate(stage)),
-        "forecast": rows.iter().map(forecast_json).collect::<Vec<_>>(),
+        "scene": simulation.scene.name,
+        "step_hz": number(history::rate_of(tick)),
+        "forecast": rows.iter().map(ForecastRow::json).collect::<Vec<_>>(),
         "modes": modes,
     });
     format!("{}\n", serde_json::to_string_pretty(&report).expect("strings and numbers are JSON"))
-}
-
-/// Ticks per second; frames per second where a tick is a frame.
-fn tick_rate(stage: &Stage) -> f64 {
-    if stage.sim().scene.step == StepKind::Frame { DEFAULT_FPS } else { stage.playback().step_hz() }
 }
 
 fn frequency_hz(mode: &NaturalMode) -> f64 {

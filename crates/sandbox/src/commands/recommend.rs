@@ -204,7 +204,7 @@ fn with_choice(
 }
 
 /// Chooses a setting for each part. Also returns the studies, with a note on each setting that was left out: a setting that the
-/// forecast calls unstable is not chosen, because `run --refuse-unstable` would refuse it.
+/// forecast finds a fault with is not chosen, because `run --refuse-unstable` would refuse it.
 fn choose(
     parts: &[Part],
     mut studies: Vec<Study>,
@@ -216,15 +216,15 @@ fn choose(
         let named: Vec<_> =
             parts.iter().zip(&open).map(|(part, study)| (part.name.as_str(), study)).collect();
         let found = recommend(&named, goal).map_err(|why| Failure::Expectation(why.to_string()))?;
-        let is_unstable = |(part, row): (&Part, &PartChoice)| {
-            Subject::of_scene(part.scene.clone(), seconds).is_unstable(row.pick.setting)
+        let has_fault = |(part, row): (&Part, &PartChoice)| {
+            Subject::of_scene(part.scene.clone(), seconds).has_fault(row.pick.setting)
         };
-        let Some(row) = parts.iter().zip(&found.rows).position(is_unstable) else {
+        let Some(row) = parts.iter().zip(&found.rows).position(has_fault) else {
             return Ok((found, studies));
         };
         let left_out = found.rows[row].pick.setting;
         open[row].cells.retain(|cell| cell.setting != left_out);
-        studies[row].notes.push(format!("{left_out} is left out: the forecast calls it unstable"));
+        studies[row].notes.push(format!("{left_out} is left out: a forecast finds a fault"));
     }
 }
 

@@ -7,7 +7,6 @@ use clap::{Args, ValueEnum};
 use lab::AttractionTick;
 use motion::DampingModel;
 use motion::effects::Effect;
-use motion::margin::Fate;
 use render::Quality;
 use scene::Scene;
 
@@ -27,13 +26,13 @@ use crate::output::report::Summary;
 use crate::output::states::{Quantity, Selection};
 use crate::output::tell;
 use crate::stage::{Simulated, Stage};
-use crate::tools::forecast::ForecastRow;
 
 mod film;
 mod outputs;
 mod setup;
 
 use outputs::{OutputPaths, Outputs};
+use report::ForecastRow;
 use report::numbers::long_duration;
 pub(super) use setup::refuse_rate_of_frames;
 use setup::{FrameEnds, Setup};
@@ -290,9 +289,7 @@ fn forecast_start(
     let line = |row: &ForecastRow| format!("{scene} is {}: {}", row.verdict(), row.line());
     let mut lines: Vec<_> = rows.iter().take(MOST_WARNINGS).map(line).collect();
     // The worst is first: what is wrong without growing comes last.
-    if args.refuse_unstable
-        && rows.first().is_some_and(|row| !matches!(row.margin.fate, Fate::Wrong(_)))
-    {
+    if args.refuse_unstable && rows.first().is_some_and(|row| !row.is_wrong()) {
         return Err(Failure::Expectation(lines.swap_remove(0)));
     }
     let more = rows.len() - lines.len();

@@ -5,13 +5,13 @@ use std::fmt::Write as _;
 use history::FaultEntry;
 use motion::ledger::{Ledger, LedgerLines};
 use motion::{LAWS, Method, Totals, totals};
+use report::ForecastRow;
 use report::numbers::json_number as number;
 use serde_json::{Map, Value, json};
 
 use crate::app::session::Session;
 use crate::stage::Stage;
 use crate::stage::quarantines::QuarantinedBody;
-use crate::tools::forecast::ForecastRow;
 
 /// The hash of the state: XXH3-64 over the little-endian f64 bits of position and velocity of every body with physics, in
 /// stable-id order.
@@ -67,7 +67,7 @@ impl Summary {
             })
             .collect();
         let forecast: Vec<_> =
-            session.tools.forecast_at_start().iter().map(forecast_json).collect();
+            session.tools.forecast_at_start().iter().map(ForecastRow::json).collect();
         let methods: Map<_, _> = session
             .stage
             .sim()
@@ -153,23 +153,6 @@ impl Summary {
         }
         table
     }
-}
-
-/// A row of a forecast as JSON.
-pub(crate) fn forecast_json(row: &ForecastRow) -> Value {
-    json!({
-        "element": row.element,
-        "method": row.margin.method.name(),
-        "substeps": row.margin.substeps,
-        "verdict": row.verdict(),
-        "value": number(row.margin.value),
-        "now": number(row.margin.now),
-        "at_most": number(row.margin.at_most),
-        "limit": number(row.margin.limit),
-        "lasts": row.margin.lasts.map_or(Value::Null, number),
-        "growth_per_s": number(row.margin.growth_per_s),
-        "cure": row.cure,
-    })
 }
 
 /// The ledger since it was opened, as JSON. `without` names the emitters whose particles it omits.

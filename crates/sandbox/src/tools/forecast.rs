@@ -12,8 +12,7 @@ use crate::stage::Stage;
 use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::View;
 
-pub use state::ForecastRow;
-pub(crate) use state::{Forecast, rows, rows_at_start};
+pub(crate) use state::{Forecast, rows};
 
 impl Tool for Forecast {
     fn anchor(&self, _: &[&str]) -> Anchor {
@@ -23,7 +22,7 @@ impl Tool for Forecast {
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         if let Some(rows) = self.shown() {
             ui.set_width(desk.width(panel::WIDTH));
-            panel::show(ui, rows);
+            panel::show(ui, rows, self.progress());
         }
     }
 
@@ -42,9 +41,16 @@ impl Tool for Forecast {
     fn after_ticks(&mut self, stage: &mut Stage, _: &View, open: bool, time: FrameTime) {
         if !open {
             self.shown = None;
+            self.advance_frame(stage, false);
             return;
         }
         let of = circumstances(stage);
+        let is_new =
+            self.shown.as_ref().is_none_or(|shown| shown.of != of || shown.age.is_infinite());
+        if is_new {
+            self.restart_trial(stage);
+        }
+        self.advance_frame(stage, true);
         let fresh = if of.structure[1] > LARGE_NET { FRESH_LARGE_S } else { FRESH_S };
         if let Some(shown) = &mut self.shown {
             shown.age += time.length();
@@ -58,6 +64,7 @@ impl Tool for Forecast {
     fn restart(&mut self, stage: &mut Stage) {
         if self.shown.is_some() {
             let of = circumstances(stage);
+            self.restart_trial(stage);
             self.refresh(stage, of);
         }
     }

@@ -1,7 +1,7 @@
 //! The largest stable step of a linear system, and the changes that would make an unstable one stable.
 
 use super::modes::{Modes, Stepping};
-use super::{Cure, Fate, LimitingPart, Margin, Occasion};
+use super::{Cure, LimitingPart, Margin};
 use crate::methods::table::Method;
 use crate::state::substeps::Substeps;
 use crate::units::Scalar;
@@ -83,41 +83,37 @@ impl LinearSystem {
         }
     }
 
-    /// The margin of the system.
+    /// The margin of the system; `is_linear` says whether its growth is that of the motion.
     pub fn margin(
         &self,
         part: LimitingPart,
         bodies: usize,
         [value, at_most]: [Scalar; 2],
         stepping: Stepping,
+        is_linear: bool,
     ) -> Margin {
-        let is_unstable = !self.is_stable(stepping);
-        let growth_per_tick = if is_unstable { self.growth(stepping) } else { 1.0 };
+        let is_stable = self.is_stable(stepping);
+        let growth_per_tick = if is_stable { 1.0 } else { self.growth(stepping) };
         let growth_per_s = libm::pow(growth_per_tick, 1.0 / stepping.tick);
         let limit = self.limit(stepping, value);
         // A mode faster by this factor is stable at the current steps if this one is stable at steps longer by it.
         let longer = Stepping { tick: stepping.tick * at_most.max(value) / value, ..stepping };
         let Stepping { method, substeps, .. } = stepping;
         let cure = Cure::default();
-        let fate = if is_unstable { Fate::Grows } else { Fate::Holds };
-        let (now, occasion, lasts) = (value, Occasion::Now, None);
         let margin = Margin {
             part,
             bodies,
             method,
             substeps,
             value,
-            now,
-            occasion,
             at_most,
             limit,
-            lasts,
-            fate,
+            is_linear,
             growth_per_s,
             growth_per_tick,
             cure,
         };
-        if is_unstable || margin.may_be_unstable() {
+        if margin.is_unstable() || margin.may_be_unstable() {
             Margin { cure: self.cure(longer, limit > 0.0), ..margin }
         } else {
             margin
@@ -154,8 +150,8 @@ impl LinearSystem {
     }
 }
 
-/// The methods whose order is not lower, and then implicit Euler.
-pub(super) fn as_good_as(method: Method) -> impl Iterator<Item = Method> {
+/// The methods whose order is not lower than that of `method`, in the order of the table, and then implicit Euler.
+pub fn as_good_as(method: Method) -> impl Iterator<Item = Method> {
     let claims = method.claims();
     let as_good = move |method: &Method| {
         let other = method.claims();
@@ -224,7 +220,7 @@ mod tests {
         };
         let w = known[0] * 60.0;
         let part = LimitingPart::Damping(Entity::PLACEHOLDER);
-        LinearSystem::one(Modes::one(w * w, 0.0, None)).margin(part, 1, known, stepping)
+        LinearSystem::one(Modes::one(w * w, 0.0, None)).margin(part, 1, known, stepping, true)
     }
 
     #[test]

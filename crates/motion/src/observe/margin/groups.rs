@@ -4,34 +4,28 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 
 use super::cure::LinearSystem;
-use super::flight::Subject;
-use super::joined::positions_met;
-use super::judged::{Attracted as _, MOST_BODIES, Orbit, Pair};
 use super::lanczos::{Largest, dot, largest, orthogonalize};
-use super::many::Attracting;
 use super::matrix::Matrix;
 use super::modes::{MOST, Modes, Stepping};
-use super::{Cure, Fate, LimitingPart, Margin, Occasion, SpringMargin};
-use crate::groups::{Contributor, Coupling, LinearGroup, Solver, larger, row_of, states_of};
-use crate::laws::damping::{Damping, DampingRate};
-use crate::laws::{BodyState, Drag, Law, MutualGravity, Well, Wells};
+use super::{LimitingPart, Margin, SpringMargin, single_bodies};
+use crate::groups::{Contributor, Coupling, LinearGroup, Solver, larger, states_of};
+use crate::laws::damping::Damping;
+use crate::laws::own::OwnLaws;
+use crate::laws::{BodyState, EvaluationTime, Law, MutualGravity, SharedLaws, Well, Wells};
 use crate::state::components::Transform;
-use crate::state::method_state::LastStep;
 use crate::units::Scalar;
 
-/// The margin of a group, if anything acts in it. Adds the margins of its springs to `spring_margins`, if given. With
-/// `looks_ahead`, a method that is stable only with damping is judged over the motion to come.
+/// The margin of a group, if anything acts in it. Adds the margins of its springs to `spring_margins`, if given.
 pub(super) fn margin(
     world: &World,
     coupling: &Coupling,
     bodies: &[Entity],
     stepping: Stepping,
     spring_margins: Option<&mut Vec<SpringMargin>>,
-    looks_ahead: bool,
 ) -> Option<Margin> {
     let damps_inside = stepping.method.traits().damps_inside;
     let times = if damps_inside { 1.0 } else { f64::from(stepping.substeps) };
-    let mut group = LinearGroup::of(world, coupling, bodies).with_longer_decays(times);
+    let group = LinearGroup::of(world, coupling, bodies).with_longer_decays(times);
     let h = stepping.tick / f64::from(stepping.substeps);
     let most = |most: [Scalar; 2], bound: [Scalar; 2]| [0, 1].map(|i| larger(most[i], bound[i]));
     let [stiffest, rate] = group.bounds().fold([0.0; 2], most);
@@ -40,25 +34,18 @@ pub(super) fn margin(
     if over == 0.0 {
         return None;
     }
-    let shares = || group.bounds().map(|bound| times_over(bound, h));
-    let mut margin = if over.is_finite() {
-        group_margin(world, &group, [stiffest, rate], [h, h / over], stepping, bodies)?
+    let is_linear = is_linear(world, coupling, bodies)
+        // Such a method is stable only where damping acts, which changes as the bodies move.
+        && (stepping.method.claims().stability_limit != 0.0 || rate == 0.0);
+    let margin = if over.is_finite() {
+        let bounds = [stiffest, rate];
+        group_margin(world, &group, bounds, [h, h / over], stepping, is_linear, bodies)?
     } else {
-        infinite_margin(&group, shares(), bodies, stepping)
+        let shares = group.bounds().map(|bound| times_over(bound, h));
+        infinite_margin(&group, shares, bodies, stepping, is_linear)
     };
-    // A method that is stable only with damping depends on where the damping acts, which changes as the bodies move.
-    let is_weak =
-        looks_ahead && stepping.method.claims().stability_limit == 0.0 && over.is_finite();
-    let fastest = stiffest.sqrt() + rate;
-    let shares: Vec<_> = shares().collect();
-    if is_weak && let Some(met) = positions_met(world, coupling, bodies, [stepping.tick, fastest]) {
-        let margins = met.into_iter().filter_map(|positions| {
-            group.move_to(positions);
-            group_margin(world, &group, [stiffest, rate], [h, h / over], stepping, bodies)
-        });
-        margin = over_the_run(margin, &margins.collect::<Vec<_>>());
-    }
     if let Some(springs) = spring_margins {
+        let shares: Vec<_> = group.bounds().map(|bound| times_over(bound, h)).collect();
         let most = shares.iter().copied().fold(0.0, f64::max);
         let ratio = |share: Scalar| match share {
             _ if !over.is_finite() => share,
@@ -74,33 +61,17 @@ pub(super) fn margin(
     Some(margin)
 }
 
-/// The margin of a motion: `now` is its margin in the present state, `late` are those in states that it meets after it has
-/// settled. It grows if it grows on average over `late`.
-fn over_the_run(now: Margin, late: &[Margin]) -> Margin {
-    let mean = |of: fn(&Margin) -> Scalar| {
-        late.iter().map(|margin| libm::log(of(margin))).sum::<Scalar>()
-            / late.len().max(1) as Scalar
-    };
-    let mean_per_tick = mean(|margin| margin.growth_per_tick);
-    let mean = mean(|margin| margin.growth_per_s);
-    let worst = late.iter().max_by(|a, b| a.growth_per_tick.total_cmp(&b.growth_per_tick));
-    match worst {
-        Some(worst) if mean_per_tick > 0.0 && !now.is_unstable() => Margin {
-            now: now.value,
-            occasion: Occasion::Met,
-            growth_per_s: libm::exp(mean),
-            growth_per_tick: libm::exp(mean_per_tick),
-            ..*worst
-        },
-        Some(_) if mean_per_tick <= 0.0 && now.is_unstable() => Margin {
-            fate: Fate::Holds,
-            growth_per_s: 1.0,
-            growth_per_tick: 1.0,
-            cure: Cure::default(),
-            ..now
-        },
-        _ => now,
-    }
+/// Whether the laws of a group are linear, apart from the directions of its springs.
+fn is_linear(world: &World, coupling: &Coupling, bodies: &[Entity]) -> bool {
+    let at = EvaluationTime { time: 0.0, within_step: 0.0 };
+    let state = BodyState { position: DVec3::X, velocity: DVec3::X, inverse_mass: 1.0 };
+    let is_straight = |law: &dyn Law| single_bodies::is_linear(law, at, state);
+    let own = |body: &Entity| world.get::<OwnLaws>(*body).map_or(&[][..], OwnLaws::laws);
+    let is_bent = |body: &Entity| own(body).iter().any(|law| !is_straight(&**law));
+    !coupling.attracts
+        && coupling.springs.cords().is_empty()
+        && SharedLaws::of(world).all().all(is_straight)
+        && !bodies.iter().any(is_bent)
 }
 
 /// The margin of a group at steps of `h` seconds. `bounds` are those of stiffness and damping; `short` is a step at
@@ -111,6 +82,7 @@ fn group_margin(
     bounds: [Scalar; 2],
     [h, short]: [Scalar; 2],
     stepping: Stepping,
+    is_linear: bool,
     bodies: &[Entity],
 ) -> Option<Margin> {
     let damping = world.get_resource::<Damping>().copied();
@@ -136,7 +108,7 @@ fn group_margin(
         let stepping =
             Stepping { may_be_implicit: stepping.may_be_implicit && converges, ..stepping };
         let at_most = value * libm::pow(excess, 1.0 / power);
-        let margin = system.margin(part, group.movable(), [value, at_most], stepping);
+        let margin = system.margin(part, group.movable(), [value, at_most], stepping, is_linear);
         Some((margin, largest * libm::pow(margin.limit / value, power)))
     };
     let (margin, threshold) = with_threshold(None)?;
@@ -156,8 +128,8 @@ fn strongest_well(world: &World, body: Entity) -> LimitingPart {
     LimitingPart::Well(strongest, body)
 }
 
-/// The margin of the mutual gravity of a group: that of the pair that would come nearest to its limit if it were alone.
-/// `None` if no body attracts another.
+/// The margin of the mutual gravity of a group: that of the pair with the highest frequency of a circle at its distance. `None` if
+/// no body attracts another.
 pub(super) fn attraction_margin(
     world: &World,
     coupling: &Coupling,
@@ -165,89 +137,24 @@ pub(super) fn attraction_margin(
     stepping: Stepping,
 ) -> Option<Margin> {
     let law = world.get_resource::<MutualGravity>().filter(|_| coupling.attracts)?;
-    let mut states = states_of(world, bodies);
-    synchronize(world, coupling, law, bodies, &mut states);
+    let states = states_of(world, bodies);
     let w: Vec<_> = states.iter().map(|state| state.inverse_mass).collect();
-    // The second body relative to the first, in the well of the pair.
-    let relative = |[a, b]: [usize; 2]| {
-        let strength = coupling.pair_strength(law, [a, b], &w);
-        let well = Well { position: DVec3::ZERO, strength, softening: law.softening };
-        let start = BodyState {
-            position: states[b].position - states[a].position,
-            velocity: states[b].velocity - states[a].velocity,
-            inverse_mass: 1.0,
-        };
-        (well, start)
-    };
     let pairs = (0..coupling.movable).flat_map(|a| (a + 1..coupling.rows).map(move |b| [a, b]));
-    let damping = world.get_resource::<Damping>().copied().filter(|damping| damping.rate > 0.0);
-    // With more than two bodies no pair is alone. With springs, damping, wells or drag, or with too many bodies, they are judged
-    // by pairs.
-    let is_alone = coupling.rows == 2;
-    let is_bare = coupling.springs.is_empty()
-        && damping.is_none()
-        && !world.contains_resource::<Wells>()
-        && !world.contains_resource::<Drag>();
-    let is_many = !is_alone && coupling.rows <= MOST_BODIES && is_bare;
-    let fastest = pairs.map(|pair| {
-        let (well, start) = relative(pair);
-        let now = start.position.length();
-        let r = if is_alone { well.apsides(start).nearest } else { now };
+    let squared = |pair: [usize; 2]| {
+        let strength = coupling.pair_strength(law, pair, &w);
+        let well = Well { position: DVec3::ZERO, strength, softening: law.softening };
+        let apart = states[pair[1]].position - states[pair[0]].position;
         // No force acts at the same position.
-        let squared = if now > 0.0 { well.squared_frequency(DVec3::X * r) } else { 0.0 };
-        (squared, pair)
-    });
-    let (_, pair) =
-        fastest.max_by(|(a, _), (b, _)| a.total_cmp(b)).filter(|(most, _)| *most > 0.0)?;
+        if apart == DVec3::ZERO { 0.0 } else { well.squared_frequency(apart) }
+    };
+    let (most, pair) = pairs
+        .map(|pair| (squared(pair), pair))
+        .max_by(|(a, _), (b, _)| a.total_cmp(b))
+        .filter(|(most, _)| *most > 0.0)?;
     let part = LimitingPart::MutualGravity(pair.map(|row| bodies[row]));
-    if is_many {
-        let masses: Vec<_> = (0..coupling.rows).map(|row| coupling.mass(row, &w)).collect();
-        let many = Attracting { law, states: &states, movable: coupling.movable, masses: &masses };
-        return Some(many.margin(part, coupling.movable, stepping));
-    }
-    let (well, start) = relative(pair);
-    if !is_alone || !coupling.springs.is_empty() {
-        let pair = Pair { well, distance: start.position.length(), is_lesser: false };
-        return Some(pair.margin(part, coupling.movable, stepping));
-    }
-    let wells = Wells(vec![well]);
-    let laws = [&wells as &dyn Law];
-    let rate = |row: usize| world.get::<DampingRate>(bodies[row]).map(DampingRate::rate);
-    let damping = damping.map(|scenes| {
-        let least = pair
-            .into_iter()
-            .filter(|row| *row < coupling.movable)
-            .map(|row| rate(row).unwrap_or(scenes.rate));
-        Damping { rate: least.fold(Scalar::INFINITY, Scalar::min), ..scenes }
-    });
-    let subject =
-        Subject { laws: &laws, damping, locks: None, speed_limit: None, start, time: 0.0 };
-    let pull = |x: DVec3| well.squared_frequency(x);
-    let orbit = Orbit { subject, well, is_alone: damping.is_none(), pull: &pull };
-    Some(orbit.margin(part, coupling.movable, stepping))
-}
-
-/// Brings the velocities of position Verlet, which are half a step behind, to the time of the positions.
-fn synchronize(
-    world: &World,
-    coupling: &Coupling,
-    law: &MutualGravity,
-    bodies: &[Entity],
-    states: &mut [BodyState],
-) {
-    let last = |body: &Entity| world.get::<LastStep>(*body).map_or(0.0, |last| last.0);
-    if bodies.iter().all(|body| last(body) == 0.0) {
-        return;
-    }
-    let w: Vec<_> = states.iter().map(|state| state.inverse_mass).collect();
-    let x: Vec<_> = states.iter().map(|state| row_of(state.position)).collect();
-    for (row, body) in bodies[..coupling.movable].iter().enumerate() {
-        let others = (0..coupling.rows).filter(|other| *other != row);
-        let pulls =
-            others.filter_map(|other| coupling.attraction_between(law, [row, other], &x, &w));
-        let force: DVec3 = pulls.sum();
-        states[row].velocity += force * (w[row] * 0.5 * last(body));
-    }
+    let value = stepping.tick / f64::from(stepping.substeps) * most.sqrt();
+    let system = LinearSystem::one(Modes::one(most, 0.0, None));
+    Some(system.margin(part, coupling.movable, [value; 2], stepping, false))
 }
 
 /// The margin of a group whose fastest mode may be infinitely fast; `shares` are the shares of the springs in that mode.
@@ -256,6 +163,7 @@ fn infinite_margin(
     shares: impl Iterator<Item = Scalar>,
     bodies: &[Entity],
     stepping: Stepping,
+    is_linear: bool,
 ) -> Margin {
     let spring = group.ends().zip(shares).find(|(_, share)| !share.is_finite());
     let part = match spring {
@@ -268,6 +176,7 @@ fn infinite_margin(
         group.movable(),
         [value; 2],
         stepping,
+        is_linear,
     )
 }
 

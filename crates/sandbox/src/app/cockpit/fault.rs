@@ -2,7 +2,6 @@
 
 use egui::{Panel as Side, RichText, Ui};
 use lab::cost::Setting;
-use motion::margin::Margin;
 use motion::{Method, MutualGravity, Substeps};
 use scene::unsolvable;
 
@@ -91,18 +90,13 @@ impl FaultBar {
 /// anyway.
 fn cures(stage: &mut Stage) -> Vec<Cure> {
     let present = stage.setting();
-    let of_scene =
-        |margin: &Margin| (margin.method, margin.substeps) == (present.method, present.substeps);
     let rows = forecast::rows(stage);
-    let worst = rows
-        .iter()
-        .map(|row| &row.margin)
-        .find(|margin| margin.is_unstable() || margin.may_be_unstable());
+    let worst = rows.iter().find(|row| row.is_fault());
     let (substeps, method, why) = match worst {
-        Some(margin) if of_scene(margin) => (
-            margin.cure.substeps,
-            margin.cure.method,
-            "Stable by the forecast. Play continues with it.",
+        Some(row) if row.setting() == (present.method, present.substeps) => (
+            row.cures().substeps,
+            row.cures().method,
+            "Tried ahead: it holds. Play continues with it.",
         ),
         // A body with its own method: no setting of the scene helps it.
         Some(_) => return Vec::new(),

@@ -1,11 +1,11 @@
 //! The panel of the forecast: how near everything is to instability, and what would help.
 
-use egui::{Color32, Rect, RichText, Sense, Ui, Vec2};
-use motion::margin::Fate;
+use egui::{Color32, ProgressBar, Rect, RichText, Sense, Ui, Vec2};
+use lab::trial::Verdict;
+use motion::margin::Margin;
 use report::numbers::digits;
+use report::{ForecastRow, Instrument, growth, tried_in_words};
 
-use crate::tools::forecast::ForecastRow;
-use crate::tools::forecast::state::{growth, turns_in_words, wrong};
 use crate::view::hud::as_in_picture;
 use crate::view::inks;
 use crate::view::springs::margin_color;
@@ -22,10 +22,11 @@ const FULL: f64 = 1.25;
 /// The color of a cure.
 const CURE: Color32 = Color32::from_rgb(255, 140, 90);
 
-pub(super) fn show(ui: &mut Ui, rows: &[ForecastRow]) {
+pub(super) fn show(ui: &mut Ui, rows: &[ForecastRow], progress: f64) {
     ui.label(RichText::new(sentence(rows)).strong());
-    if rows.is_empty() {
-        return;
+    if progress < 1.0 && !rows.is_empty() {
+        ui.add(ProgressBar::new(progress as f32).desired_height(BAR_HEIGHT));
+        ui.weak("trying how the scene goes on");
     }
     rows.iter().take(MOST_ROWS).for_each(|row| part(ui, row));
     if rows.len() > MOST_ROWS {
@@ -35,57 +36,62 @@ pub(super) fn show(ui: &mut Ui, rows: &[ForecastRow]) {
 
 /// The forecast in one sentence.
 fn sentence(rows: &[ForecastRow]) -> String {
-    let unstable = rows.iter().filter(|row| row.margin.is_unstable()).count();
-    match (rows.first(), unstable) {
-        (None, _) => {
+    let faults: Vec<_> = rows.iter().filter(|row| row.is_fault()).collect();
+    let shortest =
+        rows.iter().filter_map(ForecastRow::tried).map(|tried| tried.seconds).reduce(f64::min);
+    match (&faults[..], rows.first(), shortest) {
+        (_, None, _) => {
             "nothing here can become unstable: no springs, damping, drag, wells or mutual gravity"
                 .to_owned()
         }
-        (Some(row), 0) if row.margin.may_be_unstable() || row.margin.fate != Fate::Holds => {
-            format!("{}: {}", row.verdict(), row.element)
-        }
-        (Some(row), 0) if row.margin.limit.is_infinite() => {
-            "stable: nothing here has a limit".to_owned()
-        }
-        (Some(row), 0) => {
-            format!("stable: {:.0} % of the limit at {}", 100.0 * row.margin.ratio(), row.element)
-        }
-        (_, 1) => "unstable: one part grows".to_owned(),
-        (_, many) => format!("unstable: {many} parts grow"),
+        ([fault], ..) => format!("{}: {}", fault.verdict(), fault.element),
+        ([_, ..], ..) => format!("{} parts have a fault", faults.len()),
+        ([], _, Some(seconds)) => format!("holds for {} s", digits(seconds)),
+        ([], Some(row), None) => format!("{}: {}", row.verdict(), row.element),
     }
 }
 
-/// A row of the panel: the part of the scene, how much of its limit it uses, and its cure.
+/// A row of the panel: the part of the scene, what was found, and its cure.
 fn part(ui: &mut Ui, row: &ForecastRow) {
-    let margin = &row.margin;
     ui.add_space(4.0);
-    let limit = match margin.lasts.unwrap_or(margin.limit) {
+    match &row.instrument {
+        Instrument::Margin(margin) => of_margin(ui, row, margin),
+        Instrument::Trial(tried) => {
+            ui.horizontal_wrapped(|ui| {
+                ui.label(&row.element);
+                ui.monospace(row.verdict());
+            });
+            if tried.verdict != Verdict::Holds {
+                ui.label(row.finding());
+            }
+            ui.weak(format!("trial: {}", tried_in_words(tried)));
+        }
+    }
+    if !row.cure.is_empty() {
+        let color = inks::words(ui.visuals(), CURE);
+        ui.label(RichText::new(&row.cure).color(color).strong());
+    }
+}
+
+fn of_margin(ui: &mut Ui, row: &ForecastRow, margin: &Margin) {
+    let limit = match margin.limit {
         0.0 => "never stable".to_owned(),
         limit if limit.is_infinite() => "no limit".to_owned(),
         limit => format!("of {}", digits(limit)),
     };
     ui.horizontal_wrapped(|ui| {
         ui.label(&row.element);
-        ui.monospace(format!("{} {} {limit}", row.symbol(), row.value()));
+        ui.monospace(format!("{} {limit}", row.value()));
     });
-    let occasion = row.occasion();
-    if !occasion.is_empty() {
-        ui.weak(occasion.trim_start());
-    }
     bar(ui, margin.ratio());
     let substeps =
         if margin.substeps > 1 { format!(" x {}", margin.substeps) } else { String::new() };
     let bodies = if margin.bodies == 1 { "body" } else { "bodies" };
-    ui.weak(format!("{}{substeps}, {} {bodies}", margin.method.claims().title, margin.bodies));
-    if !row.cure.is_empty() {
-        let color = inks::words(ui.visuals(), CURE);
-        ui.label(RichText::new(&row.cure).color(color).strong());
-    }
-    match margin.fate {
-        Fate::Holds => {}
-        Fate::Grows => _ = ui.weak(growth(margin.growth_per_s)),
-        Fate::Drifts(turns) => _ = ui.weak(format!("leaves its orbit {}", turns_in_words(turns))),
-        Fate::Wrong(deviation) => _ = ui.weak(wrong(deviation)),
+    let linearized = if margin.is_linear { "" } else { ", linearized" };
+    let title = margin.method.claims().title;
+    ui.weak(format!("margin: {title}{substeps}, {} {bodies}{linearized}", margin.bodies));
+    if margin.is_unstable() {
+        ui.weak(growth(margin.growth_per_s));
     }
 }
 

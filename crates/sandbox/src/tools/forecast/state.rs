@@ -1,190 +1,35 @@
-//! The forecast of a session: which steps are too long, by the names of the scene.
+//! The forecast of a session: margins at once, and a trial that goes on from frame to frame.
 
 use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
 use history::RunSettings;
-use motion::margin::{Deviation, Fate, LASTING_TURNS, LimitingPart, Margin, Occasion};
+use lab::trial::{Ahead, Trial};
+use motion::TimeStep;
 use motion::groups::Groups;
-use motion::{Method, Substeps, TimeStep, margin};
-use report::numbers::{digits, number};
+use motion::margin::Margins;
+use report::ForecastRow;
 use scene::StepKind;
 
 use crate::stage::Stage;
 use crate::stage::notices::Topic;
 
-/// How long a forecast is shown before it is computed again, s: speeds and distances change all the time.
+/// How long margins are shown before they are computed again, s: speeds and distances change all the time.
 pub(super) const FRESH_S: f64 = 0.25;
 
-/// How long a forecast of a large net is shown before it is computed again, s: computing it takes a frame.
+/// How long the margins of a large net are shown before they are computed again, s: computing them takes a frame.
 pub(super) const FRESH_LARGE_S: f64 = 2.0;
 /// Number of springs above which a net is large.
 pub(super) const LARGE_NET: usize = 20_000;
 
-/// Least growth per second that is given as a number, %.
-const LEAST_PERCENT: f64 = 0.001;
+/// Work of the trial in a frame: some 2 ms.
+const WORK_OF_FRAME: f64 = 8e4;
 
-/// How far a part of the scene is from instability, in words.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ForecastRow {
-    /// The part, its value and its limit.
-    pub margin: Margin,
-    /// Name of the part.
-    pub element: String,
-    /// What would help; empty if no help is needed.
-    pub cure: String,
-}
+/// How much farther the trial of an open panel looks than that of the start of a run.
+const FARTHER: f64 = 10.0;
 
-impl ForecastRow {
-    /// The symbol of its value.
-    #[must_use]
-    pub const fn symbol(&self) -> &'static str {
-        match self.margin.part {
-            LimitingPart::Spring(_)
-            | LimitingPart::Well(..)
-            | LimitingPart::Law(..)
-            | LimitingPart::MutualGravity(_) => "w h",
-            LimitingPart::Damper(_) | LimitingPart::Drag(_) | LimitingPart::Damping(_) => "c h",
-        }
-    }
-
-    /// The value, or the interval in which it is known to be.
-    #[must_use]
-    pub(crate) fn value(&self) -> String {
-        let Margin { value, at_most, .. } = self.margin;
-        if self.margin.is_known() && !self.margin.may_be_unstable() {
-            digits(value)
-        } else {
-            format!("{} to {}", digits(value), digits(at_most))
-        }
-    }
-
-    /// The verdict, in short.
-    #[must_use]
-    pub fn verdict(&self) -> &'static str {
-        match self.margin.fate {
-            Fate::Grows => "unstable",
-            Fate::Drifts(turns) if turns > 1.0 => "unstable in the long run",
-            Fate::Drifts(_) => "unstable",
-            Fate::Wrong(_) => "stable, but wrong",
-            Fate::Holds if self.margin.may_be_unstable() => "at its limit",
-            Fate::Holds => "stable",
-        }
-    }
-
-    /// Whether the row is reported before the run, and not only listed.
-    fn is_reported(&self) -> bool {
-        let is_wrong = matches!(self.margin.fate, Fate::Wrong(_));
-        self.margin.is_reported() || is_wrong || self.margin.may_be_unstable()
-    }
-
-    /// The state that has the value, and the current value; empty if the value is the current one.
-    pub(super) fn occasion(&self) -> String {
-        let when = match self.margin.occasion {
-            Occasion::Now => return String::new(),
-            Occasion::ClosestApproach => "at its closest approach",
-            Occasion::Met => "at its largest in the run",
-            Occasion::TerminalSpeed => "at the terminal speed",
-            Occasion::Gust => "in the fastest gust",
-            Occasion::Birth => return " at birth".to_owned(),
-        };
-        format!(" {when}, {} now", digits(self.margin.now))
-    }
-
-    /// The row in one line.
-    #[must_use]
-    pub fn line(&self) -> String {
-        let Self { margin, element, cure } = self;
-        let (symbol, value, method) = (self.symbol(), self.value(), margin.method.name());
-        let limit = match (margin.limit, margin.lasts) {
-            (limit, None) if margin.may_be_unstable() => {
-                let apart = (limit / margin.value).max(margin.at_most / limit) - 1.0;
-                // Rounded up: the interval is not narrower than it says.
-                let percent = format!("{:.1} %", (1000.0 * apart).ceil() / 10.0);
-                format!("within {percent} of the limit of {method}, {}", digits(limit))
-            }
-            (0.0, None) => format!("{method} is never stable here"),
-            (_, Some(0.0)) => format!("{method} keeps no orbit"),
-            (limit, None) if limit.is_infinite() => format!("{method} has no limit here"),
-            (limit, None) => format!("the limit of {method} is {}", digits(limit)),
-            (limit, Some(lasts)) => {
-                let grows = if limit > lasts {
-                    format!(" and grows from {}", digits(limit))
-                } else {
-                    String::new()
-                };
-                format!(
-                    "{method} keeps a circle for {LASTING_TURNS} turns up to {}{grows}",
-                    digits(lasts)
-                )
-            }
-        };
-        let fate = match margin.fate {
-            Fate::Drifts(turns) => format!(", leaves its orbit {}", turns_in_words(turns)),
-            Fate::Wrong(deviation) => format!(", {}", wrong(deviation)),
-            Fate::Grows if margin.limit == 0.0 => format!(", {}", growth(margin.growth_per_s)),
-            Fate::Grows | Fate::Holds => String::new(),
-        };
-        let cure = if cure.is_empty() { String::new() } else { format!("; {cure}") };
-        format!("{element}: {symbol} = {value}{}, {limit}{fate}{cure}", self.occasion())
-    }
-}
-
-pub(super) fn turns_in_words(turns: f64) -> String {
-    if turns <= 1.0 {
-        "in its first turn".to_owned()
-    } else {
-        format!("within {} turns", number(turns.ceil(), 3))
-    }
-}
-
-/// How a method deviates from the true motion, in words.
-pub(super) fn wrong(deviation: Deviation) -> String {
-    match deviation {
-        Deviation::Reverses => "turns the body back".to_owned(),
-        Deviation::Settles(multiple) => {
-            format!("settles at {} of the true velocity", number(multiple, 2))
-        }
-        Deviation::Alternates([least, most]) => {
-            format!(
-                "alternates between {} and {} of the true velocity",
-                number(least, 2),
-                number(most, 2)
-            )
-        }
-    }
-}
-
-/// Growth by `factor` per second, in words. Slow growth is given in percent, because the factor would round to 1.
-pub(super) fn growth(factor: f64) -> String {
-    let percent = 100.0 * (factor - 1.0);
-    if factor.is_infinite() {
-        "grows without bound".to_owned()
-    } else if factor >= 2.0 {
-        format!("grows {} times per second", digits(factor))
-    } else if percent >= LEAST_PERCENT {
-        format!("grows by {} % per second", number(percent, 2))
-    } else {
-        format!("grows by less than {LEAST_PERCENT} % per second")
-    }
-}
-
-fn cure_in_words(margin: &Margin) -> String {
-    if margin.fate == Fate::Holds && !margin.may_be_unstable() {
-        return String::new();
-    }
-    match (margin.cure.substeps, margin.cure.method.map(Method::name)) {
-        (Some(substeps), Some(method)) => format!("needs {substeps} substeps, or {method}"),
-        (Some(substeps), None) => format!("needs {substeps} substeps"),
-        (None, Some(method)) => format!("needs {method}"),
-        (None, None) => {
-            format!(
-                "found no cure: no other method, and no number up to {} substeps",
-                Substeps::MOST
-            )
-        }
-    }
-}
+/// Part of the time that a trial looked ahead after which another one begins.
+const AGAIN: f64 = 0.25;
 
 /// The settings and the structure on which a forecast depends.
 #[derive(Clone, Debug, PartialEq)]
@@ -194,13 +39,13 @@ pub(super) struct Circumstances {
     pub structure: [usize; 4],
 }
 
-/// The forecast that is shown.
+/// The margins that are shown.
 #[derive(Clone, Debug)]
 pub(super) struct Shown {
     pub of: Circumstances,
-    /// Time since it was made, s.
+    /// Time since they were computed, s.
     pub age: f64,
-    rows: Vec<ForecastRow>,
+    margins: Vec<ForecastRow>,
     springs: HashMap<[Entity; 2], f64>,
 }
 
@@ -212,18 +57,32 @@ fn in_order([a, b]: [Entity; 2]) -> [Entity; 2] {
 #[derive(Default)]
 pub(crate) struct Forecast {
     pub(super) shown: Option<Shown>,
+    trial: Option<Trial>,
+    /// Rows of the trial, and how much of it is done.
+    tried: Vec<ForecastRow>,
+    progress: f64,
+    rows: Vec<ForecastRow>,
+    /// Whether the trial is that of the start, whose faults are told.
+    begins: bool,
+    /// Time of the scene at which the trial began, s.
+    since: f64,
     at_start: Vec<ForecastRow>,
 }
 
 impl Forecast {
-    /// The rows at the start of the scene that are unstable, or may be, or are wrong.
+    /// The rows at the start of the scene that have a fault, or grow slowly.
     pub fn at_start(&self) -> &[ForecastRow] {
         &self.at_start
     }
 
     /// The forecast of the open panel, the worst first.
     pub fn shown(&self) -> Option<&[ForecastRow]> {
-        self.shown.as_ref().map(|shown| &shown.rows[..])
+        self.shown.as_ref().map(|_| &self.rows[..])
+    }
+
+    /// How much of the trial is done, 0 to 1.
+    pub(super) const fn progress(&self) -> f64 {
+        self.progress
     }
 
     /// How much of its limit a spring between two bodies uses, while the panel is open; 0 for a spring that is in no group.
@@ -231,66 +90,115 @@ impl Forecast {
         self.shown.as_ref().map(|shown| shown.springs.get(&in_order(ends)).copied().unwrap_or(0.0))
     }
 
-    /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the rows that are unstable, or may
-    /// be, or are wrong, for the summary; tells and returns those that would be seen.
-    pub fn begin(&mut self, stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
-        let is_listed =
-            |row: &ForecastRow| row.margin.fate != Fate::Holds || row.margin.may_be_unstable();
-        self.at_start = rows_at_start(stage, frame).into_iter().filter(is_listed).collect();
-        let told: Vec<_> = self.at_start.iter().filter(|row| row.is_reported()).cloned().collect();
-        if let Some(worst) = told.first() {
+    /// Begins the forecast at the start of a scene with frames of that length, s: the margins now, and a trial that
+    /// [goes on](Self::advance).
+    pub fn begin(&mut self, stage: &mut Stage, frame: f64) {
+        if stage.sim().scene.step == StepKind::Frame {
+            stage.sim_mut().world.insert_resource(TimeStep(frame));
+        }
+        let margins = margins(stage);
+        self.at_start = ForecastRow::of_margins(stage.sim(), &margins);
+        self.trial = Some(Trial::new(stage.sim_mut(), Ahead::DEFAULT));
+        (self.tried, self.begins, self.since) = (Vec::new(), true, stage.sim().seconds());
+        self.keep_listed(stage);
+    }
+
+    /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the rows with a fault and those that grow
+    /// slowly for the summary; tells and returns those with a fault.
+    pub fn compute(&mut self, stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
+        self.begin(stage, frame);
+        self.advance(stage, f64::INFINITY);
+        self.at_start.iter().filter(|row| row.is_fault()).cloned().collect()
+    }
+
+    fn keep_listed(&mut self, stage: &mut Stage) {
+        self.at_start.retain(|row| row.margin().is_some_and(|_| row.is_listed()));
+        self.at_start.extend(self.tried.iter().filter(|row| row.is_listed()).cloned());
+        ForecastRow::sort(&mut self.at_start);
+        if let Some(worst) = self.at_start.iter().find(|row| row.is_fault()) {
             stage.notices.say(Topic::Forecast, format!("{}: {}", worst.verdict(), worst.line()));
         }
-        told
+    }
+
+    /// Continues the trial for about that much work.
+    pub(super) fn advance(&mut self, stage: &mut Stage, work: f64) {
+        let Some(trial) = &mut self.trial else { return };
+        let is_over = trial.advance(work);
+        let tried = ForecastRow::of_trial(stage.sim(), trial);
+        self.progress = trial.progress();
+        if is_over {
+            self.trial = None;
+        }
+        // What the last trial found stays until this one has ended, or has found a fault.
+        let is_shown = is_over || self.begins || self.tried.is_empty();
+        if tried != self.tried && (is_shown || tried.iter().any(ForecastRow::is_fault)) {
+            self.tried = tried;
+            if self.begins {
+                self.keep_listed(stage);
+            }
+            self.list();
+        }
+        self.begins &= !is_over;
+    }
+
+    /// Continues the trial in a frame. With `open`, a trial that has ended begins again when the scene has come a part of its way.
+    pub(super) fn advance_frame(&mut self, stage: &mut Stage, open: bool) {
+        if !open && !self.begins {
+            self.trial = None;
+        }
+        let ahead = self.tried.iter().filter_map(ForecastRow::tried);
+        let shortest = ahead.map(|tried| tried.seconds).fold(f64::INFINITY, f64::min);
+        let passed = stage.sim().seconds() - self.since;
+        if open && self.trial.is_none() && passed > AGAIN * shortest {
+            self.begin_trial(stage);
+        }
+        self.advance(stage, WORK_OF_FRAME);
+    }
+
+    /// Begins a trial of the present state, and forgets the last one.
+    pub(super) fn restart_trial(&mut self, stage: &mut Stage) {
+        self.tried.clear();
+        self.begin_trial(stage);
+    }
+
+    fn begin_trial(&mut self, stage: &mut Stage) {
+        let ahead = Ahead { work: FARTHER * Ahead::DEFAULT.work, ..Ahead::DEFAULT };
+        self.since = stage.sim().seconds();
+        self.trial = Some(Trial::new(stage.sim_mut(), ahead));
+        self.begins = false;
     }
 
     pub(super) fn refresh(&mut self, stage: &mut Stage, of: Circumstances) {
         let method = stage.sim().method();
-        let forecast = margin::Forecast::with_springs(&mut stage.sim_mut().world, method);
+        let found = Margins::with_springs(&mut stage.sim_mut().world, method);
         let mut springs = HashMap::new();
-        for spring in forecast.springs() {
+        for spring in found.springs() {
             let ratio: &mut f64 = springs.entry(in_order(spring.ends)).or_default();
             *ratio = ratio.max(spring.ratio);
         }
-        self.shown = Some(Shown { of, age: 0.0, rows: rows_of(stage, &forecast), springs });
+        let margins = ForecastRow::of_margins(stage.sim(), &found);
+        self.shown = Some(Shown { of, age: 0.0, margins, springs });
+        self.list();
+    }
+
+    fn list(&mut self) {
+        let margins = self.shown.iter().flat_map(|shown| &shown.margins);
+        self.rows = self.tried.iter().chain(margins).cloned().collect();
+        ForecastRow::sort(&mut self.rows);
     }
 }
 
-/// How far everything is from instability at the start of a scene with frames of that length, s, the worst first.
-pub(crate) fn rows_at_start(stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
-    if stage.sim().scene.step == StepKind::Frame {
-        stage.sim_mut().world.insert_resource(TimeStep(frame));
-    }
-    rows(stage)
-}
-
-/// How far everything is from instability now, the worst first.
+/// The whole forecast of the present state, faults first.
 pub(crate) fn rows(stage: &mut Stage) -> Vec<ForecastRow> {
+    let mut trial = Trial::new(stage.sim_mut(), Ahead::DEFAULT);
+    trial.finish();
+    let margins = margins(stage);
+    ForecastRow::of(stage.sim(), &margins, &trial)
+}
+
+fn margins(stage: &mut Stage) -> Margins {
     let method = stage.sim().method();
-    let forecast = margin::Forecast::of(&mut stage.sim_mut().world, method);
-    rows_of(stage, &forecast)
-}
-
-fn rows_of(stage: &Stage, forecast: &margin::Forecast) -> Vec<ForecastRow> {
-    let row = |margin: &Margin| ForecastRow {
-        margin: *margin,
-        element: part_name(stage, margin.part),
-        cure: cure_in_words(margin),
-    };
-    forecast.margins().iter().map(row).collect()
-}
-
-fn part_name(stage: &Stage, part: LimitingPart) -> String {
-    let name = |body: Entity| stage.name(body);
-    match part {
-        LimitingPart::Spring([a, b]) => format!("spring {} - {}", name(a), name(b)),
-        LimitingPart::Damper([a, b]) => format!("damper {} - {}", name(a), name(b)),
-        LimitingPart::Drag(body) => format!("drag on {}", name(body)),
-        LimitingPart::Damping(body) => format!("damping of {}", name(body)),
-        LimitingPart::MutualGravity([a, b]) => format!("mutual gravity {} - {}", name(a), name(b)),
-        LimitingPart::Well(number, body) => format!("well {number} at {}", name(body)),
-        LimitingPart::Law(law, body) => format!("{} at {}", law.replace('_', " "), name(body)),
-    }
+    Margins::of(&mut stage.sim_mut().world, method)
 }
 
 pub(super) fn circumstances(stage: &mut Stage) -> Circumstances {
@@ -300,23 +208,4 @@ pub(super) fn circumstances(stage: &mut Stage) -> Circumstances {
         [groups.len(), groups.springs(), groups.bodies(), stage.quarantines().here().len()]
     });
     Circumstances { settings, structure }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_grows_slowly_is_said_to_grow_by_a_share() {
-        for (factor, words) in [
-            (49.2, "grows 49.2 times per second"),
-            (2.0, "grows 2 times per second"),
-            (1.153, "grows by 15 % per second"),
-            (1.000_021, "grows by 0.0021 % per second"),
-            (1.0 + f64::EPSILON, "grows by less than 0.001 % per second"),
-            (f64::INFINITY, "grows without bound"),
-        ] {
-            assert_eq!(growth(factor), words);
-        }
-    }
 }

@@ -1,0 +1,397 @@
+//! The trial of one part: its truth, its run, and its cures.
+
+use history::{Bond, Holder, Simulation, Snapshot, Twin, bonds};
+use motion::MutualGravity;
+use motion::margin::{Margin, Margins};
+use scene::{OwnLawsSpec, Part, Scene};
+
+use super::judge::{Run, judged, lead};
+use super::search::Search;
+use super::truth::{Cast, Truth};
+use super::{Ahead, Settled, Tried, Verdict, Waiting};
+use crate::run::movable;
+
+/// Turns of the slowest bond that a trial looks ahead.
+const TURNS: f64 = 100.0;
+
+/// Least time, s, and ticks that it looks ahead, if the work allows.
+const SECONDS: f64 = 10.0;
+const TICKS: f64 = 600.0;
+
+/// Fewer ticks are no trial.
+const LEAST_TICKS: u64 = 4;
+
+/// `w h` of the steps of the coarser of the finer runs: as the work allows.
+const FINE: [f64; 2] = [0.15, 0.7];
+
+/// `w h` of their samples.
+const SAMPLED: f64 = 0.5;
+
+/// Most steps of the finer runs per tick.
+const MOST_STEPS: f64 = 65_536.0;
+
+/// Most work for cures, over that of the truth.
+const CURES: f64 = 2.0;
+
+/// How many times finer the truth becomes where its runs part, and how often.
+const FINER: u32 = 4;
+const ATTEMPTS: u32 = 3;
+
+/// Work of a tick beside that of its evaluations.
+const WORK_OF_TICK: f64 = 300.0;
+
+/// Factor for frequencies that add up.
+const UNCERTAIN: f64 = 1.2;
+
+/// Part of the run, at its end, in which bodies count as settled.
+const WINDOW: f64 = 0.25;
+
+/// The trial of a part.
+pub(super) struct Piece {
+    part: Part,
+    carries: bool,
+    /// Ticks of the truth.
+    horizon: u64,
+    /// Ticks of the run.
+    end: u64,
+    /// The tick after which bodies count as settled.
+    from: u64,
+    /// Steps of the truth per tick, and samples.
+    steps: u32,
+    samples: u32,
+    /// How often the truth was made finer, and when it parted before.
+    attempt: u32,
+    parted_before: u64,
+    /// Work for the truth: what is left, and what was done.
+    left: f64,
+    truth_work: f64,
+    /// Work for cures so far.
+    cure_work: f64,
+    cast: Cast,
+    /// `None` once the trial has ended.
+    runs: Option<Runs>,
+    tried: Tried,
+}
+
+/// The worlds of a trial.
+struct Runs {
+    /// The part at its start, which is never simulated.
+    base: Simulation,
+    start: Snapshot,
+    truth: Truth,
+    run: Run,
+    search: Option<Search>,
+}
+
+/// Whether a scene has anything but gravity and engines, for which no step is too long.
+pub(super) fn has_laws(part: &Scene) -> bool {
+    let has_own = |laws: &OwnLawsSpec| {
+        laws.drag.is_some() || !laws.wells.is_empty() || !laws.riding_wells.is_empty()
+    };
+    part.damping.is_some()
+        || part.laws.drag.is_some()
+        || part.laws.wells.is_some()
+        || part.mutual_gravity.is_some()
+        || !part.springs.is_empty()
+        || !part.soft_bodies.is_empty()
+        || part.own_laws.values().any(has_own)
+}
+
+/// Whether the energy of a part stays: nothing damps or drives it.
+fn conserves(part: &Scene) -> bool {
+    let has_own = |laws: &OwnLawsSpec| {
+        laws.drag.is_some() || !laws.riding_wells.is_empty() || !laws.thrusts.is_empty()
+    };
+    let links = part.soft_bodies.iter().flat_map(|soft| soft.links.iter());
+    let mut elastics =
+        part.springs.iter().map(|spring| spring.elastic).chain(links.map(|link| link.elastic));
+    part.damping.is_none()
+        && part.laws.drag.is_none()
+        && part.emitters.is_empty()
+        && elastics.all(|elastic| elastic.damping == 0.0)
+        && part.bodies.iter().all(|body| body.max_speed.is_none())
+        && !part.own_laws.values().any(has_own)
+}
+
+/// Work of a step of all bodies of a part by the reference.
+fn work_of_step(part: &Scene) -> f64 {
+    let bodies = part.bodies.len() as f64;
+    let links = part.soft_bodies.iter().map(|soft| soft.links.len()).sum::<usize>();
+    let springs = (part.springs.len() + links) as f64;
+    let pairs = if part.mutual_gravity.is_some() { bodies * bodies / 16.0 } else { 0.0 };
+    4.0 * (bodies + 0.5 * springs + pairs)
+}
+
+impl Piece {
+    /// The trial of a part of `scene` from `snapshot`; `None` if nothing in it limits a step, or if its margin says enough.
+    pub fn new(
+        scene: &Scene,
+        snapshot: &Snapshot,
+        mut waiting: Waiting,
+        ahead: Ahead,
+    ) -> Option<Self> {
+        let part = scene.part_of(std::mem::take(&mut waiting.ids));
+        if !has_laws(&part.scene) {
+            return None;
+        }
+        let ids: Vec<u32> = movable(&part.scene).map(|(id, _)| id).collect();
+        let tried = Tried::new(part.name.clone(), ids.len(), &waiting);
+        let cast = Cast {
+            ids,
+            bonds: Vec::new(),
+            bound: Vec::new(),
+            joined: part.name != scene::FREE_BODIES,
+            conserves: conserves(&part.scene),
+            held: false,
+            tick: snapshot.tick_seconds(),
+        };
+        let mut piece = Self {
+            carries: part.scene.own_laws.values().any(|laws| !laws.riding_wells.is_empty()),
+            horizon: 0,
+            end: 0,
+            from: 0,
+            steps: 1,
+            samples: 1,
+            attempt: 0,
+            parted_before: 0,
+            left: if ahead.seconds.is_some() { f64::INFINITY } else { ahead.work },
+            truth_work: 0.0,
+            cure_work: 0.0,
+            runs: None,
+            tried,
+            cast,
+            part,
+        };
+        // Not even the worlds are made where a few ticks are too much.
+        if piece.left >= piece.work_of_tick() * LEAST_TICKS as f64 {
+            piece.prepare(snapshot.of_part(scene, &piece.part), ahead.seconds)?;
+        }
+        Some(piece)
+    }
+
+    /// Chooses steps and horizon, and begins; `None` if the margin says enough.
+    fn prepare(&mut self, start: Snapshot, seconds: Option<f64>) -> Option<()> {
+        let mut base = Simulation::restore(self.part.scene.clone(), &start).ok()?;
+        let cast = &mut self.cast;
+        cast.bonds = bonds(&mut base);
+        let number = |bond: &Bond| cast.ids.binary_search(&bond.body).unwrap_or_default();
+        cast.bound = cast.bonds.iter().map(number).collect();
+        cast.held = cast.bonds.iter().all(|bond| bond.is_spring)
+            && (0..cast.ids.len()).all(|body| cast.bound.contains(&body));
+        let method = base.method();
+        let margins = Margins::of(&mut base.world, method);
+        // What is linear and grows needs no trial.
+        if margins.list().iter().any(|margin| margin.is_unstable() && margin.is_reported()) {
+            return None;
+        }
+        let largest = |rates: &mut dyn Iterator<Item = f64>| {
+            rates.filter(|rate| rate.is_finite()).fold(0.0, f64::max)
+        };
+        let tick = cast.tick;
+        let rates = margins.list().iter().map(|margin| margin.rate(tick));
+        let stiffness = UNCERTAIN * tick * largest(&mut { rates });
+        let closest = UNCERTAIN * tick * largest(&mut cast.bonds.iter().map(|bond| bond.fastest));
+        let slowest = largest(&mut cast.bonds.iter().map(|bond| bond.turn_s));
+        let steps = |number: f64| number.ceil().clamp(1.0, MOST_STEPS) as u32;
+        let [fine, coarse] = FINE;
+        let (most, least) = (steps(stiffness.max(closest) / fine), steps(stiffness / coarse));
+        let seconds = seconds.unwrap_or((TURNS * slowest).max(SECONDS).max(TICKS * tick));
+        // The truth is ahead of the run by a third.
+        let wanted = (seconds * 4.0 / 3.0 / tick).ceil().clamp(1.0, 1e12);
+        self.horizon = wanted as u64;
+        self.samples = steps(stiffness / SAMPLED).min(least);
+        self.steps = most;
+        let affordable = self.left * f64::from(most) / (self.work_of_tick() * wanted);
+        self.steps = (affordable.min(f64::from(most)) as u32).max(least);
+        self.begin(base, start);
+        Some(())
+    }
+
+    /// The work of the truth so far.
+    pub const fn truth_work(&self) -> f64 {
+        self.truth_work
+    }
+
+    /// Work of a tick of the truth.
+    fn work_of_tick(&self) -> f64 {
+        let steps = f64::from(self.steps);
+        let ticks = if self.carries { 3.0 * steps } else { 2.0 * f64::from(self.samples) };
+        3.0 * steps * work_of_step(&self.part.scene)
+            + ticks * (WORK_OF_TICK + 2.0 * self.cast.ids.len() as f64)
+    }
+
+    /// Begins the truth and the run, with as many ticks as the work allows.
+    fn begin(&mut self, mut base: Simulation, start: Snapshot) {
+        let affordable = (self.left / self.work_of_tick()).min(1e12) as u64;
+        self.horizon = self.horizon.min(affordable);
+        self.end = judged(self.horizon);
+        self.from = ((1.0 - WINDOW) * self.end as f64) as u64;
+        (self.tried.verdict, self.tried.is_done) = (Verdict::NotTried, true);
+        (self.tried.body, self.tried.holder) = (None, None);
+        if self.end == 0 {
+            return;
+        }
+        let steps = [self.steps, self.samples];
+        let truth = Truth::new(&mut base, &self.cast, steps, self.carries, self.from);
+        if let Ok(run) = Simulation::restore(self.part.scene.clone(), &start) {
+            let run = Run::new(run, &self.cast);
+            self.runs = Some(Runs { base, start, truth, run, search: None });
+            (self.tried.verdict, self.tried.is_done) = (Verdict::Holds, false);
+        }
+    }
+
+    pub const fn is_done(&self) -> bool {
+        self.tried.is_done
+    }
+
+    pub const fn tried(&self) -> &Tried {
+        &self.tried
+    }
+
+    pub fn progress(&self) -> f64 {
+        let ticks = self.runs.as_ref().map_or(self.horizon, |runs| runs.truth.ticks);
+        ticks as f64 / self.horizon.max(1) as f64
+    }
+
+    /// Continues for about `work`. Returns the work done.
+    pub fn advance(&mut self, work: f64) -> f64 {
+        let mut done = 0.0;
+        while done < work
+            && let Some(mut runs) = self.runs.take()
+        {
+            let is_cure = runs.search.is_some();
+            done += if is_cure { self.try_cure(&mut runs) } else { self.tick(&mut runs) };
+            if self.is_to_be_finer(&runs.truth) {
+                self.attempt += 1;
+                self.parted_before = runs.truth.ticks;
+                self.steps *= FINER;
+                self.begin(runs.base, runs.start);
+            } else if !self.tried.is_done {
+                self.runs = Some(runs);
+            }
+        }
+        done
+    }
+
+    /// A tick of the truth, and the ticks of the run that it can judge. Returns the work done.
+    fn tick(&mut self, runs: &mut Runs) -> f64 {
+        let Runs { truth, run, search, .. } = runs;
+        truth.tick(&self.cast);
+        let work = self.work_of_tick();
+        self.left -= work;
+        self.truth_work += work;
+        if self.is_to_be_finer(truth) {
+            return work;
+        }
+        if let Some(unresolved) = truth.unresolved_from {
+            self.horizon = unresolved;
+            // Energy that stays can be judged without a truth.
+            if !self.cast.conserves || self.cast.held {
+                self.end = self.end.min(judged(unresolved.saturating_sub(1)));
+            }
+        }
+        let settling = truth.ticks >= self.horizon;
+        if settling {
+            truth.close();
+        }
+        let tick = self.cast.tick;
+        let seconds = |ticks: u64| ticks as f64 * tick;
+        // The last part of the run is compared with that of the truth, which is complete at the end.
+        let end = if settling { self.end } else { self.end.min(self.from) };
+        while run.ticks < end
+            && (settling || lead(run.ticks + 1) <= truth.recorded())
+            && !run.is_over()
+        {
+            let when = [run.ticks >= self.from, 2 * run.ticks >= self.end];
+            let thrown = run.tick(&self.cast, truth, when);
+            self.tried.seconds = seconds(run.ticks);
+            if let Some((body, bond, excess)) = thrown
+                && !self.tried.verdict.is_fault()
+            {
+                self.note(body, bond, Verdict::Thrown(seconds(run.ticks), excess));
+            }
+        }
+        let parted = truth.parted_from.filter(|parted| *parted < self.end);
+        self.tried.predictable_s = parted.map(seconds);
+        if settling {
+            match self.tried.verdict {
+                Verdict::Thrown(_, excess) if excess.is_gain() => {
+                    if let Some(times) = run.swing(&self.cast) {
+                        self.tried.verdict = Verdict::Wrong(Settled::Swings(times));
+                    }
+                }
+                Verdict::Thrown(..) => {}
+                _ => {
+                    if let Some((body, bond, settled)) = run.settled(&self.cast, truth) {
+                        self.note(body, bond, Verdict::Wrong(settled));
+                    }
+                }
+            }
+            self.tried.seconds = seconds(self.end);
+            if self.tried.verdict.is_fault() {
+                *search = Some(Search::new(self.tried.method, self.tried.substeps));
+            } else {
+                self.tried.is_done = true;
+                if self.end < LEAST_TICKS {
+                    self.tried.verdict = Verdict::NotTried;
+                }
+            }
+        }
+        work
+    }
+
+    fn note(&mut self, body: Option<usize>, bond: Option<usize>, verdict: Verdict) {
+        let name = |own: u32| self.part.bodies.get(own as usize).copied();
+        self.tried.verdict = verdict;
+        self.tried.body = body.and_then(|body| name(self.cast.ids[body]));
+        self.tried.holder = bond.and_then(|bond| match self.cast.bonds[bond].holder {
+            Holder::Body(id) => name(id),
+            Holder::Well(_) => None,
+        });
+    }
+
+    /// Whether the finer runs part in the present tick, and still finer ones may agree for longer.
+    fn is_to_be_finer(&self, truth: &Truth) -> bool {
+        let parted = truth.parted_from.unwrap_or(0);
+        let is_better = self.attempt == 0 || parted as f64 > 1.5 * self.parted_before as f64;
+        let finer = self.work_of_tick() * f64::from(FINER);
+        truth.ticks == parted
+            && self.attempt < ATTEMPTS
+            && is_better
+            && self.left / finer >= 1.5 * parted as f64
+    }
+
+    /// Continues the search for cures by a tick of the setting that is tried. Returns the work done.
+    fn try_cure(&mut self, runs: &mut Runs) -> f64 {
+        let Runs { base, truth, search, .. } = runs;
+        let Some(search) = search else { return 0.0 };
+        self.cure_work += WORK_OF_TICK;
+        if self.cure_work > CURES * self.truth_work {
+            search.give_up();
+        }
+        let Some(run) = &mut search.run else {
+            let attracts = base.world.contains_resource::<MutualGravity>();
+            match search.next(self.steps.saturating_mul(8), attracts) {
+                None => (self.tried.cure, self.tried.is_done) = (search.cure(), true),
+                Some((method, substeps)) => {
+                    let mut run = Twin::new(base, method, Some(substeps)).into_simulation();
+                    let margins = Margins::of(&mut run.world, method);
+                    if margins.list().iter().any(Margin::is_reported) {
+                        search.answer(false);
+                    } else {
+                        search.run = Some(Run::new(run, &self.cast));
+                    }
+                }
+            }
+            return WORK_OF_TICK;
+        };
+        let is_thrown = run.tick(&self.cast, truth, [run.ticks >= self.from, false]).is_some();
+        if is_thrown || run.ticks >= self.end {
+            let holds = !is_thrown && run.settled(&self.cast, truth).is_none();
+            search.answer(holds);
+        }
+        let work = f64::from(search.substeps()) * work_of_step(&self.part.scene);
+        self.cure_work += work;
+        WORK_OF_TICK + work
+    }
+}
