@@ -144,6 +144,7 @@ const LAB: &[&str] = &[
 /// The same of `crates/report/src`.
 const FROM_NUMBERS_TO_PAGES: &[&str] = &[
     "numbers",
+    "forecast",
     "escape",
     "palette",
     "chart",
