@@ -149,8 +149,7 @@ fn bond_to_wells(scene: &Scene, states: &[Option<State>], body: State) -> Option
 /// The bonds of bodies that attract each other.
 fn bonds_to_bodies(scene: &Scene, states: &[Option<State>], law: MutualGravity) -> Vec<Bond> {
     let spec = |state: &State| &scene.bodies[state.id as usize];
-    let is_particle = |id: u32| scene.emitters.iter().any(|emitter| emitter.pool.contains(&id));
-    let attracting = states.iter().flatten().filter(|state| !is_particle(state.id));
+    let attracting = states.iter().flatten().filter(|state| !scene.is_particle(state.id));
     let masses: Vec<State> = attracting
         .filter_map(|state| {
             let source = spec(state).source_mass.unwrap_or(0.0);
@@ -188,13 +187,8 @@ fn bonds_to_bodies(scene: &Scene, states: &[Option<State>], law: MutualGravity) 
 /// A bond for each body that a spring holds: to the other end of the first one.
 fn bonds_by_springs(scene: &Scene, states: &[Option<State>]) -> Vec<Bond> {
     let mut joined = vec![false; states.len()];
-    let links = scene.soft_bodies.iter().flat_map(|soft| {
-        let first = soft.points.start;
-        soft.links.iter().map(move |link| (link.ends.map(|end| first + end), link.elastic))
-    });
-    let springs = scene.springs.iter().map(|spring| (spring.ends, spring.elastic));
     let mut bonds = Vec::new();
-    for (ends, elastic) in springs.chain(links) {
+    for (ends, elastic) in scene.all_springs() {
         let [Some(one), Some(other)] = ends.map(|id| states[id as usize]) else { continue };
         let inverse = 1.0 / one.mass + 1.0 / other.mass;
         let fastest = (elastic.stiffness * inverse).sqrt();

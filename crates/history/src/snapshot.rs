@@ -156,10 +156,12 @@ impl Snapshot {
         let state = self.clone().without_inputs().without_history().state;
         let mut state = state.rename(list, id, emitter, |_| None);
         state.forces.clear();
-        let mut kept = self.state.bodies.ids().map(|body| id(body).is_some());
-        state.transforms.retain(|_| kept.next() == Some(true));
-        let mut kept = self.state.bodies.ids().map(|body| id(body).is_some());
-        state.states.retain(|_| kept.next() == Some(true));
+        let kept = self.states().filter(|(body, ..)| id(*body).is_some());
+        (state.transforms, state.states) = kept
+            .map(|(_, x, velocity, inverse_mass)| {
+                (Transform::at(x), PhysicsBody { velocity, inverse_mass })
+            })
+            .unzip();
         Self { state }
     }
 

@@ -9,7 +9,7 @@ use history::{REFERENCE_METHOD, reference_substeps};
 use motion::{Elastic, Method};
 use scene::{EmitterSpec, Scene, SwarmSpec};
 
-use crate::run::{is_particle, movable};
+use crate::run::movable;
 
 /// Nanoseconds of a tick itself.
 const TICK: f64 = 2_000.0;
@@ -123,10 +123,7 @@ pub fn tick_seconds(scene: &Scene) -> f64 {
     });
     let soft = scene.soft_bodies.iter();
     let weight = |elastic: &Elastic| if elastic.pull_only { CORD } else { 1.0 };
-    let of_links =
-        soft.clone().flat_map(|soft| soft.links.iter()).map(|link| weight(&link.elastic));
-    let springs =
-        scene.springs.iter().map(|spring| weight(&spring.elastic)).chain(of_links).sum::<f64>();
+    let springs = scene.all_springs().map(|(_, elastic)| weight(&elastic)).sum::<f64>();
     let in_air = scene.laws.drag.is_some();
     let triangles: f64 = soft
         .clone()
@@ -138,7 +135,7 @@ pub fn tick_seconds(scene: &Scene) -> f64 {
     let attracts = scene.mutual_gravity.is_some();
     // Mutual gravity does not act on particles of emitters.
     let attracted =
-        float(movable(scene).filter(|(id, _)| attracts && !is_particle(scene, *id)).count());
+        float(movable(scene).filter(|(id, _)| attracts && !scene.is_particle(*id)).count());
     let members = if attracts { attracted } else { ends_in_groups.min(count) };
     let pairs = attracted * attracted;
     let of_group = members * MEMBER + springs * SPRING + triangles * TRIANGLE + pairs * PAIR;

@@ -48,11 +48,6 @@ pub(crate) fn movable(scene: &Scene) -> impl Iterator<Item = (u32, &BodySpec)> {
     (0..).zip(&scene.bodies).filter(|(_, body)| body.is_movable())
 }
 
-/// Whether the body of that stable id is a particle of an emitter.
-pub(crate) fn is_particle(scene: &Scene, id: u32) -> bool {
-    scene.emitters.iter().any(|emitter| emitter.pool.contains(&id))
-}
-
 /// Thread CPU time of a tick, s, over `ticks` of them, at least 1.
 fn time(ticks: u64, mut tick: impl FnMut()) -> f64 {
     let start = ThreadTime::now();
@@ -125,7 +120,7 @@ pub struct AttractionTick {
 /// The time of a tick of `scene` in which more than 2,000 bodies attract each other; `None` for other scenes.
 pub fn attraction_tick(scene: &Scene) -> Option<AttractionTick> {
     scene.mutual_gravity?;
-    let attracted = || movable(scene).filter(|(id, _)| !is_particle(scene, *id));
+    let attracted = || movable(scene).filter(|(id, _)| !scene.is_particle(*id));
     let bodies = attracted().count();
     if bodies <= SAMPLE {
         return None;

@@ -165,7 +165,7 @@ const MOST_SINGLE: usize = 256;
 pub struct Trial {
     scene: Arc<Scene>,
     start: Snapshot,
-    /// The parts that were not begun, in reverse.
+    /// The parts that are left, in reverse.
     waiting: Vec<Waiting>,
     pieces: Vec<Piece>,
     /// The parts that are too large to be tried.

@@ -4,7 +4,7 @@ use history::Simulation;
 use lab::trial::{Excess, Settled, Trial, Tried, Verdict};
 use motion::bevy_ecs::entity::Entity;
 use motion::margin::{Cure, LimitingPart, Margin, Margins};
-use motion::{Method, StableId, Substeps};
+use motion::{Method, Substeps};
 use serde_json::{Value, json};
 
 use crate::numbers::{digits, json_number, number};
@@ -52,10 +52,8 @@ impl ForecastRow {
 
     /// The rows of margins.
     pub fn of_margins(simulation: &Simulation, margins: &Margins) -> Vec<Self> {
-        let name = |body: Entity| {
-            let id = simulation.world.get::<StableId>(body);
-            id.map_or_else(String::new, |id| name(simulation, id.0))
-        };
+        let name =
+            |body: Entity| simulation.id(body).map_or_else(String::new, |id| name(simulation, id));
         margins.list().iter().map(|margin| Self::of_margin(*margin, name)).collect()
     }
 

@@ -236,9 +236,7 @@ impl Joined {
         carried.iter().for_each(|ids| join(&mut ids.iter().copied(), &mut joined));
         let all = 0..count as u32;
         if scene.mutual_gravity.is_some() {
-            let is_particle =
-                |id: &u32| scene.emitters.iter().any(|emitter| emitter.pool.contains(id));
-            join(&mut all.clone().filter(|id| !is_particle(id)), &mut joined);
+            join(&mut all.clone().filter(|id| !scene.is_particle(*id)), &mut joined);
         }
         for Entry { bodies, .. } in entries {
             if bodies.len() > 1 && bodies.clone().any(|id| joined[id as usize]) {

@@ -11,8 +11,8 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use motion::effects::Effect;
 use motion::{
-    AxisLocks, BodyDrag, Damping, DampingModel, Gravity, Law, Method, MutualGravity, Range, Thrust,
-    Well, Wells, WorldLaws,
+    AxisLocks, BodyDrag, Damping, DampingModel, Elastic, Gravity, Law, Method, MutualGravity,
+    Range, Thrust, Well, Wells, WorldLaws,
 };
 use pick::Shape;
 
@@ -121,6 +121,21 @@ impl Scene {
     #[must_use]
     pub fn push_spec(&self) -> PushSpec {
         self.push.unwrap_or(PushSpec::TUTORIAL)
+    }
+
+    /// Whether the body of that stable id is a particle of an emitter.
+    #[must_use]
+    pub fn is_particle(&self, id: u32) -> bool {
+        self.emitters.iter().any(|emitter| emitter.pool.contains(&id))
+    }
+
+    /// All springs, those of soft bodies too: the stable ids of their ends, and their numbers.
+    pub fn all_springs(&self) -> impl Iterator<Item = ([u32; 2], Elastic)> + '_ {
+        let links = self.soft_bodies.iter().flat_map(|soft| {
+            let first = soft.points.start;
+            soft.links.iter().map(move |link| (link.ends.map(|end| first + end), link.elastic))
+        });
+        self.springs.iter().map(|spring| (spring.ends, spring.elastic)).chain(links)
     }
 
     /// The emitters whose particles are on a graphics device, by their place in [`Scene::emitters`].

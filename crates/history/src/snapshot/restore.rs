@@ -59,8 +59,7 @@ impl Snapshot {
         ensure(step > 0.0 && step.is_finite(), "its ticks have no length")?;
         ensure(state.substeps.0 <= Substeps::MOST, "too many substeps per tick")?;
         // Particles of emitters are not attracted.
-        let attracted = |id: &u32| !scene.emitters.iter().any(|emitter| emitter.pool.contains(id));
-        let own = state.own_methods.iter().filter(|(id, _)| attracted(id));
+        let own = state.own_methods.iter().filter(|(id, _)| !scene.is_particle(*id));
         let methods = own.map(|(_, method)| *method).chain([state.method]);
         let attracts =
             scene.mutual_gravity.is_some() && !state.effects.off.contains(&Effect::MutualGravity);

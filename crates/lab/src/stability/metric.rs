@@ -83,11 +83,7 @@ impl Metric {
     /// The metric of `row` in its `scene`, with a target if the measure needs one.
     pub fn new(scene: &Scene, row: &SurvivalRow, target: Option<&Target>) -> Self {
         let masses = movable(scene).filter_map(|(id, body)| Some((id, 1.0 / body.inverse_mass?)));
-        let single = scene.springs.iter().map(|spring| (spring.ends, spring.elastic.rest_length));
-        let soft = scene.soft_bodies.iter().flat_map(|body| {
-            let ends = move |ends: [u32; 2]| ends.map(|end| end + body.points.start);
-            body.links.iter().map(move |link| (ends(link.ends), link.elastic.rest_length))
-        });
+        let springs = scene.all_springs().map(|(ends, elastic)| (ends, elastic.rest_length));
         let gravity = scene.gravity.map_or(Vector::ZERO, |gravity| gravity.acceleration);
         let rate = scene.damping.map_or(0.0, |damping| damping.rate);
         Self {
@@ -100,7 +96,7 @@ impl Metric {
             ticks: row.ticks,
             scale: row.scale,
             masses: masses.collect(),
-            springs: single.chain(soft).filter(|(_, rest)| *rest > 0.0).collect(),
+            springs: springs.filter(|(_, rest)| *rest > 0.0).collect(),
             terminal: (gravity.normalize_or_zero(), gravity.length() / rate),
             offset: if row.measure == Measure::Origin { row.offset } else { Vector::ZERO },
             way: target.map_or(1.0, Target::way),

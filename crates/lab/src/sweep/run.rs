@@ -16,7 +16,7 @@ use crate::cost::{
     Deviation, Machine, Reference, Runner, Setting, Subject, Target, invented, larger,
 };
 use crate::duration::ticks_in;
-use crate::run::{is_particle, movable};
+use crate::run::movable;
 
 /// The processor that the times refer to.
 static PROCESSOR: LazyLock<String> = LazyLock::new(|| Machine::here().processor);
@@ -115,7 +115,7 @@ struct Motion {
 impl Motion {
     fn of(simulation: &Simulation) -> Self {
         // Particles of emitters have a new start at every birth.
-        let bodies = simulation.states().filter(|(id, ..)| !is_particle(&simulation.scene, *id));
+        let bodies = simulation.states().filter(|(id, ..)| !simulation.scene.is_particle(*id));
         let starts = bodies.map(|(id, position, _)| (id, position)).collect();
         let mut motion = Self { starts, speed: 0.0, distance: 0.0 };
         motion.look(simulation);

@@ -62,6 +62,8 @@ pub(super) struct Piece {
     /// How often the truth was made finer, and when it parted before.
     attempt: u32,
     parted_before: u64,
+    /// Work of a step of all bodies by the reference.
+    work_of_step: f64,
     /// Work for the truth: what is left, and what was done.
     left: f64,
     truth_work: f64,
@@ -102,13 +104,10 @@ fn conserves(part: &Scene) -> bool {
     let has_own = |laws: &OwnLawsSpec| {
         laws.drag.is_some() || !laws.riding_wells.is_empty() || !laws.thrusts.is_empty()
     };
-    let links = part.soft_bodies.iter().flat_map(|soft| soft.links.iter());
-    let mut elastics =
-        part.springs.iter().map(|spring| spring.elastic).chain(links.map(|link| link.elastic));
     part.damping.is_none()
         && part.laws.drag.is_none()
         && part.emitters.is_empty()
-        && elastics.all(|elastic| elastic.damping == 0.0)
+        && part.all_springs().all(|(_, elastic)| elastic.damping == 0.0)
         && part.bodies.iter().all(|body| body.max_speed.is_none())
         && !part.own_laws.values().any(has_own)
 }
@@ -116,8 +115,7 @@ fn conserves(part: &Scene) -> bool {
 /// Work of a step of all bodies of a part by the reference.
 fn work_of_step(part: &Scene) -> f64 {
     let bodies = part.bodies.len() as f64;
-    let links = part.soft_bodies.iter().map(|soft| soft.links.len()).sum::<usize>();
-    let springs = (part.springs.len() + links) as f64;
+    let springs = part.all_springs().count() as f64;
     let pairs = if part.mutual_gravity.is_some() { bodies * bodies / 16.0 } else { 0.0 };
     4.0 * (bodies + 0.5 * springs + pairs)
 }
@@ -137,6 +135,7 @@ impl Piece {
         let ids: Vec<u32> = movable(&part.scene).map(|(id, _)| id).collect();
         let tried = Tried::new(part.name.clone(), ids.len(), &waiting);
         let cast = Cast {
+            is_bound: vec![false; ids.len()],
             ids,
             bonds: Vec::new(),
             bound: Vec::new(),
@@ -155,6 +154,7 @@ impl Piece {
             attempt: 0,
             parted_before: 0,
             left: if ahead.seconds.is_some() { f64::INFINITY } else { ahead.work },
+            work_of_step: work_of_step(&part.scene),
             truth_work: 0.0,
             cure_work: 0.0,
             runs: None,
@@ -176,8 +176,9 @@ impl Piece {
         cast.bonds = bonds(&mut base);
         let number = |bond: &Bond| cast.ids.binary_search(&bond.body).unwrap_or_default();
         cast.bound = cast.bonds.iter().map(number).collect();
+        cast.bound.iter().for_each(|body| cast.is_bound[*body] = true);
         cast.held = cast.bonds.iter().all(|bond| bond.is_spring)
-            && (0..cast.ids.len()).all(|body| cast.bound.contains(&body));
+            && cast.is_bound.iter().all(|bound| *bound);
         let method = base.method();
         let margins = Margins::of(&mut base.world, method);
         // What is linear and grows needs no trial.
@@ -216,8 +217,7 @@ impl Piece {
     fn work_of_tick(&self) -> f64 {
         let steps = f64::from(self.steps);
         let ticks = if self.carries { 3.0 * steps } else { 2.0 * f64::from(self.samples) };
-        3.0 * steps * work_of_step(&self.part.scene)
-            + ticks * (WORK_OF_TICK + 2.0 * self.cast.ids.len() as f64)
+        3.0 * steps * self.work_of_step + ticks * (WORK_OF_TICK + 2.0 * self.cast.ids.len() as f64)
     }
 
     /// Begins the truth and the run, with as many ticks as the work allows.
@@ -390,7 +390,7 @@ impl Piece {
             let holds = !is_thrown && run.settled(&self.cast, truth).is_none();
             search.answer(holds);
         }
-        let work = f64::from(search.substeps()) * work_of_step(&self.part.scene);
+        let work = f64::from(search.substeps()) * self.work_of_step;
         self.cure_work += work;
         WORK_OF_TICK + work
     }

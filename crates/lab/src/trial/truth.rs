@@ -38,20 +38,17 @@ impl Look {
     fn within(simulation: &Simulation, cast: &Cast) -> Self {
         let mut kinetic = 0.0;
         let mut body = |id: &u32| {
-            let there = simulation.bodies.get(*id as usize);
-            let Some(body) = there.and_then(|body| simulation.world.get_entity(*body).ok()) else {
+            let Some(body) = simulation.present(*id) else {
+                let there = simulation.body(*id).map(|body| simulation.world.entity(body));
+                let is_quarantined = there.is_some_and(|body| body.contains::<Quarantined>());
+                return if is_quarantined { Body::Quarantined } else { Body::Away };
+            };
+            let (Some(at), Some(state)) = (body.get::<Transform>(), body.get::<PhysicsBody>())
+            else {
                 return Body::Away;
             };
-            if body.contains::<Quarantined>() {
-                return Body::Quarantined;
-            }
-            match (simulation.present(*id), body.get::<Transform>(), body.get::<PhysicsBody>()) {
-                (Some(_), Some(at), Some(state)) => {
-                    kinetic += state.kinetic_energy();
-                    Body::Present(at.position, state.velocity)
-                }
-                _ => Body::Away,
-            }
+            kinetic += state.kinetic_energy();
+            Body::Present(at.position, state.velocity)
         };
         Self {
             bodies: cast.ids.iter().map(&mut body).collect(),
@@ -69,6 +66,8 @@ pub(super) struct Cast {
     pub bonds: Vec<Bond>,
     /// Number of the body of each bond.
     pub bound: Vec<usize>,
+    /// Whether a bond holds it, by body.
+    pub is_bound: Vec<bool>,
     /// Whether they act on each other.
     pub joined: bool,
     /// Whether their energy stays.
@@ -93,6 +92,8 @@ const ROUNDING: f64 = 1e6 * f64::EPSILON;
 pub(super) struct Most {
     /// Speed by body, m/s.
     pub speeds: Vec<f64>,
+    /// The largest of them.
+    fastest: f64,
     /// Distance from the origin by body, m.
     sizes: Vec<f64>,
     /// Distance from the holder by bond, m.
@@ -111,6 +112,7 @@ impl Most {
     pub fn of(look: &Look) -> Self {
         let mut most = Self {
             speeds: vec![0.0; look.bodies.len()],
+            fastest: 0.0,
             sizes: vec![0.0; look.bodies.len()],
             arms: vec![0.0; look.arms.len()],
             kinetic: 0.0,
@@ -128,6 +130,7 @@ impl Most {
             match body {
                 Body::Present(x, v) => {
                     self.speeds[i] = self.speeds[i].max(v.length());
+                    self.fastest = self.fastest.max(self.speeds[i]);
                     self.sizes[i] = self.sizes[i].max(x.length());
                 }
                 Body::Quarantined => self.quarantined[i] = true,
@@ -156,6 +159,7 @@ impl Most {
             own.iter_mut().zip(others).for_each(|(own, other)| larger(own, *other));
         };
         all(&mut self.speeds, &other.speeds);
+        self.fastest = self.speeds.iter().copied().fold(0.0, f64::max);
         all(&mut self.sizes, &other.sizes);
         all(&mut self.arms, &other.arms);
         larger(&mut self.kinetic, other.kinetic);
@@ -172,8 +176,7 @@ impl Most {
 
     /// The speed of a body below which it is not compared, m/s.
     pub fn faint(&self, body: usize, cast: &Cast) -> f64 {
-        let waves =
-            if cast.joined { FAINT * self.speeds.iter().copied().fold(0.0, f64::max) } else { 0.0 };
+        let waves = if cast.joined { FAINT * self.fastest } else { 0.0 };
         waves.max(ROUNDING * self.sizes[body] / cast.tick)
     }
 
@@ -214,9 +217,15 @@ impl Window {
         }
     }
 
+    /// The mean velocity of a body, if it was there all the time.
+    pub fn mean(&self, body: usize) -> Option<Vector> {
+        let mean = *self.sums.get(body)? / self.count;
+        mean.is_finite().then_some(mean)
+    }
+
     /// The mean velocity of a body, if it is settled at it.
     pub fn settled(&self, body: usize) -> Option<Vector> {
-        let mean = *self.sums.get(body)? / self.count;
+        let mean = self.mean(body)?;
         let variance = self.squares[body] / self.count - mean.length_squared();
         let is_steady = variance <= STEADY * STEADY * mean.length_squared();
         (is_steady && mean != Vector::ZERO).then_some(mean)
@@ -376,20 +385,18 @@ impl Truth {
         if self.unresolved_from.is_none() && !agree {
             self.unresolved_from = Some(self.ticks);
         }
-        let mut is_bound = vec![false; cast.ids.len()];
         let mut part = vec![false; cast.ids.len()];
         for (arm, body) in cast.bound.iter().copied().enumerate() {
-            is_bound[body] = true;
             let apart = coarse.arms[arm].zip(fine.arms[arm]).map(|(a, b)| a.distance(b));
             part[body] |= apart.is_none_or(|apart| apart > PARTED * self.most[1].arms[arm]);
         }
-        for i in 0..cast.ids.len() {
+        for (i, part) in part.iter_mut().enumerate() {
             let (start, a, b) = (self.starts[i], coarse.bodies[i], fine.bodies[i]);
             if let (Body::Present(x0, _), Body::Present(x, _)) = (start, b) {
                 self.ways[i] = self.ways[i].max(x0.distance(x));
             }
-            part[i] |= match (a, b) {
-                (Body::Present(xa, va), Body::Present(xb, vb)) if !is_bound[i] => {
+            *part |= match (a, b) {
+                (Body::Present(xa, va), Body::Present(xb, vb)) if !cast.is_bound[i] => {
                     let rounding = ROUNDING * self.most[1].sizes[i];
                     // A particle that is born again begins another way.
                     let way = if start == Body::Away { f64::INFINITY } else { self.ways[i] };

@@ -3,10 +3,9 @@
 use clap::Args;
 use history::{Overrides, Simulation};
 use lab::trial::{Ahead, Trial};
-use motion::bevy_ecs::prelude::Entity;
+use motion::TimeStep;
 use motion::groups::Groups;
 use motion::margin::{Margins, NaturalMode, NaturalModes, natural_modes};
-use motion::{StableId, TimeStep};
 use report::numbers::{NONE, digits, json_number as number, tick_rate};
 use report::{ForecastRow, tried_in_words};
 use scene::StepKind;
@@ -22,6 +21,7 @@ use crate::output::progress::{Progress, Waiting};
 use crate::output::show;
 use crate::stage::options::{Options, check};
 use crate::stage::start;
+use crate::stage::things::name;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -88,11 +88,6 @@ fn rows(simulation: &mut Simulation, ahead: Option<f64>) -> Vec<ForecastRow> {
     }
     drop(progress);
     ForecastRow::of(simulation, &margins, &trial)
-}
-
-fn name(simulation: &Simulation, body: Entity) -> String {
-    let id = simulation.world.get::<StableId>(body).map_or(u32::MAX, |id| id.0);
-    simulation.scene.names.get(id).unwrap_or_default().into_owned()
 }
 
 /// Estimated time for the natural modes of a group, s per squared number of coordinates and per mode.
