@@ -103,7 +103,7 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         mistake: "an energy jump hides a quarantine of the same tick",
         file: "crates/history/src/timeline/watch.rs",
-        from: "self.look_for_quarantined(world).or(jump)",
+        from: "self.look_for_quarantined(&simulation.world).or(jump)",
         to: "jump.or(self.look_for_quarantined(world))",
         killed_by: "black_box::program::a_quarantine_wins_over_an_energy_jump_of_the_same_tick",
     },

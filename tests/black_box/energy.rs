@@ -22,7 +22,7 @@ fn first_fault(
     act: impl Fn(&mut Simulation, u64),
 ) -> Option<(u64, Option<u32>, String)> {
     let mut ledger = books.then(|| Ledger::open(&mut run.world));
-    let mut watch = Watch::new(&mut run.world);
+    let mut watch = Watch::new(&mut run);
     let fault = (0..ticks).find_map(|tick| {
         let method = run.method();
         act(&mut run, tick);
@@ -140,7 +140,7 @@ fn a_fall_beside_a_spring_that_grows_slowly_is_no_fault() {
 #[test]
 fn a_watch_that_goes_on_from_any_tick_finds_the_same_fault() {
     let mut whole = run(SLOW);
-    let mut watch = Watch::new(&mut whole.world);
+    let mut watch = Watch::new(&mut whole);
     let mut going_on = Vec::new();
     let fault = loop {
         let energy = watch.energy();
@@ -151,7 +151,7 @@ fn a_watch_that_goes_on_from_any_tick_finds_the_same_fault() {
         }
     };
     for (mut run, energy) in going_on {
-        let mut watch = Watch::resume(&mut run.world, energy);
+        let mut watch = Watch::resume(&mut run, energy);
         let found = (0..150).find_map(|_| watch.tick(&mut run, None));
         assert_eq!(found, Some(fault.clone()), "{energy:?}");
     }
@@ -186,7 +186,7 @@ fn pushes_requests_and_springs_that_are_let_go_are_no_faults() {
 fn a_watched_run_has_the_bits_and_the_evaluations_of_another() {
     for scene in [mixed(), scene_of(STIFF), scene::load("everything").unwrap()] {
         let (mut alone, mut watched) = (Simulation::new(scene.clone()), Simulation::new(scene));
-        let mut watch = Watch::new(&mut watched.world);
+        let mut watch = Watch::new(&mut watched);
         for _ in 0..400 {
             alone.tick();
             watch.tick(&mut watched, None);
@@ -199,7 +199,7 @@ fn a_watched_run_has_the_bits_and_the_evaluations_of_another() {
 fn no_hard_case_is_at_fault_by_its_own_method() {
     for case in scene::cases() {
         let mut run = Simulation::new(case.load().unwrap());
-        let mut watch = Watch::new(&mut run.world);
+        let mut watch = Watch::new(&mut run);
         for _ in 0..600 {
             assert_eq!(watch.tick(&mut run, None), None, "{}", case.name);
         }
@@ -216,7 +216,7 @@ fn energy(run: &mut Simulation) -> f64 {
 /// energy.
 fn growth_at_last_good_tick(text: &str, ticks: u64) -> f64 {
     let mut run = run(text);
-    let mut watch = Watch::new(&mut run.world);
+    let mut watch = Watch::new(&mut run);
     let mut energies = vec![energy(&mut run)];
     let fault = loop {
         assert!(run.ticks() < ticks, "no fault at {:?} J in {text}", energies.last());
@@ -315,9 +315,35 @@ fn a_single_tick_that_invents_more_than_there_was_is_a_fault_in_that_tick() {
         31 => run.world.insert_resource(motion::TimeStep(1.0 / 60.0)),
         _ => {}
     };
-    assert_eq!(first_fault(run(spring), false, 200, |_, _| {}), None);
-    let (tick, ..) = first_fault(run(spring), false, 200, hitch).unwrap();
-    assert_eq!(tick, 31);
+    // Damping takes what it invented.
+    let damped = spring.replace("rest_length_m: 1", "rest_length_m: 1, damping_n_s_m: 1");
+    for text in [spring, &damped] {
+        assert_eq!(first_fault(run(text), false, 200, |_, _| {}), None, "{text}");
+        let (tick, ..) = first_fault(run(text), false, 200, hitch).expect(text);
+        assert_eq!(tick, 31, "{text}");
+    }
+}
+
+#[test]
+fn a_fault_in_the_last_ticks_of_a_run_is_found_when_it_ends() {
+    for books in [false, true] {
+        for ticks in 2..40 {
+            let mut run = run(&bullet("velocity_verlet"));
+            let mut ledger = books.then(|| Ledger::open(&mut run.world));
+            let mut watch = Watch::new(&mut run);
+            let found = (0..ticks).find_map(|_| watch.tick(&mut run, ledger.as_mut()));
+            let fault = found.or_else(|| watch.finish(&mut run));
+            let fault = fault.map(|fault| (fault.tick, fault.found <= ticks));
+            assert_eq!(fault, Some((2, true)), "{ticks}");
+        }
+    }
+    // A right motion that ends anywhere has no fault.
+    for ticks in 0..60 {
+        let mut run = run(&comet(0.6, "velocity_verlet", 1));
+        let mut watch = Watch::new(&mut run);
+        (0..ticks).for_each(|_| assert_eq!(watch.tick(&mut run, None), None));
+        assert_eq!(watch.finish(&mut run), None, "{ticks}");
+    }
 }
 
 #[test]
@@ -377,6 +403,55 @@ fn a_bound_orbit_that_becomes_free_is_a_fault_unless_something_works_on_it() {
         bodies: [(name: \"a\", mass_kg: 1.0), (name: \"b\", mass_kg: 1.0, position_m: (2, 0, 0))])";
     let (_, _, what) = first_fault(run(pair), false, 1200, |_, _| {}).unwrap();
     assert!(what.contains("becomes free") || what.contains("created"), "{what}");
+}
+
+#[test]
+fn a_spring_elsewhere_hides_no_orbit_that_becomes_free() {
+    let beside = |text: &str| {
+        text.replace("bodies: [", "bodies: [(name: \"one\", position_m: (0, 90, 0)), (name: \"other\", position_m: (0, 91.5, 0)),")
+            .replace("wells: [", "springs: [(between: (\"one\", \"other\"), stiffness_n_m: 0.006, rest_length_m: 1)], wells: [")
+    };
+    let found =
+        first_fault(run(&beside(&comet(0.97, "velocity_verlet", 1))), false, 1200, |_, _| {});
+    let (tick, body, what) = found.expect("the comet is thrown out");
+    assert!((200..=640).contains(&tick) && body == Some(2), "{tick} {body:?} {what}");
+    let calm = beside(&comet(0.6, "velocity_verlet", 1));
+    assert_eq!(first_fault(run(&calm), false, 1200, |_, _| {}), None);
+}
+
+/// A moon around a planet around a heavy sun.
+fn moon(hz: f64, method: &str) -> String {
+    format!(
+        "(version: 1, step_hz: {hz:?}, method: {method}, mutual_gravity: (constant_m3_kg_s2: 1), bodies: [
+            (name: \"sun\", mass_kg: 10000),
+            (name: \"planet\", mass_kg: 1, position_m: (100, 0, 0), velocity_m_s: (0, 10, 0)),
+            (name: \"moon\", mass_kg: 0.001, position_m: (100.5, 0, 0), velocity_m_s: (0, 11.4142136, 0))])"
+    )
+}
+
+#[test]
+fn a_heavy_sun_hides_no_moon_that_leaves_its_planet() {
+    for method in ["semi_implicit_euler", "velocity_verlet", "yoshida_4", "runge_kutta_4"] {
+        let found = first_fault(run(&moon(1.0, method)), false, 200, |_, _| {});
+        let (_, body, what) = found.expect(method);
+        assert!(body == Some(2) && what.contains("becomes free"), "{method}: {body:?} {what}");
+        assert_eq!(first_fault(run(&moon(60.0, method)), false, 4000, |_, _| {}), None, "{method}");
+    }
+}
+
+#[test]
+fn an_orbit_on_a_spring_does_not_become_free_in_silence() {
+    let orbit = |hz: f64| {
+        format!(
+            "(version: 1, step_hz: {hz:?}, method: position_verlet, wells: [(strength_m3_s2: 1)], bodies: [
+                (name: \"anchor\", immovable: true, position_m: (2, 1, 0)),
+                (name: \"b\", position_m: (2, 0, 0), velocity_m_s: (0, 0.1, 0))],
+              springs: [(between: (\"anchor\", \"b\"), stiffness_n_m: 0.018, rest_length_m: 1)])"
+        )
+    };
+    let (_, _, what) = first_fault(run(&orbit(8.0)), false, 400, |_, _| {}).expect("thrown out");
+    assert!(what.contains("free") || what.contains("created"), "{what}");
+    assert_eq!(first_fault(run(&orbit(20_000.0)), false, 100_000, |_, _| {}), None);
 }
 
 #[test]

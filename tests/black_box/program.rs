@@ -72,6 +72,19 @@ fn a_stiff_spring_that_explodes_is_found_before_it_is_quarantined() {
 }
 
 #[test]
+fn a_fault_in_the_last_tick_decides_the_exit_code_and_is_repeated() {
+    let folder = folder();
+    let bullet = "(version: 1, step_hz: 100, method: velocity_verlet, wells: [(strength_m3_s2: 1e-3)],
+        bodies: [(name: \"bullet\", position_m: (-2, 0.00001, 0), velocity_m_s: (100, 0, 0))])";
+    fs::write(folder.path().join("bullet.ron"), bullet).unwrap();
+    let line = "run bullet.ron --fps 100 --black-box box.zip --seconds";
+    sandbox(&folder, &format!("{line} 0.01")).fine();
+    sandbox(&folder, &format!("{line} 0.02")).warns(1, "bullet, tick 2: the method created");
+    let out = sandbox(&folder, "replay box.zip").fine();
+    assert!(out.contains("the same fault, bullet, tick 2: the method created"), "{out}");
+}
+
+#[test]
 fn energy_that_grows_for_longer_than_a_minute_is_repeated_by_its_bundle() {
     let folder = folder();
     // Explicit Euler adds 10 % a second: it takes 73 s to a thousand times as much.

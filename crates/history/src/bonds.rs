@@ -1,5 +1,7 @@
 //! Bonds: what holds each body of a simulation.
 
+use std::sync::Arc;
+
 use bevy_ecs::prelude::*;
 use motion::effects::Effect;
 use motion::snapshot::Effects;
@@ -27,6 +29,8 @@ pub struct Bond {
     pub holder: Holder,
     /// Time of a turn of the two alone, s.
     pub turn_s: f64,
+    /// Their largest distance, m, if nothing else acts; NaN of a spring.
+    pub reach: f64,
     /// Angular frequency of a circle at their closest approach, rad/s.
     pub fastest: f64,
     /// Whether it is a spring; else an attraction.
@@ -48,27 +52,39 @@ impl Bond {
 
 /// Position, m, velocity, m/s, and mass, kg, of a body; the mass is infinite if it cannot move.
 #[derive(Clone, Copy, Debug)]
-struct State {
-    id: u32,
-    x: Vector,
-    v: Vector,
-    mass: f64,
+pub(crate) struct State {
+    pub id: u32,
+    pub x: Vector,
+    pub v: Vector,
+    pub mass: f64,
 }
 
-/// What may hold a body by attraction: its motion relative to the body, and the strength of the attraction, m³/s².
-struct Attraction {
-    holder: Holder,
-    x: Vector,
-    v: Vector,
-    strength: f64,
-    softening: f64,
+/// The attraction of a body by what may hold it, whose motion is relative to the body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Attraction {
+    pub holder: Holder,
+    pub x: Vector,
+    pub v: Vector,
+    /// Strength, m³/s².
+    pub strength: f64,
+    pub softening: f64,
+    /// Mass of the holder as a source, kg; 0 of a well.
+    source_mass: f64,
+    /// Whether the holder does not move.
+    pub is_fixed: bool,
+    /// Whether it acts on this body alone.
+    pub is_own: bool,
 }
 
 impl Attraction {
+    /// Softened distance, m.
+    pub fn distance(&self) -> f64 {
+        libm::hypot(self.x.length(), self.softening)
+    }
+
     fn bond(&self, body: u32) -> Option<Bond> {
         let Self { x, v, strength, softening, .. } = *self;
-        let r = libm::hypot(x.length(), softening);
-        let energy = 0.5 * v.length_squared() - strength / r;
+        let energy = 0.5 * v.length_squared() - strength / self.distance();
         if strength <= 0.0 || energy >= 0.0 {
             return None;
         }
@@ -80,6 +96,7 @@ impl Attraction {
             body,
             holder: self.holder,
             turn_s: std::f64::consts::TAU * (axis * axis * axis / strength).sqrt(),
+            reach: axis * (1.0 + eccentricity),
             fastest: (strength / (nearest * nearest * nearest)).sqrt(),
             is_spring: false,
         })
@@ -95,23 +112,134 @@ const MOST_IN_HILL_SPHERES: usize = 256;
 #[must_use]
 pub fn bonds(simulation: &mut Simulation) -> Vec<Bond> {
     let off = Effects::of(&mut simulation.world).off;
-    let is_on = |effect: Effect| !off.contains(&effect);
-    let simulation = &*simulation;
-    let scene = &*simulation.scene;
-    let states: Vec<Option<State>> =
-        (0..).take(simulation.bodies.len()).map(|id| state(simulation, id)).collect();
-    let mut bonds = Vec::new();
-    if is_on(Effect::Wells) {
-        let movable = states.iter().flatten().filter(|state| state.mass.is_finite());
-        bonds.extend(movable.filter_map(|body| bond_to_wells(scene, &states, *body)));
-    }
-    if let Some(law) = scene.mutual_gravity.filter(|_| is_on(Effect::MutualGravity)) {
-        bonds.extend(bonds_to_bodies(scene, &states, law));
-    }
-    if is_on(Effect::Springs) {
-        bonds.extend(bonds_by_springs(scene, &states));
+    let attractions = Attractions::of(simulation);
+    let mut bonds = attractions.bonds();
+    if !off.contains(&Effect::Springs) {
+        bonds.extend(bonds_by_springs(&simulation.scene, &attractions.states));
     }
     bonds
+}
+
+/// All attractions of a simulation in its present state.
+pub(crate) struct Attractions {
+    scene: Arc<Scene>,
+    /// By stable id.
+    pub states: Vec<Option<State>>,
+    wells_are_on: bool,
+    mutual: Option<MutualGravity>,
+    /// The bodies that attract others, with their masses as sources.
+    masses: Vec<State>,
+}
+
+impl Attractions {
+    /// The attractions in `simulation`, which is mutable only for queries.
+    pub fn of(simulation: &mut Simulation) -> Self {
+        let off = Effects::of(&mut simulation.world).off;
+        let scene = Arc::clone(&simulation.scene);
+        let states: Vec<Option<State>> =
+            (0..).take(simulation.bodies.len()).map(|id| state(simulation, id)).collect();
+        let mutual = scene.mutual_gravity.filter(|_| !off.contains(&Effect::MutualGravity));
+        let attracting = states.iter().flatten().filter(|state| !scene.is_particle(state.id));
+        let source = |state: &State| {
+            let source = scene.bodies[state.id as usize].source_mass.unwrap_or(0.0);
+            let mass = if state.mass.is_finite() { state.mass } else { source };
+            (mass > 0.0).then_some(State { mass, ..*state })
+        };
+        let masses =
+            if mutual.is_some() { attracting.filter_map(source).collect() } else { Vec::new() };
+        Self { wells_are_on: !off.contains(&Effect::Wells), mutual, masses, states, scene }
+    }
+
+    /// The attractions of `body` by wells.
+    fn by_wells(&self, body: &State) -> impl Iterator<Item = Attraction> {
+        let own = self.scene.own_laws.get(&body.id);
+        let shared = self.scene.laws.wells.iter().flat_map(|wells| &wells.0);
+        let shared = shared.map(|well| (well, false));
+        let fixed =
+            shared.chain(own.into_iter().flat_map(|laws| &laws.wells).map(|well| (well, true)));
+        let fixed = fixed.map(|(well, is_own)| Attraction {
+            holder: Holder::Well(well.position),
+            x: body.x - well.position,
+            v: body.v,
+            strength: well.strength,
+            softening: well.softening,
+            source_mass: 0.0,
+            is_fixed: true,
+            is_own,
+        });
+        let riding = own.into_iter().flat_map(|laws| &laws.riding_wells).filter_map(|well| {
+            let carrier = self.states.get(well.rides_on as usize).copied().flatten()?;
+            Some(Attraction {
+                holder: Holder::Body(carrier.id),
+                x: body.x - carrier.x,
+                v: body.v - carrier.v,
+                strength: well.strength,
+                softening: well.softening,
+                source_mass: 0.0,
+                is_fixed: carrier.mass.is_infinite(),
+                is_own: true,
+            })
+        });
+        fixed.chain(riding).filter(|_| self.wells_are_on)
+    }
+
+    /// The attractions of `body` by other bodies.
+    fn by_bodies(&self, body: &State) -> impl Iterator<Item = Attraction> {
+        let others = self.masses.iter().filter(|other| other.id != body.id);
+        others.zip(std::iter::repeat(self.mutual)).filter_map(|(other, law)| {
+            let (law, is_fixed) = (law?, !self.scene.bodies[other.id as usize].is_movable());
+            let own = if is_fixed { 0.0 } else { body.mass };
+            Some(Attraction {
+                holder: Holder::Body(other.id),
+                x: body.x - other.x,
+                v: body.v - other.v,
+                strength: law.constant * (other.mass + own),
+                softening: law.softening,
+                source_mass: other.mass,
+                is_fixed,
+                is_own: false,
+            })
+        })
+    }
+
+    /// All attractions of `body`.
+    pub fn on(&self, body: &State) -> impl Iterator<Item = Attraction> {
+        let is_attracted = !self.scene.is_particle(body.id);
+        self.by_wells(body).chain(self.by_bodies(body).filter(move |_| is_attracted))
+    }
+
+    /// The bonds by attraction.
+    pub fn bonds(&self) -> Vec<Bond> {
+        let movable = || self.states.iter().flatten().filter(|state| state.mass.is_finite());
+        let to_well = |body: &State| {
+            let bound =
+                self.by_wells(body).filter_map(|well| Some((well.x.length(), well.bond(body.id)?)));
+            bound.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, bond)| bond)
+        };
+        let mut bonds: Vec<_> = movable().filter_map(to_well).collect();
+        let is_source =
+            |body: &&State| self.masses.binary_search_by_key(&body.id, |mass| mass.id).is_ok();
+        bonds.extend(movable().filter(is_source).filter_map(|body| self.bond_to_a_body(body)));
+        bonds
+    }
+
+    /// The bond of `body` to the nearest of the bodies that are not lighter.
+    fn bond_to_a_body(&self, body: &State) -> Option<Bond> {
+        let others: Vec<_> = self.by_bodies(body).collect();
+        let heavier = others.iter().filter(|other| other.source_mass >= body.mass);
+        let mut near: Vec<_> =
+            heavier.filter_map(|other| Some((other, other.bond(body.id)?))).collect();
+        near.sort_by(|(a, _), (b, _)| a.x.length().total_cmp(&b.x.length()));
+        let is_within = |(holder, _): &&(&Attraction, Bond)| {
+            let is_near = |third: &Attraction| {
+                let hill = libm::cbrt(holder.source_mass / (3.0 * third.source_mass));
+                third.source_mass <= holder.source_mass
+                    || holder.x.length() < holder.x.distance(third.x) * hill
+            };
+            self.masses.len() > MOST_IN_HILL_SPHERES || others.iter().all(is_near)
+        };
+        near.iter().find(is_within).map(|(_, bond)| *bond)
+    }
 }
 
 fn state(simulation: &Simulation, id: u32) -> Option<State> {
@@ -119,69 +247,6 @@ fn state(simulation: &Simulation, id: u32) -> Option<State> {
     let PhysicsBody { velocity: v, inverse_mass } = *body.get()?;
     let mass = if inverse_mass > 0.0 { 1.0 / inverse_mass } else { f64::INFINITY };
     Some(State { id, x: body.get::<Transform>()?.position, v, mass })
-}
-
-/// The bond to the nearest of the wells to which a body is bound.
-fn bond_to_wells(scene: &Scene, states: &[Option<State>], body: State) -> Option<Bond> {
-    let own = scene.own_laws.get(&body.id);
-    let shared = scene.laws.wells.iter().flat_map(|wells| &wells.0);
-    let fixed = shared.chain(own.into_iter().flat_map(|laws| &laws.wells)).map(|well| Attraction {
-        holder: Holder::Well(well.position),
-        x: body.x - well.position,
-        v: body.v,
-        strength: well.strength,
-        softening: well.softening,
-    });
-    let riding = own.into_iter().flat_map(|laws| &laws.riding_wells).filter_map(|well| {
-        let carrier = states.get(well.rides_on as usize).copied().flatten()?;
-        Some(Attraction {
-            holder: Holder::Body(carrier.id),
-            x: body.x - carrier.x,
-            v: body.v - carrier.v,
-            strength: well.strength,
-            softening: well.softening,
-        })
-    });
-    let bound = fixed.chain(riding).filter_map(|well| Some((well.x.length(), well.bond(body.id)?)));
-    bound.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, bond)| bond)
-}
-
-/// The bonds of bodies that attract each other.
-fn bonds_to_bodies(scene: &Scene, states: &[Option<State>], law: MutualGravity) -> Vec<Bond> {
-    let spec = |state: &State| &scene.bodies[state.id as usize];
-    let attracting = states.iter().flatten().filter(|state| !scene.is_particle(state.id));
-    let masses: Vec<State> = attracting
-        .filter_map(|state| {
-            let source = spec(state).source_mass.unwrap_or(0.0);
-            let mass = if state.mass.is_finite() { state.mass } else { source };
-            (mass > 0.0).then_some(State { mass, ..*state })
-        })
-        .collect();
-    let bond = |body: &State| {
-        let to = |other: &State| {
-            let own = if spec(other).is_movable() { body.mass } else { 0.0 };
-            let attraction = Attraction {
-                holder: Holder::Body(other.id),
-                x: body.x - other.x,
-                v: body.v - other.v,
-                strength: law.constant * (other.mass + own),
-                softening: law.softening,
-            };
-            Some((body.x.distance(other.x), *other, attraction.bond(body.id)?))
-        };
-        let heavier = masses.iter().filter(|other| other.id != body.id && other.mass >= body.mass);
-        let mut near: Vec<_> = heavier.filter_map(to).collect();
-        near.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
-        let is_within = |(r, holder, _): &&(f64, State, Bond)| {
-            let is_near = |third: &State| {
-                let hill = libm::cbrt(holder.mass / (3.0 * third.mass));
-                third.mass <= holder.mass || *r < holder.x.distance(third.x) * hill
-            };
-            masses.len() > MOST_IN_HILL_SPHERES || masses.iter().all(is_near)
-        };
-        near.iter().find(is_within).map(|(.., bond)| *bond)
-    };
-    masses.iter().filter(|body| spec(body).is_movable()).filter_map(bond).collect()
 }
 
 /// A bond for each body that a spring holds: to the other end of the first one.
@@ -197,7 +262,14 @@ fn bonds_by_springs(scene: &Scene, states: &[Option<State>]) -> Vec<Bond> {
             if body.mass.is_finite() && is_first {
                 let turn_s = std::f64::consts::TAU / fastest;
                 let holder = Holder::Body(holder.id);
-                bonds.push(Bond { body: body.id, holder, turn_s, fastest, is_spring: true });
+                bonds.push(Bond {
+                    body: body.id,
+                    holder,
+                    turn_s,
+                    reach: f64::NAN,
+                    fastest,
+                    is_spring: true,
+                });
             }
         }
     }

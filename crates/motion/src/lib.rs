@@ -76,7 +76,6 @@ pub use observe::forces_on::{
     ForceCause, LAWS_WITH_POTENTIAL, each_force, each_potential_energy, forces_on,
 };
 pub use observe::law_texts::LawTexts;
-pub use observe::orbits::{Orbit, orbits};
 pub use observe::oscillator::BodyOscillator;
 pub use observe::totals::{KineticEnergy, Totals, totals};
 pub use schedule::plan::{OutsideMethod, Passes, StepPlan};

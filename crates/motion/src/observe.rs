@@ -4,6 +4,5 @@ pub(crate) mod forces_on;
 pub(crate) mod law_texts;
 pub(crate) mod ledger;
 pub(crate) mod margin;
-pub(crate) mod orbits;
 pub(crate) mod oscillator;
 pub(crate) mod totals;

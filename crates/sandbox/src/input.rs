@@ -15,7 +15,7 @@ pub struct Key {
 }
 
 /// Keys that are named and not typed.
-const NAMED: [&str; 23] = [
+const NAMED: [&str; 25] = [
     "Space",
     "Shift",
     "Alt",
@@ -26,6 +26,8 @@ const NAMED: [&str; 23] = [
     "Right",
     "PageUp",
     "PageDown",
+    "Home",
+    "End",
     "Tab",
     "Escape",
     "Enter",

@@ -37,7 +37,7 @@ impl Replay {
         energy: EnergyState,
     ) -> Result<Self, BadSnapshot> {
         let mut simulation = Simulation::restore(scene, snapshot)?;
-        let watch = Watch::resume(&mut simulation.world, energy);
+        let watch = Watch::resume(&mut simulation, energy);
         Ok(Self { simulation, watch })
     }
 

@@ -70,6 +70,9 @@ impl Rerun {
             let mut noted = timeline.events_after(now).peekable();
             if now >= manifest.end_tick {
                 let state_hash = end.simulation.hash();
+                if faults.is_empty() && manifest.fault.is_some() {
+                    faults.extend(end.watch.finish(&mut end.simulation));
+                }
                 end.carry_out(&mut noted);
                 drop(noted);
                 return Ok(Self { timeline, end, faults, diverged_at, state_hash });

@@ -1,9 +1,11 @@
 //! Detects faults of a run: quarantined bodies, energy from nowhere, and bound orbits that become free.
 
-mod bound;
+mod escape;
+
+use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
-use bound::BoundOrbits;
+use escape::Escapes;
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
 use motion::{Dormant, KineticEnergy, PhysicsBody, Quarantine, StableId, totals};
@@ -11,6 +13,7 @@ use scene::{EXPLODES, Names};
 
 use crate::bundle::{EnergyGrowth, EnergyLook, EnergyState, FaultEntry};
 use crate::simulation::Simulation;
+use crate::timeline::Replay;
 
 /// Two ticks in a row that each invent more than this many times the largest energy before them are a fault. One tick
 /// is not enough: the first tick of a fall from rest invents as much energy as there then is. With a method beyond
@@ -81,7 +84,7 @@ impl Fault {
 /// when it exceeds [`EXPLODES`] times the energy at the end of the first look. Demonstrations of methods grow less,
 /// and the ledger explains the growth of falls, pushes and swings.
 ///
-/// Where attraction is the only force on bodies, their orbits are checked, too: a bound orbit does not become free.
+/// Bodies that attraction holds are checked, too: where nothing else can free them, they stay bound.
 #[derive(Debug)]
 pub struct Watch {
     records: usize,
@@ -90,22 +93,22 @@ pub struct Watch {
     /// Ledger of the look in progress, opened in the tick after its first; `None` if the caller keeps a ledger
     /// anyway.
     ledger: Option<Ledger>,
-    orbits: BoundOrbits,
+    escapes: Escapes,
     /// Whether the energy is computed after every tick, to see what a single tick invents.
     is_small: bool,
 }
 
 impl Watch {
-    /// A watch over a run that begins in `world`.
+    /// A watch over a run that begins in the present state of `simulation`.
     #[must_use]
-    pub fn new(world: &mut World) -> Self {
-        let totals = totals(world);
+    pub fn new(simulation: &mut Simulation) -> Self {
+        let totals = totals(&mut simulation.world);
         let energy = (totals.kinetic_energy + totals.potential_energy).abs();
         // The sum of infinite energies of both signs is NaN: then only the kinetic energy counts.
         let largest = if energy.is_nan() { 0.0 } else { energy };
-        let tick = world.resource::<StepClock>().ticks();
+        let tick = simulation.ticks();
         Self::resume(
-            world,
+            simulation,
             EnergyState {
                 total_j: Some(totals.kinetic_energy + totals.potential_energy),
                 last_j: Some(totals.kinetic_energy + totals.potential_energy),
@@ -114,14 +117,22 @@ impl Watch {
         )
     }
 
-    /// Continues the watch over a run in `world`. `energy` is what [`Watch::energy`] returned at that state of the
+    /// Continues the watch over the run of `simulation`. `energy` is what [`Watch::energy`] returned at that state of the
     /// run.
     #[must_use]
-    pub fn resume(world: &mut World, energy: EnergyState) -> Self {
+    pub fn resume(simulation: &mut Simulation, energy: EnergyState) -> Self {
+        let escapes = Escapes::of(simulation);
+        let world = &mut simulation.world;
         let records = world.resource::<Quarantine>().records().len();
         let is_small = world.query::<&PhysicsBody>().iter(world).count() <= SMALL;
-        let orbits = BoundOrbits::of(world);
-        Self { records, kinetic: KineticEnergy::new(world), energy, ledger: None, orbits, is_small }
+        Self {
+            records,
+            kinetic: KineticEnergy::new(world),
+            energy,
+            ledger: None,
+            escapes,
+            is_small,
+        }
     }
 
     /// The state of the watch over energy, for [`Watch::resume`].
@@ -157,24 +168,40 @@ impl Watch {
         if booked.is_none() {
             stepper.tick(world);
         }
-        self.look_at(world, booked.unwrap_or_default())
+        self.look_at(simulation, booked.unwrap_or_default())
     }
 
-    fn look_at(&mut self, world: &mut World, booked: Booked) -> Option<Fault> {
-        let jump = self.look_at_energy(world, booked);
-        let escape = self.orbits.look(world);
-        self.look_for_quarantined(world).or(jump).or(escape)
+    fn look_at(&mut self, simulation: &mut Simulation, booked: Booked) -> Option<Fault> {
+        let jump = self.look_at_energy(&mut simulation.world, booked);
+        let escape = self.escapes.look(simulation);
+        self.look_for_quarantined(&simulation.world).or(jump).or(escape)
     }
 
     /// Checks a tick that was simulated without the watch, to measure what a check costs.
-    pub fn check(&mut self, world: &mut World) {
-        self.look_at(world, Booked::default());
+    pub fn check(&mut self, simulation: &mut Simulation) {
+        self.look_at(simulation, Booked::default());
+    }
+
+    /// The fault in the last ticks of a run that ends in the present state of `simulation`, if none of its ticks made it certain: a copy
+    /// continues until the look in progress ends.
+    pub fn finish(&self, simulation: &mut Simulation) -> Option<Fault> {
+        self.energy.look?;
+        let (end, snapshot) = (simulation.ticks(), simulation.snapshot());
+        let scene = Arc::clone(&simulation.scene);
+        let Replay { mut simulation, mut watch } =
+            Replay::of(scene, &snapshot, self.energy).ok()?;
+        while watch.energy.look.is_some() {
+            if let Some(fault) = watch.tick(&mut simulation, None) {
+                return Some(Fault { found: end, ..fault }).filter(|fault| fault.tick <= end);
+            }
+        }
+        None
     }
 
     /// Records a change from outside after tick number `tick`: no growth that is found later begins before it.
     pub fn note_change(&mut self, tick: u64) {
         self.energy.changed_tick = tick.saturating_add(1);
-        self.orbits.forget();
+        self.escapes.forget();
     }
 
     fn look_for_quarantined(&mut self, world: &World) -> Option<Fault> {
@@ -238,9 +265,11 @@ impl Booked {
     fn of(ledger: &Ledger, births: bool) -> Self {
         let lines = &ledger.last_tick().energy;
         let caused = lines.change() - lines.residual;
-        // A law that does no work in this tick, such as an idle engine, has a line, too. Drag only takes energy,
-        // unless there is wind.
-        let gives = |(law, joules): &(&str, f64)| *law != "drag" || *joules > 0.0;
+        // A law that does no work in this tick, such as an idle engine, has a line, too. Damping of springs only takes
+        // energy, and so does drag unless there is wind.
+        let gives = |(law, joules): &(&str, f64)| {
+            !matches!(*law, "drag" | "spring_damping") || *joules > 0.0
+        };
         let fed = births || caused > 0.0 || lines.laws.iter().any(gives);
         Self { invented: lines.residual, caused, total: ledger.energies().total(), fed }
     }
@@ -298,7 +327,9 @@ fn jump(
     let since = found_before.map_or(since, |growth| growth.since.min(since));
     // An unstable spring takes energy in some ticks and gives it in others: report its net gain.
     let joules = if invented < 0.0 && total > before { total - before } else { invented };
-    (tick == first.saturating_add(1)).then_some(Nowhere { since, joules, before })
+    // What drag takes in the same tick was never there.
+    let is_there = invented < 0.0 || look.total_j.is_none_or(|at_first| total > at_first);
+    (is_there && tick == first.saturating_add(1)).then_some(Nowhere { since, joules, before })
 }
 
 /// The growth that exceeds its limit with this tick, if a ledger was kept of it.
@@ -340,6 +371,10 @@ fn take_in(
     if leaps && look.leapt_over_j.is_none() {
         look.leapt_over_j = Some(before);
     }
+    if look.leapt_over_j.is_some() && tick > look.since {
+        look.least_j = Some(look.least_j.map_or(total, |least| least.min(total)));
+        look.most_j = Some(look.most_j.map_or(total, |most| most.max(total)));
+    }
     if kinetic > GROWTH * before {
         look.last = tick;
     }
@@ -347,7 +382,7 @@ fn take_in(
     if look.jumped.is_some() || tick < over {
         return None;
     }
-    let leap = leap(energy, total);
+    let leap = leap(energy);
     energy.growth = growth_after_look(energy, tick, total);
     energy.look = None;
     energy.grew_tick = None;
@@ -355,12 +390,14 @@ fn take_in(
     leap
 }
 
-/// The leap in a look that ends with energy `total`, if most of the present energy was invented in one tick. The
-/// first tick of a fall from rest invents as much energy as there then is, but later ticks outgrow it.
-fn leap(energy: &EnergyState, total: f64) -> Option<Nowhere> {
+/// The leap in a look that ends, if a tick invented more energy than there was, and what it invented stayed. A method that
+/// only shows too much energy in some phases of a swing shows the old one in others. The first tick of a fall from rest
+/// invents as much energy as there then is, but later ticks outgrow it.
+fn leap(energy: &EnergyState) -> Option<Nowhere> {
     let look = energy.look.filter(|_| is_alone(energy))?;
-    let (before, joules) = (look.leapt_over_j?, total - energy.total_j?);
-    let stays = joules > before && joules >= MOST * energy.largest_j;
+    let (before, then) = (look.leapt_over_j?, energy.total_j?);
+    let [least, joules] = [look.least_j? - then, look.most_j? - then];
+    let stays = least > before && joules >= MOST * energy.largest_j;
     stays.then(|| Nowhere { since: energy.grew_tick.unwrap_or(look.since), joules, before })
 }
 

@@ -32,6 +32,7 @@ pub(crate) fn write(
     session: &mut Session,
     picture: impl FnOnce(&mut Session) -> Result<Image, Failure>,
 ) -> Option<BlackBox> {
+    session.stage.end_run();
     let fault = session.stage.recorder().fault()?.clone();
     session.rewind_before(&fault);
     let image = picture(session);

@@ -134,7 +134,7 @@ impl Recorder {
     pub(super) fn restart(&mut self, sim: &mut Simulation) -> bool {
         self.recorded = None;
         if self.on_fault.is_some() {
-            let watch = Watch::new(&mut sim.world);
+            let watch = Watch::new(sim);
             let timeline = Timeline::new(sim, TIMELINE_BYTES, watch.energy());
             self.recorded = timeline.map(|timeline| Box::new(Recorded::new(timeline, watch)));
         }
@@ -218,6 +218,13 @@ impl Recorder {
             recorded.fault = found.or(recorded.fault.take());
         }
         Some(Seen { is_news, at_the_end })
+    }
+
+    /// Looks for a fault in the last ticks of a run that ends in the present state of `sim`.
+    pub(super) fn finish(&mut self, sim: &mut Simulation) {
+        if let Some(recorded) = self.recorded.as_mut().filter(|recorded| recorded.fault.is_none()) {
+            recorded.fault = recorded.watch.finish(sim);
+        }
     }
 
     /// Takes the fault that is to be handled at the end of its frame, if any.

@@ -96,6 +96,11 @@ impl Stage {
         self.recorder.tick(&mut self.sim, ledger);
     }
 
+    /// Ends a run: looks for a fault in its last ticks.
+    pub(crate) fn end_run(&mut self) {
+        self.recorder.finish(&mut self.sim);
+    }
+
     /// Ends the ticks of a frame, of which `undone` were not simulated. These count as dropped time if the caller was `late`, but
     /// not after a fault.
     pub(crate) fn end_ticks(&mut self, undone: u64, late: bool) {

@@ -1,7 +1,9 @@
 //! Fields for numbers: they show what is, and only what a person types or drags changes it.
 
 use std::cell::RefCell;
+use std::ops::RangeInclusive;
 
+use egui::emath::Numeric;
 use egui::{Context, DragValue, Id, Response, Ui};
 use report::numbers::rounded;
 use scene::{Rule, broken};
@@ -11,18 +13,46 @@ const LONGEST: usize = 9;
 
 /// Lays out a field for a number that only this field changes: while the person types, and by `speed` per point of a drag.
 pub(crate) fn number_field(ui: &mut Ui, number: &mut f64, speed: f64, suffix: &str) -> Response {
-    let (typing, before) = (types_into(ui, ui.next_auto_id()), *number);
+    let (all, what) =
+        (f64::NEG_INFINITY..=f64::INFINITY, "a number; type one such as 0.75 or 2e-3");
+    field(ui, number, (all, what), (speed, suffix), read_number)
+}
+
+/// Lays out a field for a whole number within `range`, as [`number_field`] does.
+pub(crate) fn count_field<N: Numeric>(
+    ui: &mut Ui,
+    count: &mut N,
+    range: RangeInclusive<f64>,
+    suffix: &str,
+) -> Response {
+    let what = format!("a whole number from {} to {}", range.start(), range.end());
+    let is_count = |number: &f64| number.fract() == 0.0 && range.contains(number);
+    field(ui, count, (range.clone(), &what), (0.1, suffix), |text| {
+        read_number(text).filter(is_count)
+    })
+}
+
+/// A field for a number of that range and description.
+fn field<N: Numeric>(
+    ui: &mut Ui,
+    number: &mut N,
+    (range, what): (RangeInclusive<f64>, &str),
+    (speed, suffix): (f64, &str),
+    read: impl Fn(&str) -> Option<f64>,
+) -> Response {
+    let (typing, before) = (types_into(ui, ui.next_auto_id()), number.to_f64());
     let unread = RefCell::new(None);
     // egui reads the shown text even if nothing was typed: the number then keeps all of its digits.
     let read = |text: &str| {
-        let number = if text == shown(before) { Some(before) } else { read_number(text) };
+        let number = if text == shown(before) { Some(before) } else { read(text) };
         let is_wrong = number.is_none() && !typing && !text.trim().is_empty();
-        *unread.borrow_mut() = is_wrong.then(|| text.trim().to_owned());
+        *unread.borrow_mut() = is_wrong.then(|| format!("{:?} is not {what}", text.trim()));
         number
     };
     let field = DragValue::new(number)
         .speed(speed)
         .suffix(suffix)
+        .range(N::from_f64(*range.start())..=N::from_f64(*range.end()))
         .clamp_existing_to_range(false)
         .custom_formatter(|number, _| shown(number))
         .custom_parser(read);
@@ -62,14 +92,14 @@ fn types_into(ui: &Ui, id: Id) -> bool {
     ui.memory(|memory| memory.has_focus(id))
 }
 
-/// What was typed into a field and is not a number.
+/// The refusal of what was typed into a field.
 #[derive(Clone, Default)]
 struct Unread(String);
 
-/// The refusal of what was typed into a field of the last layout, if that is not a number.
+/// The refusal of what was typed into a field of the last layout, if it cannot be its value.
 pub(crate) fn refusal(context: &Context) -> Option<String> {
-    let Unread(text) = context.data_mut(|data| data.remove_temp(Id::NULL))?;
-    Some(format!("{text:?} is not a number; type one such as 0.75 or 2e-3"))
+    let Unread(refusal) = context.data_mut(|data| data.remove_temp(Id::NULL))?;
+    Some(refusal)
 }
 
 /// Reads a number as people type it: with a point or a comma before its decimals, and with blanks.

@@ -6,6 +6,7 @@ use crate::intent::Intent;
 use crate::stage::Stage;
 use crate::stage::quarantines::QuarantinedBody;
 use crate::stage::timeline::Within;
+use crate::tools::number::read_number;
 use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::hud::mouse_hint;
 use crate::view::inks;
@@ -54,8 +55,10 @@ fn scrubber(ui: &mut Ui, within: &Within, stage: &Stage, width: f32, intents: &m
     let slider = Slider::new(&mut tick, first..=last.max(first + 1))
         .custom_formatter(|tick, _| times.words(tick as u64))
         .custom_parser(|text| {
-            let seconds: f64 = text.trim().trim_end_matches('s').trim_end().parse().ok()?;
-            Some(times.tick(seconds) as f64)
+            // egui reads the shown text even if nothing was typed.
+            let is_typed = text != times.words(within.at);
+            let seconds = || read_number(text.trim().trim_end_matches('s'));
+            Some(if is_typed { times.tick(seconds()?) } else { within.at } as f64)
         });
     if ui.add(slider).changed() && tick != within.at {
         intents.push(Intent::Seek(tick));

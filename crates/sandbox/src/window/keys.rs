@@ -5,7 +5,8 @@ use winit::keyboard::{Key as Logical, KeyCode, ModifiersState, NamedKey, Physica
 use crate::input::Key;
 
 /// The key that went down; `None` for keys that the program does not use, and for those of the system, with Alt or the logo key.
-/// On a Mac Command is the control key. A letter that is not Latin is the key that a US keyboard has at its place.
+/// On a Mac Command is the control key. What is not Latin, or is a mark that no key of the program has at the place of a letter (Greek
+/// and Hebrew have some), is the key that a US keyboard has at its place.
 pub(super) fn named(
     logical: &Logical,
     physical: PhysicalKey,
@@ -16,10 +17,11 @@ pub(super) fn named(
     let shortcut = modifiers.alt_key() || (modifiers.super_key() && !is_mac);
     let name = match logical {
         Logical::Character(text) if !shortcut => {
-            let one = match text.chars().all(is_latin) {
-                true => single(text),
-                false => on_us_keyboard(physical),
-            };
+            let us = on_us_keyboard(physical);
+            let at_letter = us.is_some_and(char::is_alphabetic);
+            let is_printed =
+                |one: char| is_latin(one) && !(at_letter && matches!(one, ';' | '/' | '\''));
+            let one = if text.chars().all(is_printed) { single(text) } else { us };
             let key = Key::character(one?).with_ctrl(modifiers.control_key() || command);
             return Some(key.with_shift(modifiers.shift_key()));
         }
@@ -35,6 +37,8 @@ pub(super) fn named(
             NamedKey::ArrowRight => "Right",
             NamedKey::PageUp => "PageUp",
             NamedKey::PageDown => "PageDown",
+            NamedKey::Home => "Home",
+            NamedKey::End => "End",
             NamedKey::Tab => "Tab",
             NamedKey::Escape => "Escape",
             NamedKey::Enter => "Enter",
@@ -106,10 +110,14 @@ mod tests {
             ("\u{445}", KeyCode::BracketLeft, NONE, "["),
             ("\u{3b6}", KeyCode::KeyZ, CTRL, "Ctrl+Z"),
             ("\u{5e2}", KeyCode::KeyG, NONE, "G"),
+            (";", KeyCode::KeyQ, CTRL, "Ctrl+Q"),
+            ("/", KeyCode::KeyQ, NONE, "Q"),
+            ("'", KeyCode::KeyW, NONE, "W"),
             ("\u{644}\u{627}", KeyCode::KeyB, NONE, "B"),
             ("\u{661}", KeyCode::Digit1, NONE, "1"),
             // French and German, as printed.
             ("q", KeyCode::KeyA, NONE, "Q"),
+            (",", KeyCode::KeyM, NONE, ","),
             ("\u{e9}", KeyCode::Digit2, NONE, "\u{c9}"),
             ("z", KeyCode::KeyY, CTRL, "Ctrl+Z"),
             ("\u{2116}", KeyCode::Digit3, SHIFT, "\u{2116}"),

@@ -70,6 +70,8 @@ fn bundle() -> Bundle {
                 grew: Some(17),
                 jumped: Some(18),
                 leapt_over_j: Some(0.7),
+                least_j: Some(4.0),
+                most_j: Some(1e300),
             }),
             last_j: Some(0.2),
             grew_tick: Some(16),

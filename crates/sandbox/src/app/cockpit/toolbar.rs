@@ -1,8 +1,6 @@
 //! The bar at the top: time, method, what is drawn, and the modes.
 
-use egui::{
-    Button, ComboBox, DragValue, PopupCloseBehavior, Response, RichText, Role, Ui, Vec2, WidgetInfo,
-};
+use egui::{Button, ComboBox, PopupCloseBehavior, Response, RichText, Role, Ui, Vec2, WidgetInfo};
 use history::Change;
 use motion::clock::StepClock;
 use motion::{Gravity, Method, MutualGravity, Substeps, TimeStep};
@@ -16,6 +14,7 @@ use crate::intent::Intent;
 use crate::methods;
 use crate::panels::Panel;
 use crate::stage::Stage;
+use crate::tools::number::count_field;
 use crate::view::{Mode, View};
 
 /// Paces of the list, as multiples of the pace of the scene.
@@ -215,9 +214,8 @@ fn method(ui: &mut Ui, stage: &Stage, intents: &mut Vec<Intent>) {
                 });
             }
             ui.separator();
-            let substeps =
-                DragValue::new(&mut chosen.substeps).range(1..=Substeps::MOST).speed(0.1);
-            ui.add(substeps.prefix("x ").suffix(" substeps per tick"))
+            let range = 1.0..=f64::from(Substeps::MOST);
+            count_field(ui, &mut chosen.substeps, range, " substeps per tick")
                 .on_hover_text("more are more accurate and cost more time");
         })
         .response

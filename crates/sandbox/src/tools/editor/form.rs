@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use egui::{ComboBox, DragValue, Grid, Response, TextEdit, Ui};
+use egui::{ComboBox, Grid, Response, TextEdit, Ui};
 use motion::{DampingModel, Method};
 use scene::{Field, Kind, Scene, TextEdit as Change, Value};
 
-use crate::tools::number::number_field;
+use crate::tools::number::{count_field, number_field};
 
 /// Lists whose entries have no body to be selected by.
 pub(super) const LISTS: [&str; 4] = ["wells", "thrusts", "emitters", "springs"];
@@ -250,12 +250,15 @@ fn beginning(field: &Field, scene: &Scene) -> String {
     }
 }
 
+/// The largest count that a field takes: above it, not every whole number is a floating-point one.
+const MOST_COUNT: f64 = 9_007_199_254_740_992.0;
+
 /// Lays out a widget for a value. Returns whether the person has finished changing it.
 fn widget(ui: &mut Ui, name: &str, key: &str, unit: &str, value: &mut Value) -> bool {
     let done = |response: Response| response.drag_stopped() || response.lost_focus();
     match value {
         Value::Flag(flag) => ui.checkbox(flag, "").changed(),
-        Value::Count(count) => done(ui.add(DragValue::new(count).speed(0.1))),
+        Value::Count(count) => done(count_field(ui, count, 0.0..=MOST_COUNT, "")),
         Value::Number(number) => done(drag(ui, number, &format!(" {unit}"))),
         Value::Numbers(numbers) => {
             ui.horizontal(|ui| {
