@@ -44,6 +44,24 @@ fn number(plan: &Plan, row: &Row, name: &str) -> f64 {
 const OSCILLATOR: &str = r#"(version: 1, bodies: [(name: "anchor", immovable: true), (name: "body", position_m: (1, 0, 0))],
     springs: [(between: ("anchor", "body"), stiffness_n_m: 1, rest_length_m: 0)])"#;
 
+/// A moon around a planet around a heavy sun, whose energy hides that of the moon.
+const MOON: &str = r#"(version: 1, mutual_gravity: (constant_m3_kg_s2: 1), bodies: [
+    (name: "sun", mass_kg: 10000),
+    (name: "planet", mass_kg: 1, position_m: (100, 0, 0), velocity_m_s: (0, 10, 0)),
+    (name: "moon", mass_kg: 0.001, position_m: (100.5, 0, 0), velocity_m_s: (0, 11.4142136, 0))])"#;
+
+#[test]
+fn a_moon_that_leaves_its_planet_does_not_survive() {
+    let axes = ["method=velocity_verlet,yoshida_4,runge_kutta_4", "step_hz=1,60"];
+    let (plan, rows) = sweep(MOON, &axes, 40.0, &[Measure::Survives, Measure::Error]);
+    for row in &rows {
+        let is_fine = number(&plan, row, "step_hz") > 1.0;
+        assert_eq!(value(&plan, row, "survives"), &Value::Flag(is_fine), "{row:?}");
+        assert_eq!(number(&plan, row, "survived_s") > 39.0, is_fine, "{row:?}");
+        assert_eq!(number(&plan, row, "error_m") < 1.0, is_fine, "{row:?}");
+    }
+}
+
 #[test]
 fn the_stability_limits_of_the_textbook_are_found_to_one_percent() {
     // Sixty values of w h from 1.5 to 2.95 in equal ratios: each rate has every third.

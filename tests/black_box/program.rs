@@ -74,7 +74,8 @@ fn a_stiff_spring_that_explodes_is_found_before_it_is_quarantined() {
 #[test]
 fn a_fault_in_the_last_tick_decides_the_exit_code_and_is_repeated() {
     let folder = folder();
-    let bullet = "(version: 1, step_hz: 100, method: velocity_verlet, wells: [(strength_m3_s2: 1e-3)],
+    let bullet =
+        "(version: 1, step_hz: 100, method: velocity_verlet, wells: [(strength_m3_s2: 1e-3)],
         bodies: [(name: \"bullet\", position_m: (-2, 0.00001, 0), velocity_m_s: (100, 0, 0))])";
     fs::write(folder.path().join("bullet.ron"), bullet).unwrap();
     let line = "run bullet.ron --fps 100 --black-box box.zip --seconds";

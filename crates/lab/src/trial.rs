@@ -29,11 +29,25 @@ pub struct Ahead {
     pub seconds: Option<f64>,
     /// Most work, in [units](Trial::advance).
     pub work: f64,
+    /// Whether verdicts alone are wanted: no cures, and a verdict of a part whose margin says enough, too.
+    pub verdicts_alone: bool,
 }
 
 impl Ahead {
     /// The work of a forecast at the start of a run: some tenths of a second.
-    pub const DEFAULT: Self = Self { seconds: None, work: 4e6 };
+    pub const DEFAULT: Self = Self { seconds: None, work: 4e6, verdicts_alone: false };
+}
+
+/// The time, s, after which the first body of `simulation` is thrown out within `seconds`, if one is.
+pub(crate) fn thrown_after(simulation: &mut Simulation, seconds: f64) -> Option<f64> {
+    let ahead = Ahead { seconds: Some(seconds), work: f64::INFINITY, verdicts_alone: true };
+    let mut trial = Trial::new(simulation, ahead);
+    trial.finish();
+    let thrown = |tried: Tried| match tried.verdict {
+        Verdict::Thrown(after, excess) if excess.is_gain() => Some(after),
+        _ => None,
+    };
+    trial.found().into_iter().filter_map(thrown).reduce(f64::min)
 }
 
 /// By what a body is thrown out, each as a multiple of the largest value of the truth.

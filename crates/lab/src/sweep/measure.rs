@@ -15,9 +15,8 @@ pub enum Measure {
     /// The largest energy that the method has invented or lost after any tick, by the ledger, relative to the larger of the
     /// energy at the start and the peak kinetic energy.
     Drift,
-    /// Whether no body was quarantined, and the energy that the method has invented or lost at the end is at most
-    /// 1000 times the run's own energy: its energy at the start, or the largest excess of kinetic energy over the
-    /// invented energy. Also the last time at which that was so, s.
+    /// Whether no body was quarantined, and none was thrown out: by a [trial](crate::trial) of the whole run beside far finer ones, in
+    /// which no speed, distance from what holds a body, or energy exceeds 3 times the true one. Also until when that was so, s.
     Survives,
     /// The largest speed of a body, m/s.
     LargestSpeed,

@@ -56,8 +56,13 @@ impl Plan {
     pub(super) fn keeps(&self) -> Keeps {
         let measures = |measure| self.measures.contains(&measure);
         Keeps {
-            ledger: measures(Measure::Drift) || measures(Measure::Survives),
-            compared: Some(if measures(Measure::Error) { 2 } else { 0 }),
+            ledger: measures(Measure::Drift),
+            // A trial has its start, two finer runs and its own run, and ends before the others begin.
+            compared: Some(match () {
+                () if measures(Measure::Survives) => 4,
+                () if measures(Measure::Error) => 2,
+                () => 0,
+            }),
             ..Keeps::default()
         }
     }

@@ -7,7 +7,7 @@ use cpu_time::ThreadTime;
 use history::{REFERENCE_METHOD, Simulation, reference_substeps};
 use motion::ledger::Ledger;
 use motion::units::Vector;
-use scene::{EXPLODES, Scene, StepKind, shown};
+use scene::{Scene, StepKind, shown};
 
 use super::measure::Measure;
 use super::{Outcome, Plan};
@@ -17,6 +17,7 @@ use crate::cost::{
 };
 use crate::duration::ticks_in;
 use crate::run::movable;
+use crate::trial::thrown_after;
 
 /// The processor that the times refer to.
 static PROCESSOR: LazyLock<String> = LazyLock::new(|| Machine::here().processor);
@@ -41,9 +42,11 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     }
     let measures = |measure| plan.measures.contains(&measure);
     let start = ThreadTime::now();
-    let mut truth = measures(Measure::Error).then(|| Truth::of(&scene, ticks));
     let step_hz = scene.step_hz;
     let mut simulation = Simulation::new(scene);
+    let survives = measures(Measure::Survives);
+    let thrown = survives.then(|| thrown_after(&mut simulation, ticks as f64 / step_hz)).flatten();
+    let mut truth = measures(Measure::Error).then(|| Truth::of(&simulation.scene, ticks));
     let mut energy = plan.keeps().ledger.then(|| Energy::of(&mut simulation));
     let looks = measures(Measure::LargestSpeed) || measures(Measure::LargestDistance);
     let mut motion = looks.then(|| Motion::of(&simulation));
@@ -57,6 +60,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     }
     let cpu_s = start.elapsed().as_secs_f64();
     let failure = Runner::failure(&mut simulation);
+    let quarantined = simulation.failure().map(|failure| failure.tick);
     let (outcome, why) = match failure {
         Some(why @ crate::cost::Failure::Quarantined { .. }) => {
             (Outcome::Quarantined, why.to_string())
@@ -75,8 +79,10 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
                 values.push(Value::Number(energy.as_ref().map_or(f64::NAN, Energy::drift)));
             }
             Measure::Survives => {
-                let survived = energy.as_ref().map_or(0, |energy| energy.survived);
-                values.push(Value::Flag(survived == ticks));
+                let thrown = thrown.map(|after| (after * step_hz).round() as u64);
+                let lost = thrown.into_iter().chain(quarantined).min();
+                values.push(Value::Flag(lost.is_none()));
+                let survived = lost.map_or(ticks, |lost| lost.saturating_sub(1));
                 values.push(Value::Number(survived as f64 / step_hz));
             }
             Measure::LargestSpeed => {
@@ -137,32 +143,16 @@ struct Energy {
     ledger: Ledger,
     /// The largest magnitude after any tick, J.
     largest: f64,
-    /// The run's own energy, J: its energy at the start, or the largest excess of kinetic energy over the invented
-    /// energy.
-    own: f64,
-    /// The last tick after which no body was quarantined and the invented energy was within its bound.
-    survived: u64,
 }
 
 impl Energy {
     fn of(simulation: &mut Simulation) -> Self {
-        let ledger = Ledger::open(&mut simulation.world);
-        let start = ledger.energies_at_opening();
-        let own = start.total().abs().max(start.kinetic);
-        Self { ledger, largest: 0.0, own, survived: 0 }
+        Self { ledger: Ledger::open(&mut simulation.world), largest: 0.0 }
     }
 
     fn tick(&mut self, simulation: &mut Simulation) {
         self.ledger.tick(&mut simulation.stepper, &mut simulation.world);
-        let residual = invented(&self.ledger, simulation).abs();
-        self.largest = larger(self.largest, residual);
-        self.own = self.own.max(self.ledger.energies().kinetic - residual);
-        let all_there = simulation.failure().is_none();
-        // The first tick of a fall from rest may invent all energy there is. A residual that is NaN fails the
-        // comparison.
-        if all_there && residual <= EXPLODES * self.own {
-            self.survived = simulation.ticks();
-        }
+        self.largest = larger(self.largest, invented(&self.ledger, simulation).abs());
     }
 
     /// The largest magnitude relative to the larger of the energy at the start and the peak kinetic energy; 0 where nothing

@@ -69,6 +69,7 @@ pub(super) struct Piece {
     truth_work: f64,
     /// Work for cures so far.
     cure_work: f64,
+    verdict_alone: bool,
     cast: Cast,
     /// `None` once the trial has ended.
     runs: Option<Runs>,
@@ -157,6 +158,7 @@ impl Piece {
             work_of_step: work_of_step(&part.scene),
             truth_work: 0.0,
             cure_work: 0.0,
+            verdict_alone: ahead.verdicts_alone,
             runs: None,
             tried,
             cast,
@@ -182,7 +184,9 @@ impl Piece {
         let method = base.method();
         let margins = Margins::of(&mut base.world, method);
         // What is linear and grows needs no trial.
-        if margins.list().iter().any(|margin| margin.is_unstable() && margin.is_reported()) {
+        if !self.verdict_alone
+            && margins.list().iter().any(|margin| margin.is_unstable() && margin.is_reported())
+        {
             return None;
         }
         let largest = |rates: &mut dyn Iterator<Item = f64>| {
@@ -328,7 +332,7 @@ impl Piece {
                 }
             }
             self.tried.seconds = seconds(self.end);
-            if self.tried.verdict.is_fault() {
+            if self.tried.verdict.is_fault() && !self.verdict_alone {
                 *search = Some(Search::new(self.tried.method, self.tried.substeps));
             } else {
                 self.tried.is_done = true;
