@@ -105,11 +105,6 @@ impl Subject {
         Self { scene, problem: None, ticks, may_be_shortened: seconds.is_none(), notes }
     }
 
-    /// The unchanged scene from its start, for `ticks` ticks.
-    pub(crate) const fn as_it_is(scene: Scene, ticks: u64) -> Self {
-        Self { scene, problem: None, ticks, may_be_shortened: false, notes: Vec::new() }
-    }
-
     /// Halves the run, if it may be shortened, with a note that says why. Returns whether it did.
     pub(crate) fn halve(&mut self, why: &str) -> bool {
         let halves = self.may_be_shortened && self.ticks >= LEAST_TICKS;

@@ -191,16 +191,6 @@ impl Reference {
         self.truth.tick == self.ticks
     }
 
-    /// The states of the reference at the end of the last tick.
-    pub fn states(&self) -> &[Sample] {
-        &self.truth.states
-    }
-
-    /// How far the coarse run is from the reference.
-    pub const fn apart(&self) -> &Deviation {
-        &self.apart
-    }
-
     /// The scales, the reference's own relative error and its own error of positions, m, and why it failed, if it
     /// did.
     pub fn finish(self) -> (Scales, [f64; 2], Option<Failure>) {

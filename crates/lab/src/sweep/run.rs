@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::LazyLock;
 
 use cpu_time::ThreadTime;
-use history::{REFERENCE_METHOD, Simulation, reference_substeps};
+use history::{Distances, Simulation, Twin, reference_substeps};
 use motion::ledger::Ledger;
 use motion::units::Vector;
 use scene::{Scene, StepKind, shown};
@@ -12,9 +12,7 @@ use scene::{Scene, StepKind, shown};
 use super::measure::Measure;
 use super::{Outcome, Plan};
 use crate::column::Value;
-use crate::cost::{
-    Deviation, Machine, Reference, Runner, Setting, Subject, Target, invented, larger,
-};
+use crate::cost::{Machine, Runner, invented, larger};
 use crate::duration::ticks_in;
 use crate::run::movable;
 use crate::trial::thrown_after;
@@ -46,7 +44,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     let mut simulation = Simulation::new(scene);
     let survives = measures(Measure::Survives);
     let thrown = survives.then(|| thrown_after(&mut simulation, ticks as f64 / step_hz)).flatten();
-    let mut truth = measures(Measure::Error).then(|| Truth::of(&simulation.scene, ticks));
+    let mut truth = measures(Measure::Error).then(|| Truth::of(&mut simulation));
     let mut energy = plan.keeps().ledger.then(|| Energy::of(&mut simulation));
     let looks = measures(Measure::LargestSpeed) || measures(Measure::LargestDistance);
     let mut motion = looks.then(|| Motion::of(&simulation));
@@ -72,7 +70,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     for measure in &plan.measures {
         match measure {
             Measure::Error => {
-                let errors = truth.as_ref().map_or([f64::NAN; 2], Truth::errors);
+                let errors = truth.as_ref().map_or([f64::NAN; 2], |truth| truth.errors);
                 values.extend(errors.map(Value::Number));
             }
             Measure::Drift => {
@@ -163,36 +161,35 @@ impl Energy {
     }
 }
 
-/// The true motion, and how far the run is from it.
+/// The true motion by two far finer runs, and how far the run is from it.
 struct Truth {
-    reference: Reference,
-    error: Deviation,
+    /// One with twice the substeps of the other.
+    twins: [Twin; 2],
+    /// The largest distance of the run from the finer one, and that of the other one, m.
+    errors: [f64; 2],
 }
 
 impl Truth {
-    fn of(scene: &Scene, ticks: u64) -> Self {
+    fn of(simulation: &mut Simulation) -> Self {
+        let substeps = reference_substeps(&simulation.scene);
+        let finer = [substeps.saturating_mul(2), substeps];
         // In the reference, damping per tick is replaced by the law that it approximates.
-        let (truth, _) = Subject::as_it_is(scene.clone(), ticks).continuous();
-        let substeps = reference_substeps(scene);
-        let setting = |substeps| Setting { method: REFERENCE_METHOD, substeps };
-        let fine = Box::new(truth.run(setting(substeps.saturating_mul(2))));
-        let coarse = Box::new(truth.run(setting(substeps)));
-        let reference = Reference::new(Target::run(&truth, fine), coarse, ticks);
-        Self { reference, error: Deviation::default() }
+        Self { twins: finer.map(|substeps| Twin::finer(simulation, 1, substeps)), errors: [0.0; 2] }
     }
 
     fn look(&mut self, simulation: &Simulation) {
         // A run that has lost a body is no longer compared.
-        if self.errors()[0].is_nan() {
+        if self.errors[0].is_nan() {
             return;
         }
-        self.reference.tick();
-        let states: Vec<_> = simulation.states().collect();
-        self.error.look(self.reference.states(), &states, (1.0, 1.0));
-    }
-
-    /// The largest distance of the run from the reference, and the reference's own error, m.
-    fn errors(&self) -> [f64; 2] {
-        [&self.error, self.reference.apart()].map(|deviation| deviation.errors().position_m)
+        self.twins.iter_mut().for_each(Twin::tick);
+        let [fine, coarse] = self.twins.each_ref().map(Twin::simulation);
+        for (error, run) in self.errors.iter_mut().zip([simulation, coarse]) {
+            let farthest = Distances::between(run, fine).farthest(|_| true);
+            *error = larger(*error, farthest.map_or(0.0, |(_, distance)| distance));
+        }
+        if simulation.failure().is_some() {
+            self.errors[0] = f64::NAN;
+        }
     }
 }

@@ -86,12 +86,11 @@ fn group_margin(
     bodies: &[Entity],
 ) -> Option<Margin> {
     let damping = world.get_resource::<Damping>().copied();
-    let growing = (stepping.method.claims().stability_limit == 0.0).then_some((stepping, h));
     let solver = world.get_resource::<Solver>().copied().unwrap_or_default();
     // `power`: the eigenvalue is proportional to this power of the value.
     let with_threshold = |threshold| {
         let LimitingMode { system, mode: y, largest, quotients: [stiffness, rate], excess } =
-            limiting_mode(group, damping, short, bounds, growing, threshold)?;
+            limiting_mode(group, damping, short, bounds, threshold)?;
         let name = |row: usize| bodies[row];
         let (part, value, power) = match group
             .largest_contributor([short * short, 2.0 * short], &y)?
@@ -180,10 +179,6 @@ fn infinite_margin(
     )
 }
 
-/// Largest number of modes with little damping that are searched for, besides the fastest ones, for methods that are
-/// stable only with damping.
-const MOST_UNDAMPED: usize = 4;
-
 /// Step of `h` seconds over the longest stable step of semi-implicit Euler, which is at `h² stiffness + 2 h rate = 4`.
 /// The limits of other methods differ by a factor of about 1 and are computed.
 fn times_over([stiffness, rate]: [Scalar; 2], h: Scalar) -> Scalar {
@@ -211,7 +206,7 @@ fn quotient(group: &LinearGroup<'_>, factors: [Scalar; 2], y: &[Scalar]) -> Scal
     dot(y, &product).max(0.0)
 }
 
-/// The mode that decides whether a group is stable.
+/// The fastest mode of a group.
 struct LimitingMode {
     system: LinearSystem,
     /// The mode, a vector of length 1.
@@ -224,10 +219,8 @@ struct LimitingMode {
     excess: Scalar,
 }
 
-/// Finds the mode that decides whether a group is stable at steps of about `h` seconds. This is the fastest mode or, for a
-/// method that is stable only with damping, the mode that grows most; `growing` then has the stepping and the length of a
-/// step, s. `stiffest`, 1/s², and `rate`, 1/s, are bounds of the stiffness and of the damping. With a `threshold`, the search
-/// continues until it is known on which side of it the largest eigenvalue is.
+/// Finds the fastest mode of a group at steps of about `h` seconds. `stiffest`, 1/s², and `rate`, 1/s, are bounds of the stiffness
+/// and of the damping. With a `threshold`, the search continues until it is known on which side of it the largest eigenvalue is.
 ///
 /// Modes are Ritz vectors, which are never faster than the fastest mode: a stable group never appears unstable.
 fn limiting_mode(
@@ -235,7 +228,6 @@ fn limiting_mode(
     damping: Option<Damping>,
     h: Scalar,
     [stiffest, rate]: [Scalar; 2],
-    growing: Option<(Stepping, Scalar)>,
     threshold: Option<Scalar>,
 ) -> Option<LimitingMode> {
     let n = group.coordinates();
@@ -263,56 +255,30 @@ fn limiting_mode(
         let quotients = [stiffness, quotient(group, [0.0, 1.0], &fastest)];
         return Some(LimitingMode { system, mode: fastest, largest: value, quotients, excess });
     }
-    let undamped: Vec<_> = growing.map_or_else(Vec::new, |(_, h)| {
-        // A mode of explicit Euler grows if h² w² - h c is above 0; the shift makes every eigenvalue positive.
-        let shift = h * rate;
-        let less = |y: &[Scalar], out: &mut [Scalar]| {
-            group.apply([h * h, -h], true, y, out);
-            out.iter_mut().zip(y).for_each(|(out, y)| *out += shift * y);
-        };
-        largest(n, MOST_UNDAMPED, h * h * stiffest + shift, None, less)
-            .pairs
-            .into_iter()
-            .map(|(_, y)| y)
-            .collect()
-    });
-    // A mode alone. The scene's damping has its own formulas. It need not be exact.
-    let alone = |mode: &[Scalar]| {
-        let [stiffness, all] =
-            [[1.0, 0.0], [0.0, 1.0]].map(|factors| quotient(group, factors, mode));
-        let mut own = vec![0.0; n];
-        group.damp(1.0, mode, &mut own);
-        let own = dot(&own, mode);
-        let rate = group.rates().iter().zip(mode.chunks_exact(3)).map(|(rate, y)| rate * dot(y, y));
-        let rate = group.rates().first().map(|_| rate.sum::<Scalar>());
-        ([stiffness, all], Modes::one(stiffness, (all - own).max(0.0), scenes(rate)))
-    };
-    let grows_most = growing.and_then(|(stepping, _)| {
-        let modes = undamped.iter().chain(pairs.iter().map(|(_, y)| y));
-        let growing = modes.map(|y| (y, alone(y).1)).filter(|(_, mode)| !mode.is_stable(stepping));
-        let growing = growing.map(|(y, mode)| (mode.growth(stepping), y));
-        growing.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, y)| y.clone())
-    });
-    let limiting = grows_most.unwrap_or_else(|| fastest.clone());
-    let (quotients, guess) = alone(&limiting);
+    // The mode alone. The scene's damping has its own formulas. It need not be exact.
+    let [stiffness, all] =
+        [[1.0, 0.0], [0.0, 1.0]].map(|factors| quotient(group, factors, &fastest));
+    let mut own = vec![0.0; n];
+    group.damp(1.0, &fastest, &mut own);
+    let laws = (all - dot(&own, &fastest)).max(0.0);
+    let rates = group.rates().iter().zip(fastest.chunks_exact(3));
+    let rate = group.rates().first().map(|_| rates.map(|(rate, y)| rate * dot(y, y)).sum());
+    let guess = Modes::one(stiffness, laws, scenes(rate));
     let basis: Vec<Vec<Scalar>> = if n <= MOST {
         (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect()
     } else {
-        let fast = pairs.into_iter().map(|(_, y)| y);
-        orthonormal(undamped.into_iter().chain(fast), MOST)
+        orthonormal(pairs.into_iter().map(|(_, y)| y))
     };
     let modes = reduced(group, damping, &basis);
     let system = LinearSystem::joined(modes, guess);
-    Some(LimitingMode { system, mode: limiting, largest: value, quotients, excess })
+    let quotients = [stiffness, all];
+    Some(LimitingMode { system, mode: fastest, largest: value, quotients, excess })
 }
 
-/// An orthonormal basis of up to `most` of `vectors`; skips a vector that the earlier ones span.
-fn orthonormal(vectors: impl Iterator<Item = Vec<Scalar>>, most: usize) -> Vec<Vec<Scalar>> {
+/// An orthonormal basis of `vectors`; skips a vector that the earlier ones span.
+fn orthonormal(vectors: impl Iterator<Item = Vec<Scalar>>) -> Vec<Vec<Scalar>> {
     let mut basis: Vec<Vec<Scalar>> = Vec::new();
     for mut vector in vectors {
-        if basis.len() == most {
-            break;
-        }
         orthogonalize(&mut vector, &basis);
         let length = dot(&vector, &vector).sqrt();
         if length > 1e-3 {
