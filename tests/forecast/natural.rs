@@ -147,6 +147,28 @@ fn a_well_beside_a_spring_adds_its_own_stiffness() {
 }
 
 #[test]
+fn a_frequency_that_counts_a_well_by_half_is_an_upper_bound() {
+    // Across the chain the well pulls back, along it the well stretches: only a small group counts both.
+    for (bodies, is_large) in [(30, false), (60, true)] {
+        let middle = 0.5 * (bodies as f64 + 1.0);
+        let beside = chain(bodies, 1.0).replace(
+            "bodies: [",
+            &format!("wells: [(strength_m3_s2: 1.0, position_m: ({middle}, 3, 0))], bodies: ["),
+        );
+        let (_, NaturalModes { lowest, highest }) = modes(&beside, 5);
+        let mut all = lowest.iter().chain(&highest);
+        assert!(all.all(|mode| mode.is_upper_bound == is_large), "{bodies}");
+        let (_, NaturalModes { lowest, .. }) = modes(&chain(bodies, 1.0), 5);
+        assert!(lowest.iter().all(|mode| !mode.is_upper_bound), "{bodies}");
+        if is_large {
+            let folder = folder([("well.ron", beside)]);
+            let said = sandbox(&folder, "forecast well.ron --modes 1").fine();
+            assert!(said.contains("at most ") && said.contains("at least "), "{said}");
+        }
+    }
+}
+
+#[test]
 fn modes_of_several_groups_are_sorted_and_none_is_told_of_twice() {
     let post = |i: usize| {
         format!(

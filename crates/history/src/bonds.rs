@@ -72,14 +72,19 @@ pub(crate) struct Attraction {
     source_mass: f64,
     /// Whether the holder does not move.
     pub is_fixed: bool,
-    /// Whether it acts on this body alone.
-    pub is_own: bool,
 }
 
 impl Attraction {
     /// Softened distance, m.
     pub fn distance(&self) -> f64 {
         libm::hypot(self.x.length(), self.softening)
+    }
+
+    /// Acceleration of the body, m/s², if both go on straight for `ahead_s` seconds.
+    pub fn acceleration(&self, ahead_s: f64) -> Vector {
+        let ahead = Self { x: self.x + self.v * ahead_s, ..*self };
+        let r = ahead.distance();
+        ahead.x * (-self.strength / (r * r * r))
     }
 
     fn bond(&self, body: u32) -> Option<Bond> {
@@ -152,12 +157,10 @@ impl Attractions {
 
     /// The attractions of `body` by wells.
     fn by_wells(&self, body: &State) -> impl Iterator<Item = Attraction> {
-        let own = self.scene.own_laws.get(&body.id);
-        let shared = self.scene.laws.wells.iter().flat_map(|wells| &wells.0);
-        let shared = shared.map(|well| (well, false));
-        let fixed =
-            shared.chain(own.into_iter().flat_map(|laws| &laws.wells).map(|well| (well, true)));
-        let fixed = fixed.map(|(well, is_own)| Attraction {
+        let own = self.scene.own_laws.get(&body.id).filter(|_| self.wells_are_on);
+        let shared = self.scene.laws.wells.iter().filter(|_| self.wells_are_on);
+        let own_wells = own.into_iter().flat_map(|laws| &laws.wells);
+        let fixed = shared.flat_map(|wells| &wells.0).chain(own_wells).map(|well| Attraction {
             holder: Holder::Well(well.position),
             x: body.x - well.position,
             v: body.v,
@@ -165,9 +168,8 @@ impl Attractions {
             softening: well.softening,
             source_mass: 0.0,
             is_fixed: true,
-            is_own,
         });
-        let riding = own.into_iter().flat_map(|laws| &laws.riding_wells).filter_map(|well| {
+        fixed.chain(own.into_iter().flat_map(|laws| &laws.riding_wells).filter_map(|well| {
             let carrier = self.states.get(well.rides_on as usize).copied().flatten()?;
             Some(Attraction {
                 holder: Holder::Body(carrier.id),
@@ -177,10 +179,8 @@ impl Attractions {
                 softening: well.softening,
                 source_mass: 0.0,
                 is_fixed: carrier.mass.is_infinite(),
-                is_own: true,
             })
-        });
-        fixed.chain(riding).filter(|_| self.wells_are_on)
+        }))
     }
 
     /// The attractions of `body` by other bodies.
@@ -197,7 +197,6 @@ impl Attractions {
                 softening: law.softening,
                 source_mass: other.mass,
                 is_fixed,
-                is_own: false,
             })
         })
     }

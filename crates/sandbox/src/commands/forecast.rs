@@ -138,10 +138,11 @@ fn table(simulation: &Simulation, rows: &[ForecastRow], found: Option<&NaturalMo
         let hz = frequency_hz(mode);
         let bodies =
             mode.bodies.iter().map(|(body, by)| format!("{} {by:.2}", name(simulation, *body)));
+        let [below, above] = if mode.is_upper_bound { ["at most ", "at least "] } else { [""; 2] };
         vec![
             kind.to_owned(),
-            digits(hz),
-            digits(1.0 / hz),
+            format!("{below}{}", digits(hz)),
+            format!("{above}{}", digits(1.0 / hz)),
             digits(mode.damping_ratio),
             bodies.collect::<Vec<_>>().join(", "),
         ]
@@ -163,6 +164,7 @@ fn json(simulation: &Simulation, rows: &[ForecastRow], found: Option<&NaturalMod
             "frequency_hz": number(frequency_hz(mode)),
             "period_s": number(1.0 / frequency_hz(mode)),
             "damping_ratio": number(mode.damping_ratio),
+            "is_upper_bound": mode.is_upper_bound,
             "bodies": mode.bodies.iter().map(body).collect::<Vec<_>>(),
         })
     };

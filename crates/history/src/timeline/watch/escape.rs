@@ -283,41 +283,36 @@ impl<'a> Pairs<'a> {
                 || locks != AxisLocks::default()
                 || own.is_some_and(|own| own.drag.is_some())
         };
-        // The least distance until the next check, on a straight line.
-        let nearest = |x: Vector, v: Vector| {
-            let when = (-x.dot(v) / v.length_squared()).clamp(0.0, self.ahead_s);
-            if when > 0.0 { x + v * when } else { x }.length()
+        let mover = match bond.holder {
+            Holder::Body(holder) if !by_holder.is_fixed => Some(holder),
+            _ => None,
         };
-        let whole = |other: &Attraction| {
-            let nearest = nearest(other.x, other.v);
-            other.strength.abs() / (nearest * nearest)
-        };
-        let others = || all.iter().filter(|other| other.holder != bond.holder);
-        let disturbance: f64 = match bond.holder {
-            Holder::Body(holder) if !by_holder.is_fixed => {
-                let falls = |id: u32| self.falls && !self.scene.bodies[id as usize].gravity_off;
-                if self.drags
-                    || [bond.body, holder].into_iter().any(is_slowed)
+        let falls = |id: u32| self.falls && !self.scene.bodies[id as usize].gravity_off;
+        let may_part = match mover {
+            Some(holder) => {
+                self.drags
+                    || is_slowed(bond.body)
+                    || is_slowed(holder)
                     || falls(bond.body) != falls(holder)
                     || !is_left_alone(holder)
-                {
-                    return false;
-                }
-                let of_holder = self.attractions.states[holder as usize];
-                let of_holder = of_holder.iter().flat_map(|state| self.attractions.on(state));
-                let tide = |other: &Attraction| {
-                    let (x, v) = (other.x - by_holder.x, other.v - by_holder.v);
-                    2.0 * other.strength.abs() * bond.reach / nearest(x, v).powi(3)
-                };
-                others()
-                    .map(|other| if other.is_own { whole(other) } else { tide(other) })
-                    .sum::<f64>()
-                    + of_holder.filter(|other| other.is_own).map(|other| whole(&other)).sum::<f64>()
             }
-            _ if self.falls || self.blows => return false,
-            _ => others().filter(|other| !other.is_fixed).map(whole).sum(),
+            None => self.falls || self.blows,
         };
-        is_left_alone(bond.body)
-            && disturbance <= DISTURBED * by_holder.strength / (bond.reach * bond.reach)
+        // Now and until the next check, on straight lines.
+        let is_calm = |part: f64| {
+            let ahead_s = part * self.ahead_s;
+            let others = all.iter().filter(|other| {
+                other.holder != bond.holder && (mover.is_some() || !other.is_fixed)
+            });
+            let own: Vector = others.map(|other| other.acceleration(ahead_s)).sum();
+            let state = mover.and_then(|holder| self.attractions.states[holder as usize]);
+            let of_holder = state.iter().flat_map(|state| self.attractions.on(state));
+            let of_holder = of_holder.filter(|other| other.holder != Holder::Body(bond.body));
+            let other: Vector = of_holder.map(|other| other.acceleration(ahead_s)).sum();
+            // A tide grows in proportion to the distance.
+            let most = (own - other).length() * bond.reach / by_holder.distance();
+            most <= DISTURBED * by_holder.strength / (bond.reach * bond.reach)
+        };
+        is_left_alone(bond.body) && !may_part && [0.0, 0.5, 1.0].into_iter().all(is_calm)
     }
 }

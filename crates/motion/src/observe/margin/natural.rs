@@ -15,6 +15,8 @@ pub struct NaturalMode {
     /// decays as `exp(-damping_ratio angular_frequency t)`. The ratio is exact if damping is proportional to masses or to
     /// stiffnesses, and of first order in the damping otherwise.
     pub damping_ratio: Scalar,
+    /// Whether the frequency is an upper bound: of a group of more than 40 bodies, only the restoring part of wells counts.
+    pub is_upper_bound: bool,
     /// The bodies that move most, up to [`NaturalMode::BODIES`], with their amplitudes over that of the first.
     pub bodies: Vec<(Entity, Scalar)>,
 }
@@ -45,7 +47,7 @@ const MOST_WHOLE: usize = 120;
 const LEAST: Scalar = 1e-11;
 
 /// Computes up to `count` of the slowest and of the fastest natural modes of all groups of `world`, linearized in the
-/// present state: springs, wells, drag and damping. In groups of more than 40 bodies only the restoring part of wells counts.
+/// present state: springs, wells, drag and damping.
 /// Compiles the groups again if they changed.
 ///
 /// A motion without a restoring force has no frequency and is no mode: a free group drifts, and a spring at its rest length
@@ -184,7 +186,8 @@ fn mode(group: &LinearGroup<'_>, bodies: &[Entity], (squared, y): Pair) -> Natur
         *amplitude /= most;
         *amplitude > 1e-6
     });
-    NaturalMode { angular_frequency, damping_ratio, bodies: moved }
+    let is_upper_bound = group.coordinates() > MOST_WHOLE && group.largest_pull() > 0.0;
+    NaturalMode { angular_frequency, damping_ratio, is_upper_bound, bodies: moved }
 }
 
 /// Vectors of a block in addition to the modes that are searched for: a repeated eigenvalue is found as often as it occurs, up
