@@ -186,17 +186,19 @@ impl Attractions {
     /// The attractions of `body` by other bodies.
     fn by_bodies(&self, body: &State) -> impl Iterator<Item = Attraction> {
         let others = self.masses.iter().filter(|other| other.id != body.id);
-        others.zip(std::iter::repeat(self.mutual)).filter_map(|(other, law)| {
-            let (law, is_fixed) = (law?, !self.scene.bodies[other.id as usize].is_movable());
-            let own = if is_fixed { 0.0 } else { body.mass };
-            Some(Attraction {
-                holder: Holder::Body(other.id),
-                x: body.x - other.x,
-                v: body.v - other.v,
-                strength: law.constant * (other.mass + own),
-                softening: law.softening,
-                source_mass: other.mass,
-                is_fixed,
+        self.mutual.into_iter().flat_map(move |law| {
+            others.clone().map(move |other| {
+                let is_fixed = !self.scene.bodies[other.id as usize].is_movable();
+                let own = if is_fixed { 0.0 } else { body.mass };
+                Attraction {
+                    holder: Holder::Body(other.id),
+                    x: body.x - other.x,
+                    v: body.v - other.v,
+                    strength: law.constant * (other.mass + own),
+                    softening: law.softening,
+                    source_mass: other.mass,
+                    is_fixed,
+                }
             })
         })
     }

@@ -32,6 +32,12 @@ pub enum Change {
 pub struct Gone(pub String);
 
 impl Change {
+    /// Whether it may add energy: all but the length of ticks.
+    #[must_use]
+    pub const fn may_add_energy(&self) -> bool {
+        !matches!(self, Self::Step(_))
+    }
+
     /// A change of one body or law.
     #[must_use]
     pub fn request(request: Request<u32>) -> Self {

@@ -8,6 +8,7 @@
 //!   simulates the ticks from a snapshot again.
 //! - [`Bundle`]: a run in a file; its parts are [`Manifest`], [`Event`] and [`EnergyState`]. [`Rerun`] simulates one again.
 //! - [`Twin`]: a simulation that follows another one with its own method. [`Distances`] measures how far apart the two are.
+//! - [`bonds`]: what holds each body: a well, another body, a spring.
 //! - `lists`: lists that are read from files into a limited amount of memory.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]

@@ -40,7 +40,7 @@ impl Ahead {
 
 /// The time, s, after which the first body of `simulation` is thrown out within `seconds`, if one is.
 pub(crate) fn thrown_after(simulation: &mut Simulation, seconds: f64) -> Option<f64> {
-    let ahead = Ahead { seconds: Some(seconds), work: f64::INFINITY, verdicts_alone: true };
+    let ahead = Ahead { seconds: Some(seconds), verdicts_alone: true, ..Ahead::DEFAULT };
     let mut trial = Trial::new(simulation, ahead);
     trial.finish();
     let thrown = |tried: Tried| match tried.verdict {

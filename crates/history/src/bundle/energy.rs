@@ -75,6 +75,8 @@ pub struct EnergyLook {
     pub jumped: Option<u64>,
     /// `largest_j` before the first tick of this look that alone added more than that, J.
     pub leapt_over_j: Option<f64>,
+    /// Kinetic and potential energy before that tick, J.
+    pub leapt_from_j: Option<f64>,
     /// The least kinetic and potential energy after a tick since then, J.
     pub least_j: Option<f64>,
     /// The largest of these, J.

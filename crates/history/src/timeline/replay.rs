@@ -54,7 +54,7 @@ impl Replay {
     }
 
     /// Applies the events at the present tick number, after skipping earlier ones. A push waits for the coming tick. Returns
-    /// whether there were any.
+    /// whether one of them may add energy.
     ///
     /// The watch is not told of them: [`Self::tick`] does so at once; at the end of a seek, the next live tick does.
     pub fn carry_out<'a>(
@@ -66,7 +66,7 @@ impl Replay {
         while let Some(event) = events.next_if(|event| event.tick <= now) {
             if event.tick == now {
                 self.simulation.give(&event.what);
-                some = true;
+                some |= event.what.may_add_energy();
             }
         }
         some

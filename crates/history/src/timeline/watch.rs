@@ -1,4 +1,4 @@
-//! Detects faults of a run: quarantined bodies, energy from nowhere, and bound orbits that become free.
+//! Detects faults of a run: quarantined bodies, energy from nowhere, and bound bodies that become free.
 
 mod escape;
 
@@ -40,7 +40,7 @@ const MOST: f64 = 0.5;
 /// of the largest energy when the growth was first seen.
 const GROWN: f64 = 0.25;
 
-/// A fault of a run: a quarantined body, energy from nowhere, or a bound orbit that becomes free.
+/// A fault of a run: a quarantined body, energy from nowhere, or bound bodies that become free.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// Number of the tick that went wrong, counted from 1; the last good one is before it.
@@ -49,7 +49,7 @@ pub struct Fault {
     pub found: u64,
     /// Stable id of the body that was quarantined, or that has most of the energy.
     pub body: Option<u32>,
-    /// Whether the body was quarantined; else the method created or destroyed energy, or an orbit became free.
+    /// Whether the body was quarantined; else the method created or destroyed energy, or bodies became free.
     pub quarantined: bool,
     /// What happened, and in which part of the step.
     pub what: String,
@@ -174,7 +174,11 @@ impl Watch {
     fn look_at(&mut self, simulation: &mut Simulation, booked: Booked) -> Option<Fault> {
         let jump = self.look_at_energy(&mut simulation.world, booked);
         let escape = self.escapes.look(simulation);
-        self.look_for_quarantined(&simulation.world).or(jump).or(escape)
+        let fault = self.look_for_quarantined(&simulation.world).or(jump);
+        if fault.is_some() {
+            self.escapes.forget();
+        }
+        fault.or(escape)
     }
 
     /// Checks a tick that was simulated without the watch, to measure what a check costs.
@@ -186,16 +190,13 @@ impl Watch {
     /// continues until the look in progress ends.
     pub fn finish(&self, simulation: &mut Simulation) -> Option<Fault> {
         self.energy.look?;
-        let (end, snapshot) = (simulation.ticks(), simulation.snapshot());
+        let (end, snapshot) = (simulation.ticks(), simulation.snapshot().without_inputs());
         let scene = Arc::clone(&simulation.scene);
         let Replay { mut simulation, mut watch } =
             Replay::of(scene, &snapshot, self.energy).ok()?;
-        while watch.energy.look.is_some() {
-            if let Some(fault) = watch.tick(&mut simulation, None) {
-                return Some(Fault { found: end, ..fault }).filter(|fault| fault.tick <= end);
-            }
-        }
-        None
+        let faults = (0..LONGEST_LOOK).filter_map(|_| watch.tick(&mut simulation, None));
+        let fault = { faults }.find(|fault| fault.tick <= end)?;
+        Some(Fault { found: end, ..fault })
     }
 
     /// Records a change from outside after tick number `tick`: no growth that is found later begins before it.
@@ -312,8 +313,10 @@ fn jump(
         .growth
         .filter(|growth| energy.looked_tick <= growth.since.saturating_add(2 * LONGEST_LOOK));
     let look = energy.look.as_mut()?;
+    // What drag takes in the same tick was never there.
+    let is_gone = invented > 0.0 && look.total_j.is_some_and(|at_first| total <= at_first);
     // NaN counts as too much; with an infinite energy before, no jump can be judged.
-    if invented.abs() <= ENERGY_JUMP * before || before.is_infinite() {
+    if invented.abs() <= ENERGY_JUMP * before || is_gone || before.is_infinite() {
         look.jumped = None;
         return None;
     }
@@ -327,9 +330,7 @@ fn jump(
     let since = found_before.map_or(since, |growth| growth.since.min(since));
     // An unstable spring takes energy in some ticks and gives it in others: report its net gain.
     let joules = if invented < 0.0 && total > before { total - before } else { invented };
-    // What drag takes in the same tick was never there.
-    let is_there = invented < 0.0 || look.total_j.is_none_or(|at_first| total > at_first);
-    (is_there && tick == first.saturating_add(1)).then_some(Nowhere { since, joules, before })
+    (tick == first.saturating_add(1)).then_some(Nowhere { since, joules, before })
 }
 
 /// The growth that exceeds its limit with this tick, if a ledger was kept of it.
@@ -352,8 +353,8 @@ fn take_in(
     now: Option<f64>,
 ) -> Option<Nowhere> {
     let before = energy.largest_j;
-    let invented = now.zip(energy.last_j).map(|(now, last)| now - last);
-    energy.last_j = now;
+    let last = std::mem::replace(&mut energy.last_j, now);
+    let invented = now.zip(last).map(|(now, last)| now - last);
     energy.largest_j = before.max(kinetic);
     let grown = now
         .zip(energy.total_j)
@@ -370,6 +371,7 @@ fn take_in(
     // that is new.
     if leaps && look.leapt_over_j.is_none() {
         look.leapt_over_j = Some(before);
+        look.leapt_from_j = last;
     }
     if look.leapt_over_j.is_some() && tick > look.since {
         look.least_j = Some(look.least_j.map_or(total, |least| least.min(total)));
@@ -395,7 +397,7 @@ fn take_in(
 /// invents as much energy as there then is, but later ticks outgrow it.
 fn leap(energy: &EnergyState) -> Option<Nowhere> {
     let look = energy.look.filter(|_| is_alone(energy))?;
-    let (before, then) = (look.leapt_over_j?, energy.total_j?);
+    let (before, then) = (look.leapt_over_j?, look.leapt_from_j?);
     let [least, joules] = [look.least_j? - then, look.most_j? - then];
     let stays = least > before && joules >= MOST * energy.largest_j;
     stays.then(|| Nowhere { since: energy.grew_tick.unwrap_or(look.since), joules, before })

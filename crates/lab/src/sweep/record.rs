@@ -58,10 +58,12 @@ impl Plan {
         Keeps {
             ledger: measures(Measure::Drift),
             // A trial has its start, two finer runs and its own run, and ends before the others begin.
-            compared: Some(match () {
-                () if measures(Measure::Survives) => 4,
-                () if measures(Measure::Error) => 2,
-                () => 0,
+            compared: Some(if measures(Measure::Survives) {
+                4
+            } else if measures(Measure::Error) {
+                2
+            } else {
+                0
             }),
             ..Keeps::default()
         }

@@ -42,8 +42,9 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     let start = ThreadTime::now();
     let step_hz = scene.step_hz;
     let mut simulation = Simulation::new(scene);
-    let survives = measures(Measure::Survives);
-    let thrown = survives.then(|| thrown_after(&mut simulation, ticks as f64 / step_hz)).flatten();
+    let thrown = measures(Measure::Survives)
+        .then(|| thrown_after(&mut simulation, ticks as f64 / step_hz))
+        .flatten();
     let mut truth = measures(Measure::Error).then(|| Truth::of(&mut simulation));
     let mut energy = plan.keeps().ledger.then(|| Energy::of(&mut simulation));
     let looks = measures(Measure::LargestSpeed) || measures(Measure::LargestDistance);
@@ -190,6 +191,9 @@ impl Truth {
         }
         if simulation.failure().is_some() {
             self.errors[0] = f64::NAN;
+        }
+        if self.twins.iter().any(|twin| twin.failure().is_some()) {
+            self.errors = [f64::NAN; 2];
         }
     }
 }

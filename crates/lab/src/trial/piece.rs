@@ -8,7 +8,7 @@ use scene::{OwnLawsSpec, Part, Scene};
 use super::judge::{Run, judged, lead};
 use super::search::Search;
 use super::truth::{Cast, Truth};
-use super::{Ahead, Settled, Tried, Verdict, Waiting};
+use super::{Ahead, Excess, Settled, Tried, Verdict, Waiting};
 use crate::run::movable;
 
 /// Turns of the slowest bond that a trial looks ahead.
@@ -166,13 +166,13 @@ impl Piece {
         };
         // Not even the worlds are made where a few ticks are too much.
         if piece.left >= piece.work_of_tick() * LEAST_TICKS as f64 {
-            piece.prepare(snapshot.of_part(scene, &piece.part), ahead.seconds)?;
+            piece.prepare(snapshot.of_part(scene, &piece.part), ahead)?;
         }
         Some(piece)
     }
 
     /// Chooses steps and horizon, and begins; `None` if the margin says enough.
-    fn prepare(&mut self, start: Snapshot, seconds: Option<f64>) -> Option<()> {
+    fn prepare(&mut self, start: Snapshot, ahead: Ahead) -> Option<()> {
         let mut base = Simulation::restore(self.part.scene.clone(), &start).ok()?;
         let cast = &mut self.cast;
         cast.bonds = bonds(&mut base);
@@ -200,13 +200,14 @@ impl Piece {
         let steps = |number: f64| number.ceil().clamp(1.0, MOST_STEPS) as u32;
         let [fine, coarse] = FINE;
         let (most, least) = (steps(stiffness.max(closest) / fine), steps(stiffness / coarse));
-        let seconds = seconds.unwrap_or((TURNS * slowest).max(SECONDS).max(TICKS * tick));
-        // The truth is ahead of the run by a third.
-        let wanted = (seconds * 4.0 / 3.0 / tick).ceil().clamp(1.0, 1e12);
-        self.horizon = wanted as u64;
+        let seconds = ahead.seconds.unwrap_or((TURNS * slowest).max(SECONDS).max(TICKS * tick));
+        // A time that was computed from a number of ticks is that number.
+        let ticks = (seconds / tick - 1e-6).ceil().clamp(1.0, 1e12);
+        self.horizon = lead(ticks as u64);
+        let wanted = self.horizon as f64;
         self.samples = steps(stiffness / SAMPLED).min(least);
         self.steps = most;
-        let affordable = self.left * f64::from(most) / (self.work_of_tick() * wanted);
+        let affordable = ahead.work * f64::from(most) / (self.work_of_tick() * wanted);
         self.steps = (affordable.min(f64::from(most)) as u32).max(least);
         self.begin(base, start);
         Some(())
@@ -269,7 +270,10 @@ impl Piece {
                 self.attempt += 1;
                 self.parted_before = runs.truth.ticks;
                 self.steps *= FINER;
-                self.begin(runs.base, runs.start);
+                let Runs { base, start, truth, run, .. } = runs;
+                // Before others are made.
+                drop((truth, run));
+                self.begin(base, start);
             } else if !self.tried.is_done {
                 self.runs = Some(runs);
             }
@@ -310,7 +314,7 @@ impl Piece {
             let thrown = run.tick(&self.cast, truth, when);
             self.tried.seconds = seconds(run.ticks);
             if let Some((body, bond, excess)) = thrown
-                && !self.tried.verdict.is_fault()
+                && self.is_worse(excess)
             {
                 self.note(body, bond, Verdict::Thrown(seconds(run.ticks), excess));
             }
@@ -342,6 +346,16 @@ impl Piece {
             }
         }
         work
+    }
+
+    /// Whether an excess is the first fault or, where verdicts alone are wanted, a gain after a loss.
+    const fn is_worse(&self, excess: Excess) -> bool {
+        match self.tried.verdict {
+            Verdict::Thrown(_, before) => {
+                self.verdict_alone && excess.is_gain() && !before.is_gain()
+            }
+            verdict => !verdict.is_fault(),
+        }
     }
 
     fn note(&mut self, body: Option<usize>, bond: Option<usize>, verdict: Verdict) {

@@ -20,7 +20,7 @@ pub(crate) struct BlackBox {
     /// The last good tick, or the oldest that is kept.
     tick: u64,
     fault: FaultEntry,
-    /// Whether a body was quarantined; otherwise energy jumped.
+    /// Whether a body was quarantined; otherwise energy came from nowhere, or bodies became free.
     quarantined: bool,
 }
 
@@ -32,7 +32,6 @@ pub(crate) fn write(
     session: &mut Session,
     picture: impl FnOnce(&mut Session) -> Result<Image, Failure>,
 ) -> Option<BlackBox> {
-    session.stage.end_run();
     let fault = session.stage.recorder().fault()?.clone();
     session.rewind_before(&fault);
     let image = picture(session);

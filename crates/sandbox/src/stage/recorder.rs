@@ -184,7 +184,7 @@ impl Recorder {
         match (&mut self.recorded, ledger) {
             (Some(recorded), ledger) => {
                 let now = sim.ticks();
-                if recorded.timeline.events_after(now).next().is_some() {
+                if recorded.timeline.events_after(now).any(|event| event.what.may_add_energy()) {
                     recorded.watch.note_change(now);
                 }
                 recorded.found = recorded.watch.tick(sim, ledger);
@@ -224,6 +224,8 @@ impl Recorder {
     pub(super) fn finish(&mut self, sim: &mut Simulation) {
         if let Some(recorded) = self.recorded.as_mut().filter(|recorded| recorded.fault.is_none()) {
             recorded.fault = recorded.watch.finish(sim);
+            let tick = recorded.fault.as_ref().map(|fault| fault.tick);
+            recorded.bad_from = recorded.bad_from.or(tick);
         }
     }
 

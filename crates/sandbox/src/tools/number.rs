@@ -27,9 +27,9 @@ pub(crate) fn count_field<N: Numeric>(
 ) -> Response {
     let what = format!("a whole number from {} to {}", range.start(), range.end());
     let is_count = |number: &f64| number.fract() == 0.0 && range.contains(number);
-    field(ui, count, (range.clone(), &what), (0.1, suffix), |text| {
-        read_number(text).filter(is_count)
-    })
+    // In a count a comma may stand between thousands.
+    let read = |text: &str| read_number(text).filter(is_count).filter(|_| !text.contains(','));
+    field(ui, count, (range.clone(), &what), (0.1, suffix), read)
 }
 
 /// A field for a number of that range and description.

@@ -5,23 +5,28 @@ use winit::keyboard::{Key as Logical, KeyCode, ModifiersState, NamedKey, Physica
 use crate::input::Key;
 
 /// The key that went down; `None` for keys that the program does not use, and for those of the system, with Alt or the logo key.
-/// On a Mac Command is the control key. What is not Latin, or is a mark that no key of the program has at the place of a letter (Greek
-/// and Hebrew have some), is the key that a US keyboard has at its place.
+/// On a Mac Command is the control key. A letter that is not Latin is the key that a US keyboard has at its place. So is a mark at the
+/// place of a letter, such as that of Q in Greek, if the last letter was not Latin: `latin` says whether it was.
 pub(super) fn named(
     logical: &Logical,
     physical: PhysicalKey,
     modifiers: ModifiersState,
     is_mac: bool,
+    latin: &mut bool,
 ) -> Option<Key> {
     let command = is_mac && modifiers.super_key();
     let shortcut = modifiers.alt_key() || (modifiers.super_key() && !is_mac);
     let name = match logical {
         Logical::Character(text) if !shortcut => {
             let us = on_us_keyboard(physical);
-            let at_letter = us.is_some_and(char::is_alphabetic);
-            let is_printed =
-                |one: char| is_latin(one) && !(at_letter && matches!(one, ';' | '/' | '\''));
-            let one = if text.chars().all(is_printed) { single(text) } else { us };
+            if text.chars().all(char::is_alphabetic) {
+                *latin = text.chars().all(is_latin);
+            }
+            let is_mark = !*latin
+                && us.is_some_and(char::is_alphabetic)
+                && !text.chars().any(char::is_alphanumeric);
+            let is_us = is_mark || !text.chars().all(is_latin);
+            let one = if is_us { us } else { single(text) };
             let key = Key::character(one?).with_ctrl(modifiers.control_key() || command);
             return Some(key.with_shift(modifiers.shift_key()));
         }
@@ -95,8 +100,18 @@ mod tests {
     const SUPER: ModifiersState = ModifiersState::SUPER;
 
     fn typed(text: &str, code: KeyCode, modifiers: ModifiersState, is_mac: bool) -> String {
+        typed_after(&mut true, text, code, modifiers, is_mac)
+    }
+
+    fn typed_after(
+        latin: &mut bool,
+        text: &str,
+        code: KeyCode,
+        modifiers: ModifiersState,
+        is_mac: bool,
+    ) -> String {
         let logical = Logical::Character(text.into());
-        let key = named(&logical, PhysicalKey::Code(code), modifiers, is_mac);
+        let key = named(&logical, PhysicalKey::Code(code), modifiers, is_mac, latin);
         key.map_or_else(String::new, |key| key.to_string())
     }
 
@@ -110,9 +125,6 @@ mod tests {
             ("\u{445}", KeyCode::BracketLeft, NONE, "["),
             ("\u{3b6}", KeyCode::KeyZ, CTRL, "Ctrl+Z"),
             ("\u{5e2}", KeyCode::KeyG, NONE, "G"),
-            (";", KeyCode::KeyQ, CTRL, "Ctrl+Q"),
-            ("/", KeyCode::KeyQ, NONE, "Q"),
-            ("'", KeyCode::KeyW, NONE, "W"),
             ("\u{644}\u{627}", KeyCode::KeyB, NONE, "B"),
             ("\u{661}", KeyCode::Digit1, NONE, "1"),
             // French and German, as printed.
@@ -127,16 +139,39 @@ mod tests {
     }
 
     #[test]
+    fn marks_at_the_places_of_letters_are_letters_after_a_letter_that_is_not_latin() {
+        let latin = &mut true;
+        let mut down = |text, code, modifiers| typed_after(latin, text, code, modifiers, false);
+        // Dvorak.
+        assert_eq!(down(";", KeyCode::KeyZ, CTRL), "Ctrl+;");
+        // Greek, Hebrew.
+        for letter in ["\u{3b6}", "\u{5e2}"] {
+            down(letter, KeyCode::KeyZ, NONE);
+            down("1", KeyCode::Digit1, NONE);
+            assert_eq!(down(";", KeyCode::KeyQ, CTRL), "Ctrl+Q");
+            assert_eq!(down(":", KeyCode::KeyQ, SHIFT), "Shift+Q");
+            assert_eq!(down("'", KeyCode::KeyW, NONE), "W");
+            assert_eq!(down(".", KeyCode::Period, NONE), ".");
+        }
+        down("a", KeyCode::KeyA, NONE);
+        assert_eq!(down("'", KeyCode::KeyQ, NONE), "'");
+    }
+
+    #[test]
     fn keys_of_the_system_are_no_keys_and_command_is_ctrl() {
         for modifiers in [ModifiersState::ALT, SUPER, CTRL | ModifiersState::ALT] {
             assert_eq!(typed("g", KeyCode::KeyG, modifiers, false), "");
             let tab = Logical::Named(NamedKey::Tab);
-            assert_eq!(named(&tab, PhysicalKey::Code(KeyCode::Tab), modifiers, false), None);
+            assert_eq!(
+                named(&tab, PhysicalKey::Code(KeyCode::Tab), modifiers, false, &mut true),
+                None
+            );
         }
         assert_eq!(typed("s", KeyCode::KeyS, SUPER, true), "Ctrl+S");
         let down = |named_key, is_mac| {
             let key = PhysicalKey::Code(KeyCode::SuperLeft);
-            named(&Logical::Named(named_key), key, SUPER, is_mac).map(|key| key.to_string())
+            named(&Logical::Named(named_key), key, SUPER, is_mac, &mut true)
+                .map(|key| key.to_string())
         };
         assert_eq!(down(NamedKey::Super, true).as_deref(), Some("Ctrl"));
         assert_eq!(down(NamedKey::Super, false), None);

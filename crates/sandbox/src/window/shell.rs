@@ -60,6 +60,8 @@ pub(super) struct Shell {
     /// The meaning of each key when it went down: shift may be released before the key.
     down: HashMap<PhysicalKey, Key>,
     modifiers: ModifiersState,
+    /// Whether the last letter was Latin.
+    latin: bool,
     focused: bool,
     /// Whether a key that changes the mode waits for its frame: until then, motion could belong to either mode.
     mode_changes: bool,
@@ -259,6 +261,7 @@ impl Shell {
             events: Vec::new(),
             down: HashMap::new(),
             modifiers: ModifiersState::empty(),
+            latin: true,
             focused: true,
             mode_changes: false,
             clock: FrameClock::default(),
@@ -332,9 +335,9 @@ impl Shell {
             ElementState::Pressed => {
                 let (logical, physical) = (&event.logical_key, event.physical_key);
                 let is_mac = cfg!(target_os = "macos");
-                let Some(key) = keys::named(logical, physical, self.modifiers, is_mac) else {
-                    return;
-                };
+                let latin = &mut self.latin;
+                let key = keys::named(logical, physical, self.modifiers, is_mac, latin);
+                let Some(key) = key else { return };
                 let repeats = || binding(&key).is_some_and(Binding::repeats);
                 if !event.repeat || self.session.takes_text() || repeats() {
                     self.mode_changes |=

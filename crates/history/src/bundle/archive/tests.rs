@@ -70,6 +70,7 @@ fn bundle() -> Bundle {
                 grew: Some(17),
                 jumped: Some(18),
                 leapt_over_j: Some(0.7),
+                leapt_from_j: Some(3.0),
                 least_j: Some(4.0),
                 most_j: Some(1e300),
             }),

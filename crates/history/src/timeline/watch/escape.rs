@@ -1,22 +1,23 @@
 //! Detects bodies that escape from what holds them although nothing else can have freed them.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use motion::units::Vector;
 use motion::{AxisLocks, Drag, Gravity, Laws, TimeStep, Totals, totals};
-use scene::{BodySpec, Scene};
+use scene::{BodySpec, OwnLawsSpec, Scene};
 
 use super::{SMALL, most_energetic};
 use crate::bonds::{Attraction, Attractions, Bond, Holder, State};
 use crate::simulation::Simulation;
 use crate::timeline::Fault;
 
-/// Ticks between two checks: a check takes about as long as an evaluation of the attractions.
-const EVERY: u64 = 8;
+/// Ticks between two checks: a check takes about as long as an evaluation of the attractions. An odd number, so that a swing of two
+/// or four ticks is not seen in one phase alone.
+const EVERY: u64 = 7;
 
-/// Ticks after which an escape is a fault even if the body has not turned far, so that a timeline still has the tick
-/// of the escape.
+/// Ticks after which an escape is a fault even if it was for less than half a turn, so that a timeline still has the tick of
+/// the escape.
 const LONGEST_DOUBT: u64 = 512;
 
 /// Part of kinetic energy and magnitude of potential energy that counts as rounding.
@@ -25,66 +26,45 @@ const ROUNDING: f64 = 1e-9;
 /// Most bodies whose bonds are checked.
 const MOST_BODIES: usize = 4096;
 
-/// Part of the holder's attraction that all others may have where the body is farthest from it: what holds a body at half
-/// the radius of the Hill sphere.
+/// Part of the holder's attraction that the tides of all others may have where the body is farthest from it.
 const DISTURBED: f64 = 0.125;
 
 /// A bound state.
 #[derive(Clone, Copy, Debug)]
 struct Held {
+    /// A body and what holds it; `None` for the scene as a whole.
+    pair: Option<(u32, Holder)>,
     /// Energy when it was last bound, J.
     bound_j: f64,
     /// Tick at which it was last bound.
     bound_tick: u64,
-    /// Half a turn then, s.
+    /// Half of its longest turn, s.
     half_turn_s: f64,
     /// The tick from which on a free state is a fault; `None` while it is bound.
     fault_from: Option<u64>,
-    reported: bool,
 }
 
 impl Held {
-    const fn at(tick: u64, bound_j: f64, half_turn_s: f64) -> Self {
-        Self { bound_j, bound_tick: tick, half_turn_s, fault_from: None, reported: false }
-    }
-
     /// Whether a free state is a fault now, after ticks of `length` seconds. A method that keeps a body bound may show it as free
-    /// around the closest approach, for part of a turn; half a turn takes `half_turn_s` at the present distance.
+    /// around the closest approach, for part of a turn.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "a small count of ticks"
     )]
-    fn is_fault(&mut self, tick: u64, length: f64, half_turn_s: f64) -> bool {
-        let doubt = self.half_turn_s.min(half_turn_s) / length;
+    fn is_fault(&mut self, tick: u64, length: f64) -> bool {
+        let doubt = self.half_turn_s / length;
         let doubt = if doubt < LONGEST_DOUBT as f64 { doubt.ceil() as u64 } else { LONGEST_DOUBT };
-        let from = *self.fault_from.get_or_insert(tick.saturating_add(doubt.max(1)));
-        let is_fault = tick >= from && !self.reported;
-        self.reported |= is_fault;
-        is_fault
-    }
-
-    fn fault(&self, tick: u64, body: Option<u32>, what: &str, energy_j: f64) -> Fault {
-        Fault {
-            tick: self.bound_tick.saturating_add(1),
-            found: tick,
-            body,
-            quarantined: false,
-            what: format!(
-                "{what}: its energy rose from {:.3e} J to {energy_j:.3e} J",
-                self.bound_j
-            ),
-        }
+        tick >= *self.fault_from.get_or_insert(tick.saturating_add(doubt.max(1)))
     }
 }
+
+/// A body and the body that holds it, by stable id, or a well; `None` for the scene as a whole.
+type Key = Option<(u32, Option<u32>)>;
 
 /// The bodies that are held, and the scene as a whole if its energy is negative.
 #[derive(Debug, Default)]
-pub(super) struct Escapes {
-    /// By stable id.
-    bodies: HashMap<u32, (Holder, Held)>,
-    whole: Option<Held>,
-}
+pub(super) struct Escapes(BTreeMap<Key, Held>);
 
 impl Escapes {
     pub fn of(simulation: &mut Simulation) -> Self {
@@ -95,7 +75,7 @@ impl Escapes {
 
     /// Forgets all bonds, after a change from outside.
     pub fn forget(&mut self) {
-        *self = Self::default();
+        self.0.clear();
     }
 
     /// Checks the bonds after a tick, once every [`EVERY`] ticks.
@@ -104,99 +84,96 @@ impl Escapes {
     }
 
     fn look_at(&mut self, simulation: &mut Simulation) -> Option<Fault> {
+        let before = std::mem::take(&mut self.0);
         let scene = Arc::clone(&simulation.scene);
+        let has_wells = |own: &OwnLawsSpec| !own.wells.is_empty() || !own.riding_wells.is_empty();
         let attracts = scene.mutual_gravity.is_some()
             || scene.laws.wells.is_some()
-            || scene
-                .own_laws
-                .values()
-                .any(|own| !own.wells.is_empty() || !own.riding_wells.is_empty());
+            || scene.own_laws.values().any(has_wells);
         let most = if scene.mutual_gravity.is_some() { SMALL } else { MOST_BODIES };
         let has_laws =
             simulation.world.get_resource::<Laws>().is_some_and(|laws| !laws.0.is_empty());
         if !attracts || has_laws || simulation.bodies.len() > most {
-            self.forget();
             return None;
         }
         let tick = simulation.ticks();
         let length = simulation.world.get_resource::<TimeStep>().map_or(0.0, |step| step.0);
         let pairs = Pairs::of(&scene, simulation, EVERY as f64 * length);
-        let bonds = pairs.attractions.bonds();
+        let whole = pairs.whole(simulation);
         let mut fault = None;
-        self.bodies.retain(|body, (holder, held)| {
-            let Some(pair) = pairs.pair(*body, *holder) else { return false };
-            let is_free = pair.energy_j > pair.rounding_j;
-            if is_free && fault.is_none() && held.is_fault(tick, length, pair.half_turn_s) {
-                let what = "the orbit becomes free here although only attraction acts";
-                fault = Some(held.fault(tick, Some(*body), what, pair.energy_j));
+        for (key, mut held) in before.clone() {
+            let energy = match held.pair {
+                Some((body, holder)) => pairs.energy(body, holder),
+                None => whole,
+            };
+            // A bound state is added again below, if it is still secure.
+            let Some(Energy { joules, rounding }) = energy.filter(|energy| !energy.is_bound())
+            else {
+                continue;
+            };
+            if joules > rounding && fault.is_none() && held.is_fault(tick, length) {
+                let (body, what) = match held.pair {
+                    Some((body, _)) => {
+                        (Some(body), "the orbit becomes free here although only attraction acts")
+                    }
+                    None => (
+                        most_energetic(&mut simulation.world),
+                        "the bodies become free here although no force can add energy",
+                    ),
+                };
+                let rises =
+                    format!("its energy rose from {:.3e} J to {joules:.3e} J", held.bound_j);
+                fault = Some(Fault {
+                    tick: held.bound_tick.saturating_add(1),
+                    found: tick,
+                    body,
+                    quarantined: false,
+                    what: format!("{what}: {rises}"),
+                });
+            } else {
+                self.0.insert(key, held);
             }
-            // A bound one is added again below, if it is still secure.
-            pair.energy_j >= -pair.rounding_j
+        }
+        let bonds = pairs.attractions.bonds();
+        let slowest = bonds.iter().map(|bond| bond.turn_s).reduce(f64::max);
+        let whole = whole
+            .filter(Energy::is_bound)
+            .map(|energy| (None, None, energy, slowest.unwrap_or(f64::INFINITY)));
+        let secure = bonds.iter().filter_map(|bond| {
+            let by = if let Holder::Body(id) = bond.holder { Some(id) } else { None };
+            let pair = Some((bond.body, bond.holder));
+            Some((Some((bond.body, by)), pair, pairs.secure(bond)?, bond.turn_s))
         });
-        for bond in &bonds {
-            let pair = pairs.pair(bond.body, bond.holder);
-            if let Some(pair) =
-                pair.filter(|pair| pair.energy_j < -pair.rounding_j && pairs.is_secure(bond))
-            {
-                // What is free of its holder may have found another.
-                let held = Held::at(tick, pair.energy_j, 0.5 * bond.turn_s);
-                self.bodies.entry(bond.body).or_insert((bond.holder, held));
-            }
+        for (key, pair, energy, turn_s) in secure.chain(whole) {
+            let known = before.get(&key).map_or(0.0, |held| held.half_turn_s);
+            self.0.entry(key).or_insert(Held {
+                pair,
+                bound_j: energy.joules,
+                bound_tick: tick,
+                half_turn_s: known.max(0.5 * turn_s),
+                fault_from: None,
+            });
         }
-        let turn = bonds.iter().map(|bond| bond.turn_s).fold(0.0, f64::max);
-        let whole = if pairs.falls || pairs.blows {
-            None
-        } else {
-            self.look_at_whole(simulation, length, 0.5 * turn)
-        };
-        fault.or(whole)
-    }
-
-    /// Checks the energy of all bodies together, half of whose slowest turn takes `half_turn_s`.
-    fn look_at_whole(
-        &mut self,
-        simulation: &mut Simulation,
-        length: f64,
-        half_turn_s: f64,
-    ) -> Option<Fault> {
-        let scene = &simulation.scene;
-        let is_fed = !scene.emitters.is_empty()
-            || scene
-                .own_laws
-                .values()
-                .any(|own| !own.thrusts.is_empty() || !own.riding_wells.is_empty());
-        if simulation.bodies.len() > SMALL || is_fed {
-            self.whole = None;
-            return None;
-        }
-        let tick = simulation.ticks();
-        let Totals { kinetic_energy, potential_energy, .. } = totals(&mut simulation.world);
-        let energy = kinetic_energy + potential_energy;
-        let rounding = ROUNDING * (kinetic_energy + potential_energy.abs());
-        if energy < -rounding {
-            self.whole = Some(Held::at(tick, energy, half_turn_s));
-        } else if let Some(held) = &mut self.whole
-            && energy > rounding
-            && held.is_fault(tick, length, half_turn_s)
-        {
-            let body = most_energetic(&mut simulation.world);
-            return Some(held.fault(
-                tick,
-                body,
-                "the bodies become free here although no force can add energy",
-                energy,
-            ));
-        }
-        None
+        fault
     }
 }
 
-/// A body about its holder.
-struct Pair {
-    energy_j: f64,
-    rounding_j: f64,
-    /// Half a turn of a circle at the present distance, s.
-    half_turn_s: f64,
+/// Kinetic and potential energy, and the part of it that counts as rounding, J.
+#[derive(Clone, Copy)]
+struct Energy {
+    joules: f64,
+    rounding: f64,
+}
+
+impl Energy {
+    fn of(kinetic: f64, potential: f64) -> Self {
+        let rounding = ROUNDING * (kinetic + potential.abs());
+        Self { joules: kinetic + potential, rounding }
+    }
+
+    fn is_bound(&self) -> bool {
+        self.joules < -self.rounding
+    }
 }
 
 /// The attractions of a scene between two checks.
@@ -246,7 +223,22 @@ impl<'a> Pairs<'a> {
         Some((state, by_holder, all))
     }
 
-    fn pair(&self, body: u32, holder: Holder) -> Option<Pair> {
+    /// The energy of all bodies together; `None` if a force may add to it, or if they are many.
+    fn whole(&self, simulation: &mut Simulation) -> Option<Energy> {
+        let drives = |own: &OwnLawsSpec| !own.thrusts.is_empty() || !own.riding_wells.is_empty();
+        let is_fed = self.falls
+            || self.blows
+            || !self.scene.emitters.is_empty()
+            || self.scene.own_laws.values().any(drives);
+        if is_fed || simulation.bodies.len() > SMALL {
+            return None;
+        }
+        let Totals { kinetic_energy, potential_energy, .. } = totals(&mut simulation.world);
+        Some(Energy::of(kinetic_energy, potential_energy))
+    }
+
+    /// The energy of a body about its holder.
+    fn energy(&self, body: u32, holder: Holder) -> Option<Energy> {
         let (state, by_holder, all) = self.attraction(body, holder)?;
         // About a fixed holder, the potential of all that is fixed stays.
         let counts =
@@ -254,20 +246,13 @@ impl<'a> Pairs<'a> {
         let potential: f64 =
             all.iter().filter(counts).map(|other| -other.strength / other.distance()).sum();
         let kinetic = 0.5 * by_holder.v.length_squared();
-        let distance = by_holder.distance();
-        Some(Pair {
-            energy_j: state.mass * (kinetic + potential),
-            rounding_j: ROUNDING * state.mass * (kinetic + potential.abs()),
-            half_turn_s: std::f64::consts::PI
-                * (distance * distance * distance / by_holder.strength).sqrt(),
-        })
+        Some(Energy::of(state.mass * kinetic, state.mass * potential))
     }
 
-    /// Whether nothing but its holder can free a body until the next check.
-    fn is_secure(&self, bond: &Bond) -> bool {
-        let Some((_, by_holder, all)) = self.attraction(bond.body, bond.holder) else {
-            return false;
-        };
+    /// The energy of a bound body that nothing but its holder can free until the next check.
+    fn secure(&self, bond: &Bond) -> Option<Energy> {
+        let energy = self.energy(bond.body, bond.holder).filter(Energy::is_bound)?;
+        let (_, by_holder, all) = self.attraction(bond.body, bond.holder)?;
         let is_left_alone = |id: u32| {
             let own = self.scene.own_laws.get(&id);
             !self.joined[id as usize]
@@ -313,6 +298,8 @@ impl<'a> Pairs<'a> {
             let most = (own - other).length() * bond.reach / by_holder.distance();
             most <= DISTURBED * by_holder.strength / (bond.reach * bond.reach)
         };
-        is_left_alone(bond.body) && !may_part && [0.0, 0.5, 1.0].into_iter().all(is_calm)
+        let is_secure =
+            is_left_alone(bond.body) && !may_part && [0.0, 0.5, 1.0].into_iter().all(is_calm);
+        is_secure.then_some(energy)
     }
 }

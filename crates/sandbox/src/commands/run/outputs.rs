@@ -130,6 +130,7 @@ impl<'a> Outputs<'a> {
             refused,
             ..
         } = self;
+        session.stage.end_run();
         if let Err(failure) = watch.finish(&session.stage, args.state.as_deref()) {
             if session.stage.recorder().fault().is_none()
                 && session.stage.quarantines().all().is_empty()
