@@ -80,9 +80,9 @@ impl Attraction {
         libm::hypot(self.x.length(), self.softening)
     }
 
-    /// Acceleration of the body, m/s², if both go on straight for `ahead_s` seconds.
-    pub fn acceleration(&self, ahead_s: f64) -> Vector {
-        let ahead = Self { x: self.x + self.v * ahead_s, ..*self };
+    /// Acceleration of the body, m/s², once it has moved by `way`, m, past what attracts it.
+    pub fn acceleration(&self, way: Vector) -> Vector {
+        let ahead = Self { x: self.x + way, ..*self };
         let r = ahead.distance();
         ahead.x * (-self.strength / (r * r * r))
     }

@@ -26,8 +26,9 @@ const ROUNDING: f64 = 1e-9;
 /// Most bodies whose bonds are checked.
 const MOST_BODIES: usize = 4096;
 
-/// Part of the holder's attraction that the tides of all others may have where the body is farthest from it.
-const DISTURBED: f64 = 0.125;
+/// Part of the holder's attraction that the tides of all others may have where the body is farthest from it. So much is at 0.31 of
+/// the radius of the Hill sphere; orbits are stable up to 0.49 of it (Domingos, Winter and Yokoyama 2006).
+const DISTURBED: f64 = 0.02;
 
 /// A bound state.
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +41,8 @@ struct Held {
     bound_tick: u64,
     /// Half of its longest turn, s.
     half_turn_s: f64,
+    /// Its largest distance from the holder, m.
+    reach: f64,
     /// The tick from which on a free state is a fault; `None` while it is bound.
     fault_from: Option<u64>,
 }
@@ -106,12 +109,16 @@ impl Escapes {
                 Some((body, holder)) => pairs.energy(body, holder),
                 None => whole,
             };
-            // A bound state is added again below, if it is still secure.
-            let Some(Energy { joules, rounding }) = energy.filter(|energy| !energy.is_bound())
-            else {
-                continue;
-            };
-            if joules > rounding && fault.is_none() && held.is_fault(tick, length) {
+            let Some(energy) = energy else { continue };
+            let Energy { joules, rounding } = energy;
+            if energy.is_bound() {
+                // It may have left a calm orbit for one that is not.
+                held.fault_from = None;
+                let is_calm = |(body, holder)| pairs.is_calm(body, holder, held.reach);
+                if held.pair.is_some_and(is_calm) {
+                    self.0.insert(key, held);
+                }
+            } else if joules > rounding && fault.is_none() && held.is_fault(tick, length) {
                 let (body, what) = match held.pair {
                     Some((body, _)) => {
                         (Some(body), "the orbit becomes free here although only attraction acts")
@@ -138,21 +145,18 @@ impl Escapes {
         let slowest = bonds.iter().map(|bond| bond.turn_s).reduce(f64::max);
         let whole = whole
             .filter(Energy::is_bound)
-            .map(|energy| (None, None, energy, slowest.unwrap_or(f64::INFINITY)));
+            .map(|energy| (None, None, energy, (slowest.unwrap_or(f64::INFINITY), f64::NAN)));
         let secure = bonds.iter().filter_map(|bond| {
             let by = if let Holder::Body(id) = bond.holder { Some(id) } else { None };
             let pair = Some((bond.body, bond.holder));
-            Some((Some((bond.body, by)), pair, pairs.secure(bond)?, bond.turn_s))
+            Some((Some((bond.body, by)), pair, pairs.secure(bond)?, (bond.turn_s, bond.reach)))
         });
-        for (key, pair, energy, turn_s) in secure.chain(whole) {
+        for (key, pair, energy, (turn_s, reach)) in secure.chain(whole) {
             let known = before.get(&key).map_or(0.0, |held| held.half_turn_s);
-            self.0.entry(key).or_insert(Held {
-                pair,
-                bound_j: energy.joules,
-                bound_tick: tick,
-                half_turn_s: known.max(0.5 * turn_s),
-                fault_from: None,
-            });
+            let half_turn_s = known.max(0.5 * turn_s);
+            let (bound_j, bound_tick) = (energy.joules, tick);
+            let held = Held { pair, bound_j, bound_tick, half_turn_s, reach, fault_from: None };
+            self.0.insert(key, held);
         }
         fault
     }
@@ -252,7 +256,12 @@ impl<'a> Pairs<'a> {
     /// The energy of a bound body that nothing but its holder can free until the next check.
     fn secure(&self, bond: &Bond) -> Option<Energy> {
         let energy = self.energy(bond.body, bond.holder).filter(Energy::is_bound)?;
-        let (_, by_holder, all) = self.attraction(bond.body, bond.holder)?;
+        self.is_calm(bond.body, bond.holder, bond.reach).then_some(energy)
+    }
+
+    /// Whether nothing but its holder can free a body that is at most `reach` meters from it, until the next check.
+    fn is_calm(&self, body: u32, holder: Holder, reach: f64) -> bool {
+        let Some((_, by_holder, all)) = self.attraction(body, holder) else { return false };
         let is_left_alone = |id: u32| {
             let own = self.scene.own_laws.get(&id);
             !self.joined[id as usize]
@@ -268,7 +277,7 @@ impl<'a> Pairs<'a> {
                 || locks != AxisLocks::default()
                 || own.is_some_and(|own| own.drag.is_some())
         };
-        let mover = match bond.holder {
+        let mover = match holder {
             Holder::Body(holder) if !by_holder.is_fixed => Some(holder),
             _ => None,
         };
@@ -276,30 +285,30 @@ impl<'a> Pairs<'a> {
         let may_part = match mover {
             Some(holder) => {
                 self.drags
-                    || is_slowed(bond.body)
+                    || is_slowed(body)
                     || is_slowed(holder)
-                    || falls(bond.body) != falls(holder)
+                    || falls(body) != falls(holder)
                     || !is_left_alone(holder)
             }
             None => self.falls || self.blows,
         };
-        // Now and until the next check, on straight lines.
+        // Now and until the next check, while the two go on straight together.
         let is_calm = |part: f64| {
             let ahead_s = part * self.ahead_s;
-            let others = all.iter().filter(|other| {
-                other.holder != bond.holder && (mover.is_some() || !other.is_fixed)
-            });
-            let own: Vector = others.map(|other| other.acceleration(ahead_s)).sum();
+            let of_body =
+                |other: &Attraction| other.acceleration((other.v - by_holder.v) * ahead_s);
+            let others = all
+                .iter()
+                .filter(|other| other.holder != holder && (mover.is_some() || !other.is_fixed));
+            let own: Vector = others.map(of_body).sum();
             let state = mover.and_then(|holder| self.attractions.states[holder as usize]);
             let of_holder = state.iter().flat_map(|state| self.attractions.on(state));
-            let of_holder = of_holder.filter(|other| other.holder != Holder::Body(bond.body));
-            let other: Vector = of_holder.map(|other| other.acceleration(ahead_s)).sum();
+            let of_holder = of_holder.filter(|other| other.holder != Holder::Body(body));
+            let other: Vector = of_holder.map(|other| other.acceleration(other.v * ahead_s)).sum();
             // A tide grows in proportion to the distance.
-            let most = (own - other).length() * bond.reach / by_holder.distance();
-            most <= DISTURBED * by_holder.strength / (bond.reach * bond.reach)
+            let most = (own - other).length() * reach / by_holder.distance();
+            most <= DISTURBED * by_holder.strength / (reach * reach)
         };
-        let is_secure =
-            is_left_alone(bond.body) && !may_part && [0.0, 0.5, 1.0].into_iter().all(is_calm);
-        is_secure.then_some(energy)
+        is_left_alone(body) && !may_part && [0.0, 0.5, 1.0].into_iter().all(is_calm)
     }
 }
