@@ -397,7 +397,8 @@ fn take_in(
 /// invents as much energy as there then is, but later ticks outgrow it.
 fn leap(energy: &EnergyState) -> Option<Nowhere> {
     let look = energy.look.filter(|_| is_alone(energy))?;
-    let (before, then) = (look.leapt_over_j?, look.leapt_from_j?);
+    // A method that destroyed energy since the last look, and creates it again, has not created more than there was.
+    let (before, then) = (look.leapt_over_j?, look.leapt_from_j?.max(energy.total_j?));
     let [least, joules] = [look.least_j? - then, look.most_j? - then];
     let stays = least > before && joules >= MOST * energy.largest_j;
     stays.then(|| Nowhere { since: energy.grew_tick.unwrap_or(look.since), joules, before })

@@ -340,7 +340,7 @@ impl Piece {
                 *search = Some(Search::new(self.tried.method, self.tried.substeps));
             } else {
                 self.tried.is_done = true;
-                if self.end < LEAST_TICKS {
+                if self.end < LEAST_TICKS && !self.tried.verdict.is_fault() {
                     self.tried.verdict = Verdict::NotTried;
                 }
             }
