@@ -43,7 +43,6 @@ mod robust;
 mod scripts;
 #[cfg(unix)]
 mod setup;
-mod shards;
 mod snapshot;
 mod soft;
 mod soft_picking;

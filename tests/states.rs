@@ -1,12 +1,10 @@
-//! The state file: its columns against closed forms and the summary, its rows, and Parquet beside CSV.
+//! The state file: its columns against closed forms and the summary, and its rows.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
 use glam::DVec3;
-use parquet::file::reader::{FileReader as _, SerializedFileReader};
-use parquet::record::Field;
 use tempfile::TempDir;
 
 use crate::rigs::{folder, root, sandbox};
@@ -226,30 +224,11 @@ fn accelerations_are_what_velocities_do_next() {
 }
 
 #[test]
-fn parquet_has_the_numbers_of_csv() {
+fn a_name_of_another_format_is_refused() {
     let folder = folder([("weight.ron", WEIGHT)]);
-    let at = |name: &str| folder.path().join(name);
-    for file in ["s.csv", "s.parquet"] {
-        let line =
-            format!("run weight.ron --seconds 1 --state {file} --columns {ALL},distance:anchor");
-        sandbox(&folder, &line).fine();
-    }
-    let table = SerializedFileReader::new(fs::File::open(at("s.parquet")).unwrap()).unwrap();
-    let csv = rows(&at("s.csv"));
-    assert_eq!(table.metadata().file_metadata().num_rows(), i64::try_from(csv.len()).unwrap());
-    for (row, csv) in table.get_row_iter(None).unwrap().zip(csv) {
-        let row = row.unwrap();
-        assert_eq!(row.len(), csv.len());
-        for (name, field) in row.get_column_iter() {
-            match field {
-                Field::Null => assert_eq!(csv[name], "", "{name}"),
-                Field::Str(text) => assert_eq!(&csv[name], text),
-                Field::Long(count) => assert_eq!(csv[name], count.to_string()),
-                Field::Double(number) => assert_eq!(csv[name].parse(), Ok(*number), "{name}"),
-                other => panic!("{name} is {other:?}"),
-            }
-        }
-    }
+    let err = sandbox(&folder, "run weight.ron --ticks 1 --state s.Parquet").ends(2).err;
+    assert!(err.contains("s.Parquet") && err.contains("give a name that ends in .csv"), "{err}");
+    assert!(!folder.path().join("s.Parquet").exists());
 }
 
 #[test]

@@ -236,7 +236,7 @@ fn command(folder: &Path, out: &str) -> Command {
     command
 }
 
-const FILES: [&str; 4] = ["runs.csv", "runs.parquet", "sweep.json", "sweep.svg"];
+const FILES: [&str; 3] = ["runs.csv", "sweep.json", "sweep.svg"];
 
 #[track_caller]
 fn same_files(folder: &Path, [one, other]: [&str; 2]) {

@@ -138,7 +138,6 @@ const LAB: &[&str] = &[
     "stability",
     "sweep",
     "lesson",
-    "part",
 ];
 
 /// The same of `crates/report/src`.
@@ -157,7 +156,6 @@ const FROM_NUMBERS_TO_PAGES: &[&str] = &[
     "page",
     "handout",
     "stability",
-    "parquet",
     "sweep",
 ];
 

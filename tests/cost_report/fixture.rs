@@ -195,7 +195,6 @@ fn study(subject: &str, description: &str, scales: (f64, f64), cells: Vec<Cell>)
         drifts: Vec::new(),
         rates: Vec::new(),
         notes: Vec::new(),
-        machine: None,
     }
 }
 

@@ -8,8 +8,8 @@
 //! - [`receipt`](receipt()): each effect of a scene, and what it costs; [`ablate`]: the scene run again without each effect in turn.
 //! - [`duration`]: how long ticks take, estimated before they are simulated.
 //! - [`lesson`]: what lessons measure.
-//! - [`sweep`]: a scene run once for every combination of the given values. [`Shard`]: the parts that a study is divided
-//!   into for several machines, [`part`]: what such a part found. [`Column`]: a column of a table for other programs.
+//! - [`sweep`]: a scene run once for every combination of the given values. [`Shard`]: the parts that a sweep
+//!   is divided into for several machines. [`Column`]: a column of a table for other programs.
 //! - `run`: what these share: a running scene, and the time of its steps.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
@@ -20,7 +20,6 @@ pub mod cost;
 pub mod duration;
 pub mod lesson;
 mod ordered;
-pub mod part;
 mod receipt;
 pub mod recommend;
 mod run;

@@ -8,7 +8,7 @@
 //! - `figures`: the figures of a study; `chart` draws one, with axes, marks and a legend, as SVG ([`Drawing`]).
 //! - `forecast`: the rows of a forecast ([`ForecastRow`]).
 //! - [`stability`]: the survival matrix as page, picture and tables, and the maps of stable steps.
-//! - [`sweep`]: the runs of a sweep as CSV and as a figure. [`Parquet`]: any table for other programs.
+//! - [`sweep`]: the runs of a sweep as CSV and as a figure.
 //! - [`Table`]: a table in HTML, Markdown, CSV or for a terminal. [`numbers`]: numbers as people read them.
 //! - [`INKS`]: the color and the short name of each method. `escape`: text of files, so that no part of it is interpreted.
 
@@ -23,7 +23,6 @@ mod handout;
 pub mod numbers;
 mod page;
 mod palette;
-mod parquet;
 pub mod stability;
 mod summary;
 pub mod sweep;
@@ -41,7 +40,6 @@ pub use escape::terminal;
 pub use forecast::{ForecastRow, Instrument, growth, tried_in_words};
 pub use handout::{Handout, HandoutStep, answers, handout, index};
 pub use palette::{INKS, Ink, REFERENCE_INK, ink};
-pub use parquet::Parquet;
 pub use summary::{brief, markdown, table, text};
 pub use table::{Table, aligned, csv, csv_line};
 pub use tables::{prices, tables};
@@ -82,11 +80,7 @@ pub fn json(report: &Report) -> String {
 /// The results of every study, as Markdown.
 fn summary(report: &Report) -> String {
     let part = |study: &Study| {
-        format!(
-            "## {}\n\n{}",
-            escape::markdown(&study.subject),
-            markdown(study, report.machine_of(study))
-        )
+        format!("## {}\n\n{}", escape::markdown(&study.subject), markdown(study, &report.machine))
     };
     report.studies.iter().map(part).collect::<Vec<_>>().join("\n")
 }
@@ -94,7 +88,7 @@ fn summary(report: &Report) -> String {
 /// Figures by their names without an ending.
 fn drawn(report: &Report) -> impl Iterator<Item = (String, Drawing)> {
     report.studies.iter().zip(slugs(&report.studies)).flat_map(|(study, slug)| {
-        figures(study, report.machine_of(study))
+        figures(study, &report.machine)
             .into_iter()
             .map(move |(kind, drawing)| (format!("{slug}-{}", kind.name()), drawing))
     })

@@ -68,7 +68,7 @@ pub(crate) fn page(report: &Report) -> String {
         .studies
         .iter()
         .zip(&slugs)
-        .map(|(study, slug)| section(study, slug, report.machine_of(study)))
+        .map(|(study, slug)| section(study, slug, &report.machine))
         .collect();
     document(&title, lead, &rules, &header, &sections, &machine(report))
 }
@@ -239,24 +239,17 @@ fn notes(study: &Study) -> String {
     format!("<ul class=\"notes\">\n{}</ul>\n", items.collect::<String>())
 }
 
-/// The machines of the measurements, and how they were made.
+/// The machine of the measurements, and how they were made.
 fn machine(report: &Report) -> String {
-    let of = |machine: &Machine| {
-        [
-            ("Processor", format!("{} ({} cores)", machine.processor, machine.cores)),
-            ("System", machine.system.clone()),
-            ("Vector instructions", machine.instructions.clone()),
-            ("Version", machine.version.clone()),
-            ("Compiler", machine.compiler.clone()),
-        ]
-    };
-    let others = report.studies.iter().filter_map(|study| {
-        let machine = study.machine.as_ref()?;
-        Some([("Study", study.subject.clone())].into_iter().chain(of(machine)))
-    });
-    let command = [("Command", report.command.clone())];
-    let rows = of(&report.machine).into_iter().chain(command).chain(others.flatten());
-    let rows: Vec<_> = rows.collect();
+    let Report { machine, command, .. } = report;
+    let rows = [
+        ("Processor", format!("{} ({} cores)", machine.processor, machine.cores)),
+        ("System", machine.system.clone()),
+        ("Vector instructions", machine.instructions.clone()),
+        ("Version", machine.version.clone()),
+        ("Compiler", machine.compiler.clone()),
+        ("Command", command.clone()),
+    ];
     let rows: String = rows
         .iter()
         .map(|(name, value)| format!("<dt>{name}</dt><dd>{}</dd>\n", html(value)))

@@ -98,7 +98,7 @@ enum Command {
     /// Run a scene once for every combination of the given values: one table and one figure
     #[command(after_help = sweep::EXAMPLES)]
     Sweep(Box<SweepArgs>),
-    /// Join the shards of a sweep or a study to what one run would have made
+    /// Join the shards of a sweep to what one run would have made
     #[command(after_help = merge::EXAMPLES)]
     Merge(MergeArgs),
     /// Run a bundle again, and compare the state and the fault

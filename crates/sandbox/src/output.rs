@@ -5,7 +5,6 @@ pub(crate) mod bundle;
 pub(crate) mod command_files;
 pub(crate) mod files;
 pub(crate) mod orders;
-pub(crate) mod parts;
 pub(crate) mod pictures;
 pub(crate) mod progress;
 pub mod report;

@@ -129,7 +129,6 @@ impl Bench {
             drifts: Vec::new(),
             rates: Vec::new(),
             notes: subject.notes.clone(),
-            machine: None,
         };
         if exact_damping {
             study.notes.push(TICKWISE.to_owned());

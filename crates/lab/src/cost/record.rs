@@ -334,9 +334,6 @@ pub struct Study {
     pub rates: Vec<RateRow>,
     /// Notes for the reader: what was switched on, left out, or cut short.
     pub notes: Vec<String>,
-    /// Where it was measured, if that is not the machine of the report.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub machine: Option<Machine>,
 }
 
 /// The machine and the compiler of a report.
@@ -372,13 +369,6 @@ pub struct Report {
     pub complete: bool,
     /// One study per subject.
     pub studies: Vec<Study>,
-}
-
-impl Report {
-    /// Where a study of it was measured.
-    pub fn machine_of<'m>(&'m self, study: &'m Study) -> &'m Machine {
-        study.machine.as_ref().unwrap_or(&self.machine)
-    }
 }
 
 /// [`Report::format`] of this program.

@@ -57,7 +57,6 @@ fn study(own_error: f64, points: &[(f64, f64)]) -> Study {
         drifts: Vec::new(),
         rates: Vec::new(),
         notes: Vec::new(),
-        machine: None,
     }
 }
 

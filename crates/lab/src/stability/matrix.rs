@@ -11,7 +11,6 @@ use scene::{Measure, Scene, SurvivalRow};
 use super::metric::Target;
 use super::record::{CaseRow, FORMAT, Matrix};
 use super::run::{CellRun, TargetRun};
-use crate::shard::Shard;
 
 /// Ticks between two looks at the clock.
 const PIECE: u32 = 64;
@@ -56,16 +55,6 @@ impl StabilityRun {
     /// The rows of `scenes` by `methods`, each of at most `ticks`, of which nothing was run yet. A scene without
     /// survival rows adds none.
     pub fn new(scenes: Vec<Scene>, methods: &[Method], ticks: Option<u64>) -> Self {
-        Self::of_shard(scenes, methods, ticks, Shard::WHOLE)
-    }
-
-    /// Like [`Self::new`], for the rows in `shard` alone.
-    pub fn of_shard(
-        scenes: Vec<Scene>,
-        methods: &[Method],
-        ticks: Option<u64>,
-        shard: Shard,
-    ) -> Self {
         let mut rows = Vec::new();
         for (at, scene) in scenes.iter().enumerate() {
             for row in scene.survival.iter().flatten() {
@@ -73,8 +62,6 @@ impl StabilityRun {
                 rows.push((at, SurvivalRow { ticks, ..row.clone() }));
             }
         }
-        let mut place = 0..;
-        rows.retain(|_| place.next().is_some_and(|place| shard.has(place)));
         let mut jobs = VecDeque::new();
         for (at, (_, row)) in rows.iter().enumerate() {
             let job = |kind, method| Job { row: at, method, kind };

@@ -1,16 +1,12 @@
 //! `sandbox cost`: every method at every step, its error beside its cost.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use lab::Shard;
 use lab::cost::{
     Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem,
     take_real_time_priority,
 };
-
-use lab::part::{Found, Part};
 use scene::{BodySpec, Scene, shown};
 
 use crate::args::{bodies, check_study, positive};
@@ -20,7 +16,6 @@ use crate::output::{show, tell};
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{read_record, refuse_foreign_files, sealed, study_folder, write};
-use crate::output::parts;
 use crate::output::progress::Progress;
 use crate::output::swarms::has_swarms;
 
@@ -50,9 +45,6 @@ pub(crate) struct CostArgs {
     /// Continue the report that was interrupted in that folder
     #[arg(long, requires = "out")]
     pub resume: bool,
-    /// Study only part K of N, subject by subject, for `sandbox merge`
-    #[arg(long, value_name = "K/N", requires = "out")]
-    pub shard: Option<Shard>,
     /// Write over the report of another command, version or machine in that folder
     #[arg(long, requires = "out", conflicts_with = "resume")]
     pub replace: bool,
@@ -87,32 +79,16 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
     }
     let mut files = CommandFiles::default();
     let subjects = subjects(&names, args.seconds, &mut files)?;
-    let part = args.shard.map(|shard| {
-        Part::new(
-            command(args),
-            subjects.iter().map(Subject::scene),
-            shard,
-            Found::Cost(Vec::new()),
-        )
-    });
     let mut plan = if args.quick { Plan::quick(subjects.len()) } else { Plan::full() };
     plan.bodies = args.bodies.unwrap_or(plan.bodies);
-    if let Some(folder) = args.out.as_ref().filter(|_| part.is_none()) {
+    if let Some(folder) = &args.out {
         // A report may be there already: `earlier` checks whose it is.
         let cure = "give another folder, or --replace to write over it";
         claim_folder(folder, args.replace || folder.join(FILE).exists(), cure, &files)?;
     }
     let _lock = args.out.as_deref().map(study_folder).transpose()?;
-    let earlier = match &part {
-        Some(part) => earlier_part(args, part, &files)?,
-        None => earlier(args, &subjects)?,
-    };
-    let shard = args.shard.unwrap_or(Shard::WHOLE);
-    let names: Vec<_> =
-        (0..).zip(names).filter(|(at, _)| shard.has(*at)).map(|(_, name)| name).collect();
-    let subjects: Vec<_> =
-        (0..).zip(subjects).filter(|(at, _)| shard.has(*at)).map(|(_, subject)| subject).collect();
-    let target = Target { folder: args.out.as_deref(), part, files: &files };
+    let earlier = earlier(args, &subjects)?;
+    let target = Target { folder: args.out.as_deref(), files: &files };
     let mut report = Report {
         format: FORMAT,
         command: command(args),
@@ -196,27 +172,6 @@ fn subjects(
     names.iter().copied().map(&mut subject).collect()
 }
 
-/// The studies of the part in the folder, to be resumed.
-fn earlier_part(args: &CostArgs, part: &Part, files: &CommandFiles) -> Result<Vec<Study>, Failure> {
-    let Some(folder) = &args.out else { return Ok(Vec::new()) };
-    let Some(earlier) = parts::earlier(part, folder, files)?.filter(|_| !args.replace) else {
-        return Ok(Vec::new());
-    };
-    let refused = |what: &str, cure: &str| {
-        Err(Failure::Usage(format!("{}: {what}; {cure}", folder.join(parts::PART).display())))
-    };
-    match earlier.found {
-        _ if !args.resume && !earlier.complete => {
-            refused("this part is not complete", "--resume continues it, --replace writes over it")
-        }
-        Found::Cost(_) if args.resume && earlier.machine != part.machine => {
-            refused("this part was made on another machine", "give another folder, or --replace")
-        }
-        Found::Cost(studies) if args.resume => Ok(studies),
-        _ => Ok(Vec::new()),
-    }
-}
-
 /// The studies in the folder, to be resumed. A report that would be lost is an error, unless `--replace` allows it.
 fn earlier(args: &CostArgs, subjects: &[Subject]) -> Result<Vec<Study>, Failure> {
     let Some(folder) = args.out.as_ref().filter(|_| !args.replace) else { return Ok(Vec::new()) };
@@ -270,41 +225,28 @@ fn command(args: &CostArgs) -> String {
     command
 }
 
-/// The place where a report, or a part of one, is written.
+/// The place where a report is written.
 struct Target<'a> {
     folder: Option<&'a Path>,
-    part: Option<Part>,
     files: &'a CommandFiles,
 }
 
 impl Target<'_> {
-    /// Writes the report, or its part, so far.
+    /// Writes the report so far.
     fn save(&self, report: &Report) -> Result<(), Failure> {
-        match (self.folder, &self.part) {
-            (Some(folder), Some(part)) => {
-                let found = Found::Cost(report.studies.clone());
-                let part = Part { complete: report.complete, found, ..part.clone() };
-                parts::write_part(&part, folder, self.files)
-            }
-            (Some(folder), None) => {
-                let text = sealed(&report::json(report));
-                write(&self.files.unread(&folder.join(FILE))?, text.as_bytes())
-            }
-            (None, _) => Ok(()),
-        }
+        let Some(folder) = self.folder else { return Ok(()) };
+        let text = sealed(&report::json(report));
+        write(&self.files.unread(&folder.join(FILE))?, text.as_bytes())
     }
 
-    /// Writes the complete report, or its part.
+    /// Writes the complete report.
     fn finish(&self, report: &Report) -> Result<(), Failure> {
-        match (self.folder, &self.part) {
-            (Some(folder), None) => write_report(report, folder, self.files),
-            _ => self.save(report),
-        }
+        self.folder.map_or(Ok(()), |folder| write_report(report, folder, self.files))
     }
 }
 
 /// Refuses a folder in which a report would write over files of a person, unless it `is_own`.
-pub(super) fn claim_folder(
+fn claim_folder(
     folder: &Path,
     is_own: bool,
     cure: &str,
@@ -323,18 +265,8 @@ pub(super) fn claim_folder(
     )
 }
 
-/// Whether a report of that command is in `folder`.
-pub(super) fn has_report_of(folder: &Path, command: &str) -> bool {
-    let text = fs::read_to_string(folder.join(FILE)).unwrap_or_default();
-    serde_json::from_str::<Report>(&text).is_ok_and(|report| report.command == command)
-}
-
 /// Writes the files of a report.
-pub(super) fn write_report(
-    report: &Report,
-    folder: &Path,
-    files: &CommandFiles,
-) -> Result<(), Failure> {
+fn write_report(report: &Report, folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
     report::files(report).try_for_each(|(name, bytes)| {
         let sealed = (name == FILE).then(|| sealed(&report::json(report)).into_bytes());
         write(&files.unread(&folder.join(name))?, &sealed.unwrap_or(bytes))

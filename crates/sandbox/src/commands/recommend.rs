@@ -1,25 +1,20 @@
 //! `sandbox recommend`: a method and substeps for each part of a scene, from measurements on this machine.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use lab::Shard;
 use lab::cost::{Bench, Plan, Study, Subject};
-use lab::part::{Found, Part as StudyPart};
 use lab::recommend::{Goal, NextChoice, PartChoice, Point, Recommendation, Unit, recommend};
 use motion::Method;
 use report::numbers::{digits, duration, json_number as number, length, three_digits};
-use scene::{Part, Scene, Source, StepKind, shown};
+use scene::{Part, Scene, Source, StepKind};
 use serde_json::{Value, json};
 
 use crate::args::{SceneName, check_study, positive};
 use crate::commands::list::Format;
 use crate::failure::Failure;
-use crate::output;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{Output, OutputPath, output_file, refuse_foreign_files, study_folder};
-use crate::output::parts;
+use crate::output::files::{Output, OutputPath, output_file};
 use crate::output::progress::Progress;
 use crate::output::show;
 
@@ -39,14 +34,8 @@ pub(crate) struct RecommendArgs {
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
     pub seconds: Option<f64>,
     /// Write the scene with the chosen settings into a new file, or into its own
-    #[arg(long, value_name = "FILE", conflicts_with = "shard")]
+    #[arg(long, value_name = "FILE")]
     pub apply: Option<PathBuf>,
-    /// Measure only part K of N, part by part of the scene, into the folder of --out, for `sandbox merge`
-    #[arg(long, value_name = "K/N", requires = "out")]
-    pub shard: Option<Shard>,
-    /// The folder of --shard
-    #[arg(long, value_name = "DIR", requires = "shard")]
-    pub out: Option<PathBuf>,
     /// As a table or as JSON
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
@@ -84,109 +73,13 @@ pub(crate) fn run(args: &RecommendArgs) -> Result<(), Failure> {
     // Opened before the runs, so that a file that cannot be written is an error now.
     let target =
         args.apply.as_deref().map(|path| Target::open(path, &scene, &mut files)).transpose()?;
-    if let (Some(shard), Some(folder)) = (args.shard, &args.out) {
-        return measure_part(args, &scene, &parts, shard, folder, &files);
-    }
-    let all: Vec<_> = parts.iter().collect();
-    let studies = measure(&all, parts.len(), args);
+    let studies = measure(&parts, args);
     let (found, studies) = choose(&parts, studies, args.goal.goal(), args.seconds)?;
     show(&match args.format {
         Format::Table => table(&scene, &found, &studies),
         Format::Json => json(&scene, &found, &parts, &studies),
     })?;
     target.map_or(Ok(()), |target| target.write(args, &scene, &parts, &found))
-}
-
-/// Measures the parts of a scene that are in `shard`, for a merge.
-fn measure_part(
-    args: &RecommendArgs,
-    scene: &Scene,
-    parts: &[Part],
-    shard: Shard,
-    folder: &Path,
-    files: &CommandFiles,
-) -> Result<(), Failure> {
-    let (goal, seconds) = (args.goal.goal(), args.seconds);
-    let name = [args.scene.to_string(), scene.text.to_string()];
-    let found = |studies| Found::Recommend { scene: name, goal, seconds, studies };
-    let empty =
-        StudyPart::new(command(args), std::iter::once(scene), shard, found.clone()(Vec::new()));
-    parts::earlier(&empty, folder, files)?;
-    let _lock = study_folder(folder)?;
-    let own: Vec<_> =
-        (0..).zip(parts).filter(|(at, _)| shard.has(*at)).map(|(_, part)| part).collect();
-    let studies = measure(&own, parts.len(), args);
-    let part = StudyPart { complete: true, found: found(studies), ..empty };
-    parts::write_part(&part, folder, files)?;
-    show(&format!("{}: {} of {} parts of the scene\n", folder.display(), own.len(), parts.len()))
-}
-
-/// The command that measures all parts.
-fn command(args: &RecommendArgs) -> String {
-    let mut command = match args.goal.goal() {
-        Goal::Error(meters) => {
-            format!("sandbox recommend {} --error {}", &*args.scene, shown(meters))
-        }
-        Goal::Budget(ms) => format!("sandbox recommend {} --budget-ms {}", &*args.scene, shown(ms)),
-    };
-    if let Some(seconds) = args.seconds {
-        command += &format!(" --seconds {}", shown(seconds));
-    }
-    if args.quick {
-        command += " --quick";
-    }
-    command
-}
-
-/// A recommendation from the studies of all parts of a scene: as a table, as JSON, and as the text of the scene with the chosen
-/// settings.
-pub(super) struct Recommended {
-    pub table: String,
-    pub json: String,
-    pub scene: String,
-}
-
-/// The recommendation for the scene of that name and text.
-pub(super) fn of_studies(
-    [name, text]: &[String; 2],
-    goal: Goal,
-    seconds: Option<f64>,
-    studies: Vec<Study>,
-) -> Result<Recommended, Failure> {
-    let scene = Scene::parse(name, text)?;
-    let parts = scene.parts();
-    let (found, studies) = choose(&parts, studies, goal, seconds)?;
-    Ok(Recommended {
-        table: table(&scene, &found, &studies),
-        json: json(&scene, &found, &parts, &studies),
-        scene: with_choice(name, &scene, &parts, &found)?,
-    })
-}
-
-/// The files of a merge: the report, the table, and the scene with the chosen settings.
-const FILES: [&str; 3] = ["recommend.json", "recommend.txt", "scene.ron"];
-
-/// Writes a recommendation that was merged into `folder`.
-pub(super) fn write(
-    recommended: &Recommended,
-    folder: &Path,
-    files: &CommandFiles,
-) -> Result<(), Failure> {
-    let is_file = |name: &str| FILES.contains(&name);
-    files.refuse_names(
-        folder,
-        is_file,
-        "the recommendation in that folder; give another folder",
-    )?;
-    let earlier = fs::read_to_string(folder.join(FILES[0])).unwrap_or_default();
-    let is_own = earlier.contains("\"sets_the_price\"");
-    refuse_foreign_files(folder, is_own, is_file, "give another folder")?;
-    let _lock = study_folder(folder)?;
-    let Recommended { table, json, scene } = recommended;
-    let texts = [json, table, scene];
-    FILES.iter().zip(texts).try_for_each(|(name, text)| {
-        output::files::write(&files.unread(&folder.join(name))?, text.as_bytes())
-    })
 }
 
 /// The text of the scene with the chosen settings.
@@ -280,9 +173,9 @@ impl<'a> Target<'a> {
     }
 }
 
-/// Studies each of `parts`, of a scene that has `all` parts.
-fn measure(parts: &[&Part], all: usize, args: &RecommendArgs) -> Vec<Study> {
-    let plan = plan(all, args.quick);
+/// Studies each of `parts`.
+fn measure(parts: &[Part], args: &RecommendArgs) -> Vec<Study> {
+    let plan = plan(parts.len(), args.quick);
     let progress = Progress::new(parts.len());
     let mut studies = Vec::new();
     for part in parts {

@@ -89,8 +89,8 @@ pub(crate) struct RunArgs {
     /// Exit with code 1 before the first tick if the forecast finds something unstable
     #[arg(long)]
     pub refuse_unstable: bool,
-    /// Write the state of every body, as CSV or as Parquet
-    #[arg(long, value_name = "FILE.csv|FILE.parquet")]
+    /// Write the state of every body as CSV
+    #[arg(long, value_name = "FILE.csv")]
     pub state: Option<PathBuf>,
     /// Columns of the state file: position, velocity, acceleration, force, forces (each by its cause), energies, momentum, angular_momentum,
     /// distance:BODY

@@ -4,8 +4,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use lab::Shard;
-use lab::part::{Found, Part};
 use lab::stability::{Matrix, StabilityRun};
 use motion::Method;
 use scene::{Scene, cases};
@@ -18,7 +16,6 @@ use crate::output::show;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{refuse_foreign_files, study_folder, write};
-use crate::output::parts;
 use crate::output::progress::{PIECE, Progress};
 
 pub(super) const EXAMPLES: &str = "\
@@ -40,9 +37,6 @@ pub(crate) struct StabilityArgs {
     /// Write stability.html, matrix.svg, matrix.csv, matrix.md and matrix.json into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Run only part K of N, row by row, for `sandbox merge`
-    #[arg(long, value_name = "K/N", requires = "out")]
-    pub shard: Option<Shard>,
     /// As a table or as JSON
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
@@ -53,13 +47,7 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     let methods = methods(&args.methods);
     let mut files = CommandFiles::default();
     let scenes = scenes(&args.cases, &mut files)?;
-    let part = args.shard.map(|shard| {
-        let found = Found::Stability { rows: Vec::new() };
-        Part::new(command(args), scenes.iter(), shard, found)
-    });
-    if let (Some(folder), Some(part)) = (&args.out, &part) {
-        parts::earlier(part, folder, &files)?;
-    } else if let Some(folder) = &args.out {
+    if let Some(folder) = &args.out {
         claim_folder(folder, &files)?;
     }
     let _lock = args.out.as_deref().map(study_folder).transpose()?;
@@ -68,8 +56,7 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
         tempfile::tempfile_in(folder)
             .map_err(|error| Failure::file("write into", folder, &error))?;
     }
-    let shard = args.shard.unwrap_or(Shard::WHOLE);
-    let mut run = StabilityRun::of_shard(scenes, &methods, args.ticks, shard);
+    let mut run = StabilityRun::new(scenes, &methods, args.ticks);
     let progress = Progress::new(1);
     loop {
         progress.say(run.now().unwrap_or_default());
@@ -85,18 +72,11 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
         Format::Table => show(&report::stability::table(matrix).aligned())?,
         Format::Json => show(&matrix.json())?,
     }
-    match (&args.out, part) {
-        (Some(folder), Some(part)) => {
-            let found = Found::Stability { rows: matrix.rows.clone() };
-            parts::write_part(&Part { found, complete: true, ..part }, folder, &files)
-        }
-        (Some(folder), None) => write_matrix(matrix, folder, &files),
-        (None, _) => Ok(()),
-    }
+    args.out.as_ref().map_or(Ok(()), |folder| write_matrix(matrix, folder, &files))
 }
 
 /// Refuses a folder in which a matrix would write over files of a person.
-pub(super) fn claim_folder(folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
+fn claim_folder(folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
     files.refuse_names(
         folder,
         report::stability::is_file,
@@ -110,30 +90,11 @@ pub(super) fn claim_folder(folder: &Path, files: &CommandFiles) -> Result<(), Fa
 }
 
 /// Writes the files of a matrix.
-pub(super) fn write_matrix(
-    matrix: &Matrix,
-    folder: &Path,
-    files: &CommandFiles,
-) -> Result<(), Failure> {
+fn write_matrix(matrix: &Matrix, folder: &Path, files: &CommandFiles) -> Result<(), Failure> {
     for (name, bytes) in report::stability::files(matrix) {
         write(&files.unread(&folder.join(name))?, &bytes)?;
     }
     Ok(())
-}
-
-/// The command that makes the whole matrix.
-fn command(args: &StabilityArgs) -> String {
-    let mut command = "sandbox stability".to_owned();
-    for case in &args.cases {
-        command += &format!(" {case}");
-    }
-    for method in &args.methods {
-        command += &format!(" --method {}", method.name());
-    }
-    if let Some(ticks) = args.ticks {
-        command += &format!(" --ticks {ticks}");
-    }
-    command
 }
 
 /// The requested methods, each once and in the order of the table; all methods if none is requested.

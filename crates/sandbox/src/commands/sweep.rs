@@ -44,7 +44,7 @@ pub(crate) struct SweepArgs {
     /// the figure shows the first
     #[arg(long = "measure", value_name = "MEASURE,...", value_delimiter = ',', default_values = ["survives", "drift", "largest_speed"], value_parser = measure)]
     pub measures: Vec<Measure>,
-    /// Write runs.csv, runs.parquet, sweep.svg and sweep.json into this folder
+    /// Write runs.csv, sweep.svg and sweep.json into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Continue the sweep that was interrupted in that folder

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use csv::{ErrorKind, Reader, ReaderBuilder, StringRecord};
 use lab::sweep::{Record, Row};
 use lab::{Column, Value};
-use report::Parquet;
 use report::sweep::Figure;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -20,18 +19,16 @@ pub(crate) const RECORD: &str = "sweep.json";
 /// File name of the journal: the runs so far, in order.
 const JOURNAL: &str = "runs.part.csv";
 const TABLE: &str = "runs.csv";
-const PARQUET: &str = "runs.parquet";
 const FIGURE: &str = "sweep.svg";
 
 /// Whether a sweep writes a file of that name.
 pub(crate) fn is_file(name: &str) -> bool {
-    [RECORD, JOURNAL, TABLE, PARQUET, FIGURE].contains(&name)
+    [RECORD, JOURNAL, TABLE, FIGURE].contains(&name)
 }
 
 /// Whether all files of the complete sweep of `record` are in `folder`, with its table unchanged.
 pub(crate) fn are_there(record: &Record, folder: &Path) -> bool {
-    [PARQUET, FIGURE].iter().all(|name| folder.join(name).exists())
-        && Runs::of_folder(record, folder).is_ok()
+    folder.join(FIGURE).exists() && Runs::of_folder(record, folder).is_ok()
 }
 
 /// The record in `folder`, if there is one.
@@ -227,16 +224,12 @@ pub(crate) fn write_tables(
     folder: &Path,
     files: &CommandFiles,
 ) -> Result<(), Failure> {
-    let paths = [TABLE, PARQUET, FIGURE].map(|name| folder.join(name));
+    let [table_path, figure_path] = &[TABLE, FIGURE].map(|name| folder.join(name));
     let failed = |path: &Path| {
         let path = path.to_owned();
         move |error: io::Error| Failure::file("write", &path, &error)
     };
-    let [table_path, parquet_path, figure_path] = &paths;
     let mut table = Output::create(&files.unread(table_path)?).map_err(failed(table_path))?;
-    let parquet = Output::create(&files.unread(parquet_path)?).map_err(failed(parquet_path))?;
-    let mut parquet =
-        Parquet::new(parquet, "runs", &record.plan.columns()).map_err(failed(parquet_path))?;
     let mut figure = Figure::new(&record.scene, &record.plan);
     let mut hash = Xxh3::new();
     let mut write_line = |line: String| {
@@ -256,7 +249,6 @@ pub(crate) fn write_tables(
         };
         write_line(report::sweep::row(&values))?;
         figure.add(run, &values);
-        parquet.add(values).map_err(failed(parquet_path))?;
         heads[at] = sources[at].next()?;
     }
     let runs: u64 = sources.iter().map(|source| source.place).sum();
@@ -268,7 +260,6 @@ pub(crate) fn write_tables(
     // First, because the record marks the folder as one that the program filled.
     write_record(record, folder, files)?;
     table.finish().map_err(failed(table_path))?;
-    parquet.finish().and_then(Output::finish).map_err(failed(parquet_path))?;
     write(&files.unread(figure_path)?, figure.drawing().document().as_bytes())?;
     let table_hash = Some(hex(&hash));
     write_record(&Record { complete: true, table_hash, ..record.clone() }, folder, files)

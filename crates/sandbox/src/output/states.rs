@@ -1,16 +1,16 @@
-//! The state file of a run: the states of bodies at some of its ticks, as CSV or as Parquet.
+//! The state file of a run: the states of bodies at some of its ticks, as CSV.
 
 use std::io::{self, Write};
 
 use bevy_ecs::entity::Entity;
 use glam::DVec3;
-use lab::{Column, Kind, Value};
+use lab::Value;
 use motion::effects::{Effect, EffectState, state};
 use motion::{
     Dormant, ForceCause, LAWS, LAWS_WITH_POTENTIAL, PhysicsBody, Quarantined, Transform,
     each_potential_energy,
 };
-use report::{Parquet, csv_line};
+use report::csv_line;
 use scene::Scene;
 use wildmatch::WildMatch;
 
@@ -164,60 +164,44 @@ impl Selection {
     }
 }
 
-/// The file to which rows are written.
-enum Sink<W: Write + Send> {
-    Csv(W),
-    Parquet(Box<Parquet<W>>),
-}
-
 /// The state file, row by row.
-pub(crate) struct States<W: Write + Send> {
+pub(crate) struct States<W: Write> {
     quantities: Vec<Quantity>,
     bodies: Vec<WildMatch>,
     causes: Causes,
-    sink: Sink<W>,
+    out: W,
 }
 
 impl States<Output> {
-    /// Begins the file at `path`: as Parquet if its name ends in `.parquet`, else as CSV.
+    /// Begins the file at `path`.
     pub fn begin(
         path: &OutputPath,
         stage: &mut Stage,
         selection: &Selection,
     ) -> Result<Self, Failure> {
+        let end = path.as_ref().extension();
+        if end.is_some_and(|end| end.eq_ignore_ascii_case("parquet")) {
+            let what = "states are written as CSV; give a name that ends in .csv";
+            return Err(Failure::Usage(format!("{}: {what}", path.as_ref().display())));
+        }
         let failed = |error: io::Error| Failure::file("write", path.as_ref(), &error);
-        let is_parquet =
-            path.as_ref().extension().is_some_and(|end| end.eq_ignore_ascii_case("parquet"));
-        Self::new(output_file(path)?, stage, selection, is_parquet).map_err(failed)
+        Self::new(output_file(path)?, stage, selection).map_err(failed)
     }
 
     /// Writes what is left.
     pub fn finish(self) -> io::Result<()> {
-        self.into_inner()?.finish()
+        self.out.finish()
     }
 }
 
-impl<W: Write + Send> States<W> {
-    fn new(
-        mut to: W,
-        stage: &mut Stage,
-        selection: &Selection,
-        is_parquet: bool,
-    ) -> io::Result<Self> {
+impl<W: Write> States<W> {
+    fn new(mut out: W, stage: &mut Stage, selection: &Selection) -> io::Result<Self> {
         let causes = Causes::of(stage);
-        let mut columns =
-            vec![Column::new("tick", Kind::Count), Column::new("time_s", Kind::Number)];
-        columns.push(Column::new("body", Kind::Text));
         let names = selection.quantities.iter().flat_map(|quantity| quantity.columns(&causes));
-        columns.extend(names.map(|name| Column::new(name, Kind::Number)));
-        let sink = if is_parquet {
-            Sink::Parquet(Box::new(Parquet::new(to, "states", &columns)?))
-        } else {
-            to.write_all(csv_line(columns.into_iter().map(|column| column.name)).as_bytes())?;
-            Sink::Csv(to)
-        };
+        let columns = ["tick", "time_s", "body"].map(str::to_owned).into_iter().chain(names);
+        out.write_all(csv_line(columns).as_bytes())?;
         let bodies = selection.bodies.iter().map(|pattern| WildMatch::new(pattern)).collect();
-        Ok(Self { quantities: selection.quantities.clone(), bodies, causes, sink })
+        Ok(Self { quantities: selection.quantities.clone(), bodies, causes, out })
     }
 
     /// Adds a row for every body with physics that is wanted, immovable ones too, in stable-id order.
@@ -275,37 +259,21 @@ impl<W: Write + Send> States<W> {
                     }
                 });
             }
-            self.write(row)?;
+            let field = |value: &Value| match value {
+                Value::Number(number) => format!("{number:.16e}"),
+                other => other.to_string(),
+            };
+            self.out.write_all(csv_line(row.iter().map(field)).as_bytes())?;
         }
         Ok(())
-    }
-
-    fn write(&mut self, row: Vec<Value>) -> io::Result<()> {
-        match &mut self.sink {
-            Sink::Parquet(table) => table.add(row),
-            Sink::Csv(out) => {
-                let field = |value: &Value| match value {
-                    Value::Number(number) => format!("{number:.16e}"),
-                    other => other.to_string(),
-                };
-                out.write_all(csv_line(row.iter().map(field)).as_bytes())
-            }
-        }
-    }
-
-    fn into_inner(self) -> io::Result<W> {
-        match self.sink {
-            Sink::Csv(out) => Ok(out),
-            Sink::Parquet(table) => table.finish(),
-        }
     }
 }
 
 /// The state of `stage` as CSV, with the usual columns.
 pub(crate) fn csv_of(stage: &mut Stage) -> io::Result<Vec<u8>> {
-    let mut states = States::new(Vec::new(), stage, &Selection::usual(), false)?;
+    let mut states = States::new(Vec::new(), stage, &Selection::usual())?;
     states.add(stage)?;
-    states.into_inner()
+    Ok(states.out)
 }
 
 /// The position of the other body of a distance.
