@@ -282,7 +282,7 @@ fn shards_are_merged_to_the_bytes_of_one_run() {
         ),
         (
             "merge . --out x",
-            ".: no shard of a sweep or a study was written into this folder; give the folders of --out of every shard",
+            ".: no shard of a sweep was written into this folder; give the folders of --out of every shard",
         ),
         (
             "merge 1of3 2of3 3of3 --out 1of3",
