@@ -229,7 +229,9 @@ impl<'a> Pairs<'a> {
 
     /// The energy of all bodies together; `None` if a force may add to it, or if they are many.
     fn whole(&self, simulation: &mut Simulation) -> Option<Energy> {
-        let drives = |own: &OwnLawsSpec| !own.thrusts.is_empty() || !own.riding_wells.is_empty();
+        let drives = |own: &OwnLawsSpec| {
+            !own.thrusts.is_empty() || !own.riding_wells.is_empty() || !own.wells.is_empty()
+        };
         let is_fed = self.falls
             || self.blows
             || !self.scene.emitters.is_empty()
@@ -262,6 +264,11 @@ impl<'a> Pairs<'a> {
     /// Whether nothing but its holder can free a body that is at most `reach` meters from it, until the next check.
     fn is_calm(&self, body: u32, holder: Holder, reach: f64) -> bool {
         let Some((_, by_holder, all)) = self.attraction(body, holder) else { return false };
+        // Each body of a race of methods has a well of its own, to show whether it stays.
+        let own_wells = self.scene.own_laws.get(&body).into_iter().flat_map(|own| &own.wells);
+        if { own_wells }.any(|well| Holder::Well(well.position) == holder) {
+            return false;
+        }
         let is_left_alone = |id: u32| {
             let own = self.scene.own_laws.get(&id);
             !self.joined[id as usize]
