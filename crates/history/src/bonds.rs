@@ -116,10 +116,9 @@ const MOST_IN_HILL_SPHERES: usize = 256;
 /// the other end of one of its springs.
 #[must_use]
 pub fn bonds(simulation: &mut Simulation) -> Vec<Bond> {
-    let off = Effects::of(&mut simulation.world).off;
     let attractions = Attractions::of(simulation);
     let mut bonds = attractions.bonds();
-    if !off.contains(&Effect::Springs) {
+    if attractions.springs_are_on {
         bonds.extend(bonds_by_springs(&simulation.scene, &attractions.states));
     }
     bonds
@@ -131,6 +130,7 @@ pub(crate) struct Attractions {
     /// By stable id.
     pub states: Vec<Option<State>>,
     wells_are_on: bool,
+    springs_are_on: bool,
     mutual: Option<MutualGravity>,
     /// The bodies that attract others, with their masses as sources.
     masses: Vec<State>,
@@ -152,7 +152,9 @@ impl Attractions {
         };
         let masses =
             if mutual.is_some() { attracting.filter_map(source).collect() } else { Vec::new() };
-        Self { wells_are_on: !off.contains(&Effect::Wells), mutual, masses, states, scene }
+        let [wells_are_on, springs_are_on] =
+            [Effect::Wells, Effect::Springs].map(|effect| !off.contains(&effect));
+        Self { scene, states, wells_are_on, springs_are_on, mutual, masses }
     }
 
     /// The attractions of `body` by wells.

@@ -3,6 +3,7 @@
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap};
 
+use crate::cost::larger;
 use crate::duration::{TooLong, check_time, reference_tick_seconds, tick_seconds, ticks_in};
 use history::{Change, Distances, Overrides, Simulation, Twin, rate_of};
 use motion::clock::StepClock;
@@ -222,13 +223,7 @@ fn measure_run(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<Quantitie
         if let Some(reference) = &mut reference {
             reference.tick();
             let apart = Distances::between(&simulation, reference.simulation()).farthest(|_| true);
-            // `f64::max` ignores NaN; here NaN must stay.
-            let distance = apart.map_or(f64::NAN, |(_, distance)| distance);
-            farthest = if distance.is_nan() || farthest.is_nan() {
-                f64::NAN
-            } else {
-                farthest.max(distance)
-            };
+            farthest = larger(farthest, apart.map_or(f64::NAN, |(_, distance)| distance));
         }
         note(&mut quantities, &run.measure, &mut simulation, farthest);
     }

@@ -59,12 +59,11 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     }
     let cpu_s = start.elapsed().as_secs_f64();
     let failure = Runner::failure(&mut simulation);
-    let quarantined = simulation.failure().map(|failure| failure.tick);
-    let (outcome, why) = match failure {
-        Some(why @ crate::cost::Failure::Quarantined { .. }) => {
-            (Outcome::Quarantined, why.to_string())
+    let (outcome, why, quarantined) = match failure {
+        Some(why @ crate::cost::Failure::Quarantined { tick, .. }) => {
+            (Outcome::Quarantined, why.to_string(), Some(tick))
         }
-        _ => (Outcome::Finished, String::new()),
+        _ => (Outcome::Finished, String::new(), None),
     };
     let speed_and_distance = |pick: fn(&Motion) -> f64| motion.as_ref().map_or(f64::NAN, pick);
     let mut values = vec![Value::Number(ticks as f64 / step_hz)];

@@ -104,9 +104,11 @@ impl Escapes {
         let pairs = Pairs::of(&scene, simulation, EVERY as f64 * length);
         let whole = pairs.whole(simulation);
         let mut fault = None;
-        for (key, mut held) in before.clone() {
+        for (key, held) in &before {
+            let (key, mut held) = (*key, *held);
+            let about = held.pair.and_then(|(body, holder)| pairs.about(body, holder));
             let energy = match held.pair {
-                Some((body, holder)) => pairs.energy(body, holder),
+                Some(_) => about.as_ref().map(About::energy),
                 None => whole,
             };
             let Some(energy) = energy else { continue };
@@ -114,8 +116,7 @@ impl Escapes {
             if energy.is_bound() {
                 // It may have left a calm orbit for one that is not.
                 held.fault_from = None;
-                let is_calm = |(body, holder)| pairs.is_calm(body, holder, held.reach);
-                if held.pair.is_some_and(is_calm) {
+                if about.is_some_and(|about| pairs.is_calm(&about, held.reach)) {
                     self.0.insert(key, held);
                 }
             } else if joules > rounding && fault.is_none() && held.is_fault(tick, length) {
@@ -180,6 +181,27 @@ impl Energy {
     }
 }
 
+/// A body, its attraction by what holds it, and all of its attractions.
+struct About {
+    body: State,
+    by_holder: Attraction,
+    all: Vec<Attraction>,
+}
+
+impl About {
+    fn energy(&self) -> Energy {
+        let Self { body, by_holder, all } = self;
+        // About a fixed holder, the potential of all that is fixed stays.
+        let counts = |other: &&Attraction| {
+            other.holder == by_holder.holder || by_holder.is_fixed && other.is_fixed
+        };
+        let potential: f64 =
+            all.iter().filter(counts).map(|other| -other.strength / other.distance()).sum();
+        let kinetic = 0.5 * by_holder.v.length_squared();
+        Energy::of(body.mass * kinetic, body.mass * potential)
+    }
+}
+
 /// The attractions of a scene between two checks.
 struct Pairs<'a> {
     scene: &'a Scene,
@@ -215,16 +237,12 @@ impl<'a> Pairs<'a> {
         }
     }
 
-    /// The attraction of `body` by `holder`, and all attractions of it.
-    fn attraction(
-        &self,
-        body: u32,
-        holder: Holder,
-    ) -> Option<(State, Attraction, Vec<Attraction>)> {
-        let state = self.attractions.states[body as usize]?;
-        let all: Vec<_> = self.attractions.on(&state).collect();
+    /// A body about what holds it.
+    fn about(&self, body: u32, holder: Holder) -> Option<About> {
+        let body = self.attractions.states[body as usize]?;
+        let all: Vec<_> = self.attractions.on(&body).collect();
         let by_holder = *all.iter().find(|attraction| attraction.holder == holder)?;
-        Some((state, by_holder, all))
+        Some(About { body, by_holder, all })
     }
 
     /// The energy of all bodies together; `None` if a force may add to it, or if they are many.
@@ -243,27 +261,16 @@ impl<'a> Pairs<'a> {
         Some(Energy::of(kinetic_energy, potential_energy))
     }
 
-    /// The energy of a body about its holder.
-    fn energy(&self, body: u32, holder: Holder) -> Option<Energy> {
-        let (state, by_holder, all) = self.attraction(body, holder)?;
-        // About a fixed holder, the potential of all that is fixed stays.
-        let counts =
-            |other: &&Attraction| other.holder == holder || by_holder.is_fixed && other.is_fixed;
-        let potential: f64 =
-            all.iter().filter(counts).map(|other| -other.strength / other.distance()).sum();
-        let kinetic = 0.5 * by_holder.v.length_squared();
-        Some(Energy::of(state.mass * kinetic, state.mass * potential))
-    }
-
     /// The energy of a bound body that nothing but its holder can free until the next check.
     fn secure(&self, bond: &Bond) -> Option<Energy> {
-        let energy = self.energy(bond.body, bond.holder).filter(Energy::is_bound)?;
-        self.is_calm(bond.body, bond.holder, bond.reach).then_some(energy)
+        let about = self.about(bond.body, bond.holder)?;
+        let energy = Some(about.energy()).filter(Energy::is_bound)?;
+        self.is_calm(&about, bond.reach).then_some(energy)
     }
 
     /// Whether nothing but its holder can free a body that is at most `reach` meters from it, until the next check.
-    fn is_calm(&self, body: u32, holder: Holder, reach: f64) -> bool {
-        let Some((_, by_holder, all)) = self.attraction(body, holder) else { return false };
+    fn is_calm(&self, About { body, by_holder, all }: &About, reach: f64) -> bool {
+        let (body, holder) = (body.id, by_holder.holder);
         // Each body of a race of methods has a well of its own, to show whether it stays.
         let own_wells = self.scene.own_laws.get(&body).into_iter().flat_map(|own| &own.wells);
         if { own_wells }.any(|well| Holder::Well(well.position) == holder) {
