@@ -5,9 +5,10 @@ use std::fmt::Write as _;
 use bevy_ecs::prelude::*;
 use history::{Fault, Overrides, Simulation, Watch};
 use lab::trial::{Ahead, Trial, Tried, Verdict};
-use motion::margin::{Margin, Margins};
+use motion::margin::Margins;
 use motion::units::Vector;
 use motion::{Method, PhysicsBody, Quarantined, Transform, totals};
+use report::ForecastRow;
 use scene::Scene;
 
 use crate::rigs::{Dice, scene_of};
@@ -378,14 +379,15 @@ impl Seen {
 const AHEAD: Ahead = Ahead { work: 1e6, ..Ahead::DEFAULT };
 
 /// What a forecast says of a scene: its trials, and its margins that name a fault.
-fn forecast(scene: &Scene) -> (Vec<Tried>, Vec<Margin>) {
+fn forecast(scene: &Scene) -> (Vec<Tried>, Vec<ForecastRow>) {
     let mut run = Simulation::new(scene.clone());
     let method = run.method();
-    let mut margins = Margins::of(&mut run.world, method).list().to_vec();
-    margins.retain(Margin::is_reported);
+    let margins = Margins::of(&mut run.world, method);
     let mut trial = Trial::new(&mut run, AHEAD);
     trial.finish();
-    (trial.found(), margins)
+    let mut rows = ForecastRow::of(&run, &margins, &trial);
+    rows.retain(|row| row.margin().is_some() && row.is_fault());
+    (trial.found(), rows)
 }
 
 /// Counts of a campaign.
@@ -444,11 +446,12 @@ impl Counts {
             _ => {}
         }
         let of_trials = trials.iter().filter(|tried| tried.verdict.is_fault());
-        let cures =
-            of_trials.map(|tried| tried.cure).chain(margins.iter().map(|margin| margin.cure));
+        let mut cures: Vec<_> =
+            of_trials.map(|tried| tried.cure).chain(margins.iter().map(|row| row.cures)).collect();
+        cures.dedup();
         // With several faults a cure is of one of them.
-        let is_alone = trials.len() + margins.len() == 1;
-        for cure in cures.filter(|_| is_alone) {
+        let is_alone = trials.len().max(margins.len()) == 1;
+        for cure in cures.into_iter().filter(|_| is_alone) {
             let substeps = cure.substeps.map(|substeps| (None, Some(substeps)));
             let method = cure.method.map(|method| (Some(method), None));
             for (method, substeps) in substeps.into_iter().chain(method) {

@@ -29,7 +29,7 @@ pub struct Ahead {
     pub seconds: Option<f64>,
     /// Most work, in [units](Trial::advance).
     pub work: f64,
-    /// Whether verdicts alone are wanted: no cures, and a verdict of a part whose margin says enough, too.
+    /// Whether verdicts alone are wanted: no cures.
     pub verdicts_alone: bool,
 }
 
@@ -120,6 +120,8 @@ impl Verdict {
 pub struct Tried {
     /// Name of the part.
     pub part: String,
+    /// Stable ids of its bodies, ascending.
+    pub ids: Arc<[u32]>,
     /// Number of movable bodies that were tried.
     pub bodies: usize,
     /// Number of movable bodies that they stand for.
@@ -134,7 +136,7 @@ pub struct Tried {
     pub body: Option<u32>,
     /// Stable id of the body that holds it.
     pub holder: Option<u32>,
-    /// How far the trial has looked, s.
+    /// How far the trial has looked, s. Where it [holds](Verdict::Holds), no body has been beyond what the truth had by then.
     pub seconds: f64,
     /// The time from which on the truth cannot be predicted, s: two runs that are far finer than the scene part there. From then on only
     /// energy and sizes are compared.
@@ -149,11 +151,13 @@ impl Tried {
     /// Nothing was found of a part yet, of which that many bodies are tried.
     fn new(
         part: String,
+        ids: &[u32],
         bodies: usize,
         Waiting { setting: (method, substeps), of, .. }: &Waiting,
     ) -> Self {
         Self {
             part,
+            ids: Arc::from(ids),
             bodies,
             of: *of,
             method: *method,
@@ -205,7 +209,8 @@ impl Trial {
         let name = |ids: &[u32]| ids.first().and_then(|id| scene.names.get(*id));
         let tried = |part: &Waiting| {
             let first = name(&part.ids).unwrap_or_default();
-            Tried::new(format!("{first} and {} more", part.ids.len() - 1), part.of, part)
+            let name = format!("{first} and {} more", part.ids.len() - 1);
+            Tried::new(name, &part.ids, part.of, part)
         };
         let untried = large.iter().map(tried).collect();
         let pieces = Vec::new();

@@ -1,5 +1,7 @@
 //! Forecasts in words: a row for each margin, and for each part that was tried.
 
+use std::sync::Arc;
+
 use history::Simulation;
 use lab::trial::{Excess, Settled, Trial, Tried, Verdict};
 use motion::bevy_ecs::entity::Entity;
@@ -30,8 +32,12 @@ pub struct ForecastRow {
     pub instrument: Instrument,
     /// What would help; empty if no help is needed.
     pub cure: String,
+    /// The changes that would help, if help is needed.
+    pub cures: Cure,
     /// Name of what holds the body of a trial.
     holder: Option<String>,
+    /// Stable ids of the bodies that limit a margin.
+    limiting: Vec<u32>,
 }
 
 impl ForecastRow {
@@ -40,12 +46,24 @@ impl ForecastRow {
     pub fn of(simulation: &Simulation, margins: &Margins, trial: &Trial) -> Vec<Self> {
         let mut rows = Self::of_trial(simulation, trial);
         rows.extend(Self::of_margins(simulation, margins));
-        Self::sort(&mut rows);
+        Self::arrange(&mut rows);
         rows
     }
 
-    /// Sorts rows: faults first, those of margins before those of the trial.
-    pub fn sort(rows: &mut [Self]) {
+    /// Sorts rows: faults first, those of margins before those of the trial. The cure of a margin becomes that of the trial, if the
+    /// trial of its part has found a fault, too.
+    pub fn arrange(rows: &mut [Self]) {
+        let tried = rows.iter().filter_map(Self::tried);
+        let tried = tried.filter(|tried| tried.verdict.is_fault() && tried.is_done);
+        let tried: Vec<_> = tried.map(|tried| (Arc::clone(&tried.ids), tried.cure)).collect();
+        for row in rows.iter_mut().filter(|row| row.is_fault() && row.margin().is_some()) {
+            let holds_all =
+                |ids: &[u32]| row.limiting.iter().all(|id| ids.binary_search(id).is_ok());
+            if let Some((_, cures)) = tried.iter().find(|(ids, _)| holds_all(ids)) {
+                row.cures = *cures;
+                row.cure = cure_in_words(*cures);
+            }
+        }
         let is_trial = |row: &Self| row.is_fault() && row.tried().is_some();
         rows.sort_by_key(|row| (!row.is_fault(), row.is_wrong(), is_trial(row)));
     }
@@ -54,7 +72,11 @@ impl ForecastRow {
     pub fn of_margins(simulation: &Simulation, margins: &Margins) -> Vec<Self> {
         let name =
             |body: Entity| simulation.id(body).map_or_else(String::new, |id| name(simulation, id));
-        margins.list().iter().map(|margin| Self::of_margin(*margin, name)).collect()
+        let row = |margin: &Margin| Self {
+            limiting: margin.part.bodies().iter().filter_map(|body| simulation.id(*body)).collect(),
+            ..Self::of_margin(*margin, name)
+        };
+        margins.list().iter().map(row).collect()
     }
 
     /// The rows of a trial.
@@ -78,15 +100,17 @@ impl ForecastRow {
         };
         let is_fault = margin.is_unstable() || margin.may_be_unstable();
         let cure = if is_fault { cure_in_words(margin.cure) } else { String::new() };
-        Self { element, instrument: Instrument::Margin(margin), cure, holder: None }
+        let (cures, instrument) = (margin.cure, Instrument::Margin(margin));
+        Self { element, instrument, cure, cures, holder: None, limiting: Vec::new() }
     }
 
     fn of_tried(tried: Tried, name: impl Fn(u32) -> String) -> Self {
         let is_cured = tried.verdict.is_fault() && tried.is_done;
         let cure = if is_cured { cure_in_words(tried.cure) } else { String::new() };
         let element = tried.body.map_or_else(|| tried.part.clone(), &name);
-        let holder = tried.holder.map(name);
-        Self { element, instrument: Instrument::Trial(tried), cure, holder }
+        let (holder, cures) = (tried.holder.map(name), tried.cure);
+        let instrument = Instrument::Trial(tried);
+        Self { element, instrument, cure, cures, holder, limiting: Vec::new() }
     }
 
     /// Name of the instrument.
@@ -122,15 +146,6 @@ impl ForecastRow {
         match &self.instrument {
             Instrument::Margin(margin) => (margin.method, margin.substeps),
             Instrument::Trial(tried) => (tried.method, tried.substeps),
-        }
-    }
-
-    /// The cures.
-    #[must_use]
-    pub const fn cures(&self) -> Cure {
-        match &self.instrument {
-            Instrument::Margin(margin) => margin.cure,
-            Instrument::Trial(tried) => tried.cure,
         }
     }
 

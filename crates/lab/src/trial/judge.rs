@@ -2,7 +2,7 @@
 
 use history::Simulation;
 
-use super::truth::{Body, Cast, Look, Truth, Window};
+use super::truth::{Body, Cast, Look, Most, Truth, Window};
 use super::{Excess, Settled, THROWN};
 
 /// Least ticks by which the truth is ahead of the run.
@@ -25,6 +25,9 @@ pub(super) fn judged(ticks: u64) -> u64 {
 pub(super) struct Run {
     simulation: Simulation,
     pub ticks: u64,
+    /// The last tick by which no body was beyond what the truth had by then.
+    pub held: u64,
+    most: Most,
     window: Window,
     /// Least and largest velocity along the true one, as multiples of it, by body.
     along: Vec<[f64; 2]>,
@@ -40,14 +43,16 @@ pub(super) type Found<T> = (Option<usize>, Option<usize>, T);
 
 impl Run {
     pub fn new(mut simulation: Simulation, cast: &Cast) -> Self {
-        let start = Look::at(&mut simulation, cast).energy;
+        let look = Look::at(&mut simulation, cast);
         let count = cast.ids.len();
         Self {
             simulation,
             ticks: 0,
+            held: 0,
+            most: Most::of(&look),
             window: Window::default(),
             along: vec![[f64::INFINITY, f64::NEG_INFINITY]; count],
-            start,
+            start: look.energy,
             peaks: [0.0; 2],
             swing: 0.0,
         }
@@ -74,6 +79,10 @@ impl Run {
                     self.along[i] = [least.min(along), most.max(along)];
                 }
             }
+        }
+        self.most.add(&look);
+        if truth.is_resolved(self.ticks) && !self.is_early(cast, truth) {
+            self.held = self.ticks;
         }
         let largest = self.excess(&look, cast, truth)?;
         let (.., excess) = largest;
@@ -153,6 +162,16 @@ impl Run {
             keep(body, None, Excess::Energy(beyond / scale));
         }
         worst
+    }
+
+    /// Whether a body has been beyond what the truth has had by now, even if the truth comes there a little later.
+    pub fn is_early(&self, cast: &Cast, truth: &Truth) -> bool {
+        let (own, most) = (&self.most, truth.by(self.ticks));
+        let is_early = |i: usize| own.speeds[i] > THROWN * most.speeds[i].max(most.faint(i, cast));
+        let is_compared = |i: &usize| !truth.is_parted(*i, self.ticks);
+        let mut bonds = cast.bound.iter().enumerate().filter(|(_, body)| is_compared(body));
+        bonds.any(|(bond, _)| own.arms[bond] > THROWN * most.arms[bond])
+            || (0..cast.ids.len()).filter(is_compared).any(is_early)
     }
 
     /// Where a body settles that the truth does not.

@@ -122,7 +122,7 @@ fn work_of_step(part: &Scene) -> f64 {
 }
 
 impl Piece {
-    /// The trial of a part of `scene` from `snapshot`; `None` if nothing in it limits a step, or if its margin says enough.
+    /// The trial of a part of `scene` from `snapshot`; `None` if nothing in it limits a step.
     pub fn new(
         scene: &Scene,
         snapshot: &Snapshot,
@@ -134,7 +134,7 @@ impl Piece {
             return None;
         }
         let ids: Vec<u32> = movable(&part.scene).map(|(id, _)| id).collect();
-        let tried = Tried::new(part.name.clone(), ids.len(), &waiting);
+        let tried = Tried::new(part.name.clone(), &part.bodies, ids.len(), &waiting);
         let cast = Cast {
             is_bound: vec![false; ids.len()],
             ids,
@@ -171,7 +171,7 @@ impl Piece {
         Some(piece)
     }
 
-    /// Chooses steps and horizon, and begins; `None` if the margin says enough.
+    /// Chooses steps and horizon, and begins; `None` if the part cannot be restored.
     fn prepare(&mut self, start: Snapshot, ahead: Ahead) -> Option<()> {
         let mut base = Simulation::restore(self.part.scene.clone(), &start).ok()?;
         let cast = &mut self.cast;
@@ -183,12 +183,6 @@ impl Piece {
             && cast.is_bound.iter().all(|bound| *bound);
         let method = base.method();
         let margins = Margins::of(&mut base.world, method);
-        // What is linear and grows needs no trial.
-        if !self.verdict_alone
-            && margins.list().iter().any(|margin| margin.is_unstable() && margin.is_reported())
-        {
-            return None;
-        }
         let largest = |rates: &mut dyn Iterator<Item = f64>| {
             rates.filter(|rate| rate.is_finite()).fold(0.0, f64::max)
         };
@@ -335,12 +329,14 @@ impl Piece {
                     }
                 }
             }
-            self.tried.seconds = seconds(self.end);
-            if self.tried.verdict.is_fault() && !self.verdict_alone {
+            let is_fault = self.tried.verdict.is_fault();
+            let end = if is_fault { self.end } else { run.held };
+            self.tried.seconds = seconds(end);
+            if is_fault && !self.verdict_alone {
                 *search = Some(Search::new(self.tried.method, self.tried.substeps));
             } else {
                 self.tried.is_done = true;
-                if self.end < LEAST_TICKS && !self.tried.verdict.is_fault() {
+                if end < LEAST_TICKS && !is_fault {
                     self.tried.verdict = Verdict::NotTried;
                 }
             }
@@ -405,7 +401,9 @@ impl Piece {
         };
         let is_thrown = run.tick(&self.cast, truth, [run.ticks >= self.from, false]).is_some();
         if is_thrown || run.ticks >= self.end {
-            let holds = !is_thrown && run.settled(&self.cast, truth).is_none();
+            let holds = !is_thrown
+                && run.settled(&self.cast, truth).is_none()
+                && !run.is_early(&self.cast, truth);
             search.answer(holds);
         }
         let work = f64::from(search.substeps()) * self.work_of_step;

@@ -45,6 +45,19 @@ pub enum LimitingPart {
     MutualGravity([Entity; 2]),
 }
 
+impl LimitingPart {
+    /// Its bodies: one or two.
+    #[must_use]
+    pub fn bodies(&self) -> &[Entity] {
+        match self {
+            Self::Spring(ends) | Self::Damper(ends) | Self::MutualGravity(ends) => ends,
+            Self::Drag(body) | Self::Damping(body) | Self::Well(_, body) | Self::Law(_, body) => {
+                std::slice::from_ref(body)
+            }
+        }
+    }
+}
+
 /// The changes that would make an unstable part stable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cure {

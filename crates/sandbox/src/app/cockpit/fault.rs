@@ -93,11 +93,9 @@ fn cures(stage: &mut Stage) -> Vec<Cure> {
     let rows = forecast::rows(stage);
     let worst = rows.iter().find(|row| row.is_fault());
     let (substeps, method, why) = match worst {
-        Some(row) if row.setting() == (present.method, present.substeps) => (
-            row.cures().substeps,
-            row.cures().method,
-            "Tried ahead: it holds. Play continues with it.",
-        ),
+        Some(row) if row.setting() == (present.method, present.substeps) => {
+            (row.cures.substeps, row.cures.method, "Tried ahead: it holds. Play continues with it.")
+        }
         // A body with its own method: no setting of the scene helps it.
         Some(_) => return Vec::new(),
         None => {

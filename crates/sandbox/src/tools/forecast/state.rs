@@ -114,7 +114,7 @@ impl Forecast {
     fn keep_listed(&mut self, stage: &mut Stage) {
         self.at_start.retain(|row| row.margin().is_some_and(|_| row.is_listed()));
         self.at_start.extend(self.tried.iter().filter(|row| row.is_listed()).cloned());
-        ForecastRow::sort(&mut self.at_start);
+        ForecastRow::arrange(&mut self.at_start);
         if let Some(worst) = self.at_start.iter().find(|row| row.is_fault()) {
             stage.notices.say(Topic::Forecast, format!("{}: {}", worst.verdict(), worst.line()));
         }
@@ -184,7 +184,7 @@ impl Forecast {
     fn list(&mut self) {
         let margins = self.shown.iter().flat_map(|shown| &shown.margins);
         self.rows = self.tried.iter().chain(margins).cloned().collect();
-        ForecastRow::sort(&mut self.rows);
+        ForecastRow::arrange(&mut self.rows);
     }
 }
 
