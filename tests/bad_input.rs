@@ -264,7 +264,8 @@ fn a_run_writes_over_nothing_that_it_reads_or_writes() {
 fn ended_by(signals: &[&str], ignored: Option<&str>) -> Option<i32> {
     let folder = folder();
     let before = listing(folder.path());
-    let line = "run fine.ron --hours 1e12 --ticks 1000000000000 --state out.csv --summary out.json --black-box out.zip";
+    let line =
+        "run fine.ron --ticks 1000000000000 --state out.csv --summary out.json --black-box out.zip";
     // A test that runs in the background of a script has learned to ignore interrupts.
     let mut env = Command::new("env");
     env.arg("--default-signal=INT,TERM,HUP")

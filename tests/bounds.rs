@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Read as _;
 use std::process::{Command, Stdio};
 
+use lab::lesson::run_lesson;
 use lab::sweep::{Axis, Measure, Plan, Sweep};
 use render::{Film, Image};
 use sandbox::Options;
@@ -335,8 +336,7 @@ fn a_long_tick_is_told_before_it_is_taken() {
     assert!(sampled.bodies == 20_000 && sampled.seconds > 0.0 && sampled.seconds.is_finite());
     assert_eq!(lab::attraction_tick(&scene_of(&stars(2_000))), None);
     // Refused after that was told: the run itself is not waited for.
-    let said =
-        run(&stars(4_000), "run big.ron --ticks 100000000 --hours 1e12 --state big.ron/no.csv");
+    let said = run(&stars(4_000), "run big.ron --ticks 100000000 --state big.ron/no.csv");
     said.warns(2, "4000 bodies attract each other: a tick takes about ");
 }
 
@@ -363,27 +363,6 @@ fn a_film_takes_no_more_memory_for_more_pictures() {
 }
 
 #[test]
-fn what_takes_longer_than_is_allowed_is_refused_with_the_flag_that_allows_it() {
-    let folder = folder([("none", "")]);
-    for line in [
-        "run orbit --ticks 1000000000000",
-        "effects orbit --ticks 18446744073709551615",
-        "ablate orbit --no-pictures --ticks 18446744073709551615",
-        "cost orbit --seconds 1e7",
-        "recommend orbit --error 1 --seconds 1e7",
-    ] {
-        let said = sandbox(&folder, line);
-        said.fails(2, " is allowed; give less, or --hours ");
-    }
-    // The named hours do.
-    let said = sandbox(&folder, "run orbit --ticks 100 --hours 1e-9").ends(2);
-    let hours = said.err.trim().rsplit(' ').next().unwrap();
-    sandbox(&folder, &format!("run orbit --ticks 100 --hours {hours}")).fine();
-    sandbox(&folder, "cost kepler --seconds 1e300")
-        .fails(2, "--seconds is for scenes: a problem has a length of its own");
-}
-
-#[test]
 fn the_runs_of_a_lesson_are_bounded_by_all_that_they_compute() {
     let lesson = |runs: &str| {
         format!(
@@ -407,14 +386,9 @@ fn the_runs_of_a_lesson_are_bounded_by_all_that_they_compute() {
     for runs in runs {
         let text = lesson(&runs);
         let folder = folder([("my.ron", text.as_str()), ("stars.ron", stars.as_str())]);
-        for line in ["lessons check my.ron", "run oscillator --lesson my.ron", "--lesson my.ron"] {
-            let said = sandbox(&folder, line);
-            said.fails(2, "my.ron: its runs take about ");
-            assert!(
-                said.err.contains("s, runs[0] the longest, and 60 s are allowed; give fewer"),
-                "{}",
-                said.all()
-            );
-        }
+        let lesson = scene::lesson::load(folder.path().join("my.ron").to_str().unwrap()).unwrap();
+        let fault = run_lesson(&lesson, 1.0, 0.02).unwrap_err().to_string();
+        assert!(fault.contains("my.ron: its runs take more than 0.02 s: runs["), "{fault}");
+        assert!(fault.contains(" s; give fewer or shorter runs"), "{fault}");
     }
 }

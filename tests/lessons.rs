@@ -234,12 +234,6 @@ fn faults_of_a_lesson_have_their_places_and_cures() {
         ),
         ("done:", "number: \"x\", done:", "steps[0]", "a step ends in one way"),
         (
-            "seconds: 1, measure: (e: energy)",
-            "seconds: 60, method: runge_kutta_4, substeps: 100000, measure: (e: energy)",
-            "runs[0]",
-            "and 60 s are allowed",
-        ),
-        (
             "measure: (x:",
             "measure: (x_most: energy, x:",
             "measure",

@@ -235,7 +235,7 @@ mod on_unix {
     #[test]
     #[cfg(target_os = "linux")]
     fn a_run_that_draws_ends_by_a_signal_at_any_moment_and_leaves_no_part_of_a_file() {
-        const LINE: &str = "run fine.ron --hours 1e12 --ticks 1000000000000 --frames out --frame-every 50 --size 64x64 --film film.png";
+        const LINE: &str = "run fine.ron --ticks 1000000000000 --frames out --frame-every 50 --size 64x64 --film film.png";
         const SIGNALS: [(&str, i32); 3] = [("-HUP", 1), ("-INT", 2), ("-TERM", 15)];
         let (start, first) = (Instant::now(), folder([("fine.ron", FALL)]));
         let run = Endless::start(first.path(), LINE);
@@ -277,7 +277,7 @@ mod on_unix {
             let before = unfinished(&out);
             let run = Endless::start(
                 folder.path(),
-                &format!("run fine.ron --hours 1e12 --ticks 1000000000000 --state out/{state}.csv"),
+                &format!("run fine.ron --ticks 1000000000000 --state out/{state}.csv"),
             );
             wait_for("its file", || {
                 (unfinished(&out).len() == 2 && unfinished(&out) != before).then_some(())

@@ -1,6 +1,7 @@
 //! Sweeps: what is measured against closed forms, and that shards, interruptions and threads change no byte.
 
 use std::fs;
+use std::io::Read as _;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -205,7 +206,6 @@ fn a_million_million_million_runs_are_counted() {
         "bodies[1].mass_kg=1..2 lin 1000000",
     ];
     let huge = Sweep::new(&Scene::parse("s", OSCILLATOR).unwrap(), plan(&million)).unwrap();
-    assert!(huge.estimated_seconds(Shard::WHOLE) > 1e12);
     assert_eq!(huge.plan().runs(), Some(1_000_000_000_000_000_000));
     assert_eq!(
         plan(&[million[0], million[1], million[2], "substeps=1..1000 lin 1000"]).runs(),
@@ -322,15 +322,31 @@ fn a_sweep_that_is_killed_five_times_is_the_same_in_the_end() {
         if kills > 0 {
             running.arg("--resume");
         }
-        let mut running = running.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let mut running = running.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
         let lines = || {
             let journal =
                 fs::read_to_string(folder.join("killed/runs.part.csv")).unwrap_or_default();
             journal.lines().count().saturating_sub(1)
         };
         wait_for("enough runs", || (lines() >= enough).then_some(()));
-        running.kill().unwrap();
-        running.wait().unwrap();
+        // One of them is an interrupt, which is answered.
+        let is_interrupt = kills == 2 && cfg!(unix);
+        if is_interrupt {
+            let mut interrupt = Command::new("kill");
+            assert!(
+                interrupt.args(["-INT", &running.id().to_string()]).status().unwrap().success()
+            );
+        } else {
+            running.kill().unwrap();
+        }
+        let code = running.wait().unwrap().code();
+        if is_interrupt {
+            let mut said = String::new();
+            running.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+            assert_eq!(code, Some(130));
+            let words = "killed: what was run is in that folder, and the same command with --resume continues after it";
+            assert!(said.contains(words), "{said}");
+        }
         done = lines();
         kills += 1;
     }

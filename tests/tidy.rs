@@ -126,7 +126,6 @@ const HISTORY: &[&str] = &[
 /// The same of `crates/lab/src`.
 const LAB: &[&str] = &[
     "run",
-    "duration",
     "shard",
     "column",
     "ordered",

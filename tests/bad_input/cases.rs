@@ -256,7 +256,10 @@ pub const ARGUMENTS: &[(&str, &[&str])] = &[
     ("sweep fine.ron --vary step_hz=30 --threads 257", &["give a whole number from 1 to 256"]),
     ("stability --method euler --out out", &["--method", "the methods are {METHODS}"]),
     ("--guest run fine.ron", &["'run' is a command: flags before a command belong to the window"]),
-    ("cost kepler --seconds 3 --hours 0", &["--hours", "give a finite number above 0"]),
+    (
+        "cost kepler --seconds 1e300",
+        &["--seconds is for scenes: a problem has a length of its own"],
+    ),
     ("run fine.ron --columns force", &["--state"]),
     (
         "run fine.ron --state s.csv --columns forse",

@@ -1,10 +1,9 @@
 //! What lessons measure: quantities of a simulation, and the runs that are made for a lesson.
 
-use std::collections::hash_map::Entry;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use crate::cost::larger;
-use crate::duration::{TooLong, check_time, reference_tick_seconds, tick_seconds, ticks_in};
+use cpu_time::ThreadTime;
 use history::{Change, Distances, Overrides, Simulation, Twin, rate_of};
 use motion::clock::StepClock;
 use motion::effects::{self, Effect, EffectState};
@@ -139,75 +138,54 @@ fn along(v: Vector, axis: Axis) -> f64 {
     }
 }
 
-/// Longest estimated time of all runs of a lesson together, s, unless [`allow_time`](crate::duration::allow_time) set another.
+/// Longest time of all runs of a lesson together by default, s.
 pub const LONGEST_RUNS: f64 = 60.0;
 
 /// What the runs of `lesson` measure, with `times` as many ticks per second as they say.
 ///
 /// # Errors
-/// If a scene cannot be read, or all of them take longer than [`LONGEST_RUNS`] or what is [allowed](crate::duration::allow_time).
-pub fn run_lesson(lesson: &Lesson, times: f64) -> Result<Quantities, SceneError> {
-    let seconds = runs_seconds(lesson, times)?;
-    if let Err(TooLong { seconds: all, allowed }) =
-        check_time(seconds.iter().sum(), Some(LONGEST_RUNS))
-    {
-        let longest = seconds.iter().copied().fold(0.0, f64::max);
-        let longest = seconds.iter().position(|run| *run == longest).unwrap_or_default();
-        let what = format!(
-            "its runs take about {all:.0} s, runs[{longest}] the longest, and {allowed:.0} s are allowed"
-        );
-        let cure = "give fewer or shorter runs, larger steps or fewer bodies, or more time with `--hours H`";
-        return Err(SceneError::of_file(&lesson.name, what, cure));
-    }
+/// If a scene cannot be read, or if the runs together take more than `longest` seconds of the thread's CPU time.
+pub fn run_lesson(lesson: &Lesson, times: f64, longest: f64) -> Result<Quantities, SceneError> {
+    let start = ThreadTime::now();
     let mut all = Quantities::default();
-    for run in &lesson.runs {
-        all.extend(measure_run(lesson, run, times)?);
+    for (number, run) in lesson.runs.iter().enumerate() {
+        let found = measure_run(lesson, run, times, |seconds| {
+            if start.elapsed().as_secs_f64() <= longest {
+                return Ok(());
+            }
+            let what = format!(
+                "its runs take more than {longest} s: runs[{number}] came to {seconds:.3} s of {} s",
+                run.seconds
+            );
+            let cure = "give fewer or shorter runs, larger steps or fewer bodies";
+            Err(SceneError::of_file(&lesson.name, what, cure))
+        });
+        all.extend(found?);
     }
     Ok(all)
 }
 
-/// Approximate seconds that each run of `lesson` takes.
-///
-/// # Errors
-/// If a scene cannot be read.
-pub fn runs_seconds(lesson: &Lesson, times: f64) -> Result<Vec<f64>, SceneError> {
-    let mut scenes = HashMap::new();
-    let seconds = |run: &LessonRun| {
-        let name = run.scene.as_ref().unwrap_or(&lesson.scene);
-        let scene = match scenes.entry(name.clone()) {
-            Entry::Occupied(scene) => scene.into_mut(),
-            Entry::Vacant(place) => place.insert(scene::load(&beside(&lesson.name, name))?),
-        };
-        let (scene, ticks) = with_settings(scene.clone(), run, times);
-        let reference = if has_error(run) { reference_tick_seconds(&scene) } else { 0.0 };
-        Ok(ticks as f64 * (tick_seconds(&scene) + reference))
-    };
-    lesson.runs.iter().map(seconds).collect()
-}
-
 /// The scene of a run with its settings, and its ticks.
 fn scene_of(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<(Scene, u64), SceneError> {
-    let scene = scene::load(&beside(&lesson.name, run.scene.as_ref().unwrap_or(&lesson.scene)))?;
-    Ok(with_settings(scene, run, times))
-}
-
-fn with_settings(mut scene: Scene, run: &LessonRun, times: f64) -> (Scene, u64) {
+    let name = run.scene.as_ref().unwrap_or(&lesson.scene);
+    let mut scene = scene::load(&beside(&lesson.name, name))?;
     let step_hz = Some(run.step_hz.unwrap_or(scene.step_hz) * times);
     Overrides { method: run.method, step_hz, substeps: run.substeps, damping: None }
         .apply(&mut scene);
-    let ticks = ticks_in(&scene, run.seconds);
-    (scene, ticks)
+    let ticks = scene.ticks_in(run.seconds);
+    Ok((scene, ticks))
 }
 
-/// Whether a run is compared with a reference.
-fn has_error(run: &LessonRun) -> bool {
-    run.measure.iter().any(|quantity| quantity.measure == Measure::Error)
-}
-
-fn measure_run(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<Quantities, SceneError> {
+/// What a run measures. Calls `look` with the simulated seconds before each tick.
+fn measure_run(
+    lesson: &Lesson,
+    run: &LessonRun,
+    times: f64,
+    look: impl Fn(f64) -> Result<(), SceneError>,
+) -> Result<Quantities, SceneError> {
     let (scene, ticks) = scene_of(lesson, run, times)?;
     let mut simulation = Simulation::new(scene);
-    let has_error = has_error(run);
+    let has_error = run.measure.iter().any(|quantity| quantity.measure == Measure::Error);
     let mut reference = has_error.then(|| Twin::reference(&mut simulation));
     let (mut quantities, mut farthest) = (Quantities::default(), 0.0_f64);
     note(&mut quantities, &run.measure, &mut simulation, farthest);
@@ -219,6 +197,7 @@ fn measure_run(lesson: &Lesson, run: &LessonRun, times: f64) -> Result<Quantitie
         }
     }
     for _ in 0..ticks {
+        look(simulation.seconds())?;
         simulation.tick();
         if let Some(reference) = &mut reference {
             reference.tick();

@@ -6,7 +6,6 @@
 //! - [`recommend`]: the cheapest method and substeps below an error, or the most accurate within a time, for each part of a scene.
 //! - [`stability`]: the survival matrix, every method on every hard case.
 //! - [`receipt`](receipt()): each effect of a scene, and what it costs; [`ablate`]: the scene run again without each effect in turn.
-//! - [`duration`]: how long ticks take, estimated before they are simulated.
 //! - [`lesson`]: what lessons measure.
 //! - [`sweep`]: a scene run once for every combination of the given values. [`Shard`]: the parts that a sweep
 //!   is divided into for several machines. [`Column`]: a column of a table for other programs.
@@ -17,7 +16,6 @@
 mod ablation;
 mod column;
 pub mod cost;
-pub mod duration;
 pub mod lesson;
 mod ordered;
 mod receipt;

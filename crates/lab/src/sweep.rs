@@ -11,7 +11,6 @@ use motion::Method;
 use scene::{Keeps, Scene, SceneError, VariedScene};
 
 use crate::column::Value;
-use crate::duration::{reference_tick_seconds, tick_seconds, ticks_in};
 use crate::ordered::ordered;
 use crate::shard::Shard;
 
@@ -19,9 +18,8 @@ pub use axis::Axis;
 pub use measure::Measure;
 pub use record::{FORMAT, Plan, Record};
 
-/// Most runs from which the time of all runs is estimated, and most values of an axis that are checked from its
-/// start.
-const PROBES: u64 = 64;
+/// Most values of an axis that are checked from its start.
+const PROBES: usize = 64;
 
 /// A sweep before any of its runs.
 #[derive(Clone, Debug)]
@@ -85,8 +83,7 @@ impl Sweep {
         for (at, axis) in plan.axes.iter().enumerate().filter(|(_, axis)| !is_of_methods(axis)) {
             let (mut values, mut most_of_axis) = (base.clone(), 0);
             // The first values, the last and the greatest tell whether all are allowed: many values come from a range.
-            let (first, last) =
-                (axis.values.iter().take(PROBES as usize), axis.values.iter().last());
+            let (first, last) = (axis.values.iter().take(PROBES), axis.values.iter().last());
             let numbers = axis.numbers().unwrap_or_default().into_iter().zip(&axis.values);
             let greatest = numbers.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, value)| value);
             for value in first.chain(last).chain(greatest) {
@@ -125,25 +122,6 @@ impl Sweep {
     /// If the values are not allowed together.
     pub fn scene(&self, run: u64) -> Result<Scene, SceneError> {
         self.varied.scene(&self.plan.values(run))
-    }
-
-    /// Estimated time of the runs of `shard` on one core, s, from the estimates of some of them.
-    #[must_use]
-    pub fn estimated_seconds(&self, shard: Shard) -> f64 {
-        let runs = shard.count(self.plan.runs().unwrap_or(u64::MAX));
-        let probes = runs.min(PROBES);
-        let seconds = |place: u64| {
-            let Ok(scene) = self.scene(shard.nth(place)) else { return 0.0 };
-            let reference = if self.plan.measures.contains(&Measure::Error) {
-                1.5 * reference_tick_seconds(&scene)
-            } else {
-                0.0
-            };
-            ticks_in(&scene, self.plan.seconds) as f64 * (tick_seconds(&scene) + reference)
-        };
-        let evenly = |probe: u64| (probe as f64 / probes as f64 * runs as f64) as u64;
-        let sum: f64 = (0..probes).map(|probe| seconds(evenly(probe))).sum();
-        sum / probes.max(1) as f64 * runs as f64
     }
 
     /// Runs the part `shard` of the sweep without its first `done` runs, on `threads` threads, and calls `take` with

@@ -6,11 +6,10 @@ use std::ops::Deref;
 use std::path::Path;
 
 use clap::Args;
-use lab::duration::{TooLong, tick_seconds};
 use motion::effects::Effect;
 use motion::margin::NaturalModes;
 use motion::{DampingModel, Method, Substeps};
-use report::numbers::{long_duration, number};
+use report::numbers::number;
 use scene::{Keeps, Scene};
 
 use crate::failure::Failure;
@@ -110,17 +109,6 @@ pub(crate) fn check_seconds(seconds: f64, rate: f64) -> Result<(), Failure> {
     Err(Failure::Usage(format!("{what}; give fewer")))
 }
 
-/// Refuses `what` if its estimated time, `seconds`, is longer than allowed.
-pub(crate) fn check_time(what: &str, seconds: f64) -> Result<(), Failure> {
-    lab::duration::check_time(seconds, None).map_err(|TooLong { seconds, allowed }| {
-        let [takes, allowed] = [seconds, allowed].map(long_duration);
-        let hours = three_digits_up(seconds / 3600.0);
-        Failure::Usage(format!(
-            "{what} would take about {takes}, and {allowed} is allowed; give less, or --hours {hours}"
-        ))
-    })
-}
-
 /// Refuses a command whose runs of `scene` keep `keeps`, if that takes more memory than allowed.
 pub(crate) fn check_memory(scene: &Scene, keeps: Keeps) -> Result<(), Failure> {
     scene.check_memory(keeps).map_err(|what| {
@@ -129,26 +117,12 @@ pub(crate) fn check_memory(scene: &Scene, keeps: Keeps) -> Result<(), Failure> {
     })
 }
 
-/// Estimated number of ticks of one substep that all settings of a study and its references take per tick of the scene.
-const STUDIED: f64 = 500.0;
-
-/// Refuses a study of `seconds` of `scene` that takes more memory or time than allowed; `None`, if no person gave a length, passes.
+/// Refuses a study of `seconds` of `scene` that takes more memory than allowed or too many ticks; a study without a length, which
+/// no person gave, has few.
 pub(crate) fn check_study(scene: &Scene, seconds: Option<f64>) -> Result<(), Failure> {
     // A run and its ledger beside the reference and the run that tells how uncertain that is.
     check_memory(scene, Keeps { ledger: true, compared: Some(2), ..Keeps::default() })?;
-    let Some(seconds) = seconds else { return Ok(()) };
-    check_seconds(seconds, scene.step_hz)?;
-    let ticks = seconds * scene.step_hz;
-    check_time(
-        &format!("{}: a study of {} s", scene.name, number(seconds, 6)),
-        ticks * tick_seconds(scene) * STUDIED,
-    )
-}
-
-/// A number, rounded up to three digits.
-fn three_digits_up(value: f64) -> String {
-    let scale = 10.0_f64.powf((value.log10().floor() - 2.0).max(0.0));
-    number((value / scale).ceil() * scale, 15)
+    seconds.map_or(Ok(()), |seconds| check_seconds(seconds, scene.step_hz))
 }
 
 pub(crate) fn rate(text: &str) -> Result<f64, String> {

@@ -46,9 +46,6 @@ pub struct Cli {
     /// Memory that a scene may take, GiB [default: what is free]
     #[arg(long, global = true, value_name = "GIB", allow_negative_numbers = true, value_parser = positive)]
     memory: Option<f64>,
-    /// Hours that a command may take, as estimated before it begins [default: 1]
-    #[arg(long, global = true, value_name = "H", allow_negative_numbers = true, value_parser = positive)]
-    hours: Option<f64>,
     #[command(flatten)]
     window: WindowArgs,
 }
@@ -112,7 +109,7 @@ enum Command {
 /// Whatever keeps the program from ending with exit code 0; bad flags end the process in clap.
 pub fn run() -> Result<(), Failure> {
     leave_nothing_when_ended();
-    let Cli { command, memory, hours, window } =
+    let Cli { command, memory, window } =
         Cli::try_parse().unwrap_or_else(|error| worded(error).exit());
     #[expect(
         clippy::cast_possible_truncation,
@@ -121,9 +118,6 @@ pub fn run() -> Result<(), Failure> {
     )]
     if let Some(gib) = memory {
         scene::allow_memory((gib * (1_u64 << 30) as f64) as u64);
-    }
-    if let Some(hours) = hours {
-        lab::duration::allow_time(hours * 3600.0);
     }
     match command {
         None => {

@@ -17,7 +17,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use history::Overrides;
-use lab::lesson::run_lesson;
+use lab::lesson::{LONGEST_RUNS, run_lesson};
 use scene::Source;
 use scene::lesson::beside;
 use winit::event_loop::DeviceEvents;
@@ -32,7 +32,7 @@ use crate::args::{SceneName, StepArgs, rate, size};
 use crate::failure::Failure;
 use crate::output::bundle;
 use crate::output::command_files::CommandFiles;
-use crate::output::progress::{Loading, waiting_for_runs};
+use crate::output::progress::{Loading, Waiting};
 use crate::output::tell;
 use crate::stage::options::{Options, check};
 
@@ -83,8 +83,8 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let mut session = session(args, &name, &mut files)?;
     let name = &*name;
     if let Some(lesson) = lesson {
-        let _waiting = waiting_for_runs(&lesson, 1.0)?;
-        let of_runs = run_lesson(&lesson, 1.0)?;
+        let _waiting = Waiting::begin("measuring the runs of the lesson");
+        let of_runs = run_lesson(&lesson, 1.0, LONGEST_RUNS)?;
         session.begin_lesson(lesson, of_runs);
     }
     if let Some(path) = &args.script {

@@ -129,6 +129,12 @@ impl Scene {
         self.emitters.iter().any(|emitter| emitter.pool.contains(&id))
     }
 
+    /// Ticks in `seconds`, to the nearest; 0 for less than half a tick.
+    #[must_use]
+    pub fn ticks_in(&self, seconds: f64) -> u64 {
+        (seconds * self.step_hz).round() as u64
+    }
+
     /// All springs, those of soft bodies too: the stable ids of their ends, and their numbers.
     pub fn all_springs(&self) -> impl Iterator<Item = ([u32; 2], Elastic)> + '_ {
         let links = self.soft_bodies.iter().flat_map(|soft| {

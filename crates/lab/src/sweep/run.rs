@@ -13,7 +13,6 @@ use super::measure::Measure;
 use super::{Outcome, Plan};
 use crate::column::Value;
 use crate::cost::{Machine, Runner, invented, larger};
-use crate::duration::ticks_in;
 use crate::run::movable;
 use crate::trial::thrown_after;
 
@@ -29,7 +28,7 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     if scene.step == StepKind::Frame {
         return (Outcome::Refused, FRAMES.to_owned(), Vec::new());
     }
-    let ticks = ticks_in(&scene, plan.seconds);
+    let ticks = scene.ticks_in(plan.seconds);
     if ticks == 0 {
         let why = format!(
             "{} s are less than half a tick of {} s",

@@ -1,13 +1,12 @@
 //! `sandbox ablate`: a scene run again without each of its effects, with the pictures at the end compared.
 
 use clap::Args;
-use lab::duration::{tick_seconds, ticks_in};
 use motion::effects::Effect;
 use render::{Gpu, Offscreen, Quality, Renderer};
 use scene::{Keeps, Scene};
 
 use crate::app::session::Session;
-use crate::args::{SceneName, above_0, check_memory, check_seconds, check_time, positive};
+use crate::args::{SceneName, above_0, check_memory, check_seconds, positive};
 use crate::clock::FrameClock;
 use crate::commands::effects;
 use crate::commands::list::Format;
@@ -48,15 +47,11 @@ pub(crate) struct AblateArgs {
 pub(crate) fn run(args: &AblateArgs) -> Result<(), Failure> {
     let scene = CommandFiles::default().named_scene(&args.scene)?;
     args.seconds.map_or(Ok(()), |seconds| check_seconds(seconds, scene.step_hz))?;
-    let ticks = args.seconds.map_or(args.ticks, |seconds| ticks_in(&scene, seconds).max(1));
-    // Once in full and once without each effect; and again for the pictures.
-    let runs = 2.0 * (1.0 + scene.declared.len() as f64);
-    let seconds = runs * ticks as f64 * tick_seconds(&scene);
+    let ticks = args.seconds.map_or(args.ticks, |seconds| scene.ticks_in(seconds).max(1));
     let device = || Quality::FIXED.device_bytes(Options::default().size_px);
     let pictures = (!args.no_pictures).then(device);
     check_memory(&scene, Keeps { compared: Some(1), pictures, ..Keeps::default() })?;
-    check_time(&format!("{}: {runs} runs of {ticks} ticks", args.scene), seconds)?;
-    let _waiting = Waiting::begin("running the scene without each effect", seconds);
+    let _waiting = Waiting::begin("running the scene without each effect");
     let mut camera = if args.no_pictures { None } else { Pictures::new() };
     let full = camera.as_mut().map(|camera| camera.last(&scene, ticks, None)).transpose()?;
     let mut failed = None;

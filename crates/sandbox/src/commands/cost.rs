@@ -15,7 +15,9 @@ use crate::output::{show, tell};
 
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{read_record, refuse_foreign_files, sealed, study_folder, write};
+use crate::output::files::{
+    read_record, refuse_foreign_files, say_how_to_continue, sealed, study_folder, write,
+};
 use crate::output::progress::Progress;
 use crate::output::swarms::has_swarms;
 
@@ -99,6 +101,7 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
     if cfg!(target_os = "linux") && !take_real_time_priority() {
         tell(DISTURBED);
     }
+    args.out.iter().for_each(|folder| say_how_to_continue(folder));
     let progress = Progress::new(names.len());
     for (number, subject) in subjects.into_iter().enumerate() {
         progress.say(subject.name());

@@ -1,7 +1,6 @@
 //! The output of `sandbox effects` and `sandbox ablate`.
 
 use clap::Args;
-use lab::duration::tick_seconds;
 use lab::{Absence, ByEffect, ReceiptLine};
 use motion::effects::{Effect, EffectState};
 use report::numbers::{count, json_number as number, length};
@@ -9,7 +8,7 @@ use scene::{Keeps, Scene};
 use serde_json::{Value, json};
 
 use crate::app::session::Session;
-use crate::args::{SceneName, above_0, check_memory, check_time};
+use crate::args::{SceneName, above_0, check_memory};
 use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
@@ -41,10 +40,8 @@ pub(crate) struct EffectsArgs {
 /// Does what `sandbox effects` says.
 pub(crate) fn run(args: &EffectsArgs) -> Result<(), Failure> {
     let scene = CommandFiles::default().named_scene(&args.scene)?;
-    let seconds = args.ticks as f64 * tick_seconds(&scene);
     check_memory(&scene, Keeps { compared: Some(1), ..Keeps::default() })?;
-    check_time(&format!("{}: {} ticks", args.scene, args.ticks), seconds)?;
-    let _waiting = Waiting::begin("running the scene", seconds);
+    let _waiting = Waiting::begin("running the scene");
     show(&receipt(scene, args.ticks, args.format))
 }
 

@@ -4,7 +4,6 @@ use clap::Args;
 use history::{Overrides, Simulation};
 use lab::trial::{Ahead, Trial};
 use motion::TimeStep;
-use motion::groups::Groups;
 use motion::margin::{Margins, NaturalMode, NaturalModes, natural_modes};
 use report::numbers::{NONE, digits, json_number as number, tick_rate};
 use report::{ForecastRow, tried_in_words};
@@ -12,7 +11,7 @@ use scene::StepKind;
 use serde_json::{Value, json};
 
 use crate::app::session::DEFAULT_FPS;
-use crate::args::{SceneName, StepArgs, check_time, modes_count, positive, rate};
+use crate::args::{SceneName, StepArgs, modes_count, positive, rate};
 use crate::commands::list::Format;
 use crate::commands::run::refuse_rate_of_frames;
 use crate::failure::Failure;
@@ -66,7 +65,10 @@ pub(crate) fn run(args: &ForecastArgs) -> Result<(), Failure> {
         simulation.world.insert_resource(TimeStep(1.0 / DEFAULT_FPS));
     }
     let rows = rows(&mut simulation, args.ahead);
-    let found = args.modes.map(|count| modes(&args.scene, &mut simulation, count)).transpose()?;
+    let found = args.modes.map(|count| {
+        let _waiting = Waiting::begin("computing natural modes");
+        natural_modes(&mut simulation.world, count)
+    });
     show(&match args.format {
         Format::Table => table(&simulation, &rows, found.as_ref()),
         Format::Json => json(&simulation, &rows, found.as_ref()),
@@ -88,17 +90,6 @@ fn rows(simulation: &mut Simulation, ahead: Option<f64>) -> Vec<ForecastRow> {
     }
     drop(progress);
     ForecastRow::of(simulation, &margins, &trial)
-}
-
-/// Estimated time for the natural modes of a group, s per squared number of coordinates and per mode.
-const MODE: f64 = 1e-7;
-
-fn modes(name: &str, simulation: &mut Simulation, count: usize) -> Result<NaturalModes, Failure> {
-    let bodies = simulation.world.get_resource::<Groups>().map_or(0, Groups::bodies);
-    let seconds = MODE * (3.0 * bodies as f64).powi(2) * count as f64;
-    check_time(&format!("{name}: natural modes of {bodies} bodies"), seconds)?;
-    let _waiting = Waiting::begin("computing natural modes", seconds);
-    Ok(natural_modes(&mut simulation.world, count))
 }
 
 fn table(simulation: &Simulation, rows: &[ForecastRow], found: Option<&NaturalModes>) -> String {

@@ -161,7 +161,6 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let mut files = CommandFiles::default();
     let mut setup = Setup::new(args, &mut files)?;
     let paths = OutputPaths::claim(args, setup.script.as_ref(), &mut files)?;
-    setup.check_time(args)?;
     setup.check_memory(args)?;
     loading.next();
     let goes_back = setup.goes_back;

@@ -12,12 +12,12 @@ use lab::{Shard, Value};
 use report::numbers::{NONE, digits};
 use xxhash_rust::xxh3::xxh3_64;
 
-use crate::args::{SceneName, check_seconds, check_time, once, positive, threads};
+use crate::args::{SceneName, check_seconds, once, positive, threads};
 use crate::commands::cost::refuse_swarms_alone;
 use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{refuse_foreign_files, study_folder};
+use crate::output::files::{CONTINUES, refuse_foreign_files, say_how_to_continue, study_folder};
 use crate::output::progress::runs_bar;
 use crate::output::runs::{self, Journal};
 use crate::output::{show, tell};
@@ -96,13 +96,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     if threads < most {
         tell(&format!("{threads} of {most} runs side by side fit into the memory"));
     }
-    let seconds =
-        sweep.estimated_seconds(shard) / (threads.min(cores) as f64).min(runs as f64).max(1.0);
     let earlier = args.out.as_deref().map(runs::record).transpose()?.flatten();
-    // The time of a sweep that continues was allowed when it began.
-    if !(args.resume && earlier.as_ref().is_some_and(|earlier| !earlier.complete)) {
-        check_time(&format!("{}: {runs} runs", args.scene), seconds)?;
-    }
     let Some(folder) = &args.out else {
         let mut rows = Vec::new();
         let bar = runs_bar(runs);
@@ -134,6 +128,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     let Some((record, mut journal, done)) = begin(args, (record, earlier), folder, &files)? else {
         return show(&format!("{}: this sweep is complete\n", folder.display()));
     };
+    say_how_to_continue(folder);
     let bar = runs_bar(runs);
     bar.set_position(done);
     let (mut failure, mut outcomes) = (None, BTreeMap::new());
@@ -151,9 +146,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     bar.finish_and_clear();
     let written = failure.map_or_else(|| journal.finish(&record, folder, &files), Err);
     if let Err(failure) = written {
-        let cure =
-            "what was run is in that folder, and the same command with --resume continues after it";
-        return Err(Failure::Usage(format!("{failure}; {cure}")));
+        return Err(Failure::Usage(format!("{failure}; {CONTINUES}")));
     }
     let words = [
         (Outcome::Finished, "finished"),

@@ -12,10 +12,34 @@ use serde::de::DeserializeOwned;
 use tempfile::NamedTempFile;
 use xxhash_rust::xxh3::xxh3_64;
 
+use super::tell;
 use crate::failure::Failure;
 
 /// Unfinished files: [`end`] removes them, because no person would look for them.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// What a signal says when it ends the process.
+static LAST_WORDS: Mutex<String> = Mutex::new(String::new());
+
+/// How an interrupted study continues.
+pub(crate) const CONTINUES: &str =
+    "what was run is in that folder, and the same command with --resume continues after it";
+
+/// Makes an interrupt, a hang-up and a request to end say how the study in `folder` continues.
+pub(crate) fn say_how_to_continue(folder: &Path) {
+    let words = format!("{}: {CONTINUES}", folder.display());
+    *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = words;
+}
+
+/// Ends the process for a signal.
+fn end_by_signal(code: i32) -> ! {
+    if let Ok(words) = LAST_WORDS.try_lock()
+        && !words.is_empty()
+    {
+        tell(&words);
+    }
+    end(code)
+}
 
 fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
@@ -32,13 +56,13 @@ pub(crate) fn leave_nothing_when_ended() {
         let signals = [SIGHUP, SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal));
         if let Ok(mut signals) = Signals::new(signals) {
             // Shells expect this code of a program that a signal ended.
-            let wait = move || signals.forever().next().map(|signal| end(128 + signal));
+            let wait = move || signals.forever().next().map(|signal| end_by_signal(128 + signal));
             // Without it, a signal ends the program at once.
             let _ = std::thread::Builder::new().spawn(wait);
         }
     }
     #[cfg(not(unix))]
-    let _ = ctrlc::try_set_handler(|| end(130));
+    let _ = ctrlc::try_set_handler(|| end_by_signal(130));
 }
 
 /// Removes unfinished files and ends the process, whatever its threads are doing.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lab::lesson::{run_lesson, runs_seconds};
+use lab::lesson::run_lesson;
 use render::Image;
 use scene::lesson::beside;
 
@@ -117,15 +117,10 @@ fn open(name: &str, session: &mut Session, files: &mut CommandFiles) -> Result<(
         return Ok(());
     }
     let lesson = files.lesson(name)?;
-    let seconds: f64 = runs_seconds(&lesson, 1.0)?.iter().sum();
-    if seconds > LONGEST_WAIT_S {
-        let cure = format!("`sandbox --lesson {name}` waits for them");
-        return Err(Failure::Usage(format!(
-            "{name}: the runs of this lesson take about {seconds:.0} s; {cure}"
-        )));
-    }
-    let (scene, of_runs) =
-        (files.scene(&beside(&lesson.name, &lesson.scene))?, run_lesson(&lesson, 1.0)?);
+    let scene = files.scene(&beside(&lesson.name, &lesson.scene))?;
+    let of_runs = run_lesson(&lesson, 1.0, LONGEST_WAIT_S).map_err(|error| {
+        Failure::Usage(format!("{error}; `sandbox --lesson {name}` waits longer"))
+    })?;
     session.open(scene);
     session.stage.files.note(path);
     session.begin_lesson(lesson, of_runs);

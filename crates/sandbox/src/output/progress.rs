@@ -7,12 +7,8 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lab::cost::Bench;
-use lab::lesson::runs_seconds;
-use report::numbers::long_duration;
-use scene::lesson::Lesson;
 
 use super::tell;
-use crate::failure::Failure;
 
 /// Steps of the bar per study.
 const STEPS: f64 = 1000.0;
@@ -127,52 +123,33 @@ impl Drop for Loading {
     }
 }
 
-/// A bar for work of estimated length, shown once it takes two seconds.
+/// Words for work whose length is unknown, with the time so far; shown once it takes two seconds.
 pub(crate) struct Waiting {
-    /// Dropping it ends the bar.
+    /// Dropping it ends the words.
     over: Option<Sender<()>>,
     shown: Option<JoinHandle<()>>,
 }
 
 impl Waiting {
-    /// Begins to wait for `what`, which takes about `seconds` seconds.
-    pub fn begin(what: &'static str, seconds: f64) -> Self {
+    /// Begins to wait for `what`.
+    pub fn begin(what: &'static str) -> Self {
         if !std::io::stderr().is_terminal() {
             return Self { over: None, shown: None };
         }
-        let template =
-            format!("{{bar:40}} {{msg}}, {{elapsed}} of some {}", long_duration(seconds.max(2.0)));
-        let style = ProgressStyle::with_template(&template).expect("a valid template");
-        let bar = ProgressBar::with_draw_target(Some(steps(1, 0.0)), ProgressDrawTarget::hidden());
-        let bar = bar.with_style(style).with_message(what);
+        let style =
+            ProgressStyle::with_template("{spinner} {msg}, {elapsed}").expect("a valid template");
         let (over, waiting) = channel::<()>();
         let shown = std::thread::spawn(move || {
-            if waiting.recv_timeout(Duration::from_secs(2)) != Err(RecvTimeoutError::Timeout) {
-                return;
+            if waiting.recv_timeout(Duration::from_secs(2)) == Err(RecvTimeoutError::Timeout) {
+                let spinner = ProgressBar::new_spinner().with_style(style).with_message(what);
+                spinner.enable_steady_tick(Duration::from_millis(200));
+                // Until the work is done.
+                let _ = waiting.recv();
+                spinner.finish_and_clear();
             }
-            bar.set_draw_target(ProgressDrawTarget::stderr());
-            loop {
-                // Work that takes longer than estimated does not fill the bar.
-                let part = (bar.elapsed().as_secs_f64() / seconds.max(1e-9)).min(0.99);
-                bar.set_position(steps(0, part));
-                if waiting.recv_timeout(Duration::from_millis(200))
-                    != Err(RecvTimeoutError::Timeout)
-                {
-                    break;
-                }
-            }
-            bar.finish_and_clear();
         });
         Self { over: Some(over), shown: Some(shown) }
     }
-}
-
-/// A bar over the runs of a lesson.
-pub(crate) fn waiting_for_runs(lesson: &Lesson, times: f64) -> Result<Waiting, Failure> {
-    Ok(Waiting::begin(
-        "measuring the runs of the lesson",
-        runs_seconds(lesson, times)?.iter().sum(),
-    ))
 }
 
 impl Drop for Waiting {

@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use history::Overrides;
-use lab::duration::tick_seconds;
-use lab::lesson::{Quantities, run_lesson, runs_seconds};
+use lab::lesson::{LONGEST_RUNS, Quantities, run_lesson};
 use render::Image;
 use report::numbers::digits;
 use scene::lesson::{Goal, Lesson, Measure, Quantity, beside};
@@ -14,14 +13,13 @@ use crate::actions::{Act, key_of_word};
 use crate::app::focus::pointable;
 use crate::app::player::Player;
 use crate::app::session::Session;
-use crate::args::check_time;
 use crate::clock::FrameClock;
 use crate::failure::Failure;
 use crate::input::InputFrame;
 use crate::intent::Intent;
 use crate::output::command_files::CommandFiles;
 use crate::output::orders::{Kind, Program, carry_out};
-use crate::output::progress::{Waiting, waiting_for_runs};
+use crate::output::progress::Waiting;
 use crate::stage::SceneFile;
 use crate::stage::options::Options;
 use crate::tools::learn::panel_of;
@@ -48,7 +46,7 @@ pub(super) struct Runs {
 
 impl Runs {
     pub fn new(lesson: &Lesson, times: f64) -> Result<Self, Failure> {
-        Ok(Self { times, measured: run_lesson(lesson, times)? })
+        Ok(Self { times, measured: run_lesson(lesson, times, LONGEST_RUNS)? })
     }
 }
 
@@ -194,8 +192,8 @@ impl Demonstration {
 
     /// Begins the lesson in `session`, which has its scene.
     pub fn begin(&self, session: &mut Session) -> Result<(), Failure> {
-        let _waiting = waiting_for_runs(&self.lesson, 1.0)?;
-        session.begin_lesson(self.lesson.clone(), run_lesson(&self.lesson, 1.0)?);
+        let _waiting = Waiting::begin("measuring the runs of the lesson");
+        session.begin_lesson(self.lesson.clone(), run_lesson(&self.lesson, 1.0, LONGEST_RUNS)?);
         session.free_pointer();
         frame_bodies(session);
         Ok(())
@@ -288,9 +286,7 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
     let mut lines = format!("{}: {}\n", lesson.name, lesson.title);
     check_names(lesson)?;
     check_claims(lesson)?;
-    let seconds = most_seconds(lesson)?;
-    check_time(&format!("{}: checking it", lesson.name), seconds)?;
-    let _waiting = Waiting::begin("playing the lesson", seconds);
+    let _waiting = Waiting::begin("playing the lesson");
     let mut refused = 0;
     for times in [1.0, 2.0] {
         let runs = Runs::new(lesson, times)?;
@@ -350,31 +346,6 @@ pub(super) fn check(lesson: &Lesson) -> Result<String, Failure> {
     }
     lines += &format!("{refused} wrong ways were refused\n");
     Ok(lines)
-}
-
-/// Estimated time of a frame without a picture and without its ticks, ns.
-const FRAME: f64 = 200_000.0;
-
-/// Estimated greatest time to play `lesson` at both of its rates, s: each step is done once by its solution, and again before
-/// every other or wrong way of a later step; then that way is waited for.
-fn most_seconds(lesson: &Lesson) -> Result<f64, Failure> {
-    let scene = CommandFiles::default().scene(&beside(&lesson.name, &lesson.scene))?;
-    let ways = |goal: &Goal| match goal {
-        Goal::Done { also, wrong, .. } => also.len() + wrong.len(),
-        // Answers are judged without being played.
-        Goal::Number { .. } | Goal::Choice { .. } => 1,
-    };
-    let steps = lesson.steps.iter().enumerate();
-    let played: usize = steps.map(|(number, step)| 1 + ways(&step.goal) * (number + 2)).sum();
-    let mut all = 0.0;
-    for times in [1.0, 2.0] {
-        let runs: f64 = runs_seconds(lesson, times)?.iter().sum();
-        let second = scene.step_hz * times * tick_seconds(&scene) + FPS * FRAME * 1e-9;
-        #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
-        let played = played as f64 * LONGER * PATIENCE_S;
-        all += runs + played * second;
-    }
-    Ok(all)
 }
 
 /// Checks the names of keys and panels, which the reader of lessons does not know.

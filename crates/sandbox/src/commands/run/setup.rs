@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use history::Overrides;
-use lab::duration::{swarm_seconds, tick_seconds};
 use render::{Film, Quality};
 use report::numbers::{number, rounded};
 use scene::lesson::{beside, is_same_scene};
@@ -14,7 +13,7 @@ use super::{RunArgs, keeps_ledger};
 use crate::actions::{self, Act};
 use crate::app::script::player_of;
 use crate::app::session::{DEFAULT_FPS, Session};
-use crate::args::{MOST_TICKS, check_seconds, check_time};
+use crate::args::{MOST_TICKS, check_seconds};
 use crate::clock::{FrameClock, FrameTime};
 use crate::commands::lessons::pupil::Demonstration;
 use crate::failure::Failure;
@@ -116,27 +115,6 @@ impl Setup {
             threads: args.step.threads,
         };
         Ok(Self { scene, script, demonstration, options, ends, ticks, goes_back })
-    }
-
-    /// Checks that the run takes no longer than allowed, as estimated from its ticks and pictures.
-    pub fn check_time(&self, args: &RunArgs) -> Result<(), Failure> {
-        let Self { scene, ends, ticks, options, .. } = self;
-        let Some(ticks) = *ticks else { return Ok(()) };
-        let frames = match (ends, options.pictures) {
-            (FrameEnds::Constant { rate }, true) => {
-                ticks as f64 / (tick_rate(scene, ends) * pace(args, scene)) * rate
-            }
-            _ => 0.0,
-        };
-        let picture = if args.film.is_some() || args.frames.is_some() {
-            picture_seconds(options.size_px)
-        } else {
-            0.0
-        };
-        // Without pictures swarms are computed once, at the end.
-        let swarms = swarm_seconds(scene, ticks as f64, picture > 0.0);
-        let seconds = ticks as f64 * tick_seconds(scene) + frames * picture + swarms;
-        check_time(&format!("{}: {ticks} ticks", args.scene), seconds)
     }
 
     /// Checks that what the run keeps fits into the memory.
@@ -273,13 +251,6 @@ fn check_film(path: &Path, ends: &FrameEnds) -> Result<(), Failure> {
         path.display()
     );
     Err(Failure::Usage(format!("{what}; give another --fps, or --frames for single pictures")))
-}
-
-/// Estimated time per pixel of a picture, ns: drawn in software, compressed and written.
-const PIXEL: f64 = 150.0;
-
-fn picture_seconds([width, height]: [u32; 2]) -> f64 {
-    f64::from(width) * f64::from(height) * PIXEL * 1e-9
 }
 
 /// Simulated seconds per second of frames.
