@@ -4,7 +4,6 @@
 #![allow(clippy::cast_precision_loss, reason = "counts of ticks are small")]
 
 mod bad_input;
-mod bare;
 mod black_box;
 mod bounds;
 mod cockpit;

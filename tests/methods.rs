@@ -23,7 +23,7 @@ use glam::DVec3;
 use motion::methods::Integrator;
 use motion::{Claims, Method};
 
-use motion::arrays::Bare;
+use crate::rigs::Bare;
 
 /// A unit vector along no axis, exact in decimals.
 const SKEW: DVec3 = DVec3::new(0.48, 0.6, 0.64);

@@ -1,5 +1,6 @@
 //! What tests build on: worlds made by hand, sessions that are driven, pictures, and the program.
 
+mod bare;
 mod cockpit;
 mod dice;
 mod drive;
@@ -12,6 +13,7 @@ mod step_matrix;
 
 use scene::Scene;
 
+pub use bare::Bare;
 pub use cockpit::Cockpit;
 pub use dice::Dice;
 pub use drive::*;

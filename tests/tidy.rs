@@ -79,7 +79,7 @@ fn motion_has_serde_and_the_plugin_only_if_asked() {
 /// The files and folders of `crates/motion/src`: each uses itself and those before it.
 const LAYERS: &[&str] = &[
     "simd", "units", "lists", "names", "state", "laws", "methods", "kernels", "tick", "groups",
-    "schedule", "snapshot", "arrays", "observe",
+    "schedule", "snapshot", "observe",
 ];
 
 /// The same of `crates/sandbox/src`.

@@ -1,7 +1,6 @@
 //! Particles fly from their birth: what is left of the tick in which one is born is a tick of its method.
 
 use bevy_ecs::prelude::*;
-use motion::arrays::{Bare, LawsOf};
 use motion::clock::{ClockState, StepClock};
 use motion::ledger::Ledger;
 use motion::units::Vector;
@@ -12,13 +11,6 @@ use motion::{
 
 use super::emitters::{AT, expected, fountain, launch, living, now};
 use crate::rigs::{Lab, Start};
-
-/// No laws of single bodies.
-const NONE: LawsOf<'_> = &|_| Vec::new();
-
-fn arrays(world: &mut World, method: Method) -> Bare {
-    Bare::of_world(world, method, NONE, Vec::new()).unwrap()
-}
 
 fn gravity(world: &mut World) {
     world.insert_resource(Gravity::EARTH);
@@ -44,12 +36,9 @@ fn particles_are_on_the_exact_parabola_at_any_tick_rate() {
                 world.insert_resource(Substeps(substeps));
             };
             let (mut lab, _) = fountain(count, rate, life, method, lengths[0], prepare);
-            let mut bare = arrays(&mut lab.world, method);
             let mut seen = 0;
             for length in lengths.iter().cycle().take(100) {
                 lab.world.insert_resource(TimeStep(*length));
-                bare.set_step(*length);
-                bare.tick();
                 let now = now(lab.run(1));
                 let numbers = expected(count as u64, rate, life, now);
                 assert_eq!(living(&lab).len(), numbers.len(), "{what}");
@@ -67,9 +56,6 @@ fn particles_are_on_the_exact_parabola_at_any_tick_rate() {
                     }
                     seen += 1;
                 }
-                for (id, x, v) in bare.states() {
-                    assert_eq!((x, v), lab.state(id.0 as usize), "{what}: {id:?} in arrays");
-                }
             }
             assert!(seen >= 100, "{what}: {seen} particles");
         }
@@ -82,19 +68,13 @@ fn under_drag_particles_have_the_order_of_their_method() {
     let (rate, life, count) = (31.0, 0.9, 28);
     for method in Method::ALL {
         let order = f64::from(method.claims().order_with_velocity_laws);
-        let error = |hz: u32, in_arrays: bool| {
+        let error = |hz: u32| {
             let prepare = |world: &mut World| {
                 gravity(world);
                 world.insert_resource(Drag::new(c, 0.0));
             };
             let (mut lab, _) = fountain(count, rate, life, method, 1.0 / f64::from(hz), prepare);
-            let states: Vec<_> = if in_arrays {
-                let mut bare = arrays(&mut lab.world, method);
-                (0..until * hz).for_each(|_| bare.tick());
-                bare.states().map(|(_, x, v)| (x, v)).collect()
-            } else {
-                lab.run(u64::from(until * hz)).states()
-            };
+            let states = lab.run(u64::from(until * hz)).states();
             let numbers = expected(count as u64, rate, life, f64::from(until));
             let squares = numbers.iter().map(|number| {
                 let slot = (number % count as u64) as usize;
@@ -104,14 +84,9 @@ fn under_drag_particles_have_the_order_of_their_method() {
             });
             (squares.sum::<f64>() / numbers.len() as f64).sqrt()
         };
-        for in_arrays in [false, true] {
-            let [coarse, fine] = [32, 256].map(|hz| error(hz, in_arrays));
-            let found = (coarse / fine).log2() / 3.0;
-            assert!(
-                (found - order).abs() < 0.1,
-                "{method:?}, in arrays {in_arrays}: {coarse:e} {fine:e}, {found}"
-            );
-        }
+        let [coarse, fine] = [32, 256].map(error);
+        let found = (coarse / fine).log2() / 3.0;
+        assert!((found - order).abs() < 0.1, "{method:?}: {coarse:e} {fine:e}, {found}");
     }
 }
 
@@ -221,19 +196,4 @@ fn the_books_of_a_birth_within_a_tick_close() {
         assert!(residual.0 < 1e-9 && residual.1 < 1e-9, "{method:?}, {damping:?}: {residual:?}");
         assert!(books.momentum.law("gravity").y < -1.0);
     }
-}
-
-#[test]
-fn arrays_go_back_to_a_state_with_the_particles_of_then() {
-    let (mut lab, _) = fountain(20, 50.0, 0.3, Method::VelocityVerlet, 1.0 / 30.0, gravity);
-    let mut bare = arrays(&mut lab.world, Method::VelocityVerlet);
-    let flies = |bare: &mut Bare, ticks: u32| {
-        (0..ticks).for_each(|_| bare.tick());
-        bare.states().collect::<Vec<_>>()
-    };
-    flies(&mut bare, 25);
-    let saved = bare.save();
-    let first = flies(&mut bare, 13);
-    bare.restore(&saved);
-    assert_eq!(flies(&mut bare, 13), first);
 }

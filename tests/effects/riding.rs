@@ -2,7 +2,6 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::arrays::{Bare, NotForArrays};
 use motion::ledger::Ledger;
 use motion::{
     Evaluations, Gravity, Law, Method, OwnLaws, PhysicsBody, Request, RidesOn, RidingWell,
@@ -10,7 +9,7 @@ use motion::{
 };
 
 use super::emitters::{fountain, living, now};
-use crate::rigs::{Environment, Lab, Net, Start, bits};
+use crate::rigs::{Environment, Lab, Net, Start};
 
 const START: DVec3 = DVec3::new(1.0, -2.0, 4.0);
 const SPEED: DVec3 = DVec3::new(0.5, 3.0, -1.0);
@@ -96,30 +95,6 @@ fn nothing_is_born_without_the_carrier_and_what_lives_lives_on() {
     assert_eq!(living(lab.run(30)).len(), 0);
 }
 
-#[test]
-fn plain_arrays_carry_emitters_alike() {
-    for method in Method::ALL {
-        let (mut lab, _) = carried(method, 1.0 / 60.0, Some(Gravity::EARTH));
-        lab.run(7);
-        let mut bare = Bare::of_world(&mut lab.world, method, &|_| Vec::new(), Vec::new()).unwrap();
-        for tick in 0..60 {
-            lab.run(1);
-            bare.tick();
-            let states: Vec<_> = bare.states().collect();
-            for slot in living(&lab) {
-                let body = lab.bodies[slot];
-                let (_, at, velocity) =
-                    states.iter().find(|(id, ..)| id.0 as usize == slot).unwrap();
-                assert_eq!(
-                    bits(x(&lab, body), v(&lab, body)),
-                    bits(*at, *velocity),
-                    "{method:?} {tick} {slot}"
-                );
-            }
-        }
-    }
-}
-
 /// A planet and its moon, both with this velocity besides; the moon's well rides on the planet, or stays at the origin.
 fn moon(method: Method, h: f64, velocity: DVec3, gravity: Option<Gravity>, rides: bool) -> Lab {
     let planet = Start::of(9.0, DVec3::ZERO, velocity);
@@ -191,11 +166,8 @@ fn the_work_of_a_riding_well_is_a_line_of_the_ledger() {
 }
 
 #[test]
-fn a_well_whose_carrier_is_gone_attracts_nothing_and_arrays_carry_none() {
+fn a_well_whose_carrier_is_gone_attracts_nothing() {
     let mut lab = moon(Method::VelocityVerlet, 1.0 / 60.0, SPEED, None, true);
-    let refused =
-        Bare::of_world(&mut lab.world, Method::VelocityVerlet, &|_| Vec::new(), Vec::new());
-    assert_eq!(refused.err(), Some(NotForArrays::RidingWells));
     let carrier = lab.bodies[0];
     lab.run(60).ask(Request::Remove(carrier)).run(1);
     let before = v(&lab, lab.bodies[1]);

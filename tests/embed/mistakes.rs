@@ -6,7 +6,6 @@ use std::sync::Mutex;
 use bevy_ecs::entity_disabling::Disabled;
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::arrays::Bare;
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
 use motion::snapshot::{self, Mismatch, RestoreError, Snapshot};
@@ -147,13 +146,6 @@ fn numbers_out_of_their_range_are_refused_with_the_range() {
         assert!(said.contains(words), "{said:?} does not say {words:?}");
         assert_eq!(world.get_resource::<StepClock>().map_or(0, StepClock::ticks), 0, "{words}");
     }
-    let bare = || Bare::new(Method::default(), 0.01);
-    let said = panic_of(|| drop(bare().with_damping(Damping { rate: -3.0, ..Damping::TUTORIAL })));
-    assert!(said.contains("a damping rate cannot be -3 1/s"), "{said}");
-    assert!(
-        panic_of(|| drop(bare().with_substeps(3_000_000)))
-            .contains("divided into 3000000 substeps")
-    );
 }
 
 /// Log messages of all tests.

@@ -6,7 +6,7 @@ use super::laws::{Spring, duffing};
 use super::oracle::{after, image};
 use super::problems::{ACROSS, kepler_state, linear_thrust, sun};
 use super::{Check, SKEW, Stepper, all_pass, beyond, position, velocity, within};
-use motion::arrays::Bare;
+use crate::rigs::Bare;
 
 const LONG: u32 = 10_000_000;
 

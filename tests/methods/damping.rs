@@ -4,8 +4,8 @@ use motion::{Damping, DampingModel, Method};
 
 use super::fingerprint::last_stable;
 use super::{Check, SKEW, Stepper, all_pass, position, velocity, within};
+use crate::rigs::Bare;
 use crate::rigs::{engine, step_matrix};
-use motion::arrays::Bare;
 
 const H: f64 = 1.0 / 60.0;
 

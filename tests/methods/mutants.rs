@@ -4,8 +4,8 @@
 mod kinds;
 mod broken;
 
+use crate::rigs::Bare;
 use glam::DVec3;
-use motion::arrays::Bare;
 use motion::{Axes, BLOCK_BODIES, BodyBlock, BodyState, EvaluationTime, Gravity, Jacobians, Law};
 
 use super::pushes::{check_gravity, check_passes_over};

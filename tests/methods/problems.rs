@@ -5,8 +5,8 @@ use motion::{BodyState, Drag, Gravity, Law, Well, Wells};
 
 use super::laws::{self, Spring};
 use super::{SKEW, Stepper};
+use crate::rigs::Bare;
 use crate::rigs::{Formula, engine, pull};
-use motion::arrays::Bare;
 
 /// A unit vector across [`SKEW`].
 pub const ACROSS: DVec3 = DVec3::new(0.64, 0.0, -0.48);

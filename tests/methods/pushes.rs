@@ -5,8 +5,8 @@ use motion::{BLOCK_BODIES, BodyBlock, Drag, Gravity, Law, Method, Well, Wells};
 
 use super::problems::sun;
 use super::{Check, SKEW, Stepper, all_pass, position, velocity, within};
+use crate::rigs::Bare;
 use crate::rigs::{engine, pull};
-use motion::arrays::Bare;
 
 const H: f64 = 1.0 / 60.0;
 

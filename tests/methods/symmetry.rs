@@ -5,8 +5,8 @@ use motion::{Curve, Damping, DampingModel, Drag, Gravity, Thrust};
 
 use super::problems::sun;
 use super::{Stepper, position, velocity};
+use crate::rigs::Bare;
 use crate::rigs::pull;
-use motion::arrays::Bare;
 
 const H: f64 = 1.0 / 60.0;
 

@@ -13,8 +13,8 @@ mod requests;
 mod switches;
 mod threads;
 
+use crate::rigs::Bare;
 use glam::DVec3;
-use motion::arrays::Bare;
 use motion::{Curve, Method, OwnLaws, Thrust};
 
 use crate::rigs::{Bits, Dice, Environment, Lab, Start, bits, wells};

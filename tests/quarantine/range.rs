@@ -2,9 +2,8 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::arrays::Bare;
 use motion::{
-    Cause, Damping, DampingModel, Drag, Elastic, Fault, Gravity, Method, Range, Request, StableId,
+    Cause, Damping, DampingModel, Drag, Elastic, Fault, Method, Range, Request, StableId,
 };
 
 use super::rig::{bits, records, run, scenes, start};
@@ -133,23 +132,6 @@ fn a_range_that_nothing_leaves_changes_nothing() {
         run(&mut without, 20);
         assert!(bits(&with, StableId(u32::MAX)) == bits(&without, StableId(u32::MAX)), "{name}");
         assert_eq!(records(&with), [], "{name}");
-    }
-}
-
-#[test]
-fn plain_arrays_have_a_range_too() {
-    fn refused(method: Method, range: Range) -> (Vec<usize>, [f64; 3]) {
-        let mut bare = Bare::new(method, 1.0).with_law(Gravity::EARTH).with_range(range);
-        bare.add([0.0; 3], [0.0; 3], 1.0);
-        bare.add([9.0, 0.0, 0.0], [2.0, 0.0, 0.0], 1.0);
-        bare.tick();
-        (bare.refused().to_vec(), bare.positions[1])
-    }
-    for method in Method::ALL {
-        let (near, far) =
-            (Range { position: 10.0, ..Range::FINITE }, Range { position: 1e300, speed: 1e300 });
-        assert_eq!(refused(method, near), (vec![1], [9.0, 0.0, 0.0]), "{method:?}");
-        assert_eq!(refused(method, far).0, [0_usize; 0], "{method:?}");
     }
 }
 

@@ -1,7 +1,7 @@
 //! Worlds that are built by hand: bodies, and the forces and laws on all of them.
 
+use crate::rigs::Bare;
 use glam::DVec3;
-use motion::arrays::Bare;
 use motion::groups::Solver;
 use motion::{
     BodyState, Curve, Damping, Drag, EvaluationTime, Gravity, Jacobians, Law, Method,

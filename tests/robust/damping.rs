@@ -1,7 +1,7 @@
 //! The default damping gives every step rate the same speed; the tutorial's gives each its own, by its formula.
 
+use crate::rigs::Bare;
 use glam::DVec3;
-use motion::arrays::Bare;
 use motion::{Damping, DampingModel, Method};
 
 use crate::rigs::pull;

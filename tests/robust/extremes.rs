@@ -1,7 +1,7 @@
 //! Speeds, masses and distances near the ends of the numbers.
 
+use crate::rigs::Bare;
 use glam::DVec3;
-use motion::arrays::Bare;
 use motion::{Drag, Gravity, Method};
 
 use crate::rigs::{Environment, H, Lab, Net, Start, close, elastic};

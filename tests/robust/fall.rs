@@ -1,8 +1,8 @@
 //! Free fall of ten minutes is what the formula of the scheme says, to the last bit where every number has one.
 
+use crate::rigs::Bare;
 use glam::DVec3;
 use motion::Method;
-use motion::arrays::Bare;
 
 use crate::rigs::pull;
 

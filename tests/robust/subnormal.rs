@@ -1,7 +1,7 @@
 //! What decays ends at zero, not in subnormal numbers, which run many times slower.
 
+use crate::rigs::Bare;
 use glam::DVec3;
-use motion::arrays::Bare;
 use motion::{Damping, DampingModel, DampingRate, Drag, Elastic, Method, SpeedLimit};
 
 use crate::rigs::{Environment, Lab, Net, Start};

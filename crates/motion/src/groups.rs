@@ -27,16 +27,13 @@ use bevy_ecs::prelude::*;
 pub use compile::compile_groups;
 pub(crate) use compile::{coming_couplings, couplings, is_outdated, update_groups};
 pub(crate) use coupling::Coupling;
-pub(crate) use field::{
-    GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Push, Scratch, Watch, end_of,
-    equal_parts,
-};
+pub(crate) use field::{GroupCache, GroupKernel, Scratch, end_of, equal_parts};
 use lanes::Bundles;
 pub(crate) use linear::{Contributor, LinearGroup, larger};
 use places::{Place, TableRun, Unit};
 use pull::Share;
 pub(crate) use pull::{SpringRow, pulls};
-pub(crate) use rows::{Row, RowArray, are_at_rest, row_of};
+pub(crate) use rows::{Row, RowArray, row_of};
 pub use solver::Solver;
 pub use split::Sets;
 pub(crate) use system::integrate_groups;

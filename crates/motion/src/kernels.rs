@@ -206,7 +206,7 @@ impl StepStatistics {
     }
 }
 
-/// Bodies that are integrated together: the rows of a table or of plain arrays, or a single body.
+/// Bodies that are integrated together: the rows of a table, or a single body.
 pub(crate) struct Batch<'a> {
     /// x, y, z of every body.
     pub positions: &'a mut [[f64; 3]],

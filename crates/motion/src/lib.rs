@@ -43,10 +43,8 @@
 //! - [`groups`]: bodies joined by springs or mutual gravity, integrated together.
 //! - `schedule`: [`Stepper`], [`StepPlan`], [`Requests`], emission and [`effects`]; with the feature `bevy` also the plugin.
 //! - [`snapshot`]: the state of a world between two ticks, taken out and put back.
-//! - [`arrays`]: the same ticks on plain arrays, without a world.
 //! - `observe`: [`ledger`], [`margin`], [`forces_on`] and [`totals`](totals()), which read a world and change nothing.
 
-pub mod arrays;
 pub mod groups;
 mod kernels;
 mod laws;

@@ -1,7 +1,7 @@
 //! One oscillator, `x'' = -x - 2 zeta x'`, run by the real methods.
 
+use crate::rigs::Bare;
 use glam::DMat3;
-use motion::arrays::Bare;
 use motion::units::Vector;
 use motion::{BodyState, Damping, EvaluationTime, Jacobians, Law, Method};
 

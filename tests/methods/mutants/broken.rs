@@ -7,7 +7,7 @@ use super::{
     CHANGING_STEPS, Checked, DECAY, FAR_AWAY, FINGERPRINT, MULTIPLIERS, ORDERS, PUSH, START,
     Stepper, TERMINAL_SPEED,
 };
-use motion::arrays::Bare;
+use crate::rigs::Bare;
 
 /// `x += v h` with damping around it, as the two Eulers have it.
 fn advance<F: Field>(field: &mut F, x: F::Space, v: F::Space) -> (F::Space, F::Space) {
@@ -42,7 +42,7 @@ fn four_stages<F: Field>(
 const KUTTA: [f64; 4] = [1.0, 2.0, 2.0, 1.0];
 const TIMES: [f64; 4] = [0.0, 0.5, 0.5, 1.0];
 
-broken! { Inside, InsideMistake, None, true
+broken! { Inside, InsideMistake, SemiImplicitEuler, None, true
     /// Update order swapped: this is explicit Euler.
     PositionFirst: SemiImplicitEuler, |field, x, v, _carry| {
         let a = field.acceleration(0.0, x, v);
@@ -101,7 +101,7 @@ broken! { Inside, InsideMistake, None, true
     }
 }
 
-broken! { Environment, AroundMistake, None, false
+broken! { Environment, AroundMistake, RungeKutta4, None, false
     /// Explicit Euler's acceleration for the implicit one.
     FrozenImplicit: ImplicitEuler, |field, x, v, _carry| {
         let v = v + field.acceleration(1.0, x, v) * field.step();
@@ -236,7 +236,7 @@ broken! { Environment, AroundMistake, None, false
     }
 }
 
-broken! { StepKept, StepMistake, LastStep, false
+broken! { StepKept, StepMistake, PositionVerlet, LastStep, false
     /// Started from `x - v h` in place of the Taylor value.
     NoTaylorStart: PositionVerlet, |field, x, v, step_state| {
         let (h, half) = (field.step(), 0.5);
@@ -272,7 +272,7 @@ broken! { StepKept, StepMistake, LastStep, false
     }
 }
 
-broken! { AccelerationKept, AccelerationMistake, LastAcceleration, false
+broken! { AccelerationKept, AccelerationMistake, VelocityVerlet, LastAcceleration, false
     /// The push kept with the acceleration at the end: half of it acts in the next tick.
     PushKept: VelocityVerlet, |field, x, v, step_state| {
         let (h, half) = (field.step(), 0.5);
@@ -314,7 +314,7 @@ fn composed<F: Field>(
 struct TwoPositions;
 
 impl Integrator for TwoPositions {
-    const METHOD: Method = Method::PositionVerlet;
+    const METHOD: Method = Method::VelocityVerlet;
     const STATE: MethodStateKind = MethodStateKind::LastAcceleration;
 
     fn step<F: Field>(

@@ -2,7 +2,7 @@
 
 /// Mistakes of one kind are one type: every type is compiled for every kernel, and that takes minutes.
 macro_rules! broken {
-    ($kind:ident, $mistake:ident, $memory:ident, $inside:literal
+    ($kind:ident, $mistake:ident, $base:ident, $memory:ident, $inside:literal
         $($(#[doc = $doc:literal])+ $name:ident: $method:ident,
         |$field:ident, $x:ident, $v:ident, $step_state:ident| $body:block)*) => {
         #[derive(Clone, Copy)]
@@ -21,7 +21,7 @@ macro_rules! broken {
         struct $kind;
 
         impl Integrator for $kind {
-            const METHOD: Method = Method::SemiImplicitEuler;
+            const METHOD: Method = Method::$base;
             const STATE: MethodStateKind = MethodStateKind::$memory;
             const DAMPS_INSIDE: bool = $inside;
 

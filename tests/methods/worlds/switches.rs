@@ -1,8 +1,8 @@
 //! From one method to another in the middle of a run: the state at the switch is one that the new method takes
 //! on with its own order.
 
+use crate::rigs::Bare;
 use glam::DVec3;
-use motion::arrays::Bare;
 use motion::{Gravity, Method};
 
 use super::super::{position, velocity};

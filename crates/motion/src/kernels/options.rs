@@ -74,13 +74,6 @@ impl BodyOptions<'_> {
             )
             && kind(self.laws) == kind(other.laws)
     }
-
-    /// The same options without laws.
-    pub const fn without_laws(&self) -> BodyOptions<'static> {
-        let Self { gravity_off, damping_rate, speed_limit, locks, substeps, .. } = *self;
-        let none = BodyOptions::NONE;
-        BodyOptions { gravity_off, damping_rate, speed_limit, locks, substeps, ..none }
-    }
 }
 
 /// Looks up the options of single rows.

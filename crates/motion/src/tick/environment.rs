@@ -25,7 +25,7 @@ use crate::tick::quarantine::Quarantine;
 use crate::units::Scalar;
 use crate::units::Vector;
 
-/// Everything that acts on all bodies in a tick, borrowed from a world, the parameters of a system, or plain arrays.
+/// Everything that acts on all bodies in a tick, borrowed from a world or the parameters of a system.
 /// The options of single bodies are separate ([`BodyOptions`](crate::kernels::BodyOptions)).
 #[derive(Clone, Copy)]
 pub(crate) struct Environment<'a> {
