@@ -8,7 +8,7 @@ use super::rows::Row;
 use crate::kernels::record::vector;
 use crate::simd::{Lanes as _, with_simd};
 use crate::state::springs::Elastic;
-use crate::state::threads::Threads;
+use crate::state::threads::{Job, Threads};
 use crate::units::Vector;
 
 /// Number of springs that are computed at once: four square roots and divisions take hardly longer than one.
@@ -107,10 +107,10 @@ impl Share {
         pull: impl Fn(&Self, &mut [R]) + Sync,
     ) {
         let (mut rest, pull) = (forces, &pull);
-        let mut jobs = Vec::new();
+        let mut jobs: Vec<Job<'_>> = Vec::new();
         for share in shares {
             let (own, others) = rest.split_at_mut(share.rows.len().min(rest.len()));
-            jobs.push(move || pull(share, own));
+            jobs.push(Box::new(move || pull(share, own)));
             rest = others;
         }
         threads.run(jobs);

@@ -10,6 +10,9 @@ pub struct Threads {
     pool: Pool,
 }
 
+/// A part of the work of a tick; not generic, because a scope of tasks is a lot of code for every type of job.
+pub(crate) type Job<'a> = Box<dyn FnOnce() + Send + 'a>;
+
 /// The threads besides the one that runs the tick, which is not in the pool.
 #[derive(Debug)]
 enum Pool {
@@ -72,7 +75,11 @@ impl Threads {
         let parts = rows.chunks_mut(share).zip(others.chunks_mut(share)).enumerate();
         let each = &each;
         threads.run(
-            parts.map(|(part, (rows, others))| move || each(part * share, rows, others)).collect(),
+            parts
+                .map(|(part, (rows, others))| -> Job<'_> {
+                    Box::new(move || each(part * share, rows, others))
+                })
+                .collect(),
         );
     }
 
@@ -87,7 +94,7 @@ impl Threads {
     }
 
     /// Runs every job; the current thread helps.
-    pub(crate) fn run<J: FnOnce() + Send>(&self, jobs: Vec<J>) {
+    pub(crate) fn run(&self, jobs: Vec<Job<'_>>) {
         match self.pool() {
             Some(pool) => {
                 pool.scope(|scope| jobs.into_iter().for_each(|job| scope.spawn(async { job() })));

@@ -22,7 +22,7 @@ use crate::state::emitter::Dormant;
 use crate::state::method_state::LastAcceleration;
 use crate::state::range::Breach;
 use crate::state::static_bodies::Static;
-use crate::state::threads::Threads;
+use crate::state::threads::{Job, Threads};
 use crate::tick::body_filter::BodyFilter;
 use crate::tick::columns::{BodyColumns, BodyColumnsContiguousItem};
 use crate::tick::diagnosis::{Exposure, Suspect};
@@ -197,12 +197,12 @@ fn shared(threads: &Threads, table: &TableTick<'_>, batch: Batch<'_>) -> Done {
         start += rows;
         rest = (!others.bodies.is_empty()).then_some(others);
     }
-    let jobs = parts.iter_mut().map(|(done, batch, part)| {
-        move || {
+    let jobs = parts.iter_mut().map(|(done, batch, part)| -> Job<'_> {
+        Box::new(move || {
             if let Some(batch) = batch.take() {
                 *done = part.integrate(batch);
             }
-        }
+        })
     });
     threads.run(jobs.collect());
     let mut sum = Done::default();
