@@ -41,8 +41,7 @@ fn estimated_by_taken(text: &str, keeps: Keeps) -> f64 {
         drop(text);
         estimated = scene.estimated_bytes(keeps);
         let pictures = keeps.pictures.is_some();
-        let options =
-            Options { pictures, interpolate: pictures, threads: Some(1), ..Options::default() };
+        let options = Options { pictures, interpolate: pictures, ..Options::default() };
         let mut drive = Drive::with(scene, options);
         drive.session.tools.forecast_start(&mut drive.session.stage, 0.01);
         if keeps.ledger {

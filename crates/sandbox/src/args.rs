@@ -157,6 +157,11 @@ pub(crate) fn bodies(text: &str) -> Result<u32, String> {
     found.ok_or_else(|| format!("give a whole number from 1 to {MOST_BODIES}"))
 }
 
+/// Number of processors that this process may use.
+pub(crate) fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
 /// Greatest number of threads: more only wait for each other.
 const MOST_THREADS: usize = 256;
 

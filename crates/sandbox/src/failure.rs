@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
+use cockpit::Refused;
 use render::RenderError;
 use scene::SceneError;
 
@@ -95,6 +96,12 @@ impl fmt::Display for Failure {
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
         Self::Usage(error.to_string())
+    }
+}
+
+impl From<Refused> for Failure {
+    fn from(Refused(what): Refused) -> Self {
+        Self::Usage(what)
     }
 }
 

@@ -25,16 +25,16 @@ use winit::event_loop::DeviceEvents;
 use self::drafts::Drafts;
 use self::recorder::Recorder;
 use self::shell::Shell;
-use crate::app::arrangement::FIRST_START;
-use crate::app::script::player_of;
-use crate::app::session::{DEFAULT_FPS, Session};
-use crate::args::{SceneName, StepArgs, rate, size};
+use crate::args::{SceneName, StepArgs, cores, rate, size};
 use crate::failure::Failure;
 use crate::output::bundle;
 use crate::output::command_files::CommandFiles;
 use crate::output::progress::{Loading, Waiting};
 use crate::output::tell;
-use crate::stage::options::{Options, check};
+use cockpit::app::arrangement::FIRST_START;
+use cockpit::app::script::player_of;
+use cockpit::app::session::{DEFAULT_FPS, Session};
+use cockpit::stage::options::{Options, check};
 
 /// Opens the window.
 #[derive(Args, Debug)]
@@ -123,7 +123,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         // A recording keeps its scene, and shows no list that another machine does not have.
         if shell.recorder.is_none() {
             shell.session.stage.files.remember(remembered::files());
-            shell.session.tools.learn.own = remembered::lessons();
+            shell.session.tools.lessons().own = remembered::lessons();
             shell.remembered = Some(shell.session.stage.files.all().to_owned());
             if let Source::File(path) = shell.session.stage.sim().scene.source.clone() {
                 shell.session.stage.files.note(&path);
@@ -163,7 +163,7 @@ fn session(
         size_px: args.size,
         paused: args.paused,
         pace: args.pace,
-        threads,
+        threads: threads.unwrap_or_else(cores),
         ..Options::default()
     };
     if let Some(bundle) = files.named_bundle(name)? {

@@ -5,20 +5,20 @@ use motion::effects::Effect;
 use render::{Gpu, Offscreen, Quality, Renderer};
 use scene::{Keeps, Scene};
 
-use crate::app::session::Session;
-use crate::args::{SceneName, above_0, check_memory, check_seconds, positive};
-use crate::clock::FrameClock;
+use crate::args::{SceneName, above_0, check_memory, check_seconds, cores, positive};
 use crate::commands::effects;
 use crate::commands::list::Format;
-use crate::input::SwitchedBy;
 use crate::output::command_files::CommandFiles;
 use crate::output::pictures::headless;
 use crate::output::progress::Waiting;
 use crate::output::show;
-use crate::stage::options::Options;
+use cockpit::app::session::Session;
+use cockpit::clock::FrameClock;
+use cockpit::input::SwitchedBy;
+use cockpit::stage::options::Options;
 
 use crate::failure::Failure;
-use crate::input::InputFrame;
+use cockpit::input::InputFrame;
 
 pub(super) const EXAMPLES: &str = "\
 Example:
@@ -94,7 +94,7 @@ impl Pictures {
         ticks: u64,
         without: Option<Effect>,
     ) -> Result<Vec<u8>, Failure> {
-        let options = Options { interpolate: false, ..Options::default() };
+        let options = Options { interpolate: false, threads: cores(), ..Options::default() };
         let mut session = Session::new(scene.clone(), options);
         if let Some(effect) = without {
             // Cannot fail: `effect` is one that the scene declares.

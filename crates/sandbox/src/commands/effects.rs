@@ -7,15 +7,15 @@ use report::numbers::{count, json_number as number, length};
 use scene::{Keeps, Scene};
 use serde_json::{Value, json};
 
-use crate::app::session::Session;
 use crate::args::{SceneName, above_0, check_memory};
 use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::progress::Waiting;
 use crate::output::show;
-use crate::stage::options::Options;
-use crate::tools::effects::{ENERGY_WATCH, picture_rows};
+use cockpit::app::session::Session;
+use cockpit::stage::options::Options;
+use cockpit::tools::effects::{ENERGY_WATCH, picture_rows};
 
 /// Default number of ticks of a report.
 pub(crate) const DEFAULT_TICKS: u64 = 600;

@@ -10,17 +10,17 @@ use report::{ForecastRow, tried_in_words};
 use scene::StepKind;
 use serde_json::{Value, json};
 
-use crate::app::session::DEFAULT_FPS;
-use crate::args::{SceneName, StepArgs, modes_count, positive, rate};
+use crate::args::{SceneName, StepArgs, cores, modes_count, positive, rate};
 use crate::commands::list::Format;
 use crate::commands::run::refuse_rate_of_frames;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::progress::{Progress, Waiting};
 use crate::output::show;
-use crate::stage::options::{Options, check};
-use crate::stage::start;
-use crate::stage::things::name;
+use cockpit::app::session::DEFAULT_FPS;
+use cockpit::stage::options::{Options, check};
+use cockpit::stage::start;
+use cockpit::stage::things::name;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -58,6 +58,7 @@ pub(crate) fn run(args: &ForecastArgs) -> Result<(), Failure> {
     let overrides = Overrides { method, step_hz: args.hz, substeps, damping: None };
     check(overrides, &scene)?;
     overrides.apply(&mut scene);
+    let threads = threads.unwrap_or_else(cores);
     let options =
         Options { pictures: false, interpolate: false, overrides, threads, ..Options::default() };
     let mut simulation = start(scene, options);

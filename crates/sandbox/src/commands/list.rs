@@ -6,10 +6,10 @@ use report::aligned;
 use scene::{ShippedScene, key_of_law};
 use serde_json::{Value, json};
 
-use crate::actions::input_rows;
 use crate::failure::Failure;
-use crate::methods::COLUMNS;
 use crate::output::show;
+use cockpit::actions::input_rows;
+use cockpit::methods::COLUMNS;
 
 /// What can be listed.
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -66,7 +66,7 @@ fn rows(what: Listed) -> Vec<Vec<Cell>> {
         Listed::Methods => METHODS
             .iter()
             .map(|claims| {
-                let cell = |column: &crate::methods::Column| {
+                let cell = |column: &cockpit::methods::Column| {
                     (column.name, column.value(claims), column.text(claims))
                 };
                 COLUMNS.iter().map(cell).collect()

@@ -6,14 +6,14 @@ use motion::{LawTexts, Method};
 use render::Swarms;
 use scene::{Scene, StepKind, byte_words, shown};
 
-use crate::app::session::Session;
 use crate::args::{SceneName, method};
 use crate::failure::Failure;
-use crate::methods::cost;
 use crate::output::command_files::CommandFiles;
 use crate::output::show;
-use crate::stage::options::{Options, check};
-use crate::view::swarms::stepping;
+use cockpit::app::session::Session;
+use cockpit::methods::cost;
+use cockpit::stage::options::{Options, check};
+use cockpit::view::swarms::stepping;
 
 pub(super) const EXAMPLES: &str = "\
 Example:

@@ -7,8 +7,7 @@ use clap::Args;
 use history::Bundle;
 use serde_json::{Value, json};
 
-use crate::app::bundle::{PROGRAM, Repetition};
-use crate::app::session::Session;
+use crate::args::cores;
 use crate::failure::Failure;
 use crate::output::bundle::repeated;
 use crate::output::command_files::CommandFiles;
@@ -16,7 +15,9 @@ use crate::output::files::{make_folder, refuse_foreign_files, write};
 use crate::output::report::fault_json;
 use crate::output::show;
 use crate::output::states;
-use crate::stage::options::Options;
+use cockpit::app::bundle::{PROGRAM, Repetition};
+use cockpit::app::session::Session;
+use cockpit::stage::options::Options;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -50,7 +51,8 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
         refuse_foreign_files(folder, is_own, is_written, "give another folder")?;
     }
     let name = path.display().to_string();
-    let options = Options { pictures: false, interpolate: false, ..Options::default() };
+    let options =
+        Options { pictures: false, interpolate: false, threads: cores(), ..Options::default() };
     let (mut session, repetition) = repeated(&bundle, &name, options)?;
     let manifest = &bundle.manifest;
     if let Some(folder) = out {

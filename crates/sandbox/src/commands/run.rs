@@ -10,22 +10,22 @@ use motion::effects::Effect;
 use render::Quality;
 use scene::Scene;
 
-use crate::app::player::Player;
-use crate::app::session::Session;
 use crate::args::{
     SceneName, StepArgs, above_0, damping, effect, once, positive, rate, size, whole,
 };
-use crate::clock::FrameClock;
 use crate::commands::lessons::pupil::Demonstration;
 use crate::failure::Failure;
-use crate::input::InputFrame;
 use crate::output::command_files::CommandFiles;
 use crate::output::orders::carry_out;
 use crate::output::progress::{Loading, progress_bar};
 use crate::output::report::Summary;
 use crate::output::states::{Quantity, Selection};
 use crate::output::tell;
-use crate::stage::{Simulated, Stage};
+use cockpit::app::player::Player;
+use cockpit::app::session::Session;
+use cockpit::clock::FrameClock;
+use cockpit::input::InputFrame;
+use cockpit::stage::{Simulated, Stage};
 
 mod film;
 mod outputs;

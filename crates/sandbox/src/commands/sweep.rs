@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::thread::available_parallelism;
 
 use clap::Args;
 use lab::cost::Machine;
@@ -12,7 +11,7 @@ use lab::{Shard, Value};
 use report::numbers::{NONE, digits};
 use xxhash_rust::xxh3::xxh3_64;
 
-use crate::args::{SceneName, check_seconds, once, positive, threads};
+use crate::args::{SceneName, check_seconds, cores, once, positive, threads};
 use crate::commands::cost::refuse_swarms_alone;
 use crate::commands::list::Format;
 use crate::failure::Failure;
@@ -85,9 +84,8 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
         return Err(Failure::Usage(format!("{what}; give a folder for them with --out")));
     }
     let sweep = Sweep::new(&scene, plan.clone())?;
-    let cores = available_parallelism().map_or(1, usize::from);
     let [shared, each] = sweep.estimated_bytes();
-    let most = args.threads.unwrap_or(cores);
+    let most = args.threads.unwrap_or_else(cores);
     let most = most.min(usize::try_from(runs).unwrap_or(most)).max(1);
     let threads = scene::runs_that_fit(shared, each, most).map_err(|what| {
         let cure = "measure less, give fewer bodies, or give more with --memory";

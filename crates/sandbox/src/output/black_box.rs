@@ -6,12 +6,12 @@ use history::FaultEntry;
 use render::Image;
 use serde_json::{Value, json};
 
-use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::bundle::finish_bundle;
 use crate::output::files::Output;
 use crate::output::report::fault_json;
 use crate::output::tell;
+use cockpit::app::session::Session;
 
 /// The fault of a run, and the bundle that repeats it.
 pub(crate) struct BlackBox {

@@ -7,15 +7,15 @@ use std::path::Path;
 use history::Bundle;
 use render::Image;
 
-use crate::app::bundle::Repetition;
-use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::files::{Output, OutputPath, output_file};
 use crate::output::pictures::png;
 use crate::output::progress::progress_bar;
-use crate::stage::Stage;
-use crate::stage::notices::Topic;
-use crate::stage::options::Options;
+use cockpit::app::bundle::Repetition;
+use cockpit::app::session::Session;
+use cockpit::stage::Stage;
+use cockpit::stage::notices::Topic;
+use cockpit::stage::options::Options;
 
 /// Largest file that is read, bytes.
 const MOST_BYTES: u64 = 1 << 30;
@@ -82,7 +82,7 @@ pub(crate) fn repeated(
     let bar = progress_bar(Some(bundle.manifest.end_tick));
     let repeated = Session::of_bundle(bundle, name, options, &mut |tick| bar.set_position(tick));
     bar.finish_and_clear();
-    repeated
+    Ok(repeated?)
 }
 
 /// Opens `bundle`, read from the file `name`, as a session that is paused at the last good tick before the fault, or at its end.

@@ -6,11 +6,11 @@ use history::Bundle;
 use scene::lesson::{Lesson, beside};
 use scene::{Scene, SceneError, Script, Source};
 
-use crate::app::script::load_script;
 use crate::args::SceneName;
 use crate::failure::Failure;
 use crate::output::bundle;
 use crate::output::files::{OutputPath, place};
+use cockpit::app::script::read_script;
 
 /// The files that a command has read, and those that it will write under a name that a person gave.
 ///
@@ -85,11 +85,10 @@ impl CommandFiles {
         Ok(lesson)
     }
 
-    /// Reads the script or recording of `--script`: [`load_script`].
+    /// Reads the script or recording of `--script`: [`read_script`].
     pub fn script(&mut self, path: &Path, scene: &Scene) -> Result<Script, Failure> {
-        let script = load_script(path, scene)?;
-        self.read("--script", path)?;
-        Ok(script)
+        let text = self.text("--script", path)?;
+        Ok(read_script(&path.display().to_string(), &text, scene)?)
     }
 
     /// Reads the text of a file: [`scene::read_text`].

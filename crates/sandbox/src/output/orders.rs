@@ -6,13 +6,13 @@ use lab::lesson::run_lesson;
 use render::Image;
 use scene::lesson::beside;
 
-use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::bundle::write_bundle;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{OutputPath, write};
 use crate::output::pictures::write_picture;
-use crate::stage::{Order, SceneFile};
+use cockpit::app::session::Session;
+use cockpit::stage::{Order, SceneFile};
 
 /// Start and end of the name of a file that a person did not name.
 pub(crate) type Kind = [&'static str; 2];

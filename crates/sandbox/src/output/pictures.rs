@@ -2,12 +2,12 @@
 
 use render::{Gpu, Image, Offscreen, Quality, Renderer, Swarm, Swarms};
 
-use crate::app::bundle::PROGRAM;
-use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::files::{OutputPath, write};
 use crate::output::report;
-use crate::stage::Stage;
+use cockpit::app::bundle::PROGRAM;
+use cockpit::app::session::Session;
+use cockpit::stage::Stage;
 
 /// Draws pictures without a window.
 pub(crate) struct Camera {

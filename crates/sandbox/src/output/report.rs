@@ -9,9 +9,9 @@ use report::ForecastRow;
 use report::numbers::json_number as number;
 use serde_json::{Map, Value, json};
 
-use crate::app::session::Session;
-use crate::stage::Stage;
-use crate::stage::quarantines::QuarantinedBody;
+use cockpit::app::session::Session;
+use cockpit::stage::Stage;
+use cockpit::stage::quarantines::QuarantinedBody;
 
 /// The hash of the state: XXH3-64 over the little-endian f64 bits of position and velocity of every body with physics, in
 /// stable-id order.

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::files::{OutputPath, make_folder, write};
-use crate::stage::SceneFile;
+use cockpit::app::session::Session;
+use cockpit::stage::SceneFile;
 
 /// Writes a scene of `session` into its file. Leaves a file alone that has the text already. Replaces another file only if it
 /// still has the text that was opened or saved last.
@@ -35,10 +35,10 @@ mod tests {
     use scene::TextEdit;
 
     use super::*;
-    use crate::actions::Act;
-    use crate::intent::Intent;
-    use crate::stage::Order;
-    use crate::stage::options::Options;
+    use cockpit::actions::Act;
+    use cockpit::intent::Intent;
+    use cockpit::stage::Order;
+    use cockpit::stage::options::Options;
 
     /// A session of a file.
     fn opened(path: &Path) -> Session {

@@ -16,7 +16,7 @@ use wildmatch::WildMatch;
 
 use crate::failure::Failure;
 use crate::output::files::{Output, OutputPath, output_file};
-use crate::stage::Stage;
+use cockpit::stage::Stage;
 
 /// A quantity of a body in the state file.
 #[derive(Clone, Debug, PartialEq, Eq)]

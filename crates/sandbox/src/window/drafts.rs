@@ -5,10 +5,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::files::{OutputPath, claim, sweep, write};
-use crate::stage::notices::Topic;
+use cockpit::app::session::Session;
+use cockpit::stage::notices::Topic;
 
 /// A scene file, and its text when it was opened or saved last.
 type OwnFile = (PathBuf, Arc<str>);

@@ -2,7 +2,7 @@
 
 use winit::keyboard::{Key as Logical, KeyCode, ModifiersState, NamedKey, PhysicalKey};
 
-use crate::input::Key;
+use cockpit::input::Key;
 
 /// The key that went down; `None` for keys that the program does not use, and for those of the system, with Alt or the logo key.
 /// On a Mac Command is the control key. A letter that is not Latin is the key that a US keyboard has at its place. So is a mark at the

@@ -4,7 +4,7 @@ use glam::DVec2;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::window::{CursorGrabMode, Window};
 
-use crate::input::Input;
+use cockpit::input::Input;
 
 /// How the pointer is held.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -8,14 +8,14 @@ use scene::Scene;
 use super::drafts::{self, Drafts};
 use super::forecast_start;
 use super::screen::Screen;
-use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::orders::{Kind, Program};
 use crate::output::scenes::save_scene;
 use crate::output::swarms::{check, slow_words};
-use crate::stage::SceneFile;
-use crate::stage::notices::Topic;
+use cockpit::app::session::Session;
+use cockpit::stage::SceneFile;
+use cockpit::stage::notices::Topic;
 
 /// A window as the program around its session.
 pub(super) struct WindowProgram<'a> {

@@ -10,10 +10,10 @@ use std::io::{self, Seek as _, SeekFrom, Write as _};
 use motion::Method;
 use scene::{Recording, RecordingText, Step, When};
 
-use crate::app::player::recorded;
 use crate::failure::Failure;
-use crate::input::Input;
 use crate::output::files::{Output, OutputPath, output_file};
+use cockpit::app::player::recorded;
+use cockpit::input::Input;
 
 /// Least number of blanks after the ends of the frames, bytes: a minute of frames.
 const LEAST_ROOM: usize = 1 << 16;
@@ -154,19 +154,19 @@ impl Recorder {
 
 #[cfg(test)]
 mod tests {
-    use crate::clock::FrameClock;
+    use cockpit::clock::FrameClock;
     use glam::DVec2;
     use lab::cost::{Bench, Plan, Setting, Subject};
     use scene::Script;
 
     use super::*;
-    use crate::app::player::Player;
-    use crate::app::session::Session;
-    use crate::app::ui::Control;
-    use crate::input::{Button, InputFrame, Key};
-    use crate::intent::Intent;
     use crate::output::report::state_hash;
-    use crate::stage::options::Options;
+    use cockpit::app::player::Player;
+    use cockpit::app::session::Session;
+    use cockpit::app::ui::Control;
+    use cockpit::input::{Button, InputFrame, Key};
+    use cockpit::intent::Intent;
+    use cockpit::stage::options::Options;
 
     const SIZE: [u32; 2] = [1280, 1200];
 
@@ -192,15 +192,14 @@ mod tests {
 
     impl Machine {
         fn measure(self, session: &mut Session) {
-            let Some(live) = &mut session.tools.cost.live else { return };
+            let Some(study) = session.tools.study() else { return };
             match self {
                 Self::Slow => {
-                    live.bench =
-                        Bench::new(Subject::of_scene(load("thousand"), None), Plan::live());
+                    *study = Bench::new(Subject::of_scene(load("thousand"), None), Plan::live());
                 }
                 Self::Usual => {}
                 Self::Fast => {
-                    live.bench.work(0.02);
+                    study.work(0.02);
                 }
             }
         }

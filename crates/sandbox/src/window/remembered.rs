@@ -6,8 +6,8 @@ use std::path::{PathBuf, absolute};
 
 use scene::lesson::Lesson;
 
-use crate::app::arrangement::{FIRST_START, LESSON_DONE};
 use crate::output::files::{OutputPath, write};
+use cockpit::app::arrangement::{FIRST_START, LESSON_DONE};
 
 /// Longest file that is read, bytes: an arrangement has a few hundred.
 const MOST: u64 = 65_536;

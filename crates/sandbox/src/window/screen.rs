@@ -9,8 +9,8 @@ use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::Window;
 
 use super::display;
-use crate::app::session::Session;
 use crate::failure::Failure;
+use cockpit::app::session::Session;
 
 /// The window and what draws into it.
 pub(super) struct Screen {
@@ -76,12 +76,12 @@ impl Screen {
 
     /// Lets the system do what the panels ask for. `held`: whether the pointer is hidden and held.
     pub fn carry_out(&mut self, session: &mut Session, held: bool) {
-        let Some(mut requests) = session.ui.take_requests() else { return };
+        let Some(mut requests) = session.take_requests() else { return };
         if held {
             requests.cursor_icon = egui::CursorIcon::None;
         }
         // Panels may have another size than the display asks for.
-        let points = session.ui.pixels_per_point()
+        let points = session.pixels_per_point()
             / egui_winit::pixels_per_point(self.platform.egui_ctx(), &self.window);
         if let Some(ime) = &mut requests.ime {
             ime.cursor_rect = ime.cursor_rect * points;

@@ -23,18 +23,18 @@ use super::screen::Screen;
 use super::speed::{self, Speed, SpeedSetting};
 use super::wheel::Wheel;
 use super::{keys, remembered};
-use crate::actions::{Act, Binding, Hold, Lasts, binding};
-use crate::app::session::Session;
-use crate::clock::FrameClock;
 use crate::failure::Failure;
-use crate::input::{Button, Input, InputFrame, Key, TouchPhase};
 use crate::output::bundle::write_bundle;
 use crate::output::command_files::CommandFiles;
 use crate::output::orders::{BUNDLE, Program as _, carry_out};
 use crate::output::swarms::{check, slow_words};
 use crate::output::tell;
-use crate::stage::notices::Topic;
-use crate::stage::{Order, Stage};
+use cockpit::actions::{Act, Binding, Hold, Lasts, binding};
+use cockpit::app::session::Session;
+use cockpit::clock::FrameClock;
+use cockpit::input::{Button, Input, InputFrame, Key, TouchPhase};
+use cockpit::stage::notices::Topic;
+use cockpit::stage::{Order, Stage};
 
 /// Shortest time between two frames: vertical sync does not pace every display.
 const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
@@ -95,7 +95,7 @@ impl ApplicationHandler<Event> for Shell {
         if self.screen.is_some() {
             return;
         }
-        let platform = (self.session.ui.context(), self.proxy.clone());
+        let platform = (self.session.egui(), self.proxy.clone());
         match Screen::new(event_loop, self.session.view.size_px(), platform) {
             Ok(screen) => {
                 if let Err(failure) = check(&screen.gpu, &self.session.stage.sim().scene) {
@@ -193,10 +193,10 @@ impl ApplicationHandler<Event> for Shell {
         self.unsettled = SETTLING_FRAMES;
         match event.window_event {
             accesskit_winit::WindowEvent::InitialTreeRequested => {
-                self.session.ui.context().enable_accesskit();
+                self.session.egui().enable_accesskit();
             }
             accesskit_winit::WindowEvent::AccessibilityDeactivated => {
-                self.session.ui.context().disable_accesskit();
+                self.session.egui().disable_accesskit();
             }
             accesskit_winit::WindowEvent::ActionRequested(request) => {
                 self.events.extend(serde_json::to_string(&request).map(Input::Assist));

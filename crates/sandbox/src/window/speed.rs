@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use crate::app::session::Session;
-use crate::view::Measured;
+use cockpit::app::session::Session;
+use cockpit::view::Measured;
 
 /// The settings that change how long a frame or a tick takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +20,7 @@ impl SpeedSetting {
         Self {
             pace: session.stage.playback().pace(),
             paused: session.stage.playback().paused(),
-            ghosts: session.tools.ghosts.are_shown(),
+            ghosts: session.tools.shows_ghosts(),
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::output::command_files::CommandFiles;
 use crate::output::files::{make_folder, refuse_foreign_files, write as write_file};
 use crate::output::pictures::{Camera, png};
 use crate::output::tell;
-use crate::stage::options::{Options, Words};
+use cockpit::stage::options::{Options, Words};
 
 /// Size of a picture, pixels.
 const SIZE: [u32; 2] = [960, 540];

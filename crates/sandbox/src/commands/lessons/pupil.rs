@@ -9,20 +9,20 @@ use report::numbers::digits;
 use scene::lesson::{Goal, Lesson, Measure, Quantity, beside};
 use scene::{Action, Script, Step, StepKind, When, did_you_mean, nearest};
 
-use crate::actions::{Act, key_of_word};
-use crate::app::focus::pointable;
-use crate::app::player::Player;
-use crate::app::session::Session;
-use crate::clock::FrameClock;
 use crate::failure::Failure;
-use crate::input::InputFrame;
-use crate::intent::Intent;
 use crate::output::command_files::CommandFiles;
 use crate::output::orders::{Kind, Program, carry_out};
 use crate::output::progress::Waiting;
-use crate::stage::SceneFile;
-use crate::stage::options::Options;
-use crate::tools::learn::panel_of;
+use cockpit::actions::{Act, key_of_word};
+use cockpit::app::focus::pointable;
+use cockpit::app::player::Player;
+use cockpit::app::session::Session;
+use cockpit::clock::FrameClock;
+use cockpit::input::InputFrame;
+use cockpit::intent::Intent;
+use cockpit::stage::SceneFile;
+use cockpit::stage::options::Options;
+use cockpit::tools::learn::panel_of;
 
 /// Frames per second.
 const FPS: f64 = 60.0;
@@ -99,7 +99,7 @@ impl Pupil {
         )]
         let most = (MOST_WAIT_S * self.fps).ceil() as u32;
         for _ in 0..most {
-            if self.session.tools.learn.has_begun() {
+            if self.session.tools.lessons().has_begun() {
                 return;
             }
             self.frames(1);
@@ -132,7 +132,7 @@ impl Pupil {
             None => Ok(false),
             Some(Goal::Done { solution, .. }) => self.act(solution, PATIENCE_S),
             Some(Goal::Number { solution, .. } | Goal::Choice { solution, .. }) => {
-                let right = self.session.tools.learn.answer(solution);
+                let right = self.session.tools.lessons().answer(solution);
                 self.frames(2);
                 Ok(right)
             }
@@ -238,7 +238,7 @@ impl Demonstration {
         if let Goal::Number { solution, .. } | Goal::Choice { solution, .. } = &step.goal
             && self.step.is_some_and(|(_, due)| due == now)
         {
-            session.tools.learn.answer(solution);
+            session.tools.lessons().answer(solution);
         }
         Ok(())
     }
@@ -446,9 +446,10 @@ fn wrong_ways(
     patience: f64,
 ) -> Result<Vec<(String, bool)>, Failure> {
     let judged = |answers: Vec<&String>| {
-        let pupil = at_step(lesson, number, runs)?;
-        let judge =
-            |answer: &String| (format!("{answer:?}"), pupil.session.tools.learn.accepts(answer));
+        let mut pupil = at_step(lesson, number, runs)?;
+        let judge = |answer: &String| {
+            (format!("{answer:?}"), pupil.session.tools.lessons().accepts(answer))
+        };
         Ok::<Vec<_>, Failure>(answers.into_iter().map(judge).collect())
     };
     match &lesson.steps[number].goal {

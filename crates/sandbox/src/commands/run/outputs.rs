@@ -9,7 +9,6 @@ use report::numbers::four_digits;
 use scene::{Action, Scene, Script};
 use serde_json::Value;
 
-use crate::app::session::Session;
 use crate::commands::run::film::FilmFile;
 use crate::commands::run::{RunArgs, forecast_start, keep_ledger};
 use crate::failure::Failure;
@@ -22,8 +21,9 @@ use crate::output::report::Summary;
 use crate::output::states::States;
 use crate::output::swarms::{self, SwarmDevice, check, has_swarms, refuse_rows, slow_words};
 use crate::output::{show, tell, tell_all};
-use crate::stage::options::Options;
-use crate::stage::{SceneFile, Stage};
+use cockpit::app::session::Session;
+use cockpit::stage::options::Options;
+use cockpit::stage::{SceneFile, Stage};
 
 /// The outputs of a run.
 pub(super) struct Outputs<'a> {

@@ -10,18 +10,18 @@ use scene::{Action, Keeps, Scene, Script, StepKind, shown};
 
 use super::film::{GIF_FPS, is_gif, lengths_s};
 use super::{RunArgs, keeps_ledger};
-use crate::actions::{self, Act};
-use crate::app::script::player_of;
-use crate::app::session::{DEFAULT_FPS, Session};
-use crate::args::{MOST_TICKS, check_seconds};
-use crate::clock::{FrameClock, FrameTime};
+use crate::args::{MOST_TICKS, check_seconds, cores};
 use crate::commands::lessons::pupil::Demonstration;
 use crate::failure::Failure;
-use crate::input::SwitchedBy;
 use crate::output::command_files::CommandFiles;
-use crate::panels::Panel;
-use crate::stage::options::{Options, Words, check};
-use crate::stage::playback::CATCH_UP;
+use cockpit::actions::{self, Act};
+use cockpit::app::script::player_of;
+use cockpit::app::session::{DEFAULT_FPS, Session};
+use cockpit::clock::{FrameClock, FrameTime};
+use cockpit::input::SwitchedBy;
+use cockpit::panels::Panel;
+use cockpit::stage::options::{Options, Words, check};
+use cockpit::stage::playback::CATCH_UP;
 
 /// Default length of a run, s of frames.
 const DEFAULT_SECONDS: f64 = 10.0;
@@ -112,7 +112,7 @@ impl Setup {
             pace: args.pace,
             paused: false,
             overrides,
-            threads: args.step.threads,
+            threads: args.step.threads.unwrap_or_else(cores),
         };
         Ok(Self { scene, script, demonstration, options, ends, ticks, goes_back })
     }

@@ -1,0 +1,96 @@
+//! Saves the arrangement of the panels as text, and restores it.
+
+use crate::actions::Act;
+use crate::app::ui::Ui;
+use crate::panels::{PANELS, Tab};
+use crate::tools::learn::Learn;
+
+const DOCK_WIDTH: &str = "dock_width";
+const DOCK_TAB: &str = "dock_tab";
+/// First word of a line that names a finished lesson.
+pub const LESSON_DONE: &str = "lesson_done";
+
+const WELCOME: &str = "welcome";
+
+/// The line that shows the welcome card at the first start. It stays in the file until a window can show the card.
+pub const FIRST_START: &str = "welcome on\n";
+
+/// Limit of the counts of `larger` and `smaller`; higher ones are clamped.
+const MOST_SIZES: isize = 10;
+
+/// Writes the arrangement of the panels, one line per action and its state: `on`, `off`, or how many times it was done.
+pub(crate) fn of(ui: &Ui, learn: &Learn) -> String {
+    let chosen =
+        |(act, _): &(Act, bool)| *act != Act::ToggleBrowser || ui.cockpit.has_chosen_browser();
+    let switches = switches(ui).into_iter().filter(chosen);
+    let mut text: String = switches
+        .map(|(act, on)| format!("{} {}\n", act.name(), if on { "on" } else { "off" }))
+        .collect();
+    match ui.sizes_above_usual() {
+        0 => {}
+        up @ 1.. => text += &format!("larger {up}\n"),
+        down => text += &format!("smaller {}\n", -down),
+    }
+    if ui.cockpit.tab != Tab::default() {
+        text += &format!("{DOCK_TAB} {}\n", ui.cockpit.tab.words()[1]);
+    }
+    if let Some(points) = ui.cockpit.chosen_dock_width() {
+        text += &format!("{DOCK_WIDTH} {points}\n");
+    }
+    text.extend(learn.done.iter().map(|name| format!("{LESSON_DONE} {name}\n")));
+    text
+}
+
+/// Arranges the panels as `text` says, whatever panels or questions are open, and returns the actions that are still needed.
+/// Ignores unknown lines. Shows the bars and the dock unless a line hides them.
+pub(crate) fn arrange(ui: &mut Ui, learn: &mut Learn, text: &str) -> Vec<Act> {
+    let states: Vec<_> = text.lines().filter_map(|line| line.split_once(' ')).collect();
+    let state =
+        |name: &str| states.iter().find(|(other, _)| *other == name).map(|(_, state)| *state);
+    let count = |name: &str| {
+        state(name).and_then(|count| count.parse().ok()).unwrap_or(0).clamp(0, MOST_SIZES)
+    };
+    let sizes: isize = count("larger") - count("smaller");
+    for _ in 0..sizes.abs() {
+        ui.zoom_by(sizes.signum());
+    }
+    learn.welcome = state(WELCOME) == Some("on");
+    learn.done.extend(
+        states.iter().filter(|(name, _)| *name == LESSON_DONE).map(|(_, name)| (*name).to_owned()),
+    );
+    let mut acts = Vec::new();
+    for (act, on) in switches(ui) {
+        let wanted = match state(act.name()) {
+            Some("on") => true,
+            Some("off") => false,
+            // The cockpit starts hidden, but no person hid it.
+            _ if act == Act::ToggleCockpit => true,
+            _ => continue,
+        };
+        if act == Act::ToggleBrowser {
+            ui.cockpit.set_browser(wanted);
+        } else if wanted != on {
+            acts.push(act);
+        }
+    }
+    let tab =
+        state(DOCK_TAB).and_then(|name| Tab::ALL.into_iter().find(|tab| tab.words()[1] == name));
+    ui.cockpit.next_tab = tab;
+    let dock_width = state(DOCK_WIDTH).and_then(|points| points.parse().ok());
+    if let Some(points) = dock_width.filter(|points: &f64| points.is_finite() && *points > 0.0) {
+        ui.cockpit.set_dock_width(points);
+    }
+    acts
+}
+
+/// Actions that switch something on and off, and whether it is on.
+fn switches(ui: &Ui) -> Vec<(Act, bool)> {
+    let parts = [
+        (Act::ToggleCockpit, ui.cockpit.shown),
+        (Act::ToggleTheme, ui.is_light()),
+        (Act::ToggleBrowser, ui.cockpit.browses(ui.width())),
+        (Act::ToggleDock, ui.cockpit.dock),
+    ];
+    let panels = PANELS.iter().map(|(panel, _)| *panel).filter(|panel| !panel.is_transient());
+    parts.into_iter().chain(panels.map(|panel| (Act::Panel(panel), ui.shows(panel)))).collect()
+}

@@ -1,0 +1,457 @@
+//! The open lesson, and progress in it.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use lab::lesson::{Quantities, measured};
+use scene::Source;
+use scene::lesson::{Begin, Formula, Goal, Lesson, LessonStep, Measure, beside, is_same_scene};
+
+use crate::panels::Panel;
+use crate::stage::Stage;
+use crate::tools::ghosts::Ghosts;
+use crate::tools::learn::missing::{Measures, in_words, missing};
+use crate::tools::learn::panel_of;
+use crate::tools::ledger::Ledger;
+use crate::tools::number::read_number;
+use crate::view::View;
+
+/// The lesson that is open, and the lessons that were done.
+#[derive(Default)]
+pub struct Learn {
+    running: Option<Running>,
+    /// The files in the person's folder of lessons, and the titles of the lessons.
+    pub own: Vec<(PathBuf, String)>,
+    /// Names of the lessons that were done to their end.
+    pub done: BTreeSet<String>,
+    /// Whether the welcome card is shown.
+    pub welcome: bool,
+    /// Which of the two things on the welcome card were done.
+    pub tried: [bool; 2],
+    /// Why no lesson could be opened.
+    pub fault: Option<String>,
+    /// The text typed as an answer.
+    pub typed: String,
+    /// Whether the panel of lessons is open.
+    pub shown: bool,
+}
+
+/// A lesson in progress.
+struct Running {
+    lesson: Arc<Lesson>,
+    step: usize,
+    /// What the runs of the lesson measured.
+    of_runs: Quantities,
+    /// What was measured of the screen since the step began or the person changed the run.
+    of_screen: Quantities,
+    /// The sentence at the end of the step before.
+    verdict: Option<String>,
+    /// Whether the claim of that step was true.
+    claim_held: bool,
+    /// Whether a step was skipped.
+    skipped: bool,
+    /// The sentence about the last answer, if it was not right.
+    rejection: Option<String>,
+    /// What the step begins with, until that is done.
+    begin: Vec<Begin>,
+    /// Number of interventions in the run that were seen.
+    interventions: u64,
+    /// When the step began, s of frame time.
+    since: Option<f64>,
+    /// Whether the person has changed the run since then.
+    acted: bool,
+    /// Why nothing moves, if nothing does.
+    stopped: Option<&'static str>,
+}
+
+/// Time after which a step says what is missing even if nothing was done, s.
+const MISSING_S: f64 = 10.0;
+/// Time after which a step gives its hint, s.
+const HINT_S: f64 = 30.0;
+
+/// Time for which the end of a step can be seen before the next one begins, if that changes the run, s.
+const LINGER_S: f64 = 1.5;
+
+/// The parts of the screen that a lesson measures.
+pub(crate) struct Screen<'a> {
+    pub view: &'a View,
+    /// The panels that are open.
+    pub opened: &'a [Panel],
+    pub ghosts: &'a Ghosts,
+    pub ledger: &'a Ledger,
+}
+
+/// Progress in the open lesson.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LessonState {
+    /// Its name.
+    pub name: String,
+    /// Number of the current step, from 0; the number of steps at the end of the lesson.
+    pub step: usize,
+    /// The sentence at the end of the step before.
+    pub said: Option<String>,
+    /// Whether the claim of that step was true; a claim that is not true is not said.
+    pub holds: bool,
+}
+
+impl Learn {
+    /// Opens `lesson`, whose runs measured `of_runs`. Its scene has to be opened, too.
+    pub fn open(&mut self, lesson: Arc<Lesson>, of_runs: Quantities) {
+        let mut running = Running {
+            lesson,
+            step: 0,
+            of_runs,
+            of_screen: Quantities::default(),
+            verdict: None,
+            claim_held: true,
+            skipped: false,
+            rejection: None,
+            begin: Vec::new(),
+            interventions: 0,
+            since: None,
+            acted: false,
+            stopped: None,
+        };
+        running.go_to(0);
+        self.running = Some(running);
+        (self.welcome, self.fault) = (false, None);
+        self.typed.clear();
+    }
+
+    /// Leaves the lesson.
+    pub fn leave(&mut self) {
+        self.running = None;
+    }
+
+    /// The open lesson, the number of its step, and the step, which is `None` at the end.
+    pub fn lesson(&self) -> Option<(&Arc<Lesson>, usize, Option<&LessonStep>)> {
+        let Running { lesson, step, .. } = self.running.as_ref()?;
+        Some((lesson, *step, lesson.steps.get(*step)))
+    }
+
+    /// Whether a step was skipped: the lesson is then not done.
+    pub fn skipped(&self) -> bool {
+        self.running.as_ref().is_some_and(|running| running.skipped)
+    }
+
+    /// Whether the last step came out as it claims.
+    pub fn claim_held(&self) -> bool {
+        self.running.as_ref().is_none_or(|running| running.claim_held)
+    }
+
+    /// The sentence at the end of the last step.
+    pub fn verdict(&self) -> Option<&str> {
+        self.running.as_ref()?.verdict.as_deref()
+    }
+
+    /// The sentence about the last answer, if it was not right.
+    pub fn rejection(&self) -> Option<&str> {
+        self.running.as_ref()?.rejection.as_deref()
+    }
+
+    /// The last sentence and the current task, as a caption.
+    pub fn caption(&self) -> Option<String> {
+        let (.., step) = self.lesson()?;
+        let task = step.map(|step| step.task.as_str());
+        Some(self.verdict().into_iter().chain(task).collect::<Vec<_>>().join(" "))
+    }
+
+    /// Progress in the open lesson.
+    pub fn state(&self) -> Option<LessonState> {
+        let running = self.running.as_ref()?;
+        let (name, said) = (running.lesson.name.clone(), running.verdict.clone());
+        Some(LessonState { name, step: running.step, said, holds: running.claim_held })
+    }
+
+    /// The control or body at which the present step points.
+    pub fn points_at(&self) -> Option<&str> {
+        self.lesson()?.2?.point_at.as_deref()
+    }
+
+    /// Name or path of the scene of the lesson.
+    pub fn home(&self) -> Option<String> {
+        self.lesson().map(|(lesson, ..)| beside(&lesson.name, &lesson.scene))
+    }
+
+    /// Whether the stage has the scene of the lesson.
+    pub fn is_at_home(&self, stage: &Stage) -> bool {
+        self.home().is_some_and(|home| match &stage.sim().scene.source {
+            Source::Shipped(name) => *name == home,
+            Source::File(path) => is_same_scene(&path.to_string_lossy(), &home),
+            Source::Text => false,
+        })
+    }
+
+    /// Forgets what was measured: another world is measured from now on.
+    pub fn forget_world(&mut self) {
+        if let Some(running) = &mut self.running {
+            running.of_screen.forget();
+            running.interventions = 0;
+        }
+    }
+
+    /// Measures the start of another world, before its first tick.
+    pub fn begin_world(&mut self, stage: &mut Stage) {
+        if !self.is_at_home(stage) {
+            return;
+        }
+        let Some(running) = &mut self.running else { return };
+        for quantity in &running.lesson.measure {
+            if let Some(value) = measured(stage.sim_mut(), &quantity.measure) {
+                running.of_screen.note(&quantity.name, value);
+            }
+        }
+    }
+
+    /// Measures the current state at `now`, s of frame time, and begins the next step if the goal of the current one is reached.
+    pub(crate) fn look(&mut self, stage: &mut Stage, screen: &Screen<'_>, now: f64) {
+        if !self.shown || !self.is_at_home(stage) {
+            return;
+        }
+        let Some(running) = &mut self.running else { return };
+        running.since.get_or_insert(now);
+        running.stopped = match (stage.playback().paused(), stage.recorder().fault()) {
+            (true, Some(_)) => {
+                Some("the run stopped where something went wrong: Reset and Play begin again")
+            }
+            (true, None) => Some("the run is paused: Play continues it"),
+            _ => None,
+        };
+        if running.interventions != stage.here().interventions {
+            running.interventions = stage.here().interventions;
+            running.acted = true;
+            // The last measurement was before the intervention.
+            running.of_screen.begin();
+        }
+        for quantity in &running.lesson.measure {
+            let value = match measured(stage.sim_mut(), &quantity.measure) {
+                Some(value) => value,
+                None => seen(&quantity.measure, stage, screen),
+            };
+            running.of_screen.note(&quantity.name, value);
+        }
+        let step = running.lesson.steps.get(running.step);
+        if let Some(LessonStep { goal: Goal::Done { when, .. }, .. }) = step
+            && running.begin.is_empty()
+            && running.holds(when)
+        {
+            self.finish_step();
+        }
+    }
+
+    /// Takes what the current step begins with, once, at `now`, s of frame time. Empty until it may begin.
+    pub fn take_begin(&mut self, stage: &Stage, now: f64) -> Vec<Begin> {
+        let begins = self.shown && self.is_at_home(stage);
+        let lingers = |running: &Running| {
+            running.verdict.is_some() && running.since.is_none_or(|since| now - since < LINGER_S)
+        };
+        let running = self.running.as_mut().filter(|running| begins && !lingers(running));
+        running.map(|running| std::mem::take(&mut running.begin)).unwrap_or_default()
+    }
+
+    /// Whether the present step has begun.
+    pub fn has_begun(&self) -> bool {
+        self.running.as_ref().is_none_or(|running| running.begin.is_empty())
+    }
+
+    /// What is missing for the current step at `now`, s of frame time, and its hint; `None` until there is a reason to say so.
+    pub fn missing(&self, now: f64) -> Option<(String, Option<&str>)> {
+        let running = self.running.as_ref()?;
+        let LessonStep { goal: Goal::Done { when, .. }, hint, .. } = running.step()? else {
+            return None;
+        };
+        let waited = now - running.since?;
+        let said = running.acted || waited >= MISSING_S;
+        let hint = Some(hint.as_str()).filter(|hint| waited >= HINT_S && !hint.is_empty());
+        said.then(|| (running.waits_for(when), hint))
+            .filter(|(missing, hint)| !missing.is_empty() || hint.is_some())
+    }
+
+    /// When the current step says more by itself, s of frame time; infinite if it does not.
+    pub fn says_more_at(&self, now: f64) -> f64 {
+        let since = self.running.as_ref().filter(|_| self.shown).and_then(|running| running.since);
+        let times = since
+            .into_iter()
+            .flat_map(|since| [LINGER_S, MISSING_S, HINT_S].map(|wait| since + wait));
+        times.filter(|time| *time > now).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether `text` is a right answer to the current question.
+    pub fn accepts(&self, text: &str) -> bool {
+        self.running.as_ref().is_some_and(|running| running.is_right(text))
+    }
+
+    /// Judges an answer to the present question, and begins the next step if it is right. Returns whether it is.
+    pub fn answer(&mut self, text: &str) -> bool {
+        let right = self.accepts(text);
+        if right {
+            self.finish_step();
+        } else if let Some(running) = &mut self.running {
+            running.rejection = Some(running.refusal(text.trim()));
+        }
+        right
+    }
+
+    /// Continues with the next step, and says what was measured.
+    fn finish_step(&mut self) {
+        self.end_step(false);
+    }
+
+    fn end_step(&mut self, skips: bool) {
+        let Some(running) = &mut self.running else { return };
+        let Some(step) = running.lesson.steps.get(running.step) else { return };
+        let said = step.then.filled(|name| running.value(name), in_words);
+        running.claim_held = skips || step.holds.as_ref().is_none_or(|holds| running.holds(holds));
+        // A claim that is not true is not said; the sentence says instead that it did not come true. A skipped step measured
+        // nothing.
+        let unlike = || {
+            let missing =
+                step.holds.as_ref().map(|holds| running.missing(holds)).unwrap_or_default();
+            let why = if missing.is_empty() { missing } else { format!(" ({missing})") };
+            format!("It did not come out as usual this time{why}. Previous lets you try again.")
+        };
+        running.verdict = match running.claim_held {
+            true => Some(said).filter(|said| !said.is_empty() && !skips),
+            false => Some(unlike()),
+        };
+        running.go_to(running.step + 1);
+        if running.step == running.lesson.steps.len() && !running.skipped {
+            self.done.insert(running.lesson.name.clone());
+        }
+        self.typed.clear();
+    }
+
+    /// Skips the step.
+    pub fn skip(&mut self) {
+        if let Some(running) = &mut self.running {
+            running.skipped = true;
+        }
+        self.end_step(true);
+    }
+
+    /// Goes back to the step before. A step that did not come out as usual begins with a reset, so that it can be tried again.
+    pub fn go_back(&mut self) {
+        if let Some(running) = &mut self.running {
+            let again = !running.claim_held;
+            (running.verdict, running.claim_held) = (None, true);
+            running.go_to(running.step.saturating_sub(1));
+            if again && running.begin.is_empty() {
+                running.begin = vec![Begin::Reset, Begin::Play];
+            }
+        }
+    }
+}
+
+impl Running {
+    fn go_to(&mut self, number: usize) {
+        (self.step, self.rejection, self.since, self.acted) = (number, None, None, false);
+        // At the end the last sentence keeps its numbers.
+        if let Some(step) = self.lesson.steps.get(number) {
+            self.begin.clone_from(&step.begin);
+            self.of_screen.begin();
+        }
+    }
+
+    fn step(&self) -> Option<&LessonStep> {
+        self.lesson.steps.get(self.step)
+    }
+
+    /// Says in words what a step that ends when `formula` holds still waits for.
+    fn waits_for(&self, formula: &Formula) -> String {
+        // A step about pausing or about a fault says itself why nothing moves.
+        let is_about_pausing = |name: &String| {
+            let quantity = self.lesson.of_screen(name).map(|quantity| &quantity.measure);
+            matches!(quantity, Some(Measure::Paused | Measure::Fault))
+        };
+        let stopped = self.stopped.filter(|_| !formula.names().iter().any(is_about_pausing));
+        let missing = Some(self.missing(formula)).filter(|missing| !missing.is_empty());
+        missing.into_iter().chain(stopped.map(str::to_owned)).collect::<Vec<_>>().join("; ")
+    }
+
+    /// The sentence about an answer that is not right.
+    fn refusal(&self, text: &str) -> String {
+        match self.step().map(|step| &step.goal) {
+            Some(Goal::Number { unit, .. }) if number_in(text, unit).is_none() => {
+                format!("\"{text}\" is not a number.")
+            }
+            Some(Goal::Number { .. } | Goal::Choice { .. } | Goal::Done { .. }) | None => {
+                format!("\"{text}\" is not what was measured.")
+            }
+        }
+    }
+
+    /// The comparisons of `formula` that do not hold, in words.
+    fn missing(&self, formula: &Formula) -> String {
+        let pointed_at = self.step().and_then(|step| step.point_at.as_deref());
+        let measures = Measures { quantities: &self.lesson.measure, pointed_at };
+        missing(formula, measures, |name| self.value(name))
+    }
+
+    fn value(&self, name: &str) -> Option<f64> {
+        self.of_screen.value(name).or_else(|| self.of_runs.value(name))
+    }
+
+    fn holds(&self, formula: &Formula) -> bool {
+        formula.holds(|name| self.value(name))
+    }
+
+    fn is_right(&self, text: &str) -> bool {
+        match self.step().map(|step| &step.goal) {
+            Some(Goal::Number { right, within, unit, .. }) => {
+                let right = right.value(|name| self.value(name));
+                let is_near = |number: f64| (number - right).abs() <= within * right.abs();
+                right.is_finite() && number_in(text, unit).is_some_and(is_near)
+            }
+            Some(Goal::Choice { choices, .. }) => {
+                choices.iter().any(|(say, right)| say == text && self.holds(right))
+            }
+            Some(Goal::Done { .. }) | None => false,
+        }
+    }
+}
+
+/// The number that a person typed, with its unit or without.
+fn number_in(text: &str, unit: &str) -> Option<f64> {
+    let text = text.trim();
+    read_number(text.strip_suffix(unit).unwrap_or(text))
+}
+
+/// The value of a quantity that only the screen has; NaN for others.
+fn seen(measure: &Measure, stage: &Stage, screen: &Screen<'_>) -> f64 {
+    let Screen { view, opened, ghosts, ledger } = screen;
+    let truth = |holds: bool| f64::from(u8::from(holds));
+    match measure {
+        Measure::Selected(body) => {
+            truth(stage.selection().is_some_and(|thing| stage.sim().named(body) == Some(thing)))
+        }
+        Measure::GhostError(method) => ghosts.largest(*method).unwrap_or(f64::NAN),
+        Measure::PushWork => {
+            ledger.kept().map_or(f64::NAN, |ledger| ledger.since_opening().energy.pushes)
+        }
+        Measure::ClickForce => view.click_force,
+        Measure::Shows(name) => truth(panel_of(name).is_some_and(|panel| opened.contains(&panel))),
+        Measure::Paused => truth(stage.playback().paused()),
+        Measure::Follows => truth(view.locked.is_some()),
+        Measure::Fault => {
+            truth(stage.recorder().fault().is_some() || !stage.quarantines().all().is_empty())
+        }
+        Measure::Time
+        | Measure::Position(..)
+        | Measure::Velocity(..)
+        | Measure::Speed(_)
+        | Measure::Mass(_)
+        | Measure::Distance(..)
+        | Measure::Energy
+        | Measure::KineticEnergy
+        | Measure::Momentum(_)
+        | Measure::Gravity
+        | Measure::Damping
+        | Measure::StepHz
+        | Measure::Substeps
+        | Measure::Method(_)
+        | Measure::Evaluations
+        | Measure::Quarantined
+        | Measure::Error => f64::NAN,
+    }
+}
