@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Read as _;
 use std::process::{Command, Stdio};
 
-use lab::lesson::run_lesson;
+use lab::lesson::{RunLimit, run_lesson};
 use lab::sweep::{Axis, Measure, Plan, Sweep};
 use render::{Film, Image};
 use sandbox::Options;
@@ -386,7 +386,9 @@ fn the_runs_of_a_lesson_are_bounded_by_all_that_they_compute() {
         let text = lesson(&runs);
         let folder = folder([("my.ron", text.as_str()), ("stars.ron", stars.as_str())]);
         let lesson = scene::lesson::load(folder.path().join("my.ron").to_str().unwrap()).unwrap();
-        let fault = run_lesson(&lesson, 1.0, 0.02).unwrap_err().to_string();
+        let fault = run_lesson(&lesson, 1.0, RunLimit { seconds: 0.02, ..RunLimit::USUAL })
+            .unwrap_err()
+            .to_string();
         assert!(fault.contains("my.ron: its runs take more than 0.02 s: runs["), "{fault}");
         assert!(fault.contains(" s; give fewer or shorter runs"), "{fault}");
     }

@@ -80,17 +80,18 @@ impl Bare {
         self.world.insert_resource(TimeStep(step));
     }
 
-    /// Replaces all laws. Restarts the method, from velocities at the time of the positions.
+    /// Replaces all laws. Position Verlet begins again, from velocities at the time of the positions.
     pub fn set_laws(&mut self, laws: Vec<Box<dyn Law>>) {
-        let method = self.stepper.method();
-        for method in [Method::ALL.into_iter().find(|other| *other != method).unwrap(), method] {
-            self.set_method(method);
+        if self.stepper.method() == Method::PositionVerlet && !self.has_own_method {
+            self.set_method(Method::VelocityVerlet);
+            self.set_method(Method::PositionVerlet);
         }
         self.world.insert_resource(Laws(laws));
         self.is_outdated = true;
     }
 
     pub fn set_method(&mut self, method: Method) {
+        assert!(!self.has_own_method, "a method of one's own stays");
         self.recompile();
         self.stepper.set_method(&mut self.world, method);
         self.look();

@@ -159,7 +159,7 @@ impl Environment {
         lab
     }
 
-    /// The same without entities.
+    /// The same by rows.
     pub fn bare(&self, method: Method, step: f64) -> Bare {
         let mut bare = Bare::new(method, step).with_substeps(self.substeps.unwrap_or(1));
         if let Some(gravity) = self.gravity {

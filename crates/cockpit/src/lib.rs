@@ -1,6 +1,6 @@
 //! The inside of the sandbox's window, as a library: what a shell drives, on a desktop or elsewhere.
 //!
-//! It knows no file, no thread, no terminal and no wall clock: a shell gives it [frames of input](input), carries out its
+//! It names no file, no thread, no terminal and no wall clock: a shell gives it [frames of input](input), carries out its
 //! [orders](Order), and draws its [pictures](Session::picture).
 //!
 //! - [`Session`]: a running scene. A frame of input goes in; ticks are simulated; a frame for the renderer comes out.

@@ -138,27 +138,38 @@ fn along(v: Vector, axis: Axis) -> f64 {
     }
 }
 
-/// Longest time of all runs of a lesson together by default, s.
-pub const LONGEST_RUNS: f64 = 60.0;
+/// Longest time of all runs of a lesson together, and what helps where it is too short.
+#[derive(Clone, Copy, Debug)]
+pub struct RunLimit {
+    /// Time of the thread on its processor, s.
+    pub seconds: f64,
+    /// The cure, in words.
+    pub cure: &'static str,
+}
+
+impl RunLimit {
+    /// The limit of commands and of lessons that are part of the program.
+    pub const USUAL: Self =
+        Self { seconds: 60.0, cure: "give fewer or shorter runs, larger steps or fewer bodies" };
+}
 
 /// What the runs of `lesson` measure, with `times` as many ticks per second as they say.
 ///
 /// # Errors
-/// If a scene cannot be read, or if the runs together take more than `longest` seconds of the thread's CPU time.
-pub fn run_lesson(lesson: &Lesson, times: f64, longest: f64) -> Result<Quantities, SceneError> {
+/// If a scene cannot be read, or if the runs together take longer than `limit`.
+pub fn run_lesson(lesson: &Lesson, times: f64, limit: RunLimit) -> Result<Quantities, SceneError> {
     let start = ThreadTime::now();
     let mut all = Quantities::default();
     for (number, run) in lesson.runs.iter().enumerate() {
         let found = measure_run(lesson, run, times, |seconds| {
-            if start.elapsed().as_secs_f64() <= longest {
+            if start.elapsed().as_secs_f64() <= limit.seconds {
                 return Ok(());
             }
             let what = format!(
-                "its runs take more than {longest} s: runs[{number}] came to {seconds:.3} s of {} s",
-                run.seconds
+                "its runs take more than {} s: runs[{number}] came to {seconds:.3} s of {} s",
+                limit.seconds, run.seconds
             );
-            let cure = "give fewer or shorter runs, larger steps or fewer bodies";
-            Err(SceneError::of_file(&lesson.name, what, cure))
+            Err(SceneError::of_file(&lesson.name, what, limit.cure))
         });
         all.extend(found?);
     }

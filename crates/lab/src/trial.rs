@@ -103,7 +103,7 @@ pub enum Verdict {
     Thrown(f64, Excess),
     /// A body settles elsewhere.
     Wrong(Settled),
-    /// The part was not tried, because not even a few ticks fit into the work.
+    /// The part was not tried, because no truth for even a few ticks fits into the work.
     NotTried,
 }
 
@@ -143,6 +143,8 @@ pub struct Tried {
     pub predictable_s: Option<f64>,
     /// The changes that would remove the fault, each tried over the same time.
     pub cure: Cure,
+    /// Whether the search for cures came to its end, and not to that of its work.
+    pub is_searched: bool,
     /// Whether the trial has ended.
     pub is_done: bool,
 }
@@ -168,6 +170,7 @@ impl Tried {
             seconds: 0.0,
             predictable_s: None,
             cure: Cure::default(),
+            is_searched: false,
             is_done: true,
         }
     }

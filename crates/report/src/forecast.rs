@@ -1,7 +1,5 @@
 //! Forecasts in words: a row for each margin, and for each part that was tried.
 
-use std::sync::Arc;
-
 use history::Simulation;
 use lab::trial::{Excess, Settled, Trial, Tried, Verdict};
 use motion::bevy_ecs::entity::Entity;
@@ -34,6 +32,8 @@ pub struct ForecastRow {
     pub cure: String,
     /// The changes that would help, if help is needed.
     pub cures: Cure,
+    /// Whether these were tried.
+    pub is_cure_tried: bool,
     /// Name of what holds the body of a trial.
     holder: Option<String>,
     /// Stable ids of the bodies that limit a margin.
@@ -55,13 +55,18 @@ impl ForecastRow {
     pub fn arrange(rows: &mut [Self]) {
         let tried = rows.iter().filter_map(Self::tried);
         let tried = tried.filter(|tried| tried.verdict.is_fault() && tried.is_done);
-        let tried: Vec<_> = tried.map(|tried| (Arc::clone(&tried.ids), tried.cure)).collect();
+        let tried = tried.filter(|tried| tried.is_searched || tried.cure != Cure::default());
+        let tried: Vec<_> = tried.cloned().collect();
         for row in rows.iter_mut().filter(|row| row.is_fault() && row.margin().is_some()) {
-            let holds_all =
-                |ids: &[u32]| row.limiting.iter().all(|id| ids.binary_search(id).is_ok());
-            if let Some((_, cures)) = tried.iter().find(|(ids, _)| holds_all(ids)) {
-                row.cures = *cures;
-                row.cure = cure_in_words(*cures);
+            let is_of_row = |tried: &&Tried| {
+                let mut limiting = row.limiting.iter();
+                !row.limiting.is_empty()
+                    && row.setting() == (tried.method, tried.substeps)
+                    && limiting.all(|id| tried.ids.binary_search(id).is_ok())
+            };
+            if let Some(tried) = tried.iter().find(is_of_row) {
+                (row.cures, row.is_cure_tried) = (tried.cure, true);
+                row.cure = tried_cure_in_words(tried);
             }
         }
         let is_trial = |row: &Self| row.is_fault() && row.tried().is_some();
@@ -100,17 +105,25 @@ impl ForecastRow {
         };
         let is_fault = margin.is_unstable() || margin.may_be_unstable();
         let cure = if is_fault { cure_in_words(margin.cure) } else { String::new() };
-        let (cures, instrument) = (margin.cure, Instrument::Margin(margin));
-        Self { element, instrument, cure, cures, holder: None, limiting: Vec::new() }
+        Self {
+            element,
+            instrument: Instrument::Margin(margin),
+            cure,
+            cures: margin.cure,
+            is_cure_tried: false,
+            holder: None,
+            limiting: Vec::new(),
+        }
     }
 
     fn of_tried(tried: Tried, name: impl Fn(u32) -> String) -> Self {
         let is_cured = tried.verdict.is_fault() && tried.is_done;
-        let cure = if is_cured { cure_in_words(tried.cure) } else { String::new() };
+        let cure = if is_cured { tried_cure_in_words(&tried) } else { String::new() };
         let element = tried.body.map_or_else(|| tried.part.clone(), &name);
         let (holder, cures) = (tried.holder.map(name), tried.cure);
         let instrument = Instrument::Trial(tried);
-        Self { element, instrument, cure, cures, holder, limiting: Vec::new() }
+        let is_cure_tried = true;
+        Self { element, instrument, cure, cures, is_cure_tried, holder, limiting: Vec::new() }
     }
 
     /// Name of the instrument.
@@ -231,9 +244,7 @@ impl ForecastRow {
         let holder = self.holder.as_deref().unwrap_or("what holds it");
         match tried.verdict {
             Verdict::Holds => format!("{method} holds"),
-            Verdict::NotTried => {
-                "not tried: a few ticks of a far finer run are too much work".to_owned()
-            }
+            Verdict::NotTried => "not tried: a truth for a few ticks is too much work".to_owned(),
             Verdict::Thrown(after, excess) => {
                 let after = digits(after);
                 match excess {
@@ -390,6 +401,17 @@ pub fn growth(factor: f64) -> String {
         format!("grows by {} % per second", number(percent, 2))
     } else {
         format!("grows by less than {LEAST_PERCENT} % per second")
+    }
+}
+
+fn tried_cure_in_words(tried: &Tried) -> String {
+    match tried.cure {
+        Cure { substeps: None, method: None } if tried.is_searched => {
+            "found no cure: no other method holds, and no number of substeps that can be tried"
+                .to_owned()
+        }
+        Cure { substeps: None, method: None } => "no cure was found in time".to_owned(),
+        cure => cure_in_words(cure),
     }
 }
 

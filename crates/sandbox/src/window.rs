@@ -17,7 +17,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use history::Overrides;
-use lab::lesson::{LONGEST_RUNS, run_lesson};
+use lab::lesson::{RunLimit, run_lesson};
 use scene::Source;
 use scene::lesson::beside;
 use winit::event_loop::DeviceEvents;
@@ -84,7 +84,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let name = &*name;
     if let Some(lesson) = lesson {
         let _waiting = Waiting::begin("measuring the runs of the lesson");
-        let of_runs = run_lesson(&lesson, 1.0, LONGEST_RUNS)?;
+        let of_runs = run_lesson(&lesson, 1.0, RunLimit::USUAL)?;
         session.begin_lesson(lesson, of_runs);
     }
     if let Some(path) = &args.script {

@@ -52,7 +52,7 @@ const TICKS: u32 = 6_000;
 const TICKS_OF_ORDER_2: u32 = 40_000;
 
 impl Oscillator {
-    /// The oscillator with stiffness `k`, in plain arrays, with ticks of `h` seconds.
+    /// The oscillator with stiffness `k`, with ticks of `h` seconds.
     fn bare(&self, k: f64, h: f64) -> Bare {
         let rate = 2.0 * self.damped.ratio * k.sqrt();
         match self.damped.model {

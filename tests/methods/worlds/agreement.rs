@@ -1,4 +1,4 @@
-//! A world moves its bodies as plain arrays do, to the bit, whatever tables they lie in.
+//! A body moves as in a world of one table, to the bit, whatever tables and options are beside it.
 
 use bevy_ecs::prelude::*;
 use motion::{
@@ -87,8 +87,8 @@ fn in_a_world(scene: &Environment, method: Method, apart: bool, seed: u64) -> Ve
     bodies.into_iter().map(|body| lab.bits(body)).collect()
 }
 
-/// The same without entities, or the body with an engine alone, because its law is nobody else's.
-fn in_arrays(scene: &Environment, method: Method, alone: Option<usize>, seed: u64) -> Vec<Bits> {
+/// The same in one table, or the body with an engine alone, because its law is nobody else's.
+fn in_one_table(scene: &Environment, method: Method, alone: Option<usize>, seed: u64) -> Vec<Bits> {
     let mut bare = scene.bare(method, H);
     if alone.is_some() {
         bare = bare.with_law(engine());
@@ -123,14 +123,14 @@ fn same(world: &[Bits], arrays: &[Bits], what: &dyn Fn() -> String) {
 }
 
 #[test]
-fn a_world_gives_the_bits_of_plain_arrays() {
+fn tables_and_options_beside_change_no_bit() {
     for method in Method::ALL {
         for (seed, scene) in scenes().iter().enumerate() {
             let seed = seed as u64;
             let what = |why: &str| format!("{method:?} {why} {scene:?}");
-            let mut arrays = in_arrays(scene, method, None, seed);
+            let mut arrays = in_one_table(scene, method, None, seed);
             same(&in_a_world(scene, method, false, seed), &arrays, &|| what("in one table"));
-            arrays[ENGINE] = in_arrays(scene, method, Some(ENGINE), seed)[0];
+            arrays[ENGINE] = in_one_table(scene, method, Some(ENGINE), seed)[0];
             same(&in_a_world(scene, method, true, seed), &arrays, &|| what("in many tables"));
         }
     }

@@ -336,7 +336,7 @@ impl Piece {
                 *search = Some(Search::new(self.tried.method, self.tried.substeps));
             } else {
                 self.tried.is_done = true;
-                if end < LEAST_TICKS && !is_fault {
+                if (self.end < LEAST_TICKS || end == 0) && !is_fault {
                     self.tried.verdict = Verdict::NotTried;
                 }
             }
@@ -386,7 +386,10 @@ impl Piece {
         let Some(run) = &mut search.run else {
             let attracts = base.world.contains_resource::<MutualGravity>();
             match search.next(self.steps.saturating_mul(8), attracts) {
-                None => (self.tried.cure, self.tried.is_done) = (search.cure(), true),
+                None => {
+                    (self.tried.cure, self.tried.is_searched) = search.result();
+                    self.tried.is_done = true;
+                }
                 Some((method, substeps)) => {
                     let mut run = Twin::new(base, method, Some(substeps)).into_simulation();
                     let margins = Margins::of(&mut run.world, method);

@@ -25,6 +25,7 @@ pub(super) struct Search {
     /// The setting that is tried.
     now: (Method, u32),
     found: Cure,
+    gave_up: bool,
     /// The run of that setting.
     pub run: Option<Run>,
 }
@@ -41,6 +42,7 @@ impl Search {
             methods: others.into_iter(),
             now: (method, substeps),
             found: Cure::default(),
+            gave_up: false,
             run: None,
         }
     }
@@ -78,7 +80,7 @@ impl Search {
 
     /// Ends the search with what was found.
     pub fn give_up(&mut self) {
-        self.run = None;
+        (self.run, self.gave_up) = (None, true);
         if matches!(self.phase, Phase::Halving) {
             self.found.substeps = Some(self.interval[1]);
         }
@@ -105,8 +107,8 @@ impl Search {
         }
     }
 
-    /// The cures that were found.
-    pub const fn cure(&self) -> Cure {
-        self.found
+    /// The cures that were found, and whether all were tried.
+    pub const fn result(&self) -> (Cure, bool) {
+        (self.found, !self.gave_up)
     }
 }

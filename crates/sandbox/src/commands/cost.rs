@@ -16,7 +16,8 @@ use crate::output::{show, tell};
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{
-    read_record, refuse_foreign_files, say_how_to_continue, sealed, study_folder, write,
+    CONTINUES, nothing_to_continue, read_record, refuse_foreign_files, say_how_to_continue, sealed,
+    study_folder, write,
 };
 use crate::output::progress::Progress;
 use crate::output::swarms::has_swarms;
@@ -101,7 +102,10 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
     if cfg!(target_os = "linux") && !take_real_time_priority() {
         tell(DISTURBED);
     }
-    args.out.iter().for_each(|folder| say_how_to_continue(folder));
+    target.save(&report)?;
+    let instead = if args.replace { ", in place of --replace," } else { "" };
+    let cure = CONTINUES.replace("--resume", &format!("--resume{instead}"));
+    args.out.iter().for_each(|folder| say_how_to_continue(folder, &cure));
     let progress = Progress::new(names.len());
     for (number, subject) in subjects.into_iter().enumerate() {
         progress.say(subject.name());
@@ -125,6 +129,7 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
     drop(progress);
     report.complete = true;
     target.finish(&report)?;
+    nothing_to_continue();
     match args.format {
         Format::Table => report.studies.iter().try_for_each(|study| show(&report::text(study))),
         Format::Json => show(&report::json(&report)),

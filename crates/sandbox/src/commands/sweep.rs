@@ -16,7 +16,9 @@ use crate::commands::cost::refuse_swarms_alone;
 use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
-use crate::output::files::{CONTINUES, refuse_foreign_files, say_how_to_continue, study_folder};
+use crate::output::files::{
+    CONTINUES, nothing_to_continue, refuse_foreign_files, say_how_to_continue, study_folder,
+};
 use crate::output::progress::runs_bar;
 use crate::output::runs::{self, Journal};
 use crate::output::{show, tell};
@@ -126,7 +128,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     let Some((record, mut journal, done)) = begin(args, (record, earlier), folder, &files)? else {
         return show(&format!("{}: this sweep is complete\n", folder.display()));
     };
-    say_how_to_continue(folder);
+    say_how_to_continue(folder, CONTINUES);
     let bar = runs_bar(runs);
     bar.set_position(done);
     let (mut failure, mut outcomes) = (None, BTreeMap::new());
@@ -142,6 +144,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
         }
     });
     bar.finish_and_clear();
+    nothing_to_continue();
     let written = failure.map_or_else(|| journal.finish(&record, folder, &files), Err);
     if let Err(failure) = written {
         return Err(Failure::Usage(format!("{failure}; {CONTINUES}")));

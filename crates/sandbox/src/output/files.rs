@@ -3,8 +3,9 @@
 use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fs::{self, File, Metadata, Permissions, TryLockError};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, IsTerminal as _, Write};
 use std::path::{Component, Path, PathBuf};
+use std::sync::mpsc::channel;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -12,7 +13,6 @@ use serde::de::DeserializeOwned;
 use tempfile::NamedTempFile;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::tell;
 use crate::failure::Failure;
 
 /// Unfinished files: [`end`] removes them, because no person would look for them.
@@ -26,19 +26,35 @@ pub(crate) const CONTINUES: &str =
     "what was run is in that folder, and the same command with --resume continues after it";
 
 /// Makes an interrupt, a hang-up and a request to end say how the study in `folder` continues.
-pub(crate) fn say_how_to_continue(folder: &Path) {
-    let words = format!("{}: {CONTINUES}", folder.display());
+pub(crate) fn say_how_to_continue(folder: &Path, cure: &str) {
+    let words = format!("{}: {cure}", folder.display());
     *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = words;
 }
 
+/// Longest time for which the end of the process waits for standard error, which may be a full pipe.
+const LAST_WORDS_TAKE: Duration = Duration::from_millis(100);
+
 /// Ends the process for a signal.
 fn end_by_signal(code: i32) -> ! {
-    if let Ok(words) = LAST_WORDS.try_lock()
-        && !words.is_empty()
-    {
-        tell(&words);
+    let _held = remove_unfinished();
+    let words = LAST_WORDS.try_lock().map_or_else(|_| String::new(), |words| words.clone());
+    if !words.is_empty() {
+        let (done, written) = channel();
+        let say = move || {
+            // A bar may stand in the line.
+            let start = if io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
+            let said = writeln!(io::stderr(), "{start}{}", report::terminal(&words));
+            let _ = done.send(said);
+        };
+        let _ = std::thread::Builder::new().spawn(say);
+        let _ = written.recv_timeout(LAST_WORDS_TAKE);
     }
-    end(code)
+    exit(code)
+}
+
+/// Makes them say nothing: a study is complete.
+pub(crate) fn nothing_to_continue() {
+    LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner).clear();
 }
 
 fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
@@ -67,8 +83,13 @@ pub(crate) fn leave_nothing_when_ended() {
 
 /// Removes unfinished files and ends the process, whatever its threads are doing.
 pub(crate) fn end(code: i32) -> ! {
-    // No file is created from here on: this lock is held until the process ends. A thread that ran out of memory may hold it
-    // already.
+    let _held = remove_unfinished();
+    exit(code)
+}
+
+/// Removes unfinished files. No file is created as long as the lock is held.
+fn remove_unfinished() -> Option<MutexGuard<'static, BTreeSet<PathBuf>>> {
+    // A thread that ran out of memory may hold it already.
     let unfinished = (0..100).find_map(|_| {
         let unfinished = UNFINISHED.try_lock().ok();
         if unfinished.is_none() {
@@ -79,7 +100,7 @@ pub(crate) fn end(code: i32) -> ! {
     for path in unfinished.iter().flat_map(|unfinished| unfinished.iter()) {
         let _ = fs::remove_file(path);
     }
-    exit(code)
+    unfinished
 }
 
 /// Ends the process, whatever its threads are doing.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lab::lesson::run_lesson;
+use lab::lesson::{RunLimit, run_lesson};
 use render::Image;
 use scene::lesson::beside;
 
@@ -106,8 +106,9 @@ pub(crate) fn carry_out(
     Ok(false)
 }
 
-/// Longest time for which a window waits for the runs of a lesson, s.
-const LONGEST_WAIT_S: f64 = 5.0;
+/// The runs of a lesson whose file is opened in a window.
+const WHILE_A_WINDOW_WAITS: RunLimit =
+    RunLimit { seconds: 5.0, cure: "`sandbox --lesson FILE` waits longer for them" };
 
 /// Opens a scene, or a lesson with its scene, by the name of a scene in the program or the path of a file.
 fn open(name: &str, session: &mut Session, files: &mut CommandFiles) -> Result<(), Failure> {
@@ -118,9 +119,7 @@ fn open(name: &str, session: &mut Session, files: &mut CommandFiles) -> Result<(
     }
     let lesson = files.lesson(name)?;
     let scene = files.scene(&beside(&lesson.name, &lesson.scene))?;
-    let of_runs = run_lesson(&lesson, 1.0, LONGEST_WAIT_S).map_err(|error| {
-        Failure::Usage(format!("{error}; `sandbox --lesson {name}` waits longer"))
-    })?;
+    let of_runs = run_lesson(&lesson, 1.0, WHILE_A_WINDOW_WAITS)?;
     session.open(scene);
     session.stage.files.note(path);
     session.begin_lesson(lesson, of_runs);

@@ -141,7 +141,10 @@ impl Waiting {
         let (over, waiting) = channel::<()>();
         let shown = std::thread::spawn(move || {
             if waiting.recv_timeout(Duration::from_secs(2)) == Err(RecvTimeoutError::Timeout) {
-                let spinner = ProgressBar::new_spinner().with_style(style).with_message(what);
+                let spinner = ProgressBar::new_spinner()
+                    .with_style(style)
+                    .with_message(what)
+                    .with_elapsed(Duration::from_secs(2));
                 spinner.enable_steady_tick(Duration::from_millis(200));
                 // Until the work is done.
                 let _ = waiting.recv();

@@ -94,7 +94,12 @@ fn cures(stage: &mut Stage) -> Vec<Cure> {
     let worst = rows.iter().find(|row| row.is_fault());
     let (substeps, method, why) = match worst {
         Some(row) if row.setting() == (present.method, present.substeps) => {
-            (row.cures.substeps, row.cures.method, "Tried ahead: it holds. Play continues with it.")
+            let why = if row.is_cure_tried {
+                "Tried ahead: it holds. Play continues with it."
+            } else {
+                "By its margin it is stable. Play continues with it."
+            };
+            (row.cures.substeps, row.cures.method, why)
         }
         // A body with its own method: no setting of the scene helps it.
         Some(_) => return Vec::new(),

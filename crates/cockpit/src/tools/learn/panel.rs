@@ -6,7 +6,7 @@ use egui::{
     Align, Align2, Button, Context, Key, Layout, Pos2, RichText, Role, ScrollArea, TextEdit, Ui,
     WidgetInfo, Window,
 };
-use lab::lesson::{LONGEST_RUNS, run_lesson};
+use lab::lesson::{RunLimit, run_lesson};
 use scene::lesson::{Goal, Lesson, LessonStep, shipped};
 
 use super::Learn;
@@ -78,7 +78,7 @@ fn list(ui: &mut Ui, learn: &mut Learn, desk: &mut Desk<'_>) {
 
 /// Opens `lesson` and its scene. Blocks the window while the runs of the lesson are simulated.
 fn open(learn: &mut Learn, lesson: &Arc<Lesson>, intents: &mut Vec<Intent>) {
-    match run_lesson(lesson, 1.0, LONGEST_RUNS) {
+    match run_lesson(lesson, 1.0, RunLimit::USUAL) {
         Ok(of_runs) => {
             learn.open(Arc::clone(lesson), of_runs);
             intents.extend(learn.home().map(Intent::Open));

@@ -7,6 +7,7 @@ use report::{Handout, HandoutStep, answers, handout, index};
 use scene::lesson::{Goal, Lesson, shipped};
 
 use super::pupil::{Pupil, Runs, frame_bodies};
+use crate::args::cores;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{make_folder, refuse_foreign_files, write as write_file};
@@ -89,7 +90,8 @@ fn played(
     written: &mut Vec<(String, Vec<u8>)>,
     camera: &mut Camera,
 ) -> Result<Handout, Failure> {
-    let options = Options { size_px: SIZE, words: Words::Paper, ..Options::default() };
+    let options =
+        Options { size_px: SIZE, words: Words::Paper, threads: cores(), ..Options::default() };
     let mut pupil = Pupil::begin(lesson, &Runs::new(lesson, 1.0)?, options)?;
     frame_bodies(&mut pupil.session);
     let mut steps = Vec::new();

@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use history::Overrides;
-use lab::lesson::{LONGEST_RUNS, Quantities, run_lesson};
+use lab::lesson::{Quantities, RunLimit, run_lesson};
 use render::Image;
 use report::numbers::digits;
 use scene::lesson::{Goal, Lesson, Measure, Quantity, beside};
 use scene::{Action, Script, Step, StepKind, When, did_you_mean, nearest};
 
+use crate::args::cores;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::orders::{Kind, Program, carry_out};
@@ -46,7 +47,7 @@ pub(super) struct Runs {
 
 impl Runs {
     pub fn new(lesson: &Lesson, times: f64) -> Result<Self, Failure> {
-        Ok(Self { times, measured: run_lesson(lesson, times, LONGEST_RUNS)? })
+        Ok(Self { times, measured: run_lesson(lesson, times, RunLimit::USUAL)? })
     }
 }
 
@@ -193,7 +194,7 @@ impl Demonstration {
     /// Begins the lesson in `session`, which has its scene.
     pub fn begin(&self, session: &mut Session) -> Result<(), Failure> {
         let _waiting = Waiting::begin("measuring the runs of the lesson");
-        session.begin_lesson(self.lesson.clone(), run_lesson(&self.lesson, 1.0, LONGEST_RUNS)?);
+        session.begin_lesson(self.lesson.clone(), run_lesson(&self.lesson, 1.0, RunLimit::USUAL)?);
         session.free_pointer();
         frame_bodies(session);
         Ok(())
@@ -473,5 +474,5 @@ fn wrong_ways(
 }
 
 fn quiet() -> Options {
-    Options { pictures: false, ..Options::default() }
+    Options { pictures: false, threads: cores(), ..Options::default() }
 }
