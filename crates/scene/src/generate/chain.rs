@@ -1,20 +1,14 @@
-//! Chains: points in a line, each joined to the next, and copies of them side by side.
+//! Chains: points in a line, each joined to the next.
 
 use glam::{DVec3, IVec3, UVec3};
 
-use super::form::{ALL, FIRST, Form, LAST, Place, ROOT, braces, pinned, points, within_numbers};
+use super::form::{ALL, FIRST, Form, LAST, Place, pinned, points, within_numbers};
 use crate::check::Scope;
 use crate::raw;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
 
-const ENDS: [(&str, Place); 3] =
-    [("first", [ALL, FIRST, ALL]), ("last", [ALL, LAST, ALL]), ("root", [ALL, ROOT, ALL])];
-
-/// Steps of a sequence that fills a square evenly, along x and z (Roberts 2018: powers of the reciprocal of the plastic number),
-/// and of the golden section along y.
-const EVENLY: DVec3 =
-    DVec3::new(0.754_877_666_246_692_7, 0.618_033_988_749_895, 0.569_840_290_998_053_2);
+const ENDS: [(&str, Place); 2] = [("first", [FIRST, ALL, ALL]), ("last", [LAST, ALL, ALL])];
 
 pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> Form {
     let from = faults.vector((scope, "from_m"), keys.from_m, DVec3::ZERO);
@@ -24,37 +18,14 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
         let cure = "give a place other than from_m, within 1e150 m";
         faults.add(scope.key("to_m"), "a chain cannot reach from there to there", cure);
     }
-    let over = faults.vector((scope, "over_m"), keys.over_m, DVec3::ZERO);
-    if keys.copies == Some(0) {
-        faults.add(scope.key("copies"), "0 copies are no chain", "give a whole number from 1 up");
-    }
-    let copies = keys.copies.unwrap_or(1);
-    if (keys.over_m.is_some() || copies > 1) && (over == DVec3::ZERO || keys.copies.is_none()) {
-        let cure =
-            "give `copies` and `over_m` together, as in `copies: 100, over_m: (10.0, 0.0, 10.0)`";
-        faults.add(scope.key("over_m"), "copies need room, and room needs copies", cure);
-    }
-    let count = points(keys.points, (scope, "points"), faults);
-    let mut steps = vec![IVec3::Y];
-    let mut stiffness = vec![None];
-    let bend = (("bend", keys.bend), ("bend_n_m", keys.bend_n_m), &[IVec3::new(0, 2, 0)][..]);
-    braces([bend], (&mut steps, &mut stiffness), scope, faults);
     Form {
         sheet: false,
-        numbering: match keys.copies {
-            None => Numbering::Line,
-            Some(_) => Numbering::Sheet { columns: count },
-        },
-        points: UVec3::new(copies, count, 1),
-        steps,
-        stiffness,
+        numbering: Numbering::Line,
+        points: UVec3::new(points(keys.points, (scope, "points"), faults), 1, 1),
+        steps: vec![IVec3::X],
+        stiffness: Vec::new(),
         pinned: pinned(keys, &ENDS, scope, faults),
-        position: Box::new(move |[copy, part, _]| {
-            let number = (copy * f64::from(copies.saturating_sub(1))).round();
-            let place =
-                if copies > 1 { (EVENLY * number + 0.5).fract() - 0.5 } else { DVec3::ZERO };
-            from + (to - from) * part + over * place
-        }),
+        position: Box::new(move |[part, ..]| from + (to - from) * part),
         triangles: |_| Vec::new(),
     }
 }

@@ -2,8 +2,8 @@
 
 use glam::{DVec3, IVec3, UVec3};
 
-use super::form::{ALL, FIRST, Form, LAST, Place, braces, pinned, points, within_numbers};
-use crate::check::Scope;
+use super::form::{ALL, FIRST, Form, LAST, Place, pinned, points, within_numbers};
+use crate::check::{STIFFNESS, Scope};
 use crate::raw;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
@@ -41,11 +41,21 @@ pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> F
     let columns = points(keys.columns, (scope, "columns"), faults);
     let mut steps = STRUCTURAL.to_vec();
     let mut stiffness = vec![None; steps.len()];
-    let all = [
-        (("shear", keys.shear), ("shear_n_m", keys.shear_n_m), &SHEAR[..]),
-        (("bend", keys.bend), ("bend_n_m", keys.bend_n_m), &BEND[..]),
+    let braces = [
+        (("shear", keys.shear), ("shear_n_m", keys.shear_n_m), SHEAR),
+        (("bend", keys.bend), ("bend_n_m", keys.bend_n_m), BEND),
     ];
-    braces(all, (&mut steps, &mut stiffness), scope, faults);
+    for ((key, given), (own, n_m), more) in braces {
+        if given == Some(false) && n_m.is_some() {
+            let what = format!("there are no such springs by `{key}: false`");
+            faults.add(scope.key(own), what, format!("remove it, or `{key}`"));
+        }
+        let n_m = faults.optional((scope, own), n_m, STIFFNESS);
+        if given == Some(true) || n_m.is_some() {
+            steps.extend(more);
+            stiffness.extend(more.map(|_| n_m));
+        }
+    }
     Form {
         sheet: true,
         numbering: Numbering::Sheet { columns },

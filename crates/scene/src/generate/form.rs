@@ -2,7 +2,7 @@
 
 use glam::{DVec3, IVec3, UVec3};
 
-use crate::check::{Key, STIFFNESS, Scope};
+use crate::check::{Key, Scope};
 use crate::raw;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
@@ -36,14 +36,11 @@ pub(super) type Place = [Option<End>; 3];
 pub(super) enum End {
     First,
     Last,
-    /// The first two points.
-    Root,
 }
 
 pub(super) const ALL: Option<End> = None;
 pub(super) const FIRST: Option<End> = Some(End::First);
 pub(super) const LAST: Option<End> = Some(End::Last);
-pub(super) const ROOT: Option<End> = Some(End::Root);
 
 impl Form {
     /// Number of points; 0 if they cannot be counted.
@@ -91,7 +88,6 @@ impl Form {
             None => true,
             Some(End::First) => place[axis] == 0,
             Some(End::Last) => place[axis] + 1 == self.points[axis],
-            Some(End::Root) => place[axis] < 2,
         };
         self.pinned.iter().any(|held| held.iter().enumerate().all(at))
     }
@@ -104,29 +100,6 @@ impl Form {
     fn place(&self, point: u32) -> UVec3 {
         let UVec3 { y, z, .. } = self.points;
         UVec3::new(point / (y * z), point / z % y, point % z)
-    }
-}
-
-/// Braces of a kind: the key that switches them on, the key of their own stiffness, and their steps.
-pub(super) type Braces<'a> = ((&'a str, Option<bool>), (&'a str, Option<f64>), &'a [IVec3]);
-
-/// Adds the braces that are given.
-pub(super) fn braces<'a>(
-    all: impl IntoIterator<Item = Braces<'a>>,
-    (steps, stiffness): (&mut Vec<IVec3>, &mut Vec<Option<f64>>),
-    scope: Scope,
-    faults: &mut Faults,
-) {
-    for ((key, given), (own, n_m), more) in all {
-        if given == Some(false) && n_m.is_some() {
-            let what = format!("there are no such springs by `{key}: false`");
-            faults.add(scope.key(own), what, format!("remove it, or `{key}`"));
-        }
-        let n_m = faults.optional((scope, own), n_m, STIFFNESS);
-        if given == Some(true) || n_m.is_some() {
-            steps.extend(more);
-            stiffness.extend(more.iter().map(|_| n_m));
-        }
     }
 }
 

@@ -1,7 +1,5 @@
 //! Emitters, springs and soft bodies as a person writes them.
 
-use std::collections::BTreeSet;
-
 use serde::Deserialize;
 
 use crate::lists::List;
@@ -48,8 +46,6 @@ pub(crate) struct SoftKeys {
     pub points: Option<u32>,
     pub from_m: Option<Triple>,
     pub to_m: Option<Triple>,
-    pub copies: Option<u32>,
-    pub over_m: Option<Triple>,
     pub rows: Option<u32>,
     pub columns: Option<u32>,
     pub corner_m: Option<Triple>,
@@ -78,7 +74,7 @@ pub(crate) struct SoftKeys {
 
 macro_rules! kinds {
     ($($kind:ident: $($key:ident),+;)+) => {
-        /// The kinds of soft bodies, each with the keys that not all kinds have.
+        /// The kinds of soft bodies, each with the keys that no other kind has.
         pub(crate) const KINDS: [(&str, &[&str]); 3] = [$((stringify!($kind), &[$(stringify!($key)),+])),+];
 
         impl SoftKeys {
@@ -91,7 +87,7 @@ macro_rules! kinds {
 }
 
 kinds! {
-    chain: points, from_m, to_m, copies, over_m, stiffness_of_whole_n_m, pull_only, bend, bend_n_m;
+    chain: points, from_m, to_m, stiffness_of_whole_n_m, pull_only;
     cloth: rows, columns, corner_m, along_m, down_m, shear, shear_n_m, bend, bend_n_m;
     lattice: cells, center_m, size_m;
 }
@@ -99,21 +95,18 @@ kinds! {
 impl SoftBody {
     /// The keys that are given but belong to another kind.
     pub fn keys_of_other_kinds(&self) -> impl Iterator<Item = &'static str> {
-        let given: BTreeSet<_> = self
-            .keys
+        self.keys
             .of_kinds()
             .filter(|(key, given)| *given && !has(&self.word, key))
             .map(|(key, _)| key)
-            .collect();
-        given.into_iter()
     }
 }
 
 /// Whether soft bodies of that kind have `key`; an unknown kind has every key.
 fn has(kind: &str, key: &str) -> bool {
-    let own = KINDS.iter().find(|(other, _)| *other == kind);
-    own.is_none_or(|(_, own)| own.contains(&key))
-        || !KINDS.iter().any(|(_, own)| own.contains(&key))
+    let known = KINDS.iter().any(|(other, _)| *other == kind);
+    let owner = KINDS.iter().find(|(_, own)| own.contains(&key));
+    !known || owner.is_none_or(|(other, _)| *other == kind)
 }
 
 /// The keys of a kind of soft bodies, and what they take.
