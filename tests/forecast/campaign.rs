@@ -426,6 +426,11 @@ impl Counts {
             return;
         };
         let (start, own) = (Seen::of(scene, 0, 1), Seen::of(scene, ticks, 1));
+        // A cure is tried as far as the motion can be predicted.
+        let until = trials.iter().filter_map(|tried| tried.predictable_s).fold(seconds, f64::min);
+        let known = ((until * scene.step_hz).round() as u64).saturating_sub(1).min(ticks);
+        let shorter = if known < ticks { Seen::truth(scene, known) } else { None };
+        let known_truth = if known < ticks { shorter.as_ref() } else { Some(&truth) };
         let name = |what: &str| format!("{what}: {trials:?} {margins:?}\n{}", scene.text);
         let has_fault = !margins.is_empty() || trials.iter().any(|tried| tried.verdict.is_fault());
         self.faults += usize::from(has_fault);
@@ -459,7 +464,8 @@ impl Counts {
                 let mut cured = scene.clone();
                 Overrides { method, substeps, ..Overrides::default() }.apply(&mut cured);
                 let (again, margins) = forecast(&cured);
-                let exceeds = Seen::of(&cured, ticks, 1).exceeds(&truth, &start, 4.5);
+                let exceeds = known_truth
+                    .and_then(|truth| Seen::of(&cured, known, 1).exceeds(truth, &start, 4.5));
                 let has_fault =
                     !margins.is_empty() || again.iter().any(|tried| tried.verdict.is_fault());
                 if has_fault || exceeds.is_some() {

@@ -136,7 +136,8 @@ pub struct Tried {
     pub body: Option<u32>,
     /// Stable id of the body that holds it.
     pub holder: Option<u32>,
-    /// How far the trial has looked, s. Where it [holds](Verdict::Holds), no body has been beyond what the truth had by then.
+    /// How far the trial has looked, s. Where it [holds](Verdict::Holds): how long no body was beyond what the truth had by then, as
+    /// far as that can be predicted.
     pub seconds: f64,
     /// The time from which on the truth cannot be predicted, s: two runs that are far finer than the scene part there. From then on only
     /// energy and sizes are compared.

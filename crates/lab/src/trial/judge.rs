@@ -25,7 +25,7 @@ pub(super) fn judged(ticks: u64) -> u64 {
 pub(super) struct Run {
     simulation: Simulation,
     pub ticks: u64,
-    /// The last tick by which no body was beyond what the truth had by then.
+    /// The last tick by which no body was beyond what the truth had by then, as far as that can be predicted.
     pub held: u64,
     most: Most,
     window: Window,
@@ -81,7 +81,8 @@ impl Run {
             }
         }
         self.most.add(&look);
-        if truth.is_resolved(self.ticks) && !self.is_early(cast, truth) {
+        let is_known = truth.parted_from.is_none_or(|parted| self.ticks < parted);
+        if is_known && truth.is_resolved(self.ticks) && !self.is_early(cast, truth) {
             self.held = self.ticks;
         }
         let largest = self.excess(&look, cast, truth)?;

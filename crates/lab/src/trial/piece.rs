@@ -313,7 +313,7 @@ impl Piece {
                 self.note(body, bond, Verdict::Thrown(seconds(run.ticks), excess));
             }
         }
-        let parted = truth.parted_from.filter(|parted| *parted < self.end);
+        let parted = truth.parted_from.filter(|parted| *parted <= self.end);
         self.tried.predictable_s = parted.map(seconds);
         if settling {
             match self.tried.verdict {

@@ -31,6 +31,9 @@ const FARTHER: f64 = 10.0;
 /// Part of the time that a trial looked ahead after which another one begins.
 const AGAIN: f64 = 0.25;
 
+/// A trial that looked less far, s, begins again as if it had looked that far.
+const LEAST_AHEAD_S: f64 = 8.0;
+
 /// The settings and the structure on which a forecast depends.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Circumstances {
@@ -149,7 +152,7 @@ impl Forecast {
         let ahead = self.tried.iter().filter_map(ForecastRow::tried);
         let shortest = ahead.map(|tried| tried.seconds).fold(f64::INFINITY, f64::min);
         let passed = stage.sim().seconds() - self.since;
-        if open && self.trial.is_none() && passed > AGAIN * shortest {
+        if open && self.trial.is_none() && passed > AGAIN * shortest.max(LEAST_AHEAD_S) {
             self.begin_trial(stage);
         }
         self.advance(stage, WORK_OF_FRAME);
