@@ -34,6 +34,8 @@ pub struct ForecastRow {
     pub cures: Cure,
     /// Whether these were tried.
     pub is_cure_tried: bool,
+    /// Whether it is the margin of a part of which a trial has found a fault, too.
+    pub is_of_trial: bool,
     /// Name of what holds the body of a trial.
     holder: Option<String>,
     /// Stable ids of the bodies that limit a margin.
@@ -54,9 +56,7 @@ impl ForecastRow {
     /// trial of its part has found a fault, too.
     pub fn arrange(rows: &mut [Self]) {
         let tried = rows.iter().filter_map(Self::tried);
-        let tried = tried.filter(|tried| tried.verdict.is_fault() && tried.is_done);
-        let tried = tried.filter(|tried| tried.is_searched || tried.cure != Cure::default());
-        let tried: Vec<_> = tried.cloned().collect();
+        let tried: Vec<_> = tried.filter(|tried| tried.verdict.is_fault()).cloned().collect();
         for row in rows.iter_mut().filter(|row| row.is_fault() && row.margin().is_some()) {
             let is_of_row = |tried: &&Tried| {
                 let mut limiting = row.limiting.iter();
@@ -64,7 +64,9 @@ impl ForecastRow {
                     && row.setting() == (tried.method, tried.substeps)
                     && limiting.all(|id| tried.ids.binary_search(id).is_ok())
             };
-            if let Some(tried) = tried.iter().find(is_of_row) {
+            let Some(tried) = tried.iter().find(is_of_row) else { continue };
+            row.is_of_trial = true;
+            if tried.is_done && (tried.is_searched || tried.cure != Cure::default()) {
                 (row.cures, row.is_cure_tried) = (tried.cure, true);
                 row.cure = tried_cure_in_words(tried);
             }
@@ -111,6 +113,7 @@ impl ForecastRow {
             cure,
             cures: margin.cure,
             is_cure_tried: false,
+            is_of_trial: false,
             holder: None,
             limiting: Vec::new(),
         }
@@ -122,8 +125,16 @@ impl ForecastRow {
         let element = tried.body.map_or_else(|| tried.part.clone(), &name);
         let (holder, cures) = (tried.holder.map(name), tried.cure);
         let instrument = Instrument::Trial(tried);
-        let is_cure_tried = true;
-        Self { element, instrument, cure, cures, is_cure_tried, holder, limiting: Vec::new() }
+        Self {
+            element,
+            instrument,
+            cure,
+            cures,
+            is_cure_tried: true,
+            is_of_trial: false,
+            holder,
+            limiting: Vec::new(),
+        }
     }
 
     /// Name of the instrument.

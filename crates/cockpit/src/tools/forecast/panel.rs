@@ -36,7 +36,7 @@ pub(super) fn show(ui: &mut Ui, rows: &[ForecastRow], progress: f64) {
 
 /// The forecast in one sentence.
 fn sentence(rows: &[ForecastRow]) -> String {
-    let faults: Vec<_> = rows.iter().filter(|row| row.is_fault()).collect();
+    let faults: Vec<_> = rows.iter().filter(|row| row.is_fault() && !row.is_of_trial).collect();
     let shortest =
         rows.iter().filter_map(ForecastRow::tried).map(|tried| tried.seconds).reduce(f64::min);
     match (&faults[..], rows.first(), shortest) {
