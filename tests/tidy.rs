@@ -569,10 +569,13 @@ fn the_contract_names_every_key_and_measure_of_lessons() {
     let keys = structs
         .flat_map(str::lines)
         .filter_map(|line| Some(line.trim().split_once(": ")?.0.to_owned()));
+    let of = |name: &str| {
+        let start = format!("pub enum {name} {{");
+        measures.split_once(&*start).unwrap().1.split_once("\n}").unwrap().0.to_owned()
+    };
+    let measures = ["RunMeasure", "ScreenMeasure"].map(of).concat();
     let measures =
-        measures.split_once("pub enum Measure {").unwrap().1.split_once("\n}").unwrap().0;
-    let measures =
-        code(measures).map(|line| line.trim().trim_end_matches(',').split('(').next().unwrap());
+        code(&measures).map(|line| line.trim().trim_end_matches(',').split('(').next().unwrap());
     let measures =
         measures.filter(|word| word.starts_with(|c: char| c.is_ascii_uppercase())).map(snake_case);
     let all: Vec<_> = keys.chain(measures).collect();

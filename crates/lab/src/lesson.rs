@@ -9,7 +9,7 @@ use motion::clock::StepClock;
 use motion::effects::{self, Effect, EffectState};
 use motion::units::Vector;
 use motion::{Damping, Evaluations, Gravity, PhysicsBody, Quarantine, TimeStep, Transform, totals};
-use scene::lesson::{Axis, Lesson, LessonRun, Measure, Quantity, beside};
+use scene::lesson::{Axis, Lesson, LessonRun, Measure, Quantity, RunMeasure, beside};
 use scene::{Scene, SceneError};
 
 /// Values of quantities by name, and what they were before: see [`Quantity`].
@@ -76,10 +76,10 @@ impl Quantities {
     }
 }
 
-/// The value of `measure` in `simulation`, which is mutable only for queries; NaN for a body that was removed, `None` if a
-/// simulation alone does not have it.
+/// The value of `measure` in `simulation`, which is mutable only for queries; NaN for a body that was removed, and
+/// for the error, which one run alone does not have.
 #[must_use]
-pub fn measured(simulation: &mut Simulation, measure: &Measure) -> Option<f64> {
+pub fn measured(simulation: &mut Simulation, measure: &RunMeasure) -> f64 {
     let state = |name: &str| {
         let body = simulation.world.get_entity(simulation.named(name)?).ok()?;
         Some((body.get::<Transform>()?.position, *body.get::<PhysicsBody>()?))
@@ -87,47 +87,41 @@ pub fn measured(simulation: &mut Simulation, measure: &Measure) -> Option<f64> {
     let position = |name: &str| state(name).map(|(position, _)| position);
     let world = &simulation.world;
     let value = match measure {
-        Measure::Time => Some(world.resource::<StepClock>().scene_seconds()),
-        Measure::Position(body, axis) => position(body).map(|v| along(v, *axis)),
-        Measure::Velocity(body, axis) => state(body).map(|(_, body)| along(body.velocity, *axis)),
-        Measure::Speed(body) => state(body).map(|(_, body)| body.velocity.length()),
-        Measure::Mass(body) => state(body).map(|(_, body)| 1.0 / body.inverse_mass),
-        Measure::Distance(one, other) => {
+        RunMeasure::Time => Some(world.resource::<StepClock>().scene_seconds()),
+        RunMeasure::Position(body, axis) => position(body).map(|v| along(v, *axis)),
+        RunMeasure::Velocity(body, axis) => {
+            state(body).map(|(_, body)| along(body.velocity, *axis))
+        }
+        RunMeasure::Speed(body) => state(body).map(|(_, body)| body.velocity.length()),
+        RunMeasure::Mass(body) => state(body).map(|(_, body)| 1.0 / body.inverse_mass),
+        RunMeasure::Distance(one, other) => {
             position(one).zip(position(other)).map(|(one, other)| one.distance(other))
         }
-        Measure::Energy => {
+        RunMeasure::Energy => {
             let totals = totals(&mut simulation.world);
             Some(totals.kinetic_energy + totals.potential_energy)
         }
-        Measure::KineticEnergy => Some(totals(&mut simulation.world).kinetic_energy),
-        Measure::Momentum(axis) => Some(along(totals(&mut simulation.world).momentum, *axis)),
-        Measure::Gravity => {
+        RunMeasure::KineticEnergy => Some(totals(&mut simulation.world).kinetic_energy),
+        RunMeasure::Momentum(axis) => Some(along(totals(&mut simulation.world).momentum, *axis)),
+        RunMeasure::Gravity => {
             let gravity = world.get_resource::<Gravity>().filter(|gravity| gravity.on);
             Some(gravity.map_or(0.0, |gravity| gravity.acceleration.length()))
         }
-        Measure::Damping => {
+        RunMeasure::Damping => {
             let on = effects::state(&mut simulation.world, Effect::Damping) == EffectState::On;
             let damping = simulation.world.get_resource::<Damping>().filter(|_| on);
             Some(damping.map_or(0.0, |damping| damping.rate))
         }
-        Measure::StepHz => Some(rate_of(world.resource::<TimeStep>().0)),
-        Measure::Substeps => Some(f64::from(simulation.substeps())),
-        Measure::Method(method) => Some(f64::from(u8::from(simulation.method() == *method))),
+        RunMeasure::StepHz => Some(rate_of(world.resource::<TimeStep>().0)),
+        RunMeasure::Substeps => Some(f64::from(simulation.substeps())),
+        RunMeasure::Method(method) => Some(f64::from(u8::from(simulation.method() == *method))),
         #[expect(clippy::cast_precision_loss, reason = "a count")]
-        Measure::Evaluations => Some(world.resource::<Evaluations>().accelerations() as f64),
+        RunMeasure::Evaluations => Some(world.resource::<Evaluations>().accelerations() as f64),
         #[expect(clippy::cast_precision_loss, reason = "a count")]
-        Measure::Quarantined => Some(world.resource::<Quarantine>().records().len() as f64),
-        Measure::Error
-        | Measure::GhostError(_)
-        | Measure::PushWork
-        | Measure::Selected(_)
-        | Measure::ClickForce
-        | Measure::Shows(_)
-        | Measure::Paused
-        | Measure::Follows
-        | Measure::Fault => return None,
+        RunMeasure::Quarantined => Some(world.resource::<Quarantine>().records().len() as f64),
+        RunMeasure::Error => None,
     };
-    Some(value.unwrap_or(f64::NAN))
+    value.unwrap_or(f64::NAN)
 }
 
 fn along(v: Vector, axis: Axis) -> f64 {
@@ -196,7 +190,8 @@ fn measure_run(
 ) -> Result<Quantities, SceneError> {
     let (scene, ticks) = scene_of(lesson, run, times)?;
     let mut simulation = Simulation::new(scene);
-    let has_error = run.measure.iter().any(|quantity| quantity.measure == Measure::Error);
+    let has_error =
+        run.measure.iter().any(|quantity| quantity.measure == Measure::Run(RunMeasure::Error));
     let mut reference = has_error.then(|| Twin::reference(&mut simulation));
     let (mut quantities, mut farthest) = (Quantities::default(), 0.0_f64);
     note(&mut quantities, &run.measure, &mut simulation, farthest);
@@ -227,9 +222,12 @@ fn note(
     error: f64,
 ) {
     for Quantity { name, measure } in measure {
-        let value =
-            if *measure == Measure::Error { Some(error) } else { measured(simulation, measure) };
-        quantities.note(name, value.unwrap_or(f64::NAN));
+        let value = match measure {
+            Measure::Run(RunMeasure::Error) => error,
+            Measure::Run(measure) => measured(simulation, measure),
+            Measure::Screen(_) => f64::NAN,
+        };
+        quantities.note(name, value);
     }
 }
 

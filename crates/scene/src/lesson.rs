@@ -14,6 +14,7 @@ use crate::action::{Action, method};
 use crate::shipped::read_text;
 use crate::text::faults::SceneError;
 use crate::text::nearest::{did_you_mean, nearest};
+use crate::text::syntax::enum_of_enums;
 
 /// Version of lessons that this program reads.
 pub const LESSON_VERSION: u32 = 1;
@@ -51,10 +52,21 @@ pub struct Quantity {
     pub measure: Measure,
 }
 
-/// A measure of a run. In a file it is written as its name in snake case: `speed("ball")`.
+/// A measure of a run, alone or on the screen. In a file it is written as its name in snake case: `speed("ball")`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Measure {
+    /// Of any run.
+    Run(RunMeasure),
+    /// Of the run on the screen only.
+    Screen(ScreenMeasure),
+}
+
+enum_of_enums!(Measure: Run(RunMeasure), Screen(ScreenMeasure));
+
+/// A measure of any run.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Measure {
+pub enum RunMeasure {
     /// Simulated time of the scene, s.
     Time,
     /// A coordinate of a body, m.
@@ -89,22 +101,28 @@ pub enum Measure {
     Quarantined,
     /// Largest distance of a body from the same run by a fine reference, m, up to now. Measured in runs only.
     Error,
+}
+
+/// A measure of what is on the screen.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ScreenMeasure {
     /// Largest distance of a body from the reference of the ghosts, by that method, m, after any tick since the ghosts began.
-    /// Measured on the screen only, while ghosts are shown.
+    /// While ghosts are shown.
     GhostError(#[serde(with = "method")] Method),
-    /// Work of pushes and drags, J, since the ledger began. Measured on the screen only, while a ledger is kept.
+    /// Work of pushes and drags, J, since the ledger began. While a ledger is kept.
     PushWork,
-    /// 1 if the body is selected, else 0. Measured on the screen only.
+    /// 1 if the body is selected, else 0.
     Selected(String),
-    /// The force of a click, N. Measured on the screen only.
+    /// The force of a click, N.
     ClickForce,
-    /// 1 while the panel with that name in scripts is open. Measured on the screen only.
+    /// 1 while the panel with that name in scripts is open.
     Shows(String),
-    /// 1 while the run is paused. Measured on the screen only.
+    /// 1 while the run is paused.
     Paused,
-    /// 1 while the camera follows a body. Measured on the screen only.
+    /// 1 while the camera follows a body.
     Follows,
-    /// 1 after something went wrong: a body was quarantined, or energy came from nowhere. Measured on the screen only.
+    /// 1 after something went wrong: a body was quarantined, or energy came from nowhere.
     Fault,
 }
 
@@ -122,11 +140,21 @@ impl Measure {
     /// The bodies that it names.
     pub fn bodies(&self) -> impl Iterator<Item = &str> {
         let [one, other] = match self {
+            Self::Run(measure) => measure.bodies(),
+            Self::Screen(ScreenMeasure::Selected(body)) => [Some(body), None],
+            Self::Screen(_) => [None, None],
+        };
+        one.into_iter().chain(other).map(String::as_str)
+    }
+}
+
+impl RunMeasure {
+    fn bodies(&self) -> [Option<&String>; 2] {
+        match self {
             Self::Position(body, _)
             | Self::Velocity(body, _)
             | Self::Speed(body)
-            | Self::Mass(body)
-            | Self::Selected(body) => [Some(body), None],
+            | Self::Mass(body) => [Some(body), None],
             Self::Distance(one, other) => [Some(one), Some(other)],
             Self::Time
             | Self::Energy
@@ -139,32 +167,8 @@ impl Measure {
             | Self::Method(_)
             | Self::Evaluations
             | Self::Quarantined
-            | Self::Error
-            | Self::GhostError(_)
-            | Self::PushWork
-            | Self::ClickForce
-            | Self::Shows(_)
-            | Self::Paused
-            | Self::Follows
-            | Self::Fault => [None, None],
-        };
-        one.into_iter().chain(other).map(String::as_str)
-    }
-
-    /// Whether it is measured on the screen only.
-    #[must_use]
-    pub const fn is_of_screen(&self) -> bool {
-        matches!(
-            self,
-            Self::GhostError(_)
-                | Self::PushWork
-                | Self::Selected(_)
-                | Self::ClickForce
-                | Self::Shows(_)
-                | Self::Paused
-                | Self::Follows
-                | Self::Fault
-        )
+            | Self::Error => [None, None],
+        }
     }
 }
 

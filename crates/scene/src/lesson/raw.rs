@@ -10,7 +10,7 @@ use serde::de::{Deserializer, IgnoredAny, MapAccess, Visitor};
 
 use super::{
     Begin, Formula, Goal, LESSON_VERSION, Lesson, LessonRun, LessonStep, Measure, Quantity,
-    SUFFIXES, Sentence,
+    RunMeasure, SUFFIXES, Sentence,
 };
 use crate::action::Action;
 use crate::check::{Rule, STEP_RATE, Scope, positive};
@@ -289,13 +289,13 @@ impl Reader<'_> {
             for body in measure.bodies() {
                 self.body(&path, body, scene);
             }
-            if of_run && measure.is_of_screen() {
+            if of_run && matches!(measure, Measure::Screen(_)) {
                 self.faults.add(
                     path,
                     "a run has no screen",
                     "measure it in the `measure` of the lesson",
                 );
-            } else if !of_run && *measure == Measure::Error {
+            } else if !of_run && *measure == Measure::Run(RunMeasure::Error) {
                 let cure = "measure it in the `measure` of a run";
                 self.faults.add(path, "only runs are compared with a reference", cure);
             }

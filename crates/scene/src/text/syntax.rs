@@ -254,9 +254,9 @@ impl<'de> Deserialize<'de> for Name {
     }
 }
 
-/// The keys that a derived `T` knows, so that no separate list is needed.
+/// The keys or, of an enum, the variants that a derived `T` knows, so that no separate list is needed.
 pub(crate) fn keys_of<'de, T: Deserialize<'de>>() -> &'static [&'static str] {
-    /// Asks for nothing but the field names that serde's derive hands over.
+    /// Asks for nothing but the names that serde's derive hands over.
     struct Ask<'a>(&'a mut &'static [&'static str]);
 
     impl<'de> de::Deserializer<'de> for Ask<'_> {
@@ -276,9 +276,19 @@ pub(crate) fn keys_of<'de, T: Deserialize<'de>>() -> &'static [&'static str] {
             Err(de::Error::custom("only asked"))
         }
 
+        fn deserialize_enum<V: Visitor<'de>>(
+            self,
+            _: &'static str,
+            variants: &'static [&'static str],
+            _: V,
+        ) -> Result<V::Value, Self::Error> {
+            *self.0 = variants;
+            Err(de::Error::custom("only asked"))
+        }
+
         serde::forward_to_deserialize_any! {
             bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf option unit unit_struct
-            newtype_struct seq tuple tuple_struct map enum identifier ignored_any
+            newtype_struct seq tuple tuple_struct map identifier ignored_any
         }
     }
 
@@ -287,3 +297,55 @@ pub(crate) fn keys_of<'de, T: Deserialize<'de>>() -> &'static [&'static str] {
     let _ = T::deserialize(Ask(&mut keys));
     keys
 }
+
+/// A variant whose name was read already.
+pub(crate) struct Variant<A>(pub String, pub A);
+
+impl<'de, A: de::VariantAccess<'de>> de::EnumAccess<'de> for Variant<A> {
+    type Error = A::Error;
+    type Variant = A;
+
+    fn variant_seed<V: de::DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, A), A::Error> {
+        Ok((seed.deserialize(de::IntoDeserializer::into_deserializer(self.0))?, self.1))
+    }
+}
+
+/// Reads an enum of enums: in a file, the names of all their variants are of one list.
+macro_rules! enum_of_enums {
+    ($name:ident: $($variant:ident($inner:ty)),+) => {
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+                use $crate::text::syntax::{Name, Variant, keys_of};
+
+                static NAMES: std::sync::LazyLock<Vec<&'static str>> =
+                    std::sync::LazyLock::new(|| [$(keys_of::<$inner>()),+].concat());
+
+                struct OfName;
+
+                impl<'de> serde::de::Visitor<'de> for OfName {
+                    type Value = $name;
+
+                    fn expecting(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                        out.write_str("a bare word")
+                    }
+
+                    fn visit_enum<A: serde::de::EnumAccess<'de>>(
+                        self,
+                        data: A,
+                    ) -> Result<$name, A::Error> {
+                        let (Name(name), values) = data.variant()?;
+                        $(if keys_of::<$inner>().contains(&&*name) {
+                            let variant = Variant(name, values);
+                            let inner = serde::de::value::EnumAccessDeserializer::new(variant);
+                            return <$inner>::deserialize(inner).map($name::$variant);
+                        })+
+                        Err(serde::de::Error::unknown_variant(&name, &NAMES))
+                    }
+                }
+
+                from.deserialize_enum(stringify!($name), &NAMES, OfName)
+            }
+        }
+    };
+}
+pub(crate) use enum_of_enums;

@@ -1,7 +1,9 @@
 //! Says in words what a step of a lesson still waits for.
 
 use report::numbers::{digits, number};
-use scene::lesson::{Axis, Comparison, Formula, Measure, Quantity, quantity_of};
+use scene::lesson::{
+    Axis, Comparison, Formula, Measure, Quantity, RunMeasure, ScreenMeasure, quantity_of,
+};
 
 use crate::tools::learn::panel_of;
 
@@ -52,40 +54,34 @@ fn truth(part: &Comparison, measures: Measures<'_>) -> Option<String> {
         measures.quantities.iter().find(|quantity| quantity.name == part.left.text().trim())?;
     let wanted = part.right.value(|_| None) != 0.0;
     let not = if wanted { "not " } else { "" };
-    Some(match measure {
-        Measure::Method(method) => format!("the method is {not}{}", method.claims().title),
-        Measure::Selected(body) => format!("{} is {not}selected", measures.called(body)),
-        Measure::Shows(panel) => {
-            let title = panel_of(panel)?.row().title;
-            format!("{title} is {}", if wanted { "not open" } else { "open" })
+    let words = match measure {
+        Measure::Run(RunMeasure::Method(method)) => {
+            format!("the method is {not}{}", method.claims().title)
         }
-        Measure::Paused => (if wanted { "it is not paused" } else { "it is paused" }).to_owned(),
-        Measure::Follows => {
-            format!("the camera follows {}", if wanted { "no body" } else { "a body" })
-        }
-        Measure::Fault => {
-            (if wanted { "nothing went wrong yet" } else { "something went wrong" }).to_owned()
-        }
-        Measure::Time
-        | Measure::Position(..)
-        | Measure::Velocity(..)
-        | Measure::Speed(_)
-        | Measure::Mass(_)
-        | Measure::Distance(..)
-        | Measure::Energy
-        | Measure::KineticEnergy
-        | Measure::Momentum(_)
-        | Measure::Gravity
-        | Measure::Damping
-        | Measure::StepHz
-        | Measure::Substeps
-        | Measure::Evaluations
-        | Measure::Quarantined
-        | Measure::Error
-        | Measure::GhostError(_)
-        | Measure::PushWork
-        | Measure::ClickForce => return None,
-    })
+        Measure::Run(_) => return None,
+        Measure::Screen(measure) => match measure {
+            ScreenMeasure::Selected(body) => {
+                format!("{} is {not}selected", measures.called(body))
+            }
+            ScreenMeasure::Shows(panel) => {
+                let title = panel_of(panel)?.row().title;
+                format!("{title} is {}", if wanted { "not open" } else { "open" })
+            }
+            ScreenMeasure::Paused => {
+                (if wanted { "it is not paused" } else { "it is paused" }).to_owned()
+            }
+            ScreenMeasure::Follows => {
+                format!("the camera follows {}", if wanted { "no body" } else { "a body" })
+            }
+            ScreenMeasure::Fault => {
+                (if wanted { "nothing went wrong yet" } else { "something went wrong" }).to_owned()
+            }
+            ScreenMeasure::GhostError(_) | ScreenMeasure::PushWork | ScreenMeasure::ClickForce => {
+                return None;
+            }
+        },
+    };
+    Some(words)
 }
 
 fn short_of(
@@ -180,36 +176,46 @@ fn words(measure: &Measure, measures: Measures<'_>) -> (String, &'static str) {
         Axis::Y => "y",
         Axis::Z => "z",
     };
+    let measure = match measure {
+        Measure::Run(measure) => measure,
+        Measure::Screen(measure) => return words_of_screen(measure, measures),
+    };
     match measure {
-        Measure::Time => ("time".to_owned(), "s"),
-        Measure::Position(body, along) => (format!("{} of {}", axis(along), called(body)), "m"),
-        Measure::Velocity(body, along) => {
+        RunMeasure::Time => ("time".to_owned(), "s"),
+        RunMeasure::Position(body, along) => (format!("{} of {}", axis(along), called(body)), "m"),
+        RunMeasure::Velocity(body, along) => {
             (format!("velocity of {} along {}", called(body), axis(along)), "m/s")
         }
-        Measure::Speed(body) => (format!("speed of {}", called(body)), "m/s"),
-        Measure::Mass(body) => (format!("mass of {}", called(body)), "kg"),
-        Measure::Distance(one, other) => {
+        RunMeasure::Speed(body) => (format!("speed of {}", called(body)), "m/s"),
+        RunMeasure::Mass(body) => (format!("mass of {}", called(body)), "kg"),
+        RunMeasure::Distance(one, other) => {
             (format!("distance of {} and {}", called(one), called(other)), "m")
         }
-        Measure::Energy => ("energy".to_owned(), "J"),
-        Measure::KineticEnergy => ("kinetic energy".to_owned(), "J"),
-        Measure::Momentum(along) => (format!("momentum along {}", axis(along)), "kg m/s"),
-        Measure::Gravity => ("gravity".to_owned(), "m/s²"),
-        Measure::Damping => ("damping".to_owned(), "1/s"),
-        Measure::StepHz => ("ticks per second".to_owned(), ""),
-        Measure::Substeps => ("substeps".to_owned(), ""),
-        Measure::Method(method) => (method.claims().title.to_owned(), ""),
-        Measure::Evaluations => ("evaluations".to_owned(), ""),
-        Measure::Quarantined => ("quarantined bodies".to_owned(), ""),
-        Measure::Error => ("error".to_owned(), "m"),
-        Measure::GhostError(method) => (format!("error of {}", method.claims().title), "m"),
-        Measure::PushWork => ("work of pushes".to_owned(), "J"),
-        Measure::ClickForce => ("force of a click".to_owned(), "N"),
-        Measure::Selected(body) => (format!("{} selected", called(body)), ""),
-        Measure::Shows(panel) => (panel.clone(), ""),
-        Measure::Paused => ("paused".to_owned(), ""),
-        Measure::Follows => ("following".to_owned(), ""),
-        Measure::Fault => ("faults".to_owned(), ""),
+        RunMeasure::Energy => ("energy".to_owned(), "J"),
+        RunMeasure::KineticEnergy => ("kinetic energy".to_owned(), "J"),
+        RunMeasure::Momentum(along) => (format!("momentum along {}", axis(along)), "kg m/s"),
+        RunMeasure::Gravity => ("gravity".to_owned(), "m/s²"),
+        RunMeasure::Damping => ("damping".to_owned(), "1/s"),
+        RunMeasure::StepHz => ("ticks per second".to_owned(), ""),
+        RunMeasure::Substeps => ("substeps".to_owned(), ""),
+        RunMeasure::Method(method) => (method.claims().title.to_owned(), ""),
+        RunMeasure::Evaluations => ("evaluations".to_owned(), ""),
+        RunMeasure::Quarantined => ("quarantined bodies".to_owned(), ""),
+        RunMeasure::Error => ("error".to_owned(), "m"),
+    }
+}
+
+/// The same of a quantity that only the screen has.
+fn words_of_screen(measure: &ScreenMeasure, measures: Measures<'_>) -> (String, &'static str) {
+    match measure {
+        ScreenMeasure::GhostError(method) => (format!("error of {}", method.claims().title), "m"),
+        ScreenMeasure::PushWork => ("work of pushes".to_owned(), "J"),
+        ScreenMeasure::ClickForce => ("force of a click".to_owned(), "N"),
+        ScreenMeasure::Selected(body) => (format!("{} selected", measures.called(body)), ""),
+        ScreenMeasure::Shows(panel) => (panel.clone(), ""),
+        ScreenMeasure::Paused => ("paused".to_owned(), ""),
+        ScreenMeasure::Follows => ("following".to_owned(), ""),
+        ScreenMeasure::Fault => ("faults".to_owned(), ""),
     }
 }
 
@@ -223,12 +229,15 @@ mod tests {
     fn what_is_missing_is_said_with_its_numbers() {
         let quantity = |name: &str, measure| Quantity { name: name.to_owned(), measure };
         let measure = [
-            quantity("e", Measure::Energy),
-            quantity("v", Measure::Speed("ball".to_owned())),
-            quantity("m", Measure::Mass("ball".to_owned())),
-            quantity("rk4", Measure::Method(Method::RungeKutta4)),
-            quantity("ledger", Measure::Shows("toggle_ledger_panel".to_owned())),
-            quantity("paused", Measure::Paused),
+            quantity("e", Measure::Run(RunMeasure::Energy)),
+            quantity("v", Measure::Run(RunMeasure::Speed("ball".to_owned()))),
+            quantity("m", Measure::Run(RunMeasure::Mass("ball".to_owned()))),
+            quantity("rk4", Measure::Run(RunMeasure::Method(Method::RungeKutta4))),
+            quantity(
+                "ledger",
+                Measure::Screen(ScreenMeasure::Shows("toggle_ledger_panel".to_owned())),
+            ),
+            quantity("paused", Measure::Screen(ScreenMeasure::Paused)),
         ];
         let value = |name: &str| match name {
             "e" | "e_most" => Some(51.0),

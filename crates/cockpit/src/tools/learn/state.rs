@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use lab::lesson::{Quantities, measured};
 use scene::Source;
-use scene::lesson::{Begin, Formula, Goal, Lesson, LessonStep, Measure, beside, is_same_scene};
+use scene::lesson::{
+    Begin, Formula, Goal, Lesson, LessonStep, Measure, ScreenMeasure, beside, is_same_scene,
+};
 
 use crate::panels::Panel;
 use crate::stage::Stage;
@@ -198,8 +200,8 @@ impl Learn {
         }
         let Some(running) = &mut self.running else { return };
         for quantity in &running.lesson.measure {
-            if let Some(value) = measured(stage.sim_mut(), &quantity.measure) {
-                running.of_screen.note(&quantity.name, value);
+            if let Measure::Run(measure) = &quantity.measure {
+                running.of_screen.note(&quantity.name, measured(stage.sim_mut(), measure));
             }
         }
     }
@@ -225,9 +227,9 @@ impl Learn {
             running.of_screen.begin();
         }
         for quantity in &running.lesson.measure {
-            let value = match measured(stage.sim_mut(), &quantity.measure) {
-                Some(value) => value,
-                None => seen(&quantity.measure, stage, screen),
+            let value = match &quantity.measure {
+                Measure::Run(measure) => measured(stage.sim_mut(), measure),
+                Measure::Screen(measure) => seen(measure, stage, screen),
             };
             running.of_screen.note(&quantity.name, value);
         }
@@ -362,7 +364,7 @@ impl Running {
         // A step about pausing or about a fault says itself why nothing moves.
         let is_about_pausing = |name: &String| {
             let quantity = self.lesson.of_screen(name).map(|quantity| &quantity.measure);
-            matches!(quantity, Some(Measure::Paused | Measure::Fault))
+            matches!(quantity, Some(Measure::Screen(ScreenMeasure::Paused | ScreenMeasure::Fault)))
         };
         let stopped = self.stopped.filter(|_| !formula.names().iter().any(is_about_pausing));
         let missing = Some(self.missing(formula)).filter(|missing| !missing.is_empty());
@@ -417,41 +419,26 @@ fn number_in(text: &str, unit: &str) -> Option<f64> {
     read_number(text.strip_suffix(unit).unwrap_or(text))
 }
 
-/// The value of a quantity that only the screen has; NaN for others.
-fn seen(measure: &Measure, stage: &Stage, screen: &Screen<'_>) -> f64 {
+/// The value of a quantity that only the screen has.
+fn seen(measure: &ScreenMeasure, stage: &Stage, screen: &Screen<'_>) -> f64 {
     let Screen { view, opened, ghosts, ledger } = screen;
     let truth = |holds: bool| f64::from(u8::from(holds));
     match measure {
-        Measure::Selected(body) => {
+        ScreenMeasure::Selected(body) => {
             truth(stage.selection().is_some_and(|thing| stage.sim().named(body) == Some(thing)))
         }
-        Measure::GhostError(method) => ghosts.largest(*method).unwrap_or(f64::NAN),
-        Measure::PushWork => {
+        ScreenMeasure::GhostError(method) => ghosts.largest(*method).unwrap_or(f64::NAN),
+        ScreenMeasure::PushWork => {
             ledger.kept().map_or(f64::NAN, |ledger| ledger.since_opening().energy.pushes)
         }
-        Measure::ClickForce => view.click_force,
-        Measure::Shows(name) => truth(panel_of(name).is_some_and(|panel| opened.contains(&panel))),
-        Measure::Paused => truth(stage.playback().paused()),
-        Measure::Follows => truth(view.locked.is_some()),
-        Measure::Fault => {
+        ScreenMeasure::ClickForce => view.click_force,
+        ScreenMeasure::Shows(name) => {
+            truth(panel_of(name).is_some_and(|panel| opened.contains(&panel)))
+        }
+        ScreenMeasure::Paused => truth(stage.playback().paused()),
+        ScreenMeasure::Follows => truth(view.locked.is_some()),
+        ScreenMeasure::Fault => {
             truth(stage.recorder().fault().is_some() || !stage.quarantines().all().is_empty())
         }
-        Measure::Time
-        | Measure::Position(..)
-        | Measure::Velocity(..)
-        | Measure::Speed(_)
-        | Measure::Mass(_)
-        | Measure::Distance(..)
-        | Measure::Energy
-        | Measure::KineticEnergy
-        | Measure::Momentum(_)
-        | Measure::Gravity
-        | Measure::Damping
-        | Measure::StepHz
-        | Measure::Substeps
-        | Measure::Method(_)
-        | Measure::Evaluations
-        | Measure::Quarantined
-        | Measure::Error => f64::NAN,
     }
 }

@@ -6,7 +6,7 @@ use history::Overrides;
 use lab::lesson::{Quantities, RunLimit, run_lesson};
 use render::Image;
 use report::numbers::digits;
-use scene::lesson::{Goal, Lesson, Measure, Quantity, beside};
+use scene::lesson::{Goal, Lesson, Measure, Quantity, RunMeasure, ScreenMeasure, beside};
 use scene::{Action, Script, Step, StepKind, When, did_you_mean, nearest};
 
 use crate::args::cores;
@@ -355,7 +355,7 @@ fn check_names(lesson: &Lesson) -> Result<(), Failure> {
         Err(Failure::Usage(format!("{}: {place}: {what}", lesson.name)))
     };
     for Quantity { name, measure } in &lesson.measure {
-        if let Measure::Shows(panel) = measure
+        if let Measure::Screen(ScreenMeasure::Shows(panel)) = measure
             && panel_of(panel).is_none()
         {
             let cure = "`sandbox list keys` names the panels";
@@ -391,7 +391,8 @@ fn check_names(lesson: &Lesson) -> Result<(), Failure> {
 fn check_claims(lesson: &Lesson) -> Result<(), Failure> {
     let changes = |name: &String| {
         let quantity = lesson.of_screen(name);
-        quantity.is_some_and(|quantity| !matches!(quantity.measure, Measure::Mass(_)))
+        quantity
+            .is_some_and(|quantity| !matches!(quantity.measure, Measure::Run(RunMeasure::Mass(_))))
     };
     for (i, step) in lesson.steps.iter().enumerate() {
         let fail = |what: String| {
