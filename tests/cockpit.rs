@@ -749,7 +749,7 @@ fn a_fault_stays_with_its_cures_until_it_is_dismissed() {
     );
 
     // From the start again: by now the spring has no length to grow from.
-    let explicit = Input::Act(scene::Action::SetMethod(Method::ExplicitEuler));
+    let explicit = Input::Change(scene::ChangeAction::SetMethod(Method::ExplicitEuler));
     cockpit.drive.give([explicit]).press("F1");
     run_to_fault(&mut cockpit);
     cockpit.drive.ticks(3);
@@ -1181,7 +1181,7 @@ fn ctrl_and_the_wheel_change_the_force_where_the_wheel_alone_zooms() {
     assert_eq!(cockpit.session().view.click_force(), force + 200.0);
     assert_ne!(*cockpit.session().view.camera(), camera);
     let recorded = sandbox::player::recorded(&down("Ctrl"));
-    assert_eq!(recorded, Some(scene::Action::KeyDown("Ctrl".to_owned())));
+    assert_eq!(recorded, Some(scene::InputAction::KeyDown("Ctrl".to_owned()).into()));
 }
 
 #[test]

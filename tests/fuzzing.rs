@@ -168,7 +168,7 @@ fn ghosts_begin_where_mutual_gravity_is_off() {
     drive.session.stage.keep_timeline();
     let off = sandbox::SwitchedBy::Script;
     drive.session.stage.switch_effect(motion::effects::Effect::MutualGravity, false, off).unwrap();
-    drive.give([Input::Act(scene::Action::SetMethod(Method::ImplicitEuler))]).ticks(3);
+    drive.give([Input::Change(scene::ChangeAction::SetMethod(Method::ImplicitEuler))]).ticks(3);
     drive.press("T").ticks(3).press(",").ticks(1);
     assert!(
         drive.session.tools.ghosts(&drive.session.stage).len() > 5

@@ -10,7 +10,7 @@ use motion::effects::Effect;
 use motion::{Method, PhysicsBody, Quarantined};
 use sandbox::input::Input;
 use sandbox::{GhostRow, GhostState};
-use scene::{Action, Scene};
+use scene::{ChangeAction, Scene};
 
 use crate::rigs::{Drive, H, change, mixed, own_method, push, remove, scene_of, tap};
 
@@ -65,17 +65,20 @@ fn assert_tells(drive: &Drive, method: Method, alone: &Drive, reference: &Drive)
 
 /// Inputs of frame number `frame`: pushes, held keys aside, and every kind of change.
 fn inputs(frame: u32) -> Vec<Input> {
-    let switch = |effect, on| Input::Act(Action::SwitchEffect(effect, on));
+    let switch = |effect, on| Input::Change(ChangeAction::SwitchEffect(effect, on));
     match frame {
         3 => vec![push("ball", [50.0, -20.0, 5.0]), push("second", [0.0, 90.0, 0.0])],
-        9 => vec![change("first", Action::Impulse, [1.0, 2.0, 3.0]), push("ball", [9.0, 0.0, 0.0])],
+        9 => vec![
+            change("first", ChangeAction::Impulse, [1.0, 2.0, 3.0]),
+            push("ball", [9.0, 0.0, 0.0]),
+        ],
         14 => tap("G").to_vec(),
-        20 => vec![change("dust", Action::SetVelocity, [0.0, 4.0, 1.0])],
+        20 => vec![change("dust", ChangeAction::SetVelocity, [0.0, 4.0, 1.0])],
         24 => vec![switch(Effect::Drag, false), push("box", [0.0, 0.0, 40.0])],
-        30 => vec![Input::Act(Action::SetGravity(DVec3::new(0.5, -5.0, 0.0)))],
-        33 => vec![remove("spare"), change("box", Action::SetPosition, [2.0, 2.0, 2.0])],
-        36 => vec![Input::Act(Action::SetDamping(0.5)), switch(Effect::Drag, true)],
-        40 => vec![Input::Act(Action::ReverseVelocities)],
+        30 => vec![Input::Change(ChangeAction::SetGravity(DVec3::new(0.5, -5.0, 0.0)))],
+        33 => vec![remove("spare"), change("box", ChangeAction::SetPosition, [2.0, 2.0, 2.0])],
+        36 => vec![Input::Change(ChangeAction::SetDamping(0.5)), switch(Effect::Drag, true)],
+        40 => vec![Input::Change(ChangeAction::ReverseVelocities)],
         44 => vec![own_method("ball", Method::ExplicitEuler)],
         50 => vec![switch(Effect::Springs, false)],
         55 => vec![switch(Effect::Springs, true), switch(Effect::Emitters, false)],
@@ -85,7 +88,7 @@ fn inputs(frame: u32) -> Vec<Input> {
 
 /// The same without what a twin ignores.
 fn inputs_of_runs(frame: u32) -> Vec<Input> {
-    let of_one = |input: &Input| matches!(input, Input::Act(Action::SetBodyMethod(..)));
+    let of_one = |input: &Input| matches!(input, Input::Change(ChangeAction::SetBodyMethod(..)));
     inputs(frame).into_iter().filter(|input| !of_one(input)).collect()
 }
 
@@ -118,7 +121,7 @@ fn distances_are_those_between_runs_of_their_own_bit_for_bit() {
 fn the_row_of_a_method_keeps_no_error_that_another_one_made() {
     let mut drive = Drive::of(mixed());
     drive.press("T");
-    let set = |method| Input::Act(Action::SetMethod(method));
+    let set = |method| Input::Change(ChangeAction::SetMethod(method));
     let mixed_row = |drive: &Drive| {
         let rows = drive.session.tools.ghosts(&drive.session.stage);
         rows.into_iter().find(|row| row.state == GhostState::Mixed)

@@ -295,7 +295,7 @@ fn a_body_that_was_put_elsewhere_is_drawn_and_hit_there_and_not_on_the_way() {
     let ball = "(name: \"ball\", shape: sphere(radius_m: 1), position_m: (-6, 0, -40))";
     let mut drive = selecting(Drive::bodies(ball));
     let to = DVec3::new(6.0, 0.0, -40.0);
-    let put = change("ball", scene::Action::SetPosition, to.to_array());
+    let put = change("ball", scene::ChangeAction::SetPosition, to.to_array());
     // In the middle between two ticks.
     drive.ticks(2).frame(0.5 * H, [put]);
     assert_eq!(drive.session.picture().spheres[0].position, to.as_vec3().to_array());

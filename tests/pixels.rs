@@ -201,7 +201,7 @@ fn velocity_arrows_add_pixels_of_their_color_where_something_moves() {
     let mut count = |film: &mut Film| places(&studio.draw_bodies(&mut film.session), arrow).len();
     film.press("1");
     assert_eq!(count(&mut film), 0, "nothing moves yet");
-    film.frame([change("ball", scene::Action::SetVelocity, [0.0, 8.0, 0.0])]).frames(5);
+    film.frame([change("ball", scene::ChangeAction::SetVelocity, [0.0, 8.0, 0.0])]).frames(5);
     assert!(count(&mut film) > 10, "{} pixels of an arrow", count(&mut film));
     film.press("1");
     assert_eq!(count(&mut film), 0, "the arrows are off again");

@@ -67,7 +67,7 @@ fn a_script_and_the_same_inputs_by_hand_end_in_the_same_state() {
             55 => vec![up("Right")],
             60 => click(Button::Left).to_vec(),
             70 => tap("F1").to_vec(),
-            71 => vec![change("enemy", scene::Action::Impulse, [1.0, 0.0, 0.0])],
+            71 => vec![change("enemy", scene::ChangeAction::Impulse, [1.0, 0.0, 0.0])],
             _ => Vec::new(),
         };
         hand.session.advance(&events.into_iter().collect(), time);

@@ -610,9 +610,24 @@ fn the_contract_names_every_action_of_scripts() {
 }
 
 /// Enums that recipes extend, and those of motion's and history's that follow from them.
-const EXTENDED: [&str; 12] = [
-    "Action", "Target", "Change", "Request", "Effect", "Method", "Measure", "Goal", "Intent",
-    "Input", "Panel", "Act",
+const EXTENDED: [&str; 17] = [
+    "Action",
+    "InputAction",
+    "ChangeAction",
+    "PictureAction",
+    "Target",
+    "Change",
+    "Request",
+    "Effect",
+    "Method",
+    "Measure",
+    "RunMeasure",
+    "ScreenMeasure",
+    "Goal",
+    "Intent",
+    "Input",
+    "Panel",
+    "Act",
 ];
 
 /// The `match` blocks of a text that name a variant of an enum in [`EXTENDED`], and have an arm for all others.

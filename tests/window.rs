@@ -18,7 +18,7 @@ use sandbox::input::{Button, InputFrame};
 use sandbox::player::Player;
 use sandbox::report::state_hash;
 use sandbox::{Mode, Options, Order, Session};
-use scene::{Action, MouseButton, Recording, Script};
+use scene::{Action, InputAction, MouseButton, Recording, Script};
 use tempfile::TempDir;
 
 use crate::rigs::{
@@ -292,19 +292,25 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
     let (script, recording) = window.recording();
     let recorded: Vec<_> = script.steps.iter().map(|step| &step.action).collect();
     for key in ["F2", "Q", "G", "P", "I", "Shift+I", "F12", "Escape"] {
-        assert!(recorded.contains(&&Action::KeyDown(key.to_owned())), "{key} is not recorded");
         assert!(
-            recorded.contains(&&Action::KeyUp(key.to_owned())),
+            recorded.contains(&&Action::Input(InputAction::KeyDown(key.to_owned()))),
+            "{key} is not recorded"
+        );
+        assert!(
+            recorded.contains(&&Action::Input(InputAction::KeyUp(key.to_owned()))),
             "{key} is not let go in the recording"
         );
     }
     for button in [MouseButton::Left, MouseButton::Right] {
-        assert!(recorded.contains(&&Action::MouseDown(button)));
-        assert!(recorded.contains(&&Action::MouseUp(button)));
+        assert!(recorded.contains(&&Action::Input(InputAction::MouseDown(button))));
+        assert!(recorded.contains(&&Action::Input(InputAction::MouseUp(button))));
     }
-    assert!(recorded.contains(&&Action::MoveMouse(aim.x, aim.y)));
-    let notches = |action: &&&Action| matches!(action, Action::Wheel(_));
-    assert_eq!(recorded.iter().filter(notches).collect::<Vec<_>>(), [&&Action::Wheel(1.0)]);
+    assert!(recorded.contains(&&Action::Input(InputAction::MoveMouse(aim.x, aim.y))));
+    let notches = |action: &&&Action| matches!(action, Action::Input(InputAction::Wheel(_)));
+    assert_eq!(
+        recorded.iter().filter(notches).collect::<Vec<_>>(),
+        [&&Action::Input(InputAction::Wheel(1.0))]
+    );
 
     let mut studio = Studio::like_the_window(FILM_SIZE);
     let (mut seen, mut replayed) = (Vec::new(), None);
@@ -435,7 +441,7 @@ fn a_person_with_a_mouse_alone_goes_the_first_time_path_and_the_recording_repeat
 
     let (script, _) = window.recording();
     let by_mouse = |action: &Action| match action {
-        Action::KeyDown(key) | Action::KeyUp(key) => {
+        Action::Input(InputAction::KeyDown(key)) | Action::Input(InputAction::KeyUp(key)) => {
             // The window frames a scene without a camera of its own.
             ["F12", "F10", "F", "Q", "Ctrl", "Ctrl+Q"].contains(&key.as_str())
         }
@@ -479,7 +485,12 @@ fn a_person_with_keys_alone_goes_the_first_time_path_and_the_recording_repeats_i
     assert_eq!(reopened.state_hash, saved.state_hash, "nothing moves in it by itself");
 
     let (script, _) = window.recording();
-    let of_mouse = |action: &Action| matches!(action, Action::MouseDown(_) | Action::Wheel(_));
+    let of_mouse = |action: &Action| {
+        matches!(
+            action,
+            Action::Input(InputAction::MouseDown(_)) | Action::Input(InputAction::Wheel(_))
+        )
+    };
     assert!(!script.steps.iter().any(|step| of_mouse(&step.action)), "{}", script.to_ron());
     assert_eq!(replayed_by_program(&window, "empty")["state_hash"], reopened.state_hash.as_str());
 }
@@ -570,7 +581,9 @@ fn a_resized_window_goes_on_in_its_new_size_and_records_it() {
     };
     window.quit();
     let (script, recording) = window.recording();
-    assert!(script.steps.iter().any(|step| step.action == Action::Resize(500, 300)));
+    assert!(
+        script.steps.iter().any(|step| step.action == Action::Input(InputAction::Resize(500, 300)))
+    );
     assert_eq!(recording.size_px, FILM_SIZE.into());
     let end = replay(&script, &recording, |_, _| {});
     assert_eq!(end.view.size_px(), wanted);
@@ -592,9 +605,12 @@ fn a_key_that_is_let_go_while_another_window_has_the_keyboard_does_not_fly_on() 
 
     let (script, recording) = window.recording();
     let mut steps = script.steps.iter().map(|step| &step.action);
-    assert!(steps.any(|action| *action == Action::KeyDown("W".to_owned())));
-    assert!(steps.any(|action| *action == Action::FocusLost), "the loss is recorded");
-    let up = Action::KeyUp("W".to_owned());
+    assert!(steps.any(|action| *action == Action::Input(InputAction::KeyDown("W".to_owned()))));
+    assert!(
+        steps.any(|action| *action == Action::Input(InputAction::FocusLost)),
+        "the loss is recorded"
+    );
+    let up = Action::Input(InputAction::KeyUp("W".to_owned()));
     assert!(script.steps.iter().all(|step| step.action != up), "the window never hears of it");
     let mut at_screenshots = Vec::new();
     let end = replay(&script, &recording, |session, orders| {
@@ -618,7 +634,7 @@ fn a_key_that_is_kept_down_steps_again_and_again_and_changes_gravity_once() {
     window.quit();
     let (script, _) = window.recording();
     let times = |key: &str| {
-        let down = Action::KeyDown(key.to_owned());
+        let down = Action::Input(InputAction::KeyDown(key.to_owned()));
         script.steps.iter().filter(|step| step.action == down).count()
     };
     assert!(times(".") > 3 && times(",") > 3, "{script:?}");
@@ -645,7 +661,10 @@ fn the_window_remembers_how_its_panels_were_arranged_and_a_recording_has_it() {
     assert_eq!(fs::read_to_string(&path).unwrap(), left);
     let (script, recording) = window.recording();
     assert!(
-        script.steps.iter().any(|step| step.action == Action::Arrange(left.clone())),
+        script
+            .steps
+            .iter()
+            .any(|step| step.action == Action::Input(InputAction::Arrange(left.clone()))),
         "{script:?}"
     );
     assert_eq!(replay(&script, &recording, |_, _| {}).arrangement(), left);
@@ -677,7 +696,7 @@ fn the_card_of_the_first_start_comes_once_and_to_every_guest() {
         let mut window = Window::open_in(folder, &arguments, &[], USUAL);
         window.quit();
         let (script, recording) = window.recording();
-        let is_welcome = |action: &Action| matches!(action, Action::Arrange(text) if text.contains("welcome on"));
+        let is_welcome = |action: &Action| matches!(action, Action::Input(InputAction::Arrange(text)) if text.contains("welcome on"));
         assert_eq!(
             script.steps.iter().any(|step| is_welcome(&step.action)),
             welcomed,

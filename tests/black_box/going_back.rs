@@ -175,7 +175,7 @@ fn a_fault_goes_back_to_the_last_good_tick_pauses_and_selects_and_going_on_goes_
 
 #[test]
 fn who_is_quarantined_between_two_ticks_is_so_at_once_and_gone_back_from_after_the_next() {
-    let nan = change("ball", scene::Action::SetVelocity, [f64::NAN, 0.0, 0.0]);
+    let nan = change("ball", scene::ChangeAction::SetVelocity, [f64::NAN, 0.0, 0.0]);
     let quarantined = |drive: &Drive| -> Vec<(String, u64)> {
         drive
             .session

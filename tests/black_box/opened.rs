@@ -245,7 +245,7 @@ fn a_bundle_made_after_going_back_repeats_the_steps_that_were_taken_then() {
 
 #[test]
 fn going_back_brings_back_the_substeps_of_then() {
-    let substeps = |count| Input::Act(scene::Action::SetSubsteps(count));
+    let substeps = |count| Input::Change(scene::ChangeAction::SetSubsteps(count));
     let mut drive = recording();
     let mut hashes = go(&mut drive, 0..20);
     drive.give([substeps(7)]);

@@ -87,7 +87,7 @@ fn what_is_on_its_way_to_infinity_is_not_drawn() {
         (name: \"ball\", shape: sphere(radius_m: 1)), (name: \"still\", shape: sphere(radius_m: 1), position_m: (4, 0, 0))])";
     let mut film = Film::of(scene_of(text));
     film.press("T")
-        .frame([change("ball", scene::Action::SetVelocity, [1e300, 0.0, 0.0])])
+        .frame([change("ball", scene::ChangeAction::SetVelocity, [1e300, 0.0, 0.0])])
         .frames(3);
     let places = moving(&film.session.picture());
     assert_eq!(places.len(), 9);

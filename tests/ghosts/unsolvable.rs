@@ -4,12 +4,12 @@ use glam::DVec3;
 use motion::effects::Effect;
 use motion::{Method, MutualGravity};
 use sandbox::input::Input;
-use scene::Action;
+use scene::ChangeAction;
 
 use crate::rigs::Drive;
 
-fn give(drive: &mut Drive, action: Action) {
-    drive.frame(1.0 / 120.0, [Input::Act(action)]);
+fn give(drive: &mut Drive, action: ChangeAction) {
+    drive.frame(1.0 / 120.0, [Input::Change(action)]);
 }
 
 fn method(drive: &mut Drive) -> Method {
@@ -25,21 +25,21 @@ fn mutual_gravity_stays_off_while_any_method_cannot_solve_it_also_one_that_moves
     };
     // The scene's method is in no body's use.
     let mut drive = Drive::shipped("figure_eight");
-    give(&mut drive, Action::SwitchEffect(Effect::MutualGravity, false));
+    give(&mut drive, ChangeAction::SwitchEffect(Effect::MutualGravity, false));
     for name in names(&drive) {
-        give(&mut drive, Action::SetBodyMethod(name, Method::RungeKutta4));
+        give(&mut drive, ChangeAction::SetBodyMethod(name, Method::RungeKutta4));
     }
-    give(&mut drive, Action::SetMethod(Method::ImplicitEuler));
-    give(&mut drive, Action::SwitchEffect(Effect::MutualGravity, true));
+    give(&mut drive, ChangeAction::SetMethod(Method::ImplicitEuler));
+    give(&mut drive, ChangeAction::SwitchEffect(Effect::MutualGravity, true));
     assert!(!attracts(&drive));
     drive.press("T").ticks(2);
     // A body of that method is quarantined.
     let mut drive = Drive::shipped("figure_eight");
-    give(&mut drive, Action::SwitchEffect(Effect::MutualGravity, false));
+    give(&mut drive, ChangeAction::SwitchEffect(Effect::MutualGravity, false));
     let first = names(&drive).remove(0);
-    give(&mut drive, Action::SetBodyMethod(first.clone(), Method::ImplicitEuler));
-    give(&mut drive, Action::SetVelocity(first, DVec3::NAN));
-    give(&mut drive, Action::SwitchEffect(Effect::MutualGravity, true));
+    give(&mut drive, ChangeAction::SetBodyMethod(first.clone(), Method::ImplicitEuler));
+    give(&mut drive, ChangeAction::SetVelocity(first, DVec3::NAN));
+    give(&mut drive, ChangeAction::SwitchEffect(Effect::MutualGravity, true));
     assert!(!attracts(&drive));
     drive.press("T").ticks(2);
 }
@@ -48,8 +48,8 @@ fn mutual_gravity_stays_off_while_any_method_cannot_solve_it_also_one_that_moves
 fn ghosts_a_step_back_and_a_bundle_work_after_mutual_gravity_is_off_and_the_method_implicit() {
     let mut drive = Drive::shipped("figure_eight").recording();
     drive.ticks(10);
-    give(&mut drive, Action::SwitchEffect(Effect::MutualGravity, false));
-    give(&mut drive, Action::SetMethod(Method::ImplicitEuler));
+    give(&mut drive, ChangeAction::SwitchEffect(Effect::MutualGravity, false));
+    give(&mut drive, ChangeAction::SetMethod(Method::ImplicitEuler));
     // Far enough for a snapshot of the timeline by that method.
     drive.ticks(60);
     assert_eq!(method(&mut drive), Method::ImplicitEuler);

@@ -2,7 +2,7 @@
 
 use motion::Method;
 use sandbox::input::Input;
-use scene::Action;
+use scene::ChangeAction;
 use serde_json::Value;
 
 use crate::rigs::{Drive, H, Said, summarized};
@@ -124,7 +124,7 @@ fn the_panel_keeps_books_while_it_is_open_and_no_longer() {
 
 #[test]
 fn a_change_of_the_method_begins_a_ledger_and_what_was_before_stays_with_the_method_before() {
-    let method = |method| Input::Act(Action::SetMethod(method));
+    let method = |method| Input::Change(ChangeAction::SetMethod(method));
     let mut drive = Drive::shipped("orbit");
     drive.press("B").give([method(Method::ExplicitEuler)]).ticks(60);
     let invented =

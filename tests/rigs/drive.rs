@@ -6,7 +6,7 @@ use motion::{Method, PhysicsBody, Transform};
 use sandbox::clock::FrameClock;
 use sandbox::input::{Button, Input, InputFrame};
 use sandbox::{Control, Options, Session};
-use scene::{Action, Scene};
+use scene::{ChangeAction, Scene};
 
 use super::{H, scene_of};
 
@@ -186,19 +186,19 @@ pub fn tap(key: &str) -> [Input; 2] {
 
 /// A push, named and in newtons, for one tick.
 pub fn push(body: &str, newtons: impl Into<[f64; 3]>) -> Input {
-    Input::Act(Action::Push(body.to_owned(), DVec3::from_array(newtons.into())))
+    Input::Change(ChangeAction::Push(body.to_owned(), DVec3::from_array(newtons.into())))
 }
 
-pub fn change(body: &str, action: fn(String, DVec3) -> Action, value: [f64; 3]) -> Input {
-    Input::Act(action(body.to_owned(), DVec3::from_array(value)))
+pub fn change(body: &str, action: fn(String, DVec3) -> ChangeAction, value: [f64; 3]) -> Input {
+    Input::Change(action(body.to_owned(), DVec3::from_array(value)))
 }
 
 pub fn remove(body: &str) -> Input {
-    Input::Act(Action::Remove(body.to_owned()))
+    Input::Change(ChangeAction::Remove(body.to_owned()))
 }
 
 pub fn own_method(body: &str, method: Method) -> Input {
-    Input::Act(Action::SetBodyMethod(body.to_owned(), method))
+    Input::Change(ChangeAction::SetBodyMethod(body.to_owned(), method))
 }
 
 /// The pointer at a pixel.

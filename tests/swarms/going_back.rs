@@ -3,7 +3,7 @@
 use render::SwarmParticle;
 use sandbox::Options;
 use sandbox::input::Input;
-use scene::Action;
+use scene::ChangeAction;
 
 use super::{Device, scene_text, ticks};
 use crate::rigs::{Drive, Studio, scene_of};
@@ -45,7 +45,7 @@ fn one_adapter_gives_equal_bits_after_every_way() {
     for tick in 0..200_u64 {
         ticks(&mut drive, 1);
         if tick == 120 {
-            drive.give([Input::Act(Action::SetGravity(glam::DVec3::new(0.0, 2.0, 0.0)))]);
+            drive.give([Input::Change(ChangeAction::SetGravity(glam::DVec3::new(0.0, 2.0, 0.0)))]);
         }
         assert_eq!(drive.session.stage.sim().ticks(), tick + 1);
         then.push(bits(&mut device, &mut drive));

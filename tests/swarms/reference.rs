@@ -322,8 +322,9 @@ fn a_thousand_steps_are_within_what_follows() {
         for tick in 0..1_000 {
             ticks(&mut drive, 1);
             if tick == 48 {
-                let off = scene::Action::SwitchEffect(motion::effects::Effect::Emitters, false);
-                drive.give([sandbox::input::Input::Act(off)]);
+                let off =
+                    scene::ChangeAction::SwitchEffect(motion::effects::Effect::Emitters, false);
+                drive.give([sandbox::input::Input::Change(off)]);
             }
             let swarm = drive.session.picture().swarms.remove(0);
             let [last, now] = [swarm.ticks.len().checked_sub(2), swarm.ticks.len().checked_sub(1)]

@@ -5,7 +5,7 @@ use motion::units::Vector;
 use motion::{BodyState, EvaluationTime, Jacobians, Law, Laws};
 use render::RenderError;
 use sandbox::input::Input;
-use scene::Action;
+use scene::ChangeAction;
 
 use super::{Device, scene_text};
 use crate::rigs::{Drive, scene_of, summarized};
@@ -60,7 +60,7 @@ fn a_particle_on_the_device_has_no_name_and_is_not_picked() {
     drive.run(30, 1.0 / 60.0);
     assert_eq!(drive.session.stage.sim().named("e.0"), None);
     assert_eq!(drive.session.stage.sim().remaining_bodies().count(), 0);
-    drive.give([Input::Act(Action::Remove("e.0".to_owned()))]);
+    drive.give([Input::Change(ChangeAction::Remove("e.0".to_owned()))]);
     assert_eq!(drive.session.stage.notices.take_refusals(), ["there is no body e.0 any more"]);
 }
 

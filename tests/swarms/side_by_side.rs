@@ -6,7 +6,7 @@ use motion::effects::Effect;
 use motion::{Dormant, Transform};
 use sandbox::input::Input;
 use sandbox::{Options, Session};
-use scene::Action;
+use scene::ChangeAction;
 
 use super::{Device, scene_text, ticks};
 use crate::rigs::{Drive, scene_of};
@@ -42,9 +42,9 @@ impl<'d> Pair<'d> {
         ticks(&mut self.bodies, count);
     }
 
-    fn act(&mut self, action: &Action) {
+    fn act(&mut self, action: &ChangeAction) {
         for drive in [&mut self.swarm, &mut self.bodies] {
-            drive.give([Input::Act(action.clone())]);
+            drive.give([Input::Change(action.clone())]);
         }
     }
 
@@ -152,17 +152,17 @@ fn switches_and_other_changes_act_from_their_tick_on() {
         let mut pair = Pair::of(&mut device, &keys, SPRAY, method);
         pair.ticks(30);
         for action in [
-            Action::SetGravity(DVec3::new(0.0, 3.0, 1.0)),
-            Action::SwitchEffect(Effect::Gravity, false),
-            Action::SwitchEffect(Effect::Wells, false),
-            Action::SwitchEffect(Effect::Emitters, false),
-            Action::SwitchEffect(Effect::Wind, false),
-            Action::SwitchEffect(Effect::Emitters, true),
-            Action::SwitchEffect(Effect::Drag, false),
-            Action::ReverseVelocities,
-            Action::SwitchEffect(Effect::Wells, true),
-            Action::SetSubsteps(3),
-            Action::SetSubsteps(1),
+            ChangeAction::SetGravity(DVec3::new(0.0, 3.0, 1.0)),
+            ChangeAction::SwitchEffect(Effect::Gravity, false),
+            ChangeAction::SwitchEffect(Effect::Wells, false),
+            ChangeAction::SwitchEffect(Effect::Emitters, false),
+            ChangeAction::SwitchEffect(Effect::Wind, false),
+            ChangeAction::SwitchEffect(Effect::Emitters, true),
+            ChangeAction::SwitchEffect(Effect::Drag, false),
+            ChangeAction::ReverseVelocities,
+            ChangeAction::SwitchEffect(Effect::Wells, true),
+            ChangeAction::SetSubsteps(3),
+            ChangeAction::SetSubsteps(1),
         ] {
             pair.act(&action);
             pair.ticks(7);
@@ -205,7 +205,7 @@ fn nothing_is_born_of_a_carrier_that_is_gone_and_what_is_due_ends_what_lived() {
     let mut pair = Pair::of(&mut device, &cart, &riding, "position_verlet");
     pair.ticks(70);
     pair.compare();
-    pair.act(&Action::Remove("cart".to_owned()));
+    pair.act(&ChangeAction::Remove("cart".to_owned()));
     pair.ticks(20);
     let error = pair.compare();
     assert!(error < bound("position_verlet"), "{error:e} m");

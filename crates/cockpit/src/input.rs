@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use scene::Action;
+use scene::{ChangeAction, PictureAction};
 pub use scene::{MouseButton as Button, TouchPhase};
 
 /// A key as people name it: the character it types, in upper case, or a name such as `Space` or `F1`.
@@ -164,7 +164,9 @@ pub enum Input {
     /// The panels are arranged as that text says.
     Arrange(String),
     /// An action of a script that is no input of a person: a change of the simulation, or a picture.
-    Act(Action),
+    Change(ChangeAction),
+    /// Something about the picture, by a script.
+    Picture(PictureAction),
 }
 
 /// The cause of the switch of an effect.

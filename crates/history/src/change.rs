@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{Damping, Method, PushQueue, Request, Requests, StableId, Substeps, TimeStep};
-use scene::Action;
+use scene::ChangeAction;
 use scene::lists::list;
 use serde::{Deserialize, Serialize};
 
@@ -44,57 +44,36 @@ impl Change {
         Self::Requests(vec![request])
     }
 
-    /// The change of `simulation` that a script's action makes; `None` if the action is input of a person or takes a
-    /// picture.
+    /// The change of `simulation` that a script's action makes.
     ///
     /// # Errors
     /// If the action names a body that was removed.
-    pub fn of(action: &Action, simulation: &Simulation) -> Result<Option<Self>, Gone> {
+    pub fn of(action: &ChangeAction, simulation: &Simulation) -> Result<Self, Gone> {
         let id = |name: &String| {
             let body = simulation.named(name).and_then(|body| simulation.id(body));
             body.ok_or_else(|| Gone(name.clone()))
         };
         // The arms of actions that are no requests return.
-        Ok(Some(Self::request(match action {
-            Action::Push(body, newtons) => return Ok(Some(Self::Push(id(body)?, *newtons))),
-            Action::SetMethod(method) => return Ok(Some(Self::Method(*method))),
-            Action::SetSubsteps(substeps) => return Ok(Some(Self::Substeps(*substeps))),
-            Action::Impulse(body, impulse) => Request::Impulse(id(body)?, *impulse),
-            Action::SetVelocity(body, velocity) => Request::SetVelocity(id(body)?, *velocity),
-            Action::SetPosition(body, position) => Request::SetPosition(id(body)?, *position),
-            Action::SetBodyMethod(body, method) => Request::SetBodyMethod(id(body)?, Some(*method)),
-            Action::Remove(body) => Request::Remove(id(body)?),
-            Action::SetGravity(acceleration) => Request::SetGravity(*acceleration),
-            Action::SetDamping(rate) => {
+        Ok(Self::request(match action {
+            ChangeAction::Push(body, newtons) => return Ok(Self::Push(id(body)?, *newtons)),
+            ChangeAction::SetMethod(method) => return Ok(Self::Method(*method)),
+            ChangeAction::SetSubsteps(substeps) => return Ok(Self::Substeps(*substeps)),
+            ChangeAction::Impulse(body, impulse) => Request::Impulse(id(body)?, *impulse),
+            ChangeAction::SetVelocity(body, velocity) => Request::SetVelocity(id(body)?, *velocity),
+            ChangeAction::SetPosition(body, position) => Request::SetPosition(id(body)?, *position),
+            ChangeAction::SetBodyMethod(body, method) => {
+                Request::SetBodyMethod(id(body)?, Some(*method))
+            }
+            ChangeAction::Remove(body) => Request::Remove(id(body)?),
+            ChangeAction::SetGravity(acceleration) => Request::SetGravity(*acceleration),
+            ChangeAction::SetDamping(rate) => {
                 let damping = simulation.world.get_resource::<Damping>();
                 let model = damping.map_or_else(Default::default, |damping| damping.model);
                 Request::SetDamping(Damping { model, rate: *rate })
             }
-            Action::ReverseVelocities => Request::ReverseVelocities,
-            Action::SwitchEffect(effect, on) => Request::Switch(*effect, *on),
-            Action::Press(_)
-            | Action::Hold(..)
-            | Action::Wait(_)
-            | Action::KeyDown(_)
-            | Action::KeyUp(_)
-            | Action::At(_)
-            | Action::Text(_)
-            | Action::Compose(_)
-            | Action::Assist(_)
-            | Action::MoveMouse(..)
-            | Action::MouseDown(_)
-            | Action::MouseUp(_)
-            | Action::Click(_)
-            | Action::Wheel(_)
-            | Action::Touch(..)
-            | Action::FocusLost
-            | Action::Resize(..)
-            | Action::Scale(_)
-            | Action::DockWidth(_)
-            | Action::Arrange(_)
-            | Action::Screenshot(_)
-            | Action::Caption(_) => return Ok(None),
-        })))
+            ChangeAction::ReverseVelocities => Request::ReverseVelocities,
+            ChangeAction::SwitchEffect(effect, on) => Request::Switch(*effect, *on),
+        }))
     }
 }
 

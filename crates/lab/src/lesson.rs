@@ -197,7 +197,7 @@ fn measure_run(
     note(&mut quantities, &run.measure, &mut simulation, farthest);
     for action in &run.start {
         // Bodies are named that the scene has: the lesson was checked against it.
-        if let Ok(Some(change)) = Change::of(action, &simulation) {
+        if let Ok(change) = Change::of(action, &simulation) {
             simulation.give(&change);
             reference.iter_mut().for_each(|reference| reference.give(&change));
         }

@@ -257,8 +257,8 @@ fn places_on_device(gpu: &Gpu, scene: Scene, hz: u32) -> Vec<Option<DVec3>> {
     let mut clock = FrameClock::default();
     run(hz, &mut |switch| {
         if switch {
-            let off = scene::Action::SwitchEffect(motion::effects::Effect::Emitters, false);
-            let input = [sandbox::input::Input::Act(off)].into_iter().collect::<InputFrame>();
+            let off = scene::ChangeAction::SwitchEffect(motion::effects::Effect::Emitters, false);
+            let input = [sandbox::input::Input::Change(off)].into_iter().collect::<InputFrame>();
             let now = clock.advance_by(0.0).unwrap();
             session.advance(&input, now);
         }

@@ -8,29 +8,27 @@ use motion::{Method, Substeps};
 use serde::{Deserialize, Serialize};
 
 use crate::text::faults::shown;
+use crate::text::syntax::enum_of_enums;
 
-/// Makes the enum from a table with a row for each action: its variant, what it acts on, and what is wrong with its
-/// values, if anything is.
+/// Makes an enum from a table with a row for each action: its variant, what it is about, and what is wrong with its values, if
+/// anything is.
 macro_rules! actions {
-    ($(
+    ($(#[$of_all:meta])* $name:ident, $(#[$about_doc:meta])* $about:ident -> $kind:ty: $(
         $(#[$doc:meta])*
         $variant:ident $(($($(#[$with:meta])* $value:ident: $type:ty),+))? => $target:expr, $fault:expr;
     )+) => {
-        /// One thing that a script does. In a file an action is written as its name in snake case: `press("G")`,
-        /// `move_mouse(640, 360)`, `set_gravity((0, -1.6, 0))`.
-        ///
-        /// The names of keys and actions are in the key table of another crate, so they are not checked here; numbers
-        /// of changes may be non-finite on purpose.
+        $(#[$of_all])*
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[serde(rename_all = "snake_case")]
-        pub enum Action {
+        pub enum $name {
             $($(#[$doc])* $variant $(($($(#[$with])* $type),+))?,)+
         }
 
-        impl Action {
-            /// What the action acts on.
+        impl $name {
+            $(#[$about_doc])*
+            #[must_use]
             #[allow(unused_variables, reason = "a row names all its values")]
-            fn target(&self) -> Target<'_> {
+            pub fn $about(&self) -> $kind {
                 match self {
                     $(Self::$variant $(($($value),+))? => $target,)+
                 }
@@ -38,7 +36,7 @@ macro_rules! actions {
 
             /// What is wrong with the action's values, and what would be right.
             #[allow(unused_variables, reason = "a row names all its values")]
-            pub(crate) fn fault(&self) -> Option<Fault> {
+            fn fault(&self) -> Option<Fault> {
                 match self {
                     $(Self::$variant $(($($value),+))? => $fault,)+
                 }
@@ -47,75 +45,106 @@ macro_rules! actions {
     };
 }
 
+/// One thing that a script does. In a file an action is written as its name in snake case: `press("G")`, `move_mouse(640, 360)`,
+/// `set_gravity((0, -1.6, 0))`.
+///
+/// The names of keys and actions are in the key table of another crate, so they are not checked here; numbers of changes may be
+/// non-finite on purpose.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Action {
+    /// Input of a person.
+    Input(InputAction),
+    /// A change of bodies, laws or methods, which no input of a person makes.
+    Change(ChangeAction),
+    /// Something about the picture.
+    Picture(PictureAction),
+}
+
+enum_of_enums!(Action: Input(InputAction), Change(ChangeAction), Picture(PictureAction));
+
 actions! {
+    /// Input of a person, in the window.
+    InputAction,
+    /// The key or named action that it presses or releases, if it does.
+    key -> Option<&str>:
+
     /// Presses the key of that name in this frame and releases it in the next; a key that pushes acts for one tick.
-    Press(key: String) => Target::Key(key), nameless(key);
+    Press(key: String) => Some(key), nameless(key);
     /// Holds a key for a number of seconds, above 0; a key that pushes acts in the ticks of that time.
-    Hold(key: String, seconds: f64) => Target::Key(key), nameless(key).or_else(|| timeless(*seconds, "hold a key"));
+    Hold(key: String, seconds: f64) => Some(key), nameless(key).or_else(|| timeless(*seconds, "hold a key"));
     /// Does nothing for a number of seconds, above 0; for lessons.
-    Wait(seconds: f64) => Target::Input, timeless(*seconds, "wait");
+    Wait(seconds: f64) => None, timeless(*seconds, "wait");
     /// Presses a key and leaves it down; for recordings.
-    KeyDown(key: String) => Target::Key(key), nameless(key);
+    KeyDown(key: String) => Some(key), nameless(key);
     /// Releases a key; for recordings.
-    KeyUp(key: String) => Target::Key(key), nameless(key);
+    KeyUp(key: String) => Some(key), nameless(key);
     /// The time at which the next key goes down or up, s, at least 0, within its frame; for recordings.
-    At(time: f64) => Target::Input, unless(
+    At(time: f64) => None, unless(
         *time >= 0.0 && time.is_finite(),
         || format!("{} s is not a time of a key", shown(*time)),
         "give a number of seconds, at least 0",
     );
     /// Types characters into the field that has the focus; for recordings.
-    Text(text: String) => Target::Input, None;
+    Text(text: String) => None, None;
     /// Shows text that an input method composes in the field that has the focus; for recordings.
-    Compose(text: String) => Target::Input, None;
+    Compose(text: String) => None, None;
     /// Asks a control for something, as assistive technology does: an `ActionRequest` of AccessKit as JSON; for recordings.
-    Assist(request: String) => Target::Input, None;
+    Assist(request: String) => None, None;
     /// Moves the pointer to a pixel in selection mode; turns the camera by as much in camera mode.
-    MoveMouse(x: f64, y: f64) => Target::Input, unless(
+    MoveMouse(x: f64, y: f64) => None, unless(
         x.is_finite() && y.is_finite(),
         || format!("({x}, {y}) is not a pixel"),
         "give two finite numbers",
     );
     /// Presses a mouse button.
-    MouseDown(button: MouseButton) => Target::Input, None;
+    MouseDown(button: MouseButton) => None, None;
     /// Releases a mouse button.
-    MouseUp(button: MouseButton) => Target::Input, None;
+    MouseUp(button: MouseButton) => None, None;
     /// Presses a mouse button in this frame and releases it in the next.
-    Click(button: MouseButton) => Target::Input, None;
+    Click(button: MouseButton) => None, None;
     /// Turns the wheel by a number of notches, positive away from the person.
-    Wheel(notches: f64) => Target::Input, unless(
+    Wheel(notches: f64) => None, unless(
         notches.is_finite(),
         || format!("{notches} is not a number of notches"),
         "give a finite number",
     );
     /// Puts a finger, known by its number, onto a pixel of a touch screen, moves it or lifts it.
-    Touch(finger: u64, phase: TouchPhase, x: f64, y: f64) => Target::Input, unless(
+    Touch(finger: u64, phase: TouchPhase, x: f64, y: f64) => None, unless(
         x.is_finite() && y.is_finite(),
         || format!("({x}, {y}) is not a pixel"),
         "give two finite numbers",
     );
     /// Takes the focus from the window: every key and button is released.
-    FocusLost => Target::Input, None;
+    FocusLost => None, None;
     /// Resizes the window, px, each side 1 to 16384.
-    Resize(width: u32, height: u32) => Target::Input, unless(
+    Resize(width: u32, height: u32) => None, unless(
         [width, height].into_iter().all(|side| (1..=LARGEST_SIDE).contains(side)),
         || format!("{width} x {height} is not a window size"),
         "give two numbers of pixels from 1 to 16384",
     );
     /// Sets the pixels per point of the panels, above 0.
-    Scale(scale: f64) => Target::Input, unless(
+    Scale(scale: f64) => None, unless(
         scale.is_finite() && *scale > 0.0,
         || format!("{} is not a scale", shown(*scale)),
         "give a positive number",
     );
     /// Sets the width of the dock, points, above 0.
-    DockWidth(points: f64) => Target::Input, unless(
+    DockWidth(points: f64) => None, unless(
         points.is_finite() && *points > 0.0,
         || format!("{} is not a width", shown(*points)),
         "give a positive number of points",
     );
     /// Arranges the panels as that text says, which is what the window remembers; for recordings.
-    Arrange(text: String) => Target::Input, None;
+    Arrange(text: String) => None, None;
+}
+
+actions! {
+    /// A change of bodies, laws or methods.
+    ChangeAction,
+    /// What it changes.
+    target -> Target<'_>:
+
     /// Pushes a body for one tick, N.
     Push(body: String, #[serde(with = "triple")] newtons: DVec3) => Target::Body(body), None;
     /// Gives a body an impulse, N s.
@@ -136,18 +165,6 @@ actions! {
     ReverseVelocities => Target::Scene, None;
     /// Removes a body.
     Remove(body: String) => Target::Body(body), None;
-    /// Writes the picture of this frame under that plain file name, which ends in `.png`.
-    Screenshot(name: String) => Target::Picture, unless(
-        is_picture_name(name),
-        || format!("{name:?} is not a plain file name that ends in .png"),
-        "give one such as \"push.png\"",
-    );
-    /// Writes that line below pictures with captions from now on, in place of the description of the scene.
-    Caption(words: String) => Target::Picture, unless(
-        words.chars().count() <= LONGEST_CAPTION && !words.contains(char::is_control),
-        || format!("{words:?} is not a caption"),
-        "give a line of at most 300 characters",
-    );
     /// Changes the method of the scene: of every body without one of its own.
     SetMethod(#[serde(with = "method")] method: Method) => Target::Scene, None;
     /// Changes the substeps of the scene: of every body without its own, 1 to [`Substeps::MOST`].
@@ -162,14 +179,29 @@ actions! {
     SwitchEffect(#[serde(with = "effect")] effect: Effect, on: bool) => Target::Effect(*effect), None;
 }
 
-/// The target of an action. The last three are changes of bodies, laws or methods, which no input of a person makes.
-enum Target<'a> {
-    /// The window, by input of a person.
-    Input,
-    /// A key or a named action, pressed or released by a person.
-    Key(&'a str),
-    /// The picture.
-    Picture,
+actions! {
+    /// Something about the picture.
+    PictureAction,
+    /// The name of the file that it writes, if it writes one.
+    file -> Option<&str>:
+
+    /// Writes the picture of this frame under that plain file name, which ends in `.png`.
+    Screenshot(name: String) => Some(name), unless(
+        is_picture_name(name),
+        || format!("{name:?} is not a plain file name that ends in .png"),
+        "give one such as \"push.png\"",
+    );
+    /// Writes that line below pictures with captions from now on, in place of the description of the scene.
+    Caption(words: String) => None, unless(
+        words.chars().count() <= LONGEST_CAPTION && !words.contains(char::is_control),
+        || format!("{words:?} is not a caption"),
+        "give a line of at most 300 characters",
+    );
+}
+
+/// What a change changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target<'a> {
     /// The body of that name.
     Body(&'a str),
     /// An effect of the scene.
@@ -232,28 +264,41 @@ fn timeless(seconds: f64, what_for: &str) -> Option<Fault> {
 }
 
 impl Action {
-    /// The body that the action names, if it names one.
+    /// The change that it is, if it is one.
+    #[must_use]
+    pub const fn change(&self) -> Option<&ChangeAction> {
+        if let Self::Change(change) = self { Some(change) } else { None }
+    }
+
+    /// The key or named action that it presses or releases, if it does.
+    #[must_use]
+    pub fn key(&self) -> Option<&str> {
+        if let Self::Input(input) = self { input.key() } else { None }
+    }
+
+    /// What is wrong with the action's values, and what would be right.
+    pub(crate) fn fault(&self) -> Option<Fault> {
+        match self {
+            Self::Input(input) => input.fault(),
+            Self::Change(change) => change.fault(),
+            Self::Picture(picture) => picture.fault(),
+        }
+    }
+
+    /// The body that a change is of, if it is of one.
+    pub(crate) fn body(&self) -> Option<&str> {
+        self.change().and_then(ChangeAction::body)
+    }
+}
+
+impl ChangeAction {
+    /// The body that it names, if it names one.
     #[must_use]
     pub fn body(&self) -> Option<&str> {
         if let Target::Body(body) = self.target() { Some(body) } else { None }
     }
 
-    /// The effect of the scene that the action changes, if it changes one.
-    #[must_use]
-    pub fn effect(&self) -> Option<Effect> {
-        if let Target::Effect(effect) = self.target() { Some(effect) } else { None }
-    }
-
-    /// Whether the action changes bodies, laws or methods.
-    #[must_use]
-    pub fn is_change(&self) -> bool {
-        match self.target() {
-            Target::Body(_) | Target::Effect(_) | Target::Scene => true,
-            Target::Input | Target::Key(_) | Target::Picture => false,
-        }
-    }
-
-    /// The method that the action sets, if it sets one.
+    /// The method that it sets, if it sets one.
     #[must_use]
     pub const fn method(&self) -> Option<Method> {
         if let Self::SetMethod(method) | Self::SetBodyMethod(_, method) = self {
@@ -261,12 +306,6 @@ impl Action {
         } else {
             None
         }
-    }
-
-    /// The key or named action that the action presses or releases, if it does.
-    #[must_use]
-    pub fn key(&self) -> Option<&str> {
-        if let Target::Key(key) = self.target() { Some(key) } else { None }
     }
 }
 
@@ -284,7 +323,7 @@ impl Step {
     /// the number of a frame.
     #[must_use]
     pub fn is_of_ticks(&self) -> bool {
-        self.action.is_change() && !matches!(self.when, When::Frame(_))
+        self.action.change().is_some() && !matches!(self.when, When::Frame(_))
     }
 }
 

@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 pub use self::formula::{Comparison, Formula, Sentence};
 pub use self::raw::{beside, is_same_scene};
-use crate::action::{Action, method};
+use crate::action::{Action, ChangeAction, method};
 use crate::shipped::read_text;
 use crate::text::faults::SceneError;
 use crate::text::nearest::{did_you_mean, nearest};
@@ -186,7 +186,7 @@ pub struct LessonRun {
     /// Its length, s.
     pub seconds: f64,
     /// Changes before its first tick.
-    pub start: Vec<Action>,
+    pub start: Vec<ChangeAction>,
     /// What is measured.
     pub measure: Vec<Quantity>,
 }

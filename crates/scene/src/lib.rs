@@ -49,7 +49,9 @@ mod shipped;
 mod spawn;
 mod text;
 
-pub use action::{Action, MouseButton, Step, TouchPhase, When};
+pub use action::{
+    Action, ChangeAction, InputAction, MouseButton, PictureAction, Step, Target, TouchPhase, When,
+};
 pub use check::{BODY_MASS, COMPONENT, DAMPING_RATE, Rule, STEP_RATE, broken};
 pub use edit::{Field, Kind, TextEdit, Value, VariedScene, moved_place, rewrite};
 pub use entries::Entry;

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use motion::Method;
 use serde::Deserialize;
 
-use crate::action::{Action, Step, When};
+use crate::action::{Action, ChangeAction, InputAction, Step, Target, When};
 use crate::scene::Scene;
 use crate::text::faults::{Faults, SceneError, shown};
 use crate::text::locate;
@@ -141,7 +141,8 @@ impl Script {
                 Some(key) if brings_back(key) => removed = Removed::default(),
                 _ => {}
             }
-            if matches!(&step.action, Action::Assist(request) if !is_request(request)) {
+            if matches!(&step.action, Action::Input(InputAction::Assist(request)) if !is_request(request))
+            {
                 let what = "this is no `ActionRequest` of AccessKit as JSON".to_owned();
                 found.push((what, "take it from a recording".to_owned()));
             }
@@ -254,7 +255,10 @@ fn root_of(text: &str) -> &'static str {
 /// What is wrong with an action of an effect that `scene` does not declare.
 pub(crate) fn undeclared(action: &Action, scene: &Scene) -> Option<(String, String)> {
     let declares = |effect| scene.declared.iter().any(|declared| declared.effect == effect);
-    let effect = action.effect().filter(|effect| !declares(*effect))?;
+    let Target::Effect(effect) = action.change()?.target() else { return None };
+    if declares(effect) {
+        return None;
+    }
     let what = format!("this scene declares no effect `{effect}`");
     Some((what, "declare it in the scene, or leave this step out".to_owned()))
 }
@@ -268,7 +272,7 @@ impl<'a> Removed<'a> {
     pub fn look(&mut self, i: usize, step: &'a Step) -> Option<(String, String)> {
         let body = (step.is_of_ticks(), step.action.body()?);
         let before = self.0.get(&body).copied();
-        if matches!(step.action, Action::Remove(_)) {
+        if matches!(step.action, Action::Change(ChangeAction::Remove(_))) {
             self.0.entry(body).or_insert(i);
         }
         let what = format!("steps[{}] has removed \"{}\" before", before?, body.1);
@@ -400,7 +404,7 @@ fn action(
         return None;
     };
     match syntax::read::<Action>(piece, "") {
-        Ok((Action::Wait(_), _)) => {
+        Ok((Action::Input(InputAction::Wait(_)), _)) => {
             let cure = "give the next step a later time";
             faults.add(
                 format!("steps[{i}].do"),

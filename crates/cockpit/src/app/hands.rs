@@ -107,7 +107,8 @@ impl Hands {
             | Input::Scaled(_)
             | Input::DockWidth(_)
             | Input::Arrange(_)
-            | Input::Act(_) => {}
+            | Input::Change(_)
+            | Input::Picture(_) => {}
         }
         Vec::new()
     }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use scene::{Action, Step, When};
+use scene::{Action, ChangeAction, InputAction, Step, When};
 
 use crate::input::{Input, Key};
 
@@ -91,7 +91,7 @@ impl Player {
             let at = if let When::Seconds(time) = step.when { Some(time.max(start)) } else { None };
             let names_key = step.action.key().is_some();
             events.extend(at.filter(|_| names_key).map(Input::At));
-            events.push(self.input(step.action, [at.unwrap_or(start), total]));
+            events.extend(self.input(step.action, [at.unwrap_or(start), total]));
         }
         events
     }
@@ -102,7 +102,7 @@ impl Player {
         while let Some((_, step)) =
             self.of_ticks.pop_front_if(|(_, step)| step.when.is_due(ticks, start, length))
         {
-            inputs.push(self.input(step.action, [start; 2]));
+            inputs.extend(self.input(step.action, [start; 2]));
         }
         inputs
     }
@@ -117,73 +117,66 @@ impl Player {
         Input::KeyDownUntil(key, pushes_until)
     }
 
-    /// Converts `action` to an input at `at` seconds, in a frame that ends at `end` seconds.
-    fn input(&mut self, action: Action, [at, end]: [f64; 2]) -> Input {
+    /// Converts `action` to an input at `at` seconds, in a frame that ends at `end` seconds; `None` if it waits.
+    fn input(&mut self, action: Action, [at, end]: [f64; 2]) -> Option<Input> {
         let key = |word: &str| word.parse::<Key>().expect("checked when the script was read");
-        match action {
+        let input = match action {
+            Action::Input(input) => input,
+            Action::Change(change) => return Some(Input::Change(change)),
+            Action::Picture(picture) => return Some(Input::Picture(picture)),
+        };
+        Some(match input {
+            InputAction::Wait(_) => return None,
             // Held until the next frame; it pushes for one tick.
-            Action::Press(word) => self.hold(key(&word), end, at),
-            Action::Hold(word, seconds) => self.hold(key(&word), end + seconds, at + seconds),
-            Action::KeyDown(word) => Input::KeyDown(key(&word)),
-            Action::KeyUp(word) => Input::KeyUp(key(&word)),
-            Action::At(time) => Input::At(time),
-            Action::Text(text) => Input::Text(text),
-            Action::Compose(text) => Input::Compose(text),
-            Action::Assist(request) => Input::Assist(request),
-            Action::MoveMouse(x, y) => Input::Mouse(x, y),
-            Action::MouseDown(button) => Input::ButtonDown(button),
-            Action::MouseUp(button) => Input::ButtonUp(button),
-            Action::Click(button) => {
+            InputAction::Press(word) => self.hold(key(&word), end, at),
+            InputAction::Hold(word, seconds) => self.hold(key(&word), end + seconds, at + seconds),
+            InputAction::KeyDown(word) => Input::KeyDown(key(&word)),
+            InputAction::KeyUp(word) => Input::KeyUp(key(&word)),
+            InputAction::At(time) => Input::At(time),
+            InputAction::Text(text) => Input::Text(text),
+            InputAction::Compose(text) => Input::Compose(text),
+            InputAction::Assist(request) => Input::Assist(request),
+            InputAction::MoveMouse(x, y) => Input::Mouse(x, y),
+            InputAction::MouseDown(button) => Input::ButtonDown(button),
+            InputAction::MouseUp(button) => Input::ButtonUp(button),
+            InputAction::Click(button) => {
                 self.afterwards.push(Input::ButtonUp(button));
                 Input::ButtonDown(button)
             }
-            Action::Wheel(notches) => Input::Wheel(notches),
-            Action::Touch(finger, phase, x, y) => Input::Touch(finger, phase, x, y),
-            Action::FocusLost => Input::FocusLost,
-            Action::Resize(width, height) => Input::Resized([width, height]),
-            Action::Scale(scale) => Input::Scaled(scale),
-            Action::DockWidth(points) => Input::DockWidth(points),
-            Action::Arrange(text) => Input::Arrange(text),
-            change_or_picture @ (Action::Wait(_)
-            | Action::Push(..)
-            | Action::Impulse(..)
-            | Action::SetGravity(_)
-            | Action::SetDamping(_)
-            | Action::SetVelocity(..)
-            | Action::SetPosition(..)
-            | Action::ReverseVelocities
-            | Action::Remove(_)
-            | Action::Screenshot(_)
-            | Action::Caption(_)
-            | Action::SetMethod(_)
-            | Action::SetSubsteps(_)
-            | Action::SetBodyMethod(..)
-            | Action::SwitchEffect(..)) => Input::Act(change_or_picture),
-        }
+            InputAction::Wheel(notches) => Input::Wheel(notches),
+            InputAction::Touch(finger, phase, x, y) => Input::Touch(finger, phase, x, y),
+            InputAction::FocusLost => Input::FocusLost,
+            InputAction::Resize(width, height) => Input::Resized([width, height]),
+            InputAction::Scale(scale) => Input::Scaled(scale),
+            InputAction::DockWidth(points) => Input::DockWidth(points),
+            InputAction::Arrange(text) => Input::Arrange(text),
+        })
     }
 }
 
 /// The script action that records `input`; `None` for inputs that only a script makes.
 #[must_use]
 pub fn recorded(input: &Input) -> Option<Action> {
-    Some(match input {
-        Input::KeyDown(key) => Action::KeyDown(key.to_string()),
-        Input::KeyUp(key) => Action::KeyUp(key.to_string()),
-        Input::At(time) => Action::At(*time),
-        Input::Text(text) => Action::Text(text.clone()),
-        Input::Compose(text) => Action::Compose(text.clone()),
-        Input::Assist(request) => Action::Assist(request.clone()),
-        Input::Mouse(x, y) => Action::MoveMouse(*x, *y),
-        Input::ButtonDown(which) => Action::MouseDown(*which),
-        Input::ButtonUp(which) => Action::MouseUp(*which),
-        Input::Wheel(notches) => Action::Wheel(*notches),
-        Input::Touch(finger, phase, x, y) => Action::Touch(*finger, *phase, *x, *y),
-        Input::FocusLost => Action::FocusLost,
-        Input::Resized([width, height]) => Action::Resize(*width, *height),
-        Input::Scaled(scale) => Action::Scale(*scale),
-        Input::Act(action @ (Action::SetMethod(_) | Action::SetSubsteps(_))) => action.clone(),
-        Input::DockWidth(points) => Action::DockWidth(*points),
-        Input::Arrange(text) => Action::Arrange(text.clone()),
-        Input::KeyDownUntil(..) | Input::Act(_) => return None,
-    })
+    Some(Action::Input(match input {
+        Input::KeyDown(key) => InputAction::KeyDown(key.to_string()),
+        Input::KeyUp(key) => InputAction::KeyUp(key.to_string()),
+        Input::At(time) => InputAction::At(*time),
+        Input::Text(text) => InputAction::Text(text.clone()),
+        Input::Compose(text) => InputAction::Compose(text.clone()),
+        Input::Assist(request) => InputAction::Assist(request.clone()),
+        Input::Mouse(x, y) => InputAction::MoveMouse(*x, *y),
+        Input::ButtonDown(which) => InputAction::MouseDown(*which),
+        Input::ButtonUp(which) => InputAction::MouseUp(*which),
+        Input::Wheel(notches) => InputAction::Wheel(*notches),
+        Input::Touch(finger, phase, x, y) => InputAction::Touch(*finger, *phase, *x, *y),
+        Input::FocusLost => InputAction::FocusLost,
+        Input::Resized([width, height]) => InputAction::Resize(*width, *height),
+        Input::Scaled(scale) => InputAction::Scale(*scale),
+        Input::Change(change @ (ChangeAction::SetMethod(_) | ChangeAction::SetSubsteps(_))) => {
+            return Some(Action::Change(change.clone()));
+        }
+        Input::DockWidth(points) => InputAction::DockWidth(*points),
+        Input::Arrange(text) => InputAction::Arrange(text.clone()),
+        Input::KeyDownUntil(..) | Input::Change(_) | Input::Picture(_) => return None,
+    }))
 }

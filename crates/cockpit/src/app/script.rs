@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use egui::accesskit::ActionRequest;
-use scene::{Action, Recording, Scene, Script, Source};
+use scene::{Action, InputAction, Recording, Scene, Script, Source};
 
 use crate::actions::{self, Act};
 use crate::app::player::Player;
@@ -24,10 +24,12 @@ impl Player {
         let named_frames = named.map_or(0, |recording| recording.frame_ends_s.len() as u64);
         let (mut steps, mut unknown) = (script.steps, Vec::new());
         for (number, step) in steps.iter_mut().enumerate() {
-            let (Action::Press(word)
-            | Action::Hold(word, _)
-            | Action::KeyDown(word)
-            | Action::KeyUp(word)) = &mut step.action
+            let Action::Input(
+                InputAction::Press(word)
+                | InputAction::Hold(word, _)
+                | InputAction::KeyDown(word)
+                | InputAction::KeyUp(word),
+            ) = &mut step.action
             else {
                 continue;
             };

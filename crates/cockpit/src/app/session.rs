@@ -13,7 +13,7 @@ use motion::clock::StepClock;
 use motion::{Gravity, Method, MutualGravity, Request, TimeStep};
 use report::numbers::pace_words;
 use scene::lesson::{Begin, Lesson};
-use scene::{Action, Scene, Source, unsolvable};
+use scene::{ChangeAction, Scene, Source, unsolvable};
 
 use crate::actions::Act;
 use crate::app::arrangement;
@@ -249,7 +249,8 @@ impl Session {
 
     fn handle(&mut self, input: &Input) {
         match input {
-            Input::Act(action) => self.stage.carry_out(action),
+            Input::Change(action) => self.stage.carry_out(action),
+            Input::Picture(action) => self.stage.show(action),
             Input::Resized(size) => {
                 self.view.size_px = *size;
                 self.ui.set_size(*size);
@@ -474,9 +475,11 @@ impl Session {
         {
             return;
         }
-        for chosen in [Action::SetMethod(setting.method), Action::SetSubsteps(setting.substeps)] {
+        for chosen in
+            [ChangeAction::SetMethod(setting.method), ChangeAction::SetSubsteps(setting.substeps)]
+        {
             self.stage.carry_out(&chosen);
-            self.chosen.push(Input::Act(chosen));
+            self.chosen.push(Input::Change(chosen));
         }
     }
 

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec2, DVec3};
 use history::Change;
 use motion::clock::StepClock;
 use motion::{Gravity, Method, Orientation, PhysicsBody, Request, SoftBody};
-use scene::{Action, Scene};
+use scene::{Action, ChangeAction, InputAction, Scene};
 
 use crate::actions::Act;
 use crate::app::session::Session;
@@ -87,8 +87,8 @@ fn a_card_that_gets_wider_stays_in_the_picture_in_the_same_frame() {
     session.stage.select(session.stage.sim().named("ball"));
     let mut clock = FrameClock::default();
     let mut right = |session: &mut Session, x: f64| {
-        let put = Action::SetPosition("ball".to_owned(), DVec3::splat(x));
-        let input = [Input::Act(put)].into_iter().collect();
+        let put = ChangeAction::SetPosition("ball".to_owned(), DVec3::splat(x));
+        let input = [Input::Change(put)].into_iter().collect();
         let frame = session.frame(&input, clock.advance_by(0.1).expect("a time"));
         let of_mesh = |primitive: &egui::ClippedPrimitive| match &primitive.primitive {
             egui::epaint::Primitive::Mesh(mesh) => {
@@ -297,8 +297,8 @@ fn a_reset_and_another_scene_have_no_quarantined_bodies_and_a_run_keeps_all() {
     let mut session = labelled();
     let mut clock = FrameClock::default();
     let mut nan = |session: &mut Session| {
-        let push = Action::Push("ahead".to_owned(), DVec3::new(f64::NAN, 0.0, 0.0));
-        let input = [Input::Act(push)].into_iter().collect();
+        let push = ChangeAction::Push("ahead".to_owned(), DVec3::new(f64::NAN, 0.0, 0.0));
+        let input = [Input::Change(push)].into_iter().collect();
         session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
         let names: Vec<_> =
             session.stage.quarantines().here().iter().map(|body| body.body.as_str()).collect();
@@ -328,9 +328,9 @@ fn the_body_that_goes_wrong_is_marked_while_the_run_stands_beside_that() {
     let mut frame = |session: &mut Session, input: InputFrame| {
         session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
     };
-    let push = Action::Push("ahead".to_owned(), DVec3::new(f64::NAN, 0.0, 0.0));
+    let push = ChangeAction::Push("ahead".to_owned(), DVec3::new(f64::NAN, 0.0, 0.0));
     assert!(session.view.fault_mark(&session.stage).is_none());
-    frame(&mut session, [Input::Act(push)].into_iter().collect());
+    frame(&mut session, [Input::Change(push)].into_iter().collect());
     let mark = session.view.fault_mark(&session.stage).expect("a mark");
     assert_eq!(mark.text, "ahead goes wrong in the next tick");
     assert!(
@@ -431,7 +431,7 @@ fn assistive_technology_sees_the_controls_and_presses_them() {
     };
     let assist = Input::Assist(serde_json::to_string(&request).expect("JSON"));
     let recorded = crate::app::player::recorded(&assist).expect("a recording holds it");
-    assert!(matches!(recorded, Action::Assist(_)));
+    assert!(matches!(recorded, Action::Input(InputAction::Assist(_))));
     give(&mut session, &[assist]);
     assert!(session.stage.playback().paused());
 }

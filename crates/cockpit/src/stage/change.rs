@@ -6,27 +6,28 @@ use bevy_ecs::prelude::*;
 use history::Change;
 use motion::effects::{Effect, EffectState, NeverDeclared};
 use motion::{Method, MutualGravity, OwnMethod, Particle, Request};
-use scene::{Action, unsolvable};
+use scene::{ChangeAction, PictureAction, unsolvable};
 
 use crate::input::SwitchedBy;
 use crate::stage::notices::Topic;
 use crate::stage::{Order, Stage};
 
 impl Stage {
-    /// Carries out an action of a script.
-    pub(crate) fn carry_out(&mut self, action: &Action) {
-        if let Action::Screenshot(name) = action {
-            self.orders.push(Order::Screenshot(Some(name.clone())));
-            return;
-        }
-        if let Action::Caption(words) = action {
-            self.caption = Some(words.clone());
-            return;
-        }
+    /// Makes a change of a script.
+    pub(crate) fn carry_out(&mut self, action: &ChangeAction) {
         match Change::of(action, &self.sim) {
-            Ok(Some(change)) => self.change(change, SwitchedBy::Script),
-            Ok(None) => {}
+            Ok(change) => self.change(change, SwitchedBy::Script),
             Err(gone) => self.notices.refuse(Topic::Other, gone.to_string()),
+        }
+    }
+
+    /// Does something about the picture for a script.
+    pub(crate) fn show(&mut self, action: &PictureAction) {
+        match action {
+            PictureAction::Screenshot(name) => {
+                self.orders.push(Order::Screenshot(Some(name.clone())));
+            }
+            PictureAction::Caption(words) => self.caption = Some(words.clone()),
         }
     }
 

@@ -51,7 +51,8 @@ impl RowRun {
             script.pop_front_if(|step| step.when.is_due(clock.ticks(), start, length))
         {
             // A body that was removed before is not changed.
-            due.extend(Change::of(&step.action, simulation).ok().flatten());
+            let change = step.action.change().map(|change| Change::of(change, simulation));
+            due.extend(change.and_then(Result::ok));
         }
         if length.to_bits() != self.length.to_bits() {
             simulation.world.insert_resource(TimeStep(length));

@@ -309,7 +309,7 @@ mod tests {
         }
         // Without the steps that name it, a click where nothing was measured chooses nothing.
         let mut unnamed = script;
-        unnamed.steps.retain(|step| !step.action.is_change());
+        unnamed.steps.retain(|step| step.action.change().is_none());
         assert_eq!(repeated(unnamed, Machine::Slow).0, start);
     }
 

@@ -12,7 +12,7 @@ use super::{
     Begin, Formula, Goal, LESSON_VERSION, Lesson, LessonRun, LessonStep, Measure, Quantity,
     RunMeasure, SUFFIXES, Sentence,
 };
-use crate::action::Action;
+use crate::action::{Action, ChangeAction, InputAction};
 use crate::check::{Rule, STEP_RATE, Scope, positive};
 use crate::resolve::springs::unsolvable;
 use crate::scene::Scene;
@@ -317,18 +317,19 @@ impl Reader<'_> {
         self.faults.require(raw.seconds.is_some(), (scope, "seconds"), "add `seconds: 10`");
         for (n, action) in raw.start.iter().enumerate() {
             let path = format!("runs[{i}].start[{n}]");
-            if !action.is_change() {
+            if action.change().is_none() {
                 let cure = "give a change, such as `push` or `switch_effect`";
                 self.faults.add(&*path, "a run takes only changes", cure);
             }
             self.action(&path, action, scene.as_deref());
         }
+        let start: Vec<_> = raw.start.iter().filter_map(Action::change).cloned().collect();
         let method = self.faults.method(scope, raw.method.as_ref());
         let substeps = self.faults.substeps(scope, raw.substeps);
         let step_hz = self.faults.optional((scope, "step_hz"), raw.step_hz, STEP_RATE);
         let seconds = self.faults.number((scope, "seconds"), raw.seconds, 1.0, DURATION);
         if let Some(scene) = &scene {
-            let set = raw.start.iter().filter_map(Action::method);
+            let set = start.iter().filter_map(ChangeAction::method);
             let attracts = scene.mutual_gravity.is_some();
             if let Some(why) =
                 method.into_iter().chain(set).find_map(|method| unsolvable(method, attracts))
@@ -342,7 +343,7 @@ impl Reader<'_> {
             substeps,
             step_hz,
             seconds,
-            start: raw.start,
+            start,
             measure: self.quantities(&scope.key("measure"), raw.measure, scene.as_deref(), true),
         }
     }
@@ -351,10 +352,11 @@ impl Reader<'_> {
         if let Some((what, cure)) = action.fault().or_else(|| undeclared(action, scene?)) {
             self.faults.add(path, what, cure);
         }
-        if matches!(action, Action::Hold(_, seconds) if *seconds > LONGEST_HOLD) {
+        if matches!(action, Action::Input(InputAction::Hold(_, seconds)) if *seconds > LONGEST_HOLD)
+        {
             self.faults.add(path, "the key is held too long", "hold it for at most 20 s");
         }
-        if matches!(action, Action::Wait(seconds) if *seconds > LONGEST_HOLD) {
+        if matches!(action, Action::Input(InputAction::Wait(seconds)) if *seconds > LONGEST_HOLD) {
             self.faults.add(path, "this waits too long", "wait for at most 20 s");
         }
         if let Some(body) = action.body() {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use motion::{Damping, DampingModel};
 
-use crate::action::{Action, Step, When};
+use crate::action::{ChangeAction, Step, When};
 use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, not_negative, positive};
 use crate::raw;
 use crate::scene::Scene;
@@ -320,8 +320,10 @@ impl<'a> Row<'a> {
             return fail("a step does nothing", "add one such as `do: set_gravity((0, 0, 0))`");
         };
         // The matrix runs a row with every method, a column each, at the substeps of the row: no step changes either.
-        let of_methods = action.method().is_some() || matches!(action, Action::SetSubsteps(_));
-        if !action.is_change() || of_methods {
+        let is_of_methods = |change: &ChangeAction| {
+            change.method().is_some() || matches!(change, ChangeAction::SetSubsteps(_))
+        };
+        if action.change().is_none_or(is_of_methods) {
             let cure = "give push, impulse, set_gravity, set_damping, set_velocity, set_position, reverse_velocities, \
                         remove or switch_effect";
             return fail("a step is no experiment", cure);

@@ -5,7 +5,7 @@ use motion::Method;
 use motion::effects::Effect;
 
 use super::*;
-use crate::action::MouseButton;
+use crate::action::{MouseButton, PictureAction};
 
 /// Every action once, as the contract spells it.
 const EVERY_ACTION: &str = r#"// comments are fine
@@ -37,31 +37,37 @@ fn every_action_of_the_contract_is_read() {
     }
     assert_eq!(script.recording, None);
     let step = |i: usize| (script.steps[i].when, script.steps[i].action.clone());
-    assert_eq!(step(1), (When::Seconds(0.5), Action::Hold("W".to_owned(), 0.5)));
-    assert_eq!(step(4), (When::Frame(2), Action::Text("ß \"x\"\n".to_owned())));
-    assert_eq!(step(5), (When::Frame(2), Action::MoveMouse(640.0, 360.5)));
-    assert_eq!(step(8), (When::Frame(4), Action::Click(MouseButton::Middle)));
-    assert_eq!(step(12), (When::Frame(5), Action::Resize(1280, 720)));
+    assert_eq!(step(1), (When::Seconds(0.5), InputAction::Hold("W".to_owned(), 0.5).into()));
+    assert_eq!(step(4), (When::Frame(2), InputAction::Text("ß \"x\"\n".to_owned()).into()));
+    assert_eq!(step(5), (When::Frame(2), InputAction::MoveMouse(640.0, 360.5).into()));
+    assert_eq!(step(8), (When::Frame(4), InputAction::Click(MouseButton::Middle).into()));
+    assert_eq!(step(12), (When::Frame(5), InputAction::Resize(1280, 720).into()));
     let push = DVec3::new(10.0, 0.0, -1000.0);
-    assert_eq!(step(13), (When::Seconds(1.0), Action::Push("player".to_owned(), push)));
-    assert!(matches!(step(16).1, Action::SetDamping(rate) if rate.is_nan()));
-    assert!(
-        matches!(step(17).1, Action::SetVelocity(_, v) if v.x.is_nan() && v.y.is_nan() && v.z == f64::NEG_INFINITY)
+    assert_eq!(
+        step(13),
+        (When::Seconds(1.0), ChangeAction::Push("player".to_owned(), push).into())
     );
-    assert_eq!(step(22).1, Action::SetMethod(Method::ExplicitEuler));
-    assert_eq!(step(23).1, Action::SetSubsteps(4));
-    assert_eq!(step(24).1, Action::SetBodyMethod("player".to_owned(), Method::Yoshida4));
+    assert!(matches!(step(16).1, Action::Change(ChangeAction::SetDamping(rate)) if rate.is_nan()));
+    assert!(
+        matches!(step(17).1, Action::Change(ChangeAction::SetVelocity(_, v)) if v.x.is_nan() && v.y.is_nan() && v.z == f64::NEG_INFINITY)
+    );
+    assert_eq!(step(22).1, ChangeAction::SetMethod(Method::ExplicitEuler).into());
+    assert_eq!(step(23).1, ChangeAction::SetSubsteps(4).into());
+    assert_eq!(
+        step(24).1,
+        ChangeAction::SetBodyMethod("player".to_owned(), Method::Yoshida4).into()
+    );
     assert_eq!(step(24).1.body(), Some("player"));
-    assert_eq!(step(25).1, Action::SwitchEffect(Effect::MutualGravity, false));
-    assert_eq!(step(26).1, Action::Caption("Off.".to_owned()));
+    assert_eq!(step(25).1, ChangeAction::SwitchEffect(Effect::MutualGravity, false).into());
+    assert_eq!(step(26).1, PictureAction::Caption("Off.".to_owned()).into());
 }
 
 #[test]
 fn every_method_can_be_set_and_is_written_by_its_name() {
     for method in Method::ALL {
-        let action = Action::SetBodyMethod("a".to_owned(), method);
-        let steps =
-            [Action::SetMethod(method), action].map(|action| Step { when: When::Tick(1), action });
+        let action = ChangeAction::SetBodyMethod("a".to_owned(), method);
+        let steps = [ChangeAction::SetMethod(method), action]
+            .map(|action| Step { when: When::Tick(1), action: action.into() });
         let script = Script { steps: steps.to_vec(), recording: None };
         let ron = script.to_ron();
         assert!(ron.contains(&format!("set_body_method(\"a\",{})", method.name())), "{ron}");
@@ -77,9 +83,12 @@ fn what_is_written_reads_back_to_the_last_bit() {
     // NaN is not equal to itself, so the written texts are compared.
     assert_eq!(again.to_ron(), script.to_ron());
 
-    script
-        .steps
-        .retain(|step| !matches!(step.action, Action::SetDamping(_) | Action::SetVelocity(..)));
+    script.steps.retain(|step| {
+        !matches!(
+            step.action,
+            Action::Change(ChangeAction::SetDamping(_) | ChangeAction::SetVelocity(..))
+        )
+    });
     let frame_ends_s = vec![0.0, 1.0 / 60.0, 0.1 + 0.2, 1e-7 + 0.5, 123_456.789_012_345_67, 1e20];
     script.recording = Some(Recording {
         scene: r"C:\my \{s}.ron".to_owned(),
@@ -145,8 +154,11 @@ fn an_effect_that_there_is_not_gets_a_suggestion_or_the_list() {
 #[test]
 fn every_effect_can_be_switched_and_is_written_by_its_name() {
     for effect in Effect::ALL {
-        let action = Action::SwitchEffect(effect, true);
-        let script = Script { steps: vec![Step { when: When::Tick(1), action }], recording: None };
+        let action = ChangeAction::SwitchEffect(effect, true);
+        let script = Script {
+            steps: vec![Step { when: When::Tick(1), action: action.into() }],
+            recording: None,
+        };
         let ron = script.to_ron();
         assert!(ron.contains(&format!("switch_effect({:?},true)", effect.name())), "{ron}");
         assert_eq!(Script::parse("t", &ron), Ok(script));

@@ -313,6 +313,12 @@ impl<'de, A: de::VariantAccess<'de>> de::EnumAccess<'de> for Variant<A> {
 /// Reads an enum of enums: in a file, the names of all their variants are of one list.
 macro_rules! enum_of_enums {
     ($name:ident: $($variant:ident($inner:ty)),+) => {
+        $(impl From<$inner> for $name {
+            fn from(inner: $inner) -> Self {
+                Self::$variant(inner)
+            }
+        })+
+
         impl<'de> serde::Deserialize<'de> for $name {
             fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
                 use $crate::text::syntax::{Name, Variant, keys_of};

@@ -7,7 +7,7 @@ use lab::lesson::{Quantities, RunLimit, run_lesson};
 use render::Image;
 use report::numbers::digits;
 use scene::lesson::{Goal, Lesson, Measure, Quantity, RunMeasure, ScreenMeasure, beside};
-use scene::{Action, Script, Step, StepKind, When, did_you_mean, nearest};
+use scene::{Action, InputAction, Script, Step, StepKind, When, did_you_mean, nearest};
 
 use crate::args::cores;
 use crate::failure::Failure;
@@ -158,13 +158,17 @@ fn player(actions: &[Action], mut frame: u64, fps: f64) -> Result<(Player, u64),
             clippy::cast_sign_loss,
             reason = "a thousand frames"
         )]
-        let lasts = if let Action::Hold(_, seconds) | Action::Wait(seconds) = action {
-            (seconds * fps).ceil() as u64
-        } else {
-            0
-        };
+        let lasts =
+            if let Action::Input(InputAction::Hold(_, seconds) | InputAction::Wait(seconds)) =
+                action
+            {
+                (seconds * fps).ceil() as u64
+            } else {
+                0
+            };
         frame = frame.saturating_add(lasts.saturating_add(2));
-        (!matches!(action, Action::Wait(_))).then(|| Step { when, action: action.clone() })
+        (!matches!(action, Action::Input(InputAction::Wait(_))))
+            .then(|| Step { when, action: action.clone() })
     });
     let script = Script { steps: steps.collect(), recording: None };
     let player = Player::new(script).map_err(|unknown| {

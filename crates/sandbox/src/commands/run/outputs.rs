@@ -355,7 +355,7 @@ impl OutputPaths {
         let writes_names = args.frames.is_some() || script.is_some();
         if let Some(folder) = folder(args).filter(|_| writes_names) {
             let shots = script.iter().flat_map(|script| &script.steps).filter_map(|step| {
-                if let Action::Screenshot(name) = &step.action { Some(&**name) } else { None }
+                if let Action::Picture(picture) = &step.action { picture.file() } else { None }
             });
             let shots: Vec<_> = shots.collect();
             let is_written = |name: &str| shots.contains(&name) || is_numbered(name);

@@ -6,7 +6,7 @@ use history::Overrides;
 use render::{Film, Quality};
 use report::numbers::{number, rounded};
 use scene::lesson::{beside, is_same_scene};
-use scene::{Action, Keeps, Scene, Script, StepKind, shown};
+use scene::{Action, Keeps, PictureAction, Scene, Script, StepKind, shown};
 
 use super::film::{GIF_FPS, is_gif, lengths_s};
 use super::{RunArgs, keeps_ledger};
@@ -167,7 +167,10 @@ fn demonstration(
 
 /// Whether a script takes a screenshot.
 fn takes_pictures(script: &Script) -> bool {
-    script.steps.iter().any(|step| matches!(step.action, Action::Screenshot(_)))
+    script
+        .steps
+        .iter()
+        .any(|step| matches!(step.action, Action::Picture(PictureAction::Screenshot(_))))
         || presses(script, &[Act::Screenshot])
 }
 
