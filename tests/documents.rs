@@ -239,7 +239,7 @@ fn the_first_command_of_each_block_of_the_readme_runs_as_it_is_typed() {
 }
 
 /// What CONTRIBUTING.md says how to add, in its order.
-const RECIPES: [&str; 10] = [
+const RECIPES: [&str; 11] = [
     "law",
     "method",
     "scene key",
@@ -247,6 +247,7 @@ const RECIPES: [&str; 10] = [
     "tool",
     "command",
     "script action",
+    "measure of lessons",
     "output column",
     "chart",
     "draw primitive",
