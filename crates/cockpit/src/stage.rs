@@ -1,7 +1,7 @@
 //! A run of a scene: the simulation with its clock, its recording, its selection and its notices. Independent of drawing.
 //!
-//! Changes of the simulation are [`Change`](history::Change)s; those of a person, a script or a panel come through
-//! [`Stage::change`]. The ticks of a frame lie between [`Stage::begin_ticks`] and [`Stage::end_ticks`].
+//! Changes of the simulation are [`Change`]s; those of a person, a script or a panel come through
+//! [`Stage::change`]. The ticks of a frame lie between `begin_ticks` and `end_ticks`.
 
 mod accessors;
 mod change;
