@@ -166,7 +166,7 @@ impl Run {
     }
 
     /// Whether a body has been beyond what the truth has had by now, even if the truth comes there a little later.
-    pub fn is_early(&self, cast: &Cast, truth: &Truth) -> bool {
+    fn is_early(&self, cast: &Cast, truth: &Truth) -> bool {
         let (own, most) = (&self.most, truth.by(self.ticks));
         let is_early = |i: usize| own.speeds[i] > THROWN * most.speeds[i].max(most.faint(i, cast));
         let is_compared = |i: &usize| !truth.is_parted(*i, self.ticks);

@@ -404,9 +404,9 @@ impl Piece {
         };
         let is_thrown = run.tick(&self.cast, truth, [run.ticks >= self.from, false]).is_some();
         if is_thrown || run.ticks >= self.end {
-            let holds = !is_thrown
-                && run.settled(&self.cast, truth).is_none()
-                && !run.is_early(&self.cast, truth);
+            let ends = [truth.parted_from, truth.unresolved_from].into_iter().flatten();
+            let known = ends.map(|tick| tick.saturating_sub(1)).fold(self.end, u64::min);
+            let holds = !is_thrown && run.settled(&self.cast, truth).is_none() && run.held >= known;
             search.answer(holds);
         }
         let work = f64::from(search.substeps()) * self.work_of_step;
