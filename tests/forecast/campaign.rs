@@ -415,8 +415,7 @@ impl Counts {
         let is_tried = |tried: &&Tried| tried.verdict != Verdict::NotTried;
         let seconds = trials.iter().filter(is_tried).map(|tried| tried.seconds);
         let seconds = seconds.fold(f64::INFINITY, f64::min);
-        let ticks =
-            if seconds.is_finite() { (seconds * scene.step_hz).round() as u64 } else { 200 };
+        let ticks = if seconds.is_finite() { scene.ticks_in(seconds) } else { 200 };
         if margins.is_empty() && !trials.iter().any(|tried| is_tried(&tried)) {
             self.skipped[0] += 1;
             return;
@@ -426,13 +425,13 @@ impl Counts {
             return;
         };
         let (start, own) = (Seen::of(scene, 0, 1), Seen::of(scene, ticks, 1));
-        // A cure is tried as far as the motion can be predicted.
-        let until = trials.iter().filter_map(|tried| tried.predictable_s).fold(seconds, f64::min);
-        let known = ((until * scene.step_hz).round() as u64).saturating_sub(1).min(ticks);
-        let shorter = if known < ticks { Seen::truth(scene, known) } else { None };
-        let known_truth = if known < ticks { shorter.as_ref() } else { Some(&truth) };
         let name = |what: &str| format!("{what}: {trials:?} {margins:?}\n{}", scene.text);
         let has_fault = !margins.is_empty() || trials.iter().any(|tried| tried.verdict.is_fault());
+        // A cure is tried as far as the motion can be predicted.
+        let until = trials.iter().filter_map(|tried| tried.predictable_s).fold(seconds, f64::min);
+        let known = scene.ticks_in(until).saturating_sub(1).min(ticks);
+        let shorter = if has_fault && known < ticks { Seen::truth(scene, known) } else { None };
+        let known_truth = if known < ticks { shorter.as_ref() } else { Some(&truth) };
         self.faults += usize::from(has_fault);
         let of_own = own.fault.as_ref().filter(|_| own.is_like(&truth, &start));
         if let Some(fault) = truth.fault.as_ref().or(of_own) {

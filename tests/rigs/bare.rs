@@ -19,7 +19,7 @@ pub struct Bare {
     world: World,
     stepper: Stepper,
     rows: Vec<Entity>,
-    /// Whether the stepper is that of a method of one's own.
+    /// Whether the stepper is of the caller's own method.
     has_own_method: bool,
     is_outdated: bool,
 }
@@ -91,7 +91,7 @@ impl Bare {
     }
 
     pub fn set_method(&mut self, method: Method) {
-        assert!(!self.has_own_method, "a method of one's own stays");
+        assert!(!self.has_own_method, "the caller's own method stays");
         self.recompile();
         self.stepper.set_method(&mut self.world, method);
         self.look();
@@ -110,7 +110,7 @@ impl Bare {
         self.look();
     }
 
-    /// A tick by a method of one's own.
+    /// A tick by the caller's own method.
     pub fn tick_with<M: Integrator>(&mut self) {
         if !self.has_own_method {
             let step = *self.world.resource::<TimeStep>();

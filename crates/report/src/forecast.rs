@@ -107,32 +107,31 @@ impl ForecastRow {
         };
         let is_fault = margin.is_unstable() || margin.may_be_unstable();
         let cure = if is_fault { cure_in_words(margin.cure) } else { String::new() };
-        Self {
-            element,
-            instrument: Instrument::Margin(margin),
-            cure,
-            cures: margin.cure,
-            is_cure_tried: false,
-            is_of_trial: false,
-            holder: None,
-            limiting: Vec::new(),
-        }
+        Self::new(element, Instrument::Margin(margin), cure)
     }
 
     fn of_tried(tried: Tried, name: impl Fn(u32) -> String) -> Self {
         let is_cured = tried.verdict.is_fault() && tried.is_done;
         let cure = if is_cured { tried_cure_in_words(&tried) } else { String::new() };
         let element = tried.body.map_or_else(|| tried.part.clone(), &name);
-        let (holder, cures) = (tried.holder.map(name), tried.cure);
-        let instrument = Instrument::Trial(tried);
+        let holder = tried.holder.map(name);
+        Self { holder, ..Self::new(element, Instrument::Trial(tried), cure) }
+    }
+
+    /// The row of what one instrument found, before [`Self::arrange`] has seen the others.
+    const fn new(element: String, instrument: Instrument, cure: String) -> Self {
+        let (cures, is_cure_tried) = match &instrument {
+            Instrument::Margin(margin) => (margin.cure, false),
+            Instrument::Trial(tried) => (tried.cure, true),
+        };
         Self {
             element,
             instrument,
             cure,
             cures,
-            is_cure_tried: true,
+            is_cure_tried,
             is_of_trial: false,
-            holder,
+            holder: None,
             limiting: Vec::new(),
         }
     }

@@ -87,7 +87,7 @@ fn in_a_world(scene: &Environment, method: Method, apart: bool, seed: u64) -> Ve
     bodies.into_iter().map(|body| lab.bits(body)).collect()
 }
 
-/// The same in one table, or the body with an engine alone, because its law is nobody else's.
+/// The same in one table, or the body with an engine alone, because no other body has its law.
 fn in_one_table(scene: &Environment, method: Method, alone: Option<usize>, seed: u64) -> Vec<Bits> {
     let mut bare = scene.bare(method, H);
     if alone.is_some() {

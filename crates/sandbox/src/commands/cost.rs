@@ -16,8 +16,8 @@ use crate::output::{show, tell};
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{
-    CONTINUES, nothing_to_continue, read_record, refuse_foreign_files, say_how_to_continue, sealed,
-    study_folder, write,
+    how_to_continue, nothing_to_continue, read_record, refuse_foreign_files, say_how_to_continue,
+    sealed, study_folder, write,
 };
 use crate::output::progress::Progress;
 use crate::output::swarms::has_swarms;
@@ -103,8 +103,8 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
         tell(DISTURBED);
     }
     target.save(&report)?;
-    let instead = if args.replace { ", in place of --replace," } else { "" };
-    let cure = CONTINUES.replace("--resume", &format!("--resume{instead}"));
+    let option = if args.replace { "--resume, in place of --replace," } else { "--resume" };
+    let cure = how_to_continue(option);
     args.out.iter().for_each(|folder| say_how_to_continue(folder, &cure));
     let progress = Progress::new(names.len());
     for (number, subject) in subjects.into_iter().enumerate() {

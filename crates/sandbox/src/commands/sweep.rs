@@ -17,7 +17,7 @@ use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::output::command_files::CommandFiles;
 use crate::output::files::{
-    CONTINUES, nothing_to_continue, refuse_foreign_files, say_how_to_continue, study_folder,
+    how_to_continue, nothing_to_continue, refuse_foreign_files, say_how_to_continue, study_folder,
 };
 use crate::output::progress::runs_bar;
 use crate::output::runs::{self, Journal};
@@ -128,7 +128,8 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     let Some((record, mut journal, done)) = begin(args, (record, earlier), folder, &files)? else {
         return show(&format!("{}: this sweep is complete\n", folder.display()));
     };
-    say_how_to_continue(folder, CONTINUES);
+    let cure = how_to_continue("--resume");
+    say_how_to_continue(folder, &cure);
     let bar = runs_bar(runs);
     bar.set_position(done);
     let (mut failure, mut outcomes) = (None, BTreeMap::new());
@@ -147,7 +148,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     nothing_to_continue();
     let written = failure.map_or_else(|| journal.finish(&record, folder, &files), Err);
     if let Err(failure) = written {
-        return Err(Failure::Usage(format!("{failure}; {CONTINUES}")));
+        return Err(Failure::Usage(format!("{failure}; {cure}")));
     }
     let words = [
         (Outcome::Finished, "finished"),

@@ -21,9 +21,10 @@ static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 /// What a signal says when it ends the process.
 static LAST_WORDS: Mutex<String> = Mutex::new(String::new());
 
-/// How an interrupted study continues.
-pub(crate) const CONTINUES: &str =
-    "what was run is in that folder, and the same command with --resume continues after it";
+/// How an interrupted study continues, with the option that continues it.
+pub(crate) fn how_to_continue(option: &str) -> String {
+    format!("what was run is in that folder, and the same command with {option} continues after it")
+}
 
 /// Makes an interrupt, a hang-up and a request to end say how the study in `folder` continues.
 pub(crate) fn say_how_to_continue(folder: &Path, cure: &str) {
