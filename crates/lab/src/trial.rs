@@ -237,7 +237,10 @@ impl Trial {
             let share = self.left / self.waiting.len().max(1) as f64;
             let Some(waiting) = self.waiting.pop() else { return true };
             let ahead = Ahead { work: share, ..self.ahead };
-            self.pieces.extend(Piece::new(&self.scene, &self.start, waiting, ahead));
+            if let Some(piece) = Piece::new(&self.scene, &self.start, waiting, ahead) {
+                work -= piece.work_of_world();
+                self.pieces.push(piece);
+            }
         }
     }
 

@@ -40,6 +40,9 @@ const ATTEMPTS: u32 = 3;
 /// Work of a tick beside that of its evaluations.
 const WORK_OF_TICK: f64 = 300.0;
 
+/// Work of making a body of a world.
+const WORK_OF_BODY: f64 = 300.0;
+
 /// Factor for frequencies that add up.
 const UNCERTAIN: f64 = 1.2;
 
@@ -71,16 +74,29 @@ pub(super) struct Piece {
     cure_work: f64,
     verdict_alone: bool,
     cast: Cast,
-    /// `None` once the trial has ended.
-    runs: Option<Runs>,
+    phase: Phase,
     tried: Tried,
+}
+
+/// The part at its start, which is never simulated.
+struct Start {
+    base: Simulation,
+    snapshot: Snapshot,
+}
+
+/// What a trial does next.
+enum Phase {
+    /// Chooses steps and horizon, as far as this looks ahead.
+    Choose(Start, Ahead),
+    /// Makes the finer runs, one at a time, then the run.
+    Make(Start, Vec<Simulation>),
+    Run(Runs),
+    Done,
 }
 
 /// The worlds of a trial.
 struct Runs {
-    /// The part at its start, which is never simulated.
-    base: Simulation,
-    start: Snapshot,
+    start: Start,
     truth: Truth,
     run: Run,
     search: Option<Search>,
@@ -159,23 +175,25 @@ impl Piece {
             truth_work: 0.0,
             cure_work: 0.0,
             verdict_alone: ahead.verdicts_alone,
-            runs: None,
+            phase: Phase::Done,
             tried,
             cast,
             part,
         };
         // Not even the worlds are made where a few ticks are too much.
         if piece.left >= piece.work_of_tick() * LEAST_TICKS as f64 {
-            piece.prepare(snapshot.of_part(scene, &piece.part), ahead)?;
+            let snapshot = snapshot.of_part(scene, &piece.part);
+            let base = Simulation::restore(piece.part.scene.clone(), &snapshot).ok()?;
+            piece.phase = Phase::Choose(Start { base, snapshot }, ahead);
+            (piece.tried.verdict, piece.tried.is_done) = (Verdict::Holds, false);
         }
         Some(piece)
     }
 
-    /// Chooses steps and horizon, and begins; `None` if the part cannot be restored.
-    fn prepare(&mut self, start: Snapshot, ahead: Ahead) -> Option<()> {
-        let mut base = Simulation::restore(self.part.scene.clone(), &start).ok()?;
+    /// Chooses steps and horizon.
+    fn choose(&mut self, base: &mut Simulation, ahead: Ahead) {
         let cast = &mut self.cast;
-        cast.bonds = bonds(&mut base);
+        cast.bonds = bonds(base);
         let number = |bond: &Bond| cast.ids.binary_search(&bond.body).unwrap_or_default();
         cast.bound = cast.bonds.iter().map(number).collect();
         cast.bound.iter().for_each(|body| cast.is_bound[*body] = true);
@@ -203,8 +221,7 @@ impl Piece {
         self.steps = most;
         let affordable = ahead.work * f64::from(most) / (self.work_of_tick() * wanted);
         self.steps = (affordable.min(f64::from(most)) as u32).max(least);
-        self.begin(base, start);
-        Some(())
+        self.limit();
     }
 
     /// The work of the truth so far.
@@ -219,24 +236,33 @@ impl Piece {
         3.0 * steps * self.work_of_step + ticks * (WORK_OF_TICK + 2.0 * self.cast.ids.len() as f64)
     }
 
-    /// Begins the truth and the run, with as many ticks as the work allows.
-    fn begin(&mut self, mut base: Simulation, start: Snapshot) {
+    /// Limits the trial to as many ticks as the work allows.
+    fn limit(&mut self) {
         let affordable = (self.left / self.work_of_tick()).min(1e12) as u64;
         self.horizon = self.horizon.min(affordable);
         self.end = judged(self.horizon);
         self.from = ((1.0 - WINDOW) * self.end as f64) as u64;
-        (self.tried.verdict, self.tried.is_done) = (Verdict::NotTried, true);
+        self.tried.verdict = if self.end == 0 { Verdict::NotTried } else { Verdict::Holds };
         (self.tried.body, self.tried.holder) = (None, None);
+    }
+
+    /// Makes the next world of the trial.
+    fn make(&self, mut start: Start, mut finer: Vec<Simulation>) -> Phase {
         if self.end == 0 {
-            return;
+            return Phase::Done;
         }
-        let steps = [self.steps, self.samples];
-        let truth = Truth::new(&mut base, &self.cast, steps, self.carries, self.from);
-        if let Ok(run) = Simulation::restore(self.part.scene.clone(), &start) {
-            let run = Run::new(run, &self.cast);
-            self.runs = Some(Runs { base, start, truth, run, search: None });
-            (self.tried.verdict, self.tried.is_done) = (Verdict::Holds, false);
+        let ticks = |times| if self.carries { self.steps * times } else { self.samples };
+        let times = [1, 2];
+        if let Some(times) = times.get(finer.len()) {
+            let substeps = (self.steps * times).div_ceil(ticks(*times));
+            let twin = Twin::finer(&mut start.base, ticks(*times), substeps);
+            finer.push(twin.into_simulation());
+            return Phase::Make(start, finer);
         }
+        let run = Simulation::restore(self.part.scene.clone(), &start.snapshot);
+        let (Ok(run), Ok(finer)) = (run, finer.try_into()) else { return Phase::Done };
+        let truth = Truth::new(finer, &self.cast, times.map(ticks), self.from);
+        Phase::Run(Runs { start, truth, run: Run::new(run, &self.cast), search: None })
     }
 
     pub const fn is_done(&self) -> bool {
@@ -248,31 +274,55 @@ impl Piece {
     }
 
     pub fn progress(&self) -> f64 {
-        let ticks = self.runs.as_ref().map_or(self.horizon, |runs| runs.truth.ticks);
+        let ticks = match &self.phase {
+            Phase::Choose(..) | Phase::Make(..) => 0,
+            Phase::Run(runs) => runs.truth.ticks,
+            Phase::Done => self.horizon,
+        };
         ticks as f64 / self.horizon.max(1) as f64
+    }
+
+    /// Work of making a world.
+    pub fn work_of_world(&self) -> f64 {
+        WORK_OF_BODY * self.part.bodies.len() as f64
     }
 
     /// Continues for about `work`. Returns the work done.
     pub fn advance(&mut self, work: f64) -> f64 {
         let mut done = 0.0;
-        while done < work
-            && let Some(mut runs) = self.runs.take()
-        {
-            let is_cure = runs.search.is_some();
-            done += if is_cure { self.try_cure(&mut runs) } else { self.tick(&mut runs) };
-            if self.is_to_be_finer(&runs.truth) {
-                self.attempt += 1;
-                self.parted_before = runs.truth.ticks;
-                self.steps *= FINER;
-                let Runs { base, start, truth, run, .. } = runs;
-                // Before others are made.
-                drop((truth, run));
-                self.begin(base, start);
-            } else if !self.tried.is_done {
-                self.runs = Some(runs);
-            }
+        while done < work && !self.tried.is_done {
+            let (next, work) = match std::mem::replace(&mut self.phase, Phase::Done) {
+                Phase::Choose(mut start, ahead) => {
+                    self.choose(&mut start.base, ahead);
+                    (Phase::Make(start, Vec::new()), self.work_of_world())
+                }
+                Phase::Make(start, finer) => (self.make(start, finer), self.work_of_world()),
+                Phase::Run(runs) => self.run(runs),
+                Phase::Done => (Phase::Done, 0.0),
+            };
+            done += work;
+            self.tried.is_done = matches!(next, Phase::Done);
+            self.phase = next;
         }
         done
+    }
+
+    /// Continues the runs by a tick. Returns what is next, and the work done.
+    fn run(&mut self, mut runs: Runs) -> (Phase, f64) {
+        let is_cure = runs.search.is_some();
+        let work = if is_cure { self.try_cure(&mut runs) } else { self.tick(&mut runs) };
+        let next = if self.is_to_be_finer(&runs.truth) {
+            self.attempt += 1;
+            self.parted_before = runs.truth.ticks;
+            self.steps *= FINER;
+            self.limit();
+            Phase::Make(runs.start, Vec::new())
+        } else if self.tried.is_done {
+            Phase::Done
+        } else {
+            Phase::Run(runs)
+        };
+        (next, work)
     }
 
     /// A tick of the truth, and the ticks of the run that it can judge. Returns the work done.
@@ -377,7 +427,7 @@ impl Piece {
 
     /// Continues the search for cures by a tick of the setting that is tried. Returns the work done.
     fn try_cure(&mut self, runs: &mut Runs) -> f64 {
-        let Runs { base, truth, search, .. } = runs;
+        let Runs { start: Start { base, .. }, truth, search, .. } = runs;
         let Some(search) = search else { return 0.0 };
         self.cure_work += WORK_OF_TICK;
         if self.cure_work > CURES * self.truth_work {

@@ -1,6 +1,6 @@
 //! The truth of a trial: two far finer runs, and the largest values that they have had.
 
-use history::{Bond, Simulation, Twin};
+use history::{Bond, Simulation};
 use motion::units::Vector;
 use motion::{PhysicsBody, Quarantined, Transform, totals};
 
@@ -271,28 +271,20 @@ pub(super) struct Truth {
 }
 
 impl Truth {
-    /// Finer runs of `base` of `steps` steps per tick and twice as many, which are sampled `samples` times per tick. If
-    /// `by_ticks`, each step is a tick. `window_from` is the first tick of the window.
+    /// Of two finer runs, the coarser first, with as many ticks per tick of the scene. `window_from` is the first tick of the window.
     pub fn new(
-        base: &mut Simulation,
+        [mut coarse, mut fine]: [Simulation; 2],
         cast: &Cast,
-        [steps, samples]: [u32; 2],
-        by_ticks: bool,
+        ticks_per_tick: [u32; 2],
         window_from: u64,
     ) -> Self {
-        let finer = |base: &mut Simulation, times: u32| {
-            let ticks = if by_ticks { steps * times } else { samples };
-            (Twin::finer(base, ticks, (steps * times).div_ceil(ticks)).into_simulation(), ticks)
-        };
-        let (mut coarse, a) = finer(base, 1);
-        let (mut fine, b) = finer(base, 2);
         let looks = [Look::at(&mut coarse, cast), Look::at(&mut fine, cast)];
         let most = [Most::of(&looks[0]), Most::of(&looks[1])];
         let [_, look] = looks;
         Self {
             coarse,
             fine,
-            ticks_per_tick: [a, b],
+            ticks_per_tick,
             records: vec![(0, most[1].clone())],
             most,
             window: Window::default(),
