@@ -176,24 +176,33 @@ pub trait Integrator: Copy + Default + Send + Sync + 'static {
     ) -> (F::Space, F::Space);
 }
 
-/// Evaluates an expression with the type of a method; `@count` is the number of methods. Contains the list of methods,
-/// against which the compiler checks the enum, the claims and the colors.
+/// Evaluates an expression with the type of a method; `@table` makes the enum and the table of claims. Contains the list of methods,
+/// against which the compiler checks the colors.
 macro_rules! with_method {
     ($method:expr, $name:ident => $do:expr) => {
-        $crate::methods::with_method!(@list @each $method, $name => $do;)
-    };
-    (@count) => {
-        $crate::methods::with_method!(@list @length)
+        $crate::methods::with_method! { @list @each $method, $name => $do; }
     };
     (@list $($then:tt)*) => {
-        $crate::methods::with_method!(
+        $crate::methods::with_method! {
             $($then)*
             ExplicitEuler SemiImplicitEuler ImplicitEuler PositionVerlet VelocityVerlet
             RungeKutta2Midpoint RungeKutta2Heun RungeKutta4 Yoshida4
-        )
+        }
     };
-    (@length $($each:ident)*) => {
-        [$(stringify!($each)),*].len()
+    (@table) => {
+        $crate::methods::with_method! { @list @tabulate }
+    };
+    (@tabulate $($each:ident)*) => {
+        /// A method of integration.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Method {
+            $(#[doc = concat!("[`", stringify!($each), "`](crate::methods::", stringify!($each), ")")]
+            $each,)*
+        }
+
+        /// One row per method, in the order of [`Method`].
+        pub const METHODS: [Claims; [$(stringify!($each)),*].len()] =
+            [$($crate::methods::$each::CLAIMS),*];
     };
     (@each $method:expr, $name:ident => $do:expr; $($each:ident)*) => {
         match $method {

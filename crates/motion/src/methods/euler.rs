@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::{Field, Integrator, StepState};
 use crate::methods::markers::OwnMethod;
-use crate::methods::table::Method;
+use crate::methods::table::{Claims, IN_STEP, Method, of_order};
 
 /// Explicit Euler (Euler 1768): `x += v h; v += a(x, v) h`, both from the state at the start of the step. Order 1. The
 /// energy grows in every oscillation.
@@ -31,6 +31,17 @@ pub(crate) struct Kick;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Drift;
 
+impl ExplicitEuler {
+    /// What the method claims.
+    pub(super) const CLAIMS: Claims = Claims {
+        name: "explicit_euler",
+        title: "explicit Euler",
+        damping: IN_STEP,
+        source: "Euler 1768",
+        ..of_order(Method::ExplicitEuler, 1)
+    };
+}
+
 impl Integrator for ExplicitEuler {
     const METHOD: Method = Method::ExplicitEuler;
     const DAMPS_INSIDE: bool = true;
@@ -47,6 +58,19 @@ impl Integrator for ExplicitEuler {
         let (x, v) = drift(field, x, v);
         (x, field.kick(v, a))
     }
+}
+
+impl SemiImplicitEuler {
+    /// What the method claims.
+    pub(super) const CLAIMS: Claims = Claims {
+        name: "semi_implicit_euler",
+        title: "semi-implicit Euler",
+        stability_limit: 2.0,
+        symplectic: true,
+        damping: IN_STEP,
+        source: "de Vogelaere 1956; Hairer, Lubich, Wanner 2003",
+        ..of_order(Method::SemiImplicitEuler, 1)
+    };
 }
 
 impl Integrator for SemiImplicitEuler {

@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::{Field, Integrator, NewtonField, StepState};
 use crate::methods::markers::OwnMethod;
-use crate::methods::table::Method;
+use crate::methods::table::{Claims, Method, of_order};
 
 /// Implicit Euler: `v1 = v + a(x1, v1) h; x1 = x + v1 h` (Curtiss, Hirschfelder 1952). Order 1, stable at every step
 /// size for linear attractive forces and drag. The acceleration is that at the end of the step, so that each step solves
@@ -44,6 +44,17 @@ impl ImplicitEuler {
     pub fn tolerance() -> f64 {
         f64::EPSILON.sqrt() * 1e-4 + f64::EPSILON * 4.0
     }
+}
+
+impl ImplicitEuler {
+    /// What the method claims.
+    pub(super) const CLAIMS: Claims = Claims {
+        name: "implicit_euler",
+        title: "implicit Euler",
+        stability_limit: f64::INFINITY,
+        source: "Curtiss, Hirschfelder 1952",
+        ..of_order(Method::ImplicitEuler, 1)
+    };
 }
 
 impl Integrator for ImplicitEuler {

@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::{Field, Integrator, StepState};
 use crate::methods::markers::OwnMethod;
-use crate::methods::table::Method;
+use crate::methods::table::{Claims, Method, of_order};
 
 /// Runge-Kutta 2, midpoint (Runge 1895): explicit Euler to the middle of the step, whose slopes then serve the whole
 /// step. Order 2. An oscillation gains z^4 / 4 of its energy per step, z = w h.
@@ -24,6 +24,16 @@ pub struct RungeKutta2Heun;
 #[require(OwnMethod)]
 pub struct RungeKutta4;
 
+impl RungeKutta2Midpoint {
+    /// What the method claims.
+    pub(super) const CLAIMS: Claims = Claims {
+        name: "runge_kutta_2_midpoint",
+        title: "Runge-Kutta 2, midpoint",
+        source: "Runge 1895",
+        ..of_order(Method::RungeKutta2Midpoint, 2)
+    };
+}
+
 impl Integrator for RungeKutta2Midpoint {
     const METHOD: Method = Method::RungeKutta2Midpoint;
 
@@ -40,6 +50,16 @@ impl Integrator for RungeKutta2Midpoint {
         let a = field.acceleration(half, x + v * (half * h), middle);
         (x + middle * h, v + a * h)
     }
+}
+
+impl RungeKutta2Heun {
+    /// What the method claims.
+    pub(super) const CLAIMS: Claims = Claims {
+        name: "runge_kutta_2_heun",
+        title: "Runge-Kutta 2, Heun",
+        source: "Heun 1900",
+        ..of_order(Method::RungeKutta2Heun, 2)
+    };
 }
 
 impl Integrator for RungeKutta2Heun {
@@ -59,6 +79,17 @@ impl Integrator for RungeKutta2Heun {
         let b = field.acceleration(1.0, x + v * h, end);
         (x + (v + end) * half, v + (a + b) * half)
     }
+}
+
+impl RungeKutta4 {
+    /// What the method claims.
+    pub(super) const CLAIMS: Claims = Claims {
+        name: "runge_kutta_4",
+        title: "Runge-Kutta 4",
+        stability_limit: 2.0 * std::f64::consts::SQRT_2,
+        source: "Kutta 1901",
+        ..of_order(Method::RungeKutta4, 4)
+    };
 }
 
 impl Integrator for RungeKutta4 {

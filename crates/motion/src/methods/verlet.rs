@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::{Field, Integrator, MethodStateKind, StepState};
 use crate::methods::markers::OwnMethod;
-use crate::methods::table::Method;
+use crate::methods::table::{Claims, Method, of_order};
 use crate::state::method_state::LastStep;
 
 /// Position Verlet (Stormer 1907; Verlet 1967): `x1 = 2 x - x0 + a h²`, in the increment form
@@ -31,6 +31,20 @@ pub struct PositionVerlet;
 #[require(OwnMethod)]
 pub struct VelocityVerlet;
 
+impl PositionVerlet {
+    /// What the method claims.
+    pub(super) const CLAIMS: Claims = Claims {
+        name: "position_verlet",
+        title: "position Verlet",
+        position_order: 2,
+        stability_limit: 2.0,
+        symplectic: true,
+        reversible: true,
+        source: "Stormer 1907; Verlet 1967",
+        ..of_order(Method::PositionVerlet, 1)
+    };
+}
+
 impl Integrator for PositionVerlet {
     const METHOD: Method = Method::PositionVerlet;
     const STATE: MethodStateKind = MethodStateKind::LastStep;
@@ -53,6 +67,21 @@ impl Integrator for PositionVerlet {
         step_state.last_step = h;
         (x + (v + applied * (half * h)) * h, v + applied * h)
     }
+}
+
+impl VelocityVerlet {
+    /// What the method claims.
+    pub(super) const CLAIMS: Claims = Claims {
+        name: "velocity_verlet",
+        title: "velocity Verlet",
+        evaluations: 1,
+        start_up_evaluations: 1,
+        stability_limit: 2.0,
+        symplectic: true,
+        reversible: true,
+        source: "Swope et al. 1982; predicted velocity: Groot, Warren 1997, lambda = 1",
+        ..of_order(Method::VelocityVerlet, 2)
+    };
 }
 
 impl Integrator for VelocityVerlet {
