@@ -45,7 +45,7 @@ fn estimated_by_taken(text: &str, keeps: Keeps) -> f64 {
         let mut drive = Drive::with(scene, options);
         drive.session.tools.forecast_start(&mut drive.session.stage, 0.01);
         if keeps.ledger {
-            drive.session.tools.keep_ledger(&mut drive.session.stage);
+            drive.session.tools.keep_ledger(&drive.session.stage);
         }
         if keeps.black_box {
             drive.session.stage.keep_black_box();

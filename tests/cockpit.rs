@@ -280,7 +280,7 @@ fn a_jelly_is_lifted_by_one_of_its_points() {
     let mut cockpit = Cockpit::of("jelly", [1280, 720]);
     let [corner, size] = cockpit.view();
     let height = |cockpit: &mut Cockpit| {
-        let world = &mut cockpit.drive.session.stage.sim_mut().world;
+        let world = cockpit.drive.session.stage.world_mut();
         let soft = world.query::<&SoftBody>().single(world).unwrap().clone();
         let heights =
             soft.points.iter().map(|point| world.get::<Transform>(*point).unwrap().position.y);
@@ -376,7 +376,7 @@ fn soft_bodies_bear_a_hard_pull() {
     for scene in ["jelly", "flag", "rope", "cape"] {
         let mut cockpit = Cockpit::of(scene, [1280, 720]);
         let size = cockpit.view()[1];
-        let world = &mut cockpit.drive.session.stage.sim_mut().world;
+        let world = cockpit.drive.session.stage.world_mut();
         let softs: Vec<_> = world.query::<&SoftBody>().iter(world).cloned().collect();
         let position = |point: &Entity| {
             cockpit.session().stage.sim().world.get::<Transform>(*point).unwrap().position

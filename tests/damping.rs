@@ -176,7 +176,7 @@ fn drag_of_single_bodies_follows_the_mass_and_goes_with_the_effect() {
     assert_eq!(speed(&run, "heavy"), speed(&run, "light"), "now they have one mass");
     let mut run = falling(Method::SemiImplicitEuler, "drag_area_m2: 1");
     let mut free = falling(Method::SemiImplicitEuler, "");
-    assert_eq!(motion::effects::state(&mut free.world, Effect::Drag), EffectState::NotDeclared);
+    assert_eq!(motion::effects::state(&free.world, Effect::Drag), EffectState::NotDeclared);
     run.request(Request::Switch(Effect::Drag, false));
     run.run(100);
     free.run(100);
@@ -195,8 +195,8 @@ fn the_forecast_judges_drag_of_single_bodies_with_that_of_all() {
         let scene = format!(
             "(version: 1, step_hz: 10, method: semi_implicit_euler, {scenes} bodies: [(name: \"b\", mass_kg: 1, {keys})])"
         );
-        let mut run = Simulation::new(scene_of(&scene));
-        let forecast = Margins::of(&mut run.world, Method::SemiImplicitEuler);
+        let run = Simulation::new(scene_of(&scene));
+        let forecast = Margins::of(&run.world, Method::SemiImplicitEuler);
         let told = forecast.list().iter().any(|margin| margin.grows());
         assert_eq!(told, unstable, "{keys} {scenes}: {:?}", forecast.list());
     }

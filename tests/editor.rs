@@ -72,7 +72,7 @@ fn everything_that_can_be_added_stands_selected_and_stays_finite() {
         );
     }
     assert_eq!(
-        sandbox::Tools::forecast(&mut cockpit.drive.session.stage)
+        sandbox::Tools::forecast(&cockpit.drive.session.stage)
             .iter()
             .filter(|row| row.is_fault())
             .count(),

@@ -289,7 +289,7 @@ fn a_rate_does_not_switch_on_damping_that_is_off() {
     world.insert_resource(Damping::TUTORIAL);
     motion::effects::switch(&mut world, Effect::Damping, false).unwrap();
     world.spawn((PhysicsBody::with_mass(1.0), DampingRate::new(2.0)));
-    assert_eq!(motion::effects::state(&mut world, Effect::Damping), EffectState::Off);
+    assert_eq!(motion::effects::state(&world, Effect::Damping), EffectState::Off);
 }
 
 #[test]

@@ -34,8 +34,8 @@ impl Kept {
     }
 
     pub fn of_scene(scene: Scene) -> Self {
-        let mut simulation = Simulation::new(scene);
-        let ledger = Ledger::open(&mut simulation.world);
+        let simulation = Simulation::new(scene);
+        let ledger = Ledger::open(&simulation.world);
         Self { simulation, ledger }
     }
 
@@ -83,7 +83,7 @@ impl Kept {
     /// together are what they changed by.
     #[track_caller]
     pub fn check(&mut self) -> &mut Self {
-        let now = totals(&mut self.simulation.world);
+        let now = totals(&self.simulation.world);
         let ledger = &self.ledger;
         let books = ledger.since_opening();
         let energy = now.kinetic_energy + now.potential_energy;

@@ -277,7 +277,7 @@ fn notices_are_one_a_topic_and_go_when_they_are_no_longer_true() {
     let mut film = Film::of(scene);
     let stop_early = |film: &mut Film| {
         let solver = Solver { tolerance: 0.0, most_iterations: 1, ..Solver::default() };
-        film.session.stage.sim_mut().world.insert_resource(solver);
+        film.session.stage.world_mut().insert_resource(solver);
         film.frames(2);
         assert_eq!(says(film, "did not converge"), 1);
     };

@@ -62,7 +62,7 @@ fn methods(session: &mut Session) -> BTreeSet<Method> {
 #[test]
 fn laws_are_named_with_their_numbers() {
     let mut world = World::new();
-    assert_eq!(LawTexts::of(&mut world), LawTexts::default());
+    assert_eq!(LawTexts::of(&world), LawTexts::default());
     world.insert_resource(Gravity::EARTH);
     let wind = Wind { velocity: DVec3::X, gust: 0.5, gust_hz: 2.0 };
     world.insert_resource(Drag { wind: Some(wind), ..Drag::new(0.1, 0.02) });
@@ -72,7 +72,7 @@ fn laws_are_named_with_their_numbers() {
     world.insert_resource(Laws(vec![Box::new(thrust())]));
     world.spawn(OwnLaws::new(vec![Box::new(thrust())]));
     world.insert_resource(Damping::TUTORIAL);
-    let LawTexts { on_bodies, damping, .. } = LawTexts::of(&mut world);
+    let LawTexts { on_bodies, damping, .. } = LawTexts::of(&world);
     let expected = [
         "gravity (0, -9.8, 0) m/s², on",
         "drag 0.1 1/s, 0.02 1/m; wind (1, 0, 0) m/s, gusts 0.5 m/s at 2 Hz",

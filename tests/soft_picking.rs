@@ -26,7 +26,7 @@ fn drive(offset: DVec3, bodies: &str, soft: impl IntoIterator<Item = Soft>) -> D
 }
 
 fn soft_body(drive: &mut Drive) -> (Entity, SoftBody) {
-    let world = &mut drive.session.stage.sim_mut().world;
+    let world = drive.session.stage.world_mut();
     let (entity, body) = world.query::<(Entity, &SoftBody)>().single(world).unwrap();
     (entity, body.clone())
 }
@@ -154,7 +154,7 @@ fn a_rope_is_selected_at_points_and_springs_and_named_after_its_first_point() {
         },
     };
     let body = SoftBody { points, springs: [link(0, 1), link(1, 2)].into(), ..SoftBody::default() };
-    drive.session.stage.sim_mut().world.spawn(body);
+    drive.session.stage.world_mut().spawn(body);
     for x in [0.0, 0.5, -0.7, 1.0] {
         let pixel = drive.pixel(DVec3::new(x, x, -10.0));
         assert_eq!(drive.select(pixel).as_deref(), Some("line"), "{x}");
@@ -173,7 +173,7 @@ fn a_held_push_accelerates_a_soft_body_as_one_of_its_mass_and_pins_not_at_all() 
     let (_, body) = soft_body(&mut drive);
     // Points of unlike mass.
     let heavy = PhysicsBody::with_mass(2.0);
-    drive.session.stage.sim_mut().world.entity_mut(body.points[12]).insert(heavy);
+    drive.session.stage.world_mut().entity_mut(body.points[12]).insert(heavy);
     assert_eq!(drive.select(SIZE / 2.0).as_deref(), Some("soft"));
     drive.give([down("Right")]).ticks(1).give([up("Right")]);
     let mass = 14.0 * POINT_MASS + 2.0;
@@ -191,13 +191,7 @@ fn a_held_push_accelerates_a_soft_body_as_one_of_its_mass_and_pins_not_at_all() 
 fn a_locked_camera_follows_the_center_of_mass() {
     let mut drive = drive(DVec3::ZERO, "", [sheet()]);
     let (_, body) = soft_body(&mut drive);
-    drive
-        .session
-        .stage
-        .sim_mut()
-        .world
-        .entity_mut(body.points[0])
-        .insert(PhysicsBody::with_mass(20.0));
+    drive.session.stage.world_mut().entity_mut(body.points[0]).insert(PhysicsBody::with_mass(20.0));
     drive.select(SIZE / 2.0);
     drive.press("L");
     let world = &drive.session.stage.sim().world;
@@ -220,7 +214,7 @@ fn a_click_beside_it_clears_the_selection_and_removed_points_cannot_be_hit() {
     assert!(drive.select(pixel).is_some());
     drive.give([at(SIZE)]).give(click(Button::Left));
     assert_eq!(drive.selected(), None);
-    drive.session.stage.sim_mut().world.despawn(body.points[7]);
+    drive.session.stage.world_mut().despawn(body.points[7]);
     drive.ticks(1);
     assert_eq!(drive.select(pixel), None);
 }

@@ -27,7 +27,7 @@ fn film(scene: Scene, bodies: impl IntoIterator<Item = Soft>) -> Film {
     let mut film = Film::of(scene);
     film.press("P");
     for body in bodies {
-        body.spawn(&mut film.session.stage.sim_mut().world);
+        body.spawn(film.session.stage.world_mut());
     }
     film.frame([]);
     film
@@ -113,7 +113,7 @@ fn a_cloth_casts_a_shadow_on_the_floor_and_a_ball_on_the_cloth() {
     let with_ball = [true, false].map(|shadows| {
         let mut film = film(stage(12.0, shadows), [flat()]);
         let ball = pick::Shape::sphere(0.5).unwrap();
-        film.session.stage.sim_mut().world.spawn((Transform::at(DVec3::new(0.3, 3.5, 0.0)), ball));
+        film.session.stage.world_mut().spawn((Transform::at(DVec3::new(0.3, 3.5, 0.0)), ball));
         film.frame([]);
         draw_once(&mut film, if shadows { "ball_shadow" } else { "ball_no_shadow" })
     });
@@ -175,7 +175,7 @@ fn a_selected_soft_body_is_green_and_outlined_where_it_is() {
 #[test]
 fn points_of_soft_bodies_are_no_particles_and_dormant_ones_are_nothing() {
     let mut film = film(stage(12.0, true), [waves(4, 5)]);
-    let world = &mut film.session.stage.sim_mut().world;
+    let world = film.session.stage.world_mut();
     let at = Transform::at(DVec3::Y);
     world.spawn((at, PhysicsBody::with_mass(1.0)));
     world.spawn((at, PhysicsBody::with_mass(1.0), PointRadius(0.04)));
@@ -196,10 +196,10 @@ fn points_of_soft_bodies_are_no_particles_and_dormant_ones_are_nothing() {
 #[test]
 fn triangles_with_a_quarantined_or_vanished_point_are_left_out() {
     let mut film = film(stage(12.0, true), [Soft::upright(4, 4, DVec3::Y * 2.0)]);
-    let world = &mut film.session.stage.sim_mut().world;
+    let world = film.session.stage.world_mut();
     let points = world.query::<&SoftBody>().single(world).unwrap().points.clone();
     let mut count = |change: &dyn Fn(&mut bevy_ecs::world::World)| {
-        change(&mut film.session.stage.sim_mut().world);
+        change(film.session.stage.world_mut());
         film.frame([]);
         film.session.picture().surfaces[0].triangles.len()
     };
@@ -229,7 +229,7 @@ fn a_rope_close_by_has_a_thickness_and_far_away_it_is_a_line() {
 #[test]
 fn a_spring_between_bodies_is_a_line_unless_an_end_makes_it_inert() {
     let mut film = film(stage(12.0, true), []);
-    let world = &mut film.session.stage.sim_mut().world;
+    let world = film.session.stage.world_mut();
     let ends = [-2.0, 2.0].map(|x| {
         let ball = pick::Shape::sphere(0.4).unwrap();
         world
@@ -248,7 +248,7 @@ fn a_spring_between_bodies_is_a_line_unless_an_end_makes_it_inert() {
     let [line] = film.session.picture().lines[..] else { panic!("one line") };
     assert!(line.start_color[2] > 0.9 && line.start_color[0] < 0.1, "compressed: {line:?}");
     assert_eq!((line.start, line.end), (plain[0].start, plain[0].end));
-    film.session.stage.sim_mut().world.entity_mut(ends[0]).insert(Quarantined);
+    film.session.stage.world_mut().entity_mut(ends[0]).insert(Quarantined);
     film.frame([]);
     assert!(film.session.picture().lines.is_empty());
 }

@@ -39,7 +39,7 @@ impl Device {
     /// Number and place in the world of every living particle, by its slot.
     pub fn living(&mut self, session: &mut Session) -> Vec<(u64, DVec3)> {
         let slots = self.slots(session);
-        let world = &mut session.stage.sim_mut().world;
+        let world = session.stage.world_mut();
         let (swarm, log) = world.query::<(&Swarm, &SwarmLog)>().single(world).unwrap();
         let dead = log.ticks.back().map_or(0, |tick| tick.dead);
         let count = slots.len() as u64;

@@ -78,9 +78,8 @@ const NEVER: &[Never] = &[
             "resource_mut::<Requests>",
             ".request(",
             ".set_method(",
-            "sim_mut().push(",
             "sim.give(",
-            "sim_mut().give(",
+            ".world_mut(",
         ],
     },
     // A page is a shell of the cockpit, too.

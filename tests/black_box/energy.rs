@@ -21,8 +21,8 @@ fn first_fault(
     ticks: u64,
     act: impl Fn(&mut Simulation, u64),
 ) -> Option<(u64, Option<u32>, String)> {
-    let mut ledger = books.then(|| Ledger::open(&mut run.world));
-    let mut watch = Watch::new(&mut run);
+    let mut ledger = books.then(|| Ledger::open(&run.world));
+    let mut watch = Watch::new(&run);
     let fault = (0..ticks).find_map(|tick| {
         let method = run.method();
         act(&mut run, tick);
@@ -140,7 +140,7 @@ fn a_fall_beside_a_spring_that_grows_slowly_is_no_fault() {
 #[test]
 fn a_watch_that_goes_on_from_any_tick_finds_the_same_fault() {
     let mut whole = run(SLOW);
-    let mut watch = Watch::new(&mut whole);
+    let mut watch = Watch::new(&whole);
     let mut going_on = Vec::new();
     let fault = loop {
         let energy = watch.energy();
@@ -151,7 +151,7 @@ fn a_watch_that_goes_on_from_any_tick_finds_the_same_fault() {
         }
     };
     for (mut run, energy) in going_on {
-        let mut watch = Watch::resume(&mut run, energy);
+        let mut watch = Watch::resume(&run, energy);
         let found = (0..150).find_map(|_| watch.tick(&mut run, None));
         assert_eq!(found, Some(fault.clone()), "{energy:?}");
     }
@@ -186,7 +186,7 @@ fn pushes_requests_and_springs_that_are_let_go_are_no_faults() {
 fn a_watched_run_has_the_bits_and_the_evaluations_of_another() {
     for scene in [mixed(), scene_of(STIFF), scene::load("everything").unwrap()] {
         let (mut alone, mut watched) = (Simulation::new(scene.clone()), Simulation::new(scene));
-        let mut watch = Watch::new(&mut watched);
+        let mut watch = Watch::new(&watched);
         for _ in 0..400 {
             alone.tick();
             watch.tick(&mut watched, None);
@@ -199,7 +199,7 @@ fn a_watched_run_has_the_bits_and_the_evaluations_of_another() {
 fn no_hard_case_is_at_fault_by_its_own_method() {
     for case in scene::cases() {
         let mut run = Simulation::new(case.load().unwrap());
-        let mut watch = Watch::new(&mut run);
+        let mut watch = Watch::new(&run);
         for _ in 0..600 {
             assert_eq!(watch.tick(&mut run, None), None, "{}", case.name);
         }
@@ -208,7 +208,7 @@ fn no_hard_case_is_at_fault_by_its_own_method() {
 
 /// Energy of all movable bodies, J.
 fn energy(run: &mut Simulation) -> f64 {
-    let totals = motion::totals(&mut run.world);
+    let totals = motion::totals(&run.world);
     totals.kinetic_energy + totals.potential_energy
 }
 
@@ -216,7 +216,7 @@ fn energy(run: &mut Simulation) -> f64 {
 /// energy.
 fn growth_at_last_good_tick(text: &str, ticks: u64) -> f64 {
     let mut run = run(text);
-    let mut watch = Watch::new(&mut run);
+    let mut watch = Watch::new(&run);
     let mut energies = vec![energy(&mut run)];
     let fault = loop {
         assert!(run.ticks() < ticks, "no fault at {:?} J in {text}", energies.last());
@@ -329,10 +329,10 @@ fn a_fault_in_the_last_ticks_of_a_run_is_found_when_it_ends() {
     for books in [false, true] {
         for ticks in 2..40 {
             let mut run = run(&bullet("velocity_verlet"));
-            let mut ledger = books.then(|| Ledger::open(&mut run.world));
-            let mut watch = Watch::new(&mut run);
+            let mut ledger = books.then(|| Ledger::open(&run.world));
+            let mut watch = Watch::new(&run);
             let found = (0..ticks).find_map(|_| watch.tick(&mut run, ledger.as_mut()));
-            let fault = found.or_else(|| watch.finish(&mut run));
+            let fault = found.or_else(|| watch.finish(&run));
             let fault = fault.map(|fault| (fault.tick, fault.found <= ticks));
             assert_eq!(fault, Some((2, true)), "{ticks}");
         }
@@ -340,9 +340,9 @@ fn a_fault_in_the_last_ticks_of_a_run_is_found_when_it_ends() {
     // A right motion that ends anywhere has no fault.
     for ticks in 0..60 {
         let mut run = run(&comet(0.6, "velocity_verlet", 1));
-        let mut watch = Watch::new(&mut run);
+        let mut watch = Watch::new(&run);
         (0..ticks).for_each(|_| assert_eq!(watch.tick(&mut run, None), None));
-        assert_eq!(watch.finish(&mut run), None, "{ticks}");
+        assert_eq!(watch.finish(&run), None, "{ticks}");
     }
 }
 

@@ -70,7 +70,7 @@ fn going_on_from_the_past_is_going_on_as_if_the_future_had_never_been() {
 #[test]
 fn selection_and_ledger_go_along_and_a_reset_or_another_scene_restarts() {
     let mut drive = recording();
-    drive.session.tools.keep_ledger(&mut drive.session.stage);
+    drive.session.tools.keep_ledger(&drive.session.stage);
     drive.press("Q");
     let ball = drive.pixel(drive.x("ball"));
     assert_eq!(drive.select(ball).as_deref(), Some("ball"));

@@ -114,18 +114,18 @@ fn at_its_bytes_snapshots_get_sparser_then_the_oldest_go_and_what_is_left_is_exa
             assert_outcome_at(timeline, &run, tick, &outcomes);
         }
     }
-    let mut run = Simulation::new(mixed());
-    assert!(Timeline::new(&mut run, 1000, UNWATCHED).is_none());
+    let run = Simulation::new(mixed());
+    assert!(Timeline::new(&run, 1000, UNWATCHED).is_none());
 }
 
 #[test]
 fn more_than_a_minute_is_not_kept() {
     let mut run = Simulation::new(scene::load("oscillator").unwrap());
-    let mut timeline = Timeline::new(&mut run, history::TIMELINE_BYTES, UNWATCHED).unwrap();
+    let mut timeline = Timeline::new(&run, history::TIMELINE_BYTES, UNWATCHED).unwrap();
     let minute = (60.0 * run.scene.step_hz) as u64;
     for _ in 0..minute + 500 {
         run.tick();
-        timeline.after_tick(&mut run, UNWATCHED);
+        timeline.after_tick(&run, UNWATCHED);
     }
     let first = *timeline.range().start();
     assert!((400..=500).contains(&first), "{first}");
@@ -135,14 +135,14 @@ fn more_than_a_minute_is_not_kept() {
 fn every_tick_is_sought_with_the_length_that_it_had() {
     let scene = "(version: 1, gravity: (), bodies: [(name: \"ball\", velocity_m_s: (3, 8, 0))])";
     let mut run = Simulation::new(scene_of(scene));
-    let mut timeline = Timeline::new(&mut run, 1 << 20, UNWATCHED).unwrap();
+    let mut timeline = Timeline::new(&run, 1 << 20, UNWATCHED).unwrap();
     let mut hashes = vec![run.hash()];
     for tick in 0..80_u32 {
         let step = Change::Step(0.01 + 0.001 * f64::from(tick / 3 % 7));
         timeline.note(&run, step.clone());
         run.give(&step);
         run.tick();
-        timeline.after_tick(&mut run, UNWATCHED);
+        timeline.after_tick(&run, UNWATCHED);
         hashes.push(run.hash());
     }
     for (tick, hash) in (0..).zip(&hashes) {

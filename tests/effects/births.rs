@@ -189,7 +189,7 @@ fn the_books_of_a_birth_within_a_tick_close() {
                 .for_each(|model| world.insert_resource(Damping { model, rate: 0.4 }));
         };
         let (mut lab, _) = fountain(31, 31.0, 0.9, method, 1.0 / 30.0, prepare);
-        let mut ledger = Ledger::open(&mut lab.world);
+        let mut ledger = Ledger::open(&lab.world);
         (0..60).for_each(|_| ledger.tick(&mut lab.stepper, &mut lab.world));
         let books = ledger.since_opening();
         let residual = (books.energy.residual.abs(), books.momentum.residual.length());

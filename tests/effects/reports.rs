@@ -184,7 +184,7 @@ fn the_panel_switches_says_by_whom_and_keeps_off_what_is_off_over_a_reset() {
     let mut drive = Drive::of(scene());
     drive.press("E").ticks(3);
     let because = |drive: &mut Drive, name: &str| {
-        row(&drive.session.tools.receipt(&mut drive.session.stage, &drive.session.view), name)
+        row(&drive.session.tools.receipt(&drive.session.stage, &drive.session.view), name)
             .because
             .clone()
             .unwrap()
@@ -203,8 +203,7 @@ fn the_panel_switches_says_by_whom_and_keeps_off_what_is_off_over_a_reset() {
     assert!(drive.session.stage.switch_effect(Effect::Thrusts, true, SwitchedBy::Panel).is_err());
     drive.press("F1").ticks(2);
     let states = |drive: &mut Drive| {
-        Effect::ALL
-            .map(|effect| motion::effects::state(&mut drive.session.stage.sim_mut().world, effect))
+        Effect::ALL.map(|effect| motion::effects::state(&drive.session.stage.sim().world, effect))
     };
     let off = states(&mut drive).iter().filter(|state| **state == EffectState::Off).count();
     assert_eq!(off, 3);
@@ -212,7 +211,7 @@ fn the_panel_switches_says_by_whom_and_keeps_off_what_is_off_over_a_reset() {
     drive.session.stage.switch_effect(Effect::Drag, true, SwitchedBy::Panel).unwrap();
     drive.ticks(5);
     assert_eq!(
-        row(&drive.session.tools.receipt(&mut drive.session.stage, &drive.session.view), "drag")
+        row(&drive.session.tools.receipt(&drive.session.stage, &drive.session.view), "drag")
             .evaluations,
         12.0
     );
@@ -223,7 +222,7 @@ fn the_panel_switches_says_by_whom_and_keeps_off_what_is_off_over_a_reset() {
 fn a_session_with_pictures_lists_what_pictures_need() {
     let mut drive = Drive::of(scene());
     drive.press("1").ticks(2);
-    let rows = drive.session.tools.receipt(&mut drive.session.stage, &drive.session.view);
+    let rows = drive.session.tools.receipt(&drive.session.stage, &drive.session.view);
     let names: Vec<_> = rows.iter().skip(Effect::ALL.len() + 3).map(|row| row.name).collect();
     assert_eq!(
         names,
@@ -235,7 +234,7 @@ fn a_session_with_pictures_lists_what_pictures_need() {
         |rows: &[ReceiptLine]| ["timeline", "energy_watch"].map(|name| row(rows, name).state);
     assert_eq!(state(&rows), [EffectState::Off; 2]);
     drive.session.stage.keep_timeline();
-    let rows = drive.session.tools.receipt(&mut drive.session.stage, &drive.session.view);
+    let rows = drive.session.tools.receipt(&drive.session.stage, &drive.session.view);
     assert_eq!(state(&rows), [EffectState::On; 2]);
     let watch = row(&rows, "energy_watch");
     assert!(watch.bodies == 3 && watch.bytes > 0 && watch.ns.is_none(), "{watch:?}");

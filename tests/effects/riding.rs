@@ -158,7 +158,7 @@ fn on_a_carrier_that_falls_methods_are_of_order_2_at_most() {
 #[test]
 fn the_work_of_a_riding_well_is_a_line_of_the_ledger() {
     let mut lab = moon(Method::RungeKutta4, 1.0 / 240.0, SPEED, None, true);
-    let mut ledger = Ledger::open(&mut lab.world);
+    let mut ledger = Ledger::open(&lab.world);
     (0..480).for_each(|_| ledger.tick(&mut lab.stepper, &mut lab.world));
     let energy = &ledger.since_opening().energy;
     assert!(energy.law("wells").abs() > 0.3 && energy.residual.abs() < 1e-8, "{energy:?}");

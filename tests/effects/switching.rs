@@ -166,7 +166,7 @@ fn switching_keeps_the_value() {
 fn an_effect_that_nobody_declared_says_so_and_a_second_switch_does_nothing() {
     let mut world = world_of(&[]);
     for effect in Effect::ALL {
-        assert_eq!(motion::effects::state(&mut world, effect), EffectState::NotDeclared);
+        assert_eq!(motion::effects::state(&world, effect), EffectState::NotDeclared);
         for on in [false, true] {
             let error = motion::effects::switch(&mut world, effect, on).unwrap_err();
             assert_eq!(error, NeverDeclared(effect));
@@ -189,7 +189,7 @@ fn wind_is_switched_also_while_drag_is_off() {
     motion::effects::switch(&mut world, Effect::Wind, false).unwrap();
     motion::effects::switch(&mut world, Effect::Drag, true).unwrap();
     assert_eq!(world.resource::<Drag>().wind, None);
-    assert_eq!(motion::effects::state(&mut world, Effect::Wind), EffectState::Off);
+    assert_eq!(motion::effects::state(&world, Effect::Wind), EffectState::Off);
     motion::effects::switch(&mut world, Effect::Wind, true).unwrap();
     assert_eq!(*world.resource::<Drag>(), before);
 }
@@ -218,7 +218,7 @@ fn springs_and_mutual_gravity_are_switched_and_their_values_kept() {
     for effect in [Effect::Springs, Effect::MutualGravity] {
         for (on, state) in [(false, EffectState::Off), (true, EffectState::On)] {
             motion::effects::switch(&mut world, effect, on).unwrap();
-            assert_eq!(motion::effects::state(&mut world, effect), state);
+            assert_eq!(motion::effects::state(&world, effect), state);
         }
     }
     assert_eq!((world.get::<Spring>(entity), world.get_resource()), (Some(&spring), Some(&pull)));

@@ -298,7 +298,7 @@ fn a_snapshot_that_take_cannot_have_made_is_refused_and_changes_nothing() {
     world.spawn(emitter(vec![particle]));
     let mut stepper = Stepper::new(&mut world, Method::PositionVerlet, TimeStep(0.01));
     (0..5).for_each(|_| stepper.tick(&mut world));
-    let saved = snapshot::take(&mut world, &stepper);
+    let saved = snapshot::take(&world, &stepper);
     let stranger = world.spawn_empty().id();
     world.despawn(stranger);
     type Damage = fn(&mut Snapshot, Entity);
@@ -370,7 +370,7 @@ fn a_snapshot_that_take_cannot_have_made_is_refused_and_changes_nothing() {
         let RestoreError::Invalid { field, why } = &error else { panic!("{list}: {error}") };
         assert_eq!(*field, list);
         assert!(why.contains(words) && error.to_string().contains(list), "{error}");
-        assert_eq!(snapshot::take(&mut world, &stepper), saved, "{list}");
+        assert_eq!(snapshot::take(&world, &stepper), saved, "{list}");
     }
     snapshot::restore(&mut world, &mut stepper, &saved).unwrap();
     // A body that is gone is a mismatch, whatever it had; and an emitter is no body.
@@ -386,7 +386,7 @@ fn a_body_that_is_disabled_is_in_no_sum_and_costs_the_ledger_nothing() {
     let (mut world, [one, other]) = pair();
     world.insert_resource(Gravity::EARTH);
     let mut stepper = Stepper::new(&mut world, Method::VelocityVerlet, TimeStep(0.01));
-    let mut ledger = Ledger::open(&mut world);
+    let mut ledger = Ledger::open(&world);
     let mut run = |world: &mut World| {
         for _ in 0..10 {
             ledger.tick(&mut stepper, world);
@@ -395,7 +395,7 @@ fn a_body_that_is_disabled_is_in_no_sum_and_costs_the_ledger_nothing() {
     };
     assert!(run(&mut world) < 1e-9);
     world.entity_mut(one).insert(Disabled);
-    let alone = motion::totals(&mut world);
+    let alone = motion::totals(&world);
     let kinetic = world.get::<PhysicsBody>(other).unwrap().kinetic_energy();
     assert!((alone.kinetic_energy - kinetic).abs() < 1e-12);
     assert!(run(&mut world) < 1e-9);

@@ -278,9 +278,9 @@ impl Seen {
             end: Vec::new(),
             fault: None,
         };
-        let mut watch = Watch::new(&mut run);
+        let mut watch = Watch::new(&run);
         let energy = |run: &mut Simulation| {
-            let sums = totals(&mut run.world);
+            let sums = totals(&run.world);
             [sums.kinetic_energy + sums.potential_energy, sums.kinetic_energy]
         };
         let [start, _] = energy(&mut run);
@@ -312,7 +312,7 @@ impl Seen {
                 seen.energies[2] = total;
             }
         }
-        seen.fault = seen.fault.or_else(|| watch.finish(&mut run));
+        seen.fault = seen.fault.or_else(|| watch.finish(&run));
         seen
     }
 
@@ -380,10 +380,10 @@ const AHEAD: Ahead = Ahead { work: 1e6, ..Ahead::DEFAULT };
 
 /// What a forecast says of a scene: its trials, and its margins that name a fault.
 fn forecast(scene: &Scene) -> (Vec<Tried>, Vec<ForecastRow>) {
-    let mut run = Simulation::new(scene.clone());
+    let run = Simulation::new(scene.clone());
     let method = run.method();
-    let margins = Margins::of(&mut run.world, method);
-    let mut trial = Trial::new(&mut run, AHEAD);
+    let margins = Margins::of(&run.world, method);
+    let mut trial = Trial::new(&run, AHEAD);
     trial.finish();
     let mut rows = ForecastRow::of(&run, &margins, &trial);
     rows.retain(|row| row.margin().is_some() && row.is_fault());
@@ -627,8 +627,8 @@ fn clouds_of_any_number_of_bodies_are_judged_alike() {
             "(version: 1, step_hz: 60, method: velocity_verlet,
               mutual_gravity: (constant_m3_kg_s2: 1, softening_m: 0.01), bodies: [{bodies}])"
         ));
-        let mut run = Simulation::new(scene);
-        let mut trial = Trial::new(&mut run, Ahead::DEFAULT);
+        let run = Simulation::new(scene);
+        let mut trial = Trial::new(&run, Ahead::DEFAULT);
         trial.finish();
         let found = trial.found();
         assert!(found[0].verdict.is_fault(), "{count}: {found:?}");

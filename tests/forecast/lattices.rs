@@ -11,8 +11,8 @@ use crate::rigs::{Environment, Net, Start, elastic, scene_of};
 
 fn worst(soft_body: &str) -> Margin {
     let scene = scene_of(&format!("(version: 1, step_hz: 120, soft_bodies: [{soft_body}])"));
-    let mut run = Simulation::new(scene);
-    *Margins::of(&mut run.world, run.stepper.method()).list().first().unwrap()
+    let run = Simulation::new(scene);
+    *Margins::of(&run.world, run.stepper.method()).list().first().unwrap()
 }
 
 /// Every point swings against its neighbors along one axis: `m w² = 4 k (1 + 2 + 4 / 3)`.
@@ -86,9 +86,9 @@ fn implicit_euler_is_a_cure_only_where_its_iteration_ends() {
     for bodies in [2, 5, 40, 1500] {
         for k in [1e5, 1e7, 1e9, 1e14, 1e20, 1e100, 1e300] {
             let net = bent_chain(bodies, k);
-            let mut rig = net.lab(&Environment::default(), Method::SemiImplicitEuler, 1.0 / 60.0);
+            let rig = net.lab(&Environment::default(), Method::SemiImplicitEuler, 1.0 / 60.0);
             let margin =
-                *Margins::of(&mut rig.world, Method::SemiImplicitEuler).list().first().unwrap();
+                *Margins::of(&rig.world, Method::SemiImplicitEuler).list().first().unwrap();
             assert!(
                 margin.is_unstable() && (margin.limit - 2.0).abs() <= 0.01,
                 "{bodies} {k:e}: {margin:?}"
@@ -117,8 +117,8 @@ fn the_substeps_that_a_cure_names_are_enough() {
         let net = bent_chain(300, k);
         let margin = |substeps| {
             let around = Environment { substeps, ..Environment::default() };
-            let mut rig = net.lab(&around, Method::SemiImplicitEuler, 1.0 / 60.0);
-            *Margins::of(&mut rig.world, Method::SemiImplicitEuler).list().first().unwrap()
+            let rig = net.lab(&around, Method::SemiImplicitEuler, 1.0 / 60.0);
+            *Margins::of(&rig.world, Method::SemiImplicitEuler).list().first().unwrap()
         };
         let unstable = margin(None);
         assert!(unstable.is_unstable() && unstable.at_most > unstable.value, "{k:e}: {unstable:?}");

@@ -37,8 +37,8 @@ fn chain(bodies: usize, rest_length: f64) -> String {
 }
 
 fn modes(scene: &str, count: usize) -> (Simulation, NaturalModes) {
-    let mut simulation = Simulation::new(Scene::parse("s", scene).unwrap());
-    let modes = natural_modes(&mut simulation.world, count);
+    let simulation = Simulation::new(Scene::parse("s", scene).unwrap());
+    let modes = natural_modes(&simulation.world, count);
     (simulation, modes)
 }
 

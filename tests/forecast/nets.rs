@@ -10,7 +10,7 @@ use super::limits::Net;
 use crate::rigs::{Dice, Environment, Lab, Net as Springs, Start, elastic};
 
 fn margins(rig: &mut Lab) -> Margins {
-    Margins::of(&mut rig.world, rig.stepper.method())
+    Margins::of(&rig.world, rig.stepper.method())
 }
 
 fn worst(margins: &Margins) -> Margin {
@@ -269,8 +269,8 @@ fn a_well_is_looked_at_from_where_bodies_are() {
 fn the_limiting_spring_is_named_and_its_margin_is_that_of_the_group() {
     let mut net = crate::rigs::chain(6, 100.0, 1.0, 1.0);
     net.springs[3].1.stiffness = 5e4;
-    let mut rig = net.lab(&Environment::default(), Method::VelocityVerlet, 1.0 / 60.0);
-    let all = Margins::with_springs(&mut rig.world, Method::VelocityVerlet);
+    let rig = net.lab(&Environment::default(), Method::VelocityVerlet, 1.0 / 60.0);
+    let all = Margins::with_springs(&rig.world, Method::VelocityVerlet);
     let margin = worst(&all);
     assert_eq!(margin.part, LimitingPart::Spring([rig.bodies[3], rig.bodies[4]]));
     let ratios: Vec<_> = all.springs().iter().map(|spring| spring.ratio).collect();

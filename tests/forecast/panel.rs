@@ -154,9 +154,9 @@ fn no_shipped_scene_is_unstable_but_those_that_show_it() {
         implicit.contains("orbits_race: ") && implicit.contains("implicit_euler loses"),
         "{implicit}"
     );
-    let mut race = history::Simulation::new(scene::load("orbits_race").unwrap());
+    let race = history::Simulation::new(scene::load("orbits_race").unwrap());
     let ahead = Ahead { seconds: Some(25.0), ..Ahead::DEFAULT };
-    let mut trial = Trial::new(&mut race, ahead);
+    let mut trial = Trial::new(&race, ahead);
     trial.finish();
     let faults = trial.found().into_iter().filter(|tried| tried.verdict.is_fault());
     let methods: Vec<_> = faults.map(|tried| tried.method).collect();

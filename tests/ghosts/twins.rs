@@ -54,7 +54,7 @@ fn a_twin_of_any_method_goes_on_as_the_world_does_after_that_change() {
     for leads in Method::ALL {
         let mut leader = by(leads);
         run(&mut leader, 0..20, &mut []);
-        let mut twins = Method::ALL.map(|method| Twin::new(&mut leader, method, None));
+        let mut twins = Method::ALL.map(|method| Twin::new(&leader, method, None));
         run(&mut leader, 20..45, &mut twins);
         for (method, twin) in Method::ALL.into_iter().zip(&twins) {
             let mut changed = by(leads);
@@ -79,14 +79,14 @@ fn a_twin_starts_with_the_places_of_the_world_and_velocities_of_their_own_time()
     };
     assert!(lags(&mut leader));
     let before = states(&leader);
-    let twin = Twin::new(&mut leader, Method::RungeKutta4, None);
+    let twin = Twin::new(&leader, Method::RungeKutta4, None);
     assert!(lags(&mut leader) && states(&leader) == before, "the world is left as it is");
     let started = states(twin.simulation());
     let places = |states: &[State]| states.iter().map(|state| state.1).collect::<Vec<_>>();
     assert_eq!(places(&started), places(&before));
     let changed = started.iter().zip(&before).filter(|(a, b)| a.2 != b.2).count();
     assert!(changed >= 5, "velocities that lag half a step: {changed}");
-    assert_eq!(states(Twin::new(&mut leader, Method::PositionVerlet, None).simulation()), before);
+    assert_eq!(states(Twin::new(&leader, Method::PositionVerlet, None).simulation()), before);
 }
 
 #[test]
@@ -101,7 +101,7 @@ fn every_body_of_a_twin_has_its_one_method() {
         for body in changed.bodies.clone() {
             changed.request(Request::SetBodyMethod(body, Some(method)));
         }
-        let mut twin = Twin::new(&mut leader, method, None);
+        let mut twin = Twin::new(&leader, method, None);
         for _ in 0..30 {
             twin.tick();
             changed.tick();
@@ -118,7 +118,7 @@ fn soft_bodies_and_particles_come_along() {
         let mut leader = Simulation::new(scene::load(name).unwrap());
         leader.run(ticks);
         let method = leader.method();
-        let mut twin = Twin::new(&mut leader, method, None);
+        let mut twin = Twin::new(&leader, method, None);
         for _ in 0..ticks {
             twin.tick();
             leader.tick();

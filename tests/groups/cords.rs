@@ -154,7 +154,7 @@ fn the_ledger_follows_a_cord_through_its_jumps() {
     // What damping takes while the cord is taut, and what is left in it when it is let go.
     let residual = |method, damping, hz: u32| {
         let mut lab = bungee(damping).lab(&falling(), method, 1.0 / f64::from(hz));
-        let mut ledger = Ledger::open(&mut lab.world);
+        let mut ledger = Ledger::open(&lab.world);
         (0..5 * hz).for_each(|_| ledger.tick(&mut lab.stepper, &mut lab.world));
         let lost = ledger.since_opening().energy.law("spring_damping");
         assert_eq!(lost < -1.0, damping > 0.0, "{method:?} {damping}: {lost} J");

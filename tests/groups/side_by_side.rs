@@ -118,7 +118,7 @@ impl Side {
         let mut stepper = Stepper::new(&mut world, method, TimeStep(1.0 / 60.0));
         let ledger = with_ledger.then(|| {
             stepper.recompile(&mut world);
-            Ledger::open(&mut world)
+            Ledger::open(&world)
         });
         Self { world, stepper, ledger, bodies, springs }
     }

@@ -186,7 +186,7 @@ fn the_books_close_whatever_stands_between_the_substeps() {
                     let mut kept = Kept::of(&kinds(model, rate, gravity), method, 60.0, substeps);
                     // The first step of position Verlet has half a kick.
                     kept.run(1);
-                    kept.ledger = Ledger::open(&mut kept.simulation.world);
+                    kept.ledger = Ledger::open(&kept.simulation.world);
                     for tick in 0..6 {
                         for number in 0..5 {
                             if tick % 2 == 0 {

@@ -128,7 +128,7 @@ fn books_change_nothing_and_cost_nothing_where_none_are_kept() {
 fn a_ledger_may_be_opened_at_any_time() {
     let mut kept = Kept::of(SCENE, Method::RungeKutta4, 240.0, 4);
     kept.run(30);
-    kept.ledger = Ledger::open(&mut kept.simulation.world);
+    kept.ledger = Ledger::open(&kept.simulation.world);
     assert_eq!((kept.ledger.seconds(), kept.ledger.mean_residual_rate()), (0.0, 0.0));
     assert_eq!(kept.ledger.last_second(), motion::ledger::LedgerTotals::default());
     kept.run(480).check();

@@ -42,7 +42,7 @@ fn run(stated: Option<f64>) -> (Kept, f64) {
     let mut kept = Kept::of(scene, Method::RungeKutta4, 240.0, 4);
     kept.simulation.world.insert_resource(Laws(vec![Box::new(Harmonic { stated })]));
     kept.simulation.stepper.recompile(&mut kept.simulation.world);
-    kept.ledger = Ledger::open(&mut kept.simulation.world);
+    kept.ledger = Ledger::open(&kept.simulation.world);
     let kinetic = kept.run(120).check().ledger.energies().kinetic;
     (kept, kinetic)
 }

@@ -106,8 +106,7 @@ fn the_panel_keeps_books_while_it_is_open_and_no_longer() {
     let ledger = drive.session.tools.ledger().unwrap();
     assert!((ledger.seconds() - 60.0 * H).abs() < 1e-12);
     // Semi-implicit Euler loses `m g² h² / 2` a tick and body; damping makes it a little less.
-    let bodies =
-        motion::totals(&mut drive.session.stage.sim_mut().world).momentum.y / drive.v("player").y;
+    let bodies = motion::totals(&drive.session.stage.sim().world).momentum.y / drive.v("player").y;
     let lost = -bodies * 9.8 * 9.8 * H * H / 2.0 * 60.0;
     let ledger = drive.session.tools.ledger().unwrap();
     let residual = ledger.since_opening().energy.residual;

@@ -189,8 +189,8 @@ impl Lab {
         (self.evaluations().accelerations(), laws)
     }
 
-    pub fn totals(&mut self) -> Totals {
-        totals(&mut self.world)
+    pub fn totals(&self) -> Totals {
+        totals(&self.world)
     }
 
     /// Kinetic and potential energy, J.

@@ -56,9 +56,9 @@ fn a_world_that_goes_back_in_place_goes_on_with_the_same_bits() {
         let mut run = Simulation::new(scene);
         let mut saved = Vec::new();
         for tick in 0..TICKS {
-            let before = snapshot::take(&mut run.world, &run.stepper);
+            let before = snapshot::take(&run.world, &run.stepper);
             act(&mut run, tick);
-            saved.push((tick, before, snapshot::take(&mut run.world, &run.stepper)));
+            saved.push((tick, before, snapshot::take(&run.world, &run.stepper)));
             go_on(&mut run, tick);
         }
         let expected = outcome(&mut run);
@@ -72,10 +72,7 @@ fn a_world_that_goes_back_in_place_goes_on_with_the_same_bits() {
         for place in (0..=ends).flat_map(|i| [i, ends - i]) {
             let (from, before, waiting) = &saved[place];
             restore(&mut run, before);
-            assert_eq!(
-                sorted(snapshot::take(&mut run.world, &run.stepper)),
-                sorted(before.clone())
-            );
+            assert_eq!(sorted(snapshot::take(&run.world, &run.stepper)), sorted(before.clone()));
             act(&mut run, *from);
             for inputs_wait in [false, true] {
                 if inputs_wait {
@@ -117,7 +114,7 @@ fn forces_that_wait_for_a_tick_are_saved() {
             ball,
         )
         .unwrap();
-    let saved = snapshot::take(&mut world, &stepper);
+    let saved = snapshot::take(&world, &stepper);
     let mut two_ticks = || {
         (0..2).for_each(|_| stepper.tick(&mut world));
         let state = bits(
@@ -136,16 +133,16 @@ fn forces_that_wait_for_a_tick_are_saved() {
 fn a_snapshot_of_other_bodies_is_refused_and_changes_nothing() {
     let (mut world, [post, bob, ball]) = world();
     let mut stepper = Stepper::new(&mut world, Method::default(), TimeStep(0.01));
-    let saved = snapshot::take(&mut world, &stepper);
+    let saved = snapshot::take(&world, &stepper);
     stepper.tick(&mut world);
     world.despawn(ball);
     let other = world.spawn(PhysicsBody::with_mass(1.0)).id();
-    let before = snapshot::take(&mut world, &stepper);
+    let before = snapshot::take(&world, &stepper);
     let error = snapshot::restore(&mut world, &mut stepper, &saved).unwrap_err();
     let RestoreError::Mismatch(Mismatch { missing, unknown }) = &error else { panic!("{error}") };
     assert_eq!((&missing[..], &unknown[..]), (&[ball][..], &[other][..]));
     assert!(error.to_string().contains("lacks 1 bodies or emitters"), "{error}");
-    assert_eq!(snapshot::take(&mut world, &stepper), before);
+    assert_eq!(snapshot::take(&world, &stepper), before);
     // With the other body in the place of the one that is gone it is accepted.
     let mut renamed = saved;
     renamed.map_entities(&mut EntityHashMap::from_iter([(post, post), (bob, bob), (ball, other)]));

@@ -25,7 +25,7 @@ fn error(device: &mut Device, text: &str, hz: u32, seconds: f64, path: Path<'_>)
     let (now, rate) =
         (drive.session.stage.sim().seconds(), drive.session.stage.sim().scene.emitters[0].rate);
     let living = device.living(&mut drive.session);
-    let world = &mut drive.session.stage.sim_mut().world;
+    let world = drive.session.stage.world_mut();
     let swarm = world.query::<&Swarm>().single(world).unwrap().clone();
     assert!(!living.is_empty());
     let off = |(number, place): (u64, DVec3)| {

@@ -132,7 +132,7 @@ fn a_bundle_brings_its_swarm_along() {
 fn a_state_is_kept_as_its_words() {
     let mut drive = storm();
     ticks(&mut drive, 90);
-    let sim = &mut drive.session.stage.sim_mut().world;
+    let sim = drive.session.stage.world_mut();
     let log = sim.query::<&motion::SwarmLog>().single(sim).unwrap();
     // No longer than the life of a particle, in ticks.
     assert_eq!(log.ticks.len(), 72);

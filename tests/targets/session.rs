@@ -63,7 +63,7 @@ pub fn session(bytes: &[u8]) {
     if u.ratio(1, 2).unwrap_or(false) {
         session.stage.keep_timeline();
     }
-    let start = Summary::totals_at_start(&mut session.stage);
+    let start = Summary::totals_at_start(&session.stage);
     let mut clock = FrameClock::default();
     for _ in 0..FRAMES {
         let Ok(length) = u.choose(FRAME_TIMES) else { return };

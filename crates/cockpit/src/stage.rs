@@ -272,7 +272,7 @@ impl Stage {
 
     /// Rebuilds the world. Keeps gravity, damping, the switched-off effects, the method and the step; clears the selection.
     pub(crate) fn reset(&mut self) {
-        let settings = RunSettings::of(&mut self.sim);
+        let settings = RunSettings::of(&self.sim);
         let next = start(Arc::clone(&self.sim.scene), self.options);
         self.playback.reset_pace();
         self.begin_world(next, Some(settings));

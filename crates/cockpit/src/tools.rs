@@ -100,14 +100,6 @@ impl Tools {
         open.find_map(|(_, tool)| tool.press(stage, view, near_px))
     }
 
-    /// Does a tick of the stage and its ghosts, and enters it into the ledger if one is kept. `last`: it is the last tick of its
-    /// frame; `repeated`: it repeats a recorded tick.
-    pub(crate) fn tick(&mut self, stage: &mut Stage, last: bool, repeated: bool) {
-        self.each().for_each(|(_, tool)| tool.before_tick(stage, last));
-        stage.tick(repeated, self.ledger.kept_mut());
-        self.ledger.note(stage);
-    }
-
     /// Tells every tool that the ticks of a frame are over.
     pub(crate) fn after_ticks(
         &mut self,
@@ -130,21 +122,6 @@ impl Tools {
         forecast.shown().map(|_| |ends| forecast.spring_ratio(ends).unwrap_or(0.0))
     }
 
-    /// Whether the scene has changes that no file has.
-    pub(crate) fn has_unsaved_changes(&self, stage: &Stage) -> bool {
-        self.editor.is_unsaved(&stage.sim().scene)
-    }
-
-    /// Forgets changes of the scene.
-    pub(crate) fn discard_changes(&mut self) {
-        self.editor.next_scene(false);
-    }
-
-    /// Restores unsaved changes. `file` is the file that was edited, and its text.
-    pub(crate) fn open_unsaved(&mut self, stage: &Stage, file: Option<(PathBuf, Arc<str>)>) {
-        self.editor.open_unsaved(stage, file);
-    }
-
     /// Notes that the file has the text of the scene now.
     pub fn saved_scene(&mut self, stage: &mut Stage, file: &SceneFile) {
         self.editor.saved(stage, file);
@@ -157,7 +134,7 @@ impl Tools {
     }
 
     /// Keeps a ledger from now on, whether its panel is open or not.
-    pub fn keep_ledger(&mut self, stage: &mut Stage) {
+    pub fn keep_ledger(&mut self, stage: &Stage) {
         self.ledger.always = true;
         self.ledger.keep(stage, true);
     }
@@ -176,7 +153,7 @@ impl Tools {
 
     /// How far everything is from instability now, the worst first.
     #[must_use]
-    pub fn forecast(stage: &mut Stage) -> Vec<ForecastRow> {
+    pub fn forecast(stage: &Stage) -> Vec<ForecastRow> {
         forecast::rows(stage)
     }
 
@@ -223,7 +200,7 @@ impl Tools {
 
     /// The receipt of the session as it is: its effects, their causes and the number of bodies of each; evaluations per step are
     /// counted since the last look, and times are from the last measurement.
-    pub fn receipt(&mut self, stage: &mut Stage, view: &View) -> Vec<ReceiptLine> {
+    pub fn receipt(&mut self, stage: &Stage, view: &View) -> Vec<ReceiptLine> {
         self.effects.receipt(stage, view)
     }
 }

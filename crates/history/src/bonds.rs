@@ -115,7 +115,7 @@ const MOST_IN_HILL_SPHERES: usize = 256;
 /// wells and of the bodies that are not lighter, if its energy about it is negative and it is within the holder's Hill sphere; and to
 /// the other end of one of its springs.
 #[must_use]
-pub fn bonds(simulation: &mut Simulation) -> Vec<Bond> {
+pub fn bonds(simulation: &Simulation) -> Vec<Bond> {
     let attractions = Attractions::of(simulation);
     let mut bonds = attractions.bonds();
     if attractions.springs_are_on {
@@ -138,8 +138,8 @@ pub(crate) struct Attractions {
 
 impl Attractions {
     /// The attractions in `simulation`, which is mutable only for queries.
-    pub fn of(simulation: &mut Simulation) -> Self {
-        let off = Effects::of(&mut simulation.world).off;
+    pub fn of(simulation: &Simulation) -> Self {
+        let off = Effects::of(&simulation.world).off;
         let scene = Arc::clone(&simulation.scene);
         let states: Vec<Option<State>> =
             (0..).take(simulation.bodies.len()).map(|id| state(simulation, id)).collect();

@@ -69,13 +69,13 @@ pub struct RunSettings {
 }
 
 impl RunSettings {
-    /// The present settings of `simulation`, which is mutable only for queries.
-    pub fn of(simulation: &mut Simulation) -> Self {
+    /// The present settings of `simulation`, which it leaves as it is.
+    pub fn of(simulation: &Simulation) -> Self {
         Self {
             method: simulation.method(),
             substeps: simulation.substeps(),
             step: simulation.world.resource::<TimeStep>().0,
-            effects: Effects::of(&mut simulation.world),
+            effects: Effects::of(&simulation.world),
         }
     }
 

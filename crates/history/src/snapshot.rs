@@ -34,10 +34,12 @@ pub struct Snapshot {
 
 impl Simulation {
     /// Takes a snapshot of the simulation. Call it between two ticks.
-    pub fn snapshot(&mut self) -> Snapshot {
-        let state = snapshot::take(&mut self.world, &self.stepper);
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot {
+        let state = snapshot::take(&self.world, &self.stepper);
+        let mut ids = self.world.try_query::<&StableId>();
         let mut things: Vec<_> =
-            self.world.query::<&StableId>().iter(&self.world).map(|id| id.0).collect();
+            ids.iter_mut().flat_map(|ids| ids.iter(&self.world)).map(|id| id.0).collect();
         things.sort_unstable();
         let id = |body: Entity| self.id(body);
         let ranges = |bodies: Vec<Entity>| IdRanges::of(bodies.into_iter().filter_map(id));

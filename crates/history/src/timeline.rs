@@ -43,7 +43,7 @@ struct Keyframe {
 }
 
 impl Keyframe {
-    fn of(simulation: &mut Simulation, energy: EnergyState) -> Self {
+    fn of(simulation: &Simulation, energy: EnergyState) -> Self {
         // A pending input is recorded as an event when a tick applies it.
         let snapshot = simulation.snapshot().without_inputs();
         let bytes = size_of::<Self>() + snapshot.bytes();
@@ -76,7 +76,7 @@ pub struct Timeline {
 impl Timeline {
     /// Starts a timeline of `simulation`, between two ticks, that takes at most `cap` bytes. `None` if two snapshots
     /// take more. `energy` is [`Watch::energy`].
-    pub fn new(simulation: &mut Simulation, cap: usize, energy: EnergyState) -> Option<Self> {
+    pub fn new(simulation: &Simulation, cap: usize, energy: EnergyState) -> Option<Self> {
         let mut timeline = Self {
             cap,
             keyframes: VecDeque::new(),
@@ -131,7 +131,7 @@ impl Timeline {
     }
 
     /// Records the end of a tick. `energy` is [`Watch::energy`].
-    pub fn after_tick(&mut self, simulation: &mut Simulation, energy: EnergyState) {
+    pub fn after_tick(&mut self, simulation: &Simulation, energy: EnergyState) {
         self.last_tick = simulation.ticks();
         let last = self.keyframes.back().map_or(0, |keyframe| keyframe.snapshot.ticks());
         if self.last_tick >= last + self.spacing {
@@ -154,7 +154,7 @@ impl Timeline {
         self.events.iter().skip(first).take_while(move |event| event.tick == tick)
     }
 
-    fn take_keyframe(&mut self, simulation: &mut Simulation, energy: EnergyState) {
+    fn take_keyframe(&mut self, simulation: &Simulation, energy: EnergyState) {
         let keyframe = Keyframe::of(simulation, energy);
         self.keyframe_bytes += keyframe.bytes;
         self.keyframes.push_back(keyframe);

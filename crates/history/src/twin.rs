@@ -46,7 +46,7 @@ impl Twin {
     /// # Panics
     /// If the bodies of `leader` are not those of its scene.
     #[must_use]
-    pub fn new(leader: &mut Simulation, method: Method, substeps: Option<u32>) -> Self {
+    pub fn new(leader: &Simulation, method: Method, substeps: Option<u32>) -> Self {
         let begins = leader.world.resource::<StepClock>().scene_seconds() == 0.0;
         let mut scene = Scene::clone(&leader.scene);
         scene.bodies.iter_mut().for_each(|body| body.method = None);
@@ -74,7 +74,7 @@ impl Twin {
     /// # Panics
     /// As [`Twin::new`].
     #[must_use]
-    pub fn reference(leader: &mut Simulation) -> Self {
+    pub fn reference(leader: &Simulation) -> Self {
         let substeps = reference_substeps(&leader.scene);
         Self::new(leader, REFERENCE_METHOD, Some(substeps))
     }
@@ -85,7 +85,7 @@ impl Twin {
     /// # Panics
     /// As [`Twin::new`].
     #[must_use]
-    pub fn finer(leader: &mut Simulation, ticks: u32, substeps: u32) -> Self {
+    pub fn finer(leader: &Simulation, ticks: u32, substeps: u32) -> Self {
         let mut twin = Self::new(leader, REFERENCE_METHOD, Some(substeps));
         let Simulation { world, stepper, .. } = &mut twin.simulation;
         let TimeStep(tick) = *world.resource();

@@ -44,15 +44,14 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
     let ticks = ticks.max(1);
     let scene = Arc::new(scene.clone());
     let mut full = Simulation::new(Arc::clone(&scene));
-    let acts =
-        |effect: &Effect| motion::effects::state(&mut full.world, *effect) == EffectState::On;
+    let acts = |effect: &Effect| motion::effects::state(&full.world, *effect) == EffectState::On;
     let effects: Vec<_> = Effect::ALL.into_iter().filter(acts).collect();
     full.run(ticks);
     let evaluations = |simulation: &Simulation| -> u64 {
         simulation.evaluations().laws().iter().map(|(_, count)| count).sum()
     };
     let (states, spent) = (full.states().collect::<Vec<_>>(), evaluations(&full));
-    let swarms = swarm_keys(&mut full);
+    let swarms = swarm_keys(&full);
     let variants: Vec<_> =
         [Vec::new()].into_iter().chain(effects.iter().map(|effect| vec![*effect])).collect();
     let times = step_times(&scene, &variants, ticks);
@@ -72,7 +71,7 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
                 effect: *effect,
                 max_distance: errors.position_m,
                 rms_distance: errors.position_rms_m,
-                identical: bits(&states) == bits(&ends) && swarm_keys(&mut without) == swarms,
+                identical: bits(&states) == bits(&ends) && swarm_keys(&without) == swarms,
                 evaluations_saved: saved / ticks as f64,
                 ns_saved: ns - time,
                 picture_differs: None,
@@ -83,9 +82,9 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
 }
 
 /// Keys of the ticks of all swarms: equal keys mean the same particles.
-fn swarm_keys(simulation: &mut Simulation) -> Vec<u64> {
-    let mut logs = simulation.world.query::<&SwarmLog>();
-    logs.iter(&simulation.world).map(|log| log.key).collect()
+fn swarm_keys(simulation: &Simulation) -> Vec<u64> {
+    let mut logs = simulation.world.try_query::<&SwarmLog>();
+    logs.iter_mut().flat_map(|logs| logs.iter(&simulation.world)).map(|log| log.key).collect()
 }
 
 /// Stable ids and all bits of states.

@@ -79,7 +79,7 @@ impl Quantities {
 /// The value of `measure` in `simulation`, which is mutable only for queries; NaN for a body that was removed, and
 /// for the error, which one run alone does not have.
 #[must_use]
-pub fn measured(simulation: &mut Simulation, measure: &RunMeasure) -> f64 {
+pub fn measured(simulation: &Simulation, measure: &RunMeasure) -> f64 {
     let state = |name: &str| {
         let body = simulation.world.get_entity(simulation.named(name)?).ok()?;
         Some((body.get::<Transform>()?.position, *body.get::<PhysicsBody>()?))
@@ -98,17 +98,17 @@ pub fn measured(simulation: &mut Simulation, measure: &RunMeasure) -> f64 {
             position(one).zip(position(other)).map(|(one, other)| one.distance(other))
         }
         RunMeasure::Energy => {
-            let totals = totals(&mut simulation.world);
+            let totals = totals(&simulation.world);
             Some(totals.kinetic_energy + totals.potential_energy)
         }
-        RunMeasure::KineticEnergy => Some(totals(&mut simulation.world).kinetic_energy),
-        RunMeasure::Momentum(axis) => Some(along(totals(&mut simulation.world).momentum, *axis)),
+        RunMeasure::KineticEnergy => Some(totals(&simulation.world).kinetic_energy),
+        RunMeasure::Momentum(axis) => Some(along(totals(&simulation.world).momentum, *axis)),
         RunMeasure::Gravity => {
             let gravity = world.get_resource::<Gravity>().filter(|gravity| gravity.on);
             Some(gravity.map_or(0.0, |gravity| gravity.acceleration.length()))
         }
         RunMeasure::Damping => {
-            let on = effects::state(&mut simulation.world, Effect::Damping) == EffectState::On;
+            let on = effects::state(&simulation.world, Effect::Damping) == EffectState::On;
             let damping = simulation.world.get_resource::<Damping>().filter(|_| on);
             Some(damping.map_or(0.0, |damping| damping.rate))
         }
@@ -192,9 +192,9 @@ fn measure_run(
     let mut simulation = Simulation::new(scene);
     let has_error =
         run.measure.iter().any(|quantity| quantity.measure == Measure::Run(RunMeasure::Error));
-    let mut reference = has_error.then(|| Twin::reference(&mut simulation));
+    let mut reference = has_error.then(|| Twin::reference(&simulation));
     let (mut quantities, mut farthest) = (Quantities::default(), 0.0_f64);
-    note(&mut quantities, &run.measure, &mut simulation, farthest);
+    note(&mut quantities, &run.measure, &simulation, farthest);
     for action in &run.start {
         // Bodies are named that the scene has: the lesson was checked against it.
         if let Ok(change) = Change::of(action, &simulation) {
@@ -210,17 +210,12 @@ fn measure_run(
             let apart = Distances::between(&simulation, reference.simulation()).farthest(|_| true);
             farthest = larger(farthest, apart.map_or(f64::NAN, |(_, distance)| distance));
         }
-        note(&mut quantities, &run.measure, &mut simulation, farthest);
+        note(&mut quantities, &run.measure, &simulation, farthest);
     }
     Ok(quantities)
 }
 
-fn note(
-    quantities: &mut Quantities,
-    measure: &[Quantity],
-    simulation: &mut Simulation,
-    error: f64,
-) {
+fn note(quantities: &mut Quantities, measure: &[Quantity], simulation: &Simulation, error: f64) {
     for Quantity { name, measure } in measure {
         let value = match measure {
             Measure::Run(RunMeasure::Error) => error,

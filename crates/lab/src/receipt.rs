@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 use history::Simulation;
 use motion::effects::{Effect, EffectState, column_bytes};
 use motion::snapshot::{LastAcceleration, LastStep};
-use motion::{Dormant, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method};
+use motion::{Dormant, Method, PhysicsBody, Quarantined, Static, own_method};
 use scene::{Declaration, Scene};
 
 use crate::run::{ByEffect, started, step_times};
@@ -60,7 +60,7 @@ pub fn receipt(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
     let mut simulation = started(scene.clone(), without);
     simulation.run(ticks);
     let evaluations = simulation.evaluations().clone();
-    let mut rows = receipt_without_running(&mut simulation);
+    let mut rows = receipt_without_running(&simulation);
     let acting: Vec<_> = rows
         .iter()
         .filter(|row| row.state == EffectState::On)
@@ -94,7 +94,7 @@ pub fn receipt(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
 const IMPLICIT_SOLVER: &str = "implicit_solver";
 
 /// The lines of a simulation in its present state, without running it: evaluations and times are not filled in.
-pub fn receipt_without_running(simulation: &mut Simulation) -> Vec<ReceiptLine> {
+pub fn receipt_without_running(simulation: &Simulation) -> Vec<ReceiptLine> {
     let method = simulation.method();
     let Simulation { scene, world, .. } = simulation;
     let mut rows: Vec<_> = Effect::ALL
@@ -111,8 +111,8 @@ pub fn receipt_without_running(simulation: &mut Simulation) -> Vec<ReceiptLine> 
         })
         .collect();
     let implicit = bodies_of(world, method, Method::ImplicitEuler);
-    let steps = world.query_filtered::<(), With<LastStep>>().iter(world).count();
-    let kept = world.query_filtered::<(), With<LastAcceleration>>().iter(world).count();
+    let steps = count::<LastStep>(world);
+    let kept = count::<LastAcceleration>(world);
     let methods = [
         (IMPLICIT_SOLVER, implicit, 0, "method: implicit_euler"),
         ("verlet_state", steps, column_bytes::<LastStep>(world), "method: position_verlet"),
@@ -145,15 +145,17 @@ fn because(scene: &Scene, effect: Effect) -> String {
 type Integrated = (Without<Quarantined>, Without<Static>, Without<Dormant>);
 
 /// Number of movable bodies that `sought` integrates.
-fn bodies_of(world: &mut World, scene: Method, sought: Method) -> usize {
+fn bodies_of(world: &World, scene: Method, sought: Method) -> usize {
     let moves = |body: &PhysicsBody| body.inverse_mass > 0.0;
-    let mut own =
-        world.query_filtered::<(EntityRef, &PhysicsBody), (With<OwnMethod>, Integrated)>();
     let uses = |(body, state): &(EntityRef, &PhysicsBody)| {
-        moves(state) && own_method(*body) == Some(sought)
+        moves(state) && own_method(*body).unwrap_or(scene) == sought
     };
-    let with_own = own.iter(world).filter(uses).count();
-    let mut others = world.query_filtered::<&PhysicsBody, (Without<OwnMethod>, Integrated)>();
-    with_own
-        + if scene == sought { others.iter(world).filter(|body| moves(body)).count() } else { 0 }
+    let bodies = world.try_query_filtered::<(EntityRef, &PhysicsBody), Integrated>();
+    bodies.map_or(0, |mut bodies| bodies.iter(world).filter(uses).count())
+}
+
+/// Number of bodies with that component.
+fn count<C: Component>(world: &World) -> usize {
+    let bodies = world.try_query_filtered::<(), With<C>>();
+    bodies.map_or(0, |mut bodies| bodies.iter(world).count())
 }

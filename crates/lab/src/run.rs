@@ -92,13 +92,13 @@ const WATCH_WARM_UP: u64 = 32;
 /// itself: beside a tick of many springs it would be within the noise.
 pub fn watch_time(scene: &Scene) -> f64 {
     let mut simulation = Simulation::new(scene.clone());
-    let mut watch = Watch::new(&mut simulation);
+    let mut watch = Watch::new(&simulation);
     for _ in 0..WATCH_WARM_UP {
         watch.tick(&mut simulation, None);
     }
     let mut check_time = |checks| {
         time(checks, || {
-            watch.check(&mut simulation);
+            watch.check(&simulation);
         })
     };
     let block = block_of(check_time(1), u64::MAX);

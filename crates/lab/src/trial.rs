@@ -39,7 +39,7 @@ impl Ahead {
 }
 
 /// The time, s, after which the first body of `simulation` is thrown out within `seconds`, if one is.
-pub(crate) fn thrown_after(simulation: &mut Simulation, seconds: f64) -> Option<f64> {
+pub(crate) fn thrown_after(simulation: &Simulation, seconds: f64) -> Option<f64> {
     let ahead = Ahead { seconds: Some(seconds), verdicts_alone: true, ..Ahead::DEFAULT };
     let mut trial = Trial::new(simulation, ahead);
     trial.finish();
@@ -201,7 +201,7 @@ pub struct Trial {
 impl Trial {
     /// A trial of `simulation` from its present state, without the inputs that wait for the next tick.
     #[must_use]
-    pub fn new(simulation: &mut Simulation, ahead: Ahead) -> Self {
+    pub fn new(simulation: &Simulation, ahead: Ahead) -> Self {
         let scene = Arc::clone(&simulation.scene);
         let has_laws = piece::has_laws(&scene);
         let start = if has_laws { simulation.snapshot() } else { Snapshot::default() };

@@ -36,7 +36,7 @@ fn main() {
         for n in [1_000, 10_000, 100_000] {
             let mut worlds = [(); 3].map(|()| world(n, method));
             let [ticked, taken, restored] = &mut worlds;
-            let saved = snapshot::take(&mut restored.0, &restored.1);
+            let saved = snapshot::take(&restored.0, &restored.1);
             println!("{title:>22} {n:>9}  {} bytes", bytes(&saved));
             compare(
                 n,
@@ -47,7 +47,7 @@ fn main() {
                     (
                         "take",
                         Box::new(|| {
-                            drop(std::hint::black_box(snapshot::take(&mut taken.0, &taken.1)));
+                            drop(std::hint::black_box(snapshot::take(&taken.0, &taken.1)));
                         }),
                     ),
                     (

@@ -153,19 +153,19 @@ impl Groups {
         all.extend(bodies.iter().filter(|body| alone.remove(*body)));
         all
     }
+}
 
-    /// Potential energy of springs and mutual gravity, J, in the state of `world`, for which the groups were
-    /// compiled.
-    pub(crate) fn potential_energy(&self, world: &World) -> Scalar {
-        let gravity = world.get_resource::<MutualGravity>();
-        let energy = |group: &Group| {
-            let states = states_of(world, &group.bodies).into_iter();
-            let (x, w): (Vec<_>, Vec<_>) =
-                states.map(|state| (row_of(state.position), state.inverse_mass)).unzip();
-            group.coupling.potential_energy(gravity, &x, &w)
-        };
-        self.list.iter().map(energy).sum()
-    }
+/// Potential energy of springs and mutual gravity, J.
+pub(crate) fn potential_energy(world: &World) -> Scalar {
+    let gravity = world.get_resource::<MutualGravity>();
+    let coming = coming_couplings(world);
+    let energy = |(coupling, bodies): (&Coupling, &[Entity])| {
+        let states = states_of(world, bodies).into_iter();
+        let (x, w): (Vec<_>, Vec<_>) =
+            states.map(|state| (row_of(state.position), state.inverse_mass)).unzip();
+        coupling.potential_energy(gravity, &x, &w)
+    };
+    couplings(world, coming.as_deref()).map(energy).sum()
 }
 
 /// The states of bodies; a removed body counts as immovable at the origin.

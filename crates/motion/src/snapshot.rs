@@ -22,7 +22,7 @@
 //! };
 //!
 //! second(&mut world, &mut stepper);
-//! let saved = snapshot::take(&mut world, &stepper);
+//! let saved = snapshot::take(&world, &stepper);
 //! let first = second(&mut world, &mut stepper);
 //! snapshot::restore(&mut world, &mut stepper, &saved)?;
 //! assert_eq!(second(&mut world, &mut stepper), first);
@@ -60,6 +60,7 @@ use crate::schedule::emission::orphans;
 use crate::schedule::requests::{Request, Requests};
 use crate::schedule::stepper::Stepper;
 use crate::schedule::swarm::SwarmLog;
+use crate::state::archetypes::with_entities;
 use crate::state::clock::{ClockState, StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::CouplingChanged;
@@ -233,8 +234,10 @@ type IsBody = (With<Transform>, With<PhysicsBody>);
 /// # Panics
 /// If no stepper was made for `world`.
 #[must_use]
-pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
-    let mut tables = world.query::<(Entity, &Transform, &PhysicsBody)>();
+pub fn take(world: &World, stepper: &Stepper) -> Snapshot {
+    let mut tables = world
+        .try_query::<(Entity, &Transform, &PhysicsBody)>()
+        .expect("a stepper registers what bodies have");
     let count = tables.iter(world).len();
     let (mut bodies, mut transforms) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let mut states = Vec::with_capacity(count);
@@ -243,12 +246,11 @@ pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
         transforms.extend_from_slice(table.1);
         states.extend_from_slice(table.2);
     }
-    let mut own = world.query_filtered::<EntityRef, With<OwnMethod>>();
+    let own = marked::<OwnMethod>(world).into_iter();
     let own_methods =
-        own.iter(world).filter_map(|body| Some((body.id(), own_method(body)?))).collect();
-    let mut emissions = world.query::<(Entity, &Emission)>();
-    let emissions =
-        emissions.iter(world).map(|(emitter, emission)| (emitter, emission.state())).collect();
+        own.filter_map(|body| Some((body, own_method(world.entity(body))?))).collect();
+    let emissions = with_entities::<Emission>(world);
+    let emissions = emissions.map(|(emitter, emission)| (emitter, emission.state())).collect();
     let mut dormant = marked::<Dormant>(world);
     dormant.extend(orphans(world));
     Snapshot {
@@ -363,7 +365,7 @@ pub fn restore(
 
 impl Effects {
     /// The effects of `world`.
-    pub fn of(world: &mut World) -> Self {
+    pub fn of(world: &World) -> Self {
         let off = world.get_resource::<OffResource<Damping>>().map(|OffResource(damping)| *damping);
         Self {
             gravity: world.get_resource().copied(),
@@ -639,12 +641,8 @@ impl Snapshot {
 }
 
 /// Every entity with that component, and its value.
-fn all<C: Component + Clone>(world: &mut World) -> Vec<(Entity, C)> {
-    world
-        .query::<(Entity, &C)>()
-        .iter(world)
-        .map(|(entity, value)| (entity, value.clone()))
-        .collect()
+fn all<C: Component + Clone>(world: &World) -> Vec<(Entity, C)> {
+    with_entities(world).map(|(entity, value)| (entity, C::clone(value))).collect()
 }
 
 fn entities<T>(list: &[(Entity, T)]) -> impl Iterator<Item = Entity> {
@@ -671,8 +669,8 @@ fn fault_of(world: &World, entities: impl Iterator<Item = Entity>) -> Option<&'s
     None
 }
 
-fn marked<C: Component>(world: &mut World) -> Vec<Entity> {
-    world.query_filtered::<Entity, With<C>>().iter(world).collect()
+fn marked<C: Component>(world: &World) -> Vec<Entity> {
+    with_entities::<C>(world).map(|(entity, _)| entity).collect()
 }
 
 fn with<C: Copy>(bodies: &[Entity], value: C) -> Vec<(Entity, C)> {

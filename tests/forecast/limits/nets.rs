@@ -212,6 +212,6 @@ impl Stepped {
 
     /// The margins of the net.
     pub fn margins(&mut self) -> Margins {
-        Margins::of(&mut self.world, self.stepper.method())
+        Margins::of(&self.world, self.stepper.method())
     }
 }

@@ -89,7 +89,7 @@ impl Session {
             same_fault: fault.as_ref().map_or(then.fault.is_none(), is_then),
             fault: fault.as_ref().map(named),
         };
-        let watch = Watch::resume(session.stage.sim_mut(), end.watch.energy());
+        let watch = Watch::resume(session.stage.sim(), end.watch.energy());
         session.stage.resume(Recorder::opened(timeline, watch, fault), end);
         Ok((session, repetition))
     }

@@ -33,6 +33,7 @@ use crate::stage::things::neighbor;
 use crate::stage::ticks::Look;
 use crate::stage::{Order, Simulated, Stage};
 use crate::tools::Tools;
+use crate::tools::editor::Editor;
 use crate::tools::editor::selected::{entity_at, offset_in_entry};
 use crate::view::{Measured, Mode, View};
 
@@ -136,7 +137,9 @@ impl Session {
             let last = tick == ticks && self.stage.options().interpolate;
             let repeated = self.stage.begin_tick(last || self.view.follows_ticks(&self.stage));
             self.follow();
-            self.tools.tick(&mut self.stage, last, repeated);
+            self.tools.each().for_each(|(_, tool)| tool.before_tick(&self.stage, last));
+            self.stage.tick(repeated, self.tools.ledger.kept_mut());
+            self.tools.ledger.note(&self.stage);
             self.view.after_tick(&self.stage);
             late = look(&self.stage, Simulated::New).is_break();
             if self.stage.record_after_tick(repeated) || late {
@@ -158,14 +161,14 @@ impl Session {
         if std::mem::replace(&mut self.world, self.stage.here().number) != self.world {
             self.view.forget_world();
             self.hands.forget_world();
-            self.tools.each().for_each(|(_, tool)| tool.restart(&mut self.stage));
+            self.tools.each().for_each(|(_, tool)| tool.restart(&self.stage));
         }
     }
 
     fn begin_tools(&mut self) {
         self.follow();
         for (panel, tool) in self.tools.each() {
-            tool.begin_frame(&mut self.stage, self.ui.shows(panel));
+            tool.begin_frame(&self.stage, self.ui.shows(panel));
         }
     }
 
@@ -534,7 +537,7 @@ impl Session {
     /// Whether the scene has changes that no file has.
     #[must_use]
     pub fn has_unsaved_changes(&self) -> bool {
-        self.tools.has_unsaved_changes(&self.stage)
+        self.tools.editor.is_unsaved(&self.stage.sim().scene)
     }
 
     /// Carries out `order`, which leaves the scene. Asks first if there are unsaved changes.
@@ -571,7 +574,7 @@ impl Session {
             (Some(Question::Leaving(order)), Answer::Discard) => {
                 // Another scene gets another editor as soon as it is open.
                 if order == Order::Quit {
-                    self.tools.discard_changes();
+                    self.tools.editor = Editor::default();
                 }
                 self.stage.orders.push(order);
             }
@@ -598,7 +601,7 @@ impl Session {
     pub fn open_unsaved(&mut self, scene: Scene, file: Option<(PathBuf, Arc<str>)>) {
         self.open(scene);
         self.stage.playback_mut().set_paused(true);
-        self.tools.open_unsaved(&self.stage, file);
+        self.tools.editor.open_unsaved(&self.stage, file);
     }
 
     /// Opens the panel of lessons with `lesson`, whose scene is open in this session and whose runs measured `of_runs`.

@@ -3,8 +3,9 @@
 use bevy_ecs::prelude::*;
 use history::{Change, Simulation};
 use lab::cost::Setting;
-use motion::Push;
 use motion::effects::Effect;
+use motion::{Push, TimeStep};
+use scene::StepKind;
 
 use crate::input::SwitchedBy;
 use crate::stage::options::Options;
@@ -22,10 +23,22 @@ impl Stage {
         &self.sim
     }
 
-    /// The simulation, for queries and observers that need it mutable. Change its motion only through [`Self::change`]: other
-    /// changes are not recorded.
-    pub const fn sim_mut(&mut self) -> &mut Simulation {
+    /// The world, for programs that have entities of their own in it. What they change is not recorded; [`Self::change`] is.
+    pub const fn world_mut(&mut self) -> &mut World {
+        &mut self.sim.world
+    }
+
+    /// The simulation.
+    #[cfg(test)]
+    pub(crate) const fn sim_mut(&mut self) -> &mut Simulation {
         &mut self.sim
+    }
+
+    /// Sets the length of the next tick, s, if the scene steps by frames.
+    pub(crate) fn expect_frame(&mut self, length: f64) {
+        if self.sim.scene.step == StepKind::Frame {
+            self.sim.world.insert_resource(TimeStep(length));
+        }
     }
 
     /// What is replaced with the world.

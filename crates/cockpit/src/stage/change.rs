@@ -118,7 +118,7 @@ impl Stage {
     }
 
     fn refuse_undeclared(&mut self, effect: Effect) -> Result<(), NeverDeclared> {
-        if motion::effects::state(&mut self.sim.world, effect) != EffectState::NotDeclared {
+        if motion::effects::state(&self.sim.world, effect) != EffectState::NotDeclared {
             return Ok(());
         }
         let error = NeverDeclared(effect);
@@ -156,9 +156,7 @@ impl Stage {
                 if self.refuse_undeclared(effect).is_err() {
                     return;
                 }
-            } else if motion::effects::state(&mut self.sim.world, effect)
-                == EffectState::NotDeclared
-            {
+            } else if motion::effects::state(&self.sim.world, effect) == EffectState::NotDeclared {
                 self.notices.say(
                     Topic::Other,
                     format!("{effect} is declared by the settings now, not by the scene"),

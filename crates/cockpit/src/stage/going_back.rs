@@ -29,7 +29,7 @@ impl Stage {
 
     /// Restarts the recording, for another world.
     pub(super) fn restart_recording(&mut self) {
-        if self.recorder.restart(&mut self.sim) {
+        if self.recorder.restart(&self.sim) {
             self.notices.refuse(Topic::Other, "too many bodies to go back in time");
         }
     }
@@ -50,7 +50,7 @@ impl Stage {
 
     /// Records the completed tick unless it was `repeated`. Returns whether it had a fault that the person was not told of.
     pub(crate) fn record_after_tick(&mut self, repeated: bool) -> bool {
-        let Some(seen) = self.recorder.after_tick(&mut self.sim, repeated) else { return false };
+        let Some(seen) = self.recorder.after_tick(&self.sim, repeated) else { return false };
         if seen.at_the_end {
             self.repeat_changes();
         }

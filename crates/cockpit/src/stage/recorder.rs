@@ -131,7 +131,7 @@ impl Recorder {
     }
 
     /// Begins another recording, if the recorder is switched on. Returns whether the scene is too large for that.
-    pub(super) fn restart(&mut self, sim: &mut Simulation) -> bool {
+    pub(super) fn restart(&mut self, sim: &Simulation) -> bool {
         self.recorded = None;
         if self.on_fault.is_some() {
             let watch = Watch::new(sim);
@@ -195,7 +195,7 @@ impl Recorder {
     }
 
     /// Records the completed tick unless it was `repeated`. `None` if the recorder is off.
-    pub(super) fn after_tick(&mut self, sim: &mut Simulation, repeated: bool) -> Option<Seen> {
+    pub(super) fn after_tick(&mut self, sim: &Simulation, repeated: bool) -> Option<Seen> {
         let now = sim.ticks();
         let recorded = self.recorded.as_mut()?;
         let at_the_end = repeated && now == *recorded.timeline.range().end();
@@ -221,7 +221,7 @@ impl Recorder {
     }
 
     /// Looks for a fault in the last ticks of a run that ends in the present state of `sim`.
-    pub(super) fn finish(&mut self, sim: &mut Simulation) {
+    pub(super) fn finish(&mut self, sim: &Simulation) {
         if let Some(recorded) = self.recorded.as_mut().filter(|recorded| recorded.fault.is_none()) {
             recorded.fault = recorded.watch.finish(sim);
             let tick = recorded.fault.as_ref().map(|fault| fault.tick);

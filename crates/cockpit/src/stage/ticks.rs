@@ -98,7 +98,7 @@ impl Stage {
 
     /// Ends a run: looks for a fault in its last ticks.
     pub fn end_run(&mut self) {
-        self.recorder.finish(&mut self.sim);
+        self.recorder.finish(&self.sim);
     }
 
     /// Ends the ticks of a frame, of which `undone` were not simulated. These count as dropped time if the caller was `late`, but

@@ -23,7 +23,7 @@ impl Tool for Effects {
     }
 
     /// Counts evaluations per step from here on: earlier counts are of another world.
-    fn restart(&mut self, stage: &mut Stage) {
+    fn restart(&mut self, stage: &Stage) {
         self.seen = (stage.sim().ticks(), stage.sim().evaluations().laws().to_vec());
     }
 }

@@ -61,7 +61,7 @@ impl Tool for Forecast {
         self.refresh(stage, of);
     }
 
-    fn restart(&mut self, stage: &mut Stage) {
+    fn restart(&mut self, stage: &Stage) {
         if self.shown.is_some() {
             let of = circumstances(stage);
             self.restart_trial(stage);

@@ -48,7 +48,7 @@ impl Tool for Ghosts {
                 .say(Topic::Other, format!("more than {MOST_BODIES} bodies: too many for ghosts"));
             return false;
         }
-        self.begin(stage.sim_mut(), BTreeSet::new());
+        self.begin(stage.sim(), BTreeSet::new());
         true
     }
 
@@ -80,7 +80,7 @@ impl Tool for Ghosts {
     }
 
     /// Simulates a tick of the ghosts.
-    fn before_tick(&mut self, stage: &mut Stage, last: bool) {
+    fn before_tick(&mut self, stage: &Stage, last: bool) {
         self.keep_substeps(stage);
         let Some(twins) = &mut self.twins else { return };
         twins.add_distances(stage);
@@ -99,9 +99,9 @@ impl Tool for Ghosts {
         }
     }
 
-    fn restart(&mut self, stage: &mut Stage) {
+    fn restart(&mut self, stage: &Stage) {
         if let Some(Twins { hidden, .. }) = self.twins.take() {
-            self.begin(stage.sim_mut(), hidden);
+            self.begin(stage.sim(), hidden);
         }
     }
 

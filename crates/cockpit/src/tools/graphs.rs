@@ -29,7 +29,7 @@ impl Tool for Graphs {
         }
     }
 
-    fn restart(&mut self, stage: &mut Stage) {
+    fn restart(&mut self, stage: &Stage) {
         if std::mem::take(&mut self.renamed) {
             self.rebind_by_name(stage);
         }

@@ -42,7 +42,7 @@ impl Tool for Learn {
         self.forget_world();
     }
 
-    fn restart(&mut self, stage: &mut Stage) {
+    fn restart(&mut self, stage: &Stage) {
         self.forget_world();
         self.begin_world(stage);
     }

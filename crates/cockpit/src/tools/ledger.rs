@@ -33,18 +33,18 @@ impl Tool for Ledger {
         self.close();
     }
 
-    fn restart(&mut self, stage: &mut Stage) {
+    fn restart(&mut self, stage: &Stage) {
         if stage.here().sought || !self.always {
             self.reopen(stage);
         }
     }
 
-    fn begin_frame(&mut self, stage: &mut Stage, open: bool) {
+    fn begin_frame(&mut self, stage: &Stage, open: bool) {
         self.keep(stage, open || self.always);
         self.follow_method(stage);
     }
 
-    fn before_tick(&mut self, stage: &mut Stage, _: bool) {
+    fn before_tick(&mut self, stage: &Stage, _: bool) {
         self.follow_method(stage);
     }
 }

@@ -89,16 +89,16 @@ pub(crate) trait Tool {
     }
 
     /// Called when the stage has another world: of the same scene after a reset or a seek, or of another scene.
-    fn restart(&mut self, _stage: &mut Stage) {}
+    fn restart(&mut self, _stage: &Stage) {}
 
     /// Called after the input of a frame, and after a scene was opened.
-    fn begin_frame(&mut self, _stage: &mut Stage, _open: bool) {}
+    fn begin_frame(&mut self, _stage: &Stage, _open: bool) {}
 
     /// Called after a change of the stage between two ticks.
     fn after_change(&mut self, _change: &Change) {}
 
     /// Called before a tick. `last`: it is the last tick of its frame, and pictures are interpolated.
-    fn before_tick(&mut self, _stage: &mut Stage, _last: bool) {}
+    fn before_tick(&mut self, _stage: &Stage, _last: bool) {}
 
     /// Called after the ticks of a frame.
     fn after_ticks(&mut self, _stage: &mut Stage, _view: &View, _open: bool, _time: FrameTime) {}

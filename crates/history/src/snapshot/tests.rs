@@ -24,6 +24,6 @@ fn every_list_counts_as_it_is_allocated() {
     let scene = Scene::parse("t", "(version: 1, drag: (linear_per_s: 1))").unwrap();
     let mut world = Simulation::new(scene).world;
     motion::effects::switch(&mut world, Effect::Drag, false).unwrap();
-    snapshot.state.effects = Effects::of(&mut world);
+    snapshot.state.effects = Effects::of(&world);
     assert!(snapshot.bytes() > size_of::<Snapshot>() + lists);
 }

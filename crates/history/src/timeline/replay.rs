@@ -36,8 +36,8 @@ impl Replay {
         snapshot: &Snapshot,
         energy: EnergyState,
     ) -> Result<Self, BadSnapshot> {
-        let mut simulation = Simulation::restore(scene, snapshot)?;
-        let watch = Watch::resume(&mut simulation, energy);
+        let simulation = Simulation::restore(scene, snapshot)?;
+        let watch = Watch::resume(&simulation, energy);
         Ok(Self { simulation, watch })
     }
 

@@ -46,7 +46,7 @@ impl Rerun {
         {
             return Err(BadBundle::new(CONTRADICTION, UNDAMAGED));
         }
-        let mut timeline = Timeline::new(&mut end.simulation, cap, energy).ok_or_else(|| {
+        let mut timeline = Timeline::new(&end.simulation, cap, energy).ok_or_else(|| {
             let what = "the bundle has more bodies than a timeline can hold";
             BadBundle::new(what, "unpack it and run its scene.ron")
         })?;
@@ -71,7 +71,7 @@ impl Rerun {
             if now >= manifest.end_tick {
                 let state_hash = end.simulation.hash();
                 if faults.is_empty() && manifest.fault.is_some() {
-                    faults.extend(end.watch.finish(&mut end.simulation));
+                    faults.extend(end.watch.finish(&end.simulation));
                 }
                 end.carry_out(&mut noted);
                 drop(noted);
@@ -79,7 +79,7 @@ impl Rerun {
             }
             faults.extend(end.tick(&mut noted));
             drop(noted);
-            timeline.after_tick(&mut end.simulation, end.watch.energy());
+            timeline.after_tick(&end.simulation, end.watch.energy());
             after_tick(end.simulation.ticks());
         }
     }

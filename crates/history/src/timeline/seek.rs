@@ -67,7 +67,7 @@ impl Timeline {
         // Further than from one snapshot to the next in a new timeline.
         let long = *to - *from > FIRST_SPACING;
         if long && left <= FIRST_SPACING && near.is_none() {
-            *near = Some(Keyframe::of(&mut replay.simulation, replay.watch.energy()));
+            *near = Some(Keyframe::of(&replay.simulation, replay.watch.energy()));
         }
         let mut events = self.events_after(replay.simulation.ticks()).peekable();
         // A fault here was found when the tick was first simulated.

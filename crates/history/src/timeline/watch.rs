@@ -101,8 +101,8 @@ pub struct Watch {
 impl Watch {
     /// A watch over a run that begins in the present state of `simulation`.
     #[must_use]
-    pub fn new(simulation: &mut Simulation) -> Self {
-        let totals = totals(&mut simulation.world);
+    pub fn new(simulation: &Simulation) -> Self {
+        let totals = totals(&simulation.world);
         let energy = (totals.kinetic_energy + totals.potential_energy).abs();
         // The sum of infinite energies of both signs is NaN: then only the kinetic energy counts.
         let largest = if energy.is_nan() { 0.0 } else { energy };
@@ -120,11 +120,13 @@ impl Watch {
     /// Continues the watch over the run of `simulation`. `energy` is what [`Watch::energy`] returned at that state of the
     /// run.
     #[must_use]
-    pub fn resume(simulation: &mut Simulation, energy: EnergyState) -> Self {
+    pub fn resume(simulation: &Simulation, energy: EnergyState) -> Self {
         let escapes = Escapes::of(simulation);
-        let world = &mut simulation.world;
+        let world = &simulation.world;
         let records = world.resource::<Quarantine>().records().len();
-        let is_small = world.query::<&PhysicsBody>().iter(world).count() <= SMALL;
+        let is_small = world
+            .try_query::<&PhysicsBody>()
+            .is_none_or(|mut bodies| bodies.iter(world).count() <= SMALL);
         Self {
             records,
             kinetic: KineticEnergy::new(world),
@@ -171,8 +173,8 @@ impl Watch {
         self.look_at(simulation, booked.unwrap_or_default())
     }
 
-    fn look_at(&mut self, simulation: &mut Simulation, booked: Booked) -> Option<Fault> {
-        let jump = self.look_at_energy(&mut simulation.world, booked);
+    fn look_at(&mut self, simulation: &Simulation, booked: Booked) -> Option<Fault> {
+        let jump = self.look_at_energy(&simulation.world, booked);
         let escape = self.escapes.look(simulation);
         let fault = self.look_for_quarantined(&simulation.world).or(jump);
         if fault.is_some() {
@@ -182,13 +184,13 @@ impl Watch {
     }
 
     /// Checks a tick that was simulated without the watch, to measure what a check costs.
-    pub fn check(&mut self, simulation: &mut Simulation) {
+    pub fn check(&mut self, simulation: &Simulation) {
         self.look_at(simulation, Booked::default());
     }
 
     /// The fault in the last ticks of a run that ends in the present state of `simulation`, if none of its ticks made it certain: a copy
     /// continues until the look in progress ends.
-    pub fn finish(&self, simulation: &mut Simulation) -> Option<Fault> {
+    pub fn finish(&self, simulation: &Simulation) -> Option<Fault> {
         self.energy.look?;
         let (end, snapshot) = (simulation.ticks(), simulation.snapshot().without_inputs());
         let scene = Arc::clone(&simulation.scene);
@@ -218,7 +220,7 @@ impl Watch {
         })
     }
 
-    fn look_at_energy(&mut self, world: &mut World, booked: Booked) -> Option<Fault> {
+    fn look_at_energy(&mut self, world: &World, booked: Booked) -> Option<Fault> {
         let (tick, kinetic) = (world.resource::<StepClock>().ticks(), self.kinetic.sum(world));
         enter(&mut self.energy, tick, booked);
         let jump = jump(&mut self.energy, tick, booked);
@@ -462,8 +464,8 @@ fn first_tick(energy: &EnergyState, now: u64, total: f64) -> u64 {
 }
 
 /// Stable id of the body with the most kinetic energy.
-fn most_energetic(world: &mut World) -> Option<u32> {
-    let mut bodies = world.query_filtered::<(&StableId, &PhysicsBody), Without<Dormant>>();
+fn most_energetic(world: &World) -> Option<u32> {
+    let mut bodies = world.try_query_filtered::<(&StableId, &PhysicsBody), Without<Dormant>>()?;
     let energies = bodies.iter(world).map(|(id, body)| (body.kinetic_energy(), id.0));
     energies.max_by(|(a, ida), (b, idb)| a.total_cmp(b).then(idb.cmp(ida))).map(|(_, id)| id)
 }

@@ -64,8 +64,8 @@ impl DriftRun {
         let by_steps = subject.problem.is_some();
         let (subject, inner) =
             if by_steps { subject.by_steps(setting) } else { (subject.clone(), setting) };
-        let mut run = subject.run(inner);
-        let ledger = Ledger::open(&mut run.world);
+        let run = subject.run(inner);
+        let ledger = Ledger::open(&run.world);
         let ticks = subject.ticks * u64::from(longer.max(1));
         Self {
             setting,

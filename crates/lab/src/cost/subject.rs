@@ -195,12 +195,12 @@ impl Subject {
 
     /// Whether a forecast of the subject with this setting finds a fault.
     pub fn has_fault(&self, setting: Setting) -> bool {
-        let mut run = self.run(setting);
-        let margins = Margins::of(&mut run.world, setting.method);
+        let run = self.run(setting);
+        let margins = Margins::of(&run.world, setting.method);
         if margins.list().iter().any(Margin::is_reported) {
             return true;
         }
-        let mut trial = Trial::new(&mut run, Ahead::DEFAULT);
+        let mut trial = Trial::new(&run, Ahead::DEFAULT);
         trial.finish();
         trial.found().iter().any(|tried| tried.verdict.is_fault())
     }

@@ -24,8 +24,8 @@ pub(super) struct RowRun {
 impl RowRun {
     /// The start of a run of `scene`, which is the scene of `row`.
     pub fn new(scene: &Scene, row: &SurvivalRow, with_ledger: bool) -> Self {
-        let mut simulation = Box::new(Simulation::new(scene.clone()));
-        let ledger = with_ledger.then(|| Box::new(Ledger::open(&mut simulation.world)));
+        let simulation = Box::new(Simulation::new(scene.clone()));
+        let ledger = with_ledger.then(|| Box::new(Ledger::open(&simulation.world)));
         Self {
             simulation,
             ledger,

@@ -42,10 +42,10 @@ pub(super) fn run(scene: Scene, plan: &Plan) -> (Outcome, String, Vec<Value>) {
     let step_hz = scene.step_hz;
     let mut simulation = Simulation::new(scene);
     let thrown = measures(Measure::Survives)
-        .then(|| thrown_after(&mut simulation, ticks as f64 / step_hz))
+        .then(|| thrown_after(&simulation, ticks as f64 / step_hz))
         .flatten();
-    let mut truth = measures(Measure::Error).then(|| Truth::of(&mut simulation));
-    let mut energy = plan.keeps().ledger.then(|| Energy::of(&mut simulation));
+    let mut truth = measures(Measure::Error).then(|| Truth::of(&simulation));
+    let mut energy = plan.keeps().ledger.then(|| Energy::of(&simulation));
     let looks = measures(Measure::LargestSpeed) || measures(Measure::LargestDistance);
     let mut motion = looks.then(|| Motion::of(&simulation));
     for _ in 0..ticks {
@@ -143,8 +143,8 @@ struct Energy {
 }
 
 impl Energy {
-    fn of(simulation: &mut Simulation) -> Self {
-        Self { ledger: Ledger::open(&mut simulation.world), largest: 0.0 }
+    fn of(simulation: &Simulation) -> Self {
+        Self { ledger: Ledger::open(&simulation.world), largest: 0.0 }
     }
 
     fn tick(&mut self, simulation: &mut Simulation) {
@@ -169,7 +169,7 @@ struct Truth {
 }
 
 impl Truth {
-    fn of(simulation: &mut Simulation) -> Self {
+    fn of(simulation: &Simulation) -> Self {
         let substeps = reference_substeps(&simulation.scene);
         let finer = [substeps.saturating_mul(2), substeps];
         // In the reference, damping per tick is replaced by the law that it approximates.

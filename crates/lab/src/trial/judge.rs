@@ -42,8 +42,8 @@ pub(super) struct Run {
 pub(super) type Found<T> = (Option<usize>, Option<usize>, T);
 
 impl Run {
-    pub fn new(mut simulation: Simulation, cast: &Cast) -> Self {
-        let look = Look::at(&mut simulation, cast);
+    pub fn new(simulation: Simulation, cast: &Cast) -> Self {
+        let look = Look::at(&simulation, cast);
         let count = cast.ids.len();
         Self {
             simulation,
@@ -68,7 +68,7 @@ impl Run {
     ) -> Option<Found<Excess>> {
         self.simulation.tick();
         self.ticks += 1;
-        let look = Look::at(&mut self.simulation, cast);
+        let look = Look::at(&self.simulation, cast);
         if settling {
             self.window.add(&look);
             for (i, body) in look.bodies.iter().enumerate() {

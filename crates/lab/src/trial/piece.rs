@@ -90,7 +90,7 @@ enum Phase {
     Choose(Start, Ahead),
     /// Makes the finer runs, one at a time, then the run.
     Make(Start, Vec<Simulation>),
-    Run(Runs),
+    Run(Box<Runs>),
     Done,
 }
 
@@ -191,7 +191,7 @@ impl Piece {
     }
 
     /// Chooses steps and horizon.
-    fn choose(&mut self, base: &mut Simulation, ahead: Ahead) {
+    fn choose(&mut self, base: &Simulation, ahead: Ahead) {
         let cast = &mut self.cast;
         cast.bonds = bonds(base);
         let number = |bond: &Bond| cast.ids.binary_search(&bond.body).unwrap_or_default();
@@ -200,7 +200,7 @@ impl Piece {
         cast.held = cast.bonds.iter().all(|bond| bond.is_spring)
             && cast.is_bound.iter().all(|bound| *bound);
         let method = base.method();
-        let margins = Margins::of(&mut base.world, method);
+        let margins = Margins::of(&base.world, method);
         let largest = |rates: &mut dyn Iterator<Item = f64>| {
             rates.filter(|rate| rate.is_finite()).fold(0.0, f64::max)
         };
@@ -247,7 +247,7 @@ impl Piece {
     }
 
     /// Makes the next world of the trial.
-    fn make(&self, mut start: Start, mut finer: Vec<Simulation>) -> Phase {
+    fn make(&self, start: Start, mut finer: Vec<Simulation>) -> Phase {
         if self.end == 0 {
             return Phase::Done;
         }
@@ -255,14 +255,14 @@ impl Piece {
         let times = [1, 2];
         if let Some(times) = times.get(finer.len()) {
             let substeps = (self.steps * times).div_ceil(ticks(*times));
-            let twin = Twin::finer(&mut start.base, ticks(*times), substeps);
+            let twin = Twin::finer(&start.base, ticks(*times), substeps);
             finer.push(twin.into_simulation());
             return Phase::Make(start, finer);
         }
         let run = Simulation::restore(self.part.scene.clone(), &start.snapshot);
         let (Ok(run), Ok(finer)) = (run, finer.try_into()) else { return Phase::Done };
         let truth = Truth::new(finer, &self.cast, times.map(ticks), self.from);
-        Phase::Run(Runs { start, truth, run: Run::new(run, &self.cast), search: None })
+        Phase::Run(Box::new(Runs { start, truth, run: Run::new(run, &self.cast), search: None }))
     }
 
     pub const fn is_done(&self) -> bool {
@@ -292,8 +292,8 @@ impl Piece {
         let mut done = 0.0;
         while done < work && !self.tried.is_done {
             let (next, work) = match std::mem::replace(&mut self.phase, Phase::Done) {
-                Phase::Choose(mut start, ahead) => {
-                    self.choose(&mut start.base, ahead);
+                Phase::Choose(start, ahead) => {
+                    self.choose(&start.base, ahead);
                     (Phase::Make(start, Vec::new()), self.work_of_world())
                 }
                 Phase::Make(start, finer) => (self.make(start, finer), self.work_of_world()),
@@ -308,7 +308,7 @@ impl Piece {
     }
 
     /// Continues the runs by a tick. Returns what is next, and the work done.
-    fn run(&mut self, mut runs: Runs) -> (Phase, f64) {
+    fn run(&mut self, mut runs: Box<Runs>) -> (Phase, f64) {
         let is_cure = runs.search.is_some();
         let work = if is_cure { self.try_cure(&mut runs) } else { self.tick(&mut runs) };
         let next = if self.is_to_be_finer(&runs.truth) {
@@ -441,8 +441,8 @@ impl Piece {
                     self.tried.is_done = true;
                 }
                 Some((method, substeps)) => {
-                    let mut run = Twin::new(base, method, Some(substeps)).into_simulation();
-                    let margins = Margins::of(&mut run.world, method);
+                    let run = Twin::new(base, method, Some(substeps)).into_simulation();
+                    let margins = Margins::of(&run.world, method);
                     if margins.list().iter().any(Margin::is_reported) {
                         search.answer(false);
                     } else {

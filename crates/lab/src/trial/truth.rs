@@ -26,8 +26,8 @@ pub(super) struct Look {
 
 impl Look {
     /// The state of a run with its energy, which takes about as long as an evaluation.
-    pub fn at(simulation: &mut Simulation, cast: &Cast) -> Self {
-        let sums = totals(&mut simulation.world);
+    pub fn at(simulation: &Simulation, cast: &Cast) -> Self {
+        let sums = totals(&simulation.world);
         Self {
             energy: sums.kinetic_energy + sums.potential_energy,
             ..Self::within(simulation, cast)
@@ -273,12 +273,12 @@ pub(super) struct Truth {
 impl Truth {
     /// Of two finer runs, the coarser first, with as many ticks per tick of the scene. `window_from` is the first tick of the window.
     pub fn new(
-        [mut coarse, mut fine]: [Simulation; 2],
+        [coarse, fine]: [Simulation; 2],
         cast: &Cast,
         ticks_per_tick: [u32; 2],
         window_from: u64,
     ) -> Self {
-        let looks = [Look::at(&mut coarse, cast), Look::at(&mut fine, cast)];
+        let looks = [Look::at(&coarse, cast), Look::at(&fine, cast)];
         let most = [Most::of(&looks[0]), Most::of(&looks[1])];
         let [_, look] = looks;
         Self {

@@ -8,6 +8,7 @@ use crate::groups::Groups;
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
 use crate::laws::{Law, MutualGravity, laws};
+use crate::state::archetypes::values;
 
 /// The laws of a world as text, with their parameters.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -23,9 +24,9 @@ pub struct LawTexts {
 impl LawTexts {
     /// Describes the laws of `world`.
     #[must_use]
-    pub fn of(world: &mut World) -> Self {
+    pub fn of(world: &World) -> Self {
         let mut own = BTreeMap::new();
-        for law in world.query::<&OwnLaws>().iter(world).flat_map(OwnLaws::laws) {
+        for law in values::<OwnLaws>(world).flat_map(OwnLaws::laws) {
             *own.entry(law.name()).or_insert(0) += 1;
         }
         let own = own.into_iter().map(|(name, count)| format!("{name}: {count}"));

@@ -17,7 +17,7 @@ use bevy_ecs::prelude::*;
 
 pub use lines::{Energies, LedgerLines, LedgerTotals};
 
-use crate::groups::{Groups, compile_groups};
+use crate::groups::{coming_couplings, couplings};
 use crate::kernels::record::{TickRecord, TickRecords};
 use crate::methods::table::Method;
 use crate::schedule::emission::emit_particles;
@@ -25,7 +25,7 @@ use crate::schedule::stepper::Stepper;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::emitter::Emissions;
 use crate::units::{Scalar, Vector};
-use bodies::{BodyTick, LedgerQuery, Opening, PhasePoint};
+use bodies::{BodyTick, Opening, PhasePoint};
 use groups::LedgerGroup;
 use path::Path;
 use tick::LedgerTick;
@@ -101,12 +101,14 @@ impl Conserved {
 
 impl Ledger {
     /// Opens a ledger of `world`, which compares later energy, momentum and angular momentum with the present ones.
-    pub fn open(world: &mut World) -> Self {
-        compile_groups(world);
-        let mut query = LedgerQuery::new(world);
-        let world = &*world;
-        let mut bodies = bodies::bodies(world, &mut query, Method::default(), &Opening::default());
-        let groups = groups::ledger_groups(world.get_resource::<Groups>(), &mut bodies);
+    ///
+    /// # Panics
+    /// If no stepper was made for `world`.
+    #[must_use]
+    pub fn open(world: &World) -> Self {
+        let coming = coming_couplings(world);
+        let mut bodies = bodies::bodies(world, Method::default(), &Opening::default());
+        let groups = groups::ledger_groups(couplings(world, coming.as_deref()), &mut bodies);
         let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
         let tick = LedgerTick::of(world, Method::default(), clock, 0.0);
         let opening = Conserved::at(1, &tick, &bodies, &groups);
@@ -143,19 +145,17 @@ impl Ledger {
 
     fn close_tick(
         &mut self,
-        world: &mut World,
+        world: &World,
         method: Method,
         clock: StepClock,
         opening: &Opening,
         records: &EntityHashMap<TickRecord>,
     ) {
-        // Drops the springs of a body that was quarantined in this tick, which did not act in it either.
-        compile_groups(world);
-        let mut query = LedgerQuery::new(world);
-        let world = &*world;
+        // Without the springs of a body that was quarantined in this tick, which did not act in it either.
+        let coming = coming_couplings(world);
         let TimeStep(tick) = *world.resource::<TimeStep>();
-        let mut bodies = bodies::bodies(world, &mut query, method, opening);
-        let groups = groups::ledger_groups(world.get_resource::<Groups>(), &mut bodies);
+        let mut bodies = bodies::bodies(world, method, opening);
+        let groups = groups::ledger_groups(couplings(world, coming.as_deref()), &mut bodies);
         let ledger_tick = LedgerTick::of(world, method, clock, tick);
         let [start, end] = [0, 1].map(|end| Conserved::at(end, &ledger_tick, &bodies, &groups));
         let mut totals = LedgerTotals::default();

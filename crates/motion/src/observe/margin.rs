@@ -15,7 +15,7 @@ use modes::Stepping;
 pub use natural::{NaturalMode, NaturalModes, natural_modes};
 pub(crate) use single_bodies::restoring_rate;
 
-use crate::groups::{Group, Groups, compile_groups};
+use crate::groups::{Groups, coming_couplings, couplings};
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
 use crate::laws::{MutualGravity, SharedLaws};
@@ -23,7 +23,7 @@ use crate::methods::markers::own_method;
 use crate::methods::table::Method;
 use crate::state::archetypes::may_exist;
 use crate::state::clock::TimeStep;
-use crate::state::substeps::Substeps;
+use crate::state::substeps::{OwnSubsteps, Substeps};
 use crate::units::Scalar;
 
 /// The part of a world that limits a step.
@@ -183,21 +183,22 @@ pub struct Margins {
 }
 
 impl Margins {
-    /// Computes the margins of `world`, where `method` is that of bodies without their own. Compiles the groups again
-    /// if they changed.
+    /// Computes the margins of `world`, where `method` is that of bodies without their own.
+    ///
+    /// # Panics
+    /// If no stepper was made for `world`.
     #[must_use]
-    pub fn of(world: &mut World, method: Method) -> Self {
+    pub fn of(world: &World, method: Method) -> Self {
         Self::compute(world, method, false)
     }
 
     /// Computes the margins with [`Self::springs`], a list that is long in a large world.
     #[must_use]
-    pub fn with_springs(world: &mut World, method: Method) -> Self {
+    pub fn with_springs(world: &World, method: Method) -> Self {
         Self::compute(world, method, true)
     }
 
-    fn compute(world: &mut World, method: Method, springs: bool) -> Self {
-        compile_groups(world);
+    fn compute(world: &World, method: Method, springs: bool) -> Self {
         let tick = world.get_resource::<TimeStep>().map_or(0.0, |step| step.0);
         if tick <= 0.0 || !may_be_stiff(world) {
             return Self::default();
@@ -236,12 +237,14 @@ impl Margins {
     }
 
     fn add_groups(&mut self, world: &World, scenes: Stepping, springs: bool) {
-        let Some(groups) = world.get_resource::<Groups>() else { return };
-        for Group { coupling, bodies, substeps, .. } in &groups.list {
+        let coming = coming_couplings(world);
+        for (coupling, bodies) in couplings(world, coming.as_deref()) {
+            // The others get the method and substeps of the first.
             let first = bodies.first().and_then(|body| world.get_entity(*body).ok());
+            let substeps = first.and_then(|body| body.get::<OwnSubsteps>());
             let stepping = Stepping {
                 method: first.and_then(own_method).unwrap_or(scenes.method),
-                substeps: substeps.unwrap_or(scenes.substeps),
+                substeps: substeps.map_or(scenes.substeps, |substeps| substeps.0.max(1)),
                 ..scenes
             };
             let spring_margins = springs.then_some(&mut self.springs);

@@ -2,11 +2,11 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::groups::{Groups, compile_groups};
+use crate::groups::potential_energy;
 use crate::laws::{Gravity, SharedLaws};
 use crate::state::components::PhysicsBody;
 use crate::state::emitter::Dormant;
-use crate::tick::columns::ObservedColumns;
+use crate::tick::columns::{NO_STEPPER, observed};
 use crate::units::{Scalar, Vector};
 
 /// Energy, momentum and angular momentum of all movable bodies.
@@ -25,20 +25,17 @@ pub struct Totals {
 
 /// Computes the totals of all movable bodies of `world`. Sums are in stable-id order, so that the order of tables
 /// changes no bit; bodies without an id come last, in table order.
-pub fn totals(world: &mut World) -> Totals {
-    compile_groups(world);
-    let mut query = world.query_filtered::<ObservedColumns, Without<Dormant>>();
-    let world = &*world;
+///
+/// # Panics
+/// If no stepper was made for `world`.
+#[must_use]
+pub fn totals(world: &World) -> Totals {
+    let mut query = observed::<Without<Dormant>>(world);
     let gravity = world.get_resource::<Gravity>();
     let shared = SharedLaws::of(world);
     let mut rows: Vec<_> = query.iter(world).filter(|row| row.body.inverse_mass > 0.0).collect();
     rows.sort_by_key(|row| row.key().0);
-    let mut sum = Totals {
-        potential_energy: world
-            .get_resource::<Groups>()
-            .map_or(0.0, |groups| groups.potential_energy(world)),
-        ..Totals::default()
-    };
+    let mut sum = Totals { potential_energy: potential_energy(world), ..Totals::default() };
     for row in rows {
         let (momentum, state, options) = (row.body.momentum(), row.state(), row.options.options());
         sum.kinetic_energy += row.body.kinetic_energy();
@@ -58,9 +55,12 @@ pub struct KineticEnergy(QueryState<&'static PhysicsBody, Without<Dormant>>);
 
 impl KineticEnergy {
     /// Makes a query for `world`.
+    ///
+    /// # Panics
+    /// If no stepper was made for `world`.
     #[must_use]
-    pub fn new(world: &mut World) -> Self {
-        Self(world.query_filtered())
+    pub fn new(world: &World) -> Self {
+        Self(world.try_query_filtered().expect(NO_STEPPER))
     }
 
     /// Sum of `m v² / 2` over the movable bodies of `world`, J, in the order of its tables.

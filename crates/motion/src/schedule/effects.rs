@@ -104,14 +104,14 @@ impl Effect {
     }
 
     /// The number of bodies that the effect acts on in the coming step: 0 while it is off, all ends for springs.
-    pub fn bodies(self, world: &mut World) -> usize {
+    pub fn bodies(self, world: &World) -> usize {
         let on = self.values().iter().find(|values| (values.state)(world)[0]);
         on.map_or(0, |values| (values.bodies)(world))
     }
 
     /// The bytes of the effect's state in `world`, on or off: columns as they are allocated, resources, and the lists
     /// that they hold.
-    pub fn bytes(self, world: &mut World) -> usize {
+    pub fn bytes(self, world: &World) -> usize {
         self.values().iter().map(|values| (values.bytes)(world)).sum()
     }
 }
@@ -161,7 +161,7 @@ impl fmt::Display for NeverDeclared {
 impl std::error::Error for NeverDeclared {}
 
 /// Whether `effect` is on in `world`.
-pub fn state(world: &mut World, effect: Effect) -> EffectState {
+pub fn state(world: &World, effect: Effect) -> EffectState {
     let state = effect.values().iter().fold([false; 2], |[any_on, any_off], values| {
         let [on, off] = (values.state)(world);
         [any_on || on, any_off || off]

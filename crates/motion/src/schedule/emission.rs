@@ -8,6 +8,7 @@ use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
 use crate::schedule::swarm::Swarm;
+use crate::state::archetypes::with_entities;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::disabled::is_disabled;
@@ -161,21 +162,26 @@ fn retire(world: &mut World, pools: &EntityHashSet) {
 }
 
 /// The particles that the next tick makes dormant, because their emitter was removed or replaced.
-pub(crate) fn orphans(world: &mut World) -> Vec<Entity> {
+pub(crate) fn orphans(world: &World) -> Vec<Entity> {
     if world.get_resource::<EmittersChanged>().is_some_and(|changed| !changed.0) {
         return Vec::new();
     }
-    let mut emitters = world.query_filtered::<Emitters, WithBodies>();
+    // A stepper has prepared the pools.
+    let mut emitters = world.try_query_filtered::<Emitters, WithBodies>();
     let mut living = EntityHashSet::default();
-    for (on, off, _, emission) in emitters.iter(world) {
+    for (on, off, _, emission) in emitters.iter_mut().flat_map(|emitters| emitters.iter(world)) {
         let pool = on.or(off.map(|Off(emitter)| emitter)).map_or(&[][..], |emitter| &emitter.pool);
         living.extend(
             pool.iter().zip(0..).filter(|(_, slot)| emission.lives(*slot)).map(|(body, _)| *body),
         );
     }
-    let mut particles =
-        world.query_filtered::<Entity, (With<Particle>, Without<Dormant>, Without<Quarantined>)>();
-    particles.iter(world).filter(|body| !living.contains(body)).collect()
+    let particles = with_entities::<Particle>(world).map(|(body, _)| world.entity(body));
+    let alive = particles.filter(|body| {
+        !(living.contains(&body.id())
+            || body.contains::<Dormant>()
+            || body.contains::<Quarantined>())
+    });
+    alive.map(|body| body.id()).collect()
 }
 
 /// Prepares pools: marks their bodies as [`Particle`]s, [`Dormant`] unless they live. Returns whether there are emitters,

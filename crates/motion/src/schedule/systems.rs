@@ -25,6 +25,7 @@ use crate::state::forces::{Forces, PushQueue, PushedBodies};
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::static_bodies::Static;
 use crate::tick::body_filter::BodyFilter;
+use crate::tick::columns::register_observed;
 use crate::tick::integrate::{
     integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
 };
@@ -210,6 +211,7 @@ fn remember_state<State: Component + Default>(
 /// If `step` is negative or not finite.
 pub fn insert_step_resources(world: &mut World, step: TimeStep) {
     step.check();
+    register_observed(world);
     world.insert_resource(step);
     world.init_resource::<StepClock>();
     world.init_resource::<Evaluations>();

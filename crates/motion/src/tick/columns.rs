@@ -1,7 +1,7 @@
 //! The columns of bodies that a tick reads and writes.
 
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::QueryData;
+use bevy_ecs::query::{QueryData, QueryFilter};
 
 use crate::kernels::{BodyOptions, RowOptions};
 use crate::laws::BodyState;
@@ -15,6 +15,7 @@ use crate::state::components::{
 use crate::state::coupling::Grouped;
 use crate::state::emitter::Dormant;
 use crate::state::method_state::{LastAcceleration, LastStep};
+use crate::state::static_bodies::Static;
 use crate::state::substeps::OwnSubsteps;
 
 /// The columns of a body's options, which most bodies lack.
@@ -56,6 +57,23 @@ pub(crate) struct ObservedColumns {
     pub grouped: Has<Grouped>,
     pub quarantined: Has<Quarantined>,
     pub dormant: Has<Dormant>,
+}
+
+/// Registers the components of [`observed`] bodies.
+pub(crate) fn register_observed(world: &mut World) {
+    drop(world.query_filtered::<(ObservedColumns, &Force), Without<Static>>());
+}
+
+/// Why a query for observers cannot be made.
+pub(crate) const NO_STEPPER: &str =
+    "nothing can be observed in a world without a stepper; make a `Stepper` for it first";
+
+/// The bodies of `world` that pass the filter, for observers, which change nothing.
+///
+/// # Panics
+/// If no stepper was made for `world`.
+pub(crate) fn observed<F: QueryFilter>(world: &World) -> QueryState<ObservedColumns, F> {
+    world.try_query_filtered().expect(NO_STEPPER)
 }
 
 impl ObservedColumnsItem<'_, '_> {

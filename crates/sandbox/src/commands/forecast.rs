@@ -65,10 +65,10 @@ pub(crate) fn run(args: &ForecastArgs) -> Result<(), Failure> {
     if simulation.scene.step == StepKind::Frame {
         simulation.world.insert_resource(TimeStep(1.0 / DEFAULT_FPS));
     }
-    let rows = rows(&mut simulation, args.ahead);
+    let rows = rows(&simulation, args.ahead);
     let found = args.modes.map(|count| {
         let _waiting = Waiting::begin("computing natural modes");
-        natural_modes(&mut simulation.world, count)
+        natural_modes(&simulation.world, count)
     });
     show(&match args.format {
         Format::Table => table(&simulation, &rows, found.as_ref()),
@@ -80,9 +80,9 @@ pub(crate) fn run(args: &ForecastArgs) -> Result<(), Failure> {
 const WORK_OF_BAR: f64 = 1e6;
 
 /// The rows of the forecast, faults first.
-fn rows(simulation: &mut Simulation, ahead: Option<f64>) -> Vec<ForecastRow> {
+fn rows(simulation: &Simulation, ahead: Option<f64>) -> Vec<ForecastRow> {
     let method = simulation.method();
-    let margins = Margins::of(&mut simulation.world, method);
+    let margins = Margins::of(&simulation.world, method);
     let mut trial = Trial::new(simulation, Ahead { seconds: ahead, ..Ahead::DEFAULT });
     let progress = Progress::new(1);
     progress.say("trying how the scene goes on");

@@ -41,9 +41,8 @@ pub(crate) fn run(args: &PlanArgs) -> Result<(), Failure> {
 #[must_use]
 pub fn text(scene: Scene, overrides: Overrides) -> String {
     let options = Options { pictures: false, interpolate: false, overrides, ..Options::default() };
-    let mut session = Session::new(scene, options);
-    let LawTexts { between_bodies, on_bodies, damping } =
-        LawTexts::of(&mut session.stage.sim_mut().world);
+    let session = Session::new(scene, options);
+    let LawTexts { between_bodies, on_bodies, damping } = LawTexts::of(&session.stage.sim().world);
     let [between_bodies, accelerating] = [&between_bodies, &on_bodies].map(joined);
     let damping = joined(&damping);
     let scene = &session.stage.sim().scene;

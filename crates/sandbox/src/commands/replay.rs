@@ -53,11 +53,11 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
     let name = path.display().to_string();
     let options =
         Options { pictures: false, interpolate: false, threads: cores(), ..Options::default() };
-    let (mut session, repetition) = repeated(&bundle, &name, options)?;
+    let (session, repetition) = repeated(&bundle, &name, options)?;
     let manifest = &bundle.manifest;
     if let Some(folder) = out {
         make_folder(folder)?;
-        unpack(folder, &files, &bundle, &mut session, &summary(&name, &bundle, &repetition))?;
+        unpack(folder, &files, &bundle, &session, &summary(&name, &bundle, &repetition))?;
     }
     let (from, to) = (manifest.snapshot_tick, manifest.end_tick);
     show(&format!("{}, ticks {from} to {to}, written by {}\n", manifest.scene, manifest.program))?;
@@ -104,11 +104,11 @@ fn unpack(
     folder: &Path,
     files: &CommandFiles,
     bundle: &Bundle,
-    session: &mut Session,
+    session: &Session,
     summary: &Value,
 ) -> Result<(), Failure> {
-    let state = states::csv_of(&mut session.stage)
-        .map_err(|error| Failure::file("write", folder, &error))?;
+    let state =
+        states::csv_of(&session.stage).map_err(|error| Failure::file("write", folder, &error))?;
     let write = |name: &str, bytes: &[u8]| write(&files.unread(&folder.join(name))?, bytes);
     let [scene_file, state_file, picture_file, summary_file] = FILES;
     write(scene_file, bundle.scene.as_bytes())?;

@@ -175,9 +175,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let told = forecast_start(args, &mut session, longest_frame)?;
     let long = ticks.and_then(|ticks| long_ticks(&session, ticks));
     told.iter().chain(&long).for_each(|line| loading.tell(line));
-    let mut outputs = Outputs::open(args, &paths, files, &mut session, longest_frame)?;
+    let mut outputs = Outputs::open(args, &paths, files, &session, longest_frame)?;
     loading.next();
-    let start = Summary::totals_at_start(&mut session.stage);
+    let start = Summary::totals_at_start(&session.stage);
     drop(loading);
     keep_ledger(args, &mut session);
     if args.black_box.is_some() {
@@ -303,7 +303,7 @@ fn forecast_start(
 /// Keeps a ledger if one was asked for, or if a bound of the energy is checked by it.
 fn keep_ledger(args: &RunArgs, session: &mut Session) {
     if keeps_ledger(args, &session.stage.sim().scene) {
-        session.tools.keep_ledger(&mut session.stage);
+        session.tools.keep_ledger(&session.stage);
     }
 }
 

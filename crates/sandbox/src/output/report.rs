@@ -29,8 +29,8 @@ pub struct Summary {
 impl Summary {
     /// Energy and momentum at the start of a run, from which its drift is measured.
     #[must_use]
-    pub fn totals_at_start(stage: &mut Stage) -> Totals {
-        totals(&mut stage.sim_mut().world)
+    pub fn totals_at_start(stage: &Stage) -> Totals {
+        totals(&stage.sim().world)
     }
 
     /// The summary of `session`, which began with the totals `start`. `adapter` drew the `pictures`, if any.
@@ -41,7 +41,7 @@ impl Summary {
         pictures: u64,
         adapter: Option<String>,
     ) -> Self {
-        let now = totals(&mut session.stage.sim_mut().world);
+        let now = totals(&session.stage.sim().world);
         let evaluations = session.stage.sim().evaluations();
         // Every law is listed: an inactive law was evaluated 0 times.
         let laws: Map<_, _> = LAWS

@@ -99,12 +99,11 @@ struct Causes {
 }
 
 impl Causes {
-    fn of(stage: &mut Stage) -> Self {
+    fn of(stage: &Stage) -> Self {
         let mut is_declared = |law: &&str| {
             let effect = Effect::from_name(law);
-            effect.is_some_and(|effect| {
-                state(&mut stage.sim_mut().world, effect) != EffectState::NotDeclared
-            })
+            effect
+                .is_some_and(|effect| state(&stage.sim().world, effect) != EffectState::NotDeclared)
         };
         let declared: Vec<_> = LAWS.iter().map(|(law, _)| *law).filter(&mut is_declared).collect();
         let energies =
@@ -174,11 +173,7 @@ pub(crate) struct States<W: Write> {
 
 impl States<Output> {
     /// Begins the file at `path`.
-    pub fn begin(
-        path: &OutputPath,
-        stage: &mut Stage,
-        selection: &Selection,
-    ) -> Result<Self, Failure> {
+    pub fn begin(path: &OutputPath, stage: &Stage, selection: &Selection) -> Result<Self, Failure> {
         let end = path.as_ref().extension();
         if end.is_some_and(|end| end.eq_ignore_ascii_case("parquet")) {
             let what = "states are written as CSV; give a name that ends in .csv";
@@ -195,7 +190,7 @@ impl States<Output> {
 }
 
 impl<W: Write> States<W> {
-    fn new(mut out: W, stage: &mut Stage, selection: &Selection) -> io::Result<Self> {
+    fn new(mut out: W, stage: &Stage, selection: &Selection) -> io::Result<Self> {
         let causes = Causes::of(stage);
         let names = selection.quantities.iter().flat_map(|quantity| quantity.columns(&causes));
         let columns = ["tick", "time_s", "body"].map(str::to_owned).into_iter().chain(names);
@@ -270,7 +265,7 @@ impl<W: Write> States<W> {
 }
 
 /// The state of `stage` as CSV, with the usual columns.
-pub(crate) fn csv_of(stage: &mut Stage) -> io::Result<Vec<u8>> {
+pub(crate) fn csv_of(stage: &Stage) -> io::Result<Vec<u8>> {
     let mut states = States::new(Vec::new(), stage, &Selection::usual())?;
     states.add(stage)?;
     Ok(states.out)

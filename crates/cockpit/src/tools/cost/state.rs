@@ -39,8 +39,8 @@ impl Cost {
 
 /// The settings on which the result of a study of the running scene depends: not method and substeps, which the study varies, and
 /// with gravity on or off as in the scene.
-pub(super) fn settings(stage: &mut Stage) -> RunSettings {
-    let now = RunSettings::of(stage.sim_mut());
+pub(super) fn settings(stage: &Stage) -> RunSettings {
+    let now = RunSettings::of(stage.sim());
     let mut settings = RunSettings { method: Method::default(), substeps: 1, ..now };
     if let Some(gravity) = &mut settings.effects.gravity {
         gravity.on = stage.sim().scene.gravity.is_none_or(|there| there.on);

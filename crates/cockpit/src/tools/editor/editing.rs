@@ -27,7 +27,7 @@ impl Editor {
     /// text is not a valid scene, the editor shows the error, and nothing else happens.
     pub(super) fn rewrite(
         &mut self,
-        stage: &mut Stage,
+        stage: &Stage,
         changes: &[TextEdit],
         select: Option<&str>,
     ) -> Next {
@@ -117,7 +117,7 @@ impl Editor {
     }
 
     /// Removes an entry. With `alone`, takes a grid or a cloud apart and removes only the body with that stable id.
-    pub(super) fn delete(&mut self, stage: &mut Stage, entry: &Entry, alone: Option<u32>) -> Next {
+    pub(super) fn delete(&mut self, stage: &Stage, entry: &Entry, alone: Option<u32>) -> Next {
         let Some(body) = alone else {
             let without = stage.sim().scene.without(&entry.path());
             return self.rewrite(stage, &without, None);
@@ -181,7 +181,7 @@ fn rewritten(stage: &Stage, text: &str, changes: &[TextEdit]) -> Result<Scene, S
 }
 
 /// The text of the scene with the method, step, gravity, damping and switched effects that it has now.
-fn present_text(stage: &mut Stage) -> Arc<str> {
+fn present_text(stage: &Stage) -> Arc<str> {
     let text = Arc::clone(&stage.sim().scene.text);
     let settings = settings_of(stage);
     if settings.is_empty() {
@@ -191,7 +191,7 @@ fn present_text(stage: &mut Stage) -> Arc<str> {
 }
 
 /// Settings of the run that differ from the text of the scene, as changes of the text.
-fn settings_of(stage: &mut Stage) -> Vec<TextEdit> {
+fn settings_of(stage: &Stage) -> Vec<TextEdit> {
     let scene = &stage.sim().scene;
     scene.reread(&scene.text).map_or_else(|_| Vec::new(), |written| settings(stage, &written))
 }
@@ -215,8 +215,8 @@ fn edited_entry(stage: &mut Stage, open: bool) -> Option<(Entry, String)> {
 }
 
 /// Settings of the run of `stage` that differ from `written`, as changes of its text.
-fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
-    let now = RunSettings::of(stage.sim_mut());
+fn settings(stage: &Stage, written: &Scene) -> Vec<TextEdit> {
+    let now = RunSettings::of(stage.sim());
     let mut changes = Vec::new();
     let mut set =
         |group: &str, key: &str, value: String| changes.push(TextEdit::set(group, key, value));
@@ -262,12 +262,10 @@ fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
 }
 
 /// The change that writes the effects `now` as off, if the text has others. Gravity has its own key.
-fn switched_off(stage: &mut Stage, mut now: Vec<Effect>, written: &Scene) -> Option<TextEdit> {
+fn switched_off(stage: &Stage, mut now: Vec<Effect>, written: &Scene) -> Option<TextEdit> {
     now.retain(|effect| *effect != Effect::Gravity);
     let mut before = written.off_at_start.clone();
-    before.retain(|effect| {
-        effects::state(&mut stage.sim_mut().world, *effect) != EffectState::NotDeclared
-    });
+    before.retain(|effect| effects::state(&stage.sim().world, *effect) != EffectState::NotDeclared);
     before.sort();
     before.dedup();
     let names: Vec<_> = now.iter().map(|effect| effect.name()).collect();

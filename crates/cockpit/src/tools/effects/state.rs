@@ -38,9 +38,9 @@ pub struct Effects {
 impl Effects {
     /// The receipt of the stage as it is: which effects are on, why, on how many bodies; evaluations per step are counted since
     /// the last look, and times are from the last measurement.
-    pub fn receipt(&mut self, stage: &mut Stage, view: &View) -> Vec<ReceiptLine> {
+    pub fn receipt(&mut self, stage: &Stage, view: &View) -> Vec<ReceiptLine> {
         self.look_at_rates(stage);
-        let mut rows = lab::receipt_without_running(stage.sim_mut());
+        let mut rows = lab::receipt_without_running(stage.sim());
         rows.extend(picture_rows(stage, view));
         for row in &mut rows {
             if let Some(by) = row.effect.and_then(|effect| stage.switched_by(effect)) {
@@ -70,7 +70,7 @@ impl Effects {
         // An effect that is off at the start may have been switched on since.
         let scene = Scene { off_at_start: Vec::new(), ..Scene::clone(scene) };
         let receipt =
-            lab::receipt(&scene, MEASURED_TICKS, &RunSettings::of(stage.sim_mut()).effects.off);
+            lab::receipt(&scene, MEASURED_TICKS, &RunSettings::of(stage.sim()).effects.off);
         let watch = lab::watch_time(&scene);
         let rows = receipt.rows.iter().map(|row| (row.name, row.ns, row.share));
         self.measured =

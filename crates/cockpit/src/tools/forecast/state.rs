@@ -5,11 +5,9 @@ use std::collections::HashMap;
 use bevy_ecs::prelude::*;
 use history::RunSettings;
 use lab::trial::{Ahead, Trial};
-use motion::TimeStep;
 use motion::groups::Groups;
 use motion::margin::Margins;
 use report::ForecastRow;
-use scene::StepKind;
 
 use crate::stage::Stage;
 use crate::stage::notices::Topic;
@@ -96,12 +94,10 @@ impl Forecast {
     /// Begins the forecast at the start of a scene with frames of that length, s: the margins now, and a trial that
     /// [goes on](Self::advance).
     pub fn begin(&mut self, stage: &mut Stage, frame: f64) {
-        if stage.sim().scene.step == StepKind::Frame {
-            stage.sim_mut().world.insert_resource(TimeStep(frame));
-        }
+        stage.expect_frame(frame);
         let margins = margins(stage);
         self.at_start = ForecastRow::of_margins(stage.sim(), &margins);
-        self.trial = Some(Trial::new(stage.sim_mut(), Ahead::DEFAULT));
+        self.trial = Some(Trial::new(stage.sim(), Ahead::DEFAULT));
         (self.tried, self.begins, self.since) = (Vec::new(), true, stage.sim().seconds());
         self.keep_listed(stage);
     }
@@ -159,21 +155,21 @@ impl Forecast {
     }
 
     /// Begins a trial of the present state, and forgets the last one.
-    pub(super) fn restart_trial(&mut self, stage: &mut Stage) {
+    pub(super) fn restart_trial(&mut self, stage: &Stage) {
         self.tried.clear();
         self.begin_trial(stage);
     }
 
-    fn begin_trial(&mut self, stage: &mut Stage) {
+    fn begin_trial(&mut self, stage: &Stage) {
         let ahead = Ahead { work: FARTHER * Ahead::DEFAULT.work, ..Ahead::DEFAULT };
         self.since = stage.sim().seconds();
-        self.trial = Some(Trial::new(stage.sim_mut(), ahead));
+        self.trial = Some(Trial::new(stage.sim(), ahead));
         self.begins = false;
     }
 
-    pub(super) fn refresh(&mut self, stage: &mut Stage, of: Circumstances) {
+    pub(super) fn refresh(&mut self, stage: &Stage, of: Circumstances) {
         let method = stage.sim().method();
-        let found = Margins::with_springs(&mut stage.sim_mut().world, method);
+        let found = Margins::with_springs(&stage.sim().world, method);
         let mut springs = HashMap::new();
         for spring in found.springs() {
             let ratio: &mut f64 = springs.entry(in_order(spring.ends)).or_default();
@@ -192,20 +188,20 @@ impl Forecast {
 }
 
 /// The whole forecast of the present state, faults first.
-pub(crate) fn rows(stage: &mut Stage) -> Vec<ForecastRow> {
-    let mut trial = Trial::new(stage.sim_mut(), Ahead::DEFAULT);
+pub(crate) fn rows(stage: &Stage) -> Vec<ForecastRow> {
+    let mut trial = Trial::new(stage.sim(), Ahead::DEFAULT);
     trial.finish();
     let margins = margins(stage);
     ForecastRow::of(stage.sim(), &margins, &trial)
 }
 
-fn margins(stage: &mut Stage) -> Margins {
+fn margins(stage: &Stage) -> Margins {
     let method = stage.sim().method();
-    Margins::of(&mut stage.sim_mut().world, method)
+    Margins::of(&stage.sim().world, method)
 }
 
-pub(super) fn circumstances(stage: &mut Stage) -> Circumstances {
-    let settings = RunSettings::of(stage.sim_mut());
+pub(super) fn circumstances(stage: &Stage) -> Circumstances {
+    let settings = RunSettings::of(stage.sim());
     let groups = stage.sim().world.get_resource::<Groups>();
     let structure = groups.map_or([0; 4], |groups| {
         [groups.len(), groups.springs(), groups.bodies(), stage.quarantines().here().len()]

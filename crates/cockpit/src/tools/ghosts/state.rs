@@ -115,7 +115,7 @@ impl<'a> Track<'a> {
 }
 
 impl Twins {
-    pub fn new(leader: &mut Simulation, hidden: BTreeSet<Option<Method>>) -> Self {
+    pub fn new(leader: &Simulation, hidden: BTreeSet<Option<Method>>) -> Self {
         let declared = leader.scene.mutual_gravity.is_some();
         let solving =
             Method::ALL.into_iter().filter(|method| unsolvable(*method, declared).is_none());
@@ -250,18 +250,18 @@ impl Ghosts {
     }
 
     /// Makes ghosts of the present state.
-    pub(super) fn begin(&mut self, leader: &mut Simulation, hidden: BTreeSet<Option<Method>>) {
+    pub(super) fn begin(&mut self, leader: &Simulation, hidden: BTreeSet<Option<Method>>) {
         self.substeps = leader.scene.substeps;
         self.twins = Some(Twins::new(leader, hidden));
         self.generation += 1;
     }
 
     /// Remakes the ghosts if the substeps of the scene changed: a twin keeps the substeps that it started with.
-    pub(super) fn keep_substeps(&mut self, stage: &mut Stage) {
+    pub(super) fn keep_substeps(&mut self, stage: &Stage) {
         if self.substeps != stage.sim().scene.substeps
             && let Some(Twins { hidden, .. }) = self.twins.take()
         {
-            self.begin(stage.sim_mut(), hidden);
+            self.begin(stage.sim(), hidden);
         }
     }
 

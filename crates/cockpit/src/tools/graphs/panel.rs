@@ -250,7 +250,7 @@ mod tests {
             graphs.bodies[0].kept = true;
         }
         for _ in 0..30 {
-            ghosts.before_tick(&mut stage, true);
+            ghosts.before_tick(&stage, true);
             stage.sim_mut().tick();
             graphs.sample(&stage, &ghosts, true);
         }
@@ -306,7 +306,7 @@ mod tests {
         assert!(ghosts.toggle(&mut stage, false));
         stage.select(stage.sim().named("ball"));
         for _ in 0..30 {
-            ghosts.before_tick(&mut stage, true);
+            ghosts.before_tick(&stage, true);
             stage.sim_mut().tick();
             graphs.sample(&stage, &ghosts, true);
         }

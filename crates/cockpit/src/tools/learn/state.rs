@@ -194,20 +194,20 @@ impl Learn {
     }
 
     /// Measures the start of another world, before its first tick.
-    pub fn begin_world(&mut self, stage: &mut Stage) {
+    pub fn begin_world(&mut self, stage: &Stage) {
         if !self.is_at_home(stage) {
             return;
         }
         let Some(running) = &mut self.running else { return };
         for quantity in &running.lesson.measure {
             if let Measure::Run(measure) = &quantity.measure {
-                running.of_screen.note(&quantity.name, measured(stage.sim_mut(), measure));
+                running.of_screen.note(&quantity.name, measured(stage.sim(), measure));
             }
         }
     }
 
     /// Measures the current state at `now`, s of frame time, and begins the next step if the goal of the current one is reached.
-    pub(crate) fn look(&mut self, stage: &mut Stage, screen: &Screen<'_>, now: f64) {
+    pub(crate) fn look(&mut self, stage: &Stage, screen: &Screen<'_>, now: f64) {
         if !self.shown || !self.is_at_home(stage) {
             return;
         }
@@ -228,7 +228,7 @@ impl Learn {
         }
         for quantity in &running.lesson.measure {
             let value = match &quantity.measure {
-                Measure::Run(measure) => measured(stage.sim_mut(), measure),
+                Measure::Run(measure) => measured(stage.sim(), measure),
                 Measure::Screen(measure) => seen(measure, stage, screen),
             };
             running.of_screen.note(&quantity.name, value);

@@ -286,7 +286,7 @@ mod tests {
             scene.method = method;
             let mut stage = Stage::new(scene, Options::default());
             let sim = stage.sim_mut();
-            let mut ledger = Ledger::open(&mut sim.world);
+            let mut ledger = Ledger::open(&sim.world);
             (0..99).for_each(|_| ledger.tick(&mut sim.stepper, &mut sim.world));
             sentence(&stage, &ledger)
         };

@@ -143,12 +143,11 @@ impl Ledger {
     }
 
     /// Opens the ledger when it is first wanted, and forgets it when it is not.
-    pub fn keep(&mut self, stage: &mut Stage, wanted: bool) {
+    pub fn keep(&mut self, stage: &Stage, wanted: bool) {
         if !wanted {
             self.close();
         } else if self.kept.is_none() {
-            let (ledger, from) =
-                (ledger::Ledger::open(&mut stage.sim_mut().world), scene_seconds(stage));
+            let (ledger, from) = (ledger::Ledger::open(&stage.sim().world), scene_seconds(stage));
             let history = History::new(point(&ledger, from));
             self.kept = Some(Box::new(Kept { ledger, history, method: method_of(stage), from }));
         }
@@ -161,14 +160,14 @@ impl Ledger {
     }
 
     /// Restarts the ledger if one is kept: the run continues from another tick.
-    pub fn reopen(&mut self, stage: &mut Stage) {
+    pub fn reopen(&mut self, stage: &Stage) {
         let kept = self.kept.is_some();
         self.close();
         self.keep(stage, kept);
     }
 
     /// Restarts the ledger if the method has changed: the totals are those of the earlier method.
-    pub fn follow_method(&mut self, stage: &mut Stage) {
+    pub fn follow_method(&mut self, stage: &Stage) {
         let changed = self.kept.take_if(|kept| !self.always && kept.method != method_of(stage));
         let Some(Kept { ledger, method, from, .. }) = changed.map(|kept| *kept) else { return };
         if ledger.seconds() > 0.0 {

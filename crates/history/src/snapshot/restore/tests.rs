@@ -108,7 +108,7 @@ fn a_method_need_not_solve_what_is_off() {
     let off = |snapshot: &mut State| {
         let mut world = Simulation::new(scene()).world;
         motion::effects::switch(&mut world, Effect::MutualGravity, false).unwrap();
-        (snapshot.method, snapshot.effects) = (Method::ImplicitEuler, Effects::of(&mut world));
+        (snapshot.method, snapshot.effects) = (Method::ImplicitEuler, Effects::of(&world));
     };
     assert_eq!(said(off), None);
 }

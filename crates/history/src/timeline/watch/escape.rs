@@ -70,7 +70,7 @@ type Key = Option<(u32, Option<u32>)>;
 pub(super) struct Escapes(BTreeMap<Key, Held>);
 
 impl Escapes {
-    pub fn of(simulation: &mut Simulation) -> Self {
+    pub fn of(simulation: &Simulation) -> Self {
         let mut escapes = Self::default();
         escapes.look_at(simulation);
         escapes
@@ -82,11 +82,11 @@ impl Escapes {
     }
 
     /// Checks the bonds after a tick, once every [`EVERY`] ticks.
-    pub fn look(&mut self, simulation: &mut Simulation) -> Option<Fault> {
+    pub fn look(&mut self, simulation: &Simulation) -> Option<Fault> {
         if simulation.ticks().is_multiple_of(EVERY) { self.look_at(simulation) } else { None }
     }
 
-    fn look_at(&mut self, simulation: &mut Simulation) -> Option<Fault> {
+    fn look_at(&mut self, simulation: &Simulation) -> Option<Fault> {
         let before = std::mem::take(&mut self.0);
         let scene = Arc::clone(&simulation.scene);
         let has_wells = |own: &OwnLawsSpec| !own.wells.is_empty() || !own.riding_wells.is_empty();
@@ -125,7 +125,7 @@ impl Escapes {
                         (Some(body), "the orbit becomes free here although only attraction acts")
                     }
                     None => (
-                        most_energetic(&mut simulation.world),
+                        most_energetic(&simulation.world),
                         "the bodies become free here although no force can add energy",
                     ),
                 };
@@ -217,7 +217,7 @@ struct Pairs<'a> {
 }
 
 impl<'a> Pairs<'a> {
-    fn of(scene: &'a Scene, simulation: &mut Simulation, ahead_s: f64) -> Self {
+    fn of(scene: &'a Scene, simulation: &Simulation, ahead_s: f64) -> Self {
         let mut joined = vec![false; scene.bodies.len()];
         for end in scene.all_springs().flat_map(|(ends, _)| ends) {
             joined[end as usize] = true;
@@ -246,7 +246,7 @@ impl<'a> Pairs<'a> {
     }
 
     /// The energy of all bodies together; `None` if a force may add to it, or if they are many.
-    fn whole(&self, simulation: &mut Simulation) -> Option<Energy> {
+    fn whole(&self, simulation: &Simulation) -> Option<Energy> {
         let drives = |own: &OwnLawsSpec| {
             !own.thrusts.is_empty() || !own.riding_wells.is_empty() || !own.wells.is_empty()
         };
@@ -257,7 +257,7 @@ impl<'a> Pairs<'a> {
         if is_fed || simulation.bodies.len() > SMALL {
             return None;
         }
-        let Totals { kinetic_energy, potential_energy, .. } = totals(&mut simulation.world);
+        let Totals { kinetic_energy, potential_energy, .. } = totals(&simulation.world);
         Some(Energy::of(kinetic_energy, potential_energy))
     }
 

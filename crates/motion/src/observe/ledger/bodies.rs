@@ -10,7 +10,7 @@ use crate::state::clock::StepClock;
 use crate::state::components::{AxisLocks, Force};
 use crate::state::emitter::{Dormant, Emissions};
 use crate::state::forces::{PushQueue, sum_by_body};
-use crate::tick::columns::ObservedColumns;
+use crate::tick::columns::observed;
 use crate::units::{Scalar, Vector};
 
 /// A point of phase space: position, m, and velocity, m/s.
@@ -38,14 +38,15 @@ pub(super) struct Opening {
 }
 
 impl Opening {
-    pub fn of(world: &mut World) -> Self {
-        let mut bodies = world.query_filtered::<(ObservedColumns, &Force), Without<Dormant>>();
+    pub fn of(world: &World) -> Self {
+        let mut bodies = observed::<(With<Force>, Without<Dormant>)>(world);
         let queued = world.get_resource::<PushQueue>().into_iter().flat_map(PushQueue::pending);
         let queued = sum_by_body(queued);
         let mut rows: Vec<_> = bodies
             .iter(world)
-            .map(|(row, force)| {
-                let push = force.newtons() + queued.get(&row.entity).copied().unwrap_or_default();
+            .map(|row| {
+                let force = world.get::<Force>(row.entity).map_or(Vector::ZERO, Force::newtons);
+                let push = force + queued.get(&row.entity).copied().unwrap_or_default();
                 (row.key(), row.state().into(), push)
             })
             .collect();
@@ -111,18 +112,14 @@ impl BodyTick<'_> {
     }
 }
 
-/// The query of all bodies.
-pub(super) type LedgerQuery = QueryState<ObservedColumns, Without<Dormant>>;
-
 /// Every body that exists at the end of a tick, in stable-id order. For a body that did not exist at the start, or is
 /// quarantined, the start equals the end: its change is an intervention and not work.
 pub(super) fn bodies<'w>(
     world: &'w World,
-    query: &mut LedgerQuery,
     world_method: Method,
     opening: &Opening,
 ) -> Vec<BodyTick<'w>> {
-    let mut rows: Vec<_> = query
+    let mut rows: Vec<_> = observed::<Without<Dormant>>(world)
         .iter(world)
         .map(|row| {
             let (options, method) = (row.options.options(), row.method(world));

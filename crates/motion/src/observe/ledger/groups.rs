@@ -7,7 +7,7 @@ use super::bodies::{BodyTick, PhasePoint};
 use super::lines::{Energies, LedgerTotals};
 use super::path::{Path, QuadratureNode, cuts, nodes};
 use super::tick::LedgerTick;
-use crate::groups::{Coupling, Group, Groups, Row, SpringRow, end_of, equal_parts, pulls, row_of};
+use crate::groups::{Coupling, Row, SpringRow, end_of, equal_parts, pulls, row_of};
 use crate::kernels::record::vector;
 use crate::laws::tick_times::TickTimes;
 use crate::laws::{Drag, MutualGravity};
@@ -35,14 +35,13 @@ struct GroupNode<'a> {
 
 /// The groups of a ledger. Marks those of `bodies` that are in sheets.
 pub(super) fn ledger_groups<'w>(
-    groups: Option<&'w Groups>,
+    couplings: impl Iterator<Item = (&'w Coupling, &'w [Entity])>,
     bodies: &mut [BodyTick<'_>],
 ) -> Vec<LedgerGroup<'w>> {
-    let Some(groups) = groups else { return Vec::new() };
     let numbers: EntityHashMap<usize> =
         bodies.iter().enumerate().map(|(i, body)| (body.entity, i)).collect();
     let mut found = Vec::new();
-    for Group { coupling, bodies: members, .. } in &groups.list {
+    for (coupling, members) in couplings {
         let number = |entity: &Entity| numbers.get(entity).copied();
         let Some(rows) = members.iter().map(number).collect::<Option<Vec<_>>>() else { continue };
         coupling.in_sheets.iter().for_each(|row| bodies[rows[*row as usize]].in_sheet = true);

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::lanczos::{Pair, combined, dot, orthogonalize, scattered, symmetric_eigenpairs};
-use crate::groups::{Group, Groups, LinearGroup, compile_groups};
+use crate::groups::{LinearGroup, coming_couplings, couplings};
 use crate::units::Scalar;
 
 /// A natural mode: bodies joined by springs swing at one frequency, and all come to rest at the same times.
@@ -48,7 +48,6 @@ const LEAST: Scalar = 1e-11;
 
 /// Computes up to `count` of the slowest and of the fastest natural modes of all groups of `world`, linearized in the
 /// present state: springs, wells, drag and damping.
-/// Compiles the groups again if they changed.
 ///
 /// A motion without a restoring force has no frequency and is no mode: a free group drifts, and a spring at its rest length
 /// has no stiffness across its axis. A compressed spring, whose stiffness across its axis is negative, counts as one at its
@@ -58,15 +57,14 @@ const LEAST: Scalar = 1e-11;
 /// restarted with the best vectors: Wu, Simon 2000), for the slowest modes on shifted inverses, by conjugate gradients. In
 /// larger groups a mode that is a thousand times slower than all others may be missed.
 #[must_use]
-pub fn natural_modes(world: &mut World, count: usize) -> NaturalModes {
-    compile_groups(world);
+pub fn natural_modes(world: &World, count: usize) -> NaturalModes {
     let count = count.min(NaturalModes::MOST);
-    let world = &*world;
-    let Some(groups) = world.get_resource::<Groups>().filter(|_| count > 0) else {
+    if count == 0 {
         return NaturalModes::default();
-    };
+    }
     let (mut lowest, mut highest) = (Vec::new(), Vec::new());
-    for (at, Group { coupling, bodies, .. }) in groups.list.iter().enumerate() {
+    let coming = coming_couplings(world);
+    for (at, (coupling, bodies)) in couplings(world, coming.as_deref()).enumerate() {
         if coupling.springs.is_empty() || coupling.attracts {
             continue;
         }

@@ -11,10 +11,11 @@ use super::{LimitingPart, Margin, Margins};
 use crate::laws::damping::Damping;
 use crate::laws::{BodyState, EvaluationTime, Jacobians, Law, SharedLaws};
 use crate::schedule::emission::carrier_state;
+use crate::state::archetypes::with_entities;
 use crate::state::clock::StepClock;
 use crate::state::components::Quarantined;
 use crate::state::emitter::{Emitter, RidesOn};
-use crate::tick::columns::{ObservedColumns, ObservedColumnsItem};
+use crate::tick::columns::{ObservedColumnsItem, observed};
 use crate::tick::environment::Environment;
 use crate::units::Scalar;
 
@@ -38,12 +39,11 @@ struct StepClass {
 }
 
 impl Margins {
-    pub(super) fn add_single_bodies(&mut self, world: &mut World, scenes: Stepping) {
+    pub(super) fn add_single_bodies(&mut self, world: &World, scenes: Stepping) {
         let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
         let time = clock.scene_seconds();
         let launches = launches(world);
-        let mut query = world.query_filtered::<ObservedColumns, Without<Quarantined>>();
-        let world = &*world;
+        let mut query = observed::<Without<Quarantined>>(world);
         let environment = Environment::of(world, clock, scenes.tick);
         let wells = environment.laws.wells.map_or(&[][..], |wells| &wells.0);
         let at = EvaluationTime { time, within_step: time };
@@ -111,11 +111,11 @@ impl Margins {
 }
 
 /// Position, m, and velocity, m/s, at birth of every body of an emitter.
-fn launches(world: &mut World) -> EntityHashMap<(DVec3, DVec3)> {
-    let mut emitters = world.query::<(&Emitter, Option<&RidesOn>)>();
+fn launches(world: &World) -> EntityHashMap<(DVec3, DVec3)> {
     let mut launches = EntityHashMap::default();
-    let world = &*world;
-    for (Emitter { position, pool, launches: velocities, .. }, carrier) in emitters.iter(world) {
+    for (entity, emitter) in with_entities::<Emitter>(world) {
+        let Emitter { position, pool, launches: velocities, .. } = emitter;
+        let carrier = world.get::<RidesOn>(entity);
         let (x, v) = carrier.and_then(|carrier| carrier_state(world, *carrier)).unwrap_or_default();
         let births = pool.iter().zip(velocities);
         launches.extend(births.map(|(body, velocity)| (*body, (*position + x, *velocity + v))));

@@ -14,23 +14,26 @@ use crate::laws::{Drag, Gravity, Law, MutualGravity, SourceMass, Wind, WorldLaw}
 use crate::schedule::restart::{end_half_steps, restart_bodies};
 use crate::schedule::swarm::SwarmLog;
 use crate::schedule::systems::Moving;
-use crate::state::components::{GravityOff, PhysicsBody};
+use crate::state::archetypes::{values, with_entities};
+use crate::state::components::{GravityOff, Quarantined};
 use crate::state::coupling::CouplingChanged;
-use crate::state::emitter::{Emission, Emitter, Particle};
+use crate::state::emitter::{Dormant, Emission, Emitter, Particle};
 use crate::state::springs::{Link, SoftBody, Spring};
+use crate::state::static_bodies::Static;
 use crate::state::switched_off::{Off, OffResource, SpringsOff};
+use crate::tick::columns::observed;
 use crate::units::Vector;
 
 /// Values of an effect, all of one kind.
 pub(super) struct Values {
     /// Whether there are values that are on, and values that are off.
-    pub state: fn(&mut World) -> [bool; 2],
+    pub state: fn(&World) -> [bool; 2],
     pub switch: fn(&mut World, bool),
     /// Prepares position Verlet for the switch: half a step under these values cannot be ended without them.
     pub restart: fn(&mut World),
     /// Number of bodies that they act on while they are on.
-    pub bodies: fn(&mut World) -> usize,
-    pub bytes: fn(&mut World) -> usize,
+    pub bodies: fn(&World) -> usize,
+    pub bytes: fn(&World) -> usize,
 }
 
 /// A resource, which is in the world while it is on.
@@ -74,13 +77,13 @@ pub(super) const fn law<R: WorldLaw>() -> Values {
 /// A component, which bodies have while it is on.
 pub(super) const fn component<C: Component>() -> Values {
     Values {
-        state: |world| [exists::<With<C>>(world), exists::<With<Off<C>>>(world)],
+        state: |world| [exists::<C>(world), exists::<Off<C>>(world)],
         switch: |world, on| match on {
             true => exchange(world, |Off(value): Off<C>| value),
             false => exchange::<C, _>(world, Off),
         },
         restart: |_| {},
-        bodies: |world| world.query_filtered::<&C, Moving>().iter(world).count(),
+        bodies: |world| moving::<C>(world).count(),
         bytes: |world| column_bytes::<C>(world) + column_bytes::<Off<C>>(world),
     }
 }
@@ -92,8 +95,8 @@ pub(super) const fn own_laws<const EFFECT: usize>() -> Values {
     }
     Values {
         state: |world| {
-            let on = world.query::<&OwnLaws>().iter(world).any(have::<EFFECT>);
-            [on, world.query::<&Off<OwnLaws>>().iter(world).any(|off| have::<EFFECT>(&off.0))]
+            let on = values::<OwnLaws>(world).any(have::<EFFECT>);
+            [on, values::<Off<OwnLaws>>(world).any(|off| have::<EFFECT>(&off.0))]
         },
         switch: |world, on| {
             let [any_on, any_off] = (own_laws::<EFFECT>().state)(world);
@@ -134,10 +137,7 @@ pub(super) const fn own_laws<const EFFECT: usize>() -> Values {
             let bodies: Vec<_> = bodies.map(|(body, _)| body).collect();
             restart_bodies(world, &bodies);
         },
-        bodies: |world| {
-            let mut bodies = world.query_filtered::<&OwnLaws, Moving>();
-            bodies.iter(world).filter(|laws| have::<EFFECT>(laws)).count()
-        },
+        bodies: |world| moving::<OwnLaws>(world).filter(|laws| have::<EFFECT>(laws)).count(),
         bytes: |world| {
             sum(world, |laws: &OwnLaws| {
                 let laws = laws
@@ -222,7 +222,7 @@ pub(super) const MUTUAL_GRAVITY: Values = Values {
 
 /// Springs stay in the world, because a soft body is drawn and picked also while nothing holds it together.
 pub(super) const SPRINGS: Values = Values {
-    state: |world| [springs_are_on(world), exists::<AnySpring>(world)],
+    state: |world| [springs_are_on(world), any_spring(world)],
     switch: |world, on| {
         match on {
             true => drop(world.remove_resource::<SpringsOff>()),
@@ -238,20 +238,20 @@ pub(super) const SPRINGS: Values = Values {
                 + body.springs.len() * size_of::<Link>()
                 + body.triangles.capacity() * size_of::<[u32; 3]>()
         };
-        let lists: usize = world.query::<&SoftBody>().iter(world).map(lists).sum();
+        let lists: usize = values::<SoftBody>(world).map(lists).sum();
         let groups = if springs_are_on(world) { group_bytes(world) } else { 0 };
         lists + groups + column_bytes::<Spring>(world) + column_bytes::<SoftBody>(world)
     },
 };
 
 pub(super) const EMITTERS: Values = Values {
-    bodies: |world| world.query::<&Particle>().iter(world).count(),
+    bodies: |world| values::<Particle>(world).count(),
     bytes: |world| {
         let lists = |emitter: &Emitter| {
             emitter.pool.capacity() * (size_of::<Entity>() + size_of::<u64>())
                 + emitter.launches.capacity() * size_of::<Vector>()
         };
-        let logs: usize = world.query::<&SwarmLog>().iter(world).map(SwarmLog::bytes).sum();
+        let logs: usize = values::<SwarmLog>(world).map(SwarmLog::bytes).sum();
         sum(world, lists)
             + logs
             + column_bytes::<Emission>(world)
@@ -268,18 +268,29 @@ pub fn column_bytes<C: Component>(world: &World) -> usize {
     tables.map(|table| table.capacity() * size_of::<C>()).sum()
 }
 
-fn exists<F: QueryFilter>(world: &mut World) -> bool {
-    world.query_filtered::<(), F>().iter(world).next().is_some()
+fn exists<C: Component>(world: &World) -> bool {
+    world
+        .try_query_filtered::<(), With<C>>()
+        .is_some_and(|mut query| query.iter(world).next().is_some())
+}
+
+/// A component of every body that moves.
+fn moving<C: Component>(world: &World) -> impl Iterator<Item = &C> {
+    let is_moving = |body: &EntityRef<'_>| {
+        !(body.contains::<Quarantined>() || body.contains::<Static>() || body.contains::<Dormant>())
+    };
+    let bodies = with_entities::<C>(world).map(|(body, _)| world.entity(body));
+    bodies.filter(is_moving).filter_map(|body| body.get::<C>())
 }
 
 /// The sum over a component, on or off.
-fn sum<C: Component>(world: &mut World, of: impl Fn(&C) -> usize) -> usize {
-    let on: usize = world.query::<&C>().iter(world).map(&of).sum();
-    on + world.query::<&Off<C>>().iter(world).map(|off| of(&off.0)).sum::<usize>()
+fn sum<C: Component>(world: &World, of: impl Fn(&C) -> usize) -> usize {
+    let on: usize = values::<C>(world).map(&of).sum();
+    on + values::<Off<C>>(world).map(|off| of(&off.0)).sum::<usize>()
 }
 
-fn entities_with<C: Component>(world: &mut World) -> Vec<Entity> {
-    world.query_filtered::<Entity, With<C>>().iter(world).collect()
+fn entities_with<C: Component>(world: &World) -> Vec<Entity> {
+    with_entities::<C>(world).map(|(entity, _)| entity).collect()
 }
 
 fn exchange<Old: Component, New: Component>(world: &mut World, new: fn(Old) -> New) {
@@ -291,21 +302,22 @@ fn exchange<Old: Component, New: Component>(world: &mut World, new: fn(Old) -> N
     }
 }
 
-fn movable<Filter: QueryFilter>(world: &mut World) -> usize {
-    let mut bodies = world.query_filtered::<&PhysicsBody, (Filter, Moving)>();
-    bodies.iter(world).filter(|body| body.inverse_mass > 0.0).count()
+fn movable<Filter: QueryFilter>(world: &World) -> usize {
+    let mut bodies = observed::<(Filter, Moving)>(world);
+    bodies.iter(world).filter(|row| row.body.inverse_mass > 0.0).count()
 }
 
-type AnySpring = Or<(With<Spring>, With<SoftBody>)>;
-
-fn springs_are_on(world: &mut World) -> bool {
-    !world.contains_resource::<SpringsOff>() && exists::<AnySpring>(world)
+fn any_spring(world: &World) -> bool {
+    exists::<Spring>(world) || exists::<SoftBody>(world)
 }
 
-fn spring_ends(world: &mut World) -> usize {
-    let mut ends: EntityHashSet =
-        world.query::<&Spring>().iter(world).flat_map(|spring| spring.ends).collect();
-    for body in world.query::<&SoftBody>().iter(world) {
+fn springs_are_on(world: &World) -> bool {
+    !world.contains_resource::<SpringsOff>() && any_spring(world)
+}
+
+fn spring_ends(world: &World) -> usize {
+    let mut ends: EntityHashSet = values::<Spring>(world).flat_map(|spring| spring.ends).collect();
+    for body in values::<SoftBody>(world) {
         let points = body.springs.iter().flat_map(|link| link.ends);
         ends.extend(points.filter_map(|point| body.points.get(point as usize)));
     }

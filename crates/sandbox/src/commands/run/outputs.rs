@@ -49,7 +49,7 @@ impl<'a> Outputs<'a> {
         args: &'a RunArgs,
         paths: &OutputPaths,
         files: CommandFiles,
-        session: &mut Session,
+        session: &Session,
         longest_frame: f64,
     ) -> Result<Self, Failure> {
         let Options { size_px, pictures, .. } = *session.stage.options();
@@ -60,7 +60,7 @@ impl<'a> Outputs<'a> {
             make_folder(folder(args).unwrap_or(Path::new("")))?;
         }
         let open = |path: &Option<OutputPath>| path.as_ref().map(output_file).transpose();
-        let begin = |path: &OutputPath| States::begin(path, &mut session.stage, &args.selection());
+        let begin = |path: &OutputPath| States::begin(path, &session.stage, &args.selection());
         let state = paths.state.as_ref().map(begin).transpose()?;
         let outputs = Self {
             args,

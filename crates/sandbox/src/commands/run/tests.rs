@@ -28,8 +28,8 @@ fn a_lost_device_ends_the_run_with_all_that_there_is() {
     let setup = Setup::new(&args, &mut files).unwrap();
     let paths = OutputPaths::claim(&args, None, &mut files).unwrap();
     let (mut session, ends, ticks) = setup.begin(&args).unwrap();
-    let mut outputs = Outputs::open(&args, &paths, files, &mut session, ends.longest()).unwrap();
-    let start = Summary::totals_at_start(&mut session.stage);
+    let mut outputs = Outputs::open(&args, &paths, files, &session, ends.longest()).unwrap();
+    let start = Summary::totals_at_start(&session.stage);
     let half = ticks.map(|ticks| ticks / 2);
     simulate(&args, &mut session, &mut outputs, (FrameEnds::Constant { rate: 60.0 }, half), None)
         .unwrap();
