@@ -3,17 +3,8 @@
 use lab::stability::{CaseRow, Cell, Class, Matrix};
 
 use super::tables::{digits, methods};
-use crate::chart::{Anchor, Drawing, Rgb, Shape, WIDTH};
+use crate::chart::{Drawing, Field, Grid, Rgb, Row};
 use crate::palette::ink;
-
-/// Width of the names of rows, pixels.
-const LEFT: f64 = 268.0;
-/// Height of the names of methods, pixels.
-const TOP: f64 = 70.0;
-/// Height of a row, pixels.
-const ROW: f64 = 34.0;
-/// Gap between the rows of two cases, pixels.
-const GAP: f64 = 8.0;
 
 /// The color of a class: light enough for dark text, and of its own lightness for people who do not see colors.
 const fn fill(class: Class) -> Rgb {
@@ -30,45 +21,29 @@ const fn fill(class: Class) -> Rgb {
 /// The picture of `matrix`.
 pub(super) fn drawing(matrix: &Matrix) -> Drawing {
     let methods = methods(matrix);
-    let width = ((f64::from(WIDTH) - LEFT - 10.0) / methods.len().max(6) as f64).floor();
-    let columns = || std::iter::successors(Some(LEFT), |x| Some(x + width)).zip(&methods);
-    let mut shapes = Vec::new();
-    for (x, class) in std::iter::successors(Some(10.0), |x| Some(x + 130.0)).zip(Class::ALL) {
-        shapes.push(Shape::rectangles([[x, 8.0, 22.0, 16.0]]).fill(fill(class)));
-        shapes.push(Shape::words(class.name()).at(x + 30.0, 21.0));
-    }
-    for (x, method) in columns() {
-        shapes.push(
-            middle(ink(*method).short).class("ink").sized(12.0).at(x + 0.5 * width, TOP - 10.0),
-        );
-    }
-    let mut y = TOP;
+    let field = |row: &CaseRow, cell: &Cell| Field {
+        color: fill(cell.class),
+        tip: tip(row, cell),
+        words: vec![cell.class.name().to_owned(), digits(cell)],
+    };
     let mut last = None;
-    for row in &matrix.rows {
-        if last.is_some_and(|last| last != &row.case) {
-            y += GAP;
-        }
-        last = Some(&row.case);
-        shapes.push(
-            Shape::words(row.title()).anchored(Anchor::End).at(LEFT - 10.0, y + 0.5 * ROW + 5.0),
-        );
-        for (x, method) in columns() {
-            if let Some(cell) = row.cell(*method) {
-                let field = Shape::rectangles([[x + 1.0, y + 1.0, width - 2.0, ROW - 2.0]]);
-                shapes.push(field.fill(fill(cell.class)).tip(&tip(row, cell)));
-                shapes.push(middle(cell.class.name()).at(x + 0.5 * width, y + 15.0));
-                shapes.push(middle(&digits(cell)).sized(11.0).at(x + 0.5 * width, y + 28.0));
-            }
-        }
-        y += ROW;
+    let rows = matrix.rows.iter().map(|row| Row {
+        name: row.title(),
+        begins: last.replace(&row.case) != Some(&row.case),
+        fields: methods.iter().map(|method| Some(field(row, row.cell(*method)?))).collect(),
+    });
+    let places = std::iter::successors(Some(16.0), |x| Some(x + 130.0));
+    let entries = places.zip(Class::ALL);
+    Grid {
+        title: "Survival: methods by hard cases".to_owned(),
+        rows: rows.collect(),
+        legend: entries
+            .flat_map(|(x, class)| Grid::legend_entry(x, fill(class), class.name()))
+            .collect(),
+        columns: (String::new(), methods.iter().map(|m| ink(*m).short.to_owned()).collect()),
+        note: None,
     }
-    let height = y as u32 + 10;
-    Drawing { title: "Survival: methods by hard cases".to_owned(), height, shapes }
-}
-
-/// Words in a field, which keep their color on dark pages as fields do.
-fn middle(words: &str) -> Shape {
-    Shape::words(words).class("").anchored(Anchor::Middle)
+    .drawing()
 }
 
 /// The text that is shown under the pointer.

@@ -4,7 +4,7 @@ use lab::sweep::Plan;
 use lab::{Kind, Value};
 use motion::Method;
 
-use crate::chart::{Anchor, Axis, Drawing, Rgb, Shape, Stroke, WIDTH, axes};
+use crate::chart::{Anchor, Axis, Drawing, Field, Grid, Rgb, Row, Shape, Stroke, WIDTH, axes};
 use crate::numbers::{NONE, digits, number};
 use crate::palette::ink;
 
@@ -15,11 +15,6 @@ const MOST_ROWS: usize = 60;
 
 /// A measure whose values span more than this is shown in logarithms.
 const WIDE: f64 = 50.0;
-
-/// Width of the names of rows, pixels.
-const LEFT: f64 = 300.0;
-/// Room above the field, pixels.
-const TOP: f64 = 84.0;
 
 /// Colors from dark to light, which also people who do not see colors can read: stops of viridis (van der Walt and
 /// Smith 2015).
@@ -171,92 +166,56 @@ impl Figure {
     /// A field of colors: the longest axis to the right, every combination of the others below one another.
     fn field(&self) -> Drawing {
         let (low, high, logarithmic) = self.span();
-        let cell_width = (f64::from(WIDTH) - LEFT - 20.0) / self.wide as f64;
-        let cell_height = if self.high > 24 { 12.0 } else { 22.0 };
-        let mut shapes = vec![Shape::words(&self.title).sized(17.0).at(16.0, 28.0)];
-        shapes.extend(self.legend(low, high, logarithmic));
-        for row in 0..self.high {
-            let y = TOP + row as f64 * cell_height;
+        let across = self.plan.axes.get(self.across);
+        let field = |row: &str, column: usize, cell: &Value| {
+            let color = match cell {
+                Value::Flag(true) => YES,
+                Value::Flag(false) => NO,
+                other => shown(other)
+                    .map_or(ABSENT, |number| scale(part(number, low, high, logarithmic))),
+            };
+            let shown = match cell {
+                Value::Number(number) => digits(*number),
+                Value::Absent => NONE.to_owned(),
+                other => other.to_string(),
+            };
+            let at = across.map(|axis| format!("{}={}, ", axis.place, axis.values[column]));
+            let tip = format!("{}{row}: {shown}", at.unwrap_or_default());
+            Some(Field { color, tip, words: Vec::new() })
+        };
+        let rows = self.cells.chunks(self.wide.max(1)).enumerate().map(|(row, cells)| {
             let name = self.row_name(row);
-            shapes.push(
-                Shape::words(&name)
-                    .anchored(Anchor::End)
-                    .sized(11.0)
-                    .at(LEFT - 8.0, y + 0.5 * cell_height + 4.0),
-            );
-            for column in 0..self.wide {
-                let cell = &self.cells[row * self.wide + column];
-                let color = match cell {
-                    Value::Flag(flag) => {
-                        if *flag {
-                            YES
-                        } else {
-                            NO
-                        }
-                    }
-                    other => shown(other)
-                        .map_or(ABSENT, |number| scale(part(number, low, high, logarithmic))),
-                };
-                let shown = match cell {
-                    Value::Number(number) => digits(*number),
-                    Value::Absent => NONE.to_owned(),
-                    other => other.to_string(),
-                };
-                let across = self.plan.axes.get(self.across).map_or_else(String::new, |axis| {
-                    format!("{}={}, ", axis.place, axis.values[column])
-                });
-                let x = LEFT + column as f64 * cell_width;
-                let field = Shape::rectangles([[x, y, cell_width - 0.5, cell_height - 0.5]]);
-                shapes.push(field.fill(color).tip(&format!("{across}{name}: {shown}")));
-            }
+            let fields = cells.iter().enumerate().map(|(column, cell)| field(&name, column, cell));
+            Row { fields: fields.collect(), name, begins: false }
+        });
+        let value = |value: &String| value.parse().map_or_else(|_| value.clone(), digits);
+        let columns = across.map_or_else(Default::default, |axis| {
+            (axis.place.clone(), axis.values.iter().take(self.wide).map(value).collect())
+        });
+        Grid {
+            title: self.title.clone(),
+            legend: self.legend(low, high, logarithmic),
+            columns,
+            rows: rows.collect(),
+            note: self.left_out(),
         }
-        let mut foot = TOP + self.high as f64 * cell_height + 16.0;
-        if let Some(axis) = self.plan.axes.get(self.across) {
-            // As many marks as there is room for.
-            let every = self.wide.div_ceil(10);
-            for column in (0..self.wide).step_by(every) {
-                let x = LEFT + (column as f64 + 0.5) * cell_width;
-                let words = axis.values[column]
-                    .parse()
-                    .map_or_else(|_| axis.values[column].clone(), digits);
-                shapes.push(
-                    Shape::soft_words(words).anchored(Anchor::Middle).sized(11.0).at(x, foot),
-                );
-            }
-            foot += 20.0;
-            let across = 0.5 * (LEFT + f64::from(WIDTH) - 20.0);
-            shapes.push(Shape::words(&axis.place).anchored(Anchor::Middle).at(across, foot));
-        }
-        if let Some(note) = self.left_out() {
-            foot += 20.0;
-            shapes.push(Shape::soft_words(note).at(16.0, foot));
-        }
-        Drawing { title: self.title.clone(), height: foot as u32 + 16, shapes }
+        .drawing()
     }
 
     fn legend(&self, low: f64, high: f64, logarithmic: bool) -> Vec<Shape> {
-        let y = 44.0;
-        let box_of = |x: f64, color| Shape::rectangles([[x, y, 18.0, 14.0]]).fill(color);
-        let word = |x: f64, words: &str| Shape::words(words).sized(12.0).at(x, y + 12.0);
         let absent = if self.kind == Kind::Text { "not a number" } else { "nothing measured" };
-        let mut shapes = vec![box_of(LEFT, ABSENT), word(LEFT + 24.0, absent)];
-        let x = LEFT + 170.0;
+        let mut shapes = Vec::from(Grid::legend_entry(16.0, ABSENT, absent));
         match self.kind {
             Kind::Flag => {
-                shapes.extend([box_of(x, YES), word(x + 24.0, "true"), box_of(x + 90.0, NO)]);
-                shapes.push(word(x + 114.0, "false"));
+                shapes.extend(Grid::legend_entry(186.0, YES, "true"));
+                shapes.extend(Grid::legend_entry(276.0, NO, "false"));
             }
             Kind::Number | Kind::Count if low.is_finite() => {
-                let least = if logarithmic { low } else { 0.0 };
-                shapes.push(word(x, &digits(least)).anchored(Anchor::End));
-                let steps = 64_u8;
-                shapes.extend((0..steps).map(|step| {
-                    let part = f64::from(step) / f64::from(steps);
-                    Shape::rectangles([[x + 8.0 + 256.0 * part, y, 4.2, 14.0]]).fill(scale(part))
-                }));
-                let words =
-                    format!("{} {}", digits(high), if logarithmic { "(logarithmic)" } else { "" });
-                shapes.push(word(x + 272.0, words.trim_end()));
+                let (x, least) = (400.0, if logarithmic { low } else { 0.0 });
+                shapes.push(Grid::legend_words(x - 8.0, &digits(least)).anchored(Anchor::End));
+                shapes.extend(Grid::legend_scale(x, scale));
+                let note = if logarithmic { " (logarithmic)" } else { "" };
+                shapes.push(Grid::legend_words(x + 264.0, &format!("{}{note}", digits(high))));
             }
             Kind::Number | Kind::Count | Kind::Text => {}
         }
