@@ -128,10 +128,38 @@ fn step_all<M: Integrator>(
     Some(evaluations + of_last)
 }
 
-/// A step of every whole block that has a row beyond it; on x86 with AVX2 alone, because every instruction set is a copy
-/// of every method.
+/// A step of every whole block that has a row beyond it, with the parts of damping that it needs.
 #[must_use]
 fn step<M: Integrator>(
+    parameters: &TickParameters<'_>,
+    batch: &mut Batch<'_>,
+    refuse: Refuse<'_>,
+) -> Option<u64> {
+    use parts::{AFTER, BEFORE, DRAG, KEEP};
+    let decay = &parameters.decay;
+    if !M::DAMPS_INSIDE {
+        // Methods that save an evaluation under constant accelerations have a kernel for that.
+        let constant = M::STATE == MethodStateKind::LastAcceleration && parameters.rate == 0.0;
+        match constant {
+            true => step_with::<M, 0>(parameters, batch, refuse),
+            false => step_with::<M, DRAG>(parameters, batch, refuse),
+        }
+    } else if M::KICKS && decay.keep.is_some() {
+        step_with::<M, KEEP>(parameters, batch, refuse)
+    } else if M::KICKS && parameters.rate != 0.0 {
+        step_with::<M, DRAG>(parameters, batch, refuse)
+    } else if M::MOVES && decay.before_move.is_some() {
+        step_with::<M, BEFORE>(parameters, batch, refuse)
+    } else if M::MOVES && decay.after_move.is_some() {
+        step_with::<M, AFTER>(parameters, batch, refuse)
+    } else {
+        step_with::<M, 0>(parameters, batch, refuse)
+    }
+}
+
+/// [`step`] with these parts of damping; on x86 with AVX2 alone, because every instruction set is a copy of every method.
+#[must_use]
+fn step_with<M: Integrator, const PARTS: u8>(
     parameters: &TickParameters<'_>,
     batch: &mut Batch<'_>,
     refuse: Refuse<'_>,
@@ -141,44 +169,16 @@ fn step<M: Integrator>(
         let simd = LEVEL.as_avx2()?;
         Some(simd.vectorize(
             #[inline(always)]
-            || step_with::<M, _>(simd, parameters, batch, refuse),
+            || AffineKernel { simd, parameters, batch, refuse }.run::<M, PARTS>(),
         ))
     }
     #[cfg(not(target_arch = "x86_64"))]
     {
         let level = *LEVEL;
-        Some(
-            fearless_simd::dispatch!(level, simd => step_with::<M, _>(simd, parameters, batch, refuse)),
-        )
-    }
-}
-
-/// [`step`] with the instructions of `simd`.
-#[inline(always)]
-fn step_with<M: Integrator, S: Simd>(
-    simd: S,
-    parameters: &TickParameters<'_>,
-    batch: &mut Batch<'_>,
-    refuse: Refuse<'_>,
-) -> u64 {
-    use parts::{AFTER, BEFORE, DRAG, KEEP};
-    let rows = AffineKernel { simd, parameters, batch, refuse };
-    if !M::DAMPS_INSIDE {
-        // Methods that save an evaluation under constant accelerations have a kernel for that.
-        let constant = M::STATE == MethodStateKind::LastAcceleration && parameters.rate == 0.0;
-        return if constant { rows.run::<M, 0>() } else { rows.run::<M, DRAG>() };
-    }
-    let decay = &parameters.decay;
-    if M::KICKS && decay.keep.is_some() {
-        rows.run::<M, KEEP>()
-    } else if M::KICKS && parameters.rate != 0.0 {
-        rows.run::<M, DRAG>()
-    } else if M::MOVES && decay.before_move.is_some() {
-        rows.run::<M, BEFORE>()
-    } else if M::MOVES && decay.after_move.is_some() {
-        rows.run::<M, AFTER>()
-    } else {
-        rows.run::<M, 0>()
+        Some(fearless_simd::dispatch!(
+            level,
+            simd => AffineKernel { simd, parameters, batch, refuse }.run::<M, PARTS>()
+        ))
     }
 }
 
