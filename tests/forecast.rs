@@ -3,6 +3,7 @@
 mod campaign;
 mod lattices;
 mod limits;
+mod looking;
 mod natural;
 mod nets;
 mod panel;

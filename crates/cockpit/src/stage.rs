@@ -135,14 +135,23 @@ pub(crate) fn register_drawn(world: &mut World) {
     world.register_component::<SwarmLog>();
 }
 
+/// Where a world came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// The start of its scene.
+    Start,
+    /// A seek, which restored it.
+    Seek,
+}
+
 /// State of a stage that is replaced with the world.
 pub struct PerWorld {
     /// Number of earlier worlds of the stage.
     pub number: u64,
     /// Increases whenever the drawn positions may change; results computed at another version are out of date.
     pub version: u64,
-    /// Whether a seek restored the world; otherwise it began at the start of its scene.
-    pub sought: bool,
+    /// Where the world came from.
+    pub origin: Origin,
     selection: Option<Entity>,
     /// The pull of the pointer.
     pub(crate) pull: Option<Pull>,
@@ -153,23 +162,23 @@ pub struct PerWorld {
     /// Interpolation between the last two ticks for drawing, in [0, 1].
     pub alpha: f64,
     /// Changes that the tools have not received yet.
-    given: Vec<Change>,
-    /// Number of unconverged implicit steps at the start of this world; `None` once the person was told of another.
+    untold: Vec<Change>,
+    /// Number of unconverged implicit steps when this world began; `None` once the person was told that there are more.
     unconverged_before: Option<u64>,
 }
 
 impl PerWorld {
-    fn of(sim: &Simulation, [number, version]: [u64; 2], sought: bool) -> Self {
+    fn of(sim: &Simulation, origin: Origin) -> Self {
         Self {
-            number,
-            version,
-            sought,
+            number: 0,
+            version: 0,
+            origin,
             selection: None,
             pull: None,
             interventions: 0,
             pushes: HashMap::new(),
             alpha: 1.0,
-            given: Vec::new(),
+            untold: Vec::new(),
             unconverged_before: Some(sim.world.resource::<Evaluations>().unconverged_steps()),
         }
     }
@@ -247,7 +256,7 @@ impl Stage {
         options.overrides.apply(&mut scene);
         let sim = start(scene, options);
         Self {
-            here: PerWorld::of(&sim, [0, 0], false),
+            here: PerWorld::of(&sim, Origin::Start),
             playback: Playback::new(&sim.scene, &options),
             options,
             recorder: Recorder::default(),
@@ -285,20 +294,21 @@ impl Stage {
         next.world.insert_resource(clock);
         let evaluations = std::mem::take(&mut *self.sim.world.resource_mut::<Evaluations>());
         next.world.insert_resource(evaluations);
-        // After the counts: another method may evaluate laws at once.
+        // `Evaluations` is in place: another method may evaluate laws at once, and those count.
         settings.into_iter().for_each(|settings| settings.put(&mut next));
         self.quarantines.begin_world();
-        self.replace(next, false);
+        self.replace(next, Origin::Start);
         self.notices.retract_run();
         self.restart_recording();
     }
 
     /// Replaces the world.
-    fn replace(&mut self, sim: Simulation, sought: bool) {
+    fn replace(&mut self, sim: Simulation, origin: Origin) {
         self.sim = sim;
         self.held.clear();
         let PerWorld { number, version, .. } = self.here;
-        self.here = PerWorld::of(&self.sim, [number + 1, version + 1], sought);
+        let next = PerWorld::of(&self.sim, origin);
+        self.here = PerWorld { number: number + 1, version: version + 1, ..next };
         self.quarantines.follow(&self.sim);
     }
 }

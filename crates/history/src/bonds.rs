@@ -111,7 +111,7 @@ impl Attraction {
 /// Most bodies that attract each other for which Hill spheres count: they take all triples.
 const MOST_IN_HILL_SPHERES: usize = 256;
 
-/// The bonds of the movable bodies of `simulation`, which is mutable only for queries. A body has up to two: to the nearest of the
+/// The bonds of the movable bodies of `simulation`. A body has up to two: to the nearest of the
 /// wells and of the bodies that are not lighter, if its energy about it is negative and it is within the holder's Hill sphere; and to
 /// the other end of one of its springs.
 #[must_use]
@@ -137,7 +137,7 @@ pub(crate) struct Attractions {
 }
 
 impl Attractions {
-    /// The attractions in `simulation`, which is mutable only for queries.
+    /// The attractions in `simulation`.
     pub fn of(simulation: &Simulation) -> Self {
         let off = Effects::of(&simulation.world).off;
         let scene = Arc::clone(&simulation.scene);

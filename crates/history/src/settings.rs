@@ -69,7 +69,7 @@ pub struct RunSettings {
 }
 
 impl RunSettings {
-    /// The present settings of `simulation`, which it leaves as it is.
+    /// The present settings of `simulation`.
     pub fn of(simulation: &Simulation) -> Self {
         Self {
             method: simulation.method(),

@@ -76,7 +76,7 @@ impl Quantities {
     }
 }
 
-/// The value of `measure` in `simulation`, which is mutable only for queries; NaN for a body that was removed, and
+/// The value of `measure` in `simulation`; NaN for a body that was removed, and
 /// for the error, which one run alone does not have.
 #[must_use]
 pub fn measured(simulation: &Simulation, measure: &RunMeasure) -> f64 {

@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 use history::Simulation;
 use motion::effects::{Effect, EffectState, column_bytes};
 use motion::snapshot::{LastAcceleration, LastStep};
-use motion::{Dormant, Method, PhysicsBody, Quarantined, Static, own_method};
+use motion::{Dormant, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method};
 use scene::{Declaration, Scene};
 
 use crate::run::{ByEffect, started, step_times};
@@ -147,11 +147,14 @@ type Integrated = (Without<Quarantined>, Without<Static>, Without<Dormant>);
 /// Number of movable bodies that `sought` integrates.
 fn bodies_of(world: &World, scene: Method, sought: Method) -> usize {
     let moves = |body: &PhysicsBody| body.inverse_mass > 0.0;
-    let uses = |(body, state): &(EntityRef, &PhysicsBody)| {
-        moves(state) && own_method(*body).unwrap_or(scene) == sought
+    let uses = |(body, state, has_own): &(EntityRef, &PhysicsBody, bool)| {
+        let own = if *has_own { own_method(*body) } else { None };
+        moves(state) && own.unwrap_or(scene) == sought
     };
-    let bodies = world.try_query_filtered::<(EntityRef, &PhysicsBody), Integrated>();
-    bodies.map_or(0, |mut bodies| bodies.iter(world).filter(uses).count())
+    let mut bodies = world
+        .try_query_filtered::<(EntityRef, &PhysicsBody, Has<OwnMethod>), Integrated>()
+        .expect("a stepper registers them");
+    bodies.iter(world).filter(uses).count()
 }
 
 /// Number of bodies with that component.

@@ -238,7 +238,7 @@ impl Trial {
             let Some(waiting) = self.waiting.pop() else { return true };
             let ahead = Ahead { work: share, ..self.ahead };
             if let Some(piece) = Piece::new(&self.scene, &self.start, waiting, ahead) {
-                work -= piece.work_of_world();
+                work -= if piece.is_done() { 0.0 } else { piece.work_of_world() };
                 self.pieces.push(piece);
             }
         }

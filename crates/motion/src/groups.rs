@@ -25,7 +25,7 @@ use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
 pub use compile::compile_groups;
-pub(crate) use compile::{coming_couplings, couplings, is_outdated, update_groups};
+pub(crate) use compile::{Coupled, coming_couplings, couplings, is_outdated, update_groups};
 pub(crate) use coupling::Coupling;
 pub(crate) use field::{GroupCache, GroupKernel, Scratch, end_of, equal_parts};
 use lanes::Bundles;
@@ -165,7 +165,8 @@ pub(crate) fn potential_energy(world: &World) -> Scalar {
             states.map(|state| (row_of(state.position), state.inverse_mass)).unzip();
         coupling.potential_energy(gravity, &x, &w)
     };
-    couplings(world, coming.as_deref()).map(energy).sum()
+    // A sum without terms is -0.
+    couplings(world, coming.as_deref()).map(energy).fold(0.0, |sum, energy| sum + energy)
 }
 
 /// The states of bodies; a removed body counts as immovable at the origin.

@@ -196,7 +196,7 @@ macro_rules! with_method {
         /// A method of integration.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum Method {
-            $(#[doc = concat!("[`", stringify!($each), "`](crate::methods::", stringify!($each), ")")]
+            $(#[doc = concat!("The method [`", stringify!($each), "`](crate::methods::", stringify!($each), ").")]
             $each,)*
         }
 

@@ -60,7 +60,7 @@ use crate::schedule::emission::orphans;
 use crate::schedule::requests::{Request, Requests};
 use crate::schedule::stepper::Stepper;
 use crate::schedule::swarm::SwarmLog;
-use crate::state::archetypes::with_entities;
+use crate::state::archetypes::collect;
 use crate::state::clock::{ClockState, StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::CouplingChanged;
@@ -68,6 +68,7 @@ use crate::state::emitter::{Dormant, Emission, Emissions};
 use crate::state::forces::{Push, PushQueue, PushedBodies};
 use crate::state::previous_position::PreviousPosition;
 use crate::state::substeps::{OwnSubsteps, Substeps};
+use crate::tick::columns::NO_STEPPER;
 use crate::tick::quarantine::{Quarantine, QuarantineRecord};
 
 pub use crate::state::emitter::EmissionState;
@@ -237,7 +238,8 @@ type IsBody = (With<Transform>, With<PhysicsBody>);
 pub fn take(world: &World, stepper: &Stepper) -> Snapshot {
     let mut tables = world
         .try_query::<(Entity, &Transform, &PhysicsBody)>()
-        .expect("a stepper registers what bodies have");
+        .filter(|_| world.contains_resource::<StepClock>())
+        .expect(NO_STEPPER);
     let count = tables.iter(world).len();
     let (mut bodies, mut transforms) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let mut states = Vec::with_capacity(count);
@@ -249,8 +251,8 @@ pub fn take(world: &World, stepper: &Stepper) -> Snapshot {
     let own = marked::<OwnMethod>(world).into_iter();
     let own_methods =
         own.filter_map(|body| Some((body, own_method(world.entity(body))?))).collect();
-    let emissions = with_entities::<Emission>(world);
-    let emissions = emissions.map(|(emitter, emission)| (emitter, emission.state())).collect();
+    let state = |(emitter, emission): (Entity, &Emission)| Some((emitter, emission.state()));
+    let emissions = collect(world, state);
     let mut dormant = marked::<Dormant>(world);
     dormant.extend(orphans(world));
     Snapshot {
@@ -642,7 +644,7 @@ impl Snapshot {
 
 /// Every entity with that component, and its value.
 fn all<C: Component + Clone>(world: &World) -> Vec<(Entity, C)> {
-    with_entities(world).map(|(entity, value)| (entity, C::clone(value))).collect()
+    collect(world, |(entity, value): (Entity, &C)| Some((entity, value.clone())))
 }
 
 fn entities<T>(list: &[(Entity, T)]) -> impl Iterator<Item = Entity> {
@@ -670,7 +672,7 @@ fn fault_of(world: &World, entities: impl Iterator<Item = Entity>) -> Option<&'s
 }
 
 fn marked<C: Component>(world: &World) -> Vec<Entity> {
-    with_entities::<C>(world).map(|(entity, _)| entity).collect()
+    collect::<C, _>(world, |(entity, _)| Some(entity))
 }
 
 fn with<C: Copy>(bodies: &[Entity], value: C) -> Vec<(Entity, C)> {

@@ -12,7 +12,7 @@ use motion::Method;
 pub(crate) use axis::{Axis, axes};
 pub use drawing::Drawing;
 pub(crate) use drawing::{Anchor, Box4, INK, Rgb, SOFT, Shape, Stroke, WIDTH};
-pub(crate) use grid::{Field, Grid, Row};
+pub(crate) use grid::{Cell, Grid, Row};
 pub(crate) use marks::dark_rules;
 
 /// Width of the legend at the right, pixels.

@@ -366,7 +366,7 @@ impl Hands {
         self.selecting = false;
         (self.drag, self.pressed) = (None, None);
         reach.stage.set_pull(None);
-        reach.tools.each().for_each(|(_, tool)| tool.let_go());
+        reach.tools.each().for_each(|(_, tool)| tool.abandon_drag());
     }
 
     /// Forgets the press, which was in another world.

@@ -443,7 +443,7 @@ impl Session {
     fn select_neighbor(&mut self, step: isize) {
         let next = neighbor(self.stage.sim(), self.stage.selection(), step);
         self.stage.select(next);
-        self.tools.each().for_each(|(_, tool)| tool.let_go());
+        self.tools.each().for_each(|(_, tool)| tool.abandon_drag());
     }
 
     fn zoom_panels(&mut self, steps: isize) {

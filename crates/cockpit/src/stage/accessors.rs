@@ -23,7 +23,7 @@ impl Stage {
         &self.sim
     }
 
-    /// The world, for programs that have entities of their own in it. What they change is not recorded; [`Self::change`] is.
+    /// The world, for programs with their own entities in it. Changes made through it are not recorded: use [`Self::change`].
     pub const fn world_mut(&mut self) -> &mut World {
         &mut self.sim.world
     }
@@ -126,7 +126,7 @@ impl Stage {
 
     /// Takes the changes that were made since the last call.
     pub(crate) fn take_changes(&mut self) -> Vec<Change> {
-        std::mem::take(&mut self.here.given)
+        std::mem::take(&mut self.here.untold)
     }
 
     /// Takes the orders of this frame, for the program to carry out.

@@ -76,7 +76,7 @@ impl Stage {
         self.sim.give(&change);
         // A push moves no body before the tick.
         self.here.version += u64::from(!matches!(change, Change::Push(..)));
-        self.here.given.push(change);
+        self.here.untold.push(change);
         let Self { sim, here, .. } = self;
         here.selection.take_if(|thing| sim.world.get_entity(*thing).is_err());
     }

@@ -11,7 +11,7 @@ use crate::stage::notices::Topic;
 use crate::stage::recorder::{OnFault, Recorded, Recorder, Way};
 use crate::stage::things::Thing;
 use crate::stage::ticks::Look;
-use crate::stage::{Simulated, Stage, prepare};
+use crate::stage::{Origin, Simulated, Stage, prepare};
 
 impl Stage {
     /// Records the last minute from now on, for going back. At a fault the stage goes back by itself, pauses and selects the
@@ -169,7 +169,7 @@ impl Stage {
         let Replay { mut simulation, watch } = replay;
         prepare(&mut simulation.world, simulation.bodies.len(), self.options);
         simulation.world.run_system_cached(remember_positions).expect("a query and nothing else");
-        self.replace(simulation, true);
+        self.replace(simulation, Origin::Seek);
         if let Some(recorded) = &mut self.recorder.recorded {
             recorded.watch = watch;
         }

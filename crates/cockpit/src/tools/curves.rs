@@ -50,7 +50,7 @@ pub(crate) fn show(
     let plot = legend.into_iter().fold(plot, Plot::legend);
     // Bounds for each curve by itself, because a click on its name hides a curve.
     let plot = curves.iter().fold(plot, |plot, (_, points)| {
-        let [times, values] = [0, 1].map(|axis| apart(points.iter().map(|point| point[axis])));
+        let [times, values] = [0, 1].map(|axis| widened(points.iter().map(|point| point[axis])));
         let plot = times.into_iter().flatten().fold(plot, Plot::include_x);
         values.into_iter().flatten().fold(plot, Plot::include_y)
     });
@@ -65,7 +65,7 @@ pub(crate) fn show(
 
 /// Two ends a little beyond all values, if these are nearly equal: the margin of a plot around a single large number
 /// is lost to rounding.
-fn apart(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+fn widened(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
         (low.min(value), high.max(value))
     });
@@ -91,7 +91,7 @@ fn time_mark(time: f64, latest: f64) -> String {
     }
 }
 
-/// Two to four round values between two bounds: a low plot has no room for more.
+/// Two to five round values between two bounds: a low plot has no room for more. None if the bounds are equal or not finite.
 fn marks((low, high): (f64, f64)) -> Vec<GridMark> {
     let least = (high - low) / 4.0;
     if !(least > 0.0 && least.is_finite()) {

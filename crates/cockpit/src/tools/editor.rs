@@ -14,7 +14,7 @@ use egui::{Align2, CollapsingHeader, Painter, Rect, RichText, TextEdit, Ui};
 use glam::DVec3;
 use motion::{PhysicsBody, Substeps, TimeStep};
 use render::Frame;
-use scene::{Scene, TextEdit as Change};
+use scene::{Scene, TextEdit as SceneEdit};
 
 use self::document::Document;
 use self::document::file_of;
@@ -119,7 +119,7 @@ impl Editor {
         let inverse = inverse(from) + inverse(to);
         let reduced = if inverse > 0.0 { 1.0 / inverse } else { 1.0 };
         let spring = parts::spring([from, to], reduced, substep(stage));
-        Some(Intent::Rewrite(vec![Change::add("springs", spring)], selected_path(stage)))
+        Some(Intent::Rewrite(vec![SceneEdit::add("springs", spring)], selected_path(stage)))
     }
 
     fn file_row(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
@@ -163,7 +163,8 @@ impl Editor {
                     let index = scene.count(list);
                     let (path, color) =
                         (format!("{list}[{index}]"), parts::color(index + scene.count("bodies")));
-                    let added = |place: &Place| vec![Change::add(list, text(&name, place, color))];
+                    let added =
+                        |place: &Place| vec![SceneEdit::add(list, text(&name, place, color))];
                     let by = free_move(scene, &added(&place), &path, &OUTWARD, false);
                     place.at = scene::moved_place(place.at, by);
                     desk.intents.push(Intent::Rewrite(added(&place), Some(path)));
@@ -182,7 +183,7 @@ impl Editor {
             let text = "(position_m: (0.0, 0.0, 0.0), strength_m3_s2: 100.0, softening_m: 1.0)";
             if ui.button("Well").on_hover_text("attracts every body, as 1/r²").clicked() {
                 desk.intents.push(Intent::Rewrite(
-                    vec![Change::add("wells", text)],
+                    vec![SceneEdit::add("wells", text)],
                     selected_path(desk.stage),
                 ));
             }
@@ -247,7 +248,7 @@ impl Editor {
                 let body = scene.names.get(entry.bodies.start).unwrap_or_default();
                 let thrust = format!("(body: {body:?}, curve: polynomial([(10.0, 0.0, 0.0)]))");
                 desk.intents.push(Intent::Rewrite(
-                    vec![Change::add("thrusts", thrust)],
+                    vec![SceneEdit::add("thrusts", thrust)],
                     Some(path.clone()),
                 ));
             }
@@ -263,10 +264,9 @@ impl Editor {
         let scene = &desk.stage.sim().scene;
         CollapsingHeader::new("The scene").show(ui, |ui| {
             let own = |field: &scene::Field| {
-                let elsewhere = [scene::Kind::Group, scene::Kind::Other].contains(&field.kind);
                 field.key != "version"
-                    && !(elsewhere && field.value.is_some())
                     && field.kind != scene::Kind::Other
+                    && !(field.kind == scene::Kind::Group && field.value.is_some())
             };
             self.form.group(ui, scene, "", own, &mut changes);
         });
@@ -274,7 +274,7 @@ impl Editor {
             CollapsingHeader::new(form::label(key).0).id_salt(("group", key)).show(ui, |ui| {
                 ui.horizontal(|ui| {
                     if ui.button("Remove").clicked() {
-                        changes.push(Change::Set {
+                        changes.push(SceneEdit::Set {
                             group: String::new(),
                             key: key.to_owned(),
                             value: None,
@@ -283,17 +283,17 @@ impl Editor {
                     if key == "camera" && ui.button("Use the present view").clicked() {
                         let camera = &desk.view.camera;
                         changes.extend([
-                            Change::set(
+                            SceneEdit::set(
                                 "camera",
                                 "position_m",
                                 triple(parts::five_digits(camera.position)),
                             ),
-                            Change::set(
+                            SceneEdit::set(
                                 "camera",
                                 "pitch_deg",
                                 format!("{:?}", nearest(camera.pitch, 0.01)),
                             ),
-                            Change::set(
+                            SceneEdit::set(
                                 "camera",
                                 "yaw_deg",
                                 format!("{:?}", nearest(camera.yaw, 0.01)),
@@ -423,7 +423,7 @@ impl Tool for Editor {
         moved().into_iter().collect()
     }
 
-    fn let_go(&mut self) {
+    fn abandon_drag(&mut self) {
         self.handle = None;
     }
 
@@ -457,9 +457,9 @@ impl Tool for Editor {
 }
 
 /// Requests changes of the scene's text, if there are any. If an entry is renamed, the references to its bodies follow.
-fn change(desk: &mut Desk<'_>, changes: Vec<Change>, select: Option<String>) {
+fn change(desk: &mut Desk<'_>, changes: Vec<SceneEdit>, select: Option<String>) {
     let scene = &desk.stage.sim().scene;
-    let follow = |change: Change| match name_of(&change) {
+    let follow = |change: SceneEdit| match name_of(&change) {
         Some((path, name)) => scene.named(path, &name),
         None => vec![change],
     };
@@ -470,8 +470,8 @@ fn change(desk: &mut Desk<'_>, changes: Vec<Change>, select: Option<String>) {
 }
 
 /// The path and the new name of the entry that a change renames, if it does.
-fn name_of(change: &Change) -> Option<(&str, String)> {
-    let Change::Set { group, key, value: Some(value) } = change else { return None };
+fn name_of(change: &SceneEdit) -> Option<(&str, String)> {
+    let SceneEdit::Set { group, key, value: Some(value) } = change else { return None };
     match scene::Value::read(scene::Kind::Text, value) {
         scene::Value::Text(name) if key == "name" && !group.is_empty() => Some((group, name)),
         _ => None,

@@ -5,7 +5,7 @@ mod state;
 
 use egui::{Align2, Ui};
 
-use crate::stage::Stage;
+use crate::stage::{Origin, Stage};
 use crate::tools::tool::{Anchor, Desk, Tool};
 
 pub(crate) use state::Ledger;
@@ -34,7 +34,7 @@ impl Tool for Ledger {
     }
 
     fn restart(&mut self, stage: &Stage) {
-        if stage.here().sought || !self.always {
+        if stage.here().origin == Origin::Seek || !self.always {
             self.reopen(stage);
         }
     }

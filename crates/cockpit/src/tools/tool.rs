@@ -75,7 +75,7 @@ pub(crate) trait Tool {
     }
 
     /// Gives up a drag without a change.
-    fn let_go(&mut self) {}
+    fn abandon_drag(&mut self) {}
 
     /// Called when Escape is pressed.
     fn cancel(&mut self) {}

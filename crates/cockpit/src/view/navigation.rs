@@ -111,15 +111,17 @@ impl View {
     /// Pixels per meter across the picture: at the body that the camera follows, else at the middle of where all that moves
     /// began, so that the number changes with the camera alone.
     pub(crate) fn pixels_per_meter(&self, stage: &Stage) -> Option<f64> {
-        let followed = self.locked.as_ref().and_then(|_| extent(stage));
-        let (middle, _) = followed.or_else(|| extent_at_start(&stage.sim().scene))?;
+        let followed =
+            self.locked.and_then(|thing| stage.drawn_position(thing.entity(stage.sim())?));
+        let start = || extent_at_start(&stage.sim().scene).map(|(middle, _)| middle);
+        let middle = followed.or_else(start)?;
         let [at, aside] =
             [middle, middle + self.viewpoint().right()].map(|place| self.seen_at(place));
         Some(at?.0.distance(aside?.0)).filter(|pixels| pixels.is_finite() && *pixels > 0.0)
     }
 
-    /// Whether nothing that moves is inside the view; looks only at the first [`CROWD`] bodies.
-    pub(crate) fn is_empty(&self, stage: &Stage) -> bool {
+    /// Whether bodies move, and none of the first [`CROWD`] of them is inside the view.
+    pub(crate) fn has_lost_all(&self, stage: &Stage) -> bool {
         let mut moving = moving(stage).take(CROWD).peekable();
         let is_seen = |place: DVec3| self.seen_at(place).is_some_and(|(_, inside)| inside);
         moving.peek().is_some()

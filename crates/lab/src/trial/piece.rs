@@ -84,11 +84,11 @@ struct Start {
     snapshot: Snapshot,
 }
 
-/// What a trial does next.
+/// The next work of a trial.
 enum Phase {
-    /// Chooses steps and horizon, as far as this looks ahead.
+    /// Choose the steps and the horizon.
     Choose(Start, Ahead),
-    /// Makes the finer runs, one at a time, then the run.
+    /// Make the finer runs, one at a time, then the run.
     Make(Start, Vec<Simulation>),
     Run(Box<Runs>),
     Done,
@@ -259,8 +259,9 @@ impl Piece {
             finer.push(twin.into_simulation());
             return Phase::Make(start, finer);
         }
-        let run = Simulation::restore(self.part.scene.clone(), &start.snapshot);
-        let (Ok(run), Ok(finer)) = (run, finer.try_into()) else { return Phase::Done };
+        let Ok(finer) = finer.try_into() else { return Phase::Done };
+        let run = Simulation::restore(self.part.scene.clone(), &start.snapshot)
+            .expect("it was restored from there before");
         let truth = Truth::new(finer, &self.cast, times.map(ticks), self.from);
         Phase::Run(Box::new(Runs { start, truth, run: Run::new(run, &self.cast), search: None }))
     }
@@ -291,7 +292,7 @@ impl Piece {
     pub fn advance(&mut self, work: f64) -> f64 {
         let mut done = 0.0;
         while done < work && !self.tried.is_done {
-            let (next, work) = match std::mem::replace(&mut self.phase, Phase::Done) {
+            let (next, did) = match std::mem::replace(&mut self.phase, Phase::Done) {
                 Phase::Choose(start, ahead) => {
                     self.choose(&start.base, ahead);
                     (Phase::Make(start, Vec::new()), self.work_of_world())
@@ -300,7 +301,7 @@ impl Piece {
                 Phase::Run(runs) => self.run(runs),
                 Phase::Done => (Phase::Done, 0.0),
             };
-            done += work;
+            done += did;
             self.tried.is_done = matches!(next, Phase::Done);
             self.phase = next;
         }
@@ -435,12 +436,14 @@ impl Piece {
         }
         let Some(run) = &mut search.run else {
             let attracts = base.world.contains_resource::<MutualGravity>();
+            let mut made = 0;
             match search.next(self.steps.saturating_mul(8), attracts) {
                 None => {
                     (self.tried.cure, self.tried.is_searched) = search.result();
                     self.tried.is_done = true;
                 }
                 Some((method, substeps)) => {
+                    made = self.part.bodies.len();
                     let run = Twin::new(base, method, Some(substeps)).into_simulation();
                     let margins = Margins::of(&run.world, method);
                     if margins.list().iter().any(Margin::is_reported) {
@@ -450,7 +453,7 @@ impl Piece {
                     }
                 }
             }
-            return WORK_OF_TICK;
+            return WORK_OF_TICK + WORK_OF_BODY * made as f64;
         };
         let is_thrown = run.tick(&self.cast, truth, [run.ticks >= self.from, false]).is_some();
         if is_thrown || run.ticks >= self.end {

@@ -271,7 +271,8 @@ pub(super) struct Truth {
 }
 
 impl Truth {
-    /// Of two finer runs, the coarser first, with as many ticks per tick of the scene. `window_from` is the first tick of the window.
+    /// The truth by two finer runs, the coarser first, with that many ticks per tick of the scene. `window_from` is the first tick of the
+    /// window.
     pub fn new(
         [coarse, fine]: [Simulation; 2],
         cast: &Cast,

@@ -61,7 +61,7 @@ pub(crate) fn update_groups(world: &mut World, may_be_new: bool) {
 }
 
 /// A coupling and its bodies by row.
-type Coupled = (Coupling, Vec<Entity>);
+pub(crate) type Coupled = (Coupling, Vec<Entity>);
 
 /// The couplings that the groups of `world` will have; `None` if they are not outdated. Leaves the groups as they are, so
 /// that observing changes nothing.

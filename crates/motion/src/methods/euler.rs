@@ -32,7 +32,7 @@ pub(crate) struct Kick;
 pub(crate) struct Drift;
 
 impl ExplicitEuler {
-    /// What the method claims.
+    /// The claims of the method.
     pub(super) const CLAIMS: Claims = Claims {
         name: "explicit_euler",
         title: "explicit Euler",
@@ -61,7 +61,7 @@ impl Integrator for ExplicitEuler {
 }
 
 impl SemiImplicitEuler {
-    /// What the method claims.
+    /// The claims of the method.
     pub(super) const CLAIMS: Claims = Claims {
         name: "semi_implicit_euler",
         title: "semi-implicit Euler",

@@ -47,7 +47,7 @@ impl ImplicitEuler {
 }
 
 impl ImplicitEuler {
-    /// What the method claims.
+    /// The claims of the method.
     pub(super) const CLAIMS: Claims = Claims {
         name: "implicit_euler",
         title: "implicit Euler",

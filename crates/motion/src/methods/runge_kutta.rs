@@ -25,7 +25,7 @@ pub struct RungeKutta2Heun;
 pub struct RungeKutta4;
 
 impl RungeKutta2Midpoint {
-    /// What the method claims.
+    /// The claims of the method.
     pub(super) const CLAIMS: Claims = Claims {
         name: "runge_kutta_2_midpoint",
         title: "Runge-Kutta 2, midpoint",
@@ -53,7 +53,7 @@ impl Integrator for RungeKutta2Midpoint {
 }
 
 impl RungeKutta2Heun {
-    /// What the method claims.
+    /// The claims of the method.
     pub(super) const CLAIMS: Claims = Claims {
         name: "runge_kutta_2_heun",
         title: "Runge-Kutta 2, Heun",
@@ -82,7 +82,7 @@ impl Integrator for RungeKutta2Heun {
 }
 
 impl RungeKutta4 {
-    /// What the method claims.
+    /// The claims of the method.
     pub(super) const CLAIMS: Claims = Claims {
         name: "runge_kutta_4",
         title: "Runge-Kutta 4",

@@ -32,7 +32,7 @@ pub struct PositionVerlet;
 pub struct VelocityVerlet;
 
 impl PositionVerlet {
-    /// What the method claims.
+    /// The claims of the method.
     pub(super) const CLAIMS: Claims = Claims {
         name: "position_verlet",
         title: "position Verlet",
@@ -70,7 +70,7 @@ impl Integrator for PositionVerlet {
 }
 
 impl VelocityVerlet {
-    /// What the method claims.
+    /// The claims of the method.
     pub(super) const CLAIMS: Claims = Claims {
         name: "velocity_verlet",
         title: "velocity Verlet",

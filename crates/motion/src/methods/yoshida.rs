@@ -23,7 +23,7 @@ const OUTER: f64 = 1.351_207_191_959_657_6;
 const INNER: f64 = 1.0 - 2.0 * OUTER;
 
 impl Yoshida4 {
-    /// What the method claims.
+    /// The claims of the method.
     pub(super) const CLAIMS: Claims = Claims {
         name: "yoshida_4",
         title: "Yoshida 4",

@@ -151,7 +151,7 @@ impl Ledger {
         opening: &Opening,
         records: &EntityHashMap<TickRecord>,
     ) {
-        // Without the springs of a body that was quarantined in this tick, which did not act in it either.
+        // The springs of a body that was quarantined in this tick are gone, and did not act in it either.
         let coming = coming_couplings(world);
         let TimeStep(tick) = *world.resource::<TimeStep>();
         let mut bodies = bodies::bodies(world, method, opening);

@@ -15,7 +15,7 @@ use modes::Stepping;
 pub use natural::{NaturalMode, NaturalModes, natural_modes};
 pub(crate) use single_bodies::restoring_rate;
 
-use crate::groups::{Groups, coming_couplings, couplings};
+use crate::groups::{Coupled, Groups, coming_couplings, couplings};
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
 use crate::laws::{MutualGravity, SharedLaws};
@@ -24,6 +24,7 @@ use crate::methods::table::Method;
 use crate::state::archetypes::may_exist;
 use crate::state::clock::TimeStep;
 use crate::state::substeps::{OwnSubsteps, Substeps};
+use crate::tick::columns::NO_STEPPER;
 use crate::units::Scalar;
 
 /// The part of a world that limits a step.
@@ -199,7 +200,7 @@ impl Margins {
     }
 
     fn compute(world: &World, method: Method, springs: bool) -> Self {
-        let tick = world.get_resource::<TimeStep>().map_or(0.0, |step| step.0);
+        let TimeStep(tick) = *world.get_resource().expect(NO_STEPPER);
         if tick <= 0.0 || !may_be_stiff(world) {
             return Self::default();
         }
@@ -207,8 +208,9 @@ impl Margins {
         let may_be_implicit = !world.contains_resource::<MutualGravity>();
         let scenes = Stepping { method, tick, substeps, may_be_implicit };
         let mut margins = Self::default();
-        margins.add_single_bodies(world, scenes);
-        margins.add_groups(world, scenes, springs);
+        let coming = coming_couplings(world);
+        margins.add_single_bodies(world, scenes, coming.as_deref());
+        margins.add_groups(world, scenes, coming.as_deref(), springs);
         margins.list.sort_by(|a, b| {
             let rank = |margin: &Margin| (margin.is_unstable(), margin.may_be_unstable());
             let by_ratio = b.ratio().total_cmp(&a.ratio());
@@ -236,9 +238,14 @@ impl Margins {
         &self.springs
     }
 
-    fn add_groups(&mut self, world: &World, scenes: Stepping, springs: bool) {
-        let coming = coming_couplings(world);
-        for (coupling, bodies) in couplings(world, coming.as_deref()) {
+    fn add_groups(
+        &mut self,
+        world: &World,
+        scenes: Stepping,
+        coming: Option<&[Coupled]>,
+        springs: bool,
+    ) {
+        for (coupling, bodies) in couplings(world, coming) {
             // The others get the method and substeps of the first.
             let first = bodies.first().and_then(|body| world.get_entity(*body).ok());
             let substeps = first.and_then(|body| body.get::<OwnSubsteps>());

@@ -104,6 +104,9 @@ impl Effect {
     }
 
     /// The number of bodies that the effect acts on in the coming step: 0 while it is off, all ends for springs.
+    ///
+    /// # Panics
+    /// If no stepper was made for `world`.
     pub fn bodies(self, world: &World) -> usize {
         let on = self.values().iter().find(|values| (values.state)(world)[0]);
         on.map_or(0, |values| (values.bodies)(world))

@@ -8,7 +8,7 @@ use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
 use crate::schedule::swarm::Swarm;
-use crate::state::archetypes::with_entities;
+use crate::state::archetypes::collect;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::disabled::is_disabled;
@@ -166,22 +166,21 @@ pub(crate) fn orphans(world: &World) -> Vec<Entity> {
     if world.get_resource::<EmittersChanged>().is_some_and(|changed| !changed.0) {
         return Vec::new();
     }
-    // A stepper has prepared the pools.
-    let mut emitters = world.try_query_filtered::<Emitters, WithBodies>();
+    let mut emitters = world
+        .try_query_filtered::<Emitters, WithBodies>()
+        .expect("a stepper has prepared the pools");
     let mut living = EntityHashSet::default();
-    for (on, off, _, emission) in emitters.iter_mut().flat_map(|emitters| emitters.iter(world)) {
+    for (on, off, _, emission) in emitters.iter(world) {
         let pool = on.or(off.map(|Off(emitter)| emitter)).map_or(&[][..], |emitter| &emitter.pool);
         living.extend(
             pool.iter().zip(0..).filter(|(_, slot)| emission.lives(*slot)).map(|(body, _)| *body),
         );
     }
-    let particles = with_entities::<Particle>(world).map(|(body, _)| world.entity(body));
-    let alive = particles.filter(|body| {
-        !(living.contains(&body.id())
-            || body.contains::<Dormant>()
-            || body.contains::<Quarantined>())
-    });
-    alive.map(|body| body.id()).collect()
+    collect::<Particle, _>(world, |(particle, _)| {
+        let body = world.entity(particle);
+        let rests = body.contains::<Dormant>() || body.contains::<Quarantined>();
+        (!rests && !living.contains(&particle)).then_some(particle)
+    })
 }
 
 /// Prepares pools: marks their bodies as [`Particle`]s, [`Dormant`] unless they live. Returns whether there are emitters,

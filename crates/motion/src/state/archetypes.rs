@@ -1,4 +1,4 @@
-//! What a world has: kinds of entities, and the values of a component.
+//! Archetypes, and the values of a component.
 
 use bevy_ecs::archetype::Archetype;
 use bevy_ecs::prelude::*;
@@ -13,15 +13,17 @@ pub(crate) fn contains<C: Component>(world: &World, archetype: &Archetype) -> bo
     world.components().component_id::<C>().is_some_and(|component| archetype.contains(component))
 }
 
-/// Every entity with that component, and its value.
-pub(crate) fn with_entities<C: Component>(world: &World) -> impl Iterator<Item = (Entity, &C)> {
+/// What `of` makes of every entity with that component and its value, as far as it makes anything.
+pub(crate) fn collect<'w, C: Component, T>(
+    world: &'w World,
+    of: impl FnMut((Entity, &'w C)) -> Option<T>,
+) -> Vec<T> {
     // Where the component was never registered, no entity has it.
     let mut query = world.try_query::<(Entity, &C)>();
-    let found: Vec<_> = query.iter_mut().flat_map(|query| query.iter(world)).collect();
-    found.into_iter()
+    query.iter_mut().flat_map(|query| query.iter(world)).filter_map(of).collect()
 }
 
 /// The values of a component.
 pub(crate) fn values<C: Component>(world: &World) -> impl Iterator<Item = &C> {
-    with_entities(world).map(|(_, value)| value)
+    collect(world, |(_, value)| Some(value)).into_iter()
 }

@@ -59,7 +59,7 @@ pub(crate) struct ObservedColumns {
     pub dormant: Has<Dormant>,
 }
 
-/// Registers the components of [`observed`] bodies.
+/// Registers the components that queries of observers name: a query over one that is not registered finds nothing.
 pub(crate) fn register_observed(world: &mut World) {
     drop(world.query_filtered::<(ObservedColumns, &Force), Without<Static>>());
 }

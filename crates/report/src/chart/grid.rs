@@ -1,4 +1,4 @@
-//! A grid: fields of color in rows and columns, with the names of both.
+//! A grid: cells of color in rows and columns, with the names of both.
 
 use super::{Anchor, Drawing, Rgb, Shape, WIDTH};
 
@@ -8,31 +8,31 @@ const LEFT: f64 = 300.0;
 const LEGEND: f64 = 44.0;
 /// Top of the first row, pixels.
 const TOP: f64 = 92.0;
-/// Gap above a row that begins a part, pixels.
+/// Gap between rows, pixels.
 const GAP: f64 = 8.0;
 /// Most columns that are named.
 const MOST_NAMES: usize = 10;
-/// Most columns that fill the width: fewer stay narrow.
-const FEW: usize = 6;
+/// Fewest columns that fill the width.
+const FEWEST: usize = 6;
 
-/// A field of color.
-pub(crate) struct Field {
+/// A cell of a grid.
+pub(crate) struct Cell {
     pub color: Rgb,
     /// Words under the pointer.
     pub tip: String,
     /// Words in it, one below the other.
-    pub words: Vec<String>,
+    pub words: Option<[String; 2]>,
 }
 
-/// Fields side by side; `None` where there is none.
+/// Cells side by side; `None` where there is none.
 pub(crate) struct Row {
     pub name: String,
-    /// Whether it begins a part.
-    pub begins: bool,
-    pub fields: Vec<Option<Field>>,
+    /// Whether a gap is above it.
+    pub is_apart: bool,
+    pub cells: Vec<Option<Cell>>,
 }
 
-/// Fields of color in rows and columns.
+/// Cells of color in rows and columns.
 pub(crate) struct Grid {
     pub title: String,
     pub legend: Vec<Shape>,
@@ -65,13 +65,11 @@ impl Grid {
 
     pub(crate) fn drawing(self) -> Drawing {
         let Self { title, legend, columns: (what, columns), rows, note } = self;
-        let width = (f64::from(WIDTH) - LEFT - 20.0) / columns.len().max(FEW) as f64;
-        let has_words = rows.iter().flat_map(|row| row.fields.iter().flatten());
-        let height = match { has_words }.any(|field| !field.words.is_empty()) {
-            true => 34.0,
-            false if rows.len() > 24 => 12.0,
-            false => 22.0,
-        };
+        let width = (f64::from(WIDTH) - LEFT - 20.0) / columns.len().max(FEWEST) as f64;
+        let has_words =
+            rows.iter().flat_map(|row| row.cells.iter().flatten()).any(|cell| cell.words.is_some());
+        let low = if rows.len() > 24 { 12.0 } else { 22.0 };
+        let height = if has_words { 34.0 } else { low };
         let x_of = |column: usize| LEFT + column as f64 * width;
         let middle = |words: &str, column: usize, y: f64| {
             let words = Shape::words(words).anchored(Anchor::Middle).sized(11.0);
@@ -79,25 +77,29 @@ impl Grid {
         };
         let mut shapes = vec![Shape::words(&title).sized(17.0).at(16.0, 28.0)];
         shapes.extend(legend);
-        shapes.push(Shape::words(&what).anchored(Anchor::End).at(LEFT - 8.0, TOP - 10.0));
         let every = columns.len().div_ceil(MOST_NAMES).max(1);
         for (column, name) in columns.iter().enumerate().step_by(every) {
             shapes.push(middle(name, column, TOP - 10.0));
         }
         let mut y = TOP;
-        for (number, Row { name, begins, fields }) in rows.into_iter().enumerate() {
-            y += if begins && number > 0 { GAP } else { 0.0 };
+        for (number, Row { name, is_apart, cells }) in rows.into_iter().enumerate() {
+            y += if is_apart && number > 0 { GAP } else { 0.0 };
             let name = Shape::words(&name).anchored(Anchor::End).sized(12.0);
             shapes.push(name.at(LEFT - 8.0, y + 0.5 * height + 4.0));
-            for (column, field) in fields.into_iter().enumerate() {
-                let Some(Field { color, tip, words }) = field else { continue };
+            for (column, cell) in cells.into_iter().enumerate() {
+                let Some(Cell { color, tip, words }) = cell else { continue };
                 let place = [x_of(column), y, width - 0.5, height - 0.5];
                 shapes.push(Shape::rectangles([place]).fill(color).tip(&tip));
-                // Words in a field keep their color on dark pages, as fields do.
-                let lines = words.iter().zip([15.0, 28.0]);
+                // Words in a cell keep their color on dark pages, as cells do.
+                let lines = words.iter().flatten().zip([15.0, 28.0]);
                 shapes.extend(lines.map(|(words, at)| middle(words, column, y + at).class("")));
             }
             y += height;
+        }
+        if !what.is_empty() {
+            y += 20.0;
+            let middle = 0.5 * (LEFT + x_of(columns.len()));
+            shapes.push(Shape::words(&what).anchored(Anchor::Middle).at(middle, y));
         }
         if let Some(note) = note {
             y += 20.0;

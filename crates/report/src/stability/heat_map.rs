@@ -3,7 +3,7 @@
 use lab::stability::{CaseRow, Cell, Class, Matrix};
 
 use super::tables::{digits, methods};
-use crate::chart::{Drawing, Field, Grid, Rgb, Row};
+use crate::chart::{Cell as Colored, Drawing, Grid, Rgb, Row};
 use crate::palette::ink;
 
 /// The color of a class: light enough for dark text, and of its own lightness for people who do not see colors.
@@ -21,16 +21,16 @@ const fn fill(class: Class) -> Rgb {
 /// The picture of `matrix`.
 pub(super) fn drawing(matrix: &Matrix) -> Drawing {
     let methods = methods(matrix);
-    let field = |row: &CaseRow, cell: &Cell| Field {
+    let colored = |row: &CaseRow, cell: &Cell| Colored {
         color: fill(cell.class),
         tip: tip(row, cell),
-        words: vec![cell.class.name().to_owned(), digits(cell)],
+        words: Some([cell.class.name().to_owned(), digits(cell)]),
     };
     let mut last = None;
     let rows = matrix.rows.iter().map(|row| Row {
         name: row.title(),
-        begins: last.replace(&row.case) != Some(&row.case),
-        fields: methods.iter().map(|method| Some(field(row, row.cell(*method)?))).collect(),
+        is_apart: last.replace(&row.case) != Some(&row.case),
+        cells: methods.iter().map(|method| Some(colored(row, row.cell(*method)?))).collect(),
     });
     let places = std::iter::successors(Some(16.0), |x| Some(x + 130.0));
     let entries = places.zip(Class::ALL);

@@ -4,7 +4,7 @@ use lab::sweep::Plan;
 use lab::{Kind, Value};
 use motion::Method;
 
-use crate::chart::{Anchor, Axis, Drawing, Field, Grid, Rgb, Row, Shape, Stroke, WIDTH, axes};
+use crate::chart::{Anchor, Axis, Cell, Drawing, Grid, Rgb, Row, Shape, Stroke, WIDTH, axes};
 use crate::numbers::{NONE, digits, number};
 use crate::palette::ink;
 
@@ -167,26 +167,26 @@ impl Figure {
     fn field(&self) -> Drawing {
         let (low, high, logarithmic) = self.span();
         let across = self.plan.axes.get(self.across);
-        let field = |row: &str, column: usize, cell: &Value| {
-            let color = match cell {
+        let cell = |row: &str, column: usize, value: &Value| {
+            let color = match value {
                 Value::Flag(true) => YES,
                 Value::Flag(false) => NO,
                 other => shown(other)
                     .map_or(ABSENT, |number| scale(part(number, low, high, logarithmic))),
             };
-            let shown = match cell {
+            let shown = match value {
                 Value::Number(number) => digits(*number),
                 Value::Absent => NONE.to_owned(),
                 other => other.to_string(),
             };
             let at = across.map(|axis| format!("{}={}, ", axis.place, axis.values[column]));
             let tip = format!("{}{row}: {shown}", at.unwrap_or_default());
-            Some(Field { color, tip, words: Vec::new() })
+            Some(Cell { color, tip, words: None })
         };
         let rows = self.cells.chunks(self.wide.max(1)).enumerate().map(|(row, cells)| {
             let name = self.row_name(row);
-            let fields = cells.iter().enumerate().map(|(column, cell)| field(&name, column, cell));
-            Row { fields: fields.collect(), name, begins: false }
+            let cells = cells.iter().enumerate().map(|(column, value)| cell(&name, column, value));
+            Row { cells: cells.collect(), name, is_apart: false }
         });
         let value = |value: &String| value.parse().map_or_else(|_| value.clone(), digits);
         let columns = across.map_or_else(Default::default, |axis| {

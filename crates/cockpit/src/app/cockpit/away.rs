@@ -31,7 +31,7 @@ pub(super) fn show(root: &mut Ui, stage: &Stage, view: &View, intents: &mut Vec<
 }
 
 fn words(stage: &Stage, view: &View) -> Option<&'static str> {
-    if view.locked.is_some() || !view.is_empty(stage) {
+    if view.locked.is_some() || !view.has_lost_all(stage) {
         return None;
     }
     Some(match view.all_fell_through(stage) {

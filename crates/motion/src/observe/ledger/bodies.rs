@@ -10,7 +10,7 @@ use crate::state::clock::StepClock;
 use crate::state::components::{AxisLocks, Force};
 use crate::state::emitter::{Dormant, Emissions};
 use crate::state::forces::{PushQueue, sum_by_body};
-use crate::tick::columns::observed;
+use crate::tick::columns::{NO_STEPPER, ObservedColumns, observed};
 use crate::units::{Scalar, Vector};
 
 /// A point of phase space: position, m, and velocity, m/s.
@@ -39,14 +39,15 @@ pub(super) struct Opening {
 
 impl Opening {
     pub fn of(world: &World) -> Self {
-        let mut bodies = observed::<(With<Force>, Without<Dormant>)>(world);
+        let mut bodies = world
+            .try_query_filtered::<(ObservedColumns, &Force), Without<Dormant>>()
+            .expect(NO_STEPPER);
         let queued = world.get_resource::<PushQueue>().into_iter().flat_map(PushQueue::pending);
         let queued = sum_by_body(queued);
         let mut rows: Vec<_> = bodies
             .iter(world)
-            .map(|row| {
-                let force = world.get::<Force>(row.entity).map_or(Vector::ZERO, Force::newtons);
-                let push = force + queued.get(&row.entity).copied().unwrap_or_default();
+            .map(|(row, force)| {
+                let push = force.newtons() + queued.get(&row.entity).copied().unwrap_or_default();
                 (row.key(), row.state().into(), push)
             })
             .collect();

@@ -1,6 +1,6 @@
 //! The margins of single bodies: damping, drag, wells and your own laws.
 
-use bevy_ecs::entity::EntityHashMap;
+use bevy_ecs::entity::{EntityHashMap, EntityHashSet};
 use bevy_ecs::prelude::*;
 use glam::{DMat3, DVec3};
 
@@ -8,10 +8,11 @@ use super::cure::LinearSystem;
 use super::lanczos::largest;
 use super::modes::{Modes, Stepping};
 use super::{LimitingPart, Margin, Margins};
+use crate::groups::Coupled;
 use crate::laws::damping::Damping;
 use crate::laws::{BodyState, EvaluationTime, Jacobians, Law, SharedLaws};
 use crate::schedule::emission::carrier_state;
-use crate::state::archetypes::with_entities;
+use crate::state::archetypes::collect;
 use crate::state::clock::StepClock;
 use crate::state::components::Quarantined;
 use crate::state::emitter::{Emitter, RidesOn};
@@ -39,7 +40,15 @@ struct StepClass {
 }
 
 impl Margins {
-    pub(super) fn add_single_bodies(&mut self, world: &World, scenes: Stepping) {
+    pub(super) fn add_single_bodies(
+        &mut self,
+        world: &World,
+        scenes: Stepping,
+        coming: Option<&[Coupled]>,
+    ) {
+        let members = |(coupling, bodies): &Coupled| bodies[..coupling.movable].to_vec();
+        let coming: Option<EntityHashSet> =
+            coming.map(|coming| coming.iter().flat_map(members).collect());
         let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
         let time = clock.scene_seconds();
         let launches = launches(world);
@@ -49,7 +58,9 @@ impl Margins {
         let at = EvaluationTime { time, within_step: time };
         let mut classes: Vec<StepClass> = Vec::new();
         for row in query.iter(world) {
-            let ObservedColumnsItem { entity, grouped, dormant, .. } = row;
+            let ObservedColumnsItem { entity, dormant, .. } = row;
+            // The mark is that of the last tick.
+            let grouped = coming.as_ref().map_or(row.grouped, |coming| coming.contains(&entity));
             let mut state = row.state();
             if dormant && let Some((position, velocity)) = launches.get(&entity) {
                 (state.position, state.velocity) = (*position, *velocity);
@@ -113,7 +124,7 @@ impl Margins {
 /// Position, m, and velocity, m/s, at birth of every body of an emitter.
 fn launches(world: &World) -> EntityHashMap<(DVec3, DVec3)> {
     let mut launches = EntityHashMap::default();
-    for (entity, emitter) in with_entities::<Emitter>(world) {
+    for (entity, emitter) in collect::<Emitter, _>(world, Some) {
         let Emitter { position, pool, launches: velocities, .. } = emitter;
         let carrier = world.get::<RidesOn>(entity);
         let (x, v) = carrier.and_then(|carrier| carrier_state(world, *carrier)).unwrap_or_default();

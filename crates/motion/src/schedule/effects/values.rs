@@ -14,7 +14,7 @@ use crate::laws::{Drag, Gravity, Law, MutualGravity, SourceMass, Wind, WorldLaw}
 use crate::schedule::restart::{end_half_steps, restart_bodies};
 use crate::schedule::swarm::SwarmLog;
 use crate::schedule::systems::Moving;
-use crate::state::archetypes::{values, with_entities};
+use crate::state::archetypes::{collect, values};
 use crate::state::components::{GravityOff, Quarantined};
 use crate::state::coupling::CouplingChanged;
 use crate::state::emitter::{Dormant, Emission, Emitter, Particle};
@@ -95,8 +95,7 @@ pub(super) const fn own_laws<const EFFECT: usize>() -> Values {
     }
     Values {
         state: |world| {
-            let on = values::<OwnLaws>(world).any(have::<EFFECT>);
-            [on, values::<Off<OwnLaws>>(world).any(|off| have::<EFFECT>(&off.0))]
+            [any(world, have::<EFFECT>), any(world, |Off(laws): &_| have::<EFFECT>(laws))]
         },
         switch: |world, on| {
             let [any_on, any_off] = (own_laws::<EFFECT>().state)(world);
@@ -268,19 +267,24 @@ pub fn column_bytes<C: Component>(world: &World) -> usize {
     tables.map(|table| table.capacity() * size_of::<C>()).sum()
 }
 
-fn exists<C: Component>(world: &World) -> bool {
-    world
-        .try_query_filtered::<(), With<C>>()
-        .is_some_and(|mut query| query.iter(world).next().is_some())
+fn any<C: Component>(world: &World, is: impl Fn(&C) -> bool) -> bool {
+    world.try_query::<&C>().is_some_and(|mut query| query.iter(world).any(is))
 }
 
-/// A component of every body that moves.
+fn exists<C: Component>(world: &World) -> bool {
+    any::<C>(world, |_| true)
+}
+
+/// The values of a component of moving bodies.
 fn moving<C: Component>(world: &World) -> impl Iterator<Item = &C> {
-    let is_moving = |body: &EntityRef<'_>| {
-        !(body.contains::<Quarantined>() || body.contains::<Static>() || body.contains::<Dormant>())
+    let value = |(body, value): (Entity, _)| {
+        let body = world.entity(body);
+        let rests = body.contains::<Quarantined>()
+            || body.contains::<Static>()
+            || body.contains::<Dormant>();
+        (!rests).then_some(value)
     };
-    let bodies = with_entities::<C>(world).map(|(body, _)| world.entity(body));
-    bodies.filter(is_moving).filter_map(|body| body.get::<C>())
+    collect::<C, _>(world, value).into_iter()
 }
 
 /// The sum over a component, on or off.
@@ -290,7 +294,7 @@ fn sum<C: Component>(world: &World, of: impl Fn(&C) -> usize) -> usize {
 }
 
 fn entities_with<C: Component>(world: &World) -> Vec<Entity> {
-    with_entities::<C>(world).map(|(entity, _)| entity).collect()
+    collect::<C, _>(world, |(entity, _)| Some(entity))
 }
 
 fn exchange<Old: Component, New: Component>(world: &mut World, new: fn(Old) -> New) {
