@@ -29,7 +29,7 @@ pub(crate) use compile::{Coupled, coming_couplings, couplings, is_outdated, upda
 pub(crate) use coupling::Coupling;
 pub(crate) use field::{GroupCache, GroupKernel, Scratch, end_of, equal_parts};
 use lanes::Bundles;
-pub(crate) use linear::{Contributor, LinearGroup, larger};
+pub(crate) use linear::{Contributor, LinearGroup, Terms};
 use places::{Place, TableRun, Unit};
 use pull::Share;
 pub(crate) use pull::{SpringRow, pulls};

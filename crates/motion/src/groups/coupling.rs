@@ -96,27 +96,17 @@ impl Coupling {
         }
     }
 
-    /// Force of mutual gravity on the first of two masses, N; `None` at the same position.
-    #[inline(always)]
-    fn attraction(
-        &self,
-        law: &MutualGravity,
-        [mass, other]: [f64; 2],
-        [from, to]: [Vector; 2],
-    ) -> Option<Vector> {
-        let (r, inverse) = self.reach(law, from, to)?;
-        Some(r * (law.constant * mass * other * inverse * inverse * inverse))
-    }
-
     /// Force of mutual gravity on the first of two rows, N; `None` at the same position.
     pub fn attraction_between(
         &self,
         law: &MutualGravity,
-        rows: [usize; 2],
+        [row, other]: [usize; 2],
         x: &[Row],
         w: &[f64],
     ) -> Option<Vector> {
-        self.attraction(law, rows.map(|row| self.mass(row, w)), rows.map(|row| vector(&x[row])))
+        let (r, inverse) = self.reach(law, vector(&x[row]), vector(&x[other]))?;
+        let masses = law.constant * self.mass(row, w) * self.mass(other, w);
+        Some(r * (masses * inverse * inverse * inverse))
     }
 
     /// The gravitational parameter mu of the motion of two rows relative to each other, m³/s²: `G (m1 + m2)`, where a mass

@@ -8,6 +8,7 @@ mod driven;
 mod forces;
 mod lane_solver;
 mod layout;
+mod linear_step;
 mod solving;
 
 pub(crate) use cached::GroupCache;

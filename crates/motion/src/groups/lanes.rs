@@ -12,7 +12,7 @@ use fearless_simd::{Simd, f64x4, prelude::*};
 use super::Group;
 use super::coupling::Coupling;
 use super::field::{GroupCache, Scratch};
-use super::pull::{AT_ONCE, tension};
+use super::pull::{AT_ONCE, FourElastic, tension};
 use super::rows::{Array, Element as _};
 use crate::kernels::BodyOptions;
 use crate::laws::{Axes, BLOCK_BODIES};
@@ -384,9 +384,9 @@ impl LaneSprings {
     /// from `coupling`.
     pub fn pull(&self, coupling: &Coupling, x: &[Axes], v: &[Axes], sum: &mut [Axes]) {
         if coupling.springs.damped() {
-            with_simd!(simd => self.add::<_, true>(simd, coupling, (x, v), sum));
+            with_simd!(simd => self.add::<_, true>(simd, coupling, x, v, sum));
         } else {
-            with_simd!(simd => self.add::<_, false>(simd, coupling, (x, v), sum));
+            with_simd!(simd => self.add::<_, false>(simd, coupling, x, v, sum));
         }
     }
 
@@ -395,7 +395,8 @@ impl LaneSprings {
         &self,
         simd: S,
         coupling: &Coupling,
-        (x, v): (&[Axes], &[Axes]),
+        x: &[Axes],
+        v: &[Axes],
         sum: &mut [Axes],
     ) {
         for (spring, blocks) in coupling.springs.iter().zip(self.blocks.chunks_exact(self.width)) {
@@ -403,24 +404,25 @@ impl LaneSprings {
             let moves = [a < coupling.movable, b < coupling.movable];
             for (block, elastic) in blocks.iter().enumerate() {
                 let ends = [a, b].map(|row| row * self.width + block);
-                elastic.pull::<_, DAMPED>(simd, ends, moves, (x, v), sum);
+                elastic.pull::<_, DAMPED>(simd, ends, moves, x, v, sum);
             }
         }
     }
 }
 
 impl ElasticLanes {
-    /// Stiffnesses, dampings and rest lengths of four lanes.
+    /// The properties of four lanes.
     #[inline(always)]
-    pub fn four<S: Simd>(&self, simd: S, at: usize) -> [f64x4<S>; 3] {
-        match self {
+    pub(super) fn four<S: Simd>(&self, simd: S, at: usize) -> FourElastic<S> {
+        let [stiffness, damping, rest_length] = match self {
             Self::Equal(Elastic { stiffness, damping, rest_length, .. }) => [
                 f64x4::splat(simd, *stiffness),
                 f64x4::splat(simd, *damping),
                 f64x4::splat(simd, *rest_length),
             ],
             Self::Each(numbers) => three(simd, at, numbers),
-        }
+        };
+        FourElastic { stiffness, damping, rest_length }
     }
 
     /// Adds the forces on the ends that move to `sum`, with the bits of [`Springs::pull`](super::pull::Springs::pull).
@@ -430,10 +432,11 @@ impl ElasticLanes {
         simd: S,
         [a, b]: [usize; 2],
         moves: [bool; 2],
-        (x, v): (&[Axes], &[Axes]),
+        x: &[Axes],
+        v: &[Axes],
         sum: &mut [Axes],
     ) {
-        let (x, v, ends) = ([&x[a], &x[b]], [&v[a], &v[b]], ([a, b], moves));
+        let (ends, x, v) = ([a, b], [&x[a], &x[b]], [&v[a], &v[b]]);
         match self {
             // With a rest length of 0 the force over the length is the stiffness.
             Self::Equal(Elastic { stiffness, rest_length: 0.0, .. }) if !DAMPED => {
@@ -441,6 +444,7 @@ impl ElasticLanes {
                 pull_with(
                     simd,
                     ends,
+                    moves,
                     x,
                     sum,
                     #[inline(always)]
@@ -452,37 +456,43 @@ impl ElasticLanes {
                 pull_elastic::<_, DAMPED>(
                     simd,
                     ends,
-                    (x, v),
+                    moves,
+                    x,
+                    v,
                     sum,
                     #[inline(always)]
                     |_| elastic,
                 );
             }
-            Self::Each(numbers) => pull_elastic::<_, DAMPED>(
+            Self::Each(_) => pull_elastic::<_, DAMPED>(
                 simd,
                 ends,
-                (x, v),
+                moves,
+                x,
+                v,
                 sum,
                 #[inline(always)]
-                |at| three(simd, at, numbers),
+                |at| self.four(simd, at),
             ),
         }
     }
 }
 
-/// [`pull_with`] for springs with stiffness, damping and rest length: `elastic` returns them for the four lanes from the
-/// given one on.
+/// [`pull_with`] for springs with the properties that `elastic` returns for the four lanes from the given one on.
 #[inline(always)]
 fn pull_elastic<S: Simd, const DAMPED: bool>(
     simd: S,
-    ends: ([usize; 2], [bool; 2]),
-    (x, v): ([&Axes; 2], [&Axes; 2]),
+    ends: [usize; 2],
+    moves: [bool; 2],
+    x: [&Axes; 2],
+    v: [&Axes; 2],
     sum: &mut [Axes],
-    elastic: impl Fn(usize) -> [f64x4<S>; 3],
+    elastic: impl Fn(usize) -> FourElastic<S>,
 ) {
     pull_with(
         simd,
         ends,
+        moves,
         x,
         sum,
         #[inline(always)]
@@ -498,7 +508,8 @@ fn pull_elastic<S: Simd, const DAMPED: bool>(
 #[inline(always)]
 fn pull_with<S: Simd>(
     simd: S,
-    ([a, b], [a_moves, b_moves]): ([usize; 2], [bool; 2]),
+    [a, b]: [usize; 2],
+    [a_moves, b_moves]: [bool; 2],
     x: [&Axes; 2],
     sum: &mut [Axes],
     tension: impl Fn(usize, [f64x4<S>; 3]) -> f64x4<S>,

@@ -1,7 +1,5 @@
 //! A group as a linear system, linearized in its present state.
 
-mod step;
-
 use std::cell::RefCell;
 
 use bevy_ecs::prelude::*;
@@ -19,8 +17,6 @@ use crate::state::components::AxisLocks;
 use crate::state::threads::Threads;
 use crate::units::Scalar;
 
-pub(super) use step::LinearStep;
-
 /// A linearized spring.
 #[derive(Clone, Copy, Debug)]
 struct Stiff {
@@ -32,6 +28,30 @@ struct Stiff {
     across: Scalar,
     /// Damping along the axis, N s/m.
     damping: Scalar,
+}
+
+/// Factors, bounds or quotients of the two terms of a linear system.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Terms {
+    /// Of A; a bound or a quotient in 1/s².
+    pub stiffness: Scalar,
+    /// Of C; a bound or a quotient in 1/s.
+    pub damping: Scalar,
+}
+
+impl Terms {
+    /// Factors that leave A alone.
+    pub const STIFFNESS: Self = Self { stiffness: 1.0, damping: 0.0 };
+    /// Factors that leave C alone.
+    pub const DAMPING: Self = Self { stiffness: 0.0, damping: 1.0 };
+
+    /// The [larger](larger) of each.
+    pub fn larger(self, other: Self) -> Self {
+        Self {
+            stiffness: larger(self.stiffness, other.stiffness),
+            damping: larger(self.damping, other.damping),
+        }
+    }
 }
 
 /// The movable bodies of a group as `y'' = -A y - C y'` with `y = W^-½ x`: three numbers per row.
@@ -205,10 +225,10 @@ impl<'a> LinearGroup<'a> {
         self.rates.iter().all(|rate| Some(*rate) == first).then_some(first)
     }
 
-    /// Computes `out = stiffness A y + rate C y`; with `decays`, C includes the scene's damping.
+    /// Computes `out = stiffness A y + damping C y`; with `decays`, C includes the scene's damping.
     pub fn apply(
         &self,
-        [stiffness, rate]: [Scalar; 2],
+        Terms { stiffness, damping }: Terms,
         decays: bool,
         y: &[Scalar],
         out: &mut [Scalar],
@@ -230,14 +250,14 @@ impl<'a> LinearGroup<'a> {
                 axes: None,
                 moves: &scaled,
                 stiffness,
-                damping: rate,
+                damping,
                 times: -1.0,
             };
             springs.add(shares, &change, &mut forces);
         }
         for (corners, n, strength) in &self.sheets {
             let sum = corners.iter().map(|corner| vector(&scaled[*corner])).sum::<DVec3>();
-            let force = *n * (rate * strength * n.dot(sum));
+            let force = *n * (damping * strength * n.dot(sum));
             corners.iter().for_each(|corner| add(&mut forces[*corner], force));
         }
         let rows: &mut [[Scalar; 3]] = out.as_chunks_mut().0;
@@ -248,7 +268,7 @@ impl<'a> LinearGroup<'a> {
         for (row, drag) in self.drag.iter().enumerate() {
             let open = self.root[row].cmpgt(DVec3::ZERO);
             let y = DVec3::select(open, DVec3::from_slice(&y[3 * row..]), DVec3::ZERO);
-            let part = DVec3::select(open, *drag * y * rate, DVec3::ZERO).to_array();
+            let part = DVec3::select(open, *drag * y * damping, DVec3::ZERO).to_array();
             (0..3).for_each(|axis| out[3 * row + axis] += part[axis]);
         }
         for (row, pull) in self.wells.iter().enumerate() {
@@ -258,7 +278,7 @@ impl<'a> LinearGroup<'a> {
             (0..3).for_each(|axis| out[3 * row + axis] += part[axis]);
         }
         if decays {
-            self.damp(rate, y, out);
+            self.damp(damping, y, out);
         }
     }
 
@@ -279,19 +299,20 @@ impl<'a> LinearGroup<'a> {
     /// Bounds of each spring's part in the largest eigenvalue of A, 1/s², and of C, 1/s: the stiffnesses and the dampings of all
     /// springs at its ends, summed and divided by the masses of the ends (Gershgorin 1931, on springs instead of bodies). The
     /// largest of these bounds hold for the eigenvalues.
-    pub fn bounds(&self) -> impl Iterator<Item = [Scalar; 2]> {
-        let mut sums = vec![[0.0; 2]; self.root.len()];
+    pub fn bounds(&self) -> impl Iterator<Item = Terms> {
+        let mut sums = vec![Terms::default(); self.root.len()];
         for Stiff { ends, along, damping, .. } in self.springs() {
             for end in ends {
-                if let Some([stiffness, rate]) = sums.get_mut(end) {
+                if let Some(sum) = sums.get_mut(end) {
                     let w = square(self.root[end].max_element());
-                    (*stiffness, *rate) = (*stiffness + w * along, *rate + w * damping);
+                    sum.stiffness += w * along;
+                    sum.damping += w * damping;
                 }
             }
         }
         self.ends().map(move |ends| {
             let [a, b] = ends.map(|end: usize| sums.get(end).copied().unwrap_or_default());
-            [a[0] + b[0], a[1] + b[1]]
+            Terms { stiffness: a.stiffness + b.stiffness, damping: a.damping + b.damping }
         })
     }
 
@@ -299,11 +320,11 @@ impl<'a> LinearGroup<'a> {
     /// between its ends by `(u - v)² <= (1 + t) u² + (1 + 1/t) v²`, where t is the ratio of their inverse masses; the bound is
     /// the largest eigenvalue of a single row. It is exact if neighbors can swing against each other, as in a lattice, for which
     /// Gershgorin's bound is three times as large.
-    pub fn bound(&self, [stiffness, rate]: [Scalar; 2]) -> Scalar {
+    pub fn bound(&self, Terms { stiffness, damping }: Terms) -> Scalar {
         let squares: Vec<_> = self.root.iter().map(|root| square(root.max_element())).collect();
         let mut sums = vec![[0.0; 6]; self.root.len()];
         for spring in self.springs() {
-            let along = stiffness * spring.along + rate * spring.damping;
+            let along = stiffness * spring.along + damping * spring.damping;
             let across = stiffness * spring.across;
             let n = spring.n;
             let [xx, yy, zz] = (n * n * (along - across) + DVec3::splat(across)).to_array();
@@ -327,7 +348,7 @@ impl<'a> LinearGroup<'a> {
                 let beside = DVec3::new(*yz * r.y * r.z, *zx * r.z * r.x, *xy * r.x * r.y);
                 largest_of_three(diagonal, beside, most)
             });
-        most + stiffness * self.largest_pull() + rate * self.largest_rate()
+        most + stiffness * self.largest_pull() + damping * self.largest_rate()
     }
 
     /// A bound of the squared frequency of wells at a row, 1/s².
@@ -360,10 +381,10 @@ impl<'a> LinearGroup<'a> {
         (0..self.root.len()).max_by(|a, b| rate(*a).total_cmp(&rate(*b))).unwrap_or_default()
     }
 
-    /// The largest contributor to `stiffness y·A y + rate y·C y`.
+    /// The largest contributor to `stiffness y·A y + damping y·C y`.
     pub fn largest_contributor(
         &self,
-        [stiffness, rate]: [Scalar; 2],
+        Terms { stiffness, damping }: Terms,
         y: &[Scalar],
     ) -> Option<Contributor> {
         let of = |row: usize| match self.root.get(row) {
@@ -377,24 +398,23 @@ impl<'a> LinearGroup<'a> {
             let held = spring.along * along + spring.across * (d.length_squared() - along);
             [
                 (stiffness * held, Contributor::Spring(spring.ends)),
-                (rate * spring.damping * along, Contributor::Damper(spring.ends)),
+                (damping * spring.damping * along, Contributor::Damper(spring.ends)),
             ]
         });
         let by_sheets = self.sheets.iter().map(|(corners, n, strength)| {
             let sum = corners.iter().map(|corner| of(*corner)).sum::<DVec3>();
-            (rate * strength * square(n.dot(sum)), Contributor::Drag(corners[0]))
+            (damping * strength * square(n.dot(sum)), Contributor::Drag(corners[0]))
         });
         let own = |row: usize| DVec3::from_slice(&y[3 * row..]);
-        let by_drag = self
-            .drag
-            .iter()
-            .enumerate()
-            .map(|(row, drag)| (rate * own(row).dot(*drag * own(row)), Contributor::Drag(row)));
+        let by_drag =
+            self.drag.iter().enumerate().map(|(row, drag)| {
+                (damping * own(row).dot(*drag * own(row)), Contributor::Drag(row))
+            });
         let by_damping = self
             .rates
             .iter()
             .enumerate()
-            .map(|(row, damping)| (row, rate * self.decays * damping * own(row).length_squared()))
+            .map(|(row, rate)| (row, damping * self.decays * rate * own(row).length_squared()))
             .map(|(row, part)| (part, Contributor::Damping(row)));
         let by_wells = self.wells.iter().enumerate().map(|(row, pull)| {
             (stiffness * own(row).dot(*pull * own(row)), Contributor::Well(row))

@@ -372,8 +372,8 @@ impl Groups {
             let Some(table) = places[run.place].members else { continue };
             let (positions, bodies, last) = tables.members[table].states();
             run.parts(bundle, |(at, rows), (element, lane)| {
-                load_rows(&mut x[element], (lane, rows), &positions[at..], run.step);
-                load_rows(&mut v[element], (lane, rows), &bodies[at..], run.step);
+                load_rows(&mut x[element], lane, rows, &positions[at..], run.step);
+                load_rows(&mut v[element], lane, rows, &bodies[at..], run.step);
                 let w = &mut w[element * BLOCK_BODIES + lane..][..rows];
                 w.iter_mut()
                     .zip(bodies[at..].iter().step_by(run.step))
@@ -396,10 +396,10 @@ impl Groups {
             };
             run.parts(bundle, |(at, rows), (element, lane)| {
                 let (x, v) = (&mut x[element], &mut v[element]);
-                load_rows(x, (lane, rows), &table.positions[at..], run.step);
-                load_rows(v, (lane, rows), &table.bodies[at..], run.step);
+                load_rows(x, lane, rows, &table.positions[at..], run.step);
+                load_rows(v, lane, rows, &table.bodies[at..], run.step);
                 w[element * BLOCK_BODIES + lane..][..rows].fill(0.0);
-                if is_regular((x, v), (lane, rows), bounds) {
+                if is_regular(x, v, lane, rows, bounds) {
                     return;
                 }
                 for lane in lane..lane + rows {
@@ -497,7 +497,8 @@ fn newtons(forces: &[Force], row: usize) -> Row {
 #[inline(always)]
 fn load_rows<const N: usize>(
     to: &mut Axes,
-    (lane, count): (usize, usize),
+    lane: usize,
+    count: usize,
     rows: &[[f64; N]],
     step: usize,
 ) {
@@ -516,7 +517,7 @@ fn load_rows<const N: usize>(
 }
 
 /// Whether the `count` rows from `lane` on are at rest, finite and in range.
-fn is_regular((x, v): (&Axes, &Axes), (lane, count): (usize, usize), bounds: Bounds) -> bool {
+fn is_regular(x: &Axes, v: &Axes, lane: usize, count: usize, bounds: Bounds) -> bool {
     let each = |axis: usize, lane: usize| {
         (x[axis][lane].abs() <= bounds.position) & (v[axis][lane] == 0.0)
     };

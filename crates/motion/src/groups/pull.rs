@@ -49,6 +49,17 @@ pub(crate) struct SpringBlock {
     rest_length: [f64; AT_ONCE],
 }
 
+/// The properties of four springs.
+#[derive(Clone, Copy)]
+pub(super) struct FourElastic<S: Simd> {
+    /// N/m.
+    pub stiffness: f64x4<S>,
+    /// N s/m.
+    pub damping: f64x4<S>,
+    /// m.
+    pub rest_length: f64x4<S>,
+}
+
 /// Four springs: their reciprocal lengths, 0 for one without a length, and their stiffness across their axes as a fraction
 /// of their stiffness, at least 0.
 pub(crate) type AxisBlock = [[f64; AT_ONCE]; 2];
@@ -362,12 +373,9 @@ impl<const DAMPED: bool> EndForces for Tension<'_, DAMPED> {
     #[inline(always)]
     fn of<S: Simd>(&self, simd: S, _: usize, block: &SpringBlock) -> [f64x4<S>; AT_ONCE] {
         let d = block.differences(simd, self.x);
-        let SpringBlock { stiffness, damping, rest_length, .. } = *block;
-        let [stiffness, damping] =
-            [f64x4::simd_from(simd, stiffness), f64x4::simd_from(simd, damping)];
-        let elastic = [stiffness, damping, f64x4::simd_from(simd, rest_length)];
         let u = if DAMPED { columns(block.differences(simd, self.v)) } else { columns(d) };
-        let tension: [f64; AT_ONCE] = tension::<_, DAMPED>(simd, elastic, columns(d), u).into();
+        let tension: [f64; AT_ONCE] =
+            tension::<_, DAMPED>(simd, block.elastic(simd), columns(d), u).into();
         let mut pulls = d;
         for i in 0..AT_ONCE {
             pulls[i] = d[i] * f64x4::splat(simd, tension[i]);
@@ -376,12 +384,12 @@ impl<const DAMPED: bool> EndForces for Tension<'_, DAMPED> {
     }
 }
 
-/// The forces of four springs over their lengths, N/m, with these stiffnesses, dampings and rest lengths, if their second
-/// ends are at `d` from the first and move at `u` relative to them.
+/// The forces of four springs over their lengths, N/m, if their second ends are at `d` from the first and move at `u`
+/// relative to them.
 #[inline(always)]
 pub(super) fn tension<S: Simd, const DAMPED: bool>(
     simd: S,
-    [stiffness, damping, rest_length]: [f64x4<S>; 3],
+    FourElastic { stiffness, damping, rest_length }: FourElastic<S>,
     [dx, dy, dz]: [f64x4<S>; 3],
     [ux, uy, uz]: [f64x4<S>; 3],
 ) -> f64x4<S> {
@@ -418,15 +426,14 @@ impl EndForces for Linearized<'_> {
     #[inline(always)]
     fn of<S: Simd>(&self, simd: S, number: usize, block: &SpringBlock) -> [f64x4<S>; AT_ONCE] {
         let splat = |number: f64| f64x4::splat(simd, number);
-        let of = |numbers: [f64; AT_ONCE]| f64x4::simd_from(simd, numbers);
+        let elastic = block.elastic(simd);
         let (d, u) = (block.differences(simd, self.x), block.differences(simd, self.moves));
         let ([dx, dy, dz], [ux, uy, uz]) = (columns(d), columns(u));
         let [inverse, taut] = match self.axes {
-            Some(axes) => axes[number].map(of),
-            None => axes(simd, [dx, dy, dz], of(block.rest_length)),
+            Some(axes) => axes[number].map(|numbers| f64x4::simd_from(simd, numbers)),
+            None => axes(simd, [dx, dy, dz], elastic.rest_length),
         };
-        let elastic = [of(block.stiffness), of(block.damping)];
-        let [across, beyond] = stiffnesses(simd, elastic, taut, [self.stiffness, self.damping]);
+        let [across, beyond] = stiffnesses(simd, elastic, taut, self.stiffness, self.damping);
         let toward = (dx * inverse) * ux + (dy * inverse) * uy + (dz * inverse) * uz;
         let [inverse, across, beyond]: [[f64; AT_ONCE]; 3] =
             [inverse.into(), across.into(), (toward * beyond).into()];
@@ -443,9 +450,10 @@ impl EndForces for Linearized<'_> {
 #[inline(always)]
 pub(super) fn stiffnesses<S: Simd>(
     simd: S,
-    [stiffness, damping]: [f64x4<S>; 2],
+    FourElastic { stiffness, damping, .. }: FourElastic<S>,
     taut: f64x4<S>,
-    [of_stiffness, of_damping]: [f64; 2],
+    of_stiffness: f64,
+    of_damping: f64,
 ) -> [f64x4<S>; 2] {
     let along = f64x4::splat(simd, of_stiffness) * stiffness;
     let across = along * taut;
@@ -465,6 +473,15 @@ impl SpringBlock {
                 pull_only: false,
             },
         })
+    }
+
+    #[inline(always)]
+    fn elastic<S: Simd>(&self, simd: S) -> FourElastic<S> {
+        FourElastic {
+            stiffness: f64x4::simd_from(simd, self.stiffness),
+            damping: f64x4::simd_from(simd, self.damping),
+            rest_length: f64x4::simd_from(simd, self.rest_length),
+        }
     }
 
     /// Rows of the second ends minus rows of the first.

@@ -128,7 +128,13 @@ impl Rescue<'_, '_, '_, '_> {
             .collect();
         let whole = ByRow { bodies: &group.bodies, options: self.options };
         let (coupling, movable) = (&part.coupling, part.coupling.movable);
-        let mut state = (pick(&before.x), pick(&before.v), numbers(&before.last));
+        let states = || RowStates {
+            x: pick(&before.x),
+            v: pick(&before.v),
+            w: numbers(&before.w),
+            last: numbers(&before.last),
+        };
+        let mut state = states();
         if coupling.springs.is_empty() && coupling.sheets.is_empty() && !coupling.attracts {
             // A row without coupling is integrated as a single body.
             let row = part.rows[0];
@@ -138,7 +144,7 @@ impl Rescue<'_, '_, '_, '_> {
             if let Some(record) = &mut statistics.record {
                 record.first = row;
             }
-            let alone = self.alone(whole.row(row), force, before.w[row], &mut state, statistics);
+            let alone = self.alone(whole.row(row), force, &mut state, statistics);
             if let Err(breach) = alone {
                 return vec![(row, breach)];
             }
@@ -150,21 +156,20 @@ impl Rescue<'_, '_, '_, '_> {
                 found.map(|(row, _)| row as u32).collect::<Vec<_>>()
             };
             let (with_options, with_laws) = (listed(&group.with_options), listed(&group.with_laws));
-            let w = numbers(&before.w);
             let options = OfRows { whole: &whole, rows: &part.rows };
             for watch in [Watch::Off, Watch::On] {
                 let mut scratch = Scratch::default();
                 let push = |(row, force): &(usize, Row)| Push { lane: 0, row: *row, force: *force };
                 scratch.pushes.extend(pushes.iter().map(push));
-                state = (pick(&before.x), pick(&before.v), numbers(&before.last));
-                let anchors_rest = are_at_rest(&state.1[movable..]);
+                state = states();
+                let anchors_rest = are_at_rest(&state.v[movable..]);
                 let rows = GroupRows {
-                    x: &mut state.0,
-                    v: &mut state.1,
-                    w: &w,
+                    x: &mut state.x,
+                    v: &mut state.v,
+                    w: &state.w,
                     groups: 1,
                     apart: &[],
-                    last: &mut state.2[..movable],
+                    last: &mut state.last[..movable],
                     with_options: &with_options,
                     with_laws: &with_laws,
                     cache: None,
@@ -191,12 +196,12 @@ impl Rescue<'_, '_, '_, '_> {
                     }
                     Err(first) if !first.is_empty() => {
                         let breach = |row: usize| {
-                            let ([a, b, c, _], [d, e, f, _]) = (state.0[row], state.1[row]);
+                            let ([a, b, c, _], [d, e, f, _]) = (state.x[row], state.v[row]);
                             let breach = self
                                 .environment
                                 .parameters
                                 .bounds
-                                .breach(&[a, b, c], &[d, e, f, w[row]]);
+                                .breach(&[a, b, c], &[d, e, f, state.w[row]]);
                             // A row that failed within the tick may be finite at its end.
                             breach.unwrap_or(Breach { of: Quantity::Velocity, finite: false })
                         };
@@ -208,7 +213,8 @@ impl Rescue<'_, '_, '_, '_> {
             }
         }
         for (i, row) in part.rows[..movable].iter().enumerate() {
-            (after.x[*row], after.v[*row], after.last[*row]) = (state.0[i], state.1[i], state.2[i]);
+            (after.x[*row], after.v[*row], after.last[*row]) =
+                (state.x[i], state.v[i], state.last[i]);
         }
         Vec::new()
     }
@@ -218,8 +224,7 @@ impl Rescue<'_, '_, '_, '_> {
         &self,
         options: BodyOptions<'_>,
         force: [Scalar; 3],
-        w: Scalar,
-        (x, v, last): &mut (Vec<Row>, Vec<Row>, Vec<Scalar>),
+        RowStates { x, v, w, last }: &mut RowStates,
         statistics: &mut StepStatistics,
     ) -> Result<(), Breach> {
         let GroupEnvironment { shared, parameters, .. } = self.environment;
@@ -233,7 +238,7 @@ impl Rescue<'_, '_, '_, '_> {
         // The substeps are the group's.
         let options = BodyOptions { substeps: None, ..options };
         let [a, b, c, _] = x[0];
-        let (mut positions, mut bodies) = ([[a, b, c]], [[v[0][0], v[0][1], v[0][2], w]]);
+        let (mut positions, mut bodies) = ([[a, b, c]], [[v[0][0], v[0][1], v[0][2], w[0]]]);
         let method_state = match self.kernel.single.traits.state {
             MethodStateKind::LastStep => MethodStateRows::LastStep(last),
             _ => MethodStateRows::None,

@@ -185,7 +185,7 @@ impl Tick<'_, '_, '_, '_, '_> {
         }
         groups.bundles.list[number].has_other_caches = false;
         if apart.len() < groups.bundles.list[number].groups.len() {
-            self.side_by_side(groups, number, (apart, failed));
+            self.side_by_side(groups, number, apart, failed);
         }
         for (at, lane) in alone.iter().enumerate() {
             let group = groups.set_apart(number, *lane, at);
@@ -206,7 +206,8 @@ impl Tick<'_, '_, '_, '_, '_> {
         &mut self,
         groups: &mut Groups,
         number: usize,
-        (apart, failed): (&[usize], &mut Vec<usize>),
+        apart: &[usize],
+        failed: &mut Vec<usize>,
     ) {
         let members = &groups.bundles.list[number].groups;
         let first = &groups.list[members[0]];
@@ -215,10 +216,10 @@ impl Tick<'_, '_, '_, '_, '_> {
         let record = self.output.records.recorder(members.len() * rows);
         let mut statistics = StepStatistics { record, ..StepStatistics::default() };
         groups.bundles.fill_up(number);
-        let bundle = (number, apart);
         let done = groups.tick_lanes(
             self.kernel,
-            bundle,
+            number,
+            apart,
             &self.environment,
             self.options,
             &mut statistics,
@@ -370,7 +371,8 @@ impl Groups {
     fn tick_lanes(
         &mut self,
         kernel: GroupKernel,
-        (number, apart): (usize, &[usize]),
+        number: usize,
+        apart: &[usize],
         environment: &GroupEnvironment<'_>,
         options: &MemberOptions,
         statistics: &mut StepStatistics,

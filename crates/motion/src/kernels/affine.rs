@@ -228,8 +228,8 @@ impl<S: Simd> AffineKernel<'_, '_, '_, S> {
             if !M::CHECKED || limit.is_of_numbers && is_finite::<M, S>(&new) {
                 store::<M, S>(&new, x, block);
             } else {
-                let (x, rows) = (&mut x[..3 * BLOCK], (&new.0.rows(), &new.1.rows()));
-                commit_each(&limit.bounds, rows, x, block, start, refuse);
+                let (x, [new_x, new_v]) = (&mut x[..3 * BLOCK], [new.0.rows(), new.1.rows()]);
+                commit_each(&limit.bounds, &new_x, &new_v, x, block, start, refuse);
             }
             positions = &mut positions[3 * BLOCK..];
         }
@@ -451,7 +451,8 @@ fn store<M: Integrator, S: Simd>(
 #[cold]
 fn commit_each(
     bounds: &Bounds,
-    (new_x, new_v): (&[Row; BLOCK], &[Row; BLOCK]),
+    new_x: &[Row; BLOCK],
+    new_v: &[Row; BLOCK],
     x: &mut [f64],
     bodies: &mut [Row; BLOCK],
     start: usize,

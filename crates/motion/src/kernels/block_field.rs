@@ -226,10 +226,10 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
                 let bodies = BodyBlock { positions, velocities, inverse_masses };
                 laws.for_each(|law| law.accelerate(at, &bodies, sum));
             } else {
-                (0..N).for_each(|k| add_one(laws.clone(), at, k, (x, v, w), called));
+                (0..N).for_each(|k| add_one(laws.clone(), at, k, x, v, w, called));
             }
             for (k, (own, _)) in own_laws.iter().enumerate() {
-                add_one(own.iter().map(|law| &**law), at, k, (x, v, w), called);
+                add_one(own.iter().map(|law| &**law), at, k, x, v, w, called);
             }
         });
     }
@@ -265,19 +265,19 @@ impl<'a, X: BlockSpace<N>, const N: usize> BlockField<'a, X, N> {
     }
 
     /// Sums the called laws of body `k` alone, and counts them.
-    fn call_one(&mut self, at: EvaluationTime, k: usize, (x, v): (&Block<N>, &Block<N>)) {
+    fn call_one(&mut self, at: EvaluationTime, k: usize, x: &Block<N>, v: &Block<N>) {
         self.statistics.count(u64::from(self.w[k] > 0.0), self.laws_of(k));
         (0..3).for_each(|axis| self.called.0[axis][k] = 0.0);
-        add_one(self.laws_of(k), at, k, (x, v, &self.w), &mut self.called);
+        add_one(self.laws_of(k), at, k, x, v, &self.w, &mut self.called);
     }
 
     /// Acceleration by all laws at the time `at`, where [`Self::called`] has the sum of the called laws for the bodies that are
     /// `known`. Calls the laws for the others.
     #[inline(never)]
-    pub fn laws_known(&mut self, at: EvaluationTime, (x, v): (X, X), known: &[bool; N]) -> X {
+    pub fn laws_known(&mut self, at: EvaluationTime, x: X, v: X, known: &[bool; N]) -> X {
         if known.contains(&false) {
             x.read_both(v, |x, v| {
-                (0..N).filter(|k| !known[*k]).for_each(|k| self.call_one(at, k, (x, v)));
+                (0..N).filter(|k| !known[*k]).for_each(|k| self.call_one(at, k, x, v));
             });
         }
         self.laws_from(&self.called, v)
@@ -327,7 +327,9 @@ fn add_one<'l, const N: usize>(
     laws: impl Iterator<Item = &'l dyn Law>,
     at: EvaluationTime,
     k: usize,
-    (x, v, w): (&Block<N>, &Block<N>, &[f64; N]),
+    x: &Block<N>,
+    v: &Block<N>,
+    w: &[f64; N],
     sum: &mut Block<N>,
 ) {
     if w[k] > 0.0 {

@@ -94,7 +94,7 @@ fn integrate<M: Integrator, X: BlockSpace<N>, const N: usize>(
         if M::STATE == MethodStateKind::LastStep { method_state.last_step() } else { 0.0 };
     let start = match (M::STATE, &method_state) {
         (MethodStateKind::LastAcceleration, MethodStateRows::LastAcceleration(cached)) => {
-            recall(segments, cached, field, (x, v))
+            recall(segments, cached, field, x, v)
         }
         _ => None,
     };
@@ -106,7 +106,7 @@ fn integrate<M: Integrator, X: BlockSpace<N>, const N: usize>(
         let called = step_state.start.is_some().then_some(&field.called);
         note(field, &mut method_state, step_state.last_step, called, x);
     }
-    x.read_both(v, |x, v| store::<N>(&parameters.bounds, batch, rows, (x, v, &field.w), refuse));
+    x.read_both(v, |x, v| store::<N>(&parameters.bounds, batch, rows, x, v, &field.w, refuse));
 }
 
 /// Enters the block of `rows`. Returns their positions and velocities.
@@ -135,7 +135,9 @@ fn store<const N: usize>(
     bounds: &Bounds,
     batch: &mut Batch<'_>,
     rows: Range<usize>,
-    (x, v, w): (&Block<N>, &Block<N>, &[f64; N]),
+    x: &Block<N>,
+    v: &Block<N>,
+    w: &[f64; N],
     refuse: Refuse<'_>,
 ) {
     let stored = *bounds == Bounds::FINITE
@@ -219,7 +221,8 @@ fn recall<X: BlockSpace<N>, const N: usize>(
     segments: &Segments,
     cached: &[CachedAcceleration],
     field: &mut BlockField<'_, X, N>,
-    (x, v): (X, X),
+    x: X,
+    v: X,
 ) -> Option<X> {
     // Accelerations from before a jump are invalid after it.
     let first = segments.iter().next().filter(|first| !first.jump)?;
@@ -241,5 +244,5 @@ fn recall<X: BlockSpace<N>, const N: usize>(
         }
     });
     let some_fit = fits[..cached.len()].contains(&true);
-    some_fit.then(|| field.laws_known(first.evaluation_time(0.0), (x, v), &fits))
+    some_fit.then(|| field.laws_known(first.evaluation_time(0.0), x, v, &fits))
 }

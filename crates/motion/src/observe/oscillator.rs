@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::margin::restoring_rate;
-use crate::groups::{LinearGroup, coming_couplings, couplings, larger};
+use crate::groups::{LinearGroup, Terms, coming_couplings, couplings};
 use crate::laws::{BodyState, EvaluationTime};
 use crate::methods::markers::own_method;
 use crate::methods::table::Method;
@@ -52,17 +52,17 @@ impl BodyOscillator {
             options.damping(environment.damping).filter(|_| !method.traits().damps_inside);
         rate += damping.map_or(0.0, |damping| damping.factors_around_tick(tick).1);
         let coming = coming_couplings(world);
-        let mut springs = [0.0; 2];
+        let mut springs = Terms::default();
         for (coupling, members) in couplings(world, coming.as_deref()) {
             if members.contains(&body) {
                 let group = LinearGroup::of(world, coupling, members);
                 let bounds = group.ends().zip(group.bounds());
                 bounds
                     .filter(|(ends, _)| ends.iter().any(|end| members[*end] == body))
-                    .for_each(|(_, bound)| springs = [0, 1].map(|i| larger(springs[i], bound[i])));
+                    .for_each(|(_, bound)| springs = springs.larger(bound));
             }
         }
-        let [stiffness, rate] = [stiffness + springs[0], rate + springs[1]];
+        let (stiffness, rate) = (stiffness + springs.stiffness, rate + springs.damping);
         Some(Self { method, step, stiffness, rate })
     }
 }

@@ -35,6 +35,13 @@ type Mask<S> = <f64x4<S> as SimdBase<S>>::Mask;
 /// Three numbers of four groups.
 type Vectors = [[f64; AT_ONCE]; 3];
 
+/// The place of four groups: their block, and the first of their lanes in it.
+#[derive(Clone, Copy)]
+struct Four {
+    block: usize,
+    lane: usize,
+}
+
 /// A row of four groups.
 #[derive(Clone, Copy, Debug, Default)]
 struct SolverRow {
@@ -78,22 +85,23 @@ impl LaneSolver {
     ) {
         for (number, iterations) in iterations.chunks_mut(AT_ONCE).enumerate() {
             let first = number * AT_ONCE;
-            let at = (first / BLOCK_BODIES, first % BLOCK_BODIES);
-            with_simd!(simd => self.solve_four(simd, field, at, (v, forces), iterations));
+            let at = Four { block: first / BLOCK_BODIES, lane: first % BLOCK_BODIES };
+            with_simd!(simd => self.solve_four(simd, field, at, forces, v, iterations));
         }
     }
 
-    /// [`Self::solve`] for the four groups from a lane of a block on.
+    /// [`Self::solve`] for four groups.
     #[inline(always)]
     fn solve_four<S: Simd>(
         &mut self,
         simd: S,
         field: &GroupField<'_, Axes>,
-        at: (usize, usize),
-        (v, forces): (&mut [Axes], &[Axes]),
+        at: Four,
+        forces: &[Axes],
+        v: &mut [Axes],
         iterations: &mut [Iterations],
     ) {
-        self.linearize(simd, field, at, (v, forces));
+        self.linearize(simd, field, at, forces, v);
         let squared = self.right_side(simd, field, at, v);
         let movable = field.coupling.movable;
         let (count, converged) = self.iterate(simd, field.environment.solver, movable, squared);
@@ -109,14 +117,14 @@ impl LaneSolver {
         let most = f64x4::splat(simd, f64::MAX);
         let is_finite = squared.simd_le(most);
         for (number, row) in self.rows[..movable].iter().enumerate() {
-            let v = &mut v[number * field.width + at.0];
+            let v = &mut v[number * field.width + at.block];
             let root = f64x4::simd_from(simd, row.root);
             let (y, r) = (of(simd, &row.y), of(simd, &row.r));
             for axis in 0..3 {
                 // A right side that is not finite goes into the velocity, to be found.
                 let keeps = is_finite | r[axis].abs().simd_le(most);
-                let sum = keeps.select(four(simd, at.1, &v[axis]), r[axis]) + y[axis] * root;
-                sum.store_slice(&mut v[axis][at.1..at.1 + AT_ONCE]);
+                let sum = keeps.select(four(simd, at.lane, &v[axis]), r[axis]) + y[axis] * root;
+                sum.store_slice(&mut v[axis][at.lane..at.lane + AT_ONCE]);
             }
         }
     }
@@ -128,8 +136,9 @@ impl LaneSolver {
         &mut self,
         simd: S,
         field: &GroupField<'_, Axes>,
-        (block, at): (usize, usize),
-        (v, forces): (&[Axes], &[Axes]),
+        Four { block, lane: at }: Four,
+        forces: &[Axes],
+        v: &[Axes],
     ) {
         let (h, x) = (field.step(), &field.rows.x);
         self.rows.clear();
@@ -154,15 +163,14 @@ impl LaneSolver {
         for (spring, elastic) in field.coupling.springs.iter().zip(of_block) {
             let ends = spring.ends.map(|end| end as usize);
             let [a, b] = ends.map(|end| end * field.width + block);
-            let [stiffness, damping, rest_length] = elastic.four(simd, at);
+            let elastic = elastic.four(simd, at);
             let (d, u) =
                 (differences(simd, at, [&x[a], &x[b]]), differences(simd, at, [&v[a], &v[b]]));
-            let [inverse, taut] = axes(simd, d, rest_length);
+            let [inverse, taut] = axes(simd, d, elastic.rest_length);
             let n = [d[0] * inverse, d[1] * inverse, d[2] * inverse];
-            let elastic = [stiffness, damping];
-            let without_damping = stiffnesses(simd, elastic, taut, [h * h, 0.0]);
+            let without_damping = stiffnesses(simd, elastic, taut, h * h, 0.0);
             self.pull(simd, ends, pulls(n, u, without_damping, f64x4::splat(simd, 1.0 / h)));
-            let stiffnesses = stiffnesses(simd, elastic, taut, [h * h, h]).map(Into::into);
+            let stiffnesses = stiffnesses(simd, elastic, taut, h * h, h).map(Into::into);
             self.springs.push(SolverSpring { ends, n: n.map(Into::into), stiffnesses });
         }
     }
@@ -182,7 +190,7 @@ impl LaneSolver {
         &mut self,
         simd: S,
         field: &GroupField<'_, Axes>,
-        (block, at): (usize, usize),
+        Four { block, lane: at }: Four,
         v: &[Axes],
     ) -> f64x4<S> {
         let splat = |number: f64| f64x4::splat(simd, number);

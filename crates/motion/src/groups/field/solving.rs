@@ -1,10 +1,10 @@
 //! Implicit Euler steps of groups: linearized, and solved by conjugate gradients.
 
 use super::classes::Class;
+use super::linear_step::LinearStep;
 use super::{GroupField, Layout};
 use crate::groups::combination::Combination;
 use crate::groups::coupling::is_open;
-use crate::groups::linear::LinearStep;
 use crate::groups::rows::{Row, RowArray};
 use crate::groups::solver::{Gradients, Solved, advance, dot};
 use crate::kernels::evaluations::Iterations;
@@ -121,23 +121,15 @@ impl Workspace {
     /// on the state of its body.
     fn linearize(&mut self, field: &GroupField<'_>, v: &[Row], exact: bool) -> bool {
         let Self { linear, x, .. } = self;
-        let step = (field.end(), field.step());
-        let drag = field.environment.shared.laws.drag;
-        linear.linearize(
-            field.threads,
-            (field.coupling, field.springs()),
-            drag,
-            step,
-            exact,
-            (x, v),
-        );
+        linear.linearize(field, x, v, exact);
         let mut follows_state = false;
         if field.calls() {
             linear.expect_laws();
             field.each_call(|row, law| {
                 let (position, velocity) = (vector(&x[row]), vector(&v[row]));
                 let body = BodyState { position, velocity, inverse_mass: field.rows.w[row] };
-                follows_state |= linear.add_law(row, law, step, body) || law.depends_on_velocity();
+                follows_state |= linear.add_law(row, law, field.end(), field.step(), body)
+                    || law.depends_on_velocity();
             });
         }
         follows_state
@@ -153,7 +145,7 @@ impl Workspace {
     fn right_side(&mut self, field: &mut GroupField<'_>, v: &[Row], is_newton: bool) {
         let h = field.step();
         if !is_newton {
-            self.linear.add_moves_of_springs(field.springs(), field.shares(), h, (&self.x, v));
+            self.linear.add_moves_of_springs(field, &self.x, v);
         }
         self.gradients.q.fill([0.0; 4]);
         let mut called = std::mem::take(&mut self.gradients.q);
@@ -271,11 +263,9 @@ impl Workspace {
             let Class { rate, locks, .. } = classes.of(row);
             (*rate, if locked { *locks } else { None })
         };
-        let (h, coupling, solver) =
-            (field.step(), (field.coupling, field.springs()), field.environment.solver);
-        let (threads, shares) = (field.threads, field.shares());
+        let (solver, threads) = (field.environment.solver, field.threads);
         let mut multiply = |exact: bool, p: &[Row], q: &mut [Row]| {
-            linear.multiply(coupling, (shares, x), h, row_terms, exact, (p, q));
+            linear.multiply(field, x, row_terms, exact, p, q);
         };
         if exact {
             gradients.solve_exact(solver, movable, threads, multiply)

@@ -83,12 +83,14 @@ impl LinearSystem {
         }
     }
 
-    /// The margin of the system; `is_linear` says whether its growth is that of the motion.
+    /// The margin of the system. The fastest mode has at least `value` and at most `at_most`. `is_linear` says whether the growth
+    /// is that of the motion.
     pub fn margin(
         &self,
         part: LimitingPart,
         bodies: usize,
-        [value, at_most]: [Scalar; 2],
+        value: Scalar,
+        at_most: Scalar,
         stepping: Stepping,
         is_linear: bool,
     ) -> Margin {
@@ -211,16 +213,17 @@ mod tests {
     use super::*;
 
     /// The margin of an oscillator of which `w h` is known to be between two numbers, at 60 Hz.
-    fn margin(known: [Scalar; 2]) -> Margin {
+    fn margin([value, at_most]: [Scalar; 2]) -> Margin {
         let stepping = Stepping {
             method: Method::SemiImplicitEuler,
             tick: 1.0 / 60.0,
             substeps: 1,
             may_be_implicit: true,
         };
-        let w = known[0] * 60.0;
+        let w = value * 60.0;
         let part = LimitingPart::Damping(Entity::PLACEHOLDER);
-        LinearSystem::one(Modes::one(w * w, 0.0, None)).margin(part, 1, known, stepping, true)
+        let system = LinearSystem::one(Modes::one(w * w, 0.0, None));
+        system.margin(part, 1, value, at_most, stepping, true)
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::lanczos::{Largest, dot, largest, orthogonalize};
 use super::matrix::Matrix;
 use super::modes::{MOST, Modes, Stepping};
 use super::{LimitingPart, Margin, SpringMargin, single_bodies};
-use crate::groups::{Contributor, Coupling, LinearGroup, Solver, larger, states_of};
+use crate::groups::{Contributor, Coupling, LinearGroup, Solver, Terms, states_of};
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
 use crate::laws::{BodyState, EvaluationTime, Law, MutualGravity, SharedLaws, Well, Wells};
@@ -26,20 +26,19 @@ pub(super) fn margin(
     let damps_inside = stepping.method.traits().damps_inside;
     let times = if damps_inside { 1.0 } else { f64::from(stepping.substeps) };
     let group = LinearGroup::of(world, coupling, bodies).with_longer_decays(times);
-    let h = stepping.tick / f64::from(stepping.substeps);
-    let most = |most: [Scalar; 2], bound: [Scalar; 2]| [0, 1].map(|i| larger(most[i], bound[i]));
-    let [stiffest, rate] = group.bounds().fold([0.0; 2], most);
-    let (stiffest, rate) = (stiffest + group.largest_pull(), rate + group.largest_rate());
-    let over = times_over([stiffest, rate], h);
+    let h = stepping.substep();
+    let mut bounds = group.bounds().fold(Terms::default(), Terms::larger);
+    bounds.stiffness += group.largest_pull();
+    bounds.damping += group.largest_rate();
+    let over = times_over(bounds, h);
     if over == 0.0 {
         return None;
     }
     let is_linear = is_linear(world, coupling, bodies)
         // Such a method is stable only where damping acts, which changes as the bodies move.
-        && (stepping.method.claims().stability_limit != 0.0 || rate == 0.0);
+        && (stepping.method.claims().stability_limit != 0.0 || bounds.damping == 0.0);
     let margin = if over.is_finite() {
-        let bounds = [stiffest, rate];
-        group_margin(world, &group, bounds, [h, h / over], stepping, is_linear, bodies)?
+        group_margin(world, &group, bounds, h / over, stepping, is_linear, bodies)?
     } else {
         let shares = group.bounds().map(|bound| times_over(bound, h));
         infinite_margin(&group, shares, bodies, stepping, is_linear)
@@ -74,27 +73,27 @@ fn is_linear(world: &World, coupling: &Coupling, bodies: &[Entity]) -> bool {
         && !bodies.iter().any(is_bent)
 }
 
-/// The margin of a group at steps of `h` seconds. `bounds` are those of stiffness and damping; `short` is a step at
-/// which the group is at or near the limit of stability.
+/// The margin of a group with these bounds. At steps of `short` seconds it is at or near the limit of stability.
 fn group_margin(
     world: &World,
     group: &LinearGroup<'_>,
-    bounds: [Scalar; 2],
-    [h, short]: [Scalar; 2],
+    bounds: Terms,
+    short: Scalar,
     stepping: Stepping,
     is_linear: bool,
     bodies: &[Entity],
 ) -> Option<Margin> {
     let damping = world.get_resource::<Damping>().copied();
     let solver = world.get_resource::<Solver>().copied().unwrap_or_default();
+    let h = stepping.substep();
     // `power`: the eigenvalue is proportional to this power of the value.
     let with_threshold = |threshold| {
-        let LimitingMode { system, mode: y, largest, quotients: [stiffness, rate], excess } =
+        let LimitingMode { system, mode: y, largest, quotients, excess } =
             limiting_mode(group, damping, short, bounds, threshold)?;
+        let Terms { stiffness, damping: rate } = quotients;
         let name = |row: usize| bodies[row];
-        let (part, value, power) = match group
-            .largest_contributor([short * short, 2.0 * short], &y)?
-        {
+        let factors = Terms { stiffness: short * short, damping: 2.0 * short };
+        let (part, value, power) = match group.largest_contributor(factors, &y)? {
             Contributor::Spring(ends) => {
                 (LimitingPart::Spring(ends.map(name)), h * stiffness.sqrt(), 2.0)
             }
@@ -107,7 +106,7 @@ fn group_margin(
         let stepping =
             Stepping { may_be_implicit: stepping.may_be_implicit && converges, ..stepping };
         let at_most = value * libm::pow(excess, 1.0 / power);
-        let margin = system.margin(part, group.movable(), [value, at_most], stepping, is_linear);
+        let margin = system.margin(part, group.movable(), value, at_most, stepping, is_linear);
         Some((margin, largest * libm::pow(margin.limit / value, power)))
     };
     let (margin, threshold) = with_threshold(None)?;
@@ -151,9 +150,9 @@ pub(super) fn attraction_margin(
         .max_by(|(a, _), (b, _)| a.total_cmp(b))
         .filter(|(most, _)| *most > 0.0)?;
     let part = LimitingPart::MutualGravity(pair.map(|row| bodies[row]));
-    let value = stepping.tick / f64::from(stepping.substeps) * most.sqrt();
+    let value = stepping.substep() * most.sqrt();
     let system = LinearSystem::one(Modes::one(most, 0.0, None));
-    Some(system.margin(part, coupling.movable, [value; 2], stepping, false))
+    Some(system.margin(part, coupling.movable, value, value, stepping, false))
 }
 
 /// The margin of a group whose fastest mode may be infinitely fast; `shares` are the shares of the springs in that mode.
@@ -173,17 +172,18 @@ fn infinite_margin(
     LinearSystem::one(Modes::one(value, 0.0, None)).margin(
         part,
         group.movable(),
-        [value; 2],
+        value,
+        value,
         stepping,
         is_linear,
     )
 }
 
-/// Step of `h` seconds over the longest stable step of semi-implicit Euler, which is at `h² stiffness + 2 h rate = 4`.
+/// Step of `h` seconds over the longest stable step of semi-implicit Euler, which is at `h² stiffness + 2 h damping = 4`.
 /// The limits of other methods differ by a factor of about 1 and are computed.
-fn times_over([stiffness, rate]: [Scalar; 2], h: Scalar) -> Scalar {
+fn times_over(bounds: Terms, h: Scalar) -> Scalar {
     // 1 / t, where t² p + 2 t q = 4.
-    let (p, q) = (h * h * stiffness, h * rate);
+    let (p, q) = (h * h * bounds.stiffness, h * bounds.damping);
     (q + (q * q + 4.0 * p).sqrt()) / 4.0
 }
 
@@ -199,8 +199,8 @@ fn converges(solver: Solver, group: &LinearGroup<'_>, stiffest: Scalar) -> bool 
         && by_condition.min(by_numbers) <= Scalar::from(solver.most_iterations)
 }
 
-/// `stiffness y·A y + rate y·C y`, with the scene's damping in C.
-fn quotient(group: &LinearGroup<'_>, factors: [Scalar; 2], y: &[Scalar]) -> Scalar {
+/// `stiffness y·A y + damping y·C y`, with the scene's damping in C.
+fn quotient(group: &LinearGroup<'_>, factors: Terms, y: &[Scalar]) -> Scalar {
     let mut product = vec![0.0; y.len()];
     group.apply(factors, true, y, &mut product);
     dot(y, &product).max(0.0)
@@ -213,21 +213,21 @@ struct LimitingMode {
     mode: Vec<Scalar>,
     /// The largest eigenvalue, scaled to about 1.
     largest: Scalar,
-    /// Its Rayleigh quotients of stiffness, 1/s², and of damping, 1/s.
-    quotients: [Scalar; 2],
+    /// Its Rayleigh quotients.
+    quotients: Terms,
     /// Upper bound over lower bound of the largest eigenvalue; at least 1.
     excess: Scalar,
 }
 
-/// Finds the fastest mode of a group at steps of about `h` seconds. `stiffest`, 1/s², and `rate`, 1/s, are bounds of the stiffness
-/// and of the damping. With a `threshold`, the search continues until it is known on which side of it the largest eigenvalue is.
+/// Finds the fastest mode of a group with these bounds at steps of about `h` seconds. With a `threshold`, the search continues
+/// until it is known on which side of it the largest eigenvalue is.
 ///
 /// Modes are Ritz vectors, which are never faster than the fastest mode: a stable group never appears unstable.
 fn limiting_mode(
     group: &LinearGroup<'_>,
     damping: Option<Damping>,
     h: Scalar,
-    [stiffest, rate]: [Scalar; 2],
+    bounds: Terms,
     threshold: Option<Scalar>,
 ) -> Option<LimitingMode> {
     let n = group.coordinates();
@@ -236,12 +236,15 @@ fn limiting_mode(
         |rate: Option<Scalar>| damping.zip(rate).map(|(damping, rate)| Damping { rate, ..damping });
     // Scales the numbers to about 1, whatever the stiffness.
     let factors = match alike {
-        Some(_) if stiffest > 0.0 => [(1.0 / stiffest).min(Scalar::MAX), 0.0],
-        Some(_) => [0.0; 2],
-        None => [h * h, 2.0 * h],
+        Some(_) if bounds.stiffness > 0.0 => {
+            Terms { stiffness: (1.0 / bounds.stiffness).min(Scalar::MAX), damping: 0.0 }
+        }
+        Some(_) => Terms::default(),
+        None => Terms { stiffness: h * h, damping: 2.0 * h },
     };
     let count = if alike.is_some() { 1 } else { MOST };
-    let bound = (factors[0] * stiffest + factors[1] * rate).min(group.bound(factors));
+    let bound = (factors.stiffness * bounds.stiffness + factors.damping * bounds.damping)
+        .min(group.bound(factors));
     let Largest { pairs, at_most } =
         largest(n, count, bound, threshold, |y, out| group.apply(factors, alike.is_none(), y, out));
     // None if numbers have overflowed.
@@ -249,15 +252,15 @@ fn limiting_mode(
     let excess = if value > 0.0 { (at_most / value).max(1.0) } else { 1.0 };
     if let Some((all, own)) = alike {
         // The eigenvalue: another product would give the same.
-        let stiffness = if value > 0.0 { value / factors[0] } else { 0.0 };
+        let stiffness = if value > 0.0 { value / factors.stiffness } else { 0.0 };
         let parts = [stiffness, 0.0].map(|stiffness| Modes::one(stiffness, all, scenes(own)));
         let system = LinearSystem::apart(parts.to_vec());
-        let quotients = [stiffness, quotient(group, [0.0, 1.0], &fastest)];
+        let quotients = Terms { stiffness, damping: quotient(group, Terms::DAMPING, &fastest) };
         return Some(LimitingMode { system, mode: fastest, largest: value, quotients, excess });
     }
     // The mode alone. The scene's damping has its own formulas. It need not be exact.
     let [stiffness, all] =
-        [[1.0, 0.0], [0.0, 1.0]].map(|factors| quotient(group, factors, &fastest));
+        [Terms::STIFFNESS, Terms::DAMPING].map(|factors| quotient(group, factors, &fastest));
     let mut own = vec![0.0; n];
     group.damp(1.0, &fastest, &mut own);
     let laws = (all - dot(&own, &fastest)).max(0.0);
@@ -271,7 +274,7 @@ fn limiting_mode(
     };
     let modes = reduced(group, damping, &basis);
     let system = LinearSystem::joined(modes, guess);
-    let quotients = [stiffness, all];
+    let quotients = Terms { stiffness, damping: all };
     Some(LimitingMode { system, mode: fastest, largest: value, quotients, excess })
 }
 
@@ -316,8 +319,8 @@ fn reduced(group: &LinearGroup<'_>, damping: Option<Damping>, basis: &[Vec<Scala
         .into_iter()
         .flat_map(|damping| rates().map(move |(class, rate)| (damping, class, rate)));
     Modes {
-        stiffness: project(&|y, out| group.apply([1.0, 0.0], false, y, out)),
-        damping: project(&|y, out| group.apply([0.0, 1.0], false, y, out)),
+        stiffness: project(&|y, out| group.apply(Terms::STIFFNESS, false, y, out)),
+        damping: project(&|y, out| group.apply(Terms::DAMPING, false, y, out)),
         decays: decays
             .map(|(damping, class, rate)| (Damping { rate, ..damping }, part(class)))
             .collect(),

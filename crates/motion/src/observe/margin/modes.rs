@@ -22,6 +22,13 @@ pub(crate) struct Stepping {
     pub may_be_implicit: bool,
 }
 
+impl Stepping {
+    /// Length of a substep, s.
+    pub fn substep(self) -> f64 {
+        self.tick / f64::from(self.substeps)
+    }
+}
+
 /// A linear system `x'' = -A x - C x'` in at most [`MOST`] coordinates in which the mass is 1, and the scene's damping.
 #[derive(Clone, Debug)]
 pub(crate) struct Modes {
@@ -64,7 +71,7 @@ impl Modes {
     /// The matrix of a tick; rows and columns are x / h, v.
     fn tick<M: Integrator, const N: usize>(&self, stepping: Stepping) -> Matrix {
         let n = self.stiffness.size();
-        let h = stepping.tick / f64::from(stepping.substeps);
+        let h = stepping.substep();
         let mut field = LinearField::<N>::of::<M>(self, stepping.tick, h);
         let mut step = Matrix::zero(2 * n);
         for column in 0..2 * n {

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::lanczos::{Pair, combined, dot, orthogonalize, scattered, symmetric_eigenpairs};
-use crate::groups::{LinearGroup, coming_couplings, couplings};
+use crate::groups::{LinearGroup, Terms, coming_couplings, couplings};
 use crate::units::Scalar;
 
 /// A natural mode: bodies joined by springs swing at one frequency, and all come to rest at the same times.
@@ -75,7 +75,8 @@ pub fn natural_modes(world: &World, count: usize) -> NaturalModes {
         } else {
             of_subspaces(&group, count)
         };
-        let found = |(number, pair): Numbered| ((at, number), mode(&group, bodies, pair));
+        let found =
+            |(number, (squared, y)): Numbered| ((at, number), mode(&group, bodies, squared, &y));
         lowest.extend(low.into_iter().map(found));
         highest.extend(high.into_iter().map(found));
         keep(&mut lowest, count, |a, b| a.total_cmp(&b));
@@ -103,7 +104,7 @@ fn keep(found: &mut Vec<Found>, count: usize, order: fn(Scalar, Scalar) -> std::
 
 /// The product of the stiffness of a group with a vector.
 fn stiffness(group: &LinearGroup<'_>) -> impl Fn(&[Scalar], &mut [Scalar]) + Copy {
-    |y, out| group.apply([1.0, 0.0], false, y, out)
+    |y, out| group.apply(Terms::STIFFNESS, false, y, out)
 }
 
 /// The `count` slowest and twice as many of the fastest modes of a group, as squared frequencies and vectors of length 1, from
@@ -170,13 +171,13 @@ fn of_subspaces(group: &LinearGroup<'_>, count: usize) -> [Vec<Numbered>; 2] {
     [slow, fast.collect()]
 }
 
-/// A mode in physical quantities.
-fn mode(group: &LinearGroup<'_>, bodies: &[Entity], (squared, y): Pair) -> NaturalMode {
+/// A mode in physical quantities; `squared` is the square of its angular frequency.
+fn mode(group: &LinearGroup<'_>, bodies: &[Entity], squared: Scalar, y: &[Scalar]) -> NaturalMode {
     let angular_frequency = squared.sqrt();
     let mut product = vec![0.0; y.len()];
-    group.apply([0.0, 1.0], true, &y, &mut product);
-    let damping_ratio = dot(&y, &product).max(0.0) / (2.0 * angular_frequency);
-    let mut moved: Vec<_> = bodies.iter().copied().zip(group.amplitudes(&y)).collect();
+    group.apply(Terms::DAMPING, true, y, &mut product);
+    let damping_ratio = dot(y, &product).max(0.0) / (2.0 * angular_frequency);
+    let mut moved: Vec<_> = bodies.iter().copied().zip(group.amplitudes(y)).collect();
     moved.sort_by(|(_, a), (_, b)| b.total_cmp(a));
     moved.truncate(NaturalMode::BODIES);
     let most = moved.first().map_or(1.0, |(_, most)| *most);

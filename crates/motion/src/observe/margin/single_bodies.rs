@@ -190,7 +190,7 @@ impl StepClass {
     /// The margins of the causes.
     fn margins(self) -> impl Iterator<Item = Margin> {
         let Self { stepping, bodies, fastest } = self;
-        let h = stepping.tick / f64::from(stepping.substeps);
+        let h = stepping.substep();
         fastest.into_iter().map(move |oscillator| {
             let Oscillator { part, stiffness, drag, damping, is_linear } = oscillator;
             let value = match part {
@@ -198,7 +198,7 @@ impl StepClass {
                 _ => h * stiffness.sqrt().max(drag),
             };
             let system = LinearSystem::one(Modes::one(stiffness, drag, damping));
-            system.margin(part, bodies, [value; 2], stepping, is_linear)
+            system.margin(part, bodies, value, value, stepping, is_linear)
         })
     }
 }

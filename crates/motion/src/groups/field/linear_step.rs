@@ -2,18 +2,20 @@
 
 use glam::DMat3;
 
-use crate::groups::coupling::{Coupling, SheetRow, add, in_air, is_open, rate_along};
-use crate::groups::pull::{AxisBlock, Linearized, Shares, SpringRow, Springs, axis};
+use super::GroupField;
+use crate::groups::coupling::{SheetRow, add, in_air, is_open, rate_along};
+use crate::groups::pull::{AxisBlock, Linearized, SpringRow, axis};
 use crate::groups::rows::{Row, RowArray};
 use crate::kernels::record::vector;
-use crate::laws::{BodyState, Drag, EvaluationTime, Jacobians, Law};
+use crate::laws::{BodyState, EvaluationTime, Jacobians, Law};
+use crate::methods::Field as _;
 use crate::state::components::AxisLocks;
 use crate::state::threads::Threads;
 use crate::units::Vector;
 
 /// Derivatives of the called laws of a row.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::groups) struct Local {
+pub(super) struct Local {
     /// `-h da/dv - h² da/dx` of attractive laws.
     attractive: DMat3,
     /// `-h da/dv - h² da/dx` of all laws, minus `attractive`.
@@ -25,7 +27,7 @@ pub(in crate::groups) struct Local {
 /// Derivatives of the forces on a group by its state: the matrix `1 + h W^½ D W^½ + h² W^½ K W^½` of
 /// [`Solver`](crate::groups::Solver), and what it lacks of the exact one.
 #[derive(Debug, Default)]
-pub(in crate::groups) struct LinearStep {
+pub(super) struct LinearStep {
     axes: Vec<AxisBlock>,
     /// Normal n and `h m (c + k |u| + k (u·n)² / |u|)`, kg, of triangles in air: the derivative along n.
     sheets: Vec<(Vector, f64)>,
@@ -51,18 +53,11 @@ impl LinearStep {
         self.root.extend(movable.iter().map(|w| if *w > 0.0 { w.sqrt() } else { 0.0 }));
     }
 
-    /// Computes the derivatives of springs and air for a step of `h` in the state `x`, `v`, without those of called laws. With
+    /// Computes the derivatives of springs and air for a step in the state `x`, `v`, without those of called laws. With
     /// `exact`, also those of the forces across springs that are shorter than at rest.
-    pub fn linearize(
-        &mut self,
-        threads: Option<&Threads>,
-        (coupling, springs): (&Coupling, &Springs),
-        drag: Option<&Drag>,
-        (at, h): (EvaluationTime, f64),
-        exact: bool,
-        (x, v): (&[Row], &[Row]),
-    ) {
-        springs.find_axes(threads, x, &mut self.axes);
+    pub fn linearize(&mut self, field: &GroupField<'_>, x: &[Row], v: &[Row], exact: bool) {
+        let (h, springs) = (field.step(), field.springs());
+        springs.find_axes(field.threads, x, &mut self.axes);
         self.compressed.clear();
         if exact {
             self.compressed.extend(springs.iter().filter_map(|SpringRow { ends, elastic }| {
@@ -72,14 +67,15 @@ impl LinearStep {
             }));
         }
         self.sheets.clear();
-        if let Some(drag) = drag {
-            let air = drag.wind.map(|wind| wind.air(at.time));
-            self.sheets.extend(coupling.sheets.iter().map(
-                |&SheetRow { corners, mass }| match in_air(air.as_ref(), corners, x, v) {
+        if let Some(drag) = field.environment.shared.laws.drag {
+            let air = drag.wind.map(|wind| wind.air(field.end().time));
+            let sheets = field.coupling.sheets.iter();
+            self.sheets.extend(sheets.map(|&SheetRow { corners, mass }| {
+                match in_air(air.as_ref(), corners, x, v) {
                     Some((u, n)) => (n, h * mass * rate_along(drag, u, n)),
                     None => (Vector::ZERO, 0.0),
-                },
-            ));
+                }
+            }));
         }
         self.local.clear();
     }
@@ -90,12 +86,14 @@ impl LinearStep {
         self.local.resize(self.root.len(), Local { attractive: zero, rest: zero, moved: zero });
     }
 
-    /// Adds the derivatives of a law that is called for a row. Returns whether any of them is not zero.
+    /// Adds the derivatives of a law that is called for a row in a step of `h` seconds. Returns whether any of them is
+    /// not zero.
     pub fn add_law(
         &mut self,
         row: usize,
         law: &dyn Law,
-        (at, h): (EvaluationTime, f64),
+        at: EvaluationTime,
+        h: f64,
         body: BodyState,
     ) -> bool {
         if body.inverse_mass <= 0.0 {
@@ -111,15 +109,10 @@ impl LinearStep {
         !(is_zero(position) && is_zero(velocity))
     }
 
-    /// Adds the change of the spring forces in `h` seconds at the velocities `v`, linearized at the positions `x`: the forces
+    /// Adds the change of the spring forces in a step at the velocities `v`, linearized at the positions `x`: the forces
     /// become `f - h K v`.
-    pub fn add_moves_of_springs(
-        &mut self,
-        springs: &Springs,
-        shares: Shares<'_>,
-        h: f64,
-        (x, v): (&[Row], &[Row]),
-    ) {
+    pub fn add_moves_of_springs(&mut self, field: &GroupField<'_>, x: &[Row], v: &[Row]) {
+        let h = field.step();
         let change = Linearized {
             x,
             axes: Some(&self.axes),
@@ -128,20 +121,21 @@ impl LinearStep {
             damping: 0.0,
             times: 1.0 / h,
         };
-        springs.add(shares, &change, &mut self.forces);
+        field.springs().add(field.shares(), &change, &mut self.forces);
     }
 
     /// Computes `q = A p` without a matrix, with springs at the positions `x`; `row_terms` returns the rate of linear drag and
     /// the locks of a row. A is the exact derivative if `exact`, otherwise its positive definite part.
     pub fn multiply(
         &mut self,
-        (coupling, springs): (&Coupling, &Springs),
-        (shares, x): (Shares<'_>, &[Row]),
-        h: f64,
+        field: &GroupField<'_>,
+        x: &[Row],
         row_terms: impl Fn(usize) -> (f64, Option<AxisLocks>) + Sync,
         exact: bool,
-        (p, q): (&[Row], &mut [Row]),
+        p: &[Row],
+        q: &mut [Row],
     ) {
+        let h = field.step();
         // Once: dereferencing an array costs more than the work on a row.
         let Self { axes, sheets: normals, local, compressed, root, forces, scaled } = self;
         let (forces, scaled): (&mut [Row], &mut [Row]) = (forces, scaled);
@@ -153,7 +147,7 @@ impl LinearStep {
         let axes = Some(&axes[..]);
         let change =
             Linearized { x, axes, moves: scaled, stiffness: h * h, damping: h, times: -1.0 };
-        springs.add(shares, &change, forces);
+        field.springs().add(field.shares(), &change, forces);
         for (ends, n, across) in compressed.iter().take_while(|_| exact) {
             let [a, b] = ends.map(|end| end as usize);
             let d = vector(&scaled[b]) - vector(&scaled[a]);
@@ -161,13 +155,15 @@ impl LinearStep {
             add(&mut forces[a], -change);
             add(&mut forces[b], change);
         }
-        for (SheetRow { corners, .. }, (n, strength)) in coupling.sheets.iter().zip(&*normals) {
+        for (SheetRow { corners, .. }, (n, strength)) in field.coupling.sheets.iter().zip(&*normals)
+        {
             let [a, b, c] = corners.map(|corner| vector(&scaled[corner as usize]));
             let ninth = 1.0 / 9.0;
             let change = *n * (*strength * n.dot(a + b + c) * ninth);
             corners.iter().for_each(|corner| add(&mut forces[*corner as usize], change));
         }
-        Threads::share(shares.map(|(threads, _)| threads), &mut q[..movable], |first, q| {
+        let threads = field.shares().map(|(threads, _)| threads);
+        Threads::share(threads, &mut q[..movable], |first, q| {
             for (row, q) in (first..).zip(q) {
                 let (root, (rate, locks)) = (root[row], row_terms(row));
                 let local = match local.get(row) {
